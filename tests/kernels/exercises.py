@@ -20,7 +20,7 @@ from contiga.matter.iga import Symmetry, assemble_shell
 from contiga.records import FloatArray, IntArray
 from contiga.report import write_report
 from contiga.search.balls.radii import balls_of
-from contiga.search.sweep.piece_lists import WORTH
+from contiga.search.sweep.piece_lists import MIN_PATHS
 from contiga.search.tables import tables_of
 
 ALL = (
@@ -139,7 +139,7 @@ def paths() -> None:
     for body in (puck(), plate()):
         body.first_hit(points, 0.2 * points)
         # So many that pieces are listed for them.
-        many = np.resize(points, (WORTH, 3))
+        many = np.resize(points, (MIN_PATHS, 3))
         body.first_hit(many, 1.001 * many)
 
 

@@ -11,7 +11,7 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
-from tests.reference.test_deforming_masters import breathing, distances, twisting
+from tests.stress.deforming import breathing, closest, twisting
 from tests.unit.geometry.test_net import brick
 from tests.unit.search.holed import holed_plate
 
@@ -117,7 +117,7 @@ def test_points_of_a_closed_shape_are_in_contact_where_they_have_come_in(
     inside = cg.Body([shape]).contains(x)
     np.testing.assert_array_equal(state.in_contact, inside)
     assert 3 < inside.sum() < 55
-    true = distances(shape, x[inside])
+    true = closest([shape], x[inside]).distance
     nearest = np.abs(state.penetration[inside] - true) < 1e-7
     # Of the others a wall opposite to the one they came in by has come nearer since.
     assert nearest.mean() > 0.9

@@ -19,6 +19,7 @@ from tests.stress import (
     auto,
     checkpoints,
     closed,
+    deforming,
     motions,
     open_scenes,
     opened,
@@ -99,6 +100,14 @@ def held_by_open_walls(full: bool, seed: int) -> Iterator[Tally]:
         yield opened.walked(name, 260 if full else 20, seed, many=4 if full else 0)
 
 
+def change_shape(full: bool, seed: int) -> Iterator[Tally]:
+    """Points about masters that breathe, twist and fold: 1e6 point-steps in full."""
+    rates = np.geomspace(2e-3, 0.3, 8 if full else 4)
+    n, steps = (260, 41) if full else (60, 6)
+    for name in deforming.MASTERS:
+        yield deforming.deformed(name, rates, n, steps, seed)
+
+
 def kept(full: bool, seed: int) -> Iterator[Tally]:
     """Checkpoints damaged at random, 10⁴ in full, and 200 runs killed at random moments."""
     yield checkpoints.damage(10_000 if full else 300, seed)
@@ -155,6 +164,7 @@ PARTS: dict[str, Part] = {
     "turning": turn,
     "rule": pushed,
     "open": held_by_open_walls,
+    "deforming": change_shape,
     "checkpoints": kept,
     "auto": chosen_steps,
     "faces": faces,

@@ -210,7 +210,7 @@ def test_what_pieces_near_voxels_say_of_paths_beside_wide_edges_changes_no_bit(d
     b = a + np.concatenate(ways)
     rows = np.arange(len(a), dtype=np.int32)
     found = []
-    for lists in (piece_lists.NONE, piece_lists.build_lists(tables)):
+    for lists in (piece_lists.NO_LISTS, piece_lists.build_lists(tables)):
         first, last, verdict = empty_hit(len(a)), empty_hit(len(a)), np.zeros((len(a), 2))
         hit_nb.first_hits(tables, lists, a, b, rows, first, 0, len(a))
         hit_nb.last_crossings(tables, lists, a, b, (2.0, 0.0), last, verdict, 0, len(a))

@@ -36,6 +36,7 @@ from contiga.contact.search_records import (
 from contiga.jit import straight
 from contiga.masters.protocol import Surface
 from contiga.records import ContactStatus, FloatArray, IntArray, SurfacePlaces
+from contiga.rigid.frames import to_world
 
 
 def detect_at_start(
@@ -89,8 +90,7 @@ def detect(
         last = last._replace(holds=_turn_guards(last, shape))
     old = last.last_patch, last.uv, last.holds
     step = Step(last.points_B, now, workspace.way, workspace.ignored, *old)
-    surface_way = 0.0 if shape is None else shape.way
-    rows = _place(step, last, active, columns, workspace.rows, moved, surface_way)
+    rows = _place(step, last, active, columns, workspace.rows, moved, shape)
     places = SurfacePlaces(last.patch, last.uv)
     search = StepSearch(surface, step, places, detected, options, shape)
     if options.half is not None:
@@ -117,16 +117,20 @@ def _place(
     columns: Columns,
     rows: IntArray,
     moved: tuple[FloatArray, FloatArray] | None,
-    surface_way: float,
+    shape: ChangedShape | None,
 ) -> Rows:
     """List the points that were in contact, and the free ones that may have come to the surface.
 
-    Fills in what is known of all of them. `rows` (2, n) is where they are listed.
+    Fills in what is known of all of them. `rows` (2, n) is where they are listed. Where the surface
+    has changed its shape, ways are those beside its rigid motion.
     """
+    before, surface_way = step.before, 0.0
+    if shape is not None:
+        before, surface_way = to_world(shape.rigid, before), shape.way
     chunks = ceil(len(step.now) / CHUNK)
     counts = np.zeros((chunks, 2), np.int64)
     ways = step.way, step.ignored
-    told = step.before, step.now, last, locked(active), columns
+    told = before, step.now, last, locked(active), columns
     placing = Placing(*told, *ways, rows, counts, surface_way)
     if moved is None:
         run_ranges(straight(place_nb.place), chunks, 1, placing, CHUNK)

@@ -138,8 +138,8 @@ class Step(NamedTuple):
     before: FloatArray
     now: FloatArray
     way: FloatArray
-    """(n,) length, with that of the surface if it changes its shape; infinite where the point was
-    not finite before."""
+    """(n,) length; beside the rigid motion of a surface that changes its shape, with the way of
+    its points beside that; infinite where the point was not finite before."""
     ignored: BoolArray
     """(n,) True of free points that lie inside since the start."""
     last_patch: IntArray
@@ -235,8 +235,9 @@ class Placing(NamedTuple):
     """
 
     before: FloatArray
-    """(n, 3) with the next, the points in body axes."""
+    """(n, 3) the points in body axes, moved with the rigid part of the surface's motion."""
     now: FloatArray
+    """(n, 3) the points in body axes."""
     last: Last
     active: BoolArray
     """(n,) whether a point takes part."""
@@ -251,8 +252,8 @@ class Placing(NamedTuple):
     counts: IndexArray
     """(chunks, 2) how many each has listed."""
     surface_way: float = 0.0
-    """How far any point of the surface has gone in body axes, length: zero of one that keeps its
-    shape."""
+    """Largest way of any point of the surface beside its rigid motion, length: zero of one that
+    keeps its shape."""
 
 
 class Detected(NamedTuple):
@@ -319,8 +320,12 @@ class ChangedShape(Protocol):
         """The surface as it was."""
 
     @property
+    def rigid(self) -> FloatArray:
+        """(4, 4) the rigid part of its motion in the step, body axes, by 90° at most."""
+
+    @property
     def way(self) -> float:
-        """How far any of its points has gone at most, body axes, length."""
+        """Largest distance of any of its points from where `rigid` takes it, length."""
 
     def moved(self, feet: SurfacePlaces, points: FloatArray) -> FloatArray:
         """Return points (k, 3), given before the step, after the surface has carried them along."""

@@ -2,23 +2,28 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from contiga.arrays.ordered import row_lengths
+from contiga.arrays.ordered import length, product, row_lengths
 from contiga.errors import InputError
 from contiga.geometry.faces import Faces
 from contiga.geometry.net import NetMotion, net_of, spread
 from contiga.masters.protocol import Master
 from contiga.records import ByteArray, FloatArray, Hit, SurfacePlaces
+from contiga.rigid import transform
+from contiga.rigid.frames import cross, to_world
 from contiga.search.deformable import Deformable, DeformedSurface, deformable_of
 
 CARRY_ITERATIONS = 5
 """Fixed-point iterations that carry points; each reduces the error by a factor of half the angle
 that the surface rotates by in the step."""
+REGULAR = 1e-12
+"""Share of the moments of inertia that is added to them, for points on a line."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,11 +53,16 @@ class Shape:
         """(m, 3) of the control points in the step."""
         return self.now - self.before
 
+    @cached_property
+    def rigid(self) -> FloatArray:
+        """(4, 4) a rigid motion near that of the control points in the step, by 90° at most."""
+        return rigid_part(self.before, self.now)
+
     @property
     def way(self) -> float:
-        """How far any point of the surface goes in the step at most, length: no farther than the
-        control points, as their weights are above zero."""
-        return float(row_lengths(self.change).max(initial=0.0))
+        """Largest distance, length, of any point of the surface after the step from where `rigid`
+        takes it: no larger than that of the control points, as their weights are above zero."""
+        return float(row_lengths(self.now - to_world(self.rigid, self.before)).max())
 
     def carried(self, feet: SurfacePlaces, points: FloatArray) -> FloatArray:
         """(k, 3) how the surface carries points (k, 3) along in the step, by feet on it now."""
@@ -91,6 +101,28 @@ class Shape:
     def spread(self, feet: SurfacePlaces, points: FloatArray, forces: FloatArray) -> FloatArray:
         """(m, 3) forces on control points that do as `forces` (k, 3) at `points` (k, 3) do."""
         return spread(self.body, self.now, feet, points, forces)
+
+
+def rigid_part(before: FloatArray, now: FloatArray) -> FloatArray:
+    """Return a rigid motion (4, 4) near that of points from `before` to `now` (m, 3).
+
+    The motion of their centre, and the rotation of least squares to first order in its angle:
+    Σ (r² − r rᵀ) ω = Σ r × δ. For a rotation about a principal axis |ω| is the sine of its angle.
+    """
+    arm, change = before.T.copy(), (now - before).T.copy()
+    centre, shift = arm.mean(axis=1), change.mean(axis=1)
+    arm -= centre[:, None]
+    square, mixed = (np.einsum("im,jm->ij", arm, other) for other in (arm, change))
+    x, y, z = (1.0 + REGULAR) * np.trace(square) * np.eye(3) - square
+    adjugate = np.array([cross(y, z), cross(z, x), cross(x, y)])
+    twice = mixed - mixed.T
+    moment = [twice[1, 2], twice[2, 0], twice[0, 1]]
+    turn = product(adjugate, moment) / product(x, adjugate[0])
+    sine = length(turn)
+    if sine == 0.0:
+        return transform.translation(shift)
+    about = transform.rotation(turn / sine, math.asin(min(sine, 1.0)), centre)
+    return product(transform.translation(shift), about)
 
 
 def shape_of(

@@ -46,7 +46,7 @@ class Reached(NamedTuple):
     behind: BoolArray
     """That lie behind the body, or inside."""
     room: FloatArray
-    """Way to contact at least; of points within reach how deep they are, below zero."""
+    """Way to contact at least, length; of points within reach that out of it, below zero."""
 
 
 def detect_at_start(
@@ -60,7 +60,7 @@ def detect_at_start(
     if options.penetration:
         touching = reached.within & (options.hold | ~reached.on_border)
         detected.status[near[touching]] = ContactStatus.NEW
-        detected.safe_distance[near[touching]] = 0.0
+        detected.safe_distance[near[reached.within]] = 0.0
         take(detected.feet, near, reached.feet, touching)
 
 
@@ -73,11 +73,12 @@ def detect(search: StepSearch, rows: Rows) -> None:
     reached = reach(_feet(search, near), step.now, near, options)
     beside = reached.on_border & (not options.hold)
     touching = reached.within & ~beside
-    if not options.penetration:
-        past = np.isfinite(step.way[near])
-        touching &= was | (past & ~step.ignored[near])
+    past = np.isfinite(step.way[near]) | options.penetration
+    touching &= was | (past & ~step.ignored[near])
     if not options.closed:
         _leave_from_behind(search, near, was, reached, touching)
+    # By penetration they are in contact as soon as they are over a face.
+    seen = reached.within & beside & options.penetration
     held = touching & reached.on_border
     status = np.where(was, ContactStatus.RELEASED, ContactStatus.FREE).astype(np.int8)
     status[was & reached.within & beside] = ContactStatus.SLID_OFF
@@ -85,7 +86,7 @@ def detect(search: StepSearch, rows: Rows) -> None:
     status[held] = ContactStatus.HELD
     status[~reached.solved] = ContactStatus.LOST
     detected.status[near] = status
-    detected.safe_distance[near] = np.where(touching, 0.0, reached.room)
+    detected.safe_distance[near] = np.where(touching | seen, 0.0, reached.room)
     take(detected.feet, near, reached.feet, touching)
 
 
@@ -129,10 +130,10 @@ def reach(feet: Projection, p_B: FloatArray, rows: IntArray, options: Options) -
     # Beside a border there is no inside.
     distance = np.where(on_border, np.abs(feet.gap), feet.gap)
     within = solved & (distance <= half) & (distance >= -options.depth)
-    room = np.maximum(np.maximum(distance - half, -distance - options.depth) - options.band, 0.0)
+    room = np.maximum(distance - half, -distance - options.depth)
     # By no more than rounding within reach is as good as out of it.
-    deep = within & (distance < half - options.band)
-    room[deep] = (distance - half)[deep]
+    deep = within & (room < -options.band)
+    room[~deep] = np.maximum(room[~deep] - options.band, 0.0)
     room[~solved] = 0.0
     off = off_surface(feet, p_B[rows], half, options.band)
     return Reached(off, within, solved, on_border, solved & (feet.gap < 0.0), room)

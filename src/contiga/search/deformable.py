@@ -1,10 +1,10 @@
 """The search on exact geometry whose control points move.
 
 Neighbours, openings, trims, joints and the map from control points to elements are those of the
-body at rest, worked out once. Elements, boxes and hierarchy are those of each shape, so all that a
-search over them proves holds for it. What is worked out for a shape that stays (touching balls,
-grids of sides, lists of pieces, neighbourhoods) is neither used nor made: a shape is one of many,
-and no more than the last two are cached.
+body at rest, computed once. Elements, boxes and hierarchy are computed for each shape, so that
+everything a search over them proves holds for it. Tables that only pay for a shape that stays
+(touching balls, grids of sides, lists of pieces, neighbourhoods) are neither used nor made, and no
+more than the last two shapes are cached.
 """
 
 from __future__ import annotations
@@ -43,15 +43,17 @@ from contiga.search.exact_surface import ExactSurface, exact_surface
 from contiga.search.hierarchy.build import build_hierarchy, empty_seeds, items_of
 from contiga.search.hierarchy.table_types import Tables
 from contiga.search.sweep.kernels import moving_nb
-from contiga.search.sweep.piece_lists import NONE, PieceLists
+from contiga.search.sweep.piece_lists import NO_LISTS, PieceLists
 from contiga.search.sweep.sweep_records import MovingSurface
 from contiga.search.tables import check_extent
 
-POINTS = 256
-"""Below so many a second thread does not pay."""
-SHAKEN, APART = 1e-2, 1e-9
-"""Shares of the body's size: by how much control points are moved to see which sides stay
-together, and how far apart sides that do may be after that."""
+MIN_POINTS = 256
+"""Number of points below which a second thread does not pay."""
+JOINT_SHIFT = 1e-2
+"""Standard deviation of the displacements of control points that show which sides stay together,
+as a share of the body's size."""
+JOINT_TOL = 1e-9
+"""Largest distance of two sides that stay together after these, as a share of the body's size."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,7 +61,7 @@ class DeformedSurface(ExactSurface):
     """The search on a body in one of its shapes."""
 
     control_points: FloatArray
-    """(m, 3) of its net."""
+    """(m, 3) control points of this shape, body axes, length."""
     blocks: Blocks
 
     @cached_property
@@ -72,7 +74,7 @@ class DeformedSurface(ExactSurface):
         run_ranges(
             nearest_nb.project_from,
             len(p_B),
-            POINTS,
+            MIN_POINTS,
             self.tables,
             self._surroundings,
             p_B,
@@ -83,11 +85,11 @@ class DeformedSurface(ExactSurface):
     def closest(
         self, p_B: FloatArray, rows: IntArray, out: Projection, within: FloatArray | None = None
     ) -> None:
-        """Closest points, each proved by branch and bound."""
+        """Write the closest points of p_B[rows] into `out`, each proved by branch and bound."""
         if within is None:
             within = np.full(len(rows), np.inf)
         given = self.tables, p_B, rows, within, out
-        run_ranges(nearest_nb.project_global, len(rows), POINTS, *given)
+        run_ranges(nearest_nb.project_global, len(rows), MIN_POINTS, *given)
 
     def track(
         self,
@@ -97,13 +99,13 @@ class DeformedSurface(ExactSurface):
         out: Projection,
         before: FloatArray | None = None,
     ) -> None:
-        """Feet continued from those on another shape. That they are on the same branch is not
+        """Continue feet from those on another shape. That they are on the same branch is not
         proved, so none is certified."""
         super().track(p_B, patch, uv, out)
 
     def sides(self, p_B: FloatArray, rows: IntArray) -> KnownSides:
-        """Points beyond the box of a closed body are outside; of others nothing is known at
-        once."""
+        """Return the sides of points that follow from boxes alone: beyond the box of a closed body
+        a point is outside; other sides are not known."""
         side, reach = np.zeros(len(rows), np.int8), np.zeros(len(rows))
         if self.closed:
             root, points = self.tables.tree[0], p_B[rows]
@@ -115,7 +117,7 @@ class DeformedSurface(ExactSurface):
         return KnownSides(side, reach)
 
     def clear_ways(self, a_B: FloatArray, b_B: FloatArray, rows: IntArray) -> NDArray[np.bool_]:
-        """Nothing is known at once."""
+        """Return False for all rows: no path is known to be clear."""
         return np.zeros(len(rows), np.bool_)
 
     def last_crossings_from(
@@ -127,40 +129,47 @@ class DeformedSurface(ExactSurface):
         table, coefs = self.tables.elements
         change = (coefs - before.tables.elements.coefs).reshape(-1, 4)
         change[:, 3] = coefs.reshape(-1, 4)[:, 3]
-        way = float(row_lengths(self.control_points - before.control_points).max(initial=0.0))
+        # In axes that move with the middle of the control points the surface goes less far.
+        ways = self.control_points - before.control_points
+        shift = ways.mean(axis=0)
+        begun = before.tables.elements.table.copy()
+        begun["origin"] += shift
         surface = MovingSurface(
-            self.tables, before.tables.elements, Elements(table, change.ravel()), way
+            self.tables,
+            Elements(begun, before.tables.elements.coefs),
+            Elements(table, change.ravel()),
+            float(row_lengths(ways - shift).max(initial=0.0)),
         )
 
         def search(paths: Paths, out: Hit, verdict: FloatArray) -> None:
             start, end, between, _ = paths
             arguments = surface, start, end, between, out, verdict
-            run_ranges(moving_nb.last_moving_crossings, len(start), POINTS, *arguments)
+            run_ranges(moving_nb.last_moving_crossings, len(start), MIN_POINTS, *arguments)
 
-        return settled(search, a_B, b_B)
+        return settled(search, a_B + shift, b_B)
 
     @property
     def contact_tables(self) -> None:
-        """None: they are for shapes that stay."""
+        """None: these tables are for shapes that stay."""
 
     def _lists(self, asked: int) -> PieceLists:
-        return NONE
+        return NO_LISTS
 
 
 @dataclass(frozen=True, eq=False)
 class Deformable:
-    """A body whose control points may move: what its shapes have in common."""
+    """What all shapes of a body whose control points move have in common."""
 
     name: str
     net: ControlNet
     rest: Tables
     refit: Refit
     closed: bool
-    """Whether the surface ends nowhere, in all shapes: what is joined stays so."""
+    """Whether the surface has no border, in all shapes: joints stay joints."""
     slit: float
     blocks: Blocks
     _last: list[DeformedSurface] = field(default_factory=list, repr=False)
-    """Cache of the last two shapes: several contacts use one, and a step the shape before it."""
+    """Cache of the last two shapes: several contacts share one, and a step uses the one before."""
 
     def at(self, control_points: FloatArray) -> DeformedSurface:
         """Return the search on the shape of control points (m, 3), body axes, length.
@@ -195,13 +204,13 @@ class Deformable:
 
 
 def extent_of(points: FloatArray) -> float:
-    """Length of the diagonal of the box of points (m, 3)."""
+    """Return the diagonal of the box of points (m, 3), length."""
     return length(np.ptp(points, axis=0))
 
 
 @once
 def deformable_of(body: Faces) -> Deformable:
-    """Return what the shapes of `body` have in common, worked out at the first call.
+    """Return what the shapes of `body` have in common, computed at the first call.
 
     Raises
     ------
@@ -227,16 +236,16 @@ def deformable_of(body: Faces) -> Deformable:
 
 
 def _check_joints(body: Faces, made: Deformable) -> None:
-    """Refuse joints of patches that do not have the same control points: they are seen to come
-    apart in a shape whose control points are moved at random."""
+    """Refuse joints of patches whose control points differ: in a shape whose control points are
+    moved at random such sides come apart."""
     table = made.rest.elements.table
     size, points = body.size, made.net.points
-    moved = points + SHAKEN * size * np.random.default_rng(0).standard_normal(points.shape)
+    moved = points + JOINT_SHIFT * size * np.random.default_rng(0).standard_normal(points.shape)
     here, _ = sides_nb.sample(made.refit.at(moved, 1.0))
     linked = table["neighbour"] >= 0
     there = here[table["neighbour"], table["neighbour_side"]]
     there = np.where(table["flip"][..., None, None] == 1, there[:, :, ::-1], there)
-    apart = linked & (np.abs(here - there).max(axis=(2, 3)) > APART * size)
+    apart = linked & (np.abs(here - there).max(axis=(2, 3)) > JOINT_TOL * size)
     whole = np.array([loops is None for loops in body.trims])[table["patch"]]
     apart |= (table["kind"] == SHARED) & whole[:, None]
     if apart.any():

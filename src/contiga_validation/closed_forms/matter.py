@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import math
-from typing import Any
+from collections.abc import Mapping
 
 import numpy as np
 
 import contiga as cg
 from contiga_validation.closed_forms.case import Answer, Cases, relative, zero
 from contiga_validation.closed_forms.pictures import compared
-from contiga_validation.closed_forms.scenes import run_of
+from contiga_validation.closed_forms.scenes import History, run_of
 from contiga_validation.engine.arrays import FloatArray
 
 GROUP = "Slaves that deform"
@@ -80,6 +80,26 @@ def _bar() -> Answer:
     return Answer(checks, draw)
 
 
+def carried_along(still: History, carried: History, sizes: Mapping[str, float]) -> Answer:
+    """Compare columns of the histories of a scene at rest and of the same scene carried along;
+    `sizes` gives the unit of each difference."""
+    checks = tuple(
+        zero(
+            f"{name}, largest difference by its size",
+            float(np.abs(carried[name] - still[name]).max() / size),
+            1e-9,
+        )
+        for name, size in sizes.items()
+    )
+    time = still["time"]
+    draw = compared(
+        ("t", "force"),
+        [("at rest", time, still["force"])],
+        [("carried along", time, carried["force"])],
+    )
+    return Answer(checks, draw)
+
+
 @CASES.add(
     "matter-carried",
     "The same scene, carried along",
@@ -89,23 +109,6 @@ def _bar() -> Answer:
 )
 def _carried() -> Answer:
     still, carried = _bar_on_wall(), _bar_on_wall(64.0)
-    names: dict[str, Any] = {
-        "force": still["force"].max(),
-        "energy.strain": still["energy.total"][0],
-        "energy.contact": still["energy.total"][0],
-    }
-    checks = tuple(
-        zero(
-            f"{name}, largest difference by its size",
-            np.abs(carried[name] - still[name]).max() / size,
-            1e-9,
-        )
-        for name, size in names.items()
-    )
-    time = still["time"]
-    draw = compared(
-        ("t", "force"),
-        [("at rest", time, still["force"])],
-        [("carried along", time, carried["force"])],
-    )
-    return Answer(checks, draw)
+    energy = still["energy.total"][0]
+    sizes = {"force": still["force"].max(), "energy.strain": energy, "energy.contact": energy}
+    return carried_along(still, carried, sizes)

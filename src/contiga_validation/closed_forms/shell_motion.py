@@ -10,6 +10,7 @@ from scipy.linalg import eigh
 import contiga as cg
 from contiga.matter.iga import Shell, assemble_shell
 from contiga_validation.closed_forms.case import Answer, Cases, order_of, relative, zero
+from contiga_validation.closed_forms.matter import carried_along
 from contiga_validation.closed_forms.pictures import compared, errors_over
 from contiga_validation.closed_forms.scenes import run_of
 from contiga_validation.closed_forms.shells import (
@@ -278,21 +279,7 @@ def _carried(along: float) -> dict[str, FloatArray]:
 def _along() -> Answer:
     still, carried = _carried(0.0), _carried(64.0)
     sizes = {"force": still["force"].max(), "energy.strain": still["energy.total"][0]}
-    checks = tuple(
-        zero(
-            f"{name}, largest difference by its size",
-            float(np.abs(carried[name] - still[name]).max() / size),
-            1e-9,
-        )
-        for name, size in sizes.items()
-    )
-    time = still["time"]
-    draw = compared(
-        ("t", "force"),
-        [("at rest", time, still["force"])],
-        [("carried along", time, carried["force"])],
-    )
-    return Answer(checks, draw)
+    return carried_along(still, carried, sizes)
 
 
 FIRM, TOUCH, GAP = 3.0, 0.06, 0.05

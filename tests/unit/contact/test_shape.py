@@ -10,6 +10,7 @@ from scipy.spatial.transform import Rotation
 from tests.unit.geometry.test_net import bent
 
 import contiga as cg
+from contiga.contact.shape import shape_of
 from contiga.errors import InputError
 
 HALF = 0.1
@@ -301,3 +302,52 @@ def test_a_state_of_another_shape_is_refused() -> None:
     state = one.start(points, control_points=plate(3).net.points)
     with pytest.raises(InputError, match="belongs to another master"):
         other.step(cg.State(**state.arrays), points, dt=1.0, control_points=plate(4).net.points)
+
+
+def test_safe_distances_do_not_shrink_with_a_rigid_motion() -> None:
+    """The shell flies, turns and is bent, the points fly and turn with it."""
+    body, rng = plate(), np.random.default_rng(8)
+    points = rng.uniform([-3.0, -3.0, -1.5], [3.0, 3.0, 1.5], (80, 3))
+    contact = contact_of(body, points, search="penetration", on_edge="hold", depth=HALF)
+    shape = body.net.points
+    state = contact.start(points, control_points=shape)
+    for _ in range(10):
+        last, before, held = state, shape, state.in_contact
+        R, t = turn(rng.normal(scale=0.02, size=3)), rng.normal(size=3)
+        bump = 1e-3 * rng.normal(size=shape.shape)
+        points, shape = points @ R.T + t, (before + bump) @ R.T + t
+        state = contact.step(state, points, dt=0.1, control_points=shape)
+        free = ~held & ~state.in_contact
+        assert (state.safe_distance[free] > last.safe_distance[free] - 0.02).all()
+        surface = cg.NurbsSurface(
+            body.patches[0].degrees, body.patches[0].knots, shape[body.net.control[0]]
+        )
+        true = np.abs(cg.Body([surface]).project(points).gap)
+        assert (state.safe_distance[free] <= np.abs(true[free] - HALF) + 1e-9).all()
+    assert free.sum() > 40
+
+
+def test_no_point_of_a_surface_leaves_its_rigid_motion_by_more_than_is_said() -> None:
+    body, rng = cg.Body([cg.shapes.sphere(radius=1.0)]), np.random.default_rng(9)
+    patch, rest, uv = body.patches[0], body.net.points, rng.random((400, 2))
+    low, high = np.transpose(patch.domain)
+    uv = low + uv * (high - low)
+    for angle, by in ((0.0, 0.1), (1e-3, 0.0), (0.3, 0.0), (0.3, 0.1), (2.8, 0.3)):
+        before = bent(body, 3, by)
+        now = bent(body, 4, by) @ turn(angle * np.array([0.6, 0.0, 0.8])).T + up(3.0)
+        shape = shape_of(body, False, now, before)
+        R = shape.rigid[:3, :3]
+        np.testing.assert_allclose(R @ R.T, np.eye(3), rtol=0, atol=1e-14)
+        assert np.trace(R) >= 1.0 - 1e-12  # by 90° at most
+        places = [
+            cg.NurbsSurface(
+                patch.degrees, patch.knots, net[body.net.control[0]], patch.weights
+            ).evaluate(uv)
+            for net in (before, now)
+        ]
+        off = places[1] - cg.motion.pose.apply(shape.rigid, places[0])
+        assert np.linalg.norm(off, axis=1).max() <= shape.way
+        bend = np.linalg.norm(bent(body, 4, by) - before, axis=1).max()
+        if angle < np.pi / 2.0:
+            assert shape.way <= 1.2 * bend + 0.5 * angle**2
+    assert shape_of(body, False, rest, rest).way == 0.0

@@ -259,6 +259,23 @@ def test_a_loop_round_a_border_makes_no_energy(edge: str) -> None:
         assert state.energy.work > -1e-6
 
 
+def test_who_comes_behind_a_sheet_round_its_border_stays_out_until_out_of_reach() -> None:
+    """However often it is looked at meanwhile."""
+    contact = _points(TABLE, 0.2, on_edge="hold", depth=0.1)
+    along = [(x, 0.0, -0.05) for x in np.linspace(4.95, 3.0, 40)]
+    out = [(3.0, 0.0, -0.15), (3.0, 0.0, -0.05)]
+    status = _passed(contact, [(5.2, 0.0, 0.0), (5.05, 0.0, 0.0), *along, *out])
+    assert status[:3] == [Is.FREE, Is.HELD, Is.RELEASED]
+    assert set(status[3:-1]) == {Is.FREE}
+    assert status[-1] == Is.NEW
+
+
+def test_who_comes_over_a_face_from_beside_its_border_is_in_contact_at_once() -> None:
+    places = [(x, 0.0, 0.05) for x in (5.2, 5.005, 4.995)]
+    assert _passed(_points(TABLE, 0.2), places) == [Is.FREE, Is.FREE, Is.NEW]
+    assert _passed(_points(TABLE, 0.2), places[1:]) == [Is.FREE, Is.NEW]
+
+
 def test_areas_and_outlines_end_where_half_the_thickness_does() -> None:
     points, quads = square_sheet(1.0, 9)
     slope = np.add(points, [0.003, 0.0, 0.0])

@@ -122,10 +122,10 @@ def test_lists_of_pieces_are_read_where_they_took_long(
 ) -> None:
     monkeypatch.setattr(disk_cache, "LONG", -1.0)
     monkeypatch.setattr(piece_lists._LISTS, "_least", 1)
-    first = piece_lists.lists_of(egg().surface.tables, piece_lists.WORTH)
+    first = piece_lists.lists_of(egg().surface.tables, piece_lists.MIN_PATHS)
     assert len(list(folder.glob("lists-*"))) == 1
     monkeypatch.setattr(piece_lists._LISTS, "_build", None)  # which would not do
-    again = piece_lists.lists_of(egg().surface.tables, piece_lists.WORTH)
+    again = piece_lists.lists_of(egg().surface.tables, piece_lists.MIN_PATHS)
     assert len(first.pieces) > 0
     assert all(np.array_equal(a, b) for a, b in zip(first, again, strict=True))
 

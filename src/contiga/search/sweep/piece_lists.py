@@ -1,6 +1,6 @@
-"""The pieces of a body near every voxel, listed once they are worth it.
+"""Lists of the pieces of a body near every voxel, made once enough paths have been asked for.
 
-They tell of most short paths beside a body that they cross nothing.
+They show that most short paths beside a body cross nothing.
 """
 
 from __future__ import annotations
@@ -19,45 +19,47 @@ from contiga.search.sides.kernels.side_pieces_nb import PieceLimits
 from contiga.search.sweep.kernels import piece_lists_nb
 from contiga.search.sweep.kernels.hit_nb import GRAZING
 
-# Paths asked of a body after which pieces are listed for them.
-WORTH = 20_000
-# Voxels along the longest side: the root of so many an element, within bounds.
-FINE = 200.0
-FEWEST, MOST = 24, 128
-# How long a piece may be, in voxels, where nothing is trimmed and where it is cut; how thick.
-WHOLE, CUT, THIN = 2.0, 1.0, 0.05
-# Pieces above which none is halved any more.
-PIECES = 200_000
-# Elements below which pieces are listed sooner than lists are read.
-FEW = 100
-# Voxels that the boxes of all pieces meet at most: with wider edges nothing is listed.
-CROWDED = 10_000_000
-# By how much pieces are widened: a share of the size, and of the coordinates, which are rounded.
+MIN_PATHS = 20_000
+"""Number of paths asked of a body from which on lists are worth making."""
+VOXELS_PER_ELEMENT = 200.0
+"""Its square root, times that of the number of elements, is the number of voxels along the longest
+side, within `MIN_VOXELS` and `MAX_VOXELS`."""
+MIN_VOXELS, MAX_VOXELS = 24, 128
+LENGTH, TRIMMED_LENGTH, THICKNESS = 2.0, 1.0, 0.05
+"""Largest length of a piece, the same where it is trimmed, and largest thickness, in voxels."""
+MAX_PIECES = 200_000
+"""Number of pieces above which none is halved."""
+MIN_ELEMENTS = 100
+"""Number of elements below which making the lists is faster than reading them from the disk."""
+MAX_ENTRIES = 10_000_000
+"""Largest number of voxels in the boxes of all pieces; with wider edges nothing is listed."""
 REACH = 1e-6
+"""Largest distance beyond the ends of a path at which a crossing counts, as a share of the size."""
 ROUNDING = 256.0 * float(np.finfo(float).eps)
+"""Bound of the rounding of coordinates, as a share of them."""
 
 
 @pass_by_pointer
 class PieceLists(NamedTuple):
-    """Pieces of a body near voxels; see `piece_lists_nb`."""
+    """Lists of the pieces of a body near every voxel; see `piece_lists_nb`."""
 
     origin: FloatArray
     """(3,) low corner of the grid, body frame."""
     scale: float
-    """Voxels a length."""
+    """Number of voxels per length."""
     reach: float
-    """How far beyond its ends a path may count, length."""
+    """Largest distance beyond the ends of a path at which a crossing counts, length."""
     voxels: IntArray
-    """(3,) how many along each axis."""
+    """(3,) number along each axis."""
     first: IntArray
-    """(voxels + 1,) where the pieces of each begin in `listed`."""
+    """(voxels + 1,) row of `listed` at which the pieces of each voxel begin."""
     listed: IntArray
     """Rows of `pieces`."""
     pieces: FloatArray
-    """(n, 11) their boxes and slabs about the origin, see `side_pieces_nb`."""
+    """(n, 11) boxes and slabs of the pieces about the origin, see `side_pieces_nb`."""
 
 
-NONE = PieceLists(
+NO_LISTS = PieceLists(
     np.zeros(3),
     1.0,
     -1.0,
@@ -66,38 +68,40 @@ NONE = PieceLists(
     np.zeros(0, np.int32),
     np.zeros((0, side_pieces_nb.COLUMNS)),
 )
-"""Of a body of which nothing is listed."""
+"""The lists of a body for which none are made."""
 
 
 def lists_of(tables: Tables, asked: int) -> PieceLists:
-    """The lists of a body if they are worth it as `asked` paths are asked for, too; else `NONE`.
+    """Return the lists of a body once `MIN_PATHS` paths have been asked for, with `asked` new ones;
+    `NO_LISTS` before that.
 
-    Results are the same bits with them and without.
+    The results of a search have the same bits with lists and without.
     """
-    return _LISTS.if_worth(tables, asked, WORTH) or NONE
+    return _LISTS.if_worth(tables, asked, MIN_PATHS) or NO_LISTS
 
 
 def build_lists(tables: Tables) -> PieceLists:
-    """The lists of a body."""
+    """Make the lists of a body."""
     table, size = tables.elements.table, float(tables.scale[0])
     low, high = tables.tree["low"][0], tables.tree["high"][0]
     if not np.isfinite(low).all():  # a body without leaves
-        return NONE
+        return NO_LISTS
     wide = float((high - low).max())
-    side = wide / float(min(max(np.sqrt(FINE * len(table)), FEWEST), MOST))
+    n = np.sqrt(VOXELS_PER_ELEMENT * len(table))
+    side = wide / float(min(max(n, MIN_VOXELS), MAX_VOXELS))
     voxels = np.ceil((high - low) / side).astype(np.int32) + 2
     origin = low - side
     reach = REACH * size
     rounding = ROUNDING * (float(np.abs([low, high]).max()) + size)
-    # A path may meet the carrier of a face that far beyond its edge.
+    # A path may cross the carrier of a face that far beyond its edge.
     margins = (GRAZING + 1.0) * table["edge_tolerance"] + table["noise"] + reach + rounding
-    limits = PieceLimits(WHOLE * side, CUT * side, THIN * side, PIECES)
+    limits = PieceLimits(LENGTH * side, TRIMMED_LENGTH * side, THICKNESS * side, MAX_PIECES)
     pieces, _ = side_pieces_nb.surface_pieces(
         tables.elements, tables.trims, origin, margins, limits
     )
     low, high = np.floor(pieces[:, :6] / side).reshape(-1, 2, 3).clip(0, voxels - 1).swapaxes(0, 1)
-    if (high - low + 1.0).prod(axis=1).sum() > CROWDED:
-        return NONE
+    if (high - low + 1.0).prod(axis=1).sum() > MAX_ENTRIES:
+        return NO_LISTS
     first = np.zeros(int(np.prod(voxels)) + 1, np.int32)
     piece_lists_nb.list_pieces(pieces, side, voxels, first, np.zeros(0, np.int32))
     first = np.cumsum(first, dtype=np.int32)
@@ -106,4 +110,4 @@ def build_lists(tables: Tables) -> PieceLists:
     return PieceLists(origin, 1.0 / side, reach, voxels, first, listed, pieces)
 
 
-_LISTS = Kept(build_lists, DiskCache("lists", __file__), FEW)
+_LISTS = Kept(build_lists, DiskCache("lists", __file__), MIN_ELEMENTS)

@@ -1,4 +1,4 @@
-"""What kernels hand each other that look for where a path crosses a body."""
+"""Records that the kernels of path crossings pass to each other."""
 
 from __future__ import annotations
 
@@ -13,50 +13,52 @@ Vector = tuple[float, float, float]
 
 
 class LeafPath(NamedTuple):
-    """The same path as one element sees it, from its origin."""
+    """A straight path p + x d near one element, relative to its origin."""
 
     p: Vector
     d: Vector
+    """Direction, of length one."""
     slack: float
+    """Length below which distances count as zero."""
     wide: float
-    """How far beside the element a crossing still counts, length: its widest edge."""
+    """Largest distance beside the element at which a crossing counts, length: its widest edge."""
     room: tuple[float, float, float, float]
     """The same beyond each of its sides."""
 
 
 class Ends(NamedTuple):
-    """Which part of a path is looked at."""
+    """The part of a path that is searched."""
 
     length: float
     spare: float
-    """How far beyond its ends a crossing at a small angle may lie, length."""
+    """Largest distance of a crossing at a small angle beyond the ends, length."""
     far: float
-    """Where crossings need not be looked for any more, length from its start."""
+    """Distance from the start at which the search ends, length."""
     sense: int
-    """ENTRIES or EITHER."""
+    """Which crossings count: ENTRIES or EITHER."""
 
 
 class CellWork(NamedTuple):
-    """Memory to search a leaf in."""
+    """Work arrays of the search of a leaf."""
 
     stack: FloatArray
-    """(cells, 4) cells that wait, (s0, s1, t0, t1)."""
+    """(cells, 4) pending cells (s0, s1, t0, t1)."""
     h: FloatArray
-    """(4, 6) derivatives."""
+    """(4, 6) point and derivatives."""
     k: FloatArray
     """(9,) bounds of the derivatives over a cell."""
     corner: FloatArray
     """(2, 3) box of a cell."""
     counts: IntArray
-    """(2,) cells opened, and whether the path was given up."""
+    """(2,) number of cells opened; 1 if the search was given up, else 0."""
 
 
 class Queue(NamedTuple):
-    """Nodes of the hierarchy that wait."""
+    """Pending nodes of the hierarchy."""
 
     nodes: IntArray
     entry: FloatArray
-    """Where the path enters the box of each."""
+    """Distance from the start at which the path enters the box of each, length."""
 
 
 @pass_by_pointer
@@ -70,7 +72,7 @@ class MovingSurface(NamedTuple):
     change: Elements
     """Bernstein coefficients of the displacement from the first to the last shape; for bounds."""
     way: float
-    """Largest displacement of any of its points, length."""
+    """Largest displacement of any point, length."""
 
 
 class MovingSegment(NamedTuple):

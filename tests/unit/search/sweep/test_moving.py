@@ -85,6 +85,21 @@ def test_with_a_surface_that_stays_they_are_those_of_paths_alone(name: str) -> N
     np.testing.assert_allclose(hits.fraction, alone.fraction, rtol=0, atol=1e-9)
 
 
+@pytest.mark.parametrize("name", BODIES)
+def test_a_surface_that_flies_far_is_crossed_by_what_flies_with_it(name: str) -> None:
+    body = BODIES[name]()
+    deformable, before, now = shapes_of(body, 0.01)
+    a, b = paths(body, 800, 5)
+    fly = np.array([30.0, -20.0, 10.0])
+    hits, sense = deformable.at(now).last_crossings_from(deformable.at(before), a, b)
+    there, own = deformable.at(now + fly).last_crossings_from(deformable.at(before), a, b + fly)
+    assert (sense != 0).sum() > 40
+    np.testing.assert_array_equal(own, sense)
+    np.testing.assert_allclose(there.fraction, hits.fraction, rtol=0, atol=1e-9)
+    crossed = sense != 0
+    np.testing.assert_allclose(there.point[crossed], (hits.point + fly)[crossed], atol=1e-9)
+
+
 def test_a_surface_that_comes_over_a_point_at_rest_is_crossed() -> None:
     body = cg.Body([cg.shapes.plane(width=2.0, length=2.0)])
     deformable, rest = deformable_of(body), body.net.points

@@ -60,7 +60,7 @@ def test_hits_are_the_same_bits_with_lists_and_without(name):
     a, b = paths(body)
     lists = piece_lists.build_lists(tables)
     found = hits(tables, lists, a, b)
-    for own, other in zip(found, hits(tables, piece_lists.NONE, a, b), strict=True):
+    for own, other in zip(found, hits(tables, piece_lists.NO_LISTS, a, b), strict=True):
         np.testing.assert_array_equal(own, other)
     assert (found[4] == Status.OK).sum() > 300
     # And they tell of most of what is not very close to the surface that it crosses nothing.
@@ -92,21 +92,21 @@ def test_nothing_is_said_of_long_paths_of_what_is_no_number_and_beyond_the_grid(
     b[4, 2] = 0.01
     assert clear_ones(lists, a, b, 0.0).tolist() == [True, False, False, False, False]
     assert not clear_ones(lists, a, b, 2.0 * lists.reach).any()
-    assert not clear_ones(piece_lists.NONE, a, b, 0.0).any()
+    assert not clear_ones(piece_lists.NO_LISTS, a, b, 0.0).any()
 
 
 def test_nothing_is_listed_where_edges_are_so_wide_that_all_pieces_are_everywhere():
     tables = tables_of(cg.Body([rough(2)]))
     elements = tables.elements._replace(table=tables.elements.table.copy())
     elements.table["edge_tolerance"] = 0.05 * float(tables.scale[0])
-    assert piece_lists.build_lists(tables) is not piece_lists.NONE
-    assert piece_lists.build_lists(tables._replace(elements=elements)) is piece_lists.NONE
+    assert piece_lists.build_lists(tables) is not piece_lists.NO_LISTS
+    assert piece_lists.build_lists(tables._replace(elements=elements)) is piece_lists.NO_LISTS
 
 
 def test_lists_are_made_once_they_are_worth_it(monkeypatch):
     tables = tables_of(cg.Body([cg.shapes.torus()]))
-    monkeypatch.setattr(piece_lists, "WORTH", 100)
-    assert piece_lists.lists_of(tables, 60) is piece_lists.NONE
+    monkeypatch.setattr(piece_lists, "MIN_PATHS", 100)
+    assert piece_lists.lists_of(tables, 60) is piece_lists.NO_LISTS
     lists = piece_lists.lists_of(tables, 60)
     assert len(lists.pieces) > 0
     assert piece_lists.lists_of(tables, 1) is lists

@@ -1,13 +1,13 @@
-"""Where a straight path crosses one leaf, cell by cell, with tolerances that are lengths.
+"""Crossings of a straight path with one leaf, cell by cell, with tolerances that are lengths.
 
-The line p + x d, d of length one, is solved for, not the segment: seen along d only (s, t) are
-unknown, and x follows from the point found. With a = S_s, b = S_t and c = (a × b)·d the rows
-(b × d)/c and (d × a)/c turn a displacement of the line into one of (s, t). Every crossing in a
+The equations are those of the line p + x d, d of length one, not of the segment: seen along d only
+(s, t) are unknown, and x follows from the point found. With a = S_s, b = S_t and c = (a × b)·d the
+rows (b × d)/c and (d × a)/c turn a displacement of the line into one of (s, t). Every crossing in a
 cell lies within |rows| · (departure from the tangent plane) of the linear one: a cell whose
 rectangle misses that is dropped. Where the derivatives change so little over the cell that
 |rows| · change < 1 there is at most one crossing, and Newton's method held in the cell finds it;
-other cells are halved (interval Newton, Moore, Kearfott & Cloud 2009, ch. 8). None of this knows
-how long the segment is; its ends only cut off what lies beyond them.
+other cells are halved (interval Newton, Moore, Kearfott & Cloud 2009, ch. 8). None of this depends
+on the length of the segment; its ends only cut off what lies beyond them.
 """
 
 from __future__ import annotations
@@ -25,29 +25,30 @@ from contiga.search.sweep.sweep_records import LeafPath
 
 DROP, SOLVE, POINT, HALVE = 0, 1, 2, 3
 ENDLESS, BESIDE, ON = -1, 0, 1
-CONTRACTS = 0.75
+MAX_CONTRACTION = 0.75
 """|rows| · change below which Newton's method, held in the cell, converges to the only root: its
 steps shrink at least by λ²/(4 (1 − λ)) < 1, and squared from then on."""
-STEPS = 60
-"""Of Newton's method: held at a side with the root beyond it, it may only halve its steps."""
-EASY = 64
-"""Cells of a leaf after which its bounds are taken for too loose, and each cell gets its own."""
-DEEP = 1.0 / 64.0
-"""Cells of an element with a pole, smaller than this share of their leaf, get bounds of their own:
-the leaf's do not shrink towards the pole."""
-TINY = 1e-16
-"""Half-size of a cell (local parameters) that cannot be halved any more."""
+MAX_STEPS = 60
+"""Largest number of Newton's steps: held at a side with the root beyond it, they may only halve."""
+MAX_LOOSE_CELLS = 64
+"""Number of cells of a leaf from which on each gets bounds of its own: those of the leaf are too
+loose."""
+POLE_SHARE = 1.0 / 64.0
+"""Share of their leaf below which cells of an element with a pole get bounds of their own: the
+leaf's do not shrink towards the pole."""
+MIN_SIZE = 1e-16
+"""Half-size of a cell (local parameters) below which it is not halved."""
 MAX_CELLS = 20000
-"""Cells one path may open; then it is given up."""
-DEPTH = 128
-"""Cells of a leaf that can wait at once."""
-NONE = (0.0, 0.0, 0.0, 0.0)
-"""No room beyond any side."""
+"""Largest number of cells of a path; with more the search is given up."""
+MAX_PENDING = 128
+"""Largest number of pending cells of a leaf."""
+NO_ROOM = (0.0, 0.0, 0.0, 0.0)
+"""Room beyond the sides of an element without a widened edge."""
 
 
 @inner(error_model="numpy")
 def _beside_box(corner, p, d, near, far, pad):
-    """Whether p + x d, near ≤ x ≤ far, misses a box (low, high) widened by `pad`."""
+    """Tell whether p + x d, near ≤ x ≤ far, misses a box (low, high) widened by `pad`."""
     for c in range(3):
         low = corner[0, c] - pad - p[c]
         high = corner[1, c] + pad - p[c]
@@ -64,10 +65,12 @@ def _beside_box(corner, p, d, near, far, pad):
 
 @inner(error_model="numpy")
 def judge_cell(h, k, size, path, span, entries):
-    """What to do with a cell of half-size `size` about the place whose derivatives are `h`.
+    """Decide whether to DROP a cell of half-size `size` about the place with derivatives `h`, to
+    SOLVE there, to take it for a POINT, or to HALVE it.
 
-    `path` is a `LeafPath`, `span` the (near, far) of it that is asked for. Returns what to do, and
-    the steps in (s, t) from the middle to where SOLVE is to start.
+    `path` is a `LeafPath`, `span` is (near, far), the range of x that is searched; `entries` tells
+    whether only entries count. Also returns the steps in (s, t) from the middle to where SOLVE is
+    to start.
     """
     hs, ht = size
     p, d, slack, wide = path.p, path.d, path.slack, path.wide
@@ -95,7 +98,7 @@ def judge_cell(h, k, size, path, span, entries):
     pad = (bend + slack + wide) * math.sqrt(dot(n, n))
     if min(first, last) > pad or max(first, last) < -pad:
         return DROP, 0.0, 0.0
-    # Leaving wherever in the cell: n·d > 0 for all its normals.
+    # The path leaves wherever it crosses the cell: n·d > 0 for all its normals.
     turn = (kxx + kxy) * ky + kx * (kxy + kyy)
     if entries and c * hs * ht > turn * (1.0 + 1e-6):
         return DROP, 0.0, 0.0
@@ -110,24 +113,25 @@ def judge_cell(h, k, size, path, span, entries):
     if abs(s) - g_s * off > away * hs or abs(t) - g_t * off > away * ht:
         return DROP, 0.0, 0.0
     change = kxx + 2.0 * kxy + kyy
-    if g_s * change < CONTRACTS * away * hs and g_t * change < CONTRACTS * away * ht:
+    if g_s * change < MAX_CONTRACTION * away * hs and g_t * change < MAX_CONTRACTION * away * ht:
         return SOLVE, min(max(s / c, -hs), hs), min(max(t / c, -ht), ht)
-    if kx + ky < slack or bend < 0.25 * slack or (hs < TINY and ht < TINY):
+    if kx + ky < slack or bend < 0.25 * slack or (hs < MIN_SIZE and ht < MIN_SIZE):
         return POINT, 0.0, 0.0
     return HALVE, 0.0, 0.0
 
 
 @inner(error_model="numpy")
 def _solve(elements, e, box, start, path, h):
-    """Newton's method for the line, held in `box` (s0, s1, t0, t1), from `start`.
+    """Find a crossing of the line by Newton's method from `start` (s, t), kept in `box` (s0, s1,
+    t0, t1).
 
-    Returns ON where it converged, BESIDE where the box holds no root, ENDLESS where the steps ran
-    out; s, t, x, and (S_s × S_t)·d over |S_s × S_t|.
+    Returns ON if it converged, BESIDE if the box holds no root, ENDLESS if the steps ran out; s, t,
+    x, and (S_s × S_t)·d over |S_s × S_t|.
     """
     p, d, slack = path.p, path.d, path.slack
     s, t = start
     x = slope = 0.0
-    for _ in range(STEPS):
+    for _ in range(MAX_STEPS):
         evaluate(elements, e, s, t, h)
         r = minus(p, column(h, 0))
         a = column(h, 1)
@@ -138,7 +142,7 @@ def _solve(elements, e, box, start, path, h):
             return ENDLESS, s, t, x, slope
         slope = c / math.sqrt(dot(n, n))
         x = -dot(r, d)
-        # From the miss, not from the start: that far away the products cancel to noise.
+        # Products with the miss: with the vector to the start, far away, they cancel to noise.
         miss = (r[0] + x * d[0], r[1] + x * d[1], r[2] + x * d[2])
         q = cross(b, d)
         o = cross(d, a)
@@ -159,10 +163,11 @@ def _solve(elements, e, box, start, path, h):
 
 @inner(error_model="numpy")
 def shrunk_cell(h, k, cell, path, span):
-    """The part of a cell in which the path itself, not the line, can cross it.
+    """Return the part (s0, s1, t0, t1) of a cell in which the path itself, not the line, can cross
+    it; low ≥ high if there is none.
 
     To first order (s, t) of a point of the path follow from the dual vectors of the tangent plane,
-    whatever the angle: what is shorter than the cell leaves little of it. Empty: low ≥ high.
+    at any angle: a path that is shorter than the cell can cross little of it.
     """
     p, d, slack, wide = path.p, path.d, path.slack, path.wide
     hs = 0.5 * (cell[1] - cell[0])
@@ -172,8 +177,8 @@ def shrunk_cell(h, k, cell, path, span):
         return cell
     off = 0.5 * (k[2] * hs * hs + k[4] * ht * ht) + k[3] * hs * ht + 2.0 * slack + wide
     s, t, ds, dt = line
-    pad_s = off * per[0] + 4.0 * TINY
-    pad_t = off * per[1] + 4.0 * TINY
+    pad_s = off * per[0] + 4.0 * MIN_SIZE
+    pad_t = off * per[1] + 4.0 * MIN_SIZE
     sc = 0.5 * (cell[0] + cell[1])
     tc = 0.5 * (cell[2] + cell[3])
     return (
@@ -186,10 +191,11 @@ def shrunk_cell(h, k, cell, path, span):
 
 @inner(error_model="numpy")
 def held_cell(cell, size, path, room, h):
-    """The rectangle in which the crossing of a cell is looked for: the cell and its tolerance.
+    """Return the rectangle (s0, s1, t0, t1) in which the crossing of a cell is searched: the cell
+    and its tolerance.
 
-    A displacement of the line by `slack`, and beyond the sides of the element by their `room`, is
-    turned into one of (s, t) by the derivatives `h` in the cell's middle.
+    The derivatives `h` in the middle of the cell turn a displacement of the line by `slack`, and
+    beyond the sides of the element by their `room`, into one of (s, t).
     """
     d, slack = path.d, path.slack
     a = column(h, 1)
@@ -210,18 +216,18 @@ def held_cell(cell, size, path, room, h):
 
 @inner()
 def next_crossing(elements, leaf, pole, path, ends, work, top):
-    """Next crossing of one leaf, trimmed or not, among the `top` cells on the stack.
+    """Find the next crossing of one leaf, trimmed or not, among the `top` cells on the stack.
 
-    `path` is a `LeafPath`, `ends` are `Ends`, `work` is `CellWork`. Returns x (infinite where there
-    is none), s, t, the slope n·d, and how many cells are left.
+    `path` is a `LeafPath`, `ends` are `Ends`, `work` is `CellWork`. Returns x (infinite if there is
+    none), s, t, the slope n·d, and the number of cells left on the stack.
     """
     stack, h, k, corner, count = work.stack, work.h, work.k, work.corner, work.counts
     length, spare, far, sense = ends.length, ends.spare, ends.far, ends.sense
     e = leaf["element"]
     p, d, slack = path.p, path.d, path.slack
-    whole = DEEP * (leaf["box"][1] - leaf["box"][0]) * (leaf["box"][3] - leaf["box"][2])
+    whole = POLE_SHARE * (leaf["box"][1] - leaf["box"][0]) * (leaf["box"][3] - leaf["box"][2])
     span = (-spare, min(far, length + spare))
-    easy = count[0] + EASY
+    easy = count[0] + MAX_LOOSE_CELLS
     first, s, t, slope = math.inf, 0.0, 0.0, 0.0
     while top > 0 and first == math.inf:
         top -= 1
@@ -229,7 +235,7 @@ def next_crossing(elements, leaf, pole, path, ends, work, top):
         cell = (stack[top, 0], stack[top, 1], stack[top, 2], stack[top, 3])
         place = (0.5 * (cell[0] + cell[1]), 0.5 * (cell[2] + cell[3]))
         size = (0.5 * (cell[1] - cell[0]), 0.5 * (cell[3] - cell[2]))
-        # The path as one cell sees it: as wide as the widest room beyond sides that it touches.
+        # For a cell the path is as wide as the widest room beyond the sides that the cell touches.
         room = path.room
         wide = room[0] if cell[0] <= -0.5 else 0.0
         wide = max(wide, room[1] if cell[1] >= 0.5 else 0.0)
@@ -248,19 +254,19 @@ def next_crossing(elements, leaf, pole, path, ends, work, top):
         verdict, ds, dt = judge_cell(h, k, size, seen, span, sense == ENTRIES)
         if verdict == SOLVE:
             start = (place[0] + ds, place[1] + dt)
-            box = held_cell(cell, size, path, NONE, h)
+            box = held_cell(cell, size, path, NO_ROOM, h)
             around = held_cell(cell, size, path, path.room, h)
             state, s, t, x, slope = _solve(elements, e, box, start, path, h)
             if state == BESIDE and around != box:
                 state, s, t, x, slope = _solve(elements, e, around, start, path, h)
                 state = max(state, BESIDE)
-            # Beside a wide edge the caller finds where along the path the crossing is.
+            # Beside a wide edge the caller finds the place of the crossing along the path.
             if state == ON:
                 over = spare if path.wide > 0.0 else min(slack / abs(slope), spare)
                 if -over <= x <= length + over and x < far and (sense == EITHER or slope < 0.0):
                     first = x
             if state == ENDLESS:
-                verdict = HALVE if max(size[0], size[1]) > TINY else POINT
+                verdict = HALVE if max(size[0], size[1]) > MIN_SIZE else POINT
                 evaluate(elements, e, place[0], place[1], h)
         if verdict == POINT:
             x, ds, dt, slope = touch(elements, e, cell, path, length, h)
@@ -268,7 +274,7 @@ def next_crossing(elements, leaf, pole, path, ends, work, top):
             if slope != 0.0 and x < far and (sense == EITHER or slope < 0.0):
                 first = x
         if verdict == HALVE:
-            if count[0] > MAX_CELLS or top > DEPTH - 3:
+            if count[0] > MAX_CELLS or top > MAX_PENDING - 3:
                 count[1] = 1
                 continue
             part = shrunk_cell(h, k, cell, seen, span)
@@ -281,8 +287,8 @@ def next_crossing(elements, leaf, pole, path, ends, work, top):
                 continue
             # Halves, cut across s where the surface is longer along it.
             hs, ht = size
-            if hs < TINY or ht < TINY:
-                across = ht < TINY
+            if hs < MIN_SIZE or ht < MIN_SIZE:
+                across = ht < MIN_SIZE
             elif closely:
                 across = k[0] * hs >= k[1] * ht
             else:

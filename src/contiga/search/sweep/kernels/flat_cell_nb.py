@@ -1,4 +1,4 @@
-"""Where a path crosses a cell that is a point, or flat along the path: its ends tell."""
+"""Crossing of a cell that is a point, or flat along the path, by the ends of the path."""
 
 from __future__ import annotations
 
@@ -11,9 +11,10 @@ from contiga.jit import inner
 
 @inner(error_model="numpy")
 def _passage(box, line, pad):
-    """The x, low to high, at which a line passes over a rectangle `box` widened by `pad`.
+    """Return the range of x, low to high, in which a line is over a rectangle `box` (s0, s1, t0,
+    t1) widened by `pad` (2,); low > high if there is none.
 
-    `line` holds (s, t) at x = 0 and how they grow with x. Empty: low > high.
+    `line` (4,) is (s, t) at x = 0 and their derivatives by x.
     """
     low, high = -math.inf, math.inf
     for c in range(2):
@@ -32,10 +33,10 @@ def _passage(box, line, pad):
 
 @inner(error_model="numpy")
 def over_plane(h, r, d):
-    """The line r + x d over the tangent plane, in (s, t) from where `h` was taken.
+    """Project the line r + x d onto the tangent plane, in (s, t) from the place of `h`.
 
-    Whether there is a plane; (s, t) at x = 0 and how they grow with x; the most that a
-    displacement of length one changes s and t.
+    Returns whether there is a plane; (s, t) at x = 0 and their derivatives by x; the largest
+    changes of s and t by a displacement of length one.
     """
     a = column(h, 1)
     b = column(h, 2)
@@ -56,11 +57,12 @@ def over_plane(h, r, d):
 
 @inner(linked=False, error_model="numpy")
 def touch(elements, e, cell, path, length, h):
-    """A cell that is a point, or flat along the path: the ends tell on which sides of its tangent
-    plane they lie. Returns x and the steps in (s, t) from the middle to where the path is as near
-    as it comes over the cell to where it meets that plane, and the slope −1, 0 (no crossing) or 1.
+    """Find the crossing of a cell that is a point, or flat along the path, by the sides of its
+    tangent plane on which the ends of the path lie.
 
-    Over the cell is also what lies beyond sides of the element by no more than their room.
+    Returns x and the steps in (s, t) from the middle to the place over the cell that is nearest to
+    where the path meets the plane, and the slope −1, 0 (no crossing) or 1. Places beyond sides of
+    the element by no more than their room count as over the cell.
     """
     s, t = 0.5 * (cell[0] + cell[1]), 0.5 * (cell[2] + cell[3])
     normal = normal_at(elements, e, s, t, h)
@@ -100,7 +102,7 @@ def meet_plane(cell, path, length, h, r, heights):
     low, high = max(low, 0.0), min(high, length)
     meets = -first / falls
     x = min(max(meets, low), high)
-    # Neighbouring cells tell where it meets their planes with a doubt of slack along the normal.
+    # Neighbouring cells find where it meets their planes up to slack along the normal.
     if low > high or abs(x - meets) * abs(falls) > 2.0 * slack:
         return 0.0, 0.0, 0.0, 0.0
     ds = min(max(line[0] + x * line[2], box[0]), box[1])

@@ -1,7 +1,7 @@
 """Crossings of swept points: the segments p0 → p1 against the exact surface.
 
-The hierarchy is walked along the path, nearest boxes first; a leaf is searched cell by cell
-(`crossing_nb`). Lengths below `slack`, a few times the rounding of the coordinates, are none.
+The hierarchy is traversed along the path, nearest boxes first; a leaf is searched cell by cell
+(`crossing_nb`). Lengths below `slack`, a few times the rounding of the coordinates, count as zero.
 """
 
 from __future__ import annotations
@@ -18,21 +18,23 @@ from contiga.jit import inner, kernel
 from contiga.search.closest.kernels.edge_width_nb import BESIDE, edge_width
 from contiga.search.hierarchy.kernels.face_nb import has_pole
 from contiga.search.hierarchy.kernels.plates_nb import is_passed
-from contiga.search.sweep.kernels.crossing_nb import DEPTH, next_crossing
+from contiga.search.sweep.kernels.crossing_nb import MAX_PENDING, next_crossing
 from contiga.search.sweep.kernels.piece_lists_nb import is_clear
 from contiga.search.sweep.sweep_records import CellWork, Ends, LeafPath, Queue
 
 GRAZING = 32.0
-"""Widths of an edge that a path may meet the carrier of a face beyond it."""
+"""Largest distance beyond an edge at which a path may cross the carrier of the face, in widths of
+the edge."""
 X, ELEMENT, S, T, EDGE, OVER = 0, 1, 2, 3, 4, 5
-"""Columns of what was found: x, element, s, t, width of an edge beside it, doubt about x."""
+"""Columns of a crossing: x, element, s, t, width of an edge beside it, uncertainty of x."""
 
 
 @inner()
 def meets_box(node, p, inverse, span, slack):
-    """Whether p + x d, near ≤ x ≤ far, meets the node's box, widened by `slack`; the least such x.
+    """Tell whether p + x d, near ≤ x ≤ far, meets the box of a node, widened by `slack`; also
+    return the least such x.
 
-    `inverse` is one over d, component by component.
+    `span` is (near, far), `inverse` is one over d, component by component.
     """
     near, far = span
     for c in range(3):
@@ -57,7 +59,8 @@ def reciprocal(x):
 
 @inner()
 def next_leaves(tree, p, inverse, span, slack, queue, top):
-    """Next node of leaves that the path meets within `span`, −1 for none, and nodes left."""
+    """Return the next node of leaves that the path meets within `span`, −1 for none, and the number
+    of pending nodes."""
     nodes, entry = queue.nodes, queue.entry
     leaf_node = -1
     while top > 0 and leaf_node < 0:
@@ -83,9 +86,9 @@ def next_leaves(tree, p, inverse, span, slack, queue, top):
 
 @inner()
 def _room_beside(elements, e, side, slack):
-    """How far beyond a side of an element a crossing may still be its own.
+    """Return the largest distance beyond a side of an element at which a crossing is its own.
 
-    Beyond a smooth joint it is the neighbour's, unless the neighbour is cut away as a whole.
+    Beyond a smooth joint it is the neighbour's, unless all of the neighbour is trimmed away.
     """
     row = elements.table[e]
     across = row["neighbour"][side]
@@ -97,10 +100,11 @@ def _room_beside(elements, e, side, slack):
 
 @inner(error_model="numpy")
 def _on_element(elements, e, place, path, x, h):
-    """The place of an element that stands for a crossing at `place`, and x there.
+    """Return the place of an element that stands for a crossing at `place`, and x there.
 
-    What lies off the element, seen along the path within rounding, is far off if that is flat: it
-    is where the side is nearest to the path. `h` holds the derivatives at the crossing.
+    A crossing beside the element by rounding, seen along the path, is far beside it if it is flat
+    along the path: it is put where the side is nearest to the path. `h` holds the derivatives at
+    the crossing.
     """
     if abs(place[0]) <= 0.5 and abs(place[1]) <= 0.5:
         return place, x
@@ -117,7 +121,7 @@ def _on_element(elements, e, place, path, x, h):
         bb += t * t
     s = min(max(place[0], -0.5), 0.5)
     t = min(max(place[1], -0.5), 0.5)
-    # Along the side to where, seen along the path, the step onto it is shortest.
+    # Move along the side to where, seen along the path, the step onto it is shortest.
     if s != place[0] and t == place[1] and bb > 0.0:
         t = min(max(t - (s - place[0]) * ab / bb, -0.5), 0.5)
     elif t != place[1] and s == place[0] and aa > 0.0:
@@ -127,11 +131,31 @@ def _on_element(elements, e, place, path, x, h):
     return (s, t), x
 
 
+@inner()
+def keep_first(crossings, e, place, x, slope, over, width):
+    """Keep a crossing of element e at `place` (s, t) if it is the first entry, or the first exit.
+
+    `slope` is below zero where it enters, `over` the doubt about x, `width` that of an edge beside
+    it.
+    """
+    side = 0 if slope < 0.0 else 1
+    if x < crossings[side, X]:
+        crossings[side, X] = x
+        crossings[side, ELEMENT] = e
+        crossings[side, S] = min(max(place[0], -0.5), 0.5)
+        crossings[side, T] = min(max(place[1], -0.5), 0.5)
+        crossings[side, EDGE] = width
+        crossings[side, OVER] = over
+
+
 @inner(linked=False)
 def _search(tables, segment, loose, sense, crossings, queue, work):
-    """First crossings of a `Segment`: entries in crossings[0], where it leaves in crossings[1]
-    (`sense` EITHER only). `loose` is by how many widths of an edge beyond either end one at that
-    edge may lie; `queue` is a `Queue`, `work` is `CellWork`."""
+    """Find the first crossings of a `Segment`: the entry in crossings[0], the exit in crossings[1]
+    (if `sense` is EITHER).
+
+    `loose` (2,) is the largest distance beyond either end of a crossing at an edge, in widths of
+    that edge; `queue` is a `Queue`, `work` is `CellWork`.
+    """
     tree, leaves, elements = tables.tree, tables.leaves, tables.elements
     trims, piece_width = tables.trims, tables.piece_width
     stack, h, count = work.stack, work.h, work.counts
@@ -156,7 +180,7 @@ def _search(tables, segment, loose, sense, crossings, queue, work):
             e = leaf["element"]
             if e < 0:
                 continue
-            # It can meet neither the leaf nor the carrier of its face beside its edges.
+            # Skip leaves that the path meets neither inside their edges nor beside them.
             plate, row = tables.plates[i], elements.table[e]
             beside = max(spare, GRAZING * plate["edge_tolerance"])
             span = (-beside, min(far + beside, length + beside))
@@ -193,7 +217,7 @@ def _search(tables, segment, loose, sense, crossings, queue, work):
                 )
                 if width == BESIDE:
                     continue
-                # Met beyond its edge, a face is crossed where the path passes the edge.
+                # A face that is met beyond its edge is crossed where the path passes the edge.
                 over = min(path.slack / abs(slope), spare)
                 if on != 0.0:
                     x += on
@@ -202,20 +226,13 @@ def _search(tables, segment, loose, sense, crossings, queue, work):
                 else:
                     place, x = _on_element(elements, e, place, path, x, h)
                 if x < far and -over <= x <= length + over:
-                    side = 0 if slope < 0.0 else 1
-                    if x < crossings[side, X]:
-                        crossings[side, X] = x
-                        crossings[side, ELEMENT] = e
-                        crossings[side, S] = min(max(place[0], -0.5), 0.5)
-                        crossings[side, T] = min(max(place[1], -0.5), 0.5)
-                        crossings[side, EDGE] = width
-                        crossings[side, OVER] = over
+                    keep_first(crossings, e, place, x, slope, over, width)
                     far = min(far, x + beyond)
 
 
 @inner()
 def write_crossing(elements, out, i, crossing, length, h):
-    """Write a crossing into row i of the hits, all but the status."""
+    """Write a crossing into row i of the hits, except its status."""
     e = int(crossing[ELEMENT])
     evaluate(elements, e, crossing[S], crossing[T], h)
     out.fraction[i] = min(max(crossing[X] / length, 0.0), 1.0)
@@ -226,19 +243,40 @@ def write_crossing(elements, out, i, crossing, length, h):
 
 
 @inner()
+def write_last(elements, out, verdict, i, crossings, lengths, h):
+    """Write the crossing that was found first, going backwards, into row i of the hits, if there is
+    one, and what `verdict` is to say of it; see `last_crossings`.
+
+    `lengths` are that of the path in units of x, and that below which lengths count as zero.
+    """
+    side = 0 if crossings[0, X] <= crossings[1, X] else 1
+    last, other = crossings[side], crossings[1 - side]
+    if last[X] < math.inf:
+        length, slack = lengths
+        write_crossing(elements, out, i, last, length, h)
+        out.fraction[i] = 1.0 - out.fraction[i]
+        out.status[i] = AT_START if last[X] >= length else OK
+        verdict[i, 0] = 2.0 * side - 1.0
+        verdict[i, 1] = last[EDGE]
+        if other[X] - other[OVER] <= last[X] + last[OVER]:
+            verdict[i, 1] = max(verdict[i, 1], slack)
+
+
+@inner()
 def search_memory():
     """Allocate the work arrays of a search: crossings, queue of nodes, and work of a leaf."""
     queue = Queue(np.empty(128, np.int64), np.empty(128))
-    stack, k, corner = np.empty((DEPTH, 4)), np.empty(9), np.empty((2, 3))
+    stack, k, corner = np.empty((MAX_PENDING, 4)), np.empty(9), np.empty((2, 3))
     work = CellWork(stack, np.empty((4, 6)), k, corner, np.zeros(2, np.int64))
     return np.empty((2, 6)), queue, work
 
 
 @kernel(error_model="numpy")
 def first_hits(tables, lists, p0, p1, rows, out, start, stop):
-    """First entry of each segment p0[rows[i]] → p1[rows[i]] into row i of `out`.
+    """Write the first entry of each segment p0[rows[i]] → p1[rows[i]] into row i of `out`.
 
-    `lists` are the pieces near voxels, or none: they spare searches, and change nothing.
+    `p0` and `p1` are (n, 3). `lists` are `PieceLists`: they make the search faster, with the same
+    results.
     """
     elements = tables.elements
     crossings, queue, work = search_memory()
@@ -264,20 +302,18 @@ def first_hits(tables, lists, p0, p1, rows, out, start, stop):
 
 @kernel(error_model="numpy")
 def last_crossings(tables, lists, p0, p1, loose, out, verdict, start, stop):
-    """Crossing nearest the end of each segment p0[i] → p1[i] into row i of `out`.
+    """Write the crossing nearest the end of each segment p0[i] → p1[i] into row i of `out`.
 
-    `loose` is by how many widths of an edge beyond p0 and p1 one at that edge may lie, `lists` as
-    for `first_hits`.
-
-    `verdict` (n, 2) takes the sense, 1 where the path enters there, −1 where it leaves, 0 for
-    none; and zero, or the width of an edge that it meets, or of what is crossed both ways in one
-    place: there the answer hangs on rounding.
+    `p0` and `p1` are (n, 3); `loose` (2,) is the largest distance beyond p0 and p1 of a crossing at
+    an edge, in widths of that edge; `lists` as for `first_hits`. `verdict` (n, 2) takes the sense,
+    1 for an entry, −1 for an exit, 0 for none; and the width within which the answer depends on
+    rounding: that of an edge at the crossing, or of a place that is crossed both ways; else zero.
     """
     elements = tables.elements
     crossings, queue, work = search_memory()
     size = tables.scale[0]
     for i in range(start, stop):
-        # Backwards: what is entered going back is left going on.
+        # Searched backwards: an entry there is an exit in fact.
         p = (p1[i, 0], p1[i, 1], p1[i, 2])
         q = (p0[i, 0], p0[i, 1], p0[i, 2])
         verdict[i] = 0.0
@@ -289,15 +325,6 @@ def last_crossings(tables, lists, p0, p1, loose, out, verdict, start, stop):
             continue
         segment = Segment(p, d, length, slack, spare)
         _search(tables, segment, (loose[1], loose[0]), EITHER, crossings, queue, work)
-        side = 0 if crossings[0, X] <= crossings[1, X] else 1
-        if crossings[side, X] < math.inf:
-            write_crossing(elements, out, i, crossings[side], length, work.h)
-            out.fraction[i] = 1.0 - out.fraction[i]
-            out.status[i] = AT_START if crossings[side, X] >= length else OK
-            verdict[i, 0] = 2.0 * side - 1.0
-            verdict[i, 1] = crossings[side, EDGE]
-            last, other = crossings[side], crossings[1 - side]
-            if other[X] - other[OVER] <= last[X] + last[OVER]:
-                verdict[i, 1] = max(verdict[i, 1], slack)
+        write_last(elements, out, verdict, i, crossings, (length, slack), work.h)
         if work.counts[1] != 0:
             out.status[i] = BUDGET

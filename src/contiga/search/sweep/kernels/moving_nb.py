@@ -19,7 +19,7 @@ import math
 
 import numpy as np
 
-from contiga.arrays.codes import AT_START, BUDGET, NO_HIT, NOT_FINITE, OK
+from contiga.arrays.codes import BUDGET, NO_HIT, NOT_FINITE
 from contiga.arrays.kernels.query_nb import blank_hit, direction, slack_of
 from contiga.arrays.kernels.rows_nb import put
 from contiga.arrays.kernels.vector_nb import column, cross, dot, minus
@@ -31,33 +31,29 @@ from contiga.search.closest.kernels.edge_width_nb import BESIDE, edge_width
 from contiga.search.hierarchy.kernels.plates_nb import is_passed
 from contiga.search.sweep.kernels.crossing_nb import BESIDE as MISSED
 from contiga.search.sweep.kernels.crossing_nb import (
-    DEPTH,
     DROP,
     ENDLESS,
     HALVE,
     MAX_CELLS,
-    NONE,
+    MAX_PENDING,
+    MAX_STEPS,
+    MIN_SIZE,
+    NO_ROOM,
     ON,
     POINT,
     SOLVE,
-    STEPS,
-    TINY,
     held_cell,
     judge_cell,
     shrunk_cell,
 )
 from contiga.search.sweep.kernels.flat_cell_nb import meet_plane
 from contiga.search.sweep.kernels.hit_nb import (
-    EDGE,
-    ELEMENT,
-    OVER,
-    S,
-    T,
     X,
+    keep_first,
     meets_box,
     next_leaves,
     reciprocal,
-    write_crossing,
+    write_last,
 )
 from contiga.search.sweep.sweep_records import LeafPath, MovingSegment, MovingWork, Queue
 
@@ -116,7 +112,7 @@ def _meet(surface, e, box, start, segment, work):
     begin, end, mid = work.begin, work.end, work.mid
     s, t, tau = start
     speed = 0.0
-    for _ in range(STEPS):
+    for _ in range(MAX_STEPS):
         _shapes_at(surface, e, (s, t), shares, work)
         for c in range(3):
             for k in range(6):
@@ -189,19 +185,6 @@ def _touch(surface, e, cell, segment, path, length, work):
 
 
 @inner()
-def _keep(crossings, e, place, tau, speed, over, width):
-    """Keep a crossing if it is the first entry, or the first exit."""
-    side = 0 if speed < 0.0 else 1
-    if tau < crossings[side, X]:
-        crossings[side, X] = tau
-        crossings[side, ELEMENT] = e
-        crossings[side, S] = min(max(place[0], -0.5), 0.5)
-        crossings[side, T] = min(max(place[1], -0.5), 0.5)
-        crossings[side, EDGE] = width
-        crossings[side, OVER] = over
-
-
-@inner()
 def _halve(stack, top, cell, h, in_time):
     """Push the halves of a cell onto the stack, cut in time or along the longer side; return its
     new top."""
@@ -213,7 +196,7 @@ def _halve(stack, top, cell, h, in_time):
     axis = 2
     if in_time:
         axis = 4
-    elif ht < TINY or (hs >= TINY and along_s * hs * hs >= along_t * ht * ht):
+    elif ht < MIN_SIZE or (hs >= MIN_SIZE and along_s * hs * hs >= along_t * ht * ht):
         axis = 0
     stack[top, axis + 1] = stack[top + 1, axis] = 0.5 * (cell[axis] + cell[axis + 1])
     return top + 2
@@ -230,7 +213,7 @@ def _between(p, q, share):
 def _face_edge_width(surface, e, place, d, slack, mid):
     """Return the width of an edge near a crossing in direction `d`, or BESIDE if the crossing is
     outside the face; `mid` holds the derivatives there."""
-    line = LeafPath(column(mid, 0), d, slack, 0.0, NONE)
+    line = LeafPath(column(mid, 0), d, slack, 0.0, NO_ROOM)
     tables = surface.now
     width, _, _ = edge_width(
         tables.elements, tables.trims, tables.piece_width, e, place, line, 3.0 * slack, mid
@@ -280,14 +263,14 @@ def _cross_leaf(surface, leaf, segment, crossings, work):
         p = (part.p[0] + 0.5 * shift[0], part.p[1] + 0.5 * shift[1], part.p[2] + 0.5 * shift[2])
         q = (part.q[0] - 0.5 * shift[0], part.q[1] - 0.5 * shift[1], part.q[2] - 0.5 * shift[2])
         length, d = direction(p, q)
-        path, span = LeafPath(p, d, slack, 0.0, NONE), (-spare, length + spare)
+        path, span = LeafPath(p, d, slack, 0.0, NO_ROOM), (-spare, length + spare)
         verdict, ds, dt = judge_cell(mid, work.bound, size, path, span, False)
         if verdict == DROP:
             continue
         if verdict == SOLVE:
             x = min(max(-dot(minus(p, column(mid, 0)), d), 0.0), length)
             start = (place[0] + ds, place[1] + dt, x / length)
-            limits = held_cell(rect, size, path, NONE, mid)
+            limits = held_cell(rect, size, path, NO_ROOM, mid)
             state, s, t, tau, speed = _meet(surface, e, limits, start, part, work)
             if state == ON:
                 x = cell[4] + duration * tau  # share of the whole segment
@@ -295,10 +278,10 @@ def _cross_leaf(surface, leaf, segment, crossings, work):
                 if -over <= x <= 1.0 + over:
                     width = _face_edge_width(surface, e, (s, t), d, slack, mid)
                     if width != BESIDE:
-                        _keep(crossings, e, (s, t), x, speed, over, width)
+                        keep_first(crossings, e, (s, t), x, speed, over, width)
             if state != ENDLESS:
                 continue
-            verdict = HALVE if max(size[0], size[1]) > TINY else POINT
+            verdict = HALVE if max(size[0], size[1]) > MIN_SIZE else POINT
             _shapes_at(surface, e, place, part.shares, work)
         if verdict == POINT:
             x, ds, dt, slope = _touch(surface, e, rect, part, path, length, work)
@@ -308,9 +291,9 @@ def _cross_leaf(surface, leaf, segment, crossings, work):
                 width = _face_edge_width(surface, e, (s, t), d, slack, mid)
                 if width != BESIDE:
                     x = cell[4] + duration * x / length
-                    _keep(crossings, e, (s, t), x, slope, duration * slack / length, width)
+                    keep_first(crossings, e, (s, t), x, slope, duration * slack / length, width)
             continue
-        if counts[0] > MAX_CELLS or top > DEPTH - 3:
+        if counts[0] > MAX_CELLS or top > MAX_PENDING - 3:
             counts[1] = 1
             continue
         rect = shrunk_cell(mid, work.bound, rect, path, span)
@@ -374,7 +357,7 @@ def last_moving_crossings(surface, p0, p1, between, out, verdict, start, stop):
     queue = Queue(np.empty(128, np.int64), np.empty(128))
     tables = np.empty((3, 4, 6))
     bounds = np.empty((2, 9))
-    stack, counts = np.empty((DEPTH, 6)), np.zeros(2, np.int64)
+    stack, counts = np.empty((MAX_PENDING, 6)), np.zeros(2, np.int64)
     work = MovingWork(tables[0], tables[1], tables[2], bounds[0], bounds[1], stack, counts)
     size = surface.now.scale[0]
     for i in range(start, stop):
@@ -392,15 +375,6 @@ def last_moving_crossings(surface, p0, p1, between, out, verdict, start, stop):
         shares = (between[i, 1], between[i, 0])
         segment = MovingSegment(p, q, shares, slack, math.sqrt(slack * size))
         _search(surface, segment, crossings, queue, work)
-        side = 0 if crossings[0, X] <= crossings[1, X] else 1
-        if crossings[side, X] < math.inf:
-            write_crossing(elements, out, i, crossings[side], 1.0, work.mid)
-            out.fraction[i] = 1.0 - out.fraction[i]
-            out.status[i] = AT_START if crossings[side, X] >= 1.0 else OK
-            verdict[i, 0] = 2.0 * side - 1.0
-            verdict[i, 1] = crossings[side, EDGE]
-            last, other = crossings[side], crossings[1 - side]
-            if other[X] - other[OVER] <= last[X] + last[OVER]:
-                verdict[i, 1] = max(verdict[i, 1], slack)
+        write_last(elements, out, verdict, i, crossings, (1.0, slack), work.mid)
         if work.counts[1] != 0:
             out.status[i] = BUDGET

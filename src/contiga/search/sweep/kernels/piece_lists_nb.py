@@ -1,7 +1,7 @@
-"""Pieces of a surface near every voxel of a grid: whether a short path is clear of all of them.
+"""Pieces of a surface near every voxel of a grid, and whether a short path is clear of them.
 
-Pieces are those of `side_pieces_nb`, boxes and slabs that hold the surface and all by which its
-edges are widened. A path that is clear of those near its voxels crosses nothing.
+Pieces are those of `side_pieces_nb`: boxes and slabs that hold the surface with its widened edges.
+A path that is clear of the pieces near its voxels crosses nothing.
 """
 
 from __future__ import annotations
@@ -11,15 +11,15 @@ import math
 from contiga.jit import inner, kernel
 from contiga.search.sides.kernels.side_pieces_nb import HIGH, LEAST, LOW, MOST, NORMAL
 
-MOST_VOXELS = 8
-"""Voxels that a path is looked up in; what passes more is searched for."""
-MOST_PIECES = 64
-"""Pieces that are looked at; of a voxel with more nothing is said."""
+MAX_VOXELS = 8
+"""Number of voxels of a path above which its pieces are not looked at."""
+MAX_PIECES = 64
+"""Number of pieces of a voxel above which they are not looked at."""
 
 
 @inner()
 def _span(piece, side, voxels, c):
-    """First voxel along an axis that a piece's box meets, and one past the last."""
+    """Return the first voxel along axis c that the box of a piece meets, and one past the last."""
     first = math.floor(piece[LOW + c] / side)
     last = math.floor(piece[HIGH + c] / side)
     return int(max(first, 0.0)), int(min(last, voxels[c] - 1.0)) + 1
@@ -27,10 +27,11 @@ def _span(piece, side, voxels, c):
 
 @kernel()
 def list_pieces(pieces, side, voxels, first, listed):
-    """Count the pieces that may meet each voxel into first[v + 1]; or list them in `listed`.
+    """Add the number of pieces that may meet each voxel v to first[v + 1]; or list them in
+    `listed`, if that has rows.
 
-    If that has rows, first[v] is where those of voxel v go, and is left where they end. Voxels are
-    counted from the origin of the pieces.
+    Then first[v] is the row at which those of voxel v begin, and becomes the one past their end.
+    `side` is the length of a voxel; the grid begins at the origin of the pieces.
     """
     listing = listed.shape[0] > 0
     half = 0.5 * side
@@ -59,7 +60,7 @@ def list_pieces(pieces, side, voxels, first, listed):
 
 @inner()
 def _is_clear_of(piece, a, b, spare):
-    """Whether a segment from a to b, both with `spare` around them, stays off a piece."""
+    """Tell whether a segment from a to b, widened by `spare`, is clear of a piece."""
     for c in range(3):
         if min(a[c], b[c]) - spare > piece[HIGH + c] or max(a[c], b[c]) + spare < piece[LOW + c]:
             return True
@@ -72,7 +73,7 @@ def _is_clear_of(piece, a, b, spare):
 
 @inner()
 def is_clear(lists, p, q, spare):
-    """Whether the way p → q, which counts for `spare` beyond its ends, is known to meet nothing."""
+    """Tell whether the path p → q is known to cross nothing, to `spare` beyond its ends."""
     if not spare <= lists.reach:
         return False
     o = lists.origin
@@ -86,19 +87,19 @@ def is_clear(lists, p, q, spare):
     x1 = (max(a[0], b[0]) + spare) * scale
     y1 = (max(a[1], b[1]) + spare) * scale
     z1 = (max(a[2], b[2]) + spare) * scale
-    # Nothing is known beyond the grid, nor of what is no number.
+    # Beyond the grid, and of a path that is not finite, nothing is known.
     if not (x0 >= 0.0 and y0 >= 0.0 and z0 >= 0.0 and x1 < n[0] and y1 < n[1] and z1 < n[2]):
         return False
     i0, j0, k0 = int(x0), int(y0), int(z0)
     i1, j1, k1 = int(x1) + 1, int(y1) + 1, int(z1) + 1
-    if (i1 - i0) * (j1 - j0) * (k1 - k0) > MOST_VOXELS:
+    if (i1 - i0) * (j1 - j0) * (k1 - k0) > MAX_VOXELS:
         return False
     for i in range(i0, i1):
         for j in range(j0, j1):
             for k in range(k0, k1):
                 v = (i * n[1] + j) * n[2] + k
                 begin, end = lists.first[v], lists.first[v + 1]
-                if end - begin > MOST_PIECES:
+                if end - begin > MAX_PIECES:
                     return False
                 for m in range(begin, end):
                     if not _is_clear_of(lists.pieces[lists.listed[m]], a, b, spare):
