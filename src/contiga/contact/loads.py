@@ -70,15 +70,8 @@ class Holds(NamedTuple):
 
     def at(self, rows: IndexArray) -> tuple[FloatArray, FloatArray, NDArray[np.bool_]]:
         """Guards (len(rows), 3), depths and opposed of these points, zero where there is none."""
-        n = len(rows)
-        guard, depth, opposed = np.zeros((n, 3)), np.zeros(n), np.zeros(n, np.bool_)
-        if len(self.rows):
-            place = np.minimum(np.searchsorted(self.rows, rows), len(self.rows) - 1)
-            held = np.flatnonzero(self.rows[place] == rows)
-            place = place[held]
-            guard[held], depth[held] = self.guard[place], self.depth[place]
-            opposed[held] = self.opposed[place]
-        return guard, depth, opposed
+        guard, depth = (Column(self.rows, each).at(rows) for each in (self.guard, self.depth))
+        return guard, depth, np.isin(rows, self.rows[self.opposed])
 
 
 class Guards(NamedTuple):

@@ -21,7 +21,7 @@ from contiga.arrays.ordered import row_lengths
 from contiga.arrays.threads import run_ranges
 from contiga.contact.foot_rows import take
 from contiga.contact.kernels import way_nb
-from contiga.contact.kernels.settle_nb import ANOTHER, LEAST, PART
+from contiga.contact.kernels.settle_nb import ANOTHER, OPPOSITE_COSINE, PART
 from contiga.contact.search_records import BoolArray, Limits, Options
 from contiga.jit import straight
 from contiga.masters.protocol import Surface
@@ -191,7 +191,7 @@ def _ask_surface(surface: Surface, ways: Ways, limits: Limits) -> None:
         if len(facing):
             out = empty_projection(len(facing))
             places = SurfacePlaces(ways.patch[facing], ways.uv[facing])
-            limit = FacingLimits(LEAST, ways.floor[facing], ways.ceiling[facing])
+            limit = FacingLimits(OPPOSITE_COSINE, ways.floor[facing], ways.ceiling[facing])
             surface.closest_facing(ways.point[facing], ways.guard[facing], limit, places, out)
             take(ways.other, facing, out, np.ones(len(facing), np.bool_))
         back = left[(asks != way_nb.CLOSEST) & ~is_facing & (asks != way_nb.DONE)]

@@ -33,7 +33,7 @@ MET = 1e-11
 """Distance of two places that are one, in the body's size."""
 STARTS = 1
 """Pairs of places of two leaves that Newton's method starts from at least: the nearest ones."""
-FEW = 20_000
+STARTS_IN_ALL = 20_000
 """Starts in all while these are more than so many of each pair."""
 PAIRS = 8
 """Pairs of near leaves a leaf for which there is room at first; most bodies have five."""
@@ -149,7 +149,7 @@ def near_leaves(tables: Tables, within: float = 0.0) -> IndexArray:
 
 def _led_together(body: Faces, tables: Tables, pairs: IndexArray) -> tuple[_Places, _Places]:
     """Places of two leaves each that are one point."""
-    count = max(STARTS, min(FEW // len(pairs), common_point_nb.N_STARTS))
+    count = max(STARTS, min(STARTS_IN_ALL // len(pairs), common_point_nb.N_STARTS))
     starts = Starts(pairs, np.empty((len(pairs), count, 2, 2)), np.empty((len(pairs), count)))
     common_point_nb.nearest_starts(tables.plates, starts)
     common = CommonPoints.of(len(pairs), count)

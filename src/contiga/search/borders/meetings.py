@@ -27,7 +27,7 @@ from contiga.search.tables import tables_of
 from contiga.search.track.project import project
 from contiga.statuses import Feature
 
-MOST = 4
+MAX_MEETINGS = 4
 """Meetings after which no more are looked for."""
 KEPT, LEVELS = 12, 5
 """Triangles that are cut up at each level, those that are nearest to the other piece; levels."""
@@ -73,7 +73,7 @@ class _Piece(NamedTuple):
 
 
 def meetings_of(body: Faces, piece: IntArray, tolerance: float) -> tuple[Meeting, ...]:
-    """Where closed pieces of `body` meet, the first `MOST` places; else faces of one piece.
+    """Where closed pieces of `body` meet, the first `MAX_MEETINGS` places; else faces of one piece.
 
     Parameters
     ----------
@@ -92,7 +92,7 @@ def meetings_of(body: Faces, piece: IntArray, tolerance: float) -> tuple[Meeting
             meeting = _meeting(pieces, pieces[i], pieces[j], tolerance)
             if meeting is not None:
                 meetings.append(_at_crossing(body, piece, meeting) if meeting.overlap else meeting)
-            if len(meetings) == MOST:
+            if len(meetings) == MAX_MEETINGS:
                 break
     if not meetings:
         common = coincident_at(body)

@@ -23,7 +23,7 @@ SAFE = 1.0 - 1e-8
 GAIN = 1.25
 """A half of which no more than so many times as much is proved as of the whole is not cut again."""
 SAMPLES = 5
-ENOUGH = 2.0
+GOALS = 2.0
 """Radii beyond this many goals are not worth a loss of smaller ones."""
 
 
@@ -200,7 +200,7 @@ def bound_cells(body, surface, homes, limits, result, start, stop):
     size, cap, goal = limits.size, limits.cap, limits.goal
     rows, value, want = result.rows, result.value, result.want
     samples = Samples(scratch(SAMPLES, 3), scratch(SAMPLES, 3), scratch(SAMPLES, 4))
-    enough = BallLimits(size, cap, ENOUGH * goal)
+    enough = BallLimits(size, cap, GOALS * goal)
     for i in range(start, stop):
         k = rows[i]
         a = cells[k]

@@ -74,9 +74,9 @@ from contiga.search.hierarchy.kernels.tree_nb import next_leaves
 
 MAX_CELLS = 20000
 """Cells one query may open; then it is given up."""
-EASY = 32
+EASY_IN_LEAF = 32
 """Cells of a leaf after which its bounds are taken for too loose, and each cell gets its own."""
-MANY = 100
+EASY_IN_ALL = 100
 """Cells of a query after which all get bounds of their own."""
 SMALLEST = 1e-6
 """Half-size of a cell (local parameters) that is not halved further."""
@@ -91,7 +91,7 @@ SEEN = 1.0 + 1e-9
 PATIENT, IN_LEAF = 400, 16
 """After so many cells in all, and in a leaf, one that promises little is not halved any more. Feet
 of points on the axis of a body of revolution lie all along a circle, as near as each other."""
-EASED, MOST_EASED = 8, 1e5
+EASING_POWER, MAX_EASING = 8, 1e5
 """What is little grows with this power of the cells opened in all, to so many times the least gain
 asked for (1e-6 of the body's size)."""
 DROPPED, GIVEN_UP = 0.5, 1.0
@@ -224,7 +224,7 @@ def _promises_little(bounds, best, slack, before, opened):
     opened_in_all = before + opened
     if opened_in_all <= PATIENT or opened <= IN_LEAF:
         return False
-    little = min((opened_in_all / PATIENT) ** EASED, MOST_EASED) * slack
+    little = min((opened_in_all / PATIENT) ** EASING_POWER, MAX_EASING) * slack
     return not _may_come_within(bounds, best - little)
 
 
@@ -237,7 +237,7 @@ def search_leaf(elements, trims, leaf, point, limits, nearest, stack, h):
     """
     best, slack, before, among = limits.best, limits.slack, limits.opened, limits.among
     seen, guarded = (point, among, scratch(4, 6)), among.least > ALL
-    easy = EASY if before < MANY else 0
+    easy = EASY_IN_LEAF if before < EASY_IN_ALL else 0
     e = leaf["element"]
     k = scratch(9)
     pole = has_pole(elements, e)

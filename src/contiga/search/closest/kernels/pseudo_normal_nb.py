@@ -16,7 +16,7 @@ from contiga.elements.kernels.sides_nb import normal_at, side_point
 from contiga.geometry.kernels.trim_nb import point_in_trim
 from contiga.jit import inner
 from contiga.jit.scratch import scratch, stack_int64
-from contiga.search.closest.kernels.around_nb import MOST, around, collapsed_side
+from contiga.search.closest.kernels.around_nb import MAX_AROUND, around, collapsed_side
 from contiga.search.closest.kernels.global_among_nb import on_patch
 from contiga.search.closest.kernels.global_nb import PRUNE, SEEN, closest
 from contiga.search.hierarchy.kernels.curve_nb import (
@@ -41,7 +41,7 @@ NEAR = 32
 CORNER = 1e-7
 """Places of a patch this close (share of it) to a corner of its loops are the corner: where faces
 are cut along splines, their corners miss each other by more than rounding, or have a tiny edge."""
-MOST_POINTS = 4
+MAX_TINY_EDGES = 4
 """Tiny edges in a row that are passed over."""
 SNAP = 1e-7
 SQUARELY = 0.99
@@ -63,8 +63,8 @@ def _add_elements(tables, foot, only, total, h):
     Only elements that the trims leave count. Returns their number and their list.
     """
     elements = tables.elements
-    list_e = np.empty(MOST, np.int64)
-    list_st = scratch(MOST, 2)
+    list_e = np.empty(MAX_AROUND, np.int64)
+    list_st = scratch(MAX_AROUND, 2)
     n = around(elements, foot, list_e, list_st)
     for k in range(n):
         e = list_e[k]
@@ -128,7 +128,7 @@ def _joined_piece(trims, piece, end):
     Pieces that are points are passed over.
     """
     patch = trims.piece_patch[piece]
-    for _ in range(MOST_POINTS):
+    for _ in range(MAX_TINY_EDGES):
         at = trims.piece_ends[piece]
         x = at[2 * end]
         y = at[2 * end + 1]

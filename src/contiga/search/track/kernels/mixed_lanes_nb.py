@@ -79,7 +79,7 @@ CUBIC = ELEMENT_NUMBERS - ORIGIN
 """Numbers of an element's record, and where its coefficients begin."""
 HEAD, ALL = 4, 12
 """Lines of an element's record before its coefficients, and of all of it."""
-FEW = 2
+MIN_ROWS = 2
 """Rows of an element below which they wait for those of others to fill a vector."""
 
 
