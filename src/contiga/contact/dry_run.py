@@ -31,7 +31,7 @@ MAX_DEPTHS = 20_000
 
 
 class DryRun(NamedTuple):
-    """What the search finds where the points of contact and the master stand."""
+    """The findings of a search where the points of contact and the master stand."""
 
     pose: FloatArray
     """(4, 4) X_WB of the master."""

@@ -57,7 +57,7 @@ NO_SIZES, NO_FORCES = Column(NO_ROWS, NONE), Column(NO_ROWS, NOWHERE)
 
 
 class Holds(NamedTuple):
-    """What holds points in contact, one row each, body axes."""
+    """The guards and depths of points in contact, one row each, body axes."""
 
     rows: IndexArray
     """(k,) the points, ascending."""
@@ -87,7 +87,8 @@ UNGUARDED = Guards(NO_ROWS, NOWHERE)
 
 
 def holds_of(held: Column, normal: FloatArray, opposed: Guards) -> Holds:
-    """Of the points `held` = (rows, depth); guards are those `opposed`, else `normal` (k, 3)."""
+    """Make the `Holds` of points `held` = (rows, depth); guards are those `opposed`, else `normal`
+    (k, 3)."""
     rows, depth = held
     marked = np.zeros(len(rows), np.bool_)
     if len(opposed.rows):

@@ -101,7 +101,7 @@ class Ways(NamedTuple):
 
     @property
     def feet(self) -> Projection:
-        """Of walls that push at the ends."""
+        """The feet on the walls that push at the ends."""
         feet = Projection._make(column.copy() for column in self.last)
         opposed = np.flatnonzero(self.opposed)
         take(feet, opposed, rows_of(self.other, opposed), np.ones(len(opposed), np.bool_))
@@ -109,7 +109,7 @@ class Ways(NamedTuple):
 
 
 class Start(NamedTuple):
-    """What is known of points where their ways start, one row each; as of `Ways`."""
+    """The state of points where their ways start, one row each; as of `Ways`."""
 
     guard: FloatArray
     depth: FloatArray

@@ -138,7 +138,7 @@ def _ring(table: Records, e: int, side: int) -> list[tuple[int, int, bool]]:
 
 
 def _away(box: FloatArray, side: int | IntArray) -> FloatArray:
-    """How far boxes (n, 4) go from a side of their element, as a share of it."""
+    """Return how far boxes (n, 4) go from a side of their element, as a share of it."""
     rows = np.arange(len(box))
     side = np.broadcast_to(side, len(box))
     return np.where(side & 1 == 0, box[rows, side | 1] + 0.5, 0.5 - box[rows, side & ~1])

@@ -98,7 +98,7 @@ class _Cells(NamedTuple):
 
 
 class _Place(NamedTuple):
-    """What the cells lie on."""
+    """The body that the cells lie on, and the frame and sizes they are measured in."""
 
     tables: Tables
     centre: FloatArray

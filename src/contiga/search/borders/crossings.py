@@ -101,7 +101,8 @@ def crossing_of(body: Faces, group: IntArray, slit: float) -> Crossing | None:
 
 
 def _beside(tables: Tables, pairs: IndexArray, uv: FloatArray) -> NDArray[np.bool_]:
-    """Whether leaves of one face adjoin in it, or are of a part that faces about the same way.
+    """Return whether leaves of one face adjoin in it, or are of a part that faces about the same
+    way.
 
     Leaves are nearly flat, and so are such parts: there is no room for the face to turn back. A
     part is an element, or two leaves with no more than a third between.
@@ -162,7 +163,7 @@ def _led_together(body: Faces, tables: Tables, pairs: IndexArray) -> tuple[_Plac
 
 
 def _pierce(body: Faces, one: _Places, two: _Places, margin: float) -> NDArray[np.bool_]:
-    """Whether faces pierce each other at places that are one point, or begin to do so there.
+    """Return whether faces pierce each other at places that are one point, or begin to do so there.
 
     They do where the planes that touch them there meet at an angle, and both faces go on in their
     planes along the line of intersection, by `margin`, length, and there to both sides of the
@@ -196,7 +197,8 @@ def _pierce(body: Faces, one: _Places, two: _Places, margin: float) -> NDArray[n
 def _on_face(
     body: Faces, patch: IndexArray, uv: FloatArray, target: FloatArray, margin: float
 ) -> NDArray[np.bool_]:
-    """Whether faces contain the points `target` (n, 3) at about (u, v), within half of `margin`."""
+    """Return whether faces contain the points `target` (n, 3) at about (u, v), within half of
+    `margin`."""
     there = np.zeros(len(uv), bool)
     for k in np.unique(patch).tolist():
         rows = np.flatnonzero(patch == k)

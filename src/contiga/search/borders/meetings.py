@@ -73,7 +73,8 @@ class _Piece(NamedTuple):
 
 
 def meetings_of(body: Faces, piece: IntArray, tolerance: float) -> tuple[Meeting, ...]:
-    """Where closed pieces of `body` meet, the first `MAX_MEETINGS` places; else faces of one piece.
+    """Return where closed pieces of `body` meet, the first `MAX_MEETINGS` places; else faces of one
+    piece.
 
     Parameters
     ----------
@@ -181,7 +182,8 @@ def _looked_at(
 def _meeting_among(
     pieces: _Pieces, one: _Piece, other: _Piece, places: FloatArray, tolerance: float
 ) -> tuple[Meeting | None, FloatArray]:
-    """Whether one of some places near a piece shows that it meets another; how far each is off."""
+    """Return whether one of some places near a piece shows that it meets another; how far each is
+    off."""
     feet = project(one.faces, places)
     there = project(other.faces, feet.point)
     off = np.abs(there.gap)
@@ -205,7 +207,7 @@ def _meeting_among(
 def _coincide_about(
     one: _Piece, other: _Piece, points: FloatArray, normals: FloatArray, tolerance: float
 ) -> NDArray[np.bool_]:
-    """Whether the faces of two pieces coincide all round points that they have in common.
+    """Return whether the faces of two pieces coincide all round points that they have in common.
 
     Pieces that touch in a point or along an edge do not. Looked at so far around that two
     surfaces which touch are farther apart there than the tolerance, unless both are flatter than

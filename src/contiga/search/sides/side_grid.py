@@ -60,7 +60,7 @@ WORTH = 100
 
 @pass_by_pointer
 class SideGrid(NamedTuple):
-    """What is known of the sides of a closed body, about its low corner; see `side_nb`."""
+    """The known sides of a closed body, in cells about its low corner; see `side_nb`."""
 
     origin: FloatArray
     """(3,) low corner of the grid, body frame."""
@@ -98,7 +98,7 @@ UNKNOWN = SideGrid(
 
 
 class Layout(NamedTuple):
-    """Where the cells of a grid lie."""
+    """The place and size of the cells of a grid."""
 
     origin: FloatArray
     size: float

@@ -155,7 +155,7 @@ def near(cells, rows, k, home):
 
 @inner()
 def _fits(cells, smooth, base, ij, line):
-    """Whether a line of cells beside a block is there, is sound, and joins it smoothly.
+    """Return whether a line of cells beside a block is there, is sound, and joins it smoothly.
 
     `line` is the side of the block, the cells along it and the offset of the new line.
     """

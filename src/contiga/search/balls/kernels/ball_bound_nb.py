@@ -29,7 +29,7 @@ GOALS = 2.0
 
 @inner()
 def _is_home(home, b):
-    """Whether cell b lies in the smooth block of `home`."""
+    """Return whether cell b lies in the smooth block of `home`."""
     if home["cap"] >= 0:
         return home["cap"] == b["cap"]
     if home["patch"] != b["patch"]:

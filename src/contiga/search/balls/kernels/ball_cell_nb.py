@@ -252,7 +252,7 @@ def measure(elements, e, centre, cell):
 
 @inner()
 def _turn_bounds(flat, bound, cell):
-    """How much derivatives, normals and bends change; `flat` bounds n·S_x and n·S_y."""
+    """Bound the changes of derivatives, normals and bends; `flat` bounds n·S_x and n·S_y."""
     second = cell["second"]
     form = cell["form"]
     cell["rise"] = 0.125 * (max(-form[0], 0.0) + max(-form[4], 0.0))

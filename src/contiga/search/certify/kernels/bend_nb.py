@@ -49,7 +49,7 @@ def unbounded(bend):
 
 @inner(error_model="numpy")
 def frame_of(v):
-    """Of the tangents v[:, 0] and v[:, 1]: length of the first, part of the other along and across.
+    """Return the length of the tangent v[:, 0], and the parts of v[:, 1] along and across it.
 
     The frame S_p = α S_x, S_q = β S_x + γ S_y is orthonormal for α = 1/length, γ = 1/across and
     β = −along α γ.

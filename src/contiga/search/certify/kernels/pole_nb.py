@@ -126,7 +126,7 @@ def _parts(h, column, normal):
 
 @kernel(error_model="numpy")
 def pole_bounds(elements, e, cell, side, bend, work):
-    """As `bend_bounds`, over a cell whose `side` is a pole; no width along that."""
+    """Do as `bend_bounds` over a cell whose `side` is a pole; no width along that."""
     unbounded(bend)
     h, rest = work.derivatives, work.rest
     if elements.table[e]["monomial"] < 0:

@@ -110,7 +110,7 @@ def _departure(a, h, c, i, j):
 
 @inlined()
 def _before(i):
-    """Where the coefficient before the i-th stands; of the first, one of those that are zero."""
+    """Return the index of the coefficient before the i-th; before the first, of one that is zero."""
     return (i - 1) & (N_COEFS - 1)
 
 

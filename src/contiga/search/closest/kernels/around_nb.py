@@ -20,7 +20,7 @@ SECTIONS = 30
 
 @inner()
 def stands(side, s, t):
-    """Whether (s, t) lies on a side of its element."""
+    """Return whether (s, t) lies on a side of its element."""
     if side == 0:
         return s <= -0.5
     if side == 1:
@@ -112,8 +112,8 @@ def inward_slope(q, side):
 
 @inner()
 def _fall_at(elements, e, side, x, point, h):
-    """How far f falls on the way in from a collapsed side at x: its slope there, and −√2 times the
-    root of how deep the parabola goes that f follows (the slope, where f does not fall).
+    """Return how far f falls on the way in from a collapsed side at x: its slope there, and −√2
+    times the root of how deep the parabola goes that f follows (the slope, where f does not fall).
 
     The deepest of these parabolas is on the way of Newton's step in the tangent plane: the
     steepest way is not, where the surface bends more along another one.

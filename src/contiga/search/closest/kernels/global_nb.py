@@ -182,7 +182,7 @@ def _cell_minimum(elements, e, cell, point, h):
 
 @inner()
 def _faces_away(h, half, b, among):
-    """Whether all of a cell faces away from the guard, by how much its sides turn at most."""
+    """Return whether all of a cell faces away from the guard, by how much its sides turn at most."""
     x = (half[0] * h[0, 1], half[0] * h[1, 1], half[0] * h[2, 1])
     y = (half[1] * h[0, 2], half[1] * h[1, 2], half[1] * h[2, 2])
     n = cross(x, y)
@@ -214,13 +214,14 @@ def _halve(stack, top, cell, m, wide):
 
 @inner()
 def _may_come_within(bounds, limit):
-    """Whether a cell of lower bounds = (distance, f) may have a place no farther than `limit`."""
+    """Return whether a cell of lower bounds = (distance, f) may have a place no farther than
+    `limit`."""
     return bounds[0] <= limit and not (limit > 0.0 and bounds[1] > 0.5 * limit * limit)
 
 
 @inner()
 def _promises_little(bounds, best, slack, before, opened):
-    """Whether a cell may be let be, after so many opened `before` and in its leaf."""
+    """Return whether a cell may be let be, after so many opened `before` and in its leaf."""
     opened_in_all = before + opened
     if opened_in_all <= PATIENT or opened <= IN_LEAF:
         return False
@@ -297,8 +298,8 @@ def search_leaf(elements, trims, leaf, point, limits, nearest, stack, h):
 
 @inner()
 def _has_kink(elements, e, first, x):
-    """Whether element e has a kink or ends at the side where one of its parameters is x (±1/2);
-    `first` is that parameter's first side."""
+    """Return whether element e has a kink or ends at the side where one of its parameters is x
+    (±1/2); `first` is that parameter's first side."""
     side = first + (1 if x > 0.0 else 0)
     kind = elements.table[e]["kind"][side]
     return kind != SMOOTH and not (kind == POLE and elements.table[e]["round"][side] == 1)

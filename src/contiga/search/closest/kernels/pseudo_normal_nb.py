@@ -107,7 +107,7 @@ def _add_elements(tables, foot, only, total, h):
 
 @inner()
 def _is_point(trims, patch, p, q):
-    """Whether two places (u, v) of a patch are one: see `CORNER`."""
+    """Return whether two places (u, v) of a patch are one: see `CORNER`."""
     domain = trims.domain[patch]
     u = abs(q[0] - p[0])
     v = abs(q[1] - p[1])
@@ -116,7 +116,7 @@ def _is_point(trims, patch, p, q):
 
 @inner()
 def _is_short(trims, piece):
-    """Whether a piece is a point of its patch."""
+    """Return whether a piece is a point of its patch."""
     ends = trims.piece_ends[piece]
     return _is_point(trims, trims.piece_patch[piece], (ends[0], ends[1]), (ends[2], ends[3]))
 
@@ -200,7 +200,7 @@ def _snapped(x):
 
 @inner()
 def joint_reach(tables, e):
-    """How far from a foot at an edge of element `e` the faces that meet there may be."""
+    """Return how far from a foot at an edge of element `e` the faces that meet there may be."""
     return max(tables.elements.table[e]["edge_tolerance"], JOIN * tables.scale[0])
 
 
@@ -241,7 +241,7 @@ def patches_near(tables, point, reach, near):
 
 @inner()
 def is_listed(near, n, patch):
-    """Whether a patch is among the first n of `near`; any may be where n is −1."""
+    """Return whether a patch is among the first n of `near`; any may be where n is −1."""
     for i in range(n):
         if near[i] == patch:
             return True
@@ -321,7 +321,7 @@ def pseudo_normal(tables, foot, nearest, total, h):
 
 @inner(linked=False)
 def side_of_squarest(tables, home, place, nearest, h):
-    """On which side of the face that it sees most squarely a point lies: positive is free.
+    """Return on which side of the face that it sees most squarely a point lies: positive is free.
 
     `place` is (point, how far its foot on an edge of the patch `home` is), `nearest` is work. Where
     the faces at an edge do not fit, one that reaches past the other is seen from behind. Of faces

@@ -104,7 +104,7 @@ def _of_chunk(feet, first, last):
 
 @inner(linked=False)
 def hand_rows(tables, path, starts, chunk, records):
-    """What lanes are handed of the rows of a `Chunk`, into `records`.
+    """Write what lanes are handed of the rows of a `Chunk` into `records`.
 
     Returns the element of each, -1 where it has no foot to start from, and how many rows each
     element has. The rest as of `track_lanes`.
@@ -156,7 +156,7 @@ def hand_rows(tables, path, starts, chunk, records):
 
 @inner()
 def tells(path):
-    """Whether `path` tells where points were."""
+    """Return whether `path` tells where points were."""
     return path.before.shape[0] > 0 or path.feet.gap.shape[0] > 0
 
 
