@@ -30,7 +30,7 @@ class Measure(NamedTuple):
     """(m,) half the thickness of a shell, the nodes first."""
 
     def input(self, nodes: FloatArray, patch: np.ndarray, feet: Projection) -> AreaInput:
-        """Make what the method sees of nodes (n, 3), body axes, of which patch ≥ 0 are in contact."""
+        """Make what the method sees of nodes (n, 3), body axes; patch ≥ 0 are in contact."""
         rows = np.flatnonzero(patch >= 0).astype(np.int32)
         return AreaInput(
             self.master, rows, nodes, feet, self.own, self.side, self.prepared, {}, self.half

@@ -177,7 +177,7 @@ def judge(search: StepSearch, asked: Asked) -> Guards:
 
 
 class Begin(NamedTuple):
-    """The places where the ways of points begin, one row each, and the feet that they have there."""
+    """The places where the ways of points begin, one row each, and their feet there."""
 
     point: FloatArray
     patch: IntArray

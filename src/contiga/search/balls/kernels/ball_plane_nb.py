@@ -105,6 +105,17 @@ def unit(x, y, z, m):
 
 
 @inner()
+def unit_normal(h, m):
+    """Write the unit normal of the derivatives `h` into m; False where there is none."""
+    return unit(
+        h[1, 1] * h[2, 2] - h[2, 1] * h[1, 2],
+        h[2, 1] * h[0, 2] - h[0, 1] * h[2, 2],
+        h[0, 1] * h[1, 2] - h[1, 1] * h[0, 2],
+        m,
+    )
+
+
+@inner()
 def _axis(a, b, normal, e, work):
     """The direction in the tangent plane of cell a that parts it best from cell b, into e."""
     best = -math.inf

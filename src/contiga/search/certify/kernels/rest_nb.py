@@ -110,7 +110,7 @@ def _departure(a, h, c, i, j):
 
 @inlined()
 def _before(i):
-    """Return the index of the coefficient before the i-th; before the first, of one that is zero."""
+    """Return the index of the coefficient before the i-th: of a zero, where that is the first."""
     return (i - 1) & (N_COEFS - 1)
 
 

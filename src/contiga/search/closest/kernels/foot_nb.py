@@ -77,7 +77,7 @@ def turn_normal(tables, k, toward, point, out):
 
 @inner()
 def no_farther(tables, point, among, reach, nearest, h):
-    """Do as `closest` for a point with a known foot at distance `reach`, which is found at least."""
+    """Do as `closest` for a point with a known foot at `reach`, which is found at least."""
     seen = reach * SEEN + 2.0 * PRUNE * tables.scale[1]
     for limit in (seen, math.inf):
         distance = closest(tables, point, among, limit, nearest, h)

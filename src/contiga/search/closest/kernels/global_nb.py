@@ -182,7 +182,7 @@ def _cell_minimum(elements, e, cell, point, h):
 
 @inner()
 def _faces_away(h, half, b, among):
-    """Return whether all of a cell faces away from the guard, by how much its sides turn at most."""
+    """Return whether all of a cell faces away from the guard, by bounds of its turn."""
     x = (half[0] * h[0, 1], half[0] * h[1, 1], half[0] * h[2, 1])
     y = (half[1] * h[0, 2], half[1] * h[1, 2], half[1] * h[2, 2])
     n = cross(x, y)

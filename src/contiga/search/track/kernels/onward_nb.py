@@ -39,7 +39,7 @@ def side_beyond(s, t):
 
 @inner(error_model="numpy")
 def across(element, side, along):
-    """Return where a place along a side of the element `element` is in the one across it, (s, t)."""
+    """Return (s, t) in the element across a side, of a place along that of `element`."""
     x = -along if element["flip"][side] == 1 else along
     return side_point(element["neighbour_side"][side], x)
 
