@@ -27,11 +27,11 @@ ON_IT = 1e-6
 # asked for, not when.
 BULGE = 1e-3
 # Points inside whose depth is asked for, at most.
-_MOST_DEPTHS = 20_000
+MAX_DEPTHS = 20_000
 
 
 class DryRun(NamedTuple):
-    """What the search finds where the points of contact and the master stand."""
+    """The findings of a search where the points of contact and the master stand."""
 
     pose: FloatArray
     """(4, 4) X_WB of the master."""
@@ -148,7 +148,7 @@ def _inside(
         return behind[near], float(-gap[near].min(initial=0.0))
     side, _ = surface.sides(p_B, rows)
     doubtful, above = _behind(surface, p_B, rows[side == 0], options)
-    within, gap = _behind(surface, p_B, spread(rows[side < 0], _MOST_DEPTHS), options)
+    within, gap = _behind(surface, p_B, spread(rows[side < 0], MAX_DEPTHS), options)
     inside = rows[side < 0] if len(within) else within
     deepest = -min(float(gap.min(initial=0.0)), float(above.min(initial=0.0)))
     return np.union1d(inside, doubtful).astype(np.int32), deepest

@@ -22,16 +22,9 @@ from contiga.statuses import Status
 
 def blank(n: int) -> Projection:
     """Make the feet of n points that have none."""
-    return Projection(
-        np.full(n, -1, np.int32),
-        np.zeros((n, 2)),
-        np.zeros((n, 3)),
-        np.zeros((n, 3)),
-        np.zeros(n),
-        np.full(n, -1, np.int8),
-        np.zeros(n, np.int8),
-        np.zeros(n, np.int8),
-    )
+    feet = Projection._make(map(np.zeros_like, empty_projection(n)))
+    feet.patch[:] = feet.feature[:] = -1
+    return feet
 
 
 def take(feet: Projection, rows: IndexArray, out: Projection, keep: BoolArray) -> None:

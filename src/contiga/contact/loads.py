@@ -57,7 +57,7 @@ NO_SIZES, NO_FORCES = Column(NO_ROWS, NONE), Column(NO_ROWS, NOWHERE)
 
 
 class Holds(NamedTuple):
-    """What holds points in contact, one row each, body axes."""
+    """The guards and depths of points in contact, one row each, body axes."""
 
     rows: IndexArray
     """(k,) the points, ascending."""
@@ -70,15 +70,8 @@ class Holds(NamedTuple):
 
     def at(self, rows: IndexArray) -> tuple[FloatArray, FloatArray, NDArray[np.bool_]]:
         """Guards (len(rows), 3), depths and opposed of these points, zero where there is none."""
-        n = len(rows)
-        guard, depth, opposed = np.zeros((n, 3)), np.zeros(n), np.zeros(n, np.bool_)
-        if len(self.rows):
-            place = np.minimum(np.searchsorted(self.rows, rows), len(self.rows) - 1)
-            held = np.flatnonzero(self.rows[place] == rows)
-            place = place[held]
-            guard[held], depth[held] = self.guard[place], self.depth[place]
-            opposed[held] = self.opposed[place]
-        return guard, depth, opposed
+        guard, depth = (Column(self.rows, each).at(rows) for each in (self.guard, self.depth))
+        return guard, depth, np.isin(rows, self.rows[self.opposed])
 
 
 class Guards(NamedTuple):
@@ -94,7 +87,8 @@ UNGUARDED = Guards(NO_ROWS, NOWHERE)
 
 
 def holds_of(held: Column, normal: FloatArray, opposed: Guards) -> Holds:
-    """Of the points `held` = (rows, depth); guards are those `opposed`, else `normal` (k, 3)."""
+    """Make the `Holds` of points `held` = (rows, depth); guards are those `opposed`, else `normal`
+    (k, 3)."""
     rows, depth = held
     marked = np.zeros(len(rows), np.bool_)
     if len(opposed.rows):

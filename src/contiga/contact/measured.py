@@ -16,7 +16,7 @@ from contiga.statuses import Status
 
 
 class Measure(NamedTuple):
-    """How the contact area of a contact is measured."""
+    """The way in which the contact area of a contact is measured."""
 
     master: Master
     method: AreaMethod
@@ -30,14 +30,14 @@ class Measure(NamedTuple):
     """(m,) half the thickness of a shell, the nodes first."""
 
     def input(self, nodes: FloatArray, patch: np.ndarray, feet: Projection) -> AreaInput:
-        """What the method sees of nodes (n, 3), body axes, of which patch ≥ 0 are in contact."""
+        """Make what the method sees of nodes (n, 3), body axes; patch ≥ 0 are in contact."""
         rows = np.flatnonzero(patch >= 0).astype(np.int32)
         return AreaInput(
             self.master, rows, nodes, feet, self.own, self.side, self.prepared, {}, self.half
         )
 
     def input_of(self, state: State) -> AreaInput:
-        """What the method sees of a state."""
+        """Make what the method sees of a state."""
         n = len(state.force)
         rows = np.flatnonzero(state.patch[:n] >= 0)
         feet = Projection(
@@ -60,6 +60,6 @@ class Measure(NamedTuple):
         return areas._replace(area=areas.area / offset_ratio(self.master, inp.feet))
 
     def outlines(self, inp: AreaInput, pose: FloatArray) -> Outlines | None:
-        """Where contact ends, world axes; None for methods that do not say."""
+        """Return the lines where contact ends, world axes; None for methods that do not say."""
         lines = outlines_of(self.method, inp)
         return None if lines is None else lines._replace(points=to_world(pose, lines.points))

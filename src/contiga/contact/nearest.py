@@ -124,7 +124,7 @@ def detect(search: StepSearch, rows: Rows) -> Guards:
 
 
 class PointsFound(NamedTuple):
-    """What closest points and sides tell of points of a closed body, a row each."""
+    """The classes of points of a closed body by closest points and sides, a row each."""
 
     needed: BoolArray
     """Whose closest points were looked for."""
@@ -177,7 +177,7 @@ def judge(search: StepSearch, asked: Asked) -> Guards:
 
 
 class Begin(NamedTuple):
-    """Where the ways of points begin, one row each, and the feet that they have there."""
+    """The places where the ways of points begin, one row each, and their feet there."""
 
     point: FloatArray
     patch: IntArray

@@ -22,7 +22,7 @@ _ALL_CORNERS = 1e-9
 
 
 def default_area(slave: Slave) -> AreaMethod:
-    """How contact areas are measured where nothing is said."""
+    """Return how contact areas are measured where nothing is said."""
     has_facets = slave.facets is not None and len(slave.facets) > 0
     return FacetArea() if has_facets else NodalArea()
 

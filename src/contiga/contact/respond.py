@@ -85,7 +85,7 @@ def relative_velocity(
     velocity: ArrayLike | None,
     twist: Velocities | FloatArray | None,
 ) -> RelativeVelocity | None:
-    """How the points p_W (m, 3) go against the body; None where no velocity is given.
+    """Return how the points p_W (m, 3) go against the body; None where no velocity is given.
 
     `poses` are those of the body before and now.
     """
@@ -140,7 +140,7 @@ def relative_velocity(
 
 @dataclass(frozen=True, eq=False)
 class PreviousStep:
-    """How the points came where they are."""
+    """The step before, from which points came where they are."""
 
     state: State
     """Of the last step."""
@@ -205,13 +205,13 @@ class ContactRows(NamedTuple):
         return cls(rows, depth, normal, foot, path, inside, old, switched, rate, velocity)
 
     def since(self, first: int) -> ContactRows:
-        """Those of them from the point `first` on: the ones that carry forces."""
+        """Return those of them from the point `first` on: the ones that carry forces."""
         k = int(np.searchsorted(self.rows, first))
         return ContactRows._make(values[k:] for values in self)
 
 
 class LastDepths(NamedTuple):
-    """Where points were at the last step, and how deep."""
+    """The places and depths of points at the last step."""
 
     patch: IntArray
     """(n,) patch of their feet, −1 without contact."""
@@ -226,7 +226,7 @@ class LastDepths(NamedTuple):
 
 
 def touching(detected: Detected, p_B: FloatArray, past: PreviousStep | None) -> ContactRows:
-    """What is known of the points in contact before forces."""
+    """Collect what is known of the points in contact before forces."""
     rows, gather = detected.held, straight(carrying_nb.gather)
     if past is None:
         points = ContactRows.of(rows)
@@ -263,7 +263,7 @@ class Seen(NamedTuple):
 
 
 class Response(NamedTuple):
-    """What law and friction say of the points that carry."""
+    """The answers of law and friction for the points that carry."""
 
     normal: LawOutput
     friction: FrictionOutput | None
@@ -278,7 +278,7 @@ def respond(
     inp: LawInput,
     past: PreviousStep | None,
 ) -> Response:
-    """What law and friction answer, in arrays of their own."""
+    """Ask law and friction, and return their answers in arrays of their own."""
     answer = checked_answer(law, inp)
     if friction is None:
         return Response(answer, None, None)
@@ -410,7 +410,7 @@ def _unit(vector: FloatArray) -> FloatArray:
 
 
 class Answer(NamedTuple):
-    """What law and friction say of k points that carry; no rows of what is not told."""
+    """The answers of law and friction for k points that carry; no rows of what is not told."""
 
     force: FloatArray
     """(k,) along the normals."""
@@ -425,7 +425,7 @@ class Answer(NamedTuple):
 
 
 class LastForces(NamedTuple):
-    """What was at the last step."""
+    """The forces and feet of the last step."""
 
     force: Column
     normal: Column
@@ -440,7 +440,7 @@ class LastForces(NamedTuple):
 
 
 class Frame(NamedTuple):
-    """Of the body."""
+    """The pose and reference point of the body."""
 
     pose: FloatArray
     """(4, 4) X_WB."""
@@ -449,7 +449,7 @@ class Frame(NamedTuple):
 
 
 class Felt(NamedTuple):
-    """What k points that carry feel, and what that sums up to."""
+    """The forces that k points that carry feel, and their sums."""
 
     force: FloatArray
     """(k, 3) on them, world axes."""

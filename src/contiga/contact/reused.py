@@ -52,7 +52,7 @@ def given_up(out: State, state: State, p_W: FloatArray, owner: Owner) -> tuple[C
 
 
 def _plainly_apart(out: State, state: State, columns: Any, p_W: FloatArray) -> bool:
-    """Whether `own`, the arrays of `out`, can be written over, and it is plain to see.
+    """Return whether `own`, the arrays of `out`, can be written over, and it is plain to see.
 
     It is of states that steps have made: they are right but for a user who locked one, each lies
     apart from all others and from what users made, and only copies of a state share some, whole.

@@ -42,7 +42,7 @@ CHUNK = 32768
 
 
 class Limits(NamedTuple):
-    """What decides of points, as kernels are handed it."""
+    """The options and lengths that decide what becomes of points, as kernels are handed them."""
 
     closed: bool
     """Whether the body is closed: a point is inside or outside, whatever its foot."""
@@ -64,7 +64,7 @@ class Limits(NamedTuple):
 
 @dataclass(frozen=True)
 class Options:
-    """What the search of a contact is to do; as of `Limits`."""
+    """The options of the search of a contact; as of `Limits`."""
 
     penetration: bool
     hold: bool
@@ -121,7 +121,7 @@ def reach_of(depth: float | None, closed: bool, size: float) -> float:
 
 
 class Last(NamedTuple):
-    """What the search needs to know of the last step."""
+    """The part of the last step that the search needs."""
 
     points_B: FloatArray
     patch: IntArray
@@ -204,7 +204,7 @@ class Workspaces:
 
 
 class Columns(NamedTuple):
-    """What a search says of n points that a state keeps of all of them: new arrays, or old ones.
+    """The results of a search that a state keeps of all of n points: new arrays, or old ones.
 
     Wherever it is not being written to, last_patch, patch and feature are −1 and the rest is zero,
     or what a search has said of an earlier step.
@@ -228,7 +228,8 @@ class Columns(NamedTuple):
 
 
 class Placing(NamedTuple):
-    """What is known of n points once they have moved, and which of them have to be looked at.
+    """The memory in which n points are placed once they have moved, and those listed that have to
+    be looked at.
 
     What is said of an earlier step in the columns is taken back; as in all states, parameters of
     points without a patch are zero.

@@ -66,7 +66,7 @@ class FootBalls(NamedTuple):
 
 
 class Motion(NamedTuple):
-    """Where points were and are."""
+    """The places where points were and are."""
 
     before: FloatArray
     """(n, 3) length, body frame."""
@@ -74,7 +74,7 @@ class Motion(NamedTuple):
 
 
 class LastPlaces(NamedTuple):
-    """What is known of points from the last step."""
+    """The patches and safe distances of points at the last step."""
 
     patch: IntArray
     """(n,) −1 out of contact."""

@@ -54,7 +54,7 @@ class HeldInWorld(NamedTuple):
 
 
 class Owner(Protocol):
-    """What a state asks of the contact it is of."""
+    """The questions that a state asks of its contact."""
 
     @property
     def weights(self) -> str:

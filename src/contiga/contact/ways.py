@@ -21,7 +21,7 @@ from contiga.arrays.ordered import row_lengths
 from contiga.arrays.threads import run_ranges
 from contiga.contact.foot_rows import take
 from contiga.contact.kernels import way_nb
-from contiga.contact.kernels.settle_nb import ANOTHER, LEAST, PART
+from contiga.contact.kernels.settle_nb import ANOTHER, OPPOSITE_COSINE, PART
 from contiga.contact.search_records import BoolArray, Limits, Options
 from contiga.jit import straight
 from contiga.masters.protocol import Surface
@@ -101,7 +101,7 @@ class Ways(NamedTuple):
 
     @property
     def feet(self) -> Projection:
-        """Of walls that push at the ends."""
+        """The feet on the walls that push at the ends."""
         feet = Projection._make(column.copy() for column in self.last)
         opposed = np.flatnonzero(self.opposed)
         take(feet, opposed, rows_of(self.other, opposed), np.ones(len(opposed), np.bool_))
@@ -109,7 +109,7 @@ class Ways(NamedTuple):
 
 
 class Start(NamedTuple):
-    """What is known of points where their ways start, one row each; as of `Ways`."""
+    """The state of points where their ways start, one row each; as of `Ways`."""
 
     guard: FloatArray
     depth: FloatArray
@@ -191,7 +191,7 @@ def _ask_surface(surface: Surface, ways: Ways, limits: Limits) -> None:
         if len(facing):
             out = empty_projection(len(facing))
             places = SurfacePlaces(ways.patch[facing], ways.uv[facing])
-            limit = FacingLimits(LEAST, ways.floor[facing], ways.ceiling[facing])
+            limit = FacingLimits(OPPOSITE_COSINE, ways.floor[facing], ways.ceiling[facing])
             surface.closest_facing(ways.point[facing], ways.guard[facing], limit, places, out)
             take(ways.other, facing, out, np.ones(len(facing), np.bool_))
         back = left[(asks != way_nb.CLOSEST) & ~is_facing & (asks != way_nb.DONE)]

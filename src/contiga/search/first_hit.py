@@ -19,7 +19,7 @@ ROUNDING = 1e-12
 
 
 def first_hit(body: Faces, p0: ArrayLike, p1: ArrayLike) -> Hit:
-    """Where each segment p0 → p1 first enters `body` from its free side.
+    """Find where each segment p0 → p1 first enters `body` from its free side.
 
     Interval Newton on S(u, v) = p0 + τ (p1 − p0) over the hierarchy: the smallest τ in [0, 1]
     with (p1 − p0)·n < 0. Both ends count, and so does what lies within the rounding of the

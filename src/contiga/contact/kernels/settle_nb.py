@@ -31,7 +31,7 @@ OPPOSITE = 160.0
 
 Walls of a wedge of 30° are not: a point that its edge has run over goes out by either. Those of
 ribs and plates are, with the few degrees that they taper by to come out of a mould."""
-LEAST = math.cos(math.radians(OPPOSITE))
+OPPOSITE_COSINE = math.cos(math.radians(OPPOSITE))
 ANOTHER = 0.7
 """Cosine of the normals of walls below which one is another than the other."""
 PART = 1.0 / 16.0
@@ -42,7 +42,8 @@ INNER, OUTER = 0, 1
 
 
 @inner()
-def _at_border(status):
+def is_at_border(status):
+    """Tell whether the foot stands at a border, or at the edge of a hole."""
     return status in (AT_BORDER, TRIMMED)
 
 
@@ -59,12 +60,27 @@ def _is_sound(feet, i, band):
 
 
 @inner()
-def distance(feet, i, p):
-    """Return the distance from a point to its foot; infinite where that may be off the surface."""
-    if not _is_foot(feet.status[i]):
-        return math.inf
-    x, y, z = p[0] - feet.point[i, 0], p[1] - feet.point[i, 1], p[2] - feet.point[i, 2]
+def length_between(one, other, i):
+    """Return the distance between rows i of two arrays of points (n, 3)."""
+    x, y, z = one[i, 0] - other[i, 0], one[i, 1] - other[i, 1], one[i, 2] - other[i, 2]
     return math.sqrt(x * x + y * y + z * z)
+
+
+@inner()
+def distance(feet, i, points):
+    """Return the distance from point i to its foot; infinite where that may be off the surface."""
+    return length_between(points, feet.point, i) if _is_foot(feet.status[i]) else math.inf
+
+
+@inner()
+def _ask_ball(feet, i, asked, m):
+    """List foot i as the m-th that a ball is asked for, with its side; return how many there are.
+
+    `asked` are `AskedFeet`.
+    """
+    asked.which[m] = i
+    asked.side[m] = OUTER if feet.gap[i] > 0.0 else INNER
+    return m + 1
 
 
 @inner()
@@ -88,7 +104,7 @@ def _by_ball(feet, i, radius, band, side, reach):
 def is_opposite(feet, i, guard, j):
     """Tell whether the wall at foot i is opposite to the guard of row j; none is to a zero."""
     n = feet.normal
-    return n[i, 0] * guard[j, 0] + n[i, 1] * guard[j, 1] + n[i, 2] * guard[j, 2] < LEAST
+    return n[i, 0] * guard[j, 0] + n[i, 1] * guard[j, 1] + n[i, 2] * guard[j, 2] < OPPOSITE_COSINE
 
 
 @inner()
@@ -166,11 +182,10 @@ def look(rows, feet, side, safe_distance, limits, mark, ways, asked):
     `limits` are `Limits`, `safe_distance` is of all points; `asked` are `AskedFeet` to be filled.
     """
     hold, band = limits.hold, limits.band
-    index, which_side = asked.which, asked.side
     n = m = 0
     for i in range(rows.shape[0]):
         status = feet.status[i]
-        solved = _is_foot(status) or (hold and _at_border(status))
+        solved = _is_foot(status) or (hold and is_at_border(status))
         mark[i] = 0
         if solved and feet.gap[i] <= 0.0:
             mark[i] = KEEP
@@ -182,9 +197,7 @@ def look(rows, feet, side, safe_distance, limits, mark, ways, asked):
                 ways[n] = i
                 n += 1
         if _is_sound(feet, i, band):
-            index[m] = i
-            which_side[m] = OUTER if feet.gap[i] > 0.0 else INNER
-            m += 1
+            m = _ask_ball(feet, i, asked, m)
     return n, m
 
 
@@ -194,7 +207,6 @@ def face(rows, feet, holds, way, band, mark, asked):
 
     `holds` are those of the last step, `way` is that of all points.
     """
-    index, which_side = asked.which, asked.side
     m = j = 0
     for i in range(rows.shape[0]):
         mark[i] = 0
@@ -213,9 +225,7 @@ def face(rows, feet, holds, way, band, mark, asked):
                 feet.certified[i] = 1
                 continue
         if feet.certified[i] == 0 and _is_sound(feet, i, band):
-            index[m] = i
-            which_side[m] = OUTER if feet.gap[i] > 0.0 else INNER
-            m += 1
+            m = _ask_ball(feet, i, asked, m)
     return m
 
 
@@ -263,7 +273,7 @@ def becomes(status):
     """Return the `ContactStatus` of a point in contact whose foot, of this status, is kept."""
     if status == BRANCH_EVENT:
         return REACQUIRED
-    return HELD if _at_border(status) else OLD
+    return HELD if is_at_border(status) else OLD
 
 
 @inner()
@@ -300,13 +310,10 @@ def starts(rows, side, place, step, last_patch, far, begun):
 @inner()
 def askable(feet, count, band, asked):
     """List in `asked` (AskedFeet) the first feet that touching balls apply to; return how many."""
-    index, which_side = asked.which, asked.side
     m = 0
     for i in range(count):
         if _is_sound(feet, i, band):
-            index[m] = i
-            which_side[m] = OUTER if feet.gap[i] > 0.0 else INNER
-            m += 1
+            m = _ask_ball(feet, i, asked, m)
     return m
 
 
@@ -323,7 +330,7 @@ def tell(index, feet, points, balls, band, known, within):
     j = 0
     for m in range(index.shape[0]):
         i = index[m]
-        within[i] = distance(feet, m, points[m])
+        within[i] = distance(feet, m, points)
         if j < asked.shape[0] and asked[j] == m:
             side[i], reach[i], _ = _by_ball(feet, m, radius[j], band, side[i], reach[i])
             j += 1
@@ -345,14 +352,6 @@ def leave(rows, known, held, band, safe_distance, left):
 
 NOT_ASKED = -1
 """Status of closest points that were not asked for."""
-
-
-@inner()
-def _apart(feet, truth, i):
-    """Return how far two feet are apart."""
-    x, y = feet.point[i, 0] - truth.point[i, 0], feet.point[i, 1] - truth.point[i, 1]
-    z = feet.point[i, 2] - truth.point[i, 2]
-    return math.sqrt(x * x + y * y + z * z)
 
 
 @inner()
@@ -392,7 +391,10 @@ def take_nearest(asked, way, limits):
                 there = gone <= PART * depth and limits.closed
                 there = there and not is_opposite(truth, i, feet.normal, i)
             # What could not be followed is a closest point already.
-            led = feet.certified[i] == 0 and _apart(feet, truth, i) <= limits.same_foot
+            led = (
+                feet.certified[i] == 0
+                and length_between(feet.point, truth.point, i) <= limits.same_foot
+            )
             there = there or led
             least = asked.depth[i] - gone
             kept[i] = there and holds_on(truth, i, asked.guard, i, least, band)
@@ -421,7 +423,7 @@ def is_plain(asked, step, limits, i):
     _, solved, inside, deep = _kind(asked, limits, i)
     has_past = math.isfinite(step.way[k])
     known = kept and truth.status[i] != NOT_ASKED
-    same = known and _apart(asked.feet, truth, i) <= limits.same_foot
+    same = known and length_between(asked.feet.point, truth.point, i) <= limits.same_foot
     if inside and not same and has_past and (was or not limits.penetration):
         return False
     near = truth.status[i] == OK and truth.gap[i] <= 0.0 and truth.gap[i] >= -limits.depth
@@ -585,7 +587,7 @@ def settle_deep(tables, step, last, rows, limits, work, deep, detected, left):
         asked.safe_distance[a] = work.reach[i]
         asked.was[a], asked.kept[a] = True, work.mark[i] & KEEP > 0
         asked.status[a] = becomes(work.feet.status[i])
-        asked.within[a] = distance(work.feet, i, work.path.now[i])
+        asked.within[a] = distance(work.feet, i, work.path.now)
         j = at(holds.rows, work.rows[i], j)
         is_held = j < holds.rows.shape[0] and holds.rows[j] == work.rows[i]
         asked.depth[a] = holds.depth[j] if is_held else 0.0

@@ -13,7 +13,7 @@ from contiga.jit import inner
 BLOCK = 128
 """Numbers that are not halved any more."""
 STRANDS = 8
-MOST_HALVINGS = 64
+MAX_HALVINGS = 64
 
 
 @inner(linked=False)
@@ -45,8 +45,8 @@ def _of_block(values, first, n):
 @inner(linked=False)
 def _of_halves(values, n):
     """Sum n numbers, more than a block."""
-    first, count = np.zeros(MOST_HALVINGS, np.int64), np.zeros(MOST_HALVINGS, np.int64)
-    left, is_summed = np.zeros(MOST_HALVINGS), np.zeros(MOST_HALVINGS, np.bool_)
+    first, count = np.zeros(MAX_HALVINGS, np.int64), np.zeros(MAX_HALVINGS, np.int64)
+    left, is_summed = np.zeros(MAX_HALVINGS), np.zeros(MAX_HALVINGS, np.bool_)
     count[0], top, total = n, 0, 0.0
     while top >= 0:
         if count[top] <= BLOCK:

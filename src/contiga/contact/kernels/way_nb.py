@@ -10,11 +10,13 @@ from __future__ import annotations
 
 import math
 
-from contiga.arrays.codes import AT_BORDER, BRANCH_EVENT, MAX_ITERATIONS, OK, TRIMMED
+from contiga.arrays.codes import BRANCH_EVENT, MAX_ITERATIONS, OK
 from contiga.contact.kernels.settle_nb import (
-    LEAST,
+    OPPOSITE_COSINE,
     distance,
+    is_at_border,
     is_opposite,
+    length_between,
     take_foot,
     turns,
 )
@@ -83,11 +85,6 @@ def _has_behind(feet, i, limits):
 
 
 @inner()
-def _is_at_border(feet, i):
-    return feet.status[i] in (AT_BORDER, TRIMMED)
-
-
-@inner()
 def _is_beyond_border(feet, i, points):
     """Tell whether a point lies aside of its foot i, which is at a border."""
     square, along = 0.0, 0.0
@@ -95,23 +92,14 @@ def _is_beyond_border(feet, i, points):
         way = points[i, c] - feet.point[i, c]
         square += way * way
         along += way * feet.normal[i, c]
-    return _is_at_border(feet, i) and square - along * along > BEYOND * BEYOND * square
+    return is_at_border(feet.status[i]) and square - along * along > BEYOND * BEYOND * square
 
 
 @inner()
 def _is_in_front(feet, i):
     """Tell whether a point is in front of its foot i."""
-    found = feet.status[i] in (OK, BRANCH_EVENT) or _is_at_border(feet, i)
+    found = feet.status[i] in (OK, BRANCH_EVENT) or is_at_border(feet.status[i])
     return found and feet.gap[i] > 0.0
-
-
-@inner()
-def _distance(feet, i, points):
-    """Return the distance from a point to its foot i, whatever its status."""
-    square = 0.0
-    for c in range(3):
-        square += (feet.point[i, c] - points[i, c]) ** 2
-    return math.sqrt(square)
 
 
 @inner()
@@ -123,7 +111,7 @@ def _may_have_come_under(ways, i, gone, limits):
     """
     if not _is_beyond_border(ways.followed, i, ways.point):
         return False
-    more = _distance(ways.followed, i, ways.point) - ways.depth[i] + 2.0 * limits.band
+    more = length_between(ways.followed.point, ways.point, i) - ways.depth[i] + 2.0 * limits.band
     return 0.0 <= more < 2.0 * gone
 
 
@@ -137,9 +125,9 @@ def _was_off(ways, i, limits):
     whose border was nearer has been come under: they were nearer then.
     """
     before, nearest_then = ways.followed, ways.depth[i] - 2.0 * limits.band
-    if _is_at_border(before, i):
-        return _distance(before, i, ways.point) >= nearest_then
-    away = distance(before, i, ways.point[i])
+    if is_at_border(before.status[i]):
+        return length_between(before.point, ways.point, i) >= nearest_then
+    away = distance(before, i, ways.point)
     off = away >= nearest_then or is_opposite(before, i, ways.guard, i)
     return off and (limits.closed or away == math.inf or before.gap[i] <= limits.band)
 
@@ -298,7 +286,7 @@ def answered(ways, limits, i):
             # It is why no wall holds the point.
             if _is_in_front(ways.followed, i):
                 return _end(ways, i, CAME_OUT)
-            if _is_at_border(ways.followed, i):
+            if is_at_border(ways.followed.status[i]):
                 return _end(ways, i, SLID_OFF)
             ways.ceiling[i] = math.inf
             return _ask(ways, i, FACING_ANYWHERE, place)
@@ -339,7 +327,7 @@ def go_all_the_way(tables, ways, limits, start, stop):
     """Go along the ways start … stop of a body with these `ContactTables` to their ends."""
     body, h, nearest = tables.body, scratch(4, 6), scratch(4)
     facing, places = (
-        FacingLimits(LEAST, ways.floor, ways.ceiling),
+        FacingLimits(OPPOSITE_COSINE, ways.floor, ways.ceiling),
         SurfacePlaces(ways.patch, ways.uv),
     )
     points = ways.point

@@ -71,7 +71,7 @@ WIDER = 1.0 / 32.0
 
 
 class Cap(NamedTuple):
-    """What is proved about a pole."""
+    """The proved extent and ball radii of the surface about a pole."""
 
     reach: float
     """How far it goes into the elements, as a share of them."""
@@ -82,7 +82,7 @@ class Cap(NamedTuple):
 
 
 class _Bands(NamedTuple):
-    """What is known of an element between steps away from the pole."""
+    """Bounds of an element between steps away from the pole."""
 
     sound: NDArray[np.bool_]
     low: FloatArray

@@ -18,7 +18,7 @@ from contiga.search.balls.kernels.ball_cell_nb import WORST
 from contiga.search.hierarchy.table_types import Tables
 
 # Elements round a pole at most.
-MOST = 64
+MAX_RING = 64
 # Caps may also end where the first cell is halved this often.
 HALVINGS = 6
 # Share of its reach up to which cells take a cap for their smooth block.
@@ -121,7 +121,7 @@ def _ring(table: Records, e: int, side: int) -> list[tuple[int, int, bool]]:
     ring = []
     leave = 3 if side < 2 else 1
     back = False
-    for _ in range(MOST):
+    for _ in range(MAX_RING):
         row = table[e]
         if row["kind"][side] != POLE or row["kind"][leave] != SMOOTH:
             return []
@@ -138,7 +138,7 @@ def _ring(table: Records, e: int, side: int) -> list[tuple[int, int, bool]]:
 
 
 def _away(box: FloatArray, side: int | IntArray) -> FloatArray:
-    """How far boxes (n, 4) go from a side of their element, as a share of it."""
+    """Return how far boxes (n, 4) go from a side of their element, as a share of it."""
     rows = np.arange(len(box))
     side = np.broadcast_to(side, len(box))
     return np.where(side & 1 == 0, box[rows, side | 1] + 0.5, 0.5 - box[rows, side & ~1])

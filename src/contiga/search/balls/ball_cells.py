@@ -43,7 +43,7 @@ LARGEST_TURN = 0.6
 ROUGH = 5e-3
 # Length of a cell of the grid as a share of the body's size, and cells an element, at most.
 CELL_LENGTH = 1.0 / 12.0
-MOST_CELLS = 16
+MAX_CELLS = 16
 # Cuts of a cell at most, and how long it must be to be cut, as a share of the size.
 DEEPEST = 12
 SHORTEST = 1e-3
@@ -55,7 +55,7 @@ WANTING, WANTING_IN_ALL = 0.25, 0.01
 # How far the surroundings of a cell tried as its smooth block go, in its lengths.
 SURROUNDINGS = (2.0, 1.0, 0.0)
 # Balls that a block is to allow, in units of the goal.
-ENOUGH = 3.0
+BLOCK_GOALS = 3.0
 # Cells that a thread takes at once.
 CELLS = 16
 # Sides that lie closer than this share of the body's size are one.
@@ -98,7 +98,7 @@ class _Cells(NamedTuple):
 
 
 class _Place(NamedTuple):
-    """What the cells lie on."""
+    """The body that the cells lie on, and the frame and sizes they are measured in."""
 
     tables: Tables
     centre: FloatArray
@@ -182,7 +182,7 @@ def _grid(tables: Tables, centre: FloatArray, size: float) -> tuple[Records, Pla
     turn = second / np.maximum(lengths, 1e-300)
     long = 2.0 * lengths / (CELL_LENGTH * size)
     for share in CELL_TURN:
-        wants = np.clip(np.ceil(np.maximum(turn / share, long)), 1, MOST_CELLS).astype(np.int32)
+        wants = np.clip(np.ceil(np.maximum(turn / share, long)), 1, MAX_CELLS).astype(np.int32)
         if wants.prod(axis=1).sum() <= GRID_BUDGET:
             break
     rows = np.zeros(n, GRID)
@@ -245,7 +245,7 @@ def _measure_cells(tables: Tables, centre: FloatArray, cells: Records) -> None:
 
 def _limit(place: _Place) -> float:
     """Balls that a smooth block is to allow."""
-    return ENOUGH * GOAL * place.size
+    return BLOCK_GOALS * GOAL * place.size
 
 
 def _is_leaf(all_cells: _Cells) -> NDArray[np.bool_]:

@@ -68,7 +68,7 @@ class CellTree(NamedTuple):
 
 
 class CentredSurface(NamedTuple):
-    """What is measured of a body, about its centre."""
+    """The elements and trims of a body, and the centre that lengths are measured about."""
 
     elements: Elements
     trims: TrimTables
@@ -77,7 +77,7 @@ class CentredSurface(NamedTuple):
 
 
 class BallLimits(NamedTuple):
-    """How large balls are asked for."""
+    """Radii up to which balls are asked for, length."""
 
     size: float
     """Of the body, length."""
@@ -88,7 +88,7 @@ class BallLimits(NamedTuple):
 
 
 class CellBounds(NamedTuple):
-    """What is worked out of cells."""
+    """The results for cells: radii, and what is wanting in them."""
 
     rows: NDArray[np.integer[Any]]
     """Cells to be done."""

@@ -37,7 +37,7 @@ class Span:
         )
 
     def __truediv__(self, other: Span) -> Span:
-        """By what is positive."""
+        """Divide by a span of positive numbers."""
         return Span(
             np.minimum(self.low / other.low, self.low / other.high),
             np.maximum(self.high / other.low, self.high / other.high),

@@ -25,7 +25,7 @@ class Starts(NamedTuple):
 
 @pass_by_pointer
 class CommonPoints(NamedTuple):
-    """Where the places of two leaves each were led to."""
+    """The points that places of two leaves each were led to."""
 
     met: NDArray[np.bool_]
     """(n, count) whether to one point, and no start before of the same leaves to the same one."""
@@ -45,7 +45,7 @@ class CommonPoints(NamedTuple):
 
 
 class LeadWork(NamedTuple):
-    """What is known of one pair of places, both leaves' two parameters one after the other."""
+    """Memory for one pair of places, both leaves' two parameters one after the other."""
 
     place: FloatArray
     """(4,) in their elements."""

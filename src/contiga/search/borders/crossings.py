@@ -33,7 +33,7 @@ MET = 1e-11
 """Distance of two places that are one, in the body's size."""
 STARTS = 1
 """Pairs of places of two leaves that Newton's method starts from at least: the nearest ones."""
-FEW = 20_000
+STARTS_IN_ALL = 20_000
 """Starts in all while these are more than so many of each pair."""
 PAIRS = 8
 """Pairs of near leaves a leaf for which there is room at first; most bodies have five."""
@@ -102,7 +102,8 @@ def crossing_of(body: Faces, group: IntArray, slit: float) -> Crossing | None:
 
 
 def _beside(tables: Tables, pairs: IndexArray, uv: FloatArray) -> NDArray[np.bool_]:
-    """Whether leaves of one face adjoin in it, or are of a part that faces about the same way.
+    """Return whether leaves of one face adjoin in it, or are of a part that faces about the same
+    way.
 
     Leaves are nearly flat, and so are such parts: there is no room for the face to turn back. A
     part is an element, or two leaves with no more than a third between.
@@ -150,7 +151,7 @@ def near_leaves(tables: Tables, within: float = 0.0) -> IndexArray:
 
 def _led_together(body: Faces, tables: Tables, pairs: IndexArray) -> tuple[_Places, _Places]:
     """Places of two leaves each that are one point."""
-    count = max(STARTS, min(FEW // len(pairs), common_point_nb.N_STARTS))
+    count = max(STARTS, min(STARTS_IN_ALL // len(pairs), common_point_nb.N_STARTS))
     starts = Starts(pairs, np.empty((len(pairs), count, 2, 2)), np.empty((len(pairs), count)))
     common_point_nb.nearest_starts(tables.plates, starts)
     common = CommonPoints.of(len(pairs), count)
@@ -163,7 +164,7 @@ def _led_together(body: Faces, tables: Tables, pairs: IndexArray) -> tuple[_Plac
 
 
 def _pierce(body: Faces, one: _Places, two: _Places, margin: float) -> NDArray[np.bool_]:
-    """Whether faces pierce each other at places that are one point, or begin to do so there.
+    """Return whether faces pierce each other at places that are one point, or begin to do so there.
 
     They do where the planes that touch them there meet at an angle, and both faces go on in their
     planes along the line of intersection, by `margin`, length, and there to both sides of the
@@ -197,7 +198,8 @@ def _pierce(body: Faces, one: _Places, two: _Places, margin: float) -> NDArray[n
 def _on_face(
     body: Faces, patch: IndexArray, uv: FloatArray, target: FloatArray, margin: float
 ) -> NDArray[np.bool_]:
-    """Whether faces contain the points `target` (n, 3) at about (u, v), within half of `margin`."""
+    """Return whether faces contain the points `target` (n, 3) at about (u, v), within half of
+    `margin`."""
     there = np.zeros(len(uv), bool)
     for k in np.unique(patch).tolist():
         rows = np.flatnonzero(patch == k)

@@ -27,7 +27,7 @@ from contiga.search.tables import tables_of
 from contiga.search.track.project import project
 from contiga.statuses import Feature
 
-MOST = 4
+MAX_MEETINGS = 4
 """Meetings after which no more are looked for."""
 KEPT, LEVELS = 12, 5
 """Triangles that are cut up at each level, those that are nearest to the other piece; levels."""
@@ -73,7 +73,8 @@ class _Piece(NamedTuple):
 
 
 def meetings_of(body: Faces, piece: IntArray, tolerance: float) -> tuple[Meeting, ...]:
-    """Where closed pieces of `body` meet, the first `MOST` places; else faces of one piece.
+    """Return where closed pieces of `body` meet, the first `MAX_MEETINGS` places; else faces of one
+    piece.
 
     Parameters
     ----------
@@ -93,7 +94,7 @@ def meetings_of(body: Faces, piece: IntArray, tolerance: float) -> tuple[Meeting
             meeting = _meeting(pieces, pieces[i], pieces[j], tolerance)
             if meeting is not None:
                 meetings.append(_at_crossing(body, piece, meeting) if meeting.overlap else meeting)
-            if len(meetings) == MOST:
+            if len(meetings) == MAX_MEETINGS:
                 break
     if not meetings:
         common = coincident_at(body)
@@ -182,7 +183,8 @@ def _looked_at(
 def _meeting_among(
     pieces: _Pieces, one: _Piece, other: _Piece, places: FloatArray, tolerance: float
 ) -> tuple[Meeting | None, FloatArray]:
-    """Whether one of some places near a piece shows that it meets another; how far each is off."""
+    """Return whether one of some places near a piece shows that it meets another; how far each is
+    off."""
     feet = project(one.faces, places)
     there = project(other.faces, feet.point)
     off = np.abs(there.gap)
@@ -206,7 +208,7 @@ def _meeting_among(
 def _coincide_about(
     one: _Piece, other: _Piece, points: FloatArray, normals: FloatArray, tolerance: float
 ) -> NDArray[np.bool_]:
-    """Whether the faces of two pieces coincide all round points that they have in common.
+    """Return whether the faces of two pieces coincide all round points that they have in common.
 
     Pieces that touch in a point or along an edge do not. Looked at so far around that two
     surfaces which touch are farther apart there than the tolerance, unless both are flatter than

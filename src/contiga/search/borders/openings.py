@@ -39,7 +39,7 @@ SENSE = np.array([-1, 1, 1, -1])
 
 
 class Openings(NamedTuple):
-    """Where a body's surface ends or is not sound; lengths in the body's unit."""
+    """The places where a body's surface ends or is not sound; lengths in the body's unit."""
 
     free_edges: int
     """Edges (and sides of untrimmed patches no edge names) that one face uses and no other."""
@@ -148,7 +148,7 @@ _DISK = DiskCache("openings", __file__)
 
 @once
 def openings_of(body: Faces) -> Openings:
-    """Where `body` is open or unsound: nothing of a closed one.
+    """Return where `body` is open or unsound: nothing of a closed one.
 
     Faces are joined where they share an edge of the body; its tolerances say how far they may be
     apart. Sides of untrimmed patches that no edge names are matched in space. A flood over the

@@ -8,7 +8,7 @@ from contiga.records import FloatArray
 
 
 class Bending(NamedTuple):
-    """What `bend_bounds` leaves of the cell it was asked for last."""
+    """The Taylor polynomial of a cell and its remainder, as `bend_bounds` leaves them."""
 
     derivatives: FloatArray
     """(4, 6) S and its derivatives to the second order in the middle, by parameters that run over
@@ -18,7 +18,7 @@ class Bending(NamedTuple):
 
 
 class Principal(NamedTuple):
-    """How a surface bends at a place; see `bend_nb.principal`."""
+    """The largest curvatures and the metric at a place; see `bend_nb.principal`."""
 
     inner: float
     outer: float

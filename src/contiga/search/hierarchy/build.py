@@ -73,7 +73,7 @@ def build_hierarchy(elements: Elements, grid: Grid, trims: TrimTables) -> Hierar
 def items_of(
     hierarchy: Hierarchy, elements: Elements, trims: TrimTables, tolerance: float
 ) -> Items:
-    """What the closest point is searched among; forms are exact to `tolerance`, a length."""
+    """Return what the closest point is searched among; forms are exact to `tolerance`, a length."""
     leaves, plates, tree, low, high = hierarchy
     forms = forms_of(elements, trims, tolerance)
     formed = np.isin(leaves["element"], np.flatnonzero(forms["kind"] != NO_FORM))

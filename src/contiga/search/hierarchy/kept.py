@@ -30,7 +30,8 @@ class Kept(Generic[T]):
         self._asked: dict[int, int] = {}
 
     def of(self, tables: Tables, *how: Any) -> T:
-        """That of the body which `tables` are of, worked out at the first call, with `how`."""
+        """Return the answer for the body which `tables` are of, worked out at the first call, with
+        `how`."""
         key = self._key(tables)
         if key not in self._kept:
             disk = self._disk if len(tables.elements.table) >= self._least else None
@@ -77,7 +78,7 @@ def _digest_of(tables: Tables, how: tuple[Any, ...]) -> str:
 
 
 def _leaves(tables: Any) -> Iterator[Any]:
-    """What named tuples in named tuples hold."""
+    """Return the entries of named tuples in named tuples."""
     for part in tables:
         if isinstance(part, tuple):
             yield from _leaves(part)

@@ -37,7 +37,7 @@ from contiga.statuses import Feature, Status
 
 # Cells of the whole grid: so many an element, within these bounds.
 CELLS = 1000.0
-FEWEST, MOST = 3e4, 6e5
+MIN_CELLS, MAX_CELLS = 3e4, 6e5
 # Cells more than the box takes.
 AROUND = 3
 # How thick a piece may be, in small cells; how long, in cells, where it is cut and where not.
@@ -51,16 +51,16 @@ SKIN = 1e-6
 ROUNDING = 256.0 * float(np.finfo(float).eps)
 # Regions whose side is asked for: the largest, of so many small cells at least.
 REGIONS = 256
-LEAST = 8
+MIN_REGION_CELLS = 8
 # Points below which a second thread does not pay.
 POINTS = 4096
 # Elements below which a grid is built sooner than it is read.
-FEW = 100
+WORTH = 100
 
 
 @pass_by_pointer
 class SideGrid(NamedTuple):
-    """What is known of the sides of a closed body, about its low corner; see `side_nb`."""
+    """The known sides of a closed body, in cells about its low corner; see `side_nb`."""
 
     origin: FloatArray
     """(3,) low corner of the grid, body frame."""
@@ -98,7 +98,7 @@ UNKNOWN = SideGrid(
 
 
 class Layout(NamedTuple):
-    """Where the cells of a grid lie."""
+    """The place and size of the cells of a grid."""
 
     origin: FloatArray
     size: float
@@ -118,7 +118,7 @@ def layout(bounds: FloatArray, elements: int) -> Layout:
     wide = high - low
     size = float(np.linalg.norm(wide))
     wide = np.maximum(wide, 1e-3 * size)
-    cells = min(max(CELLS * elements, FEWEST), MOST)
+    cells = min(max(CELLS * elements, MIN_CELLS), MAX_CELLS)
     cell = float((wide.prod() / cells) ** (1.0 / 3.0))
     # Thin boxes need more cells around them than they hold.
     while (np.ceil(wide / cell) + AROUND).prod() > 1.3 * cells:
@@ -167,7 +167,7 @@ def build_sides(tables: Tables, slit: float) -> SideGrid:
     regions = (parent, labels, depth, places, first, mask)
     size, samples = side_grid_nb.sizes_and_samples(*regions)
     # The side of each joined region, by its samples: 1 outside, −1 inside, 0 not known.
-    roots = np.flatnonzero(size >= LEAST)
+    roots = np.flatnonzero(size >= MIN_REGION_CELLS)
     roots = np.sort(roots[np.argsort(-size[roots], kind="stable")[:REGIONS]])
     points = place.origin + place.size * samples[roots].reshape(-1, 3)
     feet = empty_projection(len(points))
@@ -190,7 +190,7 @@ def build_sides(tables: Tables, slit: float) -> SideGrid:
     return SideGrid(place.origin, place.size, place.skin, far, cell, masks, piece, patch, uv)
 
 
-_SIDES = Kept(build_sides, DiskCache("sides", __file__), FEW)
+_SIDES = Kept(build_sides, DiskCache("sides", __file__), WORTH)
 
 
 def side_of(grid: SideGrid, p_B: FloatArray, rows: IntArray) -> KnownSides:

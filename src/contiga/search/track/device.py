@@ -27,7 +27,8 @@ from contiga.search.track.track_records import FlaggedFeet, RowStarts, Way
 
 
 class FlatTables(NamedTuple):
-    """What of `Tables` a thread reads: arrays of records and numbers, no pointers between them."""
+    """The part of `Tables` that a thread reads: arrays of records and numbers, no pointers between
+    them."""
 
     elements: Any
     grid: Any
@@ -68,7 +69,7 @@ def start(tables: Tables, feet: Projection, points: Any) -> Tracked:
 
 
 def flat(tables: Tables) -> FlatTables:
-    """What threads read of the tables, on the device."""
+    """Put what threads read of the tables on the device."""
     read = FlatTables(
         tables.elements, tables.grid, tables.trims, tables.neighbourhoods, tables.scale
     )

@@ -15,7 +15,8 @@ KEPT = 2**16
 
 
 class Path(NamedTuple):
-    """Where points were and are; where it is not told where they were no foot is certified."""
+    """The places where points were and are; where it is not told where they were no foot is
+    certified."""
 
     before: FloatArray
     """(n, 3) length, body frame; no rows where that is not told, or by the feet they had."""
@@ -69,7 +70,7 @@ def room_for(n: int) -> Left:
 
 
 class FeetBefore(NamedTuple):
-    """What of the feet that points had tells where these were; as of `Projection`."""
+    """The columns of old feet that tell where points were; as of `Projection`."""
 
     status: ByteArray
     point: FloatArray
@@ -95,7 +96,7 @@ class Waiting(NamedTuple):
 
 
 class Way(NamedTuple):
-    """Where points were and are."""
+    """The places where points were and are."""
 
     before: Any
     """(n, 3) length, body frame, on a device or not."""
@@ -112,7 +113,7 @@ class FlaggedFeet(NamedTuple):
 
 
 class RowStarts(NamedTuple):
-    """What rows are tracked from, on a device or not."""
+    """The starts that rows are tracked from, on a device or not."""
 
     patch: Any
     """(n,)."""

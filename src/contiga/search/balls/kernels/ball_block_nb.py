@@ -26,7 +26,7 @@ GROWN = 0.6
 """and beyond the cells next to it no block is grown farther than this."""
 WIDE = 2.0
 """How far blocks are grown beyond their cell, in lengths of the cell."""
-MOST = 160
+MAX_BLOCK_CELLS = 160
 """Cells in a block at most."""
 BINOMIAL_TWICE = np.array([[float(math.comb(2 * n, k)) for k in range(32)] for n in range(16)])
 
@@ -155,7 +155,7 @@ def near(cells, rows, k, home):
 
 @inner()
 def _fits(cells, smooth, base, ij, line):
-    """Whether a line of cells beside a block is there, is sound, and joins it smoothly.
+    """Return whether a line of cells beside a block is there, is sound, and joins it smoothly.
 
     `line` is the side of the block, the cells along it and the offset of the new line.
     """
@@ -200,7 +200,7 @@ def _at(smooth, base, i, j):
 @kernel()
 def base_homes(cells, smooth, bases, homes):
     """Around every sound cell of the patches' grids, a block about as wide all round."""
-    rows = stack_int64(MOST)
+    rows = stack_int64(MAX_BLOCK_CELLS)
     for patch in range(bases.shape[0]):
         base = (bases[patch, 0], bases[patch, 1], bases[patch, 2])
         for i in range(base[1]):
@@ -232,7 +232,7 @@ def _home(cells, smooth, base, ij, rows, home):
         line = (side, reach[other], reach[other + 1], reach[side] + step)
         count = (reach[1] - reach[0] + 1) * (reach[3] - reach[2] + 1)
         length = reach[other + 1] - reach[other] + 1
-        if count + length > MOST or not _fits(cells, smooth, base, ij, line):
+        if count + length > MAX_BLOCK_CELLS or not _fits(cells, smooth, base, ij, line):
             margin[side] = math.inf
             continue
         reach[side] += step

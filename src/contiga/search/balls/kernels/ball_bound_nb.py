@@ -15,7 +15,7 @@ from contiga.geometry.kernels.trim_nb import point_in_trim
 from contiga.jit import inner, kernel
 from contiga.jit.scratch import scratch, stack_int64
 from contiga.search.balls.ball_records import BallLimits, PlaneWork, Samples
-from contiga.search.balls.kernels.ball_plane_nb import clear_ball, far_box, lower, unit
+from contiga.search.balls.kernels.ball_plane_nb import clear_ball, far_box, lower, unit_normal
 from contiga.search.hierarchy.kernels.tree_nb import box_distance2
 
 SAFE = 1.0 - 1e-8
@@ -23,13 +23,13 @@ SAFE = 1.0 - 1e-8
 GAIN = 1.25
 """A half of which no more than so many times as much is proved as of the whole is not cut again."""
 SAMPLES = 5
-ENOUGH = 2.0
+GOALS = 2.0
 """Radii beyond this many goals are not worth a loss of smaller ones."""
 
 
 @inner()
 def _is_home(home, b):
-    """Whether cell b lies in the smooth block of `home`."""
+    """Return whether cell b lies in the smooth block of `home`."""
     if home["cap"] >= 0:
         return home["cap"] == b["cap"]
     if home["patch"] != b["patch"]:
@@ -85,12 +85,7 @@ def _take_samples(elements, trims, centre, a, cap, samples):
         evaluate(elements, e, s, t, h)
         for c in range(3):
             point[n, c] = h[c, 0] + (origin[c] - centre[c])
-        if not unit(
-            h[1, 1] * h[2, 2] - h[2, 1] * h[1, 2],
-            h[2, 1] * h[0, 2] - h[0, 1] * h[2, 2],
-            h[0, 1] * h[1, 2] - h[1, 1] * h[0, 2],
-            normal[n],
-        ):
+        if not unit_normal(h, normal[n]):
             continue
         above[n, 0] = cap
         above[n, 1] = cap
@@ -200,7 +195,7 @@ def bound_cells(body, surface, homes, limits, result, start, stop):
     size, cap, goal = limits.size, limits.cap, limits.goal
     rows, value, want = result.rows, result.value, result.want
     samples = Samples(scratch(SAMPLES, 3), scratch(SAMPLES, 3), scratch(SAMPLES, 4))
-    enough = BallLimits(size, cap, ENOUGH * goal)
+    enough = BallLimits(size, cap, GOALS * goal)
     for i in range(start, stop):
         k = rows[i]
         a = cells[k]

@@ -16,7 +16,7 @@ from contiga.elements.kernels.bounds_nb import derivative_bounds, restrict
 from contiga.elements.kernels.element_nb import evaluate
 from contiga.jit import inner, kernel
 from contiga.jit.scratch import scratch
-from contiga.search.balls.kernels.ball_plane_nb import unit
+from contiga.search.balls.kernels.ball_plane_nb import unit_normal
 
 WORST = 0.98
 """Cells whose derivatives differ more than this share from those of their middle bound nothing."""
@@ -241,18 +241,13 @@ def measure(elements, e, centre, cell):
     _turn_bounds((f10, f01), bound, cell)
     for k in range(4):
         evaluate(elements, e, box[k // 2], box[2 + k % 2], h)
-        if not unit(
-            h[1, 1] * h[2, 2] - h[2, 1] * h[1, 2],
-            h[2, 1] * h[0, 2] - h[0, 1] * h[2, 2],
-            h[0, 1] * h[1, 2] - h[1, 1] * h[0, 2],
-            cell["corner_normal"][k],
-        ):
+        if not unit_normal(h, cell["corner_normal"][k]):
             cell["wobble"] = math.inf
 
 
 @inner()
 def _turn_bounds(flat, bound, cell):
-    """How much derivatives, normals and bends change; `flat` bounds n·S_x and n·S_y."""
+    """Bound the changes of derivatives, normals and bends; `flat` bounds n·S_x and n·S_y."""
     second = cell["second"]
     form = cell["form"]
     cell["rise"] = 0.125 * (max(-form[0], 0.0) + max(-form[4], 0.0))

@@ -24,7 +24,7 @@ ZERO = 1e-9
 
 @inner()
 def _overhang(cell, m, sign):
-    """How far a cell reaches beyond its corners in direction sign·m."""
+    """Return how far a cell reaches beyond its corners in direction sign·m."""
     n = cell["normal"]
     up = m[0] * n[0] + m[1] * n[1] + m[2] * n[2]
     along = cell["bulge"] * math.sqrt(max(1.0 - up * up, 0.0))
@@ -70,7 +70,7 @@ def _covers(f, v):
 
 @inner()
 def _score(f, v, enough):
-    """What a bound leaves of `v`: nine places of the cell, each counted up to `enough`.
+    """Rate what a bound leaves of `v`: nine places of the cell, each counted up to `enough`.
 
     A bound that is negative at a corner claims nothing there; scaled down it stays one where it is
     positive, and takes less from others when it is interpolated with them. One that is zero there
@@ -102,6 +102,17 @@ def unit(x, y, z, m):
     m[1] = y / length
     m[2] = z / length
     return True
+
+
+@inner()
+def unit_normal(h, m):
+    """Write the unit normal of the derivatives `h` into m; False where there is none."""
+    return unit(
+        h[1, 1] * h[2, 2] - h[2, 1] * h[1, 2],
+        h[2, 1] * h[0, 2] - h[0, 1] * h[2, 2],
+        h[0, 1] * h[1, 2] - h[1, 1] * h[0, 2],
+        m,
+    )
 
 
 @inner()
@@ -283,7 +294,8 @@ def _even_ball(a, b, pole, v, margin, m):
 
 @inner()
 def far_box(a, tree, node, normal, v, work):
-    """Whether the plane that touches a node's box, towards the cell, keeps all corner values."""
+    """Return whether the plane that touches a node's box, towards the cell, keeps all corner
+    values."""
     f, m, x = work.trial, work.plane, a["middle"]
     low, high = tree[node]["low"], tree[node]["high"]
     px = min(max(x[0], low[0]), high[0])

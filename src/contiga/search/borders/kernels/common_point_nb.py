@@ -90,7 +90,7 @@ def lead_together(elements, leaves, starts, near, common, start, stop):
 
 @inner()
 def _led_together(elements, pair, box, work, limits, common, at):
-    """Whether the places of `work` come to one point."""
+    """Return whether the places of `work` come to one point."""
     place, slope = work.place, work.slope
     limit, near = limits
     miss = scratch(3)
@@ -127,7 +127,7 @@ def _led_together(elements, pair, box, work, limits, common, at):
 
 @inner()
 def _look_at(elements, e, side, work, common, at):
-    """Where the place on a side's leaf is and how it moves with its two parameters."""
+    """Evaluate the place on a side's leaf, and how it moves with its two parameters."""
     h, slope, wide = work.h, work.slope, work.wide
     pair, i = at
     k = 2 * side
@@ -147,7 +147,7 @@ def _look_at(elements, e, side, work, common, at):
 
 @inner()
 def _is_known(common, pair, i, near):
-    """Whether a start before has led the same two leaves to the same point."""
+    """Return whether a start before has led the same two leaves to the same point."""
     for j in range(i):
         square = 0.0
         for c in range(3):

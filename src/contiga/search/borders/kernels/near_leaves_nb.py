@@ -17,7 +17,8 @@ DEPTH = 512
 
 @kernel()
 def list_near_leaves(tree, leaves, plates, within, pairs):
-    """How many pairs of leaves of faces there are, each once; the first are listed in `pairs`."""
+    """Return how many pairs of leaves of faces there are, each once; the first are listed in
+    `pairs`."""
     stack = stack_int64(DEPTH, 2)
     stack[0, 0] = 0
     stack[0, 1] = 0
@@ -68,7 +69,7 @@ def _boxes_meet(one, two, within):
 
 @inner()
 def _plates_meet(one, two, within, axes):
-    """Whether the balls about two plates meet, and no axis of either separates them.
+    """Return whether the balls about two plates meet, and no axis of either separates them.
 
     `axes` (6, 3) is memory: their sides, then their normals.
     """

@@ -25,7 +25,7 @@ from contiga.search.certify.kernels.rest_nb import D01, D02, D10, D11, D20, rest
 
 INNER, OUTER, SPEED_S, SPEED_T, WIDTH_S, WIDTH_T = 0, 1, 2, 3, 4, 5
 BENDS = 6
-MOST_STRETCH = 0.45
+MAX_STRETCH = 0.45
 """Largest ε that is worked with."""
 
 
@@ -49,7 +49,7 @@ def unbounded(bend):
 
 @inner(error_model="numpy")
 def frame_of(v):
-    """Of the tangents v[:, 0] and v[:, 1]: length of the first, part of the other along and across.
+    """Return the length of the tangent v[:, 0], and the parts of v[:, 1] along and across it.
 
     The frame S_p = α S_x, S_q = β S_x + γ S_y is orthonormal for α = 1/length, γ = 1/across and
     β = −along α γ.
@@ -188,7 +188,7 @@ def bend_bounds(elements, e, cell, bend, work):
         return False
     frame = (1.0 / x, -m / (x * across), 1.0 / across)
     stretch, turn = stretch_and_turn(v, unit_normal(h), frame, rest)
-    if not stretch < MOST_STRETCH:
+    if not stretch < MAX_STRETCH:
         unbounded(bend)
         return False
     turn /= 1.0 - stretch

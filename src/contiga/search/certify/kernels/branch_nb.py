@@ -42,7 +42,7 @@ WIDER = 1.1
 
 @inlined()
 def holds(curvature, seen, r):
-    """Whether μ > 0 and μ r > t; curvature = (κ_i, κ_o), the motion is `Seen`."""
+    """Return whether μ > 0 and μ r > t; curvature = (κ_i, κ_o), the motion is `Seen`."""
     m, far, slip = seen.heights, seen.far, seen.slip
     k = max(curvature[0], curvature[1])
     change = k * r * (slip + 0.5 * (1.0 + k * (far + r)) * r)
@@ -69,7 +69,7 @@ def ball_radius(curvature, room, margin, way, seen, tolerance):
 
 @inner(error_model="numpy")
 def is_whole(tables, patch, foot, far_u, far_v):
-    """Whether nothing is trimmed away from the box around the foot (u, v) of a patch."""
+    """Return whether nothing is trimmed away from the box around the foot (u, v) of a patch."""
     if tables.trims.trimmed[patch] == 0:
         return True
     u, v = foot

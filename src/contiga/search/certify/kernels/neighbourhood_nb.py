@@ -38,7 +38,7 @@ from contiga.search.certify.kernels.part_nb import (
 )
 from contiga.search.certify.kernels.pole_nb import pole_bounds, pole_side
 from contiga.search.certify.kernels.wide_neighbourhood_nb import widen
-from contiga.search.closest.kernels.around_nb import MOST, around, stands
+from contiga.search.closest.kernels.around_nb import MAX_AROUND, around, stands
 
 BY_POLE = 2
 """Parts this close to a pole have all that is round it for surroundings."""
@@ -144,7 +144,7 @@ def _add_corner(elements, raw, e, out, neighbourhood, work):
         return kind != SMOOTH and kind != POLE
     s, t = -0.5 if side_s == 0 else 0.5, -0.5 if side_t == 2 else 0.5
     n = around(elements, (e, s, t), list_e, list_st)
-    if n >= MOST:
+    if n >= MAX_AROUND:
         return False
     for k in range(n):
         e2 = list_e[k]
@@ -171,14 +171,14 @@ def _fan_of_pole(elements, e, side, list_e, list_side):
     """Elements around the round pole that is a side of e; 0 where they do not join smoothly."""
     n = 0
     link = 4 * e + side
-    while n < MOST:
+    while n < MAX_AROUND:
         list_e[n] = link // 4
         list_side[n] = link % 4
         n += 1
         link = elements.table[list_e[n - 1]]["ring"][list_side[n - 1]]
         if link == 4 * e + side:
             break
-    if n == MOST:
+    if n == MAX_AROUND:
         return 0
     for k in range(n):
         lateral = 2 if list_side[k] < 2 else 0
@@ -196,7 +196,7 @@ def _cap(elements, raw, foot, part, neighbourhood, work):
     """
     e, side = foot
     list_e = work[0]
-    list_side = stack_int64(MOST)
+    list_side = stack_int64(MAX_AROUND)
     n = _fan_of_pole(elements, e, side, list_e, list_side)
     k = part[0] if side < 2 else part[1]
     deep = (k if side & 1 == 0 else PARTS - 1 - k) + 1
@@ -296,7 +296,7 @@ def _fill(elements, raw, e, part, neighbourhood, work):
 @kernel(error_model="numpy")
 def join_parts(elements, raw, neighbourhoods, start, stop):
     """Fill neighbourhoods[element, part] of elements start … stop from the bounds of all parts."""
-    work = (stack_int64(MOST), scratch(MOST, 2))
+    work = (stack_int64(MAX_AROUND), scratch(MAX_AROUND, 2))
     for e in range(start, stop):
         box = elements.table[e]["box"]
         for i in range(PARTS):

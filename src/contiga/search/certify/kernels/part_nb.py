@@ -24,7 +24,7 @@ def part_of(s, t):
 
 @inner(error_model="numpy")
 def adjoins(elements, e, n, side):
-    """Whether n goes on where e ends at `side`, in the parameters of the same patch."""
+    """Return whether n goes on where e ends at `side`, in the parameters of the same patch."""
     element = elements.table[e]
     other = elements.table[n]
     if element["patch"] != other["patch"] or element["box"][side] != other["box"][side ^ 1]:
@@ -38,7 +38,7 @@ def adjoins(elements, e, n, side):
 
 @inner(error_model="numpy")
 def is_whole(elements, e, n):
-    """Whether nothing is trimmed away from element n that the patch of e does not tell."""
+    """Return whether nothing is trimmed away from element n that the patch of e does not tell."""
     element, other = elements.table[e], elements.table[n]
     return element["patch"] == other["patch"] or other["trim"] == IN
 

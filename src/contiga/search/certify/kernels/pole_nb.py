@@ -19,7 +19,7 @@ from contiga.jit import inner, kernel
 from contiga.jit.scratch import scratch, zero_scratch
 from contiga.search.certify.kernels.bend_nb import (
     INNER,
-    MOST_STRETCH,
+    MAX_STRETCH,
     OUTER,
     SPEED_S,
     SPEED_T,
@@ -36,7 +36,7 @@ from contiga.search.certify.kernels.rest_nb import (
     D10,
     D11,
     D20,
-    MOST,
+    N_COEFS,
     centred,
     quotient_rest,
     sums_of,
@@ -85,7 +85,7 @@ def _from_pole(elements, e, cell, side, a, b):
             for j in range(m + 1):
                 a[i, j, c] -= at * a[i, j, 3]
         for i in range(n + 1):
-            for j in range(MOST - 1):
+            for j in range(N_COEFS - 1):
                 a[i, j, c] = a[i, j + 1, c]
     return n, m
 
@@ -126,13 +126,13 @@ def _parts(h, column, normal):
 
 @kernel(error_model="numpy")
 def pole_bounds(elements, e, cell, side, bend, work):
-    """As `bend_bounds`, over a cell whose `side` is a pole; no width along that."""
+    """Do as `bend_bounds` over a cell whose `side` is a pole; no width along that."""
     unbounded(bend)
     h, rest = work.derivatives, work.rest
     if elements.table[e]["monomial"] < 0:
         return False
-    a, sums = scratch(MOST, MOST, 4), scratch(3, 6)
-    n, m = _from_pole(elements, e, cell, side, a, scratch(MOST, MOST, 4))
+    a, sums = scratch(N_COEFS, N_COEFS, 4), scratch(3, 6)
+    n, m = _from_pole(elements, e, cell, side, a, scratch(N_COEFS, N_COEFS, 4))
     taylor(a, h)
     v = scratch(3, 6)  # U, V and their slopes by x and τ at the pole
     for c in range(3):
@@ -167,7 +167,7 @@ def pole_bounds(elements, e, cell, side, bend, work):
     alpha, beta, gamma = 1.0 / x, -along / (x * across), 1.0 / across
     b = abs(beta)
     stretch, _ = stretch_and_turn(v, normal, (alpha, beta, gamma), change)
-    if not (stretch < MOST_STRETCH and bowl < math.inf):
+    if not (stretch < MAX_STRETCH and bowl < math.inf):
         return False
     lean_u = xt[1] + rest[1, D11]
     lean_v = 2.0 * (t[1] + xt[1] + tt[1] + rest[1, D01])

@@ -19,7 +19,7 @@ from contiga.elements.kernels.element_nb import evaluate
 from contiga.jit import inlined, inner
 from contiga.jit.scratch import scratch
 
-MOST = 8
+N_COEFS = 8
 """Coefficients of B a direction: degree five at most, and two of T."""
 D10, D01, D20, D11, D02 = 0, 1, 2, 3, 4
 
@@ -41,13 +41,13 @@ def centred(elements, e, cell, a):
     # room for, as a loop of that many needs no choice.
     for k in range(p):
         for i in range(p - 1, k - 1, -1):
-            for m in range(MOST):
+            for m in range(N_COEFS):
                 for c in range(4):
                     a[i, m, c] += at * a[i + 1, m, c]
     factor = 1.0
     for i in range(1, p + 1):
         factor *= half
-        for m in range(MOST):
+        for m in range(N_COEFS):
             for c in range(4):
                 a[i, m, c] *= factor
     at = 0.5 * (cell[2] + cell[3]) - elements.table[e]["about"][1]
@@ -110,8 +110,8 @@ def _departure(a, h, c, i, j):
 
 @inlined()
 def _before(i):
-    """Where the coefficient before the i-th stands; of the first, one of those that are zero."""
-    return (i - 1) & (MOST - 1)
+    """Return the index of the coefficient before the i-th: of a zero, where that is the first."""
+    return (i - 1) & (N_COEFS - 1)
 
 
 @inner(linked=False, error_model="numpy")
@@ -172,7 +172,7 @@ def rest_of(elements, e, cell, h, rest):
     derivatives.
     """
     if elements.table[e]["monomial"] >= 0:
-        a, sums = scratch(MOST, MOST, 4), scratch(3, 6)
+        a, sums = scratch(N_COEFS, N_COEFS, 4), scratch(3, 6)
         p, q = centred(elements, e, cell, a)
         taylor(a, h)
         least = sums_of(a, p, q, h, unit_normal(h), sums)

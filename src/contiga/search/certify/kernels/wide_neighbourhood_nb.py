@@ -17,9 +17,9 @@ from contiga.jit.scratch import scratch, stack_int64
 from contiga.search.certify.kernels.bend_nb import INNER, WIDTH_S
 from contiga.search.certify.kernels.part_nb import PARTS, scales, take_metric
 
-MOST = 12
+MAX_PARTS = 12
 """Parts in one direction,"""
-ACROSS = 2 * MOST + 1
+ACROSS = 2 * MAX_PARTS + 1
 """and in both."""
 NEAR = 0.75
 """Share of the width of parts nearby that surroundings are to be deep at least,"""
@@ -91,7 +91,7 @@ def _at(table, home, a, b):
 @inner(error_model="numpy")
 def _look(table, raw, home, extents, work):
     """Least widths of the columns and rows around a part, and the largest curvatures in them, into
-    `work` = ((2, 2 MOST + 1), (2,)).
+    `work` = ((2, 2 MAX_PARTS + 1), (2,)).
 
     Returns whether they make a rectangle, of which nothing is trimmed away that the patch of the
     part does not tell.
@@ -106,8 +106,8 @@ def _look(table, raw, home, extents, work):
             cell = _at(table, home, a, b)
             if cell[0] < 0:
                 return False
-            widths[0, MOST + a] = min(widths[0, MOST + a], _width(raw, cell, 0))
-            widths[1, MOST + b] = min(widths[1, MOST + b], _width(raw, cell, 1))
+            widths[0, MAX_PARTS + a] = min(widths[0, MAX_PARTS + a], _width(raw, cell, 0))
+            widths[1, MAX_PARTS + b] = min(widths[1, MAX_PARTS + b], _width(raw, cell, 1))
             for c in range(2):
                 bent[c] = max(bent[c], raw[cell[0], cell[1] * PARTS + cell[2], INNER + c])
             same = same and table[cell[0]]["patch"] == patch
@@ -154,7 +154,7 @@ def widen(elements, raw, e, part, neighbourhood):
     widths, bends = scratch(2, ACROSS), scratch(2)
     for way in range(4):
         depth, count, cell = 0.0, 0, _beside(table, home, way)
-        while cell[0] >= 0 and count < MOST and depth < wanted:
+        while cell[0] >= 0 and count < MAX_PARTS and depth < wanted:
             depth += _width(raw, cell, way >> 1)
             count += 1
             cell = _beside(table, cell, way)
@@ -166,7 +166,7 @@ def widen(elements, raw, e, part, neighbourhood):
     for way in range(4):
         depth = 0.0
         for k in range(1, extents[way] + 1):
-            depth += widths[way >> 1, MOST + (k if way & 1 == 1 else -k)]
+            depth += widths[way >> 1, MAX_PARTS + (k if way & 1 == 1 else -k)]
         room = min(room, depth)
     turn = max(BENT * bent * room, FLAT)
     if not (room > neighbourhood["room"] and max(bends[0], bends[1]) * room <= turn):

@@ -10,7 +10,7 @@ from contiga.jit import inner, kernel
 from contiga.jit.scratch import scratch, stack_int64
 from contiga.search.closest.kernels.local_nb import SHIFT, expand
 
-MOST = 64
+MAX_AROUND = 64
 """Elements listed around one point."""
 POLE_SAMPLES = 8
 SAME = 1e-9
@@ -20,7 +20,7 @@ SECTIONS = 30
 
 @inner()
 def stands(side, s, t):
-    """Whether (s, t) lies on a side of its element."""
+    """Return whether (s, t) lies on a side of its element."""
     if side == 0:
         return s <= -0.5
     if side == 1:
@@ -59,7 +59,7 @@ def _add(elements, foot, list_e, list_st, n):
     for i in range(n):
         if list_e[i] == e and abs(list_st[i, 0] - s) + abs(list_st[i, 1] - t) < SAME:
             return n
-    if n < MOST:
+    if n < MAX_AROUND:
         list_e[n] = e
         list_st[n, 0] = s
         list_st[n, 1] = t
@@ -71,8 +71,8 @@ def _add(elements, foot, list_e, list_st, n):
 def around(elements, foot, list_e, list_st):
     """All (element, s, t) that are the point `foot`, through linked sides and poles.
 
-    Fills list_e[MOST] and list_st[MOST, 2]; returns how many. A collapsed side stands once, by
-    its middle.
+    Fills list_e[MAX_AROUND] and list_st[MAX_AROUND, 2]; returns how many. A collapsed side stands
+    once, by its middle.
     """
     n = _add(elements, foot, list_e, list_st, 0)
     k = 0
@@ -112,8 +112,8 @@ def inward_slope(q, side):
 
 @inner()
 def _fall_at(elements, e, side, x, point, h):
-    """How far f falls on the way in from a collapsed side at x: its slope there, and −√2 times the
-    root of how deep the parabola goes that f follows (the slope, where f does not fall).
+    """Return how far f falls on the way in from a collapsed side at x: its slope there, and −√2
+    times the root of how deep the parabola goes that f follows (the slope, where f does not fall).
 
     The deepest of these parabolas is on the way of Newton's step in the tangent plane: the
     steepest way is not, where the surface bends more along another one.
@@ -162,8 +162,8 @@ def _deepest_from_pole(elements, e, side, point, h):
 @inner()
 def vertex_exit(elements, foot, point, miss, h):
     """The best way down from a corner or pole: (element, s, t), element −1 where all go up."""
-    list_e = stack_int64(MOST)
-    list_st = scratch(MOST, 2)
+    list_e = stack_int64(MAX_AROUND)
+    list_st = scratch(MAX_AROUND, 2)
     n = around(elements, foot, list_e, list_st)
     best = -miss
     steepest = (-1, 0.0, 0.0)

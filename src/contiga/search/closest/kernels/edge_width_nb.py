@@ -60,7 +60,7 @@ def _square_at(trims, piece, t, place, form, columns, c):
 
 @inner(error_model="numpy")
 def _nearest_on_piece(trims, piece, place, form, columns, c):
-    """How near a place, or the path, comes to a trimming piece, and (u, v, t) there.
+    """Return how near a place, or the path, comes to a trimming piece, and (u, v, t) there.
 
     Gauss-Newton from the best of a few samples, with steps halved where they do not come nearer:
     what is asked is whether a distance that is nearly nothing is one. `columns` as in `_square_at`.
@@ -86,8 +86,8 @@ def _nearest_on_piece(trims, piece, place, form, columns, c):
 
 @inner(error_model="numpy")
 def _past_piece(trims, piece, t, place, carrier, c, h):
-    """How far the path passes from the point at t of a trimming piece, the step in t to where
-    the piece's tangent comes nearest to it, and where along the path that is.
+    """Return how far the path passes from the point at t of a trimming piece, the step in t to
+    where the piece's tangent comes nearest to it, and where along the path that is.
 
     `carrier` is (elements, e, (s, t) of `place`, path). Into c[0] go (u, v); `h` is work.
     """
@@ -114,7 +114,7 @@ def _past_piece(trims, piece, t, place, carrier, c, h):
 
 @inner(error_model="numpy")
 def _passes(trims, piece, t, place, carrier, c):
-    """How near the path passes by a trimming piece, (u, v) there, and where along the path.
+    """Return how near the path passes by a trimming piece, (u, v) there, and where along the path.
 
     On the surface itself, from the t of the nearest place to second order.
     """
@@ -211,7 +211,7 @@ def _piece_beside(trims, piece_width, place, x, form, widths, carrier):
 
 @inner(linked=False, error_model="numpy")
 def edge_width(elements, trims, piece_width, e, place, path, least, h):
-    """Whether a crossing at `place` (s, t) of element e belongs to its face, and where.
+    """Return whether a crossing at `place` (s, t) of element e belongs to its face, and where.
 
     `path` is a `LeafPath`, `h` holds the derivatives there. Returns BESIDE if it does
     not, else the width of the edge within whose width it lies, zero in the midst of the face; the

@@ -77,7 +77,7 @@ def turn_normal(tables, k, toward, point, out):
 
 @inner()
 def no_farther(tables, point, among, reach, nearest, h):
-    """Like `closest`, for a point with a known foot at distance `reach`: finds that at least."""
+    """Do as `closest` for a point with a known foot at `reach`, which is found at least."""
     seen = reach * SEEN + 2.0 * PRUNE * tables.scale[1]
     for limit in (seen, math.inf):
         distance = closest(tables, point, among, limit, nearest, h)
@@ -152,7 +152,8 @@ def _distance2(tables, foot, point, h):
 
 @inner()
 def _edge_foot(tables, home, reach, point, nearest, h):
-    """Where a tracked foot that ran out of the face `home` leaves it: the face's closest point.
+    """Return where a tracked foot that ran out of the face `home` leaves it: the face's closest
+    point.
 
     One is known at the distance `reach`. Returns (open border?, element, s, t).
     """

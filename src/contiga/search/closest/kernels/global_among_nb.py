@@ -25,7 +25,7 @@ ALL = -2.0
 
 
 class Among(NamedTuple):
-    """What of a body a search may answer."""
+    """The part of a body that a search may answer."""
 
     patch: int
     """−1: all patches."""
@@ -37,7 +37,7 @@ class Among(NamedTuple):
 
 
 class SearchLimits(NamedTuple):
-    """What a leaf is searched with."""
+    """The state and limits of a search, as a leaf is handed them."""
 
     best: float
     """Distance of the nearest place so far."""
@@ -62,8 +62,8 @@ def on_patch(patch):
 
 @inner()
 def holds_nowhere(leaf, plate, point, among):
-    """Whether all along a curve leaf its face faces away from the guard or has the point before it,
-    by its normal in the middle and how far that turns."""
+    """Return whether all along a curve leaf its face faces away from the guard or has the point
+    before it, by its normal in the middle and how far that turns."""
     m, k, x = plate["middle"], leaf["bound"], plate["x"]
     if not k[8] < 1.0 or plate["metric"][0] == 0.0:
         return False
@@ -78,8 +78,8 @@ def holds_nowhere(leaf, plate, point, among):
 
 @inlined()
 def is_turned_away(along, sine, least):
-    """Whether normals at the angle of `sine` at most from one whose product with the guard is
-    `along` all have a smaller one than `least`."""
+    """Return whether normals at the angle of `sine` at most from one whose product with the guard
+    is `along` all have a smaller one than `least`."""
     level = math.sqrt(1.0 - sine * sine)
     # Of these normals, the one nearest to the guard.
     nearest = along * level + math.sqrt(max(1.0 - along * along, 0.0)) * sine
@@ -88,8 +88,9 @@ def is_turned_away(along, sine, least):
 
 @inner()
 def may_hold(elements, place, point, among, h):
-    """Whether neither the face at a place nor the way there faces away from the guard, and the
-    point lies behind the face, no nearer than the floor; and its distance and height over the face.
+    """Return whether neither the face at a place nor the way there faces away from the guard, and
+    the point lies behind the face, no nearer than the floor; and its distance and height over the
+    face.
 
     The way there is the normal at a kink.
     """
@@ -110,8 +111,8 @@ def may_hold(elements, place, point, among, h):
 
 @inner(linked=False)
 def is_guarded(elements, place, point, among, h):
-    """Whether a place is a minimum that does not face away from the guard, the point behind it and
-    no nearer than the floor.
+    """Return whether a place is a minimum that does not face away from the guard, the point behind
+    it and no nearer than the floor.
 
     On a side where the surface has a kink it need not be square to the way to the point, but no
     place of its own face beside it may be nearer; at a pole, none around it. Beyond a border there
@@ -146,5 +147,6 @@ def is_guarded(elements, place, point, among, h):
 
 @inner()
 def is_over(away, height):
-    """Whether a point so far away, and so high over the face, is not beside a place of a border."""
+    """Return whether a point so far away, and so high over the face, is not beside a place of a
+    border."""
     return away * away - height * height <= OVER * OVER * away * away

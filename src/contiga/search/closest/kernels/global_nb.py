@@ -74,9 +74,9 @@ from contiga.search.hierarchy.kernels.tree_nb import next_leaves
 
 MAX_CELLS = 20000
 """Cells one query may open; then it is given up."""
-EASY = 32
+EASY_IN_LEAF = 32
 """Cells of a leaf after which its bounds are taken for too loose, and each cell gets its own."""
-MANY = 100
+EASY_IN_ALL = 100
 """Cells of a query after which all get bounds of their own."""
 SMALLEST = 1e-6
 """Half-size of a cell (local parameters) that is not halved further."""
@@ -91,7 +91,7 @@ SEEN = 1.0 + 1e-9
 PATIENT, IN_LEAF = 400, 16
 """After so many cells in all, and in a leaf, one that promises little is not halved any more. Feet
 of points on the axis of a body of revolution lie all along a circle, as near as each other."""
-EASED, MOST_EASED = 8, 1e5
+EASING_POWER, MAX_EASING = 8, 1e5
 """What is little grows with this power of the cells opened in all, to so many times the least gain
 asked for (1e-6 of the body's size)."""
 DROPPED, GIVEN_UP = 0.5, 1.0
@@ -182,7 +182,7 @@ def _cell_minimum(elements, e, cell, point, h):
 
 @inner()
 def _faces_away(h, half, b, among):
-    """Whether all of a cell faces away from the guard, by how much its sides turn at most."""
+    """Return whether all of a cell faces away from the guard, by bounds of its turn."""
     x = (half[0] * h[0, 1], half[0] * h[1, 1], half[0] * h[2, 1])
     y = (half[1] * h[0, 2], half[1] * h[1, 2], half[1] * h[2, 2])
     n = cross(x, y)
@@ -214,17 +214,18 @@ def _halve(stack, top, cell, m, wide):
 
 @inner()
 def _may_come_within(bounds, limit):
-    """Whether a cell of lower bounds = (distance, f) may have a place no farther than `limit`."""
+    """Return whether a cell of lower bounds = (distance, f) may have a place no farther than
+    `limit`."""
     return bounds[0] <= limit and not (limit > 0.0 and bounds[1] > 0.5 * limit * limit)
 
 
 @inner()
 def _promises_little(bounds, best, slack, before, opened):
-    """Whether a cell may be let be, after so many opened `before` and in its leaf."""
+    """Return whether a cell may be let be, after so many opened `before` and in its leaf."""
     opened_in_all = before + opened
     if opened_in_all <= PATIENT or opened <= IN_LEAF:
         return False
-    little = min((opened_in_all / PATIENT) ** EASED, MOST_EASED) * slack
+    little = min((opened_in_all / PATIENT) ** EASING_POWER, MAX_EASING) * slack
     return not _may_come_within(bounds, best - little)
 
 
@@ -237,7 +238,7 @@ def search_leaf(elements, trims, leaf, point, limits, nearest, stack, h):
     """
     best, slack, before, among = limits.best, limits.slack, limits.opened, limits.among
     seen, guarded = (point, among, scratch(4, 6)), among.least > ALL
-    easy = EASY if before < MANY else 0
+    easy = EASY_IN_LEAF if before < EASY_IN_ALL else 0
     e = leaf["element"]
     k = scratch(9)
     pole = has_pole(elements, e)
@@ -297,8 +298,8 @@ def search_leaf(elements, trims, leaf, point, limits, nearest, stack, h):
 
 @inner()
 def _has_kink(elements, e, first, x):
-    """Whether element e has a kink or ends at the side where one of its parameters is x (±1/2);
-    `first` is that parameter's first side."""
+    """Return whether element e has a kink or ends at the side where one of its parameters is x
+    (±1/2); `first` is that parameter's first side."""
     side = first + (1 if x > 0.0 else 0)
     kind = elements.table[e]["kind"][side]
     return kind != SMOOTH and not (kind == POLE and elements.table[e]["round"][side] == 1)

@@ -70,7 +70,7 @@ def newton_along(g, curvature, metric):
 
 @inner()
 def leaves(x, d):
-    """Whether a step d leads out of [-1/2, 1/2] from its end x."""
+    """Return whether a step d leads out of [-1/2, 1/2] from its end x."""
     return (x <= -0.5 and d < 0.0) or (x >= 0.5 and d > 0.0)
 
 

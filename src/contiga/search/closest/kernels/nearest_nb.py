@@ -187,7 +187,7 @@ def project_global(tables, points, rows, within, out, start, stop):
 
 @kernel()
 def project_proved(tables, balls, points, rows, within, out, start, stop):
-    """As `project_global`, with the touching balls of the body."""
+    """Do as `project_global`, with the touching balls of the body."""
     h = scratch(4, 6)
     nearest = scratch(4)
     for i in range(start, stop):

@@ -49,7 +49,7 @@ def weight_at(k, o, n, s, t):
 
 @inlined()
 def rational_at(k, o, n, s, t):
-    """As `polynomial_at`, of a rational element."""
+    """Do as `polynomial_at`, of a rational element."""
     w = weight_at(k, o, n, s, t)
     x = quotient(bicubic(k, o, n, s, t), w)
     y = quotient(bicubic(k, o + 16 * n, n, s, t), w)

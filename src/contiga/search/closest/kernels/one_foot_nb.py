@@ -31,7 +31,8 @@ FARTHEST = 1.0
 
 @inner()
 def may_go_on(elements, e, s, t):
-    """Whether (s, t) beyond the element is not far, and across smooth sides within its patch."""
+    """Return whether (s, t) beyond the element is not far, and across smooth sides within its
+    patch."""
     if not (abs(s) <= FARTHEST and abs(t) <= FARTHEST):
         return False
     element = elements.table[e]

@@ -16,7 +16,7 @@ from contiga.elements.kernels.sides_nb import normal_at, side_point
 from contiga.geometry.kernels.trim_nb import point_in_trim
 from contiga.jit import inner
 from contiga.jit.scratch import scratch, stack_int64
-from contiga.search.closest.kernels.around_nb import MOST, around, collapsed_side
+from contiga.search.closest.kernels.around_nb import MAX_AROUND, around, collapsed_side
 from contiga.search.closest.kernels.global_among_nb import on_patch
 from contiga.search.closest.kernels.global_nb import PRUNE, SEEN, closest
 from contiga.search.hierarchy.kernels.curve_nb import (
@@ -41,7 +41,7 @@ NEAR = 32
 CORNER = 1e-7
 """Places of a patch this close (share of it) to a corner of its loops are the corner: where faces
 are cut along splines, their corners miss each other by more than rounding, or have a tiny edge."""
-MOST_POINTS = 4
+MAX_TINY_EDGES = 4
 """Tiny edges in a row that are passed over."""
 SNAP = 1e-7
 SQUARELY = 0.99
@@ -63,8 +63,8 @@ def _add_elements(tables, foot, only, total, h):
     Only elements that the trims leave count. Returns their number and their list.
     """
     elements = tables.elements
-    list_e = np.empty(MOST, np.int64)
-    list_st = scratch(MOST, 2)
+    list_e = np.empty(MAX_AROUND, np.int64)
+    list_st = scratch(MAX_AROUND, 2)
     n = around(elements, foot, list_e, list_st)
     for k in range(n):
         e = list_e[k]
@@ -107,7 +107,7 @@ def _add_elements(tables, foot, only, total, h):
 
 @inner()
 def _is_point(trims, patch, p, q):
-    """Whether two places (u, v) of a patch are one: see `CORNER`."""
+    """Return whether two places (u, v) of a patch are one: see `CORNER`."""
     domain = trims.domain[patch]
     u = abs(q[0] - p[0])
     v = abs(q[1] - p[1])
@@ -116,7 +116,7 @@ def _is_point(trims, patch, p, q):
 
 @inner()
 def _is_short(trims, piece):
-    """Whether a piece is a point of its patch."""
+    """Return whether a piece is a point of its patch."""
     ends = trims.piece_ends[piece]
     return _is_point(trims, trims.piece_patch[piece], (ends[0], ends[1]), (ends[2], ends[3]))
 
@@ -128,7 +128,7 @@ def _joined_piece(trims, piece, end):
     Pieces that are points are passed over.
     """
     patch = trims.piece_patch[piece]
-    for _ in range(MOST_POINTS):
+    for _ in range(MAX_TINY_EDGES):
         at = trims.piece_ends[piece]
         x = at[2 * end]
         y = at[2 * end + 1]
@@ -200,7 +200,7 @@ def _snapped(x):
 
 @inner()
 def joint_reach(tables, e):
-    """How far from a foot at an edge of element `e` the faces that meet there may be."""
+    """Return how far from a foot at an edge of element `e` the faces that meet there may be."""
     return max(tables.elements.table[e]["edge_tolerance"], JOIN * tables.scale[0])
 
 
@@ -241,7 +241,7 @@ def patches_near(tables, point, reach, near):
 
 @inner()
 def is_listed(near, n, patch):
-    """Whether a patch is among the first n of `near`; any may be where n is −1."""
+    """Return whether a patch is among the first n of `near`; any may be where n is −1."""
     for i in range(n):
         if near[i] == patch:
             return True
@@ -321,7 +321,7 @@ def pseudo_normal(tables, foot, nearest, total, h):
 
 @inner(linked=False)
 def side_of_squarest(tables, home, place, nearest, h):
-    """On which side of the face that it sees most squarely a point lies: positive is free.
+    """Return on which side of the face that it sees most squarely a point lies: positive is free.
 
     `place` is (point, how far its foot on an edge of the patch `home` is), `nearest` is work. Where
     the faces at an edge do not fit, one that reaches past the other is seen from behind. Of faces

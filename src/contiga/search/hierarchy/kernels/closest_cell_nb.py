@@ -56,7 +56,7 @@ class Hessian(NamedTuple):
 
 @inner()
 def slopes_away(elements, e, side, kept, g, change):
-    """Whether f has no minimum in a cell because its slope across it keeps its sign.
+    """Return whether f has no minimum in a cell because its slope across it keeps its sign.
 
     `kept` tells for `side` (0: s, 2: t) which of the two ends the cell reaches; a minimum may
     stand there against the slope where the surface has a kink or ends. `g` is the slope in the
@@ -166,7 +166,7 @@ def hessian(m, b, hs, ht):
 
 @inner()
 def without_minimum(elements, e, cell, m, f):
-    """Whether f has no minimum in a cell, `f` its Hessian there."""
+    """Return whether f has no minimum in a cell, `f` its Hessian there."""
     change = abs(f.xx) + f.dxx + abs(f.xy) + f.dxy
     if slopes_away(elements, e, 0, (cell[0] <= -0.5, cell[1] >= 0.5), m.rx, change):
         return True
@@ -176,7 +176,7 @@ def without_minimum(elements, e, cell, m, f):
 
 @inner()
 def bends_down(elements, e, cell, f):
-    """Whether f has no minimum in a cell because somewhere it bends down all over it.
+    """Return whether f has no minimum in a cell because somewhere it bends down all over it.
 
     A minimum may stand there all the same on a side where the surface has a kink or ends.
     """
@@ -192,7 +192,7 @@ def bends_down(elements, e, cell, f):
 
 @inner()
 def convex(f):
-    """Whether f is convex in a cell."""
+    """Return whether f is convex in a cell."""
     low = f.xx - f.dxx
     low_y = f.yy - f.dyy
     return low > 0.0 and low_y > 0.0 and low * low_y > (abs(f.xy) + f.dxy) ** 2
@@ -200,7 +200,7 @@ def convex(f):
 
 @inner()
 def least_value(m, f):
-    """What f = |S − P|²/2 is at least in a cell, by its Taylor series about the middle.
+    """Return a lower bound of f = |S − P|²/2 in a cell, by its Taylor series about the middle.
 
     The Hessian is off by no more than τ times its largest change on the part τ of a way from the
     middle, so the series of second order by a sixth of that. Of a quadratic function that is not

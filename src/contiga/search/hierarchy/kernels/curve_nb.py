@@ -17,7 +17,7 @@ ROUNDING = 1e-14
 """Of a squared distance, as a share of the products it is made of: some fifty roundings."""
 SMALLEST = 1e-9
 """Half-width of an interval (of a piece's parameter) that is not halved further."""
-MOST_INTERVALS = 400
+MAX_INTERVALS = 400
 ELEMENT, S, T, LEFT_OUT = 0, 1, 2, 3
 """Columns of what a search for the closest point answers: element, s and t; or −1 − piece and the
 piece's parameter, where it is on a trimming piece. The last is 0, or what the search left out."""
@@ -172,7 +172,7 @@ def closest_on_stretch(tables, leaf, point, best, slack, h):
         at_end = low <= t0 or high >= t1
         if not at_end and abs(slope) > w * (abs(curvature) + change):
             continue
-        if curvature > change or w < SMALLEST or opened > MOST_INTERVALS or top > 37:
+        if curvature > change or w < SMALLEST or opened > MAX_INTERVALS or top > 37:
             left = left or (curvature <= change and w >= SMALLEST)
             start = t if speed == 0.0 else min(max(t - slope / speed, low), high)
             x, f = _descend(tables, piece, (low, high), start, point, h, d)

@@ -10,7 +10,7 @@ from contiga.jit import inner
 
 @inner()
 def in_face(elements, trims, e, s, t):
-    """Whether (s, t) of element e belongs to the trimmed face."""
+    """Return whether (s, t) of element e belongs to the trimmed face."""
     state = elements.table[e]["trim"]
     if state == CUT:
         u, v = parameters(elements, e, s, t)
@@ -20,6 +20,6 @@ def in_face(elements, trims, e, s, t):
 
 @inner()
 def has_pole(elements, e):
-    """Whether a side of element e is one point."""
+    """Return whether a side of element e is one point."""
     kind = elements.table[e]["kind"]
     return kind[0] == POLE or kind[1] == POLE or kind[2] == POLE or kind[3] == POLE

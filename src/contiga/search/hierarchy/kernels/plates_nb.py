@@ -101,7 +101,7 @@ def no_nearer_than(plate, point):
 
 @inner()
 def is_beyond(plate, point, limit):
-    """Whether a leaf is farther from `point` than `limit`.
+    """Return whether a leaf is farther from `point` than `limit`.
 
     The disk about its plate is looked at first: it tells of two thirds of the leaves in a fourth of
     the time.
@@ -120,8 +120,8 @@ def is_beyond(plate, point, limit):
 
 @inner()
 def is_before_face(leaf, plate, point):
-    """Whether a point is on the inner side of all of a curve leaf's stretch, so that its face has
-    points nearer than those of the stretch, or one of the next stretch is as near.
+    """Return whether a point is on the inner side of all of a curve leaf's stretch, so that its
+    face has points nearer than those of the stretch, or one of the next stretch is as near.
 
     At a corner the face may end before it is nearer; then the point is on the outer side of the
     other stretch there.
@@ -143,7 +143,7 @@ def no_farther_than(plate, point):
 
 @inner()
 def is_passed(plate, p, d, span, pad):
-    """Whether a path stays off what a leaf holds: on one side of it, or beside it.
+    """Return whether a path stays off what a leaf holds: on one side of it, or beside it.
 
     `span` (near, far) is the part of p + x d that counts, `pad` how far from the leaf it counts.
     """

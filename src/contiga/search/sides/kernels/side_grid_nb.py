@@ -81,7 +81,7 @@ def paint(pieces, small, shape, words, near, name):
 
 @kernel()
 def labelled(clear):
-    """Which joined region each clear cell is of: from 1, in the order of their first cells; 0 in
+    """Number the joined regions of clear cells from 1, in the order of their first cells; 0 in
     cells that are not clear. Cells are joined by faces."""
     shape = clear.shape
     parent = np.arange(shape[0] * shape[1] * shape[2]).astype(np.int32)
@@ -115,7 +115,7 @@ def labelled(clear):
 
 @kernel()
 def depths(clear):
-    """How many cells each cell lies from the next one that is not clear, diagonal steps counted as
+    """Count the cells from each cell to the next one that is not clear, diagonal steps counted as
     one; 0 there, and more than any way is long where there is none.
 
     Forth, then back (Rosenfeld & Pfaltz 1968, doi 10.1016/0031-3203(68)90013-7).
@@ -235,7 +235,7 @@ def _lowest(x):
 
 @kernel()
 def sizes_and_samples(parent, labels, depth, places, first, mask):
-    """Of every root: how many small cells are joined to it, and three of their middles.
+    """Count the small cells joined to every root, and choose three of their middles.
 
     The middles (3 a root) are in cells: of three next to cells that may hold surface, spread over
     the region; of small ones where it has no whole cell. `depth` (cells,) is the way in cells to

@@ -109,7 +109,7 @@ def places(grid, points, rows, known, near, start, stop):
 
 @kernel()
 def clear_ways(grid, before, now, rows, clear, start, stop):
-    """Whether the ways before[rows] → now[rows] are known to meet no surface."""
+    """Return whether the ways before[rows] → now[rows] are known to meet no surface."""
     skin = grid.skin / grid.size
     for i in range(start, stop):
         k = rows[i]

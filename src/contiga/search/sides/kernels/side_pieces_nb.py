@@ -55,6 +55,24 @@ def _normal(net, degree):
 
 
 @inner()
+def _longest_line(net, lines, steps):
+    """Length of the longest line of a control net; `lines` and `steps` are (count, stride)."""
+    longest = 0.0
+    for i in range(lines[0]):
+        total = 0.0
+        for k in range(steps[0]):
+            a = i * lines[1] + k * steps[1]
+            b = a + steps[1]
+            total += math.sqrt(
+                (net[b, 0] - net[a, 0]) ** 2
+                + (net[b, 1] - net[a, 1]) ** 2
+                + (net[b, 2] - net[a, 2]) ** 2
+            )
+        longest = max(longest, total)
+    return longest
+
+
+@inner()
 def hull(net, count, n, piece):
     """Box and slab along `n` of the points net[:count], into `piece`; returns how thick it is."""
     for c in range(3):
@@ -122,29 +140,8 @@ def surface_pieces(elements, trims, origin, margins, limits):
                     net[k, c] = net[k, c] / net[k, 3] + (row["origin"][c] - origin[c])
             # How long it is at most along s and along t, by its control net.
             p, q = degree
-            along_s = along_t = 0.0
-            for j in range(q + 1):
-                total = 0.0
-                for i in range(p):
-                    a = i * (q + 1) + j
-                    b = a + q + 1
-                    total += math.sqrt(
-                        (net[b, 0] - net[a, 0]) ** 2
-                        + (net[b, 1] - net[a, 1]) ** 2
-                        + (net[b, 2] - net[a, 2]) ** 2
-                    )
-                along_s = max(along_s, total)
-            for i in range(p + 1):
-                total = 0.0
-                for j in range(q):
-                    a = i * (q + 1) + j
-                    b = a + 1
-                    total += math.sqrt(
-                        (net[b, 0] - net[a, 0]) ** 2
-                        + (net[b, 1] - net[a, 1]) ** 2
-                        + (net[b, 2] - net[a, 2]) ** 2
-                    )
-                along_t = max(along_t, total)
+            along_s = _longest_line(net, (q + 1, 1), (p, q + 1))
+            along_t = _longest_line(net, (p + 1, q + 1), (q, 1))
             longest = max(along_s, along_t)
             if n_pieces == pieces.shape[0]:
                 pieces = doubled(pieces)

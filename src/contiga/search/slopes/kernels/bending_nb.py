@@ -28,7 +28,7 @@ def _scaled(v, factor):
 
 @inner()
 def _at_pole(elements, e, side, normal, h):
-    """As `bending` where a whole side is one point: from the curvature of three ways out of it.
+    """Do as `bending` where a whole side is one point: from the curvature of three ways out of it.
 
     The curve across the side at x leaves the pole along its derivative d, and bends towards the
     normal by its second derivative over |d|².

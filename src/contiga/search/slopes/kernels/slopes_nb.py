@@ -54,7 +54,7 @@ def _miss(trims, piece, t, place, c):
 
 @inner()
 def _is_near(trims, piece, place):
-    """Whether the box of a piece's control points holds a place, but for a little."""
+    """Return whether the box of a piece's control points holds a place, but for a little."""
     domain = trims.domain[trims.piece_patch[piece]]
     for k in range(2):
         little = SAME_PLACE * (domain[2 * k + 1] - domain[2 * k])

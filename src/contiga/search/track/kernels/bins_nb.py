@@ -33,7 +33,7 @@ from contiga.search.track.track_records import FeetBefore
 
 AHEAD = 16
 """Rows that are asked for before they are come to."""
-MANY = 100
+NEAR_PATCHES = 100
 """Patches above which what is read of them does not stay near."""
 
 
@@ -104,7 +104,7 @@ def _of_chunk(feet, first, last):
 
 @inner(linked=False)
 def hand_rows(tables, path, starts, chunk, records):
-    """What lanes are handed of the rows of a `Chunk`, into `records`.
+    """Write what lanes are handed of the rows of a `Chunk` into `records`.
 
     Returns the element of each, -1 where it has no foot to start from, and how many rows each
     element has. The rest as of `track_lanes`.
@@ -120,7 +120,7 @@ def hand_rows(tables, path, starts, chunk, records):
     counts = np.zeros(tables.elements.table.shape[0], np.int64)
     home, start, u0, u1, v0, v1 = np.int32(-1), 0, 0, 0, 0, 0
     in_u = in_v = 0.0
-    many = patches.shape[0] > MANY
+    many = patches.shape[0] > NEAR_PATCHES
     for i in range(n):
         if i + AHEAD < n:
             prefetch(patches, patch[i + AHEAD], 0)
@@ -156,7 +156,7 @@ def hand_rows(tables, path, starts, chunk, records):
 
 @inner()
 def tells(path):
-    """Whether `path` tells where points were."""
+    """Return whether `path` tells where points were."""
     return path.before.shape[0] > 0 or path.feet.gap.shape[0] > 0
 
 

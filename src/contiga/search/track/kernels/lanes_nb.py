@@ -114,7 +114,7 @@ def one_round(bank, l, x, y, z, tolerance):
 
 @inlined()
 def finish(bank, l, x, y, z, element, o, k):
-    """What is found of lane l; it is given back if it misses by more than tolerated.
+    """Write what is found of lane l; it is given back if it misses by more than tolerated.
 
     The numbers of its element are every k-th from element[o] on.
     """
@@ -142,8 +142,8 @@ def finish(bank, l, x, y, z, element, o, k):
 
 @inner()
 def fill_place(elements, e, tolerance, element, o, k):
-    """What lanes read of an element beside its coefficients, into every k-th number from element[o]
-    on."""
+    """Write what lanes read of an element beside its coefficients into every k-th number from
+    element[o] on."""
     row = elements.table[e]
     for c in range(3):
         element[o + (ORIGIN + c) * k] = row["origin"][c]
@@ -160,7 +160,7 @@ def fill_place(elements, e, tolerance, element, o, k):
 
 @inner()
 def fill_element(elements, e, tolerance, element):
-    """What lanes read of element e, into `element`."""
+    """Write what lanes read of element e into `element`."""
     cubic = elements.table[e]["cubic"]
     for i in range(ORIGIN):
         element[i] = cubic[i]
@@ -179,7 +179,8 @@ def new_lanes(rows):
 
 @inner()
 def load(records, order, first, last, lanes):
-    """What is handed of the rows order[first:last] into the lanes; those beyond repeat the last.
+    """Load what is handed of the rows order[first:last] into the lanes; those beyond repeat the
+    last.
 
     Returns how many banks hold rows.
     """
@@ -195,7 +196,7 @@ def load(records, order, first, last, lanes):
 
 @inner()
 def unload(lanes, records, order, first, last):
-    """What lanes have found of the rows order[first:last] into their records."""
+    """Store what lanes have found of the rows order[first:last] in their records."""
     for b in range((last - first + WIDE - 1) // WIDE):
         bank = lanes[b]
         for l in range(0, WIDE, 4):
@@ -208,7 +209,7 @@ def unload(lanes, records, order, first, last):
 
 @inner()
 def lanes_in(state, lanes, banks):
-    """How many lanes of so many banks are in a state."""
+    """Return how many lanes of so many banks are in a state."""
     n = 0
     for b in range(banks):
         bank = lanes[b]
@@ -219,7 +220,7 @@ def lanes_in(state, lanes, banks):
 
 @inlined()
 def _records_of(order, at, last):
-    """Where the records of four rows begin, of those from `at` on and before `last`."""
+    """Return where the records of four rows begin, of those from `at` on and before `last`."""
     end = last - 1
     return (
         RECORD * order[min(at, end)],
@@ -244,7 +245,7 @@ def columns_from(row, l):
 
 @inner(linked=False)
 def start_lanes(lanes, n, element):
-    """Where the first n lanes start, from what they are handed; lanes beyond are done."""
+    """Set where the first n lanes start, from what they are handed; lanes beyond are done."""
     copy = scratch(LANE_NUMBERS)
     for b in range((n + WIDE - 1) // WIDE):
         bank = lanes[b]
@@ -270,7 +271,7 @@ def newton_rational(lanes, banks, element):
 
 @inner(linked=False)
 def newton_polynomial(lanes, banks, element):
-    """As `newton_rational`, for elements whose weight is one."""
+    """Do as `newton_rational`, for elements whose weight is one."""
     copy = scratch(LANE_NUMBERS)
     for b in range(banks):
         bank = lanes[b]
@@ -294,7 +295,7 @@ def finish_rational(lanes, banks, element):
 
 @inner(linked=False)
 def finish_polynomial(lanes, banks, element):
-    """As `finish_rational`, for elements whose weight is one."""
+    """Do as `finish_rational`, for elements whose weight is one."""
     copy = scratch(LANE_NUMBERS)
     for b in range(banks):
         bank = lanes[b]
@@ -306,7 +307,7 @@ def finish_polynomial(lanes, banks, element):
 
 @inner()
 def load_surroundings(neighbourhoods, e, lanes, banks):
-    """What is kept around the feet of so many banks of lanes of element e into these."""
+    """Load what is kept around the feet of so many banks of lanes of element e into these."""
     for b in range(banks):
         for l in range(0, WIDE, 4):
             surround(neighbourhoods, (e, e, e, e), lanes[b], l)

@@ -79,7 +79,7 @@ CUBIC = ELEMENT_NUMBERS - ORIGIN
 """Numbers of an element's record, and where its coefficients begin."""
 HEAD, ALL = 4, 12
 """Lines of an element's record before its coefficients, and of all of it."""
-FEW = 2
+MIN_ROWS = 2
 """Rows of an element below which they wait for those of others to fill a vector."""
 
 
@@ -188,7 +188,7 @@ def _chosen(first, a, b):
 
 @inlined()
 def _derivatives(bank, l):
-    """Of the coordinates x, y, z where lane l is, in its element."""
+    """Evaluate the coordinates x, y, z where lane l is, in its element, with derivatives."""
     o = ROW_ELEMENT * WIDE + l
     s, t = powers_of(bank, l, bank, o, WIDE)
     x, y, z = polynomial_at(bank, o, WIDE, s, t)
@@ -270,7 +270,7 @@ def _prove(tables, queue, n, banks):
 
 @inner(linked=False)
 def is_whole_about(tables, patch, bank, l):
-    """Whether nothing is trimmed away from the ball about the foot of a lane."""
+    """Return whether nothing is trimmed away from the ball about the foot of a lane."""
     r = bank[ROW_RADIUS * WIDE + l]
     uv = (bank[(ROW_FOUND + PLACE) * WIDE + l], bank[(ROW_FOUND + PLACE + 1) * WIDE + l])
     far_u = r / bank[(ROW_KEPT + WIDTH) * WIDE + l]

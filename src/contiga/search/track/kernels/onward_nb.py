@@ -24,7 +24,7 @@ FARTHEST = 0.5
 
 @inner(error_model="numpy")
 def _speed(elements, e, place, axis, h):
-    """How fast the surface of element e runs along an axis at place = (s, t), length."""
+    """Return how fast the surface of element e runs along an axis at place = (s, t), length."""
     evaluate(elements, e, place[0], place[1], h)
     return math.sqrt(h[0, 1 + axis] ** 2 + h[1, 1 + axis] ** 2 + h[2, 1 + axis] ** 2)
 
@@ -39,7 +39,7 @@ def side_beyond(s, t):
 
 @inner(error_model="numpy")
 def across(element, side, along):
-    """Where a place along a side of the element `element` is in the one across it, (s, t)."""
+    """Return (s, t) in the element across a side, of a place along that of `element`."""
     x = -along if element["flip"][side] == 1 else along
     return side_point(element["neighbour_side"][side], x)
 

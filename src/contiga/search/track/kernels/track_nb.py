@@ -63,7 +63,7 @@ from contiga.search.track.kernels.lanes_nb import (
     unload,
 )
 from contiga.search.track.kernels.mixed_lanes_nb import (
-    FEW,
+    MIN_ROWS,
     go_on,
     is_whole_about,
     new_queue,
@@ -123,7 +123,7 @@ def track_lanes(tables, path, starts, chunk, records, left, m, out):
                 records[order[i], FLAG] = TO_WALK
             continue
         alone = (end - first) % WIDE
-        if 0 < alone < FEW:
+        if 0 < alone < MIN_ROWS:
             for i in range(end - alone, end):
                 waiting = _room(tables, proves, queue, waiting, records)
                 wait(tables, e, records, order[i], queue, waiting)
