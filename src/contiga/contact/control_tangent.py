@@ -74,10 +74,10 @@ def control_slopes(
         """Return (k, 12, m) of forces (k, 3, m): on the displacement of the surface and on its
         gradient."""
         on_gradient = lever(cross(feet.arm, forces), nu, nu)
-        return np.concatenate([forces, on_gradient.reshape(k, 9, -1)], axis=1)
+        return np.concatenate([forces, on_gradient.reshape(k, 9, forces.shape[2])], axis=1)
 
     blocks = on_surface(terms.blocks)
-    blocks[:, 3:] += change.reshape(k, 9, -1)
+    blocks[:, 3:] += change.reshape(k, 9, change.shape[3])
     surface = Terms(blocks, on_surface(terms.left), terms.right)
     values = net.value[:, None, None] * np.eye(3)
     gradients = np.einsum("ac,eb->eabc", np.eye(3), net.gradient).reshape(-1, 9, 3)
@@ -128,7 +128,7 @@ def _matrix(terms: Terms, chain: bsr_array) -> bsr_array:
     if terms.left.shape[2] == 0:
         return matrix
     left, right = (
-        csr_array(side.reshape(side.shape[0] * side.shape[1], -1))
+        csr_array(side.reshape(side.shape[0] * side.shape[1], side.shape[2]))
         for side in (terms.left, terms.right)
     )
     return matrix + left @ (right.T @ chain)

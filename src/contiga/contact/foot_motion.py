@@ -109,13 +109,13 @@ def _carried(feet: Feet, motion: FootMotion, jet: Jet, *, follows: bool) -> Floa
     E, own, nu = jet.gradient, float(follows), feet.net.normal[:, :, None]
     turned = own * motion.gradient - np.einsum("kab,bcm->kacm", E, motion.gradient, optimize=False)
     turned += np.einsum("kabc,kcm->kabm", jet.hessian, motion.shift, optimize=False)
-    spin = _spin(E[..., None], nu, nu)
-    change = _spin(turned, nu, nu) + 2.0 * _spin(E[..., None], nu, motion.frame)
+    turning = spin(E[..., None], nu, nu)
+    change = spin(turned, nu, nu) + 2.0 * spin(E[..., None], nu, motion.frame)
     carried = own * motion.displacement + multiplied(E, motion.shift)
-    return np.asarray(carried + cross(change, feet.arm) + cross(spin, motion.arm))
+    return np.asarray(carried + cross(change, feet.arm) + cross(turning, motion.arm))
 
 
-def _spin(E: FloatArray, a: FloatArray, b: FloatArray) -> FloatArray:
+def spin(E: FloatArray, a: FloatArray, b: FloatArray) -> FloatArray:
     """Return (k, 3, m), symmetric in a and b (k, 3, m): of the unit normal, twice, it is the spin
     (Eᵀν) × ν + ½ ν (ν·curl E) of a surface whose displacement has the gradients E (k, 3, 3, m)."""
     curl = np.stack([E[:, c - 1, c - 2] - E[:, c - 2, c - 1] for c in range(3)], axis=1)
@@ -125,7 +125,7 @@ def _spin(E: FloatArray, a: FloatArray, b: FloatArray) -> FloatArray:
 
 
 def lever(c: FloatArray, a: FloatArray, b: FloatArray) -> FloatArray:
-    """Return (k, 3, 3, m), the transpose of `_spin`: a couple c (k, 3, m) does on it the work of
+    """Return (k, 3, 3, m), the transpose of `spin`: a couple c (k, 3, m) does on it the work of
     these on the gradient."""
     parts = []
     for one, other in ((a, b), (b, a)):

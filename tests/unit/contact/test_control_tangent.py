@@ -295,3 +295,15 @@ def test_of_a_master_that_keeps_its_shape_there_are_none() -> None:
     one = contact.linearise(contact.start(slave.points))
     shapes = one.force_by_control.shape, one.control_by_points.shape, one.control_by_control.shape
     assert shapes == ((3, 0), (0, 3), (0, 0))
+
+
+def test_without_contact_they_are_zero() -> None:
+    body, slave = plate(), cg.Slave([[0.0, 0.0, 0.5]], area=[1.0])
+    how = {"law": cg.PenaltyLaw(1.0), "friction": SLIPS, "shell_thickness": 0.4}
+    contact, m = cg.Contact(body, slave, **how), len(body.net.points)
+    one = contact.linearise(contact.start(slave.points, control_points=body.net.points))
+    assert one.force_by_control.shape == (3, 3 * m)
+    assert one.control_by_points.shape == (3 * m, 3)
+    assert one.control_by_control.shape == (3 * m, 3 * m)
+    for matrix in one[5:]:
+        assert matrix.nnz == 0
