@@ -80,7 +80,7 @@ def control_slopes(
     blocks[:, 3:] += change.reshape(k, 9, change.shape[3])
     surface = Terms(blocks, on_surface(terms.left), terms.right)
     values = net.value[:, None, None] * np.eye(3)
-    gradients = np.einsum("ac,eb->eabc", np.eye(3), net.gradient).reshape(-1, 9, 3)
+    gradients = np.einsum("ac,eb->eabc", np.eye(3), net.gradient, optimize=False).reshape(-1, 9, 3)
     jets = _blocks(net.place, net.control, np.concatenate([values, gradients], axis=1), (k, m))
     bends = np.einsum("eab,ebc->eca", M[net.place, :, :, 0], net.hessian, optimize=False)
     bent = _blocks(net.place, net.control, bends, (k, m))

@@ -97,7 +97,8 @@ def input_change(feet: Feet, motion: FootMotion, shape: Shape) -> InputChange:
     velocity = np.zeros((0, 3, m))
     if shape.velocity is not None:
         velocity = -_carried(feet, motion, feet.net.jet(shape.velocity), follows=False)
-    return InputChange(motion.depth, motion.normal, path, velocity)
+    changes = motion.depth, motion.normal, path, velocity
+    return InputChange(*map(np.ascontiguousarray, changes))  # einsum may choose another order
 
 
 def _carried(feet: Feet, motion: FootMotion, jet: Jet, *, follows: bool) -> FloatArray:

@@ -193,7 +193,9 @@ def linearisation_of(asked: Asked, state: State, inputs: StepInputs) -> Linearis
             places_on = SurfacePlaces(state.patch[rows], state.uv[rows])
             moving = moving + asked.shape.velocities(places_on, state.points_B[rows])
         turned = _cross_matrices(turn_to_world(pose, moving))
-        turned += np.einsum("ab,kbc->kac", _cross_matrices(inputs.twist[1:])[0], at_x)
+        turned += np.einsum(
+            "ab,kbc->kac", _cross_matrices(inputs.twist[1:])[0], at_x, optimize=False
+        )
         by_pose[:, :, 3:] += velocities.applied(turned)
     by_points = np.concatenate([-places.summed(), force_x - places.summed(arm_x)], axis=1)
     whole, lever = _cross_matrices(np.stack([force_W.sum(axis=0), reference]))
@@ -247,10 +249,8 @@ def _tangents(asked: Asked, state: State, inputs: StepInputs, m: int) -> _Tangen
         normal = _NormalTangent(force, tangent.force.own, rate, dt, np.empty(change.depth.shape))
         blocks = np.empty(change.normal.shape)
         run_ranges(tangent_nb.normal_blocks, k, POINTS, points, change, normal, blocks)
-        terms, carried = (
-            Terms.of(blocks),
-            Carried(points, output, tangent, change, normal.grown, dt),
-        )
+        terms = Terms.of(blocks)
+        carried = Carried(points, output, tangent, change, normal.grown, dt)
         if tangent.force.left is not None:
             left = points.normal[:, :, None] * tangent.force.left[:, None, :]
             terms = Terms(blocks, left, carried.pulled(tangent.force))
@@ -261,6 +261,7 @@ def _tangents(asked: Asked, state: State, inputs: StepInputs, m: int) -> _Tangen
     slopes, one = _foot_slopes(asked, state, points), np.eye(3)[None]
     deformed, velocities = None, Terms.of(np.zeros((k, 3, 3)))
     change = InputChange(slopes.depth, slopes.normal, one, np.zeros((0, 3, 3)))
+    # How the surface carries points along matters to friction and to rates alone.
     if asked.shape is not None and (m == VARIABLES or friction is not None or rate.any()):
         feet = _feet_on(asked, asked.shape, state, points, slopes)
         deformed = _Deformed(feet, foot_motion(feet, m))

@@ -201,9 +201,9 @@ class Dependence(NamedTuple):
         jet = Jet(np.zeros((k, 3)), np.zeros((k, 3, 3)), np.zeros((k, 3, 3, 3)))
         for rows, found in self.patches:
             own = vectors[found.control]
-            jet.value[rows] = np.einsum("kca,kc->ka", own, found.value)
-            jet.gradient[rows] = np.einsum("kca,kcb->kab", own, found.gradient)
-            jet.hessian[rows] = np.einsum("kca,kcbd->kabd", own, found.hessian)
+            jet.value[rows] = np.einsum("kca,kc->ka", own, found.value, optimize=False)
+            jet.gradient[rows] = np.einsum("kca,kcb->kab", own, found.gradient, optimize=False)
+            jet.hessian[rows] = np.einsum("kca,kcbd->kabd", own, found.hessian, optimize=False)
         return jet
 
     @property
