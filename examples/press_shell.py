@@ -1,7 +1,7 @@
 """A shell of splines that an exact cylinder presses: Newton's method with SciPy.
 
 A quarter of a cylinder stands on its straight edges, which are clamped. A roller along its top
-goes down 6 mm in steps of 0.25 mm, without friction. Control points are solved for: x = N q, so
+goes down 6 mm in steps of 0.25 mm, with friction. Control points are solved for: x = N q, so
 that forces on nodes go back as Nᵀ f, and the stiffness of contact as Nᵀ K N. mm, N.
 """
 
@@ -17,10 +17,12 @@ from contiga.matter.iga import Shell, Symmetry, assemble_shell
 RADIUS, WIDTH, THICK, ROLLER = 50.0, 40.0, 2.0, 20.0
 RUBBER = cg.materials.Elastic(young=50.0, poisson=0.4)
 STIFFNESS = 5.0
+FRICTION = cg.Coulomb(0.3)
 
 
 class LoadStep(NamedTuple):
-    """Control points, force on the roller, largest residual before each iteration, energy."""
+    """Control points, force on the roller, largest residual before each iteration, energy stored
+    and rubbed off."""
 
     q: np.ndarray
     force: float
@@ -49,7 +51,7 @@ def press(
     N = kron(shell.contact.rows.matrix(len(shell.mass)), np.eye(3)).tocsr()
     roller = cg.Body([cg.shapes.cylinder(radius=ROLLER, height=3.0 * WIDTH, axis="y")])
     law = cg.PenaltyLaw(STIFFNESS, per_area=True)
-    contact = cg.Contact(roller, slave, law=law, shell_thickness=THICK)
+    contact = cg.Contact(roller, slave, law=law, friction=FRICTION, shell_thickness=THICK)
     free = np.ones((len(shell.mass), 3), bool)
     for edge in ("u0", "u1"):
         free[shell.net.edge(edge)] = False
@@ -68,8 +70,8 @@ def press(
             q.ravel()[free] += splu(K.tocsc()).solve(residual)
             now = now._replace(points=q)
         state = after
-        stored = inside.energy.strain + after.energy.stored
-        steps.append(LoadStep(now.points, float(after.wrench[2]), residuals, stored))
+        energy = inside.energy.strain + after.energy.stored + after.energy.friction
+        steps.append(LoadStep(now.points, float(after.wrench[2]), residuals, energy))
     return shell, steps
 
 

@@ -73,7 +73,7 @@ def test_the_roller_feels_a_taut_strip() -> None:
     np.testing.assert_allclose(found, wanted, rtol=0.0, atol=0.01 * np.max(wanted))
 
 
-def test_a_pressed_shell_ends_quadratically_and_stores_the_work_of_the_roller() -> None:
+def test_a_pressed_shell_ends_quadratically_and_takes_the_work_of_the_roller() -> None:
     """∫ F dδ by the trapezium rule, whose error falls with the square of the load step."""
     missed = []
     for step in (0.5, 0.25):

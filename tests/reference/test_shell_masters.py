@@ -80,8 +80,13 @@ def test_energy_is_kept_with_order_two_and_momentum_and_moment_to_rounding(
     assert max(coarse.moment, fine.moment) < 1e-10  # of 6,000 g mm²/ms
 
 
-def test_newtons_method_solves_for_points_and_control_points_together() -> None:
-    """Points on springs press a clamped shell that is the master; both sides are unknown."""
+@pytest.mark.parametrize(
+    "friction", [None, cg.Coulomb(0.3), cg.Coulomb(5.0)], ids=["smooth", "slips", "sticks"]
+)
+def test_newtons_method_solves_for_points_and_control_points_together(
+    friction: cg.Coulomb | None,
+) -> None:
+    """Points on springs press a clamped shell, the master, and go over it; both are unknown."""
     parts = [k / 4 for k in range(1, 4)]
     plate = cg.shapes.plane(width=20.0, length=20.0).k_refined((1, 1), parts, parts)
     steel = cg.materials.Elastic(young=2000.0, poisson=0.3)
@@ -92,21 +97,21 @@ def test_newtons_method_solves_for_points_and_control_points_together() -> None:
         free[shell.net.edge(edge)] = False
     grid = np.stack(np.meshgrid(*[np.linspace(-4.0, 4.0, 5)] * 2), axis=-1).reshape(-1, 2)
     anchors, spring = np.column_stack([grid, np.full(25, 0.5)]), 3.0
-    slave = cg.Slave(anchors, area=np.ones(25))
-    contact = cg.Contact(
-        cg.Body([plate]), slave, law=cg.PenaltyLaw(50.0), shell_thickness=1.0, depth=0.5
-    )
-    x, now, counts = np.add(anchors, [0.0, 0.0, 0.05]), shell.start(), []
+    slave, law = cg.Slave(anchors, area=np.ones(25)), cg.PenaltyLaw(50.0)
+    how = {"law": law, "shell_thickness": 1.0, "depth": 0.5, "friction": friction}
+    contact = cg.Contact(cg.Body([plate]), slave, **how)
+    x, now, runs = np.add(anchors, [0.0, 0.0, 0.05]), shell.start(), []
     state = contact.start(x, control_points=now.points)
     n, alive = x.size, np.concatenate([np.ones(x.size, bool), free.ravel()])
-    for down in (0.2, 0.4, 0.6, 0.8):
-        counts.append(0)
-        while counts[-1] < 20:
+    for place in ([0.0, 0.0, -0.2], [0.1, 0.05, -0.4], [0.5, 0.2, -0.6], [1.0, 0.5, -0.8]):
+        residuals: list[float] = []
+        while len(residuals) < 20:
             after = contact.step(state, x, dt=0, control_points=now.points)
             inside = shell.forces(now, now.points, 0.0 * now.points, 0.0)
-            on_points = after.force - spring * (x - anchors + [0.0, 0.0, down])
+            on_points = after.force - spring * (x - anchors - place)
             both = np.concatenate([on_points, inside.force + after.control_force]).ravel()
-            if np.abs(both[alive]).max() < 1e-9:
+            residuals.append(np.abs(both[alive]).max())
+            if residuals[-1] < 1e-9:
                 break
             slopes = contact.linearise(after)
             K = block_array(
@@ -115,15 +120,20 @@ def test_newtons_method_solves_for_points_and_control_points_together() -> None:
                     [-slopes.control_by_points, shell.tangent(now) - slopes.control_by_control],
                 ]
             ).tocsr()
-            counts[-1] += 1
             way = np.zeros(len(both))
             way[alive] = spsolve(K[alive][:, alive].tocsc(), both[alive])
             x = x + way[:n].reshape(x.shape)
             now = now._replace(points=now.points + way[n:].reshape(now.points.shape))
         state = after
-    assert max(counts) <= 6, counts
+        runs.append(residuals)
+    assert max(len(one) - 1 for one in runs) <= 6, runs
+    assert all(one[-2] < one[-3] ** 2 for one in runs), runs
     assert state.n_contact > 10
     assert now.points[:, 2].min() < -0.05
     np.testing.assert_allclose(
         state.control_force.sum(axis=0), -state.force.sum(axis=0), atol=1e-12
     )
+    if friction is not None:
+        pull = np.linalg.norm(state.friction, axis=1) / state.normal_force
+        slips = friction.static < 1.0
+        assert np.allclose(pull, 0.3) if slips else (np.abs(pull - 1.8) < 0.3).all()

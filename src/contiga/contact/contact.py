@@ -431,7 +431,7 @@ class Contact(Displayed):
         >>> contact.tangent(state).toarray().diagonal().round(9).tolist()
         [11.111111111, 11.111111111, -100.0]
         """
-        return tangent_of(self._asked(state), *self._with_inputs(state))
+        return tangent_of(*self._asked(state))
 
     def linearise(self, state: State) -> Linearisation:
         """All first derivatives of the step that has made `state`.
@@ -441,22 +441,15 @@ class Contact(Displayed):
         forces on points and on control points over both where it was given control points. Raises
         as `tangent` does.
         """
-        return linearisation_of(self._asked(state), *self._with_inputs(state))
+        return linearisation_of(*self._asked(state))
 
     def kinks(self, state: State) -> IntArray:
         """(k,) rows of `State.kinks`. Raises as `tangent` does of the state."""
-        return kinks_of(self._asked(state), *self._with_inputs(state))
+        return kinks_of(*self._asked(state))
 
-    def _asked(self, state: State) -> Asked:
-        surface, shape = self._surface, None
-        if len(state.control_points):
-            shape = shape_of(self.master, self.follows_feet, state.control_points)
-            surface = shape.surface
-        laws = surface, shape, self.law, self.friction
-        return Asked(*laws, self._sampling, self.half_thickness, self._reference_point)
-
-    def _with_inputs(self, state: State) -> tuple[State, StepInputs]:
-        """A state, and what laws were handed in the step that made it."""
+    def _asked(self, state: State) -> tuple[Asked, State, StepInputs]:
+        """This contact as its derivatives need it, a state, and what laws were handed in the step
+        that made it."""
         state = self._checked_state(state)
         if state._maker not in (None, self):
             raise InputError(
@@ -472,7 +465,14 @@ class Contact(Displayed):
                 allowed="a state as start and step answer it",
                 remedy="Of a state that was rebuilt, step from it to the same points",
             )
-        return state, inputs
+        surface, shape = self._surface, None
+        if inputs.control_before is not None:
+            change = inputs.control_before, inputs.control_velocity
+            shape = shape_of(self.master, self.follows_feet, state.control_points, *change)
+            surface = shape.surface
+        laws = surface, shape, self.law, self.friction
+        asked = Asked(*laws, self._sampling, self.half_thickness, self._reference_point)
+        return asked, state, inputs
 
     def area_input(self, state: State) -> AreaInput:
         """The nodes in contact in `state`, as area methods see them."""
@@ -652,6 +652,8 @@ class Contact(Displayed):
             seen_by_friction,
             NO_FORCES if past is None else feet_carried(past),
             None if past is None or past.velocity is None else past.velocity.twist,
+            None if shape is None else shape.before,
+            None if shape is None else shape.velocity,
         )
         damping = answer.damping if is_damped else None
         kept = Kept(

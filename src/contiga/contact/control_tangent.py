@@ -1,17 +1,13 @@
 """Derivatives of contact forces over the control points of a master that deforms.
 
-Let a point x have the foot S(u), with basis functions N_i and their surface gradients ∇N_i there,
-the derivative H = dn/dx of the normal and the gap g. With the relative motion D = dx − Σ N_i dP_i
-and the tilt W = Σ ∇N_i (n·dP_i) of the surface,
+A force f on a point is carried by the surface at its foot: it is −f on the displacement there and
+−M on its gradient, where M is the lever of the couple r × f about the foot (`foot_motion`). So the
+force on a control point is −(N_i f + M ∇N_i), and changes by
 
-    dλ = −n·D,    dn = H D − T W,    dS = T (D + g W) along the surface,    T = 1 − n nᵀ − g H,
+    −N_i df − (dM + f τᵀ − M Lᵀ) ∇N_i − M (∇∇N_i) τ,
 
-on faces, edges and at vertices. So the force f on a point changes by K (D + g W), where K is its
-derivative over the point, minus its change by a rotation W of the normal. The force on a control
-point is −N_i f, summed over the points; it changes by −N_i df − f (∇N_i·dS). Without friction and
-rates, all of these are second derivatives of one energy, and symmetric. Two terms of friction are
-neglected: the change of the slip by the rotation and stretch of the surface below a point within
-the step, and the change of the friction couple about the foot with ∇N_i.
+as values and gradients change with the shift τ of the foot, and gradients with the surface. Without
+friction and rates, all derivatives are second ones of one energy, and symmetric.
 """
 
 from __future__ import annotations
@@ -20,40 +16,16 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from contiga.arrays.ordered import row_products
+from contiga.contact.foot_motion import Feet, FootMotion, cross, lever
 from contiga.contact.friction_tangent import Terms
-from contiga.geometry.net import Dependence
 from contiga.records import FloatArray, IndexArray
 
 if TYPE_CHECKING:
-    from scipy.sparse import csr_array
-
-
-class AtFeet(NamedTuple):
-    """Forces and geometry of k points in contact, world axes."""
-
-    force: FloatArray
-    """(k, 3) contact forces on the points."""
-    pressed: FloatArray
-    """(k,) their normal parts."""
-    traction: FloatArray
-    """(k, 3) their friction parts."""
-    normal: FloatArray
-    """(k, 3) unit normals."""
-    gap: FloatArray
-    """(k,) signed distances to the surface itself, not to a shell's face; length."""
-    turning: FloatArray
-    """(k, 3, 3) derivatives H of the normals over the points, one over length."""
-    places: Terms
-    """Derivatives of the forces over the points."""
-    turns: Terms
-    """Derivatives of the forces over rotations of the normals alone."""
-    shares: csr_array
-    """(n, k) weights of the n nodes at the points."""
+    from scipy.sparse import bsr_array, csr_array
 
 
 class ControlSlopes(NamedTuple):
-    """The fields of `Linearisation` of the same names, world axes on the slave's side."""
+    """The fields of `Linearisation` of the same names."""
 
     force_by_control: csr_array
     control_by_points: csr_array
@@ -67,86 +39,96 @@ def no_slopes(n: int) -> ControlSlopes:
     return ControlSlopes(csr_array((3 * n, 0)), csr_array((0, 3 * n)), csr_array((0, 0)))
 
 
-def control_slopes(at: AtFeet, net: Dependence, axes: FloatArray, m: int) -> ControlSlopes:
+def control_slopes(
+    feet: Feet,
+    motion: FootMotion,
+    force: FloatArray,
+    terms: Terms,
+    shares: csr_array,
+    axes: FloatArray,
+    m: int,
+) -> ControlSlopes:
     """Return the derivatives over m control points.
 
     Parameters
     ----------
-    at : forces and geometry of the k points in contact
-    net : dependence of their feet on the control points, body axes
+    feet : k points in contact and their feet
+    motion : changes with all variables of each point
+    force : (k, 3) contact forces on the points, body axes
+    terms : derivatives of these over all variables
+    shares : (n, k) weights of the n nodes at the points
     axes : (3, 3) rotation from body to world axes
-    m : number of control points, whose coordinates are in body axes
+    m : number of control points
     """
     from scipy.sparse import csr_array, eye_array, kron
 
-    k, identity = len(at.gap), np.eye(3)
-    normal_part = at.normal[:, :, None] * at.normal[:, None, :]
-    gradient = np.einsum("ab,eb->ea", axes, net.gradient, optimize=False)
-    tangential = gradient - np.einsum(
-        "eab,eb->ea", normal_part[net.place], gradient, optimize=False
-    )
-    foot_motion = _diagonal(identity - normal_part - at.gap[:, None, None] * at.turning)
-    gap, turning = _diagonal(at.gap[:, None, None] * identity), _diagonal(at.turning)
-    stiffness = _matrix(at.places)
+    k, nu, net = len(force), feet.net.normal[:, :, None], feet.net.entries
+    couple = cross(feet.arm, force[:, :, None])
+    M = lever(couple, nu, nu)
+    change = lever(cross(motion.arm, force[:, :, None]), nu, nu)
+    change += 2.0 * lever(couple, nu, motion.frame)
+    change += force[:, :, None, None] * motion.shift[:, None]
+    change -= np.einsum("kac,bcm->kabm", M[..., 0], motion.gradient, optimize=False)
 
-    def of_net(blocks: FloatArray) -> csr_array:
-        """Return the (3 k, 3 m) matrix of blocks (e, 3, 3) at the entries of `net`."""
-        return _blocks(net.place, net.control, blocks, (k, m))
+    def on_surface(forces: FloatArray) -> FloatArray:
+        """Return (k, 12, m) of forces (k, 3, m): on the displacement of the surface and on its
+        gradient."""
+        on_gradient = lever(cross(feet.arm, forces), nu, nu)
+        return np.concatenate([forces, on_gradient.reshape(k, 9, forces.shape[2])], axis=1)
 
-    weights = of_net(net.value[:, None, None] * identity)
-    tilts = of_net(tangential[:, :, None] * at.normal[net.place, None, :])
-    force_gradients = of_net(gradient[:, :, None] * at.force[net.place, None, :])
-    friction = row_products(tangential, at.traction[net.place])
-    friction_gradients, couples = of_net(friction[:, None, None] * identity), gap @ tilts
+    blocks = on_surface(terms.blocks)
+    blocks[:, 3:] += change.reshape(k, 9, change.shape[3])
+    surface = Terms(blocks, on_surface(terms.left), terms.right)
+    values = net.value[:, None, None] * np.eye(3)
+    gradients = np.einsum("ac,eb->eabc", np.eye(3), net.gradient, optimize=False).reshape(-1, 9, 3)
+    jets = _blocks(net.place, net.control, np.concatenate([values, gradients], axis=1), (k, m))
+    bends = np.einsum("eab,ebc->eca", M[net.place, :, :, 0], net.hessian, optimize=False)
+    bent = _blocks(net.place, net.control, bends, (k, m))
+    jets_back, bent_back = jets.T, bent.T
+    nodes, turn = kron(shares, axes), kron(eye_array(m), axes)
 
-    def control_forces(motion: csr_array, tilt: csr_array, force: csr_array) -> csr_array:
-        """Return the derivatives of the forces on control points from the derivatives of D + g W,
-        W and f over the same variables."""
-        change = -(weights.T @ force) - force_gradients.T @ (foot_motion @ motion)
-        if not at.traction.any():
-            return csr_array(change)
-        # Friction acts at points off the surface, so it adds a couple at their feet: g n (∇N_i·T).
-        rotation = turning @ motion - tilt
-        traction = force - _diagonal(at.pressed[:, None, None] * identity) @ rotation
-        arm = _diagonal(normal_part) @ motion + gap @ rotation
-        return csr_array(change + couples.T @ traction + friction_gradients.T @ arm)
+    def on_control(variables: slice, chain: bsr_array) -> csr_array:
+        """Return the derivatives of the forces on control points over what some of the variables
+        depend on by `chain`."""
+        shift = _diagonal(motion.shift[:, :, variables])
+        change = jets_back @ _matrix(surface.over(variables), chain) + bent_back @ (shift @ chain)
+        return csr_array(turn @ -change)
 
-    to_world = kron(eye_array(m), axes)
-    tilt, nodes = tilts @ to_world, kron(at.shares, eye_array(3)).tocsr()
-    motion = gap @ tilt - weights @ to_world
-    force_by_control = stiffness @ motion - _matrix(at.turns) @ tilt
-    no_tilt = csr_array((3 * k, nodes.shape[0]))
+    of_points, of_surface = slice(0, 3), slice(3, None)
     return ControlSlopes(
-        csr_array(nodes @ force_by_control),
-        control_forces(nodes.T.tocsr(), no_tilt, stiffness @ nodes.T),
-        control_forces(motion, tilt, force_by_control),
+        csr_array(nodes @ _matrix(terms.over(of_surface), jets)),
+        on_control(of_points, nodes.T),
+        on_control(of_surface, jets),
     )
 
 
-def _diagonal(blocks: FloatArray) -> csr_array:
-    """Return the (3 k, 3 k) matrix of diagonal blocks (k, 3, 3)."""
+def _diagonal(blocks: FloatArray) -> bsr_array:
+    """Return the (p k, q k) matrix of diagonal blocks (k, p, q)."""
     each = np.arange(len(blocks))
     return _blocks(each, each, blocks, (len(each), len(each)))
 
 
 def _blocks(
     rows: IndexArray, columns: IndexArray, blocks: FloatArray, shape: tuple[int, int]
-) -> csr_array:
-    """Return the sparse matrix of blocks (e, 3, 3) at block rows and columns (e,); `shape` counts
-    blocks."""
-    from scipy.sparse import coo_array
+) -> bsr_array:
+    """Return the sparse matrix of blocks (e, p, q) at block rows, ascending, and columns (e,);
+    `shape` counts blocks."""
+    from scipy.sparse import bsr_array
 
-    a, b = np.divmod(np.arange(9), 3)
-    entries = (3 * rows[:, None] + a).ravel(), (3 * columns[:, None] + b).ravel()
-    return coo_array((blocks.ravel(), entries), shape=(3 * shape[0], 3 * shape[1])).tocsr()
+    p, q = blocks.shape[1:]
+    ends = np.searchsorted(rows, np.arange(shape[0] + 1))
+    return bsr_array((blocks, columns, ends), shape=(p * shape[0], q * shape[1]))
 
 
-def _matrix(terms: Terms) -> csr_array:
-    """Return the (3 k, 3 k) matrix of terms at k points."""
+def _matrix(terms: Terms, chain: bsr_array) -> bsr_array:
+    """Return the derivatives of terms (k, p, q) over what the variables depend on by `chain`."""
     from scipy.sparse import csr_array
 
-    k, matrix = len(terms.blocks), _diagonal(terms.blocks)
+    matrix = _diagonal(terms.blocks) @ chain
     if terms.left.shape[2] == 0:
         return matrix
-    left, right = (csr_array(side.reshape(3 * k, -1)) for side in (terms.left, terms.right))
-    return csr_array(matrix + left @ right.T)
+    left, right = (
+        csr_array(side.reshape(side.shape[0] * side.shape[1], side.shape[2]))
+        for side in (terms.left, terms.right)
+    )
+    return matrix + left @ (right.T @ chain)

@@ -37,7 +37,7 @@ from contiga.contact.search_records import (
 )
 from contiga.contact.settle_records import ChunkLists, LastPlaces, Motion
 from contiga.masters.protocol import Surface
-from contiga.records import ByteArray, ContactStatus, FloatArray, IndexArray, IntArray
+from contiga.records import ByteArray, ContactStatus, FloatArray, IndexArray
 from contiga.rigid.frames import to_body, to_world
 from contiga.rigid.pose import relative
 from contiga.rigid.screw import Screw, screw_between
@@ -150,22 +150,14 @@ def _bulging(
         & (way >= CARRIED * row_lengths(end - start))
     )
     rows, bulges = rows[far], bulges[far]
-    near = _near(surface, last, now, rows, bulge)
+    # A safe distance shrinks with every step, also where a point comes no nearer, most of all where
+    # the body turns. So ask anew: about the middle of its chord a free point must have something as
+    # near as path and chord can come.
+    start, end = last.points_B[rows], now[rows]
+    middle, reach = 0.5 * (start + end), np.zeros(len(rows))
+    surface.safe_distance(middle, np.flatnonzero(last.patch[rows] < 0).astype(np.int32), reach)
+    near = reach <= (0.5 + ROUNDING) * row_lengths(end - start) + bulge
     return rows[near], bulges[near]
-
-
-def _near(surface: Surface, last: Last, now: FloatArray, rows: IntArray, bulge: float) -> BoolArray:
-    """Tell which of `rows` were in contact, or may reach the surface on paths so far off their
-    chords: about the middle of a chord there is something as near as path and chord can come.
-
-    What is left of a distance known once lessens with every step, also where a point comes no
-    nearer: it does so most where the body turns.
-    """
-    before, after = last.points_B[rows], now[rows]
-    middle, reach = 0.5 * (before + after), np.zeros(len(rows))
-    free = np.flatnonzero(last.patch[rows] < 0).astype(np.int32)
-    surface.safe_distance(middle, free, reach)
-    return np.asarray(reach <= (0.5 + ROUNDING) * row_lengths(after - before) + bulge)
 
 
 def bulge_of(screw: Screw, start: FloatArray, end: FloatArray) -> FloatArray:

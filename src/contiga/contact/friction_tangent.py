@@ -1,7 +1,7 @@
 """Derivatives of friction's forces, of each point for itself or of all as one.
 
 Traction follows from the normal force, the stiffness of the law, the normal, the path and the
-velocity of a point; each of these changes with the places of points, and friction says how its
+velocity of a point; each of these changes with the variables of points, and friction says how its
 force changes with them.
 """
 
@@ -12,31 +12,31 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from contiga.arrays.layout import as_numbers
-from contiga.arrays.ordered import length, product, row_products
+from contiga.arrays.ordered import length, product
 from contiga.contact.respond import ContactRows, Seen
 from contiga.errors import InputError
 from contiga.laws.friction import Friction, FrictionChange, FrictionInput
-from contiga.records import DepthSlopes, FloatArray, FootSlopes, LawOutput, LawTangent
+from contiga.records import DepthSlopes, FloatArray, LawOutput, LawTangent
 
 
 class Terms(NamedTuple):
-    """Derivatives of forces on k points over their places or velocities: blocks, and what couples
-    them.
+    """Derivatives of forces on k points over m variables of each: blocks, and what couples them.
 
-    dF_i = blocks_i dx_i + left_i Σ_j right_jᵀ dx_j.
+    dF_i = blocks_i dy_i + left_i Σ_j right_jᵀ dy_j.
     """
 
     blocks: FloatArray
-    """(k, 3, 3)."""
+    """(k, 3, m)."""
     left: FloatArray
-    """(k, 3, r), with the next."""
+    """(k, 3, r)."""
     right: FloatArray
+    """(k, m, r)."""
 
     @classmethod
     def of(cls, blocks: FloatArray) -> Terms:
         """Make terms of blocks alone."""
-        none = np.zeros((len(blocks), 3, 0))
-        return cls(blocks, none, none)
+        k, _, m = blocks.shape
+        return cls(blocks, np.zeros((k, 3, 0)), np.zeros((k, m, 0)))
 
     def plus(self, other: Terms) -> Terms:
         """Add other terms."""
@@ -44,19 +44,19 @@ class Terms(NamedTuple):
         right = np.concatenate([self.right, other.right], axis=2)
         return Terms(self.blocks + other.blocks, left, right)
 
-    def after(self, matrix: FloatArray) -> Terms:
-        """Compose with dx_i = `matrix` (3, 3) dy_i: derivatives over y."""
-        right = np.einsum("kbr,ba->kar", self.right, matrix, optimize=False)
-        return Terms(product(self.blocks, matrix), self.left, right)
+    def over(self, variables: slice) -> Terms:
+        """Return the derivatives over some of the variables."""
+        blocks, right = self.blocks[:, :, variables], self.right[:, variables]
+        return Terms(np.ascontiguousarray(blocks), self.left, right)
 
     def applied(self, ways: FloatArray) -> FloatArray:
-        """(k, 3, m) dF of points that go m ways (k, 3, m)."""
+        """(k, 3, n) dF of points whose variables change in n ways (k, m, n)."""
         along = np.einsum("kbr,kbm->rm", self.right, ways, optimize=False)
         own = np.einsum("kab,kbm->kam", self.blocks, ways, optimize=False)
         return np.asarray(own + product(self.left, along))
 
     def summed(self, factors: FloatArray | None = None) -> FloatArray:
-        """(k, 3, 3) derivatives of Σ_i F_i over each point; of Σ_i factors_i F_i (k, 3, 3)."""
+        """(k, 3, m) derivatives of Σ_i F_i over each point; of Σ_i factors_i F_i (k, 3, 3)."""
         own, left = self.blocks, self.left.sum(axis=0)
         if factors is not None:
             own = np.einsum("kab,kbc->kac", factors, self.blocks, optimize=False)
@@ -64,68 +64,69 @@ class Terms(NamedTuple):
         return np.asarray(own + np.einsum("ar,kbr->kab", left, self.right, optimize=False))
 
 
+class InputChange(NamedTuple):
+    """How the input of laws changes with m variables of each of k points; body axes."""
+
+    depth: FloatArray
+    """(k, m)."""
+    normal: FloatArray
+    """(k, 3, m)."""
+    path: FloatArray
+    """(k, 3, m); (1, 3, m) of points that are all alike."""
+    velocity: FloatArray
+    """(k, 3, m) of velocities that the step was given, (1, 3, m) of points that are all alike;
+    (0, 3, m) where they stay, or follow from the path."""
+
+
 class Carried(NamedTuple):
-    """Points that carry forces, and the derivatives of their normal forces and feet."""
+    """Points that carry forces, and the derivatives of their normal forces."""
 
     points: ContactRows
     output: LawOutput
     tangent: LawTangent
-    slopes: FootSlopes
+    change: InputChange
     grown: FloatArray
-    """(k, 3) gradient of each normal force over its own point."""
+    """(k, m) derivatives of each normal force over the variables of its own point."""
     dt: float
     """Length of the step; infinite where it has none."""
 
     def pulled(self, of: DepthSlopes) -> FloatArray:
-        """(k, 3, r) right sides of a coupling of depths, over the places of points."""
+        """(k, m, r) right sides of a coupling of depths, over the variables of points."""
         assert of.right is not None
-        return self.slopes.depth[:, :, None] * of.right[:, None, :]
+        return self.change.depth[:, :, None] * of.right[:, None, :]
+
+    def friction_change(self, seen: FrictionInput, has_rate: bool) -> FrictionChange:
+        """Return the change of the input of friction with the variables of each point;
+        velocities change where friction depends on them, `has_rate`."""
+        points, change, output = self.points, self.change, self.output
+        k, m = change.depth.shape
+        # The path counts behind the entry: all of it, but of new points the share that is below.
+        path = points.inside[:, None, None] * change.path
+        new = np.flatnonzero(~points.old & (points.inside > 0.0) & (points.inside < 1.0))
+        if len(new):
+            n, way = points.normal[new, :, None], points.path[new, :, None]
+            along = np.broadcast_to(change.path, (k, 3, m))[new]
+            approach = (way * change.normal[new] + n * along).sum(axis=1)
+            share = change.depth[new] + points.inside[new, None] * approach
+            path[new] -= way * (share / (way * n).sum(axis=1))[:, None]
+        velocity = change.velocity
+        if not has_rate:
+            velocity = np.zeros((0, 3, m))
+        elif len(points.velocity) == 0 and np.isfinite(self.dt):
+            velocity = change.path / self.dt
+        if len(velocity):
+            velocity = np.broadcast_to(velocity, (k, 3, m))
+        # The stiffness of a point without a slope is the secant.
+        slopes = self.tangent.stiffness
+        grown = np.zeros(k) if slopes is None else np.where(output.stiffness > 0, slopes.own, 0.0)
+        secant = (output.stiffness <= 0.0) & (points.depth > 0.0) & (seen.stiffness > 0.0)
+        grown[secant] = (output.stiffness - seen.stiffness)[secant] / points.depth[secant]
+        springs = grown[:, None] * change.depth
+        return FrictionChange(self.grown, springs, change.normal, path, velocity)
 
 
-def changes_over_places(seen: FrictionInput, carried: Carried, has_rate: bool) -> FrictionChange:
-    """How each point's input changes with its own place, along the three axes; velocities follow
-    where friction depends on them, `has_rate`."""
-    points, slopes, output = carried.points, carried.slopes, carried.output
-    k, depth = len(points.rows), points.depth
-    # The path counts behind the entry: all of it, but of new points the share that is below.
-    path = np.zeros((k, 3, 3))
-    for c in range(3):
-        path[:, c, c] = points.inside
-    new = np.flatnonzero(~points.old & (points.inside > 0.0) & (points.inside < 1.0))
-    if len(new):
-        n, way = points.normal[new], points.path[new]
-        turn = np.einsum("ki,kij->kj", way, slopes.normal[new], optimize=False)
-        approach = -row_products(way, n)[:, None]
-        share = (slopes.depth[new] + points.inside[new, None] * (n + turn)) / approach
-        path[new] += way[:, :, None] * share[:, None, :]
-    # The stiffness of a point without a slope is the secant.
-    stiffness = carried.tangent.stiffness
-    grown = np.zeros(k) if stiffness is None else np.where(output.stiffness > 0, stiffness.own, 0.0)
-    secant = (output.stiffness <= 0.0) & (depth > 0.0) & (seen.stiffness > 0.0)
-    grown[secant] = (output.stiffness - seen.stiffness)[secant] / depth[secant]
-    velocity = np.zeros((0, 3, 3))
-    if has_rate and len(points.velocity) == 0 and np.isfinite(carried.dt):
-        velocity = np.tile(np.eye(3) / carried.dt, (k, 1, 1))
-    springs = grown[:, None] * slopes.depth
-    return FrictionChange(carried.grown, springs, slopes.normal, path, velocity)
-
-
-def changes_over_velocities(grown: FloatArray) -> FrictionChange:
-    """How each point's input changes with its own velocity, along the three axes, `grown` (k, 3)
-    that of its normal force."""
-    none = np.zeros((len(grown), 3, 3))
-    velocity = np.tile(np.eye(3), (len(grown), 1, 1))
-    return FrictionChange(grown, np.zeros(grown.shape), none, none, velocity)
-
-
-def changes_over_normals(k: int) -> FrictionChange:
-    """Return the change of the input of k points by rotations of their normals, by three axes."""
-    stays, turns = np.zeros((k, 3, 3)), np.tile(np.eye(3), (k, 1, 1))
-    return FrictionChange(np.zeros((k, 3)), np.zeros((k, 3)), turns, stays, np.zeros((0, 3, 3)))
-
-
-def friction_terms(friction: Friction, seen: Seen, carried: Carried, own: FrictionChange) -> Terms:
-    """Derivatives of friction's forces, where each point's input changes by its `own` way.
+def friction_terms(friction: Friction, seen: Seen, carried: Carried) -> Terms:
+    """Derivatives of friction's forces over the variables of points.
 
     Raises
     ------
@@ -140,6 +141,7 @@ def friction_terms(friction: Friction, seen: Seen, carried: Carried, own: Fricti
             allowed="Coulomb, ViscousFriction, or an object with changes",
             remedy="Give it changes(FrictionInput, FrictionChange), (n, 3, m) of its forces",
         )
+    own = carried.friction_change(seen.points, getattr(friction, "has_rate", True))
     if seen.whole is None:
         return _of_points(friction, seen.points, carried, own)
     return _of_whole(friction, seen, seen.whole, carried, own)
@@ -186,24 +188,24 @@ def _of_whole(
     """Differentiate friction that sees all points as one, and whose force is shared as the normal
     force is: d(s_i T) = T ds_i + s_i dT of the shares s_i = F_i/ΣF."""
     points, force = seen.points, carried.tangent.force
-    k, total = len(points.force), float(points.force.sum())
+    (k, m), total = own.force.shape, float(points.force.sum())
     shares = points.force / total if total > 0.0 else np.full(k, 1.0 / k)
 
     def summed(weights: FloatArray, grown: FloatArray, of: DepthSlopes | None) -> FloatArray:
-        """(d, k, 3) Σ_i weights_i dy_i over all points; of each y over its own it is `grown`."""
+        """(d, k, m) Σ_i weights_i dv_i over all points; of each v over its own it is `grown`."""
         change: FloatArray = weights.T[:, :, None] * grown
         if of is not None and of.left is not None:
             change += np.einsum("dr,jcr->djc", product(weights.T, of.left), carried.pulled(of))
         return change
 
     def shifted(values: FloatArray) -> FloatArray:
-        """(d, k, 3) Σ_i values_i ds_i over all points."""
+        """(d, k, m) Σ_i values_i ds_i over all points."""
         if not total > 0.0:
-            return np.zeros((values.shape[1], k, 3))
+            return np.zeros((values.shape[1], k, m))
         return summed(values - product(shares, values), own.force, force) / total
 
     def weighted(weights: FloatArray, changes: FloatArray) -> FloatArray:
-        """(d, k, 3) Σ_i weights_i dy_i of vectors that change with their own points alone."""
+        """(d, k, m) Σ_i weights_i dv_i of vectors that change with their own points alone."""
         return np.moveaxis(weights[:, None, None] * changes, 0, 1)
 
     one = np.ones((k, 1))
@@ -223,9 +225,9 @@ def _of_whole(
         springs.reshape(1, -1),
         *(np.ascontiguousarray(v.reshape(1, 3, -1)) for v in (normal, path, velocity)),
     )
-    turned = _changes(friction, whole, change)[0].reshape(3, k, 3)
+    turned = _changes(friction, whole, change)[0].reshape(3, k, m)
     traction = np.asarray(friction.respond(whole).force)[0]
-    none = np.zeros((k, 3, 3))
+    none = np.zeros((k, 3, m))
     terms = Terms(none, shares[:, None, None] * np.eye(3), np.moveaxis(turned, 0, 2))
     if not total > 0.0:
         return terms

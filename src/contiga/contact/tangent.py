@@ -16,15 +16,9 @@ import numpy as np
 from contiga.arrays.layout import as_numbers
 from contiga.arrays.ordered import product, row_lengths, row_products
 from contiga.arrays.threads import run_ranges
-from contiga.contact.control_tangent import AtFeet, ControlSlopes, control_slopes, no_slopes
-from contiga.contact.friction_tangent import (
-    Carried,
-    Terms,
-    changes_over_normals,
-    changes_over_places,
-    changes_over_velocities,
-    friction_terms,
-)
+from contiga.contact.control_tangent import control_slopes, no_slopes
+from contiga.contact.foot_motion import VARIABLES, Feet, FootMotion, foot_motion, input_change
+from contiga.contact.friction_tangent import Carried, InputChange, Terms, friction_terms
 from contiga.contact.kernels import tangent_nb
 from contiga.contact.loads import Column
 from contiga.contact.respond import ContactRows, Seen
@@ -72,6 +66,11 @@ class StepInputs(NamedTuple):
     twist: FloatArray | None
     """(2, 3) velocity of the body's origin and its spin, world axes, where velocities were given:
     then they stay as they are."""
+    control_before: FloatArray | None
+    """(m, 3) control points of the master before the step; None, with the next, of one that keeps
+    its shape."""
+    control_velocity: FloatArray | None
+    """(m, 3) of them where velocities were given."""
 
 
 class Asked(NamedTuple):
@@ -79,7 +78,7 @@ class Asked(NamedTuple):
 
     surface: Surface
     shape: Shape | None
-    """Shape of the master, if its control points were given."""
+    """Change of the master's shape in the step, if its control points were given."""
     law: Law
     friction: Friction | None
     sampling: Sampling
@@ -121,8 +120,7 @@ class Linearisation(NamedTuple):
     rates then follow from the points."""
     force_by_control: csr_array
     """(3 n, 3 m) over the master's m control points, body axes; m = 0 if the step was given none.
-    This and the next two neglect the rotation and stretch of the surface below a point within the
-    step, which affect friction, and dampers of points that enter."""
+    Velocities of control points that the step was given stay as they are."""
     control_by_points: csr_array
     """(3 m, 3 n) derivatives of `State.control_force` over the slave's points."""
     control_by_control: csr_array
@@ -141,86 +139,81 @@ class _NormalTangent(NamedTuple):
     dt: float
     """Length of the step; infinite where it has none, and no rates."""
     grown: FloatArray
-    """(k, 3) the gradient of each force over its own point, filled in."""
+    """(k, m) the derivatives of each force over the variables of its own point, filled in."""
+
+
+class _Deformed(NamedTuple):
+    """Points in contact with a master that deforms."""
+
+    feet: Feet
+    motion: FootMotion
 
 
 class _Tangents(NamedTuple):
-    """Derivatives of the forces on points, world axes."""
+    """Derivatives of the forces on the points that carry, body axes."""
 
-    places: Terms
-    """Over the places of points, at fixed velocities against the body."""
+    terms: Terms
+    """Over the variables of points: their places and, on a master that deforms, those of the
+    surface below, where asked for; velocities that were given stay, world axes."""
     velocities: Terms
-    """Over these velocities; zero where none were given."""
-    turns: Terms
-    """Over a rotation of the normal alone; zero for a master that keeps its shape."""
-    slopes: FootSlopes
-    """Derivatives of the feet, body axes."""
+    """Over velocities that were given; zero without."""
+    deformed: _Deformed | None
+    """None of a master that keeps its shape."""
 
 
 def tangent_of(asked: Asked, state: State, inputs: StepInputs) -> csr_array:
     """Return ∂F/∂x of the nodes of a slave (3 n, 3 n)."""
-    both = _point_tangents(asked, state, inputs)
-    return _matrix_of(inputs.points.rows, _at_fixed_velocity(both, inputs), asked.sampling)
+    places = _in_world(_tangents(asked, state, inputs, 3).terms, state.pose)
+    return _matrix_of(inputs.points.rows, places, asked.sampling)
 
 
 def linearisation_of(asked: Asked, state: State, inputs: StepInputs) -> Linearisation:
     """Return all derivatives of the forces of a step."""
     rows, sampling, pose = inputs.points.rows, asked.sampling, state.pose
-    both = _point_tangents(asked, state, inputs)
-    places = _at_fixed_velocity(both, inputs)
+    terms, velocities, deformed = _tangents(asked, state, inputs, VARIABLES)
     force = inputs.points.normal * state.normal_force[rows, None]
     if len(state.traction_B):
         force = force + state.traction_B[rows]
+    n = sampling.n_nodes
+    control = no_slopes(n)
+    if deformed is not None:
+        weights, m = sampling.shares(rows), len(state.control_points)
+        control = control_slopes(*deformed, force, terms, weights, pose[:3, :3], m)
+    places, velocities = (_in_world(each, pose) for each in (terms.over(slice(0, 3)), velocities))
     force_W, p_W = turn_to_world(pose, force), to_world(pose, state.points_B[rows])
     at_W, reference = p_W - pose[:3, 3], product(pose[:3, :3], asked.reference_point)
     force_x, at_x, arm_x = (_cross_matrices(v) for v in (force_W, at_W, at_W - reference))
     # Seen from a body that turns by θ the slave turns the other way; forces turn along with it.
     by_pose = np.empty((len(rows), 3, 6))
     by_pose[:, :, :3] = -places.applied(np.broadcast_to(np.eye(3), at_x.shape))
-    by_pose[:, :, 3:] = both.places.applied(at_x) - force_x
+    by_pose[:, :, 3:] = places.applied(at_x) - force_x
     if inputs.twist is not None:
-        moving = turn_to_world(pose, inputs.points.velocity)
-        by_pose[:, :, 3:] += both.velocities.applied(_cross_matrices(moving))
+        moving = inputs.points.velocity
+        if asked.shape is not None:
+            places_on = SurfacePlaces(state.patch[rows], state.uv[rows])
+            moving = moving + asked.shape.velocities(places_on, state.points_B[rows])
+        turned = _cross_matrices(turn_to_world(pose, moving))
+        turned += np.einsum(
+            "ab,kbc->kac", _cross_matrices(inputs.twist[1:])[0], at_x, optimize=False
+        )
+        by_pose[:, :, 3:] += velocities.applied(turned)
     by_points = np.concatenate([-places.summed(), force_x - places.summed(arm_x)], axis=1)
     whole, lever = _cross_matrices(np.stack([force_W.sum(axis=0), reference]))
     wrench_by_pose = np.empty((6, 6))
     wrench_by_pose[:3] = -by_pose.sum(axis=0)
     wrench_by_pose[3:] = -np.einsum("kab,kbq->aq", arm_x, by_pose, optimize=False)
     wrench_by_pose[3:] += product(whole, np.concatenate([-np.eye(3), lever], axis=1))
-    n = sampling.n_nodes
     nodal = np.stack([sampling.nodal(rows, by_pose[:, :, q]) for q in range(6)], axis=2)
     across = np.stack([sampling.nodal(rows, by_points[:, q]) for q in range(6)])
     told = rows if inputs.twist is not None else rows[:0]
-    control = _control_slopes(asked, state, inputs, both, force_W)
     return Linearisation(
         _matrix_of(rows, places, sampling),
         nodal.reshape(3 * n, 6),
         across.reshape(6, 3 * n),
         wrench_by_pose,
-        _matrix_of(told, both.velocities, sampling),
+        _matrix_of(told, velocities, sampling),
         *control,
     )
-
-
-def _control_slopes(
-    asked: Asked, state: State, inputs: StepInputs, both: _Tangents, force_W: FloatArray
-) -> ControlSlopes:
-    """Return the derivatives over the master's control points; empty ones if none were given."""
-    points, pose, shape, sampling = inputs.points, state.pose, asked.shape, asked.sampling
-    rows = points.rows
-    if shape is None:
-        return no_slopes(sampling.n_nodes)
-    feet = SurfacePlaces(state.patch[rows], state.uv[rows])
-    net = dependence_of(shape.body, shape.now, feet)
-    gap = row_products(state.points_B[rows] - points.foot, points.normal)
-    if asked.half is not None:
-        gap += asked.half[rows]
-    turning = _in_world(Terms.of(both.slopes.normal.copy()), pose).blocks
-    normal, shares = turn_to_world(pose, points.normal), sampling.shares(rows)
-    pressed = state.normal_force[rows]
-    traction = force_W - pressed[:, None] * normal if len(state.traction_B) else 0.0 * force_W
-    at = AtFeet(force_W, pressed, traction, normal, gap, turning, both.places, both.turns, shares)
-    return control_slopes(at, net, pose[:3, :3], len(shape.now))
 
 
 def kinks_of(asked: Asked, state: State, inputs: StepInputs) -> IntArray:
@@ -236,8 +229,9 @@ def kinks_of(asked: Asked, state: State, inputs: StepInputs) -> IntArray:
     return kinked
 
 
-def _point_tangents(asked: Asked, state: State, inputs: StepInputs) -> _Tangents:
-    """Derivatives of the forces on the points that carry.
+def _tangents(asked: Asked, state: State, inputs: StepInputs, m: int) -> _Tangents:
+    """Return the derivatives of the forces on the points that carry, over their places or, on a
+    master that deforms, over the first m of their variables.
 
     Raises
     ------
@@ -245,47 +239,55 @@ def _point_tangents(asked: Asked, state: State, inputs: StepInputs) -> _Tangents
         Law or friction has no derivatives, or not one row a point.
     """
     points, friction, seen = inputs.points, asked.friction, inputs.friction
-    slopes = _foot_slopes(asked, state, points)
-    output, tangent = _law_tangent(asked.law, inputs.law)
     k, dt = len(points.rows), inputs.law.dt or np.inf
+    output, tangent = _law_tangent(asked.law, inputs.law)
     rate = np.zeros(k) if tangent.rate is None else tangent.rate
     force = state.kept.normal_force.at(points.rows)
-    normal = _NormalTangent(force, tangent.force.own, rate, dt, np.empty((k, 3)))
-    blocks = np.empty((k, 3, 3))
-    run_ranges(tangent_nb.normal_blocks, k, POINTS, points, slopes, normal, blocks)
-    carried = Carried(points, output, tangent, slopes, normal.grown, dt)
-    places = Terms.of(blocks)
-    if tangent.force.left is not None:
-        left = points.normal[:, :, None] * tangent.force.left[:, None, :]
-        places = Terms(blocks, left, carried.pulled(tangent.force))
-    if friction is not None and seen is not None and k:
-        own = changes_over_places(seen.points, carried, getattr(friction, "has_rate", True))
-        places = places.plus(friction_terms(friction, seen, carried, own))
-    places = _in_world(places, state.pose)
-    no_slopes_of_feet = FootSlopes(np.zeros((k, 3)), np.zeros((k, 3, 3)))
-    fixed_feet = carried._replace(slopes=no_slopes_of_feet)
-    turns = velocities = Terms.of(np.zeros((k, 3, 3)))
-    if asked.shape is not None:
-        turns = Terms.of(force[:, None, None] * np.eye(3))
+
+    def terms_over(change: InputChange) -> Terms:
+        """Return the derivatives of the forces by the chain rule."""
+        normal = _NormalTangent(force, tangent.force.own, rate, dt, np.empty(change.depth.shape))
+        blocks = np.empty(change.normal.shape)
+        run_ranges(tangent_nb.normal_blocks, k, POINTS, points, change, normal, blocks)
+        terms = Terms.of(blocks)
+        carried = Carried(points, output, tangent, change, normal.grown, dt)
+        if tangent.force.left is not None:
+            left = points.normal[:, :, None] * tangent.force.left[:, None, :]
+            terms = Terms(blocks, left, carried.pulled(tangent.force))
         if friction is not None and seen is not None and k:
-            turns = turns.plus(friction_terms(friction, seen, fixed_feet, changes_over_normals(k)))
+            terms = terms.plus(friction_terms(friction, seen, carried))
+        return terms
+
+    slopes, one = _foot_slopes(asked, state, points), np.eye(3)[None]
+    deformed, velocities = None, Terms.of(np.zeros((k, 3, 3)))
+    change = InputChange(slopes.depth, slopes.normal, one, np.zeros((0, 3, 3)))
+    # How the surface carries points along matters to friction and to rates alone.
+    if asked.shape is not None and (m == VARIABLES or friction is not None or rate.any()):
+        feet = _feet_on(asked, asked.shape, state, points, slopes)
+        deformed = _Deformed(feet, foot_motion(feet, m))
+        change = input_change(*deformed, asked.shape)
     if inputs.twist is not None:
-        by_speed = -rate[:, None] * points.normal
-        velocities = Terms.of(points.normal[:, :, None] * by_speed[:, None, :])
-        if friction is not None and seen is not None and k:
-            own = changes_over_velocities(by_speed)
-            velocities = velocities.plus(friction_terms(friction, seen, fixed_feet, own))
-    turns, velocities = _in_world(turns, state.pose), _in_world(velocities, state.pose)
-    return _Tangents(places, velocities, turns, slopes)
+        # Points go by −ω × dx against a body that turns by the spin ω.
+        turning = np.zeros((1, 3, change.depth.shape[1]))
+        turning[0, :, :3] = -_cross_matrices(product(inputs.twist[1:], state.pose[:3, :3]))[0]
+        if deformed is not None:
+            turning = turning + change.velocity
+        change = change._replace(velocity=turning)
+        velocities = terms_over(InputChange(np.zeros((k, 3)), np.zeros((k, 3, 3)), 0.0 * one, one))
+    return _Tangents(terms_over(change), velocities, deformed)
 
 
-def _at_fixed_velocity(tangents: _Tangents, inputs: StepInputs) -> Terms:
-    """Over the places of points whose velocities stay: by −ω × dx they go against a body that turns
-    by the spin ω."""
-    if inputs.twist is None:
-        return tangents.places
-    spin = _cross_matrices(inputs.twist[1:])[0]
-    return tangents.places.plus(tangents.velocities.after(-spin))
+def _feet_on(
+    asked: Asked, shape: Shape, state: State, points: ContactRows, slopes: FootSlopes
+) -> Feet:
+    """Return the feet of points on a master that deforms."""
+    rows = points.rows
+    net = dependence_of(shape.body, shape.now, SurfacePlaces(state.patch[rows], state.uv[rows]))
+    gap = _gaps(state, points)
+    if asked.half is not None:
+        gap = gap + asked.half[rows]
+    curvature = np.einsum("ka,kabc->kbc", net.normal, net.jet(shape.now).hessian, optimize=False)
+    return Feet(points.normal, gap, slopes, net, curvature)
 
 
 def _in_world(terms: Terms, pose: FloatArray) -> Terms:
@@ -339,15 +341,19 @@ def _matrix_of(rows: IntArray, terms: Terms, sampling: Sampling) -> csr_array:
     return csr_array(matrix + left @ right.T)
 
 
+def _gaps(state: State, points: ContactRows) -> FloatArray:
+    """(k,) signed distances to where contact begins."""
+    if points.depth.all():
+        return -points.depth
+    beside = row_products(state.points_B[points.rows] - points.foot, points.normal)
+    return np.where(points.depth > 0.0, -points.depth, beside)
+
+
 def _foot_slopes(asked: Asked, state: State, points: ContactRows) -> FootSlopes:
     """Derivatives of depth and normal of the points; of shells at feet on the body itself."""
     rows = points.rows
     k = len(rows)
-    p_B, foot, normal = state.points_B[rows], points.foot, points.normal
-    gap = -points.depth
-    if not points.depth.all():
-        beside = row_products(p_B - foot, normal)
-        gap = np.where(points.depth > 0.0, gap, beside)
+    p_B, foot, normal, gap = state.points_B[rows], points.foot, points.normal, _gaps(state, points)
     in_front = gap > 0.0
     if asked.half is not None:
         off = asked.half[rows]

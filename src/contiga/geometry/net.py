@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import NamedTuple, TypeAlias
+from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
+from numpy.typing import NDArray
 
 from contiga.arrays.groups import groups_of
 from contiga.arrays.layout import as_points, locked, read_only
@@ -157,29 +158,82 @@ def spread(
     return out
 
 
-class Dependence(NamedTuple):
-    """Dependence of k places on the control points of a body, as e entries of sparse matrices."""
+class Jet(NamedTuple):
+    """A vector field on a surface at k places, with its covariant derivatives there."""
+
+    value: FloatArray
+    """(k, 3)."""
+    gradient: FloatArray
+    """(k, 3, 3): components of the field by row, directions along the surface by column."""
+    hessian: FloatArray
+    """(k, 3, 3, 3): components first."""
+
+
+class OnPatch(NamedTuple):
+    """Places on one patch."""
+
+    rows: Rows
+    """Rows of the places among all."""
+    influence: Influence
+
+
+class Entries(NamedTuple):
+    """Dependence of places on control points as e entries of sparse matrices, by place."""
 
     place: IndexArray
-    """(e,) row of the place."""
+    """(e,) row of the place, ascending."""
     control: IndexArray
     """(e,) row of the control point."""
     value: FloatArray
     """(e,) basis function of the control point at the place."""
     gradient: FloatArray
     """(e, 3) its gradient along the surface, one over length, body axes."""
+    hessian: FloatArray
+    """(e, 3, 3) its second covariant derivative along the surface, one over length squared."""
+
+
+class Dependence(NamedTuple):
+    """Dependence of k places on the control points of a body."""
+
+    patches: list[OnPatch]
+    normal: FloatArray
+    """(k, 3) unit normals of the surface at the places; zero where it has none."""
+
+    def jet(self, vectors: FloatArray) -> Jet:
+        """Return the field Σ N_i `vectors`_i, (m, 3) of the control points, at the places."""
+        k = len(self.normal)
+        jet = Jet(np.zeros((k, 3)), np.zeros((k, 3, 3)), np.zeros((k, 3, 3, 3)))
+        for rows, found in self.patches:
+            own = vectors[found.control]
+            jet.value[rows] = np.einsum("kca,kc->ka", own, found.value, optimize=False)
+            jet.gradient[rows] = np.einsum("kca,kcb->kab", own, found.gradient, optimize=False)
+            jet.hessian[rows] = np.einsum("kca,kcbd->kabd", own, found.hessian, optimize=False)
+        return jet
+
+    @property
+    def entries(self) -> Entries:
+        """The entries of all places."""
+        every, none = np.arange(len(self.normal)), np.zeros(0)
+        parts: list[tuple[NDArray[Any], ...]]
+        parts = [(NO_ROWS, NO_ROWS, none, np.zeros((0, 3)), np.zeros((0, 3, 3)))]
+        for rows, found in self.patches:
+            k, c = found.control.shape
+            flat = (array.reshape(k * c, *array.shape[2:]) for array in found[:4])
+            parts.append((np.repeat(every[rows], c), *flat))
+        columns = [np.concatenate(one) for one in zip(*parts, strict=True)]
+        order = np.argsort(columns[0], kind="stable")
+        return Entries(*(one[order] for one in columns))
 
 
 def dependence_of(body: Faces, shape: FloatArray, feet: SurfacePlaces) -> Dependence:
     """Return the dependence of places `feet` (k,) on the control points `shape` (m, 3)."""
-    parts = [Dependence(NO_ROWS, NO_ROWS, np.zeros(0), np.zeros((0, 3)))]
-    every = np.arange(len(feet.patch))
+    patches, normal = [], np.zeros((len(feet.patch), 3))
     for patch, rows in _on_patches(body, feet):
         (uv,) = _rows_of(rows, feet.uv)
         k, c = len(uv), (patch.surface.p + 1) * (patch.surface.q + 1)
-        found = Influence(np.empty((k, c), np.int32), np.empty((k, c)), np.empty((k, c, 3)))
+        per_control = np.empty((k, c)), np.empty((k, c, 3)), np.empty((k, c, 3, 3))
+        found = Influence(np.empty((k, c), np.int32), *per_control, np.empty((k, 3)))
         run_ranges(straight(net_nb.influence), k, POINTS, patch, locked(shape), uv, found)
-        place = np.repeat(every[rows], c)
-        flat = found.control.ravel(), found.value.ravel(), found.gradient.reshape(-1, 3)
-        parts.append(Dependence(place, *flat))
-    return Dependence(*(np.concatenate(columns) for columns in zip(*parts, strict=True)))
+        normal[rows] = found.normal
+        patches.append(OnPatch(rows, found))
+    return Dependence(patches, normal)

@@ -10,10 +10,10 @@ from tests.unit.search.holed import holed_plate
 
 import contiga as cg
 from contiga.contact import tangent
+from contiga.contact.friction_tangent import InputChange
 from contiga.contact.kernels import tangent_nb
 from contiga.contact.respond import ContactRows
 from contiga.errors import InputError
-from contiga.records import FootSlopes
 
 SAME = 1e-7
 """Relative difference: rounding of the differences."""
@@ -368,27 +368,29 @@ def test_blocks_are_turned_into_the_axes_of_the_world() -> None:
 
 
 @pytest.mark.interpreted
+@pytest.mark.parametrize("alike", [False, True])
 @pytest.mark.parametrize("known", [False, True])
-def test_blocks_are_those_of_the_product_rule(known: bool) -> None:
-    rng, n = np.random.default_rng(1), 6
+def test_blocks_are_those_of_the_product_rule(known: bool, alike: bool) -> None:
+    rng, n, m = np.random.default_rng(1), 6, 5
     points = ContactRows.of(np.arange(n, dtype=np.int32), rng.normal(size=(n if known else 0, 3)))
     points.normal[...], points.path[...] = rng.normal(size=(2, n, 3))
     points.old[...] = [True, False] * 3
-    slopes = FootSlopes(rng.normal(size=(n, 3)), rng.normal(size=(n, 3, 3)))
+    path, velocity = rng.normal(size=(2, 1 if alike else n, 3, m))
+    change = InputChange(rng.normal(size=(n, m)), rng.normal(size=(n, 3, m)), path, velocity)
     force, own, rate = rng.random((3, n))
     rate[4:] = 0.0
-    grown, blocks = np.empty((n, 3)), np.empty((n, 3, 3))
+    grown, blocks = np.empty((n, m)), np.empty((n, 3, m))
     given = tangent._NormalTangent(force, own, rate, 0.5, grown)
-    tangent_nb.normal_blocks(points, slopes, given, blocks, 0, n)
-    turned = slopes.normal
+    tangent_nb.normal_blocks(points, change, given, blocks, 0, n)
+    turned, normals = change.normal, points.normal[:, :, None]
     if known:
-        speed = -np.einsum("kb,kbc->kc", points.velocity, turned)
+        speed = -(points.velocity[:, :, None] * turned + normals * velocity).sum(axis=1)
     else:
-        approach = -points.normal - np.einsum("kb,kbc->kc", points.path, turned)
-        speed = np.where(points.old[:, None], slopes.depth, approach) / 0.5
-    wanted = own[:, None] * slopes.depth + rate[:, None] * speed
+        approach = -(normals * path + points.path[:, :, None] * turned).sum(axis=1)
+        speed = np.where(points.old[:, None], change.depth, approach) / 0.5
+    wanted = own[:, None] * change.depth + rate[:, None] * speed
     np.testing.assert_allclose(grown, wanted, rtol=1e-13, atol=1e-14)
-    wanted = points.normal[:, :, None] * wanted[:, None] + force[:, None, None] * turned
+    wanted = normals * wanted[:, None] + force[:, None, None] * turned
     np.testing.assert_allclose(blocks, wanted, rtol=1e-13, atol=1e-14)
 
 

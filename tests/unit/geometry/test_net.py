@@ -161,7 +161,7 @@ def test_places_depend_on_control_points_by_functions_whose_sum_is_one(name: str
     """Σ N_i P_i is the place, Σ P_i (∇N_i)ᵀ the projection on the tangent plane."""
     body = BODIES[name]()
     shape, places = bent(body), places_on(body)
-    found = dependence_of(body, shape, places)
+    found = dependence_of(body, shape, places).entries
     k = len(places.patch)
     sums, at, slopes = np.zeros(k), np.zeros((k, 3)), np.zeros((k, 3, 3))
     np.add.at(sums, found.place, found.value)
@@ -172,3 +172,26 @@ def test_places_depend_on_control_points_by_functions_whose_sum_is_one(name: str
     np.testing.assert_allclose(slopes, slopes.transpose(0, 2, 1), atol=1e-10)
     np.testing.assert_allclose(slopes @ slopes, slopes, atol=1e-10)
     np.testing.assert_allclose(np.trace(slopes, axis1=1, axis2=2), 2.0, atol=1e-10)
+
+
+@pytest.mark.interpreted
+@pytest.mark.parametrize("name", BODIES)
+def test_hessians_are_how_gradients_change_along_the_surface(name: str) -> None:
+    """Along a way t over the surface ∇φ changes by H t within the tangent plane, for a field φ."""
+    body, h = BODIES[name](), 1e-6
+    shape, at = bent(body, by=0.01), places_on(body)
+    field, way = bent(body, 9), np.random.default_rng(2).standard_normal(at.uv.shape)
+    found = dependence_of(body, shape, at)
+    low, high = (
+        dependence_of(body, shape, SurfacePlaces(at.patch, at.uv + step * way)) for step in (-h, h)
+    )
+    tangent = (high.jet(shape).value - low.jet(shape).value) / (2.0 * h)
+    change = (high.jet(field).gradient - low.jet(field).gradient) / (2.0 * h)
+    n = found.normal
+    change -= np.einsum("kab,kb,kc->kac", change, n, n)
+    wanted = np.einsum("kabc,kc->kab", found.jet(field).hessian, tangent)
+    np.testing.assert_allclose(wanted, change, rtol=0.0, atol=1e-7 * np.abs(change).max())
+    turned = (high.normal - low.normal) / (2.0 * h)
+    shape_operator = np.einsum("ka,kabc->kbc", n, found.jet(shape).hessian)
+    wanted = -np.einsum("kbc,kc->kb", shape_operator, tangent)
+    np.testing.assert_allclose(wanted, turned, rtol=0.0, atol=1e-7 * np.abs(turned).max())

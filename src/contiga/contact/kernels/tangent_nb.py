@@ -7,31 +7,36 @@ from contiga.jit.scratch import scratch
 
 
 @kernel(error_model="numpy")
-def normal_blocks(points, slopes, tangent, blocks, start, stop):
-    """Fill `blocks` (k, 3, 3) from start to stop with the derivatives of F n, body axes:
+def normal_blocks(points, change, tangent, blocks, start, stop):
+    """Fill `blocks` (k, 3, m) from start to stop with the derivatives of F n, body axes:
     n (∂F/∂λ dλ + ∂F/∂λ̇ dλ̇) + F dn.
 
-    `points` are `ContactRows`, `slopes` are `FootSlopes`, `tangent` is a `NormalTangent`.
+    `points` are `ContactRows`, `change` is an `InputChange`, `tangent` is a `NormalTangent`.
     """
-    path, velocity = points.path, points.velocity
+    way, velocity = points.path, points.velocity
+    paths, velocities = change.path.shape[0], change.velocity.shape[0]
     for i in range(start, stop):
         own, damped, force = tangent.own[i], tangent.rate[i], tangent.force[i]
-        for c in range(3):
-            grown = own * slopes.depth[i, c]
+        for c in range(blocks.shape[2]):
+            grown = own * change.depth[i, c]
             if damped != 0.0:
                 if velocity.shape[0] > 0:
                     for b in range(3):
-                        grown -= damped * velocity[i, b] * slopes.normal[i, b, c]
+                        grown -= damped * velocity[i, b] * change.normal[i, b, c]
+                        if velocities > 0:
+                            speed = change.velocity[min(i, velocities - 1), b, c]
+                            grown -= damped * points.normal[i, b] * speed
                 elif points.old[i]:
-                    grown += damped * slopes.depth[i, c] / tangent.dt
+                    grown += damped * change.depth[i, c] / tangent.dt
                 else:
-                    approach = points.normal[i, c]
+                    approach = 0.0
                     for b in range(3):
-                        approach += path[i, b] * slopes.normal[i, b, c]
+                        approach += points.normal[i, b] * change.path[min(i, paths - 1), b, c]
+                        approach += way[i, b] * change.normal[i, b, c]
                     grown -= damped * approach / tangent.dt
             tangent.grown[i, c] = grown
             for b in range(3):
-                blocks[i, b, c] = points.normal[i, b] * grown + force * slopes.normal[i, b, c]
+                blocks[i, b, c] = points.normal[i, b] * grown + force * change.normal[i, b, c]
 
 
 @kernel()

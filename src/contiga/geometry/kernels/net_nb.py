@@ -19,7 +19,7 @@ from typing import NamedTuple
 import numpy as np
 
 from contiga.arrays.kernels.vector_nb import cross, dot
-from contiga.geometry.kernels.basis_nb import find_span
+from contiga.geometry.kernels.basis_nb import basis_derivatives, find_span
 from contiga.geometry.kernels.evaluate_nb import SurfaceArrays
 from contiga.jit import inner, kernel
 from contiga.jit.scratch import scratch, stack_int64
@@ -53,6 +53,10 @@ class Influence(NamedTuple):
     """(k, c) their basis functions."""
     gradient: np.ndarray
     """(k, c, 3) gradients of these along the surface, one over length."""
+    hessian: np.ndarray
+    """(k, c, 3, 3) second covariant derivatives along the surface, one over length squared."""
+    normal: np.ndarray
+    """(k, 3) unit normals of the surface; zero where it has none."""
 
 
 class Frame(NamedTuple):
@@ -128,6 +132,42 @@ def _basis(patch, u, v, N_u, N_v, rows, values):
             values[i, 1] = (values[i, 1] - values[i, 0] * w_u) * one
             values[i, 2] = (values[i, 2] - values[i, 0] * w_v) * one
     return k
+
+
+@inner()
+def _second_derivatives(patch, u, v, values, N_u, N_v, second):
+    """Fill `second` (k, 3): the second derivatives by uu, uv and vv of the k basis functions whose
+    `values` (k, 3) `_basis` has filled.
+
+    `N_u` and `N_v` are room for basis functions of one parameter and two derivatives.
+    """
+    s = patch.surface
+    span_u = _span(s.U, s.p, s.net.shape[0], u)
+    span_v = _span(s.V, s.q, s.net.shape[1], v)
+    basis_derivatives(s.U, s.p, span_u, u, 2, N_u)
+    basis_derivatives(s.V, s.q, span_v, v, 2, N_v)
+    k = 0
+    w = w_u = w_v = w_uu = w_uv = w_vv = 0.0
+    for i in range(s.p + 1):
+        for j in range(s.q + 1):
+            weight = s.net[span_u - s.p + i, span_v - s.q + j, 3]
+            second[k, 0] = N_u[2, i] * N_v[0, j] * weight
+            second[k, 1] = N_u[1, i] * N_v[1, j] * weight
+            second[k, 2] = N_u[0, i] * N_v[2, j] * weight
+            w += N_u[0, i] * N_v[0, j] * weight
+            w_u += N_u[1, i] * N_v[0, j] * weight
+            w_v += N_u[0, i] * N_v[1, j] * weight
+            w_uu += second[k, 0]
+            w_uv += second[k, 1]
+            w_vv += second[k, 2]
+            k += 1
+    if s.rational:
+        one = 1.0 / w
+        for i in range(k):
+            N, R_u, R_v = values[i, 0], values[i, 1], values[i, 2]
+            second[i, 0] = one * (second[i, 0] - 2.0 * R_u * w_u - N * w_uu)
+            second[i, 1] = one * (second[i, 1] - R_u * w_v - R_v * w_u - N * w_uv)
+            second[i, 2] = one * (second[i, 2] - 2.0 * R_v * w_v - N * w_vv)
 
 
 class Sums(NamedTuple):
@@ -248,16 +288,35 @@ def spread(patch, shape, uv, points, forces, out):
 @kernel()
 def influence(patch, shape, uv, out, start, stop):
     """Fill rows start … stop of the `Influence` `out` for places at parameters `uv` (k, 2) of the
-    surface with control points `shape` (m, 3)."""
+    surface with control points `shape` (m, 3).
+
+    With the Christoffel symbols Γ^γ_αβ = a^γ·S_αβ a Hessian is (N_αβ − Γ^γ_αβ N_γ) a^α ⊗ a^β.
+    """
     N_u, N_v = scratch(2, ORDER), scratch(2, ORDER)
-    rows, values = stack_int64(MAX_POINTS), scratch(MAX_POINTS, 3)
+    D_u, D_v = scratch(3, ORDER), scratch(3, ORDER)
+    rows, values, second = stack_int64(MAX_POINTS), scratch(MAX_POINTS, 3), scratch(MAX_POINTS, 3)
     for k in range(start, stop):
-        count = _basis(patch, uv[k, 0], uv[k, 1], N_u, N_v, rows, values)
+        u, v = uv[k, 0], uv[k, 1]
+        count = _basis(patch, u, v, N_u, N_v, rows, values)
+        _second_derivatives(patch, u, v, values, D_u, D_v, second)
         _, a_u, a_v = _sums(shape, rows, values, count)
+        S_uu, S_uv, S_vv = _sums(shape, rows, second, count)
         frame = _frame(a_u, a_v)
+        dual_u, dual_v = frame.dual_u, frame.dual_v
+        for c in range(3):
+            out.normal[k, c] = frame.normal[c]
         for i in range(count):
+            by_u, by_v = values[i, 1], values[i, 2]
+            uu = second[i, 0] - dot(dual_u, S_uu) * by_u - dot(dual_v, S_uu) * by_v
+            mixed = second[i, 1] - dot(dual_u, S_uv) * by_u - dot(dual_v, S_uv) * by_v
+            vv = second[i, 2] - dot(dual_u, S_vv) * by_u - dot(dual_v, S_vv) * by_v
             out.control[k, i] = rows[i]
             out.value[k, i] = values[i, 0]
             for c in range(3):
-                by_u, by_v = values[i, 1] * frame.dual_u[c], values[i, 2] * frame.dual_v[c]
-                out.gradient[k, i, c] = by_u + by_v
+                out.gradient[k, i, c] = by_u * dual_u[c] + by_v * dual_v[c]
+                along_u, along_v = (
+                    uu * dual_u[c] + mixed * dual_v[c],
+                    mixed * dual_u[c] + vv * dual_v[c],
+                )
+                for d in range(3):
+                    out.hessian[k, i, c, d] = along_u * dual_u[d] + along_v * dual_v[d]
