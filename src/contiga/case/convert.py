@@ -80,7 +80,7 @@ def convert(deck: str | Path, units: tuple[str, str, str], folder: str | Path) -
         raise FileError(
             "there is no contact with a rigid part that is understood",
             where=str(deck),
-            found=_told(model.unknown) or "no *CONTACT",
+            found=_counts_in_words(model.unknown) or "no *CONTACT",
             allowed="*CONTACT_…SURFACE_TO_SURFACE, …NODES_TO_SURFACE or …SINGLE_SURFACE between "
             "parts, sets of parts or of nodes, one side of *MAT_RIGID",
         )
@@ -105,7 +105,7 @@ def convert(deck: str | Path, units: tuple[str, str, str], folder: str | Path) -
     return Converted(text, len(pairs), len(bodies), model.unknown)
 
 
-def _told(unknown: dict[str, list[int]]) -> str:
+def _counts_in_words(unknown: dict[str, list[int]]) -> str:
     return ", ".join(f"{len(lines)} {name}" for name, lines in sorted(unknown.items()))
 
 

@@ -97,7 +97,7 @@ def misnamed(data: Mapping[str, Any], places: Sequence[tuple[int | str, ...]]) -
     faults = []
     for key, keys in _NAMING.items():
         for i, table in enumerate(data.get(key) or []):
-            for name, kind, where in _named(table, keys, f"{key}[{i}]"):
+            for name, kind, where in _names_in(table, keys, f"{key}[{i}]"):
                 names, other = known[kind]
                 if name == GROUND and key in ("spring", "joint"):
                     continue
@@ -113,7 +113,7 @@ def _names_of(tables: Any) -> list[Any]:
     return [table.get("name") for table in tables or [] if isinstance(table, Mapping)]
 
 
-def _named(table: Any, keys: Mapping[str, str], where: str) -> Iterator[tuple[str, str, str]]:
+def _names_in(table: Any, keys: Mapping[str, str], where: str) -> Iterator[tuple[str, str, str]]:
     """Yield the names in a table, the kind of part they name, and their keys."""
     for key, kind in keys.items():
         value = table.get(key) if isinstance(table, Mapping) else None

@@ -119,7 +119,7 @@ class Sheet:
             raise FileError(
                 f"which columns are meant? There are not {many}",
                 where=self.where,
-                found=self._named(),
+                found=self._columns_named(),
                 allowed=told,
                 remedy="Name them as columns",
             )
@@ -141,7 +141,7 @@ class Sheet:
             raise FileError(
                 f"the column {name!r} {what}",
                 where=self.where,
-                found=self._named(),
+                found=self._columns_named(),
                 remedy="Name it with its unit, as the header does" if at else None,
             )
         return at[0]
@@ -214,13 +214,13 @@ class Sheet:
                     for cell, factor in zip(cells, factors, strict=True)
                 ]
             except ValueError:
-                raise self._refused(
+                raise self._row_error(
                     "a row does not have a number for every column", row, f"a number for {named}"
                 ) from None
             if not all(map(isfinite, found)):
-                raise self._refused("a number is not finite", row)
+                raise self._row_error("a number is not finite", row)
             if commas and points:
-                raise self._refused(
+                raise self._row_error(
                     "decimal commas and decimal points in one table", row, "one of them"
                 )
             values.extend(found)
@@ -241,11 +241,11 @@ class Sheet:
             )
         return quantity_factor(unit, kind, units, where)
 
-    def _refused(self, what: str, row: Row, allowed: str | None = None) -> FileError:
+    def _row_error(self, what: str, row: Row, allowed: str | None = None) -> FileError:
         where, found = f"{self.path}:{row.line}", self.mark.join(row.cells)
         return FileError(what, where=where, found=found, allowed=allowed)
 
-    def _named(self) -> str:
+    def _columns_named(self) -> str:
         return ", ".join(head.text for head in self.heads)
 
 

@@ -265,15 +265,15 @@ def derived_units(length: str, mass: str, time: str) -> dict[str, str]:
     l = base_factor(length, "length")
     m = base_factor(mass, "mass")
     t = base_factor(time, "time")
-    force = _named(m * l / t**2, _FORCES) or f"{mass}·{length}/{time}²"
-    stress = _named(m / (l * t**2), _STRESSES) or f"{mass}/({length}·{time}²)"
+    force = _name_of_size(m * l / t**2, _FORCES) or f"{mass}·{length}/{time}²"
+    stress = _name_of_size(m / (l * t**2), _STRESSES) or f"{mass}/({length}·{time}²)"
     return {
         "area": f"{length}²",
         "velocity": f"{length}/{time}",
         "force": force,
         "moment": f"{force}·{length}",
         "stress": stress,
-        "energy": _named(m * l**2 / t**2, _ENERGIES) or f"{force}·{length}",
+        "energy": _name_of_size(m * l**2 / t**2, _ENERGIES) or f"{force}·{length}",
     }
 
 
@@ -392,7 +392,7 @@ def consistent_factor(unit: str, length: str, mass: str, time: str, where: str) 
     return without_noise(factor)
 
 
-def _named(value: float, names: dict[str, float]) -> str | None:
+def _name_of_size(value: float, names: dict[str, float]) -> str | None:
     for name, size in names.items():
         if math.isclose(value, size, rel_tol=1e-12):
             return name

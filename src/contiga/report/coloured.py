@@ -52,15 +52,13 @@ def fields_of(peak: Peak | Touched, units: Units) -> dict[str, ColouredField]:
 
     Penetration is always among them, pressure if there is some, and the inside of facets.
     """
-    fields = {
-        "penetration": _coloured("Penetration", units.length, peak.penetration, peak.in_contact)
-    }
+    fields = {"penetration": _field("Penetration", units.length, peak.penetration, peak.in_contact)}
     if peak.pressure is not None and np.any(peak.pressure > 0.0):
         pressure = peak.pressure
-        fields["pressure"] = _coloured("Pressure", units.stress, pressure, peak.in_contact)
+        fields["pressure"] = _field("Pressure", units.stress, pressure, peak.in_contact)
     for name, values in peak.inside.items():
         label, unit = _INSIDE[name]
-        some = _coloured(label, unit(units), values, values > 0.0)
+        some = _field(label, unit(units), values, values > 0.0)
         fields[name] = some._replace(everywhere=True)
     return fields
 
@@ -71,7 +69,7 @@ def first_field(peak: Peak, units: Units) -> ColouredField:
     return fields.get("pressure", fields["penetration"])
 
 
-def _coloured(label: str, unit: str, values: FloatArray, where: NDArray[np.bool_]) -> ColouredField:
+def _field(label: str, unit: str, values: FloatArray, where: NDArray[np.bool_]) -> ColouredField:
     """Return the field by its values `where` (n_s,) there are some; stresses in MPa, not GPa."""
     if unit == "GPa":
         unit, values = "MPa", 1e3 * values

@@ -43,7 +43,7 @@ class Curve(NamedTuple):
 def curves_of(run: Run) -> list[Curve]:
     """Return the curves of a run: of contacts, of `[[plot]]` tables of its case, and of tests."""
     touched = [name for name, columns in run.contacts.items() if largest(columns.get("force"))]
-    depths = run.told("depths")
+    depths = run.summary_part("depths")
     curves = []
     for contact in touched[:_MAX_CONTACTS]:
         depth = depths.get(contact, f"{contact}.max_penetration")

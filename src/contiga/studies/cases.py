@@ -82,7 +82,7 @@ def cases_of(
         )
     kept = [
         {label: values[label] for label in study.labels}
-        for values in map(_merged, itertools.product(*ways))
+        for values in map(_merge, itertools.product(*ways))
         if _fulfils(study, values)
     ]
     if not kept:
@@ -161,7 +161,7 @@ def check_keys(study: StudySpec, base: Mapping[str, Any], settings: Mapping[str,
             ) from error
 
 
-def _merged(parts: Sequence[dict[str, Any]]) -> dict[str, Any]:
+def _merge(parts: Sequence[dict[str, Any]]) -> dict[str, Any]:
     return {label: value for part in parts for label, value in part.items()}
 
 
@@ -179,12 +179,12 @@ def _samples(sample: SampleSpec, ranged: list[VariableSpec]) -> list[dict[str, A
             unit = qmc.Sobol(len(ranged), rng=sample.seed).random(sample.count)
     else:
         unit = qmc.LatinHypercube(len(ranged), rng=sample.seed).random(sample.count)
-    columns = [_scaled(v, unit[:, k]) for k, v in enumerate(ranged)]
+    columns = [_scale_to_range(v, unit[:, k]) for k, v in enumerate(ranged)]
     labels = [v.label for v in ranged]
     return [dict(zip(labels, row, strict=True)) for row in zip(*columns, strict=True)]
 
 
-def _scaled(variable: VariableSpec, unit: FloatArray) -> list[float]:
+def _scale_to_range(variable: VariableSpec, unit: FloatArray) -> list[float]:
     """Return numbers of [0, 1) scaled to the range of a variable."""
     low, high = variable.low, variable.high
     assert low is not None

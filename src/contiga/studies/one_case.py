@@ -93,7 +93,7 @@ def _carried_out(base: Base, case: StudyCase, progress: Progress | None) -> Row:
     status, message, collected = DONE, "", dict.fromkeys(base.quantities, float("nan"))
     try:
         result = _run(base.case(case.settings), folder, progress)
-        collected = _collected(base, result)
+        collected = _collect(base, result)
         lacking = [name for name, value in collected.items() if value != value]
         message = f"has no {', '.join(lacking)}" if lacking else ""
     except ContigaError as error:
@@ -113,7 +113,7 @@ def _run(case: Case, folder: Path, progress: Progress | None) -> Result:
         return run(case, folder, how, parts=parts_of_process())
 
 
-def _collected(base: Base, result: Result) -> dict[str, float]:
+def _collect(base: Base, result: Result) -> dict[str, float]:
     return {
         name: quantity.value(result.history, result.summary)
         for name, quantity in base.quantities.items()

@@ -191,16 +191,16 @@ def _on_lines(spec: TargetsSpec, path: Path, unit: str) -> tuple[list[float], Fl
         with np.errstate(over="ignore"):
             number += np.abs(np.diff(points[:, 0])).sum() / spec.spacing
         _check_number(spec, number)
-        passed = _passed(points[:, :2], origin[0], spec.spacing)
+        passed = _crossings(points[:, :2], origin[0], spec.spacing)
         targets.append(passed)
         names += [int(name) if name.is_integer() else name] * len(passed)
     return names, np.concatenate(targets)
 
 
-def _passed(points: FloatArray, origin: float, spacing: float) -> FloatArray:
+def _crossings(points: FloatArray, origin: float, spacing: float) -> FloatArray:
     """Return the points (k, 2) where a line (n, 2) passes multiples of the spacing, and its ends.
 
-    >>> _passed(np.array([[-1.0, 0.0], [0.5, 1.5], [2.0, 3.0]]), 0.0, 1.0).tolist()
+    >>> _crossings(np.array([[-1.0, 0.0], [0.5, 1.5], [2.0, 3.0]]), 0.0, 1.0).tolist()
     [[-1.0, 0.0], [0.0, 1.0], [1.0, 2.0], [2.0, 3.0]]
     """
     counts = (points[:, 0] - origin) / spacing

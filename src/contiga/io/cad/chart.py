@@ -135,7 +135,7 @@ class Chart:
         """
         surface = self.surface
         for axis in np.flatnonzero(self.periods > 0.0):
-            surface = _turned_on(surface, int(axis), float(box[0, axis]), float(box[1, axis]))
+            surface = _periodic_part(surface, int(axis), float(box[0, axis]), float(box[1, axis]))
         return surface
 
 
@@ -208,7 +208,7 @@ def _grid(surface: NurbsSurface) -> FloatArray:
     return np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 2)
 
 
-def _turned_on(surface: NurbsSurface, axis: int, low: float, high: float) -> NurbsSurface:
+def _periodic_part(surface: NurbsSurface, axis: int, low: float, high: float) -> NurbsSurface:
     """Return a closed patch over [low, high] of its periodic parameter.
 
     If its own domain holds the interval, the patch is unchanged.
@@ -219,10 +219,10 @@ def _turned_on(surface: NurbsSurface, axis: int, low: float, high: float) -> Nur
     first = int(np.floor((low + slack - a) / period))
     last = int(np.ceil((high - slack - a) / period))
     whole = surface if axis == 0 else surface.transposed()
-    turns = [_shifted(whole, k * period) for k in range(first, max(last, first + 1))]
+    turns = [_shift(whole, k * period) for k in range(first, max(last, first + 1))]
     joined = turns[0]
     for turn in turns[1:]:
-        joined = _joined(joined, turn)
+        joined = _join(joined, turn)
     if len(turns) > 1:
         # Cut down to one turn where that is enough, so that nothing is there twice.
         (start, end), v = joined.domain
@@ -230,14 +230,14 @@ def _turned_on(surface: NurbsSurface, axis: int, low: float, high: float) -> Nur
     return joined if axis == 0 else joined.transposed()
 
 
-def _shifted(surface: NurbsSurface, by: float) -> NurbsSurface:
+def _shift(surface: NurbsSurface, by: float) -> NurbsSurface:
     if by == 0.0:
         return surface
     U, V = surface.knots
     return NurbsSurface(surface.degrees, (U + by, V), surface.control_points, surface.weights)
 
 
-def _joined(one: NurbsSurface, two: NurbsSurface) -> NurbsSurface:
+def _join(one: NurbsSurface, two: NurbsSurface) -> NurbsSurface:
     """Join two patches that meet along the end of u of the first."""
     p = one.degrees[0]
     knots = np.concatenate([one.knots[0][:-1], two.knots[0][p + 1 :]])

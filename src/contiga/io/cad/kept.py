@@ -102,7 +102,7 @@ def answer_kept(file: Path, asked: str, source: str, make: Callable[[], T]) -> T
     if answer is not None:
         return answer
     try:
-        with _heard(said):
+        with _collect_warnings(said):
             answer = make()
     finally:
         for text in said:
@@ -113,7 +113,7 @@ def answer_kept(file: Path, asked: str, source: str, make: Callable[[], T]) -> T
 
 
 @contextmanager
-def _heard(said: list[str]) -> Iterator[None]:
+def _collect_warnings(said: list[str]) -> Iterator[None]:
     """Collect contiga's warnings raised inside in `said`; issue others afterwards."""
     try:
         with warnings.catch_warnings(record=True) as heard:

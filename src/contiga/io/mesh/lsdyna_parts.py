@@ -124,7 +124,7 @@ def _read_part(block: Block, parts: Parts) -> None:
         card = next(cards, None)
         if card is None:
             return
-        block.told(heading)
+        block.mark_read(heading)
         number, section, material = row_of(card, block, _PART).wholes("PID SECID MID")
         # What can fail comes first: a part is known with all its cards, or not at all.
         own = [heading, card]
@@ -188,7 +188,7 @@ def _read_section(block: Block, parts: Parts) -> None:
     single = any(option != "TITLE" for option in options)
     cards = iter(block.cards)
     while True:
-        block.told(*islice(cards, int(titled)))
+        block.mark_read(*islice(cards, int(titled)))
         first, second = next(cards, None), next(cards, None)
         if first is None or second is None:
             return
@@ -216,12 +216,12 @@ def _read_solid_section(block: Block, parts: Parts) -> None:
     options = block.keyword.split("_")[2:]
     titled = "TITLE" in options
     cards = iter(block.cards)
-    block.told(*islice(cards, int(titled)))
+    block.mark_read(*islice(cards, int(titled)))
     for card in cards:
         row_of(card, block, _THICK_SHELL if "TSHELL" in block.keyword else _SOLID)
         if any(option != "TITLE" for option in options):
             return
-        block.told(*islice(cards, int(titled)))
+        block.mark_read(*islice(cards, int(titled)))
 
 
 _SOLID_SECTIONS = ("SECTION_SOLID", "SECTION_TSHELL")

@@ -50,7 +50,7 @@ class FolderLock:
 
     def __init__(self, path: Path, kind: str) -> None:
         self._path = path
-        self._file = _taken(path, kind)
+        self._file = _locked_file(path, kind)
         if self._file is not None:
             who = {"pid": os.getpid(), "host": socket.gethostname(), "since": _now()}
             with telling_of_full_disks(path):
@@ -70,7 +70,7 @@ class FolderLock:
             os.close(file)
 
 
-def _taken(path: Path, kind: str) -> int | None:
+def _locked_file(path: Path, kind: str) -> int | None:
     """Return the locked file; None if there are no locks."""
     for _ in range(_TRIES):
         _refuse_others(path)

@@ -52,7 +52,7 @@ def read_stored(folder: str | Path) -> Stored:
             "no such output folder", where=str(folder), remedy="Run a case first: contiga run"
         )
     try:
-        stored = _told(newest_checkpoint(folder))
+        stored = _checkpoint_output(newest_checkpoint(folder))
     except (FileError, MissingPackageError):
         if not _has_ended(folder):
             raise
@@ -118,7 +118,7 @@ def unsealed_told(path: Path) -> dict[str, str]:
     }
 
 
-def _told(path: Path) -> Stored | None:
+def _checkpoint_output(path: Path) -> Stored | None:
     """Return the output in a checkpoint; None if there is none."""
     if not path.is_file():
         return None

@@ -298,9 +298,9 @@ class Steps:
         OutputError
             It cannot be opened.
         """
-        return self._opened()["VTKHDF"]
+        return self._open()["VTKHDF"]
 
-    def _opened(self) -> Any:
+    def _open(self) -> Any:
         if self._file is None:
             self._file = open_file(self._path, "r+")
             from h5py import h5a
@@ -330,8 +330,8 @@ class Steps:
         OutputError
             It cannot be written.
         """
-        with self._told():
-            set_aside(self._opened(), n_bytes, self._path)
+        with self._hdf5_errors():
+            set_aside(self._open(), n_bytes, self._path)
             try:
                 yield
                 self._file.flush()
@@ -357,7 +357,7 @@ class Steps:
             They cannot be written.
         """
         try:
-            with self._told():
+            with self._hdf5_errors():
                 root = self.root
                 set_aside(self._file, 0, self._path)
                 yield root
@@ -375,11 +375,11 @@ class Steps:
         file, self._file, self._count = self._file, None, None
         self._arrays.clear()
         if file is not None:
-            with self._told():
+            with self._hdf5_errors():
                 close_file(file, self._path)
 
     @contextmanager
-    def _told(self) -> Iterator[None]:
+    def _hdf5_errors(self) -> Iterator[None]:
         """Turn errors of HDF5 into messages about the file."""
         try:
             yield
