@@ -206,7 +206,7 @@ def packed(frames: Frames, peak: Peak, units: Units) -> dict[str, Any]:
     return {
         "first": frames.first,
         "times": [frame.time for frame in frames.frames],
-        "labels": [_label(frame.time, units) for frame in frames.frames],
+        "labels": [f"t = {number(frame.time)} {units.time}".strip() for frame in frames.frames],
         "sizes": {"body": frames.sizes[0], "slave": frames.sizes[1]},
         "body": base64(peak.body_points),
         "slave": base64(peak.slave_points),
@@ -218,10 +218,6 @@ def packed(frames: Frames, peak: Peak, units: Units) -> dict[str, Any]:
         "idle": [] if peak.active is None else np.flatnonzero(~peak.active).tolist(),
         "frames": [_packed_frame(frame, keys) for frame in frames.frames],
     }
-
-
-def _label(time: float, units: Units) -> str:
-    return f"t = {number(time)} {units.time}".strip()
 
 
 def _packed_frame(frame: Frame, keys: list[tuple[int, int]]) -> dict[str, Any]:

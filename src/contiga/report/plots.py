@@ -34,14 +34,14 @@ def history_figures(run: Run, peak_time: float | None) -> list[Figure]:
 
     What is zero throughout has no figure, and a contact that never touches no line.
     """
-    figures = [_panel(run, peak_time, *panel) for panel in _PANELS if _has(run, panel[0])]
+    figures = [
+        _panel(run, peak_time, *panel)
+        for panel in _PANELS
+        if any(largest(columns.get(panel[0])) > 0.0 for columns in run.contacts.values())
+    ]
     if not run.energy and (figure := _contact_energies(run, peak_time)) is not None:
         figures.append(figure)
     return figures
-
-
-def _has(run: Run, column: str) -> bool:
-    return any(largest(columns.get(column)) > 0.0 for columns in run.contacts.values())
 
 
 def touched(run: Run, contact: str) -> bool:

@@ -83,7 +83,7 @@ def cases_of(
     kept = [
         {label: values[label] for label in study.labels}
         for values in map(_merge, itertools.product(*ways))
-        if _fulfils(study, values)
+        if all(rule.expression.value(values) for rule in study.rule if rule.require is not None)
     ]
     if not kept:
         raise CaseError(
@@ -163,10 +163,6 @@ def check_keys(study: StudySpec, base: Mapping[str, Any], settings: Mapping[str,
 
 def _merge(parts: Sequence[dict[str, Any]]) -> dict[str, Any]:
     return {label: value for part in parts for label, value in part.items()}
-
-
-def _fulfils(study: StudySpec, values: Mapping[str, Any]) -> bool:
-    return all(rule.expression.value(values) for rule in study.rule if rule.require is not None)
 
 
 def _samples(sample: SampleSpec, ranged: list[VariableSpec]) -> list[dict[str, Any]]:

@@ -93,7 +93,10 @@ def _carried_out(base: Base, case: StudyCase, progress: Progress | None) -> Row:
     status, message, collected = DONE, "", dict.fromkeys(base.quantities, float("nan"))
     try:
         result = _run(base.case(case.settings), folder, progress)
-        collected = _collect(base, result)
+        collected = {
+            name: quantity.value(result.history, result.summary)
+            for name, quantity in base.quantities.items()
+        }
         lacking = [name for name, value in collected.items() if value != value]
         message = f"has no {', '.join(lacking)}" if lacking else ""
     except ContigaError as error:
@@ -111,10 +114,3 @@ def _run(case: Case, folder: Path, progress: Progress | None) -> Result:
         warnings.simplefilter("ignore", ContigaWarning)
         how = RunOptions(progress=progress, on_finish=write_report)
         return run(case, folder, how, parts=parts_of_process())
-
-
-def _collect(base: Base, result: Result) -> dict[str, float]:
-    return {
-        name: quantity.value(result.history, result.summary)
-        for name, quantity in base.quantities.items()
-    }
