@@ -68,7 +68,7 @@ def deforming(parts: DeckParts, numbers: list[int]) -> SoftSlave | None:
     their nodes: what nothing holds would fly, and what is in two slaves would be there twice.
     """
     if any(number in parts.in_several for number in numbers):
-        return None  # what holds it is listed
+        return None  # its ties are reported
     materials = [one for number in numbers if (one := parts.material(number)) is not None]
     soft = [one for one in materials if one.soft is not None]
     ties = _ties_of(parts, numbers)

@@ -178,7 +178,7 @@ class DeckParts:
             raise InputError("have no thickness", where="its shells")
         if most - least > _SAME_THICKNESS * most:
             raise InputError(f"have thicknesses from {least:g} to {most:g}", where="its shells")
-        return float(f"{most:.12g}")  # the mean of corners ends in rounding
+        return float(f"{most:.12g}")  # the mean of the corners is rounded
 
     def mass(self, part: int) -> tuple[dict[str, Any], str]:
         """Return the `mass` of a rigid part, and its source.

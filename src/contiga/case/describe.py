@@ -16,7 +16,8 @@ from contiga.simulation.simulation import Simulation
 from contiga.simulation.step import place
 from contiga.slaves.slave import box_of
 
-# Of a body's size: triangles that tell which way it faces; and of its area the share that must.
+# Tolerance of the triangles that determine the side a body faces, over its size; and the share
+# of its area that must face that way.
 _ROUGH = 0.02
 _EVEN = 0.05
 

@@ -11,7 +11,7 @@ from contiga.dynamics.springs import GROUND
 from contiga.errors import CaseError
 
 EITHER = "body or slave"
-# Keys of tables that name a body or a slave, and which of them.
+# Keys of tables that name a body or a slave, with the kind of part.
 _NAMING = {
     "contact": {"master": "body", "slave": "slave"},
     "load": {"body": "body"},
@@ -92,7 +92,7 @@ def misnamed(data: Mapping[str, Any], places: Sequence[tuple[int | str, ...]]) -
     unknown = any(len(place) < 2 or place[-1] == "name" for place in places)
     if unknown or None in bodies + slaves:
         return []
-    # Names that may stand there, and others that may be meant by mistake.
+    # Names that are allowed, and others that may be given by mistake.
     known = {"body": (bodies, slaves), "slave": (slaves, bodies), EITHER: (bodies + slaves, [])}
     faults = []
     for key, keys in _NAMING.items():

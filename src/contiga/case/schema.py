@@ -384,7 +384,7 @@ class Case(Spec):
 
     def _named_bodies(self) -> Iterator[tuple[str, str]]:
         """Yield the keys that name a body to be moved, pulled or measured, and the names."""
-        keys: dict[tuple[str, str], str] = {}  # by table and name: one that it has twice once
+        keys: dict[tuple[str, str], str] = {}  # by table and name, each name once
         for i, slave in enumerate(self.slave):
             if isinstance(slave.points, BodyPoints):
                 keys[f"slave[{i}]", slave.points.body] = "points.body"
@@ -483,7 +483,9 @@ def load_case(path: str | Path, *, set: Mapping[str, Any] | None = None) -> Case
                 allowed=f"up to {_LARGEST_CASE} bytes",
                 remedy="Points and long tables belong in files that the case names",
             )
-        text = path.read_text(encoding="utf-8-sig")  # editors of Windows put a mark in front
+        text = path.read_text(
+            encoding="utf-8-sig"
+        )  # some editors on Windows write a byte order mark
     except FileNotFoundError as error:
         raise FileError("no such file", where=str(path), allowed="a case file (TOML)") from error
     except UnicodeDecodeError as error:

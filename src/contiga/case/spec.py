@@ -49,7 +49,7 @@ class Spec(BaseModel):
         try:
             handler({key: value for key, value in data.items() if key not in strange})
         except ValidationError as error:
-            # What is missing may be what is written otherwise, and the table as a whole is judged
+            # A missing key may be a misspelt one, and the table as a whole is checked
             # when its keys are right.
             meant = {(closest_name(key, cls.known_keys(data)),) for key in strange}
             details += [

@@ -39,7 +39,7 @@ _INDEX = re.compile(r".*\S\[(?!1\])\d+\]")
 """Keys of a case that end in an index, ``velocity[2]``, which is no unit."""
 _INSIDE = re.compile(r"\s\[[^\[\]]*\]")
 _QUOTED = re.compile("(['\"\u2018\u201c\u201e])(.*)['\"\u2019\u201c\u201d]")
-# Where blanks part the columns, those before a unit and within it do not.
+# If blanks separate the columns, those before and within a unit do not.
 _BLANK_IN_HEAD = re.compile(r"\s+(?=[\[(]|[^\[\]()]*[\])])")
 
 
@@ -428,7 +428,7 @@ def _mark(texts: list[str], marks: Sequence[str]) -> str:
     for mark in marks:
         try:
             rows = list(islice(_rows(Path(), enumerate(texts), mark), 2))
-        except FileError:  # told with its place when the rows are read
+        except FileError:  # reported with its place when the rows are read
             continue
         counts = [len(_without_empty_end(row.cells)) for row in rows]
         if counts and counts[0] > 1:

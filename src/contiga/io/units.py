@@ -33,7 +33,7 @@ _SPELLINGS = {
     "tonne": "metric_ton",
     "t": "metric_ton",
 }
-# What pint says of these, which takes it half a second to load.
+# Results of pint for these units; loading pint takes half a second.
 _PLAIN = {
     "length": {
         "m": 1.0,
@@ -55,7 +55,7 @@ _RATES = {
     1: {"kph": 1.0 / 3.6, "kmh": 1.0 / 3.6, "mph": 0.44704},
     2: {"g": 9.80665, "G": 9.80665, "g0": 9.80665, "gn": 9.80665},
 }
-# Of torques; pint takes Nm for a number of metres, as spinners do.
+# Units of torque; pint takes Nm for number-metre, a unit of yarn.
 _TORQUE = re.compile(r"\b([kM]?N)(m|mm)\b")
 _RATE_KINDS = {1: "velocity", 2: "acceleration"}
 _RATE_EXAMPLES = {1: "m/s, mm/ms, km/h, mph", 2: "g, m/s^2, mm/ms^2, in/s^2"}

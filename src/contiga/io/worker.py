@@ -128,7 +128,7 @@ def outcome_in_worker(target: str, path: Path, *args: object, needs: str = "nump
             outcome = worker.read(request, needs)
         except _WorkerEndedError as ended:
             worker.end()
-            if worker.kept:  # it may have ended for want of work: the next one tells
+            if worker.kept:  # it may have ended for want of work: the next worker tries
                 continue
             if not worker.started:
                 _pool.can_start = False

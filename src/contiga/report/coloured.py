@@ -16,9 +16,9 @@ from contiga.report.peak import Outline, Peak, Touched
 from contiga.report.run_folder import Units
 from contiga.report.style import REGIONS
 
-# A few nodes at the rim of a region, of next to no area, may have many times the pressure of all
-# others. Of `MANY` nodes and more, colours end at this share where the greatest is beyond `_FAR`
-# times it.
+# A few nodes at the rim of a region, with hardly any area, may have many times the pressure of all
+# others. With `MANY` nodes or more, colours end at this quantile if the largest value is beyond
+# `_FAR` times it.
 MANY = 20
 _SHARE, _FAR = 0.98, 2.0
 _INSIDE: dict[str, tuple[str, Callable[[Units], str]]] = {

@@ -120,7 +120,7 @@ def curve_figure(
             if colours:
                 look |= {"color": colours[row], "dash": _DASHES[column % len(_DASHES)]}
             else:
-                # Lines are told apart by the colours of runs, of channels where there is one run.
+                # Colours distinguish the runs, or the channels if there is one run.
                 first, second = (row, column) if len(runs) > 1 else (column, 0)
                 turn, colour = divmod(first, len(LINES))
                 look |= {"color": LINES[colour], "dash": _DASHES[(turn + second) % len(_DASHES)]}

@@ -131,7 +131,7 @@ def checked_path(path: str | Path) -> Path:
             found=path.suffix or "no suffix",
             allowed=" or ".join(SUFFIXES),
         )
-    require("a film", "matplotlib")  # which brings Pillow and the letters
+    require("a film", "matplotlib")  # which brings Pillow and fonts
     if path.suffix.lower() == ".mp4":
         require("a film as .mp4 (.gif needs no encoder)", "imageio_ffmpeg")
     return path

@@ -128,7 +128,7 @@ def frames_of(
         seen = seen_parts(series, step)
         ends += _ends(np.concatenate([*seen, frames[-1].ties.reshape(-1, 3)]))
         near += _ends(np.concatenate(seen) if peak.focus is None else peak.focus.points(seen))
-        # a few nodes at a rim say nothing of the rest, as in a picture of one step
+        # a few nodes at a rim do not represent the rest, as in a picture of one step
         for name, field in fields_of(touched, units).items():
             if field.everywhere or len(rows) >= MANY:
                 tops[name] = max(tops.get(name, 0.0), field.top)

@@ -91,7 +91,7 @@ class View:
         if back is not None:
             turned = self._turned_away(mesh)[layer.buffer.owner[layer.seen]]
             rgb = np.where(turned[:, None], to_rgb(back), rgb)
-        # of what is as near, the first that was given stays
+        # of equally near surfaces the first one stays
         before = np.nextafter(self._depth, -np.inf)
         shading.paint(self._picture, layer, rgb, self._span, before, opacity)
         nearest = np.minimum(self._depth, layer.buffer.depth)
@@ -115,7 +115,7 @@ class View:
         look_ = {"color": INK, "lw": 1.0, "solid_capstyle": "round", **style}
         label = look_.pop("label", None)
         for part, opacity in ((seen, 1.0), (~seen, _BEHIND)):
-            # a piece belongs to the part that either of its ends is in
+            # a segment is visible if one of its ends is
             kept = part | np.roll(part, 1) | np.roll(part, -1) if opacity == 1.0 else part
             shown = np.where(kept[:, None], at, np.nan)
             faint = opacity * look_.get("alpha", 1.0)

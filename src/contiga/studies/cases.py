@@ -147,7 +147,7 @@ def check_keys(study: StudySpec, base: Mapping[str, Any], settings: Mapping[str,
                 allowed=f"one of them; the other is {seen[key]}",
             )
         seen[key] = where
-    # What one sets another may go into: all together, one after the other.
+    # One setting may refer to a table that another sets: they are applied in turn.
     for i, (where, key) in enumerate(named):
         try:
             with_settings(base, {key: settings[key] for _, key in named[: i + 1]})
@@ -170,7 +170,7 @@ def _samples(sample: SampleSpec, ranged: list[VariableSpec]) -> list[dict[str, A
     from scipy.stats import qmc
 
     if sample.kind == "sobol":
-        with warnings.catch_warnings():  # the balance of counts that are no power of two
+        with warnings.catch_warnings():  # scipy warns of counts that are no power of two
             warnings.simplefilter("ignore", UserWarning)
             unit = qmc.Sobol(len(ranged), rng=sample.seed).random(sample.count)
     else:

@@ -141,7 +141,7 @@ def targets_of(
             found=f"{len(sides)} rays along {spec.direction}",
             allowed="a direction onto its free side, a spacing below its size, lines over it",
         )
-    # On the ray to the last bit, so that a point of the middle is not a little beside it.
+    # Exactly on the ray, so that a point in the middle plane stays in it.
     rays = np.column_stack([sides, to_world(pose, hit.point) @ axes[2]]) @ axes
     return [
         {**({LINE: names[k]} if names else {}), **dict(zip(PLACE, rays[k].tolist(), strict=True))}
@@ -211,5 +211,5 @@ def _crossings(points: FloatArray, origin: float, spacing: float) -> FloatArray:
         way = 1.0 if u <= w else -1.0
         steps = way * np.arange(math.ceil(way * u), math.ceil(way * w))
         passed.append(a + ((steps - u) / (w - u))[:, None] * (b - a))
-    # Each piece is without its end, which is the next one's beginning.
+    # Each piece excludes its end, which begins the next one.
     return np.concatenate([*passed, points[-1:][counts[-1:] == whole[-1:]]])

@@ -96,7 +96,9 @@ class Chart:
     def located(self, points: FloatArray) -> FloatArray:
         """Return the parameters (n, 2) of the feet of `points`, within the domain."""
         if self._tree is None:
-            from scipy.spatial import cKDTree  # takes long to import, and most files need none
+            from scipy.spatial import (
+                cKDTree,
+            )  # its import takes long, and most files need no search
 
             self._grid = _grid(self.surface)
             self._tree = cKDTree(self.surface.evaluate(self._grid))
@@ -104,7 +106,7 @@ class Chart:
         places = np.empty((len(points), 2))
         off = np.full(len(points), np.inf)
         for k in range(STARTS):
-            # Where the nearest point of the grid leads to the point itself, no other is better.
+            # If the nearest grid point leads to the point itself, no other start is better.
             rows = np.flatnonzero(off > ON * self.size)
             uv = self.wrapped(self.refined(self._grid[starts[rows, k]], points[rows]))
             miss = np.linalg.norm(self.points(uv) - points[rows], axis=1)
@@ -224,7 +226,7 @@ def _periodic_part(surface: NurbsSurface, axis: int, low: float, high: float) ->
     for turn in turns[1:]:
         joined = _join(joined, turn)
     if len(turns) > 1:
-        # Cut down to one turn where that is enough, so that nothing is there twice.
+        # One turn is kept if that is enough, so that nothing is there twice.
         (start, end), v = joined.domain
         joined = joined.restricted((max(low, start), min(max(high, low + period), end)), v)
     return joined if axis == 0 else joined.transposed()

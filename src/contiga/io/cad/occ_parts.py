@@ -68,7 +68,7 @@ def new_document() -> Any:
     from OCP.XCAFApp import XCAFApp_Application
     from OCP.XCAFDoc import XCAFDoc_ShapeTool
 
-    XCAFDoc_ShapeTool.SetAutoNaming_s(False)  # else what has no name is called COMPOUND
+    XCAFDoc_ShapeTool.SetAutoNaming_s(False)  # otherwise shapes without a name are called COMPOUND
     kind = TCollection_ExtendedString("MDTV-XCAF")
     document = TDocStd_Document(kind)
     XCAFApp_Application.GetApplication_s().NewDocument(kind, document)
@@ -273,7 +273,7 @@ def _name(label: Any) -> str | None:
     from OCP.TDataStd import TDataStd_Name
 
     guid = TDataStd_Name.GetID_s()
-    if not label.IsAttribute(guid):  # the bindings crash on attributes that are not there
+    if not label.IsAttribute(guid):  # the bindings crash on missing attributes
         return None
     name = TDataStd_Name()
     label.FindAttribute(guid, name)

@@ -323,7 +323,7 @@ def _box(surface: Any, loops: list[Loop], periods: FloatArray) -> FloatArray:
     box[1] = np.where(
         periodic, np.minimum(box[1], box[0] + periods), np.minimum(box[1], natural[1])
     )
-    # Within rounding of the natural bounds it is those: no hole is left about a pole.
+    # Bounds within rounding of the natural ones become those, so that a pole has no hole.
     near = ROUNDED * (box[1] - box[0])
     box[0] = np.where(~periodic & (box[0] - natural[0] <= near), natural[0], box[0])
     box[1] = np.where(~periodic & (natural[1] - box[1] <= near), natural[1], box[1])

@@ -107,7 +107,7 @@ def read_model(path: Path) -> DeckModel:
     model.part_sets = read_sets(blocks, "PART", model.drop)
     model.node_sets = read_sets(blocks, "NODE", model.drop)
     model.other_sets = {set_of(block): block for block in blocks if is_other_set(block)}
-    # The end comes first: what is over before it is told from what is not.
+    # The end is read first: it decides what ends before the run does.
     for block in sorted(blocks, key=lambda block: not block.keyword.startswith(_TERMINATION)):
         _take(block, model)
     for left in blocks[0].parameters.left:
@@ -270,7 +270,7 @@ def _read_prescribed_motion(block: Block, model: DeckModel) -> None:
         part, way, kind, curve = row.wholes("PID DOF VAD LCID")
         scale = row.real("SF")
         if way not in (1, 2, 3) or kind not in (0, 1, 2):
-            # Of turns about axes that are offset, and of nodes beside nodes, one more card follows.
+            # Rotations about offset axes, and nodes besides nodes, have one more card.
             offset = [next(cards, card)] if abs(way) in (9, 10, 11) or kind == 4 else []
             model.drop(block, f"part {part}, DOF {way}, VAD {kind}", cards=[card, *offset])
             continue

@@ -21,7 +21,7 @@ from contiga.records import FloatArray
 from contiga.slaves.cells import N_NODES, SHELLS, SOLIDS
 from contiga.slaves.skin import CellBlock
 
-# Cell data in which the formats keep the number of the part a cell belongs to.
+# Cell data with the part number of each cell, by format.
 _PART_NUMBERS = (
     "gmsh:physical",
     "nastran:ref",
@@ -118,7 +118,7 @@ def _read(path: Path) -> Any:
 
     endings = ("".join(path.suffixes[-2:]).lower(), path.suffix.lower())
     formats = next(f for e in endings if (f := meshio.extension_to_filetypes.get(e)))
-    # Of the two formats called .msh, Gmsh is the likelier.
+    # Gmsh is the likelier of the two formats with suffix .msh.
     failures = []
     for file_format in sorted(formats, key=lambda name: name != "gmsh"):
         heard = io.StringIO()

@@ -71,7 +71,7 @@ def write_mme(
     out = folder / test
     try:
         folder.mkdir(parents=True, exist_ok=True)
-        out.mkdir()  # never one that is there: what fails is removed whole
+        out.mkdir()  # never an existing folder: on an error it is removed as a whole
     except OSError as error:
         raise OutputError(
             f"the folder cannot be made: {error.strerror}", where=str(out), allowed="a new folder"
@@ -165,7 +165,7 @@ def _channel(channel: MmeChannel) -> str:
 
 
 def _lines(head: Iterable[tuple[str, str]]) -> str:
-    # One line each, whatever a title holds.
+    # One line each, even if a title contains line ends.
     return "".join(f"{name:<{_WIDTH}}:{' '.join(value.split()) or _NONE}\n" for name, value in head)
 
 

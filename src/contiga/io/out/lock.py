@@ -62,7 +62,7 @@ class FolderLock:
         file, self._file = self._file, None
         if file is None:
             return
-        if sys.platform == "win32":  # what is open cannot be removed there
+        if sys.platform == "win32":  # open files cannot be removed there
             os.close(file)
         with suppress(OSError):
             self._path.unlink()
@@ -77,7 +77,7 @@ def _locked_file(path: Path, kind: str) -> int | None:
         try:
             file = os.open(path, _OPENED, 0o666)
         except OSError as error:
-            if error.errno == ELOOP:  # made a link between the two
+            if error.errno == ELOOP:  # replaced by a link in between
                 continue
             return None
         try:
@@ -90,7 +90,7 @@ def _locked_file(path: Path, kind: str) -> int | None:
         with suppress(OSError):
             if os.path.samestat(os.fstat(file), path.stat()):
                 return file
-        os.close(file)  # it was taken away between the two
+        os.close(file)  # it was removed in between
     return None
 
 

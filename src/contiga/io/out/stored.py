@@ -56,7 +56,7 @@ def read_stored(folder: str | Path) -> Stored:
     except (FileError, MissingPackageError):
         if not _has_ended(folder):
             raise
-        stored = None  # what the run has left besides is whole
+        stored = None  # the other files of the run are complete
     if _is_finished(folder, stored):
         history = read_history(folder / HISTORY)
         return Stored(folder, True, _floats(history), _summary(folder / SUMMARY))

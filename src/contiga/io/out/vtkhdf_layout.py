@@ -305,7 +305,7 @@ class Steps:
             self._file = open_file(self._path, "r+")
             from h5py import h5a
 
-            # As h5py changes an attribute, it makes one anew.
+            # h5py would replace an attribute in order to change it.
             self._count = h5a.open(self._file["VTKHDF/Steps"].id, b"NSteps")
         return self._file
 
@@ -335,12 +335,12 @@ class Steps:
             try:
                 yield
                 self._file.flush()
-                # The count comes last, when all it counts has been handed to the system: what is
-                # cut off before is a step that readers do not see.
+                # The count is written last, when all counted data are handed to the system: readers
+                # do not see a step that is cut off before.
                 self._count.write(np.array(number, np.int64))
                 self._file.flush()
             except BaseException:
-                with suppress(OSError, RuntimeError):  # what went wrong first is told
+                with suppress(OSError, RuntimeError):  # the first error is reported
                     for array in self._arrays.values():
                         array.drop()
                 raise
