@@ -113,7 +113,7 @@ def _output(spec: OutputSpec) -> OutputOptions:
 
 
 def _pieces(case: Case, cache: PartCache, wrong: Together) -> _Pieces:
-    # What costs nothing comes first in the list of what is wrong.
+    # Cheap checks come first in the list of errors.
     springs = _springs(case, wrong)
     gas = _gas(case, wrong)
     motions = _told_motions(case, wrong)
@@ -211,7 +211,7 @@ def _parts(
     keys = {spec.name: f"body[{i}].geometry" for i, spec in enumerate(case.body)}
     keys |= {spec.name: f"slave[{i}].{spec.source_key}" for i, spec in enumerate(case.slave)}
     if any(_is_unread(spec) for spec in case.body):
-        preload_search()  # CAD's reader is being loaded, too
+        preload_search()  # while a worker loads the reader of CAD
     raw: dict[str, Body | TriMesh] = {}
     for body_spec in case.body:
         with wrong.at(keys[body_spec.name]), told_of("body", body_spec.name, findings):
@@ -222,7 +222,7 @@ def _parts(
         spec = case.parts[name]
         needed = {other for _, other in references(spec)}
         if not needed <= parts.keys() or (isinstance(spec, BodySpec) and name not in raw):
-            continue  # what it is placed by is told
+            continue  # the error of the part it is placed by is reported
         source = spec.geometry if isinstance(spec, BodySpec) else spec.source
         seen = drawn if source.then else parts
         with wrong.at(keys[name]):
@@ -267,7 +267,7 @@ def _bodies(
         elif isinstance(motion, FreeSpec) and mass is not None:
             with wrong.at(f"body[{i}].motion"):
                 moved = motion.moved(mass)
-        # What is wrong with its motion is told: its contacts are looked at all the same.
+        # The error in its motion is reported; its contacts are checked all the same.
         bodies[spec.name] = BodyPart(body, Fixed() if moved is None else moved)
     return bodies
 
@@ -301,7 +301,7 @@ def _belts(
     belts = {}
     for i, spec in enumerate(case.belt):
         if not bodies.keys() >= {*spec.path.over}:
-            continue  # what is wrong with these is told
+            continue  # their errors are reported
         with wrong.at(f"belt[{i}]"):
             belt = spec.laid(bodies)
             check_elements(spec.name, belt.slave, belt.motion)

@@ -46,7 +46,7 @@ def area_of(spec: ContactSpec, slave: Slave, given: bool) -> AreaMethod:
     return NodalArea()
 
 
-def _scaled(spec: LawSpec | None, slave: SlavePart) -> Law | None:
+def _scaled_law(spec: LawSpec | None, slave: SlavePart) -> Law | None:
     """Return the law whose stiffness is a multiple of that of the slave's elements, or None."""
     if not isinstance(spec, PenaltySpec) or spec.scale is None:
         return None
@@ -97,7 +97,7 @@ def contact_of(
     spec: ContactSpec, sides: Sides, body: Master, slave: SlavePart, area: AreaMethod
 ) -> Contact:
     """Return the contact of a table, between parts that are placed already."""
-    law, points = _scaled(spec.law, slave) or sides.law, slave.slave
+    law, points = _scaled_law(spec.law, slave) or sides.law, slave.slave
     if isinstance(slave.motion, Deforming) and getattr(law, "needs_mass", False):
         points = slave.motion.with_masses(points)
     return Contact(

@@ -69,7 +69,7 @@ class CloudAreaSpec(MadeSpec[AreaMethod]):
 
 
 def _name_or_number(value: Any) -> Any:
-    # One message where a union of types would give one for each.
+    # One message: a union of types would give one for each type.
     if isinstance(value, str | int) and not isinstance(value, bool):
         return value
     raise CaseError(

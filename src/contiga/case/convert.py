@@ -80,7 +80,8 @@ def convert(deck: str | Path, units: tuple[str, str, str], folder: str | Path) -
         raise FileError(
             "there is no contact with a rigid part that is understood",
             where=str(deck),
-            found=_told(model.unknown) or "no *CONTACT",
+            found=", ".join(f"{len(lines)} {name}" for name, lines in sorted(model.unknown.items()))
+            or "no *CONTACT",
             allowed="*CONTACT_…SURFACE_TO_SURFACE, …NODES_TO_SURFACE or …SINGLE_SURFACE between "
             "parts, sets of parts or of nodes, one side of *MAT_RIGID",
         )
@@ -103,10 +104,6 @@ def convert(deck: str | Path, units: tuple[str, str, str], folder: str | Path) -
     text += "\n" + "\n".join(_foot(model))
     parse_case(text, Path(folder) / "case.toml")
     return Converted(text, len(pairs), len(bodies), model.unknown)
-
-
-def _told(unknown: dict[str, list[int]]) -> str:
-    return ", ".join(f"{len(lines)} {name}" for name, lines in sorted(unknown.items()))
 
 
 def _owners(pair: _Pair, parts: DeckParts) -> list[int]:

@@ -68,7 +68,7 @@ def deforming(parts: DeckParts, numbers: list[int]) -> SoftSlave | None:
     their nodes: what nothing holds would fly, and what is in two slaves would be there twice.
     """
     if any(number in parts.in_several for number in numbers):
-        return None  # what holds it is listed
+        return None  # its ties are reported
     materials = [one for number in numbers if (one := parts.material(number)) is not None]
     soft = [one for one in materials if one.soft is not None]
     ties = _ties_of(parts, numbers)
@@ -86,7 +86,9 @@ def deforming(parts: DeckParts, numbers: list[int]) -> SoftSlave | None:
         parts.tied.add(tie.key)
     if ties.clashes:
         return None
-    tables = [_made_of(parts, number, one) for number, one in zip(numbers, soft, strict=True)]
+    tables = [
+        _material_table(parts, number, one) for number, one in zip(numbers, soft, strict=True)
+    ]
     if any(table is None for table in tables):
         return None
     motion: dict[str, Any] = {"kind": "deform"}
@@ -243,7 +245,7 @@ def _bends(shell: bool, material: Material) -> bool:
     return shell and material.soft is not None and not material.soft.membrane
 
 
-def _made_of(parts: DeckParts, number: int, material: Material) -> dict[str, Any] | None:
+def _material_table(parts: DeckParts, number: int, material: Material) -> dict[str, Any] | None:
     """Return `material`, `density` and, for shells, `thickness`; None if it makes no material."""
     soft = material.soft
     assert soft is not None

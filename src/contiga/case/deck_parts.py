@@ -178,7 +178,7 @@ class DeckParts:
             raise InputError("have no thickness", where="its shells")
         if most - least > _SAME_THICKNESS * most:
             raise InputError(f"have thicknesses from {least:g} to {most:g}", where="its shells")
-        return float(f"{most:.12g}")  # the mean of corners ends in rounding
+        return float(f"{most:.12g}")  # the mean of the corners is rounded
 
     def mass(self, part: int) -> tuple[dict[str, Any], str]:
         """Return the `mass` of a rigid part, and its source.
@@ -188,12 +188,12 @@ class DeckParts:
         inertia, material = self.model.parts.inertia.get(part), self.material(part)
         assert material is not None
         if inertia is not None and inertia.mass > 0.0:
-            return _table(self._given(inertia)), self._source(part, inertia)
-        shells, lumped = self.is_shell(part), self._lumped(part)
+            return _table(self._given_inertia(inertia)), self._source(part, inertia)
+        shells, lumped = self.is_shell(part), self._lumped_inertia(part)
         plain = not shells and lumped is None and part not in self.model.part_masses
         if plain and material.density > 0.0:
             return {"density": material.density}, f"density of the *{material.block.keyword}"
-        own = self._of_shells(part) if shells else self._of_solids(part)
+        own = self._shell_inertia(part) if shells else self._solid_inertia(part)
         every = [one for one in (own, lumped) if one is not None]
         if not every:
             raise MeshError(
@@ -212,7 +212,7 @@ class DeckParts:
             where += f", and {lumped.mass:g} on its nodes by *ELEMENT_MASS"
         return _table(combined(every)), where
 
-    def _given(self, inertia: Inertia) -> MassProperties:
+    def _given_inertia(self, inertia: Inertia) -> MassProperties:
         """Return the mass properties that *PART_INERTIA gives, in world axes."""
         xx, xy, xz, yy, yz, zz = inertia.tensor
         tensor = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
@@ -232,7 +232,7 @@ class DeckParts:
         self.model.leave(inertia.block, why)
         return "*PART_INERTIA, its own axes taken for those of the world"
 
-    def _of_shells(self, part: int) -> MassProperties | None:
+    def _shell_inertia(self, part: int) -> MassProperties | None:
         """Return the mass properties of shells, with the area mass of their section and cards.
 
         The card is *ELEMENT_MASS_PART. Shells without a thickness count as 1 thick.
@@ -245,11 +245,11 @@ class DeckParts:
         thickness = np.where(thickness > 0.0, thickness, 1.0)
         areas = _areas(corners)
         masses = areas * (thickness * material.density + self._over_area(part))
-        masses += self._added(part, float(masses.sum())) * areas / areas.sum()
+        masses += self._added_mass(part, float(masses.sum())) * areas / areas.sum()
         middles = 0.5 * (corners + np.roll(corners, 1, axis=1)).reshape(-1, 3)
         return of_points(middles, np.repeat(masses / 3.0, 3)) if masses.sum() > 0.0 else None
 
-    def _of_solids(self, part: int) -> MassProperties | None:
+    def _solid_inertia(self, part: int) -> MassProperties | None:
         """Return the mass properties of solids, with those that *ELEMENT_MASS_PART adds."""
         material = self.material(part)
         assert material is not None
@@ -257,7 +257,7 @@ class DeckParts:
             return None
         one = self._volume(part)
         own = material.density * one.mass
-        share = (own + self._added(part, own)) / one.mass
+        share = (own + self._added_mass(part, own)) / one.mass
         if share <= 0.0:
             return None
         return one._replace(mass=share * one.mass, inertia=share * one.inertia)
@@ -272,7 +272,7 @@ class DeckParts:
         """Return the mass over area that the section of a part adds, MAREA."""
         return self.model.parts.added.get(self.model.parts.sections.get(part, -1), 0.0)
 
-    def _added(self, part: int, own: float) -> float:
+    def _added_mass(self, part: int, own: float) -> float:
         """Return the mass that *ELEMENT_MASS_PART adds to a part whose own mass is `own`."""
         row = self.model.part_masses.get(part)
         if row is None:
@@ -290,13 +290,13 @@ class DeckParts:
             density += self._over_area(part) / thickness
             if part in self.model.part_masses:
                 volume = float(_areas(self._facets([part]).corners).sum()) * thickness
-                density += self._added(part, density * volume) / volume
+                density += self._added_mass(part, density * volume) / volume
         elif part in self.model.part_masses:
             volume = self._volume(part).mass
-            density += self._added(part, density * volume) / volume
+            density += self._added_mass(part, density * volume) / volume
         return density
 
-    def _carried(self, part: int) -> NDArray[np.bool_]:
+    def _nodes_of(self, part: int) -> NDArray[np.bool_]:
         """Return a mask (n,) of the nodes of a rigid part, with those that cards add to it."""
         mask = np.zeros(len(self.mesh.points), np.bool_)
         mask[self.nodes_of(self.groups[part])] = True
@@ -306,11 +306,11 @@ class DeckParts:
                 mask[group.nodes] = True
         return mask
 
-    def _lumped(self, part: int) -> MassProperties | None:
+    def _lumped_inertia(self, part: int) -> MassProperties | None:
         """Return the mass properties of the lumped masses on nodes of a rigid part."""
         if self.mesh.mass is None:
             return None
-        at = np.flatnonzero(self._carried(part) & (self.mesh.mass > 0.0))
+        at = np.flatnonzero(self._nodes_of(part) & (self.mesh.mass > 0.0))
         if not len(at):
             return None
         heavy = set(at.tolist())
@@ -329,7 +329,7 @@ class DeckParts:
             return None
         own = nodes & (self.mesh.mass > 0.0)
         for part in hosts:
-            own &= ~self._carried(part)
+            own &= ~self._nodes_of(part)
         at = np.flatnonzero(own)
         if not len(at):
             return None
@@ -341,7 +341,7 @@ class DeckParts:
             return
         carried = np.zeros(len(self.mesh.points), np.bool_)
         for part in bodies:
-            carried |= self._carried(part)
+            carried |= self._nodes_of(part)
         left = set(self.mesh.node_ids[~carried & (self.mesh.mass > 0.0)].tolist()) - self.weighed
         for block in {id(one.block): one.block for one in self.model.masses}.values():
             here = [one for one in self.model.masses if one.block is block]

@@ -16,7 +16,8 @@ from contiga.simulation.simulation import Simulation
 from contiga.simulation.step import place
 from contiga.slaves.slave import box_of
 
-# Of a body's size: triangles that tell which way it faces; and of its area the share that must.
+# Tolerance of the triangles that determine the side a body faces, over its size; and the share
+# of its area that must face that way.
 _ROUGH = 0.02
 _EVEN = 0.05
 
@@ -41,14 +42,14 @@ def describe(case: Case) -> list[tuple[str, str]]:
     if case.settle is not None:
         rows.append(("settles", case.settle.describe()))
     for body in case.body:
-        rows.append((f"body {body.name}", _placed(body.geometry.describe(), body.geometry)))
+        rows.append((f"body {body.name}", _with_placement(body.geometry.describe(), body.geometry)))
         if body.mass is not None:
             rows.append(("  mass", body.mass.describe()))
         if body.layer is not None:
             rows.append(("  layer", body.layers()))
         rows.append(("  motion", body.motion.describe()))
     for slave in case.slave:
-        rows.append((f"slave {slave.name}", _placed(slave.what(), slave.source)))
+        rows.append((f"slave {slave.name}", _with_placement(slave.what(), slave.source)))
         rows.append(("  motion", slave.motion.describe()))
         given = [f"{k} {v:g}" for k in ("thickness", "area", "mass") if (v := getattr(slave, k))]
         if given:
@@ -141,7 +142,7 @@ def description(case: Case) -> str:
     return "\n".join(f"{what:<{width}}  {how}" for what, how in rows)
 
 
-def _placed(text: str, spec: object) -> str:
+def _with_placement(text: str, spec: object) -> str:
     steps = len(getattr(spec, "transform", [])) + len(getattr(spec, "then", []))
     moved = f", placed by {steps} transforms" if steps else ""
     flipped = ", flipped" if getattr(spec, "flip", False) else ""

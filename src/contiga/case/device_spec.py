@@ -14,7 +14,7 @@ from contiga.simulation.trigger import Trigger
 
 
 def _number_or_list(value: Any) -> Any:
-    # One message where a union of types would give one for each.
+    # One message: a union of types would give one for each type.
     if not (is_number(value) or (isinstance(value, list) and value)):
         raise CaseError("must be a number, or several", found=value)
     return value

@@ -58,7 +58,7 @@ def _form_of_heat_capacity(value: Any) -> str:
     return "<rows>" if rows else "<polynomial>"
 
 
-# One message where a union of types would give one for each: the brackets are left out of places.
+# One message: a union of types would give one for each. Places leave the brackets out.
 NumberOrRows = Annotated[
     Annotated[float, Tag("<number>")] | Annotated[list[list[float]], Tag("<rows>")],
     Discriminator(_form_of_table),

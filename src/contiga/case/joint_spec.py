@@ -14,7 +14,7 @@ from contiga.errors import CaseError
 
 
 def _vector_or_two(value: Any) -> Any:
-    # One message where a union of types would give one for each.
+    # One message: a union of types would give one for each type.
     rows = value if isinstance(value, list) else []
     each = rows if rows and all(isinstance(row, list) for row in rows) else [rows]
     sizes = len(each) in (1, 2) and all(len(row) == 3 for row in each)

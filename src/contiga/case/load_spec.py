@@ -13,7 +13,7 @@ from contiga.errors import CaseError
 
 
 def _vector_or_rows(value: Any) -> Any:
-    # One message where a union of types would give one for each.
+    # One message: a union of types would give one for each type.
     rows = value if isinstance(value, list) else [None]
     if not (all(map(is_number, rows)) or all(isinstance(row, list) for row in rows)):
         raise CaseError(

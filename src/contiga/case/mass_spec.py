@@ -74,12 +74,12 @@ class TotalMassSpec(Spec):
         centre = None if self.centre is None else np.array(self.centre)
         inertia = None if self.inertia is None else self._tensor(self.inertia)
         if centre is None or inertia is None:
-            measured = self._own(body)
+            measured = self._shape_properties(body)
             centre = measured.centre if centre is None else centre
             inertia = measured.inertia if inertia is None else inertia
         return MassProperties(self.total, centre, inertia)
 
-    def _own(self, body: Master) -> MassProperties:
+    def _shape_properties(self, body: Master) -> MassProperties:
         """Return the mass properties of the shape, scaled to the total."""
         if not body.closed:
             lacking = [key for key in ("centre", "inertia") if getattr(self, key) is None]

@@ -11,7 +11,7 @@ from contiga.dynamics.springs import GROUND
 from contiga.errors import CaseError
 
 EITHER = "body or slave"
-# Keys of tables that name a body or a slave, and which of them.
+# Keys of tables that name a body or a slave, with the kind of part.
 _NAMING = {
     "contact": {"master": "body", "slave": "slave"},
     "load": {"body": "body"},
@@ -92,12 +92,12 @@ def misnamed(data: Mapping[str, Any], places: Sequence[tuple[int | str, ...]]) -
     unknown = any(len(place) < 2 or place[-1] == "name" for place in places)
     if unknown or None in bodies + slaves:
         return []
-    # Names that may stand there, and others that may be meant by mistake.
+    # Names that are allowed, and others that may be given by mistake.
     known = {"body": (bodies, slaves), "slave": (slaves, bodies), EITHER: (bodies + slaves, [])}
     faults = []
     for key, keys in _NAMING.items():
         for i, table in enumerate(data.get(key) or []):
-            for name, kind, where in _named(table, keys, f"{key}[{i}]"):
+            for name, kind, where in _names_in(table, keys, f"{key}[{i}]"):
                 names, other = known[kind]
                 if name == GROUND and key in ("spring", "joint"):
                     continue
@@ -113,7 +113,7 @@ def _names_of(tables: Any) -> list[Any]:
     return [table.get("name") for table in tables or [] if isinstance(table, Mapping)]
 
 
-def _named(table: Any, keys: Mapping[str, str], where: str) -> Iterator[tuple[str, str, str]]:
+def _names_in(table: Any, keys: Mapping[str, str], where: str) -> Iterator[tuple[str, str, str]]:
     """Yield the names in a table, the kind of part they name, and their keys."""
     for key, kind in keys.items():
         value = table.get(key) if isinstance(table, Mapping) else None

@@ -25,7 +25,7 @@ NodesOf = Callable[[str | int | list[int]], Any]
 
 
 def _number_or_rows(value: Any) -> Any:
-    # One message where a union of types would give one for each.
+    # One message: a union of types would give one for each type.
     rows = value if isinstance(value, list) else []
     if not (is_number(value) or (rows and all(isinstance(row, list) for row in rows))):
         raise CaseError(

@@ -123,12 +123,12 @@ class ReferenceSpec(Spec):
             )
         measured = None
         if said:
-            measured = _checked(_MeasuredFile, said, info)
+            measured = _validate(_MeasuredFile, said, info)
             data.setdefault("name", Path(measured.file).name)
             data["points"] = _rows(measured, measured.file, kinds, info)
         data.setdefault("name", "test")
         if isinstance(data.get("corridor"), str):
-            file = _checked(_CorridorFile, {"corridor": data["corridor"]}, info).corridor
+            file = _validate(_CorridorFile, {"corridor": data["corridor"]}, info).corridor
             like = (measured or _MeasuredFile.model_construct(file=file)).model_copy(
                 update={"columns": None, "code": None}
             )
@@ -193,7 +193,7 @@ def _kind_of(data: dict[str, Any], key: str, default: str | None = None) -> Quan
     return kind
 
 
-def _checked(kind: type[Spec], said: dict[str, Any], info: ValidationInfo) -> Any:
+def _validate(kind: type[Spec], said: dict[str, Any], info: ValidationInfo) -> Any:
     try:
         return kind.model_validate(said, context=info.context)
     except ValidationError as error:

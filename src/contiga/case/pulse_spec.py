@@ -18,7 +18,7 @@ from contiga.io.quantities import Quantity, Units
 from contiga.io.units import acceleration_factor, time_factor, velocity_factor
 from contiga.records import FloatArray
 
-# To find out whether a pulse is possible, any will do.
+# Any units serve to check whether a pulse is valid.
 _ANY_UNITS = ("m", "kg", "s")
 
 

@@ -411,7 +411,7 @@ class Case(Spec):
 
     def _named_bodies(self) -> Iterator[tuple[str, str]]:
         """Yield the keys that name a body to be moved, pulled or measured, and the names."""
-        keys: dict[tuple[str, str], str] = {}  # by table and name: one that it has twice once
+        keys: dict[tuple[str, str], str] = {}  # by table and name, each name once
         for i, slave in enumerate(self.slave):
             if isinstance(slave.points, BodyPoints):
                 keys[f"slave[{i}]", slave.points.body] = "points.body"
@@ -540,7 +540,8 @@ def read_text(path: Path) -> str:
                 allowed=f"up to {_LARGEST_CASE} bytes",
                 remedy="Points and long tables belong in files that the case names",
             )
-        return path.read_text(encoding="utf-8-sig")  # editors of Windows put a mark in front
+        # Some editors on Windows write a byte order mark.
+        return path.read_text(encoding="utf-8-sig")
     except FileNotFoundError as error:
         raise FileError("no such file", where=str(path), allowed="a case file (TOML)") from error
     except UnicodeDecodeError as error:

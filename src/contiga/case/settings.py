@@ -15,7 +15,7 @@ from contiga.errors import CaseError
 
 _KEY = re.compile(r"[^.\[\]]+(\[\d+\])*(\.[^.\[\]]+(\[\d+\])*)*")
 _STEP = re.compile(r"\[(\d+)\]|([^.\[\]]+)")
-# Shells take quotes away: a word or the name of a file is text without them, as is no number.
+# Shells remove quotes: a word or file name is text without them, unless it is a number.
 _WORD = re.compile(r"(?!(?:true|false|[-+]?(?:inf|nan))$)[A-Za-z_./~][\w./\\:~* -]*")
 _EXAMPLE = "body.head.motion.velocity=[0, 0, -5], contact[0].law.damping=0.2"
 

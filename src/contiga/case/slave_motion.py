@@ -133,7 +133,7 @@ def _elements_of_set(spec: SlaveSpec, slave: Slave, key: str | int) -> dict[str,
     cells = cells_of(read_raw(path), key, str(path))
     elements: dict[str, list[IntArray]] = {}
     if len(lines := cells.pop("line", ())):
-        # along edges of other cells, too: there they are bars only where they are named
+        # along edges of other cells they are bars only if they are named
         elements[KINDS["line"]] = [np.asarray(lines, np.int32)]
     for kind, rows in slave.elements.items():
         if kind in cells and len(cells[kind]):

@@ -25,7 +25,7 @@ from pydantic import (
     ValidationInfo,
     model_validator,
 )
-from pydantic_core import ErrorDetails, InitErrorDetails
+from pydantic_core import InitErrorDetails
 
 from contiga.errors import CaseError, FileError, InputError
 from contiga.io.naming import NAME, closest, closest_name
@@ -49,11 +49,13 @@ class Spec(BaseModel):
         try:
             handler({key: value for key, value in data.items() if key not in strange})
         except ValidationError as error:
-            # What is missing may be what is written otherwise, and the table as a whole is judged
+            # A missing key may be a misspelt one, and the table as a whole is checked
             # when its keys are right.
             meant = {(closest_name(key, cls.known_keys(data)),) for key in strange}
             details += [
-                _again(one)
+                InitErrorDetails(
+                    type=one["type"], loc=one["loc"], input=one["input"], ctx=one.get("ctx", {})
+                )
                 for one in error.errors(include_url=False)
                 if one["loc"] and not (one["type"] == "missing" and one["loc"] in meant)
             ]
@@ -135,13 +137,6 @@ def raise_together(data: object, checks: Iterable[Callable[[], object]]) -> None
     if errors:
         details = [as_detail(error, data) for error in errors]
         raise ValidationError.from_exception_data(type(data).__name__, details)
-
-
-def _again(detail: ErrorDetails) -> InitErrorDetails:
-    """Return an error of pydantic in a form that it reports again."""
-    return InitErrorDetails(
-        type=detail["type"], loc=detail["loc"], input=detail["input"], ctx=detail.get("ctx", {})
-    )
 
 
 def is_number(value: Any) -> bool:

@@ -71,7 +71,7 @@ def check_surface(geometry: GeometrySpec, refine: RefineSpec | None, mesh: Sampl
 
 def surface_of(geometry: GeometrySpec, refine: RefineSpec, names: tuple[str, str]) -> Slave:
     """Return the slave on the patches of a geometry; `names` are its own and the unit."""
-    body = cast(Body, geometry.body(*names))  # a mesh is refused before
+    body = cast(Body, geometry.body(*names))  # a mesh has been refused before
     return Slave(surfaces=refined(patches_of(body), refine.made), name=names[0], unit=names[1])
 
 

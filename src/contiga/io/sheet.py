@@ -39,7 +39,7 @@ _INDEX = re.compile(r".*\S\[(?!1\])\d+\]")
 """Keys of a case that end in an index, ``velocity[2]``, which is no unit."""
 _INSIDE = re.compile(r"\s\[[^\[\]]*\]")
 _QUOTED = re.compile("(['\"\u2018\u201c\u201e])(.*)['\"\u2019\u201c\u201d]")
-# Where blanks part the columns, those before a unit and within it do not.
+# If blanks separate the columns, those before and within a unit do not.
 _BLANK_IN_HEAD = re.compile(r"\s+(?=[\[(]|[^\[\]()]*[\])])")
 
 
@@ -119,7 +119,7 @@ class Sheet:
             raise FileError(
                 f"which columns are meant? There are not {many}",
                 where=self.where,
-                found=self._named(),
+                found=self._columns_named(),
                 allowed=told,
                 remedy="Name them as columns",
             )
@@ -141,7 +141,7 @@ class Sheet:
             raise FileError(
                 f"the column {name!r} {what}",
                 where=self.where,
-                found=self._named(),
+                found=self._columns_named(),
                 remedy="Name it with its unit, as the header does" if at else None,
             )
         return at[0]
@@ -214,13 +214,13 @@ class Sheet:
                     for cell, factor in zip(cells, factors, strict=True)
                 ]
             except ValueError:
-                raise self._refused(
+                raise self._row_error(
                     "a row does not have a number for every column", row, f"a number for {named}"
                 ) from None
             if not all(map(isfinite, found)):
-                raise self._refused("a number is not finite", row)
+                raise self._row_error("a number is not finite", row)
             if commas and points:
-                raise self._refused(
+                raise self._row_error(
                     "decimal commas and decimal points in one table", row, "one of them"
                 )
             values.extend(found)
@@ -241,11 +241,11 @@ class Sheet:
             )
         return quantity_factor(unit, kind, units, where)
 
-    def _refused(self, what: str, row: Row, allowed: str | None = None) -> FileError:
+    def _row_error(self, what: str, row: Row, allowed: str | None = None) -> FileError:
         where, found = f"{self.path}:{row.line}", self.mark.join(row.cells)
         return FileError(what, where=where, found=found, allowed=allowed)
 
-    def _named(self) -> str:
+    def _columns_named(self) -> str:
         return ", ".join(head.text for head in self.heads)
 
 
@@ -428,7 +428,7 @@ def _mark(texts: list[str], marks: Sequence[str]) -> str:
     for mark in marks:
         try:
             rows = list(islice(_rows(Path(), enumerate(texts), mark), 2))
-        except FileError:  # told with its place when the rows are read
+        except FileError:  # reported with its place when the rows are read
             continue
         counts = [len(_without_empty_end(row.cells)) for row in rows]
         if counts and counts[0] > 1:

@@ -33,7 +33,7 @@ _SPELLINGS = {
     "tonne": "metric_ton",
     "t": "metric_ton",
 }
-# What pint says of these, which takes it half a second to load.
+# Results of pint for these units; loading pint takes half a second.
 _PLAIN = {
     "length": {
         "m": 1.0,
@@ -55,7 +55,7 @@ _RATES = {
     1: {"kph": 1.0 / 3.6, "kmh": 1.0 / 3.6, "mph": 0.44704},
     2: {"g": 9.80665, "G": 9.80665, "g0": 9.80665, "gn": 9.80665},
 }
-# Of torques; pint takes Nm for a number of metres, as spinners do.
+# Units of torque; pint takes Nm for number-metre, a unit of yarn.
 _TORQUE = re.compile(r"\b([kM]?N)(m|mm)\b")
 _RATE_KINDS = {1: "velocity", 2: "acceleration"}
 _RATE_EXAMPLES = {1: "m/s, mm/ms, km/h, mph", 2: "g, m/s^2, mm/ms^2, in/s^2"}
@@ -265,15 +265,15 @@ def derived_units(length: str, mass: str, time: str) -> dict[str, str]:
     l = base_factor(length, "length")
     m = base_factor(mass, "mass")
     t = base_factor(time, "time")
-    force = _named(m * l / t**2, _FORCES) or f"{mass}·{length}/{time}²"
-    stress = _named(m / (l * t**2), _STRESSES) or f"{mass}/({length}·{time}²)"
+    force = _name_of_size(m * l / t**2, _FORCES) or f"{mass}·{length}/{time}²"
+    stress = _name_of_size(m / (l * t**2), _STRESSES) or f"{mass}/({length}·{time}²)"
     return {
         "area": f"{length}²",
         "velocity": f"{length}/{time}",
         "force": force,
         "moment": f"{force}·{length}",
         "stress": stress,
-        "energy": _named(m * l**2 / t**2, _ENERGIES) or f"{force}·{length}",
+        "energy": _name_of_size(m * l**2 / t**2, _ENERGIES) or f"{force}·{length}",
     }
 
 
@@ -392,7 +392,7 @@ def consistent_factor(unit: str, length: str, mass: str, time: str, where: str) 
     return without_noise(factor)
 
 
-def _named(value: float, names: dict[str, float]) -> str | None:
+def _name_of_size(value: float, names: dict[str, float]) -> str | None:
     for name, size in names.items():
         if math.isclose(value, size, rel_tol=1e-12):
             return name

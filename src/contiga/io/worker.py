@@ -128,7 +128,7 @@ def outcome_in_worker(target: str, path: Path, *args: object, needs: str = "nump
             outcome = worker.read(request, needs)
         except _WorkerEndedError as ended:
             worker.end()
-            if worker.kept:  # it may have ended for want of work: the next one tells
+            if worker.kept:  # it may have ended for want of work: the next worker tries
                 continue
             if not worker.started:
                 _pool.can_start = False
@@ -343,12 +343,12 @@ def _module_folders() -> list[str]:
     return [os.path.abspath(entry) for entry in sys.path if isinstance(entry, str)]
 
 
-def _crash(request: Request, code: int, peak: int = 0) -> FileError:
-    """Return the error for a file whose reader ended with an exit code and a peak memory."""
+def _crash(request: Request, code: int, memory: int = 0) -> FileError:
+    """Return the error for a file whose reader ended with an exit code, and used `memory`."""
     where = str(request.path)
     if code == -getattr(signal, "SIGXCPU", 0):
         return too_slow(where, request.seconds)
-    if code == -getattr(signal, "SIGKILL", 0) or peak > _MEMORY_SHARE * request.memory:
+    if code == -getattr(signal, "SIGKILL", 0) or memory > _MEMORY_SHARE * request.memory:
         return too_large(where, request.memory)
     return FileError(
         f"the reader crashed on this file ({_exit_in_words(code)})",
@@ -429,6 +429,7 @@ def _read_in_fork(request: Request, caller: int) -> bytes:
     """
     import select
 
+    resident = _process_memory()[1]
     end, fork_end = os.pipe()
     fork = os.fork()
     if fork == 0:
@@ -453,7 +454,8 @@ def _read_in_fork(request: Request, caller: int) -> bytes:
     _, status, usage = os.wait4(fork, 0)
     if status == 0:
         return bytes(content)
-    error = _crash(request, os.waitstatus_to_exitcode(status), usage.ru_maxrss * 1024)
+    growth = usage.ru_maxrss * 1024 - resident
+    error = _crash(request, os.waitstatus_to_exitcode(status), growth)
     return pickle.dumps(Outcome(error=error))
 
 
@@ -510,9 +512,17 @@ def _limit(seconds: float, memory: int | None = None) -> None:
         resource.RLIMIT_CORE: 0,
     }
     if memory is not None and sys.platform == "linux":
-        pages = int(Path("/proc/self/statm").read_text(encoding="ascii").split()[0])
-        limits[resource.RLIMIT_AS] = pages * resource.getpagesize() + memory
+        limits[resource.RLIMIT_AS] = _process_memory()[0] + memory
     for limit, value in limits.items():
         hard = resource.getrlimit(limit)[1]
         with contextlib.suppress(OSError, ValueError):
             resource.setrlimit(limit, (value if hard < 0 else min(value, hard), hard))
+
+
+def _process_memory() -> tuple[int, int]:
+    """Return the virtual and the resident size of this process, bytes (Linux; elsewhere 0)."""
+    if sys.platform != "linux":
+        return 0, 0
+    virtual, resident, *_ = Path("/proc/self/statm").read_text(encoding="ascii").split()
+    size = os.sysconf("SC_PAGE_SIZE")
+    return int(virtual) * size, int(resident) * size

@@ -41,7 +41,7 @@ def figure_of(stage: Stage) -> Figure:
     figure = Figure(layout=_layout(stage))
     size = float(np.linalg.norm(np.ptp(stage.box, axis=0)))
     for part in stage.parts:
-        figure.data.extend(_drawn(part, _APART * size))
+        figure.data.extend(_traces(part, _APART * size))
     figure.data.extend(_normals(stage))
     for k, way in enumerate(stage.ways):
         look = {"color": LINES[k % len(LINES)], "width": 4, "dash": "dash"}
@@ -56,7 +56,7 @@ def figure_of(stage: Stage) -> Figure:
     return figure
 
 
-def _drawn(part: Drawn, apart: float) -> list[Trace]:
+def _traces(part: Drawn, apart: float) -> list[Trace]:
     """Return a body's two sides, or a slave's facets or points; inactive ones are faint."""
     traces = []
     if len(part.triangles) and part.is_body:

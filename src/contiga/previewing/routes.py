@@ -53,7 +53,7 @@ def draw_routes(paths: Sequence[Path], file: FilePath) -> None:
     for k, mesh in enumerate(meshes):
         view.surface(mesh, COLOURS[k % len(COLOURS)])
     for path in paths:
-        # Over the surface by what its triangles are off it.
+        # Raised above the surface by the error of its triangles.
         lifted = path.outside(path.points, 3e-3 * path.over.size)
         view.lines(lifted, color=INK, lw=1.4)
         for wrap in path.wraps:

@@ -72,7 +72,7 @@ def _whole(axes: Any, stage: Stage) -> None:
     framed = [_few(part.points[part.active]) for part in stage.parts]
     framed += [corners, stage.velocity_ends.reshape(-1, 3)]
     towards, size = _FRONT if stage.plane else _SIDEWAYS, _pixels(axes)
-    # Room for the lengths along the edges, which stand outside.
+    # Space for the lengths along the edges, outside the box.
     middle = stage.box.mean(axis=0)
     view = View(
         axes, middle + 1.12 * (np.concatenate(framed) - middle), towards=towards, shape=size
@@ -164,7 +164,7 @@ def _edges(view: View, stage: Stage) -> list[tuple[str, FloatArray]]:
             for k, which in zip(others, low_or_high, strict=True):
                 ends[:, k] = box[which, k]
             off = view.placed([ends.mean(axis=0)])[0] - centre
-            # Below and to the left, where no part of the picture is.
+            # Below and to the left there is nothing else in the picture.
             side = off @ ([-1.0, 0.2] if axis == 2 and not stage.plane else [0.0, 1.0])
             if side > most:
                 best, most = ends, side
@@ -246,7 +246,7 @@ def _square_to(line: FloatArray, towards: FloatArray) -> FloatArray:
     square = towards - (towards @ along) * along
     if np.linalg.norm(square) < 0.1:
         square = np.cross(along, np.roll(along, 1) + 0.1)
-    # Not quite, so that a sheet is not seen edge on.
+    # Not exactly, so that a sheet is not seen edge on.
     return unit(square) + 0.35 * unit(towards)
 
 

@@ -16,9 +16,9 @@ from contiga.report.peak import Outline, Peak, Touched
 from contiga.report.run_folder import Units
 from contiga.report.style import REGIONS
 
-# A few nodes at the rim of a region, of next to no area, may have many times the pressure of all
-# others. Of `MANY` nodes and more, colours end at this share where the greatest is beyond `_FAR`
-# times it.
+# A few nodes at the rim of a region, with hardly any area, may have many times the pressure of all
+# others. With `MANY` nodes or more, colours end at this quantile if the largest value is beyond
+# `_FAR` times it.
 MANY = 20
 _SHARE, _FAR = 0.98, 2.0
 _INSIDE: dict[str, tuple[str, Callable[[Units], str]]] = {
@@ -52,15 +52,13 @@ def fields_of(peak: Peak | Touched, units: Units) -> dict[str, ColouredField]:
 
     Penetration is always among them, pressure if there is some, and the inside of facets.
     """
-    fields = {
-        "penetration": _coloured("Penetration", units.length, peak.penetration, peak.in_contact)
-    }
+    fields = {"penetration": _field("Penetration", units.length, peak.penetration, peak.in_contact)}
     if peak.pressure is not None and np.any(peak.pressure > 0.0):
         pressure = peak.pressure
-        fields["pressure"] = _coloured("Pressure", units.stress, pressure, peak.in_contact)
+        fields["pressure"] = _field("Pressure", units.stress, pressure, peak.in_contact)
     for name, values in peak.inside.items():
         label, unit = _INSIDE[name]
-        some = _coloured(label, unit(units), values, values > 0.0)
+        some = _field(label, unit(units), values, values > 0.0)
         fields[name] = some._replace(everywhere=True)
     return fields
 
@@ -71,7 +69,7 @@ def first_field(peak: Peak, units: Units) -> ColouredField:
     return fields.get("pressure", fields["penetration"])
 
 
-def _coloured(label: str, unit: str, values: FloatArray, where: NDArray[np.bool_]) -> ColouredField:
+def _field(label: str, unit: str, values: FloatArray, where: NDArray[np.bool_]) -> ColouredField:
     """Return the field by its values `where` (n_s,) there are some; stresses in MPa, not GPa."""
     if unit == "GPa":
         unit, values = "MPa", 1e3 * values

@@ -274,18 +274,18 @@ def _flat(value: Any, key: str = "") -> dict[str, Any]:
 def _criteria(run: Run) -> dict[str, float]:
     return {
         f"{sensor}: {name}": float(values["value"])
-        for sensor, facts in run.told("sensors").items()
+        for sensor, facts in run.summary_part("sensors").items()
         for name, values in facts["criteria"].items()
     }
 
 
 def _energies(run: Run) -> dict[str, float]:
-    energy = run.told("energy")
+    energy = run.summary_part("energy")
     return {key: float(energy[key]) for key in ("relative", "most") if key in energy}
 
 
 def _timings(run: Run) -> dict[str, float]:
-    timings = {k: float(v) for k, v in run.told("timings").items()}
+    timings = {k: float(v) for k, v in run.summary_part("timings").items()}
     return {"steps": float(run.summary.get("steps") or len(run.times) - 1), **timings}
 
 

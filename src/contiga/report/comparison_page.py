@@ -223,7 +223,7 @@ def criteria_with_units(comparison: Comparison) -> dict[str, Values]:
     units = {
         f"{sensor}: {name}": str(found.get("unit") or "")
         for run in comparison.runs
-        for sensor, facts in run.told("sensors").items()
+        for sensor, facts in run.summary_part("sensors").items()
         for name, found in facts["criteria"].items()
     }
     return {

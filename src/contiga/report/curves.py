@@ -43,7 +43,7 @@ class Curve(NamedTuple):
 def curves_of(run: Run) -> list[Curve]:
     """Return the curves of a run: of contacts, of `[[plot]]` tables of its case, and of tests."""
     touched = [name for name, columns in run.contacts.items() if largest(columns.get("force"))]
-    depths = run.told("depths")
+    depths = run.summary_part("depths")
     curves = []
     for contact in touched[:_MAX_CONTACTS]:
         depth = depths.get(contact, f"{contact}.max_penetration")
@@ -120,7 +120,7 @@ def curve_figure(
             if colours:
                 look |= {"color": colours[row], "dash": _DASHES[column % len(_DASHES)]}
             else:
-                # Lines are told apart by the colours of runs, of channels where there is one run.
+                # Colours distinguish the runs, or the channels if there is one run.
                 first, second = (row, column) if len(runs) > 1 else (column, 0)
                 turn, colour = divmod(first, len(LINES))
                 look |= {"color": LINES[colour], "dash": _DASHES[(turn + second) % len(_DASHES)]}

@@ -82,13 +82,13 @@ def _plain(value: Any) -> Any:
     if isinstance(value, list | tuple):
         return [_plain(one) for one in value]
     if isinstance(value, np.ndarray):
-        return _packed(value)
+        return _packed_array(value)
     if isinstance(value, np.generic):
         return _plain(value.item())
     return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
-def _packed(values: NDArray[Any]) -> Any:
+def _packed_array(values: NDArray[Any]) -> Any:
     """Return numbers as bytes of a browser's array; whole ones of the smallest type that fits."""
     if values.size and values.dtype.kind in "iu":
         ends = (np.min_scalar_type(end) for end in (values.min(), values.max()))

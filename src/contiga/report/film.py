@@ -106,7 +106,7 @@ def write_film(
     rate = _RATES[path.suffix.lower()]
     steps = _steps(series.times, max(2, round(seconds * rate)))
     film = _film(run, series, outlines)
-    frames = _drawn(film, steps, show)
+    frames = _frames(film, steps, show)
     write = _write_gif if path.suffix.lower() == ".gif" else _write_mp4
     with series.held(), atomic_write(path) as temporary:
         write(temporary, frames, rate, path)
@@ -131,7 +131,7 @@ def checked_path(path: str | Path) -> Path:
             found=path.suffix or "no suffix",
             allowed=" or ".join(SUFFIXES),
         )
-    require("a film", "matplotlib")  # which brings Pillow and the letters
+    require("a film", "matplotlib")  # which brings Pillow and fonts
     if path.suffix.lower() == ".mp4":
         require("a film as .mp4 (.gif needs no encoder)", "imageio_ffmpeg")
     return path
@@ -166,7 +166,7 @@ def _film(run: Run, series: RecordedFields, outlines: OutlineSeries | None) -> _
     return _Film(series, outlines, ties, run.units, camera, name, fields[name], coloured)
 
 
-def _drawn(film: _Film, steps: NDArray[np.intp], show: Show | None) -> Iterator[Image]:
+def _frames(film: _Film, steps: NDArray[np.intp], show: Show | None) -> Iterator[Image]:
     """Yield the frames; frames in a row that show the same step are drawn once."""
     image, drawn = None, -1
     for k, step in enumerate(steps.tolist()):

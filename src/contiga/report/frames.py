@@ -128,7 +128,7 @@ def frames_of(
         seen = seen_parts(series, step)
         ends += _ends(np.concatenate([*seen, frames[-1].ties.reshape(-1, 3)]))
         near += _ends(np.concatenate(seen) if peak.focus is None else peak.focus.points(seen))
-        # a few nodes at a rim say nothing of the rest, as in a picture of one step
+        # a few nodes at a rim do not represent the rest, as in a picture of one step
         for name, field in fields_of(touched, units).items():
             if field.everywhere or len(rows) >= MANY:
                 tops[name] = max(tops.get(name, 0.0), field.top)
@@ -206,7 +206,7 @@ def packed(frames: Frames, peak: Peak, units: Units) -> dict[str, Any]:
     return {
         "first": frames.first,
         "times": [frame.time for frame in frames.frames],
-        "labels": [_label(frame.time, units) for frame in frames.frames],
+        "labels": [f"t = {number(frame.time)} {units.time}".strip() for frame in frames.frames],
         "sizes": {"body": frames.sizes[0], "slave": frames.sizes[1]},
         "body": base64(peak.body_points),
         "slave": base64(peak.slave_points),
@@ -218,10 +218,6 @@ def packed(frames: Frames, peak: Peak, units: Units) -> dict[str, Any]:
         "idle": [] if peak.active is None else np.flatnonzero(~peak.active).tolist(),
         "frames": [_packed_frame(frame, keys) for frame in frames.frames],
     }
-
-
-def _label(time: float, units: Units) -> str:
-    return f"t = {number(time)} {units.time}".strip()
 
 
 def _packed_frame(frame: Frame, keys: list[tuple[int, int]]) -> dict[str, Any]:

@@ -40,7 +40,7 @@ def gas_table(run: Run) -> str:
     for name, columns in run.gas.items():
         pressure = columns["pressure"]
         at = int(np.argmax(pressure))
-        slave = (run.told("gas").get(name) or {}).get("slave", "")
+        slave = (run.summary_part("gas").get(name) or {}).get("slave", "")
         cells = [
             f"{number(float(pressure[at]))} {units.stress}",
             f"{number(float(run.times[at]))} {units.time}",

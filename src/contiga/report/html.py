@@ -184,7 +184,7 @@ def _energy(run: Run, peak_time: float | None) -> str:
     figure = energy_figure(run, peak_time)
     if figure is None:
         return ""
-    energy = run.told("energy")
+    energy = run.summary_part("energy")
     share = (
         f" The energy balance error is at most {number(100.0 * energy['relative'], 2)} % of the "
         f"largest energy, {number(energy['most'])} {escape(run.units.energy)}."

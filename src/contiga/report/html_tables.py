@@ -48,7 +48,7 @@ def key_figures(run: Run) -> str:
         tiles.append(_tile(number(value), unit, label, at))
     tiles += _criteria(run)
     tiles.append(_tile(number(float(run.summary.get("steps") or len(run.times) - 1)), "", "Steps"))
-    total = run.told("timings").get("total")
+    total = run.summary_part("timings").get("total")
     if total is not None:
         tiles.append(_tile(number(float(total), 3), "s", "Wall time"))
     return f'<div class="figures">{"".join(tiles)}</div>'
@@ -63,7 +63,7 @@ def _criteria(run: Run) -> list[str]:
             f"{criterion} of {sensor}",
             f"t = {span_of(result)} {run.units.time}".strip(),
         )
-        for sensor, facts in run.told("sensors").items()
+        for sensor, facts in run.summary_part("sensors").items()
         for criterion, result in (facts.get("criteria") or {}).items()
     ][:_CRITERIA]
 
@@ -71,7 +71,7 @@ def _criteria(run: Run) -> list[str]:
 def inputs_table(run: Run) -> str:
     """Return the table of bodies and slaves with their counts."""
     rows = []
-    for name, facts in run.told("inputs").items():
+    for name, facts in run.summary_part("inputs").items():
         kind = escape(str(facts.get("kind", "")))
         said = [
             f"{escape(_words(key))} {escape(_shown(value))}"
@@ -111,10 +111,10 @@ def _shown(value: Any) -> str:
 
 def status_table(run: Run) -> str:
     """Return the numbers of points by status, summed over steps, and the meanings of statuses."""
-    statuses = run.told("statuses")
+    statuses = run.summary_part("statuses")
     if not statuses:
         return ""
-    advice = run.told("advice")
+    advice = run.summary_part("advice")
     names = list(dict.fromkeys(name for counts in statuses.values() for name in counts))
     head = "".join(f'<th class="number">{escape(contact)}</th>' for contact in statuses)
     rows = "".join(
@@ -131,7 +131,7 @@ def status_table(run: Run) -> str:
 
 def timings_table(run: Run) -> str:
     """Return seconds by stage; compiling stands apart."""
-    timings = {k: float(v) for k, v in run.told("timings").items()}
+    timings = {k: float(v) for k, v in run.summary_part("timings").items()}
     total = timings.pop("total", sum(timings.values()))
     if not timings or total <= 0.0:
         return ""

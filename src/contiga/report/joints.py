@@ -21,7 +21,7 @@ def joint_table(run: Run) -> str:
     """
     units, rows = run.units, []
     for name, columns in run.joints.items():
-        facts = run.told("joints").get(name) or {}
+        facts = run.summary_part("joints").get(name) or {}
         ranges = []
         for key in _COORDINATES:
             if (values := columns.get(key)) is None:

@@ -123,7 +123,10 @@ def finish(
     axis = {"gridcolor": GRID, "zerolinecolor": "#c5cad0"}
     title = {"text": with_unit("Time", run.units.time), "standoff": 8}
     thin = {"showgrid": False, "linecolor": "#c5cad0", "ticks": "outside", "ticklen": 4}
-    value = {"title": {"text": _in_lines(label), "standoff": 8}, "rangemode": "tozero"}
+    value = {
+        "title": {"text": "<br>".join(wrap(label, _LONG, break_long_words=False)), "standoff": 8},
+        "rangemode": "tozero",
+    }
     power = {"exponentformat": "power", "minexponent": 6, "automargin": True}
     figure.layout = {
         "yaxis": {**value, **axis, **power},
@@ -144,11 +147,6 @@ def finish(
         "paper_bgcolor": "white",
         "plot_bgcolor": "white",
     }
-
-
-def _in_lines(label: str) -> str:
-    """Return a label broken into lines that fit a figure."""
-    return "<br>".join(wrap(label, _LONG, break_long_words=False))
 
 
 def _upright(time: float) -> dict[str, Any]:

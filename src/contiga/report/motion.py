@@ -61,7 +61,7 @@ def sensor_quantities(run: Run, sensor: str) -> list[Quantity]:
         Quantity("Moment", units.moment, _along(columns, "m{}")),
         Quantity("Spin", units.spin, _along(columns, "w{}")),
     ]
-    body = _told(run, sensor).get("body")
+    body = _summary_of(run, sensor).get("body")
     known = body_quantities(run, body) if body in run.bodies else []
     return [
         q
@@ -135,20 +135,20 @@ def _acceleration_figure(run: Run, sensor: str, peak_time: float | None) -> Figu
     figure = Figure()
     raw, unit = run.units.accelerations(columns["a"])
     if "filtered_a" in columns:
-        name = str(_told(run, sensor).get("filter") or "filtered")
+        name = str(_summary_of(run, sensor).get("filter") or "filtered")
         add_line(figure, run.times, raw, "as computed", unit, color="#b4bac2", width=1.0)
         smooth = run.units.accelerations(columns["filtered_a"])[0]
         add_line(figure, run.times, smooth, name, unit, color=LINES[0], width=2.2)
     else:
         add_line(figure, run.times, raw, "resultant", unit, color=LINES[0], width=2.2)
     finish(figure, run, with_unit("Acceleration, resultant", unit), peak_time)
-    _mark_criteria(figure, _told(run, sensor).get("criteria") or {})
+    _mark_criteria(figure, _summary_of(run, sensor).get("criteria") or {})
     figure.layout["showlegend"] = len(figure.data) > 1
     return figure
 
 
-def _told(run: Run, sensor: str) -> dict[str, Any]:
-    return dict(run.told("sensors").get(sensor) or {})
+def _summary_of(run: Run, sensor: str) -> dict[str, Any]:
+    return dict(run.summary_part("sensors").get(sensor) or {})
 
 
 def _mark_criteria(figure: Figure, criteria: dict[str, dict[str, float]]) -> None:
@@ -206,7 +206,7 @@ def criteria_table(run: Run) -> str:
     """Return the criteria of all sensors, with their times."""
     rows = []
     for sensor in run.sensors:
-        facts = _told(run, sensor)
+        facts = _summary_of(run, sensor)
         name = " · ".join(str(t) for t in (sensor, facts.get("body"), facts.get("filter")) if t)
         for criterion, result in (facts.get("criteria") or {}).items():
             unit = f" {result.get('unit', '')}".rstrip()

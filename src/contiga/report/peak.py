@@ -155,7 +155,7 @@ def at_frame(
     slave_points, slave_triangles, rows = stacked(series, frame, "slave")
     touched = touched_at(series, frame)
     in_contact, penetration = touched.in_contact, touched.penetration
-    active = touched.status >= 0  # bodies, and nodes that take no part, have none
+    active = touched.status >= 0  # bodies and inactive nodes have none
     normal = np.asarray(series.data(frame, "normal"), dtype=np.float64)[rows]
     normal = np.where(in_contact[:, None], np.nan_to_num(normal), 0.0)
     mean = normal.sum(axis=0)

@@ -63,7 +63,7 @@ def tie_ends(
             if name in nodes:
                 ends.append(_with_nodes(start[nodes[name]], points[nodes[name]], at))
             else:
-                ends.append(_moved(moved.get(name), at))
+                ends.append(_carried_point(moved.get(name), at))
     return np.array(ends, np.float64).reshape(-1, 2, 3)
 
 
@@ -77,7 +77,7 @@ def _with_nodes(start: FloatArray, points: FloatArray, at: FloatArray) -> FloatA
     return np.asarray(at + (points - start)[near].mean(axis=0))
 
 
-def _moved(place: FloatArray | None, at: FloatArray) -> FloatArray:
+def _carried_point(place: FloatArray | None, at: FloatArray) -> FloatArray:
     """Return a point moved with its body; it stays if there is no body, or no rigid one."""
     if place is None or place.ndim == 2:
         return at

@@ -34,14 +34,14 @@ def history_figures(run: Run, peak_time: float | None) -> list[Figure]:
 
     What is zero throughout has no figure, and a contact that never touches no line.
     """
-    figures = [_panel(run, peak_time, *panel) for panel in _PANELS if _has(run, panel[0])]
+    figures = [
+        _panel(run, peak_time, *panel)
+        for panel in _PANELS
+        if any(largest(columns.get(panel[0])) > 0.0 for columns in run.contacts.values())
+    ]
     if not run.energy and (figure := _contact_energies(run, peak_time)) is not None:
         figures.append(figure)
     return figures
-
-
-def _has(run: Run, column: str) -> bool:
-    return any(largest(columns.get(column)) > 0.0 for columns in run.contacts.values())
 
 
 def touched(run: Run, contact: str) -> bool:
@@ -59,7 +59,7 @@ def _panel(run: Run, peak_time: float | None, column: str, label: str, kind: str
         if column in columns and (alone or touched(run, name)):
             name = "magnitude" if components else name
             colour = LINES[i % len(LINES)]
-            # areas are measured at the written steps: the line goes on between them
+            # areas are measured at the written steps; the line connects them
             add_line(figure, run.times, columns[column], name, unit, color=colour, width=2.2)
     finish(figure, run, with_unit(label, unit), peak_time)
     figure.layout["showlegend"] = components or not alone
@@ -96,7 +96,8 @@ def energy_figure(run: Run, peak_time: float | None) -> Figure | None:
     None where forces move nothing, or nothing moves.
     """
     layers = {name: run.energy[name] for name in _OF_SYSTEM if name in run.energy}
-    if "gas" in run.energy and run.energy["gas"].min() >= 0.0:  # what has gone cannot be stacked
+    # Negative energies cannot be stacked.
+    if "gas" in run.energy and run.energy["gas"].min() >= 0.0:
         layers["gas"] = run.energy["gas"]
     if not any(largest(values) > 0.0 for values in layers.values()):
         return None

@@ -72,7 +72,7 @@ def onset(times: FloatArray, values: FloatArray) -> float:
 
 def whole_name(run: Run, name: str) -> str:
     """Return the name of a channel with its contact, which may be omitted for an only contact."""
-    contacts = list(run.told("statuses"))
+    contacts = list(run.summary_part("statuses"))
     bare = name != "time" and "." not in name and len(contacts) == 1
     return f"{contacts[0]}.{name}" if bare else name
 
@@ -88,7 +88,7 @@ def references_of(run: Run) -> list[Reference]:
 
 def has_channels(run: Run, reference: Reference) -> bool:
     """Whether a run has both channels of a test."""
-    known = channel_names(run.history, run.told("statuses"), run.told("layers"))
+    known = channel_names(run.history, run.summary_part("statuses"), run.summary_part("layers"))
     return {reference.channel, reference.x} <= known
 
 

@@ -90,7 +90,7 @@ class Run(NamedTuple):
         except ValueError:
             return {}
 
-    def told(self, part: str) -> dict[str, Any]:
+    def summary_part(self, part: str) -> dict[str, Any]:
         """Return a part of the summary; empty if there is none."""
         return self.summary.get(part) or {}
 
@@ -132,7 +132,7 @@ def read_run(folder: Path, units: tuple[str, str, str] | None = None) -> Run:
     length, mass, time = (str(named.get(key) or "") for key in _BASE)
     own = (length, mass, time)
     if units is not None and all(own) and units != own:
-        history, summary = _converted(history, summary, own, units)
+        history, summary = _convert(history, summary, own, units)
     case = folder / "case.toml"
     owners = sort_columns(
         history,
@@ -154,7 +154,7 @@ def read_run(folder: Path, units: tuple[str, str, str] | None = None) -> Run:
     )
 
 
-def _converted(
+def _convert(
     history: Columns,
     summary: dict[str, Any],
     own: tuple[str, str, str],
@@ -231,7 +231,7 @@ def sort_columns(
     return owners
 
 
-def _written(run: Run, name: str) -> Path | None:
+def _existing_file(run: Run, name: str) -> Path | None:
     """Return a file of the folder, by its temporary name during the run; None if missing."""
     path = run.folder / (name if run.finished else f"{name}.part")
     return path if path.is_file() else None
@@ -239,7 +239,7 @@ def _written(run: Run, name: str) -> Path | None:
 
 def read_fields(run: Run) -> RecordedFields | None:
     """Return the fields over time, or None if the run wrote none."""
-    path = _written(run, "fields.vtkhdf")
+    path = _existing_file(run, "fields.vtkhdf")
     if path is None:
         return None
     from contiga.io.out.vtkhdf import read_fields as read
@@ -251,7 +251,7 @@ def read_fields(run: Run) -> RecordedFields | None:
 
 def read_outlines(run: Run) -> OutlineSeries | None:
     """Return the outlines of the regions of contact over time, or None if the run wrote none."""
-    path = _written(run, "outlines.vtkhdf")
+    path = _existing_file(run, "outlines.vtkhdf")
     if path is None:
         return None
     from contiga.io.out.outlines import read_outlines as read

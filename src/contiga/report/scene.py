@@ -52,7 +52,7 @@ def through_view(peak: Peak, size: tuple[int, int]) -> Camera:
     towards = peak.direction - 0.42 * _sideways(peak, up) - 0.16 * up
     patch = peak.slave_points[peak.in_contact]
     centre = (patch.min(axis=0) + patch.max(axis=0)) / 2.0
-    # enough of the part around the contact to see where on it that is, also of a single point
+    # shows enough of the part around the contact to locate it, even for a single point
     least = 0.06 * float(np.ptp(peak.seen, axis=0).max())
     around = least * np.vstack([np.eye(3), -np.eye(3)])
     return look(towards, up, centre + np.vstack([1.7 * (patch - centre), around]), size)
@@ -62,7 +62,7 @@ def _slave_layer(camera: Camera, peak: Peak) -> shading.Layer:
     if len(peak.slave_triangles):
         return shading.mesh_layer(camera, peak.slave_points, peak.slave_triangles)
     points = peak.slave_points
-    if peak.active is not None:  # a point that is nowhere is not drawn
+    if peak.active is not None:  # a point with NaN is not drawn
         points = np.where(peak.active[:, None], points, np.nan)
     radius = float(np.clip(0.35 * camera.size[0] / np.sqrt(len(points) + 1.0), 3, 14))
     return shading.cloud_layer(camera, points, radius)

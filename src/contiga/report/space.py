@@ -59,7 +59,7 @@ def view_of(peak: Peak, frames: Frames, units: Units, ties: Sequence[str] = ()) 
         name: field._replace(top=frames.tops[name])
         for name, field in fields_of(peak, units).items()
     }
-    # what is inside of facets: a cloud shows none of it
+    # fields of the inside need facets: a cloud shows none
     if not len(peak.slave_triangles):
         fields = {name: field for name, field in fields.items() if not field.everywhere}
     inside = "von_mises" if not peak.in_contact.any() and "von_mises" in fields else "penetration"
@@ -111,7 +111,7 @@ def _slave_trace(peak: Peak, look: dict[str, Any]) -> Trace:
 
 def _look(peak: Peak, field: ColouredField) -> Look:
     """Return the style of the slave's mesh and of the markers in contact, coloured by one field."""
-    # two stops so close that they lie in neighbouring entries of the 256 a browser keeps
+    # two stops so close that they fall into neighbouring entries of a browser's 256 colours
     scale = [[0.0, SLAVE], [0.004, SLAVE], [0.008, SCALE[0]]]
     plain = [[k / (len(SCALE) - 1), c] for k, c in enumerate(SCALE)]
     mesh = {

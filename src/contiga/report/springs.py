@@ -57,7 +57,7 @@ def device_table(run: Run) -> str:
     for name, columns in run.springs.items():
         if "paid_out" not in columns:
             continue
-        facts, paid_out = run.told("springs").get(name) or {}, columns["paid_out"]
+        facts, paid_out = run.summary_part("springs").get(name) or {}, columns["paid_out"]
         cells = [
             f"{number(float(paid_out.max()))} {units.length}",
             f"{number(float(columns['pulled_in'][-1]))} {units.length}",
@@ -81,7 +81,7 @@ def slip_ring_table(run: Run) -> str:
     """Return the table of slip through rings, and its energy; empty without rings."""
     units, rows = run.units, []
     for name, columns in run.slip_rings.items():
-        facts = run.told("slip_rings").get(name) or {}
+        facts = run.summary_part("slip_rings").get(name) or {}
         slipped, angle = columns["slipped"], np.degrees(columns["angle"])
         cells = [
             number(float(facts.get("friction", np.nan))),
@@ -96,7 +96,7 @@ def slip_ring_table(run: Run) -> str:
 
 
 def _row(run: Run, name: str, columns: Columns) -> str:
-    facts = run.told("springs").get(name) or {}
+    facts = run.summary_part("springs").get(name) or {}
     between, cls = " – ".join(facts.get("between") or ()), facts.get("filter")
     force, units = _force(columns), run.units
     at = int(np.argmax(np.abs(force)))

@@ -22,7 +22,7 @@ PIXEL = 5e-4
 
 def steps_section(run: Run, peak_time: float | None) -> str:
     """Return the strip and the table of reasons; empty for given steps."""
-    reasons = run.told("step_reasons")
+    reasons = run.summary_part("step_reasons")
     if not reasons or not run.steps:
         return ""
     figure = steps_figure(run, reasons, peak_time)

@@ -91,7 +91,7 @@ class View:
         if back is not None:
             turned = self._turned_away(mesh)[layer.buffer.owner[layer.seen]]
             rgb = np.where(turned[:, None], to_rgb(back), rgb)
-        # of what is as near, the first that was given stays
+        # of equally near surfaces the first one stays
         before = np.nextafter(self._depth, -np.inf)
         shading.paint(self._picture, layer, rgb, self._span, before, opacity)
         nearest = np.minimum(self._depth, layer.buffer.depth)
@@ -111,11 +111,11 @@ class View:
     def lines(self, points: ArrayLike, **style: Any) -> View:
         """Draw a polyline through `points` (k, 3), with matplotlib's line styles."""
         fine = _fine(np.asarray(points, dtype=np.float64), 0.01 * self._span)
-        at, seen = self._placed(fine)
+        at, seen = self._projected(fine)
         look_ = {"color": INK, "lw": 1.0, "solid_capstyle": "round", **style}
         label = look_.pop("label", None)
         for part, opacity in ((seen, 1.0), (~seen, _BEHIND)):
-            # a piece belongs to the part that either of its ends is in
+            # a segment is visible if one of its ends is
             kept = part | np.roll(part, 1) | np.roll(part, -1) if opacity == 1.0 else part
             shown = np.where(kept[:, None], at, np.nan)
             faint = opacity * look_.get("alpha", 1.0)
@@ -145,7 +145,7 @@ class View:
 
     def dots(self, points: ArrayLike, **style: Any) -> View:
         """Draw markers at `points` (k, 3), with matplotlib's marker styles."""
-        at, seen = self._placed(np.asarray(points, dtype=np.float64).reshape(-1, 3))
+        at, seen = self._projected(np.asarray(points, dtype=np.float64).reshape(-1, 3))
         look_ = {"color": LINES[0], "ls": "", "marker": "o", "ms": 3.0, "mew": 0.0, **style}
         label = look_.pop("label", None)
         for part, opacity in ((~seen, 2.0 * _BEHIND), (seen, 1.0)):
@@ -156,14 +156,14 @@ class View:
 
     def arrow(self, start: ArrayLike, end: ArrayLike, **style: Any) -> View:
         """Draw an arrow in front of everything."""
-        a, b = self._placed(np.array([start, end], dtype=np.float64))[0]
+        a, b = self._projected(np.array([start, end], dtype=np.float64))[0]
         look_ = {"color": INK, "lw": 1.4, "shrinkA": 0.0, "shrinkB": 0.0, **style}
         self._axes.annotate("", b, a, arrowprops={"arrowstyle": "-|>", **look_})
         return self
 
     def text(self, at: ArrayLike, text: str, **style: Any) -> View:
         """Write a text beside a point."""
-        (place,) = self._placed(np.array([at], dtype=np.float64))[0]
+        (place,) = self._projected(np.array([at], dtype=np.float64))[0]
         look_ = {"textcoords": "offset points", "xytext": (5, 3), "fontsize": 8.5, **style}
         self._axes.annotate(text, place, **look_)
         return self
@@ -190,13 +190,13 @@ class View:
 
         They are columns and rows from the upper left.
         """
-        return self._placed(np.asarray(points, dtype=np.float64).reshape(-1, 3))[0]
+        return self._projected(np.asarray(points, dtype=np.float64).reshape(-1, 3))[0]
 
     def sees(self, points: ArrayLike) -> NDArray[np.bool_]:
         """Return a mask (n,) of the points (n, 3) that no shaded surface hides."""
-        return self._placed(np.asarray(points, dtype=np.float64).reshape(-1, 3))[1]
+        return self._projected(np.asarray(points, dtype=np.float64).reshape(-1, 3))[1]
 
-    def _placed(self, points: FloatArray) -> tuple[FloatArray, NDArray[np.bool_]]:
+    def _projected(self, points: FloatArray) -> tuple[FloatArray, NDArray[np.bool_]]:
         """Return places (n, 2) in the picture and a mask (n,) of the points that nothing hides."""
         screen = project(self._camera, points)
         rows, columns = self._depth.shape

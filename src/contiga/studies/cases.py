@@ -82,8 +82,8 @@ def cases_of(
         )
     kept = [
         {label: values[label] for label in study.labels}
-        for values in map(_merged, itertools.product(*ways))
-        if _fulfils(study, values)
+        for values in map(_merge, itertools.product(*ways))
+        if all(rule.expression.value(values) for rule in study.rule if rule.require is not None)
     ]
     if not kept:
         raise CaseError(
@@ -147,7 +147,7 @@ def check_keys(study: StudySpec, base: Mapping[str, Any], settings: Mapping[str,
                 allowed=f"one of them; the other is {seen[key]}",
             )
         seen[key] = where
-    # What one sets another may go into: all together, one after the other.
+    # One setting may refer to a table that another sets: they are applied in turn.
     for i, (where, key) in enumerate(named):
         try:
             with_settings(base, {key: settings[key] for _, key in named[: i + 1]})
@@ -161,12 +161,8 @@ def check_keys(study: StudySpec, base: Mapping[str, Any], settings: Mapping[str,
             ) from error
 
 
-def _merged(parts: Sequence[dict[str, Any]]) -> dict[str, Any]:
+def _merge(parts: Sequence[dict[str, Any]]) -> dict[str, Any]:
     return {label: value for part in parts for label, value in part.items()}
-
-
-def _fulfils(study: StudySpec, values: Mapping[str, Any]) -> bool:
-    return all(rule.expression.value(values) for rule in study.rule if rule.require is not None)
 
 
 def _samples(sample: SampleSpec, ranged: list[VariableSpec]) -> list[dict[str, Any]]:
@@ -174,17 +170,17 @@ def _samples(sample: SampleSpec, ranged: list[VariableSpec]) -> list[dict[str, A
     from scipy.stats import qmc
 
     if sample.kind == "sobol":
-        with warnings.catch_warnings():  # the balance of counts that are no power of two
+        with warnings.catch_warnings():  # scipy warns of counts that are no power of two
             warnings.simplefilter("ignore", UserWarning)
             unit = qmc.Sobol(len(ranged), rng=sample.seed).random(sample.count)
     else:
         unit = qmc.LatinHypercube(len(ranged), rng=sample.seed).random(sample.count)
-    columns = [_scaled(v, unit[:, k]) for k, v in enumerate(ranged)]
+    columns = [_scale_to_range(v, unit[:, k]) for k, v in enumerate(ranged)]
     labels = [v.label for v in ranged]
     return [dict(zip(labels, row, strict=True)) for row in zip(*columns, strict=True)]
 
 
-def _scaled(variable: VariableSpec, unit: FloatArray) -> list[float]:
+def _scale_to_range(variable: VariableSpec, unit: FloatArray) -> list[float]:
     """Return numbers of [0, 1) scaled to the range of a variable."""
     low, high = variable.low, variable.high
     assert low is not None

@@ -98,7 +98,7 @@ def order_of(values: list[float], sizes: list[float]) -> float:
     return float(brentq(miss, low, high))
 
 
-def said(line: Line) -> str:
+def line_in_words(line: Line) -> str:
     """Describe a line in words."""
     text = f"{line.label}: {number(line.values[-1])} at the finest"
     if line.values[-1] != 0.0 and line.errors:

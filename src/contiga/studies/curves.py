@@ -48,7 +48,7 @@ def curves_section(folder: Path, rows: Sequence[Row], label: str) -> str:
     ]
     try:
         runs = read_runs([_place(folder, row) for row in chosen])
-    except InputError:  # their folders are no longer whole
+    except InputError:  # their folders are incomplete
         return ""
     first, values = runs[0].run, [row.values.get(label) for row in chosen]
     colours = _colours(values)

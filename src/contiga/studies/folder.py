@@ -43,7 +43,7 @@ class StudyFolder:
 
     def __init__(self, path: Path, study: StudySpec, base: Base, case: Case) -> None:
         self.path, self.base = path, base
-        self._study, self._said = study, _said(study, case)
+        self._study, self._manifest = study, _definition(study, case)
         self.rows: dict[int, Row] = {}
         """Rows by number."""
         self._written, self._took = perf_counter(), 0.0
@@ -75,11 +75,11 @@ class StudyFolder:
             It is somebody else's, or cannot be written.
         """
         open_folder(self.path, (MANIFEST,), "study")
-        write_json(self.path / MANIFEST, self._said)
+        write_json(self.path / MANIFEST, self._manifest)
         self.rows |= {row.number: row for row in rows}
 
     def _check_same(self, manifest: Path) -> None:
-        said = self._said
+        said = self._manifest
         try:
             before: dict[str, Any] = json.loads(manifest.read_text(encoding="utf-8"))
         except (OSError, ValueError) as error:
@@ -120,7 +120,7 @@ class StudyFolder:
         return table_of(self.rows.values(), self._study.labels, list(self.base.quantities), units)
 
 
-def _said(study: StudySpec, case: Case) -> dict[str, Any]:
+def _definition(study: StudySpec, case: Case) -> dict[str, Any]:
     """Return everything that determines the rows of a study, by key; files by their content."""
     said = study.model_dump(mode="json", exclude_none=True, exclude={"base", "table"})
     flat = dict(_flat(said, ""))

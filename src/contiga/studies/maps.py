@@ -206,7 +206,7 @@ def _split(triangles: IntArray, middle: IntArray) -> IntArray:
     for k in range(4):
         rows = cut.sum(axis=1) == k
         t, m, c = triangles[rows], middle[rows], cut[rows]
-        if k in (1, 2) and len(t):  # turned, so that the edge cut, or not cut, is the first
+        if k in (1, 2) and len(t):  # rotated, so that the edge that is cut, or not cut, comes first
             turn = np.argmax(c if k == 1 else ~c, axis=1)[:, None]
             order = (turn + np.arange(3)) % 3
             t, m = np.take_along_axis(t, order, 1), np.take_along_axis(m, order, 1)

@@ -80,10 +80,10 @@ def remote_client(address: str) -> Iterator[Client]:
         Nobody answers there, or somebody else than a scheduler.
     """
     try:
-        # A client that does not come about tries to close itself for 20 s, and prints a traceback.
+        # A client that fails to connect tries to close itself for 20 s, and prints a traceback.
         LoopRunner().run_sync(_reach, address)
         client = Client(address, timeout=_ANSWER_SECONDS, set_as_default=False)
-    except Exception as error:  # of what answers anything may come
+    except Exception as error:  # anything may answer at an address
         raise InputError(
             "no scheduler answers at this address",
             where="scheduler",
@@ -152,7 +152,7 @@ class OnDask:
 
     def _wait(self, running: dict[Future, _Sent]) -> None:
         """Wait until a case is done, or until it is time to look for new workers."""
-        if not running:  # no worker is there just now
+        if not running:  # there is no worker at present
             sleep(_LOOK_SECONDS)
             return
         with suppress(TimeoutError), self._client.as_current():
@@ -219,7 +219,7 @@ class OnDask:
         while not there:
             self._client.wait_for_workers(1)
             there.update(self._workers())
-            if not there:  # those that are told of are not to be used, or were just lost
+            if not there:  # reported workers are unusable, or were just lost
                 sleep(_LOOK_SECONDS)
         return {host: Event(f"contiga-{self._token}-{host}", client=self._client) for host in there}
 
@@ -246,7 +246,7 @@ class OnDask:
         """
         answers = self._client.run(_sees, self._base.folder, workers=workers, on_error="return")
         for address, answer in answers.items():
-            if isinstance(answer, OSError):  # it was lost meanwhile
+            if isinstance(answer, OSError):  # it has been lost in the meantime
                 continue
             wrong = _unfit(address, answer, self._base.folder)
             self._fit[address] = wrong is None

@@ -92,13 +92,16 @@ def run_one(base: Base, case: StudyCase, progress: Progress | None = None) -> Ro
 def _carried_out(base: Base, case: StudyCase, progress: Progress | None) -> Row:
     """Run a case and return its row."""
     folder, begun = base.folder_of(case), perf_counter()
-    # What a killed process left there is none of a whole run.
+    # A killed process may have left part of a run there.
     shutil.rmtree(folder, ignore_errors=True)
     folder.mkdir(parents=True)
     status, message, collected = DONE, "", dict.fromkeys(base.quantities, float("nan"))
     try:
         result = _run(base.case(case.settings), folder, progress)
-        collected = _collected(base, result)
+        collected = {
+            name: quantity.value(result.history, result.summary)
+            for name, quantity in base.quantities.items()
+        }
         lacking = [name for name, value in collected.items() if value != value]
         message = f"has no {', '.join(lacking)}" if lacking else ""
     except ContigaError as error:
@@ -112,14 +115,7 @@ def _carried_out(base: Base, case: StudyCase, progress: Progress | None) -> Row:
 
 def _run(case: Case, folder: Path, progress: Progress | None) -> Result:
     """Run a case as `contiga.run` does, with the parts that cases have in common."""
-    with warnings.catch_warnings():  # told in the summary, not on the stream of each worker
+    with warnings.catch_warnings():  # reported in the summary, not on the stream of each worker
         warnings.simplefilter("ignore", ContigaWarning)
         how = RunOptions(progress=progress, on_finish=write_report)
         return run(case, folder, how, parts=parts_of_process())
-
-
-def _collected(base: Base, result: Result) -> dict[str, float]:
-    return {
-        name: quantity.value(result.history, result.summary)
-        for name, quantity in base.quantities.items()
-    }

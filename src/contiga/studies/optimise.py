@@ -36,7 +36,7 @@ def optimised(study: StudySpec, engine: Engine, folder: StudyFolder) -> Iterator
         batch: dict[int, tuple[Any, StudyCase]] = {}
         for number in range(asked + 1, min(asked + goal.batch, goal.trials) + 1):
             trial = sampler.ask()
-            values = {v.label: _suggested(trial, v) for v in study.variable}
+            values = {v.label: _suggest(trial, v) for v in study.variable}
             batch[number] = trial, case_of(study, number, values)
         rows: dict[int, Row] = {}
         for row in _run(engine, folder, [case for _, case in batch.values()]):
@@ -105,7 +105,7 @@ def _sampler(seed: int) -> Any:
         )
 
 
-def _suggested(trial: Any, variable: VariableSpec) -> Any:
+def _suggest(trial: Any, variable: VariableSpec) -> Any:
     """Return the value that Optuna chooses for a variable: between two ends, or from a list."""
     if variable.ranged:
         low, high, log = variable.low, variable.high, variable.scale == "log"

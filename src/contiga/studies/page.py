@@ -127,7 +127,7 @@ def _convergence(study: StudySpec, base: Base, rows: list[Row]) -> dict[str, Any
                 "values": [_short(value) for value in line.values],
                 "errors": [_short(value) for value in line.errors],
                 "rows": [place[one] for one in line.rows],
-                "said": convergence.said(line),
+                "said": convergence.line_in_words(line),
             }
             for line in convergence.lines_of(study, rows, name)
         ]
@@ -172,7 +172,7 @@ def page_of(
 
 
 def _under(study: StudySpec, rows: Sequence[Row]) -> str:
-    failed = _failed(rows)
+    failed = _count_failed(rows)
     of = "" if study.base is None else f" of {escape(Path(study.base).name)}"
     said = [f"{len(rows)} cases{of}"]
     said += [f"{failed} failed"] if failed else []
@@ -181,7 +181,7 @@ def _under(study: StudySpec, rows: Sequence[Row]) -> str:
 
 def _figures(study: StudySpec, rows: Sequence[Row]) -> str:
     """Return the row of large numbers."""
-    tiles = [(number(len(rows)), "Cases", ""), (number(_failed(rows)), "Failed", "")]
+    tiles = [(number(len(rows)), "Cases", ""), (number(_count_failed(rows)), "Failed", "")]
     if rows:
         seconds = sum(row.seconds for row in rows)
         tiles.append((f"{number(seconds / len(rows), 3)} <small>s</small>", "A case, mean", ""))
@@ -201,7 +201,7 @@ def _figures(study: StudySpec, rows: Sequence[Row]) -> str:
     )
 
 
-def _failed(rows: Sequence[Row]) -> int:
+def _count_failed(rows: Sequence[Row]) -> int:
     return sum(row.status != DONE for row in rows)
 
 

@@ -111,7 +111,7 @@ class Quantity(NamedTuple):
         if self.kind == "criterion":
             sensor = (summary.get("sensors") or {}).get(self.name) or {"criteria": {}}
             return float(sensor["criteria"].get(self.criterion, {"value": np.nan})["value"])
-        # The columns of an only contact bear its name in `columns_of`, and none in a history.
+        # Columns of an only contact have its name in `columns_of`, but no name in a history.
         column = history.get(self.name, history.get(self.name.rpartition(".")[2]))
         if column is None:
             return float("nan")

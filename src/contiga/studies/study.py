@@ -160,14 +160,16 @@ def study(
     """
     case = base if isinstance(base, Case) else load_case(base)
     progress = more.pop("progress", None)
-    spec = _asked(None if isinstance(base, Case) else base, variables, {"collect": collect, **more})
+    spec = _specification(
+        None if isinstance(base, Case) else base, variables, {"collect": collect, **more}
+    )
     kept = tempfile.TemporaryDirectory(prefix="contiga-study-") if out is None else None
     folder = Path(kept.name if kept is not None else out or ".")
     how: dict[str, Any] = {"scheduler": scheduler, "workers": workers, "resume": resume}
     return replace(run_study(spec, folder, base=case, progress=progress, **how), kept=kept)
 
 
-def _asked(
+def _specification(
     file: str | Path | None, variables: Mapping[str, Any], more: Mapping[str, Any]
 ) -> StudySpec:
     """Return the specification given in Python as the study of a file."""
@@ -239,14 +241,14 @@ def run_study(
         folder.open(done)
         try:
             if progress is not None:
-                progress(len(done), total, _told(done))
+                progress(len(done), total, _failures_in_words(done))
             for row in _rows(study, engine, folder, missing):
                 folder.take(row)
                 if progress is not None:
-                    progress(len(folder.rows), total, _told(folder.rows.values()))
+                    progress(len(folder.rows), total, _failures_in_words(folder.rows.values()))
         finally:
             folder.write_table()
-    return _finished(study, folder)
+    return _results(study, folder)
 
 
 def _base(study: StudySpec, case: Case, out: Path) -> Base:
@@ -293,7 +295,7 @@ def _rows(
     yield from optimised(study, engine, folder)
 
 
-def _finished(study: StudySpec, folder: StudyFolder) -> Study:
+def _results(study: StudySpec, folder: StudyFolder) -> Study:
     """Return the contents of the folder, with its page."""
     rows = tuple(folder.rows[number] for number in sorted(folder.rows))
     best = None if study.goal is None else best_of(study.goal, rows)
@@ -302,7 +304,7 @@ def _finished(study: StudySpec, folder: StudyFolder) -> Study:
     return done
 
 
-def _told(rows: Iterable[Row]) -> str:
+def _failures_in_words(rows: Iterable[Row]) -> str:
     failed = sum(row.status != DONE for row in rows)
     return f"{failed} failed" if failed else ""
 

@@ -141,7 +141,7 @@ def targets_of(
             found=f"{len(sides)} rays along {spec.direction}",
             allowed="a direction onto its free side, a spacing below its size, lines over it",
         )
-    # On the ray to the last bit, so that a point of the middle is not a little beside it.
+    # Exactly on the ray, so that a point in the middle plane stays in it.
     rays = np.column_stack([sides, to_world(pose, hit.point) @ axes[2]]) @ axes
     return [
         {**({LINE: names[k]} if names else {}), **dict(zip(PLACE, rays[k].tolist(), strict=True))}
@@ -191,16 +191,16 @@ def _on_lines(spec: TargetsSpec, path: Path, unit: str) -> tuple[list[float], Fl
         with np.errstate(over="ignore"):
             number += np.abs(np.diff(points[:, 0])).sum() / spec.spacing
         _check_number(spec, number)
-        passed = _passed(points[:, :2], origin[0], spec.spacing)
+        passed = _crossings(points[:, :2], origin[0], spec.spacing)
         targets.append(passed)
         names += [int(name) if name.is_integer() else name] * len(passed)
     return names, np.concatenate(targets)
 
 
-def _passed(points: FloatArray, origin: float, spacing: float) -> FloatArray:
+def _crossings(points: FloatArray, origin: float, spacing: float) -> FloatArray:
     """Return the points (k, 2) where a line (n, 2) passes multiples of the spacing, and its ends.
 
-    >>> _passed(np.array([[-1.0, 0.0], [0.5, 1.5], [2.0, 3.0]]), 0.0, 1.0).tolist()
+    >>> _crossings(np.array([[-1.0, 0.0], [0.5, 1.5], [2.0, 3.0]]), 0.0, 1.0).tolist()
     [[-1.0, 0.0], [0.0, 1.0], [1.0, 2.0], [2.0, 3.0]]
     """
     counts = (points[:, 0] - origin) / spacing
@@ -211,5 +211,5 @@ def _passed(points: FloatArray, origin: float, spacing: float) -> FloatArray:
         way = 1.0 if u <= w else -1.0
         steps = way * np.arange(math.ceil(way * u), math.ceil(way * w))
         passed.append(a + ((steps - u) / (w - u))[:, None] * (b - a))
-    # Each piece is without its end, which is the next one's beginning.
+    # Each piece excludes its end, which begins the next one.
     return np.concatenate([*passed, points[-1:][counts[-1:] == whole[-1:]]])

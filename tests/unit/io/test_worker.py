@@ -32,6 +32,9 @@ from contiga.errors import ContigaWarning, MeshError
 def plain(path, *args): return path.read_bytes(), args
 def segfault(path): os.kill(os.getpid(), signal.SIGSEGV)
 def leave(path): os._exit(3)
+loaded = []
+def warm_up():
+    if os.environ.get("LARGE_READER"): loaded.append(b"1" * 250_000_000)
 def spin(path):
     while True: pass
 def sleep(path): time.sleep(1e6)
@@ -98,6 +101,13 @@ def test_a_reader_that_crashes_is_one_message_and_the_next_file_is_read(path, na
     assert "damaged" in str(caught.value)
     assert caught.value.exit_code == 2
     assert read("plain", path)[0] == b"content"
+
+
+@linux
+def test_the_memory_of_a_readers_libraries_is_not_that_of_the_file(path, monkeypatch, no_worker):
+    monkeypatch.setenv("LARGE_READER", "1")
+    with pytest.raises(FileError, match="exit code 3"):
+        read("leave", path)
 
 
 @pytest.mark.parametrize("name", ["spin", "sleep"])

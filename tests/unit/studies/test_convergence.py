@@ -7,7 +7,13 @@ from pathlib import Path
 
 import pytest
 
-from contiga.studies.convergence import lines_of, order_of, refined_variable, said, sizes_of
+from contiga.studies.convergence import (
+    line_in_words,
+    lines_of,
+    order_of,
+    refined_variable,
+    sizes_of,
+)
 from contiga.studies.row import DONE, Row
 
 from .conftest import study_from
@@ -54,5 +60,5 @@ def test_a_line_for_each_choice_of_the_others(folder: Path) -> None:
     assert [line.rows for line in lines] == [[1, 2, 3, 4], [5, 6, 7, 8]]
     assert all(line.order == pytest.approx(2.0, rel=1e-9) for line in lines)
     assert lines[0].errors[-1] == pytest.approx(1.0 / 9.0 - 1.0 / 36.0)
-    assert "order 2" in said(lines[0])
+    assert "order 2" in line_in_words(lines[0])
     assert [line.label for line in lines_of(study, rows[:7], "max(force)")] == ["speed -1.0"]

@@ -96,7 +96,9 @@ class Chart:
     def located(self, points: FloatArray) -> FloatArray:
         """Return the parameters (n, 2) of the feet of `points`, within the domain."""
         if self._tree is None:
-            from scipy.spatial import cKDTree  # takes long to import, and most files need none
+            from scipy.spatial import (
+                cKDTree,
+            )  # its import takes long, and most files need no search
 
             self._grid = _grid(self.surface)
             self._tree = cKDTree(self.surface.evaluate(self._grid))
@@ -104,7 +106,7 @@ class Chart:
         places = np.empty((len(points), 2))
         off = np.full(len(points), np.inf)
         for k in range(STARTS):
-            # Where the nearest point of the grid leads to the point itself, no other is better.
+            # If the nearest grid point leads to the point itself, no other start is better.
             rows = np.flatnonzero(off > ON * self.size)
             uv = self.wrapped(self.refined(self._grid[starts[rows, k]], points[rows]))
             miss = np.linalg.norm(self.points(uv) - points[rows], axis=1)
@@ -135,7 +137,7 @@ class Chart:
         """
         surface = self.surface
         for axis in np.flatnonzero(self.periods > 0.0):
-            surface = _turned_on(surface, int(axis), float(box[0, axis]), float(box[1, axis]))
+            surface = _periodic_part(surface, int(axis), float(box[0, axis]), float(box[1, axis]))
         return surface
 
 
@@ -208,7 +210,7 @@ def _grid(surface: NurbsSurface) -> FloatArray:
     return np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 2)
 
 
-def _turned_on(surface: NurbsSurface, axis: int, low: float, high: float) -> NurbsSurface:
+def _periodic_part(surface: NurbsSurface, axis: int, low: float, high: float) -> NurbsSurface:
     """Return a closed patch over [low, high] of its periodic parameter.
 
     If its own domain holds the interval, the patch is unchanged.
@@ -219,25 +221,25 @@ def _turned_on(surface: NurbsSurface, axis: int, low: float, high: float) -> Nur
     first = int(np.floor((low + slack - a) / period))
     last = int(np.ceil((high - slack - a) / period))
     whole = surface if axis == 0 else surface.transposed()
-    turns = [_shifted(whole, k * period) for k in range(first, max(last, first + 1))]
+    turns = [_shift(whole, k * period) for k in range(first, max(last, first + 1))]
     joined = turns[0]
     for turn in turns[1:]:
-        joined = _joined(joined, turn)
+        joined = _join(joined, turn)
     if len(turns) > 1:
-        # Cut down to one turn where that is enough, so that nothing is there twice.
+        # One turn is kept if that is enough, so that nothing is there twice.
         (start, end), v = joined.domain
         joined = joined.restricted((max(low, start), min(max(high, low + period), end)), v)
     return joined if axis == 0 else joined.transposed()
 
 
-def _shifted(surface: NurbsSurface, by: float) -> NurbsSurface:
+def _shift(surface: NurbsSurface, by: float) -> NurbsSurface:
     if by == 0.0:
         return surface
     U, V = surface.knots
     return NurbsSurface(surface.degrees, (U + by, V), surface.control_points, surface.weights)
 
 
-def _joined(one: NurbsSurface, two: NurbsSurface) -> NurbsSurface:
+def _join(one: NurbsSurface, two: NurbsSurface) -> NurbsSurface:
     """Join two patches that meet along the end of u of the first."""
     p = one.degrees[0]
     knots = np.concatenate([one.knots[0][:-1], two.knots[0][p + 1 :]])

@@ -85,7 +85,7 @@ def add_drawn(
     chart = Chart(face.surface)
     far = min(FAR * tolerance, FARTHEST * chart.size)
     drawn = {
-        number: _drawn(chart, edges[number], far)
+        number: _pcurve(chart, edges[number], far)
         for number in {trim.edge for loop in face.loops for trim in loop}
         if number >= 0
     }
@@ -98,11 +98,11 @@ def add_drawn(
         assembly.add_whole(face.surface, flip=face.turned)
         return True
     known = {number: curve for number, curve in drawn.items() if curve is not None}
-    loops = _closed_up([_runs(loop, known, tolerance) for loop in face.loops], chart)
-    return _added(assembly, face, loops, chart)
+    loops = _close_loops([_runs(loop, known, tolerance) for loop in face.loops], chart)
+    return _add_closed(assembly, face, loops, chart)
 
 
-def _drawn(chart: Chart, edge: NurbsCurve, far: float) -> NurbsCurve | None:
+def _pcurve(chart: Chart, edge: NurbsCurve, far: float) -> NurbsCurve | None:
     """Return the p-curve of an edge, on any turn of the surface; None if it is off the surface."""
     flat = flat_image(chart.surface, edge)
     if flat is not None:
@@ -129,14 +129,14 @@ def _runs(loop: list[Trim], drawn: dict[int, NurbsCurve], tolerance: float) -> _
     return _Runs([run for run in runs if run], len(poles) > 0)
 
 
-def _closed_up(loops: list[_Runs], chart: Chart) -> list[Loop]:
+def _close_loops(loops: list[_Runs], chart: Chart) -> list[Loop]:
     """Return loops of consecutive p-curves, closed over poles and around the surface."""
     periods = chart.periods
     closed: list[Loop] = []
     endless: list[Loop] = []
     for runs, over_poles in loops:
         if runs:
-            loop = _over_poles([joined(run, periods) for run in runs], periods)
+            loop = _close_over_poles([joined(run, periods) for run in runs], periods)
             goes_round = not over_poles and _turns(loop, periods).any()
             (endless if goes_round else closed).append(loop)
     while endless:
@@ -146,9 +146,11 @@ def _closed_up(loops: list[_Runs], chart: Chart) -> list[Loop]:
         if back:  # a band between two loops
             band = joined([*loop, *endless.pop(back[0])], periods)
             first, second = band[: len(loop)], band[len(loop) :]
-            closed.append([*first, *_tied(first, second), *second, *_tied(second, first)])
+            closed.append(
+                [*first, *_connection(first, second), *second, *_connection(second, first)]
+            )
         else:
-            closed.append(_to_the_side(loop, chart))
+            closed.append(_close_at_side(loop, chart))
     return closed
 
 
@@ -160,7 +162,7 @@ def _turns(loop: Loop, periods: FloatArray) -> FloatArray:
     return np.where(meets, near, 0.0)
 
 
-def _over_poles(runs: list[Loop], periods: FloatArray) -> Loop:
+def _close_over_poles(runs: list[Loop], periods: FloatArray) -> Loop:
     """Return one loop of runs between poles, which may be any number of turns apart.
 
     Outer loops have their face on the left, so that the smallest positive area is it.
@@ -183,7 +185,7 @@ def _area(loop: Loop) -> float:
     return float((x * np.roll(y, -1) - np.roll(x, -1) * y).sum())
 
 
-def _to_the_side(loop: Loop, chart: Chart) -> Loop:
+def _close_at_side(loop: Loop, chart: Chart) -> Loop:
     """Close a loop around the surface along the side that bounds its face, on its left."""
     start, end = ends(loop[0])[0], ends(loop[-1])[1]
     axis = int(np.argmax(np.abs(end - start)))
@@ -195,7 +197,7 @@ def _to_the_side(loop: Loop, chart: Chart) -> Loop:
     return [*loop, *(line for pair in pairwise(corners) for line in _line(*pair))]
 
 
-def _tied(one: Loop, other: Loop) -> Loop:
+def _connection(one: Loop, other: Loop) -> Loop:
     """Return the connection from the end of some p-curves to the start of others."""
     return _line(ends(one[-1])[1], ends(other[0])[0])
 
@@ -208,8 +210,8 @@ def _line(start: FloatArray, end: FloatArray) -> Loop:
     return [PCurve(curve, -1, False, 0.0)]
 
 
-def _added(assembly: Assembly, face: DrawnFace, loops: list[Loop], chart: Chart) -> bool:
-    loops = [_brought_back(loop, chart) for loop in loops]
+def _add_closed(assembly: Assembly, face: DrawnFace, loops: list[Loop], chart: Chart) -> bool:
+    loops = [_shift_into_domain(loop, chart) for loop in loops]
     loops = aligned(loops, chart.periods)
     box = exact_box([pcurve for loop in loops for pcurve in loop])
     open_ways = chart.periods == 0.0
@@ -222,7 +224,7 @@ def _added(assembly: Assembly, face: DrawnFace, loops: list[Loop], chart: Chart)
     patch = chart.unrolled(box)
     low, high = np.array(patch.domain).T
     box = np.clip(box, low, high)
-    worst = max(_open_by(loop, chart) for loop in loops)
+    worst = max(_largest_gap(loop, chart) for loop in loops)
     sides = rectangle_sides(loops[0], box, speed) if len(loops) == 1 else None
     if worst > OPEN * float(np.linalg.norm(extent)):
         warn(
@@ -237,7 +239,7 @@ def _added(assembly: Assembly, face: DrawnFace, loops: list[Loop], chart: Chart)
     return True
 
 
-def _brought_back(loop: Loop, chart: Chart) -> Loop:
+def _shift_into_domain(loop: Loop, chart: Chart) -> Loop:
     """Return a loop shifted by whole turns so that it begins within the domain."""
     low = exact_box(loop)[0]
     safe = np.where(chart.periods > 0.0, chart.periods, 1.0)
@@ -254,7 +256,7 @@ def _speed(chart: Chart, box: FloatArray) -> FloatArray:
     return largest
 
 
-def _open_by(loop: Loop, chart: Chart) -> float:
+def _largest_gap(loop: Loop, chart: Chart) -> float:
     """Return the largest gap of a loop in space; poles are no gaps."""
     last = np.array([ends(pcurve)[1] for pcurve in loop])
     apart = chart.points(last) - chart.points(last + gaps(loop))

@@ -58,7 +58,7 @@ def was_read(file: Path) -> bool:
     folder = cache_folder()
     try:
         return folder is not None and any(folder.glob(f"{kept_as(file)}-*"))
-    except OSError:  # it is told when the file is to be read
+    except OSError:  # reported when the file is read
         return False
 
 

@@ -48,7 +48,7 @@ def read_gismo(
     FileError
         Not XML, not G+Smo, no surface, a coefficient that is no number.
     """
-    body, _ = _gathered(path, file_unit, unit, choice)
+    body, _ = _read_surfaces(path, file_unit, unit, choice)
     union = united(body, body.pieces, solids, str(path))
     if union.said:
         warn(f"{path}: closed pieces {union.said}")
@@ -59,12 +59,12 @@ def list_gismo(
     path: Path, file_unit: str | None, unit: str | None, solids: Solids | None = None
 ) -> Inventory:
     """Return the inventory of a G+Smo file: one part, because the format names none."""
-    body, label = _gathered(path, file_unit, unit, ALL)
+    body, label = _read_surfaces(path, file_unit, unit, ALL)
     union = united(body, body.pieces, solids, str(path))
     return Inventory(union.body, [k + 1 for k in union.origin], [label], {}, union.said)
 
 
-def _gathered(
+def _read_surfaces(
     path: Path, file_unit: str | None, unit: str | None, choice: Choice
 ) -> tuple[Body, PartLabel]:
     root = _root(path)

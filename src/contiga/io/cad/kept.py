@@ -23,7 +23,7 @@ _CHECKS = Path(__file__).with_name("read_cad.py")
 
 def _files(file: Path, *sources: Path) -> DiskCache:
     """Return the cache of results that depend on a file's reader, checks and `sources`."""
-    # What reads is not imported for that; numba comes with the cache, while a reader is loaded.
+    # The reader is not imported for that; numba is, while a worker loads a reader.
     from contiga.arrays.disk_cache import DiskCache
 
     module = Path(__file__).with_name(f"{READERS[file.suffix.lower()]}.py")
@@ -65,7 +65,7 @@ def read_kept(
     _warn(said)
     content = outcome.value()
     check(content)
-    if kept_as(file) == read:  # nobody has written it anew meanwhile
+    if kept_as(file) == read:  # the file has not been rewritten in the meantime
         files.put(key, (content, said))
     return content
 
@@ -95,14 +95,14 @@ def answer_kept(file: Path, asked: str, source: str, make: Callable[[], T]) -> T
     """
     try:
         files, read = _files(file, Path(source)), kept_as(file)
-    except OSError:  # it is told when the file is read
+    except OSError:  # reported when the file is read
         return make()
     key, said = _key(asked, file, ()), list[str]()
     answer: T | None = files.get(key)
     if answer is not None:
         return answer
     try:
-        with _heard(said):
+        with _collect_warnings(said):
             answer = make()
     finally:
         for text in said:
@@ -113,7 +113,7 @@ def answer_kept(file: Path, asked: str, source: str, make: Callable[[], T]) -> T
 
 
 @contextmanager
-def _heard(said: list[str]) -> Iterator[None]:
+def _collect_warnings(said: list[str]) -> Iterator[None]:
     """Collect contiga's warnings raised inside in `said`; issue others afterwards."""
     try:
         with warnings.catch_warnings(record=True) as heard:
@@ -137,7 +137,7 @@ def _package_of(suffix: str) -> str:
     """Return a text that identifies the version of the package that reads a format."""
     said = []
     for name in PACKAGES[suffix]:
-        with suppress(ImportError):  # what needs it says so
+        with suppress(ImportError):  # its users report it
             spec = find_spec(name)
             if spec is not None and spec.origin is not None:
                 said.append(f"{spec.origin} {Path(spec.origin).stat().st_mtime_ns}")

@@ -69,7 +69,7 @@ def chained(loop: Loop, periods: FloatArray) -> Loop:
     reach = float(np.ptp(np.concatenate([ends(pcurve) for pcurve in ordered]), axis=0).max())
     if worst_gap(ordered) <= CLOSED * reach:
         return ordered
-    # Only then: on a surface that is periodic both ways every pcurve may follow every other.
+    # Only then: on a surface periodic in both directions any p-curve may follow any other.
     nearest = joined(_nearest_order(loop, periods), periods)
     return nearest if worst_gap(nearest) < 0.5 * worst_gap(ordered) else ordered
 

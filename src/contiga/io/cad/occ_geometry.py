@@ -114,21 +114,21 @@ def _part(spline: Any, first: float, last: float, scale: float) -> NurbsCurve:
     near = 1e-9 * (b - a)
     if period:
         turns = math.floor((first + near - a) / period)
-        curve = _shifted(curve, turns * period)
+        curve = _shift(curve, turns * period)
         a, b = curve.domain
         if last > b + near:
-            curve = _joined(curve, _shifted(curve, period))
+            curve = _join(curve, _shift(curve, period))
             b = curve.domain[1]
     low = a if first - a <= near else first
     high = b if b - last <= near else last
     return curve if (low, high) == (a, b) else curve.restricted(low, high)
 
 
-def _shifted(curve: NurbsCurve, by: float) -> NurbsCurve:
+def _shift(curve: NurbsCurve, by: float) -> NurbsCurve:
     return NurbsCurve(curve.degree, curve.knots + by, curve.control_points, curve.weights)
 
 
-def _joined(one: NurbsCurve, two: NurbsCurve) -> NurbsCurve:
+def _join(one: NurbsCurve, two: NurbsCurve) -> NurbsCurve:
     """Join two curves of one degree that meet."""
     p = one.degree
     knots = np.concatenate([one.knots[:-1], two.knots[p + 1 :]])
@@ -196,7 +196,7 @@ def patch_from(surface: Any, box: FloatArray, whole: bool, scale: float) -> Patc
 
         surface = GeomConvert.SurfaceToBSplineSurface_s(surface)
     if isinstance(surface, Geom_BSplineSurface):
-        spline = surface_from(*_opened(surface, box), scale)
+        spline = surface_from(*_cut_open(surface, box), scale)
         return Patch(spline if whole else cut_down(spline, box), (identity, identity))
     return _analytic(surface, box, scale)
 
@@ -211,7 +211,7 @@ def _plane(plane: Any, box: FloatArray, scale: float) -> NurbsSurface:
     return NurbsSurface((1, 1), ([u0, u0, u1, u1], [v0, v0, v1, v1]), net * scale)
 
 
-def _opened(surface: Any, box: FloatArray) -> tuple[Any, FloatArray]:
+def _cut_open(surface: Any, box: FloatArray) -> tuple[Any, FloatArray]:
     """Return a copy that is not periodic, cut where `box` begins, and its knots' shift.
 
     Where a period starts is arbitrary, so the cut goes where the face begins; OpenCASCADE may
@@ -226,10 +226,10 @@ def _opened(surface: Any, box: FloatArray) -> tuple[Any, FloatArray]:
     part = np.where(periods > 0.0, box, natural)
     part[1] = np.where(periods > 0.0, np.minimum(part[1], part[0] + periods), part[1])
     spline.Segment(*(float(x) for x in (part[0, 0], part[1, 0], part[0, 1], part[1, 1])))
-    return spline, _unrolled(spline, part[0], periods)
+    return spline, _unroll(spline, part[0], periods)
 
 
-def _unrolled(spline: Any, start: FloatArray, periods: FloatArray) -> FloatArray:
+def _unroll(spline: Any, start: FloatArray, periods: FloatArray) -> FloatArray:
     """Make a spline not periodic; return whole periods from its first knots to `start` (u, v)."""
     if spline.IsUPeriodic():
         spline.SetUNotPeriodic()
@@ -276,7 +276,7 @@ def _exact_form(
         spline = GeomConvert.SurfaceToBSplineSurface_s(trimmed)
     except Exception:  # OpenCASCADE raises its own kinds for surfaces without an exact form
         return None
-    shift = _unrolled(spline, box[0], periods_of(surface))
+    shift = _unroll(spline, box[0], periods_of(surface))
     for maps in _possible_maps(spline, shift):
         if _agrees(surface, spline, maps, (box, shift)):
             return spline, shift, maps

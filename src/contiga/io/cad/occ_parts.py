@@ -68,7 +68,7 @@ def new_document() -> Any:
     from OCP.XCAFApp import XCAFApp_Application
     from OCP.XCAFDoc import XCAFDoc_ShapeTool
 
-    XCAFDoc_ShapeTool.SetAutoNaming_s(False)  # else what has no name is called COMPOUND
+    XCAFDoc_ShapeTool.SetAutoNaming_s(False)  # otherwise shapes without a name are called COMPOUND
     kind = TCollection_ExtendedString("MDTV-XCAF")
     document = TDocStd_Document(kind)
     XCAFApp_Application.GetApplication_s().NewDocument(kind, document)
@@ -85,7 +85,7 @@ def pieces_of(document: Any) -> list[Piece]:
     free = Sequence_TDF_Label()
     shapes.GetFreeShapes(free)
     walk, start = _Walk(shapes), _Way(TopLoc_Location())
-    return [piece for label in _listed(free) for piece in walk.under(label, start)]
+    return [piece for label in _items(free) for piece in walk.under(label, start)]
 
 
 class _Walk(NamedTuple):
@@ -120,7 +120,7 @@ class _Walk(NamedTuple):
         way = way._replace(others=others, colour=called.colour)
         components = Sequence_TDF_Label()
         self.shapes.GetComponents_s(product, components, False)
-        for component in _listed(components):
+        for component in _items(components):
             yield from self.under(component, way)
 
     def _leaf(self, product: Any, way: _Way, called: _Called) -> Iterator[Piece]:
@@ -163,7 +163,7 @@ class _Inner:
         self._called: dict[int, _Called] = {}
         labels = Sequence_TDF_Label()
         shapes.GetSubShapes_s(product, labels)
-        for label in _listed(labels):
+        for label in _items(labels):
             number = self._known.Add(shapes.GetShape_s(label))
             self._called[number] = _Called(_name(label), _colour(label))
 
@@ -227,11 +227,11 @@ def labelled(pieces: Sequence[Piece], edges: Sewn) -> list[PartLabel]:
                 piece.called.colour,
             )
         else:
-            parts[group] = _joined(part, piece, faces)
+            parts[group] = _join(part, piece, faces)
     return list(parts.values())
 
 
-def _joined(part: PartLabel, piece: Piece, faces: list[FaceLabel]) -> PartLabel:
+def _join(part: PartLabel, piece: Piece, faces: list[FaceLabel]) -> PartLabel:
     """Return a part of loose faces with more of them, with name and colour if all have the same."""
     name = part.name if part.name == piece.called.name else None
     colour = part.colour if part.colour == piece.called.colour else None
@@ -265,7 +265,7 @@ def _groups(pieces: Sequence[Piece], edges: Sewn) -> Iterable[int]:
     return groups.tolist()
 
 
-def _listed(sequence: Any) -> list[Any]:
+def _items(sequence: Any) -> list[Any]:
     return [sequence.Value(k) for k in range(1, sequence.Length() + 1)]
 
 
@@ -273,7 +273,7 @@ def _name(label: Any) -> str | None:
     from OCP.TDataStd import TDataStd_Name
 
     guid = TDataStd_Name.GetID_s()
-    if not label.IsAttribute(guid):  # the bindings crash on attributes that are not there
+    if not label.IsAttribute(guid):  # the bindings crash on missing attributes
         return None
     name = TDataStd_Name()
     label.FindAttribute(guid, name)

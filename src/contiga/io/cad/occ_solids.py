@@ -68,7 +68,7 @@ def solid_of(body: Faces, patches: Sequence[int], scale: float) -> Solid | None:
     volume = abs(piece.volume()) * scale**3
     if not abs(volume_of(solid) - volume) <= ALIKE * volume:
         return None
-    return _traced(solid, [(patch, [sewing.ModifiedSubShape(face)]) for patch, face in made])
+    return _trace(solid, [(patch, [sewing.ModifiedSubShape(face)]) for patch, face in made])
 
 
 def hollowed(solid: Solid, cavity: Solid) -> Solid | None:
@@ -82,10 +82,10 @@ def hollowed(solid: Solid, cavity: Solid) -> Solid | None:
         return None
     before = [*zip(solid.patches, solid.faces, strict=True)]
     before += zip(cavity.patches, cavity.faces, strict=True)
-    return _traced(solids[0], [(k, list(cut.Modified(face)) or [face]) for k, face in before])
+    return _trace(solids[0], [(k, list(cut.Modified(face)) or [face]) for k, face in before])
 
 
-def _traced(solid: Any, parts: Sequence[tuple[int, list[Any]]]) -> Solid:
+def _trace(solid: Any, parts: Sequence[tuple[int, list[Any]]]) -> Solid:
     """Return a solid whose faces are parts of patches."""
     from OCP.collections import IndexedMap_TopoDS_Shape_TopTools_ShapeMapHasher
     from OCP.TopoDS import TopoDS
@@ -113,8 +113,8 @@ def faces_of(patch: NurbsSurface, loops: Sequence[Sequence[NurbsCurve]] | None) 
     if _is_flat(patch):
         return [_plane(patch, loops or [_border(patch)])]
     if loops is None:
-        return [BRepBuilderAPI_MakeFace(_surface(half), FINEST).Face() for half in _opened(patch)]
-    return [_trimmed(_surface(patch), loops)]
+        return [BRepBuilderAPI_MakeFace(_surface(half), FINEST).Face() for half in _halves(patch)]
+    return [_trimmed_face(_surface(patch), loops)]
 
 
 def _is_flat(patch: NurbsSurface) -> bool:
@@ -133,14 +133,14 @@ def _border(patch: NurbsSurface) -> list[NurbsCurve]:
     return [NurbsCurve(1, [0.0, 0.0, 1.0, 1.0], np.array(ends)) for ends in pairwise(corners)]
 
 
-def _opened(patch: NurbsSurface) -> list[NurbsSurface]:
+def _halves(patch: NurbsSurface) -> list[NurbsSurface]:
     """Return the halves of a patch whose sides meet: faces without seams."""
     for axis, ((a, b), rest) in enumerate(zip(patch.domain, patch.domain[::-1], strict=True)):
         sides = [patch.isocurve(**{"uv"[axis]: end}).control_points for end in (a, b)]
         if np.abs(sides[0] - sides[1]).max() <= POINT * np.ptp(patch.bounds(), axis=0).max():
             parts = [(a, 0.5 * (a + b)), (0.5 * (a + b), b)]
             spans = [(part, rest) if axis == 0 else (rest, part) for part in parts]
-            return [half for span in spans for half in _opened(patch.restricted(*span))]
+            return [half for span in spans for half in _halves(patch.restricted(*span))]
     return [patch]
 
 
@@ -171,10 +171,10 @@ def _plane(patch: NurbsSurface, loops: Sequence[Sequence[NurbsCurve]]) -> Any:
     face = BRepBuilderAPI_MakeFace(gp_Pln(axes), wires[0], True)
     for wire in wires[1:]:
         face.Add(wire)
-    return _mended(face.Face())
+    return _oriented_face(face.Face())
 
 
-def _trimmed(surface: Any, loops: Sequence[Sequence[NurbsCurve]]) -> Any:
+def _trimmed_face(surface: Any, loops: Sequence[Sequence[NurbsCurve]]) -> Any:
     """Return a face cut out by p-curves."""
     from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeFace
     from OCP.BRepLib import BRepLib
@@ -184,10 +184,10 @@ def _trimmed(surface: Any, loops: Sequence[Sequence[NurbsCurve]]) -> Any:
     for wire in wires[1:]:
         face.Add(wire)
     BRepLib.BuildCurves3d_s(face.Face(), FINEST)
-    return _mended(face.Face())
+    return _oriented_face(face.Face())
 
 
-def _mended(face: Any) -> Any:
+def _oriented_face(face: Any) -> Any:
     """Return a face whose loops run the right way: the outer one anticlockwise."""
     from OCP.ShapeFix import ShapeFix_Face
 

@@ -170,7 +170,7 @@ def _check_crossing(body: Body, file: Path) -> None:
     from contiga.geometry.piece import piece_of
 
     splines = [k for k, patch in enumerate(body.patches) if max(patch.degrees) >= SPLINE]
-    # Where the whole body has none, which is asked of it anyway, a part of it is not looked at.
+    # The whole body is checked anyway; if it has no crossing, no part of it has one.
     if not splines or body.openings.crossing is None:
         return
     some = body if len(splines) == len(body.patches) else piece_of(body, splines)

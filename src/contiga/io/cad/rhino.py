@@ -178,7 +178,7 @@ def _items(model: Any, path: Path) -> list[_Item]:
     def follow(item: Any, matrix: FloatArray, place: tuple[str, ...]) -> None:
         geometry = item.Geometry
         if type(geometry).__name__ != "InstanceReference":
-            shape = _faced(geometry)
+            shape = _geometry_with_faces(geometry)
             if shape is None:
                 left_out.add(type(geometry).__name__)
             else:
@@ -199,7 +199,7 @@ def _items(model: Any, path: Path) -> list[_Item]:
     return items
 
 
-def _faced(geometry: Any) -> Any:
+def _geometry_with_faces(geometry: Any) -> Any:
     """Return a Brep or a NurbsSurface of an object; None if it has no faces."""
     import rhino3dm
 
@@ -267,7 +267,7 @@ def _brep(
 ) -> tuple[Body | None, list[int]]:
     brep = item.geometry
     curves = [
-        _named(f"{where}, edge {i}", curve_from, brep.Edges[i].ToNurbsCurve())
+        _convert(f"{where}, edge {i}", curve_from, brep.Edges[i].ToNurbsCurve())
         for i in range(len(brep.Edges))
     ]
     assembly = Assembly(where)
@@ -275,7 +275,7 @@ def _brep(
     for i in np.flatnonzero(wanted).tolist():
         face = brep.Faces[i]
         name = f"{where}, face {item.label.faces[i].number}"
-        surface = _named(name, surface_from, face.UnderlyingSurface().ToNurbsSurface())
+        surface = _convert(name, surface_from, face.UnderlyingSurface().ToNurbsSurface())
         trims = [_trims(face.Loops[k]) for k in range(len(face.Loops))]
         turned = bool(face.OrientationIsReversed)
         sides = _natural_sides(surface, trims, curves, tolerance)
@@ -290,7 +290,7 @@ def _brep(
     return assembly.body("brep", lambda number: Edge(curves[number], tolerance), None), kept
 
 
-def _named(name: str, made: Callable[[Any], _Made], geometry: Any) -> _Made:
+def _convert(name: str, made: Callable[[Any], _Made], geometry: Any) -> _Made:
     """Return what `made` makes of a curve or surface; errors name it."""
     try:
         return made(geometry)

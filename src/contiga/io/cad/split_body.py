@@ -22,7 +22,7 @@ from contiga.records import FloatArray
 
 def split(body: Body, plane: tuple[ArrayLike, ArrayLike]) -> tuple[Body, Body]:
     """Cut a body by a plane (point, normal); see `Body.split`."""
-    point, normal = _checked(plane)
+    point, normal = _checked_plane(plane)
     require("splitting a body by a plane", "OCP")
     scale = scale_of(body)
     with quiet():
@@ -45,7 +45,7 @@ def split(body: Body, plane: tuple[ArrayLike, ArrayLike]) -> tuple[Body, Body]:
     return one, other
 
 
-def _checked(plane: Any) -> tuple[FloatArray, FloatArray]:
+def _checked_plane(plane: Any) -> tuple[FloatArray, FloatArray]:
     """Return point and unit normal."""
     try:
         point, normal = (np.asarray(real(part, "plane"), np.float64) for part in plane)

@@ -115,23 +115,23 @@ class _Model:
 
     def body(self, choice: Choice) -> Body:
         """Return the selection, as if the file had nothing else."""
-        placed, said = self._placed(choice)
+        placed, said = self._select_faces(choice)
         if said:
             warn(f"{self._path}: solids {said}")
-        body, _, _ = self._gathered(placed)
+        body, _, _ = self._assemble(placed)
         return body
 
     def inventory(self) -> Inventory:
         """Return everything, and the parts that share faces or edges with others alone, too."""
-        placed, said = self._placed(ALL)
-        body, numbers, assembly = self._gathered(placed)
+        placed, said = self._select_faces(ALL)
+        body, numbers, assembly = self._assemble(placed)
         owner = {face.number: part.number for part in self._parts for face in part.faces}
         mixed = set(assembly.entangled([owner[number] for number in numbers]))
         mixed |= {part.number for meeting in placed.meetings for part in self._parts_of(meeting)}
         apart = {number: self.body(Choice(parts=(number,))) for number in sorted(mixed)}
         return Inventory(body, numbers, self._parts, apart, said)
 
-    def _placed(self, choice: Choice) -> tuple[Placed, str]:
+    def _select_faces(self, choice: Choice) -> tuple[Placed, str]:
         """Return the selected faces and a message about solids that meet.
 
         Those are treated as requested.
@@ -149,7 +149,7 @@ class _Model:
         wanted = set(firsts[list(meeting.pieces)].tolist())
         return [part for part in self._parts if part.faces[0].number in wanted]
 
-    def _gathered(self, placed: Placed) -> tuple[Body, list[int], Assembly]:
+    def _assemble(self, placed: Placed) -> tuple[Body, list[int], Assembly]:
         """Return the faces as a body, the number in the file of each patch, and the assembly."""
         whole = len(placed.faces) == sum(len(piece.faces) for piece in self._pieces)
         sewn = self._sewn if whole and not placed.meetings else Sewn(placed.shape)
@@ -214,7 +214,7 @@ def add_face(assembly: Assembly, face: Any, edges: Sewn, scale: float, where: st
         return False
     refuse_pierced(raw.surface, raw.box, scale, where)
     sides = rectangle_sides(raw.loops[0], raw.box, raw.speed) if len(raw.loops) == 1 else None
-    closed = _closed(raw, where)
+    closed = _is_closed(raw, where)
     whole = sides is None and closed
     try:
         patch = occ.patch_from(raw.surface, raw.box, whole, scale)
@@ -245,10 +245,10 @@ def _is_thin(raw: RawFace) -> bool:
     return bool(extent.min() <= THIN * extent.max())
 
 
-def _closed(raw: RawFace, where: str) -> bool:
+def _is_closed(raw: RawFace, where: str) -> bool:
     """Whether the loops close; a face with an open loop is kept whole, with a warning."""
     size = float(np.linalg.norm((raw.box[1] - raw.box[0]) * raw.speed))
-    worst = max((_open_by(loop, raw.surface) for loop in raw.loops), default=0.0)
+    worst = max((_largest_gap(loop, raw.surface) for loop in raw.loops), default=0.0)
     if worst > OPEN * size:
         warn(
             f"{where}: a trimming loop is open by {worst:.3g} mm; the face is kept as the "
@@ -258,7 +258,7 @@ def _closed(raw: RawFace, where: str) -> bool:
     return True
 
 
-def _open_by(loop: Loop, surface: Any) -> float:
+def _largest_gap(loop: Loop, surface: Any) -> float:
     """Return the largest gap of a loop in space; poles are no gaps."""
     worst = 0.0
     for pcurve, gap in zip(loop, gaps(loop), strict=True):
@@ -323,7 +323,7 @@ def _box(surface: Any, loops: list[Loop], periods: FloatArray) -> FloatArray:
     box[1] = np.where(
         periodic, np.minimum(box[1], box[0] + periods), np.minimum(box[1], natural[1])
     )
-    # Within rounding of the natural bounds it is those: no hole is left about a pole.
+    # Bounds within rounding of the natural ones become those, so that a pole has no hole.
     near = ROUNDED * (box[1] - box[0])
     box[0] = np.where(~periodic & (box[0] - natural[0] <= near), natural[0], box[0])
     box[1] = np.where(~periodic & (natural[1] - box[1] <= near), natural[1], box[1])

@@ -210,7 +210,7 @@ class _Union:
         groups: dict[int, list[int]] = {}
         for k, piece in enumerate(self._pieces):
             images = [number for face in piece.faces for number in self._images(face)]
-            # Of a piece within another nothing is left.
+            # Nothing is left of a piece within another.
             home = owner[images[0]] if images else _holder(every, piece.shape)
             groups.setdefault(home, []).append(k)
         several = {j: group for j, group in groups.items() if len(group) > 1}

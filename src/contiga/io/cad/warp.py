@@ -134,7 +134,7 @@ def on_edge(
     near = TOLERANCE * chart.size
 
     def allowed(uv: FloatArray) -> FloatArray:
-        # Next to a pole one parameter says little: what counts is the place.
+        # Next to a pole one parameter is nearly undetermined: the place decides.
         return np.maximum(TOLERANCE * span, near / np.maximum(chart.speed(uv), 1e-300))
 
     borders = np.concatenate([edge.knots, _over_knots(image, np.union1d(t, curve.knots), chart)])
@@ -185,7 +185,7 @@ def _image(curve: NurbsCurve, edge: NurbsCurve, chart: Chart) -> Callable[[Float
         uv = at(t)
         lost = chart.lost(uv).any(axis=1)
         if lost.any():
-            # At a pole itself a parameter is what it tends to on the way there.
+            # At a pole a parameter is its limit along the edge.
             step = np.where(t[lost] < 0.5 * (a + b), 1.0, -1.0) * TOWARD * (b - a)
             first, second, third = (at(t[lost] + k * step) for k in (1, 2, 3))
             uv[lost] = 3.0 * first - 3.0 * second + third

@@ -13,7 +13,7 @@ from pathlib import Path
 from contiga.errors import ContigaWarning, MeshError
 from contiga.io.mesh.abaqus_cards import Keyword, Line, read_keywords
 from contiga.io.mesh.abaqus_elements import moves_to_contact, touches_no_mesh
-from contiga.io.mesh.abaqus_mesh import assembled, told
+from contiga.io.mesh.abaqus_mesh import assembled, count_message
 from contiga.io.mesh.abaqus_scope import (
     Label,
     Scope,
@@ -140,7 +140,7 @@ class _Deck:
         sets = self._scope.node_sets if nodes else self._scope.element_sets
         put(sets, name, ())
         if nodes and keyword.options.get("ELSET"):
-            elements = self._named(keyword.options["ELSET"], instance, False, keyword.where)
+            elements = self._labels_of_set(keyword.options["ELSET"], instance, False, keyword.where)
             put(sets, name, self._nodes_of(elements, keyword.where))
         for line in keyword.lines:
             if "GENERATE" in keyword.options:
@@ -157,9 +157,9 @@ class _Deck:
         if text.lstrip("+-").isdigit():
             yield Label(instance, whole(text, line.where))
         else:
-            yield from self._named(text, instance, nodes, line.where)
+            yield from self._labels_of_set(text, instance, nodes, line.where)
 
-    def _named(self, name: str, instance: str, nodes: bool, where: str) -> list[Label]:
+    def _labels_of_set(self, name: str, instance: str, nodes: bool, where: str) -> list[Label]:
         """Return the labels of an existing set, seen from the place of a new set."""
         scope = self.instances[instance] if instance else self._scope
         sets = scope.node_sets if nodes else scope.element_sets
@@ -183,7 +183,7 @@ class _Deck:
                 without.append(label.number)
             else:
                 labels += (Label(label.instance, node) for node in element.nodes)
-        for text in told("elements that are not there, or whose nodes are not", without):
+        for text in count_message("elements that are not there, or whose nodes are not", without):
             warnings.warn(f"{where}: {text}", ContigaWarning, 2)
         return labels
 

@@ -51,11 +51,13 @@ def assembled(instances: Mapping[str, Scope], names: Mapping[str, str], where: s
         known = [cells[label] for label in labels if label in cells]
         groups.append(Group(None, set_name, _rows(known, len(blocks))))
         unknown = [n for i, n in labels if n not in instances[i].elements]
-        missing += told(f"*ELSET {set_name}", unknown)
+        missing += count_message(f"*ELSET {set_name}", unknown)
     for set_name, labels in _sets(instances, names, nodes=True).items():
         rows = sorted({row_of[label] for label in labels if label in row_of})
         groups.append(Group(None, set_name, None, np.array(rows, dtype=np.int64)))
-        missing += told(f"*NSET {set_name}", [n for i, n in labels if (i, n) not in row_of])
+        missing += count_message(
+            f"*NSET {set_name}", [n for i, n in labels if (i, n) not in row_of]
+        )
     if missing:
         text = "; ".join(missing)
         warnings.warn(f"{where}: members of sets are not there: {text}", ContigaWarning, 2)
@@ -136,7 +138,7 @@ def _sets(
     return sets
 
 
-def told(what: str, numbers: list[int]) -> list[str]:
+def count_message(what: str, numbers: list[int]) -> list[str]:
     """Return the number of missing things, and some of them."""
     if not numbers:
         return []

@@ -114,12 +114,12 @@ def read_nodes(keyword: Keyword, scope: Scope) -> None:
     for line in keyword.lines:
         number = whole(line.fields[0], line.where)
         a, b, c = reals(line._replace(fields=line.fields[1:]), 3)
-        scope.add_node(number, _placed(scope, kind, (a, b, c)), line.where)
+        scope.add_node(number, _cartesian(scope, kind, (a, b, c)), line.where)
         numbers.append(number)
     put(scope.node_sets, keyword.options.get("NSET", ""), own(numbers))
 
 
-def _placed(scope: Scope, kind: str, given: Place) -> Place:
+def _cartesian(scope: Scope, kind: str, given: Place) -> Place:
     """Return coordinates in the axes of the part; angles are in degrees."""
     a, b, c = given
     if kind != "R":
@@ -278,7 +278,7 @@ def read_elgen(keyword: Keyword, scope: Scope) -> None:
                 for base, nodes in made.items()
                 for k in range(max(count, 1))
             }
-        _copied(scope, [master], made, keyword.options.get("ELSET", ""), line.where)
+        _copy_elements(scope, [master], made, keyword.options.get("ELSET", ""), line.where)
 
 
 def read_elcopy(keyword: Keyword, scope: Scope) -> None:
@@ -286,10 +286,12 @@ def read_elcopy(keyword: Keyword, scope: Scope) -> None:
     keyword.understood("OLD SET", "NEW SET", "ELEMENT SHIFT", "SHIFT NODES")
     step, nodes = (whole(keyword.need(o), keyword.where) for o in ("ELEMENT SHIFT", "SHIFT NODES"))
     old = _of_set(scope.element_sets, keyword.need("OLD SET"), keyword.where)
-    _copied(scope, old, {step: nodes}, keyword.options.get("NEW SET", ""), keyword.where)
+    _copy_elements(scope, old, {step: nodes}, keyword.options.get("NEW SET", ""), keyword.where)
 
 
-def _copied(scope: Scope, masters: list[int], made: dict[int, int], name: str, where: str) -> None:
+def _copy_elements(
+    scope: Scope, masters: list[int], made: dict[int, int], name: str, where: str
+) -> None:
     """Add copies of elements; `made` adds to their numbers and to those of their nodes."""
     for number in masters:
         element = scope.elements.get(number)

@@ -66,7 +66,7 @@ def _read_array(path: Path) -> FloatArray:
     try:
         # Mapped, an array takes no more memory than the file has, whatever its head claims.
         table = np.lib.format.open_memmap(path, mode="r")
-    except Exception as error:  # a damaged head fails in ways of Python's own parser
+    except Exception as error:  # a damaged header raises errors of Python's own parser
         raise FileError(
             "not a plain NumPy array", where=str(path), allowed="an .npy file of shape (n, 3)"
         ) from error

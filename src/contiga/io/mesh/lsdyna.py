@@ -414,11 +414,11 @@ def cut_for_what_is_left(block: Block) -> None:
             end = _width(_NODE) - 16
             plain = [c for c in block.cards if "," not in c.text and not c.text[end:].strip(" 0")]
             if not block.long:
-                block.told(*plain)
+                block.mark_read(*plain)
             others = [card for card in block.cards if card.line not in block.unread]
             _node_cards(block._replace(cards=others))
         elif _element_columns(block) is not None:
-            block.told(*block.cards)
+            block.mark_read(*block.cards)
         elif block.keyword.startswith("ELEMENT_SHELL"):
             _shell_cards(block)
         else:

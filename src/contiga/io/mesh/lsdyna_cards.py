@@ -56,7 +56,7 @@ def _blocks_of(
         if is_parameters(block):
             parameters.read(block)
         if block.keyword.startswith("INCLUDE"):
-            yield from _included(block, folders, (*open_files, path.resolve()))
+            yield from _included_blocks(block, folders, (*open_files, path.resolve()))
         else:
             yield block
 
@@ -89,7 +89,9 @@ def _split(lines: list[str], path: Path, long: bool, parameters: Parameters) -> 
         yield block
 
 
-def _included(block: Block, folders: list[Path], open_files: tuple[Path, ...]) -> Iterator[Block]:
+def _included_blocks(
+    block: Block, folders: list[Path], open_files: tuple[Path, ...]
+) -> Iterator[Block]:
     name = "".join(card.text.rstrip().removesuffix(" +") for card in block.cards[:1]).strip()
     if block.keyword in ("INCLUDE_PATH", "INCLUDE_PATH_RELATIVE"):
         folders.append(block.path.parent / name)

@@ -132,7 +132,7 @@ class DeckModel:
     def drop(self, block: Block, why: str = "", line: int = 0, cards: Sequence[Card] = ()) -> None:
         """Note that a keyword, or some of its cards, are left out with all their contents."""
         self.leave(block, why, line)
-        block.told(*(cards or block.cards))
+        block.mark_read(*(cards or block.cards))
 
     def drop_curve(self, block: Block, why: str) -> None:
         """Note that a curve is left out; its block is kept, and a case that needs it is refused."""

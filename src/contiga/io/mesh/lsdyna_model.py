@@ -107,7 +107,7 @@ def read_model(path: Path) -> DeckModel:
     model.part_sets = read_sets(blocks, "PART", model.drop)
     model.node_sets = read_sets(blocks, "NODE", model.drop)
     model.other_sets = {set_of(block): block for block in blocks if is_other_set(block)}
-    # The end comes first: what is over before it is told from what is not.
+    # The end is read first: it decides what ends before the run does.
     for block in sorted(blocks, key=lambda block: not block.keyword.startswith(_TERMINATION)):
         _take(block, model)
     for left in blocks[0].parameters.left:
@@ -147,14 +147,14 @@ def _take(block: Block, model: DeckModel) -> None:
     name = block.keyword
     if name == "TITLE":
         model.title = block.cards[0].text.strip() if block.cards else ""
-        block.told(*block.cards)
+        block.mark_read(*block.cards)
         return
     if is_curve(block) or is_table(block) or is_part(block) or is_section(block):
         return
     if is_set(block, "NODE") or is_set(block, "PART"):
         return
     if is_parameters(block):
-        block.told(*block.cards)
+        block.mark_read(*block.cards)
         return
     reader = next((read for start, read in _READERS.items() if name.startswith(start)), None)
     if reader is None:
@@ -216,7 +216,7 @@ def _material(block: Block, model: DeckModel) -> None:
     model.materials[number] = Material(density, modulus, poisson, rigid, held, block, soft, why)
 
 
-def _tied(block: Block, model: DeckModel) -> None:
+def _read_ties(block: Block, model: DeckModel) -> None:
     """Read *BOUNDARY_SPC_… and *CONSTRAINED_EXTRA_NODES_…."""
     if not is_tie(block):
         model.drop(block)
@@ -254,7 +254,7 @@ def _contact(block: Block, model: DeckModel) -> None:
     model.contacts.append(DeckContact(block, sides, (static, dynamic, decay), scales))
 
 
-def _prescribed(block: Block, model: DeckModel) -> None:
+def _read_prescribed_motion(block: Block, model: DeckModel) -> None:
     named = block.keyword.endswith("_ID")
     if block.keyword.removesuffix("_ID") != "BOUNDARY_PRESCRIBED_MOTION_RIGID":
         model.drop(block)
@@ -262,7 +262,7 @@ def _prescribed(block: Block, model: DeckModel) -> None:
     cards = iter(block.cards)
     for card in cards:
         if named:
-            block.told(card)
+            block.mark_read(card)
             card = next(cards, Card("", 0))
         if not card.text.strip():
             continue
@@ -270,7 +270,7 @@ def _prescribed(block: Block, model: DeckModel) -> None:
         part, way, kind, curve = row.wholes("PID DOF VAD LCID")
         scale = row.real("SF")
         if way not in (1, 2, 3) or kind not in (0, 1, 2):
-            # Of turns about axes that are offset, and of nodes beside nodes, one more card follows.
+            # Rotations about offset axes, and nodes besides nodes, have one more card.
             offset = [next(cards, card)] if abs(way) in (9, 10, 11) or kind == 4 else []
             model.drop(block, f"part {part}, DOF {way}, VAD {kind}", cards=[card, *offset])
             continue
@@ -293,7 +293,7 @@ def _initial(block: Block, model: DeckModel) -> None:
     elif block.keyword == "INITIAL_VELOCITY_GENERATION":
         for k in range(0, len(block.cards) - 1, 2):
             head, tail = rows_of(block, block.cards[k : k + 2], *_GENERATION)
-            _generated(head, tail, model)
+            _read_velocity_generation(head, tail, model)
     elif block.keyword == "INITIAL_VELOCITY" and len(block.cards) > 1:
         _of_all(block, model)
     elif block.keyword == "INITIAL_VELOCITY_NODE":
@@ -344,7 +344,7 @@ def _of_nodes(block: Block, model: DeckModel) -> None:
             model.node_velocities[node] = NodeStart(rates, row.block, line)
 
 
-def _generated(head: Row, tail: Row, model: DeckModel) -> None:
+def _read_velocity_generation(head: Row, tail: Row, model: DeckModel) -> None:
     number, kind = head.wholes("ID STYP")
     omega, *velocity = head.reals("OMEGA VX VY VZ")
     parts = [number] if kind == 2 or number == 0 else model.part_sets.get(number, [])
@@ -407,7 +407,7 @@ def _system(block: Block, model: DeckModel) -> None:
 
 def _states(block: Block, model: DeckModel) -> None:
     (row,) = rows_of(block, block.cards, _STATES)
-    block.told(*block.cards[1:])  # which results are in the files
+    block.mark_read(*block.cards[1:])  # which results are in the files
     count = row.whole("NPLTC")
     model.states = model.end / count if count > 0 else row.real("DT")
 
@@ -418,9 +418,9 @@ _READERS: dict[str, Callable[[Block, DeckModel], None]] = {
     "ELEMENT_MASS": _mass,
     "MAT_": _material,
     "CONTACT_": _contact,
-    "BOUNDARY_PRESCRIBED_MOTION": _prescribed,
-    "BOUNDARY_SPC": _tied,
-    "CONSTRAINED_EXTRA_NODES": _tied,
+    "BOUNDARY_PRESCRIBED_MOTION": _read_prescribed_motion,
+    "BOUNDARY_SPC": _read_ties,
+    "CONSTRAINED_EXTRA_NODES": _read_ties,
     "INITIAL_VELOCITY": _initial,
     "LOAD_BODY": _gravity,
     "DATABASE_BINARY_D3PLOT": _states,

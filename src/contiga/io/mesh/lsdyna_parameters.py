@@ -39,7 +39,7 @@ _OPERATORS: dict[type[ast.operator], Callable[[Value, Value], Value]] = {
     ast.Sub: operator.sub,
     ast.Mult: operator.mul,
     ast.Pow: lambda a, b: _as_whole(float(a) ** float(b), a, b),
-    ast.Div: lambda a, b: _divided(a, b),
+    ast.Div: lambda a, b: _quotient(a, b),
 }
 _FUNCTIONS: dict[str, Callable[..., Value]] = {
     "abs": abs,
@@ -101,10 +101,10 @@ class Block(NamedTuple):
 
     def behind(self, count: int) -> list[Card]:
         """Return the cards after the first few, which are titles and numbers of the keyword."""
-        self.told(*self.cards[:count])
+        self.mark_read(*self.cards[:count])
         return self.cards[count:]
 
-    def told(self, *cards: Card) -> None:
+    def mark_read(self, *cards: Card) -> None:
         """Mark some cards as read: their contents are known, or reported."""
         self.unread.update({card.line: {} for card in cards})
 
@@ -154,7 +154,7 @@ class Parameters:
         expressions = "EXPRESSION" in block.keyword
         for line, name, text in _expressions(block) if expressions else _pairs(block):
             kind, name = name[:1].lower(), name[1:].strip().lower()
-            value = self._worked_out(text, kind) if expressions else self.filled(text)
+            value = self._value_of(text, kind) if expressions else self.filled(text)
             scope = self if "LOCAL" in block.keyword else self._root()
             if not name or kind not in _KINDS or value is None or "&" in value:
                 self.left.append(Left(block, f"&{name} = {text.strip()}", line))
@@ -164,32 +164,32 @@ class Parameters:
     def _root(self) -> Parameters:
         return self if self._outer is None else self._outer._root()
 
-    def _worked_out(self, text: str, kind: str) -> str | None:
+    def _value_of(self, text: str, kind: str) -> str | None:
         """Return the value of an expression; None if it is not understood or no number."""
         try:
             tree = ast.parse(_DOUBLE.sub("e", text.replace("&", " ")).strip().lower(), mode="eval")
-            value = self._evaluated(tree.body)
+            value = self._evaluate(tree.body)
         except (ArithmeticError, ValueError, TypeError, SyntaxError, RecursionError, MemoryError):
             return None
         if kind == "i":
             return f"{value:.0f}" if value == math.trunc(value) else None
         return repr(value) if math.isfinite(value) else None
 
-    def _evaluated(self, node: ast.expr) -> Value:
+    def _evaluate(self, node: ast.expr) -> Value:
         if isinstance(node, ast.Constant) and type(node.value) in (int, float):
             return node.value  # type: ignore[return-value]
         if isinstance(node, ast.Name):
             return _number(self._value(node.id))
         if isinstance(node, ast.UnaryOp) and isinstance(node.op, ast.USub | ast.UAdd):
-            value = self._evaluated(node.operand)
+            value = self._evaluate(node.operand)
             return -value if isinstance(node.op, ast.USub) else value
         if isinstance(node, ast.BinOp) and type(node.op) in _OPERATORS:
-            left, right = self._evaluated(node.left), self._evaluated(node.right)
+            left, right = self._evaluate(node.left), self._evaluate(node.right)
             return _OPERATORS[type(node.op)](left, right)
         if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and not node.keywords:
             function = _FUNCTIONS.get(node.func.id)
             if function is not None:
-                return function(*map(self._evaluated, node.args))
+                return function(*map(self._evaluate, node.args))
         raise ValueError(ast.dump(node))
 
 
@@ -246,7 +246,7 @@ def _as_whole(value: float, a: Value, b: Value) -> Value:
     return int(value) if whole and abs(value) < _WHOLE else value
 
 
-def _divided(a: Value, b: Value) -> Value:
+def _quotient(a: Value, b: Value) -> Value:
     """Return a quotient; refuse whole numbers with a remainder, whose meaning is unclear."""
     if isinstance(a, int) and isinstance(b, int):
         if a % b:

@@ -124,9 +124,9 @@ def _read_part(block: Block, parts: Parts) -> None:
         card = next(cards, None)
         if card is None:
             return
-        block.told(heading)
+        block.mark_read(heading)
         number, section, material = row_of(card, block, _PART).wholes("PID SECID MID")
-        # What can fail comes first: a part is known with all its cards, or not at all.
+        # Everything that can fail comes first: a part is read with all its cards, or not at all.
         own = [heading, card]
         for option in options if is_part(block) else ():
             layouts = _PART_OPTIONS[option]
@@ -134,7 +134,7 @@ def _read_part(block: Block, parts: Parts) -> None:
             own += extra
             rows = [row_of(one, block, fields) for one, fields in zip(extra, layouts, strict=False)]
             if option == "INERTIA" and rows:
-                # Of a tensor in axes of its own one more card, with these, follows.
+                # A tensor in axes of its own is followed by a card with these axes.
                 local = [next(cards, Card("", 0))] if rows[0].whole("IRCS") else []
                 if len(rows) == len(layouts):
                     axes = next((row_of(one, block, _AXES) for one in local), None)
@@ -144,7 +144,7 @@ def _read_part(block: Block, parts: Parts) -> None:
         parts.titles[number] = heading.text.strip()
         parts.sections[number] = section
         if not is_part(block):
-            # Unknown cards follow: what comes next cannot be told to be a part.
+            # Unknown cards follow, so that the next part cannot be located.
             return
 
 
@@ -188,7 +188,7 @@ def _read_section(block: Block, parts: Parts) -> None:
     single = any(option != "TITLE" for option in options)
     cards = iter(block.cards)
     while True:
-        block.told(*islice(cards, int(titled)))
+        block.mark_read(*islice(cards, int(titled)))
         first, second = next(cards, None), next(cards, None)
         if first is None or second is None:
             return
@@ -200,7 +200,7 @@ def _read_section(block: Block, parts: Parts) -> None:
         parts.thickness[number] = (t1, t2, t3, t4)
         parts.added[number] = values.real("MAREA")
         if head.peek("ICOMP") == 1:
-            # No more cards than there are, however many layers the card claims.
+            # At most all existing cards, whatever number of layers is claimed.
             layers = max(head.peek("NIP"), 2)
             for card in islice(cards, -(-layers // len(_ANGLES.fields))):
                 row_of(card, block, _ANGLES)
@@ -216,12 +216,12 @@ def _read_solid_section(block: Block, parts: Parts) -> None:
     options = block.keyword.split("_")[2:]
     titled = "TITLE" in options
     cards = iter(block.cards)
-    block.told(*islice(cards, int(titled)))
+    block.mark_read(*islice(cards, int(titled)))
     for card in cards:
         row_of(card, block, _THICK_SHELL if "TSHELL" in block.keyword else _SOLID)
         if any(option != "TITLE" for option in options):
             return
-        block.told(*islice(cards, int(titled)))
+        block.mark_read(*islice(cards, int(titled)))
 
 
 _SOLID_SECTIONS = ("SECTION_SOLID", "SECTION_TSHELL")

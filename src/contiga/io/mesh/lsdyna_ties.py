@@ -64,7 +64,7 @@ def read_ties(block: Block) -> Iterator[NodeTie]:
     """
     word, one = block.keyword.removesuffix("_ID"), block.keyword.endswith(("_NODE", "_NODE_ID"))
     step = 1 + block.keyword.endswith("_ID")
-    block.told(*(block.cards[::2] if step == 2 else ()))
+    block.mark_read(*(block.cards[::2] if step == 2 else ()))
     for card in block.cards[step - 1 :: step]:
         if word in _EXTRA:
             row = row_of(card, block, _EXTRA_NODES)

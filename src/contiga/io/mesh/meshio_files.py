@@ -21,7 +21,7 @@ from contiga.records import FloatArray
 from contiga.slaves.cells import N_NODES, SHELLS, SOLIDS
 from contiga.slaves.skin import CellBlock
 
-# Cell data in which the formats keep the number of the part a cell belongs to.
+# Cell data with the part number of each cell, by format.
 _PART_NUMBERS = (
     "gmsh:physical",
     "nastran:ref",
@@ -77,7 +77,7 @@ def read_with_meshio(path: Path) -> RawMesh:
     _refuse_unknown(path)
     mesh = _read(path)
     try:
-        return _converted(mesh, path)
+        return _raw_mesh(mesh, path)
     except (ValueError, IndexError, KeyError, TypeError) as error:
         if isinstance(error, InputError):
             raise
@@ -101,7 +101,7 @@ def _refuse_unknown(path: Path) -> None:
         )
 
 
-def _converted(mesh: Any, path: Path) -> RawMesh:
+def _raw_mesh(mesh: Any, path: Path) -> RawMesh:
     points = _three_columns(np.asarray(mesh.points), path)
     blocks: list[CellBlock] = []
     places: list[_Place] = []
@@ -118,7 +118,7 @@ def _read(path: Path) -> Any:
 
     endings = ("".join(path.suffixes[-2:]).lower(), path.suffix.lower())
     formats = next(f for e in endings if (f := meshio.extension_to_filetypes.get(e)))
-    # Of the two formats called .msh, Gmsh is the likelier.
+    # Gmsh is the likelier of the two formats with suffix .msh.
     failures = []
     for file_format in sorted(formats, key=lambda name: name != "gmsh"):
         heard = io.StringIO()
@@ -253,7 +253,7 @@ def _groups(mesh: Any, places: list[_Place], n_blocks: int) -> Iterator[Group]:
     taken: set[str] = set()
     for key in _PART_NUMBERS:
         if key in mesh.cell_data:
-            for group in _numbered(mesh, key, places, n_blocks):
+            for group in _groups_by_number(mesh, key, places, n_blocks):
                 if group.name is not None:
                     taken.add(group.name)
                 yield group
@@ -270,7 +270,7 @@ def _groups(mesh: Any, places: list[_Place], n_blocks: int) -> Iterator[Group]:
         yield Group(None, str(name), None, np.asarray(nodes, dtype=np.int64))
 
 
-def _numbered(mesh: Any, key: str, places: list[_Place], n_blocks: int) -> Iterator[Group]:
+def _groups_by_number(mesh: Any, key: str, places: list[_Place], n_blocks: int) -> Iterator[Group]:
     """Yield groups from the part numbers of the cells.
 
     Gmsh numbers them apart by dimension; 0 stands for no group.

@@ -173,7 +173,7 @@ def _free(text: str) -> _Split:
     fields = (rest + [""] * count)[:count]
     more = rest[count:]
     if len(more) > 1 or (more and more[0] and more[0][0] not in "+*"):
-        # More fields than a line has room for go on without a line of their own.
+        # Fields that exceed a line continue without a line of their own.
         return _named(first, rest, "")
     return _named(first, fields, more[0] if more else "")
 

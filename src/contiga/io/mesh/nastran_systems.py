@@ -106,7 +106,7 @@ class Grids:
         return x, y, z
 
     def _to_basic(self, number: int, place: Place, where: str) -> FloatArray:
-        axes = self._known(number, where)
+        axes = self._axes_of(number, where)
         a, b, c = place
         if axes.kind == "C":  # radius, angle, z
             place = (a * math.cos(math.radians(b)), a * math.sin(math.radians(b)), c)
@@ -117,7 +117,7 @@ class Grids:
         moved: FloatArray = axes.origin + np.array(place) @ axes.rows
         return moved
 
-    def _known(self, number: int, where: str) -> _Axes:
+    def _axes_of(self, number: int, where: str) -> _Axes:
         if number in self._axes:
             return self._axes[number]
         system = self._systems.get(number)

@@ -77,11 +77,11 @@ def master_of(slave: Slave, *, where: str, normals: str = "facet") -> TriMesh:
         name=slave.name,
         unit=slave.unit,
         normals=normals,
-        source=_made_of(slave.cells, len(slave.facets)),
+        source=_origin_of(slave.cells, len(slave.facets)),
     )
 
 
-def _made_of(cells: Mapping[str, int], n_facets: int) -> str:
+def _origin_of(cells: Mapping[str, int], n_facets: int) -> str:
     """Return the origin of facets: "24 hexahedron skinned, 10 quad split", or "" for triangles."""
     left_out = sum(count * LINEAR.get(kind, 0) for kind, count in cells.items()) - n_facets
     linear = cells.keys() <= LINEAR.keys()

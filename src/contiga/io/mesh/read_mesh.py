@@ -179,7 +179,7 @@ def _unit_factor(unit: str | None, file_unit: str | None, where: str | None) -> 
 
     if unit is None or file_unit is None:
         given = unit or file_unit
-        # Converted to itself only to have a wrong name refused.
+        # The conversion to itself refuses a wrong name.
         return 1.0 if given is None else length_factor(given, given, where)
     return length_factor(file_unit, unit, where)
 

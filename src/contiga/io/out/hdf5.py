@@ -146,7 +146,7 @@ def set_aside(file: Any, n_bytes: int, path: Path) -> None:
         full = full_disk(error, path)
         if full is not None:
             raise full from error
-        check_room(path, n_bytes)  # neither every system nor every disk can
+        check_room(path, n_bytes)  # some systems and disks cannot reserve space
 
 
 def close_file(file: Any, path: Path) -> None:

@@ -19,7 +19,7 @@ from contiga.io.out.files import atomic_write
 from contiga.io.sheet import read_sheet
 
 _HEAD = re.compile(r"(.+) \[[^\[\]]+\]")
-# Spreadsheets take a file for one of their own code page.
+# Without a byte order mark spreadsheets assume their own code page.
 _ASCII = str.maketrans({"²": "^2", "³": "^3", "·": "*"})
 
 

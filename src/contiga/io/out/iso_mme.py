@@ -71,7 +71,7 @@ def write_mme(
     out = folder / test
     try:
         folder.mkdir(parents=True, exist_ok=True)
-        out.mkdir()  # never one that is there: what fails is removed whole
+        out.mkdir()  # never an existing folder: on an error it is removed as a whole
     except OSError as error:
         raise OutputError(
             f"the folder cannot be made: {error.strerror}", where=str(out), allowed="a new folder"
@@ -165,7 +165,7 @@ def _channel(channel: MmeChannel) -> str:
 
 
 def _lines(head: Iterable[tuple[str, str]]) -> str:
-    # One line each, whatever a title holds.
+    # One line each, even if a title contains line ends.
     return "".join(f"{name:<{_WIDTH}}:{' '.join(value.split()) or _NONE}\n" for name, value in head)
 
 
@@ -211,7 +211,7 @@ def _read_channel(path: Path) -> MmeChannel:
         lines = path.read_text(encoding="utf-8", errors="replace").splitlines()
     except OSError as error:
         raise FileError(f"cannot be read ({error.strerror})", where=str(path)) from error
-    head = dict(_told(line) for line in lines if ":" in line)
+    head = dict(_head_entry(line) for line in lines if ":" in line)
     begin = next((k for k, line in enumerate(lines) if line.strip() and ":" not in line), 0)
     rows = [(k, line) for k, line in enumerate(lines[begin:], begin + 1) if line.strip()]
     values = []
@@ -249,7 +249,7 @@ def _read_channel(path: Path) -> MmeChannel:
     )
 
 
-def _told(line: str) -> tuple[str, str]:
+def _head_entry(line: str) -> tuple[str, str]:
     """Return name and value of a line of the head; a missing value is ""."""
     name, _, value = (part.strip() for part in line.partition(":"))
     return name.lower(), "" if value.upper() == _NONE else value

@@ -50,7 +50,7 @@ class FolderLock:
 
     def __init__(self, path: Path, kind: str) -> None:
         self._path = path
-        self._file = _taken(path, kind)
+        self._file = _locked_file(path, kind)
         if self._file is not None:
             who = {"pid": os.getpid(), "host": socket.gethostname(), "since": _now()}
             with telling_of_full_disks(path):
@@ -62,7 +62,7 @@ class FolderLock:
         file, self._file = self._file, None
         if file is None:
             return
-        if sys.platform == "win32":  # what is open cannot be removed there
+        if sys.platform == "win32":  # open files cannot be removed there
             os.close(file)
         with suppress(OSError):
             self._path.unlink()
@@ -70,14 +70,14 @@ class FolderLock:
             os.close(file)
 
 
-def _taken(path: Path, kind: str) -> int | None:
+def _locked_file(path: Path, kind: str) -> int | None:
     """Return the locked file; None if there are no locks."""
     for _ in range(_TRIES):
         _refuse_others(path)
         try:
             file = os.open(path, _OPENED, 0o666)
         except OSError as error:
-            if error.errno == ELOOP:  # made a link between the two
+            if error.errno == ELOOP:  # replaced by a link in between
                 continue
             return None
         try:
@@ -90,7 +90,7 @@ def _taken(path: Path, kind: str) -> int | None:
         with suppress(OSError):
             if os.path.samestat(os.fstat(file), path.stat()):
                 return file
-        os.close(file)  # it was taken away between the two
+        os.close(file)  # it was removed in between
     return None
 
 

@@ -134,7 +134,7 @@ def _append_cells(steps: Steps, first: NDArray[np.int64]) -> None:
         steps[f"{name}/NumberOfCells"].extend([count if is_lines else 0])
         steps[f"{name}/NumberOfConnectivityIds"].extend([int(first[-1]) + count if is_lines else 0])
         steps[f"{name}/Offsets"].extend(first + np.arange(count + 1) if is_lines else [0])
-    steps["Lines/Connectivity"].extend(_closed(first))
+    steps["Lines/Connectivity"].extend(_closed_lines(first))
 
 
 class OutlineSeries:
@@ -186,7 +186,7 @@ def read_outlines(path: str | Path) -> OutlineSeries:
     return OutlineSeries(path, times)
 
 
-def _closed(first: NDArray[np.int64]) -> NDArray[np.int64]:
+def _closed_lines(first: NDArray[np.int64]) -> NDArray[np.int64]:
     """Return the points of all lines in turn, each ending where it starts."""
     total = np.arange(int(first[-1]), dtype=np.int64)
     return np.insert(total, first[1:], first[:-1])

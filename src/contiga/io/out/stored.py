@@ -52,11 +52,11 @@ def read_stored(folder: str | Path) -> Stored:
             "no such output folder", where=str(folder), remedy="Run a case first: contiga run"
         )
     try:
-        stored = _told(newest_checkpoint(folder))
+        stored = _checkpoint_output(newest_checkpoint(folder))
     except (FileError, MissingPackageError):
         if not _has_ended(folder):
             raise
-        stored = None  # what the run has left besides is whole
+        stored = None  # the other files of the run are complete
     if _is_finished(folder, stored):
         history = read_history(folder / HISTORY)
         return Stored(folder, True, _floats(history), _summary(folder / SUMMARY))
@@ -118,7 +118,7 @@ def unsealed_told(path: Path) -> dict[str, str]:
     }
 
 
-def _told(path: Path) -> Stored | None:
+def _checkpoint_output(path: Path) -> Stored | None:
     """Return the output in a checkpoint; None if there is none."""
     if not path.is_file():
         return None

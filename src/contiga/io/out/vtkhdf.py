@@ -148,7 +148,7 @@ class FieldsWriter:
             with self._steps.step(self.n_steps + 1, sum(a.nbytes for a in arrays.values())):
                 self._append(float(time), arrays)
         except BaseException:
-            self._last = last  # what there is of this step is written over
+            self._last = last  # existing data of this step are overwritten
             raise
         self.n_steps += 1
         self._time = float(time)

@@ -298,14 +298,14 @@ class Steps:
         OutputError
             It cannot be opened.
         """
-        return self._opened()["VTKHDF"]
+        return self._open()["VTKHDF"]
 
-    def _opened(self) -> Any:
+    def _open(self) -> Any:
         if self._file is None:
             self._file = open_file(self._path, "r+")
             from h5py import h5a
 
-            # As h5py changes an attribute, it makes one anew.
+            # h5py would replace an attribute in order to change it.
             self._count = h5a.open(self._file["VTKHDF/Steps"].id, b"NSteps")
         return self._file
 
@@ -330,17 +330,17 @@ class Steps:
         OutputError
             It cannot be written.
         """
-        with self._told():
-            set_aside(self._opened(), n_bytes, self._path)
+        with self._hdf5_errors():
+            set_aside(self._open(), n_bytes, self._path)
             try:
                 yield
                 self._file.flush()
-                # The count comes last, when all it counts has been handed to the system: what is
-                # cut off before is a step that readers do not see.
+                # The count is written last, when all counted data are handed to the system: readers
+                # do not see a step that is cut off before.
                 self._count.write(np.array(number, np.int64))
                 self._file.flush()
             except BaseException:
-                with suppress(OSError, RuntimeError):  # what went wrong first is told
+                with suppress(OSError, RuntimeError):  # the first error is reported
                     for array in self._arrays.values():
                         array.drop()
                 raise
@@ -357,7 +357,7 @@ class Steps:
             They cannot be written.
         """
         try:
-            with self._told():
+            with self._hdf5_errors():
                 root = self.root
                 set_aside(self._file, 0, self._path)
                 yield root
@@ -375,11 +375,11 @@ class Steps:
         file, self._file, self._count = self._file, None, None
         self._arrays.clear()
         if file is not None:
-            with self._told():
+            with self._hdf5_errors():
                 close_file(file, self._path)
 
     @contextmanager
-    def _told(self) -> Iterator[None]:
+    def _hdf5_errors(self) -> Iterator[None]:
         """Turn errors of HDF5 into messages about the file."""
         try:
             yield

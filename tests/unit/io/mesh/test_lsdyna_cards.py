@@ -59,7 +59,7 @@ def test_what_is_not_asked_for_is_left_with_its_name(tmp_path: Path) -> None:
     assert row.real("MASS") == 2.5
     expected = [("NID", "12"), ("SF", "3.0"), ("DIR", "Y"), ("card 3:", "1"), ("card 5:", "1 2")]
     assert list(unread_fields(block)) == expected
-    block.told(block.cards[2])
+    block.mark_read(block.cards[2])
     assert ("card 3:", "1") not in list(unread_fields(block))
 
 
