@@ -10,11 +10,11 @@ import numpy as np
 from scipy.ndimage import maximum_filter1d, uniform_filter1d
 
 from contiga.arrays.layout import one_of, positive
+from contiga.curves.characteristic import CurveLike
 from contiga.dynamics.belt_devices import Devices, LoadLimiter, Pretensioner, Retractor
 from contiga.dynamics.deforming import Deforming
 from contiga.dynamics.springs import Spread, Spring
 from contiga.errors import InputError
-from contiga.laws.characteristic import CurveLike
 from contiga.matter.coefficients import Material
 from contiga.matter.materials import Elastic
 from contiga.matter.woven import Belt as Webbing

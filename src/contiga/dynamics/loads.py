@@ -9,7 +9,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from contiga.arrays.layout import read_only
-from contiga.dynamics.pieces import Pieces, as_rows, pieces_between
+from contiga.curves.tables import table_of
+from contiga.dynamics.pieces import Pieces, pieces_between
 from contiga.errors import InputError
 from contiga.records import FloatArray
 from contiga.rigid.transform import vector
@@ -147,9 +148,9 @@ def _over_time(given: ArrayLike | None, name: str, smooth: bool) -> FloatArray |
         return read_only(np.zeros(3))
     try:
         constant = np.ndim(given) == 1
-    except ValueError:  # rows of several lengths, which `as_rows` tells
+    except ValueError:  # rows of several lengths, which `table_of` reports
         constant = False
     if constant:
         return read_only(vector(given, name))
-    rows = as_rows(given, _COLUMNS[name], name)
+    rows = table_of(given, _COLUMNS[name], where=name, at_least=2)
     return pieces_between(read_only(rows[:, 0]), rows[:, 1:], smooth=smooth)

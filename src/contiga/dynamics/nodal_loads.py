@@ -11,8 +11,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from contiga.arrays.layout import read_only
+from contiga.curves.tables import table_of
 from contiga.dynamics.loads import _at, _over_time
-from contiga.dynamics.pieces import Pieces, as_rows, pieces_between
+from contiga.dynamics.pieces import Pieces, pieces_between
 from contiga.dynamics.places import facets_at, nodes_at, place_of
 from contiga.errors import InputError
 from contiga.records import FloatArray
@@ -209,6 +210,6 @@ def _number_over_time(given: ArrayLike, smooth: bool) -> FloatArray | Pieces:
                 "must be a number, or rows", where="pressure", found=given, allowed="p, or [t, p]"
             )
         return read_only(np.array([number, 0.0, 0.0]))
-    rows = as_rows(given, ("t", "p"), "pressure")
+    rows = table_of(given, ("t", "p"), where="pressure", at_least=2)
     padded = np.concatenate([rows[:, 1:], np.zeros((len(rows), 2))], axis=1)
     return pieces_between(read_only(rows[:, 0]), padded, smooth=smooth)

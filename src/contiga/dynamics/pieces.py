@@ -10,15 +10,11 @@ from __future__ import annotations
 from bisect import bisect_right
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from contiga.arrays.layout import read_only
 from contiga.dynamics.kinks import bends_of
-from contiga.dynamics.tables import as_table
-from contiga.errors import InputError
 from contiga.records import FloatArray
 
 _FINER = 8
@@ -97,24 +93,6 @@ def pieces_between(times: FloatArray, rows: FloatArray, *, smooth: bool) -> Piec
         return Pieces(instants, read_only(falling[::-1].swapaxes(0, 1)))
     slopes = np.diff(rows, axis=0) / np.diff(times)[:, None]
     return Pieces(instants, read_only(np.stack([rows[:-1], slopes], axis=1)))
-
-
-def as_rows(table: ArrayLike, columns: tuple[str, ...], where: str) -> FloatArray:
-    """`table` as by `as_table`, of at least two rows; errors call it `where`."""
-    try:
-        rows = as_table(table, columns)
-    except InputError as error:
-        details: dict[str, Any] = {"found": error.found} if error.has_found else {}
-        raise InputError(error.what, where=where, allowed=error.allowed, **details) from error
-    if len(rows) < 2:
-        raise InputError(
-            "one row says nothing of the time after it",
-            where=where,
-            found=rows[0].tolist(),
-            allowed=f"at least two rows [{', '.join(columns)}]",
-            remedy="What is constant has the same values at its first and its last time",
-        )
-    return rows
 
 
 def _derivative(coefficients: FloatArray) -> FloatArray:

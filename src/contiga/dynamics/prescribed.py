@@ -21,8 +21,8 @@ from numpy.typing import ArrayLike
 from contiga.arrays.layout import as_points, read_only
 from contiga.arrays.ordered import product
 from contiga.arrays.piecewise import piece_at, rate_at
+from contiga.curves.tables import as_times, table_of
 from contiga.dynamics.kinks import jumps_of
-from contiga.dynamics.tables import as_table, as_times
 from contiga.errors import FileError, InputError, UnitError
 from contiga.io.quantities import Quantity
 from contiga.io.sheet import read_sheet
@@ -143,7 +143,7 @@ class Translate:
     offsets: FloatArray
 
     def __init__(self, table: ArrayLike) -> None:
-        rows = as_table(table, ("t", "dx", "dy", "dz"))
+        rows = table_of(table, ("t", "dx", "dy", "dz"))
         object.__setattr__(self, "times", read_only(rows[:, 0]))
         object.__setattr__(self, "offsets", read_only(rows[:, 1:]))
 
@@ -186,7 +186,7 @@ class Rotate:
     def __init__(
         self, table: ArrayLike, axis: Axis = "z", centre: ArrayLike = (0.0, 0.0, 0.0)
     ) -> None:
-        rows = as_table(table, ("t", "degrees"))
+        rows = table_of(table, ("t", "degrees"))
         object.__setattr__(self, "times", read_only(rows[:, 0]))
         object.__setattr__(self, "degrees", read_only(rows[:, 1]))
         object.__setattr__(self, "axis", read_only(unit_axis(axis)))
@@ -239,7 +239,7 @@ class Poses:
         Quaternions written with few digits are brought to length 1; one that is off by more than
         1 % is refused, since its columns are most likely in another order.
         """
-        rows = as_table(table, POSE_COLUMNS)
+        rows = table_of(table, POSE_COLUMNS)
         turns = quaternion.as_unit(rows[:, 4:], tolerance=_QUATERNION_TOLERANCE)
         poses = [pose.from_quaternion(q, x) for x, q in zip(rows[:, 1:4], turns, strict=True)]
         return cls(rows[:, 0], poses)

@@ -14,7 +14,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from contiga.arrays.layout import read_only
-from contiga.dynamics.pieces import Pieces, as_rows, pieces_between
+from contiga.curves.tables import table_of
+from contiga.dynamics.pieces import Pieces, pieces_between
 from contiga.errors import InputError
 from contiga.records import FloatArray
 from contiga.rigid import pose
@@ -215,17 +216,17 @@ def _vectors(table: ArrayLike, letter: str, direction: Axis | None, smooth: bool
             remedy=f"Remove the direction, or give rows [t, {letter}]",
         )
     if direction is None:
-        rows = as_rows(table, ("t", *along), "table")
+        rows = table_of(table, ("t", *along), at_least=2)
         values = rows[:, 1:]
     else:
         axis = unit_axis(direction, "direction")
-        rows = as_rows(table, ("t", letter), "table")
+        rows = table_of(table, ("t", letter), at_least=2)
         values = rows[:, 1:] * axis
     return pieces_between(read_only(rows[:, 0]), values, smooth=smooth)
 
 
 def _width(table: ArrayLike) -> int | None:
-    """Columns of a table, None of what is none: `as_rows` says why."""
+    """Columns of a table, None of what is none: `table_of` says why."""
     try:
         shape = np.shape(table)
     except ValueError:

@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from contiga.arrays.layout import read_only, real
+from contiga.curves.tables import as_times
 from contiga.dynamics.free import Dependent
-from contiga.dynamics.tables import as_times
 from contiga.errors import InputError
 from contiga.records import FloatArray
 from contiga.rigid import pose, twist

@@ -12,8 +12,11 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from contiga.arrays.layout import all_of, as_numbers, one_of, read_only, real
+from contiga.arrays.layout import all_of, as_numbers, not_negative, one_of, read_only, real
 from contiga.criteria.filters import NAMES as FILTERS
+from contiga.curves.characteristic import Characteristic, CurveLike, as_curve
+from contiga.curves.curve_records import Response
+from contiga.curves.hysteresis import Hysteresis, hysteresis_of
 from contiga.dynamics.belt_devices import (
     Devices,
     DeviceState,
@@ -24,11 +27,8 @@ from contiga.dynamics.belt_devices import (
     Retractor,
     Webbing,
 )
-from contiga.dynamics.spring_curves import Axial, SpringLaw, spring_law
+from contiga.dynamics.spring_law import SpringLaw
 from contiga.errors import InputError, RunError
-from contiga.laws.characteristic import Characteristic, CurveLike
-from contiga.laws.hysteresis import Hysteresis, hysteresis_of
-from contiga.laws.law import as_curve, not_negative
 from contiga.records import FloatArray, IntArray
 
 GROUND = "ground"
@@ -314,13 +314,13 @@ class Spring:
     @cached_property
     def _law(self) -> SpringLaw:
         curve = Characteristic(0.0) if self.curve is None else self.curve
-        return spring_law(curve, self.hysteresis)
+        return SpringLaw(curve, self.hysteresis)
 
     @cached_property
     def _webbing(self) -> Webbing:
         return Webbing(self._law, self.devices)
 
-    def _damper(self, rate: float, length: float, moved: Axial) -> float:
+    def _damper(self, rate: float, length: float, moved: Response) -> float:
         force = self.damping * rate
         if self.hysteresis is None:
             return force
@@ -410,7 +410,7 @@ def _check_webbing(spring: Spring, what: str) -> None:
         )
     if not curve.is_table:
         raise InputError(f"{what} needs webbing by numbers", where="curve", allowed="a table")
-    x, y, _ = curve.polyline
+    x, y = curve.carried_pieces.x, curve.carried_pieces.y
     falls = curve.extrapolation == "linear" and curve.end_slopes[1] < 0.0
     if x[0] != 0.0 or float(curve(0.0)) != 0.0 or (np.diff(y) < 0.0).any() or falls:
         raise InputError(

@@ -12,8 +12,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from contiga.curves.characteristic import Characteristic, Extrapolation
 from contiga.errors import InputError
-from contiga.laws.characteristic import Characteristic, Extrapolation
 from contiga.laws.force import ForceLaw
 from contiga.laws.law import no_memory
 from contiga.laws.stress import StressLaw

@@ -16,11 +16,11 @@ from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
+from contiga.arrays.layout import not_negative, positive
 from contiga.arrays.threads import run_ranges
 from contiga.errors import InputError
 from contiga.jit import straight
 from contiga.laws.kernels import friction_nb
-from contiga.laws.law import above_zero, not_negative
 from contiga.records import FloatArray
 
 POINTS = 8192
@@ -287,7 +287,7 @@ class ViscousFriction:
     def __post_init__(self) -> None:
         put = object.__setattr__
         put(self, "coefficient", not_negative(self.coefficient, "coefficient"))
-        put(self, "speed", above_zero(self.speed, "speed"))
+        put(self, "speed", positive(self.speed, "speed"))
 
     n_memory = 3
     has_rate = True

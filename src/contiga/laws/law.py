@@ -6,9 +6,7 @@ from typing import Protocol
 
 import numpy as np
 
-from contiga.arrays.layout import real
 from contiga.errors import InputError
-from contiga.laws.characteristic import Characteristic, CurveLike
 from contiga.records import FloatArray, LawInput, LawOutput, LawTangent
 
 
@@ -89,36 +87,3 @@ def critical_damping(ratio: float, stiffness: FloatArray, mass: FloatArray | Non
             remedy="Give the slave a mass, or the law an absolute damping",
         )
     return np.asarray(2.0 * ratio * np.sqrt(np.maximum(stiffness, 0.0) * mass))
-
-
-def as_curve(curve: CurveLike, name: str) -> Characteristic:
-    """`curve` as a `Characteristic`, called `name` in errors."""
-    return curve if isinstance(curve, Characteristic) else Characteristic(curve, name=name)
-
-
-def above_zero(value: float, name: str) -> float:
-    """`value` as a finite number > 0."""
-    number = _number(value, name, "a number above zero")
-    if number <= 0.0:
-        raise InputError(
-            "must be above zero", where=name, found=value, allowed="a number above zero"
-        )
-    return number
-
-
-def not_negative(value: float, name: str) -> float:
-    """`value` as a finite number ≥ 0."""
-    number = _number(value, name, "zero or above")
-    if number < 0.0:
-        raise InputError("must not be negative", where=name, found=value, allowed="zero or above")
-    return number
-
-
-def _number(value: float, name: str, allowed: str) -> float:
-    try:
-        number = float(real(value))
-    except (TypeError, ValueError) as error:
-        raise InputError("must be a number", where=name, found=value, allowed=allowed) from error
-    if not np.isfinite(number):
-        raise InputError("must be finite", where=name, found=value, allowed=allowed)
-    return number

@@ -7,10 +7,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from contiga.arrays.layout import not_negative, positive
+from contiga.curves.characteristic import Characteristic, CurveLike, as_curve
+from contiga.curves.hysteresis import Hysteresis, Moved, elastic_move, hysteresis_of
 from contiga.errors import InputError
-from contiga.laws.characteristic import Characteristic, CurveLike
-from contiga.laws.hysteresis import Hysteresis, Moved, elastic_move, hysteresis_of
-from contiga.laws.law import above_zero, as_curve, critical_damping, not_negative, remembered
+from contiga.laws.law import critical_damping, remembered
 from contiga.records import DepthSlopes, FloatArray, LawInput, LawOutput, LawTangent
 
 # Relative size of a stress that counts as none.
@@ -44,7 +45,7 @@ class StressLaw:
     -----
     With `unloading` the elastic stress moves along lines of slope K between the curves,
     σ = clip(σ_old + K Δ(λ/t), σ_u, σ_e), and each point remembers its last λ/t and σ: see
-    `contiga.laws.hysteresis`. The energies are those of the area of this step.
+    `contiga.curves.hysteresis`. The energies are those of the area of this step.
 
     Contact does not pull: σ_e below zero counts as zero, and so does a negative F_i, which
     damping would give while a contact opens fast.
@@ -87,7 +88,7 @@ class StressLaw:
     ) -> None:
         put = object.__setattr__
         put(self, "elastic", as_curve(elastic, "elastic"))
-        put(self, "thickness", None if thickness is None else above_zero(thickness, "thickness"))
+        put(self, "thickness", None if thickness is None else positive(thickness, "thickness"))
         put(self, "damping", not_negative(damping, "damping"))
         for name, curve in (("damping_curve", damping_curve), ("amplification", amplification)):
             put(self, name, None if curve is None else as_curve(curve, name))

@@ -13,8 +13,8 @@ from typing import Literal, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from contiga.curves.characteristic import Characteristic
 from contiga.errors import InputError, RunError
-from contiga.laws.characteristic import Characteristic
 from contiga.records import FloatArray
 
 _ROUNDING = 1e-12

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import ArrayLike
 
-from contiga.arrays.layout import as_points, positive, real
+from contiga.arrays.layout import as_points, not_negative, positive, real
 from contiga.errors import InputError, MeshError
 from contiga.matter.assembled import Assembled, Average, Group
 from contiga.matter.blocks import NodeSums, block_sums, in_lanes, node_sums, nodes_in_lanes
@@ -76,7 +76,7 @@ def assemble(
     outer = skin([(part.kind, part.elements) for part in parts])
     given = outer if facets is None else np.ascontiguousarray(facets, dtype=np.int32)
     groups, sums = _groups(parts, shapes, points)
-    matter = Assembled(points.copy(), groups, sums, mass, given, _not_negative(damping))
+    matter = Assembled(points.copy(), groups, sums, mass, given, not_negative(damping, "damping"))
     if mass_scaling is not None:
         heavy = scaled(matter, positive(mass_scaling, "mass_scaling"))
         matter.mass = heavy if free is None else np.where(free, heavy, mass)
@@ -141,6 +141,7 @@ def _group(
         in_lanes(shapes.measures[:, None], np.zeros(1)),
         material.stage,
         material.numbers,
+        material.curves,
         material.tangent,
         _hourglass(part, shapes, nodes, material.modulus),
         viscosity,
@@ -216,12 +217,3 @@ def _check_mass(nodes: FloatArray, mass: FloatArray) -> None:
             found=nodes[row].tolist(),
             remedy="Leave it out, or give it to a part",
         )
-
-
-def _not_negative(damping: float) -> float:
-    number = float(damping)
-    if not 0.0 <= number < np.inf:
-        raise InputError(
-            "must not be negative", where="damping", found=damping, allowed="a finite number ≥ 0"
-        )
-    return number

@@ -7,6 +7,7 @@ from typing import ClassVar, NamedTuple, Protocol
 import numpy as np
 
 from contiga.arrays.layout import real
+from contiga.curves.curve_records import NO_CURVES, Curves
 from contiga.errors import InputError
 from contiga.records import FloatArray
 
@@ -52,6 +53,8 @@ class Coefficients(NamedTuple):
     """λ of what is averaged at nodes."""
     reaches: tuple[Reach, ...] = ()
     """Its tables."""
+    curves: Curves = NO_CURVES
+    """Its tables as kernels take them."""
 
 
 class Material(Protocol):

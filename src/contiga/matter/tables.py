@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
+from contiga.curves.curve_records import Curves
 from contiga.pointer_records import pass_by_pointer
 from contiga.records import FloatArray, IntArray
 
@@ -34,6 +35,8 @@ class ElementTables(NamedTuple):
     """Which; numbers are in the kernels `elements_stress_nb`."""
     numbers: FloatArray
     """(c,) coefficients of the material."""
+    curves: Curves
+    """Curves of the material."""
     tangent: FloatArray
     """(4,) of membranes: see `Coefficients`; (0,) of others."""
     hourglass: FloatArray
@@ -66,6 +69,8 @@ class ShellTables(NamedTuple):
     """Which; numbers are in the kernels `elements_stress_nb`."""
     numbers: FloatArray
     """(c,) coefficients of the material."""
+    curves: Curves
+    """Curves of the material."""
     tangent: FloatArray
     """(4,) or (0,): see `Coefficients`."""
     bending: FloatArray

@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
+from contiga.curves.kernels.curve_nb import curve_at
 from contiga.dynamics.kernels.gases_nb import (
     capacity_of,
     constant_of,
@@ -40,18 +41,6 @@ class Flow(NamedTuple):
     """Pressure inside minus pressure outside."""
     source: int
     """Row whose gas flows."""
-
-
-@inner(error_model="numpy")
-def _value(tables, k, at):
-    """Interpolate table k of a `Joined` linearly at `at`; constant beyond its ends."""
-    x, y, first, stop = tables.x, tables.y, tables.rows[k], tables.rows[k + 1]
-    if at <= x[first]:
-        return y[first]
-    for j in range(first + 1, stop):
-        if at < x[j]:
-            return y[j - 1] + (y[j] - y[j - 1]) * ((at - x[j - 1]) / (x[j] - x[j - 1]))
-    return y[stop - 1]
 
 
 @inner(error_model="numpy")
@@ -124,7 +113,7 @@ def _flow(tables, now, o, here, there, time):
             now.is_open[o] = 1.0
         if now.is_open[o] > 0.0 and since >= openings.opens_after[o]:
             at = since if openings.over_time[o] else excess
-            area = now.exposed[o] * _value(openings.areas, o, at)
+            area = now.exposed[o] * curve_at(openings.areas, o, at).value
     if area == 0.0 or abs(excess) <= EVEN * high:
         return Flow(0.0, excess, source)
     masses, temperature = now.masses[source], now.temperature[source]
@@ -225,15 +214,15 @@ def _blow_in(tables, now, i, time, dt):
     """Add the gas of inflator i in a step `dt` with its middle at `time`."""
     gases, inflators = tables.gases, tables.inflators
     at, rates = time - now.fired[i], inflators.rates
-    first, last = rates.rows[i], rates.rows[i + 1] - 1
+    first, last = rates.first[i], rates.first[i + 1] - 1
     if first < last and not rates.x[first] <= at <= rates.x[last]:
         return  # nothing flows beyond the ends of a table; a single number holds at all times
     if inflators.waits[i] and at < 0.0:
         return
-    mass = dt * _value(rates, i, at)
+    mass = dt * curve_at(rates, i, at).value
     if mass == 0.0:
         return
-    temperature = _value(inflators.temperatures, i, at)
+    temperature = curve_at(inflators.temperatures, i, at).value
     for g in range(now.moved.shape[0]):
         now.moved[g] = mass * inflators.shares[i, g]
     heat = enthalpy_of(gases, now.moved, temperature)

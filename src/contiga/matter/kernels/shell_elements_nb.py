@@ -59,7 +59,7 @@ def shell_response(bank, tables, memory, b, g):
     old, new = memory.old[b], memory.new[b]
     if layers == 0:
         before, after = old[first : first + kept], new[first : first + kept]
-        membrane_stress(bank, tables.material, tables.numbers, before, after)
+        membrane_stress(bank, tables.material, tables.numbers, tables.curves, before, after)
         moments(bank, tables.bending)
         return
     begin_thickness(bank)
@@ -68,7 +68,7 @@ def shell_response(bank, tables, memory, b, g):
         start = first + k * kept
         before, after = old[start : start + kept], new[start : start + kept]
         strain_at_height(bank, height)
-        membrane_stress(bank, tables.material, tables.numbers, before, after)
+        membrane_stress(bank, tables.material, tables.numbers, tables.curves, before, after)
         add_layer(bank, height, share)
     end_thickness(bank)
 
