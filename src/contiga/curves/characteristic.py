@@ -244,7 +244,7 @@ class Characteristic:
 
     @property
     def is_table(self) -> bool:
-        """Whether the curve is piecewise linear (a table or a number), not a callable."""
+        """True if the curve is piecewise linear (a table or a number), not a callable."""
         return self.function is None
 
 

@@ -167,7 +167,7 @@ class Hysteresis:
 
     @property
     def exact(self) -> bool:
-        """Whether both curves are tables."""
+        """True if both curves are tables."""
         return self.loading.is_table and self.unloading.is_table
 
     @cached_property

@@ -37,10 +37,10 @@ from contiga.dynamics.spring_law import SLACK, SpringLaw
 from contiga.errors import InputError
 from contiga.records import FloatArray
 
-_ALONE = 60
-"""Steps of Newton's method after which an interval is only halved."""
-_MOST = 300
-_NEAR = 4.0 * float(np.finfo(np.float64).eps)
+_N_NEWTON = 60
+"""Number of steps of Newton's method after which an interval is only halved."""
+_MAX_ITERATIONS = 300
+_ROOT_TOL = 4.0 * float(np.finfo(np.float64).eps)
 
 
 class Moment(NamedTuple):
@@ -347,7 +347,7 @@ class Webbing:
             webbing, point = self._at(old, x), _point(spool, reach - x)
             return point.value - webbing.force, -point.slope - webbing.stiffness
 
-        x = root(surplus, 0.0, max(old[0], 1e-3 * abs(reach), _NEAR))
+        x = root(surplus, 0.0, max(old[0], 1e-3 * abs(reach), _ROOT_TOL))
         webbing, (force, slope, stored) = self._at(old, x), _point(spool, reach - x)
         state = last._replace(paid_out=reach - x, spool=stored)
         rate = self._devices.retractor.rate if self._devices.retractor else None
@@ -381,7 +381,7 @@ class Webbing:
 
             room = self._devices.pretensioner.stroke - pulled if self._devices.pretensioner else 0.0
             at_end = short(room)[0] if math.isfinite(room) else -1.0
-            pull = room if at_end > 0.0 else root(short, 0.0, max(1e-3 * abs(x), _NEAR))
+            pull = room if at_end > 0.0 else root(short, 0.0, max(1e-3 * abs(x), _ROOT_TOL))
             pulled, paid_out = pulled + pull, paid_out - pull
             webbing = self._at(old, x + pull)
             force = webbing.force if at_end > 0.0 else level
@@ -397,7 +397,7 @@ class Webbing:
 
             room = slider.end - travel
             at_end = over(room)[0] if math.isfinite(room) else -1.0
-            way = room if at_end > 0.0 else root(over, 0.0, max(x, _NEAR))
+            way = room if at_end > 0.0 else root(over, 0.0, max(x, _ROOT_TOL))
             webbing, limit = self._at(old, x - way), _point(slider.curve, travel + way)
             lost = limit.integral - _point(slider.curve, travel).integral
             travel, paid_out = travel + way, paid_out + way
@@ -468,17 +468,17 @@ def root(falling: Callable[[float], tuple[float, float]], low: float, width: flo
     if not value > 0.0:
         return low
     high = low + width
-    for _ in range(_MOST):
+    for _ in range(_MAX_ITERATIONS):
         if not falling(high)[0] > 0.0:
             break
         width *= 2.0
         high = low + width
     at = low
-    for k in range(_MOST):
-        then = at - value / slope if slope < 0.0 and k < _ALONE else low
+    for k in range(_MAX_ITERATIONS):
+        then = at - value / slope if slope < 0.0 and k < _N_NEWTON else low
         if not low < then <= high:
             then = 0.5 * (low + high)
-        if abs(then - at) <= _NEAR * abs(then):
+        if abs(then - at) <= _ROOT_TOL * abs(then):
             return then
         at = then
         value, slope = falling(at)

@@ -92,7 +92,7 @@ class Inflator:
 
     @property
     def kinks(self) -> FloatArray:
-        """(k,) times at which the inflow has kinks or jumps; since firing if it has a trigger."""
+        """Times (k,) at which the inflow has kinks or jumps; since firing if it has a trigger."""
         return np.concatenate([self.mass_rate.x, self.temperature.x])
 
 
@@ -157,7 +157,7 @@ class Vent:
 
     @property
     def kinks(self) -> FloatArray:
-        """(k,) times at which its area has kinks or jumps; since firing if it has a trigger."""
+        """Times (k,) at which its area has kinks or jumps; since firing if it has a trigger."""
         times = [self.opens_after] if math.isfinite(self.opens_after) else []
         return np.array([*times, *(self.area.x if self.over == "time" else ())], np.float64)
 
@@ -229,12 +229,12 @@ class Chamber:
 
     @property
     def open_at_start(self) -> FloatArray:
-        """(v,) 1 for vents that need no pressure to open, else 0."""
+        """1 for each of the vents (v,) that needs no pressure to open, else 0."""
         return np.array([vent.opens_at == -math.inf for vent in self.vents], np.float64)
 
     @property
     def leaks(self) -> bool:
-        """Whether its fabric leaks at any pressure."""
+        """True if its fabric leaks at some pressure."""
         return bool(self.leak.y.any())
 
     @property
@@ -247,7 +247,7 @@ class Chamber:
 
     @property
     def kinks(self) -> FloatArray:
-        """(k,) times at which inflators or vents without a trigger have kinks or jumps."""
+        """Times (k,) at which inflators or vents without a trigger have kinks or jumps."""
         devices: list[Inflator | Vent] = [*self.inflators, *self.vents]
         kinks = (device.kinks for device in devices if device.trigger is None)
         return np.concatenate([np.zeros(0), *kinks])
@@ -331,7 +331,7 @@ class Around(NamedTuple):
 
 
 class Chambers:
-    """All chambers of a simulation, with the gas flow between them.
+    """The chambers of a simulation, with the gas flow between them.
 
     Parameters
     ----------

@@ -31,11 +31,11 @@ class NodalForces(Protocol):
     """A load, once it knows its nodes."""
 
     def at(self, points: FloatArray, time: float) -> FloatArray:
-        """(n, 3) forces on nodes that are at points (n, 3)."""
+        """Return the forces (n, 3) on nodes at points (n, 3)."""
 
 
 class _OverTime:
-    """What loads over time have in common."""
+    """Base of loads over time."""
 
     value: FloatArray | Pieces
 
@@ -148,7 +148,7 @@ class NodalForce(_OverTime):
 
 
 def shares_at(key: str | None, value: Any, slave: Slave, where: str) -> FloatArray:
-    """(n,) shares, 1 in all, of the nodes of a slave at a place.
+    """Return the shares (n,), 1 in all, of the nodes of a slave at a place.
 
     By the areas of facets at rest, where the nodes are all corners of facets that are wholly at the
     place; evenly elsewhere.

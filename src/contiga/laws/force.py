@@ -97,7 +97,7 @@ class ForceLaw:
 
     @property
     def acts_as_one(self) -> bool:
-        """Whether the loaded points are one contact, which sticks and slips as a whole."""
+        """True if the loaded points are one contact, which sticks and slips as a whole."""
         return self.share == "deepest"
 
     @property
@@ -149,7 +149,7 @@ class ForceLaw:
         )
 
     def _slopes(self, inp: LawInput, found: Deepest, value: float, slope: float) -> DepthSlopes:
-        """Of a value of the whole that is shared, `slope` that of it over the greatest depth."""
+        """Return the slopes of a shared total `value` with its `slope` over the greatest depth."""
         shares, depth = found.weight, inp.penetration
         if self.share == "penetration":
             extent, deepest_one = inp.area, np.zeros(len(shares))

@@ -57,14 +57,14 @@ class PenaltyLaw:
 
     @property
     def has_rate(self) -> bool:
-        """Whether the force depends on the rate: whether it is damped."""
+        """True if the force depends on the rate: the law is damped."""
         return self.damping > 0.0 or self.damping_ratio > 0.0
 
     needs_thickness = False
 
     @property
     def needs_area(self) -> bool:
-        """Whether stiffness and damping are those of a unit area."""
+        """True if stiffness and damping are those of a unit area."""
         return self.per_area
 
     n_memory = 0

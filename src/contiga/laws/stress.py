@@ -15,7 +15,7 @@ from contiga.laws.law import critical_damping, remembered
 from contiga.records import DepthSlopes, FloatArray, LawInput, LawOutput, LawTangent
 
 # Relative size of a stress that counts as none.
-_SAME = 1e-9
+_TOL = 1e-9
 # Rates at which a callable is tried before a run, and how far beyond its end a table is.
 _TRIED = np.array([1e-6, 1e-3, 1.0])
 _FAR = 1e3
@@ -105,7 +105,7 @@ class StressLaw:
 
     @property
     def has_rate(self) -> bool:
-        """Whether the force depends on the rate: whether it is damped."""
+        """True if the force depends on the rate: the law is damped."""
         return self.damping > 0.0 or self.damping_ratio > 0.0 or self.damping_curve is not None
 
     @property
@@ -139,7 +139,7 @@ class StressLaw:
         return inp.thickness
 
     def damping_stress(self, strain_rate: FloatArray, elastic_stress: FloatArray) -> FloatArray:
-        """(C_d λ̇/t + σ_d(λ̇/t)) f_d(σ_e), of either sign."""
+        """Return the damping stress (n,) (C_d λ̇/t + σ_d(λ̇/t)) f_d(σ_e), of either sign."""
         stress = self.damping * strain_rate
         if self.damping_curve is not None:
             rated = self.damping_curve(strain_rate)
@@ -216,7 +216,7 @@ class StressLaw:
         return LawTangent(DepthSlopes(whole * pushes), viscosity * pushes, stiffening)
 
     def _carried(self, strain: FloatArray, inp: LawInput) -> tuple[Moved, FloatArray]:
-        """What the elastic stress does in the step, per unit of volume, and what to remember."""
+        """Return the response of the elastic stress by unit of volume, and the new memory."""
         if self.hysteresis is None:
             return elastic_move(self.elastic, strain), np.zeros((len(strain), 0))
         past = remembered(inp, self.n_memory)
@@ -225,8 +225,8 @@ class StressLaw:
 
 
 def _rates_to_check(curve: Characteristic) -> FloatArray:
-    """(k,) abscissae between and beyond which a table does not change its sign; samples of a
-    callable, whose rates are not known before a run."""
+    """Return rates (k,) between and beyond which a table does not change its sign; for a callable,
+    whose rates are not known before a run, samples."""
     if not curve.is_table:
         return np.concatenate([-_TRIED[::-1], [0.0], _TRIED])
     far = _FAR * np.abs(curve.x).max()
@@ -244,7 +244,7 @@ def _check_damping(curve: Characteristic, rates: FloatArray, stress: FloatArray)
     InputError
         As said: such a damping curve would give energy to what moves.
     """
-    least = _SAME * np.abs(stress).max(initial=0.0)
+    least = _TOL * np.abs(stress).max(initial=0.0)
     wrong = np.flatnonzero((np.abs(stress) > least) & (stress * np.sign(rates) <= 0.0))
     if wrong.size:
         rate, found = float(rates[wrong[0]]), float(stress[wrong[0]])

@@ -1,4 +1,4 @@
-"""What kernels are told of elements: records of arrays, made once."""
+"""Tables of elements for kernels: records of arrays, made once."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from contiga.records import FloatArray, IntArray
 
 @pass_by_pointer
 class BlockSums(NamedTuple):
-    """Which lanes a block adds up at which of its nodes."""
+    """Lanes that a block adds up at each of its nodes."""
 
     blocks: IntArray
     """(b + 1,) where the rows of a block begin; a row is a node of a block."""
@@ -32,7 +32,7 @@ class ElementTables(NamedTuple):
     measures: FloatArray
     """(b, LANES) volume of solids at rest, area of membranes, length of bars; 0 fills blocks."""
     material: int
-    """Which; numbers are in the kernels `elements_stress_nb`."""
+    """Number of the material in the kernels `elements_stress_nb`."""
     numbers: FloatArray
     """(c,) coefficients of the material."""
     curves: Curves
@@ -66,7 +66,7 @@ class ShellTables(NamedTuple):
     weights: FloatArray
     """(b, points · LANES) area at rest; 0 fills blocks."""
     material: int
-    """Which; numbers are in the kernels `elements_stress_nb`."""
+    """Number of the material in the kernels `elements_stress_nb`."""
     numbers: FloatArray
     """(c,) coefficients of the material."""
     curves: Curves
@@ -101,7 +101,7 @@ class SlopeTables(NamedTuple):
 
 @pass_by_pointer
 class SlopeOutput(NamedTuple):
-    """What such points write."""
+    """Output of the points that keep slopes."""
 
     partial: FloatArray
     """(n · k, 3) forces on control points."""
@@ -111,7 +111,7 @@ class SlopeOutput(NamedTuple):
 
 @pass_by_pointer
 class Motion(NamedTuple):
-    """What elements are asked at."""
+    """Positions and velocities of the degrees of freedom at the end of a step."""
 
     points: FloatArray
     """(m, 3)."""
@@ -125,7 +125,7 @@ class Motion(NamedTuple):
 
 @pass_by_pointer
 class Memory(NamedTuple):
-    """What the materials of elements remember, columns one after the other in each block."""
+    """Memory of the materials of elements, columns one after the other in each block."""
 
     old: FloatArray
     """(b, c · LANES) at the start of the step."""
@@ -135,7 +135,7 @@ class Memory(NamedTuple):
 
 @pass_by_pointer
 class ElementOutput(NamedTuple):
-    """What elements write."""
+    """Output of elements."""
 
     partial: FloatArray
     """(r, 3) forces on nodes of blocks."""
@@ -143,4 +143,4 @@ class ElementOutput(NamedTuple):
     """(b, 4) strain, hourglass, viscosity, hysteresis of blocks; (b, 4 + LANES) where what each
     element stores is asked for, too."""
     inverted: IntArray
-    """(b,) how many elements of a block have turned inside out."""
+    """(b,) number of elements of a block that have turned inside out."""

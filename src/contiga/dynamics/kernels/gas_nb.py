@@ -23,9 +23,9 @@ from contiga.jit import inner, kernel
 
 MAX_SHARE = 0.02
 """Largest share of a chamber's mass that flows in one substep."""
-NEAR = 1e-3
+SMALL_DIFFERENCE = 1e-3
 """Relative pressure difference below which the flow is proportional to its square root."""
-EVEN = 1e-14
+EQUAL = 1e-14
 """Relative pressure difference below which nothing flows."""
 TEMPERATURE_TOL = 1e-9
 """Relative correction of a temperature at which Newton's method ends: the error is its square."""
@@ -114,7 +114,7 @@ def _flow(tables, now, o, here, there, time):
         if now.is_open[o] > 0.0 and since >= openings.opens_after[o]:
             at = since if openings.over_time[o] else excess
             area = now.exposed[o] * curve_at(openings.areas, o, at).value
-    if area == 0.0 or abs(excess) <= EVEN * high:
+    if area == 0.0 or abs(excess) <= EQUAL * high:
         return Flow(0.0, excess, source)
     masses, temperature = now.masses[source], now.temperature[source]
     constant = constant_of(gases, masses)
@@ -184,7 +184,7 @@ def _flow_through(tables, now, o, time, dt):
             least_mass = min(least_mass, mass_of(now.masses[there]))
         fall *= abs(rate)
         linear_time = abs(excess) / fall if fall > 0.0 else math.inf
-        if abs(excess) <= NEAR * _pressure(gases, now, here):
+        if abs(excess) <= SMALL_DIFFERENCE * _pressure(gases, now, here):
             # By the square root law the pressures equalise after twice the linear time.
             share = 0.5 * remaining / linear_time
             mass = rate * (linear_time if share >= 1.0 else 0.5 * remaining * (2.0 - share))

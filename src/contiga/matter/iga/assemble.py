@@ -1,4 +1,4 @@
-"""From spline surfaces and a material to a shell as matter."""
+"""Assembly of spline surfaces and a material to a shell as matter."""
 
 from __future__ import annotations
 
@@ -187,7 +187,7 @@ def _section(coefficients: Coefficients, thickness: float, share: float, layers:
 def _groups(
     net: Net, section: _Section, rule: int | None, along: FloatArray | None
 ) -> tuple[list[ShellGroup], FloatArray, list[IntArray]]:
-    """All elements as kernels take them, areas of control points, and the nodes of their rows."""
+    """Return all elements as kernels take them, areas of control points, and the nodes of rows."""
     area = np.zeros(len(net.points))
     kinds: dict[tuple[int, int], list[_Elements]] = {}
     for piece in net.pieces:
@@ -224,8 +224,8 @@ def _group(
     first: int,
     remembered: int,
 ) -> tuple[ShellGroup, IntArray]:
-    """Elements as kernels take them, rows and memory from `first` and `remembered` on, and the
-    control points of their rows."""
+    """Return elements as kernels take them, rows and memory from `first` and `remembered` on, and
+    the control points of their rows."""
     count, points = elements.weights.shape
     sums, nodes_of_rows = block_sums(elements.control, n_nodes)
     material = section.coefficients

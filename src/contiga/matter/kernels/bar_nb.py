@@ -24,7 +24,7 @@ MEMORY = 3
 
 @inner()
 def _way(bank, lane):
-    """From the first to the second node, and how long that is."""
+    """Return the vector from the first to the second node, and its length."""
     at = X + lane
     x = bank[at + CORNER] - bank[at]
     y = bank[at + CORNER + LANES] - bank[at + LANES]

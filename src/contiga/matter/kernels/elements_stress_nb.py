@@ -1,4 +1,4 @@
-"""Which material's stage follows on the gradient, by its number."""
+"""Dispatch from the number of a material to its stage."""
 
 from __future__ import annotations
 

@@ -109,7 +109,7 @@ def _kept(bank, row, rows, to, out):
 
 @kernel()
 def shell_inside(motion, tables, memory, out, start, stop):
-    """What Gauss points of blocks start … stop have, `INSIDE` rows each: F, E, κ, n, m and W."""
+    """Write F, E, κ, n, m and W of the Gauss points of blocks start … stop, `INSIDE` rows each."""
     bank, net = scratch(SHELL_SIZE), scratch(NET)
     for b in range(start, stop):
         gather(motion.points, tables.nodes[b], tables.nodes.shape[1], net)

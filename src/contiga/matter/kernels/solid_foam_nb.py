@@ -46,8 +46,8 @@ ROW = 3 * LANES
 # Coefficients: H, S, modulus in tension, time of the filter; then the rates of the curves, of which
 # the first is at rest.
 KEPT, SHAPE, TENSION, FILTER, RATES = 0, 1, 2, 3, 4
-MOST, REACHED, STRAIN, SPEED, DIRECTION = 0, 1, 2, 5, 8
-"""What is remembered: Wₘ and the largest strain; where there are rates the strain of each axis, its
+MAX_ENERGY, REACHED, STRAIN, SPEED, DIRECTION = 0, 1, 2, 5, 8
+"""Columns of the memory: Wₘ and the largest strain; with rates the strain of each axis, its
 smoothed rate, and the axes less those of coordinates."""
 MEMORY, MEMORY_OF_RATES = 2, 17
 
@@ -119,7 +119,7 @@ def _lane(bank, lane, numbers, curves, old, new):
             stress = numbers[TENSION] * strain
             elastic += 0.5 * stress * strain
         bank[S + i * LANES + lane] = stress
-    most = old[MOST * LANES + lane]
+    most = old[MAX_ENERGY * LANES + lane]
     factor, stored = _kept(numbers, taken, most)
     for i in range(3):
         if bank[C + (3 + i) * LANES + lane] < 1.0:
@@ -129,13 +129,13 @@ def _lane(bank, lane, numbers, curves, old, new):
     above = max(taken - most, 0.0)
     _, whole = _kept(numbers, most + above, most)
     bank[HYSTERESIS * LANES + lane] = above - (whole - before)
-    new[MOST * LANES + lane] = max(taken, most)
+    new[MAX_ENERGY * LANES + lane] = max(taken, most)
     new[REACHED * LANES + lane] = reached
 
 
 @inner()
 def _overstress(bank, lane, tables, step, old, new):
-    """What the rates add to the principal stresses of a lane, and its work."""
+    """Add the overstress of the rates to the principal stresses of a lane, and account its work."""
     numbers, curves = tables.numbers, tables.curves
     held = math.exp(-step / numbers[FILTER])
     # of a step in which the strain changes evenly; nothing moves in one of no length
