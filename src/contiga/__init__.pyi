@@ -22,6 +22,7 @@ from contiga.case.schema import load_case as load_case
 from contiga.contact.contact import Contact as Contact
 from contiga.contact.state import State as State
 from contiga.contact.tangent import Linearisation as Linearisation
+from contiga.curves.characteristic import Characteristic as Characteristic
 from contiga.dynamics.belt import Belt as Belt
 from contiga.dynamics.joint_laws import JointLaw as JointLaw
 from contiga.dynamics.joints import Joint as Joint
@@ -40,7 +41,6 @@ from contiga.io.mesh.read_master import read_master as read_master
 from contiga.io.mesh.read_mesh import read_mesh as read_mesh
 from contiga.io.out.write_mesh import write_mesh as write_mesh
 from contiga.laws.by_face import FaceLaws as FaceLaws
-from contiga.laws.characteristic import Characteristic as Characteristic
 from contiga.laws.force import ForceLaw as ForceLaw
 from contiga.laws.friction import Coulomb as Coulomb
 from contiga.laws.friction import FrictionChange as FrictionChange

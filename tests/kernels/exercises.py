@@ -83,9 +83,12 @@ def shapes() -> None:
 
 
 def flight() -> None:
-    """A free body and a spring, with nothing to touch."""
+    """A free body, an elastic spring and one with hysteresis, with nothing to touch."""
     motion = cg.motion.Free(2.0, inertia=np.diag([1.0, 2.0, 3.0]), spin=(0.0, 6.0, 0.0))
-    spring = cg.Spring(("body", "ground"), at=[[0.0, 0.0, 0.0], [0.0, 0.0, 3.0]], curve=5.0)
+    at = [[0.0, 0.0, 0.0], [0.0, 0.0, 3.0]]
+    spring = cg.Spring(("body", "ground"), at=at, curve=5.0)
+    webbing = {"curve": 1.0, "unloading": 0.1, "hysteresis_slope": 8.0}
+    belt = cg.Spring(("body", "ground"), at=at, name="belt", **webbing)  # type: ignore[arg-type]
     cg.Simulation(
         bodies={"body": (cg.Body(cg.shapes.sphere()), motion)},
         slaves={},
@@ -93,7 +96,7 @@ def flight() -> None:
         end=0.1,
         step="auto",
         gravity=(0.0, 0.0, -1.0),
-        springs=[spring],
+        springs=[spring, belt],
     ).run()
 
 

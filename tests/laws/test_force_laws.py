@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from contiga.laws.characteristic import Characteristic
+from contiga.curves.characteristic import Characteristic
 from contiga.laws.combined import CombinedLaw
 from contiga.laws.normal import AdaptiveLaw, ForceLaw, Law, PenaltyLaw, StressLaw
 from contiga.laws.share import share

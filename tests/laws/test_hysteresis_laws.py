@@ -9,9 +9,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from tests.sample import FULL
 
-from contiga.laws.characteristic import Characteristic
+from contiga.curves.characteristic import Characteristic
+from contiga.curves.hysteresis import Hysteresis
 from contiga.laws.force import ForceLaw
-from contiga.laws.hysteresis import Hysteresis
 from contiga.laws.stress import StressLaw
 from contiga.records import LawInput
 

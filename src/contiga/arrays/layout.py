@@ -127,6 +127,20 @@ def positive(value: object, name: str, *, finite: bool = True) -> float:
     return number
 
 
+def not_negative(value: object, name: str) -> float:
+    """Return `value` as a finite number ≥ 0, which errors call `name`."""
+    allowed = "a finite number >= 0"
+    try:
+        number = float(real(value))
+    except (TypeError, ValueError, OverflowError) as error:
+        raise InputError("must be a number", where=name, found=value, allowed=allowed) from error
+    if not np.isfinite(number):
+        raise InputError("must be finite", where=name, found=value, allowed=allowed)
+    if number < 0.0:
+        raise InputError("must not be negative", where=name, found=value, allowed=allowed)
+    return number
+
+
 def one_of(where: str, value: object, allowed: tuple[str, ...]) -> str:
     """`value` as one of the words `allowed`."""
     if not isinstance(value, str) or value not in allowed:

@@ -12,11 +12,10 @@ from pydantic import BeforeValidator, ValidationError, ValidationInfo
 
 from contiga.case.problems import first_problem
 from contiga.case.spec import ExistingFile, Spec, is_number
+from contiga.curves.characteristic import Characteristic
 from contiga.errors import CaseError, InputError
 from contiga.io.curves import read_curve
-from contiga.io.quantities import Quantity, Units
-from contiga.io.units import base_factor
-from contiga.laws.characteristic import Characteristic
+from contiga.io.units import Quantity, Units, base_factor
 
 Extrapolation = Literal["linear", "constant", "error"]
 

@@ -16,7 +16,7 @@ from contiga.errors import CaseError
 from contiga.io.channels import unknown_channel
 from contiga.io.column_units import known_kind
 from contiga.io.measured import read_measured
-from contiga.io.quantities import Quantity
+from contiga.io.units import Quantity
 
 Row = Annotated[list[float], Field(min_length=2, max_length=2)]
 BandRow = Annotated[list[float], Field(min_length=3, max_length=3)]

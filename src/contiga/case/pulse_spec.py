@@ -14,8 +14,7 @@ from contiga.dynamics.pulses import Accelerated, Velocity
 from contiga.errors import CaseError
 from contiga.io.curves import read_curve
 from contiga.io.mesh.lsdyna import SUFFIXES
-from contiga.io.quantities import Quantity, Units
-from contiga.io.units import acceleration_factor, time_factor, velocity_factor
+from contiga.io.units import Quantity, Units, acceleration_factor, time_factor, velocity_factor
 from contiga.records import FloatArray
 
 # Any units serve to check whether a pulse is valid.

@@ -11,7 +11,7 @@ from contiga.case.pulse_spec import AccelerationSpec, VelocitySpec
 from contiga.case.spec import BY_KIND, Axis, ExistingFile, MadeSpec, MotionSpec, Vector
 from contiga.dynamics.prescribed import BodyMotion, Combine, Fixed, Poses, Rotate, Translate
 from contiga.errors import CaseError
-from contiga.io.quantities import Units
+from contiga.io.units import Units
 
 Table = list[list[float]]
 

@@ -8,8 +8,8 @@ from typing import Literal
 import numpy as np
 
 from contiga.case.spec import ExistingFile, MadeSpec, MotionSpec
+from contiga.curves.tables import as_times
 from contiga.dynamics.shapes import ControlPoints
-from contiga.dynamics.tables import as_times
 from contiga.errors import CaseError, FileError
 from contiga.records import FloatArray
 

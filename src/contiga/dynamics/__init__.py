@@ -1,4 +1,4 @@
-"""What moves, and how: as prescribed, by the forces on it, or with another body.
+"""Motion of bodies and nodes: prescribed, by the forces on them, or with another body.
 
 >>> dip = Translate([[0.0, 0.0, 0.0, 0.0], [2.0, 0.0, 0.0, -3.0]])
 >>> dip.pose(1.0)[:3, 3].tolist()

@@ -10,11 +10,11 @@ import numpy as np
 from scipy.ndimage import maximum_filter1d, uniform_filter1d
 
 from contiga.arrays.layout import one_of, positive
+from contiga.curves.characteristic import CurveLike
 from contiga.dynamics.belt_devices import Devices, LoadLimiter, Pretensioner, Retractor
 from contiga.dynamics.deforming import Deforming
 from contiga.dynamics.springs import Spread, Spring
 from contiga.errors import InputError
-from contiga.laws.characteristic import CurveLike
 from contiga.matter.coefficients import Material
 from contiga.matter.materials import Elastic
 from contiga.matter.woven import Belt as Webbing
@@ -340,15 +340,15 @@ class Belt:
 
     @cached_property
     def _rows(self) -> IntArray:
-        """(segments + 1, nodes across) numbers of the nodes."""
+        """Numbers (segments + 1, nodes across) of the nodes."""
         nodes_across = 1 if self.kind == "bars" else self.across + 1
         count = (self.segments + 1) * nodes_across
         return np.arange(count, dtype=np.int32).reshape(-1, nodes_across)
 
     @cached_property
     def _offsets(self) -> FloatArray:
-        """(nodes across,) signed distances of nodes from the middle of the belt; of control points
-        for a membrane."""
+        """Signed distances (nodes across,) of nodes, or control points of a membrane, from the
+        middle of the belt."""
         if self.kind == "bars":
             return np.zeros(1)
         if self.kind == "membrane":
@@ -357,7 +357,7 @@ class Belt:
 
     @cached_property
     def _points(self) -> FloatArray:
-        """(n, 3) nodes of bars and ribbons."""
+        """Nodes (n, 3) of bars and ribbons."""
         arc = np.linspace(*self._span, self.segments + 1)
         return self._laid(arc, LIFT * self.path.length).reshape(-1, 3)
 
@@ -368,8 +368,8 @@ class Belt:
 
     @cached_property
     def _rows_of_strip(self) -> FloatArray:
-        """(n, k, 3) rows of points that the patch of a membrane interpolates, on the path, and high
-        enough above the bodies for the nodes between them to be outside."""
+        """Rows (n, k, 3) of points that the patch of a membrane interpolates, on the path, and so
+        high above the bodies that the nodes between them are outside."""
         start, end = self._span
         arc = start + (end - start) * self._strip.along
         min_gap = gap = LIFT * self.path.length
@@ -455,7 +455,7 @@ class Belt:
 
     @cached_property
     def _rest(self) -> FloatArray:
-        """(n, 3) nodes at rest, control points for a membrane, flat and along x.
+        """Nodes (n, 3) at rest, or control points of a membrane, flat and along x.
 
         The distance of two rows is the mean distance of their nodes, less the shortening.
         """

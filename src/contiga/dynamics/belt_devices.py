@@ -30,15 +30,17 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from contiga.arrays.layout import positive
-from contiga.dynamics.spring_curves import Axial, Line, SpringLaw
-from contiga.dynamics.tables import as_table
+from contiga.curves.curve_records import CurvePoint, Curves, Response, piecewise
+from contiga.curves.kernels import curve_nb
+from contiga.curves.tables import check_never_falls, table_of
+from contiga.dynamics.spring_law import SLACK, SpringLaw
 from contiga.errors import InputError
 from contiga.records import FloatArray
 
-_ALONE = 60
-"""Steps of Newton's method after which an interval is only halved."""
-_MOST = 300
-_NEAR = 4.0 * float(np.finfo(np.float64).eps)
+_N_NEWTON = 60
+"""Number of steps of Newton's method after which an interval is only halved."""
+_MAX_ITERATIONS = 300
+_ROOT_TOL = 4.0 * float(np.finfo(np.float64).eps)
 
 
 class Moment(NamedTuple):
@@ -78,7 +80,7 @@ class DeviceState(NamedTuple):
 class Moved(NamedTuple):
     """A step of a segment."""
 
-    axial: Axial
+    axial: Response
     state: DeviceState
 
 
@@ -130,10 +132,10 @@ class Retractor:
             )
         rows = np.array([[0.0, spool]]) if np.ndim(spool) == 0 else spool
         put = object.__setattr__
-        put(self, "spool", _rising("spool", rows, "paid out"))
+        put(self, "spool", _rising("spool", rows, ("paid out", "force")))
         put(self, "trigger", trigger)
         put(self, "rate", None if rate is None else positive(rate, "rate"))
-        tight = None if film is None else _rising("film", film, "paid out")
+        tight = None if film is None else _rising("film", film, ("paid out", "force"))
         if tight is not None and (tight[0, 0] != 0.0 or not (np.diff(tight[:, 1]) > 0.0).all()):
             raise InputError(
                 "what a film lets out is a function of the force, from 0 on",
@@ -185,7 +187,7 @@ class LoadLimiter:
                 found=ways.shape,
                 allowed=f"{forces.shape}",
             )
-        rows = _rising("force", np.column_stack([ways, forces]), "travel")
+        rows = _rising("force", np.column_stack([ways, forces]), ("travel", "force"))
         if rows[0, 0] != 0.0:
             raise InputError("must start at 0", where="travel", found=float(rows[0, 0]))
         positive(float(forces[0]), "force")
@@ -236,8 +238,8 @@ class Pretensioner:
             )
         put = object.__setattr__
         put(self, "trigger", trigger)
-        put(self, "pull", None if pull is None else _rising("pull", pull, "t", "pulled in"))
-        rows = None if force is None else _table("force", force, ("t", "force"))
+        put(self, "pull", None if pull is None else _rising("pull", pull, ("t", "length")))
+        rows = None if force is None else table_of(force, ("t", "force"), where="force")
         if rows is not None and not (rows[:, 1] >= 0.0).all():
             raise InputError("must not be negative", where="force", found=rows.tolist())
         put(self, "force", rows)
@@ -288,7 +290,7 @@ class Webbing:
         self._webbing = webbing
         self._devices = devices
         self._slider = _slider(devices)
-        self._spool = None if devices.retractor is None else _table_line(devices.retractor.spool)
+        self._spool = None if devices.retractor is None else _held(devices.retractor.spool)
 
     def max_slope(self, x: float) -> float:
         """Bound of dT/dx, ≥ 0: devices in series only make it softer."""
@@ -315,7 +317,7 @@ class Webbing:
         last = last._replace(fed=fed)
         if moment.since(self._devices.release) >= 0.0:
             released = min(last.released, moment.fired[self._devices.release or ""])
-            return Moved(Axial(0.0, 0.0, 0.0, 0.0), last._replace(released=released, spool=0.0))
+            return Moved(SLACK, last._replace(released=released, spool=0.0))
         held = self._held(last, old[1], moment)
         if self._spool is not None and math.isinf(held.locked):
             return self._unlocked(old, held, reach - fed, moment)
@@ -334,8 +336,8 @@ class Webbing:
         travel = 0.0 if self._slider is None else self._slider.travel(tension)
         return last._replace(locked=time, travel=travel)
 
-    def _at(self, old: tuple[float, float], x: float) -> Axial:
-        return self._webbing.move(*old, x) if x >= 0.0 else Axial(0.0, 0.0, 0.0, 0.0)
+    def _at(self, old: tuple[float, float], x: float) -> Response:
+        return self._webbing.move(*old, x) if x >= 0.0 else SLACK
 
     def _unlocked(
         self, old: tuple[float, float], last: DeviceState, reach: float, moment: Moment
@@ -345,11 +347,11 @@ class Webbing:
 
         def surplus(x: float) -> tuple[float, float]:
             """Return the spool's force less the tension at an elongation, and the slope."""
-            webbing, (force, slope, _) = self._at(old, x), spool.at(reach - x)
-            return force - webbing.force, -slope - webbing.stiffness
+            webbing, point = self._at(old, x), _point(spool, reach - x)
+            return point.value - webbing.force, -point.slope - webbing.stiffness
 
-        x = root(surplus, 0.0, max(old[0], 1e-3 * abs(reach), _NEAR))
-        webbing, (force, slope, stored) = self._at(old, x), spool.at(reach - x)
+        x = root(surplus, 0.0, max(old[0], 1e-3 * abs(reach), _ROOT_TOL))
+        webbing, (force, slope, stored) = self._at(old, x), _point(spool, reach - x)
         state = last._replace(paid_out=reach - x, spool=stored)
         rate = self._devices.retractor.rate if self._devices.retractor else None
         way = state.paid_out - last.paid_out
@@ -357,7 +359,7 @@ class Webbing:
             state = self._lock(state, force, moment.time)
         both = webbing.stiffness + slope
         stiffness = webbing.stiffness * slope / both if both > 0.0 else 0.0
-        return Moved(Axial(force, stiffness, webbing.stored, webbing.lost), state)
+        return Moved(Response(force, stiffness, webbing.stored, webbing.lost), state)
 
     def _locked(
         self, old: tuple[float, float], last: DeviceState, reach: float, moment: Moment
@@ -371,7 +373,7 @@ class Webbing:
         x = reach - paid_out
         webbing = self._at(old, x)
         force, stiffness, travel, lost = webbing.force, webbing.stiffness, last.travel, 0.0
-        yields = math.inf if self._slider is None else self._slider.line.at(travel)[0]
+        yields = math.inf if self._slider is None else _point(self._slider.curve, travel).value
         if force < min(strength, yields):
             level = min(strength, yields)
 
@@ -382,7 +384,7 @@ class Webbing:
 
             room = self._devices.pretensioner.stroke - pulled if self._devices.pretensioner else 0.0
             at_end = short(room)[0] if math.isfinite(room) else -1.0
-            pull = room if at_end > 0.0 else root(short, 0.0, max(1e-3 * abs(x), _NEAR))
+            pull = room if at_end > 0.0 else root(short, 0.0, max(1e-3 * abs(x), _ROOT_TOL))
             pulled, paid_out = pulled + pull, paid_out - pull
             webbing = self._at(old, x + pull)
             force = webbing.force if at_end > 0.0 else level
@@ -393,44 +395,44 @@ class Webbing:
 
             def over(way: float) -> tuple[float, float]:
                 """Return the tension less what film and limiter hold at a travel, and the slope."""
-                there, (limit, slope, _) = self._at(old, x - way), slider.line.at(travel + way)
-                return there.force - limit, -there.stiffness - slope
+                there, limit = self._at(old, x - way), _point(slider.curve, travel + way)
+                return there.force - limit.value, -there.stiffness - limit.slope
 
             room = slider.end - travel
             at_end = over(room)[0] if math.isfinite(room) else -1.0
-            way = room if at_end > 0.0 else root(over, 0.0, max(x, _NEAR))
-            webbing, (limit, slope, whole) = self._at(old, x - way), slider.line.at(travel + way)
-            lost = whole - slider.line.at(travel)[2]
+            way = room if at_end > 0.0 else root(over, 0.0, max(x, _ROOT_TOL))
+            webbing, limit = self._at(old, x - way), _point(slider.curve, travel + way)
+            lost = limit.integral - _point(slider.curve, travel).integral
             travel, paid_out = travel + way, paid_out + way
-            force, both = limit, webbing.stiffness + slope
-            stiffness = webbing.stiffness * slope / both if both > 0.0 else 0.0
+            force, both = limit.value, webbing.stiffness + limit.slope
+            stiffness = webbing.stiffness * limit.slope / both if both > 0.0 else 0.0
             if at_end > 0.0:
                 force, stiffness = webbing.force, webbing.stiffness
         work = last.work + 0.5 * (old[1] + force) * (pulled - last.pulled_in)
         state = last._replace(paid_out=paid_out, travel=travel, pulled_in=pulled, work=work)
-        return Moved(Axial(force, stiffness, webbing.stored, webbing.lost + lost), state)
+        return Moved(Response(force, stiffness, webbing.stored, webbing.lost + lost), state)
 
 
 class _Slider(NamedTuple):
     """Film and limiter in series: the force over their travel that they pay out at."""
 
-    line: Line
+    curve: Curves
     end: float
     """Travel that they stop at."""
 
     def travel(self, tension: float) -> float:
         """Least travel at which they hold a tension."""
-        return float(np.interp(tension, self.line.y, self.line.x)) if tension > 0.0 else 0.0
+        return float(np.interp(tension, self.curve.y, self.curve.x)) if tension > 0.0 else 0.0
 
 
 def _slider(devices: Devices) -> _Slider | None:
     film = None if devices.retractor is None else devices.retractor.film
     limiter = devices.limiter
     if limiter is None:
-        return None if film is None else _Slider(_table_line(film), float(film[-1, 0]))
+        return None if film is None else _Slider(_held(film), float(film[-1, 0]))
     ways, forces = limiter.travel, limiter.force
     if film is None:
-        return _Slider(_table_line(np.column_stack([ways, forces])), math.inf)
+        return _Slider(_held(np.column_stack([ways, forces])), math.inf)
     # Their travels add up at each force that one of them bends at.
     also = film[(film[:, 1] < forces[-1]) & ~np.isin(film[:, 1], forces), 1]
     own = np.interp(also, forces, ways)
@@ -441,14 +443,18 @@ def _slider(devices: Devices) -> _Slider | None:
     rows = np.unique(np.column_stack([travels, levels]), axis=0)
     # From the travel at which the least force is passed: what lies below holds without any.
     first = np.flatnonzero(rows[:, 0] == 0.0)[-1] if (rows[:, 0] == 0.0).any() else 0
-    return _Slider(_table_line(rows[first:]), math.inf)
+    return _Slider(_held(rows[first:]), math.inf)
 
 
-def _table_line(rows: FloatArray) -> Line:
-    """Linear between rows (n, 2), with those of the ends beyond them."""
+def _held(rows: FloatArray) -> Curves:
+    """Return the curve through rows (n, 2), which beyond its ends holds their values."""
     x = np.union1d(rows[:, 0], 0.0)
-    y = np.interp(x, rows[:, 0], rows[:, 1])
-    return Line(x, y, np.concatenate([[0.0], np.diff(y) / np.diff(x), [0.0]]))
+    return piecewise(x, np.interp(x, rows[:, 0], rows[:, 1]), 0.0, 0.0)
+
+
+def _point(curve: Curves, x: float) -> CurvePoint:
+    """Return a curve at x."""
+    return CurvePoint(*curve_nb.point(curve, 0, x))
 
 
 def root(falling: Callable[[float], tuple[float, float]], low: float, width: float) -> float:
@@ -466,17 +472,17 @@ def root(falling: Callable[[float], tuple[float, float]], low: float, width: flo
     if not value > 0.0:
         return low
     high = low + width
-    for _ in range(_MOST):
+    for _ in range(_MAX_ITERATIONS):
         if not falling(high)[0] > 0.0:
             break
         width *= 2.0
         high = low + width
     at = low
-    for k in range(_MOST):
-        then = at - value / slope if slope < 0.0 and k < _ALONE else low
+    for k in range(_MAX_ITERATIONS):
+        then = at - value / slope if slope < 0.0 and k < _N_NEWTON else low
         if not low < then <= high:
             then = 0.5 * (low + high)
-        if abs(then - at) <= _NEAR * abs(then):
+        if abs(then - at) <= _ROOT_TOL * abs(then):
             return then
         at = then
         value, slope = falling(at)
@@ -486,24 +492,8 @@ def root(falling: Callable[[float], tuple[float, float]], low: float, width: flo
     return at
 
 
-def _rising(where: str, rows: ArrayLike, first: str, second: str = "force") -> FloatArray:
-    """Rows (n, 2) whose second column, ≥ 0, never falls."""
-    table = _table(where, rows, (first, second))
-    falls = np.flatnonzero(np.diff(table[:, 1]) < 0.0)
-    if len(falls):
-        raise InputError(
-            f"falls from row {falls[0] + 1} to the next",
-            where=where,
-            found=table[falls[0] : falls[0] + 2, 1].tolist(),
-            allowed=f"rows [{first}, {second}], the {second} never falling",
-        )
-    if table[0, 1] < 0.0:
-        raise InputError("must not be negative", where=where, found=float(table[0, 1]))
+def _rising(where: str, rows: object, columns: tuple[str, str]) -> FloatArray:
+    """Return rows (n, 2) whose second column, ≥ 0, never falls."""
+    table = table_of(rows, columns, where=where)
+    check_never_falls(table, columns, where)
     return table
-
-
-def _table(where: str, rows: ArrayLike, columns: tuple[str, str]) -> FloatArray:
-    try:
-        return as_table(rows, columns)
-    except InputError as error:
-        raise InputError(error.what, where=where, found=rows, allowed=error.allowed) from error

@@ -326,8 +326,8 @@ class Deforming(Dependent):
         return slave.with_mass(_masses(matter, rows, len(slave)))
 
     def nodal_thickness(self, slave: Slave) -> FloatArray:
-        """(n,) the thickness of its membranes at their nodes, the mean where several meet, and zero
-        where there are none: what `Contact(shell_thickness=…)` takes.
+        """Return the thickness (n,) of membranes at the nodes for `Contact(shell_thickness=…)`: the
+        mean where several meet, zero where there are none.
 
         Raises
         ------
@@ -346,7 +346,7 @@ class Deforming(Dependent):
         return nodal_thickness(self._parts(slave, "thickness"), len(slave))
 
     def contact_stiffness(self, slave: Slave) -> float:
-        """What its elements hold a unit of the area of a slave's skin with at rest, at most.
+        """Return the largest stiffness by area of a slave's skin that its elements have at rest.
 
         The row sums of their stiffness at the nodes of facets over the areas of these, a force
         over a volume. `PenaltyLaw(scale * stiffness, per_area=True)` with a scale of 0.1 to 1 keeps
@@ -375,7 +375,7 @@ class Deforming(Dependent):
         return float(sums[np.unique(slave.facets)].sum() / area.sum())
 
     def _rest_of(self, slave: Slave) -> FloatArray:
-        """(n, 3) nodes where no element of a mesh is strained."""
+        """Return the nodes (n, 3) at which no element of a mesh is strained."""
         return slave.points if self.rest is None or slave.surfaces is not None else self.rest
 
     def _matter(
@@ -428,7 +428,7 @@ class Deforming(Dependent):
 
 
 def _masses(matter: Matter, rows: NDArray[np.intp], n: int) -> FloatArray:
-    """(n,) of nodes; those of no element, which stay where they are, have the mean."""
+    """Return the masses (n,) of nodes; nodes of no element, which stay, have the mean."""
     mass = np.full(n, float(np.mean(matter.mass)))
     mass[rows] = matter.mass
     return mass
@@ -458,7 +458,7 @@ def _as_parts(given: Sequence[Part], own: bool) -> tuple[Part, ...]:
 
 
 def _as_tables(given: Any, name: str, key: str, what: str) -> list[dict[str, Any]]:
-    """One table, or several, as a list."""
+    """Return one table, or several, as a list."""
     several = isinstance(given, Iterable) and not isinstance(given, str | Mapping)
     tables = list(given) if several else [] if given is None else [given]
     allowed = f'{{"plane": …, "{key}": {what}}}, or a list of such tables'

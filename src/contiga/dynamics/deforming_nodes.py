@@ -90,7 +90,7 @@ class Acting(NamedTuple):
 
 @pass_by_pointer
 class Course(NamedTuple):
-    """Where nodes are, and their velocities."""
+    """Positions and velocities of nodes."""
 
     points: FloatArray
     """(n, 3)."""
@@ -100,18 +100,18 @@ class Course(NamedTuple):
 
 @pass_by_pointer
 class Drifted(NamedTuple):
-    """Nodes a step on, (n, 3) each."""
+    """Nodes after the drift of a step, (n, 3) each."""
 
     points: FloatArray
     velocities: FloatArray
-    """Foreseen at the end of the step: what half a kick more gives."""
+    """Velocities foreseen at the end of the step, after half a kick more."""
     half: FloatArray
     """Velocities of its middle."""
 
 
 @pass_by_pointer
 class Kick(NamedTuple):
-    """What the second half of a step's kick begins from."""
+    """Start of the second half of a step's kick."""
 
     half: FloatArray
     """(n, 3) velocities of the middle of the step."""
@@ -124,7 +124,7 @@ class Kick(NamedTuple):
 
 @pass_by_pointer
 class Kicked(NamedTuple):
-    """What it leaves."""
+    """Nodes after a `Kick`."""
 
     velocities: FloatArray
     """(n, 3)."""
@@ -133,13 +133,14 @@ class Kicked(NamedTuple):
 
 
 def masses_of(mass: FloatArray, held: NDArray[np.bool_], led: NDArray[np.bool_]) -> Masses:
-    """Masses (n,) with the ways (n, 3) that no force moves and that motions or bodies have."""
+    """Return masses (n,) with the ways (n, 3) that no force moves and those that motions or bodies
+    lead."""
     none, given = (locked(some if some.any() else some[:0]) for some in (held, led))
     return Masses(locked(mass), none, given)
 
 
 def accelerated(masses: Masses, forces: Acting) -> FloatArray:
-    """(n, 3) accelerations, zero where nodes are held."""
+    """Return the accelerations (n, 3), zero where nodes are held."""
     out = np.empty(forces.elements.shape)
     run_ranges(straight(nodes_nb.accelerate), len(out), NODES, masses, forces, out)
     return out
@@ -148,7 +149,7 @@ def accelerated(masses: Masses, forces: Acting) -> FloatArray:
 def drifted(
     masses: Masses, forces: Acting, points: FloatArray, velocities: FloatArray, dt: float
 ) -> Drifted:
-    """Nodes a step on from points and velocities (n, 3)."""
+    """Return the nodes after the drift of a step from points and velocities (n, 3)."""
     shape = points.shape
     out = Drifted(np.empty(shape), np.empty(shape), np.empty(shape))
     last = Course(points, velocities)
@@ -159,7 +160,7 @@ def drifted(
 def kicked(
     masses: Masses, forces: Acting, speeds: tuple[FloatArray, FloatArray], dt: float, damping: float
 ) -> Kicked:
-    """The end of a step, from the velocities (n, 3) of its middle and those foreseen."""
+    """Return the end of a step from the velocities (n, 3) of its middle and those foreseen."""
     half, foreseen = speeds
     out = Kicked(np.empty(half.shape), np.empty(ceil(half.size / nodes_nb.BLOCK)))
     given = Kick(half, foreseen, dt, damping)
@@ -168,14 +169,14 @@ def kicked(
 
 
 def kinetic(masses: Masses, velocities: FloatArray) -> float:
-    """½ Σ m v² of velocities (n, 3) of nodes that forces move."""
+    """Return ½ Σ m v² of nodes that forces move with velocities (n, 3)."""
     out = np.empty(ceil(velocities.size / nodes_nb.BLOCK))
     run_ranges(straight(nodes_nb.kinetic), len(velocities), NODES, masses, velocities, out)
     return float(out.sum())
 
 
 class _Limit(NamedTuple):
-    """What bounds the step."""
+    """Bound of the step."""
 
     square: float
     """ω², 1/time²."""
@@ -186,12 +187,12 @@ class _Limit(NamedTuple):
 
 
 def _all_forces(inside: Arrays) -> FloatArray:
-    """(n, 3) of elements and loads."""
+    """Return the forces (n, 3) of elements and loads."""
     return inside["force"] + inside["load"] if "load" in inside else inside["force"]
 
 
 def _acting(inside: Arrays, forces: Forces, gravity: FloatArray) -> Acting:
-    """Of contacts and elements, and loads and drag where `inside` has them."""
+    """Return the forces of contacts and elements, with loads and drag if `inside` has them."""
     loads, drag = inside.get("load", NOTHING), inside.get("drag", NOTHING)
     rows, pushes = forces.listed()
     everywhere = NOTHING
@@ -230,33 +231,33 @@ class DeformingNodes(NodeMover):
 
     @cached_property
     def bare(self) -> NDArray[np.bool_]:  # type: ignore[override]  # of others it is of the class
-        """(n,) nodes that are in no element."""
+        """Nodes (n,) that are in no element."""
         bare = np.ones(len(self.rest), np.bool_)
         bare[self.rows] = False
         return bare
 
     @cached_property
     def _whole(self) -> bool:
-        """Whether all nodes are degrees of freedom, in their order."""
+        """True if all nodes are degrees of freedom, in their order."""
         return len(self.rows) == len(self.rest) and bool((np.diff(self.rows) == 1).all())
 
     def _inner(self, nodal: FloatArray) -> FloatArray:
-        """(m, 3) at the degrees of freedom; the same array where they are all nodes."""
+        """Return the rows (m, 3) of degrees of freedom; the same array if they are all nodes."""
         return nodal if self._whole else nodal[self.rows]
 
     @property
     def flight(self) -> FloatArray | None:
-        """As they set off, where nothing holds them."""
+        """See `NodeMover`: the velocity at the start, if nothing holds the nodes."""
         return None if self.held.any() or self.loads else self.velocity
 
     @cached_property
     def _driven(self) -> NDArray[np.bool_]:
-        """(n, 3) ways that motions drive."""
+        """Ways (n, 3) that motions drive."""
         return np.any([np.zeros_like(self.held), *(one.ways for one in self.drives)], axis=0)
 
     @cached_property
     def _led(self) -> NDArray[np.bool_]:
-        """(n, 3) ways that motions drive or bodies carry: these have their kinetic energy."""
+        """Ways (n, 3) that motions drive or bodies carry, which have the kinetic energy."""
         led = self._driven.copy()
         for joint in self.joints:
             led[joint.rows] = True
@@ -271,16 +272,16 @@ class DeformingNodes(NodeMover):
         return (*self.drives, *self.joints)
 
     def start(self, now: Instant) -> SlaveState:
-        """As they stand, with the forces of elements that are strained already."""
+        """See `NodeMover`: at rest, with the forces of elements that are strained already."""
         return self._begun(self.matter.start(), self.rest.copy(), now)
 
     def taken_up(self, rest: SlaveState, now: Instant) -> SlaveState:
-        """Where they rest, with the velocities and nothing of the losses that they start with."""
+        """See `NodeMover`: with the velocities of the start, and no losses."""
         state = MatterState(self._inner(rest.points), rest.matter["memory"])
         return self._begun(state, rest.points.copy(), now)
 
     def _begun(self, state: MatterState, points: FloatArray, now: Instant) -> SlaveState:
-        """At the start of a run."""
+        """Return the state at the start of a run."""
         velocities = self.velocity.copy()
         self._lead(now, points, velocities)
         answer = self._asked(state, points, velocities, now)
@@ -345,7 +346,7 @@ class DeformingNodes(NodeMover):
     def _asked(
         self, state: MatterState, points: FloatArray, velocities: FloatArray, now: Instant
     ) -> MatterForces:
-        """What matter answers; an element that is inside out with the time and the slave."""
+        """Return the forces of matter; errors of elements name the time."""
         try:
             answer = self.matter.forces(state, self._inner(points), self._inner(velocities), now.dt)
         except ElementError as error:
@@ -354,26 +355,26 @@ class DeformingNodes(NodeMover):
         return answer._replace(force=np.require(answer.force, np.float64, ("C", "W")))
 
     def _lead(self, now: Instant, points: FloatArray, velocities: FloatArray) -> None:
-        """Have nodes that motions drive and bodies carry where they are."""
+        """Place the nodes that motions drive and bodies carry."""
         for one in self._leaders:
             one.place(now, points, velocities)
 
     def _loads(self, points: FloatArray, time: float) -> dict[str, FloatArray]:
-        """Forces of the loads, where there are any."""
+        """Return the forces of the loads, empty without loads."""
         if not self.loads:
             return {}
         forces = [load.at(points, time) for load in self.loads]
         return {"load": np.asarray(sum(forces[1:], forces[0]))}
 
     def _drag(self, velocities: FloatArray) -> dict[str, FloatArray]:
-        """Of nodes that forces move, where there is any."""
+        """Return the drag on nodes that forces move, empty without damping."""
         if self.damping == 0.0:
             return {}
         drag = (-self.damping * self.mass)[:, None] * velocities
         return {"drag": np.where(self.held, 0.0, drag) if self._leaders else drag}
 
     def _at_nodes(self, values: FloatArray) -> FloatArray:
-        """(n, …) of the slave's nodes, of the degrees of freedom (m, …); zero of others."""
+        """Return values (m, …) of degrees of freedom as rows (n, …) of nodes; zero for others."""
         if self._whole:
             return values
         every = np.zeros((len(self.rest), *values.shape[1:]))
@@ -416,18 +417,18 @@ class DeformingNodes(NodeMover):
         return bounds
 
     def rates(self, state: SlaveState) -> tuple[float, float]:
-        """ω² and decay of what is fastest in them."""
+        """See `NodeMover`."""
         return float(state.matter["limit"][0]), self.damping
 
     def pulls(self, state: SlaveState, forces: Forces) -> Sequence[Pull]:
-        """Of contacts, elements and loads."""
+        """See `NodeMover`: forces of contacts, elements and loads."""
         if not self.joints:
             return ()
         every = forces() + _all_forces(state.matter)
         return [Pull(one.host, state.points[one.rows], every[one.rows]) for one in self.joints]
 
     def springs_to_bodies(self, state: SlaveState) -> Sequence[JointSprings]:
-        """As the stiffness was taken last, with a margin."""
+        """See `NodeMover`: by the last stiffness that was computed, with a margin."""
         stiffness = state.matter["stiffness"]
         return [
             JointSprings(one.host, state.points[one.rows], stiffness[one.rows].astype(np.float64))
@@ -440,12 +441,12 @@ class DeformingNodes(NodeMover):
         return not (self.loads or self.drives or self.joints or self.velocity.any())
 
     def kick_energy(self, state: SlaveState, forces: Forces, gravity: FloatArray) -> float:
-        """Of all forces on nodes that are not held."""
+        """See `NodeMover`: by all forces on nodes that are not held."""
         way = accelerated(self._masses, _acting(state.matter, forces, gravity))
         return 0.125 * float((self.mass * row_products(way, way)).sum())
 
     def inside(self, state: SlaveState) -> Sequence[Inside]:
-        """Of matter that tells it."""
+        """See `NodeMover`: for matter that has `element_fields`."""
         asked = getattr(self.matter, "element_fields", None)
         if asked is None:
             return ()
@@ -453,7 +454,7 @@ class DeformingNodes(NodeMover):
         return [group._replace(elements=self.rows[group.elements]) for group in groups]
 
     def reached(self, state: SlaveState) -> Sequence[Reached]:
-        """How far the tables of its materials were asked since the start, where matter tells it."""
+        """Return the largest strains of tables of materials since the start, if matter has them."""
         asked = getattr(self.matter, "reached", None)
         if asked is None:
             return ()
@@ -461,20 +462,20 @@ class DeformingNodes(NodeMover):
         return told
 
     def stopped(self, state: SlaveState) -> SlaveState:
-        """The same without velocities."""
+        """See `NodeMover`."""
         inside = dict(state.matter)
         inside["energy"] = np.concatenate([[0.0], inside["energy"][1:]])
         inside |= self._drag(np.zeros_like(state.velocities))
         return ElementState.of(state.points, np.zeros_like(state.velocities), inside)
 
     def shaken(self, state: SlaveState) -> float:
-        """By their velocities now."""
+        """See `NodeMover`."""
         return kinetic(self._masses, state.velocities)
 
     def steered(
         self, state: SlaveState, forces: Forces, gravity: FloatArray, share: float
     ) -> SlaveState:
-        """The same with a share of the velocities turned to where the forces pull."""
+        """See `NodeMover`."""
         way = accelerated(self._masses, _acting({**state.matter, "drag": NOTHING}, forces, gravity))
         swing, pull = (kinetic(self._masses, v) for v in (state.velocities, way))
         if swing == 0.0 or pull == 0.0:
@@ -484,7 +485,7 @@ class DeformingNodes(NodeMover):
         return ElementState.of(state.points, velocities, state.matter)
 
     def imbalance(self, state: SlaveState, forces: Forces, gravity: FloatArray) -> Imbalance:
-        """Of elements, contacts, loads and weight at the nodes that are not held."""
+        """See `NodeMover`: elements, contacts, loads and weight at the nodes that are not held."""
         loads = self.mass[:, None] * gravity + state.matter.get("load", 0.0)
         inside = state.matter["force"]
         free = np.where(self.held, 0.0, forces() + inside + loads)
@@ -497,17 +498,18 @@ class DeformingNodes(NodeMover):
         return Imbalance(force, load, reaction, rounding)
 
     def energy(self, state: SlaveState) -> Stored:
-        """Kinetic, and what the elements have."""
+        """See `NodeMover`: kinetic energy, and the energies of the elements."""
         return Stored(*state.matter["energy"].tolist())
 
     def by_gravity(self, last: SlaveState, now: SlaveState, gravity: FloatArray) -> float:
-        """Their weight along their way."""
+        """See `NodeMover`."""
         if not gravity.any():
             return 0.0
         return work_of_weight(self.mass, self._moved(last, now), gravity)
 
     def by_motion(self, last: SlaveState, now: SlaveState, before: Forces, forces: Forces) -> float:
-        """Of loads on what forces move, and of what drives the others against all other forces."""
+        """See `NodeMover`: loads on nodes that forces move; driving forces on the others, against
+        all other forces."""
         work = 0.0
         if self.loads:
             both = last.matter["load"] + now.matter["load"]
@@ -520,17 +522,17 @@ class DeformingNodes(NodeMover):
         return work
 
     def _moved(self, last: SlaveState, now: SlaveState) -> FloatArray:
-        """(n, 3) ways of a step, zero of what motions or bodies lead."""
+        """Return the ways (n, 3) of a step, zero for nodes that motions or bodies lead."""
         way = now.points - last.points
         return np.where(self._led, 0.0, way) if self._leaders else way
 
     def digest(self, digest: Any, times: FloatArray) -> None:
-        """What was given: of elements the slave tells its own."""
+        """See `NodeMover`: the motion as it was given; the slave adds its elements."""
         digest.thing(self.motion)
 
 
 def joints_of(hosts: NDArray[np.int32], points: FloatArray, mass: FloatArray) -> tuple[Joint, ...]:
-    """One a body, of nodes that are attached to the bodies `hosts` (n,), -1 of those to none."""
+    """Return one joint by body, of the nodes with `hosts` (n,); −1 is no body."""
     joints = []
     for host in np.unique(hosts[hosts >= 0]):
         rows = np.flatnonzero(hosts == host)

@@ -26,7 +26,7 @@ KINDS = {
 
 
 class Filling(NamedTuple):
-    """What those elements are made of that are in no part."""
+    """Material and sections of elements that are in no part."""
 
     material: Material
     density: float | None
@@ -39,7 +39,7 @@ class Filling(NamedTuple):
 def parts_of(
     slave: Slave, parts: Sequence[Part], filling: Filling | None, where: str
 ) -> list[Part]:
-    """All parts of a slave, their elements as rows of its points.
+    """Return all parts of a slave, their elements as rows of its points.
 
     Raises
     ------
@@ -105,7 +105,7 @@ def elements_by_kind(slave: Slave, where: str, *, needed: bool = True) -> dict[s
 
 
 def nodal_thickness(parts: Sequence[Part], n: int) -> FloatArray:
-    """(n,) mean thickness of the membranes around each node, zero where there are none."""
+    """Return the mean thickness (n,) of the membranes around each node, zero without one."""
     total, count = np.zeros(n), np.zeros(n)
     for part in parts:
         if part.thickness is not None:
@@ -123,7 +123,7 @@ def split(slave: Slave, kind: str, rows: IntArray) -> IntArray:
 
 
 def same_elements(rows: IntArray, others: IntArray) -> NDArray[np.bool_]:
-    """(n,) which of `rows` (n, k) are among `others`, in whatever order of their corners."""
+    """Return the mask (n,) of `rows` (n, k) that are among `others`, in any order of corners."""
     among = {row.tobytes() for row in np.sort(np.asarray(others, np.int32), axis=1)}
     ordered = np.sort(np.asarray(rows, np.int32), axis=1)
     return np.fromiter((row.tobytes() in among for row in ordered), np.bool_, len(rows))

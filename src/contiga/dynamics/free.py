@@ -1,4 +1,4 @@
-"""What moves by the forces on it: free bodies and free nodes, and what is fixed to other bodies."""
+"""Bodies and nodes that move by the forces on them, or are fixed to other bodies."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ class Dependent:
         return ()
 
     def nodes(self, where: str, slave: Slave, number: Number) -> NodeMover:
-        """What moves the nodes of `slave` so; `where` is for messages.
+        """Return the mover of the nodes of `slave`; `where` is for messages.
 
         Raises
         ------
@@ -51,7 +51,7 @@ class Dependent:
 
 
 def is_driven(motion: object) -> bool:
-    """Whether a motion is told beforehand, and not known to move nothing."""
+    """Return whether a motion is prescribed and not known to be at rest."""
     return not (isinstance(motion, Dependent) or is_still(motion))
 
 
@@ -172,7 +172,7 @@ class Attached(Dependent):
 
     @property
     def hosts(self) -> tuple[str, ...]:
-        """Its body."""
+        """The body that it is attached to."""
         return (self.body,)
 
     def __post_init__(self) -> None:
@@ -192,7 +192,7 @@ class Attached(Dependent):
 
 
 def _nodal_masses(where: str, slave: Slave, given: float | FloatArray | None) -> FloatArray:
-    """(n,) of all nodes."""
+    """Return the masses (n,) of all nodes."""
     if given is None:
         raise InputError(
             "free nodes need masses and the slave has none",
@@ -219,7 +219,7 @@ def _nodal_masses(where: str, slave: Slave, given: float | FloatArray | None) ->
 
 
 def _mass(mass: float | ArrayLike | None) -> float | FloatArray | None:
-    """One number, or one a node."""
+    """Return one number, or one by node, checked."""
     if mass is None or np.ndim(mass) == 0:
         return None if mass is None else positive(mass, "mass")
     each = as_numbers(mass, "mass")

@@ -30,20 +30,19 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from contiga.arrays.layout import all_of, positive, real
+from contiga.curves.curve_records import Curves, joined, piecewise
+from contiga.curves.tables import table_of
 from contiga.dynamics.gas_tables import (
     Contents,
     FlowTables,
     InflatorTable,
     OpeningTable,
-    Series,
     gas_table,
-    joined,
     shares_of,
 )
 from contiga.dynamics.gases import GASES, Gas, Mixture, parts_of
 from contiga.dynamics.kernels import gas_nb
 from contiga.dynamics.places import place_of
-from contiga.dynamics.tables import as_table
 from contiga.errors import InputError
 from contiga.jit import straight
 from contiga.records import FloatArray
@@ -70,8 +69,8 @@ class Inflator:
         A negative rate, a temperature that is not positive, tables whose times do not rise.
     """
 
-    mass_rate: Series
-    temperature: Series
+    mass_rate: Curves
+    temperature: Curves
     gas: Gas | Mixture | None
     trigger: str | None
 
@@ -84,8 +83,8 @@ class Inflator:
         trigger: str | None = None,
     ) -> None:
         put = object.__setattr__
-        put(self, "mass_rate", _series("mass_rate", mass_rate, over="t"))
-        put(self, "temperature", _series("temperature", temperature, over="t", above=True))
+        put(self, "mass_rate", _held("mass_rate", mass_rate, over="t"))
+        put(self, "temperature", _held("temperature", temperature, over="t", above=True))
         if gas is not None:
             all_of(Gas | Mixture, (gas,), "gas", "must be a gas", GASES)
         put(self, "gas", gas)
@@ -93,7 +92,7 @@ class Inflator:
 
     @property
     def kinks(self) -> FloatArray:
-        """(k,) times at which the inflow has kinks or jumps; since firing if it has a trigger."""
+        """Times (k,) at which the inflow has kinks or jumps; since firing if it has a trigger."""
         return np.concatenate([self.mass_rate.x, self.temperature.x])
 
 
@@ -121,7 +120,7 @@ class Vent:
         A negative area, an unknown word, a table that is no place.
     """
 
-    area: Series
+    area: Curves
     coefficient: float
     over: str
     to: str
@@ -145,7 +144,7 @@ class Vent:
         if over not in ("pressure", "time"):
             raise InputError("is unknown", where="over", found=over, allowed="pressure, time")
         put = object.__setattr__
-        put(self, "area", _series("area", area, over="t" if over == "time" else "p"))
+        put(self, "area", _held("area", area, over="t" if over == "time" else "p"))
         put(self, "coefficient", positive(coefficient, "coefficient"))
         put(self, "over", over)
         put(self, "to", to)
@@ -158,7 +157,7 @@ class Vent:
 
     @property
     def kinks(self) -> FloatArray:
-        """(k,) times at which its area has kinks or jumps; since firing if it has a trigger."""
+        """Times (k,) at which its area has kinks or jumps; since firing if it has a trigger."""
         times = [self.opens_after] if math.isfinite(self.opens_after) else []
         return np.array([*times, *(self.area.x if self.over == "time" else ())], np.float64)
 
@@ -197,7 +196,7 @@ class Chamber:
     surroundings: Surroundings
     inflators: tuple[Inflator, ...]
     vents: tuple[Vent, ...]
-    leak: Series
+    leak: Curves
     name: str
 
     def __init__(
@@ -225,17 +224,17 @@ class Chamber:
         put(self, "surroundings", surroundings)
         put(self, "inflators", tuple(inflators))
         put(self, "vents", tuple(vents))
-        put(self, "leak", _series("leak", leak, over="p"))
+        put(self, "leak", _held("leak", leak, over="p"))
         put(self, "name", name or "gas")
 
     @property
     def open_at_start(self) -> FloatArray:
-        """(v,) 1 for vents that need no pressure to open, else 0."""
+        """1 for each of the vents (v,) that needs no pressure to open, else 0."""
         return np.array([vent.opens_at == -math.inf for vent in self.vents], np.float64)
 
     @property
     def leaks(self) -> bool:
-        """Whether its fabric leaks at any pressure."""
+        """True if its fabric leaks at some pressure."""
         return bool(self.leak.y.any())
 
     @property
@@ -248,7 +247,7 @@ class Chamber:
 
     @property
     def kinks(self) -> FloatArray:
-        """(k,) times at which inflators or vents without a trigger have kinks or jumps."""
+        """Times (k,) at which inflators or vents without a trigger have kinks or jumps."""
         devices: list[Inflator | Vent] = [*self.inflators, *self.vents]
         kinks = (device.kinks for device in devices if device.trigger is None)
         return np.concatenate([np.zeros(0), *kinks])
@@ -256,7 +255,7 @@ class Chamber:
     def resting(self) -> Chamber:
         """Return a copy without inflow, open vents or leaks."""
         still = copy(self)
-        nothing = Series(np.zeros(1), np.zeros(1))
+        nothing = piecewise(np.zeros(1), np.zeros(1), 0.0, 0.0)
         for key, openings, flow in (
             ("inflators", self.inflators, "mass_rate"),
             ("vents", self.vents, "area"),
@@ -332,7 +331,7 @@ class Around(NamedTuple):
 
 
 class Chambers:
-    """All chambers of a simulation, with the gas flow between them.
+    """The chambers of a simulation, with the gas flow between them.
 
     Parameters
     ----------
@@ -517,7 +516,7 @@ class Chambers:
 
     def _opening_table(self) -> OpeningTable:
         """Return the table of vents and fabric for kernels."""
-        areas: list[Series] = []
+        areas: list[Curves] = []
         over_time, opens_at, opens_after = [], [], []
         for here, _, number in self._openings:
             chamber = self.chambers[here]
@@ -528,7 +527,8 @@ class Chambers:
                 opens_after.append(-math.inf)
             else:
                 vent = chamber.vents[number]
-                areas.append(Series(vent.area.x, vent.coefficient * vent.area.y))
+                area = vent.coefficient * vent.area.y
+                areas.append(piecewise(vent.area.x, area, 0.0, 0.0))
                 over_time.append(vent.over == "time")
                 opens_at.append(vent.opens_at)
                 opens_after.append(vent.opens_after)
@@ -544,7 +544,7 @@ class Chambers:
             np.array([trigger is not None for trigger in self._opened_by], np.bool_),
             np.array(opens_at, np.float64),
             np.array(opens_after, np.float64),
-            joined(areas),
+            joined(*areas),
         )
 
     def _inflator_table(self) -> InflatorTable:
@@ -559,8 +559,8 @@ class Chambers:
             np.array([c for c, _, _ in every], np.int32),
             np.array([trigger is not None for trigger in self._fired_by], np.bool_),
             np.array(shares, np.float64).reshape(len(every), len(self.gases)),
-            joined([inflator.mass_rate for _, inflator, _ in every]),
-            joined([inflator.temperature for _, inflator, _ in every]),
+            joined(*(inflator.mass_rate for _, inflator, _ in every)),
+            joined(*(inflator.temperature for _, inflator, _ in every)),
         )
 
 
@@ -582,24 +582,19 @@ def _threshold(name: str, given: float) -> float:
     return value
 
 
-def _series(name: str, given: ArrayLike, over: str, above: bool = False) -> Series:
-    """Return the `Series` of a number, or of rows over "t" or "p".
+def _held(name: str, given: ArrayLike, over: str, above: bool = False) -> Curves:
+    """Return the curve of a number, or of rows over "t" or "p", which holds its end values.
 
     Raises
     ------
     InputError
         Neither a number nor rows, a negative value, or with `above` a value that is not positive.
     """
-    try:
-        rows = np.asarray(real(given, name), dtype=np.float64)
-        table = np.array([[0.0, float(rows)]]) if rows.ndim == 0 else as_table(rows, (over, name))
-    except (TypeError, ValueError) as error:
-        what = error.what if isinstance(error, InputError) else "must be a number, or rows"
-        found = error.found if isinstance(error, InputError) else given
-        allowed = f"a number, or rows [{over}, {name}] with {over} strictly increasing"
-        raise InputError(what, where=name, found=found, allowed=allowed) from error
+    allowed = f"a number, or rows [{over}, {name}] with {over} strictly increasing"
+    rows = [[0.0, given]] if isinstance(given, int | float | np.number) else given
+    table = table_of(rows, (over, name), where=name, allowed=allowed)
     least = float(table[:, 1].min())
-    if not (least > 0.0 if above else least >= 0.0) or not np.isfinite(table).all():
+    if not (least > 0.0 if above else least >= 0.0):
         what = "must be above zero" if above else "must not be below zero"
         raise InputError(what, where=name, found=least, allowed="finite numbers")
-    return Series(table[:, 0], table[:, 1])
+    return piecewise(table[:, 0], table[:, 1], 0.0, 0.0)

@@ -9,30 +9,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from contiga.curves.curve_records import Curves
 from contiga.dynamics.gases import Gas, IdealGas, Mixture, parts_of
 from contiga.pointer_records import pass_by_pointer
 from contiga.records import FloatArray, IntArray
-
-
-class Series(NamedTuple):
-    """A piecewise linear function, constant beyond its ends."""
-
-    x: FloatArray
-    """(r,) abscissae that rise: time, or excess pressure."""
-    y: FloatArray
-    """(r,) ordinates."""
-
-
-@pass_by_pointer
-class Joined(NamedTuple):
-    """n concatenated `Series`."""
-
-    rows: IntArray
-    """(n + 1,) first row of each, and the number of all rows."""
-    x: FloatArray
-    """(r,) abscissae of all."""
-    y: FloatArray
-    """(r,) ordinates of all."""
 
 
 @pass_by_pointer
@@ -65,7 +45,7 @@ class OpeningTable(NamedTuple):
     """(o,) excess pressure at which it opens for good."""
     opens_after: FloatArray
     """(o,) time before which it is shut."""
-    areas: Joined
+    areas: Curves
     """Effective area C A over time or excess pressure; for fabric per area of fabric."""
 
 
@@ -79,9 +59,9 @@ class InflatorTable(NamedTuple):
     """(i,) whether a trigger fires it."""
     shares: FloatArray
     """(i, k) mass fractions of the gases."""
-    rates: Joined
+    rates: Curves
     """Mass flow, mass by time, over time."""
-    temperatures: Joined
+    temperatures: Curves
     """Temperature, kelvin, over time."""
 
 
@@ -125,17 +105,6 @@ class Contents(NamedTuple):
     """(i,) time at which the clock of each inflator starts; infinite until its trigger fires."""
     moved: FloatArray
     """(k,) masses that flow: a work array."""
-
-
-def joined(tables: Sequence[Series]) -> Joined:
-    """Concatenate tables."""
-    rows = np.cumsum([0, *(len(table.x) for table in tables)]).astype(np.int32)
-    none = np.zeros(0)
-    return Joined(
-        rows,
-        np.concatenate([none, *(table.x for table in tables)]),
-        np.concatenate([none, *(table.y for table in tables)]),
-    )
 
 
 def gas_table(gases: Sequence[Gas]) -> GasTable:

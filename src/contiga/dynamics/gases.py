@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from contiga.arrays.layout import all_of, positive, real
-from contiga.dynamics.tables import as_table
+from contiga.curves.tables import table_of
 from contiga.errors import InputError
 
 WHOLE = 1e-6
@@ -103,7 +103,7 @@ class ThermallyPerfectGas:
         if given.ndim == 1 and len(given):
             ends, inner = _range(between), [tuple(given.tolist())]
         else:
-            table = as_table(given, ("T", "c_p"))
+            table = table_of(given, ("T", "c_p"))
             if between is not None:
                 raise InputError("a table has its own temperatures", where="between", found=between)
             ends = tuple(table[:, 0].tolist())

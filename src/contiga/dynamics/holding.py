@@ -1,4 +1,4 @@
-"""Which degrees of freedom of nodes are held, which a motion drives, which a body carries."""
+"""Degrees of freedom of nodes that are held, driven by a motion or carried by a body."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ class Drive(NamedTuple):
 
 
 def held_ways(fixed: Any, slave: Slave, where: str) -> Ways:
-    """(n, 3) which ways of the points of a slave are held.
+    """Return the ways (n, 3) of the points of a slave that are held.
 
     Parameters
     ----------
@@ -108,7 +108,7 @@ def slopes_kept(fixed: Any, slave: Slave, where: str) -> list[tuple[int, str]]:
 def drives_of(
     driven: Sequence[Mapping[str, Any]], held: Ways, slave: Slave, where: str
 ) -> tuple[Drive, ...]:
-    """What drives nodes of a slave of which `held` ways are held.
+    """Return the drives of nodes of a slave whose ways `held` are held.
 
     Parameters
     ----------
@@ -158,7 +158,7 @@ def attached_to(
     slave: Slave,
     where: str,
 ) -> NDArray[np.int32]:
-    """(n,) number of the body that each node is attached to, -1 of those that are to none.
+    """Return the number (n,) of the body that each node is attached to, −1 for none.
 
     Parameters
     ----------
@@ -196,7 +196,7 @@ def attached_to(
 
 
 def _held_by(table: Mapping[str, Any], slave: Slave, where: str) -> Ways:
-    """(n, 3) of one table, which names a place."""
+    """Return the ways (n, 3) of one table, which names a place."""
     if place_of(table, ("hold", "slope"), where) is None:
         raise InputError(
             "says which nodes by one key",
@@ -208,7 +208,7 @@ def _held_by(table: Mapping[str, Any], slave: Slave, where: str) -> Ways:
 
 
 def _of_table(table: Mapping[str, Any], others: tuple[str, ...], slave: Slave, where: str) -> Ways:
-    """(n, 3) of one table."""
+    """Return the ways (n, 3) of one table."""
     key = place_of(table, ("hold", *others), where)
     held = names_held(table.get("hold", WAYS), WAYS, f"{where}: hold")
     ways = np.array([way in held for way in WAYS])
@@ -216,7 +216,7 @@ def _of_table(table: Mapping[str, Any], others: tuple[str, ...], slave: Slave, w
 
 
 def names_held(hold: Any, known: tuple[str, ...], where: str) -> tuple[str, ...]:
-    """Those of the names `known` that are to be held, in their order.
+    """Return those of the names `known` that are to be held, in their order.
 
     Raises
     ------

@@ -10,12 +10,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from contiga.arrays.layout import real
-from contiga.dynamics.spring_curves import Axial, SpringLaw, spring_law
+from contiga.arrays.layout import not_negative, positive, real
+from contiga.curves.characteristic import Characteristic, CurveLike, as_curve
+from contiga.curves.curve_records import Response
+from contiga.curves.hysteresis import Hysteresis, hysteresis_of
+from contiga.dynamics.spring_law import SLACK, SpringLaw
 from contiga.errors import InputError
-from contiga.laws.characteristic import Characteristic, CurveLike
-from contiga.laws.hysteresis import Hysteresis, hysteresis_of
-from contiga.laws.law import above_zero, as_curve, not_negative
 
 
 class JointLawState(NamedTuple):
@@ -43,7 +43,6 @@ class JointLawState(NamedTuple):
 
 _AT_REST = JointLawState(*(0.0 for _ in JointLawState._fields))
 """State of a law at the coordinate 0, without force."""
-_NO_RESPONSE = Axial(0.0, 0.0, 0.0, 0.0)
 
 
 @dataclass(frozen=True, init=False, eq=False)
@@ -121,7 +120,7 @@ class JointLaw:
         put(self, "hysteresis", hysteresis)
         put(self, "damping", not_negative(damping, "damping"))
         put(self, "friction", not_negative(friction, "friction"))
-        slope = 0.0 if friction_slope is None else above_zero(friction_slope, "friction_slope")
+        slope = 0.0 if friction_slope is None else positive(friction_slope, "friction_slope")
         put(self, "friction_slope", slope)
         put(self, "stops", (-math.inf, math.inf) if stops is None else _stops(stops))
         stop = None if stop_curve is None else as_curve(stop_curve, "stop_curve")
@@ -186,16 +185,16 @@ class JointLaw:
 
     @cached_property
     def _law(self) -> SpringLaw | None:
-        return None if self.curve is None else spring_law(self.curve, self.hysteresis)
+        return None if self.curve is None else SpringLaw(self.curve, self.hysteresis)
 
     @cached_property
     def _stop_law(self) -> SpringLaw | None:
-        return None if self.stop_curve is None else spring_law(self.stop_curve, None)
+        return None if self.stop_curve is None else SpringLaw(self.stop_curve, None)
 
-    def _curve_response(self, last: JointLawState, value: float) -> Axial:
+    def _curve_response(self, last: JointLawState, value: float) -> Response:
         """Return force and energies of the curve; hysteresis loads each sign from zero."""
         if self._law is None:
-            return _NO_RESPONSE
+            return SLACK
         if self.hysteresis is None:
             return self._law.move(last.value, last.memory, value)
         sign = math.copysign(1.0, value)
@@ -206,11 +205,11 @@ class JointLaw:
         """Return the depth beyond a stop, ≥ 0."""
         return max(self.stops[0] - value, value - self.stops[1], 0.0)
 
-    def _stop_response(self, value: float) -> Axial:
+    def _stop_response(self, value: float) -> Response:
         """Return force and energies of the stops."""
         depth = self._stop_depth(value)
         if self._stop_law is None or depth == 0.0:
-            return _NO_RESPONSE
+            return SLACK
         response = self._stop_law.move(0.0, 0.0, depth)
         return response._replace(force=math.copysign(response.force, value - self.stops[0]))
 

@@ -21,7 +21,8 @@ SAME_TIME = 1e-9
 
 
 def bends_of(times: FloatArray, values: FloatArray) -> FloatArray:
-    """Those of `times` (n,) to end steps at for what is linear between rows `values` (n, d).
+    """Return those of `times` (n,) at which steps end, for a function linear between rows `values`
+    (n, d).
 
     >>> t = np.arange(6.0)
     >>> bends_of(t, np.array([[0.0], [0.0], [1.0], [2.0], [3.0], [0.0]])).tolist()
@@ -55,7 +56,7 @@ def jumps_of(times: FloatArray, rates: FloatArray) -> FloatArray:
 
 
 def united(kinks: Iterable[Iterable[float]], start: float, end: float) -> tuple[float, ...]:
-    """All of them between two times, rising, none next to another or to one of the two."""
+    """Return all kinks between two times, rising, none closer than `SAME_TIME` to another."""
     nearest, kept = SAME_TIME * (end - start), [start]
     for time in sorted({float(t) for some in kinks for t in some}):
         if time > kept[-1] + nearest and time < end - nearest:

@@ -9,7 +9,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from contiga.arrays.layout import read_only
-from contiga.dynamics.pieces import Pieces, as_rows, pieces_between
+from contiga.curves.tables import table_of
+from contiga.dynamics.pieces import Pieces, pieces_between
 from contiga.errors import InputError
 from contiga.records import FloatArray
 from contiga.rigid.transform import vector
@@ -104,13 +105,13 @@ class Load:
         return np.concatenate([np.zeros(0), *tables])
 
     def force_at(self, t: float) -> FloatArray:
-        """(3,) at time `t`: world axes, or with `follow` those that the body had them in at the
-        start and that have turned with it."""
+        """Return the force (3,) at time `t`: world axes, or with `follow` the axes of the body that
+        were the world's at the start."""
         return _at(self.force, t)
 
     def moment_at(self, t: float) -> FloatArray:
-        """(3,) at time `t`, of which the force's own about the centre of mass is no part; axes as
-        those of the force."""
+        """Return the moment (3,) at time `t`, without that of the force about the centre of mass;
+        axes as those of the force."""
         return _at(self.moment, t)
 
 
@@ -142,14 +143,14 @@ def _check_given(
 
 
 def _over_time(given: ArrayLike | None, name: str, smooth: bool) -> FloatArray | Pieces:
-    """A constant vector, or one over time; zero of what was not given."""
+    """Return a constant vector, or one over time; zero if none was given."""
     if given is None:
         return read_only(np.zeros(3))
     try:
         constant = np.ndim(given) == 1
-    except ValueError:  # rows of several lengths, which `as_rows` tells
+    except ValueError:  # rows of several lengths, which `table_of` reports
         constant = False
     if constant:
         return read_only(vector(given, name))
-    rows = as_rows(given, _COLUMNS[name], name)
+    rows = table_of(given, _COLUMNS[name], where=name, at_least=2)
     return pieces_between(read_only(rows[:, 0]), rows[:, 1:], smooth=smooth)

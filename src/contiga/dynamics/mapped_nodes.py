@@ -45,19 +45,19 @@ MOVES = 1e-12
 
 
 def moved_by(matter: Matter, nodes: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """(m, 3) degrees of freedom, and the ways of each, that move nodes in the ways (n, 3)."""
+    """Return the degrees of freedom and their ways (m, 3) that move nodes in the ways (n, 3)."""
     return np.asarray(matter.spread(nodes.astype(np.float64)) > MOVES)
 
 
 def nodal_masses(matter: Matter, n: int) -> FloatArray:
-    """(n,) shares of nodes in the masses of degrees of freedom, by how much each node is moved."""
+    """Return the shares (n,) of nodes in the masses of degrees of freedom, by weights in N."""
     whole = matter.spread(np.ones((n, 3)))[:, 0]
     share = np.divide(matter.mass, whole, out=np.zeros(len(whole)), where=whole > MOVES)
     return np.ascontiguousarray(matter.points(np.repeat(share[:, None], 3, axis=1))[:, 0])
 
 
 class Places(NamedTuple):
-    """Where nodes of a slave are not left to forces."""
+    """Nodes of a slave that are held, driven or attached to bodies."""
 
     held: NDArray[np.bool_]
     """(n, 3) ways that no force moves: held, driven or attached to bodies."""
@@ -143,15 +143,15 @@ class SpreadForces(NamedTuple):
     nodal: Forces
 
     def __call__(self) -> FloatArray:
-        """(m, 3)."""
+        """Return the forces (m, 3) on degrees of freedom."""
         force, own = self.matter.spread(self.nodal()), self.nodal.on_degrees()
         return force if own is None else force + own
 
     def on_degrees(self) -> None:
-        """None: they all are."""
+        """Return None: the forces are on degrees of freedom already."""
 
     def listed(self) -> Pushes:
-        """On all degrees of freedom."""
+        """Return the forces on all degrees of freedom."""
         force = np.ascontiguousarray(self())
         return Pushes(np.arange(len(force), dtype=np.int32), force)
 
@@ -163,7 +163,7 @@ class SpreadLoad(NamedTuple):
     nodal: NodalForces
 
     def at(self, points: FloatArray, time: float) -> FloatArray:
-        """(m, 3) forces, of degrees of freedom at (m, 3)."""
+        """Return the forces (m, 3) on degrees of freedom at (m, 3)."""
         return self.matter.spread(self.nodal.at(self.matter.points(points), time))
 
 
@@ -179,17 +179,17 @@ class MappedNodes(NodeMover):
 
     @cached_property
     def bare(self) -> NDArray[np.bool_]:  # type: ignore[override]  # of others it is of the class
-        """(n,) no node is: all depend on degrees of freedom."""
+        """See `NodeMover`: no node, as all follow degrees of freedom."""
         return np.zeros(len(self.mass), np.bool_)
 
     @property
     def matter(self) -> Matter:
-        """Whose degrees of freedom they are."""
+        """Matter whose degrees of freedom the nodes follow."""
         return self.own.matter
 
     @property
     def flight(self) -> FloatArray | None:
-        """As that of the degrees of freedom, where it is one for all."""
+        """See `NodeMover`: that of the degrees of freedom, if it is one for all."""
         flight = self.own.flight
         return flight[0] if flight is not None and (flight == flight[0]).all() else None
 
@@ -200,7 +200,7 @@ class MappedNodes(NodeMover):
 
     @property
     def joints(self) -> tuple[Joint, ...]:  # type: ignore[override]  # of others it is of the class
-        """Which degrees of freedom are attached to bodies."""
+        """Degrees of freedom that are attached to bodies."""
         return self.own.joints
 
     def _nodal(self, own: SlaveState) -> SlaveState:
@@ -220,36 +220,36 @@ class MappedNodes(NodeMover):
         return SpreadForces(self.matter, forces)
 
     def start(self, now: Instant) -> SlaveState:
-        """As the degrees of freedom start."""
+        """See `NodeMover`."""
         return self._nodal(self.own.start(now))
 
     def taken_up(self, rest: SlaveState, now: Instant) -> SlaveState:
-        """Where they rest."""
+        """See `NodeMover`."""
         return self._nodal(self.own.taken_up(self._of(rest), now))
 
     def drift(self, last: SlaveState, forces: Forces, now: Instant) -> SlaveState:
-        """As the degrees of freedom go."""
+        """See `NodeMover`."""
         return self._nodal(self.own.drift(self._of(last), self._spread(forces), now))
 
     def kick(
         self, last: SlaveState, drifted: SlaveState, forces: Forces, now: Instant
     ) -> SlaveState:
-        """The end of the step of the degrees of freedom."""
+        """See `NodeMover`."""
         both = self._of(last), self._of(drifted)
         return self._nodal(self.own.kick(*both, self._spread(forces), now))
 
     def carried(self, state: SlaveState, now: Instant) -> SlaveState:
-        """The same, attached ones as their bodies move them."""
+        """See `NodeMover`."""
         if not self.joints:
             return state
         return self._nodal(self.own.carried(self._of(state), now))
 
     def pulls(self, state: SlaveState, forces: Forces) -> Sequence[Pull]:
-        """Of degrees of freedom that are attached to bodies."""
+        """See `NodeMover`: those of degrees of freedom."""
         return self.own.pulls(self._of(state), self._spread(forces))
 
     def springs_to_bodies(self, state: SlaveState) -> Sequence[JointSprings]:
-        """Of degrees of freedom that are attached to bodies."""
+        """See `NodeMover`: those of degrees of freedom."""
         return self.own.springs_to_bodies(self._of(state))
 
     def fastest(self, rows: IndexArray, stiffness: FloatArray) -> float:
@@ -267,11 +267,11 @@ class MappedNodes(NodeMover):
         return self.own.swing(self.matter.spread(forces))
 
     def kick_energy(self, state: SlaveState, forces: Forces, gravity: FloatArray) -> float:
-        """Of the degrees of freedom."""
+        """See `NodeMover`: that of the degrees of freedom."""
         return self.own.kick_energy(self._of(state), self._spread(forces), gravity)
 
     def inside(self, state: SlaveState) -> Sequence[Inside]:
-        """Of matter that tells it at degrees of freedom: each node stands for itself."""
+        """See `NodeMover`: for matter that has `nodal_fields`, each node by itself."""
         asked = getattr(self.matter, "nodal_fields", None)
         if asked is None:
             return ()
@@ -291,32 +291,32 @@ class MappedNodes(NodeMover):
         return [Inside(np.arange(n, dtype=np.int32)[:, None], np.ones(n), fields)]
 
     def reached(self, state: SlaveState) -> Sequence[Reached]:
-        """How far the tables of its materials were asked since the start."""
+        """Return the largest strains of tables of materials since the start."""
         return self.own.reached(self._of(state))
 
     def rates(self, state: SlaveState) -> tuple[float, float]:
-        """ω² and decay of what is fastest in them."""
+        """See `NodeMover`."""
         return self.own.rates(state)
 
     def energy(self, state: SlaveState) -> Stored:
-        """Kinetic, and what the matter has."""
+        """See `NodeMover`: kinetic energy, and the energies of matter."""
         return self.own.energy(state)
 
     def by_gravity(self, last: SlaveState, now: SlaveState, gravity: FloatArray) -> float:
-        """Their weight along their way."""
+        """See `NodeMover`."""
         return self.own.by_gravity(self._of(last), self._of(now), gravity)
 
     def by_motion(self, last: SlaveState, now: SlaveState, before: Forces, forces: Forces) -> float:
-        """Of loads, and of what drives them."""
+        """See `NodeMover`."""
         both = self._spread(before), self._spread(forces)
         return self.own.by_motion(self._of(last), self._of(now), *both)
 
     def stopped(self, state: SlaveState) -> SlaveState:
-        """The same without velocities."""
+        """See `NodeMover`."""
         return self._nodal(self.own.stopped(self._of(state)))
 
     def shaken(self, state: SlaveState) -> float:
-        """By their velocities now."""
+        """See `NodeMover`."""
         return self.own.shaken(self._of(state))
 
     def kinetic_between(self, last: SlaveState, now: SlaveState, dt: float) -> float:
@@ -326,14 +326,14 @@ class MappedNodes(NodeMover):
     def steered(
         self, state: SlaveState, forces: Forces, gravity: FloatArray, share: float
     ) -> SlaveState:
-        """The same with a share of the velocities turned to where the forces pull."""
+        """See `NodeMover`."""
         turned = self.own.steered(self._of(state), self._spread(forces), gravity, share)
         return self._nodal(turned)
 
     def imbalance(self, state: SlaveState, forces: Forces, gravity: FloatArray) -> Imbalance:
-        """Of the degrees of freedom that are not held."""
+        """See `NodeMover`: degrees of freedom that are not held."""
         return self.own.imbalance(self._of(state), self._spread(forces), gravity)
 
     def digest(self, digest: Any, times: FloatArray) -> None:
-        """What was given."""
+        """See `NodeMover`."""
         self.own.digest(digest, times)

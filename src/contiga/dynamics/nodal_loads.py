@@ -11,8 +11,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from contiga.arrays.layout import read_only
+from contiga.curves.tables import table_of
 from contiga.dynamics.loads import _at, _over_time
-from contiga.dynamics.pieces import Pieces, as_rows, pieces_between
+from contiga.dynamics.pieces import Pieces, pieces_between
 from contiga.dynamics.places import facets_at, nodes_at, place_of
 from contiga.errors import InputError
 from contiga.records import FloatArray
@@ -30,11 +31,11 @@ class NodalForces(Protocol):
     """A load, once it knows its nodes."""
 
     def at(self, points: FloatArray, time: float) -> FloatArray:
-        """(n, 3) forces on nodes that are at points (n, 3)."""
+        """Return the forces (n, 3) on nodes at points (n, 3)."""
 
 
 class _OverTime:
-    """What loads over time have in common."""
+    """Base of loads over time."""
 
     value: FloatArray | Pieces
 
@@ -147,7 +148,7 @@ class NodalForce(_OverTime):
 
 
 def shares_at(key: str | None, value: Any, slave: Slave, where: str) -> FloatArray:
-    """(n,) shares, 1 in all, of the nodes of a slave at a place.
+    """Return the shares (n,), 1 in all, of the nodes of a slave at a place.
 
     By the areas of facets at rest, where the nodes are all corners of facets that are wholly at the
     place; evenly elsewhere.
@@ -210,6 +211,6 @@ def _number_over_time(given: ArrayLike, smooth: bool) -> FloatArray | Pieces:
                 "must be a number, or rows", where="pressure", found=given, allowed="p, or [t, p]"
             )
         return read_only(np.array([number, 0.0, 0.0]))
-    rows = as_rows(given, ("t", "p"), "pressure")
+    rows = table_of(given, ("t", "p"), where="pressure", at_least=2)
     padded = np.concatenate([rows[:, 1:], np.zeros((len(rows), 2))], axis=1)
     return pieces_between(read_only(rows[:, 0]), padded, smooth=smooth)

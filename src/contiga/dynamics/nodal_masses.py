@@ -17,7 +17,7 @@ from contiga.slaves.slave import Slave
 
 
 def lumped_masses(masses: Sequence[Mapping[str, Any]], slave: Slave, where: str) -> FloatArray:
-    """(n,) sum of the lumped masses on each node of a slave, mass.
+    """Return the sum (n,) of the lumped masses on each node of a slave.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""What moves the nodes of a slave: a motion, a body, or the forces on them. One base for all.
+"""Movers of the nodes of a slave: a motion, a body, or the forces on them, with one base.
 
 Here are those of nodes that are no elements: driven by a motion, carried by a body, or each a free
 mass; `deforming_nodes` has those of elements.
@@ -29,12 +29,12 @@ NO_ARRAYS: Arrays = MappingProxyType({})
 
 
 _INSTANTS = 64
-"""That a motion is looked at where it is not a rigid one: a series of large files would have
-to be read again for more."""
+"""Number of samples of a motion that is not a rigid one: for more, a series of large files would
+have to be read again."""
 
 
 class Pushes(NamedTuple):
-    """What contacts do on the nodes they act on."""
+    """Forces of contacts on the nodes that they act on."""
 
     rows: IndexArray
     """(k,) nodes, ascending."""
@@ -43,16 +43,16 @@ class Pushes(NamedTuple):
 
 
 class Forces(Protocol):
-    """What contacts do on the nodes of a slave, summed where it is asked for."""
+    """Forces of contacts on the nodes of a slave, summed on demand."""
 
     def __call__(self) -> FloatArray:
-        """(n, 3) of all nodes."""
+        """Return the forces (n, 3) on all nodes."""
 
     def listed(self) -> Pushes:
-        """Of those they act on."""
+        """Return the forces on the nodes that contacts act on."""
 
     def on_degrees(self) -> FloatArray | None:
-        """(m, 3) on degrees of freedom that are not nodes; None where there are none."""
+        """Return the forces (m, 3) on degrees of freedom that are not nodes; None without such."""
 
 
 class SlaveState(NamedTuple):
@@ -65,7 +65,7 @@ class SlaveState(NamedTuple):
 
     @property
     def matter(self) -> Arrays:
-        """What is inside of a slave that deforms, by name; nothing in others."""
+        """Arrays of a deforming slave by name; empty for others."""
         return NO_ARRAYS
 
 
@@ -76,7 +76,7 @@ class ElementState(SlaveState):
 
     @classmethod
     def of(cls, points: FloatArray, velocities: FloatArray, matter: Arrays) -> ElementState:
-        """With what is inside."""
+        """Return a state with the arrays of a deforming slave."""
         state = cls(points, velocities)
         state._matter = matter
         return state
@@ -113,16 +113,16 @@ class Stored(NamedTuple):
 
 
 class Imbalance(NamedTuple):
-    """How far nodes are from rest."""
+    """Distance of nodes from equilibrium, in sums of forces."""
 
     force: float = 0.0
-    """Σ|f| of what acts on each node that may move."""
+    """Σ|f| of the forces on nodes that may move."""
     load: float = 0.0
     """Σ|p| of the loads among it."""
     reaction: float = 0.0
-    """Of what elements do on nodes that are held."""
+    """Σ|f| of the forces of elements on nodes that are held."""
     rounding: float = 0.0
-    """What of the force may be rounding."""
+    """Part of the force that may be rounding."""
 
 
 class Pull(NamedTuple):
@@ -137,7 +137,7 @@ class Pull(NamedTuple):
 
 
 class JointSprings(NamedTuple):
-    """How stiff nodes attached to a body are held by their elements."""
+    """Stiffness by which elements hold nodes that are attached to a body."""
 
     host: int
     points: FloatArray
@@ -159,63 +159,63 @@ class Joint(NamedTuple):
     """(k,)."""
 
     def place(self, now: Instant, points: FloatArray, velocities: FloatArray) -> None:
-        """Have points and velocities (n, 3) of the nodes as the body carries them."""
+        """Write points and velocities (n, 3) of the nodes as the body carries them."""
         there = to_world(now.poses[self.host], self.points_B)
         points[self.rows], velocities[self.rows] = there, velocities_on(now, self.host, there)
 
 
 class NodeMover:
-    """What moves the nodes of a slave; most movers have nothing of what is answered here."""
+    """Base of the movers of the nodes of a slave; its answers are those of a mover without such."""
 
     host: int | None = None
     """Number of the body that they are fixed to, and that feels their forces."""
     mass: FloatArray | None = None
     """(n,) of nodes that forces move, else None."""
     joined: ClassVar[bool] = False
-    """Whether they are parts of a whole, whose vibrations steps do not follow one by one."""
+    """True if they are parts of a whole, whose vibrations steps do not follow one by one."""
     has_sections: ClassVar[bool] = False
-    """Whether forces of elements at nodes on one side of a plane are what goes through it."""
+    """True if the forces of elements at nodes on one side of a plane make the force through it."""
     bare: NDArray[np.bool_] = np.zeros(0, np.bool_)
     """(n,) nodes of what is joined that are in no element, and stay."""
     stands: bool = False
-    """Whether nothing moves them until they are touched."""
+    """True if nothing moves them before they are touched."""
     joints: tuple[Joint, ...] = ()
-    """Which of the nodes of what deforms are attached to bodies."""
+    """Nodes of a deforming slave that are attached to bodies."""
 
     @property
     def flight(self) -> FloatArray | None:
-        """(3,) or (n, 3) velocity at the start of what flies on so until it touches something."""
+        """Velocity (3,) or (n, 3) at the start of nodes that keep it until they touch something."""
         return None
 
     def start(self, now: Instant) -> SlaveState:
-        """The nodes at the start."""
+        """Return the nodes at the start."""
         raise NotImplementedError
 
     def drift(self, last: SlaveState, forces: Forces, now: Instant) -> SlaveState:
-        """Where they go in a step from `last`, in which `forces` acted."""
+        """Return the nodes after the drift of a step from `last`, in which `forces` acted."""
         raise NotImplementedError
 
     def kick(
         self, last: SlaveState, drifted: SlaveState, forces: Forces, now: Instant
     ) -> SlaveState:
-        """The end of the step of `drift`, with the forces that act there: as it was foreseen."""
+        """Return the end of the step of `drift`, with the forces there; here as it was foreseen."""
         return drifted
 
     def carried(self, state: SlaveState, now: Instant) -> SlaveState:
-        """The same, with the velocities that bodies give in the end to nodes fixed to them."""
+        """Return the state with the final velocities of bodies at nodes that are fixed to them."""
         return state
 
     def energy(self, state: SlaveState) -> Stored:
-        """What is in them that the ledger counts: nothing where something else moves them."""
+        """Return their energies in the ledger; none for nodes that something else moves."""
         return Stored()
 
     def pulls(self, state: SlaveState, forces: Forces) -> Sequence[Pull]:
-        """What bodies feel of the nodes that are attached to them: `forces` of contacts, and those
-        of elements and loads."""
+        """Return the forces on bodies from nodes that are attached to them: `forces` of contacts,
+        and those of elements and loads."""
         return ()
 
     def springs_to_bodies(self, state: SlaveState) -> Sequence[JointSprings]:
-        """How stiff elements hold the nodes that are attached to bodies."""
+        """Return the stiffness by which elements hold nodes that are attached to bodies."""
         return ()
 
     def fastest(self, rows: IndexArray, stiffness: FloatArray) -> float:
@@ -237,60 +237,60 @@ class NodeMover:
         return 0.0
 
     def inside(self, state: SlaveState) -> Sequence[Inside]:
-        """What its elements tell, which are rows of its nodes; nothing of what has none."""
+        """Return the fields of its elements, rows of its nodes; none without elements."""
         return ()
 
     def rates(self, state: SlaveState) -> tuple[float, float]:
-        """ω² and decay rate γ of what is fastest in them, beside their contacts."""
+        """Return ω² and decay rate γ of their fastest vibration without contacts."""
         return 0.0, 0.0
 
     def by_gravity(self, last: SlaveState, now: SlaveState, gravity: FloatArray) -> float:
-        """Work of gravity on them in a step."""
+        """Return the work of gravity on them in a step."""
         return 0.0
 
     def by_motion(self, last: SlaveState, now: SlaveState, before: Forces, forces: Forces) -> float:
-        """Work of what drives them in a step, against the forces before and after it."""
+        """Return the work of driving motions in a step, against the forces before and after it."""
         return 0.0
 
     def stopped(self, state: SlaveState) -> SlaveState:
-        """The same without velocities, where forces move them."""
+        """Return the state without velocities, if forces move the nodes."""
         return state
 
     def taken_up(self, rest: SlaveState, now: Instant) -> SlaveState:
-        """The nodes at the start of a run that begins from where they rest."""
+        """Return the nodes at the start of a run that begins at their state of rest."""
         return self.start(now)
 
     def imbalance(self, state: SlaveState, forces: Forces, gravity: FloatArray) -> Imbalance:
-        """How far they are from rest; none where something else moves them."""
+        """Return their distance from equilibrium; none if something else moves them."""
         return Imbalance()
 
     def steered(
         self, state: SlaveState, forces: Forces, gravity: FloatArray, share: float
     ) -> SlaveState:
-        """The same with a share of the velocities turned to where the forces pull."""
+        """Return the state with a share of the velocities turned along the forces."""
         return state
 
     def shaken(self, state: SlaveState) -> float:
-        """Kinetic energy of what forces move, by the velocities of a state."""
+        """Return the kinetic energy of nodes that forces move, by the velocities of a state."""
         return self.energy(state).kinetic
 
     def kinetic_between(self, last: SlaveState, now: SlaveState, dt: float) -> float:
-        """Kinetic energy of what forces move, by its way from one state to the next."""
+        """Return the kinetic energy of nodes that forces move, by their way between two states."""
         return self.shaken(SlaveState(now.points, (now.points - last.points) / dt))
 
     def digest(self, digest: Any, times: FloatArray) -> None:
-        """Adds all that decides their way."""
+        """Add everything that decides their way."""
         raise NotImplementedError
 
 
 def velocities_on(now: Instant, host: int, points: FloatArray) -> FloatArray:
-    """(k, 3) of points (k, 3) that are fixed to a body."""
+    """Return the velocities (k, 3) of points (k, 3) that are fixed to a body."""
     twist, origin = now.twists[host], now.poses[host, :3, 3]
     return np.asarray(twist[:3] + np.cross(twist[3:], points - origin))
 
 
 def work_of_weight(mass: FloatArray, way: FloatArray, gravity: FloatArray) -> float:
-    """Of nodes of masses (n,) that have gone ways (n, 3)."""
+    """Return the work of the weight of nodes of masses (n,) along ways (n, 3)."""
     return float((mass * row_products(way, gravity)).sum()) if gravity.any() else 0.0
 
 
@@ -304,7 +304,7 @@ class DrivenNodes(NodeMover):
     """That its rows must have."""
 
     def start(self, now: Instant) -> SlaveState:
-        """As the motion says, checked: it may be a user's."""
+        """See `NodeMover`: by the motion, checked, as it may be a user's."""
         state = SlaveState(self.motion.points(now.time), self.motion.velocities(now.time))
         for what, rows in zip(state._fields, state, strict=True):
             if np.shape(rows) != self.shape:
@@ -317,7 +317,7 @@ class DrivenNodes(NodeMover):
         return state
 
     def drift(self, last: SlaveState, forces: Forces, now: Instant) -> SlaveState:
-        """As the motion says."""
+        """See `NodeMover`: by the motion."""
         return self.start(now)
 
     def by_motion(self, last: SlaveState, now: SlaveState, before: Forces, forces: Forces) -> float:
@@ -329,7 +329,7 @@ class DrivenNodes(NodeMover):
         return -0.5 * float(np.where(np.isfinite(way), both * way, 0.0).sum())
 
     def digest(self, digest: Any, times: FloatArray) -> None:
-        """Where they go."""
+        """See `NodeMover`: by the motion."""
         _digest_motion(digest, self.motion, times)
 
 
@@ -357,20 +357,20 @@ class CarriedNodes(NodeMover):
     """What was given, for the digest."""
 
     def start(self, now: Instant) -> SlaveState:
-        """Where the body has them."""
+        """See `NodeMover`: by the body."""
         points = to_world(now.poses[self.host], self.points_B)
         return SlaveState(points, velocities_on(now, self.host, points))
 
     def drift(self, last: SlaveState, forces: Forces, now: Instant) -> SlaveState:
-        """Where the body has them."""
+        """See `NodeMover`: by the body."""
         return self.start(now)
 
     def carried(self, state: SlaveState, now: Instant) -> SlaveState:
-        """Where they are, as the body moves them."""
+        """See `NodeMover`: by the body."""
         return SlaveState(state.points, velocities_on(now, self.host, state.points))
 
     def digest(self, digest: Any, times: FloatArray) -> None:
-        """What they are fixed to."""
+        """See `NodeMover`: by the body."""
         digest.thing(self.motion)
 
 
@@ -387,7 +387,7 @@ class FreeNodes(NodeMover):
     """What was given, for the digest."""
 
     def start(self, now: Instant) -> SlaveState:
-        """At rest, and how they set off."""
+        """See `NodeMover`: at rest, with the velocity of the start."""
         return SlaveState(self.rest.copy(), np.broadcast_to(self.velocity, self.rest.shape).copy())
 
     def drift(self, last: SlaveState, forces: Forces, now: Instant) -> SlaveState:
@@ -407,7 +407,7 @@ class FreeNodes(NodeMover):
 
     @property
     def flight(self) -> FloatArray:
-        """As they set off."""
+        """See `NodeMover`."""
         return self.velocity
 
     def _acceleration(self, forces: Forces, gravity: FloatArray) -> FloatArray:
@@ -419,9 +419,9 @@ class FreeNodes(NodeMover):
         return Stored(0.5 * float((self.mass * row_products(v, v)).sum()))
 
     def by_gravity(self, last: SlaveState, now: SlaveState, gravity: FloatArray) -> float:
-        """Their weight along their way."""
+        """See `NodeMover`."""
         return work_of_weight(self.mass, now.points - last.points, gravity)
 
     def digest(self, digest: Any, times: FloatArray) -> None:
-        """How they start; masses are the slave's, or in what was given."""
+        """See `NodeMover`: by the start; masses are the slave's or part of the motion."""
         digest.thing(self.motion)

@@ -10,24 +10,20 @@ from __future__ import annotations
 from bisect import bisect_right
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from contiga.arrays.layout import read_only
 from contiga.dynamics.kinks import bends_of
-from contiga.dynamics.tables import as_table
-from contiga.errors import InputError
 from contiga.records import FloatArray
 
-_FINER = 8
-"""Parts that a curved piece is looked at in."""
+_N_SAMPLES = 8
+"""Number of parts in which a curved piece is sampled."""
 
 
 @dataclass(frozen=True)
 class Pieces:
-    """One polynomial of t − tₖ between each two times.
+    """Piecewise polynomial of time, with one polynomial of t − tₖ between two times.
 
     Parameters
     ----------
@@ -39,9 +35,9 @@ class Pieces:
     coefficients: FloatArray
 
     def value(self, t: float, order: int = 0) -> FloatArray:
-        """The derivative (3,) of `order`, up to 2, at `t`; outside the nearest piece goes on.
+        """Return the derivative (3,) of `order`, up to 2, at `t`; the outer pieces go on beyond.
 
-        At a row the piece says that begins there, at the last row the one that ends there.
+        It is right-continuous at breakpoints, and left-continuous at the last one.
         """
         k = min(max(bisect_right(self.times, t), 1), len(self.times) - 1) - 1
         rows = self._derived[order][k].tolist()
@@ -60,10 +56,10 @@ class Pieces:
         return self.coefficients, first, _derivative(first)
 
     def kinks(self, order: int = 0) -> FloatArray:
-        """Times that steps end at for nothing of the derivative of `order` to be lost."""
+        """Return the times at which steps end so that the derivative of `order` is resolved."""
         rows, times = self._derived[order], np.array(self.times)
         if rows.shape[1] > 2 and rows[:, 2:].any():  # curved between its rows
-            parts = np.arange(_FINER) / _FINER
+            parts = np.arange(_N_SAMPLES) / _N_SAMPLES
         else:
             parts = np.zeros(1)
         s = np.diff(times)[:, None] * parts
@@ -74,9 +70,9 @@ class Pieces:
         return bends_of(times, np.vstack([values.reshape(-1, 3), self.value(times[-1], order)]))
 
     def integral(self, start: FloatArray) -> Pieces:
-        """∫ from the first time on, with the value `start` (3,) there.
+        """Return the integral from the first time on, with the value `start` (3,) there.
 
-        A piece begins with the very bits that the one before it ends with.
+        A piece begins with the same bits with which the one before it ends.
         """
         count = self.coefficients.shape[1]
         rise = self.coefficients / np.arange(1.0, count + 1.0)[:, None]
@@ -88,7 +84,7 @@ class Pieces:
 
 
 def pieces_between(times: FloatArray, rows: FloatArray, *, smooth: bool) -> Pieces:
-    """What goes through `rows` (n, 3) at `times` (n,), linear or a monotone cubic between."""
+    """Return the function through `rows` (n, 3) at `times` (n,), linear or monotone cubic."""
     instants = tuple(times.tolist())
     if smooth:
         from scipy.interpolate import PchipInterpolator
@@ -97,24 +93,6 @@ def pieces_between(times: FloatArray, rows: FloatArray, *, smooth: bool) -> Piec
         return Pieces(instants, read_only(falling[::-1].swapaxes(0, 1)))
     slopes = np.diff(rows, axis=0) / np.diff(times)[:, None]
     return Pieces(instants, read_only(np.stack([rows[:-1], slopes], axis=1)))
-
-
-def as_rows(table: ArrayLike, columns: tuple[str, ...], where: str) -> FloatArray:
-    """`table` as by `as_table`, of at least two rows; errors call it `where`."""
-    try:
-        rows = as_table(table, columns)
-    except InputError as error:
-        details: dict[str, Any] = {"found": error.found} if error.has_found else {}
-        raise InputError(error.what, where=where, allowed=error.allowed, **details) from error
-    if len(rows) < 2:
-        raise InputError(
-            "one row says nothing of the time after it",
-            where=where,
-            found=rows[0].tolist(),
-            allowed=f"at least two rows [{', '.join(columns)}]",
-            remedy="What is constant has the same values at its first and its last time",
-        )
-    return rows
 
 
 def _derivative(coefficients: FloatArray) -> FloatArray:

@@ -1,4 +1,4 @@
-"""Which nodes of a slave are meant: single ones, in a box, on a plane, on a side, in a layer, on a
+"""Selection of nodes of a slave: single ones, in a box, on a plane, on a side, in a layer, on a
 curve, on an edge of a spline patch."""
 
 from __future__ import annotations
@@ -51,7 +51,7 @@ def place_of(table: Mapping[str, Any], others: tuple[str, ...], where: str) -> s
 
 
 def nodes_at(key: str | None, value: Any, slave: Slave, where: str) -> Rows:
-    """(n,) nodes of a slave at a place; all nodes where `key` is None.
+    """Return the nodes (n,) of a slave at a place; all nodes if `key` is None.
 
     Parameters
     ----------
@@ -100,13 +100,13 @@ def nodes_at(key: str | None, value: Any, slave: Slave, where: str) -> Rows:
 
 
 def box_told(points: FloatArray) -> str:
-    """From where to where points (n, 3) reach, in words."""
+    """Return the bounding box of points (n, 3) in words."""
     low, high = np.round([points.min(axis=0), points.max(axis=0)], 6).tolist()
     return f"from {low} to {high}"
 
 
 def facets_at(key: str | None, value: Any, slave: Slave, where: str) -> Rows:
-    """(m,) facets all of whose corners are at a place; all facets where `key` is None.
+    """Return the facets (m,) all of whose corners are at a place; all facets if `key` is None.
 
     Halves of a quadrilateral are there with all of its four corners.
     """
@@ -121,7 +121,7 @@ def facets_at(key: str | None, value: Any, slave: Slave, where: str) -> Rows:
 
 
 def nodes_given(given: NDArray[Any], count: int, where: str) -> Rows:
-    """(n,) of a mask or numbers of nodes."""
+    """Return a mask (n,) from a mask or numbers of nodes."""
     rows = np.zeros(count, np.bool_)
     if given.dtype == np.bool_ and given.shape == (count,):
         return given.copy()

@@ -21,11 +21,11 @@ from numpy.typing import ArrayLike
 from contiga.arrays.layout import as_points, read_only
 from contiga.arrays.ordered import product
 from contiga.arrays.piecewise import piece_at, rate_at
+from contiga.curves.tables import as_times, table_of
 from contiga.dynamics.kinks import jumps_of
-from contiga.dynamics.tables import as_table, as_times
 from contiga.errors import FileError, InputError, UnitError
-from contiga.io.quantities import Quantity
 from contiga.io.sheet import read_sheet
+from contiga.io.units import Quantity
 from contiga.records import FloatArray
 from contiga.rigid import pose, quaternion, twist
 from contiga.rigid.frames import standing
@@ -42,9 +42,9 @@ _QUATERNION_TOLERANCE = 0.01
 
 
 class BodyMotion(Protocol):
-    """Where a body stands over time.
+    """Pose of a body over time.
 
-    One that bends or jumps may say when: `kinks`, times that automatic steps end at.
+    A motion with kinks or jumps may have `kinks`: times at which automatic steps end.
     """
 
     def pose(self, t: float) -> PoseLike:
@@ -55,7 +55,7 @@ class BodyMotion(Protocol):
 
 
 class SlaveMotion(Protocol):
-    """Where a slave's points are over time; `kinks` as of a `BodyMotion`."""
+    """Points of a slave over time; `kinks` as for a `BodyMotion`."""
 
     def points(self, t: float) -> FloatArray:
         """World coordinates at time `t`, (n, 3)."""
@@ -70,22 +70,22 @@ def pose_at(motion: BodyMotion, t: float) -> FloatArray:
 
 
 def kinks_in(motion: object) -> FloatArray:
-    """(k,) times that steps end at for nothing of a motion to be lost; none where it says none."""
+    """Return the times (k,) at which steps end so that a motion is resolved."""
     return np.asarray(getattr(motion, "kinks", ()), dtype=np.float64).reshape(-1)
 
 
 def rows_in(motion: object) -> FloatArray:
-    """(k,) times of the rows of a motion's tables, between which it goes evenly or smoothly."""
+    """Return the times (k,) of the rows of a motion's tables, between which it is smooth."""
     return np.asarray(getattr(motion, "rows", ()), dtype=np.float64).reshape(-1)
 
 
 def is_told(motion: object) -> bool:
-    """Whether a motion may be asked at any time: a user's own may be live, from a solver."""
+    """Return whether a motion is known at any time; a user's own may come live from a solver."""
     return bool(getattr(motion, "told", False))
 
 
 def is_still(motion: object) -> bool:
-    """Whether a motion is known to move nothing."""
+    """Return whether a motion is known to be at rest."""
     return bool(getattr(motion, "still", False))
 
 
@@ -143,7 +143,7 @@ class Translate:
     offsets: FloatArray
 
     def __init__(self, table: ArrayLike) -> None:
-        rows = as_table(table, ("t", "dx", "dy", "dz"))
+        rows = table_of(table, ("t", "dx", "dy", "dz"))
         object.__setattr__(self, "times", read_only(rows[:, 0]))
         object.__setattr__(self, "offsets", read_only(rows[:, 1:]))
 
@@ -186,7 +186,7 @@ class Rotate:
     def __init__(
         self, table: ArrayLike, axis: Axis = "z", centre: ArrayLike = (0.0, 0.0, 0.0)
     ) -> None:
-        rows = as_table(table, ("t", "degrees"))
+        rows = table_of(table, ("t", "degrees"))
         object.__setattr__(self, "times", read_only(rows[:, 0]))
         object.__setattr__(self, "degrees", read_only(rows[:, 1]))
         object.__setattr__(self, "axis", read_only(unit_axis(axis)))
@@ -239,7 +239,7 @@ class Poses:
         Quaternions written with few digits are brought to length 1; one that is off by more than
         1 % is refused, since its columns are most likely in another order.
         """
-        rows = as_table(table, POSE_COLUMNS)
+        rows = table_of(table, POSE_COLUMNS)
         turns = quaternion.as_unit(rows[:, 4:], tolerance=_QUATERNION_TOLERANCE)
         poses = [pose.from_quaternion(q, x) for x, q in zip(rows[:, 1:4], turns, strict=True)]
         return cls(rows[:, 0], poses)
@@ -322,17 +322,17 @@ class Combine:
 
     @property
     def told(self) -> bool:
-        """Whether all of them are."""
+        """True if all of them are known at any time."""
         return all(map(is_told, self.motions))
 
     @property
     def rows(self) -> FloatArray:
-        """Those of all of them."""
+        """Times of the rows of all parts."""
         return np.concatenate([np.zeros(0), *map(rows_in, self.motions)])
 
     @property
     def kinks(self) -> FloatArray:
-        """Those of all of them."""
+        """Kinks of all parts."""
         return np.concatenate([np.zeros(0), *(kinks_in(motion) for motion in self.motions)])
 
     def pose(self, t: float) -> FloatArray:
@@ -369,22 +369,22 @@ class Moved:
 
     @property
     def told(self) -> bool:
-        """Whether what is carried and what carries it are."""
+        """True if both motions are known at any time."""
         return is_told(self.motion) and (isinstance(self.base, np.ndarray) or is_told(self.base))
 
     @property
     def rows(self) -> FloatArray:
-        """Those of what carries them."""
+        """Times of the rows of the carrying motion."""
         return rows_in(self.motion)
 
     @property
     def still(self) -> bool:
-        """Whether they are at rest, and nothing carries them."""
+        """True if they are at rest, and nothing carries them."""
         return isinstance(self.base, np.ndarray) and is_still(self.motion)
 
     @property
     def kinks(self) -> FloatArray:
-        """Those of what is carried and of what carries it."""
+        """Kinks of both motions."""
         return np.concatenate([kinks_in(self.base), kinks_in(self.motion)])
 
     def points(self, t: float) -> FloatArray:

@@ -7,8 +7,8 @@ from pathlib import Path
 from typing import Literal
 
 from contiga.errors import FileError
-from contiga.io.quantities import Quantity
 from contiga.io.sheet import check_times, read_sheet
+from contiga.io.units import Quantity
 from contiga.records import FloatArray
 
 _HEADER = "t [ms], a [g]"

@@ -14,7 +14,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from contiga.arrays.layout import read_only
-from contiga.dynamics.pieces import Pieces, as_rows, pieces_between
+from contiga.curves.tables import table_of
+from contiga.dynamics.pieces import Pieces, pieces_between
 from contiga.errors import InputError
 from contiga.records import FloatArray
 from contiga.rigid import pose
@@ -50,7 +51,7 @@ class _Pulse:
         return self.displacements.times[0], self.displacements.times[-1]
 
     def displacement(self, t: float) -> FloatArray:
-        """(3,) way since the first row's time, negative before it, world axes."""
+        """Return the displacement (3,) since the first row, negative before it, world axes."""
         first, last = self.span
         if first <= t <= last:
             return self.displacements.value(t)
@@ -58,12 +59,12 @@ class _Pulse:
         return self.displacements.value(end) + (t - end) * self.displacements.value(end, 1)
 
     def velocity(self, t: float) -> FloatArray:
-        """(3,) at `t`, world axes; outside the rows that of their nearer end."""
+        """Return the velocity (3,) at `t`, world axes; outside the rows that of the nearer end."""
         first, last = self.span
         return self.displacements.value(min(max(t, first), last), 1)
 
     def acceleration(self, t: float) -> FloatArray:
-        """(3,) at `t`, world axes; zero outside the rows.
+        """Return the acceleration (3,) at `t`, world axes; zero outside the rows.
 
         Where it jumps, at a row, it is that of the piece which begins there, and at the last row
         that of the piece which ends there.
@@ -215,17 +216,17 @@ def _vectors(table: ArrayLike, letter: str, direction: Axis | None, smooth: bool
             remedy=f"Remove the direction, or give rows [t, {letter}]",
         )
     if direction is None:
-        rows = as_rows(table, ("t", *along), "table")
+        rows = table_of(table, ("t", *along), at_least=2)
         values = rows[:, 1:]
     else:
         axis = unit_axis(direction, "direction")
-        rows = as_rows(table, ("t", letter), "table")
+        rows = table_of(table, ("t", letter), at_least=2)
         values = rows[:, 1:] * axis
     return pieces_between(read_only(rows[:, 0]), values, smooth=smooth)
 
 
 def _width(table: ArrayLike) -> int | None:
-    """Columns of a table, None of what is none: `as_rows` says why."""
+    """Return the number of columns of a table, None if it is no table: `table_of` says why."""
     try:
         shape = np.shape(table)
     except ValueError:

@@ -66,7 +66,7 @@ def with_attached(
 
 
 def fixed_of(name: str, motion: Free) -> FloatArray:
-    """(22,) what never changes of a free body, columns by `contiga.rigid.rigid_lanes`.
+    """Return the constants (22,) of a free body, columns by `contiga.rigid.rigid_lanes`.
 
     Raises
     ------
@@ -103,7 +103,7 @@ def fixed_of(name: str, motion: Free) -> FloatArray:
 
 
 def row_of(motion: Free, one: FloatArray) -> FloatArray:
-    """(19,) a body at the start, its frame where the world's is, without forces."""
+    """Return the row (19,) of a body at the start, in the world's frame, without forces."""
     row = np.zeros(lanes.STATE)
     row[lanes.CENTRE : lanes.CENTRE + 3] = one[lanes.CENTRE_B : lanes.CENTRE_B + 3]
     row[lanes.TURN] = 1.0
@@ -123,7 +123,7 @@ def started(rows: FloatArray, fixed: FloatArray) -> Placed:
 
 
 def drifted(last: FloatArray, fixed: FloatArray, dt: float) -> Placed:
-    """Where a step takes bodies, and how they would move there if the forces stayed.
+    """Return the bodies after the drift of a step, with the velocities foreseen by constant forces.
 
     The momenta are those in the middle of the step, until `kicked`.
     """

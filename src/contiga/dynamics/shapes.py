@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from contiga.arrays.layout import read_only, real
+from contiga.curves.tables import as_times
 from contiga.dynamics.free import Dependent
-from contiga.dynamics.tables import as_times
 from contiga.errors import InputError
 from contiga.records import FloatArray
 from contiga.rigid import pose, twist
@@ -87,7 +87,7 @@ class ControlPoints:
         return CubicSpline(self.times, self.points, bc_type="clamped")
 
     def control_points(self, t: float) -> FloatArray:
-        """(m, 3) at time `t`."""
+        """Return the control points (m, 3) at time `t`."""
         if t <= self.times[0] or len(self.times) == 1:
             return np.array(self.points[0])
         if t >= self.times[-1]:
@@ -95,7 +95,7 @@ class ControlPoints:
         return np.ascontiguousarray(self._spline(t))
 
     def control_velocity(self, t: float) -> FloatArray:
-        """(m, 3) velocities at time `t`; zero where the shape is held."""
+        """Return the velocities (m, 3) at time `t`; zero while the shape is held."""
         if not self.times[0] < t < self.times[-1]:
             return np.zeros(self.points.shape[1:])
         return np.ascontiguousarray(self._spline(t, 1))

@@ -15,10 +15,10 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
+from contiga.arrays.layout import not_negative
+from contiga.curves.curve_records import Response
 from contiga.dynamics.belt_devices import root
-from contiga.dynamics.spring_curves import Axial
 from contiga.errors import InputError
-from contiga.laws.law import not_negative
 
 
 class SlipRingState(NamedTuple):
@@ -77,7 +77,9 @@ class SlipRing:
         return math.exp(self.friction * angle)
 
 
-def slip(first: Callable[[float], Axial], second: Callable[[float], Axial], ratio: float) -> float:
+def slip(
+    first: Callable[[float], Response], second: Callable[[float], Response], ratio: float
+) -> float:
     """Length that goes from the first segment into the second, negative the other way round.
 
     Parameters
@@ -94,7 +96,7 @@ def slip(first: Callable[[float], Axial], second: Callable[[float], Axial], rati
 
 
 def _slipped(
-    slack: Callable[[float], Axial], tight: Callable[[float], Axial], ratio: float
+    slack: Callable[[float], Response], tight: Callable[[float], Response], ratio: float
 ) -> float:
     def surplus(fed: float) -> tuple[float, float]:
         low, high = slack(-fed), tight(fed)

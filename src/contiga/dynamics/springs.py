@@ -12,8 +12,11 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from contiga.arrays.layout import all_of, as_numbers, one_of, read_only, real
+from contiga.arrays.layout import all_of, as_numbers, not_negative, one_of, read_only, real
 from contiga.criteria.filters import NAMES as FILTERS
+from contiga.curves.characteristic import Characteristic, CurveLike, as_curve
+from contiga.curves.curve_records import Response
+from contiga.curves.hysteresis import Hysteresis, hysteresis_of
 from contiga.dynamics.belt_devices import (
     Devices,
     DeviceState,
@@ -24,11 +27,8 @@ from contiga.dynamics.belt_devices import (
     Retractor,
     Webbing,
 )
-from contiga.dynamics.spring_curves import Axial, SpringLaw, spring_law
+from contiga.dynamics.spring_law import SpringLaw
 from contiga.errors import InputError, RunError
-from contiga.laws.characteristic import Characteristic, CurveLike
-from contiga.laws.hysteresis import Hysteresis, hysteresis_of
-from contiga.laws.law import as_curve, not_negative
 from contiga.records import FloatArray, IntArray
 
 GROUND = "ground"
@@ -47,7 +47,7 @@ class Spread(NamedTuple):
 
 
 class SpringState(NamedTuple):
-    """Where a spring has come to. Only `stored` is an energy of the moment; the others add up."""
+    """State of a spring. Only `stored` is an energy of the moment; the others add up."""
 
     ends: FloatArray
     """(2, 3) world."""
@@ -55,13 +55,13 @@ class SpringState(NamedTuple):
     force: float
     """Tension of spring and damper."""
     damper: float
-    """What of it is the damper's."""
+    """Part of the damper in it."""
     stiffness: float
     """d force / d elongation, without the damper."""
     memory: float
-    """Tension without the damper, which hysteresis goes on from."""
+    """Tension without the damper, from which hysteresis continues."""
     stored: float
-    """What the spring would give back."""
+    """Energy that the spring would give back."""
     hysteresis: float
     """Lost since the start, as it unloads by another curve than it loads and to its devices."""
     damping: float
@@ -71,7 +71,7 @@ class SpringState(NamedTuple):
 
     @property
     def pull(self) -> FloatArray:
-        """(3,) force on the body of the first end, world axes; the second feels the opposite.
+        """Force (3,) on the body of the first end, world axes; that on the second is opposite.
 
         It is zero while the ends are at one point, where there is no direction.
         """
@@ -138,9 +138,9 @@ class Spring:
     filter: str | None
     devices: Devices
     is_webbing: bool
-    """Whether it is webbing with devices at its end, or in slip rings."""
+    """True if it is webbing with devices at its end, or in slip rings."""
     is_taut: bool
-    """Whether the length at rest is the distance of the points at the start."""
+    """True if the length at rest is the distance of the points at the start."""
     spread: tuple[Spread | None, Spread | None]
     """Nodes that share each end."""
 
@@ -191,7 +191,7 @@ class Spring:
             put(self, "is_webbing", True)
 
     def as_webbing(self) -> Spring:
-        """A copy that carries tension only, as one whose webbing goes through a slip ring.
+        """Return a copy that carries tension only, as webbing through a slip ring does.
 
         Raises
         ------
@@ -204,14 +204,14 @@ class Spring:
         return segment
 
     def resting(self) -> Spring:
-        """A copy that comes to rest before a run: nothing fires, no retractor locks."""
+        """Return a copy for coming to rest before a run: nothing fires, no retractor locks."""
         rested, own = copy(self), self.devices
         retractor = None if own.retractor is None else own.retractor.unlocked()
         object.__setattr__(rested, "devices", Devices(retractor, own.limiter))
         return rested
 
     def with_ends(self, at: FloatArray) -> Spring:
-        """A copy between other points (2, 3) at the start, as long at rest as it was given."""
+        """Return a copy between other points (2, 3) at the start, with the same length at rest."""
         moved, ends = copy(self), _ends(at)
         object.__setattr__(moved, "at", ends)
         if self.is_taut:
@@ -221,7 +221,7 @@ class Spring:
     def start(
         self, ends_W: ArrayLike, velocities_W: ArrayLike, *, moment: Moment = _NO_MOMENT
     ) -> SpringState:
-        """The state at the start: energy stored before it, none dissipated yet.
+        """Return the state at the start: energy stored before it, none dissipated yet.
 
         Parameters
         ----------
@@ -237,7 +237,7 @@ class Spring:
 
     @staticmethod
     def begun(state: SpringState) -> SpringState:
-        """A state with nothing dissipated and no work done yet."""
+        """Return a state with nothing dissipated and no work done yet."""
         devices = state.devices._replace(work=0.0)
         return state._replace(hysteresis=0.0, damping=0.0, devices=devices)
 
@@ -250,7 +250,7 @@ class Spring:
         moment: Moment = _NO_MOMENT,
         fed: float = 0.0,
     ) -> SpringState:
-        """The state after a step from `last`, with the ends where they are now.
+        """Return the state after a step from `last`, with the ends at their present places.
 
         Parameters
         ----------
@@ -298,11 +298,11 @@ class Spring:
         return self._webbing.move(old, last.devices, length - self.length, both, moment)
 
     def elongation(self, state: SpringState) -> float:
-        """How much longer it is than at rest, with what is paid out and fed in by then."""
+        """Return its elongation from rest, less the webbing that is paid out and fed in."""
         return state.length - self.length - state.devices.paid_out - state.devices.fed
 
     def stiffness_bound(self, state: SpringState) -> tuple[float, float]:
-        """Bounds of the stiffness along and across the spring, for a critical step in time.
+        """Return upper bounds of the stiffness along and across the spring, for the critical step.
 
         Along it the steepest slope that a step may come upon: with hysteresis its slope, else that
         of the table's piece at hand and of those beside it. Across it the tension by the length.
@@ -315,13 +315,13 @@ class Spring:
     @cached_property
     def _law(self) -> SpringLaw:
         curve = Characteristic(0.0) if self.curve is None else self.curve
-        return spring_law(curve, self.hysteresis)
+        return SpringLaw(curve, self.hysteresis)
 
     @cached_property
     def _webbing(self) -> Webbing:
         return Webbing(self._law, self.devices)
 
-    def _damper(self, rate: float, length: float, moved: Axial) -> float:
+    def _damper(self, rate: float, length: float, moved: Response) -> float:
         force = self.damping * rate
         if self.hysteresis is None:
             return force
@@ -329,7 +329,7 @@ class Spring:
 
 
 def _axial(ends: FloatArray, velocities: ArrayLike) -> tuple[float, float]:
-    """Length, and its rate."""
+    """Return the length and its rate."""
     (x0, y0, z0), (x1, y1, z1) = ends.tolist()
     (u0, v0, w0), (u1, v1, w1) = np.asarray(real(velocities), dtype=np.float64).tolist()
     x, y, z = x1 - x0, y1 - y0, z1 - z0
@@ -411,7 +411,7 @@ def _check_webbing(spring: Spring, what: str) -> None:
         )
     if not curve.is_table:
         raise InputError(f"{what} needs webbing by numbers", where="curve", allowed="a table")
-    x, y, _ = curve.polyline
+    x, y = curve.carried_pieces.x, curve.carried_pieces.y
     falls = curve.extrapolation == "linear" and curve.end_slopes[1] < 0.0
     if x[0] != 0.0 or float(curve(0.0)) != 0.0 or (np.diff(y) < 0.0).any() or falls:
         raise InputError(

@@ -30,7 +30,7 @@ class Stepping(Protocol):
         """The time of the step that follows `time`, at most `end`."""
 
     def planned(self) -> FloatArray:
-        """(n,) the times from start to end, as far as they are known beforehand."""
+        """Return the times (n,) from start to end, as far as they are known beforehand."""
 
 
 # A whole number of steps is taken as such if it is met to this part of a step.
@@ -115,7 +115,7 @@ class EqualSteps:
         return self.end if k >= self.count else self.start + self.step * k
 
     def planned(self) -> FloatArray:
-        """All times."""
+        """Return all times."""
         times = self.start + self.step * np.arange(self.count + 1, dtype=np.float64)
         times[-1] = self.end
         return times
@@ -170,7 +170,7 @@ class AutoSteps:
 
     @cached_property
     def most(self) -> float:
-        """No step is longer."""
+        """Longest step."""
         return self.largest or (self.end - self.start) / _PARTS
 
     def after(self, time: float) -> float:

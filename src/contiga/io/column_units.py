@@ -5,8 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable
 
-from contiga.io.quantities import Quantity, Units, consistent_size
-from contiga.io.units import derived_units
+from contiga.io.units import Quantity, Units, consistent_size, derived_units
 
 _KINDS: tuple[tuple[str, Quantity], ...] = (
     (r"n_\w+|q[wxyz]|strain", "ratio"),

@@ -10,8 +10,8 @@ import numpy as np
 from contiga.errors import FileError, InputError
 from contiga.io.mesh.lsdyna import SUFFIXES
 from contiga.io.mesh.lsdyna_curves import read_curve_of_deck
-from contiga.io.quantities import Quantity, Units, quantity_factor
 from contiga.io.sheet import read_sheet
+from contiga.io.units import Quantity, Units, quantity_factor
 from contiga.records import FloatArray
 
 _HEADER = "strain [1], stress [MPa]"

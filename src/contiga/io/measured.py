@@ -10,8 +10,8 @@ import numpy as np
 
 from contiga.errors import FileError, InputError, UnitError
 from contiga.io.out.iso_mme import MmeChannel, read_mme
-from contiga.io.quantities import Quantity, Units, quantity_factor
 from contiga.io.sheet import check_times, read_sheet
+from contiga.io.units import Quantity, Units, quantity_factor
 from contiga.records import FloatArray
 
 _HEADER = "t [ms], force [kN]"

@@ -22,7 +22,7 @@ import numpy as np
 
 from contiga.errors import FileError, InputError, UnitError
 from contiga.io.limits import watched_lines
-from contiga.io.quantities import Quantity, Units, quantity_factor
+from contiga.io.units import Quantity, Units, quantity_factor
 from contiga.records import FloatArray
 
 MARKS = (";", ",", "\t", " ")

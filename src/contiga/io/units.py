@@ -1,89 +1,190 @@
-"""Conversion of units: factors between length, mass and time units, and derived labels.
+"""Units at the door: their sizes, factors to the units of a case, and labels of derived units.
 
-The library itself is unit-free. `pint` knows the units; nothing else imports it.
+The library itself is unit-free. `QUANTITIES` has the usual units, and products of them are read
+here. `pint`, which takes half a second to load, knows the rare ones; nothing else imports it.
 """
 
 from __future__ import annotations
 
 import math
 import re
+from collections.abc import Mapping
 from difflib import get_close_matches
 from functools import lru_cache
-from typing import Any
+from types import MappingProxyType
+from typing import Any, Literal, NamedTuple
 
 from contiga.errors import UnitError
 from contiga.extras import require
 
-COMMON = {
-    "length": ("m", "mm", "cm", "um", "km", "in", "ft"),
-    "mass": ("kg", "g", "mg", "t", "lb", "slug"),
-    "time": ("s", "ms", "us", "min", "h"),
-}
-_BASE = {"length": "m", "mass": "kg", "time": "s"}
-_NAMES = {
-    "length": (*COMMON["length"], "millimetre", "metre", "centimetre", "inch", "foot", "mile"),
-    "mass": (*COMMON["mass"], "kilogram", "gram", "tonne", "pound"),
-    "time": (*COMMON["time"], "second", "millisecond", "minute", "hour"),
-}
-_SPELLINGS = {
-    "mil": "thou",
-    "mils": "thou",
-    "inches": "inch",
-    "feet": "foot",
-    "tonne": "metric_ton",
-    "t": "metric_ton",
-}
-# Results of pint for these units; loading pint takes half a second.
-_PLAIN = {
-    "length": {
-        "m": 1.0,
-        "metre": 1.0,
-        "mm": 0.001,
-        "millimetre": 0.001,
-        "cm": 0.01,
-        "centimetre": 0.01,
-        "um": 1e-6,
-        "km": 1000.0,
-        "in": 0.0254,
-        "inch": 0.0254,
-    },
-    "mass": {"kg": 1.0, "g": 0.001, "mg": 1e-6, "t": 1000.0},
-    "time": {"s": 1.0, "ms": 0.001, "us": 1e-6, "min": 60.0, "h": 3600.0},
-}
-# In m/s and m/s².
-_RATES = {
-    1: {"kph": 1.0 / 3.6, "kmh": 1.0 / 3.6, "mph": 0.44704},
-    2: {"g": 9.80665, "G": 9.80665, "g0": 9.80665, "gn": 9.80665},
-}
-# Units of torque; pint takes Nm for number-metre, a unit of yarn.
-_TORQUE = re.compile(r"\b([kM]?N)(m|mm)\b")
-_RATE_KINDS = {1: "velocity", 2: "acceleration"}
-_RATE_EXAMPLES = {1: "m/s, mm/ms, km/h, mph", 2: "g, m/s^2, mm/ms^2, in/s^2"}
-_RATE = re.compile(
-    r"^\s*([^/()]+?)\s*/\s*\(?\s*([^/()^²*2]+?)\s*(\^2|²|\*\*2|2|/\s*[^/()]+)?\s*\)?\s*$"
-)
-_SQUARE = re.compile(r"\(\s*(\w+)\s*\*\s*\1\s*\)")
-_FORCES = {"N": 1.0, "mN": 1e-3, "uN": 1e-6, "kN": 1e3, "MN": 1e6, "GN": 1e9, "dyn": 1e-5}
-_ENERGIES = {"J": 1.0, "mJ": 1e-3, "uJ": 1e-6, "kJ": 1e3, "MJ": 1e6}
-_MOMENTS = {"Nm": 1.0, "N*m": 1.0, "N*mm": 1e-3, "Nmm": 1e-3, "kNm": 1e3, "kN*mm": 1.0}
-_STRESSES = {"Pa": 1.0, "mPa": 1e-3, "kPa": 1e3, "MPa": 1e6, "GPa": 1e9, "TPa": 1e12}
+Quantity = Literal[
+    "ratio",
+    "length",
+    "mass",
+    "time",
+    "rate",
+    "velocity",
+    "acceleration",
+    "force",
+    "stress",
+    "moment",
+    "energy",
+    "area",
+    "volume",
+    "angle",
+    "spin",
+    "temperature",
+    "seconds",
+]
+Units = tuple[str, str, str]
+"""Length, mass and time unit of a case."""
+Powers = tuple[int, int, int, int]
+"""Powers of length, mass, time and angle."""
+Base = Literal["length", "mass", "time"]
+BASE: tuple[Base, Base, Base] = ("length", "mass", "time")
 
 
-@lru_cache(maxsize=1)
-def _registry() -> Any:
-    require(f"a unit other than {', '.join(u for units in _PLAIN.values() for u in units)}", "pint")
-    import pint
+class Kind(NamedTuple):
+    """A quantity and its usual units."""
 
-    return pint.UnitRegistry()
+    powers: Powers | None
+    """Powers in its units; None where the units named here are all it has, in any case."""
+    examples: str
+    sizes: Mapping[str, float] = MappingProxyType({})
+    """Units by name, in SI units."""
+
+
+QUANTITIES: dict[Quantity, Kind] = {
+    "ratio": Kind(
+        (0, 0, 0, 0), "1 or %", {"1": 1.0, "-": 1.0, "": 1.0, "%": 0.01, "percent": 0.01}
+    ),
+    "length": Kind(
+        (1, 0, 0, 0),
+        "m, mm, cm, um, km, in, ft",
+        {
+            "m": 1.0,
+            "mm": 1e-3,
+            "cm": 1e-2,
+            "um": 1e-6,
+            "km": 1e3,
+            "in": 0.0254,
+            "ft": 0.3048,
+            "metre": 1.0,
+            "millimetre": 1e-3,
+            "centimetre": 1e-2,
+            "mil": 2.54e-5,
+            "inch": 0.0254,
+            "inches": 0.0254,
+            "foot": 0.3048,
+            "feet": 0.3048,
+            "mile": 1609.344,
+        },
+    ),
+    "mass": Kind(
+        (0, 1, 0, 0),
+        "kg, g, mg, t, lb, slug",
+        {
+            "kg": 1.0,
+            "g": 1e-3,
+            "mg": 1e-6,
+            "t": 1e3,
+            "lb": 0.45359237,
+            "kilogram": 1.0,
+            "gram": 1e-3,
+            "tonne": 1e3,
+            "pound": 0.45359237,
+        },
+    ),
+    "time": Kind(
+        (0, 0, 1, 0),
+        "s, ms, us, min, h",
+        {
+            "s": 1.0,
+            "ms": 1e-3,
+            "us": 1e-6,
+            "min": 60.0,
+            "h": 3600.0,
+            "second": 1.0,
+            "millisecond": 1e-3,
+            "minute": 60.0,
+            "hour": 3600.0,
+        },
+    ),
+    "rate": Kind((0, 0, -1, 0), "1/s, 1/ms"),
+    "velocity": Kind(
+        (1, 0, -1, 0),
+        "m/s, mm/ms, km/h, mph",
+        {"kph": 1.0 / 3.6, "kmh": 1.0 / 3.6, "mph": 0.44704},
+    ),
+    "acceleration": Kind(
+        (1, 0, -2, 0),
+        "g, m/s^2, mm/ms^2, in/s^2",
+        {"g": 9.80665, "G": 9.80665, "g0": 9.80665, "gn": 9.80665},
+    ),
+    "force": Kind(
+        (1, 1, -2, 0),
+        "N, kN, lbf",
+        {"N": 1.0, "mN": 1e-3, "uN": 1e-6, "kN": 1e3, "MN": 1e6, "GN": 1e9, "dyn": 1e-5},
+    ),
+    "stress": Kind(
+        (-1, 1, -2, 0),
+        "Pa, MPa, GPa, N/mm^2, psi",
+        {"Pa": 1.0, "mPa": 1e-3, "kPa": 1e3, "MPa": 1e6, "GPa": 1e9, "TPa": 1e12},
+    ),
+    "moment": Kind(
+        (2, 1, -2, 0),
+        "Nm, N*mm, lbf*ft",
+        {"Nm": 1.0, "Nmm": 1e-3, "kNm": 1e3, "kNmm": 1.0, "MNm": 1e6, "MNmm": 1e3},
+    ),
+    "energy": Kind(
+        (2, 1, -2, 0), "J, mJ, kJ", {"J": 1.0, "mJ": 1e-3, "uJ": 1e-6, "kJ": 1e3, "MJ": 1e6}
+    ),
+    "area": Kind((2, 0, 0, 0), "mm^2, m^2"),
+    "volume": Kind((3, 0, 0, 0), "mm^3, m^3"),
+    "angle": Kind(
+        (0, 0, 0, 1),
+        "rad, deg",
+        {"rad": 1.0, "deg": math.pi / 180.0, "degree": math.pi / 180.0, "°": math.pi / 180.0},
+    ),
+    "spin": Kind((0, 0, -1, 1), "rad/s, deg/s, 1/s"),
+    "temperature": Kind(None, "K", {"K": 1.0}),
+    "seconds": Kind(None, "s", {"s": 1.0}),
+}
+_MEANINGS = {"ratio": "a strain or a factor", "rate": "a rate of strain", "seconds": "time"}
+_TOKEN = re.compile(r"\^?-?\d+|[^\W\d]+|[%°*/()]")
+"""A power or the number 1, a name, or a sign of a product."""
+
+
+class Size(NamedTuple):
+    """Size of a unit in SI units, and its powers of length, mass, time and angle."""
+
+    value: float
+    powers: Powers
+
+    def times(self, other: Size, power: int) -> Size:
+        """Return the product with a power of another unit."""
+        scale = other.value ** abs(power)
+        value = self.value * scale if power >= 0 else self.value / scale
+        a, b, c, d = (p + power * q for p, q in zip(self.powers, other.powers, strict=True))
+        return Size(value, (a, b, c, d))
+
+
+ONE = Size(1.0, (0, 0, 0, 0))
+_SYMBOLS = {
+    name: Size(size, kind.powers)
+    for quantity, kind in reversed(QUANTITIES.items())  # in a product g is a mass
+    if kind.powers is not None
+    for name, size in kind.sizes.items()
+}
 
 
 @lru_cache(maxsize=256)
-def base_factor(unit: str, dimension: str, where: str | None = None) -> float:
-    """Return the number of SI base units (m, kg, s) in one `unit`.
+def base_factor(unit: str, dimension: Base, where: str | None = None) -> float:
+    """Return how many SI base units (m, kg, s) one `unit` is.
 
     Parameters
     ----------
-    unit : any spelling `pint` knows: "mm", "millimetre", "in", "INCH", …
+    unit : any spelling that this table or `pint` knows: "mm", "millimetre", "in", "INCH", …
     dimension : "length", "mass" or "time"
     where : file or key the unit stands in, for the message
 
@@ -97,9 +198,33 @@ def base_factor(unit: str, dimension: str, where: str | None = None) -> float:
     >>> base_factor("mm", "length")
     0.001
     """
+    return si_size(unit, dimension, where)
+
+
+def si_size(unit: str, quantity: Quantity, where: str | None = None) -> float:
+    """Return the size of a unit of a quantity in SI units.
+
+    Parameters
+    ----------
+    unit : "1", "%", "mm", "kN", "MPa", "N/mm^2", "1/s", "km/h", "Nm", "deg", …
+    quantity : quantity that it must be a unit of
+    where : file or key the unit stands in, for the message
+
+    Raises
+    ------
+    UnitError
+        It is no unit of the quantity.
+    MissingPackageError
+        The unit is a rare one, and pint, which knows them all, is not installed.
+
+    >>> si_size("kN", "force"), si_size("N·mm", "moment"), si_size("g", "acceleration")
+    (1000.0, 0.001, 9.80665)
+    """
     text = unit.strip() if isinstance(unit, str) else ""
-    # "Mm" is not "mm", but "MM" is what CAD files write for it.
-    if dimension == "mass" and text.lower() in ("ton", "tons"):
+    kind = QUANTITIES[quantity]
+    if text in kind.sizes:
+        return kind.sizes[text]
+    if quantity == "mass" and text.lower() in ("ton", "tons"):
         raise UnitError(
             "there are several of that name",
             where=where,
@@ -107,42 +232,157 @@ def base_factor(unit: str, dimension: str, where: str | None = None) -> float:
             allowed="t (1000 kg), short_ton, long_ton",
             remedy='A system of mm, s and MPa has "t"',
         )
-    plain = _PLAIN[dimension].get(text.lower() if text.isupper() else text)
-    if plain is not None:
-        return plain
-    readings = _readings(text)
-    for quantity in readings:
-        if quantity.check(f"[{dimension}]"):
-            return float(quantity.to(_BASE[dimension]).magnitude)
-    known = f"a unit of {dimension}, such as {', '.join(COMMON[dimension])}"
+    readings = () if kind.powers is None else _readings(text)
+    for size in readings:
+        if _fits(size.powers, kind):
+            return size.value
+    meaning = _MEANINGS.get(quantity, quantity)
     if readings:
-        raise UnitError(f"not a unit of {dimension}", where=where, found=unit, allowed=known)
-    close = get_close_matches(text, _NAMES[dimension], n=1, cutoff=0.7) if text else []
+        what, names = f"not a unit of {meaning}", iter(QUANTITIES.items())
+        other = next((name for name, one in names if _fits(readings[0].powers, one)), None)
+        remedy = f"It is a unit of {other}" if other else None
+    else:
+        close = get_close_matches(text, kind.sizes, n=1, cutoff=0.7) if text else []
+        what = f"not a known unit of {meaning}"
+        remedy = f"Did you mean {close[0]!r}?" if close else None
     raise UnitError(
-        "not a known unit",
+        what,
         where=where,
         found=unit,
-        allowed=known,
-        remedy=f"Did you mean {close[0]!r}?" if close else None,
+        allowed=f"a unit of {meaning}, such as {kind.examples}",
+        remedy=remedy,
     )
 
 
-def _readings(text: str) -> list[Any]:
-    """Return one `text` as a quantity, in its own spelling and in lower case ("MM", "INCH")."""
+def _fits(powers: Powers, kind: Kind) -> bool:
+    """Return whether a unit is one of a quantity; radians by time may be written as 1/s."""
+    if kind.powers is None:
+        return False
+    is_rate = any(powers[:3]) and powers[3] == 0
+    return powers == kind.powers or (is_rate and powers[:3] == kind.powers[:3])
+
+
+@lru_cache(maxsize=256)
+def _readings(text: str) -> tuple[Size, ...]:
+    """Return the sizes of what `text` may stand for, first as it is spelt.
+
+    CAD files write "MM" and "INCH", but "Mm" is not "mm". pint is asked for what is not a product
+    of units of the table.
+    """
+    spellings = (text, text.lower()) if text.isupper() else (text,)
+    plain = [size for size in map(_product_of, spellings) if size is not None]
+    return tuple(plain) or _pint_readings(text)
+
+
+def _product_of(text: str) -> Size | None:
+    """Return the size of a product such as N/mm^2, m/(s*s) or mm/ms²; None for anything else."""
+    for sign, plain in (("**", "^"), ("²", "^2"), ("³", "^3"), ("·", "*")):
+        text = text.replace(sign, plain)
+    tokens = _TOKEN.findall(text)
+    if "".join(tokens) != "".join(text.split()):
+        return None
+    try:
+        size = _product(tokens)
+    except (KeyError, IndexError):
+        return None
+    return None if tokens else size
+
+
+def _product(tokens: list[str]) -> Size:
+    """Return the size of the product that `tokens` begin with, which are taken from their front."""
+    size, sign = ONE, 1
+    while True:
+        token = tokens.pop(0)
+        factor = _product(tokens) if token == "(" else _SYMBOLS[token]
+        if token == "(" and tokens.pop(0) != ")":
+            raise KeyError(token)
+        is_power = bool(tokens) and tokens[0].lstrip("^-").isdigit()
+        size = size.times(factor, sign * int(tokens.pop(0).lstrip("^")) if is_power else sign)
+        if not tokens or tokens[0] not in "*/":
+            return size
+        sign = 1 if tokens.pop(0) == "*" else -1
+
+
+def _pint_readings(text: str) -> tuple[Size, ...]:
+    """Return what pint takes a text and its lower case for."""
     registry = _registry()
     readings = []
     for spelling in dict.fromkeys((text, text.lower())):
         try:
-            unit = registry.parse_units(_SPELLINGS.get(spelling, _TORQUE.sub(r"(\1*\2)", spelling)))
+            quantity = 1.0 * registry.parse_units(spelling)
         except Exception:  # pint raises its own errors, the tokenizer's and Python's alike
             continue
-        if spelling:
-            readings.append(1.0 * unit)
-    return readings
+        powers = dict(quantity.dimensionality)
+        if not spelling or any(p % 1 for p in powers.values()):
+            continue
+        length, mass, time = (int(powers.pop(f"[{base}]", 0)) for base in BASE)
+        if not powers:
+            angle = int(dict(quantity.to_root_units().unit_items()).get("radian", 0))
+            value = float(quantity.to_base_units().magnitude)
+            readings.append(Size(value, (length, mass, time, angle)))
+    return tuple(readings)
+
+
+@lru_cache(maxsize=1)
+def _registry() -> Any:
+    names = ", ".join(name for base in BASE for name in QUANTITIES[base].sizes)
+    require(f"a unit other than {names}", "pint")
+    import pint
+
+    return pint.UnitRegistry()
+
+
+def without_noise(factor: float) -> float:
+    """Return the neighbour of 15 digits, to which units are known, if there is one.
+
+    That of 1e6 / 1e9 is 0.001; 1 / 3.6 has none, and stays.
+    """
+    short = float(f"{factor:.15g}")
+    return short if math.isclose(short, factor, rel_tol=4e-16) else factor
+
+
+def consistent_size(quantity: Quantity, units: Units) -> float:
+    """Return the size of the consistent unit of a quantity, in SI units.
+
+    Parameters
+    ----------
+    quantity : quantity of the unit
+    units : length, mass and time unit
+
+    >>> consistent_size("stress", ("mm", "kg", "ms"))
+    1000000000.0
+    """
+    size = ONE
+    for unit, base, power in zip(units, BASE, QUANTITIES[quantity].powers or (), strict=False):
+        size = size.times(Size(base_factor(unit, base), ONE.powers), power)
+    return float(f"{size.value:.15g}")
+
+
+def quantity_factor(unit: str, quantity: Quantity, units: Units, where: str | None = None) -> float:
+    """Return the factor that converts a number in `unit` to the units of a case.
+
+    Parameters
+    ----------
+    unit : "1", "%", "mm", "kN", "MPa", "1/s", "Nm", "deg", …
+    quantity : what it must be a unit of; a "ratio" is a strain or a factor, a "rate" is of strain
+    units : length, mass and time unit of the case
+    where : file or key the unit stands in, for the message
+
+    Raises
+    ------
+    UnitError
+        It is no unit of the quantity.
+
+    >>> quantity_factor("MPa", "stress", ("mm", "kg", "ms"))
+    0.001
+    >>> quantity_factor("%", "ratio", ("mm", "kg", "ms"))
+    0.01
+    """
+    return without_noise(si_size(unit, quantity, where) / consistent_size(quantity, units))
 
 
 def length_factor(from_unit: str, to_unit: str, where: str | None = None) -> float:
-    """Return the factor from lengths in `from_unit` to `to_unit`.
+    """Return the factor that converts a length in `from_unit` to `to_unit`.
 
     >>> length_factor("in", "mm")
     25.4
@@ -151,17 +391,20 @@ def length_factor(from_unit: str, to_unit: str, where: str | None = None) -> flo
 
 
 def time_factor(from_unit: str, to_unit: str, where: str | None = None) -> float:
-    """Return the factor from times in `from_unit` to `to_unit`."""
+    """Return the factor that converts a time in `from_unit` to `to_unit`."""
     return _ratio(from_unit, to_unit, "time", where)
 
 
+def _ratio(from_unit: str, to_unit: str, base: Base, where: str | None) -> float:
+    return without_noise(base_factor(from_unit, base, where) / base_factor(to_unit, base, where))
+
+
 def velocity_factor(unit: str, length: str, time: str, where: str | None = None) -> float:
-    """Return the factor from velocities in `unit` to `length` per `time`.
+    """Return the factor that converts a velocity in `unit` to `length` by `time`.
 
     Parameters
     ----------
     unit : a length by a time ("m/s", "mm/ms", "km/h"), or "mph", "kph"
-    length, time : units of the result
     where : file or key the unit stands in, for the message
 
     Raises
@@ -172,16 +415,15 @@ def velocity_factor(unit: str, length: str, time: str, where: str | None = None)
     >>> 36.0 * velocity_factor("km/h", "m", "s")
     10.0
     """
-    return _rate_ratio(unit, 1, length, time, where)
+    return quantity_factor(unit, "velocity", (length, "kg", time), where)
 
 
 def acceleration_factor(unit: str, length: str, time: str, where: str | None = None) -> float:
-    """Return the factor from accelerations in `unit` to `length` per `time` squared.
+    """Return the factor that converts an acceleration in `unit` to `length` by `time` squared.
 
     Parameters
     ----------
     unit : "g" (9.80665 m/s²), or a length by the square of a time ("m/s^2", "mm/ms²", "m/s/s")
-    length, time : units of the result
     where : file or key the unit stands in, for the message
 
     Raises
@@ -192,154 +434,15 @@ def acceleration_factor(unit: str, length: str, time: str, where: str | None = N
     >>> acceleration_factor("g", "mm", "ms")
     0.00980665
     """
-    return _rate_ratio(unit, 2, length, time, where)
-
-
-def _rate_ratio(unit: str, power: int, length: str, time: str, where: str | None) -> float:
-    case = base_factor(length, "length") / base_factor(time, "time") ** power
-    return without_noise(_rate_in_si(unit, power, where) / case)
-
-
-def without_noise(factor: float) -> float:
-    """Return the neighbour with 15 digits, the accuracy of units, if there is one.
-
-    For example 0.001 for 1e6 / 1e9.
-
-    1 / 3.6 is no number of 15 digits, and stays.
-    """
-    short = float(f"{factor:.15g}")
-    return short if math.isclose(short, factor, rel_tol=4e-16) else factor
-
-
-def _rate_in_si(unit: str, power: int, where: str | None) -> float:
-    """Return one `unit` of velocity (power 1) or acceleration (2) in m and s."""
-    text = unit.strip() if isinstance(unit, str) else ""
-    named = _RATES[power].get(text)
-    if named is not None:
-        return named
-    parts = _rate_parts(text)
-    if parts is None or parts[2] != power:
-        other = text in _RATES[3 - power] or (parts is not None and parts[2] == 3 - power)
-        what = f"a unit of {_RATE_KINDS[3 - power]}, not" if other else "not a unit"
-        raise UnitError(
-            f"{what} of {_RATE_KINDS[power]}",
-            where=where,
-            found=unit,
-            allowed=f"a unit of {_RATE_KINDS[power]}, such as {_RATE_EXAMPLES[power]}",
-        )
-    size = base_factor(parts[0], "length", where)
-    return size / base_factor(parts[1], "time", where) ** power
-
-
-def _rate_parts(text: str) -> tuple[str, str, int] | None:
-    """Return length, time and power of time of a quotient such as m/s^2 or m/s/s."""
-    # ISO-MME files say m/(s*s).
-    match = _RATE.match(_SQUARE.sub(r"\1^2", text))
-    if match is None:
-        return None
-    length, time, square = match.groups()
-    if square is not None and square.startswith("/") and square[1:].strip() != time:
-        return None
-    return length, time, 1 if square is None else 2
-
-
-def _ratio(from_unit: str, to_unit: str, dimension: str, where: str | None) -> float:
-    a = base_factor(from_unit, dimension, where)
-    b = base_factor(to_unit, dimension, where)
-    # 15 digits: 0.0254 / 0.001 is 25.4, not its neighbour, and no unit is known to more.
-    return float(f"{a / b:.15g}")
-
-
-def derived_units(length: str, mass: str, time: str) -> dict[str, str]:
-    """Return the labels of the derived units of a consistent set.
-
-    Returns
-    -------
-    dict
-        "area", "velocity", "force", "moment", "stress", "energy". Coherent SI names where one
-        fits, else the product of the base units.
-
-    >>> derived_units("mm", "kg", "ms")["stress"]
-    'GPa'
-    """
-    l = base_factor(length, "length")
-    m = base_factor(mass, "mass")
-    t = base_factor(time, "time")
-    force = _name_of_size(m * l / t**2, _FORCES) or f"{mass}·{length}/{time}²"
-    stress = _name_of_size(m / (l * t**2), _STRESSES) or f"{mass}/({length}·{time}²)"
-    return {
-        "area": f"{length}²",
-        "velocity": f"{length}/{time}",
-        "force": force,
-        "moment": f"{force}·{length}",
-        "stress": stress,
-        "energy": _name_of_size(m * l**2 / t**2, _ENERGIES) or f"{force}·{length}",
-    }
-
-
-def force_size(unit: str) -> float | None:
-    """Return one `unit` in N; None if it is no unit of force.
-
-    >>> force_size("kN"), force_size("mm")
-    (1000.0, None)
-    """
-    return _size(unit, _FORCES, "[force]", "N")
-
-
-def stress_size(unit: str) -> float | None:
-    """Return one `unit`, such as MPa or N/mm^2, in Pa; None if it is no unit of stress."""
-    return _size(unit, _STRESSES, "[pressure]", "Pa")
-
-
-def with_unit(label: str, unit: str) -> str:
-    """Return ``label [unit]``, or the one of both that is not empty.
-
-    >>> with_unit("force", "N"), with_unit("strain", ""), with_unit("", "g")
-    ('force [N]', 'strain', '[g]')
-    """
-    return f"{label} [{unit}]".strip() if unit else label
-
-
-def moment_size(unit: str) -> float | None:
-    """Return one `unit` of a moment, such as Nm or N*mm, in Nm; None if it is none.
-
-    >>> moment_size("Nm"), moment_size("N·mm")
-    (1.0, 0.001)
-    """
-    return _size(unit.replace("·", "*"), _MOMENTS, "[energy]", "N*m")
-
-
-def energy_size(unit: str) -> float | None:
-    """Return one `unit` in J; None if it is no unit of energy."""
-    return _size(unit, _ENERGIES, "[energy]", "J")
-
-
-def area_size(unit: str) -> float | None:
-    """Return one `unit`, such as mm^2, in m²; None if it is no unit of area."""
-    return _size(unit.replace("²", "^2"), {"mm^2": 1e-6, "m^2": 1.0}, "[area]", "m^2")
-
-
-def volume_size(unit: str) -> float | None:
-    """Return one `unit`, such as mm^3, in m³; None if it is no unit of volume."""
-    return _size(unit.replace("³", "^3"), {"mm^3": 1e-9, "m^3": 1.0}, "[volume]", "m^3")
-
-
-def _size(unit: str, known: dict[str, float], dimension: str, base: str) -> float | None:
-    if unit.strip() in known:
-        return known[unit.strip()]
-    for quantity in _readings(unit.strip()):
-        if quantity.check(dimension):
-            return float(quantity.to(base).magnitude)
-    return None
+    return quantity_factor(unit, "acceleration", (length, "kg", time), where)
 
 
 def consistent_factor(unit: str, length: str, mass: str, time: str, where: str) -> float:
-    """Return the factor from numbers in `unit`, of any dimension, to a consistent set of units.
+    """Return the factor that converts a number in `unit`, of any dimension, to a consistent set.
 
     Parameters
     ----------
     unit : of a product of powers of length, mass and time: "km/h", "kg/m^3", "MPa", "%"
-    length, mass, time : the consistent set of units
     where : file or key the unit stands in, for the message
 
     Raises
@@ -358,19 +461,10 @@ def consistent_factor(unit: str, length: str, mass: str, time: str, where: str) 
             found=unit,
             allowed="kg or mg, m/s^2 or g_0",
         )
-    if text in ("", "-", "1"):
-        return 1.0
-    if text in _RATES[1]:
-        return velocity_factor(text, length, time)
-    if text in _RATES[2]:
-        return acceleration_factor(text, length, time)
+    if text in QUANTITIES["ratio"].sizes:
+        return QUANTITIES["ratio"].sizes[text]
     readings = _readings(text)
-    powers = dict(readings[0].dimensionality) if readings else {"no unit": 1}
-    sizes = {
-        f"[{dimension}]": base_factor(one, dimension)
-        for dimension, one in (("length", length), ("mass", mass), ("time", time))
-    }
-    if not powers.keys() <= sizes.keys() or any(power % 1 for power in powers.values()):
+    if not readings:
         raise UnitError(
             "not a unit of the quantities of a case",
             where=where,
@@ -378,35 +472,66 @@ def consistent_factor(unit: str, length: str, mass: str, time: str, where: str) 
             allowed="such as mm, kg, ms, km/h, m/s^2, N, MPa, kg/m^3, 1/s, %",
             remedy="If it is none, take the brackets away",
         )
-    size = readings[0].to_root_units()
-    if not powers and size.units != size.units / size.units:
+    size = readings[0]
+    if size.powers[3] and not any(size.powers[:3]):
         raise UnitError(
             "an angle is not converted: some keys are in degrees, others in radians",
             where=where,
             found=unit,
             allowed="no unit in the header, and numbers as the key takes them",
         )
-    factor = float(readings[0].to_base_units().magnitude)
-    for dimension, power in powers.items():
-        factor /= sizes[dimension] ** power
-    return without_noise(factor)
+    for base, one, power in zip(BASE, (length, mass, time), size.powers, strict=False):
+        size = size.times(Size(base_factor(one, base), ONE.powers), -power)
+    return without_noise(size.value)
 
 
-def _name_of_size(value: float, names: dict[str, float]) -> str | None:
-    for name, size in names.items():
-        if math.isclose(value, size, rel_tol=1e-12):
-            return name
-    return None
+def derived_units(length: str, mass: str, time: str) -> dict[str, str]:
+    """Return the labels of the derived units of a consistent set.
+
+    Returns
+    -------
+    dict
+        "area", "velocity", "force", "moment", "stress", "energy". Coherent SI names where one
+        fits, else the product of the base units.
+
+    >>> derived_units("mm", "kg", "ms")["stress"]
+    'GPa'
+    """
+
+    def named(quantity: Quantity) -> str | None:
+        size = consistent_size(quantity, (length, mass, time))
+        return _name_of(size, QUANTITIES[quantity].sizes)
+
+    force = named("force") or f"{mass}·{length}/{time}²"
+    return {
+        "area": f"{length}²",
+        "velocity": f"{length}/{time}",
+        "force": force,
+        "moment": f"{force}·{length}",
+        "stress": named("stress") or f"{mass}/({length}·{time}²)",
+        "energy": named("energy") or f"{force}·{length}",
+    }
 
 
 def short_name(unit: str) -> str:
-    """Return the short name of a length: "mm" for "millimetre" and "MM"; others are unchanged.
+    """Return the usual short name of a length: "mm" for "millimetre" and "MM"; others stay.
 
     >>> short_name("INCH")
     'in'
     """
-    size = base_factor(unit, "length")
-    for name in COMMON["length"]:
-        if math.isclose(base_factor(name, "length"), size, rel_tol=1e-12):
-            return name
-    return unit
+    return _name_of(base_factor(unit, "length"), QUANTITIES["length"].sizes) or unit
+
+
+def _name_of(size: float, sizes: Mapping[str, float]) -> str | None:
+    """Return the first name of a size; None if it has none."""
+    names = (name for name, one in sizes.items() if math.isclose(one, size, rel_tol=1e-12))
+    return next(names, None)
+
+
+def with_unit(label: str, unit: str) -> str:
+    """Return ``label [unit]``, or the one of both that is not empty.
+
+    >>> with_unit("force", "N"), with_unit("strain", ""), with_unit("", "g")
+    ('force [N]', 'strain', '[g]')
+    """
+    return f"{label} [{unit}]".strip() if unit else label

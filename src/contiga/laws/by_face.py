@@ -65,17 +65,17 @@ class FaceLaws:
 
     @property
     def has_rate(self) -> bool:
-        """Whether the force depends on the rate: whether one of them does."""
+        """True if the force of one of the laws depends on the rate."""
         return any(getattr(law, "has_rate", False) for law in self.laws)
 
     @property
     def needs_mass(self) -> bool:
-        """Whether one of them does."""
+        """True if one of the laws needs nodal masses."""
         return any(law.needs_mass for law in self.laws)
 
     @property
     def needs_thickness(self) -> bool:
-        """Whether one of them does."""
+        """True if one of the laws needs nodal thicknesses."""
         return any(law.needs_thickness for law in self.laws)
 
     @property
@@ -132,7 +132,7 @@ def _put(whole: FloatArray, rows: np.ndarray, part: FloatArray) -> None:
 
 
 def _part(inp: LawInput, rows: np.ndarray) -> LawInput:
-    """What the law sees of some points."""
+    """Return the rows of an input that belong to some points."""
     return LawInput._make(v[rows] if isinstance(v, np.ndarray) and len(v) else v for v in inp)
 
 

@@ -12,8 +12,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from contiga.curves.characteristic import Characteristic, Extrapolation
 from contiga.errors import InputError
-from contiga.laws.characteristic import Characteristic, Extrapolation
 from contiga.laws.force import ForceLaw
 from contiga.laws.law import no_memory
 from contiga.laws.stress import StressLaw
@@ -22,11 +22,11 @@ from contiga.records import DepthSlopes, FloatArray, LawInput, LawOutput, LawTan
 
 _SAMPLES = 65
 # Stresses that differ by less, relatively, balance.
-_SAME = 1e-9
+_TOL = 1e-9
 
 
 class Split(NamedTuple):
-    """How the penetration of n_c points is shared by the two sides."""
+    """Shares of the two sides in the penetration of n_c points."""
 
     slave: FloatArray
     """(n_c,) λ_s."""
@@ -92,7 +92,7 @@ class CombinedLaw:
 
     @property
     def has_rate(self) -> bool:
-        """Whether the force depends on the rate: whether a side is damped."""
+        """True if the force depends on the rate: a side is damped."""
         return self.slave.has_rate or self.master.has_rate
 
     @property
@@ -166,7 +166,7 @@ class CombinedLaw:
         return LawTangent(DepthSlopes(scale * slope), scale * viscosity, stiffening)
 
     def _bend(self, inp: LawInput) -> FloatArray:
-        """(n_c,) derivative of the stiffness of a unit area, of callables, by differences."""
+        """Return the derivative (n_c,) of the stiffness of a unit area, by differences."""
         step = 1e-3 * inp.penetration
         unit = inp._replace(area=np.ones(len(step)), wants_tangent=False)
 
@@ -180,7 +180,7 @@ class CombinedLaw:
 
 
 def forces_in_series(slave: ForceLaw, master: ForceLaw) -> ForceLaw:
-    """One force law of two sides that carry the same force, λ = λ_s + λ_m.
+    """Return one force law for two sides that carry the same force, λ = λ_s + λ_m.
 
     Raises
     ------
@@ -225,9 +225,9 @@ def _check_side(law: StressLaw, side: str) -> None:
 
 
 def _compliance(law: StressLaw, strain: FloatArray, stress: FloatArray) -> FloatArray:
-    """(n_c,) strain a stress for more of it: zero where the other side gives way first."""
+    """Return the tangent compliance (n_c,), zero where the other side yields first."""
     slope = law.elastic.carried_slope(strain)
-    moves = law.elastic.carried(strain) <= stress * (1.0 + _SAME)
+    moves = law.elastic.carried(strain) <= stress * (1.0 + _TOL)
     soft = np.full(strain.shape, np.inf)
     np.divide(1.0, slope, out=soft, where=slope > 0.0)
     return np.where(moves, soft, 0.0)

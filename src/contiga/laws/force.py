@@ -7,11 +7,11 @@ from typing import Literal, get_args
 
 import numpy as np
 
+from contiga.curves.characteristic import Characteristic, CurveLike, as_curve
+from contiga.curves.hysteresis import Hysteresis, elastic_move, hysteresis_of
 from contiga.errors import InputError
-from contiga.laws.characteristic import Characteristic, CurveLike
 from contiga.laws.deepest import Deepest, deepest
-from contiga.laws.hysteresis import Hysteresis, elastic_move, hysteresis_of
-from contiga.laws.law import as_curve, remembered
+from contiga.laws.law import remembered
 from contiga.laws.share import share
 from contiga.records import DepthSlopes, FloatArray, LawInput, LawOutput, LawTangent
 
@@ -57,8 +57,8 @@ class ForceLaw:
     that is stiffer than the curve, and part of the critical step, as `LawOutput.stiffness_bound`.
 
     With `unloading` the total moves along lines of slope K between the curves: see
-    `contiga.laws.hysteresis`. The last λ_max and F stand in the memory of every point, so that they
-    last while any point that was in contact then still is.
+    `contiga.curves.hysteresis`. The last λ_max and F stand in the memory of every point, so that
+    they last while any point that was in contact then still is.
 
     Raises
     ------
@@ -97,7 +97,7 @@ class ForceLaw:
 
     @property
     def acts_as_one(self) -> bool:
-        """Whether the loaded points are one contact, which sticks and slips as a whole."""
+        """True if the loaded points are one contact, which sticks and slips as a whole."""
         return self.share == "deepest"
 
     @property
@@ -149,7 +149,7 @@ class ForceLaw:
         )
 
     def _slopes(self, inp: LawInput, found: Deepest, value: float, slope: float) -> DepthSlopes:
-        """Of a value of the whole that is shared, `slope` that of it over the greatest depth."""
+        """Return the slopes of a shared total `value` with its `slope` over the greatest depth."""
         shares, depth = found.weight, inp.penetration
         if self.share == "penetration":
             extent, deepest_one = inp.area, np.zeros(len(shares))

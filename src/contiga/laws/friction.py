@@ -16,15 +16,15 @@ from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
+from contiga.arrays.layout import not_negative, positive
 from contiga.arrays.threads import run_ranges
 from contiga.errors import InputError
 from contiga.jit import straight
 from contiga.laws.kernels import friction_nb
-from contiga.laws.law import above_zero, not_negative
 from contiga.records import FloatArray
 
-POINTS = 8192
-"""Below so many a second thread does not pay."""
+GRAIN = 8192
+"""Smallest number of points of a thread."""
 
 
 class FrictionInput(NamedTuple):
@@ -63,11 +63,11 @@ class FrictionOutput(NamedTuple):
     lost: FloatArray
     """(n,) energy turned into heat in the step, never negative."""
     memory: FloatArray
-    """(n, m) what friction wants to see of each point at the next step."""
+    """(n, m) numbers of each point for the next step."""
 
 
 class FrictionChange(NamedTuple):
-    """How the input of a friction law changes in m directions, for its derivatives.
+    """Changes of the input of a friction law in m directions, for its derivatives.
 
     A block that slips under a normal force of 10; with one more it is held back by 0.4 more:
 
@@ -103,7 +103,7 @@ class CoulombNumbers(NamedTuple):
 
 
 class Friction(Protocol):
-    """What a contact asks of friction. `Contact.tangent` asks for one more method:
+    """Friction as a contact uses it. `Contact.tangent` needs one more method:
     ``changes(inp: FrictionInput, change: FrictionChange)``, (n, 3, m) of the forces."""
 
     @property
@@ -114,7 +114,7 @@ class Friction(Protocol):
         """Tangential forces, energies and memory of the points in contact."""
 
     def slid(self, memory: FloatArray) -> FloatArray:
-        """(n, 3) way slid since each point came in, from what is kept of it (n, m)."""
+        """Return the way slid (n, 3) since each point came in, from its memory (n, m)."""
 
 
 @dataclass(frozen=True)
@@ -201,7 +201,7 @@ class Coulomb:
 
     @property
     def has_rate(self) -> bool:
-        """Whether the force depends on the velocity: whether the coefficient falls with it."""
+        """True if the force depends on the velocity: the coefficient falls with it."""
         return self.decay > 0.0 and self.dynamic not in (None, self.static)
 
     def coefficient(self, speed: FloatArray) -> FloatArray:
@@ -210,7 +210,7 @@ class Coulomb:
         return np.asarray(least + (self.static - least) * np.exp(-self.decay * speed))
 
     def slid(self, memory: FloatArray) -> FloatArray:
-        """(n, 3) sliding distance since each point came in."""
+        """Return the sliding distance (n, 3) since each point came in."""
         return memory[:, 3:6]
 
     @property
@@ -220,11 +220,11 @@ class Coulomb:
         return CoulombNumbers(*numbers, bool(self.per_area))
 
     def changes(self, inp: FrictionInput, change: FrictionChange) -> FloatArray:
-        """(n, 3, m) of the forces with the input; what is remembered stays."""
+        """Return the changes (n, 3, m) of the forces with the input, at the same memory."""
         given, _ = _rows_of(inp, self.n_memory)
         ways, out = _changes_of(change)
         law = self._numbers
-        run_ranges(friction_nb.coulomb_changes, len(out), POINTS, given, law, ways, out)
+        run_ranges(friction_nb.coulomb_changes, len(out), GRAIN, given, law, ways, out)
         return out
 
     def respond(self, inp: FrictionInput) -> FrictionOutput:
@@ -232,7 +232,7 @@ class Coulomb:
         law = self._numbers
         given, out = _rows_of(inp, self.n_memory)
         n = len(given.force)
-        run_ranges(straight(friction_nb.coulomb), n, POINTS, given, law, out)
+        run_ranges(straight(friction_nb.coulomb), n, GRAIN, given, law, out)
         loose = np.count_nonzero((given.force > 0.0) & ~(out.stiffness > 0.0))
         if loose:
             raise InputError(
@@ -287,17 +287,17 @@ class ViscousFriction:
     def __post_init__(self) -> None:
         put = object.__setattr__
         put(self, "coefficient", not_negative(self.coefficient, "coefficient"))
-        put(self, "speed", above_zero(self.speed, "speed"))
+        put(self, "speed", positive(self.speed, "speed"))
 
     n_memory = 3
     has_rate = True
 
     def slid(self, memory: FloatArray) -> FloatArray:
-        """(n, 3) zeros: it has no memory."""
+        """Return zeros (n, 3): the law has no memory."""
         return np.zeros((len(memory), 3))
 
     def viscosity(self, force: FloatArray, speed: FloatArray) -> FloatArray:
-        """(n,) friction over sliding speed (n,) at normal forces (n,): μ F tanh(v/v₀)/v.
+        """Return μ F tanh(v/v₀)/v (n,), friction by sliding speed (n,), at normal forces (n,).
 
         >>> ViscousFriction(0.3, speed=0.01).viscosity(np.array([10.0]), np.zeros(1)).round(9)
         array([300.])
@@ -306,18 +306,25 @@ class ViscousFriction:
         return np.asarray(self.coefficient * force / self.speed * (np.tanh(part) / part))
 
     def changes(self, inp: FrictionInput, change: FrictionChange) -> FloatArray:
-        """(n, 3, m) of the forces with the input."""
+        """Return the changes (n, 3, m) of the forces with the input."""
         given, _ = _rows_of(inp, self.n_memory)
         ways, out = _changes_of(change)
         numbers = self.coefficient, self.speed
-        run_ranges(friction_nb.viscous_changes, len(out), POINTS, given, *numbers, ways, out)
+        run_ranges(friction_nb.viscous_changes, len(out), GRAIN, given, *numbers, ways, out)
         return out
 
     def respond(self, inp: FrictionInput) -> FrictionOutput:
         """Forces against the sliding velocity."""
         given, out = _rows_of(inp, self.n_memory)
         numbers = self.coefficient, self.speed
-        run_ranges(straight(friction_nb.viscous), len(given.force), POINTS, given, *numbers, out)
+        run_ranges(
+            straight(friction_nb.viscous),
+            len(given.force),
+            GRAIN,
+            given,
+            *numbers,
+            out,
+        )
         return out
 
 

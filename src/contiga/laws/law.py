@@ -1,4 +1,4 @@
-"""What a contact asks of a law of normal force, and what all such laws check and answer alike."""
+"""The protocol of laws of normal force, and checks and answers that they share."""
 
 from __future__ import annotations
 
@@ -6,29 +6,27 @@ from typing import Protocol
 
 import numpy as np
 
-from contiga.arrays.layout import real
 from contiga.errors import InputError
-from contiga.laws.characteristic import Characteristic, CurveLike
 from contiga.records import FloatArray, LawInput, LawOutput, LawTangent
 
 
 class Law(Protocol):
-    """What a contact asks of a law."""
+    """A law of normal force as a contact uses it."""
 
     @property
     def needs_mass(self) -> bool:
-        """Whether the slave must have nodal masses."""
+        """True if the slave must have nodal masses."""
 
     @property
     def needs_thickness(self) -> bool:
-        """Whether the slave must have nodal thicknesses."""
+        """True if the slave must have nodal thicknesses."""
 
     @property
     def n_memory(self) -> int:
-        """Numbers a point that the law keeps from one step to the next."""
+        """Number of values by point that the law keeps from one step to the next."""
 
     def respond(self, inp: LawInput) -> LawOutput:
-        """Forces, stiffnesses, stored energies and memory of the points in contact."""
+        """Return forces, stiffnesses, stored energies and memory of the points in contact."""
 
 
 def no_memory(
@@ -38,7 +36,7 @@ def no_memory(
     elastic: FloatArray | None = None,
     tangent: LawTangent | None = None,
 ) -> LawOutput:
-    """The answer of a law that remembers nothing and loses energy to the rate alone.
+    """Return the output of a law without memory that loses energy to the rate alone.
 
     `elastic` is the part of the force that is not due to the rate; all of it if None.
     """
@@ -49,12 +47,12 @@ def no_memory(
 
 
 def remembered(inp: LawInput, columns: int) -> FloatArray:
-    """What the law left of each point (n_c, columns); zeros where the input has no memory.
+    """Return the memory (n_c, columns) of the points; zeros if the input has none.
 
     Raises
     ------
     InputError
-        The memory is of another law.
+        The memory has another number of columns.
     """
     wanted = (len(inp.penetration), columns)
     if inp.memory.size == 0:
@@ -70,7 +68,7 @@ def remembered(inp: LawInput, columns: int) -> FloatArray:
 
 
 def critical_damping(ratio: float, stiffness: FloatArray, mass: FloatArray | None) -> FloatArray:
-    """c = 2 ζ √(k m), force × time a length: ζ = 1 stops a mass on a spring without swinging.
+    """Return c = 2 ζ √(k m) (n,), force × time / length; ζ = 1 is critical damping.
 
     Parameters
     ----------
@@ -89,36 +87,3 @@ def critical_damping(ratio: float, stiffness: FloatArray, mass: FloatArray | Non
             remedy="Give the slave a mass, or the law an absolute damping",
         )
     return np.asarray(2.0 * ratio * np.sqrt(np.maximum(stiffness, 0.0) * mass))
-
-
-def as_curve(curve: CurveLike, name: str) -> Characteristic:
-    """`curve` as a `Characteristic`, called `name` in errors."""
-    return curve if isinstance(curve, Characteristic) else Characteristic(curve, name=name)
-
-
-def above_zero(value: float, name: str) -> float:
-    """`value` as a finite number > 0."""
-    number = _number(value, name, "a number above zero")
-    if number <= 0.0:
-        raise InputError(
-            "must be above zero", where=name, found=value, allowed="a number above zero"
-        )
-    return number
-
-
-def not_negative(value: float, name: str) -> float:
-    """`value` as a finite number ≥ 0."""
-    number = _number(value, name, "zero or above")
-    if number < 0.0:
-        raise InputError("must not be negative", where=name, found=value, allowed="zero or above")
-    return number
-
-
-def _number(value: float, name: str, allowed: str) -> float:
-    try:
-        number = float(real(value))
-    except (TypeError, ValueError) as error:
-        raise InputError("must be a number", where=name, found=value, allowed=allowed) from error
-    if not np.isfinite(number):
-        raise InputError("must be finite", where=name, found=value, allowed=allowed)
-    return number

@@ -11,10 +11,11 @@ from dataclasses import KW_ONLY, dataclass
 
 import numpy as np
 
+from contiga.arrays.layout import not_negative, positive
 from contiga.errors import InputError
 from contiga.laws.force import ForceLaw as ForceLaw
 from contiga.laws.law import Law as Law
-from contiga.laws.law import above_zero, critical_damping, no_memory, not_negative
+from contiga.laws.law import critical_damping, no_memory
 from contiga.laws.stress import StressLaw as StressLaw
 from contiga.records import DepthSlopes, LawInput, LawOutput, LawTangent
 
@@ -45,7 +46,7 @@ class PenaltyLaw:
     damping_ratio: float = 0.0
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "stiffness", above_zero(self.stiffness, "stiffness"))
+        object.__setattr__(self, "stiffness", positive(self.stiffness, "stiffness"))
         for name in ("damping", "damping_ratio"):
             object.__setattr__(self, name, not_negative(getattr(self, name), name))
 
@@ -56,14 +57,14 @@ class PenaltyLaw:
 
     @property
     def has_rate(self) -> bool:
-        """Whether the force depends on the rate: whether it is damped."""
+        """True if the force depends on the rate: the law is damped."""
         return self.damping > 0.0 or self.damping_ratio > 0.0
 
     needs_thickness = False
 
     @property
     def needs_area(self) -> bool:
-        """Whether stiffness and damping are those of a unit area."""
+        """True if stiffness and damping are those of a unit area."""
         return self.per_area
 
     n_memory = 0
@@ -128,7 +129,7 @@ class AdaptiveLaw:
     """No step is critical for it: a shorter one makes it stiffer."""
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "scale", above_zero(self.scale, "scale"))
+        object.__setattr__(self, "scale", positive(self.scale, "scale"))
 
     needs_mass = True
     needs_area = False

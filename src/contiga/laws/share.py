@@ -1,4 +1,4 @@
-"""How one total force is shared among the points in contact (thesis, Eq. 3.3)."""
+"""Sharing of one total force among the points in contact (thesis, Eq. 3.3)."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from contiga.records import FloatArray
 
 
 def share(total: float, penetration: FloatArray, area: FloatArray) -> FloatArray:
-    """Shares of the force `total`: F_i = F λ_i A_i / Σ_j λ_j A_j (Eq. 3.3).
+    """Share the force `total`: F_i = F λ_i A_i / Σ_j λ_j A_j (Eq. 3.3).
 
     Parameters
     ----------

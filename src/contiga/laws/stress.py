@@ -7,14 +7,15 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from contiga.arrays.layout import not_negative, positive
+from contiga.curves.characteristic import Characteristic, CurveLike, as_curve
+from contiga.curves.hysteresis import Hysteresis, Moved, elastic_move, hysteresis_of
 from contiga.errors import InputError
-from contiga.laws.characteristic import Characteristic, CurveLike
-from contiga.laws.hysteresis import Hysteresis, Moved, elastic_move, hysteresis_of
-from contiga.laws.law import above_zero, as_curve, critical_damping, not_negative, remembered
+from contiga.laws.law import critical_damping, remembered
 from contiga.records import DepthSlopes, FloatArray, LawInput, LawOutput, LawTangent
 
 # Relative size of a stress that counts as none.
-_SAME = 1e-9
+_TOL = 1e-9
 # Rates at which a callable is tried before a run, and how far beyond its end a table is.
 _TRIED = np.array([1e-6, 1e-3, 1.0])
 _FAR = 1e3
@@ -44,7 +45,7 @@ class StressLaw:
     -----
     With `unloading` the elastic stress moves along lines of slope K between the curves,
     σ = clip(σ_old + K Δ(λ/t), σ_u, σ_e), and each point remembers its last λ/t and σ: see
-    `contiga.laws.hysteresis`. The energies are those of the area of this step.
+    `contiga.curves.hysteresis`. The energies are those of the area of this step.
 
     Contact does not pull: σ_e below zero counts as zero, and so does a negative F_i, which
     damping would give while a contact opens fast.
@@ -87,7 +88,7 @@ class StressLaw:
     ) -> None:
         put = object.__setattr__
         put(self, "elastic", as_curve(elastic, "elastic"))
-        put(self, "thickness", None if thickness is None else above_zero(thickness, "thickness"))
+        put(self, "thickness", None if thickness is None else positive(thickness, "thickness"))
         put(self, "damping", not_negative(damping, "damping"))
         for name, curve in (("damping_curve", damping_curve), ("amplification", amplification)):
             put(self, name, None if curve is None else as_curve(curve, name))
@@ -104,7 +105,7 @@ class StressLaw:
 
     @property
     def has_rate(self) -> bool:
-        """Whether the force depends on the rate: whether it is damped."""
+        """True if the force depends on the rate: the law is damped."""
         return self.damping > 0.0 or self.damping_ratio > 0.0 or self.damping_curve is not None
 
     @property
@@ -138,7 +139,7 @@ class StressLaw:
         return inp.thickness
 
     def damping_stress(self, strain_rate: FloatArray, elastic_stress: FloatArray) -> FloatArray:
-        """(C_d λ̇/t + σ_d(λ̇/t)) f_d(σ_e), of either sign."""
+        """Return the damping stress (n,) (C_d λ̇/t + σ_d(λ̇/t)) f_d(σ_e), of either sign."""
         stress = self.damping * strain_rate
         if self.damping_curve is not None:
             rated = self.damping_curve(strain_rate)
@@ -215,7 +216,7 @@ class StressLaw:
         return LawTangent(DepthSlopes(whole * pushes), viscosity * pushes, stiffening)
 
     def _carried(self, strain: FloatArray, inp: LawInput) -> tuple[Moved, FloatArray]:
-        """What the elastic stress does in the step, per unit of volume, and what to remember."""
+        """Return the response of the elastic stress by unit of volume, and the new memory."""
         if self.hysteresis is None:
             return elastic_move(self.elastic, strain), np.zeros((len(strain), 0))
         past = remembered(inp, self.n_memory)
@@ -224,8 +225,8 @@ class StressLaw:
 
 
 def _rates_to_check(curve: Characteristic) -> FloatArray:
-    """(k,) abscissae between and beyond which a table does not change its sign; samples of a
-    callable, whose rates are not known before a run."""
+    """Return rates (k,) between and beyond which a table does not change its sign; for a callable,
+    whose rates are not known before a run, samples."""
     if not curve.is_table:
         return np.concatenate([-_TRIED[::-1], [0.0], _TRIED])
     far = _FAR * np.abs(curve.x).max()
@@ -243,7 +244,7 @@ def _check_damping(curve: Characteristic, rates: FloatArray, stress: FloatArray)
     InputError
         As said: such a damping curve would give energy to what moves.
     """
-    least = _SAME * np.abs(stress).max(initial=0.0)
+    least = _TOL * np.abs(stress).max(initial=0.0)
     wrong = np.flatnonzero((np.abs(stress) > least) & (stress * np.sign(rates) <= 0.0))
     if wrong.size:
         rate, found = float(rates[wrong[0]]), float(stress[wrong[0]])

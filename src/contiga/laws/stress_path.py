@@ -13,8 +13,8 @@ from typing import Literal, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from contiga.curves.characteristic import Characteristic
 from contiga.errors import InputError, RunError
-from contiga.laws.characteristic import Characteristic
 from contiga.records import FloatArray
 
 _ROUNDING = 1e-12
@@ -30,7 +30,7 @@ class _Side(NamedTuple):
 
 
 class StressPath(NamedTuple):
-    """Nodes of the polyline of equal stress, and how it goes on behind the last one."""
+    """Nodes of the polyline of equal stress, and its direction behind the last one."""
 
     slave: FloatArray
     """(k,) strains x_s."""
@@ -44,7 +44,7 @@ class StressPath(NamedTuple):
     def solve(
         self, depth: FloatArray, t_s: FloatArray, t_m: FloatArray
     ) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """λ_s, λ_m and σ of penetrations `depth` (n,) with thicknesses `t_s`, `t_m` (n,)."""
+        """Return λ_s, λ_m and σ, each (n,), for penetrations and thicknesses `t_s`, `t_m` (n,)."""
 
         def reach(node: NDArray[np.intp]) -> FloatArray:
             return t_s * self.slave[node] + t_m * self.master[node]
@@ -79,7 +79,7 @@ class StressPath(NamedTuple):
 
 
 def stress_path(slave: Characteristic, master: Characteristic) -> StressPath:
-    """The polyline of equal stress of two tables.
+    """Return the polyline of equal stress of two tables.
 
     Raises
     ------
@@ -124,7 +124,7 @@ def _side(curve: Characteristic, where: str) -> _Side:
 
 
 def _not_below_zero(x: FloatArray, y: FloatArray, slope: float) -> _Side:
-    """The rising polyline with its negative part laid on zero."""
+    """Return the rising polyline with its negative part set to zero."""
     negative = int((y < 0.0).sum())
     if negative == 0:
         return _Side(x, y, slope)
@@ -142,7 +142,7 @@ def _not_below_zero(x: FloatArray, y: FloatArray, slope: float) -> _Side:
 
 
 def _inverse(side: _Side, stress: FloatArray, end: Literal["left", "right"]) -> FloatArray:
-    """The first (`end` "left") or last ("right") strain at which the side carries `stress`."""
+    """Return the first (`end` "left") or last ("right") strain at which a side carries `stress`."""
     upper = np.searchsorted(side.y, stress, side=end)
     within = np.clip(upper, 1, max(len(side.x) - 1, 1))
     lower = within - 1
@@ -160,7 +160,7 @@ def _inverse(side: _Side, stress: FloatArray, end: Literal["left", "right"]) -> 
 
 
 def _ray(sides: tuple[_Side, _Side], ceiling: float) -> tuple[float, float, float] | None:
-    """Direction of the path behind its last node."""
+    """Return the direction of the path behind its last node."""
     if np.isinf(ceiling):
         return 1.0 / sides[0].slope, 1.0 / sides[1].slope, 1.0
     endless = [s.slope == 0.0 and s.y[-1] == ceiling for s in sides]

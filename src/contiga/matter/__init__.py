@@ -1,4 +1,4 @@
-"""What deforms: from where nodes are to the forces on them. Arrays only, nothing of geometry.
+"""Matter that deforms: from positions of nodes to forces on them. Arrays only, no geometry.
 
 In reading order: `protocol` (what is asked of matter), `coefficients` and `curves` (what materials
 are made of), `materials`, `foam`, `woven`, `parts` (elements with their material, and what is

@@ -1,4 +1,4 @@
-"""From nodes, elements and materials to matter."""
+"""Assembly of nodes, elements and materials to matter."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import ArrayLike
 
-from contiga.arrays.layout import as_points, positive, real
+from contiga.arrays.layout import as_points, not_negative, positive, real
 from contiga.errors import InputError, MeshError
 from contiga.matter.assembled import Assembled, Average, Group
 from contiga.matter.blocks import NodeSums, block_sums, in_lanes, node_sums, nodes_in_lanes
@@ -30,7 +30,7 @@ def assemble(
     mass_scaling: float | None = None,
     free: ArrayLike | None = None,
 ) -> Assembled:
-    """Finite elements as matter.
+    """Assemble finite elements to matter.
 
     Parameters
     ----------
@@ -76,7 +76,7 @@ def assemble(
     outer = skin([(part.kind, part.elements) for part in parts])
     given = outer if facets is None else np.ascontiguousarray(facets, dtype=np.int32)
     groups, sums = _groups(parts, shapes, points)
-    matter = Assembled(points.copy(), groups, sums, mass, given, _not_negative(damping))
+    matter = Assembled(points.copy(), groups, sums, mass, given, not_negative(damping, "damping"))
     if mass_scaling is not None:
         heavy = scaled(matter, positive(mass_scaling, "mass_scaling"))
         matter.mass = heavy if free is None else np.where(free, heavy, mass)
@@ -85,14 +85,14 @@ def assemble(
 
 
 def _masses(part: Part, shapes: Shapes, n: int) -> FloatArray:
-    """(n,) of a part at the nodes."""
+    """Return the masses (n,) of a part at the nodes."""
     weights = (part.density * part.across * shapes.shares).ravel()
     shares = np.bincount(part.elements.ravel(), weights=weights, minlength=n)
     return shares.astype(np.float64)
 
 
 def _lumped(given: ArrayLike, n: int) -> FloatArray:
-    """(n,) masses on nodes, checked."""
+    """Return the masses (n,) on nodes, checked."""
     lumped = np.asarray(real(given, "lumped"), dtype=np.float64)
     if lumped.shape != (n,) or not (np.isfinite(lumped) & (lumped >= 0.0)).all():
         raise InputError(
@@ -115,7 +115,7 @@ def _finite(nodes: ArrayLike) -> FloatArray:
 def _groups(
     parts: Sequence[Part], shapes: Sequence[Shapes], nodes: FloatArray
 ) -> tuple[list[Group], NodeSums]:
-    """All parts as kernels take them, and how their rows are summed at the nodes."""
+    """Return all parts as kernels take them, and the sums of their rows at the nodes."""
     groups: list[Group] = []
     rows_of_nodes: list[IntArray] = []
     first = remembered = 0
@@ -130,8 +130,8 @@ def _groups(
 def _group(
     part: Part, shapes: Shapes, nodes: FloatArray, first: int, remembered: int
 ) -> tuple[Group, IntArray]:
-    """A part as kernels take it, its rows and memory from `first` and `remembered` on, and the
-    nodes of its rows."""
+    """Return a part as kernels take it, its rows and memory from `first` and `remembered` on, and
+    the nodes of its rows."""
     sums, nodes_of_rows = block_sums(part.elements, len(nodes))
     material = part.material.coefficients(part.kind, part.across)
     viscosity = _viscosity(part, material.wave_modulus)
@@ -141,6 +141,7 @@ def _group(
         in_lanes(shapes.measures[:, None], np.zeros(1)),
         material.stage,
         material.numbers,
+        material.curves,
         material.tangent,
         _hourglass(part, shapes, nodes, material.modulus),
         viscosity,
@@ -173,14 +174,14 @@ def _group(
 def _average(
     part: Part, shapes: Shapes, nodes: FloatArray, modulus: float, nodes_of_rows: IntArray
 ) -> Average:
-    """How the change of volume of a part is averaged at its nodes."""
+    """Return the average of the change of volume of a part at its nodes."""
     corners, weights = part.elements.ravel(), shapes.shares.ravel()
     volumes = np.bincount(corners, weights=weights, minlength=len(nodes))
     return Average(modulus, volumes.astype(np.float64), node_sums(nodes_of_rows, len(nodes)))
 
 
 def _viscosity(part: Part, modulus: float) -> FloatArray:
-    """Coefficients of the bulk viscosity; none where there is none."""
+    """Return the coefficients (3,) of the bulk viscosity; (0,) without one."""
     if not any(part.bulk_viscosity):
         return np.zeros(0)
     linear, quadratic = part.bulk_viscosity
@@ -188,7 +189,7 @@ def _viscosity(part: Part, modulus: float) -> FloatArray:
 
 
 def _hourglass(part: Part, shapes: Shapes, nodes: FloatArray, modulus: float) -> FloatArray:
-    """The table of hourglass springs, rows by `solid_hex_nb`; none for other elements.
+    """Return the table of hourglass springs, rows by `solid_hex_nb`; empty for other elements.
 
     A brick of side a that is bent along it by its mode ξη stores E V (2 q)²/(6 a²), its springs
     c V (8 q)²/2: they are as stiff as the material with c = E/(48 a²). To be the same whichever way
@@ -216,12 +217,3 @@ def _check_mass(nodes: FloatArray, mass: FloatArray) -> None:
             found=nodes[row].tolist(),
             remedy="Leave it out, or give it to a part",
         )
-
-
-def _not_negative(damping: float) -> float:
-    number = float(damping)
-    if not 0.0 <= number < np.inf:
-        raise InputError(
-            "must not be negative", where="damping", found=damping, allowed="a finite number ≥ 0"
-        )
-    return number

@@ -41,7 +41,7 @@ _workspace = Workspace()
 
 
 class Average(NamedTuple):
-    """How the change of volume of tetrahedra is averaged at their nodes."""
+    """Average of the change of volume of tetrahedra at their nodes."""
 
     modulus: float
     """λ."""
@@ -67,7 +67,7 @@ class Group(NamedTuple):
     memory: slice
     """Of what all groups remember."""
     across: float
-    """What makes a volume of an element's measure: thickness, section, or 1 of a solid."""
+    """Factor from an element's measure to its volume: thickness, section, or 1 for a solid."""
     reaches: tuple[Reach, ...]
     """Tables of its material."""
 
@@ -87,7 +87,7 @@ class Assembled:
         self.nodes, self.mass, self.facets = nodes, mass, facets
         self.groups, self.damping = groups, damping
         self.added: tuple[AddedMass, ...] = ()
-        """What mass scaling gave each part."""
+        """Mass that scaling added to each part."""
         self._sums = sums
         self._apart: list[Apart] = []
         self._remembered = max((group.memory.stop for group in groups), default=0)
@@ -111,7 +111,7 @@ class Assembled:
         partial = _workspace.rows(len(self._sums.rows), 3)
         energy, memory = np.zeros(KINDS), np.empty(self._remembered)
         for group in self.groups:
-            energy += self._group_forces(group, motion, _memory(group, state, memory), partial)
+            energy += self._write_forces(group, motion, _memory(group, state, memory), partial)
         force = self._at_nodes(partial)
         if self.damping:
             drag = (self.damping * self.mass)[:, None] * v
@@ -120,10 +120,10 @@ class Assembled:
         energies = MatterEnergy(*energy.tolist())
         return MatterForces(force, energies, MatterState(locked(q), memory))
 
-    def _group_forces(
+    def _write_forces(
         self, group: Group, motion: Motion, memory: Memory, partial: FloatArray
     ) -> FloatArray:
-        """The energies of a group, whose forces go into its rows of `partial`."""
+        """Return the energies (4,) of a group, and write its forces to its rows of `partial`."""
         blocks = len(group.tables.nodes)
         out = ElementOutput(
             partial[group.rows], np.empty((blocks, KINDS)), np.empty(blocks, np.int32)
@@ -148,16 +148,16 @@ class Assembled:
         return out
 
     def stress(self, state: MatterState) -> FloatArray:
-        """(m, 6) Cauchy stresses xx, yy, zz, xy, yz, xz at a state: those of `nodal_fields`."""
+        """Return the Cauchy stresses (m, 6) xx, yy, zz, xy, yz, xz of `nodal_fields`."""
         return self.nodal_fields(state).stress
 
     def nodal_fields(self, state: MatterState) -> ElementFields:
-        """Stress, strain and stored energy at the nodes of a state: the means of the elements at
-        each by their volumes at rest."""
+        """Return stress, strain and stored energy at the nodes: the means of the elements at each
+        by their volumes at rest."""
         return at_nodes(self.element_fields(state), len(self.mass))
 
     def element_fields(self, state: MatterState) -> list[Inside]:
-        """Stress, strain and stored energy of all elements at a state, one entry a part.
+        """Return stress, strain and stored energy of all elements, one entry by part.
 
         Stresses of membranes and bars are by the thickness or section that they have at rest, and
         their strains are those in their plane or along them.
@@ -170,7 +170,7 @@ class Assembled:
         ]
 
     def reached(self, state: MatterState) -> list[Reached]:
-        """How far the tables of all parts were asked since the start."""
+        """Return the largest strains since the start of the tables of all parts."""
         return [
             Reached(group.name, reach.what, _largest(group, state, reach.column), reach.end)
             for group in self.groups
@@ -183,7 +183,7 @@ class Assembled:
         return apart(group.elements, group.tables, gradients, still)
 
     def _gradients(self, group: Group) -> FloatArray:
-        """(e, k, 3) of all corners' shape functions at rest, in space."""
+        """Return the gradients (e, k, 3) of all corners' shape functions at rest, in space."""
         if DIMENSION[group.kind] == 3:
             return full_gradients(group)
         rest = self.nodes[group.elements]
@@ -193,7 +193,7 @@ class Assembled:
         corners = state.points[group.elements]
         n, k = group.elements.shape
         volumes = group.tables.measures.ravel()[:n] * group.across
-        forces, energies = self._asked_apart(group, pieces, state)
+        forces, energies = self._forces_apart(group, pieces, state)
         fields = ElementFields(
             cauchy(group.kind, corners, forces.reshape(n, k, 3), group.across),
             green(corners, pieces.gradients, pieces.still),
@@ -201,11 +201,11 @@ class Assembled:
         )
         return Inside(group.elements, volumes, fields)
 
-    def _asked_apart(
+    def _forces_apart(
         self, group: Group, pieces: Apart, state: MatterState
     ) -> tuple[FloatArray, FloatArray]:
-        """(e · k, 3) forces on the corners of the elements of a group, taken apart, and (≥ e,) what
-        each element stores."""
+        """Return the forces (e · k, 3) on the corners of a group's elements, taken apart, and the
+        energy (≥ e,) that each element stores."""
         blocks, q = len(group.tables.nodes), locked(state.points)
         rows = max(len(pieces.rows), group.rows.stop - group.rows.start)
         partial = np.empty((rows, 3))
@@ -243,7 +243,7 @@ class Assembled:
 def _pressures(
     group: Group, average: Average, motion: Motion, out: ElementOutput
 ) -> tuple[FloatArray, float]:
-    """(m,) λ (J̄ − 1) with J̄ the mean of the elements at a node by volume, and Σ V λ (J̄ − 1)²/2.
+    """Return λ (J̄ − 1) (m,), J̄ the mean of a node's elements by volume, and Σ V λ (J̄ − 1)²/2.
 
     Its gradient is Σ p̄ ∂v/∂x over elements of volume v, p̄ the mean of their corners' λ (J̄ − 1).
     """
@@ -259,21 +259,21 @@ def _pressures(
 
 
 def _memory(group: Group, state: MatterState, new: FloatArray) -> Memory:
-    """A group's part of what a state remembers, and of what is written."""
+    """Return a group's part of the memory of a state, and of the one to write."""
     blocks = len(group.tables.nodes)
     old = state.memory[group.memory].reshape(blocks, -1)
     return Memory(locked(old), new[group.memory].reshape(blocks, -1))
 
 
 def _largest(group: Group, state: MatterState, column: int) -> float:
-    """Of what the elements of a group remember in a column."""
+    """Return the largest value in a column of the memory of a group."""
     blocks = len(group.tables.nodes)
     lanes = state.memory[group.memory].reshape(blocks, -1, LANES)[:, column]
     return float(lanes.ravel()[: len(group.elements)].max())
 
 
 def _inverted(group: Group, points: FloatArray, counts: IntArray) -> ElementError:
-    """The first element of a group that is inside out, and where it is."""
+    """Return the error of the first element of a group that is inside out."""
     corners = points[group.elements]
     gradients = full_gradients(group)
     with np.errstate(invalid="ignore"):
@@ -284,7 +284,7 @@ def _inverted(group: Group, points: FloatArray, counts: IntArray) -> ElementErro
 
 
 def full_gradients(group: Group) -> FloatArray:
-    """(n, k, 3) gradients of all corners of solids at rest."""
+    """Return the gradients (n, k, 3) of all corners of solids at rest."""
     n, corners = group.elements.shape
     blocks = len(group.tables.nodes)
     lanes = group.tables.gradients.reshape(blocks, -1, 3, LANES).transpose(0, 3, 1, 2)

@@ -13,7 +13,7 @@ from contiga.records import FloatArray, IntArray
 
 
 class NodeSums(NamedTuple):
-    """Which rows, of all blocks of all groups of elements, are summed at which node."""
+    """Rows, of all blocks of all groups of elements, that are summed at each node."""
 
     starts: IntArray
     """(m + 1,) where the rows of a node begin."""
@@ -27,7 +27,7 @@ def count_blocks(n: int) -> int:
 
 
 def in_lanes(values: FloatArray, rest: FloatArray | None = None) -> FloatArray:
-    """(n, c) of elements as (b, c · LANES): columns one after the other, each of LANES numbers.
+    """Return columns (n, c) of elements as (b, c · LANES), each column LANES numbers.
 
     What fills the last block is the last element's row, or `rest` (c,).
     """
@@ -40,7 +40,7 @@ def in_lanes(values: FloatArray, rest: FloatArray | None = None) -> FloatArray:
 
 
 def nodes_in_lanes(elements: IntArray) -> IntArray:
-    """(n, k) corners as (b, k, LANES); the last element fills the last block."""
+    """Return corners (n, k) as (b, k, LANES); the last element fills the last block."""
     n, corners = elements.shape
     blocks = count_blocks(n)
     full = np.concatenate([elements, np.repeat(elements[-1:], blocks * LANES - n, axis=0)])

@@ -1,4 +1,4 @@
-"""What a material says of itself to kernels, and the numbers that all of them check."""
+"""Coefficients of materials for kernels, and checks of their numbers."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from typing import ClassVar, NamedTuple, Protocol
 import numpy as np
 
 from contiga.arrays.layout import real
+from contiga.curves.curve_records import NO_CURVES, Curves
 from contiga.errors import InputError
 from contiga.records import FloatArray
 
@@ -15,18 +16,18 @@ NONE = np.zeros(0)
 
 
 class Reach(NamedTuple):
-    """A table of a material, and where elements remember the largest strain it was asked for."""
+    """A table of a material, and the column of the memory with its largest strain."""
 
     what: str
     """Its strain, in words."""
     end: float
     """Strain of its last row."""
     column: int
-    """Of what an element remembers."""
+    """Column of the memory of an element."""
 
     @classmethod
     def of(cls, what: str, table: FloatArray, column: int) -> tuple[Reach, ...]:
-        """Of a table (n, 2); none of a straight line, which is the same beyond its rows."""
+        """Return the reach of a table (n, 2); none for a straight line, which has no end."""
         return () if len(table) == 2 else (cls(what, float(table[-1, 0]), column),)
 
 
@@ -34,7 +35,7 @@ class Coefficients(NamedTuple):
     """A material as kernels take it."""
 
     stage: int
-    """Of the kernels `elements_stress_nb`."""
+    """Number of the material in the kernels `elements_stress_nb`."""
     numbers: FloatArray
     modulus: float
     """Young's modulus at rest, by which hourglass modes are held."""
@@ -47,25 +48,28 @@ class Coefficients(NamedTuple):
     """(4,) of shells: the same numbers of small strains, by which they bend; (0,) of a material
     that is asked layer by layer through the thickness."""
     memory: int = 0
-    """Numbers an element that are remembered."""
+    """Number of values that an element remembers."""
     averaged: float = 0.0
-    """λ of what is averaged at nodes."""
+    """λ of the change of volume that is averaged at nodes; 0 if none is."""
     reaches: tuple[Reach, ...] = ()
     """Its tables."""
+    curves: Curves = NO_CURVES
+    """Its tables as kernels take them."""
 
 
 class Material(Protocol):
-    """What is asked of a material."""
+    """A material as elements use it."""
 
     kinds: ClassVar[tuple[str, ...]]
     """Elements it is for."""
 
     def coefficients(self, kind: str, across: float) -> Coefficients:
-        """For elements of a kind; across is the thickness of a membrane, the section of a bar."""
+        """Return the coefficients for elements of a kind; `across` is the thickness of a membrane,
+        the section of a bar, or 1 for a solid."""
 
 
 def poisson_ratio(value: object, name: str) -> float:
-    """Poisson's ratio, above −1 and below ½."""
+    """Return `value` as a Poisson's ratio, above −1 and below ½."""
     allowed = "a number above -1 and below 0.5"
     try:
         number = float(real(value))
@@ -83,6 +87,6 @@ def poisson_ratio(value: object, name: str) -> float:
 
 
 def lame(young: float, poisson: float) -> tuple[float, float]:
-    """μ and λ."""
+    """Return Lamé's parameters μ and λ."""
     mu = 0.5 * young / (1.0 + poisson)
     return mu, 2.0 * mu * poisson / (1.0 - 2.0 * poisson)

@@ -1,4 +1,4 @@
-"""What elements tell of their inside: stress, strain and stored energy, and their means at nodes.
+"""Stress, strain and stored energy of elements, and their means at nodes.
 
 Materials have no kernels of their own for it: elements are taken apart and asked for the forces on
 their corners and for their energies by the kernels that a step asks.
@@ -17,7 +17,7 @@ from contiga.records import FloatArray, IntArray
 
 
 class ElementFields(NamedTuple):
-    """Of n elements of one kind, or of n nodes."""
+    """Stress, strain and stored energy of n elements of one kind, or of n nodes."""
 
     stress: FloatArray
     """(n, 6) Cauchy's xx, yy, zz, xy, yz, xz, with rates of foam and without bulk viscosity."""
@@ -34,12 +34,12 @@ FIELDS: dict[str, Callable[[ElementFields], FloatArray]] = {
     "principal_strain": lambda fields: largest_principal(fields.strain),
     "energy_density": lambda fields: fields.energy_density,
 }
-"""What files may have of them, by name."""
+"""Fields that files may have, by name."""
 TENSORS = ("stress", "strain")
 
 
 class Inside(NamedTuple):
-    """Elements of one kind, and what they tell."""
+    """Elements of one kind and their fields."""
 
     elements: IntArray
     """(e, k) rows of the nodes."""
@@ -49,7 +49,7 @@ class Inside(NamedTuple):
 
 
 class Reached(NamedTuple):
-    """The largest strain that a table of a part was asked for since the start."""
+    """The largest strain of a table of a part since the start."""
 
     part: str
     what: str
@@ -60,7 +60,7 @@ class Reached(NamedTuple):
 
 
 def at_nodes(groups: Sequence[Inside], count: int) -> ElementFields:
-    """The means of the elements at each of `count` nodes by their volumes at rest; NaN of none."""
+    """Return the means of the elements at each of `count` nodes by volume at rest; NaN for none."""
     weight = np.zeros(count)
     sums = np.zeros((count, 13))
     for group in groups:
@@ -77,8 +77,8 @@ def at_nodes(groups: Sequence[Inside], count: int) -> ElementFields:
 
 
 def at_facets(groups: Sequence[Inside], facets: IntArray) -> ElementFields:
-    """What the element that each facet (f, 3) is a face of has, the first if there are several;
-    NaN of facets of none."""
+    """Return the fields of the element of each facet (f, 3), the first one if several; NaN for
+    facets of no element."""
     values = np.full((len(facets), 13), np.nan)
     count = 1 + int(facets.max(initial=-1))
     missing = np.ones(len(facets), np.bool_)
@@ -94,7 +94,7 @@ def at_facets(groups: Sequence[Inside], facets: IntArray) -> ElementFields:
 
 
 def _incidence(rows: IntArray, count: int) -> Any:
-    """(n, count) sparse, 1 where a row (n, k) names a node."""
+    """Return a sparse matrix (n, count), 1 where a row (n, k) names a node."""
     from scipy.sparse import csr_array
 
     n, k = rows.shape

@@ -9,9 +9,11 @@ from typing import ClassVar
 import numpy as np
 
 from contiga.arrays.layout import positive
+from contiga.curves.characteristic import Characteristic
+from contiga.curves.curve_records import joined
 from contiga.errors import InputError
 from contiga.matter.coefficients import SOLIDS, Coefficients, Reach
-from contiga.matter.curves import CurveLike, as_table, at, packed
+from contiga.matter.curves import CurveLike, as_table
 from contiga.matter.kernels.elements_stress_nb import FOAM
 from contiga.matter.kernels.solid_foam_nb import MEMORY, MEMORY_OF_RATES, REACHED
 from contiga.records import FloatArray
@@ -88,20 +90,18 @@ class Foam:
     def coefficients(self, kind: str, across: float) -> Coefficients:
         """See `Material`."""
         tables = [self.loading, *(table for _, table in self.rates)]
-        strain = np.unique(np.concatenate([table[:, 0] for table in tables]))
-        rest = np.stack([strain, at(self.loading, strain)], axis=1)
         head = [self.hysteresis, self.shape, self.tension, self.filter or 1.0]
-        numbers = [np.array([*head, len(strain), len(tables)], dtype=np.float64), packed(rest)]
-        numbers.append(np.array([0.0, *(rate for rate, _ in self.rates)]))
-        numbers += [at(table, strain) for table in tables]
-        first, least = float(rest[1, 1] / rest[1, 0]), float(np.min(rest[1:, 1] / rest[1:, 0]))
+        numbers = np.array([*head, 0.0, *(rate for rate, _ in self.rates)], dtype=np.float64)
+        secants = self.loading[1:, 1] / self.loading[1:, 0]
+        first, least = float(secants[0]), float(secants.min())
         return Coefficients(
             FOAM,
-            np.concatenate(numbers),
+            numbers,
             least if least > 0.0 else first,  # hourglass modes of a plateau are as soft as that
             first,
             memory=MEMORY_OF_RATES if self.rates else MEMORY,
             reaches=Reach.of("strain", self.loading, REACHED),
+            curves=joined(*(Characteristic(table).pieces for table in tables)),
         )
 
 
@@ -116,7 +116,7 @@ def _rate_curves(
             raise InputError("rates must rise", where=name, found=rate, allowed=f"> {last:.6g}")
         table = as_table(curve, name)
         strain = np.union1d(before[:, 0], table[:, 0])
-        falls = at(table, strain) < at(before, strain) * (1.0 - 1e-12)
+        falls = Characteristic(table)(strain) < Characteristic(before)(strain) * (1.0 - 1e-12)
         if falls.any():
             raise InputError(
                 f"the stress falls with the rate at the strain {strain[np.argmax(falls)]:.6g}",

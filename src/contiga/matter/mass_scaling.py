@@ -1,4 +1,4 @@
-"""Mass that nodes get beside their own, so that steps may be longer."""
+"""Mass scaling: mass added to nodes so that steps may be longer."""
 
 from __future__ import annotations
 
@@ -12,31 +12,31 @@ from contiga.matter.parts import Part
 from contiga.matter.protocol import Matter, MatterState
 from contiga.records import FloatArray
 
-LITTLE = 1e-5
-"""Strain of next to nothing."""
+SMALL_STRAIN = 1e-5
+"""Strain at which matter near rest is measured."""
 MARGIN = 1.02
-"""On ω², for what stiffens in between."""
+"""Factor on ω² for matter that stiffens between."""
 
 
 class AddedMass(NamedTuple):
-    """What mass scaling gave the nodes of a part."""
+    """Mass that scaling added to the nodes of a part."""
 
     part: str
     mass: float
-    """Of its elements."""
+    """Mass of its elements."""
     added: float
 
     @property
     def share(self) -> float:
-        """Of its own mass."""
+        """Added mass as a fraction of its own."""
         return self.added / self.mass
 
 
 def added_to(parts: Sequence[Part], masses: FloatArray, added: FloatArray) -> tuple[AddedMass, ...]:
-    """What each part was given, of masses `added` (m,) to the nodes, where parts have `masses`
+    """Return the part of each in masses `added` (m,) to the nodes, where parts have `masses`
     (parts, m).
 
-    At a node that parts share, by their masses there.
+    Parts that share a node share its added mass by their masses there.
     """
     more = added / masses.sum(axis=0)
     return tuple(
@@ -46,15 +46,15 @@ def added_to(parts: Sequence[Part], masses: FloatArray, added: FloatArray) -> tu
 
 
 def sums_near_rest(matter: Matter) -> FloatArray:
-    """(m,) row sums of the stiffness of what is pressed together or pulled by next to nothing."""
+    """Return row sums (m,) of the stiffness, the larger of small compression and small tension."""
     start = matter.start()
-    near = [(1.0 - LITTLE) * start.points, (1.0 + LITTLE) * start.points]
+    near = [(1.0 - SMALL_STRAIN) * start.points, (1.0 + SMALL_STRAIN) * start.points]
     sums = [matter.stiffness(MatterState(points, start.memory)) for points in near]
     return np.maximum(*sums)
 
 
 def scaled(matter: Matter, step: float) -> FloatArray:
-    """(m,) masses with which no step up to `step` is longer than the critical one at rest.
+    """Return masses (m,) with which no step up to `step` is longer than the critical one at rest.
 
     By Gershgorin's theorem no vibration is faster than ω² = max Σ_j |K_ij| / m_i, and 2/ω is the
     critical step: a node has at least Σ_j |K_ij| step²/4.

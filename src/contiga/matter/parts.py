@@ -1,4 +1,4 @@
-"""Parts of matter: elements of one kind and one material, and what is refused of them."""
+"""Parts of matter: elements of one kind and one material, checked."""
 
 from __future__ import annotations
 
@@ -104,12 +104,12 @@ class Part:
 
     @property
     def across(self) -> float:
-        """What makes a volume of an element's measure: thickness, section, or 1 of a solid."""
+        """Factor from an element's measure to its volume: thickness, section, or 1 for a solid."""
         return self.thickness or self.section or 1.0
 
 
 def shapes_of(part: Part, nodes: FloatArray) -> Shapes:
-    """The part's elements at rest, checked.
+    """Return the part's elements at rest, checked.
 
     Raises
     ------
@@ -163,7 +163,7 @@ def _check_direction(part: Part, shapes: Shapes) -> None:
 
 
 def _corners(elements: ArrayLike, kind: str, name: str) -> IntArray:
-    """(n, k) rows of nodes."""
+    """Return the rows (n, k) of nodes, checked."""
     rows = np.asarray(elements)
     wanted = CORNERS[kind]
     if rows.ndim != 2 or len(rows) == 0 or not np.issubdtype(rows.dtype, np.integer):

@@ -1,4 +1,4 @@
-"""What has mass and deforms, as everything around it sees it: degrees of freedom and their forces.
+"""The protocol of matter, which has mass and deforms: degrees of freedom and their forces.
 
 Degrees of freedom are rows q (m, 3): nodes of finite elements, control points of splines, or what
 another solver moves. The nodes of the slave, which contact sees, are x = N q; forces on them come
@@ -18,7 +18,7 @@ class MatterState(NamedTuple):
     points: FloatArray
     """(m, 3) degrees of freedom at the end of the last step."""
     memory: FloatArray
-    """(h,) what its materials remember, in an order that is the matter's own."""
+    """(h,) memory of its materials, in an order of the matter's own."""
 
 
 class MatterEnergy(NamedTuple):
@@ -27,7 +27,7 @@ class MatterEnergy(NamedTuple):
     strain: float = 0.0
     """Stored in the material: what it would give back."""
     hourglass: float = 0.0
-    """Stored in what holds the modes that an element's mean strain does not see."""
+    """Stored in the springs of the hourglass modes."""
     viscosity: float = 0.0
     """Lost in the step to what resists a rate: bulk viscosity, rate tables, damping."""
     hysteresis: float = 0.0
@@ -35,7 +35,7 @@ class MatterEnergy(NamedTuple):
 
 
 class MatterForces(NamedTuple):
-    """What matter answers to where its degrees of freedom are."""
+    """Forces and energies of matter at one place of its degrees of freedom."""
 
     force: FloatArray
     """(m, 3) on each degree of freedom: what is stored decreases along it."""
@@ -45,11 +45,11 @@ class MatterForces(NamedTuple):
 
 
 class Matter(Protocol):
-    """What is asked of anything that has mass and deforms."""
+    """Matter as everything around it uses it."""
 
     @property
     def mass(self) -> FloatArray:
-        """(m,) lumped mass of each degree of freedom."""
+        """Lumped mass (m,) of each degree of freedom."""
 
     def points(self, q: FloatArray) -> FloatArray:
         """Return x = N q (n, 3), or velocities N v: `q` itself where N is the identity."""
@@ -58,10 +58,10 @@ class Matter(Protocol):
         """Return forces f on the points (n, 3) as forces Nᵀ f (m, 3) on degrees of freedom."""
 
     def start(self) -> MatterState:
-        """The state of what has not been moved yet."""
+        """Return the state before any motion."""
 
     def forces(self, state: MatterState, q: FloatArray, v: FloatArray, dt: float) -> MatterForces:
-        """Forces at the end of a step of length `dt` that leads from `state` to q.
+        """Return the forces at the end of a step of length `dt` from `state` to q.
 
         Parameters
         ----------
@@ -77,7 +77,7 @@ class Matter(Protocol):
         """
 
     def stiffness(self, state: MatterState) -> FloatArray:
-        """(m,) row sums ``Σ_j |K_ij|``, the largest of three directions of each degree of freedom.
+        """Return row sums (m,) ``Σ_j |K_ij|``, the largest of the three directions of each row.
 
         By Gershgorin's theorem the critical step is at least ``min 2 √(m_i / Σ_j |K_ij|)``.
         """

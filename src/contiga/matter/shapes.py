@@ -77,8 +77,8 @@ def hexahedra(corners: FloatArray) -> Shapes:
 
 
 def measures(kind: str, corners: FloatArray) -> FloatArray:
-    """(n,) volumes, areas or lengths of elements (n, k, 3), as those of their shapes but for the
-    sign and rounding."""
+    """Return volumes, areas or lengths (n,) of elements (n, k, 3), which are those of their
+    shapes but for the sign and rounding."""
     edges = np.ascontiguousarray(np.moveaxis(corners[:, 1:] - corners[:, :1], 0, 2))
     if kind == "bar2":
         return np.sqrt(_dot(edges[0], edges[0]))
@@ -98,7 +98,7 @@ def measures(kind: str, corners: FloatArray) -> FloatArray:
 
 
 def _cross(a: FloatArray, b: FloatArray) -> FloatArray:
-    """(3, n) products of vectors (3, n): a third of the time of NumPy's."""
+    """Return cross products (3, n) of vectors (3, n), in a third of the time of NumPy's."""
     return np.stack(
         [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
     )
@@ -109,7 +109,7 @@ def _dot(a: FloatArray, b: FloatArray) -> FloatArray:
 
 
 def _trilinear(point: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """(8,) shape functions of the cube −1 … 1 at a point, and (8, 3) their derivatives."""
+    """Return shape functions (8,) of the cube −1 … 1 at a point, and their derivatives (8, 3)."""
     factors = 0.5 * (1.0 + CUBE * point)
     x, y, z = factors.T
     slopes = 0.5 * CUBE * np.stack([y * z, z * x, x * y], axis=1)
@@ -170,6 +170,6 @@ def bars(corners: FloatArray) -> Shapes:
 
 
 def longest_edge(corners: FloatArray) -> FloatArray:
-    """(n,) of elements (n, k, 3): the longest way between two corners."""
+    """Return the longest distance (n,) between two corners of elements (n, k, 3)."""
     ways = corners[:, :, None] - corners[:, None]
     return np.asarray(np.sqrt(np.max(np.sum(ways * ways, axis=-1), axis=(1, 2))))

@@ -21,7 +21,7 @@ FACES = {
 
 
 def skin(parts: list[tuple[str, IntArray]]) -> IntArray:
-    """(f, 3) triangles of elements, given by kind and corners.
+    """Return the outer triangles (f, 3) of elements, given by kind and corners.
 
     Faces that two solids share are inside; membranes come as they are.
     """

@@ -18,7 +18,7 @@ _HALVINGS = 30
 
 
 def membrane_gradients(corners: FloatArray) -> FloatArray:
-    """(e, 3, 3) gradients of the corners of triangles (e, 3, 3) at rest, in their planes."""
+    """Return gradients (e, 3, 3) of the corners of triangles (e, 3, 3) at rest, in their planes."""
     one, other = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
     normal = np.cross(one, other)
     normal /= np.sum(normal * normal, axis=1, keepdims=True)
@@ -27,20 +27,20 @@ def membrane_gradients(corners: FloatArray) -> FloatArray:
 
 
 def bar_gradients(corners: FloatArray) -> FloatArray:
-    """(e, 2, 3) gradients of the ends of bars (e, 2, 3) at rest, along them."""
+    """Return gradients (e, 2, 3) of the ends of bars (e, 2, 3) at rest, along them."""
     way = corners[:, 1] - corners[:, 0]
     second = way / np.sum(way * way, axis=1, keepdims=True)
     return np.stack([-second, second], axis=1)
 
 
 def metric(corners: FloatArray, gradients: FloatArray) -> FloatArray:
-    """(e, 3, 3) FᵀF of elements with corners (e, k, 3) and gradients (e, k, 3) at rest."""
+    """Return FᵀF (e, 3, 3) of elements with corners (e, k, 3) and gradients (e, k, 3) at rest."""
     slopes = np.einsum("eai,eaj->eij", corners, gradients)
     return np.einsum("eki,ekj->eij", slopes, slopes)
 
 
 def green(corners: FloatArray, gradients: FloatArray, still: FloatArray) -> FloatArray:
-    """(e, 6) strains xx, yy, zz, xy, yz, xz of elements, the last three those of tensors.
+    """Return Green's strains (e, 6) xx, yy, zz, xy, yz, xz, the last three tensor components.
 
     Parameters
     ----------
@@ -60,7 +60,7 @@ def green(corners: FloatArray, gradients: FloatArray, still: FloatArray) -> Floa
 
 
 def largest_principal(tensors: FloatArray) -> FloatArray:
-    """(n,) the largest principal value of tensors (n, 6).
+    """Return the largest principal value (n,) of tensors (n, 6).
 
     With the mean m, the deviator D and p² = tr D²/6 it is m + p t with the largest root t of
     t³ − 3 t = det(D/p), which is 2 cos θ of Smith (Commun. ACM 4, 1961). Newton's method comes to

@@ -37,7 +37,7 @@ class Apart(NamedTuple):
 def apart(
     elements: IntArray, tables: ElementTables, gradients: FloatArray, still: FloatArray
 ) -> Apart:
-    """The elements of a group, taken apart."""
+    """Return the elements of a group, taken apart."""
     corners = np.arange(elements.size, dtype=np.int32).reshape(elements.shape)
     sums, rows = block_sums(corners, elements.size)
     tables_apart = tables._replace(nodes=nodes_in_lanes(corners), sums=sums)
@@ -45,7 +45,7 @@ def apart(
 
 
 def cauchy(kind: str, corners: FloatArray, forces: FloatArray, across: float) -> FloatArray:
-    """(e, 6) stresses of elements with corners (e, k, 3) and forces (e, k, 3) on them.
+    """Return the stresses (e, 6) of elements with corners (e, k, 3) and forces (e, k, 3) on them.
 
     Of membranes and bars by the thickness or section `across` that they have at rest; zero of those
     that have no area or length left.
@@ -59,7 +59,7 @@ def cauchy(kind: str, corners: FloatArray, forces: FloatArray, across: float) ->
 
 
 def von_mises(stress: FloatArray) -> FloatArray:
-    """(n,) of stresses (n, 6).
+    """Return von Mises' stress (n,) of stresses (n, 6).
 
     >>> von_mises(np.array([[2.0, 0, 0, 0, 0, 0], [0, 0, 0, 1.0, 0, 0]])).round(6).tolist()
     [2.0, 1.732051]

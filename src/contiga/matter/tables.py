@@ -1,16 +1,17 @@
-"""What kernels are told of elements: records of arrays, made once."""
+"""Tables of elements for kernels: records of arrays, made once."""
 
 from __future__ import annotations
 
 from typing import NamedTuple
 
+from contiga.curves.curve_records import Curves
 from contiga.pointer_records import pass_by_pointer
 from contiga.records import FloatArray, IntArray
 
 
 @pass_by_pointer
 class BlockSums(NamedTuple):
-    """Which lanes a block adds up at which of its nodes."""
+    """Lanes that a block adds up at each of its nodes."""
 
     blocks: IntArray
     """(b + 1,) where the rows of a block begin; a row is a node of a block."""
@@ -31,9 +32,11 @@ class ElementTables(NamedTuple):
     measures: FloatArray
     """(b, LANES) volume of solids at rest, area of membranes, length of bars; 0 fills blocks."""
     material: int
-    """Which; numbers are in the kernels `elements_stress_nb`."""
+    """Number of the material in the kernels `elements_stress_nb`."""
     numbers: FloatArray
     """(c,) coefficients of the material."""
+    curves: Curves
+    """Curves of the material."""
     tangent: FloatArray
     """(4,) of membranes: see `Coefficients`; (0,) of others."""
     hourglass: FloatArray
@@ -63,9 +66,11 @@ class ShellTables(NamedTuple):
     weights: FloatArray
     """(b, points · LANES) area at rest; 0 fills blocks."""
     material: int
-    """Which; numbers are in the kernels `elements_stress_nb`."""
+    """Number of the material in the kernels `elements_stress_nb`."""
     numbers: FloatArray
     """(c,) coefficients of the material."""
+    curves: Curves
+    """Curves of the material."""
     tangent: FloatArray
     """(4,) or (0,): see `Coefficients`."""
     bending: FloatArray
@@ -96,7 +101,7 @@ class SlopeTables(NamedTuple):
 
 @pass_by_pointer
 class SlopeOutput(NamedTuple):
-    """What such points write."""
+    """Output of the points that keep slopes."""
 
     partial: FloatArray
     """(n · k, 3) forces on control points."""
@@ -106,7 +111,7 @@ class SlopeOutput(NamedTuple):
 
 @pass_by_pointer
 class Motion(NamedTuple):
-    """What elements are asked at."""
+    """Positions and velocities of the degrees of freedom at the end of a step."""
 
     points: FloatArray
     """(m, 3)."""
@@ -120,7 +125,7 @@ class Motion(NamedTuple):
 
 @pass_by_pointer
 class Memory(NamedTuple):
-    """What the materials of elements remember, columns one after the other in each block."""
+    """Memory of the materials of elements, columns one after the other in each block."""
 
     old: FloatArray
     """(b, c · LANES) at the start of the step."""
@@ -130,7 +135,7 @@ class Memory(NamedTuple):
 
 @pass_by_pointer
 class ElementOutput(NamedTuple):
-    """What elements write."""
+    """Output of elements."""
 
     partial: FloatArray
     """(r, 3) forces on nodes of blocks."""
@@ -138,4 +143,4 @@ class ElementOutput(NamedTuple):
     """(b, 4) strain, hourglass, viscosity, hysteresis of blocks; (b, 4 + LANES) where what each
     element stores is asked for, too."""
     inverted: IntArray
-    """(b,) how many elements of a block have turned inside out."""
+    """(b,) number of elements of a block that have turned inside out."""

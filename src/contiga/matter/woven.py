@@ -7,10 +7,13 @@ from typing import ClassVar
 
 import numpy as np
 
-from contiga.arrays.layout import positive, real
+from contiga.arrays.layout import real
+from contiga.curves.characteristic import Characteristic
+from contiga.curves.curve_records import joined
+from contiga.curves.hysteresis import Hysteresis, hysteresis_of
 from contiga.errors import InputError
 from contiga.matter.coefficients import Coefficients, Reach
-from contiga.matter.curves import CurveLike, as_table, at, max_slope, packed
+from contiga.matter.curves import as_table, max_slope
 from contiga.matter.kernels import bar_nb, membrane_fabric_nb
 from contiga.matter.kernels.elements_stress_nb import BAR, FABRIC
 from contiga.records import FloatArray
@@ -72,28 +75,28 @@ class Fabric:
             )
         put(self, "direction", _direction(self.direction))
         for name in ("warp", "weft"):
-            self._block(name)
+            self._thread(name)
 
-    def _block(self, name: str) -> FloatArray:
+    def _thread(self, name: str) -> Hysteresis:
+        """Return the hysteresis of "warp" or "weft"."""
         loading: FloatArray = getattr(self, name)
         unloading: FloatArray | None = getattr(self, f"{name}_unloading")
-        return _both_curves(loading, unloading, self.hysteresis_slope, name)
+        return _hysteresis(loading, unloading, self.hysteresis_slope, name)
 
     def coefficients(self, kind: str, across: float) -> Coefficients:
         """See `Material`."""
         assert self.weft is not None
         first = [float(table[1, 1] / table[1, 0]) for table in (self.warp, self.weft)]
-        blocks = [self._block(name) for name in ("warp", "weft")]
-        points = [(len(block) - 1) // 6 for block in blocks]
-        head = [across, *(self.compression * slope for slope in first), *points, len(self.shear)]
-        numbers = np.concatenate([head, *blocks, packed(self.shear)])
-        steep = [float(block[0]) for block in blocks]
+        threads = [self._thread(name) for name in ("warp", "weft")]
+        steep = [thread.slope for thread in threads]
+        pressed = [self.compression * slope for slope in first]
+        curves = joined(*(thread.curves for thread in threads), Characteristic(self.shear).pieces)
         tangent = across * np.array([*steep, 0.0, max_slope(self.shear)])
         bending = across * np.array([*first, 0.0, self.shear[1, 1] / self.shear[1, 0]])
         column = membrane_fabric_nb.REACHED
         return Coefficients(
             FABRIC,
-            numbers,
+            np.array([across, *pressed, *steep]),
             max(first),
             max(steep),
             tangent,
@@ -104,6 +107,7 @@ class Fabric:
                 *Reach.of("strain of the weft", self.weft, column + 1),
                 *Reach.of("angle of the shear", self.shear, column + 2),
             ),
+            curves=curves,
         )
 
 
@@ -146,23 +150,24 @@ class Belt:
         put(self, "loading", as_table(self.loading, "loading"))
         if self.unloading is not None:
             put(self, "unloading", as_table(self.unloading, "unloading"))
-        self._block()
+        self._hysteresis()
 
-    def _block(self) -> FloatArray:
-        return _both_curves(self.loading, self.unloading, self.hysteresis_slope, "loading")
+    def _hysteresis(self) -> Hysteresis:
+        curves = self.loading, self.unloading
+        return _hysteresis(*curves, self.hysteresis_slope, "loading")
 
     def coefficients(self, kind: str, across: float) -> Coefficients:
         """See `Material`."""
-        block = self._block()
-        numbers = np.concatenate([[0.0, 0.0, (len(block) - 1) // 6], block])
-        modulus = float(block[0]) / across
+        hysteresis = self._hysteresis()
+        modulus = hysteresis.slope / across
         return Coefficients(
             BAR,
-            numbers,
+            np.array([0.0, 0.0, hysteresis.slope]),
             modulus,
             modulus,
             memory=bar_nb.MEMORY,
             reaches=Reach.of("strain", self.loading, bar_nb.REACHED),
+            curves=hysteresis.curves,
         )
 
 
@@ -177,36 +182,18 @@ def _direction(given: object) -> FloatArray:
     return direction
 
 
-def _both_curves(
-    loading: FloatArray, unloading: CurveLike | None, slope: float | None, name: str
-) -> FloatArray:
-    """K, the loading and the unloading curve as `hysteresis_nb` has them."""
+def _hysteresis(
+    loading: FloatArray, unloading: FloatArray | None, slope: float | None, name: str
+) -> Hysteresis:
+    """Return the hysteresis between two tables; without `unloading` one that loses nothing.
+
+    They must not cross below twice their last strain.
+    """
+    curve = Characteristic(loading, name=name)
     if unloading is None:
-        steep = max_slope(loading)
-        return np.concatenate([[steep], packed(loading), packed(loading)])
-    lower = as_table(unloading, name)
-    if slope is None:
-        raise InputError(
-            "is missing: an unloading curve was given", where="hysteresis_slope", allowed="> 0"
-        )
-    steep = max(max_slope(loading), max_slope(lower))
-    number = positive(slope, "hysteresis_slope")
-    if number < steep * (1.0 - 1e-12):
-        raise InputError(
-            "must not be below the steepest slope of both curves",
-            where="hysteresis_slope",
-            found=number,
-            allowed=f"{steep:.6g} or above",
-        )
-    strain = np.union1d(loading[:, 0], lower[:, 0])
-    strain = np.append(strain, 2.0 * strain[-1])  # beyond their last points too
-    both = [at(table, strain) for table in (loading, lower)]
-    above = both[1] > both[0] * (1.0 + 1e-12)
-    if above.any():
-        raise InputError(
-            f"the unloading is above the loading at the strain {strain[np.argmax(above)]:.6g}",
-            where=name,
-            allowed="curves that do not cross, beyond their last points too",
-        )
-    columns = [np.stack([strain[:-1], values[:-1]], axis=1) for values in both]
-    return np.concatenate([[max(number, steep)], *(packed(column) for column in columns)])
+        return Hysteresis(curve, curve, max_slope(loading))
+    lower = Characteristic(unloading, name=f"{name}_unloading")
+    to = 2.0 * float(max(loading[-1, 0], unloading[-1, 0]))
+    hysteresis = hysteresis_of(curve, lower, slope, to=to)
+    assert hysteresis is not None
+    return hysteresis

@@ -13,7 +13,7 @@ import numpy as np
 
 from contiga.errors import ContigaWarning, InputError
 from contiga.io.out.iso_mme import MmeChannel
-from contiga.io.units import base_factor
+from contiga.io.units import Quantity, base_factor, consistent_size
 from contiga.records import FloatArray
 from contiga.simulation.resampling import FINE, even_times, means, trapezoids
 
@@ -30,20 +30,19 @@ class _Kind(NamedTuple):
 
     dimension: str
     """Physical dimension in a code."""
-    powers: tuple[int, int, int]
-    """Of length, mass and time in its unit."""
+    quantity: Quantity
     unit: str
     """In SI, as the format writes it."""
 
 
 _KINDS = (
-    (r"(?:filtered_)?a([xyz]?)", _Kind("AC", (1, 0, -2), "m/(s*s)")),
-    (r"v([xyz]?)|rate()", _Kind("VE", (1, 0, -1), "m/s")),
-    (r"([xyz])|distance()|elongation()", _Kind("DS", (1, 0, 0), "m")),
-    (r"f([xyz]?)|(?:filtered_)?force()", _Kind("FO", (1, 1, -2), "N")),
-    (r"m([xyz])", _Kind("MO", (2, 1, -2), "Nm")),
-    (r"w([xyz])", _Kind("AV", (0, 0, -1), "rad/s")),
-    (r"angle(?:_([xyz]))?", _Kind("AN", (0, 0, 0), "rad")),
+    (r"(?:filtered_)?a([xyz]?)", _Kind("AC", "acceleration", "m/(s*s)")),
+    (r"v([xyz]?)|rate()", _Kind("VE", "velocity", "m/s")),
+    (r"([xyz])|distance()|elongation()", _Kind("DS", "length", "m")),
+    (r"f([xyz]?)|(?:filtered_)?force()", _Kind("FO", "force", "N")),
+    (r"m([xyz])", _Kind("MO", "moment", "Nm")),
+    (r"w([xyz])", _Kind("AV", "spin", "rad/s")),
+    (r"angle(?:_([xyz]))?", _Kind("AN", "angle", "rad")),
 )
 _RESULTANTS = ("a", "v", "f", "filtered_a")
 
@@ -68,7 +67,8 @@ def channels_of(history: Mapping[str, FloatArray], summary: Mapping[str, Any]) -
     units = summary.get("units") or {}
     if not all(units.get(key) for key in ("length", "mass", "time")):
         raise InputError("the run has no units", where="units", remedy="Run a case file with them")
-    base = [base_factor(units[key], key) for key in ("length", "mass", "time")]
+    names = units["length"], units["mass"], units["time"]
+    second = base_factor(names[2], "time")
     owners = {**(summary.get("sensors") or {}), **(summary.get("springs") or {})}
     if not owners:
         raise InputError(
@@ -78,7 +78,7 @@ def channels_of(history: Mapping[str, FloatArray], summary: Mapping[str, Any]) -
         )
     times, codes = history["time"], _codes(owners)
     shortest = float(np.diff(times).min(initial=np.inf))
-    grid = even_times(times, max(1.0 / (FINE * _FASTEST * base[2]), shortest))
+    grid = even_times(times, max(1.0 / (FINE * _FASTEST * second), shortest))
     channels = []
     left_out = []
     for name, owner in owners.items():
@@ -86,18 +86,17 @@ def channels_of(history: Mapping[str, FloatArray], summary: Mapping[str, Any]) -
             if not np.isfinite(history[f"{name}.{column}"]).all():
                 left_out.append(f"{name}.{column}")
                 continue
-            factor = float(np.prod([b**p for b, p in zip(base, kind.powers, strict=True)]))
             values = history[f"{name}.{column}"]
             if grid is not times and kind.dimension in _OF_INTEGRALS:
                 impulses = trapezoids(times, values[:, None])
                 values = means(grid, times, values[:, None], impulses)[:, 0]
             elif grid is not times:
                 values = np.interp(grid, times, values)
-            values = values * factor
+            values = values * consistent_size(kind.quantity, names)
             cls = str(owner.get("filter")) if column.startswith("filtered_") else ""
             code = codes[name] + kind.dimension + direction + _CLASSES.get(cls, _UNFILTERED)
-            interval = float(grid[-1] - grid[0]) / max(len(grid) - 1, 1) * base[2]
-            start, filter = float(grid[0]) * base[2], cls.removeprefix("CFC") or "NOVALUE"
+            interval = float(grid[-1] - grid[0]) / max(len(grid) - 1, 1) * second
+            start, filter = float(grid[0]) * second, cls.removeprefix("CFC") or "NOVALUE"
             label = f"{name} {column}"
             channels.append(MmeChannel(code, label, kind.unit, start, interval, values, filter))
     if left_out:

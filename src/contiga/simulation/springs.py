@@ -10,10 +10,10 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from contiga.arrays.ordered import length
+from contiga.curves.curve_records import Response
 from contiga.dynamics.belt_devices import Moment
 from contiga.dynamics.nodes import SlaveState
 from contiga.dynamics.slip_rings import SlipRingState, slip
-from contiga.dynamics.spring_curves import Axial
 from contiga.dynamics.springs import SpringState
 from contiga.errors import RunError
 from contiga.records import FloatArray
@@ -135,7 +135,7 @@ def _slips(
     fed = dict.fromkeys(lengths, 0.0)
     slips = dict.fromkeys(system.rings, 0.0)
 
-    def tension(segment: str, more: float) -> Axial:
+    def tension(segment: str, more: float) -> Response:
         spring = system.springs[segment]
         return spring.moved(before[segment], lengths[segment], fed[segment] + more, moment).axial
 

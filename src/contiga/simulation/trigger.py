@@ -6,9 +6,8 @@ import math
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from contiga.arrays.layout import positive, real
+from contiga.arrays.layout import not_negative, positive, real
 from contiga.errors import InputError
-from contiga.laws.law import not_negative
 
 OF_TRIGGERS = ("trigger", "fired")
 """Columns of a trigger: its channel as it sees it, and 1 from when it has fired."""

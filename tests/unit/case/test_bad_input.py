@@ -187,7 +187,7 @@ TABLE = [
         "abscissae go back",
         LAW,
         '{ kind = "force", curve = [[0, 0], [2, 1], [1, 2]] }',
-        "contact[0].law.curve: the abscissae go back or repeat at row 2; found [2.0, 1.0]",
+        "contact[0].law.curve: the values of x go back or repeat at row 2; found [2.0, 1.0]",
         "x strictly increasing",
     ),
     swap(

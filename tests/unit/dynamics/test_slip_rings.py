@@ -9,17 +9,18 @@ import numpy as np
 import pytest
 
 from contiga.belts import SlipRing
+from contiga.curves.curve_records import Response
 from contiga.dynamics.slip_rings import slip
-from contiga.dynamics.spring_curves import Axial
+from contiga.dynamics.spring_law import SLACK
 from contiga.errors import InputError
 
 
-def segment(stiffness: float, stretch: float) -> Callable[[float], Axial]:
+def segment(stiffness: float, stretch: float) -> Callable[[float], Response]:
     """Tension of webbing that is slack below its rest length, over the length fed in."""
 
-    def tension(fed: float) -> Axial:
+    def tension(fed: float) -> Response:
         x = stretch - fed
-        return Axial(stiffness * x, stiffness, 0.0, 0.0) if x > 0.0 else Axial(0.0, 0.0, 0.0, 0.0)
+        return Response(stiffness * x, stiffness, 0.0, 0.0) if x > 0.0 else SLACK
 
     return tension
 

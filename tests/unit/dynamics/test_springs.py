@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
+from contiga.curves.characteristic import Characteristic
 from contiga.dynamics.springs import Spring, SpringState
 from contiga.errors import InputError, RunError
-from contiga.laws.characteristic import Characteristic
 from contiga.rigid import pose
 
 STILL = np.zeros((2, 3))
@@ -275,7 +275,7 @@ def test_names() -> None:
         ({"curve": 1.0, "at": [1, 2, 3]}, "at: must be two finite points"),
         ({"curve": 1.0, "at": [[1, 2, 3], [1, 2]]}, "at: must be two points"),
         ({"curve": 1.0, "at": [[1, 2, 3], [1, 2, np.nan]]}, "at: must be two finite points"),
-        ({"curve": [[0, 0]]}, "curve: a characteristic needs at least two points"),
+        ({"curve": [[0, 0]]}, "curve: .*at least 2 rows"),
         ({"curve": 2.0, "unloading": 1.0}, "hysteresis_slope: is missing"),
         ({"curve": 1.0, "unloading": 2.0, "hysteresis_slope": 5.0}, "unloading: .*above the load"),
         ({"curve": 2.0, "unloading": 1.0, "hysteresis_slope": 1.0}, "hysteresis_slope: must not"),

@@ -57,7 +57,7 @@ def test_factors_there_and_back_are_inverse():
 
 @pytest.mark.parametrize("text", ["", "foo", "3", "mm+", "1/0", "milimetre", None, 5, "()"])
 def test_what_is_no_unit_is_refused(text):
-    with pytest.raises(UnitError, match="not a known unit"):
+    with pytest.raises(UnitError, match="not a known unit of length"):
         length_factor(text, "mm")
 
 
@@ -93,16 +93,55 @@ def test_short_names():
     assert short_name("mile") == "mile"
 
 
-def test_the_units_looked_up_without_pint_are_what_pint_says():
-    for dimension, plain in units._PLAIN.items():
-        for name, factor in plain.items():
-            for spelling in (name, name.upper()):
-                fits = [
-                    float(quantity.to(units._BASE[dimension]).magnitude)
-                    for quantity in units._readings(spelling)
-                    if quantity.check(f"[{dimension}]")
-                ]
-                assert fits[0] == factor == units.base_factor(spelling, dimension)
+def test_the_units_of_the_table_are_what_pint_says() -> None:
+    spelt = {"kmh": "km/h", "t": "tonne", "mil": "thou", "inches": "inch", "feet": "foot"}
+    spelt |= {"Nm": "N*m", "Nmm": "N*mm", "kNm": "kN*m", "kNmm": "kN*mm", "MNm": "MN*m"}
+    spelt |= {"MNmm": "MN*mm", "g": "gram", "G": "g_0", "g0": "g_0", "gn": "g_0", "tonne": "tonne"}
+    for quantity, kind in units.QUANTITIES.items():
+        for name, size in kind.sizes.items():
+            if kind.powers is None or quantity == "ratio":
+                continue
+            other = "g_0" if (quantity, name) == ("acceleration", "g") else spelt.get(name, name)
+            (found,) = {one for one in units._pint_readings(other) if one.powers == kind.powers}
+            assert found.value == pytest.approx(size, rel=1e-15)
+            assert units.si_size(name, quantity) == size
+
+
+@pytest.mark.parametrize(
+    ("unit", "size", "powers"),
+    [
+        ("N/mm^2", 1e6, (-1, 1, -2, 0)),
+        ("kg / (m * s**2)", 1.0, (-1, 1, -2, 0)),
+        ("rad/ms", 1e3, (0, 0, -1, 1)),
+        ("N·mm", 1e-3, (2, 1, -2, 0)),
+        ("mm³", 1e-9, (3, 0, 0, 0)),
+        ("1/s", 1.0, (0, 0, -1, 0)),
+        ("s^-1", 1.0, (0, 0, -1, 0)),
+        ("m/s/(s)", 1.0, (1, 0, -2, 0)),
+    ],
+)
+def test_products_are_read_without_pint(unit: str, size: float, powers: tuple[int, ...]) -> None:
+    found = units._product_of(unit)
+    assert found is not None
+    assert found.value == pytest.approx(size, rel=1e-14)
+    assert found.powers == powers
+    (other,) = units._pint_readings(unit.replace("·", "*"))[:1]
+    assert other.value == pytest.approx(size, rel=1e-14)
+    assert other.powers == powers
+
+
+@pytest.mark.parametrize(
+    "unit", ["m*", "(m", "m)", "/s", "m//s", "2*m", "m^", "m s", "^2", "", "q"]
+)
+def test_what_is_no_product_of_the_table_is_none(unit: str) -> None:
+    assert units._product_of(unit) is None
+
+
+def test_an_angle_counts_and_may_be_left_out_of_a_spin() -> None:
+    assert units.si_size("1/s", "spin") == units.si_size("rad/s", "spin") == 1.0
+    for unit, quantity in (("rad/s", "rate"), ("deg", "ratio"), ("1", "angle")):
+        with pytest.raises(UnitError, match="not a unit of"):
+            units.si_size(unit, quantity)  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize(
@@ -120,6 +159,7 @@ def test_the_units_looked_up_without_pint_are_what_pint_says():
         ("mm/s^2", 0.001),
         ("in/s^2", 0.0254),
         ("km/h/h", 1000.0 / 3600.0**2),
+        ("km/h/s", 1.0 / 3.6),
     ],
 )
 def test_units_of_acceleration(unit: str, si: float) -> None:
@@ -139,15 +179,26 @@ def test_units_of_velocity(unit: str, si: float) -> None:
 @pytest.mark.parametrize(
     ("factor", "unit", "message"),
     [
-        (acceleration_factor, "m/s", "a unit of velocity, not of acceleration; found 'm/s'"),
-        (velocity_factor, "m/s^2", "a unit of acceleration, not of velocity"),
-        (velocity_factor, "g", "a unit of acceleration, not of velocity; .* such as m/s, mm/ms"),
-        (acceleration_factor, "mph", "a unit of velocity, not of acceleration"),
-        (acceleration_factor, "m/s/ms", "not a unit of acceleration"),
-        (acceleration_factor, "", "not a unit of acceleration; found ''"),
-        (acceleration_factor, "N", "not a unit of acceleration; found 'N'.*such as g, m/s"),
-        (velocity_factor, "kg/s", "not a unit of length; found 'kg'"),
-        (velocity_factor, "m/kg", "not a unit of time; found 'kg'"),
+        (
+            acceleration_factor,
+            "m/s",
+            "not a unit of acceleration; found 'm/s'.*It is a unit of velocity",
+        ),
+        (velocity_factor, "m/s^2", "not a unit of velocity; .*It is a unit of acceleration"),
+        (
+            velocity_factor,
+            "g",
+            "not a unit of velocity; .* such as m/s, mm/ms.*It is a unit of mass",
+        ),
+        (acceleration_factor, "mph", "not a unit of acceleration; .*It is a unit of velocity"),
+        (acceleration_factor, "", "not a known unit of acceleration; found ''"),
+        (
+            acceleration_factor,
+            "N",
+            "not a unit of acceleration; found 'N'.*such as g, m/s.*unit of force",
+        ),
+        (velocity_factor, "kg/s", r"not a unit of velocity; found 'kg/s'"),
+        (velocity_factor, "m/kg", "not a unit of velocity; found 'm/kg'"),
     ],
 )
 def test_other_units_are_no_rates(factor, unit: str, message: str) -> None:

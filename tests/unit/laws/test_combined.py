@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from contiga.curves.characteristic import Characteristic
 from contiga.errors import InputError, RunError
-from contiga.laws.characteristic import Characteristic
 from contiga.laws.combined import CombinedLaw, forces_in_series
 from contiga.laws.normal import ForceLaw, StressLaw
 from contiga.records import LawInput

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from contiga.curves.characteristic import Characteristic
 from contiga.errors import InputError
-from contiga.laws.characteristic import Characteristic
 from contiga.laws.combined import CombinedLaw
 from contiga.laws.force import ForceLaw
 from contiga.laws.normal import AdaptiveLaw, PenaltyLaw

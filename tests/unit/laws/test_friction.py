@@ -264,8 +264,8 @@ def test_a_memory_of_another_friction_is_refused() -> None:
         (lambda: Coulomb(0.3, decay=np.inf), "decay: must be finite"),
         (lambda: Coulomb(0.3, stiffness=-1.0), "stiffness: must not be negative"),
         (lambda: ViscousFriction(-0.3, 1.0), "coefficient: must not be negative"),
-        (lambda: ViscousFriction(0.3, 0.0), "speed: must be above zero"),
-        (lambda: ViscousFriction(0.3, np.inf), "speed: must be finite"),
+        (lambda: ViscousFriction(0.3, 0.0), "speed: must be positive"),
+        (lambda: ViscousFriction(0.3, np.inf), "speed: must be positive"),
     ],
 )
 def test_a_wrong_option_is_refused_by_name(make, message: str) -> None:

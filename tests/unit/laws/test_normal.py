@@ -162,16 +162,16 @@ def test_adaptive_gives_no_force_at_the_start_and_refuses_a_slave_without_mass()
 @pytest.mark.parametrize(
     ("make", "message"),
     [
-        (lambda: StressLaw(1.0, 0.0), "thickness: must be above zero; found 0.0"),
-        (lambda: StressLaw(1.0, -1.0), "thickness: must be above zero"),
-        (lambda: StressLaw(1.0, np.nan), "thickness: must be finite"),
+        (lambda: StressLaw(1.0, 0.0), "thickness: must be positive; found 0.0"),
+        (lambda: StressLaw(1.0, -1.0), "thickness: must be positive"),
+        (lambda: StressLaw(1.0, np.nan), "thickness: must be positive"),
         (lambda: StressLaw(1.0, "thick"), "thickness: must be a number"),
         (lambda: StressLaw(1.0, 1.0, damping=-1), "damping: must not be negative"),
-        (lambda: StressLaw([[1, 0], [0, 1]], 1.0), "elastic: the abscissae go back"),
-        (lambda: StressLaw(1.0, 1.0, damping_curve=[[0, 0]]), "damping_curve: .*two points"),
-        (lambda: StressLaw(1.0, 1.0, amplification=[[0, 0]]), "amplification: .*two points"),
-        (lambda: PenaltyLaw(0.0), "stiffness: must be above zero"),
-        (lambda: AdaptiveLaw(-0.1), "scale: must be above zero"),
+        (lambda: StressLaw([[1, 0], [0, 1]], 1.0), "elastic: the values of x go back"),
+        (lambda: StressLaw(1.0, 1.0, damping_curve=[[0, 0]]), "damping_curve: .*at least 2 rows"),
+        (lambda: StressLaw(1.0, 1.0, amplification=[[0, 0]]), "amplification: .*at least 2 rows"),
+        (lambda: PenaltyLaw(0.0), "stiffness: must be positive"),
+        (lambda: AdaptiveLaw(-0.1), "scale: must be positive"),
     ],
 )
 def test_a_wrong_option_is_refused_by_name(make, message: str) -> None:

@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 from tests.unit.matter import rig
 
+from contiga.curves.characteristic import Characteristic
 from contiga.errors import InputError
 from contiga.materials import Fabric
 from contiga.matter import Assembled
-from contiga.matter.curves import as_table, at
 
 WARP = [[0.0, 0.0], [0.05, 0.1], [0.4, 3.0]]
 GOOD: dict[str, Any] = {"warp": WARP, "weft": 2.0, "shear": 0.3, "direction": [1.0, 0.0, 0.0]}
@@ -42,7 +42,7 @@ def test_each_direction_carries_its_own_strain(turned: float) -> None:
     matter = square(direction=turn[:, 0])
     deform = turn @ strained(0.2, 0.1, 0.05) @ turn.T
     force, energy = rig.still(matter, NODES @ deform.T)
-    f = at(as_table(WARP, ""), np.array([0.2]))[0]
+    f = Characteristic(WARP)(np.array([0.2]))[0]
     stress = np.zeros((3, 3))
     stress[:2, :2] = [[f, 0.03], [0.03, 0.2]]
     expected = 0.2 * deform @ turn @ stress @ turn.T
@@ -101,7 +101,7 @@ def test_its_stiffness_is_bounded_by_the_steepest_curves() -> None:
 @pytest.mark.parametrize(
     ("change", "says"),
     [
-        ({"warp": [[0, 0], [0.1, 2], [0.2, 1]]}, "warp: stress falls"),
+        ({"warp": [[0, 0], [0.1, 2], [0.2, 1]]}, "warp: the stress falls"),
         ({"direction": [0.0, 0.0, 0.0]}, "no length"),
         ({"direction": [1.0, 0.0]}, "no direction"),
         ({"compression": -0.1}, "share"),

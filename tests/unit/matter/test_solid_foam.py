@@ -9,10 +9,10 @@ import pytest
 from scipy.spatial.transform import Rotation
 from tests.unit.matter import rig
 
+from contiga.curves.characteristic import Characteristic
 from contiga.errors import InputError
 from contiga.materials import Foam
 from contiga.matter import Assembled, MatterState
-from contiga.matter.curves import as_table, at
 
 CURVE = [[0.0, 0.0], [0.05, 0.1], [0.6, 0.2], [0.9, 3.0]]
 
@@ -50,12 +50,12 @@ def test_stress_follows_the_curve_along_each_principal_axis() -> None:
     axes = Rotation.from_rotvec([1.0, 0.2, -0.4]).as_matrix()
     deform = turn @ axes @ np.diag(stretch) @ axes.T
     force, energy = rig.still(matter, matter.nodes @ deform.T)
-    table = as_table(CURVE, "loading")
-    stress = np.append(-at(table, 1.0 - stretch[:2]), 4.0 * 0.2)
+    table = Characteristic(CURVE)
+    stress = np.append(-table(1.0 - stretch[:2]), 4.0 * 0.2)
     expected = turn @ axes @ np.diag(stress) @ axes.T
     # P = −Σ f ⊗ X over a unit cube
     np.testing.assert_allclose(-force.T @ matter.nodes, expected, atol=1e-13)
-    half = 0.5 * 0.05 * 0.1 + 0.5 * 0.45 * (0.1 + at(table, np.array([0.5]))[0])
+    half = 0.5 * 0.05 * 0.1 + 0.5 * 0.45 * (0.1 + table(np.array([0.5]))[0])
     assert energy == pytest.approx(half + 0.5 * 2.0 * 0.03**2 + 0.5 * 4.0 * 0.04, rel=1e-12)
 
 
@@ -105,10 +105,10 @@ def test_rates_add_what_their_tables_have_more() -> None:
         dt = 0.3 / rate / 400.0
         slow = cube(rates=RATES, filter=5.0 * dt)
         _, force, _ = pressed(slow, slow.start(), np.linspace(0.0, 0.3, 401)[1:], dt)
-        tables = [at(as_table(table, ""), np.array([0.3]))[0] for _, table in RATES]
+        tables = [Characteristic(table)(np.array([0.3]))[0] for _, table in RATES]
         assert force[-1] == pytest.approx(np.dot(shares, tables), rel=1e-9)
     _, force, _ = pressed(matter, matter.start(), np.array([0.1, 0.2, 0.3]), 1e9)
-    assert force[-1] == pytest.approx(at(as_table(CURVE, ""), np.array([0.3]))[0], rel=1e-6)
+    assert force[-1] == pytest.approx(Characteristic(CURVE)(np.array([0.3]))[0], rel=1e-6)
 
 
 def test_what_a_rate_takes_closes_the_balance() -> None:
@@ -134,8 +134,8 @@ def test_each_axis_has_its_own_rate() -> None:
         answer = matter.forces(state, q, (q - before) / dt, dt)
         state = answer.state
     force = [-float(answer.force[matter.nodes[:, k] == 1.0, k].sum()) for k in range(3)]
-    at_rest = at(as_table(CURVE, ""), np.array([0.4, 0.5]))
-    fast = at(as_table(RATES[1][1], ""), np.array([0.4]))[0]  # its rate is above the last table's
+    at_rest = Characteristic(CURVE)(np.array([0.4, 0.5]))
+    fast = Characteristic(RATES[1][1])(np.array([0.4]))[0]  # its rate is above the last table's
     np.testing.assert_allclose(-np.array(force), [fast, at_rest[1], 0.0], rtol=1e-9, atol=1e-12)
 
 

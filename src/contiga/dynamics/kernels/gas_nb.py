@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
+from contiga.curves.kernels.curve_nb import curve_at
 from contiga.dynamics.kernels.gases_nb import (
     capacity_of,
     constant_of,
@@ -22,9 +23,9 @@ from contiga.jit import inner, kernel
 
 MAX_SHARE = 0.02
 """Largest share of a chamber's mass that flows in one substep."""
-NEAR = 1e-3
+SMALL_DIFFERENCE = 1e-3
 """Relative pressure difference below which the flow is proportional to its square root."""
-EVEN = 1e-14
+EQUAL = 1e-14
 """Relative pressure difference below which nothing flows."""
 TEMPERATURE_TOL = 1e-9
 """Relative correction of a temperature at which Newton's method ends: the error is its square."""
@@ -40,18 +41,6 @@ class Flow(NamedTuple):
     """Pressure inside minus pressure outside."""
     source: int
     """Row whose gas flows."""
-
-
-@inner(error_model="numpy")
-def _value(tables, k, at):
-    """Interpolate table k of a `Joined` linearly at `at`; constant beyond its ends."""
-    x, y, first, stop = tables.x, tables.y, tables.rows[k], tables.rows[k + 1]
-    if at <= x[first]:
-        return y[first]
-    for j in range(first + 1, stop):
-        if at < x[j]:
-            return y[j - 1] + (y[j] - y[j - 1]) * ((at - x[j - 1]) / (x[j] - x[j - 1]))
-    return y[stop - 1]
 
 
 @inner(error_model="numpy")
@@ -124,8 +113,8 @@ def _flow(tables, now, o, here, there, time):
             now.is_open[o] = 1.0
         if now.is_open[o] > 0.0 and since >= openings.opens_after[o]:
             at = since if openings.over_time[o] else excess
-            area = now.exposed[o] * _value(openings.areas, o, at)
-    if area == 0.0 or abs(excess) <= EVEN * high:
+            area = now.exposed[o] * curve_at(openings.areas, o, at).value
+    if area == 0.0 or abs(excess) <= EQUAL * high:
         return Flow(0.0, excess, source)
     masses, temperature = now.masses[source], now.temperature[source]
     constant = constant_of(gases, masses)
@@ -195,7 +184,7 @@ def _flow_through(tables, now, o, time, dt):
             least_mass = min(least_mass, mass_of(now.masses[there]))
         fall *= abs(rate)
         linear_time = abs(excess) / fall if fall > 0.0 else math.inf
-        if abs(excess) <= NEAR * _pressure(gases, now, here):
+        if abs(excess) <= SMALL_DIFFERENCE * _pressure(gases, now, here):
             # By the square root law the pressures equalise after twice the linear time.
             share = 0.5 * remaining / linear_time
             mass = rate * (linear_time if share >= 1.0 else 0.5 * remaining * (2.0 - share))
@@ -225,15 +214,15 @@ def _blow_in(tables, now, i, time, dt):
     """Add the gas of inflator i in a step `dt` with its middle at `time`."""
     gases, inflators = tables.gases, tables.inflators
     at, rates = time - now.fired[i], inflators.rates
-    first, last = rates.rows[i], rates.rows[i + 1] - 1
+    first, last = rates.first[i], rates.first[i + 1] - 1
     if first < last and not rates.x[first] <= at <= rates.x[last]:
         return  # nothing flows beyond the ends of a table; a single number holds at all times
     if inflators.waits[i] and at < 0.0:
         return
-    mass = dt * _value(rates, i, at)
+    mass = dt * curve_at(rates, i, at).value
     if mass == 0.0:
         return
-    temperature = _value(inflators.temperatures, i, at)
+    temperature = curve_at(inflators.temperatures, i, at).value
     for g in range(now.moved.shape[0]):
         now.moved[g] = mass * inflators.shares[i, g]
     heat = enthalpy_of(gases, now.moved, temperature)

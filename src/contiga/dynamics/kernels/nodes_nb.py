@@ -62,7 +62,8 @@ def _three_of_each(mass, out):
 
 @inner()
 def _accelerations(masses, acting, place, rows, out):
-    """Those of numbers from `first` on, place = (first, that in the list); returns the next one.
+    """Write the accelerations from number `first` on, place = (first, its row in the list), and
+    return the next row.
 
     `rows` are gravity, again and again, zeros, and what masses are written into.
     """
@@ -142,7 +143,7 @@ def _energy(led, first, speeds, rows, square):
 
 @kernel()
 def accelerate(masses, acting, out, start, stop):
-    """(n, 3) accelerations of nodes start … stop."""
+    """Write the accelerations (n, 3) of nodes start … stop."""
     rows, flat = (scratch(BLOCK), zero_scratch(BLOCK), scratch(BLOCK)), out.reshape(-1)
     _in_a_row(acting.gravity, rows[0])
     j = count_below(acting.rows, start)

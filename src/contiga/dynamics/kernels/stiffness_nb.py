@@ -1,4 +1,4 @@
-"""How stiff contacts hold a body, and the fastest of its vibrations."""
+"""Stiffness of the contacts of a body, and its fastest vibration."""
 
 from __future__ import annotations
 

@@ -25,14 +25,14 @@ def _dot(a, b):
 
 @inner()
 def _tangential(v, normal):
-    """The part of `v` in the plane across the unit `normal`."""
+    """Return the part of `v` in the plane across the unit `normal`."""
     along = _dot(v, normal)
     return v[0] - along * normal[0], v[1] - along * normal[1], v[2] - along * normal[2]
 
 
 @inner()
 def _carried(v, before, now):
-    """`v` turned by the smallest rotation that takes the unit normal `before` to `now`.
+    """Turn `v` by the smallest rotation that takes the unit normal `before` to `now`.
 
     For vectors across the old normal that is the reflection in the plane across the sum of both,
     which keeps lengths to rounding. Where the normals are opposite there is no smallest rotation:
@@ -47,7 +47,7 @@ def _carried(v, before, now):
 
 @inner()
 def _slid(path, before, now):
-    """The tangential part of a step's path: the mean of what the planes at its two ends see.
+    """Return the tangential part of a step's path: the mean of those in the planes at its two ends.
 
     One plane alone would see a way back as another than the way there where the normal turns while
     the point goes deeper: sticking points would creep, and the work be of first order.
@@ -58,7 +58,7 @@ def _slid(path, before, now):
 
 @inner()
 def _energy(traction, stiffness):
-    """t²/(2 k), zero without a spring."""
+    """Return the spring energy t²/(2 k), zero without a spring."""
     return 0.5 * _dot(traction, traction) / stiffness if stiffness > 0.0 else 0.0
 
 
@@ -129,7 +129,7 @@ def viscous(inp, coefficient, speed, out, start, stop):
 
 @inner()
 def _with(changes, k, j):
-    """Direction j of the changes (n, 3, m) of vectors, at point k; zero where there are none."""
+    """Return direction j of the changes (n, 3, m) of vectors at point k; zero without changes."""
     if changes.shape[0] == 0:
         return 0.0, 0.0, 0.0
     return changes[k, 0, j], changes[k, 1, j], changes[k, 2, j]
@@ -137,7 +137,7 @@ def _with(changes, k, j):
 
 @inner()
 def _tangential_with(v, dv, normal, turn):
-    """How `_tangential` changes with v by `dv` and with the normal by `turn`."""
+    """Return the change of `_tangential` with v by `dv` and with the normal by `turn`."""
     along = _dot(v, normal)
     more = _dot(dv, normal) + _dot(v, turn)
     return (
@@ -149,7 +149,7 @@ def _tangential_with(v, dv, normal, turn):
 
 @inner()
 def _carried_with(v, dv, before, now, turn):
-    """How `_carried` changes with v by `dv` and with the normal `now` by `turn`."""
+    """Return the change of `_carried` with v by `dv` and with the normal `now` by `turn`."""
     both = before[0] + now[0], before[1] + now[1], before[2] + now[2]
     square = _dot(both, both)
     scale = 2.0 / square if square > 0.0 else 0.0
@@ -167,7 +167,7 @@ def _carried_with(v, dv, before, now, turn):
 
 @inner()
 def _slid_with(path, step, before, now, turn):
-    """How `_slid` changes with the path by `step` and with the normal `now` by `turn`."""
+    """Return the change of `_slid` with the path by `step` and with the normal `now` by `turn`."""
     a = _carried_with(path, step, before, now, turn)
     b = _tangential_with(path, step, now, turn)
     return 0.5 * (a[0] + b[0]), 0.5 * (a[1] + b[1]), 0.5 * (a[2] + b[2])
@@ -175,7 +175,7 @@ def _slid_with(path, step, before, now, turn):
 
 @inner()
 def _speed_with(v, dv, normal, turn):
-    """Speed across a normal, and its change; none from rest, where it has no derivative."""
+    """Return the speed across a normal and its change, zero at rest, where it has no derivative."""
     across = _tangential(v, normal)
     speed = math.sqrt(_dot(across, across))
     if speed == 0.0:

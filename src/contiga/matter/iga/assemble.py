@@ -1,4 +1,4 @@
-"""From spline surfaces and a material to a shell as matter."""
+"""Assembly of spline surfaces and a material to a shell as matter."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from contiga.arrays.layout import one_of, positive
+from contiga.arrays.layout import not_negative, one_of, positive
 from contiga.errors import InputError
 from contiga.matter.blocks import block_sums, in_lanes, node_sums, nodes_in_lanes
 from contiga.matter.coefficients import Coefficients, Material
@@ -100,7 +100,7 @@ def assemble_shell(
             allowed="one for membranes: Elastic, NeoHooke, Fabric",
         )
     density, thickness = positive(density, "density"), positive(thickness, "thickness")
-    share = _not_negative(bending, "bending")
+    share = not_negative(bending, "bending")
     net = surfaces if isinstance(surfaces, Net) else join(surfaces, tolerance)
     straight_lines = [piece.patch for piece in net.pieces if min(piece.degrees) < 2]
     if share > 0.0 and straight_lines:
@@ -187,7 +187,7 @@ def _section(coefficients: Coefficients, thickness: float, share: float, layers:
 def _groups(
     net: Net, section: _Section, rule: int | None, along: FloatArray | None
 ) -> tuple[list[ShellGroup], FloatArray, list[IntArray]]:
-    """All elements as kernels take them, areas of control points, and the nodes of their rows."""
+    """Return all elements as kernels take them, areas of control points, and the nodes of rows."""
     area = np.zeros(len(net.points))
     kinds: dict[tuple[int, int], list[_Elements]] = {}
     for piece in net.pieces:
@@ -224,8 +224,8 @@ def _group(
     first: int,
     remembered: int,
 ) -> tuple[ShellGroup, IntArray]:
-    """Elements as kernels take them, rows and memory from `first` and `remembered` on, and the
-    control points of their rows."""
+    """Return elements as kernels take them, rows and memory from `first` and `remembered` on, and
+    the control points of their rows."""
     count, points = elements.weights.shape
     sums, nodes_of_rows = block_sums(elements.control, n_nodes)
     material = section.coefficients
@@ -237,6 +237,7 @@ def _group(
         in_lanes(elements.weights, np.zeros(points)),
         material.stage,
         material.numbers,
+        material.curves,
         material.tangent,
         section.bending,
         section.layers,
@@ -246,10 +247,3 @@ def _group(
     rows = slice(first, first + len(nodes_of_rows))
     memory = slice(remembered, remembered + kept)
     return ShellGroup(elements.control, elements.values, tables, rows, memory), nodes_of_rows
-
-
-def _not_negative(value: float, where: str) -> float:
-    number = float(value)
-    if not 0.0 <= number < np.inf:
-        raise InputError("must be 0 or more", where=where, found=value, allowed="a finite number")
-    return number

@@ -125,7 +125,7 @@ def at_rest(net: Net, at: BasisAt, along: FloatArray | None) -> AtRest:
 
 
 def _along_axes(values: FloatArray, axes: FloatArray) -> FloatArray:
-    """(k, c, 5) derivatives along axes, of those in u and v."""
+    """Return derivatives (k, c, 5) along axes, from those in u and v."""
     (u_1, u_2), (v_1, v_2) = axes[:, 0].T[:, :, None], axes[:, 1].T[:, :, None]
     n_u, n_v, n_uu, n_vv, n_uv = (values[:, k] for k in (U, V, UU, VV, UV))
     rows = [

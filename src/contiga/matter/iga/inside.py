@@ -1,4 +1,4 @@
-"""What shells tell of their inside: stress, strain and stored energy."""
+"""Stress, strain and stored energy of shells."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from contiga.records import FloatArray
 
 
 class GaussPoints(NamedTuple):
-    """What e elements have at their g Gauss points, in axes of the rest surface there."""
+    """Strains, forces and moments of e elements at g Gauss points, in axes of the rest surface."""
 
     axes: FloatArray
     """(e, g, 3, 2) F = [f₁, f₂], what has become of the axes."""
@@ -31,7 +31,7 @@ class GaussPoints(NamedTuple):
 
 
 def gauss_points(blocks: FloatArray, elements: int) -> GaussPoints:
-    """From what kernels write (b, points · INSIDE · LANES)."""
+    """Return the record of rows (b, points · INSIDE · LANES) that kernels write."""
     rows = blocks.reshape(len(blocks), -1, INSIDE, LANES).transpose(0, 3, 1, 2)
     each = rows.reshape(-1, *rows.shape[2:])[:elements]
     axes = each[..., :6].reshape(*each.shape[:2], 3, 2)
@@ -40,7 +40,7 @@ def gauss_points(blocks: FloatArray, elements: int) -> GaussPoints:
 
 
 def fields_at(now: GaussPoints, rest: GaussPoints, thickness: float, height: float) -> FloatArray:
-    """(e, g, 13) columns of `ElementFields` at a height, −1 … 1 of half the thickness.
+    """Return columns (e, g, 13) of `ElementFields` at a height, −1 … 1 of half the thickness.
 
     Stresses are by the thickness at rest, linear across it by the moment.
     """
@@ -56,12 +56,12 @@ def fields_at(now: GaussPoints, rest: GaussPoints, thickness: float, height: flo
 
 
 def as_fields(columns: FloatArray) -> ElementFields:
-    """A record of (n, 13) columns."""
+    """Return columns (n, 13) as a record."""
     return ElementFields(columns[:, :6], columns[:, 6:12], columns[:, 12])
 
 
 def _in_space(axes: FloatArray, tensor: FloatArray) -> FloatArray:
-    """(…, 6) T = Σ T_ij f_i ⊗ f_j of axes (…, 3, 2) and T₁₁, T₂₂, T₁₂ (…, 3)."""
+    """Return T = Σ T_ij f_i ⊗ f_j (…, 6) of axes (…, 3, 2) and T₁₁, T₂₂, T₁₂ (…, 3)."""
     a, b = axes[..., 0], axes[..., 1]
     one, two, both = (tensor[..., k] for k in range(3))
     columns = [

@@ -53,7 +53,7 @@ class ShellGroup(NamedTuple):
     rows: slice
     """Of the table that all groups write sums of blocks to."""
     memory: slice
-    """Of what all groups remember."""
+    """Part of the memory of all groups."""
 
 
 class Shell:
@@ -79,17 +79,17 @@ class Shell:
 
     @property
     def nodes(self) -> FloatArray:
-        """(m, 3) control points at rest."""
+        """Control points (m, 3) at rest."""
         return self.net.points
 
     @property
     def facets(self) -> IntArray:
-        """(f, 3) triangles between the points of contact."""
+        """Triangles (f, 3) between the points of contact."""
         return self.contact.facets
 
     @property
     def areas(self) -> FloatArray:
-        """(n,) area at rest that each point of contact stands for."""
+        """Area (n,) at rest that each point of contact stands for."""
         return self.contact.weight
 
     def points(self, q: FloatArray) -> FloatArray:
@@ -163,7 +163,7 @@ class Shell:
         return np.asarray(self._at_nodes(partial).max(axis=1))
 
     def tangent(self, state: MatterState) -> csr_array:
-        """(3 m, 3 m) stiffness −∂f/∂q at the state's points, x, y and z of each control point.
+        """Return the stiffness (3 m, 3 m) −∂f/∂q at a state, rows x, y, z of each control point.
 
         Of materials that have no tangent of their own (cloth that carries no compression, fabric)
         it is one that no state of theirs is stiffer than: Newton's method then takes more steps.
@@ -208,8 +208,8 @@ class Shell:
         return [self._inside(group, state) for group in self.groups]
 
     def pressure(self, q: FloatArray) -> FloatArray:
-        """(m, 3) forces of a pressure of one along S_u × S_v at Gauss's points, which follows the
-        surface."""
+        """Return the forces (m, 3) of a pressure of one along S_u × S_v at Gauss's points, which
+        follows the surface."""
         there = self._gauss
         return there.spread(there.measure[:, None] * there.normals(q))
 
@@ -229,7 +229,7 @@ class Shell:
     def _columns(
         self, group: ShellGroup, state: MatterState, height: float
     ) -> tuple[FloatArray, FloatArray]:
-        """(e, g, 13) fields at Gauss points, and (e, g) the areas of these at rest."""
+        """Return fields (e, g, 13) at Gauss points, and their areas (e, g) at rest."""
         now, rest = self._inside(group, state), self._inside(group, self.start())
         lanes = group.tables.weights.reshape(-1, group.tables.points, LANES)
         weights = lanes.transpose(0, 2, 1).reshape(-1, group.tables.points)
@@ -237,7 +237,7 @@ class Shell:
         return columns, weights[: len(group.elements)]
 
     def _stiffness_of(self, group: ShellGroup, state: MatterState) -> FloatArray:
-        """(b, pairs · 9 · LANES) of a group."""
+        """Return the stiffness (b, pairs · 9 · LANES) of a group."""
         blocks, count = len(group.tables.nodes), group.elements.shape[1]
         motion = Motion(locked(state.points), locked(state.points), 0.0, np.zeros(0))
         out = np.empty((blocks, count * (count + 1) // 2 * 9 * LANES))
@@ -248,7 +248,7 @@ class Shell:
         return out
 
     def _slope_stiffness(self, state: MatterState) -> FloatArray:
-        """(n, 3 k, 3 k) of the points that keep slopes."""
+        """Return the stiffness (n, 3 k, 3 k) of the points that keep slopes."""
         assert self._slopes is not None
         count, size = self._slopes.nodes.shape
         out = np.empty((count, 3 * size, 3 * size))
@@ -273,7 +273,7 @@ class _Entries(NamedTuple):
 
 
 def _block_entries(group: ShellGroup, pairs: FloatArray) -> _Entries:
-    """Of the pairs I ≤ J of blocks of lanes."""
+    """Return the entries of pairs I ≤ J in blocks of lanes."""
     n, k = group.elements.shape
     lanes = pairs.reshape(len(pairs), -1, 3, 3, LANES)
     each = np.moveaxis(lanes, 4, 1).reshape(len(pairs) * LANES, -1, 3, 3)[:n]
@@ -296,14 +296,14 @@ def _flattened(entries: _Entries) -> tuple[NDArray[Any], NDArray[Any], NDArray[A
 
 
 def _memory(group: ShellGroup, state: MatterState, new: FloatArray) -> Memory:
-    """A group's part of what a state remembers, and of what is written."""
+    """Return a group's part of the memory of a state, and of the one to write."""
     blocks = len(group.tables.nodes)
     old = state.memory[group.memory].reshape(blocks, -1)
     return Memory(locked(old), new[group.memory].reshape(blocks, -1))
 
 
 def _flat(group: ShellGroup, now: GaussPoints, q: FloatArray) -> ElementError:
-    """The first element without a normal, and where it is."""
+    """Return the error of the first element without a normal."""
     area = np.cross(now.axes[..., 0], now.axes[..., 1])
     flat = np.flatnonzero(~(np.sum(area * area, axis=-1) > 0.0).all(axis=1))
     place = q[group.elements[flat[0]]].mean(axis=0)

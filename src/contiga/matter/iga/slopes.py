@@ -1,4 +1,4 @@
-"""What keeps the slope of a shell: across the joints of its patches, and at planes of symmetry."""
+"""Springs that keep the slope of a shell across joints of patches and at planes of symmetry."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from contiga.patches.net import Net, on_net
 from contiga.patches.pieces import Piece, edge_parameters, rows_from
 from contiga.records import FloatArray
 
-LEAST, FREE = 10.0, 2.0
+MIN_STIFFNESS, FREE = 10.0, 2.0
 """Of springs whose stiffness is not given: a tenth of an element turns as much as they do at most;
 with twice the square of width over thickness they shorten no critical step."""
 NUDGE = 1e-5
@@ -71,19 +71,19 @@ class _Side(NamedTuple):
 
 
 class Bending(NamedTuple):
-    """What springs are made of."""
+    """Stiffness of the springs."""
 
     rigidity: float
     """E t³/12 of the shell, moment · length."""
     thickness: float
     stiffness: float | None
-    """In parts of what an element resists by, its rigidity over its width; None for as much as is
-    no stiffer than the element in its plane, and `LEAST` at least."""
+    """Stiffness as a multiple of that of an element, rigidity by width; None for the largest one
+    no stiffer than the element in its plane, and `MIN_STIFFNESS` at least."""
 
     def over(self, width: FloatArray) -> FloatArray:
-        """(k,) moment by radian and length, of elements of widths (k,)."""
+        """Return the moment by radian and length (k,) for elements of widths (k,)."""
         if self.stiffness is None:
-            parts = np.maximum(LEAST, FREE * (width / self.thickness) ** 2)
+            parts = np.maximum(MIN_STIFFNESS, FREE * (width / self.thickness) ** 2)
         else:
             parts = np.full(len(width), self.stiffness)
         return parts * self.rigidity / width
@@ -178,7 +178,7 @@ def _towards(side: _Side, normal: FloatArray, bending: Bending) -> _Springs:
 
 
 def _together(parts: Sequence[_Springs]) -> SlopeTables:
-    """One table; control points that fill rows up have a basis of zero."""
+    """Return one table; control points that fill rows up have a basis of zero."""
     most = max(part.basis.shape[2] for part in parts)
     nodes, basis = [], []
     for part in parts:

@@ -8,15 +8,15 @@ from __future__ import annotations
 
 import math
 
+from contiga.curves.kernels.hysteresis_nb import hysteretic
 from contiga.jit import inner
-from contiga.matter.kernels.hysteresis_nb import hysteretic
 from contiga.matter.kernels.lanes_nb import CORNERS, ENERGY, HYSTERESIS, LANES
 
 X, W, LOST = CORNERS * LANES, ENERGY * LANES, HYSTERESIS * LANES
 CORNER = 3 * LANES
-# Coefficients: stiffness E A in tension and in compression, how many points the curves have (0
-# where there are none), then K and the curves; beside the curves there is no stiffness in tension.
-TENSION, COMPRESSION, POINTS, TABLE = 0, 1, 2, 3
+# Coefficients: stiffness E A in tension and in compression, and the slope K of hysteresis between
+# the loading and the unloading curve: 0 without curves, beside which there is no stiffness.
+TENSION, COMPRESSION, SLOPE = 0, 1, 2
 REACHED = 2
 MEMORY = 3
 """Strain, force and the largest strain, of bars by curves."""
@@ -24,7 +24,7 @@ MEMORY = 3
 
 @inner()
 def _way(bank, lane):
-    """From the first to the second node, and how long that is."""
+    """Return the vector from the first to the second node, and its length."""
     at = X + lane
     x = bank[at + CORNER] - bank[at]
     y = bank[at + CORNER + LANES] - bank[at + LANES]
@@ -33,32 +33,31 @@ def _way(bank, lane):
 
 
 @inner(linked=False)
-def bar_forces(bank, numbers, inverse_lengths, old, new):
+def bar_forces(bank, numbers, curves, inverse_lengths, old, new):
     """Forces in place of the nodes, energies by length at rest, and the new memory."""
-    n = int(numbers[POINTS])
+    slope = numbers[SLOPE]
     for lane in range(LANES):
         x, y, z, length = _way(bank, lane)
         strain = length * inverse_lengths[lane] - 1.0
         linear = numbers[TENSION] if strain > 0.0 else numbers[COMPRESSION]
         force = linear * strain
         energy = 0.5 * force * strain
-        if n > 0:
-            before = old[lane], old[LANES + lane]
-            pull, stored, lost = hysteretic(numbers, TABLE, n, strain, before)
+        if slope > 0.0:
+            at = hysteretic(curves, 0, slope, old[lane], old[LANES + lane], strain)
             new[lane] = strain
-            new[LANES + lane] = pull
+            new[LANES + lane] = at.force
             new[REACHED * LANES + lane] = max(old[REACHED * LANES + lane], strain)
-            force, energy = force + pull, energy + stored
-            bank[LOST + lane] = lost
+            force, energy = force + at.force, energy + at.stored
+            bank[LOST + lane] = at.lost
         bank[W + lane] = energy
         along = force / length if length > 0.0 else 0.0
-        at = X + lane
-        bank[at] = along * x
-        bank[at + LANES] = along * y
-        bank[at + 2 * LANES] = along * z
-        bank[at + CORNER] = -along * x
-        bank[at + CORNER + LANES] = -along * y
-        bank[at + CORNER + 2 * LANES] = -along * z
+        row = X + lane
+        bank[row] = along * x
+        bank[row + LANES] = along * y
+        bank[row + 2 * LANES] = along * z
+        bank[row + CORNER] = -along * x
+        bank[row + CORNER + LANES] = -along * y
+        bank[row + CORNER + 2 * LANES] = -along * z
 
 
 @inner(linked=False)
@@ -67,9 +66,7 @@ def bar_rows(bank, numbers, inverse_lengths, measures):
 
     k and N are those of the stiffest line, K, in tension: no less than any the bar has.
     """
-    stiff = max(numbers[TENSION], numbers[COMPRESSION])
-    if numbers[POINTS] > 0.0:
-        stiff = max(stiff, numbers[TABLE])
+    stiff = max(numbers[TENSION], numbers[COMPRESSION], numbers[SLOPE])
     for lane in range(LANES):
         x, y, z, length = _way(bank, lane)
         filled = 1.0 if measures[lane] > 0.0 else 0.0

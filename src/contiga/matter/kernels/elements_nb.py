@@ -125,7 +125,8 @@ def triangles(motion, tables, memory, out, start, stop):
         gather(motion.points, tables.nodes[b], 3, bank)
         triangle_gradient(bank, gradients)
         green_strain(bank)
-        membrane_stress(bank, tables.material, tables.numbers, memory.old[b], memory.new[b])
+        old, new = memory.old[b], memory.new[b]
+        membrane_stress(bank, tables.material, tables.numbers, tables.curves, old, new)
         first_stress(bank)
         _account(bank, areas, out.energy[b])
         triangle_forces(bank, gradients, areas)
@@ -140,7 +141,8 @@ def bars(motion, tables, memory, out, start, stop):
     for b in range(start, stop):
         blank(bank)
         gather(motion.points, tables.nodes[b], 2, bank)
-        bar_forces(bank, tables.numbers, tables.gradients[b], memory.old[b], memory.new[b])
+        old, new = memory.old[b], memory.new[b]
+        bar_forces(bank, tables.numbers, tables.curves, tables.gradients[b], old, new)
         _account(bank, tables.measures[b], out.energy[b])
         out.inverted[b] = 0
         sum_in_block(bank, tables.sums, b, out.partial)

@@ -1,4 +1,4 @@
-"""Which material's stage follows on the gradient, by its number."""
+"""Dispatch from the number of a material to its stage."""
 
 from __future__ import annotations
 
@@ -19,19 +19,19 @@ def solid_stress(bank, tables, step, old, new):
     if tables.material == ELASTIC:
         solid_elastic(bank, tables.numbers)
     elif tables.material == FOAM:
-        solid_foam(bank, tables.numbers, step, old, new)
+        solid_foam(bank, tables, step, old, new)
     else:
         solid_neo_hooke(bank, tables.numbers)
 
 
 @inner(linked=False)
-def membrane_stress(bank, material, numbers, old, new):
+def membrane_stress(bank, material, numbers, curves, old, new):
     """S and W of membranes from E, and the memory after a step."""
     if material == ELASTIC:
         membrane_elastic(bank, numbers)
     elif material == SLACK:
         membrane_slack(bank, numbers)
     elif material == FABRIC:
-        membrane_fabric(bank, numbers, old, new)
+        membrane_fabric(bank, numbers, curves, old, new)
     else:
         membrane_neo_hooke(bank, numbers)

@@ -68,7 +68,7 @@ def take_as_rate(bank):
 
 @inner(linked=False)
 def total(bank, row):
-    """The sum of a row, which is used up: halves are added until there is one number."""
+    """Return the sum of a row, which is overwritten: halves are added until one number is left."""
     width = LANES // 2
     first = row * LANES
     while width > 0:
@@ -80,7 +80,7 @@ def total(bank, row):
 
 @inner(linked=False)
 def inverted(bank):
-    """How many lanes have a J that is not above zero."""
+    """Return the number of lanes whose J is not above zero."""
     count = 0
     for lane in range(LANES):
         count += 0 if bank[STRETCH * LANES + lane] > 0.0 else 1

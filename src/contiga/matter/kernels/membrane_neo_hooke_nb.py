@@ -28,7 +28,7 @@ def thickness_stretch(square, area, mu, lam):
 
 @inlined()
 def square_of_area(a, b, ab):
-    """Of the metric a, b, ab, and whether there is an area; one if there is none."""
+    """Return the squared area of the metric a, b, ab and True; 1 and False if it has no area."""
     square = a * b - ab * ab
     there = square > FLAT * a * b
     return (square if there else 1.0), there

@@ -30,7 +30,7 @@ def constant_tangent(bank, numbers):
 
 @inner(linked=False)
 def neo_hooke_tangent(bank, numbers):
-    """Of S = μ I + k C⁻¹ with k = λ (j − 1) j − μ: u C⁻¹⊗C⁻¹ − 2 k (C⁻¹⊗C⁻¹ of symmetric pairs).
+    """Write ∂S/∂E of S = μ I + k C⁻¹, k = λ (j − 1) j − μ: u C⁻¹⊗C⁻¹ − 2 k (C⁻¹⊗C⁻¹ in pairs).
 
     u = a ∂k/∂a = λ (2 j − 1) a j′; (μ + λ a²) j² = (λ j + μ) a² says a j′.
     """

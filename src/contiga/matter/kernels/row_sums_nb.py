@@ -188,7 +188,8 @@ def triangle_rows(motion, tables, memory, out, start, stop):
         gather(motion.points, tables.nodes[b], 3, bank)
         triangle_gradient(bank, gradients)
         green_strain(bank)
-        membrane_stress(bank, tables.material, tables.numbers, memory.old[b], memory.new[b])
+        old, new = memory.old[b], memory.new[b]
+        membrane_stress(bank, tables.material, tables.numbers, tables.curves, old, new)
         membrane_tangent(bank, tables.tangent, tables.numbers)
         for pair in range(3):
             pair_stiffness(bank, gradients, pair, pairs[pair * NINE : (pair + 1) * NINE])

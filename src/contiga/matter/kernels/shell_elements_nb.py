@@ -59,7 +59,7 @@ def shell_response(bank, tables, memory, b, g):
     old, new = memory.old[b], memory.new[b]
     if layers == 0:
         before, after = old[first : first + kept], new[first : first + kept]
-        membrane_stress(bank, tables.material, tables.numbers, before, after)
+        membrane_stress(bank, tables.material, tables.numbers, tables.curves, before, after)
         moments(bank, tables.bending)
         return
     begin_thickness(bank)
@@ -68,7 +68,7 @@ def shell_response(bank, tables, memory, b, g):
         start = first + k * kept
         before, after = old[start : start + kept], new[start : start + kept]
         strain_at_height(bank, height)
-        membrane_stress(bank, tables.material, tables.numbers, before, after)
+        membrane_stress(bank, tables.material, tables.numbers, tables.curves, before, after)
         add_layer(bank, height, share)
     end_thickness(bank)
 
@@ -109,7 +109,7 @@ def _kept(bank, row, rows, to, out):
 
 @kernel()
 def shell_inside(motion, tables, memory, out, start, stop):
-    """What Gauss points of blocks start … stop have, `INSIDE` rows each: F, E, κ, n, m and W."""
+    """Write F, E, κ, n, m and W of the Gauss points of blocks start … stop, `INSIDE` rows each."""
     bank, net = scratch(SHELL_SIZE), scratch(NET)
     for b in range(start, stop):
         gather(motion.points, tables.nodes[b], tables.nodes.shape[1], net)

@@ -27,9 +27,9 @@ from contiga.matter.kernels.lanes_nb import (
     STRESS,
 )
 
-MOST = 36
+MAX_CORNERS = 36
 """Control points of an element of degree 5."""
-NET = 3 * MOST * LANES
+NET = 3 * MAX_CORNERS * LANES
 """Of the control points of a block, and of the forces on them."""
 INSIDE = 19
 """Rows of what a Gauss point tells."""
@@ -119,7 +119,7 @@ def curvature(bank, rest, first):
 
 @inner(linked=False)
 def flat_lanes(bank):
-    """How many lanes have no area, or one that is no number."""
+    """Return the number of lanes without an area, or with one that is no number."""
     count = 0
     for lane in range(LANES):
         count += 0 if bank[R + lane] > 0.0 else 1
@@ -184,7 +184,7 @@ def end_thickness(bank):
 
 @inner(linked=False)
 def shell_stress(bank, weights, first):
-    """What acts along f₁, f₂ and a₃, times the weights, which begin at `first`; energies too."""
+    """Write the actions along f₁, f₂ and a₃ and the energies, times the weights from `first` on."""
     for lane in range(LANES):
         w, inverse = weights[first + lane], bank[R + lane]
         m_1, m_2 = w * bank[M + lane], w * bank[M + LANES + lane]

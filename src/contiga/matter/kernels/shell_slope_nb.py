@@ -12,9 +12,9 @@ import math
 from contiga.jit import inlined, inner, kernel
 from contiga.jit.scratch import scratch
 
-MOST = 24
+MAX_CONTROL_POINTS = 24
 """Control points in two rows of two elements of degree 5."""
-NET = 3 * MOST
+NET = 3 * MAX_CONTROL_POINTS
 
 
 @inlined()
@@ -48,7 +48,7 @@ def _unit(a):
 
 @inlined()
 def _across(g, a, inverse):
-    """What a direction a of a vector of length 1/inverse feels of g: (g − (g·a) a)/length."""
+    """Return (g − (g·a) a)/length for a direction a of a vector of length 1/inverse."""
     along = _dot(g, a)
     return (
         inverse * (g[0] - along * a[0]),

@@ -186,7 +186,7 @@ def add_material(one, other, out):
 
 @inner(linked=False)
 def add_geometric(bank, one, other, out):
-    """What the stresses make of K_IJ, of the rows of I and J."""
+    """Add the geometric part of K_IJ, by the stresses, from the rows of I and J."""
     for lane in range(LANES):
         inverse = bank[R + lane]
         w, s, d = VECTOR_W * LANES + lane, VECTOR_S * LANES + lane, VECTOR_D * LANES + lane

@@ -22,8 +22,9 @@ from __future__ import annotations
 
 import math
 
+from contiga.arrays.kernels.sort_nb import count_up_to
+from contiga.curves.kernels.curve_nb import curve_at
 from contiga.jit import inner
-from contiga.matter.kernels.curve_nb import curve_at, on_piece, piece_of
 from contiga.matter.kernels.lanes_nb import (
     AXES,
     ENERGY,
@@ -42,30 +43,25 @@ C, N = SQUARE * LANES, AXES * LANES
 S = SPRINGS * LANES
 """Three rows that nothing else has at that stage: principal stresses."""
 ROW = 3 * LANES
-# Coefficients: H, S, modulus in tension, time of the filter, points of each curve, curves; then the
-# curve of rest (x, y, ∫y), the rates, and y of each curve.
-KEPT, SHAPE, TENSION, FILTER, POINTS, CURVES, TABLE = 0, 1, 2, 3, 4, 5, 6
-MOST, REACHED, STRAIN, SPEED, DIRECTION = 0, 1, 2, 5, 8
-"""What is remembered: Wₘ and the largest strain; where there are rates the strain of each axis, its
+# Coefficients: H, S, modulus in tension, time of the filter; then the rates of the curves, of which
+# the first is at rest.
+KEPT, SHAPE, TENSION, FILTER, RATES = 0, 1, 2, 3, 4
+MAX_ENERGY, REACHED, STRAIN, SPEED, DIRECTION = 0, 1, 2, 5, 8
+"""Columns of the memory: Wₘ and the largest strain; with rates the strain of each axis, its
 smoothed rate, and the axes less those of coordinates."""
 MEMORY, MEMORY_OF_RATES = 2, 17
 
 
 @inner()
-def _excess(numbers, strain, speed):
-    """Stress above that at rest, at a rate."""
-    n, curves = int(numbers[POINTS]), int(numbers[CURVES])
-    rates = TABLE + 3 * n
-    if strain <= 0.0 or speed <= numbers[rates]:
+def _excess(numbers, curves, strain, speed):
+    """Return the stress above that at rest, at a rate."""
+    rates = numbers[RATES:]
+    if strain <= 0.0 or speed <= rates[0]:
         return 0.0
-    k = piece_of(numbers, TABLE, n, strain)
-    r = min(piece_of(numbers, rates, curves, speed), curves - 2)
-    low, _ = on_piece(numbers, TABLE, rates + curves + r * n, k, strain)
-    high, _ = on_piece(numbers, TABLE, rates + curves + (r + 1) * n, k, strain)
-    start, end = numbers[rates + r], numbers[rates + r + 1]
-    share = min((speed - start) / (end - start), 1.0)
-    rest, _ = on_piece(numbers, TABLE, TABLE + n, k, strain)
-    return low + share * (high - low) - rest
+    r = min(count_up_to(rates, speed), rates.shape[0] - 1) - 1
+    low, high = curve_at(curves, r, strain).value, curve_at(curves, r + 1, strain).value
+    share = min((speed - rates[r]) / (rates[r + 1] - rates[r]), 1.0)
+    return low + share * (high - low) - curve_at(curves, 0, strain).value
 
 
 @inner(linked=False)
@@ -108,21 +104,22 @@ def _kept(numbers, energy, most):
 
 
 @inner()
-def _lane(bank, lane, numbers, old, new):
+def _lane(bank, lane, numbers, curves, old, new):
     """Principal stresses and energies of a lane, without rates."""
-    n, taken, elastic = int(numbers[POINTS]), 0.0, 0.0
+    taken, elastic = 0.0, 0.0
     reached = old[REACHED * LANES + lane]
     for i in range(3):
         strain = 1.0 - bank[C + (3 + i) * LANES + lane]
         reached = max(reached, strain)
         if strain > 0.0:
-            stress, w = curve_at(numbers, TABLE, n, strain)
-            taken += w
+            at = curve_at(curves, 0, strain)
+            stress = at.value
+            taken += at.integral
         else:
             stress = numbers[TENSION] * strain
             elastic += 0.5 * stress * strain
         bank[S + i * LANES + lane] = stress
-    most = old[MOST * LANES + lane]
+    most = old[MAX_ENERGY * LANES + lane]
     factor, stored = _kept(numbers, taken, most)
     for i in range(3):
         if bank[C + (3 + i) * LANES + lane] < 1.0:
@@ -132,13 +129,14 @@ def _lane(bank, lane, numbers, old, new):
     above = max(taken - most, 0.0)
     _, whole = _kept(numbers, most + above, most)
     bank[HYSTERESIS * LANES + lane] = above - (whole - before)
-    new[MOST * LANES + lane] = max(taken, most)
+    new[MAX_ENERGY * LANES + lane] = max(taken, most)
     new[REACHED * LANES + lane] = reached
 
 
 @inner()
-def _overstress(bank, lane, numbers, step, old, new):
-    """What the rates add to the principal stresses of a lane, and its work."""
+def _overstress(bank, lane, tables, step, old, new):
+    """Add the overstress of the rates to the principal stresses of a lane, and account its work."""
+    numbers, curves = tables.numbers, tables.curves
     held = math.exp(-step / numbers[FILTER])
     # of a step in which the strain changes evenly; nothing moves in one of no length
     gain = -math.expm1(-step / numbers[FILTER]) / step if step > 0.0 else 0.0
@@ -147,9 +145,9 @@ def _overstress(bank, lane, numbers, step, old, new):
         strain = 1.0 - bank[C + (3 + i) * LANES + lane]
         way = strain - old[at]
         speed = held * old[to] + gain * way
-        excess = _excess(numbers, strain, speed)
+        excess = _excess(numbers, curves, strain, speed)
         if held < 1.0:  # nothing is lost in no time
-            before = _excess(numbers, old[at], old[to])
+            before = _excess(numbers, curves, old[at], old[to])
             bank[VISCOSITY * LANES + lane] += 0.5 * (before + excess) * way
         bank[S + i * LANES + lane] += excess
         new[at] = strain
@@ -160,16 +158,16 @@ def _overstress(bank, lane, numbers, step, old, new):
 
 
 @inner(linked=False)
-def solid_foam(bank, numbers, step, old, new):
+def solid_foam(bank, tables, step, old, new):
     """P, energies and the new memory from F, the step and the old memory."""
-    rated = numbers[CURVES] > 1.0
+    rated = tables.numbers.shape[0] > RATES + 1
     # what bulk viscosity remembers follows in `old`
     first, axes = DIRECTION * LANES, 9 * LANES if rated else 0
     principal(bank, old[first : first + axes])
     _stretches(bank)
     for lane in range(LANES):
-        _lane(bank, lane, numbers, old, new)
+        _lane(bank, lane, tables.numbers, tables.curves, old, new)
     if rated:
         for lane in range(LANES):
-            _overstress(bank, lane, numbers, step, old, new)
+            _overstress(bank, lane, tables, step, old, new)
     _pull_forward(bank)

@@ -7,8 +7,8 @@ from typing import NamedTuple
 import numpy as np
 
 from contiga.contact.contact import Contact
+from contiga.curves.characteristic import Characteristic
 from contiga.laws.by_face import FaceLaws
-from contiga.laws.characteristic import Characteristic
 from contiga.laws.combined import CombinedLaw
 from contiga.laws.force import ForceLaw
 from contiga.laws.stress import StressLaw

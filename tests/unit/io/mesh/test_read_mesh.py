@@ -231,7 +231,7 @@ def test_the_names_of_a_cloud_may_say_their_unit(tmp_path):
         read_mesh(path)
     path.write_text("x [left],y [left],z [left]\n0,1,2\n")
     for unit in ("mm", None):
-        with pytest.raises(UnitError, match=r"a\.csv: not a known unit; found 'left'"):
+        with pytest.raises(UnitError, match=r"a\.csv: not a known unit of length; found 'left'"):
             read_mesh(path, unit=unit)
 
 

@@ -34,53 +34,65 @@ from typing import NamedTuple
 
 import numpy as np
 
-from contiga.arrays.layout import locked
+from contiga.arrays.layout import locked, positive
+from contiga.curves.characteristic import Characteristic, CurveLike, as_curve, check_inside
+from contiga.curves.curve_records import Curves, Response, joined
+from contiga.curves.kernels import curve_nb, hysteresis_nb
 from contiga.errors import InputError
-from contiga.laws.characteristic import Characteristic, CurveLike, check_inside
-from contiga.laws.curve_records import BoundTable, CurveTable
-from contiga.laws.kernels import curve_nb
-from contiga.laws.law import above_zero, as_curve
 from contiga.records import FloatArray
 
-# Relative size of what counts as equal: tables that describe one curve by other points.
-_SAME = 1e-12
-# Of callables, which are compared and measured at samples.
-_SAMPLES = 65
-_TRIED = 1e-3
+_TOL = 1e-12
+"""Relative tolerance of comparisons of tables, which may describe one curve by other points."""
+_FUNCTION_TOL = 1e-9
+"""Relative tolerance of the slopes of callables, which are measured between samples."""
+_N_SAMPLES = 65
+_SAMPLED_TO = 1e-3
+"""Abscissa up to which callables are sampled when a hysteresis is made."""
 
 
 class Moved(NamedTuple):
-    """What an elastic or hysteretic force has done in a step, one row a point."""
+    """Elastic or hysteretic forces after a step, one row a point: `Response` in arrays."""
 
     force: FloatArray
-    """(n,) F at the end."""
+    """(n,) force F at the end."""
     stiffness: FloatArray
-    """(n,) dF/dx at the end: the slope of the curve the force is on, or K."""
+    """(n,) dF/dx at the end: the slope of the curve that the force is on, or K."""
     stored: FloatArray
-    """(n,) what an unloading gives back."""
+    """(n,) energy that an unloading gives back."""
     lost: FloatArray
     """(n,) work of the step that is not stored."""
 
 
 def elastic_move(curve: Characteristic, x: FloatArray) -> Moved:
-    """The step of an elastic force that has come to `x` (n,)."""
-    if curve.is_table:
-        check_inside(curve, x)
-        moved = np.empty((4, len(x)))
-        curve_nb.elastic(curve.table, _handed(x), moved)
-        return Moved(*moved)
-    return Moved(curve.carried(x), curve.carried_slope(x), curve.energy(x), np.zeros(x.shape))
+    """Return the elastic forces at `x` (n,) ≥ 0; nothing is lost.
+
+    Raises
+    ------
+    RunError
+        `x` is outside a table with ``extrapolation="error"``.
+    """
+    lost = np.zeros(x.shape)
+    if not curve.is_table:
+        return Moved(curve.carried(x), curve.carried_slope(x), curve.energy(x), lost)
+    check_inside(curve, x)
+    rows = np.empty((3, len(x)))
+    curve_nb.points(curve.carried_pieces, 0, _for_kernel(x), rows)
+    return Moved(rows[0], rows[1], rows[2], lost)
 
 
 def hysteresis_of(
-    loading: Characteristic, unloading: CurveLike | None, slope: float | None
+    loading: Characteristic,
+    unloading: CurveLike | None,
+    slope: float | None,
+    *,
+    to: float = np.inf,
 ) -> Hysteresis | None:
-    """The hysteresis that a law was given, None without.
+    """Return the hysteresis of a law, None for an elastic one.
 
     Raises
     ------
     InputError
-        One of `unloading` and `slope` without the other, and as `Hysteresis`.
+        One of `unloading` and `slope` without the other; curves that `Hysteresis` refuses.
     """
     if unloading is None and slope is None:
         return None
@@ -93,7 +105,7 @@ def hysteresis_of(
             where=other,
             remedy="Give both, or none for an elastic law",
         )
-    return Hysteresis(loading, as_curve(unloading, "unloading"), slope)
+    return Hysteresis(loading, as_curve(unloading, "unloading"), slope, to=to)
 
 
 @dataclass(frozen=True, init=False, eq=False)
@@ -104,6 +116,7 @@ class Hysteresis:
     ----------
     loading, unloading : L and U; below zero L counts as zero
     slope : K, not below the steepest slope of either
+    to : x up to which U of tables must not be above L
 
     Notes
     -----
@@ -132,34 +145,71 @@ class Hysteresis:
     unloading: Characteristic
     slope: float
 
-    def __init__(self, loading: Characteristic, unloading: Characteristic, slope: float) -> None:
+    def __init__(
+        self,
+        loading: Characteristic,
+        unloading: Characteristic,
+        slope: float,
+        *,
+        to: float = np.inf,
+    ) -> None:
         put = object.__setattr__
         put(self, "loading", loading)
         put(self, "unloading", unloading)
-        put(self, "slope", above_zero(slope, "hysteresis_slope"))
+        put(self, "slope", positive(slope, "hysteresis_slope"))
         for curve in (loading, unloading):
             _check_start(curve)
         if self.exact:
-            self._check_tables()
+            self._check_tables(to)
         else:
             ends = [c.x[-1] for c in (loading, unloading) if c.extrapolation == "error"]
-            self._check_samples(min([_TRIED, *ends]))
+            self._check_samples(min([_SAMPLED_TO, *ends]))
 
     @property
     def exact(self) -> bool:
-        """Whether both curves are tables."""
+        """True if both curves are tables."""
         return self.loading.is_table and self.unloading.is_table
 
-    def move(self, x_old: FloatArray, f_old: FloatArray, x: FloatArray) -> Moved:
-        """The step from (`x_old`, `f_old`) to `x`, all (n,) and ≥ 0.
+    @cached_property
+    def curves(self) -> Curves:
+        """Loading and unloading curve of tables as kernels take them."""
+        return joined(self.loading.carried_pieces, self.unloading.carried_pieces)
+
+    def step(self, x_old: float, f_old: float, x: float) -> Response:
+        """Return the response of one point to a step from (`x_old`, `f_old`) to `x`.
+
+        The force below x = 0 is zero, and what was there has no past.
 
         Raises
         ------
         InputError
-            A callable turns out to break the rules between the `x` known so far and these.
+            A callable breaks the rules somewhere up to these x.
+        RunError
+            `x` is above a table with ``extrapolation="error"``.
+        """
+        if x < 0.0:
+            return Response(0.0, 0.0, 0.0, 0.0)
+        if self.exact:
+            self._check_inside(x)
+            return Response(*hysteresis_nb.step(self.curves, self.slope, x_old, f_old, x))
+        moved = self.move(*(np.array([value]) for value in (max(x_old, 0.0), f_old, x)))
+        return Response(*(float(column[0]) for column in moved))
+
+    def move(self, x_old: FloatArray, f_old: FloatArray, x: FloatArray) -> Moved:
+        """Return the response of each point to a step from (`x_old`, `f_old`) to `x`, (n,) ≥ 0.
+
+        Raises
+        ------
+        InputError
+            A callable breaks the rules somewhere up to these x.
+        RunError
+            `x` is above a table with ``extrapolation="error"``.
         """
         if self.exact:
-            return self._move_on_tables(x_old, f_old, x)
+            self._check_inside(x)
+            past, rows = np.stack([x_old, f_old]), np.empty((4, len(x)))
+            hysteresis_nb.steps(self.curves, self.slope, past, _for_kernel(x), rows)
+            return Moved(*rows)
         if x.size:
             self._check_samples(float(max(x.max(), x_old.max())))
         start = self._started(x_old, f_old)
@@ -178,24 +228,12 @@ class Hysteresis:
         lost[up] = self._work_up(before, begin, end) - (stored[up] - self.stored(before, begin))
         return Moved(force, stiffness, stored, lost)
 
-    def _move_on_tables(self, x_old: FloatArray, f_old: FloatArray, x: FloatArray) -> Moved:
-        """The same by a kernel."""
+    def _check_inside(self, x: FloatArray | float) -> None:
         for curve in (self.loading, self.unloading):
             check_inside(curve, x)
-        past, moved = np.stack([x_old, f_old]), np.empty((4, len(x)))
-        curve_nb.hysteretic(self._tables, self.slope, past, _handed(x), moved)
-        return Moved(*moved)
-
-    @cached_property
-    def _tables(self) -> tuple[BoundTable, BoundTable]:
-        """Loading and unloading, as kernels take them."""
-        return self._bound(self.loading.table), self._bound(self.unloading.table)
-
-    def _bound(self, curve: CurveTable) -> BoundTable:
-        return BoundTable(curve, np.maximum.accumulate(self.slope * curve.x - curve.y))
 
     def bend(self, x: FloatArray, force: FloatArray) -> FloatArray:
-        """(n,) d²F/dx² at points (`x`, `force`): zero along lines, and on tables."""
+        """Return d²F/dx² (n,) at points (`x`, `force`): zero along lines, and on tables."""
         bend = np.zeros(x.shape)
         if not self.exact:
             on_upper = force >= self.loading.carried(x)
@@ -205,20 +243,23 @@ class Hysteresis:
         return bend
 
     def stored(self, x: FloatArray, force: FloatArray) -> FloatArray:
-        """(n,) what an unloading from (`x`, `force`) gives back."""
+        """Return the energy (n,) that an unloading from (`x`, `force`) gives back."""
         meet = self._meet(self.unloading, (x, force), np.zeros(x.shape), x)
         way = x - meet
         return way * (force - 0.5 * self.slope * way) + self.unloading.energy(meet)
 
     def _started(self, x_old: FloatArray, f_old: FloatArray) -> FloatArray:
-        """F where the step starts: that of a point without a past is between the curves at 0."""
+        """Return F (n,) at the start of the step.
+
+        For a point without a past it lies between the curves at 0.
+        """
         zero = np.zeros(1)
         least, most = self.unloading.carried(zero), self.loading.carried(zero)
         fresh = np.minimum(np.maximum(f_old, least), most)
         return np.where(x_old > 0.0, f_old, fresh)
 
     def _work_up(self, x_old: FloatArray, start: FloatArray, x: FloatArray) -> FloatArray:
-        """(n,) ∫F dx of a step up: along the line to where it meets L, then along L."""
+        """Return ∫F dx (n,) of a step up: along the line to where it meets L, then along L."""
         meet = self._meet(self.loading, (x_old, start), x_old, x)
         way = meet - x_old
         along = self.loading.energy(x) - self.loading.energy(meet)
@@ -231,10 +272,10 @@ class Hysteresis:
         low: FloatArray,
         high: FloatArray,
     ) -> FloatArray:
-        """(n,) where the line through `point` (x, F) meets the curve, kept in [low, high].
+        """Return x (n,) where the line through `point` (x, F) meets the curve, in [low, high].
 
-        The curve is above the line left of it and below the line right of it. By bracketing; one
-        of the ends where the line does not meet the curve.
+        The curve is above the line to the left and below it to the right. The root is found by
+        bracketing; where the line does not meet the curve the result is one of the ends.
         """
         from scipy.optimize.elementwise import find_root
 
@@ -248,28 +289,26 @@ class Hysteresis:
             meet[inner] = find_root(above, (low[inner], high[inner]), args=rows).x
         return np.clip(meet, low, high)
 
-    def _check_tables(self) -> None:
-        loading, unloading = self.loading, self.unloading
-        curves = (loading, unloading)
-        x = np.union1d(loading.polyline[0], unloading.polyline[0])
-        ends = [curve.x[-1] for curve in curves if curve.extrapolation == "error"]
-        x = x[x <= min(ends, default=np.inf)]
-        self._check_order(x)
-        beyond = [curve.table.slope[-1] for curve in curves]
-        if not ends and beyond[1] > beyond[0] + _SAME * abs(beyond[0]):
+    def _check_tables(self, to: float) -> None:
+        curves = self.loading, self.unloading
+        end = min([to, *(curve.x[-1] for curve in curves if curve.extrapolation == "error")])
+        x = np.union1d(*(curve.carried_pieces.x for curve in curves))
+        self._check_order(np.append(x[x < end], end) if np.isfinite(end) else x)
+        beyond = [curve.carried_pieces.slope[-1] for curve in curves]
+        if np.isinf(end) and beyond[1] > beyond[0] + _TOL * abs(beyond[0]):
             raise InputError(
                 "the unloading curve rises above the loading curve beyond their last points, as "
                 "its last slope is steeper",
-                where=unloading.name,
+                where=self.unloading.name,
                 found=float(beyond[1]),
                 allowed=f"up to {beyond[0]:.6g}",
                 remedy='Extend the tables, or hold an end with extrapolation = "constant"',
             )
         for curve in curves:
-            self._check_slope(curve, float(curve.table.slope.max()))
+            self._check_slope(curve, float(curve.carried_pieces.slope[1:].max()))
 
     def _check_samples(self, upto: float) -> None:
-        x = np.linspace(0.0, upto, _SAMPLES)
+        x = np.linspace(0.0, upto, _N_SAMPLES)
         self._check_order(x)
         if upto > 0.0:
             for curve in (self.loading, self.unloading):
@@ -289,7 +328,7 @@ class Hysteresis:
                 allowed="zero or above",
                 remedy="A permanent set is a row of zero up to where the force begins",
             )
-        wrong = np.flatnonzero(below > above + _SAME * above.max(initial=0.0))
+        wrong = np.flatnonzero(below > above + _TOL * above.max(initial=0.0))
         if wrong.size:
             at = wrong[0]
             raise InputError(
@@ -300,7 +339,7 @@ class Hysteresis:
             )
 
     def _check_slope(self, curve: Characteristic, steepest: float) -> None:
-        same = _SAME if curve.is_table else 1e-9
+        same = _TOL if curve.is_table else _FUNCTION_TOL
         if steepest > self.slope * (1.0 + same):
             raise InputError(
                 f"must not be below the steepest slope of the curve {curve.name!r}: the force "
@@ -321,6 +360,6 @@ def _check_start(curve: Characteristic) -> None:
         )
 
 
-def _handed(x: FloatArray) -> FloatArray:
-    """As kernels take it."""
+def _for_kernel(x: FloatArray) -> FloatArray:
+    """Return `x` contiguous and read-only, as kernels take it."""
     return locked(np.ascontiguousarray(x))

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from contiga.curves.characteristic import Characteristic
 from contiga.errors import InputError, RunError
-from contiga.laws.characteristic import Characteristic
 
 TABLE = [[0.0, 0.0], [1.0, 2.0], [3.0, 3.0]]
 
@@ -69,17 +69,17 @@ def test_the_table_is_a_copy_that_cannot_be_written() -> None:
 @pytest.mark.parametrize(
     ("curve", "message"),
     [
-        ([[0, 0], [2, 1], [1, 2]], r"abscissae go back or repeat at row 2; found \[2.0, 1.0\]"),
-        ([[0, 0], [0, 1]], "abscissae go back or repeat at row 1"),
-        ([[0, 0]], "at least two points; found 1"),
+        ([[0, 0], [2, 1], [1, 2]], r"values of x go back or repeat at row 2; found \[2.0, 1.0\]"),
+        ([[0, 0], [0, 1]], "values of x go back or repeat at row 1"),
+        ([[0, 0]], r"at least 2 rows; found \(1, 2\)"),
         ([[0, 0], [1, np.nan]], "row 1 is not finite"),
         ([[0, 0], [np.inf, 1]], "row 1 is not finite"),
-        ([[0, 0, 0], [1, 1, 1]], "two columns"),
-        ([0, 1], "two columns"),
-        ([], "two columns"),
-        ("steel", "a number, a table of numbers or a callable; found 'str'"),
-        (True, "two columns"),
-        ([[0, 0], [1]], "a number, a table"),
+        ([[0, 0, 0], [1, 1, 1]], "2 columns"),
+        ([0, 1], "2 columns"),
+        ([], "2 columns"),
+        ("steel", "rows of numbers.* found 'steel'; allowed: a number, a callable, or rows"),
+        (True, "2 columns"),
+        ([[0, 0], [1]], "all of the same length"),
         (np.inf, "must be finite"),
         (lambda x: float(x) if x > 0 else 0.0, "fails when called with an array"),
         (lambda x: 1.0, "same shape"),

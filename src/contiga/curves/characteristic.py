@@ -5,31 +5,42 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Literal, TypeAlias, get_args
+from typing import Literal, NamedTuple, TypeAlias, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from contiga.arrays.layout import read_only, real
+from contiga.arrays.layout import locked, read_only, real
+from contiga.curves.curve_records import Curves, Response, piecewise
+from contiga.curves.kernels import curve_nb
+from contiga.curves.tables import table_of
 from contiga.errors import InputError, RunError
-from contiga.laws.curve_records import CurveTable
 from contiga.records import FloatArray
 
 Extrapolation = Literal["linear", "constant", "error"]
 Function = Callable[[FloatArray], ArrayLike]
 
-# Gauss's rule for the energy of a callable: its error is that of a polynomial of degree 15 on each
-# of the panels.
+# Gauss's rule on each panel of the integral of a callable, exact for polynomials of degree 15.
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(8)
-_PANELS = 8
-# Share of an abscissa by which a callable is differentiated: the cube root of rounding.
-_NUDGE = float(np.cbrt(np.finfo(np.float64).eps))
-# The same for second derivatives.
-_FAR_NUDGE = 1e-3
+_N_PANELS = 8
+# Relative steps of the first and second differences of a callable. The first is the cube root of
+# rounding.
+_SLOPE_STEP = float(np.cbrt(np.finfo(np.float64).eps))
+_BEND_STEP = 1e-3
 
 # Small enough for functions that grow fast, and more than one value, so that a callable that
-# takes single numbers only is found out when the curve is made and not in the middle of a run.
+# takes single numbers only is found when the curve is made and not in the middle of a run.
 _PROBE = np.array([0.0, 1e-6, 1e-3])
+_LEAST = 1e-6
+"""Smallest abscissa by which a difference step is scaled."""
+
+
+class _Points(NamedTuple):
+    """Value, slope and integral of a curve at several abscissae, each of their shape."""
+
+    value: FloatArray
+    slope: FloatArray
+    integral: FloatArray
 
 
 @dataclass(frozen=True, init=False, eq=False)
@@ -107,99 +118,126 @@ class Characteristic:
             _try(self)
 
     def __call__(self, x: ArrayLike) -> FloatArray:
-        """Ordinates at `x`, an array of any shape; the answer has the same shape."""
+        """Return the ordinates at `x`, an array of any shape; the result has the same shape."""
         at = np.asarray(real(x), dtype=np.float64)
         if self.function is not None:
             return _checked_answer(self, at)
         check_inside(self, at)
-        y = np.asarray(np.interp(at, self.x, self.y))
-        if self.extrapolation == "linear":
-            first, last = self.end_slopes
-            y = np.where(at < self.x[0], self.y[0] + first * (at - self.x[0]), y)
-            y = np.where(at > self.x[-1], self.y[-1] + last * (at - self.x[-1]), y)
-        return y
+        return _points(self.pieces, at).value
 
     def slope(self, x: ArrayLike) -> FloatArray:
-        """dy/dx at `x` ≥ 0, to the right of it at a point of a table.
-
-        Of a callable by differences of second order, to the right of x.
-        """
+        """Return dy/dx to the right of `x`; for a callable by differences of second order."""
         at = np.asarray(real(x), dtype=np.float64)
-        if self.function is not None:
-            h = _NUDGE * np.maximum(np.abs(at), _PROBE[1])
-            y = [self(at + k * h) for k in range(3)]
-            return np.asarray((4.0 * y[1] - 3.0 * y[0] - y[2]) / (2.0 * h))
-        slopes = self._slopes
-        return slopes[np.searchsorted(self.x, at, side="right")]
+        if self.function is None:
+            return _points(self.pieces, at).slope
+        h = _SLOPE_STEP * np.maximum(np.abs(at), _LEAST)
+        y = [self(at + k * h) for k in range(3)]
+        return np.asarray((4.0 * y[1] - 3.0 * y[0] - y[2]) / (2.0 * h))
 
     def bend(self, x: ArrayLike) -> FloatArray:
-        """d²y/dx² at `x`: zero of a table, by differences of fourth order of a callable."""
+        """Return d²y/dx² at `x`: zero for a table, differences of fourth order for a callable."""
         at = np.asarray(real(x), dtype=np.float64)
         if self.function is None:
             return np.zeros(at.shape)
-        h = _FAR_NUDGE * np.maximum(np.abs(at), _PROBE[1])
+        h = _BEND_STEP * np.maximum(np.abs(at), _LEAST)
         near, far = self(at + h) + self(at - h), self(at + 2.0 * h) + self(at - 2.0 * h)
         return np.asarray((16.0 * near - far - 30.0 * self(at)) / (12.0 * h * h))
 
     def energy(self, x: ArrayLike) -> FloatArray:
-        """∫₀ˣ max(y, 0) dx for `x` ≥ 0: the energy stored in a spring with this curve.
+        """Return ∫₀ˣ max(y, 0) dx for `x` ≥ 0: the energy stored in a spring with this curve.
 
-        Exact for a table; one that ends in an error below its first point stores nothing there.
-        Of a callable by Gauss's rule with 64 points.
+        The integral is exact for a table; one that ends in an error below its first point stores
+        nothing there. That of a callable is by Gauss's rule with 64 points.
+
+        Raises
+        ------
+        RunError
+            `x` is above a table with ``extrapolation="error"``.
         """
         at = np.asarray(real(x), dtype=np.float64)
         if self.function is not None:
-            part = (np.arange(_PANELS)[:, None] + 0.5 * (1.0 + _NODES)) / _PANELS
-            y = np.maximum(self(at[..., None, None] * part), 0.0)
-            return np.asarray(at * (y @ _WEIGHTS).sum(axis=-1) / (2.0 * _PANELS))
-        nodes, rising, whole = self.polyline
-        j = np.maximum(np.searchsorted(nodes, at, side="right") - 1, 0)
-        way = np.maximum(at - nodes[j], 0.0)
-        y = np.maximum(self(np.maximum(at, nodes[0])), 0.0)
-        return np.asarray(whole[j] + 0.5 * way * (rising[j] + y))
+            return self._quadrature(at, 0.0)
+        if self.extrapolation == "error":
+            at = np.maximum(at, self.x[0])
+            check_inside(self, at)
+        return _points(self.carried_pieces, at).integral
 
-    @cached_property
-    def _slopes(self) -> FloatArray:
-        """Slopes before, between and behind the points of a table."""
-        ends = self.end_slopes if self.extrapolation == "linear" else (0.0, 0.0)
-        return np.concatenate([ends[:1], np.diff(self.y) / np.diff(self.x), ends[1:]])
+    def response(self, x: float) -> Response:
+        """Return force, slope and ∫₀ˣ y dx of an elastic spring at `x` of either sign.
+
+        Raises
+        ------
+        RunError
+            `x` is outside a table with ``extrapolation="error"``.
+        """
+        if self.function is None:
+            check_inside(self, x)
+            value, slope, integral = curve_nb.point(self.pieces, 0, x)
+            return Response(value, slope, integral, 0.0)
+        at = np.asarray(x)
+        stored = self._quadrature(at, -np.inf)
+        return Response(float(self(at)), float(self.slope(at)), float(stored), 0.0)
+
+    def max_slope_near(self, x: float) -> float:
+        """Return an upper bound, ≥ 0, of the slope in a step from `x`.
+
+        For a table it is the largest of the piece at `x` and the two beside it, for a callable the
+        slope at `x`.
+        """
+        if self.function is not None:
+            return max(0.0, float(self.slope(x)))
+        k = int(np.searchsorted(self.pieces.x, x, side="right"))
+        return max(0.0, float(self.pieces.slope[max(k - 1, 0) : k + 2].max()))
+
+    def _quadrature(self, x: FloatArray, least: float) -> FloatArray:
+        """Return ∫₀ˣ max(y, least) dx of a callable."""
+        part = (np.arange(_N_PANELS)[:, None] + 0.5 * (1.0 + _NODES)) / _N_PANELS
+        y = np.maximum(self(x[..., None, None] * part), least)
+        return np.asarray(x * (y @ _WEIGHTS).sum(axis=-1) / (2.0 * _N_PANELS))
 
     def carried(self, x: ArrayLike) -> FloatArray:
-        """max(y, 0) at `x`: the force of a spring with this curve that cannot pull."""
+        """Return max(y, 0) at `x`: the force of a spring with this curve that cannot pull."""
         return np.maximum(self(x), 0.0)
 
     def carried_slope(self, x: ArrayLike) -> FloatArray:
-        """Slope of `carried` at `x` ≥ 0: `slope`, and zero where y is below zero."""
+        """Return the slope of `carried` at `x` ≥ 0: `slope`, and zero where y is below zero."""
         return np.where(self(x) >= 0.0, self.slope(x), 0.0)
 
     def carried_bend(self, x: ArrayLike) -> FloatArray:
-        """Second derivative of `carried` at `x` ≥ 0, but for its kinks."""
+        """Return the second derivative of `carried` at `x` ≥ 0, without its kinks."""
         return np.where(self(x) >= 0.0, self.bend(x), 0.0)
 
     @cached_property
-    def polyline(self) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Abscissae ≥ 0 between which `carried` of a table is straight, its values and `energy`."""
-        slopes = self._slopes
-        with np.errstate(divide="ignore", invalid="ignore"):
-            zeros = np.append(self.x[0], self.x) - np.append(self.y[0], self.y) / slopes
-        ends = np.concatenate([[-np.inf], self.x, [np.inf]])
-        zeros = zeros[(zeros > ends[:-1]) & (zeros < ends[1:])]  # without NaN
-        nodes = np.union1d(self.x, zeros)
-        if self.extrapolation == "error":
-            nodes = nodes[(nodes >= self.x[0]) & (nodes <= self.x[-1])]
-        starts_above = self.extrapolation == "error" and self.x[0] > 0.0
-        nodes = nodes if starts_above else np.append(0.0, nodes[nodes > 0.0])
-        y = np.where(np.isin(nodes, zeros), 0.0, np.maximum(self(nodes), 0.0))
-        steps = 0.5 * (y[1:] + y[:-1]) * np.diff(nodes)
-        return nodes, y, np.concatenate([[0.0], np.cumsum(steps)])
+    def pieces(self) -> Curves:
+        """A table as kernels take it, with zero among its knots wherever it may be evaluated."""
+        before, behind = self._outer_slopes
+        table = piecewise(self.x, self.y, before, behind)
+        inside = self.x[0] <= 0.0 <= self.x[-1]
+        if (self.extrapolation == "error" and not inside) or (self.x == 0.0).any():
+            return table
+        k = int(np.searchsorted(self.x, 0.0))
+        at_zero = _points(table, np.zeros(1)).value[0]
+        return piecewise(np.insert(self.x, k, 0.0), np.insert(self.y, k, at_zero), before, behind)
 
     @cached_property
-    def table(self) -> CurveTable:
-        """`carried` of a table, as kernels take it."""
-        x, y, energy = self.polyline
-        # A curve that falls behind its last node has its zero there: it stays on it.
-        beyond = max(self.end_slopes[1], 0.0) if self.extrapolation == "linear" else 0.0
-        return CurveTable(x, y, energy, np.append(np.diff(y) / np.diff(x), beyond))
+    def carried_pieces(self) -> Curves:
+        """`carried` of a table for x ≥ 0 as kernels take it."""
+        table, extends = self.pieces, self.extrapolation != "error"
+        with np.errstate(divide="ignore", invalid="ignore"):
+            zeros = np.append(table.x[0], table.x) - np.append(table.y[0], table.y) / table.slope
+        ends = np.concatenate([[-np.inf], table.x, [np.inf]])
+        zeros = zeros[(zeros > ends[:-1]) & (zeros < ends[1:])]  # without NaN
+        nodes = np.union1d(table.x, zeros)
+        inside = extends | ((nodes >= self.x[0]) & (nodes <= self.x[-1]))
+        nodes = nodes[inside & (nodes >= 0.0)]
+        y = np.where(np.isin(nodes, zeros), 0.0, self.carried(nodes))
+        # A curve that falls behind its last knot has its zero there: it stays on it.
+        return piecewise(nodes, y, 0.0, max(self._outer_slopes[1], 0.0))
+
+    @property
+    def _outer_slopes(self) -> tuple[float, float]:
+        """Slopes before the first and behind the last row of a table."""
+        return self.end_slopes if self.extrapolation == "linear" else (0.0, 0.0)
 
     @property
     def end_slopes(self) -> tuple[float, float]:
@@ -209,23 +247,29 @@ class Characteristic:
 
     @property
     def is_table(self) -> bool:
-        """Whether the curve is piecewise linear (a table or a number), not a callable."""
+        """True if the curve is piecewise linear (a table or a number), not a callable."""
         return self.function is None
 
 
 CurveLike: TypeAlias = Characteristic | float | ArrayLike | Function
 
 
-def check_inside(curve: Characteristic, at: FloatArray) -> None:
+def as_curve(curve: CurveLike, name: str) -> Characteristic:
+    """Return `curve` as a `Characteristic`, which errors call `name`."""
+    return curve if isinstance(curve, Characteristic) else Characteristic(curve, name=name)
+
+
+def check_inside(curve: Characteristic, x: ArrayLike) -> None:
     """Refuse abscissae outside a table that is not extrapolated.
 
     Raises
     ------
     RunError
-        As said.
+        One of `x` is outside.
     """
     if curve.extrapolation != "error":
         return
+    at = np.asarray(x, dtype=np.float64)
     outside = at[(at < curve.x[0]) | (at > curve.x[-1])]
     if outside.size:
         raise RunError(
@@ -233,6 +277,13 @@ def check_inside(curve: Characteristic, at: FloatArray) -> None:
             f"table [{curve.x[0]:.6g}, {curve.x[-1]:.6g}]. Extend the table, or let it "
             'extrapolate with extrapolation = "linear" or "constant"'
         )
+
+
+def _points(curves: Curves, x: FloatArray) -> _Points:
+    """Return value, slope and integral of one curve at `x`, arrays of its shape."""
+    flat, out = np.ascontiguousarray(x).reshape(-1), np.empty((3, x.size))
+    curve_nb.points(curves, 0, locked(flat), out)
+    return _Points(*out.reshape(3, *x.shape))
 
 
 def _line(slope: float, name: str) -> tuple[FloatArray, FloatArray]:
@@ -244,52 +295,11 @@ def _line(slope: float, name: str) -> tuple[FloatArray, FloatArray]:
 _ROWS = "rows [x, y], x strictly increasing, at least two"
 
 
-def _two_columns(curve: object, name: str) -> FloatArray:
-    real(curve, name)
-    try:
-        table = np.asarray(curve, dtype=np.float64)
-    except (TypeError, ValueError) as error:
-        raise InputError(
-            "a characteristic must be a number, a table of numbers or a callable",
-            where=name,
-            found=type(curve).__name__,
-            allowed=_ROWS,
-        ) from error
-    if table.ndim != 2 or table.shape[1] != 2:
-        raise InputError(
-            "a characteristic table must have two columns",
-            where=name,
-            found=table.shape,
-            allowed=_ROWS,
-        )
-    return table
-
-
 def _table(curve: object, name: str) -> tuple[FloatArray, FloatArray]:
-    """The two columns of a table, checked."""
-    table = _two_columns(curve, name)
-    if len(table) < 2:
-        raise InputError(
-            "a characteristic needs at least two points",
-            where=name,
-            found=len(table),
-            allowed=_ROWS,
-        )
-    if not np.isfinite(table).all():
-        row = int(np.flatnonzero(~np.isfinite(table).all(axis=1))[0])
-        raise InputError(
-            f"row {row} is not finite", where=name, found=table[row].tolist(), allowed=_ROWS
-        )
-    back = np.flatnonzero(np.diff(table[:, 0]) <= 0.0)
-    if back.size:
-        row = int(back[0])
-        raise InputError(
-            f"the abscissae go back or repeat at row {row + 1}",
-            where=name,
-            found=table[row : row + 2, 0].tolist(),
-            allowed=_ROWS,
-        )
-    return read_only(table[:, 0]), read_only(table[:, 1])
+    """Return the two columns of a table, checked."""
+    allowed = f"a number, a callable, or {_ROWS}"
+    rows = table_of(curve, ("x", "y"), where=name, at_least=2, allowed=allowed)
+    return read_only(rows[:, 0]), read_only(rows[:, 1])
 
 
 def _try(curve: Characteristic) -> None:

@@ -1,0 +1,126 @@
+"""Checks of tables that a user hands over: rows of numbers whose first column rises."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from contiga.arrays.layout import real
+from contiga.errors import InputError
+from contiga.records import FloatArray
+
+
+def table_of(
+    rows: object,
+    columns: tuple[str, ...],
+    *,
+    where: str = "table",
+    at_least: int = 1,
+    allowed: str | None = None,
+) -> FloatArray:
+    """Return rows (n, m) of finite numbers whose first column is strictly increasing.
+
+    Parameters
+    ----------
+    rows : the table as it was given
+    columns : names of the m columns, the first "t" for times
+    where : what errors call the table
+    at_least : smallest n
+    allowed : what errors say is allowed; such rows if omitted
+
+    Raises
+    ------
+    InputError
+        Rows that are not numbers or of several lengths, another number of columns, too few rows, a
+        number that is not finite, a first column that does not rise.
+    """
+    named = allowed or f"rows [{', '.join(columns)}], {columns[0]} strictly increasing"
+    real(rows, where)
+    try:
+        table = np.array(rows, dtype=np.float64)
+    except (TypeError, ValueError) as error:
+        raise InputError(
+            "a table must be rows of numbers, all of the same length",
+            where=where,
+            found=rows,
+            allowed=named,
+        ) from error
+    if table.ndim != 2 or table.shape[1] != len(columns) or len(table) < at_least:
+        count = "one row" if at_least == 1 else f"{at_least} rows"
+        raise InputError(
+            f"a table must have {len(columns)} columns and at least {count}",
+            where=where,
+            found=table.shape,
+            allowed=named,
+        )
+    if not np.isfinite(table).all():
+        row = int(np.flatnonzero(~np.isfinite(table).all(axis=1))[0])
+        raise InputError(
+            f"row {row} is not finite", where=where, found=table[row].tolist(), allowed=named
+        )
+    check_rises(table[:, 0], columns[0], where, named)
+    return table
+
+
+def check_rises(values: FloatArray, name: str, where: str, allowed: str | None = None) -> None:
+    """Refuse values (n,) that are not strictly increasing; errors call those named "t" times.
+
+    Raises
+    ------
+    InputError
+        A value is not above the one before it.
+    """
+    back = np.flatnonzero(np.diff(values) <= 0.0)
+    if back.size:
+        row, plural = int(back[0]), "times" if name == "t" else f"values of {name}"
+        raise InputError(
+            f"the {plural} go back or repeat at row {row + 1}",
+            where=where,
+            found=values[row : row + 2].tolist(),
+            allowed=allowed or f"strictly increasing {plural}",
+        )
+
+
+def check_never_falls(table: FloatArray, columns: tuple[str, str], where: str) -> None:
+    """Refuse rows (n, 2) whose second column falls or begins below zero.
+
+    Raises
+    ------
+    InputError
+        A value is below the one before it, or the first one below zero.
+    """
+    first, second = columns
+    allowed = f"rows [{first}, {second}], the {second} from zero or above and never falling"
+    falls = np.flatnonzero(np.diff(table[:, 1]) < 0.0)
+    if falls.size:
+        row = int(falls[0])
+        raise InputError(
+            f"the {second} falls at row {row + 1}",
+            where=where,
+            found=table[row : row + 2, 1].tolist(),
+            allowed=allowed,
+        )
+    if table[0, 1] < 0.0:
+        raise InputError(
+            "must not be negative", where=where, found=float(table[0, 1]), allowed=allowed
+        )
+
+
+def as_times(times: ArrayLike, count: int) -> FloatArray:
+    """Return `count` ≥ 1 finite times (count,), strictly increasing.
+
+    Raises
+    ------
+    InputError
+        Another number of times, a time that is not finite or not above the one before it.
+    """
+    instants = np.asarray(real(times, "times"), dtype=np.float64)
+    if instants.shape != (count,) or count == 0 or not np.isfinite(instants).all():
+        raise InputError(
+            "expected one finite time for each row, and at least one row",
+            where="times",
+            found=instants.shape,
+            allowed=f"({max(count, 1)},)",
+        )
+    check_rises(instants, "t", "table")
+    return instants
