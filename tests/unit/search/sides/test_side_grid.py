@@ -210,7 +210,7 @@ def test_points_that_are_not_finite_are_on_no_side() -> None:
 
 @pytest.mark.interpreted
 def test_sides_without_compilation(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(side_grid, "FEWEST", 300.0)
+    monkeypatch.setattr(side_grid, "MIN_CELLS", 300.0)
     monkeypatch.setattr(side_grid, "CELLS", 0.0)
     points = np.array([[0.0, 0.0, 0.0], [0.0, 0.0, 1.0], [1.04, 1.04, 1.04], [5.0, 0.0, 0.0]])
     body = box((-1.0, -1.0, -1.0), (1.0, 1.0, 1.0))
