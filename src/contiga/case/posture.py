@@ -74,11 +74,11 @@ def postures(
                 remedy=closest(name, joints),
             )
         _check_coordinates(joints[name], coordinates)
+        _check_tree(ties, joints[name])
     poses = {root: np.eye(4)}
     for step in _outwards(ties, root):
         joint, relative = step.tie.joint, np.eye(4)
         if joint is not None and joint.name in given:
-            _check_tree(ties, step.tie)
             relative = _relative(joint, given[joint.name])
             if step.body == step.tie.first:
                 relative = pose.invert(relative)
@@ -115,15 +115,14 @@ def _outwards(ties: Sequence[Tie], root: str) -> list[_Step]:
     return steps
 
 
-def _check_tree(ties: Sequence[Tie], tie: Tie) -> None:
+def _check_tree(ties: Sequence[Tie], joint: Joint) -> None:
     """Refuse a joint whose bodies other ties connect, too."""
-    others = [one for one in ties if one is not tie]
-    if any(step.body == tie.second for step in _outwards(others, tie.first)):
-        assert tie.joint is not None
+    first, second = joint.between
+    others = [tie for tie in ties if tie.joint is not joint]
+    if any(step.body == second for step in _outwards(others, first)):
         raise CaseError(
             "is in a closed loop: other joints have a say in its coordinates",
-            where=f"joints.{tie.joint.name}",
-            found=tie.joint.name,
+            where=f"joints.{joint.name}",
             allowed="joints of a tree",
             remedy="Draw the loop in the posture that is wanted",
         )
