@@ -1,4 +1,4 @@
-"""What sensors and springs of a run have measured, as channels of ISO/TS 13499 (ISO-MME)."""
+"""What sensors, springs and joints of a run measure, as channels of ISO/TS 13499 (ISO-MME)."""
 
 from __future__ import annotations
 
@@ -39,17 +39,19 @@ class _Kind(NamedTuple):
 _KINDS = (
     (r"(?:filtered_)?a([xyz]?)", _Kind("AC", (1, 0, -2), "m/(s*s)")),
     (r"v([xyz]?)|rate()", _Kind("VE", (1, 0, -1), "m/s")),
-    (r"([xyz])|distance()|elongation()", _Kind("DS", (1, 0, 0), "m")),
-    (r"f([xyz]?)|(?:filtered_)?force()", _Kind("FO", (1, 1, -2), "N")),
-    (r"m([xyz])", _Kind("MO", (2, 1, -2), "Nm")),
+    (r"([xyz])|distance()|elongation()|travel()", _Kind("DS", (1, 0, 0), "m")),
+    (r"f([xyz]?)|(?:filtered_|travel_)?force()", _Kind("FO", (1, 1, -2), "N")),
+    (r"m([xyz])|(?:angle(?:_([12]))?|cone|twist)_force", _Kind("MO", (2, 1, -2), "Nm")),
     (r"w([xyz])", _Kind("AV", (0, 0, -1), "rad/s")),
-    (r"angle(?:_([xyz]))?", _Kind("AN", (0, 0, 0), "rad")),
+    (r"angle(?:_([xyz12]))?|cone|twist", _Kind("AN", (0, 0, 0), "rad")),
 )
+_NUMBERS = {"cone": "1", "twist": "2", "cone_force": "1", "twist_force": "2"}
+"""Directions of coordinates that a joint has two of."""
 _RESULTANTS = ("a", "v", "f", "filtered_a")
 
 
 def channels_of(history: Mapping[str, FloatArray], summary: Mapping[str, Any]) -> list[MmeChannel]:
-    """The channels of all sensors and springs, in SI units, at even times.
+    """The channels of all sensors, springs and joints, in SI units, at even times.
 
     Steps that differ are brought to the fine rate of CFC 1000, no finer than the shortest of them
     unless half of them are. Accelerations, forces and moments keep their integral, the rest goes
@@ -69,10 +71,12 @@ def channels_of(history: Mapping[str, FloatArray], summary: Mapping[str, Any]) -
     if not all(units.get(key) for key in ("length", "mass", "time")):
         raise InputError("the run has no units", where="units", remedy="Run a case file with them")
     base = [base_factor(units[key], key) for key in ("length", "mass", "time")]
-    owners = {**(summary.get("sensors") or {}), **(summary.get("springs") or {})}
+    owners: dict[str, Any] = {}
+    for key in ("sensors", "springs", "joints"):
+        owners |= summary.get(key) or {}
     if not owners:
         raise InputError(
-            "nothing is measured: the run has no sensors and no springs",
+            "nothing is measured: the run has no sensors, springs or joints",
             where="sensor",
             remedy="Add a [[sensor]] to the case",
         )
@@ -114,8 +118,9 @@ def _columns(history: Mapping[str, FloatArray], name: str) -> Iterator[tuple[str
             continue
         for pattern, kind in _KINDS:
             if match := re.fullmatch(pattern, column):
-                axis = next((found for found in match.groups() if found), "")
-                yield column, kind, axis.upper() or ("R" if column in _RESULTANTS else "0")
+                axis = next((found for found in match.groups() if found), "").upper()
+                other = "R" if column in _RESULTANTS else _NUMBERS.get(column, "0")
+                yield column, kind, axis or other
 
 
 def _codes(owners: Mapping[str, Mapping[str, Any]]) -> dict[str, str]:
