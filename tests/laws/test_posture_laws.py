@@ -92,6 +92,16 @@ def test_joints_of_a_tree_have_the_coordinates_that_are_given(seed: int) -> None
             np.testing.assert_allclose(one, two, atol=1e-14)
 
 
+@settings(deadline=None, max_examples=100)
+@given(seed=seeds)
+def test_joints_as_drawn_have_the_coordinates_of_their_laws(seed: int) -> None:
+    joint = a_joint(np.random.default_rng(seed), "joint", "a", "b")
+    for key, value in measured(joint, np.eye(4), np.eye(4)).items():
+        if key != "cone":
+            start = joint.laws[key].start if key in joint.laws else 0.0
+            np.testing.assert_allclose(value, start, atol=1e-12)
+
+
 @settings(deadline=None, max_examples=50)
 @given(angles=st.lists(st.floats(-3.0, 3.0), min_size=3, max_size=6), height=st.floats(-2.0, 2.0))
 def test_a_plane_chain_is_where_its_angles_say(angles: list[float], height: float) -> None:

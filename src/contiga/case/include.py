@@ -61,7 +61,7 @@ def with_includes(data: Mapping[str, Any], path: Path, tables: type[Spec]) -> Wh
         try:
             spec = IncludeSpec.model_validate(row, context={"folder": path.parent})
         except ValidationError as error:
-            raise case_error(error, row, f"{path}: {INCLUDE}[{i}]") from error
+            raise case_error(error, row, str(path), key=f"{INCLUDE}[{i}]") from error
         included = _read(spec, path, data.get("units"), tables)
         try:
             posed = _posed(spec, included)

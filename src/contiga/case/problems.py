@@ -46,12 +46,17 @@ Origins = Mapping[tuple[str, int], Origin]
 
 
 def case_error(
-    error: ValidationError, data: object, file: str, origins: Origins | None = None
+    error: ValidationError,
+    data: object,
+    file: str,
+    *,
+    key: str = "",
+    origins: Origins | None = None,
 ) -> InputError:
-    """One error that tells everything pydantic found wrong in `data`, read from `file` and, some of
-    its tables, from the files of `origins`."""
+    """One error that tells everything pydantic found wrong in `data`, which stands under `key` in
+    `file` or, some of its tables, in the files of `origins`."""
     details = error.errors(include_url=False)
-    problems = [problem_of(detail, data) for detail in details]
+    problems = [problem_of(detail, data, key) for detail in details]
     problems += [one.error for one in misnamed_in(data, details)]
     if len(problems) == 1:
         return traced(problems[0], origins or {}, file)

@@ -597,6 +597,6 @@ def case_of(tables: Whole, path: Path) -> Case:
     try:
         case = Case.model_validate(tables.data, context=context)
     except ValidationError as error:
-        raise case_error(error, tables.data, str(path), tables.origins) from error
+        raise case_error(error, tables.data, str(path), origins=tables.origins) from error
     case._file, case._origins = path, tables.origins
     return case

@@ -272,7 +272,10 @@ at = [0, 0, 0]
         ('joints = { "left knee" = "x" }', LEG, ["must be a coordinate", "found 'x'"]),
         ('root = "tail"', LEG, ["include[0].root", "no body of this name", '"pelvis"']),
         ('joints = { "left knee" = 1 }\nroot = "floor"', LEG, ["no body of this name"]),
-        ("placement = { scale = 2.0 }", LEG, ["cannot be scaled"]),
+        ("placement = { scale = 2.0 }", LEG, ["include[0].placement", "cannot be scaled"]),
+        ("speed = [1, 0, 0]", LEG, ["case.toml: include[0].speed: unknown key", "velocity"]),
+        ("", 'units = { length = "m", mass = "kg", time = "s" }\n' + LEG,
+         ["leg.toml: units", "must be those of the case"]),
         ("", 'title = "x"\n' + LEG, ["leg.toml: title", "is of the case"]),
         ("", "time = { end = 1 }\n" + LEG, ["leg.toml: time", "is of the case"]),
         ("", '[[include]]\nfile = "leg.toml"\n' + LEG, ["leg.toml", "includes no other"]),
@@ -351,3 +354,68 @@ def test_joints_of_all_kinds_start_closed_and_at_their_coordinates(tmp_path: Pat
     for kind, (_, values) in CHAIN.items():
         for key, value in values.items():
             np.testing.assert_allclose(history[f"driver {kind}.{key}"][0], value, atol=1e-12)
+
+
+SEAT = """
+[[body]]
+name = "rail"
+geometry = { shape = "sphere", radius = 20, centre = [0, 0, 100] }
+motion = { kind = "translate", table = [[0, 0, 0, 0], [4, 5, 0, 0]] }
+[[body]]
+name = "wheel"
+geometry = { shape = "sphere", radius = 20, centre = [0, 0, 300] }
+motion = { kind = "rotate", axis = "x", centre = [0, 0, 310], table = [[0, 0], [4, 90]] }
+[[body]]
+name = "sled"
+geometry = { shape = "sphere", radius = 20, centre = [0, 0, 500] }
+[body.motion]
+kind = "acceleration"
+table = [[0, 1], [4, 1]]
+direction = "x"
+velocity = [2, 0, 0]
+[[slave]]
+name = "net"
+points = { grid = { shape = "plane", width = 40, length = 80, nu = 5, nv = 9 } }
+[slave.motion]
+kind = "deform"
+material = { kind = "elastic", young = 0.1 }
+density = 1e-6
+thickness = 1.0
+fixed = [
+  { box = [[-50, -50, -1], [-15, 50, 1]], hold = ["x"] },
+  { plane = [[20, 0, 0], [1, 0, 0]] },
+  { layer = { direction = [0, 1, 0] } },
+]
+loads = { force = [1e-3, 0, 0] }
+[[spring]]
+name = "wire"
+between = ["net", "ground"]
+at = [[0, 0, 0], [0, 0, 50]]
+curve = 0.1
+[[sensor]]
+name = "corner"
+node = "net"
+at = [20, 40, 0]
+"""
+
+
+def test_what_is_driven_and_what_deforms_turns_with_its_file(tmp_path: Path) -> None:
+    case = read(tmp_path, PLACED, leg=SEAT, case=CASE.partition("[[contact]]")[0])
+    rail, wheel, sled = (body.motion for body in case.body[1:])
+    np.testing.assert_allclose(rail.table, [[0, 0, 0, 0], [4, 0, 5, 0]], atol=1e-12)  # type: ignore[union-attr]
+    np.testing.assert_allclose(wheel.axis, [0, 1, 0], atol=1e-12)  # type: ignore[union-attr]
+    np.testing.assert_allclose(wheel.centre, [10, 20, 1010], atol=1e-12)  # type: ignore[union-attr]
+    np.testing.assert_allclose(sled.direction, [0, 1, 0], atol=1e-12)  # type: ignore[union-attr]
+    np.testing.assert_allclose(sled.velocity, [0, 2, 0], atol=1e-12)  # type: ignore[union-attr]
+    deform = case.slave[0].motion
+    box, plane, layer = deform.fixed  # type: ignore[union-attr]
+    np.testing.assert_allclose(box.box, [[-40, -30, 699], [60, 5, 701]], atol=1e-9)
+    assert box.hold == ["y"]
+    np.testing.assert_allclose(plane.plane, [[10, 40, 700], [0, 1, 0]], atol=1e-9)
+    np.testing.assert_allclose(layer.layer.direction, [-1, 0, 0], atol=1e-12)
+    np.testing.assert_allclose(deform.loads[0].force, [0, 1e-3, 0], atol=1e-15)  # type: ignore[union-attr]
+    np.testing.assert_allclose(case.spring[0].at, [[10, 20, 700], [10, 20, 750]], atol=1e-9)
+    np.testing.assert_allclose(case.sensor[0].at, [-30, 40, 700], atol=1e-9)
+    cg.build(case)
+    with pytest.raises(CaseError, match=r"leg.toml: slave\[0\].motion.fixed\[0\].box"):
+        read(tmp_path, PLACED.replace("90", "80"), leg=SEAT, case=CASE.partition("[[contact]]")[0])

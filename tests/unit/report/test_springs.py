@@ -69,7 +69,9 @@ def test_lines_of_joints_go_with_their_second_bodies(hung: Path) -> None:
     for step, depth in enumerate(DEPTHS):
         peak = at_frame(series, step, None, ties_of(run.summary))
         assert peak.tie_kinds == ("spring", "spring", "joint")
-        np.testing.assert_allclose(peak.ties[2], line - np.array([0, 0, depth - DEPTHS[0]]), atol=1e-5)
+        np.testing.assert_allclose(
+            peak.ties[2], line - np.array([0, 0, depth - DEPTHS[0]]), atol=1e-5
+        )
 
 
 def test_table_and_figures_say_what_there_is(hung: Path) -> None:
