@@ -10,7 +10,6 @@ import numpy as np
 
 from contiga.arrays.ordered import length, product
 from contiga.dynamics.joints import KINDS, Joint, Marker
-from contiga.dynamics.springs import GROUND
 from contiga.errors import CaseError
 from contiga.io.naming import closest
 from contiga.records import FloatArray
@@ -90,13 +89,6 @@ def postures(
                 where=f"joints.{name}",
                 remedy='Name a body of its mechanism as root = "…"',
             )
-    if root != GROUND and not np.array_equal(poses.get(GROUND, np.eye(4)), np.eye(4)):
-        raise CaseError(
-            "the joints given would move the ground",
-            where="root",
-            found=root,
-            remedy=f'Leave out root: "{GROUND}" is the root of a mechanism that stands on it',
-        )
     return poses
 
 

@@ -220,6 +220,14 @@ def test_a_case_with_a_file_is_written_back_as_one_without(tmp_path: Path) -> No
     assert resolved_toml(load_case(tmp_path / "flat.toml")) == text
 
 
+def test_a_file_may_hang_on_a_body_of_the_case(tmp_path: Path) -> None:
+    case = read(tmp_path, 'joints = { post = 0.5 }\nroot = "floor"', leg=LEG + POST)
+    thigh = case.body[2].mass.centre  # type: ignore[union-attr]
+    np.testing.assert_allclose(thigh, at(turned("z", 0.5), [190, 0, 5]), atol=1e-9)
+    assert case.joint[-1].angle is not None
+    assert case.joint[-1].angle.start == 0.5
+
+
 def test_settings_reach_the_table_and_what_the_file_holds(tmp_path: Path) -> None:
     path = written(tmp_path, 'joints = { "left knee" = 0.7 }')
     (tmp_path / "other.toml").write_text(LEG.replace("total = 5.0", "total = 6.0"))
@@ -260,6 +268,16 @@ at = [0, 0, 0]
 """
 
 
+POST = """
+[[joint]]
+name = "post"
+kind = "revolute"
+between = ["floor", "pelvis"]
+at = [0, 0, 0]
+axis = [0, 0, 1]
+"""
+
+
 @pytest.mark.parametrize(
     ("include", "leg", "words"),
     [
@@ -272,6 +290,7 @@ at = [0, 0, 0]
         ('joints = { "left knee" = "x" }', LEG, ["must be a coordinate", "found 'x'"]),
         ('root = "tail"', LEG, ["include[0].root", "no body of this name", '"pelvis"']),
         ('joints = { "left knee" = 1 }\nroot = "floor"', LEG, ["no body of this name"]),
+        ('joints = { post = 1 }', LEG + POST, ["include[0].root", "would move 'floor'"]),
         ("placement = { scale = 2.0 }", LEG, ["include[0].placement", "cannot be scaled"]),
         ("speed = [1, 0, 0]", LEG, ["case.toml: include[0].speed: unknown key", "velocity"]),
         ("", 'units = { length = "m", mass = "kg", time = "s" }\n' + LEG,
