@@ -438,3 +438,25 @@ def test_what_is_driven_and_what_deforms_turns_with_its_file(tmp_path: Path) -> 
     cg.build(case)
     with pytest.raises(CaseError, match=r"leg.toml: slave\[0\].motion.fixed\[0\].box"):
         read(tmp_path, PLACED.replace("90", "80"), leg=SEAT, case=CASE.partition("[[contact]]")[0])
+
+
+def test_a_study_may_swap_the_file_and_set_a_joint(tmp_path: Path) -> None:
+    leg = LEG.partition("[[spring]]")[0]
+    case = CASE.partition("[[contact]]")[0].replace("end = 4.0", "end = 0.2")
+    path = written(tmp_path, 'joints = { "left knee" = 0.7 }', leg=leg, case=case)
+    (tmp_path / "other.toml").write_text(leg.replace("total = 5.0", "total = 15.0"))
+    found = cg.study(
+        path,
+        {
+            "include.driver.file": ["leg.toml", "other.toml"],
+            "include.driver.joints.left knee": [0.2, 0.4],
+        },
+        {"angle": "at(driver left knee.angle, 0)", "energy": "max(energy.kinetic)"},
+        set={"output.report": False, "output.formats": ["csv"]},
+        workers=0,
+    ).to_pandas()
+    np.testing.assert_allclose(found["angle"], [0.2, 0.4, 0.2, 0.4], atol=1e-12)
+    assert set(found["status"]) == {"done"}
+    # The hip holds the thigh back the more, the heavier the pelvis is.
+    light, heavy = found["energy"].to_numpy().reshape(2, 2)
+    assert (heavy < light).all()
