@@ -142,9 +142,6 @@ BEFORE = [
           last=on_joint("spherical", "[[0, 0, 162], [0, 0, 152]]")),
     wrong("a velocity that a joint does not allow", DROPPED, "joint", "differs by 3 mm/ms",
           last=on_joint("spherical", "[0, 0, 152]")),
-    wrong("two joints that hold one thing", DROPPED, "redundant", "joints spherical, revolute: 3",
-          last=on_joint("spherical", "[0, 0, 152]").partition("[[sensor]]")[0]
-          + on_joint("revolute", "[0, 0, 152]")),
     wrong("a mass in kg", DROPPED, "mass", "its mass is 0.001 g",
           mass="mass = { total = 0.001 }"),
     wrong("a mass in mg", DROPPED, "mass", "1e+09 g", mass="mass = { total = 1e9 }"),

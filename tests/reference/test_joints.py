@@ -223,6 +223,9 @@ def test_a_planar_four_bar_of_revolutes_converges_though_three_rows_are_redundan
         errors.append(np.abs(final_centres(result, list(simulation.bodies)) - exact).max())
         assert max(misfit(simulation, state) for state in result.states) <= 1e-12
     assert simulation.joint_fit.redundant == 3
+    assert all("joint" not in str(finding) for finding in simulation.check())
+    [note] = result.summary["notes"]
+    assert "3 of their constraints follow from the others" in note
     np.testing.assert_allclose(orders_of(errors), 2.0, atol=0.05)
 
 

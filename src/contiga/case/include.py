@@ -6,13 +6,14 @@ else has to know of files that are included.
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
 
+import numpy as np
 from pydantic import ValidationError
 
+from contiga.case.case_file import read_text, tables_in
 from contiga.case.include_spec import IncludeSpec
 from contiga.case.included_tables import Included, names_of, tables_posed
 from contiga.case.motion_spec import AttachedSpec
@@ -61,7 +62,7 @@ def with_includes(data: Mapping[str, Any], path: Path, tables: type[Spec]) -> Wh
         try:
             spec = IncludeSpec.model_validate(row, context={"folder": path.parent})
         except ValidationError as error:
-            raise case_error(error, row, f"{path}: {INCLUDE}[{i}]") from error
+            raise case_error(error, row, str(path), key=f"{INCLUDE}[{i}]") from error
         included = _read(spec, path, data.get("units"), tables)
         try:
             posed = _posed(spec, included)
@@ -80,10 +81,7 @@ def with_includes(data: Mapping[str, Any], path: Path, tables: type[Spec]) -> Wh
 def _read(spec: IncludeSpec, path: Path, units: Any, tables: type[Spec]) -> Any:
     """Return the tables of a file, checked as those of a case are."""
     file = Path(spec.file)
-    try:
-        data = tomllib.loads(file.read_text(encoding="utf-8-sig"))
-    except (ValueError, RecursionError) as error:
-        raise CaseError(f"is not valid TOML: {error}", where=str(file)) from error
+    data = tables_in(read_text(file), file)
     if INCLUDE in data or file == path.resolve():
         raise CaseError(
             "a file that is included includes no other, nor itself",
@@ -119,26 +117,30 @@ def _posed(spec: IncludeSpec, included: Any) -> Included:
     for body in included.body:
         if isinstance(body.motion, AttachedSpec):
             ties.append(Tie(body.motion.body, body.name, None))
-    poses: Mapping[str, FloatArray] = {}
-    if spec.joints:
+    names, poses = names_of(included), dict[str, FloatArray]()
+    if spec.joints or spec.root is not None:
         poses = postures(ties, _root(spec, included, ties), spec.coordinates(joints))
-    elif spec.root is not None:
-        _root(spec, included, ties)
-    return Included(spec, included, names_of(included), spec.matrix, poses)
+    for name in poses.keys() - names:
+        if not np.array_equal(poses.pop(name), np.eye(4)):
+            raise CaseError(
+                f"the joints given would move {name!r}, which is not of this file",
+                where="root",
+                remedy=f'Set root = "{name}", so that the others move',
+            )
+    return Included(spec, included, names, spec.matrix, poses)
 
 
 def _root(spec: IncludeSpec, included: Any, ties: list[Tie]) -> str:
-    bodies = [body.name for body in included.body]
-    if spec.root is not None:
-        if spec.root not in bodies:
-            raise CaseError(
-                "the file has no body of this name",
-                where="root",
-                found=spec.root,
-                allowed=", ".join(f'"{name}"' for name in bodies),
-            )
-        return spec.root
-    grounded = any(GROUND in (tie.first, tie.second) for tie in ties)
-    if not (grounded or bodies):
+    """Return the body that joints do not move."""
+    ends = (end for tie in ties for end in (tie.first, tie.second))
+    known = list(dict.fromkeys([*(body.name for body in included.body), *ends]))
+    if spec.root is not None and spec.root not in known:
+        raise CaseError(
+            "the file has no body of this name",
+            where="root",
+            found=spec.root,
+            allowed=", ".join(f'"{name}"' for name in known),
+        )
+    if not known:
         raise CaseError("the file has no body that joints could turn", where="joints")
-    return GROUND if grounded else bodies[0]
+    return spec.root or (GROUND if GROUND in known else known[0])

@@ -307,7 +307,13 @@ def _pose_joint(included: Included, spec: Any, table: Table) -> None:
     table["at"] = _points(included, joint.between, joint.at.tolist())
     if spec.axis is not None or joint.kind == "spherical":
         table["axis"] = [_vector(turns[side], joint.axis[side]) for side in (0, 1)]
-    for key, value in included.spec.coordinates({joint.name: joint}).get(joint.name, {}).items():
+    given = included.spec.coordinates({joint.name: joint}).get(joint.name, {})
+    if "travel" in given:
+        # A joint starts at its travel where both points of `at` meet.
+        drawn = joint.laws["travel"].start if "travel" in joint.laws else 0.0
+        way = (float(given["travel"]) - drawn) * joint.axis[0]  # type: ignore[arg-type]
+        table["at"][0] = _point(included.pose(joint.between[0]), joint.at[0] + way)
+    for key, value in given.items():
         # The axes on both bodies say how far the cone is open.
         if key not in ("cone", "about") and (value or key in table):
             table[key] = table.get(key, {}) | {"start": value}

@@ -46,14 +46,19 @@ Origins = Mapping[tuple[str, int], Origin]
 
 
 def case_error(
-    error: ValidationError, data: object, file: str, origins: Origins | None = None
+    error: ValidationError,
+    data: object,
+    file: str,
+    *,
+    key: str = "",
+    origins: Origins | None = None,
 ) -> InputError:
     """Return one error with everything that pydantic found wrong in `data`, read from `file`.
 
-    Some of its tables are from the files of `origins`.
+    `data` stands under `key`; some of its tables may be from the files of `origins`.
     """
     details = error.errors(include_url=False)
-    problems = [problem_of(detail, data) for detail in details]
+    problems = [problem_of(detail, data, key) for detail in details]
     problems += [one.error for one in misnamed_in(data, details)]
     if len(problems) == 1:
         return traced(problems[0], origins or {}, file)

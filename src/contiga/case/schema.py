@@ -6,7 +6,6 @@ when the case is built.
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Callable, Iterator, Mapping
 from functools import partial
 from pathlib import Path
@@ -23,6 +22,7 @@ from pydantic import (
 )
 
 from contiga.case.belt_spec import BeltSpec
+from contiga.case.case_file import read_text, tables_in
 from contiga.case.columns import channels_of_case
 from contiga.case.contact_spec import ContactSpec
 from contiga.case.device_spec import SlipRingSpec
@@ -63,9 +63,7 @@ from contiga.case.standing import order_of, references
 from contiga.case.surface_spec import RefineSpec, check_surface
 from contiga.dynamics.springs import GROUND
 from contiga.dynamics.stepping import AutoSteps, EqualSteps
-from contiga.errors import CaseError, FileError, InputError
-
-_LARGEST_CASE = 32 * 1024**2  # bytes; the parser takes a second, ten times the memory, a million
+from contiga.errors import CaseError, InputError
 
 
 def _number_or_auto(value: Any) -> Any:
@@ -523,33 +521,6 @@ def load_case(path: str | Path, *, set: Mapping[str, Any] | None = None) -> Case
     return parse_case(read_text(path), path, set=set)
 
 
-def read_text(path: Path) -> str:
-    """Return the text of a case file.
-
-    Raises
-    ------
-    FileError
-        It is missing, too large, cannot be read or is not UTF-8.
-    """
-    try:
-        if path.stat().st_size > _LARGEST_CASE:
-            raise FileError(
-                "too large for a case file",
-                where=str(path),
-                found=path.stat().st_size,
-                allowed=f"up to {_LARGEST_CASE} bytes",
-                remedy="Points and long tables belong in files that the case names",
-            )
-        # Some editors on Windows write a byte order mark.
-        return path.read_text(encoding="utf-8-sig")
-    except FileNotFoundError as error:
-        raise FileError("no such file", where=str(path), allowed="a case file (TOML)") from error
-    except UnicodeDecodeError as error:
-        raise FileError("is not UTF-8 text", where=str(path), allowed="a case file") from error
-    except OSError as error:
-        raise FileError(f"cannot be read ({error.strerror})", where=str(path)) from error
-
-
 def parse_case(
     text: str, path: str | Path = "case.toml", *, set: Mapping[str, Any] | None = None
 ) -> Case:
@@ -572,16 +543,10 @@ def tables_of(text: str, path: Path, set: Mapping[str, Any] | None = None) -> Wh
     CaseError, FileError
         The text is not TOML, a key of `set` leads nowhere, or a file that is included is wrong.
     """
-    try:
-        data: dict[str, Any] = tomllib.loads(text)
-    except ValueError as error:  # TOMLDecodeError, or a number or date Python refuses
-        raise CaseError(f"is not valid TOML: {error}", where=str(path)) from error
-    except RecursionError as error:
-        raise CaseError("is not valid TOML: nested too deeply", where=str(path)) from error
     settings = dict(set or {})
     # What decides how files are read comes before, what is set of their tables after it.
     before = {key: value for key, value in settings.items() if key.startswith((INCLUDE, "units"))}
-    whole = with_includes(with_settings(data, before), path, IncludedTables)
+    whole = with_includes(with_settings(tables_in(text, path), before), path, IncludedTables)
     after = {key: value for key, value in settings.items() if key not in before}
     return whole._replace(data=with_settings(whole.data, after))
 
@@ -598,6 +563,6 @@ def case_of(tables: Whole, path: Path) -> Case:
     try:
         case = Case.model_validate(tables.data, context=context)
     except ValidationError as error:
-        raise case_error(error, tables.data, str(path), tables.origins) from error
+        raise case_error(error, tables.data, str(path), origins=tables.origins) from error
     case._file, case._origins = path, tables.origins
     return case

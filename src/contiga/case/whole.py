@@ -11,10 +11,11 @@ from pydantic import ValidationError
 from pydantic_core import ErrorDetails
 
 from contiga.case.build import faults_of
+from contiga.case.case_file import read_text
 from contiga.case.include import Whole
 from contiga.case.names import Misnamed
 from contiga.case.problems import Fault, listed, misnamed_in, placed, problem_of, traced
-from contiga.case.schema import Case, case_of, read_text, tables_of
+from contiga.case.schema import Case, case_of, tables_of
 from contiga.errors import InputError
 
 _PLACE = re.compile(r"^(\w+)\[(\d+)\]")

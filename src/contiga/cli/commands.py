@@ -224,6 +224,7 @@ def check(
     from contiga.case.build import build
     from contiga.case.describe import describe, placed_parts
     from contiga.simulation.checks.finding import raise_findings
+    from contiga.simulation.checks.joint_checks import joint_notes
     from contiga.simulation.checks.surface_checks import OPEN
 
     path = None if picture is None else preview_path(picture)
@@ -238,6 +239,8 @@ def check(
     if path is not None:
         write_preview(simulation, path)
     findings = simulation.check()
+    for note in joint_notes(simulation):
+        print(f"note: {note}")
     for finding in findings:
         print(f"warning: {finding}")
     if strict and findings:

@@ -12,7 +12,7 @@ from contiga.previewing.words import gap_text, legend, speed_text, way_in_text
 from contiga.records import FloatArray
 from contiga.report.figure import Figure, Trace, embedded, plotly_script
 from contiga.report.space import VIEW_CONFIG, columns, dots, line_in_space, mesh_trace, space_layout
-from contiga.report.style import INK, LINES, MUTED, SPRING, page
+from contiga.report.style import INK, LINES, MUTED, TIES, page
 
 RED = LINES[1]
 _APART = 1e-3
@@ -30,7 +30,8 @@ def page_of(stage: Stage) -> str:
         "Nothing has been run.</p>"
         f'<div class="frame">{scene}</div>'
         '<p class="caption">Drag to turn, scroll to zoom. Cones point to the free side of '
-        "bodies; dashed lines are the ways that motions prescribe, thick ochre ones springs.</p>"
+        "bodies; dashed lines are the ways that motions prescribe, thick ochre ones springs, "
+        "purple ones axes of joints.</p>"
         f"{_gaps(stage)}{_parts(stage)}"
     )
     return page(stage.title, body, css=_CSS, script=plotly_script())
@@ -50,8 +51,9 @@ def figure_of(stage: Stage) -> Figure:
         name = f"{arrow.name}: {speed_text(arrow, stage.units)}"
         figure.data.append(line_in_space(name, ends, {"color": INK, "width": 6}))
         figure.data.append(_cones(name, ends[1:], 0.2 * (ends[1:] - ends[:1]), INK))
-    look = {"color": SPRING, "width": 5}
-    figure.data.extend([line_in_space(f"spring {tie.name}", tie.ends, look) for tie in stage.ties])
+    for tie in stage.ties:
+        look = {"color": TIES[tie.kind], "width": 5}
+        figure.data.append(line_in_space(f"{tie.kind} {tie.name}", tie.ends, look))
     figure.data.extend([_gap(gap, stage) for gap in stage.gaps])
     return figure
 

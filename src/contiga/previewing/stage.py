@@ -18,6 +18,7 @@ from contiga.report.run_folder import Units, units_of
 from contiga.rigid.frames import to_body, to_world
 from contiga.simulation.checks.approach import closest_approach
 from contiga.simulation.checks.scene import Pair
+from contiga.simulation.joints import joint_lines
 from contiga.simulation.model import ContactPart, Model
 from contiga.simulation.step import Placement, place
 from contiga.slaves.slave import box_of
@@ -87,11 +88,13 @@ class Gap(NamedTuple):
 
 
 class Tie(NamedTuple):
-    """A spring at the start."""
+    """A spring or a line of a joint at the start."""
 
     name: str
     ends: FloatArray
     """(2, 3), world axes."""
+    kind: str = "spring"
+    """"spring" or "joint"."""
 
 
 class Stage(NamedTuple):
@@ -123,7 +126,7 @@ class Stage(NamedTuple):
 
     @property
     def box(self) -> FloatArray:
-        """Return the box (2, 3) of all parts and springs."""
+        """Return the box (2, 3) of all parts, springs and joints."""
         boxes = np.array(
             [part.box for part in self.parts] + [np.sort(tie.ends, axis=0) for tie in self.ties]
         )
@@ -153,7 +156,14 @@ def stage_of(model: Model) -> Stage:
         ways=tuple(_ways(model, parts)),
         velocities=tuple(_velocities(model, parts)),
         gaps=tuple(_gaps(model, start)),
-        ties=tuple(Tie(name, spring.at) for name, spring in model.springs.items()),
+        ties=(
+            *(Tie(name, spring.at) for name, spring in model.springs.items()),
+            *(
+                Tie(name, line, "joint")
+                for name, lines in joint_lines(model).items()
+                for line in lines
+            ),
+        ),
     )
 
 

@@ -14,7 +14,7 @@ from contiga.records import FloatArray
 from contiga.rendering.camera import unit
 from contiga.rendering.shading import free_edges
 from contiga.report.labels import spread
-from contiga.report.style import INK, LINES, MUTED, SPRING
+from contiga.report.style import INK, LINES, MUTED, TIES
 from contiga.report.view import View
 from contiga.triangles.trimesh import TriMesh
 
@@ -89,7 +89,7 @@ def _whole(axes: Any, stage: Stage) -> None:
     for ends in stage.velocity_ends:
         view.arrow(*ends, color=INK, lw=2.0)
     for tie in stage.ties:
-        view.lines(tie.ends, color=SPRING, lw=2.2)
+        view.lines(tie.ends, color=TIES[tie.kind], lw=2.2)
     for gap in stage.gaps:
         axes.plot(*view.placed(gap.ends).T, "o-", color=RED, ms=4.0, mew=0.0, lw=1.6, zorder=6)
     edges = _edges(view, stage)
@@ -186,9 +186,10 @@ def _labels(axes: Any, view: View, stage: Stage, edges: list[tuple[str, FloatArr
     for gap in stage.gaps:
         at = view.placed([gap.ends.mean(axis=0)])[0]
         texts.append((gap_text(gap, stage.units), at + np.array([0.0, 16.0]), RED))
-    long = [tie for tie in stage.ties if np.ptp(view.placed(tie.ends), axis=0).max() > _LONG]
+    springs = [tie for tie in stage.ties if tie.kind == "spring"]
+    long = [tie for tie in springs if np.ptp(view.placed(tie.ends), axis=0).max() > _LONG]
     for tie in long[:_SPRINGS]:
-        texts.append((tie.name, view.placed([tie.ends.mean(axis=0)])[0], SPRING))
+        texts.append((tie.name, view.placed([tie.ends.mean(axis=0)])[0], TIES[tie.kind]))
     wanted = np.array([at for _, at, _ in texts])
     lines = [text.split("\n") for text, _, _ in texts]
     sizes = np.array([[max(map(len, rows)), len(rows)] for rows in lines]) * _CHARACTER

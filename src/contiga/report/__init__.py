@@ -69,7 +69,7 @@ def write_report(folder: str | Path) -> Path:
         still = (run.folder / PICTURE).read_bytes()
         with series.held(), nullcontext() if outlines is None else outlines.held():
             frames = frames_of(series, outlines, frame, peak, run.units, ties)
-        view = view_of(peak, frames, run.units, [tie.name for tie in ties])
+        view = view_of(peak, frames, run.units, ties)
     text = page(run, still=still, view=view, peak_time=peak_time)
     write_text(run.folder / PAGE, text)
     return run.folder / PAGE

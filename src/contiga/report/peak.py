@@ -67,7 +67,9 @@ class Peak(NamedTuple):
     framed: FloatArray | None = None
     """(k, 3) points of the frame; None for the whole scene."""
     ties: FloatArray = _NO_TIES
-    """(k, 2, 3) ends of springs."""
+    """(k, 2, 3) ends of springs and of lines of joints."""
+    tie_kinds: tuple[str, ...] = ()
+    """(k,) "spring" or "joint"."""
 
     @property
     def seen(self) -> FloatArray:
@@ -180,6 +182,7 @@ def at_frame(
         focus=focus,
         framed=framed,
         ties=ties_at(series, frame, ties),
+        tie_kinds=tuple(tie.kind for tie in ties),
     )
 
 

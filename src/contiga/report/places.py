@@ -19,24 +19,30 @@ AS_NEAR = 1e-6
 
 
 class Tie(NamedTuple):
-    """A spring between points of bodies, slaves or the ground."""
+    """A spring between points of bodies, slaves or the ground, or a line of a joint on a body."""
 
     name: str
     between: tuple[str, str]
     at: FloatArray
     """(2, 3) the points at the start."""
+    kind: str = "spring"
+    """"spring" or "joint"."""
 
 
 Ties = Sequence[Tie]
 
 
 def ties_of(summary: dict[str, Any]) -> list[Tie]:
-    """Return the springs of a run, from its summary."""
-    springs = summary.get("springs") or {}
-    return [
+    """Return the springs and joints of a run, from its summary."""
+    springs, joints = summary.get("springs") or {}, summary.get("joints") or {}
+    ties = [
         Tie(name, tuple(one["between"]), np.asarray(one["at"], np.float64))
         for name, one in springs.items()
     ]
+    for name, one in joints.items():
+        for line in np.asarray(one.get("lines", ()), np.float64):
+            ties.append(Tie(name, (one["between"][1],) * 2, line, "joint"))
+    return ties
 
 
 def ties_at(series: RecordedFields, frame: int, ties: Ties) -> FloatArray:

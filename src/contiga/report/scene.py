@@ -11,7 +11,7 @@ from contiga.rendering.shading import Picture
 from contiga.report.coloured import ColouredField, region_colours
 from contiga.report.colours import channels, scale_colours
 from contiga.report.peak import Peak
-from contiga.report.style import SPRING
+from contiga.report.style import TIES
 
 BODY = np.array([0.56, 0.62, 0.69])
 SLAVE = np.array([0.82, 0.79, 0.72])
@@ -154,11 +154,13 @@ def _draw_outlines(
 def _draw_ties(
     camera: Camera, peak: Peak, picture: Picture, nearest: FloatArray, bias: float
 ) -> None:
-    """Draw springs as lines where nothing hides them."""
-    edges = np.arange(2 * len(peak.ties), dtype=np.int32).reshape(-1, 2)
-    if len(edges):
-        ink = shading.line_ink(camera, peak.ties.reshape(-1, 3), edges, nearest, bias)
-        picture[shading.thickened(ink, max(1, camera.size[0] // 480))] = channels(SPRING)
+    """Draw springs and joints as lines where nothing hides them."""
+    for kind, colour in TIES.items():
+        ends = peak.ties[[k == kind for k in peak.tie_kinds]].reshape(-1, 3)
+        if len(ends):
+            edges = np.arange(len(ends), dtype=np.int32).reshape(-1, 2)
+            ink = shading.line_ink(camera, ends, edges, nearest, bias)
+            picture[shading.thickened(ink, max(1, camera.size[0] // 480))] = channels(colour)
 
 
 def _draw_dots(camera: Camera, peak: Peak, picture: Picture) -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -15,9 +14,10 @@ from contiga.report.figure import Figure, Trace
 from contiga.report.frames import Frames, closed, packed, parted
 from contiga.report.lines import CONFIG, FONT
 from contiga.report.peak import Outline, Peak
+from contiga.report.places import Ties
 from contiga.report.run_folder import Units
 from contiga.report.scene import outside_direction, upwards
-from contiga.report.style import BODY, GRID, INK, MUTED, REGIONS, SCALE, SLAVE, SPRING
+from contiga.report.style import BODY, GRID, INK, MUTED, REGIONS, SCALE, SLAVE, TIES
 
 VIEW_CONFIG = {
     **CONFIG,
@@ -51,8 +51,8 @@ class View(NamedTuple):
     """Whether a point is in contact at the peak."""
 
 
-def view_of(peak: Peak, frames: Frames, units: Units, ties: Sequence[str] = ()) -> View:
-    """Return body, slave, contact, its outlines, and springs of these names, as a 3D view."""
+def view_of(peak: Peak, frames: Frames, units: Units, ties: Ties = ()) -> View:
+    """Return body, slave, contact, its outlines, springs and joints, as a 3D view."""
     figure = Figure()
     figure.data.append(mesh_trace(peak.body_points, peak.body_triangles, "body", BODY, GLASS))
     fields = {
@@ -186,11 +186,13 @@ def _outline(peak: Peak, regions: tuple[Outline, ...], key: tuple[int, int], col
     return line_in_space(name, points, {"color": colour, "width": 5})
 
 
-def _ties(peak: Peak, names: Sequence[str]) -> Trace:
-    """Return the springs, each a line with its name."""
-    text = [name for name in names for _ in range(3)]
-    look = {"color": SPRING, "width": 5}
-    return line_in_space("springs", parted(peak.ties), look, text=text, hoverinfo="text")
+def _ties(peak: Peak, ties: Ties) -> Trace:
+    """Return springs and joints, each a line with its name."""
+    # Three points a line: its ends, and the break behind them.
+    text = [tie.name for tie in ties for _ in range(3)]
+    look = {"color": [TIES[tie.kind] for tie in ties for _ in range(3)], "width": 5}
+    name = "springs and joints"
+    return line_in_space(name, parted(peak.ties), look, text=text, hoverinfo="text")
 
 
 def line_in_space(name: str, points: FloatArray, look: dict[str, Any], **more: Any) -> Trace:

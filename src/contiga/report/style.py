@@ -18,7 +18,9 @@ from contiga.io.out.palette import INK as INK
 from contiga.io.out.palette import LINES as LINES
 from contiga.io.out.palette import MUTED as MUTED
 
-BODY, SLAVE, SPRING = "#8f9eb0", "#d1c9b8", "#b07d1e"
+BODY, SLAVE = "#8f9eb0", "#d1c9b8"
+TIES = {"spring": "#b07d1e", "joint": "#7a3b8f"}
+"""Colours of what ties bodies together."""
 SCALE = ("#ffe9a8", "#fdbf5a", "#f4813f", "#d9433f", "#a01c5b", "#4a0f57")
 """Colours from small to large; lightness falls throughout, so that it reads without colour."""
 REGIONS = ("#12708f", "#5b3fa8", "#2f7d3b", "#b0306a", "#8a5a00", "#3a4d8f", "#00796b", "#7a4a2a")

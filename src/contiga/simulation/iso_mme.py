@@ -1,4 +1,4 @@
-"""Turn what sensors and springs have measured into channels of ISO/TS 13499 (ISO-MME)."""
+"""Turn what sensors, springs and joints have measured into channels of ISO/TS 13499 (ISO-MME)."""
 
 from __future__ import annotations
 
@@ -38,17 +38,19 @@ class _Kind(NamedTuple):
 _KINDS = (
     (r"(?:filtered_)?a([xyz]?)", _Kind("AC", "acceleration", "m/(s*s)")),
     (r"v([xyz]?)|rate()", _Kind("VE", "velocity", "m/s")),
-    (r"([xyz])|distance()|elongation()", _Kind("DS", "length", "m")),
-    (r"f([xyz]?)|(?:filtered_)?force()", _Kind("FO", "force", "N")),
-    (r"m([xyz])", _Kind("MO", "moment", "Nm")),
+    (r"([xyz])|distance()|elongation()|travel()", _Kind("DS", "length", "m")),
+    (r"f([xyz]?)|(?:filtered_|travel_)?force()", _Kind("FO", "force", "N")),
+    (r"m([xyz])|(?:angle(?:_([12]))?|cone|twist)_force", _Kind("MO", "moment", "Nm")),
     (r"w([xyz])", _Kind("AV", "spin", "rad/s")),
-    (r"angle(?:_([xyz]))?", _Kind("AN", "angle", "rad")),
+    (r"angle(?:_([xyz12]))?|cone|twist", _Kind("AN", "angle", "rad")),
 )
+_NUMBERS = {"cone": "1", "twist": "2", "cone_force": "1", "twist_force": "2"}
+"""Directions of coordinates that a joint has two of."""
 _RESULTANTS = ("a", "v", "f", "filtered_a")
 
 
 def channels_of(history: Mapping[str, FloatArray], summary: Mapping[str, Any]) -> list[MmeChannel]:
-    """Return the channels of all sensors and springs, in SI units, at even times.
+    """Return the channels of all sensors, springs and joints, in SI units, at even times.
 
     Steps that differ are brought to the fine rate of CFC 1000, no finer than the shortest of them
     unless half of them are. Accelerations, forces and moments keep their integral, the rest goes
@@ -69,10 +71,12 @@ def channels_of(history: Mapping[str, FloatArray], summary: Mapping[str, Any]) -
         raise InputError("the run has no units", where="units", remedy="Run a case file with them")
     names = units["length"], units["mass"], units["time"]
     second = base_factor(names[2], "time")
-    owners = {**(summary.get("sensors") or {}), **(summary.get("springs") or {})}
+    owners: dict[str, Any] = {}
+    for key in ("sensors", "springs", "joints"):
+        owners |= summary.get(key) or {}
     if not owners:
         raise InputError(
-            "nothing is measured: the run has no sensors and no springs",
+            "nothing is measured: the run has no sensors, springs or joints",
             where="sensor",
             remedy="Add a [[sensor]] to the case",
         )
@@ -113,8 +117,9 @@ def _columns(history: Mapping[str, FloatArray], name: str) -> Iterator[tuple[str
             continue
         for pattern, kind in _KINDS:
             if match := re.fullmatch(pattern, column):
-                axis = next((found for found in match.groups() if found), "")
-                yield column, kind, axis.upper() or ("R" if column in _RESULTANTS else "0")
+                axis = next((found for found in match.groups() if found), "").upper()
+                other = "R" if column in _RESULTANTS else _NUMBERS.get(column, "0")
+                yield column, kind, axis or other
 
 
 def _codes(owners: Mapping[str, Mapping[str, Any]]) -> dict[str, str]:

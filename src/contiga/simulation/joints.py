@@ -6,9 +6,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from contiga.arrays.ordered import product
+from contiga.dynamics.joints import KINDS
 from contiga.dynamics.linkage import OPEN, JointStates
 from contiga.dynamics.prescribed import is_told
-from contiga.dynamics.rigid_bodies import Placed
+from contiga.dynamics.rigid_bodies import Placed, started
+from contiga.dynamics.springs import GROUND
 from contiga.errors import RunError
 from contiga.records import FloatArray
 from contiga.simulation.model import Model
@@ -136,8 +139,35 @@ def joint_columns(model: Model, state: SystemState) -> dict[str, float]:
 
 
 def joint_summary(model: Model) -> dict[str, dict[str, Any]]:
-    """Return the kind and the bodies of each joint, by name, for the summary file."""
+    """Return the kind, the bodies and the lines of each joint, by name, for the summary file."""
+    lines = joint_lines(model)
     return {
-        name: {"kind": joint.kind, "between": list(joint.between)}
+        name: {
+            "kind": joint.kind,
+            "between": list(joint.between),
+            "lines": lines[name].tolist(),
+        }
         for name, joint in model.joints.items()
     }
+
+
+def joint_lines(model: Model) -> dict[str, FloatArray]:
+    """Return the lines (k, 2, 3) that a drawing has of each joint at the start, by name: its axis
+    through the marker on its second body, both axes of a universal joint, a cross without an axis.
+
+    They are as long as the smaller of its bodies.
+    """
+    if not model.joints:
+        return {}
+    table, poses = model.linkage.table, model.origins.copy()
+    poses[model.mechanism.free] = started(model.joint_fit.rows, model.mechanism.fixed).poses
+    lines = {}
+    for g, (name, joint) in enumerate(model.joints.items()):
+        half = 0.5 * min(model.bodies[b].body.size for b in joint.between if b != GROUND)
+        point, axes = table.points_B[g, 1], table.axes_B[g, 1]
+        if (body := table.bodies[g, 1]) >= 0:
+            point = product(poses[body, :3, :3], point) + poses[body, :3, 3]
+            axes = product(axes, poses[body, :3, :3].T)
+        drawn = {0: axes, 1: axes[2:], 2: axes[[0, 2]]}[KINDS[joint.kind].axes]
+        lines[name] = np.stack([point - half * drawn, point + half * drawn], axis=1)
+    return lines

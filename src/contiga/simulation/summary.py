@@ -10,6 +10,7 @@ from contiga.arrays.threads import thread_count
 from contiga.io.column_units import column_units
 from contiga.records import ContactStatus, FloatArray
 from contiga.simulation.checks.finding import Finding
+from contiga.simulation.checks.joint_checks import joint_notes
 from contiga.simulation.checks.layers import thickness_of
 from contiga.simulation.checks.matter_checks import added_masses
 from contiga.simulation.checks.run_checks import notes_on
@@ -128,7 +129,11 @@ def summarise(
         "layers": _layers(model),
         "depths": _depths(model, history),
         "inputs": _inputs(model),
-        "notes": _told(statuses, NOTED) + few + notes_on(model, history) + gone_on,
+        "notes": joint_notes(model)
+        + _told(statuses, NOTED)
+        + few
+        + notes_on(model, history)
+        + gone_on,
         "findings": [finding._asdict() for finding in findings],
         "warnings": [str(finding) for finding in findings]
         + _told(statuses, WARNED)

@@ -57,6 +57,23 @@ def test_ends_go_with_the_bodies_they_are_on(hung: Path) -> None:
         np.testing.assert_allclose(second, [[-10, 0, 10 - depth], [-14, 0, 11]], atol=1e-5)
 
 
+def test_lines_of_joints_go_with_their_second_bodies(hung: Path) -> None:
+    path = hung / "summary.json"
+    told = json.loads(path.read_text())
+    line = [[0.0, -5.0, 10.0], [0.0, 5.0, 10.0]]
+    pin = {"kind": "revolute", "between": ["ground", "ball"], "lines": [line]}
+    path.write_text(json.dumps(told | {"joints": {"pin": pin}}))
+    run = read_run(hung)
+    series = read_fields(run)
+    assert series is not None
+    for step, depth in enumerate(DEPTHS):
+        peak = at_frame(series, step, None, ties_of(run.summary))
+        assert peak.tie_kinds == ("spring", "spring", "joint")
+        np.testing.assert_allclose(
+            peak.ties[2], line - np.array([0, 0, depth - DEPTHS[0]]), atol=1e-5
+        )
+
+
 def test_table_and_figures_say_what_there_is(hung: Path) -> None:
     run = read_run(hung)
     table = spring_table(run)
@@ -73,9 +90,9 @@ def test_the_scene_has_a_line_for_each_spring_at_every_step(hung: Path) -> None:
     assert series is not None
     peak = at_frame(series, 2, None, ties)
     frames = frames_of(series, None, 2, peak, run.units, ties)
-    view = view_of(peak, frames, run.units, [tie.name for tie in ties])
+    view = view_of(peak, frames, run.units, ties)
     line = checked(view.figure).data[-1]
-    assert (line.name, list(line.text)[::3]) == ("springs", ["belt", "slack"])
+    assert (line.name, list(line.text)[::3]) == ("springs and joints", ["belt", "slack"])
     np.testing.assert_allclose(np.array(line.z)[:2], [10.0 - DEPTHS[2], 20.0], atol=1e-5)
     assert view.data["ties"]
     assert all(len(frame.ties) == 2 for frame in frames.frames)

@@ -72,8 +72,7 @@ def played(
         f._replace(values=f.values | {"cluster": (f.rows % 2).astype(np.float32)})
         for f in frames.frames
     )
-    names = [tie.name for tie in ties]
-    view = view_of(peak._replace(cluster=cluster), frames._replace(frames=two), UNITS, names)
+    view = view_of(peak._replace(cluster=cluster), frames._replace(frames=two), UNITS, ties)
     script = files("contiga.report").joinpath("view.js").read_text(encoding="utf-8")
     given = {"data": view.data, "script": script, "steps": steps, "field": field}
     given["traces"] = [trace["name"] for trace in view.figure.data]

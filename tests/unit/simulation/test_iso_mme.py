@@ -106,12 +106,31 @@ def test_columns_that_are_not_finite_are_left_out_and_told() -> None:
     assert [one.code[-4:] for one in actual] == ["DSY0"]
 
 
+def test_joints_have_channels_of_their_reactions_coordinates_and_laws() -> None:
+    joints = {"units": UNITS, "joints": {"knee": {"kind": "cylindrical"}, "neck": {}, "hip": {}}}
+    columns = {
+        "knee.fx": ("FOX", 1e3), "knee.mz": ("MOZ", 1.0), "knee.angle": ("AN0", 1.0),
+        "knee.angle_force": ("MO0", 1.0), "knee.travel": ("DS0", 1e-3),
+        "knee.travel_force": ("FO0", 1e3), "neck.cone": ("AN1", 1.0), "neck.twist": ("AN2", 1.0),
+        "neck.twist_force": ("MO2", 1.0), "hip.angle_1": ("AN1", 1.0),
+        "hip.angle_2_force": ("MO2", 1.0),
+    }  # fmt: skip
+    history = {"time": TIMES} | dict.fromkeys(columns, TIMES)
+    history |= {"knee.angle_energy_stored": TIMES}
+    channels = {one.name: one for one in channels_of(history, joints)}
+    assert len({one.code for one in channels.values()}) == len(channels) == len(columns)
+    for name, (code, factor) in columns.items():
+        one = channels[name.replace(".", " ")]
+        assert one.code[-4:] == f"{code}0", name
+        assert one.values[-1] == pytest.approx(factor * TIMES[-1]), name
+
+
 @pytest.mark.parametrize(
     ("summary", "message"),
     [
         ({"sensors": SENSORS}, "the run has no units"),
         ({"units": UNITS | {"mass": ""}, "sensors": SENSORS}, "the run has no units"),
-        ({"units": UNITS}, "no sensors and no springs"),
+        ({"units": UNITS}, "no sensors, springs or joints"),
     ],
 )
 def test_runs_without_channels_are_refused(summary, message: str) -> None:

@@ -13,7 +13,10 @@ import pytest
 
 import contiga as cg
 from contiga.errors import InputError, RunError
+from contiga.previewing.stage import stage_of
 from contiga.records import FloatArray
+from contiga.simulation.checks.joint_checks import joint_notes
+from contiga.simulation.joints import joint_lines
 
 from .makers import StopAfter
 from .sameness import same_history, same_states
@@ -274,8 +277,43 @@ def test_a_body_that_joints_move_and_that_is_not_to_settle_is_refused() -> None:
         swinging(joints=joints, settling=cg.Settle(bodies=["lower"]), **given)
 
 
-def test_check_tells_of_what_joints_move_and_of_rows_that_follow_from_others() -> None:
-    assert not [one for one in swinging().check() if one.rule in ("joint", "redundant")][1:]
+def test_lines_of_joints_are_their_axes_where_they_are_closed() -> None:
+    joints = [
+        cg.Joint("revolute", "ground", "upper", at=[[0, 0, 0.1], [0, 0, 0]], axis=Y, name="hip"),
+        cg.Joint("spherical", "upper", "lower", at=[1, 0, 0], name="knee"),
+    ]
+    given = {"bodies": {"upper": link([0.5, 0, 0]), "lower": link([1.5, 0, 0])}, "springs": []}
+    simulation = swinging(joints=joints, **given)
+    lines = joint_lines(simulation)
+    size = simulation.bodies["upper"].body.size
+    np.testing.assert_allclose(
+        lines["hip"], [[[0, -size / 2, 0.1], [0, size / 2, 0.1]]], atol=1e-12
+    )
+    knee = simulation.start().joints.points[1]
+    np.testing.assert_allclose(lines["knee"].mean(axis=1), np.tile(knee, (3, 1)), atol=1e-12)
+    np.testing.assert_allclose(np.ptp(lines["knee"], axis=1), size * np.eye(3), atol=0.1 * size)
+    assert {tie.name: tie.kind for tie in stage_of(simulation).ties} == {
+        "hip": "joint",
+        "knee": "joint",
+    }
+
+
+def test_a_sensor_between_bodies_of_a_joint_measures_its_coordinates() -> None:
+    sensor = cg.RelativeSensor("elbow", ("upper", "lower"), at=[[1, 0, 0], [1, 0, 0]])
+    joints = [
+        cg.Joint("revolute", "ground", "upper", at=[0, 0, 0], axis=Y, name="hip"),
+        cg.Joint("revolute", "upper", "lower", at=[1, 0, 0], axis=Y, name="knee"),
+    ]
+    given = {"bodies": {"upper": link([0.5, 0, 0]), "lower": link([1.5, 0, 0])}, "springs": []}
+    history = swinging(joints=joints, sensors=[sensor], **given).run().history
+    np.testing.assert_allclose(history["elbow.distance"], 0.0, atol=1e-12)
+    np.testing.assert_allclose(history["elbow.angle_y"], history["knee.angle"], atol=1e-10)
+    assert abs(history["knee.angle"]).max() > 0.05
+
+
+def test_check_tells_of_what_joints_move_and_notes_rows_that_follow_from_others() -> None:
+    assert not [one for one in swinging().check() if one.rule == "joint"][1:]
+    assert not joint_notes(swinging())
     joints = [
         cg.Joint("spherical", "ground", "upper", at=[[0, 0, 0.1], [0, 0, 0]], name="hip"),
         cg.Joint("weld", "upper", "lower", at=[1, 0, 0], name="one"),
@@ -289,11 +327,12 @@ def test_check_tells_of_what_joints_move_and_of_rows_that_follow_from_others() -
         "springs": [],
     }
     found = swinging(joints=joints, **given).check()
-    texts = [str(one) for one in found if one.rule in ("joint", "redundant")]
-    assert len(texts) == 3
+    texts = [str(one) for one in found if one.rule == "joint"]
+    assert len(texts) == 2
     assert "moves 2 free bodies from the places given" in texts[0]
     assert "do not allow the velocities and spins" in texts[1]
-    assert "joints one, two: 3 of their constraints follow from the others" in texts[2]
+    [note] = joint_notes(swinging(joints=joints, **given))
+    assert note.startswith("joints one, two: 3 of their constraints follow from the others")
     at_rest = [one for one in swinging(**given, joints=joints[1:2]).check() if one.rule == "joint"]
     assert len(at_rest) == 1
 

@@ -84,6 +84,21 @@ def vectors(told: dict[str, np.ndarray], name: str) -> np.ndarray:
     return np.stack([told[name + axis] for axis in "xyz"], axis=1)
 
 
+def test_axes_of_a_sensor_turn_with_its_first_body() -> None:
+    own = np.array([[0.0, 0.6, 0.8], [1.0, 0.0, 0.0], [0.0, 0.8, -0.6]])
+    measures = ["displacement", "angle", "velocity", "acceleration"]
+    at = [[5.0, 0.0, 0.8], [0.0, 0.5, 0.0]]
+    told = flown(
+        cg.RelativeSensor("body", ("b", "a"), at=at, measures=measures),
+        cg.RelativeSensor("own", ("b", "a"), at=at, measures=measures, axes=own),
+        end=2.0,
+    )
+    for prefix in ("", "angle_", "v", "a"):
+        body, mine = (vectors(told, f"{name}.{prefix}") for name in ("body", "own"))
+        np.testing.assert_allclose(mine, body @ own.T, atol=1e-12)
+        assert abs(body).max() > 0.1
+
+
 def test_rates_are_those_that_one_on_the_first_body_sees() -> None:
     """From b, which turns as R about (5, 0, 0), a's centre is at R^T(V t - (5, 0, 0))."""
     rates = ["velocity", "acceleration"]

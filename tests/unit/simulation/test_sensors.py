@@ -65,6 +65,41 @@ def test_axes_of_the_body_turn_with_it() -> None:
     np.testing.assert_allclose(history["own.a"], history["world.a"], rtol=1e-13)
 
 
+OWN_AXES = np.array([[0.0, 0.6, 0.8], [1.0, 0.0, 0.0], [0.0, 0.8, -0.6]])
+
+
+def test_axes_of_a_sensor_turn_with_its_body() -> None:
+    motion = cg.motion.Free(2.0, inertia=INERTIA, centre=(0.1, 0.2, 0.3), spin=(0.5, 0.9, 0.4))
+    every = ["acceleration", "velocity", "displacement", "spin"]
+    pair = [
+        cg.Sensor("body", "ball", at=AT, axes="body", measures=every),
+        cg.Sensor("own", "ball", at=AT, axes=OWN_AXES, measures=every),
+    ]
+    history = flight(motion, pair, step=0.05).history
+    for prefix in ("a", "v", "", "w"):
+        body, own = (columns(history, f"{name}.{prefix}") for name in ("body", "own"))
+        np.testing.assert_allclose(own, body @ OWN_AXES.T, atol=1e-13)
+    assert abs(columns(history, "own.w")).max() > 0.3
+
+
+@pytest.mark.parametrize(
+    ("axes", "words"),
+    [
+        ("head", "world"),
+        (2 * OWN_AXES, "unit vectors at right angles"),
+        (OWN_AXES[:2], "unit vectors at right angles"),
+        (-OWN_AXES, "right-handed"),
+    ],
+)
+def test_axes_that_are_none_are_refused(axes: object, words: str) -> None:
+    for make in (
+        lambda: cg.Sensor("own", "ball", axes=axes),  # type: ignore[arg-type]
+        lambda: cg.RelativeSensor("own", ("ball", "pad"), axes=axes),  # type: ignore[arg-type]
+    ):
+        with pytest.raises(InputError, match=words):
+            make()
+
+
 def test_forces_and_moments_are_those_on_the_body() -> None:
     motion = cg.motion.Free(2.0, inertia=np.eye(3), hold=["rx", "ry", "rz"])
     sensor = cg.Sensor("cell", "ball", at=(0.0, 0.0, 1.0), measures=["force", "moment"])

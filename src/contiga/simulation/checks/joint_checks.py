@@ -1,4 +1,4 @@
-"""Checks of joints: bodies that they move at the start, and redundant constraints."""
+"""Checks of joints: bodies that they move at the start, and notes of redundant constraints."""
 
 from __future__ import annotations
 
@@ -13,11 +13,12 @@ from contiga.rigid.rigid_lanes import VELOCITY
 from contiga.simulation.checks.finding import Finding
 from contiga.simulation.checks.scene import Scene
 from contiga.simulation.clock import Clock
+from contiga.simulation.model import Model
 from contiga.simulation.step import advance
 
 
 def check_joints(scene: Scene) -> Iterator[Finding]:
-    """Report bodies that joints move or set in motion at the start, and redundant constraints."""
+    """Report bodies that joints move or set in motion at the start."""
     model, said = scene.model, scene.said
     if not model.joints:
         return
@@ -51,13 +52,17 @@ def check_joints(scene: Scene) -> Iterator[Finding]:
             f"the velocity of its centre at the start differs by {said(speeds[worst], 'velocity')}",
             "Give compatible velocities and spins, if that was not intended",
         )
-    if fit.redundant:
-        yield Finding(
-            "redundant",
-            f"joints {', '.join(fit.dependent)}",
-            f"{fit.redundant} of their constraints follow from the others: the motion is "
-            "right, but the reactions are not unique, and the smallest are reported",
-            "Remove constraints that repeat others; where each reaction is needed in a loop, use "
-            "joints with fewer constraints, such as a spherical or cylindrical instead of a "
-            "revolute joint",
-        )
+
+
+def joint_notes(model: Model) -> list[str]:
+    """Return a note of constraints that follow from others, which planar loops of revolute joints
+    always have."""
+    if not model.joints or not model.joint_fit.redundant:
+        return []
+    fit = model.joint_fit
+    return [
+        f"joints {', '.join(fit.dependent)}: {fit.redundant} of their constraints follow from the "
+        "others: the motion is right, but the reactions are not unique, and the smallest are "
+        "reported. Where each reaction is needed, use joints with fewer constraints, such as a "
+        "spherical or cylindrical instead of a revolute joint"
+    ]
