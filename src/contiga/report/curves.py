@@ -20,7 +20,7 @@ from contiga.report.style import INK, LINES
 
 _MAX_CONTACTS = 6
 """Largest number of contacts whose curves are drawn without being asked for."""
-_BAND = "rgba(33,38,45,0.10)"
+_BAND = f"{INK}1a"
 _DASHES = ("solid", "dash", "dot", "dashdot")
 
 
@@ -142,12 +142,6 @@ def curve_figure(
         for trace in figure.data[len(bands) :]:
             trace["hovertemplate"] = trace["hovertemplate"].replace("%{y", "%{x:.5g}, %{y", 1)
     return figure
-
-
-def hide_legend(figure: Figure) -> None:
-    """Hide the legend, and give its room to the figure."""
-    figure.layout["showlegend"] = False
-    figure.layout["margin"]["t"] = 20
 
 
 def _add_band(figure: Figure, test: Reference) -> None:

@@ -13,7 +13,7 @@ from contiga.io.units import with_unit
 from contiga.records import FloatArray, IndexArray
 from contiga.report.figure import Figure
 from contiga.report.run_folder import Run
-from contiga.report.style import GRID, INK, LINES
+from contiga.report.style import GRID, INK, LINES, PAPER
 
 FONT = "system-ui, -apple-system, 'Segoe UI', Roboto, 'Helvetica Neue', Arial, sans-serif"
 CONFIG = {"displaylogo": False, "responsive": True}
@@ -25,6 +25,8 @@ PLOT_CONFIG = {
 _AXES = {"x": "#d08a80", "y": "#8fb996", "z": "#9db7d4"}
 MOST_ROWS = 4000
 """Rows of a line at most: more than a picture has columns of pixels."""
+BUTTONS = 34
+"""Pixels above a figure that its buttons have for themselves."""
 _LONG = 28
 """Characters of an upright label that a figure has room for in one line."""
 SHOWN = "shown"
@@ -116,26 +118,28 @@ def finish(
     axis = {"gridcolor": GRID, "zerolinecolor": "#c5cad0"}
     title = {"text": with_unit("Time", run.units.time), "standoff": 8}
     thin = {"showgrid": False, "linecolor": "#c5cad0", "ticks": "outside", "ticklen": 4}
+    thin["automargin"] = True  # the legend stands below the title
     value = {"title": {"text": _in_lines(label), "standoff": 8}, "rangemode": "tozero"}
     power = {"exponentformat": "power", "minexponent": 6, "automargin": True}
     figure.layout = {
         "yaxis": {**value, **axis, **power},
         "xaxis": {"title": title, **axis, **thin},
         "shapes": [] if peak_time is None else [_upright(peak_time)],
-        "margin": {"l": 62, "r": 14, "t": 52, "b": 50},
+        "margin": {"l": 62, "r": 14, "t": BUTTONS, "b": 50},
         "font": {"family": FONT, "size": 13, "color": INK},
         "legend": {
             "font": {"size": 12},
             "orientation": "h",
-            "y": 1.0,
+            "yref": "container",
+            "y": 0.0,
             "yanchor": "bottom",
             "x": 0.0,
         },
         "height": height,
         "hovermode": "x",
         "separators": ".\N{NARROW NO-BREAK SPACE}",
-        "paper_bgcolor": "white",
-        "plot_bgcolor": "white",
+        "paper_bgcolor": PAPER,
+        "plot_bgcolor": PAPER,
     }
 
 

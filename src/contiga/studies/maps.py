@@ -12,8 +12,9 @@ from contiga.io.out.files import atomic_write
 from contiga.io.units import with_unit
 from contiga.records import FloatArray, IntArray
 from contiga.rendering.shading import sharp_mesh
+from contiga.report.lines import BUTTONS, FONT
 from contiga.report.space import dots, mesh_trace, space_axis, xyz
-from contiga.report.style import BODY, INK
+from contiga.report.style import BODY, INK, PAPER
 from contiga.report.view import View
 from contiga.rigid.frames import to_world
 from contiga.studies.cases import case_of
@@ -38,8 +39,6 @@ _MOST = 400_000
 _BACK = 0.75
 """Of a part's longest side, in the camera's units: how much farther away than usual all of it is
 seen in a figure no wider than high."""
-_BUTTONS = 34
-"""Pixels above the figure that its buttons have for themselves."""
 
 
 class ColourMap(NamedTuple):
@@ -284,7 +283,9 @@ def map_figure(colour_map: ColourMap, rows: dict[int, int]) -> dict[str, Any]:
     eye = xyz(-1.9 * colour_map.towards / np.linalg.norm(colour_map.towards))
     layout = {
         "height": 620,
-        "margin": {"l": 0, "r": 0, "t": _BUTTONS, "b": 0},
+        "margin": {"l": 0, "r": 0, "t": BUTTONS, "b": 0},
+        "font": {"family": FONT, "size": 12, "color": INK},
+        "paper_bgcolor": PAPER,
         "showlegend": False,
         "scene": {
             **{f"{axis}axis": space_axis(axis) for axis in "xyz"},
