@@ -90,6 +90,19 @@ def under_buttons(page: Any) -> list[str]:
     return list(page.evaluate(script))
 
 
+def cut(page: Any) -> list[str]:
+    """Texts of figures that end outside of them."""
+    script = """() => [...document.querySelectorAll(".js-plotly-plot")].flatMap((plot) => {
+      const figure = plot.getBoundingClientRect();
+      return [...plot.querySelectorAll(".main-svg text")].filter((text) => {
+        const box = text.getBoundingClientRect();
+        return box.width > 0 && (box.left < figure.left - 1 || box.right > figure.right + 1
+          || box.top < figure.top - 1 || box.bottom > figure.bottom + 1);
+      }).map((text) => `${plot.id}: ${text.textContent}`);
+    })"""
+    return list(page.evaluate(script))
+
+
 def no_answer() -> Answer:
     """Stand for the run of a case: its answer is made up."""
     raise AssertionError
@@ -113,7 +126,8 @@ def test_a_page_is_whole_and_its_texts_can_be_read(
     for width in WIDTHS if FULL else WIDTHS[:1]:
         page, wrong = opened(chromium, path, width, scheme)
         drawn(page)
-        assert (wrong, too_wide(page), faint(page), under_buttons(page)) == ([], [], [], [])
+        assert (wrong, too_wide(page), faint(page)) == ([], [], [])
+        assert (under_buttons(page), cut(page)) == ([], [])
         page.close()
 
 

@@ -12,7 +12,7 @@ from contiga.io.channels import Channel, channel_of
 from contiga.io.column_units import column_kind
 from contiga.io.units import with_unit
 from contiga.report.figure import Figure
-from contiga.report.lines import MOST_ROWS, add_line, finish, largest, rows_drawn
+from contiga.report.lines import MOST_ROWS, add_line, finish, in_lines, largest, rows_drawn
 from contiga.report.references import Reference, references_of, whole_name
 from contiga.report.run_folder import Run
 from contiga.report.runs import Named
@@ -137,7 +137,7 @@ def curve_figure(
     )
     figure.layout["showlegend"] = len(figure.data) - len(bands) > 1
     if not over_time:
-        figure.layout["xaxis"]["title"]["text"] = x_label
+        figure.layout["xaxis"]["title"]["text"] = in_lines(x_label)
         figure.layout["hovermode"] = "closest"
         for trace in figure.data[len(bands) :]:
             trace["hovertemplate"] = trace["hovertemplate"].replace("%{y", "%{x:.5g}, %{y", 1)

@@ -28,7 +28,7 @@ MOST_ROWS = 4000
 BUTTONS = 34
 """Pixels above a figure that its buttons have for themselves."""
 _LONG = 28
-"""Characters of an upright label that a figure has room for in one line."""
+"""Characters of the label of an axis that a figure has room for in one line."""
 SHOWN = "shown"
 """Name of the line at the time that the scene of the page shows."""
 _NOTHING = 1e-6
@@ -119,7 +119,7 @@ def finish(
     title = {"text": with_unit("Time", run.units.time), "standoff": 8}
     thin = {"showgrid": False, "linecolor": "#c5cad0", "ticks": "outside", "ticklen": 4}
     thin["automargin"] = True  # the legend stands below the title
-    value = {"title": {"text": _in_lines(label), "standoff": 8}, "rangemode": "tozero"}
+    value = {"title": {"text": in_lines(label), "standoff": 8}, "rangemode": "tozero"}
     power = {"exponentformat": "power", "minexponent": 6, "automargin": True}
     figure.layout = {
         "yaxis": {**value, **axis, **power},
@@ -143,7 +143,7 @@ def finish(
     }
 
 
-def _in_lines(label: str) -> str:
+def in_lines(label: str) -> str:
     """A label in lines that a figure has room for."""
     return "<br>".join(wrap(label, _LONG, break_long_words=False))
 
