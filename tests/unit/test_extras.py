@@ -34,6 +34,8 @@ BROUGHT_BY = {
 """Packages that come with one which is declared."""
 ONLY_HANDED_OVER = {"trimesh", "geomdl", "splinepy"}
 """Packages whose objects are made of ours, for users who have them: by `extras.imported`."""
+IN_NOTEBOOKS = {"IPython"}
+"""Packages that the process of every notebook has, and that are imported nowhere else."""
 ONLY_READ = {"plotly"}
 """Packages that a file is taken from, and none of whose modules is imported."""
 
@@ -288,7 +290,7 @@ def test_all_that_is_imported_is_declared_and_nothing_else(project: dict[str, ob
     foreign = {BROUGHT_BY.get(name, name) for name in foreign} - {"contiga", "contiga_validation"}
     bare = names_of(project["dependencies"])  # type: ignore[arg-type]
     assert bare == {"numpy", "numba", "scipy"}
-    assert foreign | ONLY_READ == bare | set(EXTRA_OF) | ONLY_HANDED_OVER
+    assert foreign | ONLY_READ == bare | set(EXTRA_OF) | ONLY_HANDED_OVER | IN_NOTEBOOKS
     assert not foreign & ONLY_READ
 
 

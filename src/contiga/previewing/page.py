@@ -12,7 +12,7 @@ from contiga.previewing.words import gap_text, legend, speed_text, way_in_text
 from contiga.records import FloatArray
 from contiga.report.figure import Figure, Trace, embedded, plotly_script
 from contiga.report.space import VIEW_CONFIG, columns, dots, line_in_space, mesh_trace, space_layout
-from contiga.report.style import INK, LINES, MUTED, TIES, page
+from contiga.report.style import INK, LINES, MUTED, TIES, page, swatch
 
 RED = LINES[1]
 _APART = 1e-3
@@ -144,7 +144,8 @@ def _layout(stage: Stage) -> dict[str, Any]:
     spans = np.stack([low - room, high + room], axis=1)
     eye = {"x": 0.0, "y": 0.0, "z": 2.1} if stage.plane else {"x": 1.1, "y": -1.5, "z": 0.9}
     up = {"x": 0, "y": 1, "z": 0} if stage.plane else {"x": 0, "y": 0, "z": 1}
-    camera = {"eye": eye, "up": up}
+    # room for the labels under the scene
+    camera = {"eye": eye, "up": up, "center": {name: -0.12 * up[name] for name in "xyz"}}
     return space_layout(stage.units.length, spans.tolist(), camera, height=640)
 
 
@@ -160,7 +161,7 @@ def _gaps(stage: Stage) -> str:
 
 def _parts(stage: Stage) -> str:
     rows = "".join(
-        f'<tr><td><span class="swatch" style="background:{colour}"></span>{escape(text)}</td></tr>'
+        f"<tr><td>{swatch(colour)}{escape(text)}</td></tr>"
         for text, colour in (*legend(stage), ("the contact side of bodies", CONTACT_SIDE))
     )
     return f"<h2>Parts</h2><table>{rows}</table>"

@@ -14,7 +14,7 @@ from contiga.io.out.files import check_suffix, write_text
 from contiga.io.units import with_unit
 from contiga.report import require_packages
 from contiga.report.comparison import Comparison, Values
-from contiga.report.curves import Curve, channels_of, curve_figure, curves_of, hide_legend
+from contiga.report.curves import Curve, channels_of, curve_figure, curves_of
 from contiga.report.figure import embedded, plotly_script, side_by_side
 from contiga.report.html_tables import STAGES
 from contiga.report.lines import PLOT_CONFIG
@@ -26,7 +26,7 @@ from contiga.report.references import (
     ratings_table,
     references_of,
 )
-from contiga.report.style import LINES, number
+from contiga.report.style import LINES, number, swatch
 from contiga.report.style import page as styled
 
 _PANELS = {
@@ -46,7 +46,7 @@ _PANELS = {
 """Columns drawn over time, and the labels of their axes."""
 _MAX_CHARACTERS = 60
 """Length at which the value of a setting is cut."""
-_MAX_UPRIGHT = 8
+_MAX_UPRIGHT = 5
 """Largest number of runs whose tables fit an upright page of paper."""
 _MAX_NAMED = 3
 """Largest number of runs that each figure names; the list at the head of the page names more."""
@@ -96,12 +96,13 @@ def _runs(comparison: Comparison) -> str:
     """Return the list of runs, with the colours of their lines and the conversions of units."""
     rows = []
     for k, (run, name) in enumerate(comparison.named):
-        swatch = f'<span class="swatch" style="background:{LINES[k % len(LINES)]}"></span>'
         told = escape(str(run.summary.get("title") or "a run"))
         own, new = run.own_units, (run.units.length, run.units.mass, run.units.time)
         if all(own) and own != new:
             told += f" · converted from {escape(', '.join(own))} to {escape(', '.join(new))}"
-        rows.append(f"<tr><td>{swatch}{escape(name)}</td><td>{told}</td></tr>")
+        rows.append(
+            f"<tr><td>{swatch(LINES[k % len(LINES)])}{escape(name)}</td><td>{told}</td></tr>"
+        )
     heads = "<thead><tr><th>Run</th><th>Title</th></tr></thead>"
     return f'<div class="wide"><table>{heads}<tbody>{"".join(rows)}</tbody></table></div>'
 
@@ -185,9 +186,7 @@ def _curves(comparison: Comparison) -> str:
             continue
         figure = curve_figure(comparison.named, curve, drawn, None, label=_label(curve, labels))
         if len(comparison.runs) > _MAX_NAMED and len(curve.y) == 1:
-            hide_legend(figure)
-        else:  # two rows of names stand below the buttons
-            figure.layout["margin"]["t"] = 70
+            figure.layout["showlegend"] = False
         figures.append(embedded(figure, f"both-{len(figures)}", PLOT_CONFIG))
     return side_by_side(figures) + ratings_table(_ratings(comparison, references), first.units.time)
 

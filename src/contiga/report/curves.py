@@ -12,7 +12,7 @@ from contiga.io.channels import Channel, channel_of
 from contiga.io.column_units import column_kind
 from contiga.io.units import with_unit
 from contiga.report.figure import Figure
-from contiga.report.lines import MAX_ROWS, add_line, finish, largest, rows_drawn
+from contiga.report.lines import MAX_ROWS, add_line, finish, in_lines, largest, rows_drawn
 from contiga.report.references import Reference, references_of, whole_name
 from contiga.report.run_folder import Run
 from contiga.report.runs import Named
@@ -20,7 +20,7 @@ from contiga.report.style import INK, LINES
 
 _MAX_CONTACTS = 6
 """Largest number of contacts whose curves are drawn without being asked for."""
-_BAND = "rgba(33,38,45,0.10)"
+_BAND = f"{INK}1a"
 _DASHES = ("solid", "dash", "dot", "dashdot")
 
 
@@ -139,17 +139,11 @@ def curve_figure(
     )
     figure.layout["showlegend"] = len(figure.data) - len(bands) > 1
     if not over_time:
-        figure.layout["xaxis"]["title"]["text"] = x_label
+        figure.layout["xaxis"]["title"]["text"] = in_lines(x_label)
         figure.layout["hovermode"] = "closest"
         for trace in figure.data[len(bands) :]:
             trace["hovertemplate"] = trace["hovertemplate"].replace("%{y", "%{x:.5g}, %{y", 1)
     return figure
-
-
-def hide_legend(figure: Figure) -> None:
-    """Hide the legend, and give its room to the figure."""
-    figure.layout["showlegend"] = False
-    figure.layout["margin"]["t"] = 20
 
 
 def _add_band(figure: Figure, test: Reference) -> None:

@@ -34,13 +34,17 @@ class Figure:
 
 
 def plotly_script() -> str:
-    """Return the script of plotly, without importing its modules, and a script that prints."""
+    """Return the script of plotly and the scripts that draw its figures in the colours of the page.
+
+    Its modules are not imported. The scripts print the figures, too.
+    """
     spec = find_spec("plotly")
     assert spec is not None
     assert spec.origin is not None
     path = Path(spec.origin).parent / "package_data" / "plotly.min.js"
-    own = files("contiga.report").joinpath("print.js").read_text(encoding="utf-8")
-    return f"{path.read_text(encoding='utf-8')}\n{own}"
+    room = files("contiga.report")
+    own = [room.joinpath(f"{name}.js").read_text(encoding="utf-8") for name in ("scheme", "print")]
+    return "\n".join([path.read_text(encoding="utf-8"), *own])
 
 
 def side_by_side(drawn: Iterable[str]) -> str:

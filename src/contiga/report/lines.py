@@ -13,7 +13,7 @@ from contiga.io.units import with_unit
 from contiga.records import FloatArray, IndexArray
 from contiga.report.figure import Figure
 from contiga.report.run_folder import Run
-from contiga.report.style import GRID, INK, LINES
+from contiga.report.style import GRID, INK, LINES, PAPER
 
 FONT = "system-ui, -apple-system, 'Segoe UI', Roboto, 'Helvetica Neue', Arial, sans-serif"
 CONFIG = {"displaylogo": False, "responsive": True}
@@ -25,8 +25,10 @@ PLOT_CONFIG = {
 _AXES = {"x": "#d08a80", "y": "#8fb996", "z": "#9db7d4"}
 MAX_ROWS = 4000
 """Largest number of rows of a line: more than a picture has columns of pixels."""
+BUTTONS = 34
+"""Height above a figure for its buttons, pixels."""
 _LONG = 28
-"""Largest number of characters of a vertical label in one line."""
+"""Largest number of characters of the label of an axis in one line."""
 SHOWN = "shown"
 """Name of the line at the time that the scene of the page shows."""
 _NOTHING = 1e-6
@@ -123,30 +125,34 @@ def finish(
     axis = {"gridcolor": GRID, "zerolinecolor": "#c5cad0"}
     title = {"text": with_unit("Time", run.units.time), "standoff": 8}
     thin = {"showgrid": False, "linecolor": "#c5cad0", "ticks": "outside", "ticklen": 4}
-    value = {
-        "title": {"text": "<br>".join(wrap(label, _LONG, break_long_words=False)), "standoff": 8},
-        "rangemode": "tozero",
-    }
+    thin["automargin"] = True  # the legend stands below the title
+    value = {"title": {"text": in_lines(label), "standoff": 8}, "rangemode": "tozero"}
     power = {"exponentformat": "power", "minexponent": 6, "automargin": True}
     figure.layout = {
         "yaxis": {**value, **axis, **power},
         "xaxis": {"title": title, **axis, **thin},
         "shapes": [] if peak_time is None else [_upright(peak_time)],
-        "margin": {"l": 62, "r": 14, "t": 52, "b": 50},
+        "margin": {"l": 62, "r": 14, "t": BUTTONS, "b": 50},
         "font": {"family": FONT, "size": 13, "color": INK},
         "legend": {
             "font": {"size": 12},
             "orientation": "h",
-            "y": 1.0,
+            "yref": "container",
+            "y": 0.0,
             "yanchor": "bottom",
             "x": 0.0,
         },
         "height": height,
         "hovermode": "x",
         "separators": ".\N{NARROW NO-BREAK SPACE}",
-        "paper_bgcolor": "white",
-        "plot_bgcolor": "white",
+        "paper_bgcolor": PAPER,
+        "plot_bgcolor": PAPER,
     }
+
+
+def in_lines(label: str) -> str:
+    """Return a label in lines that a figure has room for."""
+    return "<br>".join(wrap(label, _LONG, break_long_words=False))
 
 
 def _upright(time: float) -> dict[str, Any]:

@@ -13,7 +13,7 @@ from contiga.report.figure import Figure
 from contiga.report.html_tables import named_row, named_table
 from contiga.report.lines import add_line, finish, largest, vector_figure
 from contiga.report.run_folder import Columns, Run
-from contiga.report.style import INK, LINES, number, span_of
+from contiga.report.style import INK, LINES, PAPER, number, span_of
 
 _STILL = 1e-9
 """Rotation, rad, below which a body has not turned: rounding."""
@@ -181,7 +181,7 @@ def _note(figure: Figure, x: float, y: float, text: str) -> None:
         "yanchor": "bottom",
         "xanchor": "center" if y == 0.0 else "left",
         "font": {"size": 12, "color": INK},
-        "bgcolor": "rgba(255,255,255,0.7)",
+        "bgcolor": f"{PAPER}b3",
     }
     figure.layout.setdefault("annotations", []).append(note)
 

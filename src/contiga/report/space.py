@@ -17,7 +17,17 @@ from contiga.report.peak import Outline, Peak
 from contiga.report.places import Ties
 from contiga.report.run_folder import Units
 from contiga.report.scene import outside_direction, upwards
-from contiga.report.style import BODY, GRID, INK, MUTED, REGIONS, SCALE, SLAVE, TIES
+from contiga.report.style import (
+    BODY,
+    GRID,
+    INK,
+    MUTED,
+    PAPER,
+    REGIONS,
+    SCALE,
+    SLAVE,
+    TIES,
+)
 
 VIEW_CONFIG = {
     **CONFIG,
@@ -220,7 +230,7 @@ def space_layout(
         "font": {"family": FONT, "size": 12, "color": INK},
         "hoverlabel": {"align": "left"},
         "showlegend": False,
-        "paper_bgcolor": "white",
+        "paper_bgcolor": PAPER,
         "scene": {
             "aspectmode": "data",
             "camera": camera,

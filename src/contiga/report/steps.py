@@ -43,7 +43,7 @@ def steps_section(run: Run, peak_time: float | None) -> str:
 
 
 def steps_figure(run: Run, step_reasons: dict[str, Any], peak_time: float | None) -> Figure:
-    """Return a lane for each reason, the most frequent at the top."""
+    """Return a lane for each reason, the most frequent at the top, with its number in the table."""
     figure, lanes = Figure(), step_reasons["reasons"]
     reasons, of = run.steps["reason"][1:], run.steps["of"][1:]
     for k, one in enumerate(lanes):
@@ -58,7 +58,7 @@ def steps_figure(run: Run, step_reasons: dict[str, Any], peak_time: float | None
     figure.layout["margin"]["t"] = 16
     figure.layout["yaxis"] |= {
         "tickvals": list(range(len(lanes), 0, -1)),
-        "ticktext": [one["told"] for one in lanes],
+        "ticktext": [str(k) for k in range(1, len(lanes) + 1)],
         "range": [0.4, len(lanes) + 0.6],
     }
     return figure
@@ -76,9 +76,9 @@ def _stretches(times: FloatArray, mask: NDArray[np.bool_]) -> FloatArray:
 def _table(reasons: dict[str, Any], run: Run) -> str:
     """Return the table of reasons with their steps and durations."""
     rows = "".join(
-        f"<tr><td>{escape(one['told'])}</td>"
+        f"<tr><td>{k} · {escape(one['told'])}</td>"
         f'<td class="number">{one["steps"]}</td><td class="number">{number(one["time"])}</td></tr>'
-        for one in reasons["reasons"]
+        for k, one in enumerate(reasons["reasons"], start=1)
     )
     unit = f" [{escape(run.units.time)}]" if run.units.time else ""
     return (

@@ -17,6 +17,7 @@ from contiga.io.out.palette import GRID as GRID
 from contiga.io.out.palette import INK as INK
 from contiga.io.out.palette import LINES as LINES
 from contiga.io.out.palette import MUTED as MUTED
+from contiga.io.out.palette import PAPER as PAPER
 
 BODY, SLAVE = "#8f9eb0", "#d1c9b8"
 TIES = {"spring": "#b07d1e", "joint": "#7a3b8f"}
@@ -25,6 +26,51 @@ SCALE = ("#ffe9a8", "#fdbf5a", "#f4813f", "#d9433f", "#a01c5b", "#4a0f57")
 """Colours from small to large; lightness falls throughout, so that it reads without colour."""
 REGIONS = ("#12708f", "#5b3fa8", "#2f7d3b", "#b0306a", "#8a5a00", "#3a4d8f", "#00796b", "#7a4a2a")
 """Colours of regions of contact, in turn: cool and dark, apart from `SCALE`."""
+
+_OF_PAGES = {
+    "paper": PAPER,
+    "ink": INK,
+    "muted": MUTED,
+    "line": "#e3e6ea",
+    "soft": "#f6f7f9",
+    "faint": "#c9ced5",
+    "accent": LINES[0],
+    "good": "#2f7d4a",
+    "bad": "#b3261e",
+    "bad-soft": "#fdf0ef",
+}
+"""Variables of CSS that all rules of pages name their colours by, on light pages."""
+
+
+def inverted(colour: str) -> str:
+    """The colour of a dark page for one of a light page: lightness is inverted, hue is kept.
+
+    White becomes a dark grey, not black. `scheme.js` does the same with the colours of figures.
+
+    >>> inverted("#ffffff"), inverted("#21262d"), inverted("#1f5f8b")
+    ('#191919', '#ebf0f7', '#8dcdf9')
+    """
+    channels = bytes.fromhex(colour[1:])
+    shift = 280 - max(channels) - min(channels)
+    return "#" + bytes(min(255, channel + shift) for channel in channels).hex()
+
+
+def swatch(colour: str) -> str:
+    """A patch of a colour of figures as HTML, for the legends of pages."""
+    return f'<span class="swatch" style="--light:{colour};--dark:{inverted(colour)}"></span>'
+
+
+def _scheme_rules() -> str:
+    """Return the colours of light pages, and of dark ones on the screen of a dark system."""
+    light, dark = (
+        "".join(f" --{name}: {turn(colour)};" for name, colour in _OF_PAGES.items())
+        for turn in (str, inverted)
+    )
+    return (
+        f":root {{ color-scheme: light;{light} }}\n"
+        f"@media screen and (prefers-color-scheme: dark) {{\n"
+        f":root {{ color-scheme: dark;{dark} }}\n.swatch {{ --shown: var(--dark); }}\n}}\n"
+    )
 
 
 def colour_map() -> Any:
@@ -56,6 +102,9 @@ def number(value: float, digits: int = 4) -> str:
 def page(title: str, body: str, *, css: str = "", script: str = "") -> str:
     """Return a whole HTML page in the style of the report, which reads offline.
 
+    It is dark on the screen where the system is dark, and light on paper. Rules in `css` name
+    colours by the variables that `style.css` uses.
+
     Parameters
     ----------
     title : of the browser's tab, plain text
@@ -63,7 +112,8 @@ def page(title: str, body: str, *, css: str = "", script: str = "") -> str:
     css : rules beside those of the report
     script : JavaScript that the body needs
     """
-    rules = files("contiga.report").joinpath("style.css").read_text(encoding="utf-8") + css
+    look = files("contiga.report").joinpath("style.css").read_text(encoding="utf-8")
+    rules = f"{_scheme_rules()}{look}{css}"
     scripts = f"<script>{script}</script>" if script else ""
     return (
         '<!doctype html><html lang="en"><head><meta charset="utf-8">'

@@ -6,6 +6,7 @@ import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from time import perf_counter
+from typing import Any
 
 from contiga.display import in_notebook
 from contiga.extras import require
@@ -14,13 +15,11 @@ Show = Callable[[int, int, str], None]
 """Called with the parts done, the number of parts, and a text."""
 _PAUSE = 0.2
 """Shortest time between two states of the line, seconds."""
-_WIDTH = 100
-"""Largest length of the line: a longer one would wrap, and could not be written over."""
 
 
 @contextmanager
 def progress_bar(title: str, *, quiet: bool) -> Iterator[Show]:
-    """Show progress on the error stream: parts done, a text, time left.
+    """Show progress in the notebook or on the error stream: parts done, a text, time left.
 
     It begins with the first part, so that a message about wrong input stands alone.
     """
@@ -37,12 +36,13 @@ def progress_bar(title: str, *, quiet: bool) -> Iterator[Show]:
 
 
 class _Line:
-    """A line of text that is written over and over, for which a notebook needs no package."""
+    """A line of text that replaces itself: a saved notebook holds the last one alone."""
 
     def __init__(self, title: str) -> None:
         self._title = title
         self._begun = self._written = 0.0
-        self._text = self._shown = ""
+        self._text = ""
+        self._output: Any = None
 
     def show(self, done: int, total: int, said: str) -> None:
         """Write the line anew, unless it was written just now."""
@@ -51,21 +51,24 @@ class _Line:
         left = (now - self._begun) * (total - done) / done if done else 0.0
         text = f"{self._title}: {done}/{total}, {100 * done // max(total, 1)} %"
         parts = [text, f"{left:.0f} s left" if left else "", said]
-        self._text = ", ".join(filter(None, parts))[:_WIDTH]
+        self._text = ", ".join(filter(None, parts))
         if now - self._written >= _PAUSE:
             self._written = now
             self._write()
 
     def end(self) -> None:
-        """Write the last state and end the line, if there is one."""
+        """Write the last state, if there is one."""
         if self._text:
             self._write()
-            print(file=sys.stderr, flush=True)
 
     def _write(self) -> None:
-        over = " " * max(0, len(self._shown) - len(self._text))
-        self._shown = self._text
-        print(f"\r{self._text}{over}", end="", file=sys.stderr, flush=True)
+        line = {"text/plain": self._text}
+        if self._output is not None:
+            self._output.update(line, raw=True)
+            return
+        from IPython.display import display  # every notebook has it
+
+        self._output = display(line, raw=True, display_id=True)
 
 
 def _bar(title: str) -> Iterator[Show]:

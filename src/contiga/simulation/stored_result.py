@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from contiga.display import Facts
-from contiga.errors import InputError
+from contiga.errors import InputError, MissingPackageError
 from contiga.io.out.iso_mme import write_mme
 from contiga.io.out.stored import FIELDS, UNFINISHED, read_stored
 from contiga.io.out.vtkhdf import FieldSeries, read_fields
@@ -117,12 +117,19 @@ class StoredResult(HistoryOverTime):
         step = len(self.fields.times) - 1 if time is None else self.at(time)
         return scene_of_fields("StoredResult.to_pyvista", self.fields, step)
 
+    def _recorded(self) -> int | str:
+        """Return the number of recorded steps; without h5py, which reads fields, it is unknown."""
+        try:
+            return 0 if self.fields is None else len(self.fields.times)
+        except MissingPackageError:
+            return "unknown"
+
     def _facts(self) -> Facts:
         return [
             ("steps", len(self.history["time"])),
             ("time", self.time),
             ("finished", self.finished),
-            ("recorded", 0 if self.fields is None else len(self.fields.times)),
+            ("recorded", self._recorded()),
             ("warnings", len(self.summary.get("warnings") or [])),
             ("folder", self.out),
         ]

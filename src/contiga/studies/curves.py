@@ -11,7 +11,7 @@ import numpy as np
 from contiga.errors import InputError
 from contiga.io.out.stored import SUMMARY
 from contiga.report.colours import scale_colours
-from contiga.report.curves import curve_figure, curves_of, hide_legend
+from contiga.report.curves import curve_figure, curves_of
 from contiga.report.figure import embedded, side_by_side
 from contiga.report.lines import PLOT_CONFIG
 from contiga.report.references import references_of
@@ -57,13 +57,13 @@ def curves_section(folder: Path, rows: Sequence[Row], label: str) -> str:
     for k, curve in enumerate(curves_of(first)):
         figure = curve_figure(runs, curve, tests, None, colours=colours, most=_MAX_ROWS)
         if len(curve.y) == 1:
-            hide_legend(figure)
+            figure.layout["showlegend"] = False
         figures.append(embedded(figure, f"curve-{k}", PLOT_CONFIG))
     if not figures:
         return ""
     some = "A line is a case" if len(chosen) == len(rows) else f"Lines are {len(chosen)} cases"
-    order = "greater" if _are_numbers(values) else "later among its values"
-    caption = f"{some}, darker where {escape(label)} is {order}."
+    order = "" if _are_numbers(values) else " in the order of its values"
+    caption = f"{some}, coloured from yellow to violet by {escape(label)}{order}."
     return f'<h2>Curves</h2>{side_by_side(figures)}<p class="caption">{caption}</p>'
 
 

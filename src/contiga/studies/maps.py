@@ -12,8 +12,9 @@ from contiga.io.out.files import atomic_write
 from contiga.io.units import with_unit
 from contiga.records import FloatArray, IntArray
 from contiga.rendering.shading import sharp_mesh
+from contiga.report.lines import BUTTONS, FONT
 from contiga.report.space import dots, mesh_trace, space_axis, xyz
-from contiga.report.style import BODY, INK
+from contiga.report.style import BODY, INK, PAPER
 from contiga.report.view import View
 from contiga.rigid.frames import to_world
 from contiga.studies.cases import case_of
@@ -40,8 +41,6 @@ _BACK = 0.75
 
 All of the part is then visible in a figure that is no wider than high.
 """
-_BUTTONS = 34
-"""Height above the figure for its buttons, pixels."""
 
 
 class ColourMap(NamedTuple):
@@ -286,7 +285,9 @@ def map_figure(colour_map: ColourMap, rows: dict[int, int]) -> dict[str, Any]:
     eye = xyz(-1.9 * colour_map.towards / np.linalg.norm(colour_map.towards))
     layout = {
         "height": 620,
-        "margin": {"l": 0, "r": 0, "t": _BUTTONS, "b": 0},
+        "margin": {"l": 0, "r": 0, "t": BUTTONS, "b": 0},
+        "font": {"family": FONT, "size": 12, "color": INK},
+        "paper_bgcolor": PAPER,
         "showlegend": False,
         "scene": {
             **{f"{axis}axis": space_axis(axis) for axis in "xyz"},

@@ -44,7 +44,7 @@
     var made = {
       template: "none", height: 420, margin: { l: 70, r: 20, t: 20, b: 55 }, xaxis: x, yaxis: y,
       font: { family: data.look.font, size: 13, color: data.look.ink }, showlegend: false,
-      hovermode: "closest", paper_bgcolor: "white", plot_bgcolor: "white"
+      hovermode: "closest", paper_bgcolor: data.look.paper, plot_bgcolor: data.look.paper
     };
     Object.keys(more || {}).forEach(function (key) { made[key] = more[key]; });
     return made;
@@ -116,7 +116,7 @@
     });
     var points = marker(z);
     points.size = n > 2000 ? 5 : 11;
-    points.line = { width: n > 2000 ? 0 : 1, color: "white" };
+    points.line = { width: n > 2000 ? 0 : 1, color: data.look.paper };
     traces.push({
       type: "scattergl", mode: "markers", x: x.values, y: y.values, customdata: all(),
       text: all().map(told), hovertemplate: "%{text}<extra></extra>", marker: points

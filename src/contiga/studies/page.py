@@ -13,7 +13,7 @@ from typing import Any
 from contiga.io.out.files import write_text
 from contiga.report.figure import as_json, plotly_script
 from contiga.report.lines import CONFIG, FONT
-from contiga.report.style import GRID, INK, LINES, MUTED, SCALE, number
+from contiga.report.style import GRID, INK, LINES, MUTED, PAPER, SCALE, number
 from contiga.report.style import page as styled
 from contiga.studies import convergence
 from contiga.studies.curves import curves_section
@@ -66,6 +66,7 @@ def page_data(study: StudySpec, base: Base, table: Table, rows: Sequence[Row]) -
             "ink": INK,
             "muted": MUTED,
             "grid": GRID,
+            "paper": PAPER,
             "faint": _FAINT,
             "lines": LINES,
             "scale": [[k / (len(_SCALE) - 1), colour] for k, colour in enumerate(_SCALE)],

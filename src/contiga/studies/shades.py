@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from contiga.records import FloatArray
-from contiga.report.style import SCALE, colour_map, number
+from contiga.report.style import PAPER, SCALE, colour_map, number
 
 RATED = ("#3a9d4f", "#f2d43d", "#f0973a", "#8f5a2a", "#c8352f")
 """Colours from good to poor, as the five bands of pedestrian protection protocols."""
@@ -91,5 +91,5 @@ class Shades(NamedTuple):
             "cmax": high,
             "colorscale": scale,
             "colorbar": bar,
-            "line": {"color": "white", "width": 1},
+            "line": {"color": PAPER, "width": 1},
         }

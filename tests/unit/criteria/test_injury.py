@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 import pytest
+from scipy.interpolate import KroghInterpolator
 
 from contiga.criteria import bric, femur_force, nij, vc
 from contiga.criteria.neck import HYBRID_III_5, HYBRID_III_50
@@ -62,6 +65,34 @@ def test_vc_is_exact_for_a_parabola() -> None:
     assert vc(np.full(9, 0.03), 1e-3).value == 0.0
     other = vc(depth * (1 - (t / half) ** 2), t[1] - t[0], scale=1.0, depth=0.14)
     assert other.value == pytest.approx(expected * (0.229 / 1.3) / 0.14, rel=1e-6)
+
+
+def smooth(rng: np.random.Generator, columns: int) -> np.ndarray:
+    """(201, columns) random sums of sines over 0.1 s."""
+    t, rates = np.linspace(0.0, 0.1, 201), rng.uniform(20.0, 200.0, size=(5, columns))
+    sizes, phases = rng.normal(size=(2, 5, columns))
+    return np.asarray((sizes * np.sin(rates * t[:, None, None] + phases)).sum(axis=1))
+
+
+def test_bric_nij_and_vc_of_200_signals_are_those_of_formulas_sample_by_sample() -> None:
+    rng = np.random.default_rng(63)
+    for _ in range(200):
+        w = 40.0 * smooth(rng, 3)
+        shares = [max(abs(row[k]) for row in w) / (66.25, 56.45, 42.87)[k] for k in range(3)]
+        assert bric(w).value == pytest.approx(math.hypot(*shares), rel=1e-12)
+        neck = smooth(rng, 2) * [3000.0, 90.0]
+        loads = [
+            force / (6806.0 if force > 0.0 else -6160.0)
+            + moment / (310.0 if moment > 0.0 else -135.0)
+            for force, moment in neck.tolist()
+        ]
+        assert nij(*neck.T).value == pytest.approx(max(loads), rel=1e-12)
+        chest = 0.02 * smooth(rng, 1)[:, 0]
+        # Speeds are slopes of the polynomial through five samples.
+        windows = np.lib.stride_tricks.sliding_window_view(chest, 5)
+        speeds = KroghInterpolator(5e-4 * np.arange(-2, 3), windows.T).derivative(0.0)
+        expected = float((1.3 * speeds * chest[2:-2] / 0.229).max())
+        assert vc(chest, 5e-4).value == pytest.approx(expected, rel=1e-9)
 
 
 def test_femur_force_of_a_triangle() -> None:

@@ -200,7 +200,7 @@ def test_cases_of_a_study_are_called_by_their_values(tmp_path: Path) -> None:
     assert result.short_names == ("0001", "0002")
 
 
-@pytest.mark.parametrize(("count", "sideways"), [(8, False), (9, True)])
+@pytest.mark.parametrize(("count", "sideways"), [(5, False), (6, True)])
 def test_many_runs_are_printed_sideways(tmp_path: Path, count: int, sideways: bool) -> None:
     runs = [write_run(tmp_path / f"r{k}", FINE) for k in range(count)]
     assert ('<div class="many">' in page_of(cg.compare(*runs))) == sideways

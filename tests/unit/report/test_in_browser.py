@@ -28,7 +28,7 @@ def path(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return write_report(write_folder(tmp_path_factory.mktemp("report") / "out"))
 
 
-@pytest.mark.parametrize("width", [WIDTHS[0], *full(WIDTHS[1])])
+@pytest.mark.parametrize("width", [WIDTHS[0], *full(*WIDTHS[1:])])
 def test_nothing_is_wrong_and_nothing_wider_than_the_window(
     chromium: Any, path: Path, width: int
 ) -> None:

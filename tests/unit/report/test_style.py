@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from contiga.report.style import SCALE, colour_map, number, page
+from contiga.report.style import INK, LINES, MUTED, SCALE, colour_map, inverted, number, page
 
 
 @pytest.mark.parametrize(
@@ -41,3 +41,18 @@ def test_colours_grow_darker_all_the_way() -> None:
     light = colour_map()([0.0, 0.25, 0.5, 0.75, 1.0])[:, :3] @ [0.2126, 0.7152, 0.0722]
     assert (light[1:] < light[:-1]).all()
     assert len(set(SCALE)) == len(SCALE)
+
+
+@pytest.mark.parametrize("colour", [INK, MUTED, *LINES, "#ffffff"])
+def test_a_colour_inverted_twice_is_itself_and_keeps_its_hue(colour: str) -> None:
+    first, back = (bytes.fromhex(one[1:]) for one in (colour, inverted(colour)))
+    assert inverted(inverted(colour)) == colour
+    assert max(first) - min(first) == max(back) - min(back)
+    assert sum(map(max, (first, back))) + sum(map(min, (first, back))) == 560
+
+
+def test_a_page_is_dark_on_dark_screens_alone() -> None:
+    text = page("bare", "")
+    light, dark = text.split("@media screen and (prefers-color-scheme: dark)")
+    assert f"--ink: {INK};" in light
+    assert f"--ink: {inverted(INK)};" in dark

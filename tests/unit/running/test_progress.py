@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-import io
 import sys
+from types import ModuleType
 
 import pytest
 
@@ -11,40 +11,53 @@ from contiga.running import progress
 from contiga.running.progress import progress_bar
 
 
-class Notebook(io.StringIO):
-    """The stream of a notebook."""
+class Output:
+    """An output of a notebook that was displayed, and all that it has shown."""
+
+    def __init__(self, line: dict[str, str]) -> None:
+        self.shown = [line["text/plain"]]
+
+    def update(self, line: dict[str, str], *, raw: bool) -> None:
+        assert raw
+        self.shown.append(line["text/plain"])
 
 
-Notebook.__module__ = "ipykernel.iostream"
+@pytest.fixture
+def outputs(monkeypatch: pytest.MonkeyPatch) -> list[Output]:
+    """The outputs of a notebook, whose packages stand in for those of IPython."""
+    made: list[Output] = []
 
+    def display(line: dict[str, str], *, raw: bool, display_id: bool) -> Output:
+        assert raw
+        assert display_id
+        made.append(Output(line))
+        return made[-1]
 
-def test_a_notebook_gets_a_line_that_is_written_over_and_needs_no_package(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    stream = Notebook()
-    monkeypatch.setattr(sys, "stderr", stream)
+    module = ModuleType("IPython.display")
+    module.display = display  # type: ignore[attr-defined]
+    monkeypatch.setitem(sys.modules, "IPython", ModuleType("IPython"))
+    monkeypatch.setitem(sys.modules, "IPython.display", module)
     monkeypatch.setitem(sys.modules, "rich", None)
+    monkeypatch.setattr(progress, "in_notebook", lambda stream: True)
     monkeypatch.setattr(progress, "_PAUSE", 0.0)
+    return made
+
+
+def test_a_notebook_has_one_output_whose_last_state_replaces_the_others(
+    outputs: list[Output],
+) -> None:
     with progress_bar("Ball", quiet=False) as show:
         show(1, 4, "a long text about it")
         show(4, 4, "12 in contact")
-    text = stream.getvalue()
-    assert text.startswith("\rBall: 1/4, 25 %, ")
-    assert "a long text about it" in text.split("\r")[1]
-    assert text.splitlines()[-1].rstrip().endswith("Ball: 4/4, 100 %, 12 in contact")
-    assert text.endswith("\n")
-    assert text.count("\n") == 1
-    first, second = text.split("\r")[1:3]
-    assert len(second) == len(first)  # nothing of the longer text stays
+    (output,) = outputs
+    assert output.shown[0].startswith("Ball: 1/4, 25 %, ")
+    assert output.shown[0].endswith("a long text about it")
+    assert output.shown[-1] == "Ball: 4/4, 100 %, 12 in contact"
 
 
-def test_nothing_is_written_before_the_first_part_or_quietly(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    stream = Notebook()
-    monkeypatch.setattr(sys, "stderr", stream)
+def test_nothing_is_shown_before_the_first_part_or_quietly(outputs: list[Output]) -> None:
     with progress_bar("Ball", quiet=False):
         pass
     with progress_bar("Ball", quiet=True) as show:
         show(1, 2, "")
-    assert stream.getvalue() == ""
+    assert outputs == []

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 import contiga as cg
-from contiga.errors import FileError
+from contiga.errors import FileError, MissingPackageError
 from contiga.report import write_report
 from contiga.simulation import recorder
 
@@ -110,3 +111,15 @@ def test_a_damaged_checkpoint_keeps_nobody_from_a_run_that_has_ended(tmp_path: P
     sensed().run(tmp_path)
     (tmp_path / "checkpoint.h5").write_bytes(b"damaged")
     assert cg.open_result(tmp_path).finished
+
+
+def test_a_run_is_shown_without_the_package_that_reads_fields(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    make_simulation().run(tmp_path / "out")
+    assert ", recorded 13," in repr(cg.open_result(tmp_path / "out"))
+    monkeypatch.setitem(sys.modules, "h5py", None)
+    result = cg.open_result(tmp_path / "out")
+    assert ", recorded unknown," in repr(result)
+    with pytest.raises(MissingPackageError, match="h5py, which is not installed"):
+        _ = result.fields

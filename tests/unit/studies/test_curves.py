@@ -34,7 +34,7 @@ def rows_in(folder: Path, values: list[object]) -> list[Row]:
 def test_there_is_a_line_for_each_case_that_ran(tmp_path: Path, values: list[object]) -> None:
     html = curves_section(tmp_path, rows_in(tmp_path, values), "v")
     assert html.count('"type":"scatter"') == 3
-    assert "head-pad.max_penetration [mm]" in html
+    assert "head-pad.max_penetration\\u003cbr>[mm]" in html
     lines = [part.partition('"')[0] for part in html.split('"color":"')[1:] if part[0] == "#"]
     light = [float(channels(colour).sum()) for colour in lines[:3]]
     order = [1.0, 3.0, 2.0] if values[0] == 1.0 else [1.0, 2.0, 3.0]

@@ -28,7 +28,7 @@ def chromium() -> Iterator[Any]:
         yield on
 
 
-@pytest.mark.parametrize("width", [WIDTHS[0], *full(WIDTHS[1])])
+@pytest.mark.parametrize("width", [WIDTHS[0], *full(*WIDTHS[1:])])
 def test_the_table_sorts_and_nothing_is_wider_than_the_window(
     chromium: Any, folder: Path, width: int
 ) -> None:

@@ -35,7 +35,7 @@ def open_file(path: Path, mode: str) -> Any:
     FileError, OutputError
         It cannot be opened for reading, for writing.
     """
-    require("fields over time", "h5py")
+    require("a file of fields over time", "h5py")
     import h5py
 
     try:

@@ -76,7 +76,7 @@ class FieldsWriter:
         self._time = -np.inf
         self._last: dict[str, tuple[int, NDArray[Any]]] = {}
         self._steps = Steps(self.path)
-        require("fields over time", "h5py")
+        require("a file of fields over time", "h5py")
         with whole_file(self.path) as file:
             write_frame(file, self.parts)
 
