@@ -39,7 +39,7 @@ class TransformEntry(Spec):
 
     @cached_property
     def matrix(self) -> FloatArray:
-        """Return the step as a (4, 4) matrix."""
+        """The step as a (4, 4) matrix."""
         if self.translate is not None:
             return transform.translation(self.translate)
         if self.rotate is not None:
@@ -70,7 +70,7 @@ class Placed(Spec):
 
     @property
     def matrix(self) -> FloatArray:
-        """Return all steps as one (4, 4) matrix."""
+        """All steps as one (4, 4) matrix."""
         matrix = np.eye(4)
         for entry in self.transform:
             matrix = product(entry.matrix, matrix)

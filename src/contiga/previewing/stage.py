@@ -50,7 +50,7 @@ class Drawn(NamedTuple):
 
     @property
     def box(self) -> FloatArray:
-        """Return the box (2, 3) of the fully drawn points: of a slave its active ones, if any."""
+        """The box (2, 3) of the fully drawn points: of a slave its active ones, if any."""
         return box_of(self.points, self.active)
 
 
@@ -108,7 +108,7 @@ class Stage(NamedTuple):
 
     @property
     def velocity_ends(self) -> FloatArray:
-        """Return start and tip (k, 2, 3) of an arrow for each of `velocities`.
+        """Start and tip (k, 2, 3) of an arrow for each of `velocities`.
 
         It ends behind the box of its part, so that neither that part hides it nor what it meets.
         """
@@ -123,7 +123,7 @@ class Stage(NamedTuple):
 
     @property
     def box(self) -> FloatArray:
-        """Return the box (2, 3) of all parts and springs."""
+        """The box (2, 3) of all parts and springs."""
         boxes = np.array(
             [part.box for part in self.parts] + [np.sort(tie.ends, axis=0) for tie in self.ties]
         )
