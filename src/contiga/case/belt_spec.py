@@ -64,7 +64,7 @@ class BeltSpec(Spec):
 
     @property
     def webbing(self) -> dict[str, BeltEndSpec]:
-        """Return the webbing at its ends, by "start" and "end"."""
+        """The webbing at its ends, by "start" and "end"."""
         both = zip(ENDS, (self.start, self.end), strict=True)
         return {name: one for name, one in both if one is not None}
 

@@ -162,7 +162,7 @@ class ContactSpec(Spec):
 
     @property
     def title(self) -> str:
-        """Return the name, or one made from the names of master and slave."""
+        """The name, or one made from the names of master and slave."""
         return self.name or f"{self.master}-{self.slave}"
 
     @model_validator(mode="after")

@@ -91,7 +91,7 @@ class OneGasSpec(Spec):
 
     @cached_property
     def made(self) -> Gas:
-        """Return the gas."""
+        """The gas."""
         if self.gamma is not None:
             return IdealGas(self.gamma, self.constant)
         assert self.c_p is not None

@@ -39,7 +39,7 @@ class TransformEntry(Spec):
 
     @cached_property
     def matrix(self) -> FloatArray:
-        """Return the step as a (4, 4) matrix."""
+        """The step as a (4, 4) matrix."""
         if self.translate is not None:
             return transform.translation(self.translate)
         if self.rotate is not None:
@@ -80,7 +80,7 @@ class Placed(Spec):
 
     @property
     def matrix(self) -> FloatArray:
-        """Return the steps of `transform` as one (4, 4) matrix."""
+        """The steps of `transform` as one (4, 4) matrix."""
         return matrix_of(self.transform)
 
     def standing(self, part: Part, parts: Mapping[str, Master | Slave]) -> Part:

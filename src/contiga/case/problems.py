@@ -114,7 +114,7 @@ class Together:
 
     @property
     def errors(self) -> tuple[tuple[Fault, str], ...]:
-        """Return the collected errors, each with its key."""
+        """The collected errors, each with its key."""
         return tuple(self._errors)
 
     def tell(self) -> None:

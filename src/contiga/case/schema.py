@@ -163,7 +163,7 @@ class SlaveSpec(Spec):
 
     @property
     def source_key(self) -> str:
-        """Return the key of that source."""
+        """The key of that source."""
         return "geometry" if self.points is None else "points"
 
     def what(self) -> str:
@@ -245,7 +245,7 @@ class Case(Spec):
 
     @property
     def file(self) -> Path:
-        """Return the file of the case."""
+        """The file of the case."""
         return self._file
 
     @property
@@ -260,7 +260,7 @@ class Case(Spec):
 
     @property
     def parts(self) -> dict[str, BodySpec | SlaveSpec]:
-        """Return bodies and slaves by name."""
+        """Bodies and slaves by name."""
         bodies: dict[str, BodySpec | SlaveSpec] = {part.name: part for part in self.body}
         return bodies | {part.name: part for part in self.slave}
 
@@ -271,7 +271,7 @@ class Case(Spec):
 
     @property
     def _slaves(self) -> dict[str, str]:
-        """Return the keys of slaves and belts, and their names."""
+        """The keys of slaves and belts, and their names."""
         named = {f"slave[{i}]": slave.name for i, slave in enumerate(self.slave)}
         return named | {f"belt[{i}]": belt.name for i, belt in enumerate(self.belt)}
 

@@ -38,7 +38,7 @@ class LayeredSpec(Spec):
 
     @cached_property
     def gives_way(self) -> Law | None:
-        """Return the law of its surface; None if it is rigid."""
+        """The law of its surface; None if it is rigid."""
         if self.layer is None or not self.face_layer:
             return None if self.layer is None else self.layer.made
         laws = {tuple(face - 1 for face in one.faces): one.law.made for one in self.face_layer}

@@ -75,7 +75,7 @@ class MadeSpec(Spec, Generic[Made]):
 
     @cached_property
     def made(self) -> Made:
-        """Return the object, made once."""
+        """The object, made once."""
         made: Made = type(self).makes(**self.arguments())
         return made
 

@@ -76,7 +76,7 @@ class Sheet:
 
     @property
     def where(self) -> str:
-        """Return file and line of the heads."""
+        """File and line of the heads."""
         return f"{self.path}:{self.line}"
 
     def with_row_of_units(self) -> Sheet:

@@ -73,7 +73,7 @@ class Manifest(NamedTuple):
 
     @property
     def level(self) -> str:
-        """Return the level of processors."""
+        """The level of processors."""
         return self.target[1]
 
 

@@ -38,7 +38,7 @@ class Preview:
 
     @property
     def gaps(self) -> dict[str, float]:
-        """Return the smallest gap of each contact at the start, negative inside the body."""
+        """The smallest gap of each contact at the start, negative inside the body."""
         return {gap.contact: gap.value for gap in self.stage.gaps}
 
     def __repr__(self) -> str:

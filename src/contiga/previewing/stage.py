@@ -51,7 +51,7 @@ class Drawn(NamedTuple):
 
     @property
     def box(self) -> FloatArray:
-        """Return the box (2, 3) of the fully drawn points: of a slave its active ones, if any."""
+        """The box (2, 3) of the fully drawn points: of a slave its active ones, if any."""
         return box_of(self.points, self.active)
 
 
@@ -111,7 +111,7 @@ class Stage(NamedTuple):
 
     @property
     def velocity_ends(self) -> FloatArray:
-        """Return start and tip (k, 2, 3) of an arrow for each of `velocities`.
+        """Start and tip (k, 2, 3) of an arrow for each of `velocities`.
 
         It ends behind the box of its part, so that neither that part hides it nor what it meets.
         """
@@ -126,7 +126,7 @@ class Stage(NamedTuple):
 
     @property
     def box(self) -> FloatArray:
-        """Return the box (2, 3) of all parts, springs and joints."""
+        """The box (2, 3) of all parts, springs and joints."""
         boxes = np.array(
             [part.box for part in self.parts] + [np.sort(tie.ends, axis=0) for tie in self.ties]
         )

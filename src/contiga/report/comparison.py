@@ -75,17 +75,17 @@ class Comparison(Displayed):
 
     @property
     def folders(self) -> tuple[Path, ...]:
-        """Return the output folders."""
+        """The output folders."""
         return tuple(run.folder for run in self.runs)
 
     @property
     def named(self) -> list[Named]:
-        """Return the runs with their names."""
+        """The runs with their names."""
         return [Named(run, name) for run, name in zip(self.runs, self.names, strict=True)]
 
     @property
     def short_names(self) -> tuple[str, ...]:
-        """Return the names of runs, without the values of cases of a study."""
+        """The names of runs, without the values of cases of a study."""
         return tuple(name.partition(SEPARATOR)[0] for name in self.names)
 
     @property

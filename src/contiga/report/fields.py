@@ -17,15 +17,15 @@ class RecordedFields(Protocol):
 
     @property
     def times(self) -> FloatArray:
-        """Return the times (n,) of the steps."""
+        """The times (n,) of the steps."""
 
     @property
     def parts(self) -> tuple[Part, ...]:
-        """Return bodies and slaves in the order in which their points are stacked."""
+        """Bodies and slaves in the order in which their points are stacked."""
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Return the names of the point data."""
+        """The names of the point data."""
 
     def held(self) -> AbstractContextManager[None]:
         """Hold the file open for many reads."""

@@ -47,7 +47,7 @@ class Frame(NamedTuple):
 
     @property
     def size(self) -> int:
-        """Return the size, bytes."""
+        """The size, bytes."""
         lines = sum(line.points.size * 4 for line in self.outlines)
         values = sum(v.nbytes for v in self.values.values())
         return sum(p.nbytes for p in self.places) + self.rows.nbytes + values + lines
@@ -72,12 +72,12 @@ class Frames(NamedTuple):
 
     @property
     def regions(self) -> tuple[Outline, ...]:
-        """Return the lines around all regions of all steps."""
+        """The lines around all regions of all steps."""
         return tuple(line for frame in self.frames for line in frame.outlines)
 
     @property
     def n_clusters(self) -> int:
-        """Return the largest number of regions of one contact at any step."""
+        """The largest number of regions of one contact at any step."""
         numbers = (frame.values.get("cluster") for frame in self.frames)
         return 1 + int(max((v.max(initial=-1.0) for v in numbers if v is not None), default=-1))
 

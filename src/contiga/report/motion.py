@@ -29,7 +29,7 @@ class Quantity(NamedTuple):
 
     @property
     def whole(self) -> FloatArray:
-        """Return the magnitudes (n,)."""
+        """The magnitudes (n,)."""
         return np.asarray(np.sqrt(sum(c**2 for c in self.components.values())))
 
 

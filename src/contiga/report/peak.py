@@ -73,7 +73,7 @@ class Peak(NamedTuple):
 
     @property
     def seen(self) -> FloatArray:
-        """Return the points (k, 3) that a picture of the scene must contain."""
+        """The points (k, 3) that a picture of the scene must contain."""
         if self.framed is not None:
             return self.framed
         active = slice(None) if self.active is None else self.active

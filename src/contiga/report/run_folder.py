@@ -84,7 +84,7 @@ class Run(NamedTuple):
 
     @property
     def case(self) -> dict[str, Any]:
-        """Return the tables of its case; empty for a run from Python, which may leave any text."""
+        """The tables of its case; empty for a run from Python, which may leave any text."""
         try:
             return tomllib.loads(self.case_text)
         except ValueError:

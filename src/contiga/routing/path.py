@@ -73,7 +73,7 @@ class Path(Displayed):
 
     @cached_property
     def turns(self) -> FloatArray:
-        """Return the angles (n,), rad, by which the path turns at its points.
+        """The angles (n,), rad, by which the path turns at its points.
 
         They are angles between its chords, and at an end that leaves along a surface the angle
         between the surface and the chord.

@@ -35,7 +35,7 @@ class StudyCase(NamedTuple):
 
     @property
     def name(self) -> str:
-        """Return the name of its folder."""
+        """The name of its folder."""
         return f"{self.number:04d}"
 
 

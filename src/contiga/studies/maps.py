@@ -66,7 +66,7 @@ class ColourMap(NamedTuple):
 
     @property
     def colours(self) -> FloatArray:
-        """Return red, green and blue (n, 3) of the vertices."""
+        """Red, green and blue (n, 3) of the vertices."""
         from matplotlib.colors import to_rgb
 
         rgb = self.shades.colours(self.values)
@@ -74,7 +74,7 @@ class ColourMap(NamedTuple):
 
     @property
     def towards(self) -> FloatArray:
-        """Return the viewing direction (3,) onto the side that is hit, a little from its front."""
+        """The viewing direction (3,) onto the side that is hit, a little from its front."""
         p = self.vertices[self.triangles]
         facets = np.cross(p[:, 1] - p[:, 0], p[:, 2] - p[:, 0])
         known = np.isfinite(self.values)[self.triangles].all(axis=1)

@@ -52,7 +52,7 @@ class Base(NamedTuple):
 
     @property
     def units(self) -> dict[str, str]:
-        """Return the units of the quantities, by column; empty if the base case names no units."""
+        """The units of the quantities, by column; empty if the base case names no units."""
         named = tomllib.loads(self.text).get("units") or {}
         units = (named.get("length", ""), named.get("mass", ""), named.get("time", ""))
         return {name: quantity.unit(units) for name, quantity in self.quantities.items()}

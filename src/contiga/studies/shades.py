@@ -23,7 +23,7 @@ class Shades(NamedTuple):
 
     @property
     def steps(self) -> list[str]:
-        """Return a colour for each band."""
+        """A colour for each band."""
         if len(self.bands) == len(RATED) - 1:
             return list(RATED)
         from matplotlib.colors import LinearSegmentedColormap, to_hex
@@ -54,7 +54,7 @@ class Shades(NamedTuple):
 
     @property
     def marks(self) -> tuple[list[float], list[str]]:
-        """Return the borders of bands on the colour bar, and their labels."""
+        """The borders of bands on the colour bar, and their labels."""
         return [k + 0.5 for k in range(len(self.bands))], [number(value) for value in self.bands]
 
     def mappable(self) -> Any:

@@ -57,7 +57,7 @@ class VariableSpec(Spec):
 
     @property
     def label(self) -> str:
-        """Return its label in the table."""
+        """Its label in the table."""
         return self.name if self.name is not None else self.key[0]
 
     @property
@@ -137,7 +137,7 @@ class RuleSpec(Spec):
 
     @property
     def expression(self) -> Expression:
-        """Return the expression that is evaluated."""
+        """The expression that is evaluated."""
         text = self.value if self.value is not None else self.require
         assert text is not None
         return Expression(text, "value" if self.require is None else "require")
@@ -179,14 +179,14 @@ class GoalSpec(Spec):
 
     @property
     def quantity(self) -> str:
-        """Return the quantity to be made small or large."""
+        """The quantity to be made small or large."""
         text = self.minimise if self.minimise is not None else self.maximise
         assert text is not None
         return text
 
     @property
     def limits(self) -> list[Limit]:
-        """Return the parsed `subject_to`."""
+        """The parsed `subject_to`."""
         read = []
         for text in self.subject_to:
             match = _LIMIT.fullmatch(text.strip())
@@ -230,17 +230,17 @@ class StudySpec(Spec):
 
     @property
     def file(self) -> Path:
-        """Return the file of the study."""
+        """The file of the study."""
         return self._file
 
     @property
     def labels(self) -> list[str]:
-        """Return the labels of the variables in the table."""
+        """The labels of the variables in the table."""
         return [variable.label for variable in self.variable]
 
     @property
     def quantities(self) -> dict[str, Quantity]:
-        """Return the collected quantities of each case, by column, with those of the goal."""
+        """The collected quantities of each case, by column, with those of the goal."""
         named = self.collect if isinstance(self.collect, dict) else {q: q for q in self.collect}
         quantities = {name: quantity_of(text) for name, text in named.items()}
         if self.goal is not None:

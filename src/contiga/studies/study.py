@@ -58,12 +58,12 @@ class Study(Displayed):
 
     @property
     def failed(self) -> tuple[Row, ...]:
-        """Return the rows of the cases that failed."""
+        """The rows of the cases that failed."""
         return tuple(row for row in self.rows if row.status != DONE)
 
     @property
     def page(self) -> Path:
-        """Return the page of the study, which reads offline."""
+        """The page of the study, which reads offline."""
         return self.out / PAGE
 
     def folder_of(self, number: int) -> Path:

@@ -46,7 +46,7 @@ class TargetsSpec(Spec):
 
     @property
     def columns(self) -> tuple[str, ...]:
-        """Return the columns that variables may have."""
+        """The columns that variables may have."""
         return PLACE if self.lines is None else (LINE, *PLACE)
 
     def check_columns(self, asked: Mapping[str, str]) -> None:
@@ -62,7 +62,7 @@ class TargetsSpec(Spec):
 
     @property
     def axes(self) -> FloatArray:
-        """Return the rows (3, 3) across, along and down the rays.
+        """The rows (3, 3) across, along and down the rays.
 
         Raises
         ------

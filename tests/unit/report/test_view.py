@@ -23,17 +23,17 @@ def view() -> View:
 
 def test_points_behind_a_surface_are_hidden() -> None:
     scene = view().surface(BALL)
-    _, seen = scene._placed(np.array([[0.0, -1.2, 0.0], [0.0, 1.2, 0.0], [0.0, 0.0, 0.0]]))
+    _, seen = scene._projected(np.array([[0.0, -1.2, 0.0], [0.0, 1.2, 0.0], [0.0, 0.0, 0.0]]))
     assert seen.tolist() == [True, False, False]
 
 
 def test_a_surface_that_hides_nothing_leaves_points_seen() -> None:
     scene = view().surface(BALL, hides=False)
-    assert scene._placed(np.array([[0.0, 1.2, 0.0]]))[1].all()
+    assert scene._projected(np.array([[0.0, 1.2, 0.0]]))[1].all()
 
 
 def test_points_land_where_the_eye_sees_them() -> None:
-    at, _ = view()._placed(np.array([[0.0, 0.0, 0.0], [0.5, 0.0, 0.0], [0.0, 0.0, 0.5]]))
+    at, _ = view()._projected(np.array([[0.0, 0.0, 0.0], [0.5, 0.0, 0.0], [0.0, 0.0, 0.5]]))
     np.testing.assert_allclose(at[0], [99.75, 79.75], rtol=0, atol=0.5)
     assert at[1, 0] > at[0, 0] + 10
     assert at[1, 1] == pytest.approx(at[0, 1])

@@ -75,7 +75,7 @@ class _Asides:
 
     @cached_property
     def _borders(self) -> list[int]:
-        """Return the positions where they begin and end, alternating."""
+        """The positions where they begin and end, alternating."""
         return [border for match in _ASIDE.finditer(self._data) for border in match.span()]
 
     def __contains__(self, at: int) -> bool:

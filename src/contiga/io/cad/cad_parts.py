@@ -43,7 +43,7 @@ class CadPart(NamedTuple):
 
     @property
     def title(self) -> str:
-        """Return name and place in the assembly: "bolt (left arm/bolt 2)"; "" without either."""
+        """Name and place in the assembly: "bolt (left arm/bolt 2)"; "" without either."""
         return titled(self.name, self.place)
 
     def _facts(self) -> Facts:

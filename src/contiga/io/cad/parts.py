@@ -55,14 +55,14 @@ class PartLabel(NamedTuple):
 
     @property
     def answers(self) -> list[str]:
-        """Return all names that select it; its path may be shortened from the left."""
+        """All names that select it; its path may be shortened from the left."""
         ways = ["/".join(self.place[k:]) for k in range(len(self.place))]
         names = [] if self.name is None else [self.name]
         return list(dict.fromkeys([*names, *ways, *self.place, *self.others]))
 
     @property
     def title(self) -> str:
-        """Return its title: its name and place, or its number."""
+        """Its title: its name and place, or its number."""
         return titled(self.name, "/".join(self.place)) or f"part {self.number}"
 
 

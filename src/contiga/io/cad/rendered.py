@@ -35,7 +35,7 @@ class RenderMesh(NamedTuple):
 
     @property
     def area(self) -> float:
-        """Return the area of its triangles."""
+        """The area of its triangles."""
         a, b, c = (self.vertices[self.triangles[:, k]] for k in range(3))
         return 0.5 * float(np.linalg.norm(np.cross(b - a, c - a), axis=1).sum())
 

@@ -36,7 +36,7 @@ class Keyword(NamedTuple):
 
     @property
     def where(self) -> str:
-        """Return file, line and keyword, for messages."""
+        """File, line and keyword, for messages."""
         return f"{self.path}, line {self.line}: *{self.name}"
 
     def need(self, option: str) -> str:

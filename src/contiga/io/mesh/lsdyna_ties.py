@@ -40,12 +40,12 @@ class NodeTie(NamedTuple):
 
     @property
     def key(self) -> tuple[str, int, int]:
-        """Return the key that distinguishes it from others."""
+        """The key that distinguishes it from others."""
         return str(self.block.path), self.line, self.number
 
     @property
     def what(self) -> str:
-        """Return the nodes in words."""
+        """The nodes in words."""
         return f"node {self.number}" if self.one else set_name(self.number)
 
 

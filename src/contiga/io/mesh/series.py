@@ -110,7 +110,7 @@ class MeshSeries:
 
     @property
     def kinks(self) -> FloatArray:
-        """Return the instants, between which the motion is linear."""
+        """The instants, between which the motion is linear."""
         return self.times
 
     def points(self, t: float) -> FloatArray:

@@ -42,7 +42,7 @@ class Part(NamedTuple):
 
     @property
     def n_cells(self) -> int:
-        """Return the number of triangles, or of the points of a cloud."""
+        """The number of triangles, or of the points of a cloud."""
         return self.n_points if self.triangles is None else len(self.triangles)
 
 
@@ -291,7 +291,7 @@ class Steps:
 
     @property
     def root(self) -> Any:
-        """Return the group of VTKHDF; the file is opened if necessary.
+        """The group of VTKHDF; the file is opened if necessary.
 
         Raises
         ------
