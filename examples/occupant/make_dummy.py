@@ -174,7 +174,7 @@ def trunk() -> str:
             body("head", 4540, ellipsoid([99, 77, 112], condyle + [17.8, 0.0, 50.8])),
             body("neck", 1540, capsule(base, condyle, 52, 48)),
             body("chest", 16190, loft(CHEST)),
-            body("sternum", 1000, ellipsoid([67, 125, 150], torso(48, 0, 290), -RECLINE)),
+            body("sternum", 1000, ellipsoid([67, 130, 150], torso(48, 0, 290), -RECLINE)),
             body("pelvis", 23040, loft(PELVIS)),
             joint(
                 "nod",
