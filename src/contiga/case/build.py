@@ -66,7 +66,7 @@ def build(case: Case, *, parts: PartCache | None = None) -> Simulation:
     >>> cg.build(cg.load_case("case.toml")).bodies["head"].body.closed
     True
     """
-    wrong = Together(str(case.file))
+    wrong = Together(str(case.file), case.origins)
     made = _pieces(case, PartCache() if parts is None else parts, wrong)
     wrong.tell()
     return Simulation(
@@ -132,7 +132,7 @@ def _pieces(case: Case, cache: PartCache, wrong: Together) -> _Pieces:
 
 def faults_of(case: Case) -> tuple[tuple[Fault, str], ...]:
     """What is wrong with the parts of a case, each with its key, the cheapest to find first."""
-    wrong = Together(str(case.file))
+    wrong = Together(str(case.file), case.origins)
     _pieces(case, PartCache(), wrong)
     return wrong.errors
 
@@ -215,19 +215,24 @@ def _parts(
         with wrong.at(keys[body_spec.name]), told_of("body", body_spec.name, findings):
             raw[body_spec.name] = _body(body_spec, case.units.length, cache)
     parts: dict[str, Master | Slave] = {}
+    drawn: dict[str, Master | Slave] = {}  # before the steps of `then`
     for name in order_of(case.parts):
         spec = case.parts[name]
         needed = {other for _, other in references(spec)}
         if not needed <= parts.keys() or (isinstance(spec, BodySpec) and name not in raw):
             continue  # what it is placed by is told
+        source = spec.geometry if isinstance(spec, BodySpec) else spec.source
+        seen = drawn if source.then else parts
         with wrong.at(keys[name]):
             if isinstance(spec, BodySpec):
-                parts[name] = spec.geometry.standing(raw[name], parts)
+                body = spec.geometry.standing(raw[name], seen)
+                drawn[name], parts[name] = body, source.moved(body)
             else:
                 met = [one.master for one in case.contact if one.slave == name]
                 sizes = [raw[master].size for master in met if master in raw]
                 with told_of("slave", name, findings):
-                    parts[name] = _slave(spec, case.units.length, parts, sizes, cache)
+                    slave = _slave(spec, case.units.length, seen, sizes, cache)
+                    drawn[name], parts[name] = slave, source.moved(slave)
     return parts
 
 
@@ -332,7 +337,7 @@ def belts_of(case: Case) -> dict[str, Belt]:
     InputError, MissingPackageError
         As `build`.
     """
-    wrong = Together(str(case.file))
+    wrong = Together(str(case.file), case.origins)
     motions = _told_motions(case, wrong)
     belts = _belts(case, _parts(case, PartCache(), wrong, []), motions, wrong)
     wrong.tell()

@@ -139,7 +139,7 @@ def description(case: Case) -> str:
 
 
 def _placed(text: str, spec: object) -> str:
-    steps = len(getattr(spec, "transform", []))
+    steps = len(getattr(spec, "transform", [])) + len(getattr(spec, "then", []))
     moved = f", placed by {steps} transforms" if steps else ""
     flipped = ", flipped" if getattr(spec, "flip", False) else ""
     texts = [entry.describe() for key in ("align", "place") if (entry := getattr(spec, key, None))]

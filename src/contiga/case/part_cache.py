@@ -43,7 +43,7 @@ class PartCache:
         ContigaWarning
             What `make` warned of, each time.
         """
-        said = spec.model_dump(mode="python", exclude={"align", "place"})
+        said = spec.model_dump(mode="python", exclude={"align", "place", "then"})
         key = (type(spec).__name__, name, unit, repr(said), tuple(_stamps(said)))
         if key not in self._kept:
             with warnings.catch_warnings(record=True) as caught:

@@ -1,9 +1,9 @@
-"""What stands elsewhere than it is given: the keys `transform`, `align` and `place`."""
+"""What stands elsewhere than it is given: the keys `transform`, `align`, `place` and `then`."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from functools import cached_property
 from typing import Self
 
@@ -61,26 +61,38 @@ class TransformEntry(Spec):
         return self
 
 
+def matrix_of(steps: Iterable[TransformEntry]) -> FloatArray:
+    """Return several steps, in the order they are applied, as one (4, 4) matrix."""
+    matrix = np.eye(4)
+    for entry in steps:
+        matrix = product(entry.matrix, matrix)
+    return matrix
+
+
 class Placed(Spec):
-    """What can be put elsewhere: by the steps of `transform`, then by `align`, then by `place`."""
+    """What can be put elsewhere: by the steps of `transform`, by `align`, by `place`, and by the
+    steps of `then`."""
 
     transform: list[TransformEntry] = Field(default_factory=list)
     align: AlignSpec | None = None
     place: PlaceSpec | None = None
+    then: list[TransformEntry] = Field(default_factory=list)
+    """Steps of a file that is included: its placement, and its joints."""
 
     @property
     def matrix(self) -> FloatArray:
-        """All steps as one (4, 4) matrix."""
-        matrix = np.eye(4)
-        for entry in self.transform:
-            matrix = product(entry.matrix, matrix)
-        return matrix
+        """The steps of `transform` as one (4, 4) matrix."""
+        return matrix_of(self.transform)
 
     def standing(self, part: Part, parts: Mapping[str, Master | Slave]) -> Part:
-        """`part` where it is to stand among those that stand already."""
+        """`part` where it is to stand before the steps of `then`, among those that stand."""
         for key, entry in (("align", self.align), ("place", self.place)):
             try:
                 part = part if entry is None else entry.moved(part, parts)
             except InputError as error:
                 raise relocated(error, key, "") from error
         return part
+
+    def moved(self, part: Part) -> Part:
+        """Return `part` moved by the steps of `then`."""
+        return part.transformed(matrix_of(self.then)) if self.then else part

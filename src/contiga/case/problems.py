@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from typing import Any
+from typing import Any, NamedTuple
 
 from pydantic import ValidationError
 from pydantic_core import ErrorDetails
@@ -19,6 +19,7 @@ Fault = InputError | MissingPackageError
 """What keeps a part of a case from being made."""
 _LONGEST = 100
 _MOST = 12
+_TABLE = re.compile(r"(\w+)\[(\d+)\]")
 _KEY = re.compile(r"^[A-Za-z_]\w*(\[\d+\])*(\.\w+(\[\d+\])*)*$")
 _TYPES = {
     "float_type": "a number",
@@ -32,14 +33,40 @@ _TYPES = {
 }
 
 
-def case_error(error: ValidationError, data: object, file: str) -> InputError:
-    """One error that tells everything pydantic found wrong in `data`, read from `file`."""
+class Origin(NamedTuple):
+    """Where a table of a case was read that is not in its own file."""
+
+    file: str
+    row: int
+    """Its place among the tables of its key in that file."""
+
+
+Origins = Mapping[tuple[str, int], Origin]
+"""By the key and the place of a table in the case."""
+
+
+def case_error(
+    error: ValidationError, data: object, file: str, origins: Origins | None = None
+) -> InputError:
+    """One error that tells everything pydantic found wrong in `data`, read from `file` and, some of
+    its tables, from the files of `origins`."""
     details = error.errors(include_url=False)
     problems = [problem_of(detail, data) for detail in details]
     problems += [one.error for one in misnamed_in(data, details)]
     if len(problems) == 1:
-        return problem_of(details[0], data, file=file)
-    return listed(problems, file)
+        return traced(problems[0], origins or {}, file)
+    return listed([traced(one, origins or {}, "") for one in problems], file)
+
+
+def traced(error: InputError, origins: Origins, file: str) -> InputError:
+    """Return `error`, which names a key of a case, with the file that this was read from: that of
+    `origins`, else `file`."""
+    where = error.where or ""
+    match = _TABLE.match(where)
+    origin = origins.get((match[1], int(match[2]))) if match else None
+    if match is not None and origin is not None:
+        file, where = origin.file, f"{match[1]}[{origin.row}]{where[match.end() :]}"
+    return _elsewhere(error, _join(file, where))
 
 
 def misnamed_in(data: object, details: Sequence[ErrorDetails]) -> list[Misnamed]:
@@ -62,10 +89,11 @@ class Together:
     Parameters
     ----------
     file : of the case
+    origins : of tables that other files have
     """
 
-    def __init__(self, file: str) -> None:
-        self._file = file
+    def __init__(self, file: str, origins: Origins) -> None:
+        self._file, self._origins = file, origins
         self._errors: list[tuple[Fault, str]] = []
 
     @contextmanager
@@ -95,8 +123,9 @@ class Together:
             return
         first, key = self._errors[0]
         if len(self._errors) == 1:
-            raise placed(first, key, self._file) from first
-        raise listed([placed(one, key, "") for one, key in self._errors], self._file) from first
+            raise placed(first, key, self._file, self._origins) from first
+        faults = [placed(one, key, "", self._origins) for one, key in self._errors]
+        raise listed(faults, self._file) from first
 
 
 def first_problem(error: ValidationError, data: object, key: str) -> InputError:
@@ -104,20 +133,25 @@ def first_problem(error: ValidationError, data: object, key: str) -> InputError:
     return problem_of(error.errors(include_url=False)[0], data, key)
 
 
-def placed(fault: Fault, key: str, file: str) -> Fault:
-    """`fault` with the key of the case it belongs to."""
+def placed(fault: Fault, key: str, file: str, origins: Origins) -> Fault:
+    """`fault` with the key of the case it belongs to, in the file that has it."""
     if isinstance(fault, MissingPackageError):
         return MissingPackageError(f"{_join(file, key)}: {fault}")
-    return relocated(fault, key, file)
+    return traced(relocated(fault, key, ""), origins, file)
 
 
 def relocated(error: InputError, key: str, file: str) -> InputError:
     """`error` with the key of the case it belongs to; a plain `InputError` as a `CaseError`."""
+    return _elsewhere(error, _join(file, _inside(key, error.where)))
+
+
+def _elsewhere(error: InputError, where: str | None) -> InputError:
+    """`error` at another place; a plain `InputError` as a `CaseError`."""
     kind = CaseError if type(error) is InputError else type(error)
     details: dict[str, Any] = {"allowed": error.allowed, "remedy": error.remedy}
     if error.has_found:
         details["found"] = _short(error.found)
-    return kind(error.what, where=_join(file, _inside(key, error.where)), **details)
+    return kind(error.what, where=where, **details)
 
 
 def problem_of(detail: ErrorDetails, data: object, key: str = "", file: str = "") -> InputError:

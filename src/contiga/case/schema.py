@@ -12,7 +12,15 @@ from functools import partial
 from pathlib import Path
 from typing import Annotated, Any, Self
 
-from pydantic import BeforeValidator, Field, PrivateAttr, ValidationError, model_validator
+import numpy as np
+from pydantic import (
+    BeforeValidator,
+    Field,
+    PrivateAttr,
+    ValidationError,
+    create_model,
+    model_validator,
+)
 
 from contiga.case.belt_spec import BeltSpec
 from contiga.case.columns import channels_of_case
@@ -20,16 +28,18 @@ from contiga.case.contact_spec import ContactSpec
 from contiga.case.device_spec import SlipRingSpec
 from contiga.case.gas_spec import GasSpec
 from contiga.case.geometry_spec import GeometrySpec
+from contiga.case.include import INCLUDE, Whole, with_includes
+from contiga.case.included_tables import POSERS
 from contiga.case.joint_spec import JointSpec
 from contiga.case.load_spec import LoadSpec
 from contiga.case.mass_spec import MassSpec
 from contiga.case.motion_spec import BodyMotionSpec, SeriesSpec, SlaveMotionSpec
 from contiga.case.names import EITHER, check_apart, check_defined, check_fires, check_unique
 from contiga.case.output_spec import OutputSpec
-from contiga.case.placed_spec import Placed
+from contiga.case.placed_spec import Placed, matrix_of
 from contiga.case.plot_spec import PlotSpec, ReferenceSpec, check_channel, check_kinds
 from contiga.case.points_spec import BodyPoints, PointsSpec, Sampling
-from contiga.case.problems import case_error, relocated
+from contiga.case.problems import Origin, case_error, relocated
 from contiga.case.rigid_spec import FixedSpec
 from contiga.case.sensor_spec import PointSensorSpec, RelativeSensorSpec, SensorSpec
 from contiga.case.settings import with_settings
@@ -184,7 +194,7 @@ class SlaveSpec(Spec):
 
     @model_validator(mode="after")
     def _a_series_says_where_points_are(self) -> Self:
-        placed = [key for key in ("align", "place") if getattr(self.source, key) is not None]
+        placed = [key for key in ("align", "place", "then") if getattr(self.source, key)]
         if placed and isinstance(self.motion, SeriesSpec):
             raise CaseError(
                 "does nothing: a series of files says where the points are",
@@ -200,6 +210,11 @@ class SlaveSpec(Spec):
         if isinstance(points, dict) and isinstance(points.get("body"), str):
             return {"motion": {"kind": "attached", "body": points["body"]}} | data
         return data
+
+
+def _source_of(part: BodySpec | SlaveSpec) -> Placed:
+    """Return the table that places a body or a slave."""
+    return part.geometry if isinstance(part, BodySpec) else part.source
 
 
 class Case(Spec):
@@ -228,10 +243,22 @@ class Case(Spec):
 
     _file: Path = PrivateAttr(default=Path("case.toml"))
 
+    _origins: dict[tuple[str, int], Origin] = PrivateAttr(default_factory=dict)
+
     @property
     def file(self) -> Path:
         """The file the case was read from."""
         return self._file
+
+    @property
+    def origins(self) -> Mapping[tuple[str, int], Origin]:
+        """Where tables of files that it includes were read, by their key and place."""
+        return self._origins
+
+    @classmethod
+    def known_keys(cls, data: dict[str, Any]) -> list[str]:
+        """Return the keys of a case; `include` is gone once its files are read."""
+        return [*super().known_keys(data), INCLUDE]
 
     @property
     def parts(self) -> dict[str, BodySpec | SlaveSpec]:
@@ -419,6 +446,8 @@ class Case(Spec):
             yield partial(check_defined, where, other, "body or slave", [*places], [])
             if where.endswith("place.on") and other in places:
                 yield partial(self._check_place, name, other, where)
+            if other in places:
+                yield partial(self._check_moved_together, name, other, where)
 
     def _check_place(self, name: str, other: str, where: str) -> None:
         bodies = [body.name for body in self.body]
@@ -428,6 +457,16 @@ class Case(Spec):
                 where=where,
                 found=other,
                 allowed=", ".join(f'"{body}"' for body in bodies),
+            )
+
+    def _check_moved_together(self, name: str, other: str, where: str) -> None:
+        one, two = (_source_of(self.parts[part]) for part in (name, other))
+        if one.then and not np.array_equal(matrix_of(one.then), matrix_of(two.then)):
+            raise CaseError(
+                "joints of an included file, or its placement, move this part otherwise",
+                where=where,
+                found=other,
+                remedy=f"Place {name!r} by a transform in place of another part",
             )
 
     def _check_sides(self, i: int) -> None:
@@ -442,6 +481,13 @@ class Case(Spec):
         points = next((one.points for one in self.slave if one.name == contact.slave), None)
         of = bodies[points.body] if isinstance(points, BodyPoints) else None
         return sides_of(contact, bodies[contact.master], of)
+
+
+_FIELDS: dict[str, Any] = {
+    key: (field.annotation, field) for key, field in Case.model_fields.items() if key in POSERS
+}
+IncludedTables = create_model("IncludedTables", __base__=Spec, **_FIELDS)
+"""Tables that a file may have which a case includes."""
 
 
 def load_case(path: str | Path, *, set: Mapping[str, Any] | None = None) -> Case:
@@ -474,6 +520,17 @@ def load_case(path: str | Path, *, set: Mapping[str, Any] | None = None) -> Case
     [0.0, 0.0, -5.0]
     """
     path = Path(path)
+    return parse_case(read_text(path), path, set=set)
+
+
+def read_text(path: Path) -> str:
+    """Return the text of a case file.
+
+    Raises
+    ------
+    FileError
+        It is missing, too large, cannot be read or is not UTF-8.
+    """
     try:
         if path.stat().st_size > _LARGEST_CASE:
             raise FileError(
@@ -483,14 +540,13 @@ def load_case(path: str | Path, *, set: Mapping[str, Any] | None = None) -> Case
                 allowed=f"up to {_LARGEST_CASE} bytes",
                 remedy="Points and long tables belong in files that the case names",
             )
-        text = path.read_text(encoding="utf-8-sig")  # editors of Windows put a mark in front
+        return path.read_text(encoding="utf-8-sig")  # editors of Windows put a mark in front
     except FileNotFoundError as error:
         raise FileError("no such file", where=str(path), allowed="a case file (TOML)") from error
     except UnicodeDecodeError as error:
         raise FileError("is not UTF-8 text", where=str(path), allowed="a case file") from error
     except OSError as error:
         raise FileError(f"cannot be read ({error.strerror})", where=str(path)) from error
-    return parse_case(text, path, set=set)
 
 
 def parse_case(
@@ -504,18 +560,43 @@ def parse_case(
         As `load_case`.
     """
     path = Path(path)
+    return case_of(tables_of(text, path, set), path)
+
+
+def tables_of(text: str, path: Path, set: Mapping[str, Any] | None = None) -> Whole:
+    """Return the tables of a case and of the files that it includes, with the values of `set`.
+
+    Raises
+    ------
+    CaseError, FileError
+        The text is not TOML, a key of `set` leads nowhere, or a file that is included is wrong.
+    """
     try:
         data: dict[str, Any] = tomllib.loads(text)
     except ValueError as error:  # TOMLDecodeError, or a number or date Python refuses
         raise CaseError(f"is not valid TOML: {error}", where=str(path)) from error
     except RecursionError as error:
         raise CaseError("is not valid TOML: nested too deeply", where=str(path)) from error
-    if set:
-        data = with_settings(data, set)
-    context = {"folder": path.parent, "units": data.get("units")}
+    settings = dict(set or {})
+    # What decides how files are read comes before, what is set of their tables after it.
+    before = {key: value for key, value in settings.items() if key.startswith((INCLUDE, "units"))}
+    whole = with_includes(with_settings(data, before), path, IncludedTables)
+    after = {key: value for key, value in settings.items() if key not in before}
+    return whole._replace(data=with_settings(whole.data, after))
+
+
+def case_of(tables: Whole, path: Path) -> Case:
+    """Return the case of tables, whose own file is `path`.
+
+    Raises
+    ------
+    CaseError, FileError, UnitError
+        As `load_case`.
+    """
+    context = {"folder": path.parent, "units": tables.data.get("units")}
     try:
-        case = Case.model_validate(data, context=context)
+        case = Case.model_validate(tables.data, context=context)
     except ValidationError as error:
-        raise case_error(error, data, str(path)) from error
-    case._file = path
+        raise case_error(error, tables.data, str(path), tables.origins) from error
+    case._file, case._origins = path, tables.origins
     return case

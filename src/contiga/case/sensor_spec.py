@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from typing import Annotated, Any
 
-from pydantic import Field
+from pydantic import BeforeValidator, Field
 
 from contiga.case.device_spec import TriggerSpec
 from contiga.case.spec import MadeSpec, Name, Pair, TellApart, Vector
 from contiga.criteria.bands import Bands
+from contiga.errors import CaseError
 from contiga.simulation.sensor import RELATIVE_MEASURES, RelativeSensor, Sensor
 from contiga.simulation.slave_sensor import (
     NODE_MEASURES,
@@ -16,6 +17,22 @@ from contiga.simulation.slave_sensor import (
     NodeSensor,
     SectionSensor,
 )
+
+
+def _word_or_rows(value: Any) -> Any:
+    # One message where a union of types would give one for each.
+    rows = value if isinstance(value, list) else []
+    if not (isinstance(value, str) or (rows and all(isinstance(row, list) for row in rows))):
+        raise CaseError(
+            "must be a word, or three unit vectors",
+            found=value,
+            allowed='"world", "body" or [[x, y, z], [x, y, z], [x, y, z]]',
+        )
+    return value
+
+
+Axes = Annotated[str | list[Vector], BeforeValidator(_word_or_rows)]
+"""A word, or three unit vectors at the start, which turn with the body."""
 
 
 class BandsSpec(MadeSpec[Bands]):
@@ -34,7 +51,7 @@ class PointSensorSpec(MadeSpec[Sensor]):
     body: Name
     at: Vector | None = None
     """The point, where it is at the start; the centre of mass of a free body if omitted."""
-    axes: str = "world"
+    axes: Axes = "world"
     measures: list[str] = Field(default=["acceleration", "velocity", "displacement"])
     filter: str | None = None
     criteria: list[str] = Field(default_factory=list)
@@ -49,7 +66,8 @@ class PointSensorSpec(MadeSpec[Sensor]):
         at = "" if self.at is None else f" at {self.at}"
         outputs = [*self.measures, *([self.filter] if self.filter else []), *self.criteria]
         outputs += [] if self.trigger is None else [self.trigger.describe()]
-        return f"on {self.body}{at}, {self.axes} axes: {', '.join(outputs)}"
+        axes = f"{self.axes} axes" if isinstance(self.axes, str) else "axes of its own"
+        return f"on {self.body}{at}, {axes}: {', '.join(outputs)}"
 
 
 class RelativeSensorSpec(MadeSpec[RelativeSensor]):
@@ -60,7 +78,7 @@ class RelativeSensorSpec(MadeSpec[RelativeSensor]):
     between: Annotated[list[Name], Field(min_length=2, max_length=2)]
     """Two bodies, the first of which sees the second."""
     at: Pair | None = None
-    axes: str = "body"
+    axes: Axes = "body"
     measures: list[str] = Field(default_factory=lambda: list(RELATIVE_MEASURES))
     criteria: list[str] = Field(default_factory=list)
     bands: dict[str, BandsSpec] | None = None

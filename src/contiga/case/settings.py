@@ -128,13 +128,15 @@ def _entry(here: Any, step: str, key: str, way: list[str]) -> Any:
 
 
 def _name(table: Any) -> str | None:
-    """What a table is called: by its name, or as results call it where it has none."""
+    """What a table is called: by its name, as results call it without one, or by its prefix."""
     if not isinstance(table, dict):
         return None
     if isinstance(table.get("name"), str):
         return str(table["name"])
     if "master" in table and "slave" in table:
         return f"{table['master']}-{table['slave']}"
+    if isinstance(table.get("prefix"), str):
+        return table["prefix"].strip(" _-") or None
     between = table.get("between")
     return "-".join(map(str, between)) if isinstance(between, list) else None
 

@@ -4,7 +4,6 @@ be made of the others."""
 from __future__ import annotations
 
 import re
-import tomllib
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -13,10 +12,10 @@ from pydantic import ValidationError
 from pydantic_core import ErrorDetails
 
 from contiga.case.build import faults_of
+from contiga.case.include import Whole
 from contiga.case.names import Misnamed
-from contiga.case.problems import Fault, listed, misnamed_in, placed, problem_of
-from contiga.case.schema import Case, load_case
-from contiga.case.settings import with_settings
+from contiga.case.problems import Fault, listed, misnamed_in, placed, problem_of, traced
+from contiga.case.schema import Case, case_of, read_text, tables_of
 from contiga.errors import InputError
 
 _PLACE = re.compile(r"^(\w+)\[(\d+)\]")
@@ -34,27 +33,29 @@ def load_whole(path: Path, *, set: Mapping[str, Any] | None = None) -> Case:
     InputError
         As `load_case`.
     """
+    tables = tables_of(read_text(path), path, set)
     try:
-        return load_case(path, set=set)
+        return case_of(tables, path)
     except InputError as error:
         cause = error.__cause__
         if not isinstance(cause, ValidationError):
             raise
-        data: dict[str, Any] = tomllib.loads(path.read_text(encoding="utf-8-sig"))
-        data = with_settings(data, set) if set else data
+        data, origins = tables
         details = cause.errors(include_url=False)
         misnamed = misnamed_in(data, details)
-        more = _faults_of_the_rest(data, details, misnamed, path)
+        more = _faults_of_the_rest(tables, details, misnamed, path)
         if not more:
             raise
         problems = [*(problem_of(one, data) for one in details), *(one.error for one in misnamed)]
-        raise listed([*problems, *more], str(path)) from error
+        told = [traced(one, origins, "") for one in problems]
+        raise listed([*told, *more], str(path)) from error
 
 
 def _faults_of_the_rest(
-    data: _Tables, details: Sequence[ErrorDetails], misnamed: Sequence[Misnamed], path: Path
+    read: Whole, details: Sequence[ErrorDetails], misnamed: Sequence[Misnamed], path: Path
 ) -> list[Fault]:
     """What is wrong with the parts that no wrong table is of; none where these make up no case."""
+    data = read.data
     wrong = {(one.key, one.row) for one in misnamed}
     for one in details:
         match one["loc"]:
@@ -74,7 +75,7 @@ def _faults_of_the_rest(
     except ValidationError:
         return []
     case._file = path
-    return [placed(fault, _at(key, places), "") for fault, key in faults_of(case)]
+    return [placed(fault, _at(key, places), "", read.origins) for fault, key in faults_of(case)]
 
 
 def _without_what_hangs_on_them(

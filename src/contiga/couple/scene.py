@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from contiga.arrays.ordered import length, product
+from contiga.arrays.ordered import length
 from contiga.contact.state import State
 from contiga.couple.carriers import Carrier, Frame, frame_of, point_rates
 from contiga.couple.kick import Kick
@@ -22,6 +22,7 @@ from contiga.rigid.twist import Twist, still
 from contiga.simulation.model import BodyPart, ContactPart, Model, SlavePart
 from contiga.simulation.relative_sensors import relative_columns
 from contiga.simulation.sensor import RelativeSensor, Sensor
+from contiga.simulation.sensors import on_axes
 from contiga.simulation.system_state import BodyStates, Energy, SystemState
 
 _TOLD = {"acceleration": "a", "velocity": "v", "displacement": "", "spin": "w"}
@@ -150,9 +151,11 @@ class Scene:
             v, a = point_rates(*physics, body, place, now.speed, now.acceleration)
             spin = state.bodies[sensor.body].twist.spin
             values = {"acceleration": a, "velocity": v, "displacement": place - first, "spin": spin}
+            origin = self.model.origins[self.model.mechanism.root_of(sensor.body)]
             for measure in sensor.measures:
                 vector, letter = values[measure], _TOLD[measure]
-                vector = product(pose[:3, :3].T, vector) if sensor.axes == "body" else vector
+                if sensor.turns:
+                    vector = on_axes(sensor, pose, origin, vector)
                 named = zip("xyz", vector, strict=True)
                 columns |= {f"{sensor.name}.{letter}{axis}": float(x) for axis, x in named}
                 if measure in _SUMMED:

@@ -190,9 +190,10 @@ class Joint:
         """Return the frames of the joint on the first and on the second body, axes a and b.
 
         The axes a_3 and b_3 are the joint's axis. The axes a_1 and b_1 are one direction
-        perpendicular to it, rotated apart by the angle at the start. On a universal joint a_3 is
-        the axis on the first body and b_1 the axis on the second; a_1 is nearest to b_1, and b_3
-        nearest to a_3.
+        perpendicular to it, rotated apart by the angle at the start. On a spherical joint b differs
+        from a by the shortest rotation of a_3 to b_3, and by the twist at the start. On a universal
+        joint a_3 is the axis on the first body and b_1 the axis on the second; a_1 is nearest to
+        b_1, and b_3 nearest to a_3.
         """
         axis_1, axis_2 = self.axis
         if self.kind == "universal":
@@ -204,7 +205,7 @@ class Joint:
         else:
             angle = self._start("angle") + self._start("twist")
             a = _axes_with(axis_1, _least_parallel(axis_1))
-            b = _axes_with(axis_2, a[0])
+            b = _swung(a, axis_2) if self.kind == "spherical" else _axes_with(axis_2, a[0])
         a = _rotate(a, a[2], -angle)
         return Marker(self.at[0] - self._start("travel") * axis_1, a), Marker(self.at[1], b)
 
@@ -278,6 +279,14 @@ def _axes_with(third: FloatArray, towards: FloatArray) -> FloatArray:
     first = towards - float(product(towards, third)) * third
     first = first / length(first)
     return np.array([first, cross(third, first), third])
+
+
+def _swung(axes: FloatArray, third: FloatArray) -> FloatArray:
+    """Rotate axes, one a row, by the shortest way that brings the third to a unit vector."""
+    about = cross(axes[2], third)
+    sine, cosine = length(about), float(product(axes[2], third))
+    about = about / sine if sine > 0.0 else axes[1]
+    return _rotate(axes, about, math.atan2(sine, cosine))
 
 
 def _rotate(axes: FloatArray, about: FloatArray, angle: float) -> FloatArray:

@@ -14,7 +14,9 @@ from contiga.simulation.sensor import CUT, RATES, RelativeSensor
 from contiga.simulation.sensors import (
     acceleration,
     first_place,
+    from_body,
     measure_columns,
+    on_axes,
     point_acceleration,
     point_velocity,
     vector_columns,
@@ -53,16 +55,16 @@ def between_columns(
         rate = float((way * speed).sum()) / far if far > 0.0 else length(speed)
         values |= {"distance": far, "rate": rate}
     if "displacement" in sensor.measures:
-        in_body_axes = sensor.axes == "body"
-        now = product(poses[0][:3, :3].T, way) if in_body_axes else way
-        before = firsts[1] - firsts[0]
-        moved = now - (product(starts[0][:3, :3].T, before) if in_body_axes else before)
-        values |= measure_columns("", "displacement", moved)
+        now, before = way, firsts[1] - firsts[0]
+        if sensor.turns:
+            now = on_axes(sensor, poses[0], starts[0], now)
+            before = on_axes(sensor, starts[0], starts[0], before)
+        values |= measure_columns("", "displacement", now - before)
     if "angle" in sensor.measures:
         now, before = (product(pair[0][:3, :3].T, pair[1][:3, :3]) for pair in (poses, starts))
         turn = _turned(product(now, before.T))
         values["angle"] = length(turn)
-        values |= vector_columns("angle_", turn)
+        values |= vector_columns("angle_", from_body(sensor, starts[0], turn))
     values |= _rates(model, sensor, (roots, places), (last, state))
     # What the springs between the two carry: on the first of them, world axes.
     force, moment = np.zeros(3), np.zeros(3)
@@ -75,9 +77,9 @@ def between_columns(
             moment = moment + cross(carried.ends[end] - places[0], pull)
     for measure, world in zip(CUT, (force, moment), strict=True):
         if measure in sensor.measures:
-            on_body = sensor.axes == "body"
-            value = product(poses[0][:3, :3].T, world) if on_body else world
-            values |= measure_columns("", measure, value)
+            if sensor.turns:
+                world = on_axes(sensor, poses[0], starts[0], world)
+            values |= measure_columns("", measure, world)
     return {f"{sensor.name}.{name}": value for name, value in values.items()}
 
 
@@ -91,7 +93,7 @@ def _rates(
     with it; along those of the world the difference of the two."""
     ((i, j), (here, there)), state = ends, step[1]
     values: dict[str, float] = {}
-    on_body = sensor.axes == "body"
+    on_body = sensor.turns
     spin = state.bodies.twists[i, 3:] if on_body else np.zeros(3)
     velocity = point_velocity(state, j, there) - point_velocity(state, i, here)
     velocity = velocity - cross(spin, there - here)
@@ -106,7 +108,8 @@ def _rates(
                 turning = acceleration(model, i, state, step[0])[1]
                 way = there - here
                 value = value - cross(turning, way) - cross(spin, cross(spin, way))
-        value = product(state.bodies.poses[i, :3, :3].T, value) if on_body else value
+        if on_body:
+            value = on_axes(sensor, state.bodies.poses[i], model.origins[i], value)
         values |= measure_columns("", measure, value)
     return values
 

@@ -9,12 +9,14 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from contiga.arrays.layout import all_of, one_of, read_only
+from contiga.arrays.layout import all_of, as_numbers, one_of, read_only
+from contiga.arrays.ordered import product
 from contiga.criteria.bands import Bands
 from contiga.criteria.dummies import DUMMIES
 from contiga.criteria.filters import NAMES as FILTERS
 from contiga.errors import InputError
 from contiga.records import FloatArray
+from contiga.rigid.frames import cross
 from contiga.rigid.transform import vector
 from contiga.simulation.trigger import Trigger
 
@@ -50,6 +52,8 @@ OWN_FILTERS = {"BrIC": "CFC60", "VC": "CFC180", "Nij": "CFC600", "femur": "CFC60
 _NEEDED = {"BrIC": ("spin",), "VC": ("distance",), "Nij": CUT, "femur": ("force",)}
 """What criteria are about; all others are about the acceleration."""
 _IN_BODY_AXES = ("BrIC", "Nij", "femur")
+_SKEW = 1e-6
+"""Departure of axes from unit vectors at right angles, at most."""
 _CODE = re.compile(r"[A-Z0-9?]{12}")
 
 
@@ -63,7 +67,8 @@ class Sensor:
     body : name of the body
     at : (3,) the point, where it is at the start, world coordinates; the centre of mass of a free
         body, the origin of the geometry of another, if omitted
-    axes : "world", or those of the "body"
+    axes : "world", those of the "body", or (3, 3) unit axes at the start, one a row, that turn with
+        the body
     measures : of "acceleration", "velocity", "displacement", "force" and "moment" (of all that acts
         on the body, its weight too, the moment about the point) and "spin"
     filter : "CFC60", "CFC180", "CFC600" or "CFC1000" (SAE J211) for the acceleration; none if
@@ -94,7 +99,7 @@ class Sensor:
     name: str
     body: str
     at: FloatArray | None
-    axes: str
+    axes: str | FloatArray
     measures: tuple[str, ...]
     filter: str | None
     criteria: tuple[str, ...]
@@ -108,7 +113,7 @@ class Sensor:
         body: str,
         *,
         at: ArrayLike | None = None,
-        axes: str = "world",
+        axes: str | ArrayLike = "world",
         measures: Iterable[str] = ("acceleration", "velocity", "displacement"),
         filter: str | None = None,
         criteria: Iterable[str] = (),
@@ -120,7 +125,7 @@ class Sensor:
         put(self, "name", name)
         put(self, "body", body)
         put(self, "at", None if at is None else read_only(vector(at, "at")))
-        put(self, "axes", one_of("axes", axes, ("world", "body")))
+        put(self, "axes", _checked_axes(axes))
         put(self, "measures", _several("measures", measures, MEASURES))
         put(self, "filter", None if filter is None else one_of("filter", filter, FILTERS))
         put(self, "criteria", _several("criteria", criteria, CRITERIA))
@@ -130,6 +135,11 @@ class Sensor:
         _check_measured(self, "filter", () if self.filter is None else ("acceleration",))
         _check_criteria(self)
         _check_trigger(self)
+
+    @property
+    def turns(self) -> bool:
+        """Whether its axes turn with the body."""
+        return not (isinstance(self.axes, str) and self.axes == "world")
 
 
 @dataclass(frozen=True, init=False, eq=False)
@@ -143,7 +153,7 @@ class RelativeSensor:
     at : (2, 3) the points, where they are at the start, world coordinates; as of a `Sensor` if
         omitted
     axes : of displacement, velocity, acceleration, force and moment: those of the first "body",
-        or "world"
+        "world", or (3, 3) as of a `Sensor`, which turn with the first body
     code : as of a `Sensor`
     measures : of "distance" (and its `rate`), "displacement" (how the second point has moved from
         where it was, seen from the first) and "angle" (by which the second body has turned against
@@ -176,7 +186,7 @@ class RelativeSensor:
     name: str
     between: tuple[str, str]
     at: FloatArray | None
-    axes: str
+    axes: str | FloatArray
     measures: tuple[str, ...]
     criteria: tuple[str, ...]
     bands: Mapping[str, Bands]
@@ -190,7 +200,7 @@ class RelativeSensor:
         between: Sequence[str],
         *,
         at: ArrayLike | None = None,
-        axes: str = "body",
+        axes: str | ArrayLike = "body",
         measures: Iterable[str] = RELATIVE_MEASURES,
         criteria: Iterable[str] = (),
         bands: Mapping[str, Bands] | None = None,
@@ -207,7 +217,7 @@ class RelativeSensor:
         put(self, "name", name)
         put(self, "between", pair)
         put(self, "at", None if at is None else _two_points(at))
-        put(self, "axes", one_of("axes", axes, ("world", "body")))
+        put(self, "axes", _checked_axes(axes))
         put(self, "measures", _several("measures", measures, (*RELATIVE_MEASURES, *RATES, *CUT)))
         put(self, "criteria", _several("criteria", criteria, RELATIVE_CRITERIA))
         put(self, "bands", dict(bands or {}))
@@ -226,6 +236,11 @@ class RelativeSensor:
                 allowed="two points apart, hip and knee",
             )
 
+    @property
+    def turns(self) -> bool:
+        """Whether its axes turn with the first body."""
+        return not (isinstance(self.axes, str) and self.axes == "world")
+
 
 def _check_criteria(sensor: Sensor | RelativeSensor) -> None:
     """Refuse bands of what is not asked for, and criteria without what they are about."""
@@ -233,12 +248,12 @@ def _check_criteria(sensor: Sensor | RelativeSensor) -> None:
         one_of("bands", which, sensor.criteria)
     for one in sensor.criteria:
         _check_measured(sensor, "criteria", _NEEDED.get(one, ("acceleration",)))
-        if one in _IN_BODY_AXES and sensor.axes != "body":
+        if one in _IN_BODY_AXES and not sensor.turns:
             raise InputError(
                 f"{one} is of components in the axes of a body",
                 where=f"sensor {sensor.name!r}: axes",
-                found=sensor.axes,
-                allowed='"body"',
+                found="world",
+                allowed='"body", or three axes',
             )
 
 
@@ -284,6 +299,23 @@ def _checked_code(code: str | None) -> str | None:
             allowed="12 capital letters and digits, such as 11HEAD0000H3",
         )
     return code
+
+
+def _checked_axes(axes: str | ArrayLike) -> str | FloatArray:
+    if isinstance(axes, str):
+        return one_of("axes", axes, ("world", "body"))
+    rows = as_numbers(axes, "axes", "must be three unit vectors", "(3, 3), one a row")
+    square = rows.shape == (3, 3) and np.isfinite(rows).all()
+    if not square or np.abs(product(rows, rows.T) - np.eye(3)).max() > _SKEW:
+        raise InputError(
+            "must be three unit vectors at right angles",
+            where="axes",
+            found=np.asarray(axes).tolist(),
+            allowed='"world", "body" or (3, 3) right-handed axes at the start, one a row',
+        )
+    if product(rows[0], cross(rows[1], rows[2])) < 0.0:
+        raise InputError("must be right-handed", where="axes", found=rows.tolist())
+    return read_only(rows.copy())
 
 
 def _two_points(at: ArrayLike, where: str = "at") -> FloatArray:

@@ -19,6 +19,7 @@ from contiga.io.units import acceleration_factor, base_factor
 from contiga.records import FloatArray
 from contiga.simulation.model import Model
 from contiga.simulation.sensor import CRITERION_UNITS, OWN_FILTERS, RelativeSensor, Sensor
+from contiga.simulation.sensors import on_axes
 from contiga.simulation.signals import smooth, too_coarse
 from contiga.simulation.slave_sensor import slave_of
 from contiga.simulation.springs import first_time
@@ -156,8 +157,8 @@ def _found(
 
 
 def _first_axis(model: Model, sensor: RelativeSensor) -> FloatArray:
-    """(3,) from the first point to the second at the start, in the axes of the first body."""
-    i = model.mechanism.root_of(sensor.between[0])
+    """(3,) from the first point to the second at the start, along the axes of the sensor."""
+    origin = model.origins[model.mechanism.root_of(sensor.between[0])]
     assert sensor.at is not None
-    way = model.origins[i, :3, :3].T @ (sensor.at[1] - sensor.at[0])
+    way = on_axes(sensor, origin, origin, sensor.at[1] - sensor.at[0])
     return np.asarray(way / length(way))

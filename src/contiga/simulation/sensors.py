@@ -12,7 +12,7 @@ from contiga.rigid import rigid_lanes as lanes
 from contiga.rigid.frames import cross
 from contiga.simulation.load_forces import point_of
 from contiga.simulation.model import Model
-from contiga.simulation.sensor import Sensor
+from contiga.simulation.sensor import RelativeSensor, Sensor
 from contiga.simulation.slave_sensor import NodeSensor, slave_of
 from contiga.simulation.system_state import SystemState
 
@@ -58,9 +58,26 @@ def point_columns(
         else:
             arm = place - pose[:3, 3]
             value = state.wrenches[i, 3:] - cross(arm, state.wrenches[i, :3])
-        value = product(pose[:3, :3].T, value) if sensor.axes == "body" else value
+        if sensor.turns:
+            value = on_axes(sensor, pose, model.origins[i], value)
         columns |= measure_columns(f"{sensor.name}.", measure, value)
     return columns
+
+
+def on_axes(
+    sensor: Sensor | RelativeSensor, pose: FloatArray, origin: FloatArray, vector: FloatArray
+) -> FloatArray:
+    """Return the components (3,) of a world vector along the axes of a sensor on a body, whose
+    frame is at `pose` and was at `origin` (4, 4) at the start."""
+    return from_body(sensor, origin, product(pose[:3, :3].T, vector))
+
+
+def from_body(sensor: Sensor | RelativeSensor, origin: FloatArray, own: FloatArray) -> FloatArray:
+    """Return the components (3,) along the axes of a sensor of a vector in the frame of its body,
+    which was at `origin` (4, 4) at the start."""
+    if isinstance(sensor.axes, str):
+        return own
+    return product(sensor.axes, product(origin[:3, :3], own))
 
 
 def slave_columns(model: Model, state: SystemState) -> dict[str, float]:

@@ -83,7 +83,7 @@ def smooth(
     # Integrals over each step, (n - 1, k): of an acceleration the change of velocity, which is
     # exact; where that is not measured, and of all else, by the trapezoidal rule: for the centre of
     # a free body the same.
-    along = {f"{sensor.name}.a" for sensor in model.point_sensors if sensor.axes == "world"}
+    along = {f"{sensor.name}.a" for sensor in model.point_sensors if not sensor.turns}
     velocities = [f"{column[:-2]}v{column[-1]}" for column in columns]
     if {column[:-1] for column in columns} <= along and all(v in history for v in velocities):
         impulses = np.diff(np.stack([history[column] for column in velocities], axis=1), axis=0)

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from contiga.case.build import run
 from contiga.case.part_cache import PartCache
-from contiga.case.schema import Case, parse_case
+from contiga.case.schema import Case, parse_case, tables_of
 from contiga.errors import ContigaError, ContigaWarning
 from contiga.report import write_report
 from contiga.simulation.run import RunOptions
@@ -56,6 +56,11 @@ class Base(NamedTuple):
         named = tomllib.loads(self.text).get("units") or {}
         units = (named.get("length", ""), named.get("mass", ""), named.get("time", ""))
         return {name: quantity.unit(units) for name, quantity in self.quantities.items()}
+
+    @property
+    def tables(self) -> dict[str, Any]:
+        """Return the tables of the base case, with those of files that it includes."""
+        return tomllib.loads(self.text) | tables_of(self.text, Path(self.path)).data
 
     def case(self, settings: dict[str, Any]) -> Case:
         """The base case with what one of the study sets."""

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import tempfile
-import tomllib
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -219,7 +218,7 @@ def run_study(
         base = load_case(study.base)
     common = _base(study, base, out)
     cases = (
-        cases_of(study, _targets(study, common), tomllib.loads(common.text))
+        cases_of(study, _targets(study, common), common.tables)
         if study.goal is None
         else _ends_of(study)
     )
@@ -324,7 +323,7 @@ def _check(study: StudySpec, base: Base, cases: list[StudyCase]) -> None:
 
     Each value that is listed is checked in one case that has it.
     """
-    check_keys(study, tomllib.loads(base.text), cases[0].settings)
+    check_keys(study, base.tables, cases[0].settings)
     first = base.case(cases[0].settings)
     columns, criteria = columns_of_case(first), criteria_of_case(first)
     for quantity in base.quantities.values():

@@ -98,7 +98,7 @@ def test_what_is_right_is_built(tmp_path: Path) -> None:
 
 
 def test_other_errors_are_not_kept() -> None:
-    wrong = Together("case.toml")
+    wrong = Together("case.toml", {})
     wrong.tell()
     with pytest.raises(ZeroDivisionError), wrong.at("body[0]"):
         raise ZeroDivisionError

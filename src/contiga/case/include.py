@@ -1,0 +1,144 @@
+"""Files that a case includes: read, checked, named, posed and put among the tables of the case.
+
+What comes out is a case as if its tables had been written in that posture by hand, so that nothing
+else has to know of files that are included.
+"""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from pydantic import ValidationError
+
+from contiga.case.include_spec import IncludeSpec
+from contiga.case.included_tables import Included, names_of, tables_posed
+from contiga.case.motion_spec import AttachedSpec
+from contiga.case.posture import Tie, postures
+from contiga.case.problems import Origin, case_error, relocated
+from contiga.case.spec import Spec
+from contiga.dynamics.springs import GROUND
+from contiga.errors import CaseError, InputError
+from contiga.records import FloatArray
+
+INCLUDE = "include"
+OF_THE_CASE = ("title", "time", "world", "settle", "output")
+"""Tables that a file that is included may not have."""
+
+
+class Whole(NamedTuple):
+    """The tables of a case with those of the files that it includes."""
+
+    data: dict[str, Any]
+    origins: dict[tuple[str, int], Origin]
+    """By the key and the place of tables that another file defines."""
+
+
+def with_includes(data: Mapping[str, Any], path: Path, tables: type[Spec]) -> Whole:
+    """Return the tables of the case at `path` with those of the files that it includes.
+
+    Parameters
+    ----------
+    data : tables of the case, as TOML has them
+    tables : what a file that is included may have
+
+    Raises
+    ------
+    CaseError, FileError
+        A table of `include`, or a file that it names, is wrong.
+    """
+    rows = data.get(INCLUDE, [])
+    if not isinstance(rows, list):
+        raise CaseError(
+            "must be a list of tables",
+            where=f"{path}: {INCLUDE}",
+            remedy=f"Write [[{INCLUDE}]] in double brackets: there may be several",
+        )
+    whole = Whole({key: value for key, value in data.items() if key != INCLUDE}, {})
+    for i, row in enumerate(rows):
+        try:
+            spec = IncludeSpec.model_validate(row, context={"folder": path.parent})
+        except ValidationError as error:
+            raise case_error(error, row, f"{path}: {INCLUDE}[{i}]") from error
+        included = _read(spec, path, data.get("units"), tables)
+        try:
+            posed = _posed(spec, included)
+        except InputError as error:
+            raise relocated(error, f"{INCLUDE}[{i}]", str(path)) from error
+        for key, given in tables_posed(posed).items():
+            before = whole.data.get(key, [])
+            if not (given and isinstance(before, list)):
+                continue  # what is wrong with the case's own is told
+            whole.data[key] = [*before, *given]
+            for place in range(len(given)):
+                whole.origins[key, len(before) + place] = Origin(spec.file, place)
+    return whole
+
+
+def _read(spec: IncludeSpec, path: Path, units: Any, tables: type[Spec]) -> Any:
+    """Return the tables of a file, checked as those of a case are."""
+    file = Path(spec.file)
+    try:
+        data = tomllib.loads(file.read_text(encoding="utf-8-sig"))
+    except (ValueError, RecursionError) as error:
+        raise CaseError(f"is not valid TOML: {error}", where=str(file)) from error
+    if INCLUDE in data or file == path.resolve():
+        raise CaseError(
+            "a file that is included includes no other, nor itself",
+            where=str(file),
+            found=INCLUDE,
+            remedy="Include both in the case",
+        )
+    for key in OF_THE_CASE:
+        if key in data:
+            raise CaseError(
+                "is of the case, and this file is a part of one",
+                where=f"{file}: {key}",
+                remedy=f"Say it in {path}",
+            )
+    own = data.pop("units", units)
+    if own != units:
+        raise CaseError(
+            "must be those of the case",
+            where=f"{file}: units",
+            found=own,
+            allowed=str(units),
+        )
+    try:
+        return tables.model_validate(data, context={"folder": file.parent, "units": own})
+    except ValidationError as error:
+        raise case_error(error, data, str(file)) from error
+
+
+def _posed(spec: IncludeSpec, included: Any) -> Included:
+    """Return the tables of a file with the poses of its bodies."""
+    joints = {joint.made.name: joint.made for joint in included.joint}
+    ties = [Tie(one.between[0], one.between[1], one) for one in joints.values()]
+    for body in included.body:
+        if isinstance(body.motion, AttachedSpec):
+            ties.append(Tie(body.motion.body, body.name, None))
+    poses: Mapping[str, FloatArray] = {}
+    if spec.joints:
+        poses = postures(ties, _root(spec, included, ties), spec.coordinates(joints))
+    elif spec.root is not None:
+        _root(spec, included, ties)
+    return Included(spec, included, names_of(included), spec.matrix, poses)
+
+
+def _root(spec: IncludeSpec, included: Any, ties: list[Tie]) -> str:
+    bodies = [body.name for body in included.body]
+    if spec.root is not None:
+        if spec.root not in bodies:
+            raise CaseError(
+                "the file has no body of this name",
+                where="root",
+                found=spec.root,
+                allowed=", ".join(f'"{name}"' for name in bodies),
+            )
+        return spec.root
+    grounded = any(GROUND in (tie.first, tie.second) for tie in ties)
+    if not (grounded or bodies):
+        raise CaseError("the file has no body that joints could turn", where="joints")
+    return GROUND if grounded else bodies[0]
