@@ -1,4 +1,4 @@
-"""Write the dummy of the occupant as tables of a case: fifteen rigid bodies and fourteen joints.
+"""Write the dummy of the occupant as tables of a case: fifteen rigid bodies, fourteen joints, sensors.
 
     python make_dummy.py dummy.toml
 
@@ -45,9 +45,9 @@ PELVIS = [
     (190, 115, -85, 65),
 ]
 """Sections of pelvis and abdomen."""
-HEAD = """# The dummy of the occupant: fifteen bodies and fourteen joints, written by make_dummy.py, which says
-# where its numbers come from. Lengths in mm, masses in g, times in ms. It sits with its H-point in
-# the origin and faces +x.
+HEAD = """# The dummy of the occupant: fifteen bodies, fourteen joints and its sensors, written by
+# make_dummy.py, which says where its numbers come from. Lengths in mm, masses in g, times in ms.
+# It sits with its H-point in the origin and faces +x.
 """
 
 
@@ -284,9 +284,42 @@ def limbs(side: str) -> str:
     )
 
 
+def sensors() -> str:
+    """Accelerations of head, chest and pelvis, and the compression of the chest, with the limits of
+    FMVSS 208."""
+    spine, front = text(torso(-100, 0, 290)), text(torso(115, 0, 290))
+    return f"""
+[[sensor]]
+name = "head_cg"
+body = "head"
+filter = "CFC1000"
+criteria = ["HIC15", "3ms"]
+bands = {{ HIC15 = {{ limits = [700.0], names = ["within FMVSS 208", "above FMVSS 208"] }} }}
+
+[[sensor]]
+name = "chest_cg"
+body = "chest"
+filter = "CFC180"
+criteria = ["chest3ms"]
+bands = {{ chest3ms = {{ limits = [60.0], names = ["within FMVSS 208", "above FMVSS 208"] }} }}
+
+[[sensor]]
+name = "pelvis_cg"
+body = "pelvis"
+filter = "CFC180"
+
+[[sensor]]
+name = "thorax"
+between = ["chest", "sternum"]
+at = [{spine}, {front}]
+measures = ["distance"]
+criteria = ["VC"]
+"""
+
+
 def dummy() -> str:
     """The tables of the dummy."""
-    return HEAD + trunk() + limbs("left") + limbs("right")
+    return HEAD + trunk() + limbs("left") + limbs("right") + sensors()
 
 
 if __name__ == "__main__":
