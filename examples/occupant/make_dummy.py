@@ -6,7 +6,7 @@ Lengths are in mm, masses in g, times in ms, so that moments are in N·mm. The d
 H-point, the middle between its hips, in the origin, and faces +x; z is up and +y is its left.
 
 Masses are those of the segments of the Hybrid III 50th percentile male, the dummy of 49 CFR 572,
-subpart E: 77.7 kg in all; 1 kg of the upper torso is that of the sternum here. Shapes, places of
+subpart E: 77.7 kg in all; 0.7 kg of the upper torso is that of the sternum here. Shapes, places of
 joints and their laws are round numbers of about its size and strength: this is the model of no
 dummy that is sold. The spring and the damper of the chest are set by the impactor of § 572.34.
 """
@@ -173,8 +173,8 @@ def trunk() -> str:
         [
             body("head", 4540, ellipsoid([99, 77, 112], condyle + [17.8, 0.0, 50.8])),
             body("neck", 1540, capsule(base, condyle, 52, 48)),
-            body("chest", 16190, loft(CHEST)),
-            body("sternum", 1000, ellipsoid([67, 130, 150], torso(48, 0, 290), -RECLINE)),
+            body("chest", 16490, loft(CHEST)),
+            body("sternum", 700, ellipsoid([67, 130, 150], torso(48, 0, 290), -RECLINE)),
             body("pelvis", 23040, loft(PELVIS)),
             joint(
                 "nod",
@@ -199,8 +199,8 @@ def trunk() -> str:
                 ("chest", "sternum"),
                 torso(48, 0, 290),
                 -front,
-                travel="curve = [[-20, -1000], [0, 0], [40, 2000], [60, 3800], [100, 9000]], "
-                "damping = 500.0",
+                travel="curve = [[-20, -1100], [0, 0], [40, 2200], [60, 4200], [100, 1.0e4]], "
+                "damping = 520.0",
             ),
             joint(
                 "lumbar",
