@@ -1,4 +1,4 @@
-"""Write the dummy of the occupant as tables of a case: fifteen rigid bodies, fourteen joints, sensors.
+"""Write the dummy of the occupant as tables of a case: fifteen bodies, fourteen joints, sensors.
 
     python make_dummy.py dummy.toml
 
@@ -147,7 +147,8 @@ def joint(
     said = "".join(f"{coordinate} = {{ {law} }}\n" for coordinate, law in laws.items())
     return (
         f'\n[[joint]]\nname = "{name}"\nkind = "{kind}"\n'
-        f'between = ["{between[0]}", "{between[1]}"]\nat = {text(at)}\naxis = {text(axis, 9)}\n{said}'
+        f'between = ["{between[0]}", "{between[1]}"]\nat = {text(at)}\n'
+        f"axis = {text(axis, 9)}\n{said}"
     )
 
 
