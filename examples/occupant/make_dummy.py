@@ -172,7 +172,7 @@ def trunk() -> str:
     front, up, left = torso(1, 0, 0), torso(0, 0, 1), np.array([0.0, 1.0, 0.0])
     return "".join(
         [
-            body("head", 4540, ellipsoid([99, 77, 112], condyle + [17.8, 0.0, 50.8])),
+            body("head", 4540, ellipsoid([99, 77, 112], condyle + np.array([17.8, 0.0, 50.8]))),
             body("neck", 1540, capsule(base, condyle, 52, 48)),
             body("chest", 16490, loft(CHEST)),
             body("sternum", 700, ellipsoid([67, 130, 150], torso(48, 0, 290), -RECLINE)),
