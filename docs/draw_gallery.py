@@ -88,6 +88,12 @@ ENTRIES = (
         ("shoulder start.force", "lap start.force", "chest-shoulder.force"),
     ),
     Entry(
+        "occupant",
+        "occupant/occupant.toml",
+        ("head_cg.filtered_a", "shoulder start.force", "lap start.force", "bag.pressure"),
+        ("shoulder start.force", "lap start.force", "bag.pressure", "ribs.travel", "excursion.x"),
+    ),
+    Entry(
         "pendulum_chain",
         "14_pendulum_chain.toml",
         ("ceiling.angle", "elbow.angle", "eye.cone", "force"),

@@ -1,6 +1,6 @@
 """A driver airbag as triangles, written as VTU: two discs sewn together at their rims, nearly flat.
 
-    python make_airbag.py airbag.vtu
+    python make_airbag.py airbag.vtu [rings of triangles]
 
 Lengths in mm; the lower disc lies in the plane z = 0 around the origin, and the upper one above it.
 Normals point outward.
@@ -49,14 +49,17 @@ def airbag_mesh(rings: int = RINGS) -> tuple[np.ndarray, np.ndarray]:
     return np.concatenate([lower, upper]), np.concatenate([up[:, ::-1], number[up]])
 
 
-def write_airbag(path: Path) -> None:
+def write_airbag(path: Path, rings: int = RINGS) -> None:
     """Write the mesh in the format of the suffix of `path`."""
     import meshio
 
-    points, triangles = airbag_mesh()
+    points, triangles = airbag_mesh(rings)
     path.parent.mkdir(parents=True, exist_ok=True)
     meshio.write_points_cells(path, points, [("triangle", triangles)])
 
 
 if __name__ == "__main__":
-    write_airbag(Path(sys.argv[1] if len(sys.argv) > 1 else "airbag.vtu"))
+    write_airbag(
+        Path(sys.argv[1] if len(sys.argv) > 1 else "airbag.vtu"),
+        int(sys.argv[2]) if len(sys.argv) > 2 else RINGS,
+    )

@@ -135,8 +135,8 @@ class Stage(NamedTuple):
     @property
     def plane(self) -> bool:
         """Whether it is a plane problem: points in z = const before walls along z."""
-        z = np.concatenate([part.points[:, 2] for part in self.parts if not part.is_body])
-        flat = np.ptp(z) <= 1e-9 * float(np.ptp(self.box))
+        slaves = [part.points[:, 2] for part in self.parts if not part.is_body]
+        flat = bool(slaves) and np.ptp(np.concatenate(slaves)) <= 1e-9 * float(np.ptp(self.box))
         return bool(flat and all(abs(arrow.vector[2]) < 1e-6 for arrow in self.normals))
 
     def part(self, name: str) -> Drawn:

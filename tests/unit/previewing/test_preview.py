@@ -254,6 +254,21 @@ def test_a_plane_problem_is_seen_from_in_front() -> None:
     assert len(cg.preview(model)._repr_png_()) > 10_000
 
 
+def test_bodies_without_slaves_are_drawn() -> None:
+    ball = cg.Body([cg.shapes.sphere()])
+    falls = cg.motion.Free(ball.mass_properties(1.0))
+    model = cg.Simulation(
+        bodies={"ball": (ball, falls)},
+        slaves={},
+        contacts=[],
+        gravity=[0, 0, -1.0],
+        end=1,
+        step=0.1,
+    )
+    assert not stage_of(model).plane
+    assert len(cg.preview(model)._repr_png_()) > 10_000
+
+
 def test_a_slave_that_is_the_skin_of_a_body_is_drawn_as_points() -> None:
     shown = stage_of(cg.build(cg.load_case(ROOT / "examples" / "03_two_parts.toml")))
     assert len(shown.part("ball skin").triangles) == 0

@@ -1,0 +1,126 @@
+"""The occupant: its files are those of its scripts, its dummy has the mass and the chest that its
+page says, and its first steps keep joints and ledger closed."""
+
+from __future__ import annotations
+
+import runpy
+import tomllib
+from pathlib import Path
+from typing import Any
+
+import meshio
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+import contiga as cg
+
+EXAMPLES = Path(__file__).parents[2] / "examples"
+FOLDER = EXAMPLES / "occupant"
+CASE = FOLDER / "occupant.toml"
+CHANNELS = {
+    "head_cg.filtered_a",
+    "chest_cg.filtered_a",
+    "pelvis_cg.filtered_a",
+    "ribs.travel",
+    "retractor.force",
+    "retractor.travel",
+    "shoulder start.force",
+    "lap start.force",
+    "bag.pressure",
+    "excursion.x",
+    "excursion.z",
+}
+POUND, INCH = 4.4482216152605, 25.4
+"""In N and mm."""
+IMPACT = """
+title = "The impactor of 49 CFR 572.34"
+units = { length = "mm", mass = "g", time = "ms" }
+time = { end = 45.0, step = "auto" }
+[[include]]
+file = "FOLDER/dummy.toml"
+placement = [{ rotate = { axis = "y", degrees = 20 } }]
+[[body]]
+name = "impactor"
+geometry = { shape = "ellipsoid", axes = [30.0, 76.0, 76.0], centre = [147, 0, 290] }
+mass = { total = 23400.0 }
+motion = { kind = "free", velocity = [-6.71, 0, 0], hold = ["y", "z", "rx", "ry", "rz"] }
+[[slave]]
+name = "face"
+points = { body = "impactor", size = 12.0 }
+[[contact]]
+master = "sternum"
+slave = "face"
+law = { kind = "penalty", stiffness = 0.03, per_area = true }
+"""
+
+
+def script(path: Path) -> dict[str, Any]:
+    """The names that a script defines."""
+    return runpy.run_path(str(path))
+
+
+def dummy() -> dict[str, Any]:
+    """The tables of the dummy's file."""
+    return tomllib.loads((FOLDER / "dummy.toml").read_text(encoding="utf-8"))
+
+
+def carried(history: dict[str, Any], body: str, points: np.ndarray) -> np.ndarray:
+    """Where `points` (n, 3) of the start are at the end, if they move with `body`."""
+    centres = np.stack([history[f"{body}.{axis}"] for axis in "xyz"], axis=1)[[0, -1]]
+    turns = Rotation.from_quat(
+        np.stack([history[f"{body}.q{axis}"] for axis in "xyzw"], axis=1)[[0, -1]]
+    )
+    return centres[1] + (turns[1] * turns[0].inv()).apply(points - centres[0])
+
+
+def test_the_files_are_those_that_the_scripts_write() -> None:
+    written = script(FOLDER / "make_dummy.py")["dummy"]()
+    assert (FOLDER / "dummy.toml").read_text(encoding="utf-8") == written
+    bag = script(EXAMPLES / "make_airbag.py")["airbag_mesh"](8)
+    seat = script(FOLDER / "make_seat.py")["cushion"]()
+    for name, (points, cells) in {"bag.vtu": bag, "seat.vtu": seat}.items():
+        mesh = meshio.read(FOLDER / name)
+        np.testing.assert_allclose(mesh.points, points, atol=1e-9)
+        np.testing.assert_array_equal(mesh.cells[0].data, cells)
+
+
+def test_the_dummy_has_fifteen_bodies_fourteen_joints_and_the_mass_of_a_median_man() -> None:
+    tables = dummy()
+    assert (len(tables["body"]), len(tables["joint"])) == (15, 14)
+    assert sum(body["mass"]["total"] for body in tables["body"]) == pytest.approx(77.7e3, rel=1e-3)
+
+
+@pytest.mark.full
+def test_the_chest_answers_the_impactor_within_the_corridors_of_the_regulation(
+    tmp_path: Path,
+) -> None:
+    case = tmp_path / "impact.toml"
+    case.write_text(IMPACT.replace("FOLDER", FOLDER.as_posix()), encoding="utf-8")
+    history = cg.run(case, out=tmp_path / "out").history
+    force, depth = history["force"], history["ribs.travel"]
+    deepest = int(depth.argmax()) + 1
+    loop, loading = (np.trapezoid(force[:n], depth[:n]) for n in (len(force), deepest))
+    assert force.max() == pytest.approx(1242.5 * POUND, abs=82.5 * POUND)
+    assert depth.max() == pytest.approx(2.68 * INCH, abs=0.18 * INCH)
+    assert 0.69 < loop / loading < 0.85
+
+
+def test_nothing_looks_wrong_at_the_start() -> None:
+    assert not cg.build(cg.load_case(CASE)).check()
+
+
+def test_the_first_steps_keep_joints_and_ledger_closed_and_have_all_channels(
+    tmp_path: Path,
+) -> None:
+    case = cg.load_case(CASE, set={"time.end": 0.5, "output.report": False})
+    result = cg.run(case, out=tmp_path / "out")
+    history = result.history
+    assert set(history) >= CHANNELS
+    assert result.summary["energy"]["relative"] < 1e-3
+    for joint in dummy()["joint"]:
+        if joint["kind"] in ("spherical", "revolute"):
+            first, second = (
+                carried(history, body, np.array([joint["at"]])) for body in joint["between"]
+            )
+            np.testing.assert_allclose(first, second, atol=1e-9, err_msg=joint["name"])
