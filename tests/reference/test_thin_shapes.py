@@ -6,6 +6,8 @@ finds on that body under a pose. A closed one has an inside. A thin shell keeps 
 
 from __future__ import annotations
 
+import gc
+import tracemalloc
 from collections.abc import Callable
 
 import numpy as np
@@ -162,3 +164,26 @@ def test_a_thin_shell_keeps_energy_with_order_two_and_momentum_to_rounding() -> 
     assert coarse < 2e-3
     assert 3.0 < coarse / fine < 6.0
     assert max(one, other) < 1e-12  # of 60 g mm/ms
+
+
+def test_a_new_shape_each_step_does_not_fill_memory() -> None:
+    """A shape that is kept takes twice the bound."""
+    body = cg.Body([cg.shapes.sphere(radius=1.0)])
+    points = np.random.default_rng(0).normal(size=(50, 3))
+    points *= 1.1 / np.linalg.norm(points, axis=1)[:, None]
+    contact = cg.Contact(body, cg.Slave(points, area=np.ones(50)), law=cg.PenaltyLaw(1.0))
+    state = contact.start(points, control_points=body.net.points)
+    sizes, touched = [], 0
+    tracemalloc.start()
+    try:
+        for k in range(1, 91):
+            net = body.net.points * (1.0 + 0.2 * np.sin(0.1 * k))
+            state = contact.step(state, points, dt=0.1, control_points=net)
+            touched = max(touched, state.n_contact)
+            if k % 30 == 0:
+                gc.collect()
+                sizes.append(tracemalloc.get_traced_memory()[0])
+    finally:
+        tracemalloc.stop()
+    assert touched == 50
+    assert max(sizes[1:]) - sizes[0] < 1_000_000

@@ -318,10 +318,10 @@ def _judge_thin(scene: Scene, state: cg.State, truth: Closest, tally: Tally) -> 
     flagged = np.isin(state.status, FLAGS)
     tally.flagged += int(flagged.sum())
     tally.doubtful += int(doubtful.sum())
-    # Where a wall opposite to the nearest holds a point, that is deeper.
-    guarded = state.guard_B.any(axis=1)
-    off = state.penetration - truth.distance
-    off = np.where(guarded, np.minimum(off, 0.0), off)
+    # Where a wall opposite to the nearest holds a point, that is deeper. What is nearer than the
+    # descent has come, on a crease say, is right: it is a point of the shape.
+    deeper = ~state.guard_B.any(axis=1) & (state.penetration > truth.distance + SAME)
+    away = norm(state.foot - scene.points)
     values = {
         "point": scene.points, "distance": truth.distance, "side": truth.side,
         "penetration": state.penetration, "status": state.status, "uv": state.uv,
@@ -329,7 +329,8 @@ def _judge_thin(scene: Scene, state: cg.State, truth: Closest, tally: Tally) -> 
     kinds = {
         "inside without contact": ~doubtful & inside & ~held & ~flagged,
         "contact without being inside": ~doubtful & ~inside & held,
-        "depth is not the distance": ~doubtful & inside & held & ~flagged & (np.abs(off) > SAME),
+        "foot is not the closest point": ~doubtful & inside & held & ~flagged & deeper,
+        "depth is not that of the foot": held & (np.abs(state.penetration - away) > SAME),
         "safe distance too long": ~held & (np.abs(state.safe_distance) > truth.distance + SAME),
         "foot not on the shape": held & (_off_shape(scene, state, state.foot) > SAME),
     }

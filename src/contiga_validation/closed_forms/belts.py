@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 from scipy.integrate import quad
@@ -271,3 +272,133 @@ def _capstan_of_splines() -> Answer:
         [("ends", ends, np.array([loose, held]) / loose)],
     )
     return Answer(checks, draw)
+
+
+LOOSE, SPEED = 1.0, 7.0
+"""Tension at the loose end of the running belt, and the speed of the end that is pulled."""
+FED, TAKEN = 2.5, 0.5
+"""Lengths of its straight ends before and behind the drum."""
+RUN = 2.0
+"""How far it runs."""
+
+
+class Running(NamedTuple):
+    """Pulls of a belt that runs over a drum, means over the run."""
+
+    ratio: float
+    """(T₂ − ṁ v₂)/(T₁ − ṁ v₁), with ṁ v = ρ v² of the stretched belt."""
+    push: float
+    """Force on the drum over T₁ + T₂ − ṁ (v₁ + v₂), tensions by the closed form."""
+
+
+def _running(bars: int) -> Running:
+    """Run a belt of `bars` bars a half turn, that begins in its steady state."""
+    bar = math.pi / bars
+    way = bar * np.arange(round((FED + math.pi + TAKEN) / bar) + 1)
+    fed = bar * round(FED / bar)
+    angle = np.clip(way - fed, 0.0, math.pi)
+    # The flow of mass is the same everywhere: v grows with the stretch, T − ṁ v as on a drum.
+    flow = DENSITY * SPEED / (1.0 + LOOSE / STIFF)
+    moving = flow**2 / DENSITY
+    pressing = (LOOSE - flow * SPEED) * np.exp(MU * angle)
+    tension = (pressing + moving) / (1.0 - moving / STIFF)
+    speed = flow / DENSITY * (1.0 + tension / STIFF)
+    stiff = TAUT / WIDTH / DEPTH
+    wraps = (way > fed - 0.5 * bar) & (way < fed + math.pi + 0.5 * bar)
+    radius = np.where(wraps, 1.0 - pressing / (stiff * WIDTH), 1.0)
+    height = np.minimum(way - fed, 0.0) - np.maximum(way - fed - math.pi, 0.0)
+    nothing = np.zeros(len(way))
+    x, z = -radius * np.cos(angle), radius * np.sin(angle) + height
+    points = np.stack([x, nothing, z], axis=1)
+    along = np.stack([np.sin(angle), nothing, np.cos(angle)], axis=1)
+    chord = np.linalg.norm(np.diff(points, axis=0), axis=1)
+    stretch = 1.0 + 0.5 * (tension[1:] + tension[:-1]) / STIFF
+    rest = np.stack([np.append(0.0, np.cumsum(chord / stretch)), nothing, nothing], axis=1)
+    node, last = np.arange(len(way)), len(way) - 1
+    area = WIDTH * bar * np.where((node == 0) | (node == last), 0.5, 1.0)
+    belt = cg.Slave(points, elements={"line": np.stack([node[:-1], node[1:]], axis=1)}, area=area)
+    end, section = RUN / SPEED, WIDTH * THICK
+    motion = cg.motion.Deforming(
+        material=cg.materials.Elastic(young=STIFF / section),
+        density=DENSITY / section,
+        section=section,
+        rest=rest,
+        velocity=speed[:, None] * along,
+        fixed=[{"nodes": [0, last], "hold": ["x"]}, {"nodes": node, "hold": ["y"]}],
+        driven={
+            "nodes": [last],
+            "hold": ["z"],
+            "motion": cg.motion.Translate(
+                [[0.0, 0.0, 0.0, 0.0], [end, 0.0, 0.0, -speed[-1] * end]]
+            ),
+        },
+        loads=cg.motion.NodalForce(
+            [[0.0, 0.0, 0.0, -LOOSE], [end, 0.0, 0.0, -LOOSE]], on={"nodes": [0]}
+        ),
+    )
+    drum = cg.Body([cg.shapes.cylinder(radius=1.0, height=4.0, axis="y")])
+    law = cg.PenaltyLaw(stiff, damping=2.0 * math.sqrt(stiff * DENSITY / WIDTH), per_area=True)
+    friction = cg.Coulomb(MU, stiffness=stiff, per_area=True)
+    press = cg.Contact(drum, belt, law=law, friction=friction, search="penetration")
+    history = (
+        cg.Simulation(
+            bodies={"drum": drum},
+            slaves={"belt": (belt, motion)},
+            contacts=[press],
+            end=end,
+            step="auto",
+        )
+        .run()
+        .history
+    )
+    # Means with the weight 1 − cos 2πt, which belts that swing do not disturb: of the work that
+    # comes in, by parts.
+    t = np.linspace(0.0, end, 20_001)
+    work, push = (
+        np.interp(t, history["time"], history[name]) for name in ("energy.external", "force_z")
+    )
+    turn = 2.0 * math.pi * t / end
+    power = -np.trapezoid(2.0 * math.pi / end * np.sin(turn) * work, t) / end
+    pull = (power + LOOSE * speed[0]) / speed[-1]
+    both = LOOSE + tension[-1] - flow * (speed[0] + speed[-1])
+    return Running(
+        float((pull - flow * speed[-1]) / (LOOSE - flow * speed[0])),
+        float(np.trapezoid((1.0 - np.cos(turn)) * np.abs(push), t) / end / both),
+    )
+
+
+@CASES.add(
+    "belt-running",
+    "Belt that runs over a drum",
+    "(T₂ − ρ v²)/(T₁ − ρ v²) = e^{μ π}",
+    "μ = 0.3, half a turn, ρ v² = 0.49 T₁: bars that move along themselves press on the drum by "
+    "(T − ρ v²)/R. They begin in the steady state; pulls are means over two radii of their way.",
+)
+def _runs() -> Answer:
+    exact = math.exp(MU * math.pi)
+    runs = {bars: _running(bars) for bars in (12, 24, 48)}
+
+    def missed(bar: float) -> float:
+        return abs(runs[round(math.pi / bar)].ratio / exact - 1.0)
+
+    checks = (
+        relative("48 bars", runs[48].ratio, exact, 1e-3),
+        relative("force on the drum over T₁ + T₂ − 2 ρ v²", runs[48].push, 1.0, 1e-3),
+    )
+    angle = np.linspace(0.0, math.pi, 100)
+    moving = DENSITY * SPEED**2
+    draw = compared(
+        ("angle", "T/T₁"),
+        [
+            ("ρ v² = 0.49 T₁", angle, moving + (1.0 - moving) * np.exp(MU * angle)),
+            ("at rest", angle, np.exp(MU * angle)),
+        ],
+        [
+            (
+                "48 bars",
+                np.array([0.0, math.pi]),
+                np.array([1.0, moving + (1.0 - moving) * runs[48].ratio]),
+            )
+        ],
+    )
+    return Answer(checks, draw, order_of("ratio, by the length of a bar", math.pi / 12, missed))
