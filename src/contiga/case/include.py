@@ -43,6 +43,7 @@ def with_includes(data: Mapping[str, Any], path: Path, tables: type[Spec]) -> Wh
     Parameters
     ----------
     data : tables of the case, as TOML has them
+    path : case file, beside which included files are looked for
     tables : what a file that is included may have
 
     Raises

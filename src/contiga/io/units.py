@@ -405,6 +405,7 @@ def velocity_factor(unit: str, length: str, time: str, where: str | None = None)
     Parameters
     ----------
     unit : a length by a time ("m/s", "mm/ms", "km/h"), or "mph", "kph"
+    length, time : units of the result
     where : file or key the unit stands in, for the message
 
     Raises
@@ -424,6 +425,7 @@ def acceleration_factor(unit: str, length: str, time: str, where: str | None = N
     Parameters
     ----------
     unit : "g" (9.80665 m/s²), or a length by the square of a time ("m/s^2", "mm/ms²", "m/s/s")
+    length, time : units of the result
     where : file or key the unit stands in, for the message
 
     Raises
@@ -443,6 +445,7 @@ def consistent_factor(unit: str, length: str, mass: str, time: str, where: str) 
     Parameters
     ----------
     unit : of a product of powers of length, mass and time: "km/h", "kg/m^3", "MPa", "%"
+    length, mass, time : units of the set
     where : file or key the unit stands in, for the message
 
     Raises
