@@ -239,7 +239,7 @@ def _parts(
 
 
 def _is_unread(spec: BodySpec) -> bool:
-    """Whether a body's file has not been read before; for others most results are cached."""
+    """Return whether a body's file has not been read before; for others most results are cached."""
     return isinstance(spec.geometry, FileGeometry) and not was_read(Path(spec.geometry.file))
 
 

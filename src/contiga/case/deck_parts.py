@@ -99,12 +99,12 @@ class DeckParts:
         return self.model.materials.get(self.model.parts.materials.get(part, -1))
 
     def is_rigid(self, part: int) -> bool:
-        """Whether a part is rigid."""
+        """Return whether a part is rigid."""
         material = self.material(part)
         return material is not None and material.rigid
 
     def name(self, part: int) -> str:
-        """What the case calls a part: by its title where that is a name nobody else has."""
+        """Return the name of a part in the case: its title where nobody else has it."""
         return self._own_name(f"part {part}", self.model.parts.titles.get(part, ""))
 
     def _own_name(self, key: str, title: str) -> str:
@@ -115,13 +115,13 @@ class DeckParts:
         return self._names[key]
 
     def slave_name(self, parts: tuple[int, ...]) -> str:
-        """What the case calls several parts together."""
+        """Return the name of several parts together in the case."""
         if len(parts) == 1:
             return self.name(parts[0])
         return self._own_name(f"parts {' '.join(map(str, parts))}"[:60], "")
 
     def nodes_name(self, number: int) -> str:
-        """What the case calls a set of nodes."""
+        """Return the name of a set of nodes in the case."""
         return self._own_name(set_name(number), "")
 
     def owner(self, number: int) -> int | None:
@@ -160,7 +160,7 @@ class DeckParts:
         return {"mesh": self.file, "parts": [part], **({"orient": True} if shells else {})}
 
     def is_shell(self, part: int) -> bool:
-        """Whether there are shells in a part."""
+        """Return whether there are shells in a part."""
         blocks = zip(self.mesh.blocks, self.groups[part].cells or (), strict=True)
         return any(block.kind in SHELLS and len(rows) > 0 for block, rows in blocks)
 
@@ -490,7 +490,7 @@ class DeckParts:
         return float(np.sqrt(2.0 * areas.mean())) if len(areas) else 0.0
 
     def has_facets(self, parts: list[str | int]) -> bool:
-        """Whether a contact has areas to weight forces with."""
+        """Return whether a contact has areas to weight forces with."""
         return len(self._facets(parts).corners) > 0
 
 

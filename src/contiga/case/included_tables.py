@@ -56,7 +56,7 @@ class Included(NamedTuple):
 
     @property
     def turn(self) -> FloatArray:
-        """(3, 3), of its placement."""
+        """Rotation (3, 3) of its placement."""
         return self.placement[:3, :3]
 
     @property

@@ -34,7 +34,7 @@ _TYPES = {
 
 
 class Origin(NamedTuple):
-    """Where a table of a case was read that is not in its own file."""
+    """The file and row of a table of a case that is not in its own file."""
 
     file: str
     row: int

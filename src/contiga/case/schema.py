@@ -250,7 +250,7 @@ class Case(Spec):
 
     @property
     def origins(self) -> Mapping[tuple[str, int], Origin]:
-        """Where tables of files that it includes were read, by their key and place."""
+        """The files and rows of tables that it includes, by their key and place."""
         return self._origins
 
     @classmethod

@@ -140,7 +140,7 @@ def raise_together(data: object, checks: Iterable[Callable[[], object]]) -> None
 
 
 def is_number(value: Any) -> bool:
-    """Whether a value of a file is a number; booleans are none."""
+    """Return whether a value of a file is a number; booleans are none."""
     return isinstance(value, int | float) and not isinstance(value, bool)
 
 

@@ -32,7 +32,7 @@ def resolved_toml(case: Case) -> str:
 
 
 def _is_table(value: Any) -> bool:
-    """Whether a value is written as a table, or as several."""
+    """Return whether a value is written as a table, or as several."""
     return isinstance(value, dict) or (
         isinstance(value, list) and bool(value) and isinstance(value[0], dict)
     )

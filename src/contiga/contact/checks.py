@@ -1,4 +1,4 @@
-"""What a contact is given and what its law answers, checked before anything is worked out."""
+"""Check what a contact is given, and what its law answers, before anything is computed."""
 
 from __future__ import annotations
 

@@ -411,7 +411,7 @@ class Contact(Displayed):
         return dry_run(self._surface, checked, (self._sampling.active, most), self._options)
 
     def tangent(self, state: State) -> csr_array:
-        """(3 n, 3 n) ∂force/∂points: how the forces on the slave's points change with these.
+        """Return ∂force/∂points (3 n, 3 n), sparse: how forces on the slave change with its points.
 
         Of the step that has made `state`, whose own past stays as it was; exact but where areas
         are measured (`weights="area"`), which are held. Of a point that only just touches it is
@@ -444,7 +444,7 @@ class Contact(Displayed):
         return linearisation_of(*self._asked(state))
 
     def kinks(self, state: State) -> IntArray:
-        """(k,) rows of `State.kinks`. Raises as `tangent` does of the state."""
+        """Return (k,) rows of `State.kinks`. Raises as `tangent` does of the state."""
         return kinks_of(*self._asked(state))
 
     def _asked(self, state: State) -> tuple[Asked, State, StepInputs]:
@@ -494,11 +494,11 @@ class Contact(Displayed):
         return seen
 
     def pressure(self, state: State) -> FloatArray:
-        """(n,) pressure at each node: normal force over its contact area."""
+        """Return (n,) pressure at each node: normal force over its contact area."""
         return pressure_of(self._sampling, state)
 
     def slid(self, state: State) -> FloatArray:
-        """(m, 3) sliding distance of each point in contact since it came in, body axes."""
+        """Return (m, 3) sliding distance of each point in contact since it came in, body axes."""
         if self.friction is None:
             return np.zeros((len(state.status), 3))
         return self.friction.slid(state.friction_memory)
@@ -529,8 +529,10 @@ class Contact(Displayed):
         return Column(np.arange(len(sums)), sums)
 
     def covered(self, state: State) -> FloatArray:
-        """(f,) share of each facet of the slave that the points that push stand for, by area at
-        rest; of a slave with facets."""
+        """Return the share (f,) of each facet that the points that push stand for, by area at rest.
+
+        The slave must have facets.
+        """
         return self._sampling.covered(state.kept.normal_force.nonzero().rows, self.slave)
 
     @property

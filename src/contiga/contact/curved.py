@@ -194,7 +194,7 @@ def _follow(surface: Surface, path: Path, last: Last, options: Options, pieces: 
 
 
 class Story(NamedTuple):
-    """What became of n points in the pieces of a step so far."""
+    """The events of n points in the pieces of a step so far."""
 
     began: BoolArray
     """In contact at the start of the step."""

@@ -1,4 +1,4 @@
-"""How the foot of a point moves on a master that deforms: one chain rule for all that follows.
+"""Derive how a point's foot moves on a master that deforms: one chain rule for all that follows.
 
 A point sees of the master no more than the motion of its surface at the foot S: the displacement
 s = Σ N_i dP_i and its gradient L = Σ dP_i ⊗ ∇N_i, with the basis functions N_i of the control
@@ -47,7 +47,7 @@ class Feet(NamedTuple):
 
     @property
     def arm(self) -> FloatArray:
-        """(k, 3, 1) from the feet to the points."""
+        """Arms (k, 3, 1) from the feet to the points."""
         return (self.gap[:, None] * self.normal)[:, :, None]
 
 

@@ -50,13 +50,13 @@ class Terms(NamedTuple):
         return Terms(np.ascontiguousarray(blocks), self.left, right)
 
     def applied(self, ways: FloatArray) -> FloatArray:
-        """(k, 3, n) dF of points whose variables change in n ways (k, m, n)."""
+        """Return (k, 3, n) dF of points whose variables change in n ways (k, m, n)."""
         along = np.einsum("kbr,kbm->rm", self.right, ways, optimize=False)
         own = np.einsum("kab,kbm->kam", self.blocks, ways, optimize=False)
         return np.asarray(own + product(self.left, along))
 
     def summed(self, factors: FloatArray | None = None) -> FloatArray:
-        """(k, 3, m) derivatives of Σ_i F_i over each point; of Σ_i factors_i F_i (k, 3, 3)."""
+        """Return derivatives (k, 3, m) of Σ_i F_i by each point; (k, 3, 3) of Σ_i factors_i F_i."""
         own, left = self.blocks, self.left.sum(axis=0)
         if factors is not None:
             own = np.einsum("kab,kbc->kac", factors, self.blocks, optimize=False)
@@ -65,7 +65,7 @@ class Terms(NamedTuple):
 
 
 class InputChange(NamedTuple):
-    """How the input of laws changes with m variables of each of k points; body axes."""
+    """Derivatives of the input of laws by m variables of each of k points; body axes."""
 
     depth: FloatArray
     """(k, m)."""
@@ -91,7 +91,7 @@ class Carried(NamedTuple):
     """Length of the step; infinite where it has none."""
 
     def pulled(self, of: DepthSlopes) -> FloatArray:
-        """(k, m, r) right sides of a coupling of depths, over the variables of points."""
+        """Return (k, m, r) right sides of a coupling of depths, over the variables of points."""
         assert of.right is not None
         return self.change.depth[:, :, None] * of.right[:, None, :]
 
@@ -148,7 +148,7 @@ def friction_terms(friction: Friction, seen: Seen, carried: Carried) -> Terms:
 
 
 def _changes(friction: Any, seen: FrictionInput, change: FrictionChange) -> FloatArray:
-    """(n, 3, m) of the forces, as friction answers, checked."""
+    """Return (n, 3, m) of the forces, as friction answers, checked."""
     where = "friction: changes"
     answer = as_numbers(friction.changes(seen, change), where, "friction must answer numbers")
     n, m = change.force.shape
@@ -192,20 +192,20 @@ def _of_whole(
     shares = points.force / total if total > 0.0 else np.full(k, 1.0 / k)
 
     def summed(weights: FloatArray, grown: FloatArray, of: DepthSlopes | None) -> FloatArray:
-        """(d, k, m) Σ_i weights_i dv_i over all points; of each v over its own it is `grown`."""
+        """Return Σ_i weights_i dv_i (d, k, m) over all points; over its own, v is `grown`."""
         change: FloatArray = weights.T[:, :, None] * grown
         if of is not None and of.left is not None:
             change += np.einsum("dr,jcr->djc", product(weights.T, of.left), carried.pulled(of))
         return change
 
     def shifted(values: FloatArray) -> FloatArray:
-        """(d, k, m) Σ_i values_i ds_i over all points."""
+        """Return (d, k, m) Σ_i values_i ds_i over all points."""
         if not total > 0.0:
             return np.zeros((values.shape[1], k, m))
         return summed(values - product(shares, values), own.force, force) / total
 
     def weighted(weights: FloatArray, changes: FloatArray) -> FloatArray:
-        """(d, k, m) Σ_i weights_i dv_i of vectors that change with their own points alone."""
+        """Return (d, k, m) Σ_i weights_i dv_i of vectors that change with their own points alone."""
         return np.moveaxis(weights[:, None, None] * changes, 0, 1)
 
     one = np.ones((k, 1))

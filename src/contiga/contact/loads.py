@@ -1,4 +1,4 @@
-"""What a state keeps of the points in contact: rows of its arrays, of which the others are zero."""
+"""Keep arrays of a state for the points in contact only: all other rows are zero."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ class Column(NamedTuple):
     """(k, …)."""
 
     def at(self, rows: IndexArray) -> FloatArray:
-        """(len(rows), …) values of other points."""
+        """Return (len(rows), …) values of other points."""
         if len(rows) == len(self.rows) and (rows is self.rows or (rows == self.rows).all()):
             return np.array(self.values)
         out = np.zeros((len(rows), *self.values.shape[1:]))

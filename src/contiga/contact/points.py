@@ -1,4 +1,4 @@
-"""Which points of a slave carry contact, and over what area."""
+"""Choose which points of a slave carry contact, and over what area."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ def sampling_of(
 
 
 def half_of(thickness: ArrayLike | None, slave: Slave, sampling: Sampling) -> FloatArray | None:
-    """(m,) half the thickness of a shell at the points of contact; None of what is none.
+    """Return (m,) half the thickness of a shell at the points of contact; None of what is none.
 
     Points on facets have that between their corners, where all of these have one: facets of solids
     beside a shell have none.
@@ -72,7 +72,7 @@ def half_of(thickness: ArrayLike | None, slave: Slave, sampling: Sampling) -> Fl
 
 
 def pressure_of(sampling: Sampling, state: State) -> FloatArray:
-    """(n,) normal force at each node over the area that carries it, zero without contact."""
+    """Return (n,) normal force at each node over the area that carries it, zero without contact."""
     rows = np.flatnonzero(state.normal_force)
     force = sampling.nodal_sum(rows, state.normal_force[rows])
     if sampling.weight is None:

@@ -69,7 +69,7 @@ class RelativeVelocity(NamedTuple):
     """(2, 3) velocity of the body's origin and its spin, world axes."""
 
     def at(self, rows: IndexArray) -> FloatArray:
-        """(k, 3) of points `rows`, ascending, body axes."""
+        """Return (k, 3) of points `rows`, ascending, body axes."""
         p_W, v_W = self.points.take(rows, axis=0), self.nodes
         v_W = self.sampling.points_at(rows, v_W) if self.sampling.first else v_W.take(rows, axis=0)
         v_B = np.empty(v_W.shape)
@@ -153,8 +153,7 @@ class PreviousStep:
 
     @cached_property
     def points(self) -> FloatArray:
-        """(n, 3) where the points were, body axes; those in contact as their feet of then have been
-        carried along since."""
+        """Points (n, 3) before, body axes; those in contact carried along with their feet since."""
         state = self.state
         if self.shape is None:
             return state.points_B
@@ -324,7 +323,9 @@ def respond(
 
 
 def checked_answer(law: Law, inp: LawInput) -> LawOutput:
-    """What a law answers: a row a point in contact, or it is told. Without any, none is asked.
+    """Return a law's answer, checked: one row for each point in contact.
+
+    Without any point the law is not asked.
 
     A row too few or an axis too many would be spread over the points without a word. The arrays are
     copies: whoever worked them out may go on with theirs. Those of `PLAIN` laws are right, and new.
@@ -363,7 +364,7 @@ def checked_answer(law: Law, inp: LawInput) -> LawOutput:
 def _grip_as_one(
     friction: Friction, points: ContactRows, inp: FrictionInput, past: PreviousStep | None
 ) -> tuple[FrictionOutput, Seen]:
-    """What friction answers for the whole, `inp` being what it would see of each point."""
+    """Return friction's answer for the whole; `inp` is its input for each point."""
     shares = _shares(inp.force)
     before, memory = np.zeros((1, 3)), np.zeros((1, friction.n_memory))
     ways, present = shares, 1.0
@@ -404,7 +405,7 @@ def _shares(force: FloatArray) -> FloatArray:
 
 
 def _unit(vector: FloatArray) -> FloatArray:
-    """(1, 3) of length one; zero stays."""
+    """Return (1, 3) of length one; zero stays."""
     size = length(vector)
     return (vector / size if size > 0.0 else vector)[None]
 

@@ -1,4 +1,4 @@
-"""What the search of a step hands round: its options, the last step, and what it has found."""
+"""Records that the search of a step hands on: its options, the last step, and its findings."""
 
 from __future__ import annotations
 
@@ -287,7 +287,7 @@ class Detected(NamedTuple):
 
     @property
     def holds(self) -> Holds:
-        """What holds the points in contact."""
+        """The holds of the points in contact."""
         deep = Column(self.held, np.maximum(-self.feet.gap[self.held], 0.0))
         return holds_of(deep, self.feet.normal[self.held], self.opposed)
 
@@ -322,7 +322,7 @@ class ChangedShape(Protocol):
 
     @property
     def rigid(self) -> FloatArray:
-        """(4, 4) the rigid part of its motion in the step, body axes, by 90° at most."""
+        """The rigid part (4, 4) of its motion in the step, body axes, by 90° at most."""
 
     @property
     def way(self) -> float:

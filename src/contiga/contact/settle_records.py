@@ -1,4 +1,4 @@
-"""What the search of a step hands its kernels, and these each other: records of arrays."""
+"""Records of arrays that the search of a step hands its kernels, and these each other."""
 
 from __future__ import annotations
 

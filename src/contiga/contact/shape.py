@@ -50,12 +50,12 @@ class Shape:
 
     @property
     def change(self) -> FloatArray:
-        """(m, 3) of the control points in the step."""
+        """Displacements (m, 3) of the control points in the step."""
         return self.now - self.before
 
     @cached_property
     def rigid(self) -> FloatArray:
-        """(4, 4) a rigid motion near that of the control points in the step, by 90° at most."""
+        """A rigid motion (4, 4) near that of the control points in the step, by 90° at most."""
         return rigid_part(self.before, self.now)
 
     @property
@@ -65,11 +65,11 @@ class Shape:
         return float(row_lengths(self.now - to_world(self.rigid, self.before)).max())
 
     def carried(self, feet: SurfacePlaces, points: FloatArray) -> FloatArray:
-        """(k, 3) how the surface carries points (k, 3) along in the step, by feet on it now."""
+        """Return how the surface carries points (k, 3) along in the step, by feet on it now (k, 3)."""
         return NetMotion(self.body, self.now, self.change).carry(feet, points)
 
     def carried_before(self, feet: SurfacePlaces, points: FloatArray) -> FloatArray:
-        """The same by feet on it before the step."""
+        """Return how the surface carries points along, by feet on it before the step."""
         return NetMotion(self.body, self.before, self.change).carry(feet, points)
 
     def moved(self, feet: SurfacePlaces, points: FloatArray) -> FloatArray:
@@ -94,12 +94,12 @@ class Shape:
         return self.surface.last_crossings_from(self.surface_before, a_B, b_B)
 
     def velocities(self, feet: SurfacePlaces, points: FloatArray) -> FloatArray:
-        """(k, 3) of points (k, 3) carried along."""
+        """Return (k, 3) of points (k, 3) carried along."""
         assert self.velocity is not None
         return NetMotion(self.body, self.now, self.velocity).carry(feet, points)
 
     def spread(self, feet: SurfacePlaces, points: FloatArray, forces: FloatArray) -> FloatArray:
-        """(m, 3) forces on control points that do as `forces` (k, 3) at `points` (k, 3) do."""
+        """Return (m, 3) forces on control points that do as `forces` (k, 3) at `points` (k, 3) do."""
         return spread(self.body, self.now, feet, points, forces)
 
 

@@ -58,7 +58,7 @@ class Owner(Protocol):
 
     @property
     def weights(self) -> str:
-        """What weighs the force: areas at "rest", or the contact "area" as it is measured."""
+        """The weights of the force: areas at "rest", or the contact "area" as it is measured."""
 
     def area_input(self, state: State) -> AreaInput:
         """The nodes in contact, as area methods see them."""
@@ -67,13 +67,13 @@ class Owner(Protocol):
         """Nodal contact areas, one row a node in contact."""
 
     def pressure(self, state: State) -> FloatArray:
-        """(n,) that of the law at each node, zero without contact."""
+        """Return (n,) that of the law at each node, zero without contact."""
 
     def slid(self, state: State) -> FloatArray:
-        """(m, 3) what each point has slid, body axes."""
+        """Return what each point has slid, body axes (m, 3)."""
 
     def kinks(self, state: State) -> IntArray:
-        """(k,) points that another piece of the master pushes than before."""
+        """Return (k,) points that another piece of the master pushes than before."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -237,7 +237,7 @@ class State(Displayed):
 
     @property
     def in_contact(self) -> NDArray[np.bool_]:
-        """(n,) which points are in contact."""
+        """Whether each point (n,) is in contact."""
         return _TOUCHES[self.status]
 
     @property
@@ -258,7 +258,7 @@ class State(Displayed):
 
     @property
     def total_force(self) -> FloatArray:
-        """(3,) on the slave: the sum of `force`. The master feels the opposite."""
+        """Force (3,) on the slave: the sum of `force`. The master feels the opposite."""
         total: FloatArray = self.force.sum(axis=0)
         return total
 
@@ -269,30 +269,32 @@ class State(Displayed):
 
     @cached_property
     def normal(self) -> FloatArray:
-        """(m, 3) unit normals at the feet, to the free side; zero without contact."""
+        """Unit normals (m, 3) at the feet, to the free side; zero without contact."""
         return turn_to_world(self.pose, self.normal_B)
 
     @cached_property
     def foot(self) -> FloatArray:
-        """(m, 3) feet; the points themselves without contact."""
+        """Feet (m, 3); the points themselves without contact."""
         return to_world(self.pose, self.foot_B)
 
     @cached_property
     def friction(self) -> FloatArray:
-        """(m, 3) friction forces on the points."""
+        """Friction forces (m, 3) on the points."""
         if len(self.traction_B) == 0:
             return np.zeros((len(self.status), 3))
         return turn_to_world(self.pose, self.traction_B)
 
     @cached_property
     def slip(self) -> FloatArray:
-        """(m, 3) way each point in contact has slid over the body since it came in, carried along
-        with its foot; zero without friction that remembers it."""
+        """Way (m, 3) that each point in contact has slid over the body since it came in.
+
+        It is carried along with the foot; zero without friction that remembers it.
+        """
         return turn_to_world(self.pose, self.contact.slid(self))
 
     @cached_property
     def kinks(self) -> IntArray:
-        """(k,) rows, ascending, of points that another piece of the master pushes than before.
+        """Rows (k,), ascending, of points that another piece of the master pushes than before.
 
         Of points in contact before and after the step: their feet have passed to another patch, to
         or from an edge or a vertex, or have jumped to another wall, more than twice as far as their
@@ -314,14 +316,14 @@ class State(Displayed):
 
     @cached_property
     def area(self) -> FloatArray:
-        """(n,) nodal contact area, zero without contact."""
+        """Nodal contact area (n,), zero without contact."""
         area = np.zeros(len(self.force))
         area[self._nodes] = self.areas.area
         return area
 
     @cached_property
     def clusters(self) -> IntArray:
-        """(n,) connected region of contact, −1 without contact."""
+        """Connected region of contact (n,), −1 without contact."""
         clusters = np.full(len(self.force), -1, np.int32)
         clusters[self._nodes] = self.areas.clusters
         return clusters
@@ -354,7 +356,7 @@ class State(Displayed):
 
     @property
     def centre_of_pressure(self) -> FloatArray:
-        """(3,) mean of the feet, weighted by the normal forces; NaN without force."""
+        """Mean (3,) of the feet, weighted by normal forces; NaN without force."""
         rows, size = self.kept.normal_force.nonzero()
         total = size.sum()
         if not total > 0.0:
@@ -364,7 +366,7 @@ class State(Displayed):
 
     @cached_property
     def pressure(self) -> FloatArray:
-        """(n,) pressure at each node: normal force over its contact area."""
+        """Pressure (n,) at each node: normal force over its contact area."""
         return self.contact.pressure(self)
 
 

@@ -291,7 +291,7 @@ def _feet_on(
 
 
 def _in_world(terms: Terms, pose: FloatArray) -> Terms:
-    """The same in world axes; the blocks are turned where they are."""
+    """Return the blocks in world axes; they are turned in place."""
     turn = pose[:3, :3]
     run_ranges(tangent_nb.to_world, len(terms.blocks), POINTS, terms.blocks, pose)
     left, right = (
@@ -309,7 +309,7 @@ def _cross_matrices(v: FloatArray) -> FloatArray:
 
 
 def _matrix_of(rows: IntArray, terms: Terms, sampling: Sampling) -> csr_array:
-    """(3 n, 3 n) of the n nodes of a slave, three rows each, of points `rows`.
+    """Return (3 n, 3 n) of the n nodes of a slave, three rows each, of points `rows`.
 
     Raises
     ------
@@ -342,7 +342,7 @@ def _matrix_of(rows: IntArray, terms: Terms, sampling: Sampling) -> csr_array:
 
 
 def _gaps(state: State, points: ContactRows) -> FloatArray:
-    """(k,) signed distances to where contact begins."""
+    """Return (k,) signed distances to where contact begins."""
     if points.depth.all():
         return -points.depth
     beside = row_products(state.points_B[points.rows] - points.foot, points.normal)
@@ -376,7 +376,7 @@ def _foot_slopes(asked: Asked, state: State, points: ContactRows) -> FootSlopes:
 
 
 def _law_tangent(law: Law, inp: LawInput) -> tuple[LawOutput, LawTangent]:
-    """What the law answers where its derivatives are asked for, and these, checked.
+    """Return a law's answer with its derivatives, checked.
 
     Raises
     ------

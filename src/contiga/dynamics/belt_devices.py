@@ -44,7 +44,7 @@ _ROOT_TOL = 4.0 * float(np.finfo(np.float64).eps)
 
 
 class Moment(NamedTuple):
-    """When a step of a segment ends."""
+    """The end of a step of a segment."""
 
     time: float = 0.0
     dt: float = 0.0

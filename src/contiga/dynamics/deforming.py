@@ -199,7 +199,7 @@ class Deforming(Dependent):
         return tuple(dict.fromkeys(table["body"] for table in self.attached))
 
     def resting(self, time: float) -> Deforming:
-        """The same with nothing in motion."""
+        """Return the motion with nothing in motion."""
         still = copy(self)
         put = object.__setattr__
         put(still, "velocity", read_only(np.zeros(3)))

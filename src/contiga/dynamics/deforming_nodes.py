@@ -335,7 +335,7 @@ class DeformingNodes(NodeMover):
         return ElementState.of(drifted.points, velocities, inside)
 
     def carried(self, state: SlaveState, now: Instant) -> SlaveState:
-        """The same, attached nodes as their bodies move them."""
+        """Return the nodes with attached ones as their bodies move them."""
         if not self.joints:
             return state
         points, velocities = (part.copy() for part in state)

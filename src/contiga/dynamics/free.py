@@ -46,7 +46,7 @@ class Dependent:
         raise NotImplementedError
 
     def resting(self, time: float) -> Dependent:
-        """The same with nothing in motion, and what changes over time as it is at `time`."""
+        """Return the motion at rest, with what changes over time as it is at `time`."""
         return self
 
 
@@ -129,7 +129,7 @@ class Free(Dependent):
                 )
 
     def resting(self, time: float) -> Free:
-        """The same with nothing in motion."""
+        """Return the motion with nothing in motion."""
         still = copy(self)
         object.__setattr__(still, "velocity", read_only(np.zeros(3)))
         object.__setattr__(still, "spin", read_only(np.zeros(3)))

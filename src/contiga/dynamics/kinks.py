@@ -40,7 +40,7 @@ def bends_of(times: FloatArray, values: FloatArray) -> FloatArray:
 
 
 def jumps_of(times: FloatArray, rates: FloatArray) -> FloatArray:
-    """The same for rates (n − 1, d) that are constant between two times.
+    """Return the jumps of rates (n − 1, d) that are constant between two times.
 
     >>> jumps_of(np.arange(4.0), np.array([[2.0], [2.0], [-1.0]])).tolist()
     [0.0, 2.0, 3.0]

@@ -121,7 +121,7 @@ class Stopped:
     time: float
 
     def pose(self, t: float) -> FloatArray:
-        """The same always."""
+        """Return the pose, which never changes."""
         return pose_at(self.motion, self.time)
 
     def twist(self, t: float) -> Twist:

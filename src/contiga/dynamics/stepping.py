@@ -230,7 +230,7 @@ class GivenTimes:
 
 
 def ended(stepping: Stepping, end: float) -> Stepping:
-    """The same steps to another end; of a list, those of its times that are no later.
+    """Return the same steps to another end; of a list, those of its times that are no later.
 
     >>> ended(EqualSteps(0.0, 4.0, 1.0), 2.0).planned()
     array([0., 1., 2.])

@@ -320,7 +320,7 @@ class _Pool:
 
 
 def _is_python() -> bool:
-    """Whether ``sys.executable`` is an interpreter, and not a program that embeds one."""
+    """Return whether ``sys.executable`` is an interpreter, and not a program that embeds one."""
     if getattr(sys, "frozen", False) or not sys.executable:
         return False
     return Path(sys.executable).stem.lower().startswith("python")

@@ -109,7 +109,7 @@ class KernelCacheImpl(CompileResultCacheImpl):  # type: ignore[misc]
         )
 
     def check_cachable(self, compiled: Any) -> bool:
-        """Whether a kernel can be cached: not if it calls something that other processes lack."""
+        """Return whether a kernel can be cached: it calls nothing others lack."""
         is_known = all(LOCAL not in kernel for _, _, kernel, _ in calls_of(compiled.library))
         return is_known and bool(super().check_cachable(compiled))
 

@@ -231,7 +231,7 @@ def _check_ours(*paths: Path) -> None:
 
 
 def _others_may_write(path: Path) -> bool:
-    """Whether anybody may write to a file or folder who may not write to contiga itself.
+    """Return whether anybody may write to a file or folder who may not write to contiga itself.
 
     Such as may are root, this user, the owner of contiga, and a group that contiga has as well:
     where each user has a group of his own, he makes his files so.

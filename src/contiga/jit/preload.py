@@ -24,7 +24,7 @@ def preload(kernels: Iterable[Any]) -> int:
 
 
 def is_missing(kernel: Any) -> bool:
-    """Whether a kernel would have to be compiled: its cache has no version of it."""
+    """Return whether a kernel would have to be compiled: its cache has no version of it."""
     return getattr(kernel, "_cache", None) is not None and not (kernel.overloads or _kept(kernel))
 
 

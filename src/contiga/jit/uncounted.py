@@ -52,7 +52,7 @@ class Uncounted(AnalysisPass):  # type: ignore[misc]
 
 
 def _owns(state: Any) -> bool:
-    """Whether a kernel makes an array, gets one from a call, or returns one."""
+    """Return whether a kernel makes an array, gets one from a call, or returns one."""
     holds = _holder(state)
     if holds(state.return_type):
         return True
@@ -99,7 +99,7 @@ def _holder(state: Any) -> Callable[[Any], bool]:
 
 
 def _is_scratch(value: Any, typemap: Any) -> bool:
-    """Whether a value is a new array on the stack."""
+    """Return whether a value is a new array on the stack."""
     if not isinstance(value, ir.Expr) or value.op != "call":
         return False
     return getattr(typemap[value.func.name], "typing_key", None) in SCRATCH
@@ -115,7 +115,7 @@ def _parts(value: Any, typemap: Any) -> set[str]:
 
 
 def _is_borrowed(value: Any, typemap: Any) -> bool:
-    """Whether an array that is assigned to a variable belongs to another one."""
+    """Return whether an array that is assigned to a variable belongs to another one."""
     if not isinstance(value, ir.Expr):
         return isinstance(value, (ir.Arg, ir.Var))
     if value.op == "call":
@@ -128,7 +128,7 @@ def _is_borrowed(value: Any, typemap: Any) -> bool:
 
 
 def _is_basic(index: Any) -> bool:
-    """Whether an index selects a view, and not a copy."""
+    """Return whether an index selects a view, and not a copy."""
     if isinstance(index, types.BaseTuple):
         return all(_is_basic(part) for part in index.types)
     return isinstance(index, PARTS)

@@ -88,7 +88,7 @@ class FaceLaws:
         return max((face for faces in self.faces for face in faces), default=-1)
 
     def with_slave(self, slave: StressLaw) -> FaceLaws:
-        """The same with each law in series with that of the slave's side."""
+        """Return the laws, each in series with that of the slave's side."""
         both = [CombinedLaw(slave, law) for law in self.laws]  # type: ignore[arg-type]
         return FaceLaws(both[0], dict(zip(self.faces, both[1:], strict=True)))
 

@@ -184,7 +184,7 @@ def _parts(model: Model, start: Placement) -> Iterator[Drawn]:
 
 
 def _is_skin(model: Model, slave: str) -> bool:
-    """Whether a slave lies on the body it is attached to, which is drawn already."""
+    """Return whether a slave lies on the body it is attached to, which is drawn already."""
     host = model.mechanism.carried.get(slave)
     if host is None:
         return False

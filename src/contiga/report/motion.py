@@ -72,7 +72,7 @@ def sensor_quantities(run: Run, sensor: str) -> list[Quantity]:
 
 
 def _same(one: Quantity, other: Quantity) -> bool:
-    """Whether two quantities are equal, up to rounding."""
+    """Return whether two quantities are equal, up to rounding."""
     if one.unit != other.unit or set(one.components) != set(other.components):
         return False
     floor = 1e-9 * largest(other.whole)

@@ -45,7 +45,7 @@ def history_figures(run: Run, peak_time: float | None) -> list[Figure]:
 
 
 def touched(run: Run, contact: str) -> bool:
-    """Whether a point of a contact ever came into contact."""
+    """Return whether a point of a contact ever came into contact."""
     columns = run.contacts[contact]
     return any(largest(columns.get(name)) > 0.0 for name in ("n_contact", "force"))
 

@@ -87,13 +87,13 @@ def references_of(run: Run) -> list[Reference]:
 
 
 def has_channels(run: Run, reference: Reference) -> bool:
-    """Whether a run has both channels of a test."""
+    """Return whether a run has both channels of a test."""
     known = channel_names(run.history, run.summary_part("statuses"), run.summary_part("layers"))
     return {reference.channel, reference.x} <= known
 
 
 def _is_read(table: Any) -> bool:
-    """Whether a table is that of a checked case; a run from Python may leave any text."""
+    """Return whether a table is that of a checked case; a run from Python may leave any text."""
     return isinstance(table, dict) and {"channel", "points", "name"} <= table.keys()
 
 

@@ -1,4 +1,4 @@
-"""What kernels of contact ask of a body themselves."""
+"""Tables of a body that kernels of contact search themselves."""
 
 from __future__ import annotations
 

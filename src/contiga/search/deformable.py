@@ -158,7 +158,7 @@ class DeformedSurface(ExactSurface):
 
 @dataclass(frozen=True, eq=False)
 class Deformable:
-    """What all shapes of a body whose control points move have in common."""
+    """The common part of all shapes of a body whose control points move."""
 
     name: str
     net: ControlNet

@@ -1,4 +1,4 @@
-"""Where moving points enter a body."""
+"""Find where moving points enter a body."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Which points lie on the contact side of a body."""
+"""Find which points lie on the contact side of a body."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ WAYS = np.array([[0.8, 0.53, 0.29], [-0.37, 0.84, 0.4], [0.21, -0.48, 0.85]])
 
 
 def contains(body: Faces, points: ArrayLike) -> NDArray[np.bool_]:
-    """(n,) True where a point lies inside a closed body, or behind the nearest face of an open one.
+    """Return whether points (n,) lie inside a closed body, or behind an open one's nearest face.
 
     Decided by the sign of the gap at the closest point. Where the search for that is given up, by
     where a way from outside last goes in or out of a closed body. Points whose closest point is a

@@ -33,7 +33,7 @@ class Row(NamedTuple):
         write_json(folder / ROW, {**self._asdict(), "collected": collected})
 
     def of_case(self, values: dict[str, Any], quantities: list[str]) -> bool:
-        """Whether it is the row of a case with these values and these collected quantities."""
+        """Return whether it is the row of a case with these values and quantities."""
         return self.values == values and list(self.collected) == quantities
 
 

@@ -1,4 +1,4 @@
-"""Which points may come to the surface on paths that bulge: two passes over all of them."""
+"""Find points that may come to the surface on paths that bulge: two passes over all of them."""
 
 from __future__ import annotations
 

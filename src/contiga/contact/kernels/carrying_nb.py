@@ -1,4 +1,4 @@
-"""What is known of the points in contact before forces: one pass over them."""
+"""Collect what is known of the points in contact before forces: one pass over them."""
 
 from __future__ import annotations
 

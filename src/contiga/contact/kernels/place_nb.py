@@ -1,4 +1,4 @@
-"""What is known of points after they have moved, and which of them have to be looked at."""
+"""Update what is known of points that have moved, and choose those to be looked at."""
 
 from __future__ import annotations
 

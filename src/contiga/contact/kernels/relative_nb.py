@@ -1,4 +1,4 @@
-"""How fast points move against a body: one pass over them."""
+"""Compute the velocities of points against a body: one pass over them."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What becomes of points, as the numbers that kernels write: `ContactStatus`."""
+"""Number the events of points as kernels write them: `ContactStatus`."""
 
 from __future__ import annotations
 

@@ -188,7 +188,7 @@ def cut_down(patch: NurbsSurface, box: FloatArray) -> NurbsSurface:
 
 
 def _closes(chart: Chart, axis: int) -> bool:
-    """Whether the two sides across `axis` are one curve, and no point."""
+    """Return whether the two sides across `axis` are one curve, and no point."""
     other = np.linspace(chart.low[1 - axis], chart.high[1 - axis], SIDE)
     sides = []
     for end in (chart.low, chart.high):

@@ -54,7 +54,7 @@ def cad_files_in(text: str, folder: Path) -> list[Path]:
 
 
 def was_read(file: Path) -> bool:
-    """Whether results of a file with the same bytes are cached, for whatever request."""
+    """Return whether results of a file with the same bytes are cached, for whatever request."""
     folder = cache_folder()
     try:
         return folder is not None and any(folder.glob(f"{kept_as(file)}-*"))

@@ -322,7 +322,7 @@ def _possible_maps(spline: Any, shift: FloatArray) -> list[tuple[Map, Map]]:
 def _agrees(
     surface: Any, spline: Any, maps: tuple[Map, Map], place: tuple[FloatArray, FloatArray]
 ) -> bool:
-    """Whether the spline at mapped parameters is the surface, on a grid off all symmetries.
+    """Return whether the spline at mapped parameters is the surface, on a grid off all symmetries.
 
     `place` is the box of the face and the shift of the spline's knots.
     """

@@ -118,7 +118,7 @@ def faces_of(patch: NurbsSurface, loops: Sequence[Sequence[NurbsCurve]] | None) 
 
 
 def _is_flat(patch: NurbsSurface) -> bool:
-    """Whether a patch is a parallelogram, its parameters along the sides."""
+    """Return whether a patch is a parallelogram, its parameters along the sides."""
     net = patch.control_points
     if patch.degrees != (1, 1) or patch.weights is not None or net.shape[:2] != (2, 2):
         return False

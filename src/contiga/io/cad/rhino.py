@@ -329,7 +329,7 @@ def _natural_sides(
 def _fits(
     side: NurbsCurve, against: bool, trim: Trim, curves: list[NurbsCurve], near: float
 ) -> bool:
-    """Whether a trim runs along a natural side (or both are one point)."""
+    """Return whether a trim runs along a natural side (or both are one point)."""
     fine = side.evaluate(np.linspace(*side.domain, 8 * SAMPLES + 1))
     if trim.edge < 0:
         return bool(np.ptp(fine, axis=0).max() <= near)

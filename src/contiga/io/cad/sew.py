@@ -59,7 +59,7 @@ class Sewn:
         return TopoDS.Edge(self._known.FindKey(number))
 
     def turned(self, face: Any) -> bool:
-        """Whether a face must swap its sides to agree with those it is joined to."""
+        """Return whether a face must swap its sides to agree with those it is joined to."""
         return self._number(face) in self._turned
 
     def _number(self, shape: Any) -> int:
@@ -67,7 +67,7 @@ class Sewn:
         return int(self._known.Add(shape))
 
     def _has_loose_edges(self, shape: Any) -> bool:
-        """Whether several faces have edges of their own, which may be one edge given twice."""
+        """Return whether several faces have edges of their own that may be given twice."""
         from OCP.BRep import BRep_Tool
         from OCP.TopoDS import TopoDS
 
@@ -235,7 +235,7 @@ def _solid(faces: list[Any]) -> Any:
 
 
 def _holds(solid: Any, other: Any) -> bool:
-    """Whether a solid holds another, by their boxes and by a corner of the other."""
+    """Return whether a solid holds another, by their boxes and by a corner of the other."""
     from OCP.BRep import BRep_Tool
     from OCP.BRepClass3d import BRepClass3d_SolidClassifier
     from OCP.TopAbs import TopAbs_State
@@ -297,7 +297,7 @@ def _whole(parts: list[Any]) -> Any | None:
 
 
 def _same_way(edge: Any, whole: Any) -> bool:
-    """Whether an edge runs in the direction of another edge that it lies on."""
+    """Return whether an edge runs in the direction of another edge that it lies on."""
     from OCP.BRep import BRep_Tool
     from OCP.GeomAPI import GeomAPI_ProjectPointOnCurve
     from OCP.gp import gp_Pnt, gp_Vec

@@ -240,13 +240,13 @@ def add_face(assembly: Assembly, face: Any, edges: Sewn, scale: float, where: st
 
 
 def _is_thin(raw: RawFace) -> bool:
-    """Whether the loops of a face enclose a line or a point in (u, v)."""
+    """Return whether the loops of a face enclose a line or a point in (u, v)."""
     extent = (raw.box[1] - raw.box[0]) * raw.speed
     return bool(extent.min() <= THIN * extent.max())
 
 
 def _is_closed(raw: RawFace, where: str) -> bool:
-    """Whether the loops close; a face with an open loop is kept whole, with a warning."""
+    """Return whether the loops close; a face with an open loop is kept whole, with a warning."""
     size = float(np.linalg.norm((raw.box[1] - raw.box[0]) * raw.speed))
     worst = max((_largest_gap(loop, raw.surface) for loop in raw.loops), default=0.0)
     if worst > OPEN * size:

@@ -250,7 +250,7 @@ class _Union:
         return (x, y, z), 0.0
 
     def holds(self) -> bool:
-        """Whether the union has the right volume, and the right side at random points.
+        """Return whether the union has the right volume, and the right side at random points.
 
         Every point within one of the solids is within the union, every other one outside.
         """

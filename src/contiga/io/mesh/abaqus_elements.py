@@ -87,7 +87,7 @@ _PASSED_WHOLE = frozenset(
 
 
 def moves_to_contact(name: str, options: Mapping[str, str]) -> bool:
-    """Whether a keyword lets a solver move nodes onto the surface they face."""
+    """Return whether a keyword lets a solver move nodes onto the surface they face."""
     adjust = options.get("ADJUST", "").upper()
     if name == "CONTACT PAIR":
         return "ADJUST" in options
@@ -95,5 +95,5 @@ def moves_to_contact(name: str, options: Mapping[str, str]) -> bool:
 
 
 def touches_no_mesh(name: str) -> bool:
-    """Whether a keyword neither makes nor moves nodes and elements."""
+    """Return whether a keyword neither makes nor moves nodes and elements."""
     return name in _PASSED_WHOLE or _PASSED.fullmatch(name.split()[0]) is not None

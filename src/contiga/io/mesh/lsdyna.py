@@ -158,7 +158,7 @@ def _element_columns(block: Block) -> _Table | None:
 
 
 def _are_counts(table: NDArray[np.bytes_]) -> bool:
-    """Whether all fields of eight characters contain one run of digits and nothing else."""
+    """Return whether all fields of eight characters contain one run of digits and nothing else."""
     fields = table.reshape(len(table), -1, 8)
     digit = (fields >= b"0") & (fields <= b"9")
     begins = digit[..., 0] + np.count_nonzero(digit[..., 1:] & ~digit[..., :-1], axis=2)
@@ -378,7 +378,7 @@ class Lumped(NamedTuple):
 
 
 def is_lumped(block: Block) -> bool:
-    """Whether `lumped` reads a keyword."""
+    """Return whether `lumped` reads a keyword."""
     return block.keyword in ("ELEMENT_MASS", "ELEMENT_MASS_NODE_SET")
 
 

@@ -65,7 +65,7 @@ def read_curves(blocks: Iterable[Block], leave: Leave | None = None) -> dict[int
 
 
 def is_curve(block: Block) -> bool:
-    """Whether a keyword defines a curve by its points."""
+    """Return whether a keyword defines a curve by its points."""
     return block.keyword in ("DEFINE_CURVE", "DEFINE_CURVE_TITLE")
 
 
@@ -85,7 +85,7 @@ def _curve(block: Block) -> DeckCurve | None:
 
 
 def is_table(block: Block) -> bool:
-    """Whether a keyword defines a table of curves."""
+    """Return whether a keyword defines a table of curves."""
     return block.keyword.removesuffix("_TITLE") in ("DEFINE_TABLE", "DEFINE_TABLE_2D")
 
 

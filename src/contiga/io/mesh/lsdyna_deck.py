@@ -183,7 +183,7 @@ class DeckModel:
         return axes_of(inertia.axes.reals("XL YL ZL"), inertia.axes.reals("XLIP YLIP ZLIP"))
 
     def ends_after(self, death: float) -> bool:
-        """Whether something ends before the run does; a death of 0 is none."""
+        """Return whether something ends before the run does; a death of 0 is none."""
         return 0.0 < death < (self.end or _FOREVER)
 
     def place(self, block: Block, line: int = 0) -> str:

@@ -194,7 +194,7 @@ class Parameters:
 
 
 def is_parameters(block: Block) -> bool:
-    """Whether a keyword gives parameters in a way that is understood."""
+    """Return whether a keyword gives parameters in a way that is understood."""
     first, *options = block.keyword.split("_")
     return first == "PARAMETER" and set(options) <= _OPTIONS
 

@@ -90,7 +90,7 @@ class Parts(NamedTuple):
 
 
 def is_part(block: Block) -> bool:
-    """Whether a keyword is a *PART that `read_parts` reads completely."""
+    """Return whether a keyword is a *PART that `read_parts` reads completely."""
     first, *options = block.keyword.split("_")
     return first == "PART" and set(options) <= _PART_OPTIONS.keys()
 
@@ -113,7 +113,7 @@ def read_parts(blocks: Iterable[Block], leave: Leave | None = None) -> Parts:
 
 
 def is_section(block: Block) -> bool:
-    """Whether a keyword is a *SECTION that `read_parts` reads."""
+    """Return whether a keyword is a *SECTION that `read_parts` reads."""
     return block.keyword.startswith(("SECTION_SHELL", *_SOLID_SECTIONS))
 
 

@@ -20,13 +20,13 @@ def set_name(number: int) -> str:
 
 
 def is_set(block: Block, kind: str) -> bool:
-    """Whether a keyword is a set of this kind ("NODE", "PART") that `read_sets` reads."""
+    """Return whether a keyword is a set of this kind ("NODE", "PART") that `read_sets` reads."""
     words = block.keyword.split("_")
     return words[:2] == ["SET", kind] and set(words[2:]) <= _OPTIONS
 
 
 def is_other_set(block: Block) -> bool:
-    """Whether a keyword is a set of nodes or parts of an unknown type."""
+    """Return whether a keyword is a set of nodes or parts of an unknown type."""
     kinds = ("NODE", "PART")
     named = block.keyword.startswith(tuple(f"SET_{kind}" for kind in kinds))
     return named and not any(is_set(block, kind) for kind in kinds)

@@ -50,7 +50,7 @@ class NodeTie(NamedTuple):
 
 
 def is_tie(block: Block) -> bool:
-    """Whether `read_ties` reads a keyword."""
+    """Return whether `read_ties` reads a keyword."""
     return block.keyword.removesuffix("_ID") in _HELD or block.keyword in _EXTRA
 
 

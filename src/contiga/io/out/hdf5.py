@@ -108,7 +108,7 @@ def whole_file(path: Path, *, sealed: bool = False, before: Path | None = None) 
 
 
 def is_sealed(path: Path) -> bool:
-    """Whether a file was written with a seal and is unchanged to the last bit.
+    """Return whether a file was written with a seal and is unchanged to the last bit.
 
     One that cannot be read is not.
     """
@@ -120,7 +120,7 @@ def is_sealed(path: Path) -> bool:
 
 
 def begins_as_hdf5(path: Path) -> bool:
-    """Whether a file is HDF5 without a user block: it was never sealed."""
+    """Return whether a file is HDF5 without a user block: it was never sealed."""
     with path.open("rb") as file:
         return file.read(len(_MAGIC)) == _MAGIC
 

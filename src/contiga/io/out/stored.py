@@ -73,7 +73,7 @@ def read_stored(folder: str | Path) -> Stored:
 
 
 def _is_finished(folder: Path, stored: Stored | None) -> bool:
-    """Whether the last run in a folder has ended: its last checkpoint is as far as its summary."""
+    """Return whether the last run in a folder has ended, by its checkpoint and summary."""
     if not _has_ended(folder):
         return False
     if stored is None:

@@ -190,8 +190,10 @@ class Shell:
         return found
 
     def nodal_fields(self, state: MatterState, height: float = 0.0) -> ElementFields:
-        """The same at control points, means by their basis functions: `points` and `drawn` take
-        them to the surface."""
+        """Return fields at control points, as means by their basis functions.
+
+        `points` and `drawn` take them to the surface.
+        """
         weight, sums = np.zeros(len(self.mass)), np.zeros((len(self.mass), 13))
         for group in self.groups:
             columns, weights = self._columns(group, state, height)

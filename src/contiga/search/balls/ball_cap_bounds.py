@@ -141,7 +141,7 @@ def cap_over(
 
 
 def _net(tables: Tables, e: int, side: int, back: bool) -> FloatArray:
-    """(p + 1, q + 1, 4) Bernstein coefficients of an element along a side and away from it."""
+    """Return (p + 1, q + 1, 4) Bernstein coefficients of an element along a side and away from it."""
     row = tables.elements.table[e]
     p, q = row["degree"].tolist()
     start = int(row["bernstein"])
@@ -156,7 +156,7 @@ def _net(tables: Tables, e: int, side: int, back: bool) -> FloatArray:
 
 
 def _axes(nets: list[FloatArray]) -> FloatArray | None:
-    """(3, 3) axes of the tangent plane and its normal n, about which the elements follow."""
+    """Return (3, 3) axes of the tangent plane and its normal n, about which the elements follow."""
     n = np.zeros(3)
     for net in nets:
         n += np.cross(net[:-1, 1, :3], net[1:, 1, :3]).sum(axis=0)
@@ -170,8 +170,7 @@ def _axes(nets: list[FloatArray]) -> FloatArray | None:
 
 
 def _bands(chart: FloatArray, w: FloatArray, steps: FloatArray, count: int) -> tuple[_Bands, float]:
-    """What is known of an element between `steps` away from the pole, and by what angle it goes
-    round it."""
+    """Return bounds of an element between `steps` from the pole, and its angle around the pole."""
     q = w.shape[1] - 1
     high = np.zeros((len(chart), 1))
     if q > 1:

@@ -54,7 +54,7 @@ class Span:
 
 
 def restriction(degree: int, low: FloatArray, high: FloatArray) -> FloatArray:
-    """(m, degree + 1, degree + 1) what takes Bernstein coefficients over [0, 1] to [low, high].
+    """Return maps (m, degree + 1, degree + 1) of Bernstein coefficients to [low, high].
 
     Row i is the blossom at (low^(degree − i), high^i).
     """
@@ -87,7 +87,7 @@ def less_a_factor(net: FloatArray) -> FloatArray:
 
 
 def basis(degree: int, at: FloatArray) -> FloatArray:
-    """(len(at), degree + 1) Bernstein polynomials at places in [0, 1]."""
+    """Return (len(at), degree + 1) Bernstein polynomials at places in [0, 1]."""
     k = np.arange(degree + 1)
     count = np.array([float(math.comb(degree, int(i))) for i in k])
     return count * at[:, None] ** k * (1.0 - at[:, None]) ** (degree - k)

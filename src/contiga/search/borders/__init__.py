@@ -1,4 +1,4 @@
-"""Where the faces of a body meet, and whether any border is open.
+"""Find where the faces of a body meet, and whether any border is open.
 
 Question: is the body closed, and how far are its faces apart where they meet? Asked with `Faces`;
 answered by `Openings`. Read `openings`, `meetings` (borders along one another), `crossings` (faces

@@ -1,4 +1,4 @@
-"""What the kernels hand each other that look for crossings: records of arrays."""
+"""Records of arrays of the kernels that look for crossings."""
 
 from __future__ import annotations
 

@@ -69,7 +69,7 @@ class _Places(NamedTuple):
     """(n, 2, 3) derivatives along u and v."""
 
     def of(self, rows: IndexArray) -> _Places:
-        """Some of them."""
+        """Return some of the places."""
         return _Places(self.patch[rows], self.uv[rows], self.point[rows], self.along[rows])
 
 
@@ -119,7 +119,7 @@ def _beside(tables: Tables, pairs: IndexArray, uv: FloatArray) -> NDArray[np.boo
 
 
 def _face_one_way(tables: Tables) -> NDArray[np.bool_]:
-    """(elements,) whether the normals of all leaves of an element are about the same."""
+    """Return whether the normals of all leaves of an element are about the same (elements,)."""
     face = tables.leaves["element"] >= 0
     element, normal = tables.leaves["element"][face], tables.plates["normal"][face]
     axis = np.zeros((len(tables.elements.table), 3))
@@ -131,7 +131,7 @@ def _face_one_way(tables: Tables) -> NDArray[np.bool_]:
 
 
 def leaf_boxes(tables: Tables) -> FloatArray:
-    """(leaves, 2, 2) low and high (u, v) of each leaf of a face; of curves no matter what."""
+    """Return (leaves, 2, 2) low and high (u, v) of each leaf of a face; of curves no matter what."""
     leaves, table = tables.leaves, tables.elements.table
     box = table["box"][np.maximum(leaves["element"], 0)].reshape(-1, 2, 2)
     share = leaves["box"].reshape(-1, 2, 2) + 0.5
@@ -139,7 +139,7 @@ def leaf_boxes(tables: Tables) -> FloatArray:
 
 
 def near_leaves(tables: Tables, within: float = 0.0) -> IndexArray:
-    """(n, 2) pairs of leaves of faces that may come nearer than `within`."""
+    """Return (n, 2) pairs of leaves of faces that may come nearer than `within`."""
     count = PAIRS * len(tables.leaves)
     while True:
         pairs: IndexArray = np.empty((count, 2), np.int64)

@@ -246,7 +246,7 @@ def _turns(
 
 
 def _beside(one: _Piece, other: _Piece, points: FloatArray, aside: float) -> FloatArray:
-    """(n, 3) places about those where two pieces are nearest to each other, from `points` on."""
+    """Return places (n, 3) about those where two pieces are nearest, from `points` on."""
     for _ in range(HOPS):
         points = project(one.faces, project(other.faces, points).point).point
     way = np.random.default_rng(0).normal(size=(len(points), 8, 3))

@@ -81,7 +81,7 @@ class Openings(NamedTuple):
 
     @property
     def flaws(self) -> list[str]:
-        """What is wrong with a body that was to be closed, or with its joints; one text each."""
+        """Flaws of a body that was to be closed, or of its joints; one text each."""
         texts = []
         if self.gaping_edges:
             texts.append(
@@ -107,7 +107,7 @@ class Openings(NamedTuple):
 
     @property
     def rows(self) -> list[tuple[str, str]]:
-        """What a person wants to know: (label, text)."""
+        """Rows for people: (label, text)."""
         rows = [("surface", self._surface())]
         rows += [("", flaw) for flaw in self.flaws]
         if self.slit_patches:
@@ -204,7 +204,7 @@ def pieces_of(body: Faces) -> list[IndexArray]:
 
 
 def _pieces(n: int, joints: list[Joint]) -> IntArray:
-    """(n,) numbers of the pieces that patches hang together in."""
+    """Return (n,) numbers of the pieces that patches hang together in."""
     first, second = np.array([joint[:2] for joint in joints], np.int64).reshape(-1, 2).T
     return groups_of(first, second, n)
 

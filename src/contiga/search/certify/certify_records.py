@@ -1,4 +1,4 @@
-"""What the certificates of tracked feet hand each other: records of arrays, made by kernels."""
+"""Records of arrays that kernels make for the certificates of tracked feet."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the certificate of tracked feet keeps of a body: what is proved stands in `branch_nb`.
+"""Keep the bounds of a body that certify tracked feet; the proof stands in `branch_nb`.
 
 It is worked out when feet are first tracked with certificates, and kept as long as the body lives.
 """
@@ -20,12 +20,12 @@ QUARTERED = ((3, 100), (2, 400), (1, 4000))
 
 
 def none() -> Records:
-    """(0, 16) in the tables of a body whose feet are not tracked."""
+    """Return (0, 16) in the tables of a body whose feet are not tracked."""
     return np.zeros((0, part_nb.PARTS**2), NEIGHBOURHOOD)
 
 
 def build_neighbourhoods(tables: Tables) -> Records:
-    """(elements, 16) bounds around the parts of all elements."""
+    """Return (elements, 16) bounds around the parts of all elements."""
     elements = tables.elements
     n = len(elements.table)
     parts = part_nb.PARTS**2

@@ -1,4 +1,4 @@
-"""What kernels hand each other that look for feet."""
+"""Records of arrays of the kernels that look for feet."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How wide the edges are: within its width an edge belongs to both faces that meet there.
+"""Measure the widths of edges: within its width an edge belongs to both faces that meet there.
 
 The faces of a file meet within its tolerances, not exactly. A path that slips through between
 them must meet one of them, so a face reaches beyond an edge by twice the distance between the
@@ -24,7 +24,9 @@ WIDEST = 1e-4
 
 
 def edge_widths(body: Faces, elements: Elements, trims: TrimTables) -> FloatArray:
-    """(pieces,) widths of the trimming pieces; fills `width` and `edge_tolerance` of the elements.
+    """Return the widths (pieces,) of trimming pieces.
+
+    It fills `width` and `edge_tolerance` of the elements.
 
     Twice the tolerance of the edge there and some rounding, at most `WIDEST`; lengths.
     """

@@ -51,8 +51,11 @@ class _Arcs(NamedTuple):
 
 
 def forms_of(elements: Elements, trims: TrimTables, tolerance: float) -> Records:
-    """(elements,) `FORM`: NO_FORM where an element leaves all forms by more than `tolerance`, a
-    length, or loops of its patch leave the patch's rectangle."""
+    """Return the `FORM` (elements,) of each element.
+
+    It is NO_FORM where an element leaves all forms by more than `tolerance`, a length, or loops of
+    its patch leave the patch's rectangle.
+    """
     table = elements.table
     forms = np.zeros(len(table), FORM)
     may = (table["trim"] != OUT) & _loops_inside(trims)[table["patch"]]
@@ -75,7 +78,7 @@ def forms_of(elements: Elements, trims: TrimTables, tolerance: float) -> Records
 
 
 def _loops_inside(trims: TrimTables) -> Bools:
-    """(patches,) whether the loops of a patch stay in its rectangle."""
+    """Return whether the loops of a patch stay in its rectangle (patches,)."""
     inside = np.ones(len(trims.domain), dtype=bool)
     # Pieces are monotone, so that none reaches farther than its ends.
     rows = np.arange(len(trims.piece_degree))
@@ -188,6 +191,6 @@ def _arcs(points: FloatArray, weights: FloatArray, tolerance: float) -> _Arcs:
 
 
 def _range_of(arc: _Arcs) -> FloatArray:
-    """(n, 4) cosine and sine of half the angle, tangent of a fourth of it, and the ratio."""
+    """Return (n, 4) cosine and sine of half the angle, tangent of a fourth of it, and the ratio."""
     quarter = arc.sine / (1.0 + arc.cosine)
     return np.column_stack([arc.cosine, arc.sine, quarter, arc.ratio])

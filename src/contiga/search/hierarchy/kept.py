@@ -1,4 +1,4 @@
-"""What is worked out once of a body's tables, and kept as long as they live.
+"""Keep what is computed once from a body's tables, as long as they live.
 
 What takes long is kept on the disk, too, by all that it is made of: the tables' arrays.
 """
@@ -43,7 +43,7 @@ class Kept(Generic[T]):
         return self._kept[key]
 
     def if_worth(self, tables: Tables, asked: int, worth: int) -> T | None:
-        """The same if it is there, or `asked` with all that was asked before is `worth` it."""
+        """Return the value if it is there, or if `asked` with all asked before is `worth` it."""
         key = self._key(tables)
         if key not in self._kept:
             self._asked[key] += asked
@@ -66,8 +66,11 @@ class Kept(Generic[T]):
 
 
 def _digest_of(tables: Tables, how: tuple[Any, ...]) -> str:
-    """Of all arrays and numbers of tables, but for the leaves that guesses begin at and the
-    neighbourhoods: those are filled in when they are asked for. And of `how`."""
+    """Return a digest of all arrays and numbers of tables, and of `how`.
+
+    It leaves out the leaves that guesses begin at and the neighbourhoods: those are filled in when
+    they are asked for.
+    """
     digest, seeds = Digest(), tables.seeds
     digest.text(repr(how))
     tables = tables._replace(seeds=seeds._replace(leaf=seeds.leaf[:0]))

@@ -1,4 +1,4 @@
-"""Which side of a closed body a point is on.
+"""Find which side of a closed body a point is on.
 
 Question: is a point inside or outside, and how far may it go before that can change? Asked with
 points (n, 3), body frame; answered by sides (1 outside, −1 inside, 0 not known here) and lengths.

@@ -202,7 +202,7 @@ def side_of(grid: SideGrid, p_B: FloatArray, rows: IntArray) -> KnownSides:
 
 
 def clear_ways(grid: SideGrid, before: FloatArray, now: FloatArray, rows: IntArray) -> Records:
-    """(len(rows),) True where before[rows] → now[rows] is proved to meet no surface."""
+    """Return (len(rows),) True where before[rows] → now[rows] is proved to meet no surface."""
     clear = np.empty(len(rows), bool)
     run_ranges(side_nb.clear_ways, len(rows), POINTS, grid, before, now, rows, clear)
     return clear

@@ -1,4 +1,4 @@
-"""Where paths of points cross a body.
+"""Find where paths of points cross a body.
 
 Question: where does the path of a point cross the surface first, or last, and from which side? It
 is asked with segments a → b (n, 3), body frame, and answered by a `Hit`. The method is interval

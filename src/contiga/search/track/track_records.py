@@ -1,4 +1,4 @@
-"""What the stages of tracking hand each other: records of arrays, one row a point."""
+"""Records of arrays that the stages of tracking hand each other, one row a point."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How much an element bends over a box: rigorous bounds of its normal curvatures and widths.
+"""Bound the bend of an element over a box: its normal curvatures and widths, rigorously.
 
 In a frame orthonormal in the middle of the box, S_p and S_q change by what the second derivatives
 there say, and a rest (`rest_nb`). The part of the change in the tangent plane of the middle, made

@@ -174,7 +174,7 @@ def way_beyond(table, neighbourhoods, foot, start):
 
 @inner(error_model="numpy")
 def _way_round(table, neighbourhoods, foot, start):
-    """The same over a corner where four elements meet, by way of that."""
+    """Do the same over a corner where four elements meet, by way of that."""
     e, s, t = foot
     n, s0, t0 = start
     element, other = table[e], table[n]

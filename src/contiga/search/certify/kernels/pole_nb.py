@@ -1,4 +1,4 @@
-"""How much an element bends over a box with a side that is one point, as at the pole of a sphere.
+"""Bound the bend of an element over a box one side of which is a point, as at a sphere's pole.
 
 With τ in [0, 1] the way from the pole P, S − P = τ C, and C = B/w is rational too. The tangent
 plane is spanned by U = C_x (S_x = τ U) and V = C + τ C_τ (= S_τ), which do not vanish. Along

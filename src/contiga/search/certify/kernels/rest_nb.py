@@ -1,4 +1,4 @@
-"""What an element's surface leaves its second-order Taylor polynomial by, over a box.
+"""Bound the second-order Taylor remainder of an element over a parameter box.
 
 With T that polynomial of S = A/w about the middle of the box and D = S − T, the polynomial
 B = A − w T = w D begins with terms of third order. The sum of the sizes of its coefficients in

@@ -32,7 +32,7 @@ def stands(side, s, t):
 
 @kernel(linked=True)
 def cross(elements, e, side, s, t):
-    """The same point of the surface seen from the element across `side`."""
+    """Return the parameters of the same point in the element across `side`."""
     x = t if side < 2 else s
     if elements.table[e]["flip"][side] == 1:
         x = -x

@@ -1,4 +1,4 @@
-"""What of a body a search may answer: all of it, one patch, or minima that do not face away."""
+"""Choose which part of a body answers a search: all, one patch, or minima that face a guard."""
 
 from __future__ import annotations
 

@@ -377,8 +377,10 @@ def _improve_by_item(tables, k, point, limits, nearest, stack, h):
 
 @inner(linked=False)
 def _edge_is_guarded(tables, leaf, r, point, among):
-    """As `is_guarded`, of the face at the parameter r of a curve leaf's trimming piece: the way to
-    the point must not lead into it."""
+    """Return whether the way to a point does not lead into a face at its edge.
+
+    It is `is_guarded` for the face at the parameter r of a curve leaf's trimming piece.
+    """
     h, d = scratch(4, 6), scratch(3, 3)
     elements = tables.elements
     place = curve_point(elements, tables.grid, tables.trims, -1 - leaf["element"], r, h, d)

@@ -74,7 +74,7 @@ def _newton(element, place, best, p, tolerance):
 
 @inner()
 def _in_element(tables, e, foot, best, point):
-    """As `_newton`, in element e from the parameters foot = (u, v), for a point of the body."""
+    """Do as `_newton` in element e from the parameters foot = (u, v), for a point of the body."""
     element = tables.elements.table[e]
     box = element["box"]
     origin = element["origin"]
@@ -88,7 +88,7 @@ def _in_element(tables, e, foot, best, point):
 
 @inlined()
 def parameters_of(box, place):
-    """(u, v) of place = (s, t) in an element over `box`."""
+    """Return (u, v) of place = (s, t) in an element over `box`."""
     u = box[0] + (place[0] + 0.5) * (box[1] - box[0])
     v = box[2] + (place[1] + 0.5) * (box[3] - box[2])
     return u, v

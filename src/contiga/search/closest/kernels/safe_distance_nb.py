@@ -1,4 +1,4 @@
-"""How far a point can go before it can touch: a lower bound of its distance."""
+"""Bound how far a point can go before it can touch: a lower bound of its distance."""
 
 from __future__ import annotations
 

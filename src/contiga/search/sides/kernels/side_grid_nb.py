@@ -1,4 +1,4 @@
-"""Which cells of a grid hold surface, and which of the others are joined.
+"""Find which cells of a grid hold surface, and which of the others are connected.
 
 The grid has two levels: cells, and in those that may hold surface 4 × 4 × 4 small ones, kept as
 the bits of a word (bit 16 i + 4 j + k), so that a flood in them is a handful of shifts.
@@ -287,8 +287,11 @@ def sizes_and_samples(parent, labels, depth, places, first, mask):
 
 @kernel()
 def known_sides(parent, sign, labels, depth, words, first, mask):
-    """What a look-up needs: (cells,) side times way, or FIRST_WORD + word, and (words, 2) masks of
-    the small cells inside and outside. `sign` (roots,) is 1 outside, −1 inside, 0 not known."""
+    """Return the tables that a look-up of sides needs.
+
+    They are (cells,) side times way, or FIRST_WORD + word, and (words, 2) masks of the small cells
+    inside and outside. `sign` (roots,) is 1 outside, −1 inside, 0 not known.
+    """
     shape = labels.shape
     cell = np.empty(shape, np.int32)
     masks = np.zeros((first.shape[0] - 1, 2), np.uint64)

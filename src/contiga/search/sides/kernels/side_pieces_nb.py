@@ -26,7 +26,7 @@ SHORTEST = 2.0**-24
 
 
 class PieceLimits(NamedTuple):
-    """When pieces are small enough, lengths."""
+    """Sizes at which pieces are small enough, lengths."""
 
     whole: float
     """How long one may be where nothing is trimmed away,"""

@@ -95,8 +95,10 @@ def _where_it_was(there, feet, k):
 
 @inlined()
 def _of_chunk(feet, first, last):
-    """What tells where points were, of the rows of a chunk, out of its record: within a loop each
-    would be looked for there."""
+    """Return the previous places of the rows of a chunk, out of its record.
+
+    Within a loop each would be looked for there.
+    """
     rows = feet.gap.shape[0]
     a, b = min(first, rows), min(last, rows)
     return FeetBefore(feet.status[a:b], feet.point[a:b], feet.gap[a:b], feet.normal[a:b])
@@ -169,8 +171,9 @@ def ask_for(records, order, first, last, offset):
 
 @inner(linked=False)
 def fetch_rows(records, path, starts, chunk, left, m, out):
-    """What was found of the rows of a chunk, into `out`; rows that are left to do behind the first
-    m of `left`, which become so many.
+    """Write the results of the rows of a chunk into `out`.
+
+    Rows that are left to do go behind the first m of `left`; returns how many these are then.
 
     Left are those that are flagged, or not proved though it is told where they were. Each row is
     read before it is written, so `out` may be what was started from.

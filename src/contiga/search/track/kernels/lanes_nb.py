@@ -80,7 +80,7 @@ def _three(bank, row, l):
 
 @inlined()
 def powers_of(bank, l, element, o, k):
-    """(s, t) of lane l from where the powers of its element are about."""
+    """Return (s, t) of lane l from where the powers of its element are about."""
     s, t = bank[ROW_S * WIDE + l], bank[ROW_T * WIDE + l]
     return s - element[o + ABOUT * k], t - element[o + (ABOUT + 1) * k]
 
@@ -328,7 +328,7 @@ def surround(neighbourhoods, elements, bank, l):
 
 @inlined()
 def _record(e, bank, l):
-    """Offset of the stored neighbourhood of the foot of lane l."""
+    """Return the offset of the stored neighbourhood of the foot of lane l."""
     part = part_of(bank[ROW_S * WIDE + l], bank[ROW_T * WIDE + l])
     return NUMBERS * (e * PARTS * PARTS + part)
 

@@ -1,4 +1,4 @@
-"""Where Newton's method goes on when it leaves an element.
+"""Continue Newton's method in the next element where it leaves one.
 
 In its patch parameters go on; beyond it, over smooth sides, one after the other where it leaves by
 a corner or over a sliver, they do along a side, and across it they are stretched by what a
@@ -46,7 +46,7 @@ def across(element, side, along):
 
 @inner(linked=False, error_model="numpy")
 def onward(tables, e, s, t):
-    """(element, (u, v)) to go on from where (s, t) lies beyond element e; −1 where nowhere."""
+    """Return (element, (u, v)) to go on from where (s, t) lies beyond element e; −1 where nowhere."""
     elements, table = tables.elements, tables.elements.table
     row = table[e]
     side, _, _ = side_beyond(s, t)
