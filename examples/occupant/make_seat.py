@@ -12,11 +12,11 @@ from pathlib import Path
 
 import numpy as np
 
-LOW, HIGH = np.array([[-230.0, -210.0, -234.0], [310.0, 210.0, -124.0]])
+LOW, HIGH = np.array([[-230.0, -210.0, -274.0], [310.0, 210.0, -124.0]])
 """Corners of the block where x = PIVOT; there z is that of its bottom and its top."""
 PIVOT = -60.0
-RISE = 0.287
-"""Slope of top and bottom, 16 degrees."""
+RISE = 0.2126
+"""Slope of top and bottom, 12 degrees."""
 COUNTS = (9, 7, 2)
 """Hexahedra along x, y and z."""
 

@@ -31,6 +31,7 @@ CHANNELS = {
     "excursion.x",
     "excursion.z",
 }
+UPRIGHT = Rotation.from_euler("y", 20.0, degrees=True)
 POUND, INCH = 4.4482216152605, 25.4
 """In N and mm."""
 IMPACT = """
@@ -74,6 +75,17 @@ def carried(history: dict[str, Any], body: str, points: np.ndarray) -> np.ndarra
     return centres[1] + (turns[1] * turns[0].inv()).apply(points - centres[0])
 
 
+def widest_gap(history: dict[str, Any], placement: Rotation) -> float:
+    """How far the points of spherical and revolute joints are apart at the end."""
+    gaps = []
+    for joint in dummy()["joint"]:
+        if joint["kind"] in ("spherical", "revolute"):
+            point = placement.apply([joint["at"]])
+            first, second = (carried(history, body, point) for body in joint["between"])
+            gaps.append(np.abs(second - first).max())
+    return max(gaps)
+
+
 def test_the_files_are_those_that_the_scripts_write() -> None:
     written = script(FOLDER / "make_dummy.py")["dummy"]()
     assert (FOLDER / "dummy.toml").read_text(encoding="utf-8") == written
@@ -91,7 +103,6 @@ def test_the_dummy_has_fifteen_bodies_fourteen_joints_and_the_mass_of_a_median_m
     assert sum(body["mass"]["total"] for body in tables["body"]) == pytest.approx(77.7e3, rel=1e-3)
 
 
-@pytest.mark.full
 def test_the_chest_answers_the_impactor_within_the_corridors_of_the_regulation(
     tmp_path: Path,
 ) -> None:
@@ -104,6 +115,8 @@ def test_the_chest_answers_the_impactor_within_the_corridors_of_the_regulation(
     assert force.max() == pytest.approx(1242.5 * POUND, abs=82.5 * POUND)
     assert depth.max() == pytest.approx(2.68 * INCH, abs=0.18 * INCH)
     assert 0.69 < loop / loading < 0.85
+    assert np.ptp(history["left knee.angle"]) > 0.01
+    assert widest_gap(history, UPRIGHT) < 1e-9
 
 
 def test_nothing_looks_wrong_at_the_start() -> None:
@@ -118,9 +131,4 @@ def test_the_first_steps_keep_joints_and_ledger_closed_and_have_all_channels(
     history = result.history
     assert set(history) >= CHANNELS
     assert result.summary["energy"]["relative"] < 1e-3
-    for joint in dummy()["joint"]:
-        if joint["kind"] in ("spherical", "revolute"):
-            first, second = (
-                carried(history, body, np.array([joint["at"]])) for body in joint["between"]
-            )
-            np.testing.assert_allclose(first, second, atol=1e-9, err_msg=joint["name"])
+    assert widest_gap(history, Rotation.identity()) < 1e-9
