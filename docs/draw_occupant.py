@@ -13,18 +13,18 @@ from contiga.report.film import write_film
 
 TARGET = Path(__file__).with_name("images") / "occupant.png"
 END = 120.0
-"""Of the run, ms."""
+"""End of the run, ms."""
 TIMES = (0.0, 34.0, 66.0, 100.0)
-"""Of the frames, ms."""
+"""Times of the frames, ms."""
 SECONDS = 5.0
 VIEW = (0, 60, 760, 800)
-"""What of a frame of a film is the scene, pixels."""
+"""Left, top, right and bottom of the scene in a frame of the film, pixels."""
 WIDTH, COLOURS = 1000, 160
 MARGIN = 12
 
 
 def frames(folder: Path) -> list[Image.Image]:
-    """The scene at the times, without what is white around it at all of them."""
+    """Return the scene at each time without its white border."""
     with tempfile.TemporaryDirectory() as kept:
         film = write_film(folder, Path(kept) / "film.gif", seconds=SECONDS)
         with Image.open(film) as pictures:

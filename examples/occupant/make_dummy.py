@@ -20,7 +20,7 @@ from pathlib import Path
 import numpy as np
 
 RECLINE = 20.0
-"""Of the torso from the vertical, backwards, degrees."""
+"""Angle of the torso from the vertical, backwards, degrees."""
 HIP, KNEE, ANKLE = np.array([[0.0, 85.0, 0.0], [395.0, 100.0, 85.0], [640.0, 100.0, -225.0]])
 SOLE = np.radians(50.0)
 """Slope of the soles of the feet."""
