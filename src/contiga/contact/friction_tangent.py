@@ -205,7 +205,7 @@ def _of_whole(
         return summed(values - product(shares, values), own.force, force) / total
 
     def weighted(weights: FloatArray, changes: FloatArray) -> FloatArray:
-        """Return (d, k, m) Σ_i weights_i dv_i of vectors that change with their own points alone."""
+        """Return Σ_i weights_i dv_i (d, k, m) of vectors that change with their own points."""
         return np.moveaxis(weights[:, None, None] * changes, 0, 1)
 
     one = np.ones((k, 1))

@@ -65,7 +65,7 @@ class Shape:
         return float(row_lengths(self.now - to_world(self.rigid, self.before)).max())
 
     def carried(self, feet: SurfacePlaces, points: FloatArray) -> FloatArray:
-        """Return how the surface carries points (k, 3) along in the step, by feet on it now (k, 3)."""
+        """Return how the surface carries points (k, 3) along in the step, by feet on it now."""
         return NetMotion(self.body, self.now, self.change).carry(feet, points)
 
     def carried_before(self, feet: SurfacePlaces, points: FloatArray) -> FloatArray:
@@ -99,7 +99,7 @@ class Shape:
         return NetMotion(self.body, self.now, self.velocity).carry(feet, points)
 
     def spread(self, feet: SurfacePlaces, points: FloatArray, forces: FloatArray) -> FloatArray:
-        """Return (m, 3) forces on control points that do as `forces` (k, 3) at `points` (k, 3) do."""
+        """Return forces (m, 3) on control points that replace `forces` (k, 3) at `points`."""
         return spread(self.body, self.now, feet, points, forces)
 
 

@@ -141,7 +141,7 @@ def cap_over(
 
 
 def _net(tables: Tables, e: int, side: int, back: bool) -> FloatArray:
-    """Return (p + 1, q + 1, 4) Bernstein coefficients of an element along a side and away from it."""
+    """Return an element's coefficients (p + 1, q + 1, 4) along a side and away from it."""
     row = tables.elements.table[e]
     p, q = row["degree"].tolist()
     start = int(row["bernstein"])

@@ -131,7 +131,7 @@ def _face_one_way(tables: Tables) -> NDArray[np.bool_]:
 
 
 def leaf_boxes(tables: Tables) -> FloatArray:
-    """Return (leaves, 2, 2) low and high (u, v) of each leaf of a face; of curves no matter what."""
+    """Return the box (leaves, 2, 2) in (u, v) of each leaf of a face; of curves any values."""
     leaves, table = tables.leaves, tables.elements.table
     box = table["box"][np.maximum(leaves["element"], 0)].reshape(-1, 2, 2)
     share = leaves["box"].reshape(-1, 2, 2) + 0.5

@@ -46,7 +46,7 @@ def across(element, side, along):
 
 @inner(linked=False, error_model="numpy")
 def onward(tables, e, s, t):
-    """Return (element, (u, v)) to go on from where (s, t) lies beyond element e; −1 where nowhere."""
+    """Return (element, (u, v)) to go on from if (s, t) lies beyond element e; −1 if nowhere."""
     elements, table = tables.elements, tables.elements.table
     row = table[e]
     side, _, _ = side_beyond(s, t)
