@@ -198,8 +198,10 @@ def check_needs(law: Law, slave: Slave, master: Master) -> None:
 
 
 def check_state(state: State, n_points: int, memories: tuple[int, int]) -> None:
-    """Refuse a state of another contact: with other than `n_points`, other `memories` of law and
-    friction."""
+    """Refuse a state of another contact.
+
+    It has other than `n_points`, or other `memories` of law and friction.
+    """
     kind("state", state, State)
     if len(state.status) != n_points:
         raise InputError(

@@ -448,8 +448,10 @@ class Contact(Displayed):
         return kinks_of(*self._asked(state))
 
     def _asked(self, state: State) -> tuple[Asked, State, StepInputs]:
-        """This contact as its derivatives need it, a state, and what laws were handed in the step
-        that made it."""
+        """Return this contact as its derivatives need it, a state, and the laws' input.
+
+        The input is that of the step which made the state.
+        """
         state = self._checked_state(state)
         if state._maker not in (None, self):
             raise InputError(

@@ -71,8 +71,10 @@ def control_slopes(
     change -= np.einsum("kac,bcm->kabm", M[..., 0], motion.gradient, optimize=False)
 
     def on_surface(forces: FloatArray) -> FloatArray:
-        """Return (k, 12, m) of forces (k, 3, m): on the displacement of the surface and on its
-        gradient."""
+        """Return forces (k, 3, m) on the surface as (k, 12, m).
+
+        They are on its displacement and on its gradient.
+        """
         on_gradient = lever(cross(feet.arm, forces), nu, nu)
         return np.concatenate([forces, on_gradient.reshape(k, 9, forces.shape[2])], axis=1)
 
@@ -88,8 +90,10 @@ def control_slopes(
     nodes, turn = kron(shares, axes), kron(eye_array(m), axes)
 
     def on_control(variables: slice, chain: bsr_array) -> csr_array:
-        """Return the derivatives of the forces on control points over what some of the variables
-        depend on by `chain`."""
+        """Return the derivatives of the forces on control points, by `chain`.
+
+        Some of the variables depend on what `chain` differentiates.
+        """
         shift = _diagonal(motion.shift[:, :, variables])
         change = jets_back @ _matrix(surface.over(variables), chain) + bent_back @ (shift @ chain)
         return csr_array(turn @ -change)
@@ -111,8 +115,10 @@ def _diagonal(blocks: FloatArray) -> bsr_array:
 def _blocks(
     rows: IndexArray, columns: IndexArray, blocks: FloatArray, shape: tuple[int, int]
 ) -> bsr_array:
-    """Return the sparse matrix of blocks (e, p, q) at block rows, ascending, and columns (e,);
-    `shape` counts blocks."""
+    """Return the sparse matrix of blocks (e, p, q) at block rows, ascending, and columns (e,).
+
+    `shape` counts blocks.
+    """
     from scipy.sparse import bsr_array
 
     p, q = blocks.shape[1:]

@@ -141,8 +141,7 @@ def _place(
 
 
 def with_feet(detected: Detected, rows: Rows) -> Detected:
-    """Return `detected` with the points in contact, which are some of `rows`, and their
-    parameters."""
+    """Return `detected` with the feet of points in contact among `rows`, and their parameters."""
     held = np.empty(len(rows.touching) + len(rows.near), np.int32)
     n = straight(place_nb.held)(*rows, detected, held)
     return detected._replace(held=held[:n])

@@ -124,8 +124,10 @@ def _from_behind(
 
 
 def spread(values: NDArray[_T], most: int | None) -> NDArray[_T]:
-    """Choose at most `most` of the values, evenly spread, the first and the last with them; all of
-    them if it is None."""
+    """Choose at most `most` of the values, evenly spread, with the first and the last.
+
+    All are chosen if it is None.
+    """
     if most is None or len(values) <= most:
         return values
     return np.asarray(values[np.linspace(0, len(values) - 1, most).astype(np.intp)])

@@ -117,8 +117,11 @@ def _carried(feet: Feet, motion: FootMotion, jet: Jet, *, follows: bool) -> Floa
 
 
 def spin(E: FloatArray, a: FloatArray, b: FloatArray) -> FloatArray:
-    """Return (k, 3, m), symmetric in a and b (k, 3, m): of the unit normal, twice, it is the spin
-    (Eᵀν) × ν + ½ ν (ν·curl E) of a surface whose displacement has the gradients E (k, 3, 3, m)."""
+    """Return the bilinear map (k, 3, m) of a and b (k, 3, m), symmetric in both.
+
+    For the unit normal it is, twice, the spin (Eᵀν) × ν + ½ ν (ν·curl E) of a surface whose
+    displacement has the gradients E (k, 3, 3, m).
+    """
     curl = np.stack([E[:, c - 1, c - 2] - E[:, c - 2, c - 1] for c in range(3)], axis=1)
     along_a, along_b = (np.einsum("kabm,kam->kbm", E, v, optimize=False) for v in (a, b))
     tilt = cross(along_a, b) + cross(along_b, a)
@@ -126,8 +129,10 @@ def spin(E: FloatArray, a: FloatArray, b: FloatArray) -> FloatArray:
 
 
 def lever(c: FloatArray, a: FloatArray, b: FloatArray) -> FloatArray:
-    """Return (k, 3, 3, m), the transpose of `spin`: a couple c (k, 3, m) does on it the work of
-    these on the gradient."""
+    """Return the transpose (k, 3, 3, m) of `spin`.
+
+    A couple c (k, 3, m) does on the spin the work that these do on the gradient.
+    """
     parts = []
     for one, other in ((a, b), (b, a)):
         parts.append(one[:, :, None] * cross(other, c)[:, None])

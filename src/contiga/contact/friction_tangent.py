@@ -96,8 +96,10 @@ class Carried(NamedTuple):
         return self.change.depth[:, :, None] * of.right[:, None, :]
 
     def friction_change(self, seen: FrictionInput, has_rate: bool) -> FrictionChange:
-        """Return the change of the input of friction with the variables of each point;
-        velocities change where friction depends on them, `has_rate`."""
+        """Return the change of friction's input with the variables of each point.
+
+        Velocities change where friction depends on them, `has_rate`.
+        """
         points, change, output = self.points, self.change, self.output
         k, m = change.depth.shape
         # The path counts behind the entry: all of it, but of new points the share that is below.
@@ -185,8 +187,11 @@ def _of_points(friction: Any, seen: FrictionInput, carried: Carried, own: Fricti
 def _of_whole(
     friction: Any, seen: Seen, whole: FrictionInput, carried: Carried, own: FrictionChange
 ) -> Terms:
-    """Differentiate friction that sees all points as one, and whose force is shared as the normal
-    force is: d(s_i T) = T ds_i + s_i dT of the shares s_i = F_i/ΣF."""
+    """Differentiate friction that sees all points as one.
+
+    Its force is shared as the normal force is: d(s_i T) = T ds_i + s_i dT of the shares s_i =
+    F_i/ΣF.
+    """
     points, force = seen.points, carried.tangent.force
     (k, m), total = own.force.shape, float(points.force.sum())
     shares = points.force / total if total > 0.0 else np.full(k, 1.0 / k)

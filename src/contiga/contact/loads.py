@@ -87,8 +87,10 @@ UNGUARDED = Guards(NO_ROWS, NOWHERE)
 
 
 def holds_of(held: Column, normal: FloatArray, opposed: Guards) -> Holds:
-    """Make the `Holds` of points `held` = (rows, depth); guards are those `opposed`, else `normal`
-    (k, 3)."""
+    """Make the `Holds` of points `held` = (rows, depth).
+
+    Guards are those `opposed`, else `normal` (k, 3).
+    """
     rows, depth = held
     marked = np.zeros(len(rows), np.bool_)
     if len(opposed.rows):

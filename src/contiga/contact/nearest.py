@@ -198,8 +198,7 @@ def _gone(search: StepSearch, asked: Asked, begin: Begin, which: IndexArray) -> 
 
 
 def _guards(rows: IntArray, gone: Ways, pushed: BoolArray) -> Guards:
-    """Return the guards of points in contact that another wall than the nearest pushes at the ends
-    of their ways."""
+    """Return the guards of points that another wall than the nearest pushes at their ways' ends."""
     opposed = np.flatnonzero(gone.opposed & pushed)
     order = np.argsort(rows[opposed])
     return Guards(rows[opposed][order], gone.guard[opposed][order])
@@ -295,8 +294,10 @@ def _detect_open(search: StepSearch, feet: Projection | None, rows: Rows) -> Gua
 
 
 def _have_come_out(search: StepSearch, asked: Asked) -> BoolArray:
-    """Tell which points are in front of the wall that was nearest, are led there by the foot that
-    was followed, and have come through no other sheet since."""
+    """Tell which points are in front of the wall that was nearest.
+
+    The foot that was followed leads them there, and they have come through no other sheet since.
+    """
     step, options = search.step, search.options
     truth, out = asked.truth, np.zeros(len(asked.rows), np.bool_)
     front = (truth.status == Status.OK) & (truth.gap > 0.0) & ~asked.opposed
@@ -308,8 +309,10 @@ def _have_come_out(search: StepSearch, asked: Asked) -> BoolArray:
 
 
 def _come_in(search: StepSearch, let_go: IntArray, share: FloatArray, free: IntArray) -> Guards:
-    """Take the points of an open body into contact whose paths enter last: points released after a
-    `share` (k,) of their paths, and free points."""
+    """Take the points of an open body into contact whose paths enter last.
+
+    They are points released after a `share` (k,) of their paths, and free points.
+    """
     surface, step, _, detected, options, _ = search
     rows = np.concatenate((let_go, free))
     end, all_of_them = step.now[rows], np.arange(len(rows), dtype=np.int32)

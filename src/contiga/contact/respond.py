@@ -467,8 +467,9 @@ def forces(
     past: PreviousStep | None,
     frame: Frame,
 ) -> tuple[Felt, bool]:
-    """Forces of the points that carry, and where the work done on the contact went, up to now; and
-    whether any is damped.
+    """Return forces of the points that carry, the ledger of work on the contact, and damping.
+
+    The ledger is up to now; the last says whether any force is damped.
 
     `p_B` (m, 3) are all points.
     """

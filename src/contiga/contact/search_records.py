@@ -228,8 +228,7 @@ class Columns(NamedTuple):
 
 
 class Placing(NamedTuple):
-    """The memory in which n points are placed once they have moved, and those listed that have to
-    be looked at.
+    """Memory in which n points are placed once they have moved, and a list of those to look at.
 
     What is said of an earlier step in the columns is taken back; as in all states, parameters of
     points without a patch are zero.
@@ -305,8 +304,10 @@ class ShapedSurface(Protocol):
     """A surface in one of its shapes."""
 
     def closest_from(self, starts: SurfacePlaces, p_B: FloatArray, out: Projection) -> None:
-        """Write the closest points of p_B (k, 3) into `out`, starting from feet on another shape,
-        patch −1 where there is none."""
+        """Write the closest points of p_B (k, 3) into `out`.
+
+        The search starts from feet on another shape, patch −1 where there is none.
+        """
 
 
 class ChangedShape(Protocol):
@@ -335,8 +336,10 @@ class ChangedShape(Protocol):
         """Return unit vectors `directions` (k, 3) at such points, rotated with the surface."""
 
     def last_crossings(self, a_B: FloatArray, b_B: FloatArray) -> tuple[Hit, ByteArray]:
-        """Return the last crossings of points that move from `a_B` to `b_B` (k, 3) while the
-        surface changes, by places on its shape now; see `Surface.last_crossings`."""
+        """Return the last crossings of points from `a_B` to `b_B` while the surface changes.
+
+        They are places on its shape now; see `Surface.last_crossings`.
+        """
 
 
 class StepSearch(NamedTuple):
@@ -360,8 +363,10 @@ class StepSearch(NamedTuple):
         return self.shape.last_crossings(before[rows], now[rows])
 
     def begins(self, rows: IndexArray) -> FloatArray:
-        """Return points (len(rows), 3) before the step, carried along to where their feet are now:
-        their paths relative to the surface in its shape now begin there."""
+        """Return points (len(rows), 3) before the step, carried along to where their feet are now.
+
+        Their paths relative to the surface in its shape now begin there.
+        """
         before = self.step.before[rows]
         if self.shape is None:
             return before

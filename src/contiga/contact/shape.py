@@ -60,8 +60,10 @@ class Shape:
 
     @property
     def way(self) -> float:
-        """Largest distance, length, of any point of the surface after the step from where `rigid`
-        takes it: no larger than that of the control points, as their weights are above zero."""
+        """Largest distance, length, of any surface point after the step from `rigid`'s place.
+
+        It is no larger than that of the control points, as their weights are above zero.
+        """
         return float(row_lengths(self.now - to_world(self.rigid, self.before)).max())
 
     def carried(self, feet: SurfacePlaces, points: FloatArray) -> FloatArray:
@@ -73,8 +75,10 @@ class Shape:
         return NetMotion(self.body, self.before, self.change).carry(feet, points)
 
     def moved(self, feet: SurfacePlaces, points: FloatArray) -> FloatArray:
-        """Return points (k, 3), given before the step, after the surface has carried them along
-        rigidly with their feet: the distances from the feet stay the same."""
+        """Return points (k, 3), given before the step, carried along rigidly with their feet.
+
+        The distances from the feet stay the same.
+        """
         half_way = NetMotion(self.body, 0.5 * (self.before + self.now), self.change)
         # x₁ − x₀ = δS + ω × (½ (x₀ + x₁) − S) is an exact rotation (Cayley), solved by iteration.
         out = points
@@ -83,14 +87,15 @@ class Shape:
         return out
 
     def turned(self, feet: SurfacePlaces, points: FloatArray, directions: FloatArray) -> FloatArray:
-        """Return unit vectors `directions` (k, 3) at `points` (k, 3), given before the step,
-        rotated with the surface at their feet."""
+        """Return unit vectors `directions` (k, 3) at `points` (k, 3), turned with the surface.
+
+        Both are given before the step; the surface turns at their feet.
+        """
         rotated = self.moved(feet, points + directions) - self.moved(feet, points)
         return np.asarray(rotated / row_lengths(rotated)[:, None])
 
     def last_crossings(self, a_B: FloatArray, b_B: FloatArray) -> tuple[Hit, ByteArray]:
-        """Return the last crossings of points that move from `a_B` to `b_B` (k, 3) while the
-        surface changes its shape."""
+        """Return the last crossings of points from `a_B` to `b_B` as the surface changes."""
         return self.surface.last_crossings_from(self.surface_before, a_B, b_B)
 
     def velocities(self, feet: SurfacePlaces, points: FloatArray) -> FloatArray:

@@ -41,8 +41,11 @@ class ContactEnergy(NamedTuple):
 
     @property
     def error(self) -> float:
-        """Error of the energy balance: that of integrating over steps, which falls with their
-        square, and what forces that are no gradient make or lose."""
+        """Error of the energy balance.
+
+        It is that of integrating over steps, which falls with their square, and what forces that
+        are no gradient make or lose.
+        """
         return self.work - self.stored - self.hysteresis - self.damping - self.friction
 
 

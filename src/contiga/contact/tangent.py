@@ -217,8 +217,10 @@ def linearisation_of(asked: Asked, state: State, inputs: StepInputs) -> Linearis
 
 
 def kinks_of(asked: Asked, state: State, inputs: StepInputs) -> IntArray:
-    """Points in contact before and now that another piece of the master pushes, or whose foot has
-    gone farther than its derivative says."""
+    """Return points in contact before and now whose derivative may not hold.
+
+    Another piece of the master pushes them, or the foot has gone farther than its derivative says.
+    """
     points = inputs.points
     normal, moved = points.normal, points.foot - inputs.foot_before.at(points.rows)
     slopes = _foot_slopes(asked, state, points)
@@ -230,8 +232,9 @@ def kinks_of(asked: Asked, state: State, inputs: StepInputs) -> IntArray:
 
 
 def _tangents(asked: Asked, state: State, inputs: StepInputs, m: int) -> _Tangents:
-    """Return the derivatives of the forces on the points that carry, over their places or, on a
-    master that deforms, over the first m of their variables.
+    """Return the derivatives of the forces on the points that carry, over their places.
+
+    On a master that deforms they are over the first m of their variables.
 
     Raises
     ------

@@ -52,8 +52,11 @@ class Reached(NamedTuple):
 def detect_at_start(
     surface: Surface, p_B: FloatArray, rows: IntArray, detected: Detected, options: Options
 ) -> None:
-    """Search at the start: by intersection points within reach are not in contact until they have
-    been out of it; by penetration they are."""
+    """Search at the start.
+
+    By intersection, points within reach are not in contact until they have been out of it; by
+    penetration they are.
+    """
     near = _near(surface, p_B, rows, detected, options)
     reached = reach(closest(surface, p_B, near), p_B, near, options)
     detected.safe_distance[near] = reached.room
@@ -110,8 +113,10 @@ def _leave_from_behind(
 
 
 def _feet(search: StepSearch, rows: IntArray, *, before: bool = False) -> Projection:
-    """Find the closest points of points `rows`, now or before the step; on a surface that changes
-    its shape the search starts from the feet of the last step."""
+    """Find the closest points of points `rows`, now or before the step.
+
+    On a surface that changes its shape the search starts from the feet of the last step.
+    """
     step, shape, last = search.step, search.shape, search.last
     points = step.before if before else step.now
     if shape is None:
@@ -142,8 +147,7 @@ def reach(feet: Projection, p_B: FloatArray, rows: IntArray, options: Options) -
 def _near(
     surface: Surface, p_B: FloatArray, rows: IntArray, detected: Detected, options: Options
 ) -> IntArray:
-    """Return the rows whose closest points are needed, and write how far the others are from
-    contact."""
+    """Return the rows whose closest points are needed; write the others' distance from contact."""
     assert options.half is not None
     if options.closed:
         known = surface.sides(p_B, rows)

@@ -347,8 +347,10 @@ class Belt:
 
     @cached_property
     def _offsets(self) -> FloatArray:
-        """Signed distances (nodes across,) of nodes, or control points of a membrane, from the
-        middle of the belt."""
+        """Signed distances (nodes across,) of nodes from the middle of the belt.
+
+        For a membrane they are those of control points.
+        """
         if self.kind == "bars":
             return np.zeros(1)
         if self.kind == "membrane":
@@ -368,8 +370,10 @@ class Belt:
 
     @cached_property
     def _rows_of_strip(self) -> FloatArray:
-        """Rows (n, k, 3) of points that the patch of a membrane interpolates, on the path, and so
-        high above the bodies that the nodes between them are outside."""
+        """Return rows (n, k, 3) of points that the patch of a membrane interpolates.
+
+        They are on the path, and so high above the bodies that the nodes between them are outside.
+        """
         start, end = self._span
         arc = start + (end - start) * self._strip.along
         min_gap = gap = LIFT * self.path.length
@@ -383,8 +387,11 @@ class Belt:
         return rows
 
     def _laid(self, arc: FloatArray, gap: float) -> FloatArray:
-        """Return straight rows (n, k, 3) across the path at arc lengths (n,), at least `gap` above
-        the bodies; they bridge a body that is concave across the path, as in a crease."""
+        """Return straight rows (n, k, 3) across the path at arc lengths (n,), above the bodies.
+
+        They are at least `gap` above them, and bridge a body that is concave across the path, as in
+        a crease.
+        """
         normal, step = self._normals(arc), 0.5 * self.laid_length / self.segments
         middle = self.path.at(arc)
         ahead, behind = (np.clip(arc + x, 0.0, self.path.length) for x in (step, -step))
@@ -424,8 +431,11 @@ class Belt:
         return np.asarray(normals / np.linalg.norm(normals, axis=1)[:, None])
 
     def _lift(self, rows: FloatArray, normal: FloatArray, gap: float) -> FloatArray:
-        """Return displacements (n, 3) of rows (n, k, 3) along their normals (n, 3), smooth over the
-        belt's width, that put all nodes, and edges of a ribbon's facets, at least `gap` outside."""
+        """Return displacements (n, 3) of rows (n, k, 3) along normals (n, 3) out of bodies.
+
+        They are smooth over the belt's width, and put all nodes, and edges of a ribbon's facets, at
+        least `gap` outside.
+        """
         lift = np.zeros(len(rows))
         for _ in range(MOVES):
             lifted = rows + (lift[:, None] * normal)[:, None]
@@ -446,8 +456,7 @@ class Belt:
         return np.asarray(smooth[:, None] * normal)
 
     def _shortage(self, rows: FloatArray, normal: FloatArray, gap: float) -> FloatArray:
-        """Return the lengths (n,) by which rows (n, k, 3) must move along normals (n, 3) to be
-        `gap` outside."""
+        """Return the lengths (n,) that rows (n, k, 3) lack along normals to be `gap` outside."""
         nearest = self.path.over.clearances(np.ascontiguousarray(rows.reshape(-1, 3)))
         shortage = np.maximum(gap - nearest.gap, 0.0).reshape(rows.shape[:2])
         cosine = np.abs((nearest.normal.reshape(rows.shape) * normal[:, None]).sum(axis=2))

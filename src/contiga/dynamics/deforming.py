@@ -249,8 +249,10 @@ class Deforming(Dependent):
         )
 
     def _on_surface(self, slave: Slave, where: str) -> Matter | None:
-        """Matter of which the points of the slave are x = N q; None where they are its degrees of
-        freedom."""
+        """Matter whose surface has the points of the slave, x = N q.
+
+        None where these are its degrees of freedom.
+        """
         matter: Any = self.material
         if slave.surfaces is not None and not hasattr(matter, "forces"):
             return self._shell(slave.surfaces.net, slave, where)
@@ -326,8 +328,9 @@ class Deforming(Dependent):
         return slave.with_mass(_masses(matter, rows, len(slave)))
 
     def nodal_thickness(self, slave: Slave) -> FloatArray:
-        """Return the thickness (n,) of membranes at the nodes for `Contact(shell_thickness=…)`: the
-        mean where several meet, zero where there are none.
+        """Return the thickness (n,) of membranes at the nodes for `Contact(shell_thickness=…)`.
+
+        It is the mean where several meet, and zero where there are none.
 
         Raises
         ------

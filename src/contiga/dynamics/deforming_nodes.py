@@ -133,8 +133,10 @@ class Kicked(NamedTuple):
 
 
 def masses_of(mass: FloatArray, held: NDArray[np.bool_], led: NDArray[np.bool_]) -> Masses:
-    """Return masses (n,) with the ways (n, 3) that no force moves and those that motions or bodies
-    lead."""
+    """Return masses (n,), the ways (n, 3) that no force moves, and those that others lead.
+
+    Motions or bodies lead them.
+    """
     none, given = (locked(some if some.any() else some[:0]) for some in (held, led))
     return Masses(locked(mass), none, given)
 
@@ -382,8 +384,7 @@ class DeformingNodes(NodeMover):
         return every
 
     def _bounds(self, state: MatterState, interval: float) -> dict[str, FloatArray]:
-        """ω² that no vibration of the elements is above, and the row sums of their stiffness at all
-        nodes.
+        """Upper bound of ω² of the elements, and row sums of their stiffness at all nodes.
 
         ω² is never below that at rest: what has softened, as foam on its plateau, is as stiff again
         within few steps of an unloading.
@@ -508,8 +509,11 @@ class DeformingNodes(NodeMover):
         return work_of_weight(self.mass, self._moved(last, now), gravity)
 
     def by_motion(self, last: SlaveState, now: SlaveState, before: Forces, forces: Forces) -> float:
-        """See `NodeMover`: loads on nodes that forces move; driving forces on the others, against
-        all other forces."""
+        """Return the work of motions and loads: see `NodeMover`.
+
+        On nodes that forces move, loads do it; on the others driving forces do, against all other
+        forces.
+        """
         work = 0.0
         if self.loads:
             both = last.matter["load"] + now.matter["load"]

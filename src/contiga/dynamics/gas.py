@@ -482,8 +482,10 @@ class Chambers:
     def _contents(
         self, states: Sequence[GasState], exposed: Sequence[Exposed], fired: Mapping[str, float]
     ) -> Contents:
-        """Return the contents of the chambers at the beginning of a step, in new arrays: a step may
-        be rejected and repeated."""
+        """Return the contents of the chambers at the beginning of a step.
+
+        The arrays are new: a step may be rejected and repeated.
+        """
         c = len(states)
         masses = np.empty((2 * c + 2, len(self.gases)))
         energy, volume, temperature = np.empty((3, 2 * c + 2))
@@ -565,8 +567,10 @@ class Chambers:
 
 
 def _clock_starts(triggers: Sequence[str | None], fired: Mapping[str, float]) -> FloatArray:
-    """Return the times (n,) at which clocks start: with their triggers, at 0 without one; infinite
-    until a trigger fires."""
+    """Return the times (n,) at which clocks start.
+
+    They start with their triggers, at 0 without one; infinite until a trigger fires.
+    """
     starts = [fired.get(trigger, math.inf) if trigger else 0.0 for trigger in triggers]
     return np.array(starts, np.float64)
 

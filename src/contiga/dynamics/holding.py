@@ -75,8 +75,9 @@ def held_ways(fixed: Any, slave: Slave, where: str) -> Ways:
 
 
 def slopes_kept(fixed: Any, slave: Slave, where: str) -> list[tuple[int, str]]:
-    """Patches and names of the edges of a slave of splines that keep their slope: those that are
-    wholly at a place of `fixed` with ``"slope": True``.
+    """Return patches and names of the edges of a slave of splines that keep their slope.
+
+    These are wholly at a place of `fixed` with ``"slope": True``.
 
     Raises
     ------

@@ -21,8 +21,7 @@ SAME_TIME = 1e-9
 
 
 def bends_of(times: FloatArray, values: FloatArray) -> FloatArray:
-    """Return those of `times` (n,) at which steps end, for a function linear between rows `values`
-    (n, d).
+    """Return which `times` (n,) end steps, for a function linear between rows `values` (n, d).
 
     >>> t = np.arange(6.0)
     >>> bends_of(t, np.array([[0.0], [0.0], [1.0], [2.0], [3.0], [0.0]])).tolist()

@@ -122,8 +122,11 @@ class _Constraints(NamedTuple):
 
 
 def _constraints(joints: Mapping[str, Joint], rows: NDArray[np.int32]) -> _Constraints:
-    """Order the constraint rows so that the envelope of their matrix is small (E. Cuthill and
-    J. McKee, 1969), and find which of them free bodies couple, by their `rows` (g, 2)."""
+    """Order the constraint rows, and find which of them free bodies couple.
+
+    The envelope of their matrix is small in this order (E. Cuthill and J. McKee, 1969). `rows` (g,
+    2) are the bodies of the joints.
+    """
     from scipy.sparse import csr_array
     from scipy.sparse.csgraph import reverse_cuthill_mckee
 
@@ -297,8 +300,10 @@ class Linkage:
         return Fit(rows, moved, turned, misfit, gaps, *self._redundancy(work.jacobian))
 
     def _redundancy(self, jacobian: FloatArray) -> _Redundancy:
-        """Find dependent constraints from the rank of their derivatives (m, 2, 6), each divided by
-        the root of its mass or moment of inertia and normalised."""
+        """Find dependent constraints from the rank of their derivatives (m, 2, 6).
+
+        Each derivative is divided by the root of its mass or moment of inertia and normalised.
+        """
         table, fixed = self.table, self.fixed
         weighted = np.zeros((len(table.constraints), len(fixed), 6))
         for m, (g, *_) in enumerate(table.constraints):
@@ -347,8 +352,10 @@ class Linkage:
         )
 
     def worst(self, free: Placed, poses: FloatArray) -> Misfit:
-        """Return the joint that is farthest from closed, for `free` bodies and `poses` (n, 4, 4) of
-        driven ones."""
+        """Return the joint farthest from closed.
+
+        `free` are free bodies, `poses` (n, 4, 4) those of driven ones.
+        """
         work = work_for(self.table, len(free.rows))
         joints_nb.misfits(free.rows, poses, self.fixed, self.table, work)
         m = int(np.argmax(np.where(np.isfinite(work.right), np.abs(work.right), np.inf)))
@@ -357,8 +364,9 @@ class Linkage:
     def react(
         self, free: Placed, poses: FloatArray, twists: FloatArray, accelerations: FloatArray
     ) -> Reaction:
-        """Project the velocities of the free bodies onto the constraints, and add the reactions to
-        the forces on them, both in place.
+        """Project the velocities of the free bodies onto the constraints, in place.
+
+        Reactions are added to the forces on the bodies.
 
         Parameters
         ----------
@@ -375,8 +383,10 @@ class Linkage:
     def measured(
         self, last: JointStates | None, poses: FloatArray, twists: FloatArray
     ) -> JointStates:
-        """Return the joints measured from poses (n, 4, 4) and twists (n, 6) of all bodies, with the
-        laws and reactions of `last`, or zeros at the start, where `last` is None."""
+        """Return the joints as measured from poses (n, 4, 4) and twists (n, 6) of all bodies.
+
+        Laws and reactions are those of `last`, or zeros at the start, where `last` is None.
+        """
         g, c = len(self.names), len(self.coordinates)
         values = self._starts.copy() if last is None else last.values.copy()
         rates, ways, points = np.empty(c), np.empty((c, 6)), np.empty((g, 3))
@@ -399,8 +409,7 @@ class Linkage:
         return now._replace(laws=laws)
 
     def add_laws(self, states: JointStates, poses: FloatArray, total: FloatArray) -> None:
-        """Add the forces of the laws to the wrenches `total` (n, 6) on bodies at `poses`
-        (n, 4, 4)."""
+        """Add the laws' forces to the wrenches `total` (n, 6) on bodies at `poses` (n, 4, 4)."""
         wrenches = np.zeros(states.reactions.shape)
         for k, entry in enumerate(self.laws):
             joint = self.table.coordinates[entry.number, 0]

@@ -105,13 +105,17 @@ class Load:
         return np.concatenate([np.zeros(0), *tables])
 
     def force_at(self, t: float) -> FloatArray:
-        """Return the force (3,) at time `t`: world axes, or with `follow` the axes of the body that
-        were the world's at the start."""
+        """Return the force (3,) at time `t`.
+
+        It has world axes, or with `follow` the axes of the body that were the world's at the start.
+        """
         return _at(self.force, t)
 
     def moment_at(self, t: float) -> FloatArray:
-        """Return the moment (3,) at time `t`, without that of the force about the centre of mass;
-        axes as those of the force."""
+        """Return the moment (3,) at time `t`, in the axes of the force.
+
+        The moment of the force about the centre of mass is not in it.
+        """
         return _at(self.moment, t)
 
 

@@ -210,8 +210,10 @@ class NodeMover:
         return Stored()
 
     def pulls(self, state: SlaveState, forces: Forces) -> Sequence[Pull]:
-        """Return the forces on bodies from nodes that are attached to them: `forces` of contacts,
-        and those of elements and loads."""
+        """Return the forces on bodies from nodes that are attached to them.
+
+        They are `forces` of contacts, and those of elements and loads.
+        """
         return ()
 
     def springs_to_bodies(self, state: SlaveState) -> Sequence[JointSprings]:
@@ -219,21 +221,27 @@ class NodeMover:
         return ()
 
     def fastest(self, rows: IndexArray, stiffness: FloatArray) -> float:
-        """ω² at most of springs of so much stiffness (k,) at nodes (k,), their other ends held; or
-        the decay rate of dashpots."""
+        """Return an upper bound of ω² of springs of stiffness (k,) at nodes (k,).
+
+        Their other ends are held. For dashpots it is the decay rate.
+        """
         assert self.mass is not None
         mass = self.mass if len(rows) == len(self.mass) else self.mass[rows]
         return float((stiffness / mass).max(initial=0.0))
 
     def swing(self, forces: FloatArray) -> float:
-        """Σ f²/m of forces (n, 3) on the nodes: ω² at most of a spring that pulls all by these
-        shares."""
+        """Return Σ f²/m of forces (n, 3) on the nodes.
+
+        It bounds ω² of a spring that pulls all by these shares.
+        """
         assert self.mass is not None
         return float((row_products(forces, forces) / self.mass).sum())
 
     def kick_energy(self, state: SlaveState, forces: Forces, gravity: FloatArray) -> float:
-        """Σ F²/(8 m) of nodes whose kinetic energy is that between steps: what it stands below
-        that of their velocities, over the square of the step before."""
+        """Return Σ F²/(8 m) of nodes whose kinetic energy is that between steps.
+
+        By this, times the square of the step before, it is below that of their velocities.
+        """
         return 0.0
 
     def inside(self, state: SlaveState) -> Sequence[Inside]:
@@ -321,7 +329,7 @@ class DrivenNodes(NodeMover):
         return self.start(now)
 
     def by_motion(self, last: SlaveState, now: SlaveState, before: Forces, forces: Forces) -> float:
-        """Against the mean of the forces."""
+        """Return the work of the motion against the mean of the forces."""
         way = now.points - last.points
         if not way.any():
             return 0.0

@@ -1,5 +1,4 @@
-"""Selection of nodes of a slave: single ones, in a box, on a plane, on a side, in a layer, on a
-curve, on an edge of a spline patch."""
+"""Select nodes of a slave: single ones, in a box, on a plane, a side, a curve or an edge."""
 
 from __future__ import annotations
 

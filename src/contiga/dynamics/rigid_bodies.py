@@ -152,8 +152,7 @@ def kicked(placed: Placed, fixed: FloatArray, loads: FloatArray, dt: float) -> f
 def add_gravity(
     placed: Placed, fixed: FloatArray, gravity: FloatArray, free: IndexArray, loads: FloatArray
 ) -> None:
-    """Add the weights of bodies to the rows `free` (b,) of loads (n, 6), which are as in
-    `kicked`."""
+    """Add the weights of bodies to the rows `free` (b,) of loads (n, 6), as in `kicked`."""
     straight(rigid_body_nb.weigh)(placed.rows, fixed, gravity, placed.poses, free, loads)
 
 

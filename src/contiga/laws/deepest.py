@@ -38,7 +38,7 @@ class Deepest(NamedTuple):
 
 
 def deepest(penetration: FloatArray) -> Deepest:
-    """m and its gradient, of `penetration` (n,) ≥ 0, n ≥ 1; where all are zero equal weights.
+    """M and its gradient, of `penetration` (n,) ≥ 0, n ≥ 1; where all are zero equal weights.
 
     With p the parentheses above, y = λ/m and w the weights, all of the points that share, the
     second derivative along d is |d − y (w·d)|²/(η m p·y). As w·y = 1 that takes y away from d along

@@ -103,8 +103,11 @@ class CoulombNumbers(NamedTuple):
 
 
 class Friction(Protocol):
-    """Friction as a contact uses it. `Contact.tangent` needs one more method:
-    ``changes(inp: FrictionInput, change: FrictionChange)``, (n, 3, m) of the forces."""
+    """Friction as a contact uses it.
+
+    `Contact.tangent` needs one more method: ``changes(inp: FrictionInput, change:
+    FrictionChange)``, which returns (n, 3, m) of the forces.
+    """
 
     @property
     def n_memory(self) -> int:

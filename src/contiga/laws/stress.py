@@ -225,8 +225,10 @@ class StressLaw:
 
 
 def _rates_to_check(curve: Characteristic) -> FloatArray:
-    """Return rates (k,) between and beyond which a table does not change its sign; for a callable,
-    whose rates are not known before a run, samples."""
+    """Return rates (k,) between and beyond which a table does not change its sign.
+
+    For a callable, whose rates are not known before a run, they are samples.
+    """
     if not curve.is_table:
         return np.concatenate([-_TRIED[::-1], [0.0], _TRIED])
     far = _FAR * np.abs(curve.x).max()

@@ -130,8 +130,10 @@ def _groups(
 def _group(
     part: Part, shapes: Shapes, nodes: FloatArray, first: int, remembered: int
 ) -> tuple[Group, IntArray]:
-    """Return a part as kernels take it, its rows and memory from `first` and `remembered` on, and
-    the nodes of its rows."""
+    """Return a part as kernels take it, and the nodes of its rows.
+
+    Its rows and memory begin at `first` and `remembered`.
+    """
     sums, nodes_of_rows = block_sums(part.elements, len(nodes))
     material = part.material.coefficients(part.kind, part.across)
     viscosity = _viscosity(part, material.wave_modulus)

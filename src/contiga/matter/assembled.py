@@ -152,8 +152,10 @@ class Assembled:
         return self.nodal_fields(state).stress
 
     def nodal_fields(self, state: MatterState) -> ElementFields:
-        """Return stress, strain and stored energy at the nodes: the means of the elements at each
-        by their volumes at rest."""
+        """Return stress, strain and stored energy at the nodes.
+
+        They are means of the elements at each node by their volumes at rest.
+        """
         return at_nodes(self.element_fields(state), len(self.mass))
 
     def element_fields(self, state: MatterState) -> list[Inside]:
@@ -204,8 +206,10 @@ class Assembled:
     def _forces_apart(
         self, group: Group, pieces: Apart, state: MatterState
     ) -> tuple[FloatArray, FloatArray]:
-        """Return the forces (e · k, 3) on the corners of a group's elements, taken apart, and the
-        energy (≥ e,) that each element stores."""
+        """Return the forces (e · k, 3) on the corners of each element of a group, and its energy.
+
+        The energy (≥ e,) is what each element stores.
+        """
         blocks, q = len(group.tables.nodes), locked(state.points)
         rows = max(len(pieces.rows), group.rows.stop - group.rows.start)
         partial = np.empty((rows, 3))

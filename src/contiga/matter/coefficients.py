@@ -64,8 +64,10 @@ class Material(Protocol):
     """Elements it is for."""
 
     def coefficients(self, kind: str, across: float) -> Coefficients:
-        """Return the coefficients for elements of a kind; `across` is the thickness of a membrane,
-        the section of a bar, or 1 for a solid."""
+        """Return the coefficients for elements of a kind.
+
+        `across` is the thickness of a membrane, the section of a bar, or 1 for a solid.
+        """
 
 
 def poisson_ratio(value: object, name: str) -> float:

@@ -77,8 +77,10 @@ def at_nodes(groups: Sequence[Inside], count: int) -> ElementFields:
 
 
 def at_facets(groups: Sequence[Inside], facets: IntArray) -> ElementFields:
-    """Return the fields of the element of each facet (f, 3), the first one if several; NaN for
-    facets of no element."""
+    """Return the fields of the element of each facet (f, 3).
+
+    It is the first one if there are several, NaN for facets of no element.
+    """
     values = np.full((len(facets), 13), np.nan)
     count = 1 + int(facets.max(initial=-1))
     missing = np.ones(len(facets), np.bool_)

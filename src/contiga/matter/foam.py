@@ -21,8 +21,10 @@ from contiga.records import FloatArray
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Foam:
-    """Low-density foam: principal nominal stresses that follow a curve each, without Poisson's
-    ratio; it unloads by less than it loads, and may stiffen with the rate.
+    """Low-density foam, whose principal nominal stresses follow a curve each.
+
+    It has no Poisson's ratio, unloads with less stress than it loads, and may stiffen with the
+    rate.
 
     Parameters
     ----------

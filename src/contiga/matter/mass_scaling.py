@@ -33,8 +33,7 @@ class AddedMass(NamedTuple):
 
 
 def added_to(parts: Sequence[Part], masses: FloatArray, added: FloatArray) -> tuple[AddedMass, ...]:
-    """Return the part of each in masses `added` (m,) to the nodes, where parts have `masses`
-    (parts, m).
+    """Return each part's share in masses `added` (m,) to the nodes; `masses` is (parts, m).
 
     Parts that share a node share its added mass by their masses there.
     """

@@ -77,8 +77,10 @@ def hexahedra(corners: FloatArray) -> Shapes:
 
 
 def measures(kind: str, corners: FloatArray) -> FloatArray:
-    """Return volumes, areas or lengths (n,) of elements (n, k, 3), which are those of their
-    shapes but for the sign and rounding."""
+    """Return volumes, areas or lengths (n,) of elements (n, k, 3).
+
+    They are exact but for the sign and rounding.
+    """
     edges = np.ascontiguousarray(np.moveaxis(corners[:, 1:] - corners[:, :1], 0, 2))
     if kind == "bar2":
         return np.sqrt(_dot(edges[0], edges[0]))

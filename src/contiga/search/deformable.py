@@ -69,8 +69,10 @@ class DeformedSurface(ExactSurface):
         return surroundings_of(self.blocks, self.tables.leaves)
 
     def closest_from(self, starts: SurfacePlaces, p_B: FloatArray, out: Projection) -> None:
-        """Write the closest points of p_B (k, 3) into `out`, starting from feet on another shape,
-        patch −1 where there is none: faster than `closest`, with the same proof."""
+        """Write the closest points of p_B (k, 3) into `out`, from feet on another shape.
+
+        The patch is −1 where there is none. It is faster than `closest`, with the same proof.
+        """
         run_ranges(
             nearest_nb.project_from,
             len(p_B),
@@ -99,13 +101,17 @@ class DeformedSurface(ExactSurface):
         out: Projection,
         before: FloatArray | None = None,
     ) -> None:
-        """Continue feet from those on another shape. That they are on the same branch is not
-        proved, so none is certified."""
+        """Continue feet from those on another shape.
+
+        That they are on the same branch is not proved, so none is certified.
+        """
         super().track(p_B, patch, uv, out)
 
     def sides(self, p_B: FloatArray, rows: IntArray) -> KnownSides:
-        """Return the sides of points that follow from boxes alone: beyond the box of a closed body
-        a point is outside; other sides are not known."""
+        """Return the sides of points that follow from boxes alone.
+
+        Beyond the box of a closed body a point is outside; other sides are not known.
+        """
         side, reach = np.zeros(len(rows), np.int8), np.zeros(len(rows))
         if self.closed:
             root, points = self.tables.tree[0], p_B[rows]
@@ -123,9 +129,11 @@ class DeformedSurface(ExactSurface):
     def last_crossings_from(
         self, before: DeformedSurface, a_B: FloatArray, b_B: FloatArray
     ) -> tuple[Hit, ByteArray]:
-        """Return the last crossings of points that move from `a_B` to `b_B` (n, 3) while the
-        surface moves from the shape `before` to this one, one row a point; see `moving_nb`. The
-        result is that of `last_crossings`, by places on this shape."""
+        """Return the last crossings of points from `a_B` to `b_B` (n, 3) while the surface moves.
+
+        It moves from the shape `before` to this one; see `moving_nb`. The result is that of
+        `last_crossings`, by places on this shape, one row a point.
+        """
         table, coefs = self.tables.elements
         change = (coefs - before.tables.elements.coefs).reshape(-1, 4)
         change[:, 3] = coefs.reshape(-1, 4)[:, 3]
@@ -236,8 +244,10 @@ def deformable_of(body: Faces) -> Deformable:
 
 
 def _check_joints(body: Faces, made: Deformable) -> None:
-    """Refuse joints of patches whose control points differ: in a shape whose control points are
-    moved at random such sides come apart."""
+    """Refuse joints of patches whose control points differ.
+
+    In a shape whose control points are moved at random such sides come apart.
+    """
     table = made.rest.elements.table
     size, points = body.size, made.net.points
     moved = points + JOINT_SHIFT * size * np.random.default_rng(0).standard_normal(points.shape)

@@ -147,8 +147,10 @@ class GasSystem:
         return names
 
     def closed(self, name: str, points: FloatArray) -> Closed:
-        """Measure what the facets of a chamber close, once for the nodes of a state, which the step
-        and its bound ask for."""
+        """Measure the volume that the facets of a chamber enclose.
+
+        It is done once for the nodes of a state; the step and its bound ask for it.
+        """
         last = self._last.get(name)
         if last is None or last[0] is not points:
             last = self._last[name] = points, self.skins[name].closed(points)

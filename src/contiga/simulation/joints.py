@@ -40,8 +40,9 @@ class Reacted(NamedTuple):
 def close_joints(
     model: Model, last: SystemState, free: Placed, poses: FloatArray, time: float
 ) -> None:
-    """Correct the drift of the free bodies from `last`, in place, so that all joints are closed at
-    `time`; `poses` (n, 4, 4) are those of driven bodies then.
+    """Correct the drift of the free bodies from `last`, in place, until joints are closed.
+
+    That is at `time`; `poses` (n, 4, 4) are those of driven bodies then.
 
     Raises
     ------
@@ -59,8 +60,11 @@ def close_joints(
 
 
 def joint_states(model: Model, last: SystemState | None, bodies: BodyStates) -> JointStates:
-    """Return all joints with their bodies as now and their laws advanced; reactions are those of
-    `last`. Without laws the state of `last` is returned: no force depends on it."""
+    """Return all joints with their bodies as now and their laws advanced.
+
+    Reactions are those of `last`. Without laws the state of `last` is returned: no force depends on
+    it.
+    """
     before = None if last is None else last.joints
     if before is not None and not model.linkage.laws:
         return before
@@ -77,8 +81,10 @@ def react_joints(
     time: float,
     total: FloatArray,
 ) -> Reacted:
-    """End the kick of a step: project the velocities of the `free` bodies onto the constraints, and
-    add the reactions to the wrenches `total` (n, 6)."""
+    """End the kick of a step: project velocities of `free` bodies onto the constraints.
+
+    Reactions are added to the wrenches `total` (n, 6).
+    """
     linkage, system = model.linkage, model.mechanism
     accelerations = np.zeros((len(system.index), 6))
     for i in linkage.bodies & system.driven.keys():
@@ -152,8 +158,10 @@ def joint_summary(model: Model) -> dict[str, dict[str, Any]]:
 
 
 def joint_lines(model: Model) -> dict[str, FloatArray]:
-    """Return the lines (k, 2, 3) that a drawing has of each joint at the start, by name: its axis
-    through the marker on its second body, both axes of a universal joint, a cross without an axis.
+    """Return the lines (k, 2, 3) that draw each joint at the start, by name.
+
+    They are its axis through the marker on its second body, both axes of a universal joint, a cross
+    without an axis.
 
     They are as long as the smaller of its bodies.
     """

@@ -67,14 +67,18 @@ def point_columns(
 def on_axes(
     sensor: Sensor | RelativeSensor, pose: FloatArray, origin: FloatArray, vector: FloatArray
 ) -> FloatArray:
-    """Return the components (3,) of a world vector along the axes of a sensor on a body, whose
-    frame is at `pose` and was at `origin` (4, 4) at the start."""
+    """Return the components (3,) of a world vector along the axes of a sensor on a body.
+
+    The body's frame is at `pose` and was at `origin` (4, 4) at the start.
+    """
     return from_body(sensor, origin, product(pose[:3, :3].T, vector))
 
 
 def from_body(sensor: Sensor | RelativeSensor, origin: FloatArray, own: FloatArray) -> FloatArray:
-    """Return the components (3,) along the axes of a sensor of a vector in the frame of its body,
-    which was at `origin` (4, 4) at the start."""
+    """Return the components (3,) along a sensor's axes of a vector in the frame of its body.
+
+    The frame was at `origin` (4, 4) at the start.
+    """
     if isinstance(sensor.axes, str):
         return own
     return product(sensor.axes, product(origin[:3, :3], own))

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from contiga.arrays.kernels.sort_nb import count_up_to
 from contiga.curves.curve_records import CurvePoint
 from contiga.jit import inner, kernel
 
@@ -10,10 +9,15 @@ from contiga.jit import inner, kernel
 @inner()
 def curve_at(curves, c, x):
     """Return the `CurvePoint` of curve c at x."""
-    first = curves.first[c]
-    count = count_up_to(curves.x[first : curves.first[c + 1]], x)
-    j = first + max(count - 1, 0)
-    way, slope = x - curves.x[j], curves.slope[first + c + count]
+    first, low, high = curves.first[c], curves.first[c], curves.first[c + 1]
+    while low < high:
+        middle = (low + high) // 2
+        if curves.x[middle] <= x:
+            low = middle + 1
+        else:
+            high = middle
+    j = max(low - 1, first)
+    way, slope = x - curves.x[j], curves.slope[low + c]
     y = slope * way + curves.y[j]
     return CurvePoint(y, slope, curves.integral[j] + 0.5 * way * (curves.y[j] + y))
 

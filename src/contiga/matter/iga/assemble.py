@@ -224,8 +224,10 @@ def _group(
     first: int,
     remembered: int,
 ) -> tuple[ShellGroup, IntArray]:
-    """Return elements as kernels take them, rows and memory from `first` and `remembered` on, and
-    the control points of their rows."""
+    """Return elements as kernels take them, and the control points of their rows.
+
+    Rows and memory begin at `first` and `remembered`.
+    """
     count, points = elements.weights.shape
     sums, nodes_of_rows = block_sums(elements.control, n_nodes)
     material = section.coefficients

@@ -179,8 +179,10 @@ class Shell:
         return coo_array((values, (rows, columns)), shape=(size, size)).tocsr()
 
     def element_fields(self, state: MatterState, height: float = 0.0) -> list[Inside]:
-        """Stress, strain and stored energy of all elements at a state, one entry a pair of degrees:
-        means over their Gauss points, at a height of −1 … 1 of half the thickness along a₃."""
+        """Return stress, strain and stored energy of all elements, by pairs of degrees.
+
+        They are means over Gauss points, at a height of −1 … 1 of half the thickness along a₃.
+        """
         found = []
         for group in self.groups:
             columns, weights = self._columns(group, state, height)
@@ -210,8 +212,7 @@ class Shell:
         return [self._inside(group, state) for group in self.groups]
 
     def pressure(self, q: FloatArray) -> FloatArray:
-        """Return the forces (m, 3) of a pressure of one along S_u × S_v at Gauss's points, which
-        follows the surface."""
+        """Return the forces (m, 3) of a unit pressure, which follows the surface."""
         there = self._gauss
         return there.spread(there.measure[:, None] * there.normals(q))
 

@@ -240,8 +240,10 @@ def _reduced(c: list[list[Span]], g: list[Span], ends: list[Span], tau: Span) ->
 
 
 def _joints(charts: list[FloatArray], weights: list[FloatArray], tolerance: float) -> float:
-    """Bound of det(U, V, U') at the joints of the elements, of whole C; infinite where curves are
-    not shared."""
+    """Return a bound of det(U, V, U') at the joints of the elements, of whole C.
+
+    It is infinite where curves are not shared.
+    """
     worst = 0.0
     for k in range(len(charts)):
         one, other = (charts[k - 1], weights[k - 1]), (charts[k], weights[k])

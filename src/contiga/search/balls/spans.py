@@ -94,8 +94,9 @@ def basis(degree: int, at: FloatArray) -> FloatArray:
 
 
 def spans_of(net: FloatArray, wide: tuple[FloatArray, FloatArray]) -> list[Span]:
-    """Ranges of polynomials and their derivatives (`ORDERS`), nets (p + 1, q + 1, …) over boxes
-    `wide` in their two variables.
+    """Return ranges of polynomials and their derivatives (`ORDERS`).
+
+    They are nets (p + 1, q + 1, …) over boxes `wide` in their two variables.
 
     The boxes come last: the least of few coefficients of many is found ten times as fast so.
     """

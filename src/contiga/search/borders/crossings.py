@@ -102,8 +102,7 @@ def crossing_of(body: Faces, group: IntArray, slit: float) -> Crossing | None:
 
 
 def _beside(tables: Tables, pairs: IndexArray, uv: FloatArray) -> NDArray[np.bool_]:
-    """Return whether leaves of one face adjoin in it, or are of a part that faces about the same
-    way.
+    """Return whether leaves of one face adjoin in it, or lie in a part that faces one way.
 
     Leaves are nearly flat, and so are such parts: there is no room for the face to turn back. A
     part is an element, or two leaves with no more than a third between.
@@ -198,8 +197,7 @@ def _pierce(body: Faces, one: _Places, two: _Places, margin: float) -> NDArray[n
 def _on_face(
     body: Faces, patch: IndexArray, uv: FloatArray, target: FloatArray, margin: float
 ) -> NDArray[np.bool_]:
-    """Return whether faces contain the points `target` (n, 3) at about (u, v), within half of
-    `margin`."""
+    """Return whether faces contain `target` (n, 3) at about (u, v), within half of `margin`."""
     there = np.zeros(len(uv), bool)
     for k in np.unique(patch).tolist():
         rows = np.flatnonzero(patch == k)

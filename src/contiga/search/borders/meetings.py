@@ -73,8 +73,9 @@ class _Piece(NamedTuple):
 
 
 def meetings_of(body: Faces, piece: IntArray, tolerance: float) -> tuple[Meeting, ...]:
-    """Return where closed pieces of `body` meet, the first `MAX_MEETINGS` places; else faces of one
-    piece.
+    """Return the first `MAX_MEETINGS` places where closed pieces of `body` meet.
+
+    If there are none, those where faces of one piece meet.
 
     Parameters
     ----------
@@ -183,8 +184,10 @@ def _looked_at(
 def _meeting_among(
     pieces: _Pieces, one: _Piece, other: _Piece, places: FloatArray, tolerance: float
 ) -> tuple[Meeting | None, FloatArray]:
-    """Return whether one of some places near a piece shows that it meets another; how far each is
-    off."""
+    """Return whether one of some places near a piece shows that it meets another.
+
+    Also how far each is off.
+    """
     feet = project(one.faces, places)
     there = project(other.faces, feet.point)
     off = np.abs(there.gap)

@@ -1,5 +1,7 @@
-"""Leaves and hierarchy of a body: pieces of elements and of trimming curves, in boxes; and what the
-closest point is searched among."""
+"""Build the leaves and the hierarchy of a body, among which the closest point is searched.
+
+Leaves are pieces of elements and of trimming curves, in boxes.
+"""
 
 from __future__ import annotations
 

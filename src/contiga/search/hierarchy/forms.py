@@ -1,5 +1,7 @@
-"""Elements whose closest point is a formula: plane parallelograms, and parts of surfaces that a
-line or an arc of a circle makes as it turns about an axis.
+"""Recognise elements whose closest point is a formula.
+
+They are plane parallelograms, and parts of surfaces that a line or an arc of a circle makes as it
+turns about an axis.
 
 These are the planes, cylinders, cones, discs, spheres and tori of CAD. They are recognised from the
 control net, to rounding, so that it does not matter where a body comes from or how it was moved: a

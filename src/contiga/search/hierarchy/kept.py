@@ -19,8 +19,10 @@ T = TypeVar("T")
 
 
 class Kept(Generic[T]):
-    """Answers of `build`, one for each body; in `disk` for other processes, where there is one and
-    a body has `least` elements."""
+    """Answers of `build`, one for each body.
+
+    They are in `disk` for other processes, where there is one and a body has `least` elements.
+    """
 
     def __init__(
         self, build: Callable[..., T], disk: DiskCache | None = None, least: int = 0
@@ -30,8 +32,7 @@ class Kept(Generic[T]):
         self._asked: dict[int, int] = {}
 
     def of(self, tables: Tables, *how: Any) -> T:
-        """Return the answer for the body which `tables` are of, worked out at the first call, with
-        `how`."""
+        """Return the answer for the body of `tables`, computed at the first call with `how`."""
         key = self._key(tables)
         if key not in self._kept:
             disk = self._disk if len(tables.elements.table) >= self._least else None

@@ -105,8 +105,9 @@ class Seeds(NamedTuple):
 
 @pass_by_pointer
 class Items(NamedTuple):
-    """The items that the closest point is searched among: elements that have a form, each whole,
-    and the leaves of all else.
+    """The items that the closest point is searched among.
+
+    They are elements that have a form, each whole, and the leaves of all else.
 
     Of a body without forms these are its leaves.
     """

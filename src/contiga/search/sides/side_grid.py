@@ -112,8 +112,11 @@ class Layout(NamedTuple):
 
 
 def layout(bounds: FloatArray, elements: int) -> Layout:
-    """Cells over the (2, 3) box `bounds` of a body with so many elements, and more than one around:
-    all that is outside the grid, and its corners, are far from the surface."""
+    """Return the cells over the (2, 3) box `bounds` of a body with so many elements.
+
+    There is more than one cell around: all that is outside the grid, and its corners, are far from
+    the surface.
+    """
     low, high = bounds
     wide = high - low
     size = float(np.linalg.norm(wide))
@@ -194,8 +197,10 @@ _SIDES = Kept(build_sides, DiskCache("sides", __file__), WORTH)
 
 
 def side_of(grid: SideGrid, p_B: FloatArray, rows: IntArray) -> KnownSides:
-    """Side of p_B[rows], 1 outside, −1 inside, 0 not known; and a way, length, greater than zero
-    where it is known, that leads to no surface."""
+    """Return the side of p_B[rows]: 1 outside, −1 inside, 0 not known; and a free way.
+
+    The way, a length, is greater than zero where the side is known, and leads to no surface.
+    """
     known = KnownSides(np.empty(len(rows), np.int8), np.empty(len(rows)))
     run_ranges(straight(side_nb.sides), len(rows), POINTS, grid, p_B, rows, *known)
     return known

@@ -72,8 +72,9 @@ NO_LISTS = PieceLists(
 
 
 def lists_of(tables: Tables, asked: int) -> PieceLists:
-    """Return the lists of a body once `MIN_PATHS` paths have been asked for, with `asked` new ones;
-    `NO_LISTS` before that.
+    """Return the lists of a body once `MIN_PATHS` paths have been asked for; else `NO_LISTS`.
+
+    `asked` are new ones.
 
     The results of a search have the same bits with lists and without.
     """

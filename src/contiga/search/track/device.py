@@ -27,8 +27,10 @@ from contiga.search.track.track_records import FlaggedFeet, RowStarts, Way
 
 
 class FlatTables(NamedTuple):
-    """The part of `Tables` that a thread reads: arrays of records and numbers, no pointers between
-    them."""
+    """The part of `Tables` that a thread reads.
+
+    These are arrays of records and numbers, with no pointers between them.
+    """
 
     elements: Any
     grid: Any
@@ -91,15 +93,19 @@ def track(tracked: Tracked, points: Any) -> tuple[Tracked, IntArray]:
 
 
 def track_there(tracked: Tracked, now: Any) -> None:
-    """The device's part of a step, which is not waited for: it flags in `tracked.back` the rows
-    that it leaves. `now` (n, 3) is on the device."""
+    """Start the device's part of a step, without waiting for it.
+
+    It flags in `tracked.back` the rows that it leaves. `now` (n, 3) is on the device.
+    """
     way, results = Way(tracked.before, now), FlaggedFeet(tracked.feet, tracked.back)
     launch(row_nb.track_row, len(tracked.before), tracked.flat, way, results)
 
 
 def track_left(tracked: Tracked, now: Any) -> tuple[Tracked, IntArray]:
-    """The rest of the step: the flagged rows by the CPU; only these are copied to and fro. Returns
-    what `track` does."""
+    """Finish the step on the CPU for the flagged rows.
+
+    Only these are copied to and fro. It returns what `track` does.
+    """
     # A bit a flag is fetched, the flags stay where they are.
     bytes_there = resident(np.empty(ceil(len(tracked.back) / 8), np.uint8))
     launch(row_nb.pack_flags, len(bytes_there), tracked.back, bytes_there)

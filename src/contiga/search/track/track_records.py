@@ -15,8 +15,10 @@ KEPT = 2**16
 
 
 class Path(NamedTuple):
-    """The places where points were and are; where it is not told where they were no foot is
-    certified."""
+    """The places where points were and are.
+
+    Where it is not told where they were, no foot is certified.
+    """
 
     before: FloatArray
     """(n, 3) length, body frame; no rows where that is not told, or by the feet they had."""
@@ -28,8 +30,10 @@ class Path(NamedTuple):
 
 @pass_by_pointer
 class Left(NamedTuple):
-    """Rows that a stage leaves to those after it, with what their start was: the feet that rows
-    are continued from may be overwritten by those found."""
+    """Rows that a stage leaves to those after it, with their starts.
+
+    The feet that rows are continued from may be overwritten by those found.
+    """
 
     rows: IntArray
     """(m,) int32."""

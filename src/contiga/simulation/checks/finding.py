@@ -62,7 +62,7 @@ class Said:
         self._names = derived_units(*units) if self.known else {}
 
     def __call__(self, value: float, quantity: str = "length") -> str:
-        """Return `value` with its unit; `quantity` is "length", "time", "velocity", "force"…"""
+        """Return `value` with its unit; `quantity` is "length", "time", "force" and so on."""
         return f"{value:.4g} {self._name(quantity)}".rstrip()
 
     def si(self, length: int, mass: int, time: int) -> float:

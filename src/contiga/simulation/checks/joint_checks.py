@@ -55,8 +55,7 @@ def check_joints(scene: Scene) -> Iterator[Finding]:
 
 
 def joint_notes(model: Model) -> list[str]:
-    """Return a note of constraints that follow from others, which planar loops of revolute joints
-    always have."""
+    """Return a note of redundant constraints, which planar loops of revolute joints always have."""
     if not model.joints or not model.joint_fit.redundant:
         return []
     fit = model.joint_fit
