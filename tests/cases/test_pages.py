@@ -172,7 +172,8 @@ def test_figures_follow_the_system_with_the_colours_of_the_page(
         return seen()
 
     field, view = "data[1].colorscale[0][1]", "document.getElementById('view')"
-    light = shown(PAPER)
+    colours = f"{view}.data.map((trace) => [trace.colorscale, trace.marker, trace.line])"
+    light, drawn_light = shown(PAPER), page.evaluate(f"JSON.stringify({colours})")
     page.emulate_media(color_scheme="dark")
     dark = shown(inverted(PAPER))
     page.locator("#step").fill("4")  # what is drawn anew is dark, too
@@ -182,5 +183,7 @@ def test_figures_follow_the_system_with_the_colours_of_the_page(
     paper, ink = inverted(PAPER), inverted(INK)
     assert dark == [paper, paper, ink, ink, light[-1]]
     assert page.evaluate(f"{view}.{field}") == SLAVE
+    # Those of the darkest colours, too, a channel of which is cut off in the dark.
+    assert page.evaluate(f"JSON.stringify({colours})") == drawn_light
     assert wrong == []
     page.close()

@@ -83,12 +83,13 @@ def _read(spec: IncludeSpec, path: Path, units: Any, tables: type[Spec]) -> Any:
     """Return the tables of a file, checked as those of a case are."""
     file = Path(spec.file)
     data = tables_in(read_text(file), file)
-    if INCLUDE in data or file == path.resolve():
+    itself = file == path.resolve()
+    if INCLUDE in data or itself:
         raise CaseError(
             "a file that is included includes no other, nor itself",
             where=str(file),
             found=INCLUDE,
-            remedy="Include both in the case",
+            remedy="Take the table out" if itself else "Include both in the case",
         )
     for key in OF_THE_CASE:
         if key in data:
@@ -98,7 +99,7 @@ def _read(spec: IncludeSpec, path: Path, units: Any, tables: type[Spec]) -> Any:
                 remedy=f"Say it in {path}",
             )
     own = data.pop("units", units)
-    if own != units:
+    if units is not None and own != units:  # a case without units is refused itself
         raise CaseError(
             "must be those of the case",
             where=f"{file}: units",

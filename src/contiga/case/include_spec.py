@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from typing import Annotated, Any
 
@@ -35,8 +36,9 @@ def _as_steps(value: Any) -> Any:
 def _number_or_coordinates(value: Any) -> Any:
     numbers = value if isinstance(value, dict) else {"": value}
     for key, one in numbers.items():
-        vector = isinstance(one, list) and len(one) == 3 and all(map(is_number, one))
-        if not (vector if key == ABOUT else is_number(one)):
+        parts = one if isinstance(one, list) and key == ABOUT and len(one) == 3 else [one]
+        wanted = 3 if key == ABOUT else 1
+        if len(parts) != wanted or not all(is_number(x) and math.isfinite(x) for x in parts):
             raise CaseError(
                 "must be a coordinate, or a table of coordinates",
                 where=key or None,
@@ -59,7 +61,7 @@ class IncludeSpec(Spec):
     placement: Steps = Field(default_factory=list)
     """Steps that move all of it, after its joints."""
     velocity: Vector | None = None
-    """Of its free bodies and its nodes that give none, world axes."""
+    """Velocity of its free bodies, nodes and belts that give none, world axes."""
     joints: dict[str, JointValue] = Field(default_factory=dict)
     """Coordinates by the names that joints have in the file: the posture."""
     root: str | None = None

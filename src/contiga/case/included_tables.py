@@ -161,7 +161,7 @@ def _pose_source(included: Included, table: Table, pose: FloatArray) -> None:
     for key, name in (("align", "to"), ("place", "on")):
         if name in table.get(key, {}):
             table[key][name] = included.called(table[key][name])
-    table["then"] = _steps(pose)
+    table["then"] = [*table.get("then", []), *_steps(pose)]
 
 
 def _pose_motion(included: Included, spec: Any, motion: Table, pose: FloatArray) -> None:
@@ -173,7 +173,7 @@ def _pose_motion(included: Included, spec: Any, motion: Table, pose: FloatArray)
         motion["velocity"] = _velocity(included, spec)
         if kind == "free":
             motion["spin"] = _vector(included.turn, motion["spin"])
-            motion["hold"] = _ways(included.turn, motion["hold"])
+            motion["hold"] = _ways(included.turn, motion["hold"], "motion.hold")
     elif kind in ("deform", "series"):
         if not np.array_equal(pose, np.eye(4)):
             _refuse("motion", "says itself where its points are, and cannot be placed", kind)
@@ -224,15 +224,15 @@ def _pose_deforming(included: Included, spec: Any, motion: Table, pose: FloatArr
             try:
                 _pose_nodes(one, pose)
                 if "hold" in one:
-                    one["hold"] = _ways(included.turn, one["hold"])
+                    one["hold"] = _ways(included.turn, one["hold"], "hold")
+                if key == "attached":
+                    one["body"] = included.called(given.body)
+                elif key == "driven":
+                    _pose_told(included, given.motion, one["motion"])
+                elif "force" in one:
+                    one["force"] = _over_time(included.turn, one["force"])
             except InputError as error:
                 raise relocated(error, f"motion.{key}[{k}]", "") from error
-            if key == "attached":
-                one["body"] = included.called(given.body)
-            elif key == "driven":
-                _pose_told(included, given.motion, one["motion"])
-            elif "force" in one:
-                one["force"] = _over_time(included.turn, one["force"])
     if isinstance(motion.get("reference", {}).get("scale"), list) and turned:
         _refuse("motion.reference.scale", "is along x, y and z, and cannot be turned", "three")
     if spec.reference is None or spec.reference.file is None:
@@ -326,11 +326,15 @@ def _pose_gas(included: Included, spec: Any, table: Table) -> None:
     pose = included.placement
     if spec.slave in slaves:
         pose = _pose_of_slave(included, slaves[spec.slave])
-    for opening in (*table["inflator"], *table["vent"]):
-        for key in ("trigger", "to"):
-            if key in opening:
-                opening[key] = included.called(opening[key])
-        _pose_nodes(opening.get("on", {}), pose)
+    for kind in ("inflator", "vent"):
+        for k, opening in enumerate(table[kind]):
+            for key in ("trigger", "to"):
+                if key in opening:
+                    opening[key] = included.called(opening[key])
+            try:
+                _pose_nodes(opening.get("on", {}), pose)
+            except InputError as error:
+                raise relocated(error, f"{kind}[{k}].on", "") from error
 
 
 def _pose_sensor(included: Included, spec: Any, table: Table) -> None:
@@ -404,13 +408,13 @@ def _over_time(turn: FloatArray, given: Any) -> Any:
     return _vector(turn, given)
 
 
-def _ways(turn: FloatArray, ways: list[str]) -> list[str]:
+def _ways(turn: FloatArray, ways: list[str], where: str) -> list[str]:
     """Turn directions that are held: of x, y, z, rx, ry, rz."""
     moved = [way for way in ways if way in "xyz"]
     turned = [way[1:] for way in ways if way not in "xyz"]
     if len(moved) in (0, 3) and len(turned) in (0, 3):
         return ways
-    _quarters(turn, "hold")
+    _quarters(turn, where)
     named = partial(_way, turn)
     return [*map(named, moved), *(f"r{named(way)}" for way in turned)]
 
@@ -426,7 +430,8 @@ def _quarters(turn: FloatArray, where: str) -> None:
 
 
 def _refuse(where: str, what: str, found: object) -> None:
-    raise CaseError(what, where=where, found=found, remedy="Say it in the case, where it stands")
+    remedy = "Write this table in the case itself, at its final place"
+    raise CaseError(what, where=where, found=found, remedy=remedy)
 
 
 def _steps(pose: FloatArray) -> list[Table]:

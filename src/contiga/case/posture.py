@@ -16,6 +16,8 @@ from contiga.records import FloatArray
 from contiga.rigid import pose
 from contiga.rigid.transform import rotation, translation
 
+_ACROSS = 1e-6
+"""Sine of the angle from which on a direction is across another."""
 ABOUT = "about"
 """Key, beside coordinates, of the axis that a cone opens about."""
 Coordinates = Mapping[str, float | Sequence[float]]
@@ -198,10 +200,17 @@ def _swing(joint: Joint, first: FloatArray, drawn: FloatArray, given: Coordinate
         angle = float(given["cone"])  # type: ignore[arg-type]
     if ABOUT in given:
         about = product(first[:3, :3].T, np.array(given[ABOUT], np.float64))
+        if not math.hypot(about[0], about[1]) > _ACROSS * length(about):
+            raise CaseError(
+                "is along the axis of the joint, about which no cone opens, or has no length",
+                where=f"joints.{joint.name}.{ABOUT}",
+                found=given[ABOUT],
+                allowed="a direction across the axis of the joint on the first body",
+            )
         about[2] = 0.0
     if angle == 0.0:
         return np.eye(4)
-    if not length(about) > 0.0:
+    if not length(about) > _ACROSS:
         raise CaseError(
             "opens in no direction: the axes are drawn on one line",
             where=f"joints.{joint.name}.cone",

@@ -20,7 +20,7 @@ Fault = InputError | MissingPackageError
 _MAX_CHARACTERS = 100
 _MAX_LISTED = 12
 _TABLE = re.compile(r"(\w+)\[(\d+)\]")
-_KEY = re.compile(r"^[A-Za-z_]\w*(\[\d+\])*(\.\w+(\[\d+\])*)*$")
+_KEY = re.compile(r"^[A-Za-z_]\w*(\[\d+\])*(\.\w+([ -]\w+)*(\[\d+\])*)*$")
 _TYPES = {
     "float_type": "a number",
     "int_type": "a whole number",

@@ -151,6 +151,7 @@ QUANTITIES: dict[Quantity, Kind] = {
     "seconds": Kind(None, "s", {"s": 1.0}),
 }
 _MEANINGS = {"ratio": "a strain or a factor", "rate": "a rate of strain", "seconds": "time"}
+_MAX_POWER = 9
 _TOKEN = re.compile(r"\^?-?\d+|[^\W\d]+|[%°*/()]")
 """A power or the number 1, a name, or a sign of a product."""
 
@@ -283,7 +284,7 @@ def _product_of(text: str) -> Size | None:
         return None
     try:
         size = _product(tokens)
-    except (KeyError, IndexError):
+    except (KeyError, IndexError, RecursionError):
         return None
     return None if tokens else size
 
@@ -297,7 +298,10 @@ def _product(tokens: list[str]) -> Size:
         if token == "(" and tokens.pop(0) != ")":
             raise KeyError(token)
         is_power = bool(tokens) and tokens[0].lstrip("^-").isdigit()
-        size = size.times(factor, sign * int(tokens.pop(0).lstrip("^")) if is_power else sign)
+        power = int(tokens.pop(0).lstrip("^")) if is_power else 1
+        if abs(power) > _MAX_POWER:
+            raise KeyError(token)
+        size = size.times(factor, sign * power)
         if not tokens or tokens[0] not in "*/":
             return size
         sign = 1 if tokens.pop(0) == "*" else -1
@@ -310,15 +314,15 @@ def _pint_readings(text: str) -> tuple[Size, ...]:
     for spelling in dict.fromkeys((text, text.lower())):
         try:
             quantity = 1.0 * registry.parse_units(spelling)
+            value = float(quantity.to_base_units().magnitude)
+            angle = int(dict(quantity.to_root_units().unit_items()).get("radian", 0))
         except Exception:  # pint raises its own errors, the tokenizer's and Python's alike
             continue
         powers = dict(quantity.dimensionality)
-        if not spelling or any(p % 1 for p in powers.values()):
+        if not spelling or any(p % 1 or abs(p) > _MAX_POWER for p in powers.values()):
             continue
         length, mass, time = (int(powers.pop(f"[{base}]", 0)) for base in BASE)
         if not powers:
-            angle = int(dict(quantity.to_root_units().unit_items()).get("radian", 0))
-            value = float(quantity.to_base_units().magnitude)
             readings.append(Size(value, (length, mass, time, angle)))
     return tuple(readings)
 

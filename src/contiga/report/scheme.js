@@ -5,8 +5,18 @@
   var system = window.matchMedia("(prefers-color-scheme: dark)"), dark = system.matches;
   var own = { newPlot: Plotly.newPlot, react: Plotly.react, restyle: Plotly.restyle };
 
+  // Of the darkest colours a channel is cut off at 255: each colour is known by its inverse.
+  var inverse = {};
+
   function inverted(colour) {
     if (!/^#[0-9a-f]{6}/i.test(colour)) return colour;
+    if (!(colour in inverse)) {
+      inverse[colour] = shifted(colour);
+      inverse[inverse[colour]] = colour;
+    }
+    return inverse[colour];
+  }
+  function shifted(colour) {
     var channels = [1, 3, 5].map(function (k) { return parseInt(colour.slice(k, k + 2), 16); });
     var shift = 280 - Math.max.apply(null, channels) - Math.min.apply(null, channels);
     return channels.reduce(function (text, channel) {

@@ -178,6 +178,25 @@ def test_joints_turn_what_hangs_beyond_them_and_the_placement_moves_all(tmp_path
     np.testing.assert_allclose(sole.mean(axis=0), boot, atol=2.0)
 
 
+def test_steps_that_a_part_of_the_file_has_come_before_its_posture(tmp_path: Path) -> None:
+    moved = LEG.replace(
+        "centre = [600, 0, 0] }", "centre = [600, 0, 0], then = [{ translate = [0, 30, 0] }] }"
+    )
+    for placement in ("", PLACED):
+        plain, other = (read(tmp_path, placement, leg=leg) for leg in (LEG, moved))
+        shins = [cg.build(one).bodies["driver shin"].body.bounds() for one in (plain, other)]
+        way = [-30.0, 0.0, 0.0] if placement else [0.0, 30.0, 0.0]
+        np.testing.assert_allclose(shins[1] - shins[0], [way, way], atol=1e-9)
+
+
+def test_one_file_may_be_included_twice_by_two_prefixes(tmp_path: Path) -> None:
+    again = f"{INCLUDE.replace('driver', 'rider')}placement = {{ translate = [0, 900, 0] }}\n"
+    simulation = cg.build(read(tmp_path, f'joints = {{ "left knee" = 0.3 }}\n{again}'))
+    driver, rider = (simulation.bodies[f"{who} thigh"].body.bounds() for who in ("driver", "rider"))
+    np.testing.assert_allclose(rider - driver, [[0.0, 900.0, 0.0]] * 2, atol=1e-9)
+    assert {"driver left knee", "rider left knee"} <= set(simulation.joints)
+
+
 def test_the_velocity_is_that_of_what_gives_none(tmp_path: Path) -> None:
     case = read(tmp_path, PLACED + "velocity = [13.9, 0, 0]")
     assert [b.motion.velocity for b in case.body[1:4]] == [  # type: ignore[union-attr]
@@ -305,7 +324,15 @@ axis = [0, 0, 1]
          ["leg.toml: load[0].body", "no body of this name", "driver shin"]),
         ('placement = { rotate = { axis = "z", degrees = 30 } }', LEG.replace(
             'motion = { kind = "free" }', 'motion = { kind = "free", hold = ["x"] }', 1),
-         ["leg.toml: body[0].hold", "turns by quarters alone"]),
+         ["leg.toml: body[0].motion.hold", "turns by quarters alone"]),
+        ('joints = { "left knee" = inf }', LEG,
+         ["include[0].joints.left knee", "must be a coordinate"]),
+        ('joints = { "left knee" = { angle = nan } }', LEG,
+         ["include[0].joints.left knee.angle", "must be a coordinate"]),
+        ("joints = { hip = { cone = 0.2, about = [1, 1e-9, 0] } }", LEG,
+         ["include[0].joints.hip.about", "is along the axis of the joint"]),
+        ("joints = { hip = { cone = 0.2, about = [0, 0, 0] } }", LEG,
+         ["include[0].joints.hip.about", "has no length"]),
     ],
 )  # fmt: skip
 def test_what_is_wrong_is_one_message(
