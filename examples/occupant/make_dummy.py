@@ -25,7 +25,7 @@ HIP, KNEE, ANKLE = np.array([[0.0, 85.0, 0.0], [395.0, 100.0, 85.0], [640.0, 100
 SOLE = np.radians(50.0)
 """Slope of the soles of the feet."""
 GRIP = np.array([305.0, 190.0, 300.0])
-"""Where the left hand holds the wheel."""
+"""Place of the left hand, at the rim of the wheel."""
 UPPER_ARM, FOREARM = 265.0, 300.0
 """Lengths from shoulder to elbow, and from there to the middle of the hand."""
 CHEST = [

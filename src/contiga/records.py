@@ -18,7 +18,7 @@ IndexArray = NDArray[np.integer[Any]]
 
 
 class ContactStatus(Advised):
-    """Where a slave point stands after a step."""
+    """Standing of a slave point after a step."""
 
     FREE = 0, "Not in contact."
     NEW = 1, "Came into contact in this step."
@@ -108,7 +108,7 @@ class Projection(NamedTuple):
 
 
 class FootSlopes(NamedTuple):
-    """How depths and normals at feet change with their points: derivatives, one row a point."""
+    """Derivatives of depths and normals at feet by their points, one row a point."""
 
     depth: FloatArray
     """(n, 3) of the depth, which is minus the signed distance."""
@@ -134,12 +134,12 @@ class KnownSides(NamedTuple):
     """(n,) length greater than rounding that leads to no surface, where the side is known."""
 
     def at(self, rows: IndexArray) -> KnownSides:
-        """Of some of the points."""
+        """Return the rows of some of the points."""
         return KnownSides(self.side[rows], self.reach[rows])
 
 
 class FacingLimits(NamedTuple):
-    """Which feet do not face away from a guard."""
+    """Limits on feet that do not face away from a guard."""
 
     cosine: float
     """Of their normals and the guard, at least."""
@@ -179,7 +179,7 @@ class Hit(NamedTuple):
 
 @displayed
 class RayHit(NamedTuple):
-    """What n rays hit first, on whichever side.
+    """First hits of n rays, on whichever side.
 
     >>> import contiga as cg
     >>> ball = cg.Body([cg.shapes.sphere(radius=1.0)])
@@ -211,7 +211,7 @@ def _statuses(codes: ByteArray) -> Facts:
 
 
 class LawInput(NamedTuple):
-    """What a force law sees of the n_c points in contact.
+    """Points in contact as a force law sees them.
 
     >>> one = np.array([0.1])
     >>> seen = LawInput(one, 0.0 * one, area=one, thickness=None, mass=None, dt=0.0)
@@ -241,7 +241,7 @@ class LawInput(NamedTuple):
 
 
 class DepthSlopes(NamedTuple):
-    """How a value of n_c points changes with their penetrations.
+    """Derivatives of a value of n_c points by their penetrations.
 
     ∂y_i/∂λ_j = own_i δ_ij + Σ_k left_ik right_jk.
 
@@ -260,7 +260,7 @@ class DepthSlopes(NamedTuple):
 
 
 class LawTangent(NamedTuple):
-    """How the answer of a law changes; areas, and what it remembers of the last step, stay.
+    """Derivatives of a law's answer, areas and memory of the last step held.
 
     >>> import contiga as cg
     >>> one = np.array([0.1])
@@ -279,7 +279,7 @@ class LawTangent(NamedTuple):
 
 
 class LawOutput(NamedTuple):
-    """What a force law answers for n_c points in contact."""
+    """Answer of a force law for n_c points in contact."""
 
     force: FloatArray
     """(n_c,) magnitudes along the master's normal, never negative."""

@@ -26,7 +26,7 @@ class Advised(IntEnum):
 
 
 class Feature(Advised):
-    """What a foot lies on. Decides how the normal is defined there."""
+    """Feature that a foot lies on, which defines the normal there."""
 
     NONE = -1, "There is no foot: the status says why."
     FACE = 0, "The foot lies inside a face, and the normal is the surface's."

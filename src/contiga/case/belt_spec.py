@@ -35,7 +35,7 @@ class BeltEndSpec(WebbingSpec[BeltEnd]):
     length: Positive
 
     def describe(self) -> str:
-        """Say it in words."""
+        """Describe the table in words."""
         return "; ".join([f"webbing {self.length:g} long", *self.facts()])
 
 
@@ -105,7 +105,7 @@ class BeltSpec(Spec):
         )
 
     def describe(self) -> str:
-        """Say it in words."""
+        """Describe the table in words."""
         across = "" if self.kind == "bars" else f" × {self.across}"
         return (
             f"{self.kind}, {self.segments}{across} elements, {self.width:g} wide, over "

@@ -27,7 +27,7 @@ class ConstantAreaSpec(Spec):
     value: Positive
 
     def describe(self) -> str:
-        """Say it in words."""
+        """Describe the table in words."""
         return f"{self.value:g} a node"
 
 
@@ -37,7 +37,7 @@ class TributaryAreaSpec(Spec):
     kind: Literal["tributary"] = "tributary"
 
     def describe(self) -> str:
-        """Say it in words."""
+        """Describe the table in words."""
         return "tributary"
 
 
@@ -49,7 +49,7 @@ class FacetAreaSpec(MadeSpec[AreaMethod]):
     on: Literal["slave", "master"] | None = None
 
     def describe(self) -> str:
-        """Say it in words."""
+        """Describe the table in words."""
         return "facets cut where contact ends" + (f", on the {self.on}" if self.on else "")
 
 
@@ -63,7 +63,7 @@ class CloudAreaSpec(MadeSpec[AreaMethod]):
     by: Literal["rest", "feet"] = "rest"
 
     def describe(self) -> str:
-        """Say it in words."""
+        """Describe the table in words."""
         where = "the points at rest" if self.by == "rest" else "the feet on the master"
         return f"triangles between {where}, cut where contact ends"
 
@@ -92,7 +92,7 @@ class HullAreaSpec(MadeSpec[AreaMethod]):
     tolerance: Positive | None = None
 
     def describe(self) -> str:
-        """Say it in words."""
+        """Describe the table in words."""
         return f"hulls of clusters ({self.clusters}), {self.mapping} map"
 
 

@@ -27,7 +27,7 @@ class CurveTable(Spec):
     extrapolation: Extrapolation = "linear"
 
     def describe(self) -> str:
-        """Say it in words."""
+        """Describe the table in words."""
         (x0, _), (x1, y1) = self.points[0], self.points[-1]
         beyond = {"linear": "goes on straight", "constant": "held", "error": "the run stops"}
         return (

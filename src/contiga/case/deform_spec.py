@@ -88,7 +88,7 @@ class MadeOfSpec(_MadeOf):
         )
 
     def describe(self) -> str:
-        """Say it in words."""
+        """Describe the table in words."""
         return f"{self.set}: {self.material.describe()}, density {self.density:g}"
 
 
@@ -145,7 +145,7 @@ class ReferenceSpec(Spec):
         return mesh.points
 
     def describe(self) -> str:
-        """Say it in words."""
+        """Describe the table in words."""
         return f"of size {self.scale}" if self.file is None else f"as in {self.file}"
 
 
@@ -234,7 +234,7 @@ class DeformSpec(_MadeOf, MotionSpec):
         )
 
     def describe(self) -> str:
-        """Say it in words."""
+        """Describe the table in words."""
         made = [one.describe() for one in self.parts]
         if self.material is not None:
             made.insert(0, f"{self.material.describe()}, density {self.density:g}")

@@ -33,7 +33,7 @@ class LockSpec(Spec):
     """Rate of pay-out above which it locks, length / time."""
 
     def describe(self) -> str:
-        """Say it in words."""
+        """Describe the table in words."""
         by = [] if self.trigger is None else [f"by {self.trigger}"]
         by += [] if self.rate is None else [f"above a pay-out of {self.rate:g}"]
         return f"locks {' or '.join(by)}"
@@ -95,7 +95,7 @@ class SlipRingSpec(MadeSpec[SlipRing]):
         return super().arguments() | {"name": self.name or ""}
 
     def describe(self) -> str:
-        """Say it in words."""
+        """Describe the table in words."""
         return f"between {' and '.join(self.between)}: friction {self.friction:g}"
 
 
@@ -110,7 +110,7 @@ class TriggerSpec(MadeSpec[Trigger]):
     delay: NotNegative = 0.0
 
     def describe(self) -> str:
-        """Say it in words."""
+        """Describe the table in words."""
         level = f"above {self.above:g}" if self.below is None else f"below {self.below:g}"
         times = [f" for {self.lasting:g}"] if self.lasting else []
         times += [f", {self.delay:g} later"] if self.delay else []

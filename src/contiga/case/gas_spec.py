@@ -210,7 +210,7 @@ class GasSpec(Spec):
         return ((f"{key}.trigger", name) for key, name in triggers if name is not None)
 
     def describe(self) -> str:
-        """Say it in words."""
+        """Describe the table in words."""
         parts = [
             f"{len(some)} {what}{'' if len(some) == 1 else 's'}"
             for some, what in ((self.inflator, "inflator"), (self.vent, "vent"))

@@ -203,7 +203,7 @@ class FileGeometry(_Geometry):
         return body.renamed(name)
 
     def describe(self) -> str:
-        """Say it in words."""
+        """Describe the table in words."""
         chosen = listed_choice("parts", self.parts) + listed_choice("faces", self.faces)
         return f"{self.file}{chosen}, {numbers_in(self.unit, 'its own unit')}"
 
@@ -237,7 +237,7 @@ class MeshGeometry(_Geometry):
         return mesh.oriented() if self.orient else mesh
 
     def describe(self) -> str:
-        """Say it in words."""
+        """Describe the table in words."""
         chosen = listed_choice("parts", self.parts)
         numbers = numbers_in(self.unit, "the case's unit")
         return f"triangles of {self.mesh}{chosen}, {self.normals} normals, {numbers}"
@@ -251,7 +251,7 @@ class ShapeGeometry(_Geometry, _ShapeSpec):
         return Body([self.make()], name=name, unit=unit)
 
     def describe(self) -> str:
-        """Say it in words."""
+        """Describe the table in words."""
         given = ", ".join(f"{key} = {value}" for key, value in (self.model_extra or {}).items())
         return f"{self.shape}({given})"
 
@@ -264,7 +264,7 @@ class NurbsGeometry(_Geometry, _SurfaceNurbs):
         return Body([self.make()], name=name, unit=unit)
 
     def describe(self) -> str:
-        """Say it in words."""
+        """Describe the table in words."""
         return f"one NURBS patch of degrees {self.nurbs.degrees}"
 
 
@@ -284,7 +284,7 @@ class ProfileGeometry(_Geometry):
         return Body.from_profile(self.profile.make(), self.depth).renamed(name)
 
     def describe(self) -> str:
-        """Say it in words."""
+        """Describe the table in words."""
         return f"a profile of depth {self.depth:g}"
 
 
@@ -298,7 +298,7 @@ class PatchesGeometry(_Geometry):
         return Body([patch.make() for patch in self.patches], name=name, unit=unit)
 
     def describe(self) -> str:
-        """Say it in words."""
+        """Describe the table in words."""
         return f"{len(self.patches)} patches"
 
 

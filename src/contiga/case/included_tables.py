@@ -45,7 +45,7 @@ class Included(NamedTuple):
     """Poses (4, 4) by body that joints move it by before; others stay as drawn."""
 
     def called(self, name: str) -> str:
-        """Return the name in the case of what the file calls so."""
+        """Return the name in the case of what is called `name` in the file."""
         return self.spec.prefix + name if name in self.names else name
 
     def pose(self, body: str) -> FloatArray:

@@ -52,7 +52,7 @@ class JointLawSpec(MadeSpec[JointLaw]):
         return with_characteristics(super().arguments())
 
     def describe(self) -> str:
-        """Say it in words."""
+        """Describe the table in words."""
         given = [f"from {self.start:g}"] if self.start else []
         given += [
             f"{name.replace('_', ' ')} {curve.describe()}"
@@ -102,7 +102,7 @@ class JointSpec(MadeSpec[Joint]):
         return given | {"kind": self.kind, "first": between[0], "second": between[1]}
 
     def describe(self) -> str:
-        """Say it in words."""
+        """Describe the table in words."""
         laws = [
             f"{key}: {law.describe()}"
             for key in ("angle", "travel", "angle_1", "angle_2", "cone", "twist")

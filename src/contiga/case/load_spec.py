@@ -43,7 +43,7 @@ class LoadSpec(MadeSpec[Load]):
     smooth: bool = False
 
     def describe(self) -> str:
-        """Say it in words."""
+        """Describe the table in words."""
         given = []
         for name, value in (("force", self.force), ("moment", self.moment)):
             if value is not None:

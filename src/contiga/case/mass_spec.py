@@ -33,7 +33,7 @@ class DensityMassSpec(Spec):
         return body.mass_properties(self.density)
 
     def describe(self) -> str:
-        """Say it in words."""
+        """Describe the table in words."""
         return f"its volume at a density of {self.density:g}"
 
 
@@ -95,7 +95,7 @@ class TotalMassSpec(Spec):
         )
 
     def describe(self) -> str:
-        """Say it in words."""
+        """Describe the table in words."""
         given = [key for key in ("centre", "inertia") if getattr(self, key) is not None]
         measured = [key for key in ("centre", "inertia") if key not in given]
         return (

@@ -33,7 +33,7 @@ class ElasticSpec(_MaterialSpec):
     compression: bool = True
 
     def describe(self) -> str:
-        """Say it in words."""
+        """Describe the table in words."""
         return f"elastic: young {self.young:g}, poisson {self.poisson:g}"
 
 
@@ -47,7 +47,7 @@ class NeoHookeSpec(_MaterialSpec):
     volume: str = "element"
 
     def describe(self) -> str:
-        """Say it in words."""
+        """Describe the table in words."""
         return f"neo-Hooke: young {self.young:g}, poisson {self.poisson:g}"
 
 
@@ -77,7 +77,7 @@ class FoamSpec(_MaterialSpec):
         return super().arguments() | {"rates": rates}
 
     def describe(self) -> str:
-        """Say it in words."""
+        """Describe the table in words."""
         rates = f", at {len(self.rates)} rates" if self.rates else ""
         return f"foam: {self.loading.describe()}{rates}"
 
@@ -93,7 +93,7 @@ class BeltSpec(_MaterialSpec):
     hysteresis_slope: Positive | None = None
 
     def describe(self) -> str:
-        """Say it in words."""
+        """Describe the table in words."""
         return f"belt: {self.loading.describe()}"
 
 
@@ -117,7 +117,7 @@ class FabricSpec(_MaterialSpec):
         return super().arguments() | {"direction": np.array(self.direction)}
 
     def describe(self) -> str:
-        """Say it in words."""
+        """Describe the table in words."""
         return f"fabric: warp {self.warp.describe()}"
 
 

@@ -38,7 +38,7 @@ class SeriesSpec(MotionSpec):
         return self
 
     def describe(self) -> str:
-        """Say it in words."""
+        """Describe the table in words."""
         when = "spread over the run"
         if self.times is not None:
             when = f"at {len(self.times)} given times"
@@ -73,7 +73,7 @@ class FreeSpec(MotionSpec):
         return Free(mass, velocity=self.velocity, spin=self.spin, hold=self.hold)
 
     def describe(self) -> str:
-        """Say it in words."""
+        """Describe the table in words."""
         spin = f", spin {self.spin}" if any(self.spin) else ""
         held = f", {', '.join(self.hold)} held" if self.hold else ""
         return f"free, velocity {self.velocity} at the start{spin}{held}"
@@ -90,7 +90,7 @@ class AttachedSpec(MotionSpec):
         yield "body", self.body
 
     def describe(self) -> str:
-        """Say it in words."""
+        """Describe the table in words."""
         return f"attached to {self.body}"
 
 

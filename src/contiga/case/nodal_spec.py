@@ -128,7 +128,7 @@ class HeldSpec(NodesSpec):
         return self
 
     def table(self, nodes_of: NodesOf) -> dict[str, Any]:
-        """Return it as `Deforming` takes it."""
+        """Return the held nodes as an entry of `fixed` of `Deforming`."""
         return self.place(nodes_of) | {"hold": self.hold, "slope": self.slope}
 
 
@@ -144,7 +144,7 @@ class DrivenSpec(NodesSpec):
         return self.place(nodes_of) | {"hold": self.hold}
 
     def describe(self) -> str:
-        """Say it in words."""
+        """Describe the table in words."""
         return f"nodes {self.motion.describe()}"
 
 
@@ -181,7 +181,7 @@ class MassesSpec(NodesSpec):
         return self.place(nodes_of) | {"mass": self.mass}
 
     def describe(self) -> str:
-        """Say it in words."""
+        """Describe the table in words."""
         whole = sum(self.mass) if isinstance(self.mass, list) else self.mass
         return f"masses of {whole:g} on nodes"
 
@@ -209,7 +209,7 @@ class NodalLoadSpec(NodesSpec):
         return NodalForce(self.force, on=on, smooth=self.smooth)
 
     def describe(self) -> str:
-        """Say it in words."""
+        """Describe the table in words."""
         name = "force" if self.pressure is None else "pressure"
         value: Any = getattr(self, name)
         rows = isinstance(value, list) and isinstance(value[0], list)

@@ -50,7 +50,7 @@ class AlignSpec(Spec):
         )
 
     def describe(self) -> str:
-        """Say it in words."""
+        """Describe the table in words."""
         said = [
             f"{key} {', '.join(v)}"
             for key in ("centres", "lows", "highs")
@@ -78,5 +78,5 @@ class PlaceSpec(Spec):
         return place(part, on=parts[self.on], direction=self.direction, gap=self.gap)
 
     def describe(self) -> str:
-        """Say it in words."""
+        """Describe the table in words."""
         return f"moved along {self.direction} to a gap of {self.gap:g} from {self.on}"

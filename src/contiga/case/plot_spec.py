@@ -57,7 +57,7 @@ class PlotSpec(Spec):
         return [self.y] if isinstance(self.y, str) else self.y
 
     def describe(self) -> str:
-        """Say it in words."""
+        """Describe the table in words."""
         return f"{', '.join(self.channels)} over {self.x}"
 
 
@@ -151,7 +151,7 @@ class ReferenceSpec(Spec):
         return self
 
     def describe(self) -> str:
-        """Say it in words."""
+        """Describe the table in words."""
         span = f"{self.points[0][0]:g} to {self.points[-1][0]:g}"
         moved = ", shifted to the onset of the run" if self.shift == "onset" else ""
         if is_number(self.shift) and self.shift:

@@ -114,7 +114,7 @@ class FilePoints(_Points):
         )
 
     def describe(self) -> str:
-        """Say it in words."""
+        """Describe the table in words."""
         chosen = listed_choice("parts", self.parts) + listed_choice("sets", self.sets)
         layer = "" if self.layer == "skin" else f", layer {self.layer}"
         return f"{self.file}{chosen}{layer}, " + numbers_in(self.unit, "the case's unit")
@@ -136,7 +136,7 @@ class SampleValues(_ShapeSpec):
         return clouds.sample(self.make(), self.nu, self.nv)
 
     def describe(self) -> str:
-        """Say it in words."""
+        """Describe the table in words."""
         return f"{self.nu} × {self.nv} points on a {self.shape}"
 
 
@@ -150,7 +150,7 @@ class SamplePoints(_Points):
         return Slave(self.sample.points(), name=name, unit=unit)
 
     def describe(self) -> str:
-        """Say it in words."""
+        """Describe the table in words."""
         return f"a cloud of {self.sample.describe()}"
 
 
@@ -165,7 +165,7 @@ class GridPoints(_Points):
         return Slave(points, _grid_facets(points, self.grid.nu, self.grid.nv), name=name, unit=unit)
 
     def describe(self) -> str:
-        """Say it in words."""
+        """Describe the table in words."""
         return f"a mesh of {self.grid.describe()}"
 
 
@@ -180,7 +180,7 @@ class RandomOnShape(_ShapeSpec):
         return clouds.random_on(self.make(), self.n, seed=self.seed)
 
     def describe(self) -> str:
-        """Say it in words."""
+        """Describe the table in words."""
         return f"{self.n} random points on a {self.shape}"
 
 
@@ -201,7 +201,7 @@ class RandomInBox(Spec):
         return clouds.random_in_box(self.box[0], self.box[1], self.n, seed=self.seed)
 
     def describe(self) -> str:
-        """Say it in words."""
+        """Describe the table in words."""
         return f"{self.n} random points in the box {self.box[0]} to {self.box[1]}"
 
 
@@ -218,7 +218,7 @@ class RandomPoints(_Points):
         return Slave(self.random.points(), name=name, unit=unit)
 
     def describe(self) -> str:
-        """Say it in words."""
+        """Describe the table in words."""
         return self.random.describe()
 
 
@@ -251,7 +251,7 @@ class GivenPoints(_Points):
         return Slave(points, name=name, unit=unit, elements={"line": lines})
 
     def describe(self) -> str:
-        """Say it in words."""
+        """Describe the table in words."""
         given = f"{len(self.coordinates)} given points"
         if self.segments is None:
             return given
@@ -326,7 +326,7 @@ class BodyPoints(_Points, Sampling):
         return self.chosen(Slave(mesh.vertices, mesh.triangles))
 
     def describe(self) -> str:
-        """Say it in words."""
+        """Describe the table in words."""
         return f"the surface of {self.body}, {self.how()}"
 
 

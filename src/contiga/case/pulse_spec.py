@@ -91,7 +91,7 @@ class _PulseSpec(MotionSpec):
         return read_curve(file, kinds, units, columns=self.columns, curve=self.curve, units=given)
 
     def describe(self) -> str:
-        """Say it in words."""
+        """Describe the table in words."""
         if self.table is None:
             which = "" if self.curve is None else f"curve {self.curve} of "
             source = f"{which}the file {self.file}"
@@ -129,6 +129,6 @@ class AccelerationSpec(_PulseSpec):
         )
 
     def describe(self) -> str:
-        """Say it in words."""
+        """Describe the table in words."""
         start = f", at first with the velocity {self.velocity}" if any(self.velocity) else ""
         return super().describe() + start

@@ -23,7 +23,7 @@ class FixedSpec(MadeSpec[BodyMotion], MotionSpec):
     kind: Literal["fixed"] = "fixed"
 
     def describe(self) -> str:
-        """Say it in words."""
+        """Describe the table in words."""
         return "fixed"
 
 
@@ -35,7 +35,7 @@ class TranslateSpec(MadeSpec[BodyMotion], MotionSpec):
     table: Table
 
     def describe(self) -> str:
-        """Say it in words."""
+        """Describe the table in words."""
         return f"moved along a table of {len(self.table)} rows, {_span(self.table)}"
 
 
@@ -49,7 +49,7 @@ class RotateSpec(MadeSpec[BodyMotion], MotionSpec):
     centre: Vector = Field(default_factory=lambda: [0.0, 0.0, 0.0])
 
     def describe(self) -> str:
-        """Say it in words."""
+        """Describe the table in words."""
         return f"turned about {self.axis} through {self.centre}, {_span(self.table)}"
 
 
@@ -66,7 +66,7 @@ class PosesSpec(MadeSpec[Poses], MotionSpec):
 
     @staticmethod
     def makes(file: str | None, table: Table | None, units: tuple[str, str]) -> Poses:
-        """Return the poses of either."""
+        """Return the poses of the file or of the table, whichever is given."""
         if (file is None) == (table is None):
             raise CaseError("must have exactly one of the keys file or table")
         if file is None:
@@ -83,7 +83,7 @@ class PosesSpec(MadeSpec[Poses], MotionSpec):
         return {**super().arguments(), "units": (length, time)}
 
     def describe(self) -> str:
-        """Say it in words."""
+        """Describe the table in words."""
         times = self.made.times
         span = f"t = {times[0]:g} to {times[-1]:g}"
         return f"{len(times)} poses from {self.file or 'a table'}, {span}"
@@ -101,7 +101,7 @@ class CombineSpec(MadeSpec[BodyMotion], MotionSpec):
         return {"motions": [spec.made for spec in self.motions]}
 
     def describe(self) -> str:
-        """Say it in words."""
+        """Describe the table in words."""
         return ", then ".join(spec.describe() for spec in self.motions)
 
 

@@ -62,7 +62,7 @@ class PointSensorSpec(MadeSpec[Sensor]):
     trigger: TriggerSpec | None = None
 
     def describe(self) -> str:
-        """Say it in words."""
+        """Describe the table in words."""
         at = "" if self.at is None else f" at {self.at}"
         outputs = [*self.measures, *([self.filter] if self.filter else []), *self.criteria]
         outputs += [] if self.trigger is None else [self.trigger.describe()]
@@ -88,7 +88,7 @@ class RelativeSensorSpec(MadeSpec[RelativeSensor]):
     trigger: TriggerSpec | None = None
 
     def describe(self) -> str:
-        """Say it in words."""
+        """Describe the table in words."""
         at = "" if self.at is None else f" at {self.at}"
         fires = [] if self.trigger is None else [self.trigger.describe()]
         outputs = ", ".join([*self.measures, *self.criteria, *fires])
@@ -108,7 +108,7 @@ class NodeSensorSpec(MadeSpec[NodeSensor]):
     code: str | None = None
 
     def describe(self) -> str:
-        """Say it in words."""
+        """Describe the table in words."""
         return f"of the node of {self.node} at {self.at}: {', '.join(self.measures)}"
 
 
@@ -125,7 +125,7 @@ class SectionSensorSpec(MadeSpec[SectionSensor]):
     code: str | None = None
 
     def describe(self) -> str:
-        """Say it in words."""
+        """Describe the table in words."""
         point, normal = self.plane
         where = f"the plane through {point} across {normal}"
         return f"of {self.section} cut by {where}: {', '.join(self.measures)}"

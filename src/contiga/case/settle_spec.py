@@ -20,6 +20,6 @@ class SettleSpec(MadeSpec[Settle]):
     """Free bodies that are brought to rest too."""
 
     def describe(self) -> str:
-        """Say it in words."""
+        """Describe the table in words."""
         of = f", with {', '.join(self.bodies)}" if self.bodies else ""
         return f"to {self.tolerance:g} of the loads, in {self.steps} steps at most{of}"

@@ -49,7 +49,7 @@ class ShapeSpec(MadeSpec[ControlPoints], MotionSpec):
         return ControlPoints(rows[:, 0], rows[:, 1:].reshape(len(rows), -1, 3))
 
     def describe(self) -> str:
-        """Say it in words."""
+        """Describe the table in words."""
         times, points = self.made.times, self.made.points
         span = f"t = {times[0]:g} to {times[-1]:g}"
         return f"shaped by {points.shape[1]} control points in {len(times)} rows, {span}"

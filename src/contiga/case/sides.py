@@ -45,7 +45,7 @@ class LayeredSpec(Spec):
         return FaceLaws(self.layer.made, laws)  # type: ignore[arg-type]
 
     def layers(self) -> str:
-        """Say it in words."""
+        """Describe the table in words."""
         assert self.layer is not None
         faces = (
             f"faces {str(one.faces)[1:-1]} {one.law.describe()}" for one in self.face_layer or []

@@ -74,7 +74,7 @@ class SpringSpec(WebbingSpec[Spring]):
         return super().arguments() | {"name": self.name or ""}
 
     def describe(self) -> str:
-        """Say it in words."""
+        """Describe the table in words."""
         given = self.facts()
         given += [f"damping {self.damping:g}"] if self.damping else []
         given += [] if self.length is None else [f"length {self.length:g} at rest"]

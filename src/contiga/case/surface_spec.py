@@ -39,12 +39,12 @@ class RefineSpec(Spec):
 
     @property
     def made(self) -> Refinement:
-        """Return the refinement as patches take it."""
+        """The refinement as patches take it."""
         elements = None if self.elements is None else (self.elements[0], self.elements[1])
         return Refinement(self.degree, elements, self.size)
 
     def describe(self) -> str:
-        """Say it in words."""
+        """Describe the table in words."""
         if self.elements is not None:
             return f"degree {self.degree}, {self.elements[0]} × {self.elements[1]} elements a patch"
         size = "a tenth of its size" if self.size is None else f"{self.size:g}"

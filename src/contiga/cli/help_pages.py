@@ -90,7 +90,7 @@ class Group(TyperGroup):
     """The program, the same way."""
 
     def get_params(self, ctx: Any) -> list[Any]:
-        """Options."""
+        """Return the options of the command."""
         return _without_values(super().get_params(ctx))
 
 

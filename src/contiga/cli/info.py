@@ -19,7 +19,7 @@ _POWERS = {"size": "", "area": "²"}
 
 
 def rows_of(file: Path, *, faces: bool = False) -> Iterator[Row]:
-    """Return what is in a CAD file or a mesh; `faces` adds the faces of CAD, one by one.
+    """Yield what is in a CAD file or a mesh; `faces` adds the faces of CAD, one by one.
 
     Raises
     ------

@@ -150,7 +150,7 @@ def friction_terms(friction: Friction, seen: Seen, carried: Carried) -> Terms:
 
 
 def _changes(friction: Any, seen: FrictionInput, change: FrictionChange) -> FloatArray:
-    """Return (n, 3, m) of the forces, as friction answers, checked."""
+    """Return the changes (n, 3, m) of friction's forces, checked."""
     where = "friction: changes"
     answer = as_numbers(friction.changes(seen, change), where, "friction must answer numbers")
     n, m = change.force.shape

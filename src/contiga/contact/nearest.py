@@ -198,7 +198,7 @@ def _gone(search: StepSearch, asked: Asked, begin: Begin, which: IndexArray) -> 
 
 
 def _guards(rows: IntArray, gone: Ways, pushed: BoolArray) -> Guards:
-    """Return the guards of points that another wall than the nearest pushes at their ways' ends."""
+    """Return the guards of points that end in contact with another wall than the nearest."""
     opposed = np.flatnonzero(gone.opposed & pushed)
     order = np.argsort(rows[opposed])
     return Guards(rows[opposed][order], gone.guard[opposed][order])

@@ -40,7 +40,7 @@ class Shape:
 
     @cached_property
     def surface(self) -> DeformedSurface:
-        """The search on it."""
+        """The search on the surface as it is now."""
         return self.deformable.at(self.now)
 
     @cached_property

@@ -374,7 +374,7 @@ class MujocoCoupling(Displayed):
             self._folder.append(self._scene.state(physics, now.speed, self._contacts, self._time))
 
     def _row(self, data: Any, now: Kick, account: Account) -> dict[str, float]:
-        """One row of the history; `data` have had the kick."""
+        """Return a row of the history from `data`, as they are after the kick."""
         row = {"time": self._time}
         measured = self._is_due()
         for part in self._parts:

@@ -48,7 +48,7 @@ class _Standing(NamedTuple):
         return self.first
 
     def twist(self, t: float) -> Twist:
-        """Zero."""
+        """Return a twist of zero."""
         return still()
 
 

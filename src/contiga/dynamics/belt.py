@@ -370,7 +370,7 @@ class Belt:
 
     @cached_property
     def _rows_of_strip(self) -> FloatArray:
-        """Return rows (n, k, 3) of points that the patch of a membrane interpolates.
+        """Rows (n, k, 3) of points that the patch of a membrane interpolates.
 
         They are on the path, and so high above the bodies that the nodes between them are outside.
         """

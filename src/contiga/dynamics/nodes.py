@@ -422,7 +422,7 @@ class FreeNodes(NodeMover):
         return forces() / self.mass[:, None] + gravity
 
     def energy(self, state: SlaveState) -> Stored:
-        """Kinetic."""
+        """Return the kinetic energy."""
         v = state.velocities
         return Stored(0.5 * float((self.mass * row_products(v, v)).sum()))
 
@@ -431,5 +431,5 @@ class FreeNodes(NodeMover):
         return work_of_weight(self.mass, now.points - last.points, gravity)
 
     def digest(self, digest: Any, times: FloatArray) -> None:
-        """See `NodeMover`: by the start; masses are the slave's or part of the motion."""
+        """Add the motion; the masses are its own or the slave's."""
         digest.thing(self.motion)

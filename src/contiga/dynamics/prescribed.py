@@ -108,7 +108,7 @@ class Fixed:
         return pose.identity()
 
     def twist(self, t: float) -> Twist:
-        """Zero."""
+        """Return a twist of zero."""
         return twist.still()
 
 
@@ -125,7 +125,7 @@ class Stopped:
         return pose_at(self.motion, self.time)
 
     def twist(self, t: float) -> Twist:
-        """Zero."""
+        """Return a twist of zero."""
         return twist.still()
 
 

@@ -77,7 +77,7 @@ class ControlPoints:
         return pose.identity()
 
     def twist(self, t: float) -> Twist:
-        """Zero."""
+        """Return a twist of zero."""
         return twist.still()
 
     @cached_property

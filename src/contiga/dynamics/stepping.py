@@ -211,12 +211,12 @@ class GivenTimes:
 
     @property
     def start(self) -> float:
-        """The first one."""
+        """The first of the times."""
         return float(self.times[0])
 
     @property
     def end(self) -> float:
-        """The last one."""
+        """The last of the times."""
         return float(self.times[-1])
 
     def after(self, time: float) -> float:

@@ -54,7 +54,7 @@ class BodyEdge(NamedTuple):
 
 
 def moved_edge(edge: BodyEdge, matrix: FloatArray) -> BodyEdge:
-    """`edge` after an affine (4, 4) matrix: its tolerances grow as much as any length does.
+    """Return `edge` moved by an affine (4, 4) matrix, its tolerances grown with it.
 
     Where lengths grow unevenly its gap has to be measured anew.
     """

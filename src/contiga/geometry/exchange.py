@@ -31,7 +31,7 @@ _GEOMDL_AXES = {1: ("",), 2: ("_u", "_v")}
 
 
 class SplineParts(NamedTuple):
-    """The degrees, knots, control points and weights define a spline of d parameters."""
+    """Degrees, knots, control points and weights of a spline of d parameters."""
 
     degrees: tuple[int, ...]
     """d of them."""

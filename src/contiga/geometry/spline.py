@@ -45,7 +45,7 @@ class Spline(Movable, Generic[Arrays]):
 
     @property
     def homogeneous(self) -> FloatArray:
-        """Return (..., 4) (x, y, z, w) as (wx, wy, wz, w)."""
+        """Control points (wx, wy, wz, w): (n, 4), for a surface (n, m, 4); a new array."""
         return homogeneous(self._arrays.net)
 
     @property
@@ -81,7 +81,7 @@ class Spline(Movable, Generic[Arrays]):
 
 
 def homogeneous(net: FloatArray) -> FloatArray:
-    """(..., 4) (x, y, z, w) as (wx, wy, wz, w)."""
+    """Return (..., 4) (x, y, z, w) as (wx, wy, wz, w)."""
     out = np.array(net)
     out[..., :3] *= net[..., 3:]
     return out

@@ -282,7 +282,7 @@ class Body(Faces, Queries):
 
     @property
     def n_pieces(self) -> int:
-        """Patches."""
+        """Number of patches."""
         return len(self.patches)
 
     @property

@@ -96,7 +96,7 @@ class ClosestPointSearch(NamedTuple):
 
     @property
     def n_elements(self) -> int:
-        """One."""
+        """Number of elements: one."""
         return 1
 
     @property

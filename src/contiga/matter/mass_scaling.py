@@ -33,7 +33,7 @@ class AddedMass(NamedTuple):
 
 
 def added_to(parts: Sequence[Part], masses: FloatArray, added: FloatArray) -> tuple[AddedMass, ...]:
-    """Return each part's share in masses `added` (m,) to the nodes; `masses` is (parts, m).
+    """Return the mass that scaling added to each part, its share of `added` (m,) at nodes.
 
     Parts that share a node share its added mass by their masses there.
     """

@@ -1,4 +1,4 @@
-"""Pictures in space: shaded surfaces with lines, dots and arrows, and hidden parts."""
+"""Draw shaded surfaces, and lines, dots and arrows, faint where a surface hides them."""
 
 from __future__ import annotations
 

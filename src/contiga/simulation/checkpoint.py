@@ -35,7 +35,7 @@ _NUMBERS = ("step", "peak_energy", "shaking", "leak", "place_error", "speed_erro
 
 
 class Onward(NamedTuple):
-    """What differs where a run goes on beyond its end: its last step is no end then."""
+    """State of a run that goes on beyond its end: its last step is no end then."""
 
     written: int
     """Steps in the fields file: the last is written for being the last."""

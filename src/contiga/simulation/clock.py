@@ -53,7 +53,7 @@ class Clock:
             yield
 
     def __call__(self, stage: str) -> Stage:
-        """Add the time spent inside to `stage`, which is not begun anew in itself."""
+        """Return a context that adds the time inside to `stage`, which does not nest."""
         if stage not in self._stages:
             self._stages[stage] = Stage(self.seconds, stage)
         return self._stages[stage]

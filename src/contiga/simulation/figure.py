@@ -78,7 +78,7 @@ def _over(
 
 
 def _standard(history: Mapping[str, FloatArray], units: Mapping[str, str]) -> Iterator[Panel]:
-    """Return the panels of a history without chosen columns: all that is not zero throughout."""
+    """Yield the panels of a history without chosen columns: all that is not zero throughout."""
     over = _Time(history["time"], with_unit("time", units.get("time", "")))
     # Springs and sensors have a force, too: contacts are those with a penetration, and the one
     # without a name where there is one only.
@@ -116,7 +116,7 @@ class _Time(NamedTuple):
 
 
 def _panel(time: _Time, label: str, unit: str, lines: Mapping[str, FloatArray]) -> Iterator[Panel]:
-    """Return a panel of the lines that are not zero throughout, if there are any."""
+    """Yield a panel of the lines that are not zero throughout, if there are any."""
     sizes = {
         name: float(np.abs(values[np.isfinite(values)]).max(initial=0.0))
         for name, values in lines.items()
@@ -135,7 +135,7 @@ def _over_time(time: _Time, label: str, unit: str, lines: Mapping[str, FloatArra
 def _chosen(
     history: Mapping[str, FloatArray], units: Mapping[str, str], columns: Sequence[str]
 ) -> Iterator[Panel]:
-    """Return a panel for each unit among the columns."""
+    """Yield a panel for each unit among the columns."""
     given = [columns] if isinstance(columns, str) else list(columns)
     for name in given:
         if name not in history:

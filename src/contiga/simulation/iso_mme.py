@@ -110,7 +110,7 @@ def channels_of(history: Mapping[str, FloatArray], summary: Mapping[str, Any]) -
 
 
 def _columns(history: Mapping[str, FloatArray], name: str) -> Iterator[tuple[str, _Kind, str]]:
-    """Return the columns of an owner that channels can hold, with their kind and direction."""
+    """Yield the columns of an owner that channels can hold, with their kind and direction."""
     for whole in history:
         owner, _, column = whole.rpartition(".")
         if owner != name:

@@ -28,12 +28,12 @@ class Reason(IntEnum):
 
     @property
     def told(self) -> str:
-        """Return the reason in words."""
+        """The reason in words."""
         return _TOLD[self]
 
     @property
     def remedy(self) -> str:
-        """Return what would let steps be longer."""
+        """Advice that would let steps be longer."""
         return _REMEDY.get(self, "")
 
 
@@ -84,7 +84,7 @@ class Cut(NamedTuple):
 
 
 class Choice(NamedTuple):
-    """How the length of a step was chosen."""
+    """Choice of the length of a step."""
 
     cut: Cut
     tries: int = 1

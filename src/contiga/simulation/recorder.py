@@ -55,7 +55,7 @@ Progress = Callable[[int, int, int], Any]
 
 
 class _Stand(NamedTuple):
-    """How far a run has come.
+    """Progress of a run.
 
     It is replaced as one, so that a stop at any line leaves a whole step.
     """

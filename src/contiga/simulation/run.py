@@ -28,7 +28,7 @@ from contiga.simulation.system_state import SystemState
 
 
 class RunOptions(NamedTuple):
-    """How a run is carried out: see `Simulation.run`."""
+    """Options of a run: see `Simulation.run`."""
 
     resume: bool = False
     strict: bool = False

@@ -91,7 +91,7 @@ def sensors_told(model: Model, history: History) -> dict[str, dict[str, Any]]:
 
 
 def _of_acceleration(model: Model, sensor: Sensor, history: History) -> Iterator[tuple[str, Found]]:
-    """Return criteria of the resultant acceleration, as the sensor filters it."""
+    """Yield criteria of the resultant acceleration, as the sensor filters it."""
     asked = [name for name in sensor.criteria if name not in OWN_FILTERS]
     if not asked or f"{sensor.name}.a" not in history:
         return

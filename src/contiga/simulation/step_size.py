@@ -568,7 +568,7 @@ def _rates(
 
 
 def _gripped(before: State, now: State, step: float) -> _Felt:
-    """Return the rates of friction at points that carried before: others have their first."""
+    """Return the rates of friction at points that carried in the last step, too."""
     kept, last = now.kept, before.kept
     if kept.traction_B is None or last.traction_B is None:
         return _Felt(kept.normal_force.rows[:0], np.zeros((0, 3)))

@@ -60,7 +60,7 @@ class BodyStates(Mapping[str, BodyState]):
 
 
 class Energy(NamedTuple):
-    """Where the energy of a system is, and where it went since the start."""
+    """Energies of a system, and where they went since the start."""
 
     contact: float
     """Stored in the contacts: what their laws and sticking friction would give back."""

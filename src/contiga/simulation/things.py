@@ -244,7 +244,7 @@ def _is_slot(member: Any) -> bool:
 
 
 def _codes(code: CodeType) -> Iterator[CodeType]:
-    """Return a code and those of the functions inside it."""
+    """Yield a code and those of the functions inside it."""
     yield code
     for constant in code.co_consts:
         if isinstance(constant, CodeType):

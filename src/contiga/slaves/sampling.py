@@ -352,7 +352,7 @@ class Sampling:
         return _Adjacent(start, (keys % n).astype(np.int32), places)
 
     def _split(self, rows: IndexArray) -> Iterator[tuple[_OnFaces, slice]]:
-        """Return which of `rows`, ascending, are on faces of each number of corners."""
+        """Yield which of `rows`, ascending, are on faces of each number of corners."""
         for on in self._faces:
             start, stop = np.searchsorted(rows, (on.first, on.stop)).tolist()
             if stop > start:

@@ -59,7 +59,7 @@ class Base(NamedTuple):
 
     @property
     def tables(self) -> dict[str, Any]:
-        """Return the tables of the base case, with those of files that it includes."""
+        """The tables of the base case, with those of files that it includes."""
         return tomllib.loads(self.text) | tables_of(self.text, Path(self.path)).data
 
     def case(self, settings: dict[str, Any]) -> Case:

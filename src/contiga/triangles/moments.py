@@ -10,7 +10,7 @@ _PAIRS = ((0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (0, 2))
 
 
 def moments(corners: FloatArray) -> FloatArray:
-    """Return (10,) ∫ f dV of f = 1, x, y, z, xx, yy, zz, xy, yz, xz inside of triangles (m, 3, 3).
+    """Return the moments (10,) ∫ f dV of f = 1, x, …, xz inside of triangles (m, 3, 3).
 
     Of a tetrahedron with a corner in the origin, others a, b, c and V = a · (b × c) / 6 (Tonon,
     Explicit exact formulas for the 3-D tetrahedron inertia tensor, 2005, with s = a + b + c):

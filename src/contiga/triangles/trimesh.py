@@ -221,7 +221,7 @@ class TriMesh(Displayed, Movable, Queries, Exchanged):
 
     @property
     def n_pieces(self) -> int:
-        """Triangles."""
+        """Number of triangles."""
         return len(self.triangles)
 
     @property

@@ -13,7 +13,7 @@ def dot(a, b):
 
 @inner(error_model="numpy")
 def minus(a, b):
-    """a − b."""
+    """Return the difference a − b of two vectors."""
     return a[0] - b[0], a[1] - b[1], a[2] - b[2]
 
 

@@ -223,7 +223,7 @@ def evaluate(elements, e, s, t, h):
 
 @inlined()
 def place_in(u, first, last):
-    """s of the parameter u in an element from `first` to `last`, no farther out than its side."""
+    """Return the local s of the parameter u in an element, no farther out than its side."""
     return min(max((u - first) / (last - first) - 0.5, -0.5), 0.5)
 
 

@@ -352,7 +352,7 @@ def _groups(part_numbers: list[Int64Array], parts: Parts) -> list[Group]:
 
 
 def _sets(blocks: Iterable[Block], rows: Rows) -> Iterable[Group]:
-    """Return sets of nodes, and nodes that single cards hold, by name alone.
+    """Yield sets of nodes, and nodes that single cards hold, by name alone.
 
     Their numbers are used for parts too.
 

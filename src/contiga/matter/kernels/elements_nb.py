@@ -38,7 +38,7 @@ from contiga.matter.kernels.solid_viscosity_nb import bulk_viscosity
 
 @inner()
 def _account(bank, measures, energy):
-    """Energies of a block (4,), and behind them what each lane stores where there is room."""
+    """Write the energies (4,) of a block; behind them those of each lane, if there is room."""
     for kind in range(KINDS):
         row = (ENERGY + kind) * LANES
         for lane in range(LANES):

@@ -40,7 +40,7 @@ SIZE = ROWS * LANES
 
 @inner(linked=False)
 def gather(points, nodes, corners, bank):
-    """Rows of `points` at nodes (corners, LANES) into the bank."""
+    """Copy the rows of `points` at nodes (corners, LANES) into the bank."""
     for a in range(corners):
         row = (CORNERS + 3 * a) * LANES
         for lane in range(LANES):

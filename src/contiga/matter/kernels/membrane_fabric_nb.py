@@ -26,7 +26,7 @@ weft, and the largest angle of the shear."""
 
 @inner(linked=False)
 def membrane_fabric(bank, numbers, curves, old, new):
-    """S, energies and the new memory from E and the old memory."""
+    """Write stress S, energies and new memory of woven fabric, from strain E and memory."""
     t = numbers[THICKNESS]
     for lane in range(LANES):
         a, b, ab = strain(bank, lane)

@@ -16,7 +16,7 @@ X = CORNERS * LANES
 
 @inner(linked=False)
 def triangle_gradient(bank, gradients):
-    """F of corners, from the gradients (4, LANES) of all but the first."""
+    """Write F of triangles, from the gradients (4, LANES) of all corners but the first."""
     for lane in range(LANES):
         for i in range(3):
             at = X + i * LANES + lane

@@ -59,7 +59,7 @@ R, D = STRETCHED * LANES, MODULI * LANES
 
 @inner(linked=False)
 def add_moduli(bank, height, share):
-    """A layer's part of the moduli."""
+    """Add the moduli of a layer at `height`, with its `share` of the thickness, to the bank."""
     lever, square = share * height, share * height * height
     for at in range(6 * LANES):
         modulus = bank[TANGENT * LANES + at]

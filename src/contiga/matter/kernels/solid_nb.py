@@ -51,7 +51,7 @@ def determinant(bank):
 
 @inner(linked=False)
 def tet_forces(bank, gradients, volumes):
-    """Forces of the stress P on the corners, in place of the corners."""
+    """Write the forces of the stress P on the corners, over the corners in the bank."""
     for lane in range(LANES):
         v = -volumes[lane]
         for i in range(3):

@@ -120,7 +120,7 @@ def draw_lines(screen, segments, depth, bias, ink):
 
 @kernel()
 def values_at_pixels(buffer, triangles, values, found):
-    """Return (k,) point `values` (n,) of a mesh at the pixels it covers, in turn."""
+    """Write `values` (n,) of a mesh's points, interpolated at the pixels it covers."""
     height, width = buffer.depth.shape
     at = 0
     for row in range(height):

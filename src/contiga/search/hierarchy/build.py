@@ -105,7 +105,7 @@ def tree_over(low: FloatArray, high: FloatArray) -> tuple[Records, IntArray]:
 
 
 def empty_seeds(tree: Records) -> Seeds:
-    """A grid over a hierarchy, without seeds yet."""
+    """Return a grid of voxels over a hierarchy, without seeds yet."""
     low, high = tree["low"][0], tree["high"][0]
     if not np.isfinite(low).all():  # a body without leaves
         low = high = np.zeros(3)

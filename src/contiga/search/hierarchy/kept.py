@@ -82,7 +82,7 @@ def _digest_of(tables: Tables, how: tuple[Any, ...]) -> str:
 
 
 def _leaves(tables: Any) -> Iterator[Any]:
-    """Return the entries of named tuples in named tuples."""
+    """Yield the entries of named tuples in named tuples."""
     for part in tables:
         if isinstance(part, tuple):
             yield from _leaves(part)

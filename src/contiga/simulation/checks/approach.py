@@ -115,7 +115,7 @@ class _Span(NamedTuple):
 
     @property
     def least(self) -> float:
-        """A lower bound of all distances in between: each changes by no more than the way."""
+        """Lower bound of all distances between the two times, from the way gone."""
         return 0.5 * (self.first + self.last - (self.gone[-1] - self.gone[0]))
 
     def parted(self, ways: _Ways) -> tuple[FloatArray, FloatArray, int]:

@@ -19,7 +19,7 @@ _MANY_STEPS = 150_000
 
 
 def check_layout(scene: Scene) -> Iterator[Finding]:
-    """Report slaves, bodies and contacts that have no effect, or twice the effect."""
+    """Report what has no effect or twice the effect, tables outside the run, many steps."""
     model = scene.model
     used = {part.slave for part in model.contacts} | model.mechanism.tied.keys()
     for name, slave in model.slaves.items():

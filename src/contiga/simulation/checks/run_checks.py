@@ -64,7 +64,7 @@ def check_run(model: Model, history: Columns, last: SystemState) -> tuple[Findin
 
 
 def check_crest(model: Model, state: SystemState) -> tuple[Finding, ...]:
-    """Return what the state at the greatest force shows of the model."""
+    """Return findings about contacts in the state at the greatest force."""
     scene = Scene(model)
     findings: list[Finding] = []
     for pair in scene.pairs:

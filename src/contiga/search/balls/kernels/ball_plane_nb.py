@@ -45,7 +45,7 @@ def _plane(a, b, m, normal, margin, f):
 
 @inner()
 def _ball_before(a, m, k, normal, f):
-    """Return the ball before the plane m·x = k."""
+    """Write the ball before the plane m·x = k into f (4,)."""
     half = 0.5 * (
         (m[0] + normal[0]) ** 2 + (m[1] + normal[1]) ** 2 + (m[2] + normal[2]) ** 2
     )  # 1 + m·N without loss

@@ -135,8 +135,7 @@ def _speeds_to(neighbourhoods, n, place, sides):
 
 @inner(linked=False, error_model="numpy")
 def way_beyond(table, neighbourhoods, foot, start):
-    """Length of a way from a foot to a start, (element, s, t) each, over a smooth side, at most;
-    infinite where that is not in the surroundings of the foot.
+    """Return an upper bound of the way from a foot to a start, over a smooth side.
 
     It goes along the side as far as the start stands, and over it: elements are joined point by
     point, with the same parameter along the side or that from the other end.

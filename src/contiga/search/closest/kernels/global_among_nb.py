@@ -111,8 +111,7 @@ def may_hold(elements, place, point, among, h):
 
 @inner(linked=False)
 def is_guarded(elements, place, point, among, h):
-    """Return whether a place is a minimum that does not face away from the guard, the point behind
-    it and no nearer than the floor.
+    """Return whether a place is a minimum that the guard and the floor admit.
 
     On a side where the surface has a kink it need not be square to the way to the point, but no
     place of its own face beside it may be nearer; at a pole, none around it. Beyond a border there

@@ -25,7 +25,7 @@ piece's parameter, where it is on a trimming piece. The last is 0, or what the s
 
 @inner()
 def piece_parameters(trims, piece, t, c):
-    """Return (u, v) and two derivatives of a piece at t in [0, 1], into c[:3, :2]."""
+    """Write (u, v) and two derivatives of a piece at t in [0, 1] into c[:3, :2]."""
     n = trims.piece_degree[piece]
     basis = zero_scratch(3, 16)
     bernstein_basis(n, t, basis)

@@ -74,7 +74,7 @@ def _longest_line(net, lines, steps):
 
 @inner()
 def hull(net, count, n, piece):
-    """Box and slab along `n` of the points net[:count], into `piece`; returns how thick it is."""
+    """Write box and slab along `n` of net[:count] into `piece`; return the slab's thickness."""
     for c in range(3):
         piece[LOW + c] = math.inf
         piece[HIGH + c] = -math.inf
