@@ -46,7 +46,7 @@ class Reached(NamedTuple):
     behind: BoolArray
     """That lie behind the body, or inside."""
     room: FloatArray
-    """Way to contact at least, length; of points within reach that out of it, below zero."""
+    """Least way to contact, length; for points within reach minus the least way out of it."""
 
 
 def detect_at_start(

@@ -44,7 +44,8 @@ class EdgeShape:
 
     Parameters
     ----------
-    e : the edge
+    body, borders : faces, and the loops of their sides
+    e : number of the edge
     sag : how far its chords may miss, length
     """
 

@@ -71,6 +71,7 @@ class Simulation(Model):
     slip_rings : `contiga.belts.SlipRing`, a list or by name: between springs, by their names
     joints : `contiga.Joint`, a list or by name
     loads : a list of `contiga.Load`
+    gas : `contiga.gas.Chamber`, a list or by name
     sensors : a list of `contiga.Sensor`, `RelativeSensor`, `NodeSensor` and `SectionSensor`
     allow_unstable : go on with steps longer than the critical one
     settling : come to rest first: True, or how, as `contiga.Settle`

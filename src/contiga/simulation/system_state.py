@@ -36,7 +36,7 @@ class BodyStates(Mapping[str, BodyState]):
 
     Parameters
     ----------
-    names : of the b bodies
+    index : row of each of the b bodies, by name
     poses : (b, 4, 4) X_WB
     twists : (b, 6) velocity of the frames' origins and spin, world axes
     """
