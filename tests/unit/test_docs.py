@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import importlib
+import pkgutil
 import re
 import runpy
 import shlex
@@ -13,6 +15,7 @@ import pytest
 import typer
 
 import contiga as cg
+import contiga.case
 from contiga.case.contact_spec import ContactSpec
 from contiga.case.schema import (
     BodySpec,
@@ -41,6 +44,15 @@ ROOT = Path(__file__).resolve().parents[2]
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
 RUN_ELSEWHERE = {"tutorial.md", "gallery.md"}
 """Their cases need files: tests/cases/test_tutorial.py and test_gallery.py do all they say."""
+PAGES_OF_TABLES = {
+    "material_spec": ("matter.md",),
+    "deform_spec": ("matter.md",),
+    "joint_spec": ("joints.md",),
+    "belt_spec": ("belts.md",),
+    "device_spec": ("belt-devices.md",),
+    "gas_spec": ("loads.md",),
+}
+"""Pages beside case.md that have the keys of a module of `contiga.case`."""
 
 
 def blocks(language: str) -> list[tuple[str, str]]:
@@ -98,6 +110,31 @@ def test_programs_on_a_page_run(page: str, capsys: pytest.CaptureFixture[str]) -
 def test_every_key_of_a_case_is_on_its_page(spec: type[Spec]) -> None:
     page = (ROOT / "docs" / "case.md").read_text(encoding="utf-8")
     assert [key for key in spec.model_fields if f"`{key}`" not in page] == []
+
+
+def specs_of_cases() -> dict[str, list[type[Spec]]]:
+    """All tables of a case file, by the module of `contiga.case` that they are in."""
+    for module in pkgutil.iter_modules(contiga.case.__path__):
+        importlib.import_module(f"contiga.case.{module.name}")
+    found: dict[str, list[type[Spec]]] = {}
+    waiting = [Spec]
+    for spec in waiting:
+        waiting += spec.__subclasses__()
+        if spec.__module__.startswith("contiga.case."):
+            found.setdefault(spec.__module__.removeprefix("contiga.case."), []).append(spec)
+    return found
+
+
+def test_every_key_of_a_table_is_on_the_page_of_cases_or_of_its_subject() -> None:
+    specs, missing = specs_of_cases(), []
+    assert {"law_spec", "sensor_spec", *PAGES_OF_TABLES} <= set(specs)
+    for module, group in specs.items():
+        pages = ["case.md", *PAGES_OF_TABLES.get(module, ())]
+        texts = [(ROOT / "docs" / page).read_text(encoding="utf-8") for page in pages]
+        words = set(re.findall(r"\w+", " ".join(texts)))
+        keys = {field.alias or key for spec in group for key, field in spec.model_fields.items()}
+        missing += [f"{module}: {key} in {' or '.join(pages)}" for key in sorted(keys - words)]
+    assert missing == []
 
 
 @pytest.mark.parametrize("spec", [StudySpec, VariableSpec, SampleSpec, RuleSpec, GoalSpec, MapSpec])

@@ -5,6 +5,7 @@ from __future__ import annotations
 from contiga.area.hull import HullArea
 from contiga.area.method import AreaMethod
 from contiga.area.nodal import NodalArea
+from contiga.arrays.layout import not_negative
 from contiga.contact.state import State
 from contiga.errors import InputError
 from contiga.laws.by_face import FaceLaws
@@ -74,6 +75,8 @@ def check_friction(friction: object) -> None:
             found=friction,
             allowed="Coulomb, ViscousFriction, or an object with respond, n_memory and slid",
         )
+    if getattr(friction, "viscosity", None) is not None:
+        not_negative(getattr(friction, "coefficient", None), "friction.coefficient")
 
 
 def check_sampling(quadrature: str | int, weights: str, law: Law, area: AreaMethod) -> None:

@@ -1,5 +1,9 @@
 """Filters and injury criteria of crash tests, from sampled signals.
 
+Question: how severe is this signal? Arrays of samples only, SI units. Read `samples` (what a signal
+must be), `filters`, `head_injury` with `pairs`, `held_level`, `brain`, `chest`, `neck`, `femur`,
+`dummies` (numbers of their sizes), `bands` and `rating`.
+
 >>> import numpy as np
 >>> times = np.linspace(0.0, 0.02, 201)
 >>> pulse = 80.0 * np.sin(np.pi * times / 0.02)

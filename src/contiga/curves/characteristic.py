@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 from contiga.arrays.layout import locked, read_only, real
 from contiga.curves.curve_records import Curves, Response, piecewise
 from contiga.curves.kernels import curve_nb
-from contiga.curves.tables import table_of
+from contiga.curves.tables import is_number, table_of
 from contiga.errors import InputError, RunError
 from contiga.records import FloatArray
 
@@ -104,7 +104,7 @@ class Characteristic:
         function: Function | None = None
         if isinstance(curve, Characteristic):
             x, y, function, extrapolation = curve.x, curve.y, curve.function, curve.extrapolation
-        elif isinstance(curve, int | float | np.number) and not isinstance(curve, bool):
+        elif is_number(curve):
             x, y = _line(float(curve), name)
             extrapolation = "linear"
         elif callable(curve):

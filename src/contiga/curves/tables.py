@@ -2,12 +2,21 @@
 
 from __future__ import annotations
 
+from typing import TypeGuard
+
 import numpy as np
 from numpy.typing import ArrayLike
 
 from contiga.arrays.layout import real
 from contiga.errors import InputError
 from contiga.records import FloatArray
+
+
+def is_number(given: object) -> TypeGuard[float]:
+    """Return whether a curve is given by one number, which may be an array without axes."""
+    if isinstance(given, np.ndarray) and given.ndim == 0:
+        given = given[()]
+    return isinstance(given, int | float | np.number) and not isinstance(given, bool)
 
 
 def table_of(

@@ -1,5 +1,11 @@
 """Motion of bodies and nodes: prescribed, by the forces on them, or with another body.
 
+Question: how does what moves get from one step to the next? Read `prescribed` and `pulses` (motions
+that are given), `free` and `rigid_bodies` (bodies that move by forces), `nodes` (the base of what
+moves the nodes of a slave), `deforming`, `deforming_parts` and `deforming_nodes` (what deforms),
+`holding`; `joints` and `linkage`; `springs`, `loads`, `belt`, `gas` (what acts); `stepping` (times
+of steps).
+
 >>> dip = Translate([[0.0, 0.0, 0.0, 0.0], [2.0, 0.0, 0.0, -3.0]])
 >>> dip.pose(1.0)[:3, 3].tolist()
 [0.0, 0.0, -1.5]

@@ -31,7 +31,7 @@ from numpy.typing import ArrayLike
 
 from contiga.arrays.layout import all_of, positive, real
 from contiga.curves.curve_records import Curves, joined, piecewise
-from contiga.curves.tables import table_of
+from contiga.curves.tables import is_number, table_of
 from contiga.dynamics.gas_tables import (
     Contents,
     FlowTables,
@@ -595,9 +595,7 @@ def _held(name: str, given: ArrayLike, over: str, above: bool = False) -> Curves
         Neither a number nor rows, a negative value, or with `above` a value that is not positive.
     """
     allowed = f"a number, or rows [{over}, {name}] with {over} strictly increasing"
-    given = given[()] if isinstance(given, np.ndarray) else given  # a number, if it has no axis
-    is_number = isinstance(given, int | float | np.number) and not isinstance(given, bool)
-    rows = [[0.0, given]] if is_number else given
+    rows = [[0.0, given]] if is_number(given) else given
     table = table_of(rows, (over, name), where=name, allowed=allowed)
     least = float(table[:, 1].min())
     if not (least > 0.0 if above else least >= 0.0):

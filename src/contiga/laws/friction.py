@@ -105,8 +105,15 @@ class CoulombNumbers(NamedTuple):
 class Friction(Protocol):
     """Friction as a contact uses it.
 
-    `Contact.tangent` needs one more method: ``changes(inp: FrictionInput, change:
-    FrictionChange)``, which returns (n, 3, m) of the forces.
+    It may have more, which is asked for by name:
+
+    - ``has_rate``: True if the force depends on the velocity. `Contact.step` without ``dt`` and
+      velocities is then refused.
+    - ``viscosity(force, speed)`` and the number ``coefficient``, for friction without a jump at
+      rest: force over sliding speed (n,) at normal forces (n,) and sliding speeds (n,), and the
+      largest ratio of friction to normal force. Automatic steps are then short enough for it.
+    - ``changes(inp: FrictionInput, change: FrictionChange)``, which returns the changes (n, 3, m)
+      of the forces: `Contact.tangent` needs it.
     """
 
     @property
@@ -296,7 +303,7 @@ class ViscousFriction:
     has_rate = True
 
     def slid(self, memory: FloatArray) -> FloatArray:
-        """Return zeros (n, 3): the law has no memory."""
+        """Return zeros (n, 3): no sliding distance is remembered."""
         return np.zeros((len(memory), 3))
 
     def viscosity(self, force: FloatArray, speed: FloatArray) -> FloatArray:

@@ -7,7 +7,7 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import ArrayLike
 
-from contiga.curves.tables import check_never_falls, table_of
+from contiga.curves.tables import check_never_falls, is_number, table_of
 from contiga.errors import InputError
 from contiga.records import FloatArray
 
@@ -24,7 +24,7 @@ def as_table(curve: CurveLike, name: str) -> FloatArray:
     InputError
         Not a table of numbers, not from zero, strains that do not rise, stresses that fall.
     """
-    rows = [[0.0, 0.0], [1.0, curve]] if isinstance(curve, int | float | np.number) else curve
+    rows = [[0.0, 0.0], [1.0, curve]] if is_number(curve) else curve
     table = table_of(rows, COLUMNS, where=name, at_least=2, allowed=ROWS)
     if table[0].any():
         raise InputError("must begin at zero", where=name, found=table[0].tolist(), allowed=ROWS)

@@ -6,6 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from contiga.errors import InputError
 from contiga.records import FloatArray
 
 FLAT = 1e-12
@@ -19,7 +20,7 @@ CUBE = np.array(
     ]
 )  # fmt: skip
 """Corners of a hexahedron in VTK's order."""
-FACES = (
+CUBE_FACES = (
     *((0, 4, 7, 3), (1, 2, 6, 5), (0, 1, 5, 4)),
     *((3, 7, 6, 2), (0, 3, 2, 1), (4, 5, 6, 7)),
 )
@@ -80,6 +81,11 @@ def measures(kind: str, corners: FloatArray) -> FloatArray:
     """Return volumes, areas or lengths (n,) of elements (n, k, 3).
 
     They are exact but for the sign and rounding.
+
+    Raises
+    ------
+    InputError
+        A kind that is not known here.
     """
     edges = np.ascontiguousarray(np.moveaxis(corners[:, 1:] - corners[:, :1], 0, 2))
     if kind == "bar2":
@@ -89,11 +95,18 @@ def measures(kind: str, corners: FloatArray) -> FloatArray:
         return 0.5 * np.sqrt(_dot(normal, normal))
     if kind == "tet4":
         return np.abs(_dot(edges[0], _cross(edges[1], edges[2]))) / 6.0
+    if kind != "hex8":
+        raise InputError(
+            "no volume is known of elements of this kind",
+            where="kind",
+            found=kind,
+            allowed="bar2, tri3, tet4, hex8",
+        )
     # The sum over the faces of ∫ x·n dA / 3; of a bilinear face that is the mean of what its two
     # pairs of triangles have.
     corner = [np.zeros_like(edges[0]), *edges]
     whole = np.zeros(len(corners))
-    for face in FACES:
+    for face in CUBE_FACES:
         a, b, c, d = (corner[k] for k in face)
         whole += _dot(a + b, _cross(c, d)) + _dot(a, _cross(b, c + d))
     return np.abs(whole) / 12.0

@@ -1,4 +1,10 @@
-"""The report of a run: one HTML file that reads offline, made from the output folder alone."""
+"""The report of a run: one HTML file that reads offline, made from the output folder alone.
+
+Question: what happened in this run? Read `run_folder` (the files of a run) and `fields`, `html`
+(the page) and `html_tables`, `lines` and `plots` (figures over time) with one file a subject, such
+as `motion`; `peak`, `scene` and `still` (the picture), `view`, `space`; `comparison` and `curves`
+(several runs).
+"""
 
 from __future__ import annotations
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -43,15 +44,38 @@ OF_RELATIVE = {
     **{measure: OF_SENSORS[measure] for measure in (*RATES, *CUT)},
 }
 """And of a `RelativeSensor`."""
-CRITERIA = ("HIC15", "HIC36", "HICd", "3ms", "chest3ms", "BrIC")
-RELATIVE_CRITERIA = ("VC", "Nij", "femur")
-CRITERION_UNITS = {"3ms": "g", "chest3ms": "g", "VC": "m/s"}
-"""Of criteria that have one."""
-OWN_FILTERS = {"BrIC": "CFC60", "VC": "CFC180", "Nij": "CFC600", "femur": "CFC600"}
-"""Classes that the sources of criteria ask for; the others are of what their sensor filters."""
-_NEEDED = {"BrIC": ("spin",), "VC": ("distance",), "Nij": CUT, "femur": ("force",)}
-"""What criteria are about; all others are about the acceleration."""
-_IN_BODY_AXES = ("BrIC", "Nij", "femur")
+
+
+class Criterion(NamedTuple):
+    """What a criterion needs of its sensor; by default one of the resultant acceleration."""
+
+    measures: tuple[str, ...] = ("acceleration",)
+    """What the sensor must measure."""
+    columns: tuple[str, ...] = ()
+    """Columns of the sensor that it is computed from, each filtered by `filter`."""
+    filter: str | None = None
+    """Class of the filter that its source asks for; None where the sensor's own filter counts."""
+    unit: str = ""
+    in_body_axes: bool = False
+    """Whether its components are in axes that turn with a body."""
+
+
+CRITERIA = {
+    "HIC15": Criterion(),
+    "HIC36": Criterion(),
+    "HICd": Criterion(),
+    "3ms": Criterion(unit="g"),
+    "chest3ms": Criterion(unit="g"),
+    "BrIC": Criterion(("spin",), ("wx", "wy", "wz"), "CFC60", in_body_axes=True),
+}
+"""The criteria of a `Sensor`, by name."""
+RELATIVE_CRITERIA = {
+    "VC": Criterion(("distance",), ("distance",), "CFC180", unit="m/s"),
+    "Nij": Criterion(CUT, ("fz", "my"), "CFC600", in_body_axes=True),
+    "femur": Criterion(("force",), ("fx", "fy", "fz"), "CFC600", in_body_axes=True),
+}
+"""The criteria of a `RelativeSensor`, by name."""
+ALL_CRITERIA = {**CRITERIA, **RELATIVE_CRITERIA}
 _SKEW = 1e-6
 """Departure of axes from unit vectors at right angles, at most."""
 _CODE = re.compile(r"[A-Z0-9?]{12}")
@@ -128,7 +152,7 @@ class Sensor:
         put(self, "axes", _checked_axes(axes))
         put(self, "measures", _several("measures", measures, MEASURES))
         put(self, "filter", None if filter is None else one_of("filter", filter, FILTERS))
-        put(self, "criteria", _several("criteria", criteria, CRITERIA))
+        put(self, "criteria", _several("criteria", criteria, tuple(CRITERIA)))
         put(self, "bands", dict(bands or {}))
         put(self, "code", _checked_code(code))
         put(self, "trigger", trigger)
@@ -219,7 +243,7 @@ class RelativeSensor:
         put(self, "at", None if at is None else _two_points(at))
         put(self, "axes", _checked_axes(axes))
         put(self, "measures", _several("measures", measures, (*RELATIVE_MEASURES, *RATES, *CUT)))
-        put(self, "criteria", _several("criteria", criteria, RELATIVE_CRITERIA))
+        put(self, "criteria", _several("criteria", criteria, tuple(RELATIVE_CRITERIA)))
         put(self, "bands", dict(bands or {}))
         put(self, "dummy", one_of("dummy", dummy, tuple(DUMMIES)))
         put(self, "code", _checked_code(code))
@@ -247,8 +271,8 @@ def _check_criteria(sensor: Sensor | RelativeSensor) -> None:
     for which in sensor.bands:
         one_of("bands", which, sensor.criteria)
     for one in sensor.criteria:
-        _check_measured(sensor, "criteria", _NEEDED.get(one, ("acceleration",)))
-        if one in _IN_BODY_AXES and not sensor.turns:
+        _check_measured(sensor, "criteria", ALL_CRITERIA[one].measures)
+        if ALL_CRITERIA[one].in_body_axes and not sensor.turns:
             raise InputError(
                 f"{one} is of components in the axes of a body",
                 where=f"sensor {sensor.name!r}: axes",

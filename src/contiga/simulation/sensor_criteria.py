@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from typing import Any
+from collections.abc import Callable, Iterator
+from functools import partial
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -18,7 +19,7 @@ from contiga.criteria.neck import nij
 from contiga.io.units import acceleration_factor, base_factor
 from contiga.records import FloatArray
 from contiga.simulation.model import Model
-from contiga.simulation.sensor import CRITERION_UNITS, OWN_FILTERS, RelativeSensor, Sensor
+from contiga.simulation.sensor import ALL_CRITERIA, RelativeSensor, Sensor
 from contiga.simulation.sensors import on_axes
 from contiga.simulation.signals import smooth, too_coarse
 from contiga.simulation.slave_sensor import slave_of
@@ -27,11 +28,7 @@ from contiga.simulation.springs import first_time
 History = dict[str, FloatArray]
 Found = dict[str, Any]
 """`value`, and `start` and `end` of when it holds, seconds."""
-_WINDOWS = {"HIC15": 0.015, "HIC36": 0.036, "HICd": 0.036}
 _HELD = 0.003
-_COLUMNS = {"BrIC": ("wx", "wy", "wz"), "VC": ("distance",), "Nij": ("fz", "my"),
-            "femur": ("fx", "fy", "fz")}  # fmt: skip
-"""What criteria with filters of their own are of."""
 
 
 def sensor_summary(model: Model, history: History) -> dict[str, dict[str, Any]]:
@@ -47,23 +44,24 @@ def sensor_summary(model: Model, history: History) -> dict[str, dict[str, Any]]:
         if not sensor.criteria:
             continue
         found = dict(_of_acceleration(model, sensor, history)) if isinstance(sensor, Sensor) else {}
-        for name in sensor.criteria:  # whose source says how the signal is to be filtered
-            columns = [f"{sensor.name}.{column}" for column in _COLUMNS.get(name, ())]
-            if not columns or too_coarse(model, OWN_FILTERS[name], history):
+        for name in sensor.criteria:
+            cls = ALL_CRITERIA[name].filter
+            if cls is None or too_coarse(model, cls, history):
                 continue
+            columns = [f"{sensor.name}.{column}" for column in ALL_CRITERIA[name].columns]
             if not all(np.isfinite(history[column]).all() for column in columns):
                 continue
-            grid, signal = smooth(model, columns, OWN_FILTERS[name], history)
+            grid, values = smooth(model, columns, cls, history)
             if name != "VC" or len(grid) >= LEAST:
-                found[name] = _found(model, sensor, name, grid, signal)
+                found[name] = OF_SIGNALS[name](_signal(model, sensor, grid, values))
         unit, criteria = base_factor(model.units[2], "time"), summary[sensor.name]["criteria"]
         for name in sensor.criteria:
             if name not in found:
                 continue
             one = found[name]
             criteria[name] = {**one, "start": one["start"] / unit, "end": one["end"] / unit}
-            if name in CRITERION_UNITS:
-                criteria[name]["unit"] = CRITERION_UNITS[name]
+            if ALL_CRITERIA[name].unit:
+                criteria[name]["unit"] = ALL_CRITERIA[name].unit
             if name in sensor.bands:
                 criteria[name]["band"] = sensor.bands[name].of(one["value"])
     return summary
@@ -92,7 +90,7 @@ def sensors_told(model: Model, history: History) -> dict[str, dict[str, Any]]:
 
 def _of_acceleration(model: Model, sensor: Sensor, history: History) -> Iterator[tuple[str, Found]]:
     """Yield criteria of the resultant acceleration, as the sensor filters it."""
-    asked = [name for name in sensor.criteria if name not in OWN_FILTERS]
+    asked = [name for name in sensor.criteria if name in OF_ACCELERATION]
     if not asked or f"{sensor.name}.a" not in history:
         return
     if sensor.filter is None:
@@ -109,53 +107,115 @@ def _of_acceleration(model: Model, sensor: Sensor, history: History) -> Iterator
     if not np.isfinite(a).all():
         return
     for name in asked:
-        if name in ("3ms", "chest3ms"):
-            if t[-1] - t[0] < _HELD:
-                continue
-            value, start, end = clip(a, t, _HELD, cumulative=name == "chest3ms")[:3]
-        else:
-            value, start, end = hic(a, t, _WINDOWS[name])
-            value = hicd(value) if name == "HICd" else value
-        yield name, {"value": value, "start": start, "end": end}
+        one = OF_ACCELERATION[name](a, t)
+        if one is not None:
+            yield name, one
 
 
-def _found(
-    model: Model,
-    sensor: Sensor | RelativeSensor,
-    name: str,
-    grid: FloatArray,
-    signal: FloatArray,
-) -> Found:
-    """Return one criterion of its signal (m, k) at even times, in units of the case."""
+def _hic(a: FloatArray, t: FloatArray, longest: float) -> Found:
+    value, start, end = hic(a, t, longest)
+    return {"value": value, "start": start, "end": end}
+
+
+def _hicd(a: FloatArray, t: FloatArray) -> Found:
+    found = _hic(a, t, 0.036)
+    return {**found, "value": hicd(found["value"])}
+
+
+def _clip(a: FloatArray, t: FloatArray, cumulative: bool) -> Found | None:
+    """Return the 3 ms value; None of a run that is shorter than that."""
+    if t[-1] - t[0] < _HELD:
+        return None
+    value, start, end = clip(a, t, _HELD, cumulative=cumulative)[:3]
+    return {"value": value, "start": start, "end": end}
+
+
+OF_ACCELERATION: dict[str, Callable[[FloatArray, FloatArray], Found | None]] = {
+    "HIC15": partial(_hic, longest=0.015),
+    "HIC36": partial(_hic, longest=0.036),
+    "HICd": _hicd,
+    "3ms": partial(_clip, cumulative=False),
+    "chest3ms": partial(_clip, cumulative=True),
+}
+"""Criteria of the resultant acceleration (n,), g, at times (n,), s."""
+
+
+class Signal(NamedTuple):
+    """The signal of a criterion over a run, filtered as its source asks."""
+
+    model: Model
+    sensor: Sensor | RelativeSensor
+    times: FloatArray
+    """(m,) even times, s."""
+    values: FloatArray
+    """(m, k) the columns of the criterion, in units of the case."""
+    metre: float
+    """The length unit of the case, m; `kilogram` and `second` are its mass and time units."""
+    kilogram: float
+    second: float
+
+    @property
+    def newton(self) -> float:
+        """The force unit of the case, N."""
+        return self.kilogram * self.metre / self.second**2
+
+    @property
+    def pair(self) -> RelativeSensor:
+        """The sensor, of a criterion of a `RelativeSensor`."""
+        assert isinstance(self.sensor, RelativeSensor)
+        return self.sensor
+
+
+def _signal(
+    model: Model, sensor: Sensor | RelativeSensor, grid: FloatArray, values: FloatArray
+) -> Signal:
+    """Return columns (m, k) at even times (m,) of the case as a signal."""
     metre, kilogram, second = (
         base_factor(unit, kind)
         for unit, kind in zip(model.units, ("length", "mass", "time"), strict=True)
     )
-    t, newton = grid * second, kilogram * metre / second**2
-    if isinstance(sensor, Sensor):
-        w = signal / second
-        k = int(np.argmax((np.abs(w) / CRITICAL).max(axis=1)))
-        return {"value": bric(w).value, "start": t[k], "end": t[k]}
-    dummy = DUMMIES[sensor.dummy]
-    if name == "VC":
-        pressed = (signal[0, 0] - signal[:, 0]) * metre
-        value, after = vc(
-            pressed, float(t[1] - t[0]), scale=dummy.chest_scale, depth=dummy.chest_depth
-        )
-        return {"value": value, "start": t[0] + after, "end": t[0] + after}
-    if name == "Nij":
-        assert dummy.neck is not None
-        value, k, mode = nij(signal[:, 0] * newton, signal[:, 1] * newton * metre, dummy.neck)
-        return {"value": value, "start": t[k], "end": t[k], "mode": mode}
-    force = femur_force(signal @ _first_axis(model, sensor) * newton, t)
-    k = int(np.argmin(signal @ _first_axis(model, sensor)))
+    return Signal(model, sensor, grid * second, values, metre, kilogram, second)
+
+
+def _bric(signal: Signal) -> Found:
+    w = signal.values / signal.second
+    time = signal.times[int(np.argmax((np.abs(w) / CRITICAL).max(axis=1)))]
+    return {"value": bric(w).value, "start": time, "end": time}
+
+
+def _vc(signal: Signal) -> Found:
+    dummy, distance, t = DUMMIES[signal.pair.dummy], signal.values[:, 0], signal.times
+    pressed = (distance[0] - distance) * signal.metre
+    value, after = vc(pressed, float(t[1] - t[0]), scale=dummy.chest_scale, depth=dummy.chest_depth)
+    return {"value": value, "start": t[0] + after, "end": t[0] + after}
+
+
+def _nij(signal: Signal) -> Found:
+    limits, (force, moment) = DUMMIES[signal.pair.dummy].neck, signal.values.T
+    assert limits is not None
+    value, k, mode = nij(force * signal.newton, moment * signal.newton * signal.metre, limits)
+    return {"value": value, "start": signal.times[k], "end": signal.times[k], "mode": mode}
+
+
+def _femur(signal: Signal) -> Found:
+    along = signal.values @ _first_axis(signal.model, signal.pair)
+    force, time = femur_force(along * signal.newton, signal.times), signal.times[np.argmin(along)]
     return {
         "value": force.ratio,
-        "start": t[k],
-        "end": t[k],
+        "start": time,
+        "end": time,
         "peak": force.peak,
         "held": force.held,
     }
+
+
+OF_SIGNALS: dict[str, Callable[[Signal], Found]] = {
+    "BrIC": _bric,
+    "VC": _vc,
+    "Nij": _nij,
+    "femur": _femur,
+}
+"""Criteria with a filter of their own."""
 
 
 def _first_axis(model: Model, sensor: RelativeSensor) -> FloatArray:

@@ -14,7 +14,7 @@ from contiga.io.units import base_factor
 from contiga.records import FloatArray
 from contiga.simulation.model import Model
 from contiga.simulation.resampling import FINE, even_times, means, trapezoids
-from contiga.simulation.sensor import OWN_FILTERS
+from contiga.simulation.sensor import ALL_CRITERIA
 
 _EQUAL_TOL = 1e-6
 
@@ -47,7 +47,8 @@ def _classes(model: Model) -> dict[str, list[str]]:
     """Return who asks for filters, with the classes of its own and of its criteria."""
     asked = {name: [cls] for name, (cls, _) in _filtered(model).items()}
     for sensor in model.sensors:
-        of_criteria = [OWN_FILTERS[one] for one in sensor.criteria if one in OWN_FILTERS]
+        filters = [ALL_CRITERIA[one].filter for one in sensor.criteria]
+        of_criteria = [cls for cls in filters if cls is not None]
         if of_criteria:
             asked[sensor.name] = list(dict.fromkeys([*asked.get(sensor.name, []), *of_criteria]))
     return asked

@@ -35,7 +35,7 @@ import math
 from dataclasses import replace
 from itertools import count
 from time import perf_counter
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -46,7 +46,6 @@ from contiga.contact.state import State
 from contiga.dynamics.stepping import AutoSteps
 from contiga.errors import RunError
 from contiga.geometry.net import NetMotion
-from contiga.laws.friction import ViscousFriction
 from contiga.masters.protocol import Surface
 from contiga.records import ContactStatus, FloatArray, IndexArray, IntArray, SurfacePlaces
 from contiga.rigid.frames import cross, to_world, turn_to_world
@@ -524,8 +523,9 @@ def shaking_of(model: Model, last: SystemState, state: SystemState, limit: Limit
         of_nodes = max(of_nodes, root)
     for part in model.contacts:
         # The rate at which viscous friction changes, over what it can be at most.
-        friction, now = part.contact.friction, state.contacts[part.name]
-        if isinstance(friction, ViscousFriction):
+        friction: Any = part.contact.friction
+        now = state.contacts[part.name]
+        if getattr(friction, "viscosity", None) is not None:
             rate = _gripped(last.contacts[part.name], now, state.step).forces
             bound = friction.coefficient * float(now.normal_force.sum())
             if bound > 0.0:

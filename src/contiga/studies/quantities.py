@@ -13,7 +13,7 @@ from contiga.errors import CaseError
 from contiga.io.column_units import column_units
 from contiga.io.naming import closest
 from contiga.records import FloatArray
-from contiga.simulation.sensor import CRITERION_UNITS
+from contiga.simulation.sensor import ALL_CRITERIA
 
 _CALL = re.compile(r"(\w+)\((.+?)(?:,\s*([-+]?[\d.]+(?:[eE][-+]?\d+)?)\s*)?\)")
 _PLAIN = ("energy_error", "steps", "warnings")
@@ -88,7 +88,7 @@ class Quantity(NamedTuple):
     def unit(self, units: tuple[str, str, str]) -> str:
         """Return its unit, from `units` of length, mass and time; empty if it has none."""
         if self.kind == "criterion":
-            return CRITERION_UNITS.get(self.criterion, "")
+            return ALL_CRITERIA[self.criterion].unit
         if self.kind in _PLAIN:
             return ""
         column = "time" if self.kind.startswith("time_of") else self.name

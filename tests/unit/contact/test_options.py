@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -143,6 +144,14 @@ def test_wrong_input_is_told_clearly(name: str) -> None:
     assert found in text
     assert allowed in text
     assert error.value.exit_code == 2
+
+
+def test_a_friction_with_a_viscosity_tells_its_largest_ratio() -> None:
+    drag = SimpleNamespace(n_memory=0, respond=print, slid=print, viscosity=print)
+    with pytest.raises(InputError, match="friction.coefficient"):
+        cg.Contact(PLANE, CLOUD, law=LAW, friction=drag)
+    drag.coefficient = 0.3
+    assert cg.Contact(PLANE, CLOUD, law=LAW, friction=drag)
 
 
 def test_a_state_of_another_slave_is_refused() -> None:

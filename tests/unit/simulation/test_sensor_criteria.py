@@ -10,6 +10,8 @@ import contiga as cg
 from contiga.case.columns import columns_of_case, criteria_of_case
 from contiga.case.schema import parse_case
 from contiga.errors import InputError
+from contiga.simulation.sensor import ALL_CRITERIA
+from contiga.simulation.sensor_criteria import OF_ACCELERATION, OF_SIGNALS
 
 BALL = cg.Body([cg.shapes.sphere(radius=0.1)])
 SI = ("m", "kg", "s")
@@ -22,6 +24,14 @@ def run_of(units: tuple[str, str, str], sensors: list[object], **more: object) -
     own = {"slaves": {}, "contacts": [], "end": 0.1 * SIZE[units][2], "units": units}
     own |= {"step": 1e-4 * SIZE[units][2]} | more
     return cg.Simulation(sensors=sensors, **own).run()  # type: ignore[arg-type]
+
+
+def test_each_criterion_that_a_sensor_takes_is_evaluated_on_its_own_signal() -> None:
+    own = {name: one for name, one in ALL_CRITERIA.items() if one.filter is not None}
+    assert set(OF_SIGNALS) == set(own)
+    assert set(OF_ACCELERATION) == set(ALL_CRITERIA) - set(own)
+    assert all(one.columns for one in own.values())
+    assert all(ALL_CRITERIA[name].measures == ("acceleration",) for name in OF_ACCELERATION)
 
 
 @pytest.mark.parametrize("units", [SI, MM])

@@ -368,18 +368,39 @@ def test_a_damper_sees_the_velocity_that_a_pulse_gives() -> None:
     np.testing.assert_allclose(damping, 0.1 * history["ball.vx"], atol=2e-3 * damping.max())
 
 
+class OwnFriction:
+    """A friction of a user's own that does as `ViscousFriction` does."""
+
+    has_rate = True
+
+    def __init__(self, same: cg.ViscousFriction) -> None:
+        self.coefficient, self.n_memory = same.coefficient, same.n_memory
+        self.respond, self.slid, self.viscosity = same.respond, same.slid, same.viscosity
+
+
+def slowing_down(friction: object, end: float) -> cg.Simulation:
+    """A node on a plate, at 3 mm/s."""
+    plate = box((-1.0, -1.0, -1.0), (1.0, 1.0, 0.0))
+    node = cg.Slave([[0.0, 0.0, -G / 1e4]], area=[1.0], mass=[1.0])
+    law = cg.PenaltyLaw(1e4)
+    contact = cg.Contact(plate, node, law=law, friction=friction, search="penetration")
+    return cg.Simulation(
+        bodies={"plate": plate}, slaves={"node": (node, Free(velocity=[3e-3, 0, 0]))},
+        contacts=[contact], gravity=[0, 0, -G], end=end, step="auto",
+    )  # fmt: skip
+
+
+def test_a_friction_of_ones_own_takes_the_steps_of_one_that_does_the_same() -> None:
+    friction = cg.ViscousFriction(0.3, 1e-3)
+    ours, own = (slowing_down(one, 0.02).run() for one in (friction, OwnFriction(friction)))
+    assert len(ours.history["time"]) > 20
+    np.testing.assert_array_equal(own.history["time"], ours.history["time"])
+
+
 def test_viscous_friction_of_a_free_node_is_followed() -> None:
     """v' = −μ g tanh(v/s): sinh(v/s) falls by e^(−μ g t/s)."""
     speed, rate = 1e-3, 0.3 * G / 1e-3
-    plate = box((-1.0, -1.0, -1.0), (1.0, 1.0, 0.0))
-    node = cg.Slave([[0.0, 0.0, -G / 1e4]], area=[1.0], mass=[1.0])
-    law, friction = cg.PenaltyLaw(1e4), cg.ViscousFriction(0.3, speed)
-    contact = cg.Contact(plate, node, law=law, friction=friction, search="penetration")
-    simulation = cg.Simulation(
-        bodies={"plate": plate}, slaves={"node": (node, Free(velocity=[3.0 * speed, 0, 0]))},
-        contacts=[contact], gravity=[0, 0, -G], end=600.0 / rate, step="auto",
-    )  # fmt: skip
-    history = simulation.run().history
+    history = slowing_down(cg.ViscousFriction(0.3, speed), 600.0 / rate).run().history
     # from where friction acts: the start knows of none
     time, force = history["time"][3:], history["friction_x"][3:] / (-0.3 * G)
     still = np.sinh(np.arctanh(force[0])) * np.exp(-rate * (time - time[0]))
