@@ -239,9 +239,11 @@ def si_size(unit: str, quantity: Quantity, where: str | None = None) -> float:
             return size.value
     meaning = _MEANINGS.get(quantity, quantity)
     if readings:
-        what, names = f"not a unit of {meaning}", iter(QUANTITIES.items())
-        other = next((name for name, one in names if _fits(readings[0].powers, one)), None)
-        remedy = f"It is a unit of {other}" if other else None
+        what, powers = f"not a unit of {meaning}", readings[0].powers
+        others = [
+            name for name, one in QUANTITIES.items() if text in one.sizes or _fits(powers, one)
+        ]
+        remedy = f"It is a unit of {' or '.join(others)}" if others else None
     else:
         close = get_close_matches(text, kind.sizes, n=1, cutoff=0.7) if text else []
         what = f"not a known unit of {meaning}"
@@ -358,7 +360,7 @@ def consistent_size(quantity: Quantity, units: Units) -> float:
     """
     size = ONE
     for unit, base, power in zip(units, BASE, QUANTITIES[quantity].powers or (), strict=False):
-        size = size.times(Size(base_factor(unit, base), ONE.powers), power)
+        size = size.times(Size(base_factor(unit, base, "units"), ONE.powers), power)
     return float(f"{size.value:.15g}")
 
 

@@ -194,13 +194,13 @@ TABLE = [
         "one point is no curve",
         LAW,
         '{ kind = "force", curve = [[0, 0]] }',
-        "contact[0].law.curve: a characteristic needs at least two points; found 1",
+        "contact[0].law.curve: a table must have 2 columns and at least 2 rows; found (1, 2)",
     ),
     swap(
         "three columns in a curve",
         LAW,
         '{ kind = "force", curve = [[0, 0, 0], [1, 1, 1]] }',
-        "contact[0].law.curve: a characteristic table must have two columns; found (2, 3)",
+        "contact[0].law.curve: a table must have 2 columns and at least 2 rows; found (2, 3)",
     ),
     swap(
         "text as a curve", LAW, '{ kind = "force", curve = "steel" }', "contact[0].law.curve: must"
@@ -222,7 +222,7 @@ TABLE = [
         "curve wrong in a damped law",
         LAW,
         '{ kind = "stress", elastic = 1, thickness = 1, damping_curve = [[0, 0], [0, 1]] }',
-        "contact[0].law.damping_curve: the abscissae go back",
+        "contact[0].law.damping_curve: the values of x go back or repeat at row 1",
     ),
     swap(
         "thickness of zero",

@@ -177,7 +177,11 @@ def test_the_report_tells_what_devices_did(tmp_path: Path) -> None:
             "travel = [0, 160, 150]",
             r"spring\[0\].limiter.force: the values of travel go back or repeat",
         ),
-        ("[4.0, 4.0, 5.0]", "[4.0, 5.0, 4.0]", r"spring\[0\].limiter.force: falls from row 2"),
+        (
+            "[4.0, 4.0, 5.0]",
+            "[4.0, 5.0, 4.0]",
+            r"spring\[0\].limiter.force: the force falls at row 2",
+        ),
         (
             "[[0, 0], [30, 8]]",
             "[[0, 0], [30, 8], [40, 8]]",

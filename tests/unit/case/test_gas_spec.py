@@ -101,7 +101,7 @@ def test_mixtures_of_the_case_have_heat_capacities_and_vents_a_place(file: Path)
     assert [share for _, share in gas.parts] == [0.8, 0.2]
     assert gas.parts[0][0].heat_capacity(1150.0) == pytest.approx(1160.0, rel=1e-12)
     assert chamber.vents[0].on == {"box": [[-20, -20, 20], [20, 20, 31]]}
-    assert np.interp(0.05, *chamber.leak) == pytest.approx(5e-4)
+    assert np.interp(0.05, chamber.leak.x, chamber.leak.y) == pytest.approx(5e-4)
 
 
 @pytest.mark.parametrize(

@@ -122,7 +122,9 @@ def test_a_run_has_the_columns_that_a_case_foretells_and_its_report_a_table(tmp_
         *(units["knee.mx"], units["knee.mx"]),
     ]
     assert units["knee.angle_energy_friction"] == "J"
-    assert result.summary["joints"]["knee"] == {"kind": "revolute", "between": ["thigh", "shin"]}
+    knee = result.summary["joints"]["knee"]
+    assert (knee["kind"], knee["between"]) == ("revolute", ["thigh", "shin"])
+    assert np.shape(knee["lines"]) == (1, 2, 3)
     table = joint_table(read_run(tmp_path / "out"))
     assert "thigh – shin" in table
     assert "revolute" in table

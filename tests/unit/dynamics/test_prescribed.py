@@ -104,7 +104,7 @@ def test_poses_come_in_the_units_that_are_asked_for(tmp_path: Path) -> None:
     np.testing.assert_allclose(motion.pose(500.0), pose.translation([100, 2, 3]), rtol=1e-15)
     with pytest.raises(UnitError, match=r"poses\.csv:1: t \[s\]: .*units = …"):
         Poses.from_csv(path)
-    with pytest.raises(UnitError, match=r"t \[s\]: "):
+    with pytest.raises(UnitError, match="units: not a unit of time"):
         Poses.from_csv(path, units=("mm", "kg"))
 
 

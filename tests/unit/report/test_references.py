@@ -101,7 +101,7 @@ def test_a_test_over_a_depth_is_drawn_there_and_not_rated(tmp_path: Path) -> Non
     curve = Curve("head-pad.max_penetration", ("head-pad.force",))
     assert curves_of(run) == [curve]
     figure = curve_figure([Named(run, "")], curve, [reference], 2.0)
-    assert figure.layout["xaxis"]["title"]["text"] == "head-pad.max_penetration [mm]"
+    assert figure.layout["xaxis"]["title"]["text"] == "head-pad.max_penetration<br>[mm]"
     assert figure.layout["shapes"] == []
     found = rated(run, reference)
     assert found.rating is None
