@@ -148,7 +148,7 @@ def test_wrong_input_is_told_clearly(name: str) -> None:
 
 def test_a_friction_with_a_viscosity_tells_its_largest_ratio() -> None:
     drag = SimpleNamespace(n_memory=0, respond=print, slid=print, viscosity=print)
-    with pytest.raises(InputError, match="friction.coefficient"):
+    with pytest.raises(InputError, match=r"friction\.coefficient"):
         cg.Contact(PLANE, CLOUD, law=LAW, friction=drag)
     drag.coefficient = 0.3
     assert cg.Contact(PLANE, CLOUD, law=LAW, friction=drag)
