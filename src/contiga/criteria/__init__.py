@@ -1,7 +1,7 @@
 """Filters and injury criteria of crash tests, from sampled signals.
 
-Question: how severe is this signal? Arrays of samples only, SI units. Read `samples` (what a signal
-must be), `filters`, `head_injury` with `pairs`, `held_level`, `brain`, `chest`, `neck`, `femur`,
+Question: how severe is this signal? Asked with arrays of samples only. Read `samples` (what a
+signal must be), `filters`, `head_injury` with `pairs`, `held_level`, `brain`, `chest`, `neck`, `femur`,
 `dummies` (numbers of their sizes), `bands` and `rating`.
 
 >>> import numpy as np
