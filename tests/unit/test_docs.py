@@ -198,6 +198,38 @@ def test_tests_named_on_the_page_of_attacks_exist() -> None:
     assert [name for name, found in zip(named, there, strict=True) if not found] == []
 
 
+@pytest.mark.parametrize("page", sorted((ROOT / "docs").glob("add-a*.md")), ids=lambda p: p.stem)
+def test_files_and_constants_named_in_a_guide_exist(page: Path) -> None:
+    """A file is named by the end of its path, a constant or a private function by its own name."""
+    sources = [path for folder in ("src", "tests") for path in (ROOT / folder).rglob("*.py")]
+    files = [path.as_posix() for path in sources]
+    words = set(re.findall(r"\w+", " ".join(path.read_text("utf-8") for path in sources)))
+    text = page.read_text("utf-8")
+    named, constants = (
+        set(re.findall(pattern, text)) for pattern in (r"`([\w/]+\.py)`", r"`(_?[A-Z]\w+|_\w+)`")
+    )
+    assert len(named) > 0
+    assert [name for name in named if not any(file.endswith(f"/{name}") for file in files)] == []
+    assert constants - words == set()
+
+
+def test_files_named_at_the_heads_of_rooms_exist() -> None:
+    heads = [
+        path for path in (ROOT / "src/contiga").rglob("__init__.py") if path.parts[-2] != "kernels"
+    ]
+    lost, total = [], 0
+    for path in heads:
+        room = importlib.import_module(".".join(path.parent.relative_to(ROOT / "src").parts))
+        there = {file.stem for file in [*path.parent.rglob("*"), *path.parent.parent.iterdir()]}
+        named = re.findall(r"`([a-z_]+)`", room.__doc__ or "")
+        total += len(named)
+        lost += [
+            f"{path.parent.name}: {name}" for name in named if name not in {*there, *dir(room)}
+        ]
+    assert total > 200
+    assert lost == []
+
+
 def test_every_public_name_is_in_the_reference() -> None:
     reference = (ROOT / "docs" / "api.rst").read_text(encoding="utf-8")
     named = set(re.findall(r"^\.\. auto\w+:: ([\w.]+)$", reference, re.M))

@@ -1,7 +1,8 @@
 """The command line: ``contiga run | check | preview | info | mesh | report | compare | …``.
 
 Exit codes: 0 done, 1 the run failed, 2 the input is wrong. Wrong input gets one message on the
-error stream, never a traceback; ``CONTIGA_DEBUG=1`` shows the traceback of any failure.
+error stream, never a traceback; ``CONTIGA_DEBUG=1`` shows the traceback of any failure. Read
+`commands` and `options`, then the file of a command.
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
 """Filters and injury criteria of crash tests, from sampled signals.
 
-Question: how severe is this signal? Arrays of samples only, SI units. Read `samples` (what a signal
-must be), `filters`, `head_injury` with `pairs`, `held_level`, `brain`, `chest`, `neck`, `femur`,
-`dummies` (numbers of their sizes), `bands` and `rating`.
+Question: how severe is this signal? Asked with arrays of samples only. Read `samples` (what a
+signal must be), `filters`, `head_injury` with `pairs`, `held_level`, `brain`, `chest`, `neck`,
+`femur`, `dummies` (numbers of their sizes), `bands` and `rating`.
 
 >>> import numpy as np
 >>> times = np.linspace(0.0, 0.02, 201)

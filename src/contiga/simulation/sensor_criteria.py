@@ -52,8 +52,9 @@ def sensor_summary(model: Model, history: History) -> dict[str, dict[str, Any]]:
             if not all(np.isfinite(history[column]).all() for column in columns):
                 continue
             grid, values = smooth(model, columns, cls, history)
-            if name != "VC" or len(grid) >= LEAST:
-                found[name] = OF_SIGNALS[name](_signal(model, sensor, grid, values))
+            one = OF_SIGNALS[name](_signal(model, sensor, grid, values))
+            if one is not None:
+                found[name] = one
         unit, criteria = base_factor(model.units[2], "time"), summary[sensor.name]["criteria"]
         for name in sensor.criteria:
             if name not in found:
@@ -183,7 +184,10 @@ def _bric(signal: Signal) -> Found:
     return {"value": bric(w).value, "start": time, "end": time}
 
 
-def _vc(signal: Signal) -> Found:
+def _vc(signal: Signal) -> Found | None:
+    """Return the viscous criterion; None of a run of fewer samples than it takes."""
+    if len(signal.times) < LEAST:
+        return None
     dummy, distance, t = DUMMIES[signal.pair.dummy], signal.values[:, 0], signal.times
     pressed = (distance[0] - distance) * signal.metre
     value, after = vc(pressed, float(t[1] - t[0]), scale=dummy.chest_scale, depth=dummy.chest_depth)
@@ -209,7 +213,7 @@ def _femur(signal: Signal) -> Found:
     }
 
 
-OF_SIGNALS: dict[str, Callable[[Signal], Found]] = {
+OF_SIGNALS: dict[str, Callable[[Signal], Found | None]] = {
     "BrIC": _bric,
     "VC": _vc,
     "Nij": _nij,
