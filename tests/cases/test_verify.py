@@ -12,7 +12,7 @@ from contiga_validation.engine.experiment import Picture
 
 ONLY_IN_FULL = (
     *("roll-down", "block-slips", "winkler-deep", "matter-cook-volume", "matter-ball-on-membrane"),
-    *("top-kept", "matter-hertz", "matter-catenary", "belt-capstan"),
+    *("top-kept", "matter-hertz", "matter-catenary", "belt-capstan", "belt-running"),
 )
 """Of those with others of their kind."""
 
