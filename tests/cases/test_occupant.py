@@ -132,3 +132,29 @@ def test_the_first_steps_keep_joints_and_ledger_closed_and_have_all_channels(
     assert set(history) >= CHANNELS
     assert result.summary["energy"]["relative"] < 1e-3
     assert widest_gap(history, Rotation.identity()) < 1e-9
+
+
+@pytest.mark.full
+def test_a_run_gives_the_figures_of_its_page(tmp_path: Path) -> None:
+    result = cg.run(CASE, out=tmp_path / "out")
+    history, sensors = result.history, result.summary["sensors"]
+    air = history["bag.pressure"][0]
+    figures = {
+        "HIC15": (sensors["head_cg"]["criteria"]["HIC15"]["value"], 80.0),
+        "chest, 3 ms": (sensors["chest_cg"]["criteria"]["chest3ms"]["value"], 41.7),
+        "compression of the chest": (np.abs(history["ribs.travel"]).max(), 60.0),
+        "V·C": (sensors["thorax"]["criteria"]["VC"]["value"], 0.91),
+        "excursion": (history["excursion.x"].max() - history["excursion.x"][0], 432.0),
+        "limiter": (history["retractor.force"].max() / 1e3, 3.0),
+        "shoulder belt": (history["shoulder start.force"].max() / 1e3, 4.0),
+        "lap belt": (history["lap start.force"].max() / 1e3, 7.9),
+        "airbag": ((history["bag.pressure"].max() - air) * 1e3, 46.0),
+    }
+    assert {
+        name: value
+        for name, (value, page) in figures.items()
+        if value != pytest.approx(page, rel=0.03)
+    } == {}
+    error = np.abs(history["energy.error"]).max()
+    assert error < 1e-3 * history["energy.kinetic"][0]
+    assert widest_gap(history, Rotation.identity()) < 1e-9
