@@ -51,7 +51,7 @@ class OpeningTable(NamedTuple):
 
 @pass_by_pointer
 class InflatorTable(NamedTuple):
-    """i inflators."""
+    """The tables of i inflators."""
 
     chamber: IntArray
     """(i,) number of the chamber that each one fills."""

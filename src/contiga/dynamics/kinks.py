@@ -1,4 +1,4 @@
-"""Kinks: the times of a table at which steps have to end for nothing of it to be lost.
+"""Kinks: times of a table at which steps have to end, so that they take all of it into account.
 
 A step sees a load, and where a motion stands, at its two ends, and takes what is between for even.
 So it may pass over rows of a table as long as those lie on a line. Whether they do is told by what

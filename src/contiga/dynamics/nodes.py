@@ -165,7 +165,7 @@ class Joint(NamedTuple):
 
 
 class NodeMover:
-    """Base of the movers of the nodes of a slave; its answers are those of a mover without such."""
+    """Base of the movers of a slave's nodes; its answers are those of a mover without forces."""
 
     host: int | None = None
     """Number of the body that they are fixed to, and that feels their forces."""

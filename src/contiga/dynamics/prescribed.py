@@ -154,7 +154,7 @@ class Translate:
 
     @property
     def kinks(self) -> FloatArray:
-        """Times that steps end at for nothing of the table to be lost."""
+        """Times at which steps end, so that they take the whole table into account."""
         return _turns(self.times, np.diff(self.offsets, axis=0))
 
     def pose(self, t: float) -> FloatArray:
@@ -199,7 +199,7 @@ class Rotate:
 
     @property
     def kinks(self) -> FloatArray:
-        """Times that steps end at for nothing of the table to be lost."""
+        """Times at which steps end, so that they take the whole table into account."""
         return _turns(self.times, np.diff(self.degrees)[:, None])
 
     def pose(self, t: float) -> FloatArray:
@@ -282,7 +282,7 @@ class Poses:
 
     @property
     def kinks(self) -> FloatArray:
-        """Times that steps end at for nothing of the table to be lost."""
+        """Times at which steps end, so that they take the whole table into account."""
         q = [pose.to_quaternion(X) for X in self.poses]
         turns = [quaternion.rotation_vector(a, b) for a, b in pairwise(q)]
         ways = np.diff(self.poses[:, :3, 3], axis=0)

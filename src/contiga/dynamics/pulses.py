@@ -37,7 +37,7 @@ class _Pulse:
 
     @property
     def kinks(self) -> FloatArray:
-        """Times that steps end at for nothing of the table to be lost."""
+        """Times at which steps end, so that they take the whole table into account."""
         return self.displacements.kinks(self._given)
 
     @property

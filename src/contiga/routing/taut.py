@@ -162,7 +162,10 @@ def _cutting(obstacles: Obstacles, points: FloatArray, radius: float) -> _Cuttin
 
 
 def _thinned(points: FloatArray, spacing: float) -> FloatArray:
-    """Without points between chords that together are straight and no longer than `spacing`."""
+    """Return a path without points between chords that are together straight and short.
+
+    Short is no longer than `spacing`.
+    """
     keep = np.ones(len(points), dtype=bool)
     last = 0
     for i in range(1, len(points) - 1):

@@ -95,7 +95,7 @@ class ExactSurface:
         project.track(self.tables, p_B, SurfacePlaces(patch, uv), out, before)
 
     def slopes(self, p_B: FloatArray, feet: Projection, out: FootSlopes) -> None:
-        """By the curvature of the faces, and of edges."""
+        """Write slopes at feet by the curvature of the faces, and of edges."""
         run_ranges(slopes_nb.slopes, len(p_B), POINTS, self.tables, p_B, feet, out)
 
     def entries(self, a_B: FloatArray, b_B: FloatArray, rows: IntArray) -> Hit:

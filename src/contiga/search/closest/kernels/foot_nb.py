@@ -54,7 +54,7 @@ def write_foot(tables, k, foot, status, feature, point, out, h):
 
 @inner()
 def turn_normal(tables, k, toward, point, out):
-    """At a kink: the normal runs through the point, on the side `toward` (three numbers) says."""
+    """Let the normal at a kink run through the point, on the side that `toward` (3,) says."""
     square = 0.0
     side = 0.0
     for c in range(3):

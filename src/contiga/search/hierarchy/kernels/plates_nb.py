@@ -134,7 +134,7 @@ def is_before_face(leaf, plate, point):
 
 @inner()
 def no_farther_than(plate, point):
-    """Distance that a leaf has from `point` at most; infinite where trims leave not its middle."""
+    """Return an upper bound of a leaf's distance from `point`; infinite if its middle is cut off."""
     square = 0.0
     for c in range(3):
         square += (plate["middle"][c] - point[c]) ** 2
