@@ -134,7 +134,7 @@ def is_before_face(leaf, plate, point):
 
 @inner()
 def no_farther_than(plate, point):
-    """Return an upper bound of a leaf's distance from `point`; infinite if its middle is cut off."""
+    """Return an upper bound of a leaf's distance from `point`; infinite if trims cut its middle."""
     square = 0.0
     for c in range(3):
         square += (plate["middle"][c] - point[c]) ** 2
