@@ -13,7 +13,7 @@ import pytest
 WIDTHS = (500, 800, 1400)
 SCHEMES = ("light", "dark")
 LEAST_CONTRAST = 4.5
-"""Of text, WCAG 2 level AA."""
+"""Least contrast of text by WCAG 2, level AA."""
 _NAMES = ("chromium", "chromium-browser", "google-chrome")
 # Where there is no screen and no graphics card, nor a user that a sandbox could be made for.
 _OPTIONS = ["--no-sandbox", "--enable-unsafe-swiftshader", "--use-gl=angle"]

@@ -67,7 +67,7 @@ def dummy() -> dict[str, Any]:
 
 
 def carried(history: dict[str, Any], body: str, points: np.ndarray) -> np.ndarray:
-    """Where `points` (n, 3) of the start are at the end, if they move with `body`."""
+    """Return the places at the end of `points` (n, 3) of the start that move with `body`."""
     centres = np.stack([history[f"{body}.{axis}"] for axis in "xyz"], axis=1)[[0, -1]]
     turns = Rotation.from_quat(
         np.stack([history[f"{body}.q{axis}"] for axis in "xyzw"], axis=1)[[0, -1]]

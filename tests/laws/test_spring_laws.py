@@ -79,7 +79,7 @@ def test_a_belt_does_what_hysteresis_is_defined_by(seed: int) -> None:
 @settings(deadline=None, max_examples=100)
 @given(seed=seeds)
 def test_the_stiffness_of_a_belt_is_the_slope_of_its_force(seed: int) -> None:
-    """Of the force of steps from the same start to both sides of x, where that is smooth."""
+    """The slope is that between steps from one start to both sides of x, where that is smooth."""
     rng = np.random.default_rng(seed)
     pad = some_hysteresis(rng)
     law = SpringLaw(pad.loading, pad)

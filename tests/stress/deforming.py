@@ -40,7 +40,7 @@ Move = Callable[[np.ndarray, float], np.ndarray]
 
 
 def refined(surface: cg.NurbsSurface, n: int) -> cg.NurbsSurface:
-    """The same surface on elements of n parts of each knot span."""
+    """Return the same surface on elements of n parts of each knot span."""
     new = []
     for knots in surface.knots:
         breaks = np.unique(knots)

@@ -135,7 +135,7 @@ class Mechanism:
 
     @cached_property
     def loose(self) -> Mapping[str, FloatArray]:
-        """Those of these slaves whose nodes nothing joins."""
+        """Nodal masses (n,) of slaves whose nodes forces move and nothing joins."""
         return {name: mass for name, mass in self.masses.items() if not self.nodes[name].joined}
 
     @cached_property

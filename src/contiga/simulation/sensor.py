@@ -47,10 +47,10 @@ OF_RELATIVE = {
 
 
 class Criterion(NamedTuple):
-    """What a criterion needs of its sensor; by default one of the resultant acceleration."""
+    """Requirements of a criterion on its sensor; by default those of the resultant acceleration."""
 
     measures: tuple[str, ...] = ("acceleration",)
-    """What the sensor must measure."""
+    """Quantity that the sensor must measure."""
     columns: tuple[str, ...] = ()
     """Columns of the sensor that it is computed from, each filtered by `filter`."""
     filter: str | None = None

@@ -59,7 +59,7 @@ class Stepped(NamedTuple):
 
 
 class Placement(NamedTuple):
-    """Where everything is, before the forces there are known: free velocities are foreseen."""
+    """Positions of all parts before the forces there are known: free velocities are foreseen."""
 
     bodies: BodyStates
     slaves: dict[str, SlaveState]

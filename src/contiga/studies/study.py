@@ -50,7 +50,7 @@ class Study(Displayed):
     table: Table
     """Columns by name, a row for each case, in the order of their numbers."""
     rows: tuple[Row, ...]
-    """The same as records, with the seconds each case took."""
+    """Rows of all cases as records, with the seconds that each case took."""
     best: Row | None
     """The best case within the limits, if the study has a goal."""
     kept: object = None

@@ -35,7 +35,7 @@ class Ends(NamedTuple):
     far: float
     """Distance from the start at which the search ends, length."""
     sense: int
-    """Which crossings count: ENTRIES or EITHER."""
+    """Kind of crossings that count: ENTRIES or EITHER."""
 
 
 class CellWork(NamedTuple):
