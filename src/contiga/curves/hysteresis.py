@@ -187,11 +187,11 @@ class Hysteresis:
         RunError
             `x` is above a table with ``extrapolation="error"``.
         """
+        if self.exact:
+            self._check_inside(max(x, 0.0))
+            return Response(*hysteresis_nb.step(self.curves, self.slope, x_old, f_old, x))
         if x < 0.0:
             return Response(0.0, 0.0, 0.0, 0.0)
-        if self.exact:
-            self._check_inside(x)
-            return Response(*hysteresis_nb.step(self.curves, self.slope, x_old, f_old, x))
         moved = self.move(*(np.array([value]) for value in (max(x_old, 0.0), f_old, x)))
         return Response(*(float(column[0]) for column in moved))
 

@@ -153,7 +153,9 @@ def test_one_point_does_what_many_do_and_forgets_below_zero() -> None:
     steps = np.random.default_rng(0).normal(size=60) * 0.15
     walk = np.abs(np.cumsum(steps)) % 2.0
     walk[20:23] = -0.1
-    for pad in (PAD, PAD_OF_FUNCTIONS):
+    curves = Characteristic([[0, 3.0], [1, 4.0]]), Characteristic([[0, 1.0], [1, 1.5]])
+    preloaded = Hysteresis(*curves, 10.0)
+    for pad in (PAD, PAD_OF_FUNCTIONS, preloaded):
         x_old = force = 0.0
         for x in walk:
             found = pad.step(x_old, force, float(x))
