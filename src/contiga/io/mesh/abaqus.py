@@ -28,7 +28,7 @@ from contiga.io.mesh.abaqus_scope import (
     read_nodes,
     read_system,
 )
-from contiga.io.mesh.deck_text import whole
+from contiga.io.mesh.deck_text import parse_whole
 from contiga.io.mesh.raw import RawMesh
 
 SUFFIXES = (".inp",)
@@ -155,7 +155,7 @@ class _Deck:
         if dot and front.casefold() in self.instances:
             instance, text = front.casefold(), rest
         if text.lstrip("+-").isdigit():
-            yield Label(instance, whole(text, line.where))
+            yield Label(instance, parse_whole(text, line.where))
         else:
             yield from self._labels_of_set(text, instance, nodes, line.where)
 
@@ -198,9 +198,9 @@ class _Deck:
 def _range(line: Line) -> range:
     """Return the range of a line of GENERATE: first, last (default: first) and step."""
     first, last, step, *_ = (*numbered(line), "", "")
-    begin = whole(first, line.where)
-    end = whole(last or first, line.where)
-    by = whole(step or "1", line.where)
+    begin = parse_whole(first, line.where)
+    end = parse_whole(last or first, line.where)
+    by = parse_whole(step or "1", line.where)
     if by < 1:
         raise MeshError("a step must be positive", where=line.where, found=by)
     return range(begin, end + 1, by)

@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 from contiga.errors import FileError, MeshError
 from contiga.io.limits import watched_lines
-from contiga.io.mesh.deck_text import included, real
+from contiga.io.mesh.deck_text import find_included, parse_real
 
 
 class Line(NamedTuple):
@@ -77,7 +77,7 @@ def read_keywords(path: Path, open_files: tuple[Path, ...] = ()) -> Iterator[Key
         keyword = bare
         if "INPUT" in bare.options and bare.name in ("INCLUDE", "NODE", "ELEMENT", "NSET", "ELSET"):
             folder = bare.path.parent
-            inner = included(bare.options["INPUT"], [folder], open_files, bare.where)
+            inner = find_included(bare.options["INPUT"], [folder], open_files, bare.where)
             if bare.name == "INCLUDE":
                 yield from read_keywords(inner, open_files)
                 continue
@@ -92,7 +92,7 @@ def read_keywords(path: Path, open_files: tuple[Path, ...] = ()) -> Iterator[Key
 def reals(line: Line, count: int) -> list[float]:
     """Return the first `count` numbers of a line; missing ones are 0."""
     texts = (line.fields + [""] * count)[:count]
-    return [real(text, line.where) for text in texts]
+    return [parse_real(text, line.where) for text in texts]
 
 
 def _split(path: Path) -> Iterator[Keyword]:

@@ -12,7 +12,7 @@ import numpy as np
 from contiga.errors import MeshError
 from contiga.io.mesh.abaqus_cards import Keyword, Line, reals
 from contiga.io.mesh.abaqus_elements import cell_of
-from contiga.io.mesh.deck_text import whole
+from contiga.io.mesh.deck_text import parse_whole
 from contiga.records import FloatArray
 from contiga.slaves.cells import N_NODES
 
@@ -112,7 +112,7 @@ def read_nodes(keyword: Keyword, scope: Scope) -> None:
         )
     numbers = []
     for line in keyword.lines:
-        number = whole(line.fields[0], line.where)
+        number = parse_whole(line.fields[0], line.where)
         a, b, c = reals(line._replace(fields=line.fields[1:]), 3)
         scope.add_node(number, _cartesian(scope, kind, (a, b, c)), line.where)
         numbers.append(number)
@@ -173,10 +173,10 @@ def read_elements(keyword: Keyword, scope: Scope) -> None:
         )
     numbers = []
     for fields, where in _records(keyword, N_NODES.get(kind, 0)):
-        number = whole(fields[0], where)
+        number = parse_whole(fields[0], where)
         # Points and lines may stand on nodes of an instance, by name.
         named = not kind and not all(text.isdigit() for text in fields[1:])
-        nodes = [] if named else [whole(text, where) for text in fields[1:]]
+        nodes = [] if named else [parse_whole(text, where) for text in fields[1:]]
         scope.add_element(number, Element(kind, nodes, where))
         numbers.append(number)
     put(scope.element_sets, keyword.options.get("ELSET", ""), own(numbers))
@@ -228,7 +228,7 @@ def read_ngen(keyword: Keyword, scope: Scope) -> None:
     """Read *NGEN: nodes between two, in even steps along a straight line."""
     keyword.understood("NSET")
     for line in keyword.lines:
-        first, *others = (whole(text, line.where) for text in numbered(line))
+        first, *others = (parse_whole(text, line.where) for text in numbered(line))
         last, step = (*others, 1)[:2] if others else (first, 1)
         count, rest = divmod(last - first, step) if step else (0, 1)
         if len(others) > 2 or rest or count < 1:
@@ -246,8 +246,8 @@ def read_ncopy(keyword: Keyword, scope: Scope) -> None:
     """Read *NCOPY with SHIFT: a moved copy of a set of nodes, with higher numbers."""
     keyword.understood("CHANGE NUMBER", "OLD SET", "NEW SET", "SHIFT", "MULTIPLE")
     keyword.options.setdefault("MULTIPLE", "1")
-    step = whole(keyword.need("CHANGE NUMBER"), keyword.where)
-    many = whole(keyword.options["MULTIPLE"], keyword.where)
+    step = parse_whole(keyword.need("CHANGE NUMBER"), keyword.where)
+    many = parse_whole(keyword.options["MULTIPLE"], keyword.where)
     rows = [reals(line, 7) for line in keyword.lines]
     if "SHIFT" not in keyword.options or not rows or any(any(row) for row in rows[1:]):
         raise MeshError(
@@ -269,7 +269,7 @@ def read_elgen(keyword: Keyword, scope: Scope) -> None:
     """Read *ELGEN: copies of an element along a row, of the row over a layer, of layers."""
     keyword.understood("ELSET")
     for line in keyword.lines:
-        master, *rest = (whole(text or "1", line.where) for text in numbered(line))
+        master, *rest = (parse_whole(text or "1", line.where) for text in numbered(line))
         steps = [(*rest[k : k + 3], 1, 1)[:3] for k in range(0, len(rest), 3)]
         made = {0: 0}
         for count, node_step, step in steps:
@@ -284,7 +284,9 @@ def read_elgen(keyword: Keyword, scope: Scope) -> None:
 def read_elcopy(keyword: Keyword, scope: Scope) -> None:
     """Read *ELCOPY: a copy of a set of elements on nodes of other numbers."""
     keyword.understood("OLD SET", "NEW SET", "ELEMENT SHIFT", "SHIFT NODES")
-    step, nodes = (whole(keyword.need(o), keyword.where) for o in ("ELEMENT SHIFT", "SHIFT NODES"))
+    step, nodes = (
+        parse_whole(keyword.need(o), keyword.where) for o in ("ELEMENT SHIFT", "SHIFT NODES")
+    )
     old = _of_set(scope.element_sets, keyword.need("OLD SET"), keyword.where)
     _copy_elements(scope, old, {step: nodes}, keyword.options.get("NEW SET", ""), keyword.where)
 

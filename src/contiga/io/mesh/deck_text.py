@@ -9,7 +9,7 @@ from pathlib import Path
 
 from contiga.errors import FileError, MeshError
 
-LARGEST = 2**62
+MAX_WHOLE = 2**62
 """Largest whole number that is accepted."""
 # Fortran lets a number do without the E of its exponent (1.5-3) and write D for it.
 _EXPONENT = re.compile(r"(?<=[\d.])[dDeE]?([+-]\d+)$|(?<=[\d.])[dD](\d+)$")
@@ -23,30 +23,30 @@ def fortran_number(text: str) -> float:
         return float(_EXPONENT.sub(lambda m: f"e{m[1] or m[2]}", text))
 
 
-def whole(text: str, where: str) -> int:
+def parse_whole(text: str, where: str) -> int:
     """Return a whole number.
 
     Raises
     ------
     MeshError
-        It is none, or counts nothing.
+        The text is not a whole number, or its magnitude exceeds `MAX_WHOLE`.
     """
     try:
         value = int(text)
     except ValueError:
-        value = LARGEST + 1
-    if abs(value) > LARGEST:
+        value = MAX_WHOLE + 1
+    if abs(value) > MAX_WHOLE:
         raise MeshError("not a whole number", where=where, found=text)
     return value
 
 
-def real(text: str, where: str) -> float:
-    """Return a number in any of Fortran's notations; empty is 0.
+def parse_real(text: str, where: str) -> float:
+    """Return a number in any of Fortran's notations; empty text is 0.
 
     Raises
     ------
     MeshError
-        It is none, or not finite.
+        The text is not a number, or the number is not finite.
     """
     try:
         value = fortran_number(text or "0")
@@ -57,7 +57,9 @@ def real(text: str, where: str) -> float:
     return value
 
 
-def included(name: str, folders: Sequence[Path], open_files: Sequence[Path], where: str) -> Path:
+def find_included(
+    name: str, folders: Sequence[Path], open_files: Sequence[Path], where: str
+) -> Path:
     """Return an included file from the first folder that has it.
 
     `open_files` are the files that include it.
@@ -65,7 +67,7 @@ def included(name: str, folders: Sequence[Path], open_files: Sequence[Path], whe
     Raises
     ------
     FileError
-        There is none, or it includes itself.
+        No folder has the file, or the file includes itself.
     """
     file = next((folder / name for folder in folders if (folder / name).is_file()), None)
     if file is None:

@@ -21,7 +21,7 @@ from contiga.io.mesh.lsdyna_cards import Block, Layout, Row, layout, read_blocks
 from contiga.io.mesh.lsdyna_parts import Parts, read_parts
 from contiga.io.mesh.lsdyna_sets import read_sets, set_name
 from contiga.io.mesh.lsdyna_ties import tied_nodes
-from contiga.io.mesh.numbered import Rows
+from contiga.io.mesh.numbered import NodeRows
 from contiga.io.mesh.raw import Group, RawMesh
 from contiga.records import FloatArray
 from contiga.slaves.skin import CellBlock, Int64Array
@@ -36,7 +36,7 @@ _MASS = layout("~EID NID MASS:16 ~PID", 8)
 _MASS_OF_PART = layout("PID ADDMASS:16 FINMASS:16 LCID MWD", 8)
 _THICKNESSES = layout("THIC1 THIC2 THIC3 THIC4 BETA", 16)
 _OFFSET = layout("OFFSET", 16)
-# More cards for each shell than the one with its nodes; the first holds thickness at its corners.
+# Options that add cards after the one with the nodes; the first added card holds the thickness.
 _SHELL_OPTIONS = ("THICKNESS", "BETA", "MCID", "OFFSET")
 _SOLIDS = ("ELEMENT_SOLID", "ELEMENT_TSHELL")
 
@@ -56,49 +56,72 @@ class _Table(NamedTuple):
 def read_lsdyna(path: Path) -> RawMesh:
     """Return the mesh of a keyword deck with its included files; a group for each part.
 
+    Sets of nodes, and nodes that single cards tie, are groups by name alone, as parts use the same
+    numbers. A set with an unresolved parameter is left out.
+
     Raises
     ------
     FileError
         Not a keyword deck, or an included file is missing.
     MeshError
-        A card that cannot be read, an element of a node that is not there, or a kind of element
-        that is not known here.
+        A card that cannot be read, an element of a node that does not exist, or an unknown kind
+        of element.
     """
     blocks = list(read_blocks(path))
     if not blocks:
         raise FileError("not an LS-DYNA keyword deck", where=str(path), allowed="a file with *NODE")
-    _refuse_moved_nodes(blocks, path)
+    if any(block.keyword == "NODE_TRANSFORM" for block in blocks):
+        raise FileError(
+            "nodes are moved by *NODE_TRANSFORM, which is not carried out",
+            where=str(path),
+            remedy="Write the deck with the nodes where they are",
+        )
     node_ids, points, shells, solids = _nodes_and_elements(blocks)
     node_ids, points = _without_repeats(node_ids, points, blocks)
-    rows = Rows(node_ids, str(path), "numbers given under *NODE")
-    parts = read_parts(blocks, _warn_of_parts)
+    rows = NodeRows(node_ids, str(path), "numbers given under *NODE")
+    parts = read_parts(blocks, _warn_of_skipped_parts)
     cells, part_numbers, thickness = _cells(shells, solids, rows, parts)
+    groups = [
+        Group(
+            int(number),
+            parts.titles.get(int(number)) or None,
+            tuple(np.flatnonzero(numbers == number) for numbers in part_numbers),
+        )
+        for number in np.unique(np.concatenate([np.empty(0, dtype=np.int64), *part_numbers]))
+    ]
+    sets = read_sets(blocks, "NODE", lambda *_: None)
+    for number, nodes in sets.items():
+        groups.append(Group(None, set_name(number), None, rows(np.array(nodes, dtype=np.int64))))
+    for name, nodes in tied_nodes(blocks).items():
+        ids = np.unique(np.array(nodes, dtype=np.int64))
+        groups.append(Group(None, name, None, rows(ids[rows.contains(ids)])))
+
+    mass: FloatArray | None = None
+    masses = [each for block in blocks if is_lumped(block) for each in read_lumped(block)]
+    if masses:
+        # The mass of a set is shared equally among its nodes.
+        loaded = [sorted({*sets.get(m.number, [])}) if m.of_set else [m.number] for m in masses]
+        shares = [m.mass / len(ids) for m, ids in zip(masses, loaded, strict=True) for _ in ids]
+        mass_rows = rows(np.array([node for ids in loaded for node in ids], dtype=np.int64))
+        mass = np.bincount(mass_rows, weights=np.array(shares), minlength=len(points)).astype(
+            np.float64
+        )
     return RawMesh(
         points,
         tuple(cells),
-        (*_groups(part_numbers, parts), *_sets(blocks, rows)),
+        tuple(groups),
         node_ids,
         tuple(thickness) if any(values is not None for values in thickness) else None,
-        _mass(blocks, rows, len(points)),
+        mass,
     )
 
 
-def _warn_of_parts(block: Block, why: str) -> None:
+def _warn_of_skipped_parts(block: Block, reason: str) -> None:
     warnings.warn(
-        f"{block.where()}, line {block.line}: {why}: titles and thickness it gives are left out",
+        f"{block.where()}, line {block.line}: {reason}: titles and thickness it gives are left out",
         ContigaWarning,
         stacklevel=2,
     )
-
-
-def _refuse_moved_nodes(blocks: Iterable[Block], path: Path) -> None:
-    for block in blocks:
-        if block.keyword == "NODE_TRANSFORM":
-            raise FileError(
-                "nodes are moved by *NODE_TRANSFORM, which is not carried out",
-                where=str(path),
-                remedy="Write the deck with the nodes where they are",
-            )
 
 
 def _nodes_and_elements(
@@ -108,9 +131,9 @@ def _nodes_and_elements(
     shells, solids = [], []
     for block in blocks:
         if block.keyword == "NODE":
-            numbers, places = _node_columns(block) or _node_cards(block)
+            numbers, positions = _node_columns(block) or _node_cards(block)
             ids.append(numbers)
-            points.append(places)
+            points.append(positions)
         elif block.keyword.startswith("ELEMENT_SHELL"):
             shells.append(_element_columns(block) or _shell_cards(block))
         elif block.keyword.startswith(_SOLIDS):
@@ -119,50 +142,45 @@ def _nodes_and_elements(
 
 
 def _node_columns(block: Block) -> tuple[Int64Array, FloatArray] | None:
-    """Return numbers and places of nodes in the plain fixed format; None for other formats."""
-    if block.long or not all(_is_plain_node(card.text) for card in block.cards):
+    """Return numbers and positions of nodes in the plain fixed format; None for other formats."""
+    if block.long:
         return None
+    for card in block.cards:
+        coordinates = card.text[8:24], card.text[24:40], card.text[40:56]
+        if (
+            "," in card.text
+            or not _PLAIN_COUNT.fullmatch(card.text[:8])
+            or not all(map(_PLAIN_NUMBER.fullmatch, coordinates))
+        ):
+            return None
     table = _characters(block, _width(_NODE))
-    places = [_column(table, start, 16).astype(np.float64) for start in (8, 24, 40)]
-    return _column(table, 0, 8).astype(np.int64), np.stack(places, axis=1)
-
-
-def _is_plain_node(text: str) -> bool:
-    return (
-        "," not in text
-        and _PLAIN_COUNT.fullmatch(text[:8]) is not None
-        and all(map(_PLAIN_NUMBER.fullmatch, (text[8:24], text[24:40], text[40:56])))
-    )
+    columns = [_column(table, start, 16).astype(np.float64) for start in (8, 24, 40)]
+    return _column(table, 0, 8).astype(np.int64), np.stack(columns, axis=1)
 
 
 def _element_columns(block: Block) -> _Table | None:
     """Return elements in the plain fixed format, 4-node shells and 8-node solids; else None."""
-    needed = {"ELEMENT_SHELL": 6, "ELEMENT_SOLID": 10}.get(block.keyword)
-    if block.long or not (needed and block.cards):
+    n_fields = {"ELEMENT_SHELL": 6, "ELEMENT_SOLID": 10}.get(block.keyword)
+    if block.long or not (n_fields and block.cards):
         return None
     if any("," in card.text for card in block.cards):
         return None
     table = _characters(block, _width(_ELEMENT))
-    if (
-        not _are_counts(table[:, : 8 * needed])
-        or not np.isin(table[:, 8 * needed :], (b" ", b"0")).all()
-    ):
+    if not np.isin(table[:, 8 * n_fields :], (b" ", b"0")).all():
         return None
-    numbers = [_column(table, 8 * k, 8).astype(np.int64) for k in range(1, needed)]
-    nodes = np.zeros((len(table), 8 if needed == 6 else 10), dtype=np.int64)
-    for k, column in enumerate(numbers[1:]):
+    # Every field must be one run of digits among blanks.
+    fields = table[:, : 8 * n_fields].reshape(len(table), -1, 8)
+    digit = (fields >= b"0") & (fields <= b"9")
+    n_runs = digit[..., 0] + np.count_nonzero(digit[..., 1:] & ~digit[..., :-1], axis=2)
+    if not (digit | (fields == b" ")).all() or not (n_runs == 1).all():
+        return None
+    part, *corners = (_column(table, 8 * k, 8).astype(np.int64) for k in range(1, n_fields))
+    nodes = np.zeros((len(table), 8 if n_fields == 6 else 10), dtype=np.int64)
+    for k, column in enumerate(corners):
         nodes[:, k] = column
     if not nodes.any(axis=1).all():  # the first of two cards has no nodes
         return None
-    return _Table(numbers[0], nodes, np.zeros((len(nodes), 4)))
-
-
-def _are_counts(table: NDArray[np.bytes_]) -> bool:
-    """Return whether all fields of eight characters contain one run of digits and nothing else."""
-    fields = table.reshape(len(table), -1, 8)
-    digit = (fields >= b"0") & (fields <= b"9")
-    begins = digit[..., 0] + np.count_nonzero(digit[..., 1:] & ~digit[..., :-1], axis=2)
-    return bool((digit | (fields == b" ")).all() and (begins == 1).all())
+    return _Table(part, nodes, np.zeros((len(nodes), 4)))
 
 
 def _characters(block: Block, width: int) -> NDArray[np.bytes_]:
@@ -196,11 +214,11 @@ def _shell_cards(block: Block) -> _Table:
     for word in options:
         if word not in _SHELL_OPTIONS:
             raise _unknown_element(block, [f"ELEMENT_SHELL_{name}" for name in _SHELL_OPTIONS])
-    with_thickness = any(word in ("THICKNESS", "BETA", "MCID") for word in options)
-    extra = int(with_thickness) + options.count("OFFSET")
+    has_thickness = any(word in ("THICKNESS", "BETA", "MCID") for word in options)
+    n_extra = int(has_thickness) + options.count("OFFSET")
     part, nodes, thickness = [], [], []
     cards = [card for card in block.cards if card.text.strip()]
-    step = 1 + extra
+    step = 1 + n_extra
     if len(cards) % step:
         raise MeshError(
             f"each shell takes {step} cards",
@@ -212,10 +230,10 @@ def _shell_cards(block: Block) -> _Table:
         part.append(row.whole("PID"))
         nodes.append(row.wholes(_NODES))
         corners: tuple[float, ...] = (0.0,) * 4
-        if with_thickness:
+        if has_thickness:
             corners = row_of(cards[i + 1], block, _THICKNESSES).reals("THIC1 THIC2 THIC3 THIC4")
-        if extra > with_thickness:
-            row_of(cards[i + extra], block, _OFFSET)
+        if n_extra > has_thickness:
+            row_of(cards[i + n_extra], block, _OFFSET)
         thickness.append(corners)
     return _table(part, nodes, thickness, 8)
 
@@ -223,7 +241,7 @@ def _shell_cards(block: Block) -> _Table:
 def _solid_cards(block: Block) -> _Table:
     """Read *ELEMENT_SOLID: one card, or element and part on one and up to ten nodes on the next.
 
-    The two-card form is told by its first card, which has no nodes.
+    The first card of the two-card form has no nodes.
     """
     if block.keyword not in _SOLIDS:
         raise _unknown_element(block, _SOLIDS)
@@ -273,8 +291,10 @@ def _without_repeats(
     moved = np.flatnonzero((points != points[rows[inverse]]).any(axis=1))
     if len(moved):
         number = int(ids[moved[0]])
-        first, *others = _cards_of_node(number, blocks)
-        again = next(row for row in others if row.reals("X Y Z") != first.reals("X Y Z"))
+        node_blocks = (block for block in blocks if block.keyword == "NODE")
+        cards = (row_of(card, block, _NODE) for block in node_blocks for card in block.cards)
+        first, *repeats = [row for row in cards if row.texts[0] and row.whole("NID") == number]
+        again = next(row for row in repeats if row.reals("X Y Z") != first.reals("X Y Z"))
         raise MeshError(
             f"node {number} is given twice, at another place in line {first.card.line} of "
             f"{first.block.path.name}",
@@ -285,85 +305,49 @@ def _without_repeats(
     return ids[rows], points[rows]
 
 
-def _cards_of_node(number: int, blocks: Iterable[Block]) -> list[Row]:
-    """Return all cards that give a node."""
-    of_nodes = (block for block in blocks if block.keyword == "NODE")
-    rows = (row_of(card, block, _NODE) for block in of_nodes for card in block.cards)
-    return [row for row in rows if row.texts[0] and row.whole("NID") == number]
-
-
 def _cells(
-    shells: list[_Table], solids: list[_Table], rows: Rows, parts: Parts
+    shells: list[_Table], solids: list[_Table], rows: NodeRows, parts: Parts
 ) -> tuple[list[CellBlock], list[Int64Array], list[FloatArray | None]]:
-    """Return blocks by kind, the part number of each cell and the thickness at its nodes."""
+    """Return blocks by kind, the part number of each cell and the thickness at its nodes.
+
+    A triangle has its third node twice, or no fourth; tetrahedra have ten nodes, or four.
+    """
     blocks: list[CellBlock] = []
     numbers: list[Int64Array] = []
     thickness: list[FloatArray | None] = []
     for table in shells:
-        of_part = parts.shell_thickness(table.part)
-        given = np.where(table.thickness > 0.0, table.thickness, of_part)
-        for kind, mask, count in _shell_kinds(table.nodes):
+        corners, middles = table.nodes[:, :4], table.nodes[:, 4:8]
+        is_triangle = (corners[:, 3] == corners[:, 2]) | (corners[:, 3] == 0)
+        is_quad8 = ~is_triangle & (middles > 0).all(axis=1)
+        at_corners = np.where(
+            table.thickness > 0.0, table.thickness, parts.shell_thickness(table.part)
+        )
+        for kind, mask, count in (
+            ("triangle", is_triangle, 3),
+            ("quad", ~is_triangle & ~is_quad8, 4),
+            ("quad8", is_quad8, 8),
+        ):
             if not mask.any():
                 continue
             blocks.append(CellBlock(kind, rows(table.nodes[mask, :count])))
             numbers.append(table.part[mask])
-            values = given[mask][:, :3] if count == 3 else given[mask]
+            values = at_corners[mask][:, :3] if count == 3 else at_corners[mask]
             if count == 8:
                 values = np.hstack([values, 0.5 * (values + np.roll(values, -1, axis=1))])
             thickness.append(values if (values > 0.0).any() else None)
     for table in solids:
-        for kind, mask, count in _solid_kinds(table.nodes):
+        is_tetra10 = (table.nodes[:, 8:10] > 0).all(axis=1)
+        is_tetra = ~is_tetra10 & (table.nodes[:, 4:8] == 0).all(axis=1)
+        for kind, mask, count in (
+            ("hexahedron", ~is_tetra10 & ~is_tetra, 8),
+            ("tetra", is_tetra, 4),
+            ("tetra10", is_tetra10, 10),
+        ):
             if mask.any():
                 blocks.append(CellBlock(kind, rows(table.nodes[mask, :count])))
                 numbers.append(table.part[mask])
                 thickness.append(None)
     return blocks, numbers, thickness
-
-
-Kind = tuple[str, NDArray[np.bool_], int]
-"""Name of a kind of cell, its rows, and its number of nodes."""
-
-
-def _shell_kinds(nodes: Int64Array) -> tuple[Kind, ...]:
-    """Classify shells by their nodes: a triangle has its third node twice, or no fourth."""
-    corners, middles = nodes[:, :4], nodes[:, 4:8]
-    triangle = (corners[:, 3] == corners[:, 2]) | (corners[:, 3] == 0)
-    quad8 = ~triangle & (middles > 0).all(axis=1)
-    return ("triangle", triangle, 3), ("quad", ~triangle & ~quad8, 4), ("quad8", quad8, 8)
-
-
-def _solid_kinds(nodes: Int64Array) -> tuple[Kind, ...]:
-    """Classify solids by their nodes: tetrahedra have ten nodes, or four."""
-    ten = np.asarray((nodes[:, 8:10] > 0).all(axis=1))
-    four = ~ten & (nodes[:, 4:8] == 0).all(axis=1)
-    return ("hexahedron", ~ten & ~four, 8), ("tetra", four, 4), ("tetra10", ten, 10)
-
-
-def _groups(part_numbers: list[Int64Array], parts: Parts) -> list[Group]:
-    present = np.unique(np.concatenate([np.empty(0, dtype=np.int64), *part_numbers]))
-    return [
-        Group(
-            int(number),
-            parts.titles.get(int(number)) or None,
-            tuple(np.flatnonzero(numbers == number) for numbers in part_numbers),
-        )
-        for number in present
-    ]
-
-
-def _sets(blocks: Iterable[Block], rows: Rows) -> Iterable[Group]:
-    """Yield sets of nodes, and nodes that single cards hold, by name alone.
-
-    Their numbers are used for parts too.
-
-    One with parameters without a value is not there: who asks for it is told.
-    """
-    for number, nodes in read_sets(blocks, "NODE", lambda *_: None).items():
-        kept = rows(np.array(nodes, dtype=np.int64))
-        yield Group(None, set_name(number), None, kept)
-    for name, nodes in tied_nodes(blocks).items():
-        ids = np.unique(np.array(nodes, dtype=np.int64))
-        yield Group(None, name, None, rows(ids[rows.known(ids)]))
 
 
 class Lumped(NamedTuple):
@@ -378,17 +362,17 @@ class Lumped(NamedTuple):
 
 
 def is_lumped(block: Block) -> bool:
-    """Return whether `lumped` reads a keyword."""
+    """Return whether `read_lumped` reads a keyword."""
     return block.keyword in ("ELEMENT_MASS", "ELEMENT_MASS_NODE_SET")
 
 
-def lumped(block: Block) -> list[Lumped]:
+def read_lumped(block: Block) -> list[Lumped]:
     """Return all masses of a keyword for which `is_lumped` holds.
 
     Raises
     ------
     MeshError
-        A field that should be a number is none.
+        A field that should be a number is not one.
     """
     of_set = block.keyword.endswith("_SET")
     rows = [row_of(card, block, _MASS) for card in block.cards if card.text.strip()]
@@ -397,13 +381,13 @@ def lumped(block: Block) -> list[Lumped]:
     ]
 
 
-def masses_of_parts(block: Block) -> dict[int, Row]:
+def read_part_masses(block: Block) -> dict[int, Row]:
     """Return the cards of *ELEMENT_MASS_PART, by part; their user reads ADDMASS and FINMASS."""
     rows = [row_of(card, block, _MASS_OF_PART) for card in block.cards if card.text.strip()]
     return {row.whole("PID"): row for row in rows}
 
 
-def cut_for_what_is_left(block: Block) -> None:
+def mark_mesh_fields(block: Block) -> None:
     """Read a mesh keyword so that only fields without effect on the mesh stay unread.
 
     Unreadable cards are ignored here: the reader of the mesh reports them.
@@ -415,8 +399,8 @@ def cut_for_what_is_left(block: Block) -> None:
             plain = [c for c in block.cards if "," not in c.text and not c.text[end:].strip(" 0")]
             if not block.long:
                 block.mark_read(*plain)
-            others = [card for card in block.cards if card.line not in block.unread]
-            _node_cards(block._replace(cards=others))
+            unread_cards = [card for card in block.cards if card.line not in block.unread]
+            _node_cards(block._replace(cards=unread_cards))
         elif _element_columns(block) is not None:
             block.mark_read(*block.cards)
         elif block.keyword.startswith("ELEMENT_SHELL"):
@@ -425,17 +409,5 @@ def cut_for_what_is_left(block: Block) -> None:
             _solid_cards(block)
 
 
-def _width(fields: Layout) -> int:
-    return sum(field.width for field in fields.fields)
-
-
-def _mass(blocks: Iterable[Block], rows: Rows, count: int) -> FloatArray | None:
-    """Return the masses (n,) of *ELEMENT_MASS; None if the deck has none."""
-    masses = [one for block in blocks if is_lumped(block) for one in lumped(block)]
-    if not masses:
-        return None
-    sets = read_sets(blocks, "NODE", lambda *_: None) if any(m.of_set for m in masses) else {}
-    nodes = [sorted({*sets.get(m.number, [])}) if m.of_set else [m.number] for m in masses]
-    at = rows(np.array([node for some in nodes for node in some], dtype=np.int64))
-    shares = [m.mass / len(some) for m, some in zip(masses, nodes, strict=True) for _ in some]
-    return np.bincount(at, weights=np.array(shares), minlength=count).astype(np.float64)
+def _width(layout: Layout) -> int:
+    return sum(field.width for field in layout.fields)

@@ -1,7 +1,7 @@
 """LS-DYNA keyword files as blocks of cards.
 
 Layout rules as in the LS-DYNA Keyword User's Manual, volume I, "General card format": fields of
-fixed width (twice as wide or more in the long format), or parted by commas; ``$`` starts a
+fixed width (twice as wide or more in the long format), or separated by commas; ``$`` starts a
 comment line; ``*`` a keyword, ended by ``+`` for the long format and ``-`` for the standard one.
 """
 
@@ -15,21 +15,21 @@ from pathlib import Path
 from typing import NamedTuple
 
 from contiga.errors import MeshError
-from contiga.io.mesh.deck_text import LARGEST, fortran_number, included
+from contiga.io.mesh.deck_text import MAX_WHOLE, find_included, fortran_number
 from contiga.io.mesh.lsdyna_parameters import Block as Block
 from contiga.io.mesh.lsdyna_parameters import Card as Card
 from contiga.io.mesh.lsdyna_parameters import Parameters, Unread, is_parameters
 
 _WIDTH, _LONG_WIDTH = 10, 20
-_CARD, _LONG_CARD = 80, 160
+_CARD_WIDTH, _LONG_CARD_WIDTH = 80, 160
 """Columns of a card; text beyond them is a remark."""
-_TEN = re.compile(r"I10\s*=\s*Y")
+_WIDE_INTEGERS = re.compile(r"I10\s*=\s*Y")
 
 
 def read_blocks(path: Path) -> Iterator[Block]:
     """Yield the blocks of a deck and of the files it includes, in order.
 
-    Their fields have the values of parameters, as far as these stand before they are asked for.
+    Fields have the values of the parameters that are defined before the field is read.
 
     Raises
     ------
@@ -46,22 +46,40 @@ def _blocks_of(
     parameters: Parameters,
     open_files: tuple[Path, ...],
 ) -> Iterator[Block]:
-    # An unreadable byte can only be in a title or comment that matters to nobody.
+    # An unreadable byte can only be in a title or comment, which has no effect.
     lines = path.read_text(encoding="utf-8", errors="replace").splitlines()
-    for block in _split(lines, path, long, parameters):
+    open_files = (*open_files, path.resolve())
+    for block in _split_into_blocks(lines, path, long, parameters):
         if block.keyword == "KEYWORD":
             continue
         if block.keyword == "END":
             return
         if is_parameters(block):
             parameters.read(block)
-        if block.keyword.startswith("INCLUDE"):
-            yield from _included_blocks(block, folders, (*open_files, path.resolve()))
-        else:
+        if not block.keyword.startswith("INCLUDE"):
             yield block
+        elif block.keyword in ("INCLUDE_PATH", "INCLUDE_PATH_RELATIVE"):
+            name = block.cards[0].text.rstrip().removesuffix(" +").strip() if block.cards else ""
+            folders.append(path.parent / name)
+        elif block.keyword == "INCLUDE":
+            for card in block.cards:
+                if name := card.text.strip():
+                    file = find_included(name, folders, open_files, block.where(card))
+                    inner = Parameters(block.parameters)
+                    yield from _blocks_of(file, block.long, folders, inner, open_files)
+        else:
+            raise MeshError(
+                "a way of including files that is not supported",
+                where=block.where(),
+                found="*" + block.keyword,
+                allowed="*INCLUDE, *INCLUDE_PATH",
+                remedy="Write the deck out flat with your preprocessor.",
+            )
 
 
-def _split(lines: list[str], path: Path, long: bool, parameters: Parameters) -> Iterator[Block]:
+def _split_into_blocks(
+    lines: list[str], path: Path, long: bool, parameters: Parameters
+) -> Iterator[Block]:
     block: Block | None = None
     for number, line in enumerate(lines, start=1):
         if line.startswith("$"):
@@ -72,8 +90,12 @@ def _split(lines: list[str], path: Path, long: bool, parameters: Parameters) -> 
             continue
         if block is not None:
             yield block
-        word, _, rest = line[1:].strip().upper().partition(" ")
-        if word.endswith("%") or rest.strip() == "%" or (word == "KEYWORD" and _TEN.search(rest)):
+        word, _, options = line[1:].strip().upper().partition(" ")
+        if (
+            word.endswith("%")
+            or options.strip() == "%"
+            or (word == "KEYWORD" and _WIDE_INTEGERS.search(options))
+        ):
             raise MeshError(
                 "fields of ten characters for whole numbers are not read",
                 where=f"{path}, line {number}: *{word}",
@@ -82,74 +104,49 @@ def _split(lines: list[str], path: Path, long: bool, parameters: Parameters) -> 
                 remedy="Write the deck in one of these with your preprocessor.",
             )
         if word == "KEYWORD":
-            long = long or re.search(r"LONG\s*=\s*Y", rest) is not None
-        this_long = (long or word.endswith("+")) and not word.endswith("-")
-        block = Block(word.rstrip("+-"), [], this_long, path, number, parameters, {})
+            long = long or re.search(r"LONG\s*=\s*Y", options) is not None
+        is_long = (long or word.endswith("+")) and not word.endswith("-")
+        block = Block(word.rstrip("+-"), [], is_long, path, number, parameters, {})
     if block is not None:
         yield block
 
 
-def _included_blocks(
-    block: Block, folders: list[Path], open_files: tuple[Path, ...]
-) -> Iterator[Block]:
-    name = "".join(card.text.rstrip().removesuffix(" +") for card in block.cards[:1]).strip()
-    if block.keyword in ("INCLUDE_PATH", "INCLUDE_PATH_RELATIVE"):
-        folders.append(block.path.parent / name)
-        return
-    if block.keyword != "INCLUDE":
-        raise MeshError(
-            "a way of including files that is not supported",
-            where=block.where(),
-            found="*" + block.keyword,
-            allowed="*INCLUDE, *INCLUDE_PATH",
-            remedy="Write the deck out flat with your preprocessor.",
-        )
-    for card in block.cards:
-        name = card.text.strip()
-        if not name:
-            continue
-        file = included(name, folders, open_files, block.where(card))
-        inner = Parameters(block.parameters)
-        yield from _blocks_of(file, block.long, folders, inner, open_files)
-
-
-Leave = Callable[[Block, str], None]
+OnSkip = Callable[[Block, str], None]
 """Callback for a block that is left out, with the reason."""
 
 
 @contextmanager
-def leaving_parameters(block: Block, leave: Leave | None) -> Iterator[None]:
-    """Pass blocks with invalid fields due to parameters (&) to `leave` instead of raising.
-
-    These are such as have no value: see `Parameters`.
-    """
+def skip_unresolved(block: Block, on_skip: OnSkip | None) -> Iterator[None]:
+    """Pass a block with an unresolved parameter (&) in a field to `on_skip` instead of raising."""
     try:
         yield
     except MeshError as error:
-        if leave is None or "&" not in str(error.found):
+        if on_skip is None or "&" not in str(error.found):
             raise
-        leave(block, "a parameter without a value")
+        on_skip(block, "a parameter without a value")
 
 
-Given = dict[tuple[str, int], tuple[Block, Sequence[Card]]]
-"""Cards that defined a number, by its kind ("part", "material" …) and value."""
+Definitions = dict[tuple[str, int], tuple[Block, Sequence[Card]]]
+"""Cards that define a number, by its kind ("part", "material" …) and value."""
 
 
-def check_once(given: Given, what: str, number: int, block: Block, cards: Sequence[Card]) -> None:
+def define_once(
+    definitions: Definitions, kind: str, number: int, block: Block, cards: Sequence[Card]
+) -> None:
     """Note the cards of a number; equal cards may define it again, as included files do.
 
     Raises
     ------
     MeshError
-        Other cards gave it before.
+        Different cards define the number already.
     """
-    first, before = given.setdefault((what, number), (block, cards))
-    if _content(block, cards) != _content(first, before):
+    first_block, first_cards = definitions.setdefault((kind, number), (block, cards))
+    if _content(block, cards) != _content(first_block, first_cards):
         raise MeshError(
-            f"{what} {number} is given twice, otherwise in line {before[0].line} of "
-            f"{first.path.name}",
+            f"{kind} {number} is given twice, otherwise in line {first_cards[0].line} of "
+            f"{first_block.path.name}",
             where=block.where(cards[0]),
-            allowed=f"each number of a {what} once",
+            allowed=f"each number of a {kind} once",
         )
 
 
@@ -167,7 +164,7 @@ class Field(NamedTuple):
     default: str = ""
     """Meaning of blank and 0; empty if that is 0."""
     idle: bool = False
-    """Whether it is a mere number or a print option, without effect on a case."""
+    """Whether it is a mere label or a print option, without effect on a case."""
 
 
 class Layout(NamedTuple):
@@ -181,7 +178,7 @@ class Layout(NamedTuple):
 def layout(text: str, width: int = _WIDTH) -> Layout:
     """Return the layout of ``NAME``, ``NAME=default``, ``NAME:width`` and ``~NAME``.
 
-    A tilde marks a field that only numbers things or says what is printed.
+    A tilde marks an idle field.
 
     >>> layout("~EID:8 NID:8 MASS:16").fields[2]
     Field(name='MASS', width=16, default='', idle=False)
@@ -189,8 +186,8 @@ def layout(text: str, width: int = _WIDTH) -> Layout:
     fields = []
     for word in text.split():
         head, _, default = word.partition("=")
-        name, _, own = head.partition(":")
-        fields.append(Field(name.lstrip("~"), int(own or width), default, name.startswith("~")))
+        name, _, columns = head.partition(":")
+        fields.append(Field(name.lstrip("~"), int(columns or width), default, name.startswith("~")))
     return Layout(tuple(fields), {field.name: k for k, field in enumerate(fields)})
 
 
@@ -226,12 +223,12 @@ class Row(NamedTuple):
             value = int(text)
         except ValueError:
             value = int(self._number(text, "a whole number"))
-        if abs(value) > LARGEST:
+        if abs(value) > MAX_WHOLE:
             raise MeshError(
                 "a field of the card is not a valid count",
                 where=self.block.where(self.card),
                 found=text,
-                allowed=f"a whole number of at most {LARGEST}",
+                allowed=f"a whole number of at most {MAX_WHOLE}",
             )
         return value
 
@@ -270,52 +267,44 @@ class Row(NamedTuple):
             ) from None
 
 
-def row_of(card: Card, block: Block, fields: Layout) -> Row:
+def row_of(card: Card, block: Block, layout: Layout) -> Row:
     """Cut a card of a block into fields.
 
-    What stands on it beyond the layout is kept as fields that no reader asks for.
+    Nonblank columns beyond the layout are noted as fields that no reader reads.
     """
-    cells, beyond = _cells(card.text, block.long, fields.fields)
+    count = len(layout.fields)
+    if "," in card.text:
+        cells = [cell.strip() for cell in card.text.split(",")]
+        cells, beyond = (cells + [""] * count)[:count], cells[count:]
+    else:
+        start, cells = 0, []
+        for field in layout.fields:
+            width = max(field.width, _LONG_WIDTH) if block.long else field.width
+            cells.append(card.text[start : start + width].strip())
+            start += width
+        width, end = (_LONG_WIDTH, _LONG_CARD_WIDTH) if block.long else (_WIDTH, _CARD_WIDTH)
+        beyond = [card.text[k : min(k + width, end)].strip() for k in range(start, end, width)]
     if "&" in card.text:
         cells = list(map(block.parameters.filled, cells))
     if card.line not in block.unread:
         block.unread[card.line] = {
             field.name: Unread(cell, field.default)
-            for field, cell in zip(fields.fields, cells, strict=True)
+            for field, cell in zip(layout.fields, cells, strict=True)
             if cell and not field.idle
-        } | {f"field {k}": Unread(cell, "") for k, cell in beyond}
-    return Row(card, block, fields, cells)
+        } | {f"field {k}": Unread(cell, "") for k, cell in enumerate(beyond, count + 1) if cell}
+    return Row(card, block, layout, cells)
 
 
 def rows_of(block: Block, cards: Sequence[Card], *layouts: Layout) -> list[Row]:
     """Return a row of the cards for each layout; blank ones after the last card."""
-    given = [*cards[: len(layouts)], *[Card("", 0)] * (len(layouts) - len(cards))]
-    return [row_of(card, block, fields) for card, fields in zip(given, layouts, strict=True)]
-
-
-def _cells(
-    text: str, long: bool, fields: Sequence[Field]
-) -> tuple[list[str], list[tuple[int, str]]]:
-    """Return the texts of the fields, and texts beyond them with their columns, from 1."""
-    count = len(fields)
-    if "," in text:
-        cells = [cell.strip() for cell in text.split(",")]
-        beyond = [(k, cell) for k, cell in enumerate(cells[count:], start=count + 1) if cell]
-        return (cells + [""] * count)[:count], beyond
-    start, texts = 0, []
-    for field in fields:
-        width = max(field.width, _LONG_WIDTH) if long else field.width
-        texts.append(text[start : start + width].strip())
-        start += width
-    width, end = (_LONG_WIDTH, _LONG_CARD) if long else (_WIDTH, _CARD)
-    rest = [text[k : min(k + width, end)].strip() for k in range(start, end, width)]
-    return texts, [(k, cell) for k, cell in enumerate(rest, start=count + 1) if cell]
+    padded = [*cards[: len(layouts)], *[Card("", 0)] * (len(layouts) - len(cards))]
+    return [row_of(card, block, layout) for card, layout in zip(padded, layouts, strict=True)]
 
 
 def unread_fields(block: Block) -> Iterator[tuple[str, str]]:
     """Yield names and texts of fields that are neither blank, default nor read.
 
-    A card that no reader has cut stands as a whole.
+    A card that no reader has cut is one such field.
     """
     for k, card in enumerate(block.cards, start=1):
         fields = block.unread.get(card.line)
@@ -324,12 +313,12 @@ def unread_fields(block: Block) -> Iterator[tuple[str, str]]:
             if not all(_is_default(Unread(word, "")) for word in words):
                 yield f"card {k}:", " ".join(words)
             continue
-        yield from ((name, one.text) for name, one in fields.items() if not _is_default(one))
+        yield from ((name, field.text) for name, field in fields.items() if not _is_default(field))
 
 
 def _is_default(field: Unread) -> bool:
     try:
         value = fortran_number(field.text)
         return value in (0.0, float(field.default or 0.0))
-    except ValueError:  # one of both is a word
+    except ValueError:  # one of the two is a word
         return field.text.upper() == field.default.upper()

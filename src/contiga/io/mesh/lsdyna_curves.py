@@ -15,13 +15,13 @@ import numpy as np
 from contiga.errors import FileError
 from contiga.io.mesh.lsdyna_cards import (
     Block,
-    Given,
-    Leave,
-    check_once,
+    Definitions,
+    OnSkip,
+    define_once,
     layout,
-    leaving_parameters,
     read_blocks,
     row_of,
+    skip_unresolved,
 )
 from contiga.records import FloatArray
 
@@ -42,25 +42,34 @@ class DeckCurve(NamedTuple):
     """File and line."""
 
 
-def read_curves(blocks: Iterable[Block], leave: Leave | None = None) -> dict[int, DeckCurve]:
-    """Return all curves of a deck by number; those with undefined parameters go to `leave`.
+def read_curves(blocks: Iterable[Block], on_skip: OnSkip | None = None) -> dict[int, DeckCurve]:
+    """Return all curves of a deck by number; those with unresolved parameters go to `on_skip`.
 
-    Abscissae are SFA (a + OFFA), ordinates SFO (o + OFFO); a scale of 0 is 1. A negative SFA turns
-    the points round, so that abscissae rise as they do in the deck.
+    Abscissae are SFA (a + OFFA), ordinates SFO (o + OFFO); a scale of 0 is 1. A negative SFA
+    reverses the points, so that abscissae rise as they do in the deck.
 
     Raises
     ------
     MeshError
-        A field that should be a number is none; a curve is given twice, not alike.
+        A field that should be a number is not one; a curve is given twice, not alike.
     """
     curves: dict[int, DeckCurve] = {}
-    given: Given = {}
+    definitions: Definitions = {}
     for block in filter(is_curve, blocks):
-        with leaving_parameters(block, leave):
-            curve = _curve(block)
-            if curve is not None:
-                check_once(given, "curve", curve.number, block, block.cards)
-                curves[curve.number] = curve
+        with skip_unresolved(block, on_skip):
+            title, cards = block.title_and_cards()
+            if not cards:
+                continue
+            head = row_of(cards[0], block, _HEAD)
+            sfa, sfo, offa, offo = head.reals("SFA SFO OFFA OFFO")
+            rows = [row_of(card, block, _POINT).reals("A O") for card in cards[1:]]
+            table = np.array(rows, np.float64).reshape(-1, 2)
+            table = (table + np.array([offa, offo])) * np.array([sfa, sfo])
+            if sfa < 0.0:
+                table = table[::-1]
+            number = head.whole("LCID")
+            define_once(definitions, "curve", number, block, block.cards)
+            curves[number] = DeckCurve(number, title, table, block.where(cards[0]))
     return curves
 
 
@@ -69,59 +78,44 @@ def is_curve(block: Block) -> bool:
     return block.keyword in ("DEFINE_CURVE", "DEFINE_CURVE_TITLE")
 
 
-def _curve(block: Block) -> DeckCurve | None:
-    title, cards = block.title_and_cards()
-    if not cards:
-        return None
-    head, *points = cards
-    first = row_of(head, block, _HEAD)
-    sfa, sfo, offa, offo = first.reals("SFA SFO OFFA OFFO")
-    rows = [row_of(card, block, _POINT).reals("A O") for card in points]
-    table = np.array(rows, np.float64).reshape(-1, 2)
-    table = (table + np.array([offa, offo])) * np.array([sfa, sfo])
-    if sfa < 0.0:
-        table = table[::-1]
-    return DeckCurve(first.whole("LCID"), title, table, block.where(head))
-
-
 def is_table(block: Block) -> bool:
     """Return whether a keyword defines a table of curves."""
     return block.keyword.removesuffix("_TITLE") in ("DEFINE_TABLE", "DEFINE_TABLE_2D")
 
 
 def read_tables(
-    blocks: Sequence[Block], leave: Leave | None = None
+    blocks: Sequence[Block], on_skip: OnSkip | None = None
 ) -> dict[int, list[tuple[float, int]]]:
     """Return all tables of a deck by number: values, and the number of the curve of each.
 
-    A table that names no curves has those that follow it at once. Values are SFA (value + OFFA).
-    Those with parameters without a value go to `leave`.
+    A table that names no curves uses the curves that follow it directly. Values are
+    SFA (value + OFFA). Tables with unresolved parameters go to `on_skip`.
 
     Raises
     ------
     MeshError
-        A field that should be a number is none.
+        A field that should be a number is not one.
     """
     tables: dict[int, list[tuple[float, int]]] = {}
     for k, block in enumerate(blocks):
         _, cards = block.title_and_cards() if is_table(block) else ("", [])
         if not cards:
             continue
-        with leaving_parameters(block, leave):
+        with skip_unresolved(block, on_skip):
             head = row_of(cards[0], block, _TABLE)
             sfa, offa = head.reals("SFA OFFA")
             rows = [row_of(card, block, _ENTRY) for card in cards[1:]]
             numbers = [row.whole("LCID") for row in rows]
-            following = takewhile(is_curve, blocks[k + 1 : k + 1 + len(rows)])
             if not any(numbers):
-                numbers = [number_of(one) for one in following]
+                following = takewhile(is_curve, blocks[k + 1 : k + 1 + len(rows)])
+                numbers = list(map(number_of, following))
             values = [sfa * (row.real("VALUE") + offa) for row in rows]
             tables[head.whole("TBID")] = list(zip(values, numbers, strict=False))
     return tables
 
 
 def number_of(block: Block) -> int:
-    """Return the number of a curve; 0 if it has none that can be read."""
+    """Return the number of a curve; 0 without a readable number."""
     _, cards = block.title_and_cards()
     text = row_of(cards[0], block, _HEAD).text("LCID") if cards else ""
     return int(text) if text.isdecimal() else 0
@@ -135,20 +129,21 @@ def read_curve_of_deck(path: Path, number: int | None) -> DeckCurve:
     FileError
         The deck cannot be read, has no such curve, or several where none is named.
     MeshError
-        A field of the curve that should be a number is none.
+        A field of the curve that should be a number is not one.
     """
-    left: dict[int, Block] = {}
+    skipped: dict[int, Block] = {}
     try:
         curves = read_curves(
-            read_blocks(path), lambda block, _: left.update({number_of(block): block})
+            read_blocks(path), lambda block, _: skipped.update({number_of(block): block})
         )
     except OSError as error:
         raise FileError(f"cannot be read ({error.strerror})", where=str(path)) from error
-    if number in left or (left and not curves):
-        read_curves([left.get(number or 0) or next(iter(left.values()))])
+    if number in skipped or (skipped and not curves):
+        # Without `on_skip` the unresolved parameter raises.
+        read_curves([skipped.get(number or 0) or next(iter(skipped.values()))])
     if not curves:
         raise FileError("there is no *DEFINE_CURVE", where=str(path))
-    if number is None and len(curves) == 1 and not left:
+    if number is None and len(curves) == 1 and not skipped:
         return next(iter(curves.values()))
     if number not in curves:
         raise FileError(

@@ -1,4 +1,4 @@
-"""Records of an LS-DYNA deck besides its mesh, and of its unknown contents."""
+"""Records of an LS-DYNA deck besides its mesh, and its contents that are not understood."""
 
 from __future__ import annotations
 
@@ -17,10 +17,10 @@ from contiga.io.mesh.lsdyna_soft import SoftLaw
 from contiga.io.mesh.lsdyna_ties import NodeTie
 from contiga.records import FloatArray
 
-_FOREVER = 1e20
-"""Death time above which there is none; LS-DYNA's default is 1e28."""
-_VALUES = 4
-"""Largest number of values of a field that are named."""
+_NO_DEATH = 1e20
+"""Death times above this one count as none; LS-DYNA's default is 1e28."""
+_MAX_VALUES = 4
+"""Largest number of values of a field in a message."""
 
 
 class Material(NamedTuple):
@@ -48,7 +48,7 @@ class DeckContact(NamedTuple):
     friction: tuple[float, float, float]
     """FS, FD, DC."""
     scales: Row
-    """The third card; pairs of the case read it."""
+    """The third card, with the stiffness scales; the case reads it."""
 
 
 class Prescribed(NamedTuple):
@@ -117,30 +117,32 @@ class DeckModel:
     """Cards of *ELEMENT_MASS_PART, by part."""
     gravity: dict[int, tuple[int, float, Block]] = field(default_factory=dict)
     """Gravity by axis (0 to 2): curve, scale, and block."""
-    unread: dict[int, Block] = field(default_factory=dict)
-    """Curves with undefined parameters, by number."""
+    unresolved_curves: dict[int, Block] = field(default_factory=dict)
+    """Curves with unresolved parameters, by number."""
     unknown: dict[str, list[int]] = field(default_factory=dict)
     """Lines of unknown contents, by keyword with details in brackets and included file."""
 
-    def leave(self, block: Block, why: str = "", line: int = 0) -> None:
+    def leave(self, block: Block, reason: str = "", line: int = 0) -> None:
         """Note that something of a keyword is not understood."""
-        text = f"*{block.keyword}{f' ({why})' if why else ''}{self._file_of(block)}"
+        text = f"*{block.keyword}{f' ({reason})' if reason else ''}{self._file_of(block)}"
         lines = self.unknown.setdefault(text, [])
         if (line or block.line) not in lines:
             lines.append(line or block.line)
 
-    def drop(self, block: Block, why: str = "", line: int = 0, cards: Sequence[Card] = ()) -> None:
+    def drop(
+        self, block: Block, reason: str = "", line: int = 0, cards: Sequence[Card] = ()
+    ) -> None:
         """Note that a keyword, or some of its cards, are left out with all their contents."""
-        self.leave(block, why, line)
+        self.leave(block, reason, line)
         block.mark_read(*(cards or block.cards))
 
-    def drop_curve(self, block: Block, why: str) -> None:
+    def drop_curve(self, block: Block, reason: str) -> None:
         """Note that a curve is left out; its block is kept, and a case that needs it is refused."""
-        self.unread[number_of(block)] = block
-        self.drop(block, why)
+        self.unresolved_curves[number_of(block)] = block
+        self.drop(block, reason)
 
     def leave_unread(self) -> None:
-        """Note every field that has a meaning and that no reader has read."""
+        """Note every field that has a meaning but that no reader has read."""
         entries: dict[tuple[str, ...], tuple[list[Block], dict[str, list[str]]]] = {}
         for block in self.blocks:
             fields = list(unread_fields(block))
@@ -153,12 +155,12 @@ class DeckModel:
                     if text not in values[name]:
                         values[name].append(text)
         for blocks, values in entries.values():
-            said = [
-                f"{name} {'/'.join(texts[:_VALUES])}{'/…' * (len(texts) > _VALUES)}"
+            reason = ", ".join(
+                f"{name} {'/'.join(texts[:_MAX_VALUES])}{'/…' * (len(texts) > _MAX_VALUES)}"
                 for name, texts in values.items()
-            ]
+            )
             for block in blocks:
-                self.drop(block, ", ".join(said))
+                self.drop(block, reason)
 
     def no_set(self, kind: str, number: int) -> str:
         """Return why there is no set of a kind ("NODE", "PART") and number; empty if it exists."""
@@ -183,8 +185,8 @@ class DeckModel:
         return axes_of(inertia.axes.reals("XL YL ZL"), inertia.axes.reals("XLIP YLIP ZLIP"))
 
     def ends_after(self, death: float) -> bool:
-        """Return whether something ends before the run does; a death of 0 is none."""
-        return 0.0 < death < (self.end or _FOREVER)
+        """Return whether something ends before the run does; a death time of 0 means never."""
+        return 0.0 < death < (self.end or _NO_DEATH)
 
     def place(self, block: Block, line: int = 0) -> str:
         """Return the place of a keyword or a card: its line, and an included file's name."""
@@ -201,6 +203,6 @@ class DeckModel:
         MeshError
             It has parameters without a value.
         """
-        if number in self.unread:
-            read_curves([self.unread[number]])
+        if number in self.unresolved_curves:
+            read_curves([self.unresolved_curves[number]])
         return self.curves.get(number)

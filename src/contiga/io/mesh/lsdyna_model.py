@@ -1,33 +1,27 @@
 """Contents of an LS-DYNA deck besides its mesh: rigid parts, contacts, motions, times.
 
-What is not understood is kept by keyword, with the lines it stands in. Card layouts: LS-DYNA
+Contents that are not understood are noted by keyword, with their lines. Card layouts: LS-DYNA
 Keyword User's Manual, volumes I and II.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 
 from contiga.errors import FileError
-from contiga.io.mesh.lsdyna import (
-    cut_for_what_is_left,
-    is_lumped,
-    lumped,
-    masses_of_parts,
-)
+from contiga.io.mesh.lsdyna import mark_mesh_fields, read_lumped, read_part_masses
 from contiga.io.mesh.lsdyna_cards import (
     Block,
     Card,
-    Row,
-    check_once,
+    define_once,
     layout,
-    leaving_parameters,
     read_blocks,
     row_of,
     rows_of,
+    skip_unresolved,
 )
 from contiga.io.mesh.lsdyna_curves import is_curve, is_table, read_curves, read_tables
 from contiga.io.mesh.lsdyna_deck import (
@@ -44,17 +38,16 @@ from contiga.io.mesh.lsdyna_sets import is_other_set, is_set, read_sets, set_of
 from contiga.io.mesh.lsdyna_soft import CARDS, SOFT
 from contiga.io.mesh.lsdyna_ties import is_tie, read_ties
 
-_MESH = ("NODE", "ELEMENT_SHELL", "ELEMENT_SOLID", "ELEMENT_TSHELL")
 _RIGID = ("RIGID", "020")
 _OTHER_CONTACTS = ("TIED", "TIEBREAK", "2D", "DRAWBEAD")
-_CONTACT = (
+_CONTACT_CARDS = (
     layout("SSID MSID SSTYP MSTYP SBOXID MBOXID ~SPR ~MPR"),
     layout("FS FD DC VC VDC PENCHK BT DT=1e20"),
     layout("SFS=1 SFM=1 SST MST SFST=1 SFMT=1 FSF=1 VSF=1"),
 )
 # Cards of some kinds of contact, before the optional ones: A, B, C … of the manual.
-_OF_KIND = {"ERODING": layout("ISYM EROSOP IADJ"), "CONSTRAINT": layout("KPF")}
-_OPTIONAL = (
+_CARDS_OF_KIND = {"ERODING": layout("ISYM EROSOP IADJ"), "CONSTRAINT": layout("KPF")}
+_OPTIONAL_CARDS = (
     layout("SOFT SOFSCL=0.1 LCIDAB MAXPAR=1.025 SBOPT=2 DEPTH=2 ~BSORT ~FRCFRQ"),
     layout("PENMAX THKOPT SHLTHK SNLOG ISYM I2D3D SLDTHK SLDSTF"),
     layout("IGAP=1 IGNORE DPRFAC DTSTIF EDGEK FLANGL CID_RCF"),
@@ -63,24 +56,24 @@ _OPTIONAL = (
     layout("PSTIFF IGNROFF FSTOL=2 2DBINR SSFTYP SWTPR TETFAC"),
     layout("SHLOFF"),
 )
-_PRESCRIBED = layout("PID DOF VAD LCID SF=1 VID DEATH=1e28 BIRTH")
-_RIGID_START = layout("PID VX VY VZ VXR VYR VZR ICID")
-_GENERATION = (
+_PRESCRIBED_MOTION = layout("PID DOF VAD LCID SF=1 VID DEATH=1e28 BIRTH")
+_RIGID_VELOCITY = layout("PID VX VY VZ VXR VYR VZR ICID")
+_VELOCITY_GENERATION = (
     layout("ID STYP=1 OMEGA VX VY VZ IVATN ICID"),
     layout("XC YC ZC NX NY NZ PHASE IRIGID"),
 )
-_START = (
+_VELOCITY = (
     layout("NSID NSIDEX BOXID IRIGID ICID"),
     layout("VX VY VZ VXR VYR VZR"),
     layout("VXE VYE VZE VXRE VYRE VZRE"),
 )
-_NODE_START = layout("NID VX VY VZ VXR VYR VZR ICID")
+_NODE_VELOCITY = layout("NID VX VY VZ VXR VYR VZR ICID")
 _RATES = "VX VY VZ VXR VYR VZR"
 _LOAD_BODY = layout("LCID SF=1 LCIDDR XC YC ZC CID")
 _VECTORS = layout("CID XX YX ZX XV YV ZV NID")
 _SYSTEM = layout("CID XO YO ZO XL YL ZL CIDL"), layout("XP YP ZP")
-_ENDS = layout("ENDTIM ENDCYC DTMIN ENDENG ENDMAS=1e8 NOSOL")
-_STATES = layout("DT ~LCDT ~BEAM NPLTC ~PSETID ~CID")
+_TERMINATION = layout("ENDTIM ENDCYC DTMIN ENDENG ENDMAS=1e8 NOSOL")
+_OUTPUT_STATES = layout("DT ~LCDT ~BEAM NPLTC ~PSETID ~CID")
 
 
 def read_model(path: Path) -> DeckModel:
@@ -91,8 +84,8 @@ def read_model(path: Path) -> DeckModel:
     FileError
         Not a keyword deck, or an included file is missing.
     MeshError
-        A field that should be a number is none; parameters (&) without a value are noted. A part,
-        section, material or curve is given twice, not alike.
+        A field that should be a number is not one; parameters (&) without a value are noted. A
+        part, section, material or curve is given twice, not alike.
     """
     try:
         blocks = list(read_blocks(path))
@@ -107,113 +100,106 @@ def read_model(path: Path) -> DeckModel:
     model.part_sets = read_sets(blocks, "PART", model.drop)
     model.node_sets = read_sets(blocks, "NODE", model.drop)
     model.other_sets = {set_of(block): block for block in blocks if is_other_set(block)}
-    # The end is read first: it decides what ends before the run does.
-    for block in sorted(blocks, key=lambda block: not block.keyword.startswith(_TERMINATION)):
-        _take(block, model)
-    for left in blocks[0].parameters.left:
-        model.leave(*left)
-    model.motions = list(_possible(model))
+    # The end is read first: it decides which entries end before the run does.
+    for block in sorted(blocks, key=lambda block: not block.keyword.startswith(_END_KEYWORD)):
+        is_read = is_curve(block) or is_table(block) or is_part(block) or is_section(block)
+        if is_read or is_set(block, "NODE") or is_set(block, "PART"):
+            continue
+        if block.keyword == "TITLE":
+            model.title = block.cards[0].text.strip() if block.cards else ""
+        if block.keyword == "TITLE" or is_parameters(block):
+            block.mark_read(*block.cards)
+            continue
+        reader = _READERS.get(block.keyword) or next(
+            (read for start, read in _PREFIX_READERS.items() if block.keyword.startswith(start)),
+            None,
+        )
+        if reader is None:
+            model.drop(block)
+            continue
+        with skip_unresolved(block, model.drop):
+            reader(block, model)
+    for parameter in blocks[0].parameters.unresolved:
+        model.leave(*parameter)
+    model.motions = _usable_motions(model)
     return model
 
 
-def _possible(model: DeckModel) -> Iterator[Prescribed]:
-    """Yield the motions with usable curves; note the others.
+def _usable_motions(model: DeckModel) -> list[Prescribed]:
+    """Return the motions with usable curves; note the others.
 
     There is one for each part and direction, and one kind for each part.
     """
+    motions: list[Prescribed] = []
     kinds: dict[int, int] = {}
-    first: dict[tuple[int, int], Prescribed] = {}
-    for one in model.motions:
-        curve = model.curves.get(one.curve)
-        why = ""
-        if curve is None and one.curve not in model.unread:
-            why = f"part {one.part}, there is no curve {one.curve}"
+    first_motions: dict[tuple[int, int], Prescribed] = {}
+    for motion in model.motions:
+        curve = model.curves.get(motion.curve)
+        problem = ""
+        if curve is None and motion.curve not in model.unresolved_curves:
+            problem = f"there is no curve {motion.curve}"
         elif curve is not None and len(curve.table) == 0:
-            why = f"part {one.part}, curve {one.curve} has no points"
+            problem = f"curve {motion.curve} has no points"
         elif curve is not None and (np.diff(curve.table[:, 0]) < 0.0).any():
-            why = f"part {one.part}, the times of curve {one.curve} fall"
-        elif kinds.setdefault(one.part, one.kind) != one.kind:
-            why = f"part {one.part}, VAD {one.kind} beside VAD {kinds[one.part]}"
-        elif (before := first.setdefault((one.part, one.way), one)) is not one:
-            place = model.place(before.block, before.line)
-            why = f"part {one.part}, DOF {one.way} again: that of {place} stands"
-        if why:
-            model.leave(one.block, why, one.line)
+            problem = f"the times of curve {motion.curve} fall"
+        elif kinds.setdefault(motion.part, motion.kind) != motion.kind:
+            problem = f"VAD {motion.kind} beside VAD {kinds[motion.part]}"
         else:
-            yield one
+            first = first_motions.setdefault((motion.part, motion.way), motion)
+            if first is not motion:
+                place = model.place(first.block, first.line)
+                problem = f"DOF {motion.way} again: that of {place} stands"
+        if problem:
+            model.leave(motion.block, f"part {motion.part}, {problem}", motion.line)
+        else:
+            motions.append(motion)
+    return motions
 
 
-def _take(block: Block, model: DeckModel) -> None:
-    name = block.keyword
-    if name == "TITLE":
-        model.title = block.cards[0].text.strip() if block.cards else ""
-        block.mark_read(*block.cards)
-        return
-    if is_curve(block) or is_table(block) or is_part(block) or is_section(block):
-        return
-    if is_set(block, "NODE") or is_set(block, "PART"):
-        return
-    if is_parameters(block):
-        block.mark_read(*block.cards)
-        return
-    reader = next((read for start, read in _READERS.items() if name.startswith(start)), None)
-    if reader is None:
-        model.drop(block)
-        return
-    with leaving_parameters(block, model.drop):
-        reader(block, model)
+def _read_lumped_masses(block: Block, model: DeckModel) -> None:
+    for mass in read_lumped(block):
+        model.masses.append(mass)
+        if mass.of_set and (problem := model.no_set("NODE", mass.number)):
+            model.leave(block, problem, mass.line)
 
 
-def _mesh(block: Block, model: DeckModel) -> None:
-    if block.keyword.startswith("NODE_"):
-        model.drop(block)
-    else:
-        cut_for_what_is_left(block)
+def _read_part_masses(block: Block, model: DeckModel) -> None:
+    model.part_masses |= read_part_masses(block)
 
 
-def _mass(block: Block, model: DeckModel) -> None:
-    if is_lumped(block):
-        for one in lumped(block):
-            model.masses.append(one)
-            if one.of_set and (why := model.no_set("NODE", one.number)):
-                model.leave(block, why, one.line)
-    elif block.keyword == "ELEMENT_MASS_PART":
-        model.part_masses |= masses_of_parts(block)
-    else:
-        model.drop(block)
-
-
-def _material(block: Block, model: DeckModel) -> None:
-    titled = block.keyword.endswith("_TITLE")
+def _read_material(block: Block, model: DeckModel) -> None:
+    has_title = block.keyword.endswith("_TITLE")
     kind = block.keyword.removeprefix("MAT_").removesuffix("_TITLE")
-    cards = block.behind(titled)
+    cards = block.behind(has_title)
     if kind not in CARDS or not cards:
         model.drop(block)
         return
     rows = rows_of(block, cards, *CARDS[kind])
-    soft = SOFT[kind](rows) if kind in SOFT else None
-    why, soft = (soft, None) if isinstance(soft, str) else ("", soft)
+    law = SOFT[kind](rows) if kind in SOFT else None
+    problem, law = (law, None) if isinstance(law, str) else ("", law)
     first = rows[0]
-    if "E" not in first.layout.places and soft is None:
-        model.drop(block, why)
+    if "E" not in first.layout.places and law is None:
+        model.drop(block, problem)
         return
     density = first.real("RO")
-    if soft is not None:
-        modulus, poisson = soft.modulus, soft.poisson
+    if law is not None:
+        modulus, poisson = law.modulus, law.poisson
     else:
         modulus = first.real("E")
         poisson = first.real("PR") if "PR" in first.layout.places else 0.0
-    rigid, held = kind in _RIGID, (0, 0)
+    rigid, constraints = kind in _RIGID, (0, 0)
     if rigid:
         code = rows[1].real("CMO")
-        ways, turns = map(int, rows[1].reals("CON1 CON2"))
+        translations, rotations = map(int, rows[1].reals("CON1 CON2"))
         if code > 0:
-            held = ways, turns
+            constraints = translations, rotations
         elif code < 0:
             model.leave(block, "held in axes of its own")
     number = first.whole("MID")
-    check_once(model.parts.given, "material", number, block, cards)
-    model.materials[number] = Material(density, modulus, poisson, rigid, held, block, soft, why)
+    define_once(model.parts.definitions, "material", number, block, cards)
+    model.materials[number] = Material(
+        density, modulus, poisson, rigid, constraints, block, law, problem
+    )
 
 
 def _read_ties(block: Block, model: DeckModel) -> None:
@@ -228,148 +214,145 @@ def _read_ties(block: Block, model: DeckModel) -> None:
             model.ties.append(tie)
 
 
-def _contact(block: Block, model: DeckModel) -> None:
-    words = block.keyword
-    named = words.endswith(("_ID", "_TITLE"))
-    words = words.removesuffix("_ID").removesuffix("_TITLE")
-    known = words.endswith(("SURFACE_TO_SURFACE", "NODES_TO_SURFACE", "SINGLE_SURFACE"))
-    cards = block.behind(named)
-    if not known or any(word in words for word in _OTHER_CONTACTS) or len(cards) < 2:
+def _read_contact(block: Block, model: DeckModel) -> None:
+    has_id = block.keyword.endswith(("_ID", "_TITLE"))
+    kind = block.keyword.removesuffix("_ID").removesuffix("_TITLE")
+    cards = block.behind(has_id)
+    if (
+        not kind.endswith(("SURFACE_TO_SURFACE", "NODES_TO_SURFACE", "SINGLE_SURFACE"))
+        or any(word in kind for word in _OTHER_CONTACTS)
+        or len(cards) < 2
+    ):
         model.drop(block)
         return
-    of_kind = [fields for word, fields in _OF_KIND.items() if word in words]
-    between, rub, scales, *_ = rows_of(block, cards, *_CONTACT, *of_kind, *_OPTIONAL)
-    a, b, kind_a, kind_b = between.wholes("SSID MSID SSTYP MSTYP")
-    if words.endswith("SINGLE_SURFACE"):
-        b, kind_b = a, kind_a
-    static, dynamic, decay = rub.reals("FS FD DC")
-    birth, death = rub.reals("BT DT")
+    extra_layouts = [fields for word, fields in _CARDS_OF_KIND.items() if word in kind]
+    sides, friction, scales, *_ = rows_of(
+        block, cards, *_CONTACT_CARDS, *extra_layouts, *_OPTIONAL_CARDS
+    )
+    slave, master, slave_kind, master_kind = sides.wholes("SSID MSID SSTYP MSTYP")
+    if kind.endswith("SINGLE_SURFACE"):
+        master, master_kind = slave, slave_kind
+    static, dynamic, decay = friction.reals("FS FD DC")
+    birth, death = friction.reals("BT DT")
     if static < 0.0:
         model.leave(block, f"FS {static:g}, friction of parts or by a table")
     elif decay > 0.0 and not 0.0 <= dynamic <= static:
         model.leave(block, f"FD {dynamic:g} beside FS {static:g}, DC is left out")
     if birth > 0.0 or model.ends_after(death):
         model.leave(block, "BT and DT, it lasts all the time")
-    sides = (kind_a, a), (kind_b, b)
-    model.contacts.append(DeckContact(block, sides, (static, dynamic, decay), scales))
+    pair = (slave_kind, slave), (master_kind, master)
+    model.contacts.append(DeckContact(block, pair, (static, dynamic, decay), scales))
 
 
 def _read_prescribed_motion(block: Block, model: DeckModel) -> None:
-    named = block.keyword.endswith("_ID")
-    if block.keyword.removesuffix("_ID") != "BOUNDARY_PRESCRIBED_MOTION_RIGID":
-        model.drop(block)
-        return
+    has_id = block.keyword.endswith("_ID")
     cards = iter(block.cards)
     for card in cards:
-        if named:
+        if has_id:
             block.mark_read(card)
             card = next(cards, Card("", 0))
         if not card.text.strip():
             continue
-        row, line = row_of(card, block, _PRESCRIBED), card.line
-        part, way, kind, curve = row.wholes("PID DOF VAD LCID")
+        row, line = row_of(card, block, _PRESCRIBED_MOTION), card.line
+        part, direction, kind, curve = row.wholes("PID DOF VAD LCID")
         scale = row.real("SF")
-        if way not in (1, 2, 3) or kind not in (0, 1, 2):
+        if direction not in (1, 2, 3) or kind not in (0, 1, 2):
             # Rotations about offset axes, and nodes besides nodes, have one more card.
-            offset = [next(cards, card)] if abs(way) in (9, 10, 11) or kind == 4 else []
-            model.drop(block, f"part {part}, DOF {way}, VAD {kind}", cards=[card, *offset])
+            has_offset = abs(direction) in (9, 10, 11) or kind == 4
+            offset = [next(cards, card)] if has_offset else []
+            model.drop(block, f"part {part}, DOF {direction}, VAD {kind}", cards=[card, *offset])
             continue
         death, birth = row.reals("DEATH BIRTH")
         if model.ends_after(death):
             model.leave(block, f"part {part}, DEATH {death:g}: the motion goes on", line)
         if birth > 0.0:
             model.leave(block, f"part {part}, BIRTH {birth:g}: it moves before, too", line)
-        model.motions.append(Prescribed(part, way, kind, curve, scale, block, line))
+        model.motions.append(Prescribed(part, direction, kind, curve, scale, block, line))
 
 
-def _initial(block: Block, model: DeckModel) -> None:
-    if block.keyword == "INITIAL_VELOCITY_RIGID_BODY":
-        for row in (row_of(card, block, _RIGID_START) for card in block.cards):
-            part, rates = row.whole("PID"), row.reals(_RATES)
-            if row.whole("ICID"):
-                model.leave(block, f"part {part}, in axes of its own, ICID", row.card.line)
-            elif part:
-                _start(model, part, Start(rates, (part,), block))
-    elif block.keyword == "INITIAL_VELOCITY_GENERATION":
-        for k in range(0, len(block.cards) - 1, 2):
-            head, tail = rows_of(block, block.cards[k : k + 2], *_GENERATION)
-            _read_velocity_generation(head, tail, model)
-    elif block.keyword == "INITIAL_VELOCITY" and len(block.cards) > 1:
-        _of_all(block, model)
-    elif block.keyword == "INITIAL_VELOCITY_NODE":
-        _of_nodes(block, model)
-    else:
+def _read_rigid_velocity(block: Block, model: DeckModel) -> None:
+    """Read *INITIAL_VELOCITY_RIGID_BODY."""
+    for row in (row_of(card, block, _RIGID_VELOCITY) for card in block.cards):
+        part, rates = row.whole("PID"), row.reals(_RATES)
+        if row.whole("ICID"):
+            model.leave(block, f"part {part}, in axes of its own, ICID", row.card.line)
+        elif part:
+            _set_velocity(model, part, Start(rates, (part,), block))
+
+
+def _read_velocity_generation(block: Block, model: DeckModel) -> None:
+    """Read *INITIAL_VELOCITY_GENERATION: the velocity of a part, a set of parts, or all (0)."""
+    for k in range(0, len(block.cards) - 1, 2):
+        head, tail = rows_of(block, block.cards[k : k + 2], *_VELOCITY_GENERATION)
+        number, kind = head.wholes("ID STYP")
+        omega, *velocity = head.reals("OMEGA VX VY VZ")
+        parts = [number] if kind == 2 or number == 0 else model.part_sets.get(number, [])
+        problem = ""
+        if omega:
+            problem = "a turn"
+        elif number and kind not in (1, 2):
+            problem = "of a set of nodes"
+        elif head.whole("ICID"):
+            problem = "in axes of its own, ICID"
+        elif not parts:
+            problem = model.no_set("PART", number) or f"set of parts {number} is empty"
+        if problem:
+            model.drop(block, problem, head.card.line, [head.card, tail.card])
+            continue
+        replaced = (0,) if tail.whole("IRIGID") == 1 else ()
+        for part in parts:
+            _set_velocity(model, part, Start((*velocity, 0.0, 0.0, 0.0), replaced, block))
+
+
+def _read_velocity(block: Block, model: DeckModel) -> None:
+    """Read *INITIAL_VELOCITY: the velocity of all parts."""
+    if len(block.cards) < 2:
         model.drop(block)
+        return
+    head, rates, _ = rows_of(block, block.cards, *_VELOCITY)
+    nodes, exempt, box, rigid, axes = head.wholes("NSID NSIDEX BOXID IRIGID ICID")
+    if nodes or box or axes:
+        only = "of a set of nodes" if nodes else f"in box {box} only, BOXID" if box else ""
+        model.drop(block, only or "in axes of its own, ICID")
+        return
+    if exempt:
+        model.leave(block, f"all but set of nodes {exempt}, NSIDEX: these, too")
+    replaced = [0] * (rigid < 0) if rigid <= 0 else model.part_sets.get(rigid, [])
+    if rigid > 0 and (problem := model.no_set("PART", rigid)):
+        model.leave(block, f"{problem}, IRIGID")
+    _set_velocity(model, 0, Start(rates.reals(_RATES), tuple(replaced), block))
 
 
-def _start(model: DeckModel, part: int, start: Start) -> None:
-    """Take the velocity of a part, or of all (0); note a conflicting one."""
+def _set_velocity(model: DeckModel, part: int, start: Start) -> None:
+    """Set the velocity of a part, or of all (0); note a conflicting one."""
     before = model.velocities.get(part)
     if before is not None and before.rates != start.rates:
-        whose = f"part {part}" if part else "all"
-        model.leave(before.block, f"{whose}: that of {model.place(start.block)} comes later")
+        owner = f"part {part}" if part else "all"
+        model.leave(before.block, f"{owner}: that of {model.place(start.block)} comes later")
     model.velocities[part] = start
 
 
-def _of_all(block: Block, model: DeckModel) -> None:
-    whose, rates, _ = rows_of(block, block.cards, *_START)
-    nodes, exempt, box, over, axes = whose.wholes("NSID NSIDEX BOXID IRIGID ICID")
-    for said, why in (
-        (nodes, "of a set of nodes"),
-        (box, f"in box {box} only, BOXID"),
-        (axes, "in axes of its own, ICID"),
-    ):
-        if said:
-            model.drop(block, why)
-            return
-    if exempt:
-        model.leave(block, f"all but set of nodes {exempt}, NSIDEX: these, too")
-    replaced = [0] * (over < 0) if over <= 0 else model.part_sets.get(over, [])
-    if over > 0 and (why := model.no_set("PART", over)):
-        model.leave(block, f"{why}, IRIGID")
-    _start(model, 0, Start(rates.reals(_RATES), tuple(replaced), block))
-
-
-def _of_nodes(block: Block, model: DeckModel) -> None:
-    for row in (row_of(card, block, _NODE_START) for card in block.cards):
+def _read_node_velocity(block: Block, model: DeckModel) -> None:
+    """Read *INITIAL_VELOCITY_NODE."""
+    for row in (row_of(card, block, _NODE_VELOCITY) for card in block.cards):
         node, line = row.whole("NID"), row.card.line
         rates = row.reals(_RATES)
         if node and row.whole("ICID"):
-            model.leave(row.block, f"node {node}, in axes of its own, ICID", line)
+            model.leave(block, f"node {node}, in axes of its own, ICID", line)
         elif node:
             before = model.node_velocities.get(node)
             if before is not None and before.rates != rates:
                 place = model.place(block, line)
                 model.leave(before.block, f"node {node}: that of {place} comes later", before.line)
-            model.node_velocities[node] = NodeStart(rates, row.block, line)
+            model.node_velocities[node] = NodeStart(rates, block, line)
 
 
-def _read_velocity_generation(head: Row, tail: Row, model: DeckModel) -> None:
-    number, kind = head.wholes("ID STYP")
-    omega, *velocity = head.reals("OMEGA VX VY VZ")
-    parts = [number] if kind == 2 or number == 0 else model.part_sets.get(number, [])
-    why = ""
-    if omega:
-        why = "a turn"
-    elif number and kind not in (1, 2):
-        why = "of a set of nodes"
-    elif head.whole("ICID"):
-        why = "in axes of its own, ICID"
-    elif not parts:
-        why = model.no_set("PART", number) or f"set of parts {number} is empty"
-    if why:
-        model.drop(head.block, why, head.card.line, [head.card, tail.card])
-        return
-    over = (0,) if tail.whole("IRIGID") == 1 else ()
-    for part in parts:
-        _start(model, part, Start((*velocity, 0.0, 0.0, 0.0), over, head.block))
-
-
-def _gravity(block: Block, model: DeckModel) -> None:
-    axis = "XYZ".find(block.keyword.removeprefix("LOAD_BODY_"))
-    if axis < 0 or len(block.keyword) != len("LOAD_BODY_X") or not block.cards:
+def _read_gravity(block: Block, model: DeckModel) -> None:
+    """Read *LOAD_BODY_X, _Y and _Z."""
+    if not block.cards:
         model.drop(block)
         return
+    axis = "XYZ".index(block.keyword[-1])
     if axis in model.gravity:
         _, _, before = model.gravity[axis]
         model.drop(before, f"again in {model.place(block)}, which counts")
@@ -377,19 +360,19 @@ def _gravity(block: Block, model: DeckModel) -> None:
     model.gravity[axis] = row.whole("LCID"), row.real("SF"), block
 
 
-def _termination(block: Block, model: DeckModel) -> None:
-    (row,) = rows_of(block, block.cards, _ENDS)
+def _read_termination(block: Block, model: DeckModel) -> None:
+    (row,) = rows_of(block, block.cards, _TERMINATION)
     end = row.real("ENDTIM")
     if model.end and end != model.end:
         model.leave(block, f"ENDTIM {model.end:g} before")
     model.end = end
 
 
-def _system(block: Block, model: DeckModel) -> None:
+def _read_system(block: Block, model: DeckModel) -> None:
     """Read *DEFINE_COORDINATE_SYSTEM and _VECTOR, except those given in another system."""
-    vector = block.keyword.removesuffix("_TITLE").endswith("_VECTOR")
+    by_vectors = block.keyword.removesuffix("_TITLE").endswith("_VECTOR")
     _, cards = block.title_and_cards()
-    if vector:
+    if by_vectors:
         for row in (row_of(card, block, _VECTORS) for card in cards):
             axes = axes_of(row.reals("XX YX ZX"), row.reals("XV YV ZV"))
             model.systems |= {} if axes is None else {row.whole("CID"): axes}
@@ -397,34 +380,49 @@ def _system(block: Block, model: DeckModel) -> None:
     for k in range(0, len(cards) - 1, 2):
         head, tail = rows_of(block, cards[k : k + 2], *_SYSTEM)
         origin = np.array(head.reals("XO YO ZO"))
-        along, across = np.array(head.reals("XL YL ZL")), np.array(tail.reals("XP YP ZP"))
-        axes = axes_of((along - origin).tolist(), (across - origin).tolist())
+        on_x, in_plane = np.array(head.reals("XL YL ZL")), np.array(tail.reals("XP YP ZP"))
+        axes = axes_of((on_x - origin).tolist(), (in_plane - origin).tolist())
         if axes is None or head.whole("CIDL"):
             model.drop(block, "in another system, CIDL", head.card.line, [head.card, tail.card])
         else:
             model.systems[head.whole("CID")] = axes
 
 
-def _states(block: Block, model: DeckModel) -> None:
-    (row,) = rows_of(block, block.cards, _STATES)
+def _read_output_states(block: Block, model: DeckModel) -> None:
+    (row,) = rows_of(block, block.cards, _OUTPUT_STATES)
     block.mark_read(*block.cards[1:])  # which results are in the files
     count = row.whole("NPLTC")
     model.states = model.end / count if count > 0 else row.real("DT")
 
 
-_TERMINATION = "CONTROL_TERMINATION"
-_READERS: dict[str, Callable[[Block, DeckModel], None]] = {
-    **dict.fromkeys(_MESH, _mesh),
-    "ELEMENT_MASS": _mass,
-    "MAT_": _material,
-    "CONTACT_": _contact,
-    "BOUNDARY_PRESCRIBED_MOTION": _read_prescribed_motion,
+_END_KEYWORD = "CONTROL_TERMINATION"
+Reader = Callable[[Block, DeckModel], None]
+_READERS: dict[str, Reader] = {
+    "NODE": lambda block, _: mark_mesh_fields(block),
+    "ELEMENT_MASS": _read_lumped_masses,
+    "ELEMENT_MASS_NODE_SET": _read_lumped_masses,
+    "ELEMENT_MASS_PART": _read_part_masses,
+    "BOUNDARY_PRESCRIBED_MOTION_RIGID": _read_prescribed_motion,
+    "BOUNDARY_PRESCRIBED_MOTION_RIGID_ID": _read_prescribed_motion,
+    "INITIAL_VELOCITY": _read_velocity,
+    "INITIAL_VELOCITY_RIGID_BODY": _read_rigid_velocity,
+    "INITIAL_VELOCITY_GENERATION": _read_velocity_generation,
+    "INITIAL_VELOCITY_NODE": _read_node_velocity,
+    **dict.fromkeys(("LOAD_BODY_X", "LOAD_BODY_Y", "LOAD_BODY_Z"), _read_gravity),
+}
+"""Readers by keyword."""
+_PREFIX_READERS: dict[str, Reader] = {
+    **dict.fromkeys(
+        ("ELEMENT_SHELL", "ELEMENT_SOLID", "ELEMENT_TSHELL"),
+        lambda block, _: mark_mesh_fields(block),
+    ),
+    "MAT_": _read_material,
+    "CONTACT_": _read_contact,
     "BOUNDARY_SPC": _read_ties,
     "CONSTRAINED_EXTRA_NODES": _read_ties,
-    "INITIAL_VELOCITY": _initial,
-    "LOAD_BODY": _gravity,
-    "DATABASE_BINARY_D3PLOT": _states,
-    "DEFINE_COORDINATE_SYSTEM": _system,
-    "DEFINE_COORDINATE_VECTOR": _system,
-    _TERMINATION: _termination,
+    "DATABASE_BINARY_D3PLOT": _read_output_states,
+    "DEFINE_COORDINATE_SYSTEM": _read_system,
+    "DEFINE_COORDINATE_VECTOR": _read_system,
+    _END_KEYWORD: _read_termination,
 }
+"""Readers by the beginning of a keyword."""

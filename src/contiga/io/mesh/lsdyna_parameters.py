@@ -1,9 +1,9 @@
 """``*PARAMETER`` and ``*PARAMETER_EXPRESSION`` of LS-DYNA decks: values of ``&name``.
 
-Parameters are read from blocks of cards, and fill the fields of others: both stand here.
-Card layouts: LS-DYNA Keyword User's Manual, volume I, *PARAMETER. A name counts in small letters
-and capitals alike; of two definitions the first stands, as by default there. A parameter that is
-local (``_LOCAL``) is known in its file and those it includes.
+Parameters are read from blocks of cards and fill the fields of other cards, so blocks are defined
+here, too. Card layouts: LS-DYNA Keyword User's Manual, volume I, *PARAMETER. Names ignore case; of
+two definitions the first one counts, as by default there. A parameter that is local (``_LOCAL``)
+exists in its file and the files that this one includes.
 """
 
 from __future__ import annotations
@@ -12,34 +12,51 @@ import ast
 import math
 import operator
 import re
+from collections import ChainMap
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import NamedTuple
 
 from contiga.io.mesh.deck_text import fortran_number
 
-_PAIRS = 4
+_PAIRS_PER_CARD = 4
 _WIDTH, _LONG_WIDTH = 10, 20
 _OPTIONS = {"LOCAL", "EXPRESSION"}
-_KINDS = "ric"
+_TYPE_LETTERS = "ric"
 _REFERENCE = re.compile(r"(-?)\s*&\s*(\w+)", re.ASCII)
 _DOUBLE = re.compile(r"(?<=[\d.])[dD](?=[+-]?\d)")
-_WHOLE = 2.0**53
+_MAX_EXACT_WHOLE = 2.0**53
 """Largest whole number that is exact as a float."""
 
-_OF_MATH = (
+_MATH_NAMES = (
     *("sqrt", "exp", "log", "log10", "sin", "cos", "tan"),
     *("asin", "acos", "atan", "atan2", "sinh", "cosh", "tanh"),
 )
 
 Value = int | float
 
+
+def _as_whole(value: float, a: Value, b: Value) -> Value:
+    """Return `value` as a whole number if both operands are."""
+    is_whole = isinstance(a, int) and isinstance(b, int) and value == round(value)
+    return int(value) if is_whole and abs(value) < _MAX_EXACT_WHOLE else value
+
+
+def _quotient(a: Value, b: Value) -> Value:
+    """Return a quotient; refuse whole numbers with a remainder, whose meaning is unclear."""
+    if isinstance(a, int) and isinstance(b, int):
+        if a % b:
+            raise ValueError("whole numbers with a remainder")
+        return a // b
+    return a / b
+
+
 _OPERATORS: dict[type[ast.operator], Callable[[Value, Value], Value]] = {
     ast.Add: operator.add,
     ast.Sub: operator.sub,
     ast.Mult: operator.mul,
     ast.Pow: lambda a, b: _as_whole(float(a) ** float(b), a, b),
-    ast.Div: lambda a, b: _quotient(a, b),
+    ast.Div: _quotient,
 }
 _FUNCTIONS: dict[str, Callable[..., Value]] = {
     "abs": abs,
@@ -52,7 +69,7 @@ _FUNCTIONS: dict[str, Callable[..., Value]] = {
     "mod": lambda a, b: _as_whole(math.fmod(a, b), a, b),
     "sign": lambda a, b: abs(a) if b >= 0 else -abs(a),
     "float": float,
-    **{name: getattr(math, name) for name in _OF_MATH},
+    **{name: getattr(math, name) for name in _MATH_NAMES},
 }
 
 
@@ -72,7 +89,7 @@ class Unread(NamedTuple):
 
 
 class Block(NamedTuple):
-    """A keyword and its cards, comments left out."""
+    """A keyword and its cards, without comments."""
 
     keyword: str
     """Upper case, without the star: "ELEMENT_SHELL"."""
@@ -85,15 +102,12 @@ class Block(NamedTuple):
     parameters: Parameters
     """Values of the names after & in its cards."""
     unread: dict[int, dict[str, Unread]]
-    """Fields that are not blank and that no reader has read.
-
-    They are by name, for each card that was cut into fields, by its line.
-    """
+    """Nonblank fields that no reader has read, by name, for the line of each card that was cut."""
 
     def title_and_cards(self) -> tuple[str, list[Card]]:
         """Return title and nonblank cards; a keyword in _TITLE has its title on the first card.
 
-        A blank title is a card, too, so that it goes before blank cards do.
+        A blank title is a card, too, so the title is removed before the blank cards are.
         """
         titled = self.keyword.endswith("_TITLE") and len(self.cards) > 0
         title = self.cards[0].text.strip() if titled else ""
@@ -105,7 +119,7 @@ class Block(NamedTuple):
         return self.cards[count:]
 
     def mark_read(self, *cards: Card) -> None:
-        """Mark some cards as read: their contents are known, or reported."""
+        """Mark some cards as read: their contents are used, or reported."""
         self.unread.update({card.line: {} for card in cards})
 
     def where(self, card: Card | None = None) -> str:
@@ -114,11 +128,11 @@ class Block(NamedTuple):
         return f"{self.path}{line}: *{self.keyword}"
 
 
-class Left(NamedTuple):
+class UnresolvedParameter(NamedTuple):
     """A parameter that is not understood."""
 
     block: Block
-    why: str
+    reason: str
     line: int
     """Line of its card in the deck."""
 
@@ -126,46 +140,42 @@ class Left(NamedTuple):
 class Parameters:
     """Values of the parameters of a file, and of the files that include it.
 
-    `left` says what is not understood.
+    `unresolved` lists the parameters that are not understood, in all files of the deck.
     """
 
     def __init__(self, outer: Parameters | None = None) -> None:
-        self._outer = outer
-        self._own: dict[str, str] = {}
-        self.left: list[Left] = [] if outer is None else outer.left
+        self._values: ChainMap[str, str] = (
+            ChainMap() if outer is None else outer._values.new_child()
+        )
+        self.unresolved: list[UnresolvedParameter] = [] if outer is None else outer.unresolved
 
     def filled(self, field: str) -> str:
         """Return a field with the value of its parameter; unchanged without one."""
         match = _REFERENCE.fullmatch(field)
-        value = None if match is None else self._value(match[2].lower())
+        value = None if match is None else self._values.get(match[2].lower())
         if match is None or value is None:
             return field
         if not match[1]:
             return value
         return value[1:] if value.startswith("-") else f"-{value.removeprefix('+')}"
 
-    def _value(self, name: str) -> str | None:
-        if name in self._own:
-            return self._own[name]
-        return None if self._outer is None else self._outer._value(name)
-
     def read(self, block: Block) -> None:
-        """Take the parameters of a block for which `is_parameters` holds."""
-        expressions = "EXPRESSION" in block.keyword
-        for line, name, text in _expressions(block) if expressions else _pairs(block):
+        """Define the parameters of a block for which `is_parameters` holds."""
+        has_expressions = "EXPRESSION" in block.keyword
+        scope = self._values.maps[0 if "LOCAL" in block.keyword else -1]
+        for line, name, text in _expressions(block) if has_expressions else _pairs(block):
             kind, name = name[:1].lower(), name[1:].strip().lower()
-            value = self._value_of(text, kind) if expressions else self.filled(text)
-            scope = self if "LOCAL" in block.keyword else self._root()
-            if not name or kind not in _KINDS or value is None or "&" in value:
-                self.left.append(Left(block, f"&{name} = {text.strip()}", line))
-            elif scope._own.setdefault(name, value) != value:
-                self.left.append(Left(block, f"&{name} again, the first one stands", line))
+            value = self._evaluated(text, kind) if has_expressions else self.filled(text)
+            if not name or kind not in _TYPE_LETTERS or value is None or "&" in value:
+                reason = f"&{name} = {text.strip()}"
+            elif scope.setdefault(name, value) != value:
+                reason = f"&{name} again, the first one stands"
+            else:
+                continue
+            self.unresolved.append(UnresolvedParameter(block, reason, line))
 
-    def _root(self) -> Parameters:
-        return self if self._outer is None else self._outer._root()
-
-    def _value_of(self, text: str, kind: str) -> str | None:
-        """Return the value of an expression; None if it is not understood or no number."""
+    def _evaluated(self, text: str, kind: str) -> str | None:
+        """Return the value of an expression; None if it is not understood or not a number."""
         try:
             tree = ast.parse(_DOUBLE.sub("e", text.replace("&", " ")).strip().lower(), mode="eval")
             value = self._evaluate(tree.body)
@@ -176,10 +186,15 @@ class Parameters:
         return repr(value) if math.isfinite(value) else None
 
     def _evaluate(self, node: ast.expr) -> Value:
+        """Return the value of a syntax tree; raise a ValueError for any other syntax."""
         if isinstance(node, ast.Constant) and type(node.value) in (int, float):
             return node.value  # type: ignore[return-value]
-        if isinstance(node, ast.Name):
-            return _number(self._value(node.id))
+        if isinstance(node, ast.Name) and node.id in self._values:
+            text = self._values[node.id]
+            try:
+                return int(text)
+            except ValueError:
+                return fortran_number(text)
         if isinstance(node, ast.UnaryOp) and isinstance(node.op, ast.USub | ast.UAdd):
             value = self._evaluate(node.operand)
             return -value if isinstance(node.op, ast.USub) else value
@@ -194,19 +209,19 @@ class Parameters:
 
 
 def is_parameters(block: Block) -> bool:
-    """Return whether a keyword gives parameters in a way that is understood."""
+    """Return whether a keyword defines parameters in a form that is understood."""
     first, *options = block.keyword.split("_")
     return first == "PARAMETER" and set(options) <= _OPTIONS
 
 
 def _pairs(block: Block) -> Iterator[tuple[int, str, str]]:
-    """Yield line, name, type letter and text of the value: four pairs per card."""
+    """Yield line, type letter with name, and text of the value: four pairs per card."""
     width = _LONG_WIDTH if block.long else _WIDTH
     for card in block.cards:
         if "," in card.text:
             cells = [cell.strip() for cell in card.text.split(",")]
         else:
-            starts = range(0, 2 * _PAIRS * width, width)
+            starts = range(0, 2 * _PAIRS_PER_CARD * width, width)
             cells = [card.text[start : start + width].strip() for start in starts]
         for name, value in zip(cells[::2], cells[1::2], strict=False):
             if name:
@@ -214,7 +229,7 @@ def _pairs(block: Block) -> Iterator[tuple[int, str, str]]:
 
 
 def _expressions(block: Block) -> Iterator[tuple[int, str, str]]:
-    """Yield line, name, type letter and expression, one per card.
+    """Yield line, type letter with name, and expression, one per card.
 
     An empty name continues the expression before.
     """
@@ -229,27 +244,3 @@ def _expressions(block: Block) -> Iterator[tuple[int, str, str]]:
         elif expressions:
             expressions[-1][2].append(text.strip())
     yield from ((line, name, "".join(texts)) for line, name, texts in expressions)
-
-
-def _number(text: str | None) -> Value:
-    if text is None:
-        raise ValueError("no such parameter")
-    try:
-        return int(text)
-    except ValueError:
-        return fortran_number(text)
-
-
-def _as_whole(value: float, a: Value, b: Value) -> Value:
-    """Return `value` as a whole number if both operands are."""
-    whole = isinstance(a, int) and isinstance(b, int) and value == round(value)
-    return int(value) if whole and abs(value) < _WHOLE else value
-
-
-def _quotient(a: Value, b: Value) -> Value:
-    """Return a quotient; refuse whole numbers with a remainder, whose meaning is unclear."""
-    if isinstance(a, int) and isinstance(b, int):
-        if a % b:
-            raise ValueError("whole numbers with a remainder")
-        return a // b
-    return a / b

@@ -15,13 +15,13 @@ from numpy.typing import NDArray
 from contiga.io.mesh.lsdyna_cards import (
     Block,
     Card,
-    Given,
-    Leave,
+    Definitions,
+    OnSkip,
     Row,
-    check_once,
+    define_once,
     layout,
-    leaving_parameters,
     row_of,
+    skip_unresolved,
 )
 from contiga.records import FloatArray
 
@@ -78,7 +78,7 @@ class Parts(NamedTuple):
     """Material of each part."""
     inertia: dict[int, Inertia]
     """Inertia of the parts that define it."""
-    given: Given
+    definitions: Definitions
     """Cards of each part and shell section."""
 
     def shell_thickness(self, part: NDArray[np.int64]) -> FloatArray:
@@ -95,19 +95,19 @@ def is_part(block: Block) -> bool:
     return first == "PART" and set(options) <= _PART_OPTIONS.keys()
 
 
-def read_parts(blocks: Iterable[Block], leave: Leave | None = None) -> Parts:
-    """Return parts and sections of a deck; those with undefined parameters go to `leave`.
+def read_parts(blocks: Iterable[Block], on_skip: OnSkip | None = None) -> Parts:
+    """Return parts and sections of a deck; those with unresolved parameters go to `on_skip`.
 
     Raises
     ------
     MeshError
-        A field that should be a number is none; a part or section is given twice, not alike.
+        A field that should be a number is not one; a part or section is given twice, not alike.
     """
     parts = Parts({}, {}, {}, {}, {}, {}, {})
     for block in blocks:
         reader = next((read for start, read in _READERS if block.keyword.startswith(start)), None)
         if reader is not None or block.keyword == "PART":
-            with leaving_parameters(block, leave):
+            with skip_unresolved(block, on_skip):
                 (reader or _read_part)(block, parts)
     return parts
 
@@ -127,19 +127,22 @@ def _read_part(block: Block, parts: Parts) -> None:
         block.mark_read(heading)
         number, section, material = row_of(card, block, _PART).wholes("PID SECID MID")
         # Everything that can fail comes first: a part is read with all its cards, or not at all.
-        own = [heading, card]
+        part_cards = [heading, card]
         for option in options if is_part(block) else ():
             layouts = _PART_OPTIONS[option]
             extra = list(islice(cards, len(layouts)))
-            own += extra
-            rows = [row_of(one, block, fields) for one, fields in zip(extra, layouts, strict=False)]
+            part_cards += extra
+            rows = [
+                row_of(extra_card, block, fields)
+                for extra_card, fields in zip(extra, layouts, strict=False)
+            ]
             if option == "INERTIA" and rows:
-                # A tensor in axes of its own is followed by a card with these axes.
-                local = [next(cards, Card("", 0))] if rows[0].whole("IRCS") else []
+                # A tensor in local axes is followed by a card with these axes.
+                axes_card = next(cards, Card("", 0)) if rows[0].whole("IRCS") else None
                 if len(rows) == len(layouts):
-                    axes = next((row_of(one, block, _AXES) for one in local), None)
+                    axes = row_of(axes_card, block, _AXES) if axes_card else None
                     parts.inertia[number] = _inertia(rows, axes, block)
-        check_once(parts.given, "part", number, block, own)
+        define_once(parts.definitions, "part", number, block, part_cards)
         parts.materials[number] = material
         parts.titles[number] = heading.text.strip()
         parts.sections[number] = section
@@ -149,14 +152,14 @@ def _read_part(block: Block, parts: Parts) -> None:
 
 
 def _inertia(rows: list[Row], axes: Row | None, block: Block) -> Inertia:
-    first, tensor, rates = rows
-    x, y, z, mass = first.reals("XC YC ZC TM")
-    xx, xy, xz, yy, yz, zz = tensor.reals("IXX IXY IXZ IYY IYZ IZZ")
-    vx, vy, vz, wx, wy, wz = rates.reals("VTX VTY VTZ VRX VRY VRZ")
+    centre_card, tensor_card, rates_card = rows
+    x, y, z, mass = centre_card.reals("XC YC ZC TM")
+    xx, xy, xz, yy, yz, zz = tensor_card.reals("IXX IXY IXZ IYY IYZ IZZ")
+    vx, vy, vz, wx, wy, wz = rates_card.reals("VTX VTY VTZ VRX VRY VRZ")
     return Inertia(
         mass,
         (x, y, z),
-        first.whole("NODEID"),
+        centre_card.whole("NODEID"),
         (xx, xy, xz, yy, yz, zz),
         (vx, vy, vz),
         (wx, wy, wz),
@@ -165,12 +168,12 @@ def _inertia(rows: list[Row], axes: Row | None, block: Block) -> Inertia:
     )
 
 
-def axes_of(along: Sequence[float], across: Sequence[float]) -> FloatArray | None:
+def axes_of(x_vector: Sequence[float], plane_vector: Sequence[float]) -> FloatArray | None:
     """Return columns (3, 3): the local x axis, y in the plane of x and a second vector, and z.
 
-    None of vectors that make no axes.
+    None if the vectors are parallel or zero.
     """
-    x, plane = np.array(along), np.array(across)
+    x, plane = np.array(x_vector), np.array(plane_vector)
     z = np.cross(x, plane)
     if not z.any():
         return None
@@ -178,33 +181,32 @@ def axes_of(along: Sequence[float], across: Sequence[float]) -> FloatArray | Non
     return np.stack([axis / np.linalg.norm(axis) for axis in (x, y, z)], axis=1)
 
 
-def _read_section(block: Block, parts: Parts) -> None:
+def _read_shell_section(block: Block, parts: Parts) -> None:
     """Read two cards per section (number, …; four thicknesses), with a title if there is one.
 
-    Layered sections (ICOMP = 1) add their angles, eight a card. T2 to T4 are T1 where left out.
+    Layered sections (ICOMP = 1) add their angles, eight a card. T2 to T4 default to T1.
     """
     options = block.keyword.split("_")[2:]
-    titled = "TITLE" in options
-    single = any(option != "TITLE" for option in options)
+    has_title = "TITLE" in options
     cards = iter(block.cards)
     while True:
-        block.mark_read(*islice(cards, int(titled)))
+        block.mark_read(*islice(cards, int(has_title)))
         first, second = next(cards, None), next(cards, None)
         if first is None or second is None:
             return
         head, values = row_of(first, block, _SHELL), row_of(second, block, _THICKNESS)
         number = head.whole("SECID")
-        check_once(parts.given, "section", number, block, [first, second])
+        define_once(parts.definitions, "section", number, block, [first, second])
         thickness = values.reals("T1 T2 T3 T4")
         t1, t2, t3, t4 = (value if value > 0.0 else thickness[0] for value in thickness)
         parts.thickness[number] = (t1, t2, t3, t4)
         parts.added[number] = values.real("MAREA")
         if head.peek("ICOMP") == 1:
             # At most all existing cards, whatever number of layers is claimed.
-            layers = max(head.peek("NIP"), 2)
-            for card in islice(cards, -(-layers // len(_ANGLES.fields))):
+            n_layers = max(head.peek("NIP"), 2)
+            for card in islice(cards, -(-n_layers // len(_ANGLES.fields))):
                 row_of(card, block, _ANGLES)
-        if single:
+        if any(option != "TITLE" for option in options):
             # Options bring cards of their own, so that only the first section is certain.
             for card in islice(cards, int("MISC" in options)):
                 row_of(card, block, _MISC)
@@ -212,21 +214,21 @@ def _read_section(block: Block, parts: Parts) -> None:
 
 
 def _read_solid_section(block: Block, parts: Parts) -> None:
-    """Read a section of solids; fields other than defaults stay unread, for no case has them."""
+    """Cut the cards of a section of solids; no case has its fields, so none counts as read."""
     options = block.keyword.split("_")[2:]
-    titled = "TITLE" in options
+    has_title = "TITLE" in options
     cards = iter(block.cards)
-    block.mark_read(*islice(cards, int(titled)))
+    block.mark_read(*islice(cards, int(has_title)))
     for card in cards:
         row_of(card, block, _THICK_SHELL if "TSHELL" in block.keyword else _SOLID)
         if any(option != "TITLE" for option in options):
             return
-        block.mark_read(*islice(cards, int(titled)))
+        block.mark_read(*islice(cards, int(has_title)))
 
 
 _SOLID_SECTIONS = ("SECTION_SOLID", "SECTION_TSHELL")
 _READERS: tuple[tuple[str, Callable[[Block, Parts], None]], ...] = (
     ("PART_", _read_part),
-    ("SECTION_SHELL", _read_section),
+    ("SECTION_SHELL", _read_shell_section),
     *((start, _read_solid_section) for start in _SOLID_SECTIONS),
 )

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from contiga.io.mesh.lsdyna_cards import Block, Card, Leave, layout, leaving_parameters, row_of
+from contiga.io.mesh.lsdyna_cards import Block, OnSkip, layout, row_of, skip_unresolved
 
 _OPTIONS = {"LIST", "GENERATE", "TITLE"}
 _HEAD = layout("SID DA1 DA2 DA3 DA4 SOLVER=MECH ~ITS")
@@ -27,9 +27,9 @@ def is_set(block: Block, kind: str) -> bool:
 
 def is_other_set(block: Block) -> bool:
     """Return whether a keyword is a set of nodes or parts of an unknown type."""
-    kinds = ("NODE", "PART")
-    named = block.keyword.startswith(tuple(f"SET_{kind}" for kind in kinds))
-    return named and not any(is_set(block, kind) for kind in kinds)
+    return block.keyword.startswith(("SET_NODE", "SET_PART")) and not (
+        is_set(block, "NODE") or is_set(block, "PART")
+    )
 
 
 def set_of(block: Block) -> tuple[str, int]:
@@ -40,16 +40,16 @@ def set_of(block: Block) -> tuple[str, int]:
 
 
 def read_sets(
-    blocks: Iterable[Block], kind: str, leave: Leave | None = None
+    blocks: Iterable[Block], kind: str, on_skip: OnSkip | None = None
 ) -> dict[int, list[int]]:
     """Return the members of all sets of a kind, by number; a set given twice has both.
 
-    Sets with parameters without a value go to `leave`.
+    Sets with unresolved parameters go to `on_skip`.
 
     Raises
     ------
     MeshError
-        A field that should be a number is none.
+        A field that should be a number is not one.
     """
     sets: dict[int, list[int]] = {}
     for block in blocks:
@@ -58,21 +58,16 @@ def read_sets(
         _, cards = block.title_and_cards()
         if not cards:
             continue
-        with leaving_parameters(block, leave):
+        with skip_unresolved(block, on_skip):
             number = row_of(cards[0], block, _HEAD).whole("SID")
-            members = _members(block, cards[1:])
+            members: list[int] = []
+            for card in cards[1:]:
+                row = row_of(card, block, _MEMBERS)
+                ids = [member for member in map(row.whole, _MEMBERS.places) if member]
+                if "GENERATE" in block.keyword:
+                    for first, last in zip(ids[::2], ids[1::2], strict=False):
+                        members += range(first, last + 1)
+                else:
+                    members += ids
             sets.setdefault(number, []).extend(members)
     return sets
-
-
-def _members(block: Block, cards: list[Card]) -> list[int]:
-    members: list[int] = []
-    for card in cards:
-        row = row_of(card, block, _MEMBERS)
-        numbers = [number for number in map(row.whole, _MEMBERS.places) if number]
-        if "GENERATE" in block.keyword:
-            for first, last in zip(numbers[::2], numbers[1::2], strict=False):
-                members += range(first, last + 1)
-        else:
-            members += numbers
-    return members

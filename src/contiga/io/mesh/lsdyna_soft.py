@@ -13,11 +13,11 @@ from contiga.io.mesh.lsdyna_cards import Layout, Row, layout
 
 BLATZ_KO = 0.463
 """Poisson's ratio of *MAT_BLATZ-KO_RUBBER."""
-_ALONG_A_VECTOR = 2.0
+_AOPT_VECTOR = 2.0
 """AOPT of material axes given by one vector for all elements."""
-_BY_CURVES = (4.0, 14.0)
+_PIOLA_FORMS = (4.0, 14.0)
 """FORM of fabrics with curves of second Piola-Kirchhoff stress over Green strain."""
-_OTHER_CURVES = (4.0, 13.0, 14.0, 24.0)
+_CURVE_FORMS = (4.0, 13.0, 14.0, 24.0)
 """Magnitudes of FORM with curves of either kind."""
 
 
@@ -66,51 +66,53 @@ def _mooney_rivlin(rows: list[Row]) -> SoftLaw | str:
 
 
 def _foam(rows: list[Row]) -> SoftLaw | str:
-    modulus, returned = rows[0].reals("E HU")
+    modulus, hysteresis = rows[0].reals("E HU")
     curve, shape = rows[0].whole("LCID"), rows[1].real("SHAPE")
     if modulus <= 0.0 or curve <= 0:
         return "no modulus E" if curve > 0 else "no curve LCID"
-    table = {"kind": "foam", "hysteresis": returned, "shape": shape, "tension": modulus}
+    table = {"kind": "foam", "hysteresis": hysteresis, "shape": shape, "tension": modulus}
     return SoftLaw(table, modulus, 0.0, curves={"loading": curve})
 
 
 def _foam_with_rates(rows: list[Row]) -> SoftLaw | str:
-    """Read *MAT_FU_CHANG_FOAM by a table of curves; without one it is a fit and is not read."""
+    """Read *MAT_FU_CHANG_FOAM with a table of curves, not its form with fitted constants."""
     modulus, by_rate = rows[0].real("E"), rows[0].whole("TBID")
-    nominal, returned = rows[1].reals("SFLAG HU")
+    is_nominal, hysteresis = rows[1].reals("SFLAG HU")
     shape = rows[3].real("SHAPE")
     if modulus <= 0.0 or by_rate <= 0:
         return "no modulus E" if by_rate > 0 else "no table TBID"
     # HU = 0 unloads as it loads, without rates.
     table = {
         "kind": "foam",
-        "hysteresis": returned or 1.0,
+        "hysteresis": hysteresis or 1.0,
         "shape": shape or 1.0,
         "tension": modulus,
     }
-    note = "" if nominal else "its rates are taken as of nominal strain, SFLAG is 0"
+    note = "" if is_nominal else "its rates are taken as of nominal strain, SFLAG is 0"
     return SoftLaw(table, modulus, 0.0, note, by_rate=by_rate)
 
 
 def _fabric(rows: list[Row]) -> SoftLaw | str:
-    """Read *MAT_FABRIC: isotropic with one modulus and no shear modulus of its own."""
+    """Read *MAT_FABRIC: isotropic with one modulus and no separate shear modulus, or woven."""
     warp, weft, poisson = rows[0].reals("EA EB PRBA")
-    shear, slack = rows[1].reals("GAB CSE")
+    shear, no_compression = rows[1].reals("GAB CSE")
     aopt, form = rows[2].reals("AOPT FORM")
     direction = list(rows[3].reals("A1 A2 A3"))
-    given = rows[5].wholes("LCA LCB LCAB LCUA LCUB LCUAB")
-    warp_curve, weft_curve, shear_curve, *unloading = given
+    all_curves = rows[5].wholes("LCA LCB LCAB LCUA LCUB LCUAB")
+    warp_curve, weft_curve, shear_curve, *unloading_curves = all_curves
     if warp <= 0.0:
         return "no modulus EA"
-    by_curves = form in _BY_CURVES and warp_curve > 0
-    if not by_curves and (form in _BY_CURVES or any(given) or abs(form) in _OTHER_CURVES):
+    by_curves = form in _PIOLA_FORMS and warp_curve > 0
+    if not by_curves and (form in _PIOLA_FORMS or any(all_curves) or abs(form) in _CURVE_FORMS):
         return f"FORM {form:g} with its curves"
     if not by_curves and shear == 0.0 and weft in (0.0, warp):
-        table = {"kind": "elastic", "young": warp, "poisson": poisson, "compression": not slack}
+        table = {"kind": "elastic", "young": warp, "poisson": poisson}
+        table["compression"] = not no_compression
         return SoftLaw(table, warp, poisson, membrane=True)
-    if aopt != _ALONG_A_VECTOR or not any(direction):
+    if aopt != _AOPT_VECTOR or not any(direction):
         return f"AOPT {aopt:g}, its axes are no vector A of AOPT 2"
-    table = {"kind": "fabric", "direction": direction, "compression": 0.0 if slack else 1.0}
+    compression = 0.0 if no_compression else 1.0
+    table = {"kind": "fabric", "direction": direction, "compression": compression}
     curves: dict[str, int] = {}
     for key, modulus, curve in (
         ("warp", warp, warp_curve),
@@ -122,7 +124,7 @@ def _fabric(rows: list[Row]) -> SoftLaw | str:
         else:
             table[key] = modulus
     notes = ["warp and weft do not contract each other"] if poisson else []
-    notes += ["it unloads as it loads"] if by_curves and any(unloading) else []
+    notes += ["it unloads as it loads"] if by_curves and any(unloading_curves) else []
     return SoftLaw(table, warp, 0.0, ", ".join(notes), curves, membrane=True)
 
 

@@ -13,9 +13,9 @@ from contiga.errors import MeshError
 from contiga.io.mesh.lsdyna_cards import Block, layout, row_of
 from contiga.io.mesh.lsdyna_sets import set_name
 
-_HELD = ("BOUNDARY_SPC_SET", "BOUNDARY_SPC_NODE")
+_FIXED = ("BOUNDARY_SPC_SET", "BOUNDARY_SPC_NODE")
 _EXTRA = ("CONSTRAINED_EXTRA_NODES_SET", "CONSTRAINED_EXTRA_NODES_NODE")
-# Nodes of a case have no turns, which the last three fields hold.
+# The last three fields fix rotations, which nodes of a case do not have.
 _SPC = layout("NID CID DOFX DOFY DOFZ ~DOFRX ~DOFRY ~DOFRZ")
 _EXTRA_NODES = layout("PID NID IFLAG")
 
@@ -36,11 +36,11 @@ class NodeTie(NamedTuple):
     block: Block
     line: int
     problem: str = ""
-    """The part of it that is not understood; such a tie has no effect."""
+    """Reason why it is not understood; such a tie has no effect."""
 
     @property
     def key(self) -> tuple[str, int, int]:
-        """The key that distinguishes it from others."""
+        """Unique key: file, line and number."""
         return str(self.block.path), self.line, self.number
 
     @property
@@ -51,7 +51,7 @@ class NodeTie(NamedTuple):
 
 def is_tie(block: Block) -> bool:
     """Return whether `read_ties` reads a keyword."""
-    return block.keyword.removesuffix("_ID") in _HELD or block.keyword in _EXTRA
+    return block.keyword.removesuffix("_ID") in _FIXED or block.keyword in _EXTRA
 
 
 def read_ties(block: Block) -> Iterator[NodeTie]:
@@ -62,29 +62,29 @@ def read_ties(block: Block) -> Iterator[NodeTie]:
     MeshError
         A field that should be a number is none.
     """
-    word, one = block.keyword.removesuffix("_ID"), block.keyword.endswith(("_NODE", "_NODE_ID"))
+    keyword = block.keyword.removesuffix("_ID")
+    single = keyword.endswith("_NODE")
     step = 1 + block.keyword.endswith("_ID")
     block.mark_read(*(block.cards[::2] if step == 2 else ()))
     for card in block.cards[step - 1 :: step]:
-        if word in _EXTRA:
-            row = row_of(card, block, _EXTRA_NODES)
-            part, number = row.wholes("PID NID")
-            tie = NodeTie(_name(one, number, f"with part {part}"), number, one, "", part, block, 0)
+        part, directions, problem = 0, "", ""
+        if keyword in _EXTRA:
+            part, number = row_of(card, block, _EXTRA_NODES).wholes("PID NID")
+            constraint = f"with part {part}"
         else:
-            row = row_of(card, block, _SPC)
-            number, axes, *holds = row.wholes("NID CID DOFX DOFY DOFZ")
-            ways = "".join(axis for axis, hold in zip("xyz", holds, strict=True) if hold)
-            problem = "in axes of its own, CID" if axes else "" if ways else "turns alone"
-            name = _name(one, number, f"held in {ways}")
-            tie = NodeTie(name, number, one, ways, 0, block, 0, problem)
+            number, axes, *fixed = row_of(card, block, _SPC).wholes("NID CID DOFX DOFY DOFZ")
+            directions = "".join(axis for axis, fix in zip("xyz", fixed, strict=True) if fix)
+            problem = "in axes of its own, CID" if axes else "" if directions else "turns alone"
+            constraint = f"held in {directions}"
         if number:
-            yield tie._replace(line=card.line)
+            name = f"nodes {constraint}" if single else set_name(number)
+            yield NodeTie(name, number, single, directions, part, block, card.line, problem)
 
 
 def tied_nodes(blocks: Iterable[Block]) -> dict[str, list[int]]:
     """Return the single nodes that cards name, by the name of their set.
 
-    Cards that cannot be read say nothing: a mesh does without what holds it.
+    Unreadable cards are passed over: a mesh does not need its constraints.
     """
     nodes: dict[str, list[int]] = {}
     for block in filter(is_tie, blocks):
@@ -93,7 +93,3 @@ def tied_nodes(blocks: Iterable[Block]) -> dict[str, list[int]]:
                 if tie.one and not tie.problem:
                     nodes.setdefault(tie.nodes, []).append(tie.number)
     return nodes
-
-
-def _name(one: bool, number: int, does: str) -> str:
-    return f"nodes {does}" if one else set_name(number)

@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 from contiga.errors import MeshError
 from contiga.io.limits import watched_lines
-from contiga.io.mesh.deck_text import included, real, whole
+from contiga.io.mesh.deck_text import find_included, parse_real, parse_whole
 
 _INCLUDE = re.compile(r"\s*INCLUDE\s+(.*)", re.IGNORECASE)
 _BEGIN = re.compile(r"\s*BEGIN\s+(?:BULK\b)?(.*)", re.IGNORECASE)
@@ -41,7 +41,7 @@ class Card(NamedTuple):
             It is none, or counts nothing.
         """
         text = self.text(k)
-        return whole(text, self.where) if text else default
+        return parse_whole(text, self.where) if text else default
 
     def real(self, k: int) -> float:
         """Return a field as a number in any of Nastran's notations; empty is 0.
@@ -51,7 +51,7 @@ class Card(NamedTuple):
         MeshError
             It is none, or not finite.
         """
-        return real(self.text(k), self.where)
+        return parse_real(self.text(k), self.where)
 
     def place(self, k: int) -> tuple[float, float, float]:
         """Return three numbers from field `k` on."""
@@ -136,7 +136,7 @@ def _lines(path: Path, open_files: tuple[Path, ...]) -> Iterator[_Line]:
 def _included(line: _Line, open_files: tuple[Path, ...]) -> Iterator[_Line]:
     match = _INCLUDE.match(line.text)
     name = match[1].strip().strip("'\"").strip() if match else ""
-    yield from _lines(included(name, [line.path.parent], open_files, line.where), open_files)
+    yield from _lines(find_included(name, [line.path.parent], open_files, line.where), open_files)
 
 
 def _bulk(lines: list[_Line]) -> Iterator[_Line]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -14,21 +14,21 @@ from contiga.records import FloatArray
 from contiga.slaves.skin import CellBlock, Int64Array
 
 
-class Rows:
+class NodeRows:
     """Map from node numbers of a deck to rows of its points."""
 
     def __init__(self, ids: Int64Array, where: str, allowed: str) -> None:
         self.order = np.argsort(ids, kind="stable")
-        self.sorted = ids[self.order]
+        self.sorted_ids = ids[self.order]
         self.where = where
         self.allowed = allowed
 
-    def known(self, ids: Int64Array) -> NDArray[np.bool_]:
+    def contains(self, ids: Int64Array) -> NDArray[np.bool_]:
         """Return a mask of the numbers that exist."""
-        if len(self.sorted) == 0:
+        if len(self.sorted_ids) == 0:
             return np.zeros(len(ids), dtype=bool)
-        place = np.minimum(np.searchsorted(self.sorted, ids), len(self.sorted) - 1)
-        return np.asarray(self.sorted[place] == ids)
+        places = np.minimum(np.searchsorted(self.sorted_ids, ids), len(self.sorted_ids) - 1)
+        return np.asarray(self.sorted_ids[places] == ids)
 
     def __call__(self, ids: Int64Array, where: Sequence[str] = ()) -> Int64Array:
         """Return the rows of numbers of any shape.
@@ -38,12 +38,12 @@ class Rows:
         Raises
         ------
         MeshError
-            A number that is not there.
+            A number does not exist.
         """
-        if len(self.sorted) == 0 and ids.size == 0:
+        if len(self.sorted_ids) == 0 and ids.size == 0:
             return np.zeros_like(ids)
         flat = ids.ravel()
-        unknown = np.flatnonzero(~self.known(flat))
+        unknown = np.flatnonzero(~self.contains(flat))
         if len(unknown):
             raise MeshError(
                 "an element or mass stands on a node that is not in the deck",
@@ -51,7 +51,7 @@ class Rows:
                 found=f"node {flat[unknown[0]]}",
                 allowed=self.allowed,
             )
-        rows: Int64Array = self.order[np.searchsorted(self.sorted, ids)]
+        rows: Int64Array = self.order[np.searchsorted(self.sorted_ids, ids)]
         return rows
 
 
@@ -61,7 +61,7 @@ def rows_of(mesh: RawMesh, numbers: Sequence[int], where: str) -> Int64Array:
     Raises
     ------
     MeshError
-        A number that no node has, or a file that does not number its nodes.
+        No node has one of the numbers, or the file does not number its nodes.
     """
     if mesh.node_ids is None:
         raise MeshError(
@@ -72,8 +72,8 @@ def rows_of(mesh: RawMesh, numbers: Sequence[int], where: str) -> Int64Array:
             remedy="Say where the nodes are, by a box or plane",
         )
     ids = np.array(numbers, dtype=np.int64)
-    rows = Rows(mesh.node_ids, where, "")
-    unknown = ids[~rows.known(ids)]
+    rows = NodeRows(mesh.node_ids, where, "")
+    unknown = ids[~rows.contains(ids)]
     if len(unknown):
         raise MeshError("no node has this number", where=where, found=int(unknown[0]))
     return rows(ids)
@@ -92,7 +92,7 @@ class Elements(NamedTuple):
 
 
 def raw_mesh(
-    places: Mapping[int, tuple[float, float, float]],
+    positions: Mapping[int, tuple[float, float, float]],
     elements: Sequence[Elements],
     where: str,
     allowed: str,
@@ -102,27 +102,26 @@ def raw_mesh(
     Raises
     ------
     MeshError
-        An element names a node that is not there.
+        An element names a node that does not exist.
     """
-    ids = np.array(list(places), dtype=np.int64)
-    rows = Rows(ids, where, allowed)
+    ids = np.array(list(positions), dtype=np.int64)
+    rows = NodeRows(ids, where, allowed)
     blocks = tuple(
         CellBlock(each.kind, rows(np.array(each.nodes, dtype=np.int64), each.where))
         for each in elements
     )
-    points: FloatArray = np.array(list(places.values()), dtype=np.float64).reshape(-1, 3)
-    return RawMesh(points, blocks, tuple(_groups(elements)), ids)
+    points: FloatArray = np.array(list(positions.values()), dtype=np.float64).reshape(-1, 3)
 
-
-def _groups(elements: Sequence[Elements]) -> Iterator[Group]:
-    """Yield the groups of properties, ascending; each block is sorted once."""
+    # Each block is sorted once by property; its groups are then consecutive pieces.
     owners = [np.array(each.properties, dtype=np.int64) for each in elements]
     numbers = np.unique(np.concatenate(owners)) if owners else np.zeros(0, dtype=np.int64)
-    sorts = [np.argsort(members, kind="stable") for members in owners]
-    starts = [
-        np.searchsorted(members[order], numbers)
-        for members, order in zip(owners, sorts, strict=True)
+    pieces = []
+    for properties in owners:
+        order = np.argsort(properties, kind="stable")
+        starts = np.searchsorted(properties[order], numbers)
+        pieces.append(np.split(order, starts)[1:])
+    groups = [
+        Group(number, None, tuple(cells[k] for cells in pieces))
+        for k, number in enumerate(numbers.tolist())
     ]
-    held = [np.split(order, first)[1:] for order, first in zip(sorts, starts, strict=True)]
-    for k, number in enumerate(numbers.tolist()):
-        yield Group(number, None, tuple(pieces[k] for pieces in held))
+    return RawMesh(points, blocks, tuple(groups), ids)

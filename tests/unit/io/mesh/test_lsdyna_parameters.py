@@ -46,8 +46,8 @@ def at_end(folder: Path) -> Block:
 def test_what_is_no_number_is_left(tmp_path: Path, expression: str) -> None:
     text = f"*PARAMETER\nR a,1.5\n*PARAMETER_EXPRESSION\nR x, {expression}"
     assert values(tmp_path, text, "&x") == ["&x"]
-    (left,) = at_end(tmp_path).parameters.left
-    assert (left.block.line, left.line, left.why) == (4, 5, f"&x = {expression}")
+    (left,) = at_end(tmp_path).parameters.unresolved
+    assert (left.block.line, left.line, left.reason) == (4, 5, f"&x = {expression}")
 
 
 def test_an_expression_goes_on_under_an_empty_name(tmp_path: Path) -> None:
@@ -69,4 +69,6 @@ def test_the_first_definition_stands_and_local_ones_stay_in_their_file(tmp_path:
     blocks = list(read_blocks(tmp_path / "a.k"))
     inside = next(block for block in blocks if block.keyword == "INSIDE")
     assert row_of(inside.cards[0], inside, EIGHT).texts[:2] == ["5.0", "6.0"]
-    assert [one.why for one in inside.parameters.left] == ["&a again, the first one stands"]
+    assert [each.reason for each in inside.parameters.unresolved] == [
+        "&a again, the first one stands"
+    ]
