@@ -1,7 +1,7 @@
 """Abaqus input files as keywords with their data lines.
 
 Rules of syntax: Abaqus Analysis User's Guide, "Input syntax rules": ``*`` begins a keyword with
-parameters parted by commas, which goes on where its line ends with one; ``**`` a comment, anywhere.
+parameters separated by commas, which continues if its line ends with one; ``**`` a comment.
 """
 
 from __future__ import annotations
@@ -13,6 +13,9 @@ from typing import NamedTuple
 from contiga.errors import FileError, MeshError
 from contiga.io.limits import watched_lines
 from contiga.io.mesh.deck_text import find_included, parse_real
+
+_WITH_INPUT = ("INCLUDE", "NODE", "ELEMENT", "NSET", "ELSET")
+"""Keywords whose parameter INPUT names a file."""
 
 
 class Line(NamedTuple):
@@ -39,26 +42,26 @@ class Keyword(NamedTuple):
         """File, line and keyword, for messages."""
         return f"{self.path}, line {self.line}: *{self.name}"
 
-    def need(self, option: str) -> str:
+    def require(self, option: str) -> str:
         """Return the value of a required parameter.
 
         Raises
         ------
         MeshError
-            It is not.
+            The parameter is missing or has no value.
         """
         if not self.options.get(option):
             raise MeshError(f"the parameter {option} is missing", where=self.where)
         return self.options[option]
 
-    def understood(self, *options: str) -> None:
-        """Refuse other parameters than these."""
+    def refuse_options_except(self, *allowed: str) -> None:
+        """Refuse all parameters but these."""
         for option in self.options:
-            if option not in options:
+            if option not in allowed:
                 raise MeshError(
                     f"the parameter {option} is not carried out",
                     where=self.where,
-                    allowed=", ".join(options),
+                    allowed=", ".join(allowed),
                     remedy="Write the nodes and elements out in full",
                 )
 
@@ -72,18 +75,18 @@ def read_keywords(path: Path, open_files: tuple[Path, ...] = ()) -> Iterator[Key
         An included file is missing or includes itself.
     """
     open_files = (*open_files, path.resolve())
-    keyword: Keyword | None = None
-    for bare in _split(path):
-        keyword = bare
-        if "INPUT" in bare.options and bare.name in ("INCLUDE", "NODE", "ELEMENT", "NSET", "ELSET"):
-            folder = bare.path.parent
-            inner = find_included(bare.options["INPUT"], [folder], open_files, bare.where)
-            if bare.name == "INCLUDE":
-                yield from read_keywords(inner, open_files)
+    is_empty = True
+    for keyword in _split_into_keywords(path):
+        is_empty = False
+        if "INPUT" in keyword.options and keyword.name in _WITH_INPUT:
+            file = find_included(keyword.options["INPUT"], [path.parent], open_files, keyword.where)
+            if keyword.name == "INCLUDE":
+                yield from read_keywords(file, open_files)
                 continue
-            keyword = bare._replace(lines=[*_data(inner), *bare.lines])
+            lines = [_line(text, file, number) for number, text in _text_lines(file)]
+            keyword = keyword._replace(lines=[*lines, *keyword.lines])
         yield keyword
-    if keyword is None and len(open_files) == 1:
+    if is_empty and len(open_files) == 1:
         raise FileError(
             "not an Abaqus input file", where=str(path), allowed="keywords such as *NODE"
         )
@@ -95,30 +98,35 @@ def reals(line: Line, count: int) -> list[float]:
     return [parse_real(text, line.where) for text in texts]
 
 
-def _split(path: Path) -> Iterator[Keyword]:
+def _split_into_keywords(path: Path) -> Iterator[Keyword]:
     keyword: Keyword | None = None
     unfinished = ""
-    with path.open(encoding="utf-8", errors="replace") as stream:
-        for number, text in watched_lines(stream, path):
-            line = text.strip()
-            if not line or line.startswith("**"):
-                continue
-            if unfinished or line.startswith("*"):
-                if not unfinished:
-                    if keyword is not None:
-                        yield keyword
-                    start = number
-                unfinished += line
-                keyword = _keyword(unfinished, path, start)
-                if not line.endswith(","):
-                    unfinished = ""
-            elif keyword is not None:
-                keyword.lines.append(_line(line, path, number))
+    for number, line in _text_lines(path):
+        if unfinished or line.startswith("*"):
+            if not unfinished:
+                if keyword is not None:
+                    yield keyword
+                start = number
+            unfinished += line
+            keyword = _parse_keyword(unfinished, path, start)
+            if not line.endswith(","):
+                unfinished = ""
+        elif keyword is not None:
+            keyword.lines.append(_line(line, path, number))
     if keyword is not None:
         yield keyword
 
 
-def _keyword(text: str, path: Path, line: int) -> Keyword:
+def _text_lines(path: Path) -> Iterator[tuple[int, str]]:
+    """Yield number and text of the lines that are neither blank nor comments."""
+    with path.open(encoding="utf-8", errors="replace") as stream:
+        for number, text in watched_lines(stream, path):
+            line = text.strip()
+            if line and not line.startswith("**"):
+                yield number, line
+
+
+def _parse_keyword(text: str, path: Path, line: int) -> Keyword:
     name, *words = _fields(text[1:])
     options = {}
     for word in words:
@@ -139,11 +147,3 @@ def _fields(text: str) -> list[str]:
     parts = text.split('"')
     parts[1::2] = [part.replace(",", "\0") for part in parts[1::2]]
     return [field.strip().replace("\0", ",") for field in '"'.join(parts).split(",")]
-
-
-def _data(path: Path) -> Iterator[Line]:
-    """Yield the data lines of a file that has nothing else."""
-    with path.open(encoding="utf-8", errors="replace") as stream:
-        for number, text in watched_lines(stream, path):
-            if text.strip() and not text.strip().startswith("**"):
-                yield _line(text.strip(), path, number)

@@ -1,7 +1,7 @@
 """Element types of Abaqus and CalculiX: their cells, and types without a surface.
 
-The number of nodes stands in the name. Nodes are in VTK's order in all that are known here
-(Abaqus Analysis User's Guide, "Element library").
+The number of nodes is part of the name. All types that are known here have their nodes in VTK's
+order (Abaqus Analysis User's Guide, "Element library").
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ _SOLID_NODES = {
 _SHELLS = re.compile(
     r"(?:S|DS|M3D|SFM3D|R3D|CPS|CPE|CPEG|CAX|CGAX|DC2D|AC2D|F3D)([34689])(?!\d)[A-Z0-9]*"
 )
-_NAMED = {"STRI3": "triangle", "STRI65": "triangle6"}
+_SPECIAL_NAMES = {"STRI3": "triangle", "STRI65": "triangle6"}
 _SOLIDS = re.compile(r"(?:C3D|DC3D|AC3D|DCC3D|SC|COH3D|CSS|EC3D|PC3D|GK3D)(\d+)[A-Z]*")
 _LINES = re.compile(
     r"(?:B[23]\d|PIPE[23]\d|ELBOW\d|FRAME[23]D|T[23]D[23]|R2D2|RB[23]D2|SPRING[A12]|DASHPOT[A12]|MASS"
@@ -38,8 +38,8 @@ def cell_of(name: str) -> str | None:
     ('quad', 'tetra10', '', None)
     """
     name = name.upper()
-    if name in _NAMED:
-        return _NAMED[name]
+    if name in _SPECIAL_NAMES:
+        return _SPECIAL_NAMES[name]
     shell = _SHELLS.fullmatch(name)
     if shell is not None:
         return _SHELL_NODES[int(shell[1])]
@@ -49,7 +49,7 @@ def cell_of(name: str) -> str | None:
     return "" if _LINES.fullmatch(name) else None
 
 
-_PASSED = re.compile(
+_IGNORED_FIRST_WORDS = re.compile(
     r"C|D|ACOUSTIC|AMPLITUDE|ANISOTROPIC|ANNEAL|AQUA|BASE|BEAM|BIAXIAL|BOND|BOUNDARY"
     r"|BRITTLE|DEFORMATION|HYSTERESIS|MAGNETIC|ELECTROMAGNETIC|PERMITTIVITY"
     r"|BUCKLE|BULK|CAP|CAPACITY|CAST|CAVITY|CENTROID|CFILM|CFLOW|CFLUX|CHANGE|CHARACTERISTIC"
@@ -74,7 +74,7 @@ _PASSED = re.compile(
     r"|VISCO|VISCOELASTIC|VISCOUS|VOID|VOLUMETRIC|WAVE|WIND"
 )
 """First words of keywords that neither make nor move nodes and elements."""
-_PASSED_WHOLE = frozenset(
+_IGNORED_KEYWORDS = frozenset(
     [
         *("EL FILE", "EL PRINT", "ELEMENT OUTPUT", "ELEMENT PRINT", "ELEMENT RESPONSE"),
         *("NODE FILE", "NODE OUTPUT", "NODE PRINT", "NODE RESPONSE", "USER MATERIAL"),
@@ -96,4 +96,4 @@ def moves_to_contact(name: str, options: Mapping[str, str]) -> bool:
 
 def touches_no_mesh(name: str) -> bool:
     """Return whether a keyword neither makes nor moves nodes and elements."""
-    return name in _PASSED_WHOLE or _PASSED.fullmatch(name.split()[0]) is not None
+    return name in _IGNORED_KEYWORDS or _IGNORED_FIRST_WORDS.fullmatch(name.split()[0]) is not None

@@ -3,23 +3,23 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 
 import numpy as np
 
 from contiga.errors import ContigaWarning, MeshError
-from contiga.io.mesh.abaqus_scope import Element, Label, Scope
+from contiga.io.mesh.abaqus_scope import Label, Scope
 from contiga.io.mesh.raw import Group, RawMesh
 from contiga.slaves.skin import CellBlock
 
-SHOWN = 3
+MAX_LISTED = 3
 """Largest number of missing members of a set that a warning names."""
 
 Cells = dict[tuple[str, int], tuple[int, int]]
 """Block and row of each element with a surface, by instance and number."""
 
 
-def assembled(instances: Mapping[str, Scope], names: Mapping[str, str], where: str) -> RawMesh:
+def assemble_mesh(instances: Mapping[str, Scope], names: Mapping[str, str], where: str) -> RawMesh:
     """Return nodes and cells of all instances, in the file's order.
 
     Parameters
@@ -31,33 +31,36 @@ def assembled(instances: Mapping[str, Scope], names: Mapping[str, str], where: s
     Raises
     ------
     MeshError
-        An element names a node that is not there.
+        An element names a node that does not exist.
 
     Warns
     -----
     ContigaWarning
-        A set names nodes or elements that are not there.
+        A set names nodes or elements that do not exist.
     """
     row_of: dict[tuple[str, int], int] = {}
     points: list[tuple[float, float, float]] = []
     for name, scope in instances.items():
-        for number, place in scope.nodes.items():
+        for number, position in scope.nodes.items():
             row_of[name, number] = len(points)
-            points.append(place)
+            points.append(position)
     blocks, cells = _blocks(instances, row_of)
-    groups = [*_parts(instances, names, blocks, cells)]
+    groups: list[Group] = []
+    if len(names) > 1:
+        for name, title in names.items():
+            members = [cells[name, n] for n in instances[name].elements if (name, n) in cells]
+            groups.append(Group(None, title, _rows(members, len(blocks))))
     missing: list[str] = []
-    for set_name, labels in _sets(instances, names, nodes=False).items():
-        known = [cells[label] for label in labels if label in cells]
-        groups.append(Group(None, set_name, _rows(known, len(blocks))))
+    for set_name, labels in _sets(instances, names, of_nodes=False).items():
+        members = [cells[label] for label in labels if label in cells]
+        groups.append(Group(None, set_name, _rows(members, len(blocks))))
         unknown = [n for i, n in labels if n not in instances[i].elements]
         missing += count_message(f"*ELSET {set_name}", unknown)
-    for set_name, labels in _sets(instances, names, nodes=True).items():
+    for set_name, labels in _sets(instances, names, of_nodes=True).items():
         rows = sorted({row_of[label] for label in labels if label in row_of})
         groups.append(Group(None, set_name, None, np.array(rows, dtype=np.int64)))
-        missing += count_message(
-            f"*NSET {set_name}", [n for i, n in labels if (i, n) not in row_of]
-        )
+        unknown = [n for i, n in labels if (i, n) not in row_of]
+        missing += count_message(f"*NSET {set_name}", unknown)
     if missing:
         text = "; ".join(missing)
         warnings.warn(f"{where}: members of sets are not there: {text}", ContigaWarning, 2)
@@ -79,68 +82,49 @@ def _blocks(
                 runs.append((element.kind, []))
             run = runs[-1][1]
             cells[name, number] = len(runs) - 1, len(run)
-            run.append(_nodes(name, number, element, row_of))
+            try:
+                run.append([row_of[name, node] for node in element.nodes])
+            except KeyError as error:
+                raise MeshError(
+                    f"element {number} names a node that is not there",
+                    where=element.where,
+                    found=error.args[0][1],
+                    allowed="numbers given under *NODE",
+                ) from error
     return tuple(CellBlock(kind, np.array(run, dtype=np.int64)) for kind, run in runs), cells
 
 
-def _nodes(
-    instance: str, number: int, element: Element, row_of: Mapping[tuple[str, int], int]
-) -> list[int]:
-    try:
-        return [row_of[instance, node] for node in element.nodes]
-    except KeyError as error:
-        raise MeshError(
-            f"element {number} names a node that is not there",
-            where=element.where,
-            found=error.args[0][1],
-            allowed="numbers given under *NODE",
-        ) from error
-
-
-def _parts(
-    instances: Mapping[str, Scope],
-    names: Mapping[str, str],
-    blocks: tuple[CellBlock, ...],
-    cells: Cells,
-) -> Iterator[Group]:
-    """Yield a group for each instance, if there are several."""
-    if len(names) < 2:
-        return
-    for name, written in names.items():
-        known = [cells[name, n] for n in instances[name].elements if (name, n) in cells]
-        yield Group(None, written, _rows(known, len(blocks)))
-
-
-def _rows(known: list[tuple[int, int]], n_blocks: int) -> tuple[np.ndarray, ...]:
+def _rows(members: list[tuple[int, int]], n_blocks: int) -> tuple[np.ndarray, ...]:
     """Return the rows of some cells in each block, ascending."""
     rows: list[list[int]] = [[] for _ in range(n_blocks)]
-    for block, row in known:
+    for block, row in members:
         rows[block].append(row)
     return tuple(np.array(sorted(set(cells)), dtype=np.int64) for cells in rows)
 
 
 def _sets(
-    instances: Mapping[str, Scope], names: Mapping[str, str], *, nodes: bool
+    instances: Mapping[str, Scope], names: Mapping[str, str], *, of_nodes: bool
 ) -> dict[str, list[Label]]:
     """Return the members of all sets by their names in the mesh.
 
-    With that of their instance where there are several, or another scope has a set so named.
+    The name begins with the instance if there are several, or if another scope has a set of the
+    same name.
     """
     sets: dict[str, list[Label]] = {}
-    taken: set[str] = set()
+    used_names: set[str] = set()
     for name, scope in instances.items():
-        for one in (scope.node_sets if nodes else scope.element_sets).values():
-            shared = len(names) > 1 or one.name.casefold() in taken
-            full = f"{names[name]}.{one.name}" if name and shared else one.name
-            taken.add(full.casefold())
-            labels = [Label(label.instance or name, label.number) for label in one.labels]
-            sets.setdefault(full, []).extend(labels)
+        for each in (scope.node_sets if of_nodes else scope.element_sets).values():
+            is_ambiguous = len(names) > 1 or each.name.casefold() in used_names
+            full_name = f"{names[name]}.{each.name}" if name and is_ambiguous else each.name
+            used_names.add(full_name.casefold())
+            labels = [Label(label.instance or name, label.number) for label in each.labels]
+            sets.setdefault(full_name, []).extend(labels)
     return sets
 
 
-def count_message(what: str, numbers: list[int]) -> list[str]:
-    """Return the number of missing things, and some of them."""
+def count_message(label: str, numbers: list[int]) -> list[str]:
+    """Return a message with the count of missing items and some of them; empty without any."""
     if not numbers:
         return []
-    some = ", ".join(map(str, numbers[:SHOWN])) + (", …" if len(numbers) > SHOWN else "")
-    return [f"{what}: {len(numbers)} ({some})"]
+    some = ", ".join(map(str, numbers[:MAX_LISTED])) + (", …" if len(numbers) > MAX_LISTED else "")
+    return [f"{label}: {len(numbers)} ({some})"]

@@ -14,25 +14,26 @@ from contiga.records import FloatArray
 
 SUFFIXES = (".csv", ".xyz", ".txt", ".npy")
 
-_MARKS = (";", ",", " ")
-_MAX_LINE = 10_000
+_SEPARATORS = (";", ",", " ")
+_MAX_LINE_LENGTH = 10_000
 
 
 def read_cloud(path: Path) -> RawMesh:
     """Return the points of a ``.npy`` array, or of lines with three numbers.
 
-    Semicolons, commas or blanks part the numbers; one line of names may come first, which may say
-    a unit, ``x [mm], y [mm], z [mm]``; ``#`` starts a comment. Words for not-a-number are read as
-    such, to be refused by name later.
+    Semicolons, commas or blanks separate the numbers; one line of names may come first, which may
+    state a unit, ``x [mm], y [mm], z [mm]``; ``#`` starts a comment. Words for not-a-number are
+    read as NaN, which the check of the points refuses with its row.
 
     Raises
     ------
     FileError
-        A line has not three numbers, or the array not three columns; the names have several units.
+        A line does not have three numbers, or the array three columns; the names have several
+        units.
     """
     if path.suffix.lower() == ".npy":
-        return RawMesh(_read_array(path))
-    sheet = read_sheet(path, "x, y, z", marks=_MARKS, comment="#", longest=_MAX_LINE)
+        return RawMesh(_read_npy(path))
+    sheet = read_sheet(path, "x, y, z", marks=_SEPARATORS, comment="#", longest=_MAX_LINE_LENGTH)
     if len(sheet.heads) not in (0, 3):
         raise _bad_line(path, sheet.line, ", ".join(head.text for head in sheet.heads))
     rows = array("d")
@@ -62,11 +63,11 @@ def _bad_line(path: Path, number: int, text: str) -> FileError:
     )
 
 
-def _read_array(path: Path) -> FloatArray:
+def _read_npy(path: Path) -> FloatArray:
     try:
-        # Mapped, an array takes no more memory than the file has, whatever its head claims.
+        # A mapped array takes no more memory than the file has, whatever its header claims.
         table = np.lib.format.open_memmap(path, mode="r")
-    except Exception as error:  # a damaged header raises errors of Python's own parser
+    except Exception as error:  # a damaged header raises errors of Python's parser
         raise FileError(
             "not a plain NumPy array", where=str(path), allowed="an .npy file of shape (n, 3)"
         ) from error

@@ -1,13 +1,14 @@
 """Physical groups of Gmsh's formats 4.0 and 4.1, which meshio does not return completely.
 
-meshio 5.3 leaves blocks of cells that are in no group out of its list of groups, which then fits
-no more (``Mesh.SaveAll`` with some groups), and keeps the first only of several groups.
+meshio 5.3 omits blocks of cells that are in no group from its list of groups, which then no longer
+matches the cells (``Mesh.SaveAll`` with some groups), and keeps only the first of several groups.
 """
 
 from __future__ import annotations
 
 import contextlib
 from collections.abc import Callable, Iterator
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -22,11 +23,11 @@ def physical_groups() -> Iterator[None]:
         from meshio.gmsh import _gmsh40, _gmsh41
 
         readers = [(module, module._read_elements) for module in (_gmsh40, _gmsh41)]
-    except (ImportError, AttributeError):  # another meshio reads them in its own way
+    except (ImportError, AttributeError):  # another version of meshio works differently
         yield
         return
     for module, reader in readers:
-        module._read_elements = _with_all_groups(reader)
+        module._read_elements = partial(_read_elements, reader)
     try:
         yield
     finally:
@@ -34,20 +35,15 @@ def physical_groups() -> Iterator[None]:
             module._read_elements = reader
 
 
-def _with_all_groups(reader: Callable[..., Any]) -> Callable[..., Any]:
-    def read(stream: Any, point_tags: Any, physical_tags: Any, *more: Any) -> Any:
-        """Read entities; `physical_tags` has their groups by dimension and entity."""
-        cells, data, *rest = reader(stream, point_tags, physical_tags, *more)
-        if _KEY in data:
-            data[_KEY] = [
-                _numbers(len(block.data), physical_tags[block.dim][entity[0]])
-                for block, entity in zip(cells, data["gmsh:geometrical"], strict=True)
-            ]
-        return cells, data, *rest
-
-    return read
-
-
-def _numbers(count: int, groups: list[int]) -> Any:
-    """Return the groups (count, k) of an entity for each of its cells."""
-    return np.broadcast_to(np.array(groups or [0], dtype=np.int64), (count, max(len(groups), 1)))
+def _read_elements(
+    reader: Callable[..., Any], stream: Any, point_tags: Any, physical_tags: Any, *options: Any
+) -> Any:
+    """Read entities by meshio's reader; `physical_tags` has groups by dimension and entity."""
+    cells, data, *entities = reader(stream, point_tags, physical_tags, *options)
+    if _KEY in data:
+        data[_KEY] = []
+        for block, entity in zip(cells, data["gmsh:geometrical"], strict=True):
+            groups = physical_tags[block.dim][entity[0]] or [0]
+            rows = np.array(groups, dtype=np.int64)
+            data[_KEY].append(np.broadcast_to(rows, (len(block.data), len(groups))))
+    return cells, data, *entities

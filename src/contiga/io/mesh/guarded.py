@@ -1,47 +1,46 @@
-"""Open files that refuse to be read on and on after their end.
+"""Open files that refuse to be read again and again after their end.
 
-Some readers ask for line after line until they find what they look for, which a file cut short
-never brings.
+Some readers ask for line after line until they find a keyword that a truncated file does not have.
 """
 
 from __future__ import annotations
 
 import io
 
-_READS_AFTER_END = 1000
+_MAX_READS_AFTER_END = 1000
 
 
 class GuardedFile(io.BufferedReader):
-    """A binary file that raises EOFError when it is read on and on after its end."""
+    """A binary file that raises EOFError when it is read again and again after its end."""
 
-    _empty = 0
+    _n_empty = 0
 
     def readline(self, size: int | None = -1, /) -> bytes:
         line = super().readline(size)
-        self._empty = _count_end(self._empty, line)
+        self._n_empty = _count_empty_reads(self._n_empty, line)
         return line
 
     def read(self, size: int | None = -1, /) -> bytes:
         data = super().read(size)
-        self._empty = _count_end(self._empty, data)
+        self._n_empty = _count_empty_reads(self._n_empty, data)
         return data
 
 
 class GuardedText(io.TextIOWrapper):
-    """A text file that raises EOFError when it is read on and on after its end."""
+    """A text file that raises EOFError when it is read again and again after its end."""
 
-    _empty = 0
+    _n_empty = 0
 
     def readline(self, size: int = -1, /) -> str:  # type: ignore[override]
         line = super().readline(size)
-        self._empty = _count_end(self._empty, line)
+        self._n_empty = _count_empty_reads(self._n_empty, line)
         return line
 
 
-def _count_end(count: int, data: bytes | str) -> int:
-    """Return one more if nothing was read, else 0."""
+def _count_empty_reads(count: int, data: bytes | str) -> int:
+    """Return the count of reads without data, with this one; 0 if it has data."""
     if data:
         return 0
-    if count >= _READS_AFTER_END:
+    if count >= _MAX_READS_AFTER_END:
         raise EOFError("the file ends too early")
     return count + 1

@@ -1,4 +1,4 @@
-"""Layers of a mesh of solids: its skin, and the skins below after removing cells."""
+"""Layers of a mesh of solids: its skin, and the skins below it once cells are removed."""
 
 from __future__ import annotations
 
@@ -36,14 +36,14 @@ def check_layer(layer: object) -> None:
 def peeled(points: FloatArray, blocks: list[CellBlock], layer: int, where: str) -> list[CellBlock]:
     """Return the cells that remain after removing `layer` − 1 layers.
 
-    A layer is all cells with a node on the skin of what is there; shells are of the first.
+    A layer is all cells with a node on the skin of the remaining cells; shells are in the first.
 
     Raises
     ------
     MeshError
-        Nothing is left; the message says how many layers there are.
+        No cell remains; the message says how many layers there are.
     """
-    for taken in range(1, layer):
+    for n_removed in range(1, layer):
         outside = np.zeros(len(points), dtype=bool)
         outside[skin(points, blocks)] = True
         blocks = [
@@ -56,7 +56,7 @@ def peeled(points: FloatArray, blocks: list[CellBlock], layer: int, where: str) 
                 "the mesh has no such layer below its skin",
                 where=f"{where}, layer",
                 found=layer,
-                allowed=f"1 to {taken}",
+                allowed=f"1 to {n_removed}",
             )
     return blocks
 
@@ -64,27 +64,25 @@ def peeled(points: FloatArray, blocks: list[CellBlock], layer: int, where: str) 
 def with_middles(blocks: list[CellBlock], nodes: np.ndarray) -> np.ndarray:
     """Add to a mask of nodes the mid-side nodes between them, and those of whole faces.
 
-    Sets in files often hold corners alone, without which the facets of a second-order mesh, which
-    are split through its middles, would have holes.
+    Sets in files often contain corners alone. The facets of a second-order mesh are split through
+    its mid-side nodes, so that without them the surface would have holes.
     """
-    full = nodes.copy()
+    extended = nodes.copy()
     for block in blocks:
-        for face, corners in _faces(block.kind):
-            if len(face) == corners:
+        faces: list[tuple[tuple[int, ...], int]] = []
+        """Nodes of each face of a cell, and its number of corners."""
+        if block.kind in SOLIDS:
+            solid = SOLIDS[block.kind]
+            faces = list(zip(solid.faces, map(len, solid.corner_faces), strict=True))
+        elif block.kind in SHELLS:
+            faces = [(tuple(range(N_NODES[block.kind])), SHELLS[block.kind])]
+        for face, n_corners in faces:
+            if len(face) == n_corners:
                 continue
-            of_face = block.nodes[:, list(face)]
-            chosen = nodes[of_face[:, :corners]]
-            for k in range(corners):
-                both = chosen[:, k] & chosen[:, (k + 1) % corners]
-                full[of_face[both, corners + k]] = True
-            full[of_face[chosen.all(axis=1), 2 * corners :]] = True
-    return full
-
-
-def _faces(kind: str) -> list[tuple[tuple[int, ...], int]]:
-    """Return the nodes of each face of a kind of cell, and its number of corners."""
-    if kind in SOLIDS:
-        solid = SOLIDS[kind]
-        corners = [len(face) for face in solid.corner_faces]
-        return list(zip(solid.faces, corners, strict=True))
-    return [(tuple(range(N_NODES[kind])), SHELLS[kind])] if kind in SHELLS else []
+            face_nodes = block.nodes[:, list(face)]
+            has_corner = nodes[face_nodes[:, :n_corners]]
+            for k in range(n_corners):
+                has_both = has_corner[:, k] & has_corner[:, (k + 1) % n_corners]
+                extended[face_nodes[has_both, n_corners + k]] = True
+            extended[face_nodes[has_corner.all(axis=1), 2 * n_corners :]] = True
+    return extended

@@ -1,13 +1,13 @@
-"""Meshes read by meshio, with its failures as errors of ours."""
+"""Meshes read by meshio, with its failures as errors of contiga."""
 
 from __future__ import annotations
 
 import contextlib
 import io
 import warnings
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -38,14 +38,14 @@ _PART_NUMBERS = (
     "PartId",
 )
 _BAR = "line"
-_PASSED_OVER = ("vertex", _BAR)
+_IGNORED_KINDS = ("vertex", _BAR)
 """Prefixes of kinds that are left out; straight lines are kept as bars."""
-_MESSAGE_LENGTH = 300
-# meshio's readers of these never end on damaged files: wkt is lost in a regular expression and
+_MAX_MESSAGE_LENGTH = 300
+# meshio's readers of these never end on damaged files: wkt hangs in a regular expression, and
 # tetgen opens its two files itself.
-_NOT_READ = {"wkt", "tetgen"}
-# These ask for line after line at the end of a file cut short, but take an open file.
-_SPINNING = {"tecplot": "r", "mdpa": "rb", "ansys": "rb", "ply": "rb"}
+_EXCLUDED_FORMATS = {"wkt", "tetgen"}
+# These readers ask for line after line at the end of a truncated file, but accept an open file.
+_GUARDED_MODES = {"tecplot": "r", "mdpa": "rb", "ansys": "rb", "ply": "rb"}
 
 
 def warm_up() -> None:
@@ -57,75 +57,65 @@ def suffixes() -> list[str]:
     """Return the file suffixes that can be read."""
     import meshio
 
-    known = meshio.extension_to_filetypes.items()
-    return sorted(ending for ending, formats in known if not _NOT_READ.issuperset(formats))
+    formats_by_suffix = meshio.extension_to_filetypes.items()
+    return sorted(
+        suffix for suffix, formats in formats_by_suffix if not _EXCLUDED_FORMATS.issuperset(formats)
+    )
 
 
 def read_with_meshio(path: Path) -> RawMesh:
     """Return points, cells and groups of any format that meshio reads.
 
     meshio prints, on some errors ends the program and on some damaged files never ends; here
-    nothing is printed and every failure is a `FileError` with what meshio had to say.
+    nothing is printed and every failure is a `FileError` with meshio's message.
 
     Raises
     ------
     FileError
-        meshio could not make sense of the file, or no reader knows its suffix.
+        meshio cannot read the file, or no reader knows its suffix.
     MeshError
-        The mesh has cells of a kind that has no facets here.
+        The mesh has cells of a kind without facets.
     """
-    _refuse_unknown(path)
-    mesh = _read(path)
+    from contiga.io.cad import formats
+    from contiga.io.mesh import cloud_files, lsdyna
+
+    known_suffixes = suffixes()
+    # meshio knows double suffixes too (.vol.gz).
+    last, last_two = path.suffix.lower(), "".join(path.suffixes[-2:]).lower()
+    if last not in known_suffixes and last_two not in known_suffixes:
+        raise FileError(
+            "no format of meshes has this suffix",
+            where=str(path),
+            found=path.suffix,
+            allowed=" ".join([*lsdyna.SUFFIXES, *cloud_files.SUFFIXES, *known_suffixes]),
+            remedy=f"CAD ({' '.join(formats.SUFFIXES)}) is read by read_cad, or in a case by "
+            "geometry = { file = … }",
+        )
+    mesh = _read(path, (last_two, last))
     try:
-        return _raw_mesh(mesh, path)
+        points = _three_columns(np.asarray(mesh.points), path)
+        pieces = [_split_block(block, points, path) for block in mesh.cells]
+        blocks = tuple(block for piece in pieces for block in piece.blocks)
+        return RawMesh(points, blocks, tuple(_groups(mesh, pieces)))
     except (ValueError, IndexError, KeyError, TypeError) as error:
         if isinstance(error, InputError):
             raise
         raise _unreadable(path, f"its arrays do not fit together ({error})") from error
 
 
-def _refuse_unknown(path: Path) -> None:
-    from contiga.io.cad import formats
-    from contiga.io.mesh import cloud_files, lsdyna
-
-    known = suffixes()
-    # meshio knows double endings too (.vol.gz).
-    if path.suffix.lower() not in known and "".join(path.suffixes[-2:]).lower() not in known:
-        raise FileError(
-            "no format of meshes has this suffix",
-            where=str(path),
-            found=path.suffix,
-            allowed=" ".join([*lsdyna.SUFFIXES, *cloud_files.SUFFIXES, *known]),
-            remedy=f"CAD ({' '.join(formats.SUFFIXES)}) is read by read_cad, or in a case by "
-            "geometry = { file = … }",
-        )
-
-
-def _raw_mesh(mesh: Any, path: Path) -> RawMesh:
-    points = _three_columns(np.asarray(mesh.points), path)
-    blocks: list[CellBlock] = []
-    places: list[_Place] = []
-    for block in mesh.cells:
-        made = _blocks(block, points, path)
-        places.append(_Place(len(blocks), made))
-        blocks += made.blocks
-    return RawMesh(points, tuple(blocks), tuple(_groups(mesh, places, len(blocks))))
-
-
-def _read(path: Path) -> Any:
-    """Return the meshio mesh, from the first format with this suffix that fits."""
+def _read(path: Path, endings: tuple[str, str]) -> Any:
+    """Return the meshio mesh, from the first format with one of the endings that fits."""
     import meshio
 
-    endings = ("".join(path.suffixes[-2:]).lower(), path.suffix.lower())
     formats = next(f for e in endings if (f := meshio.extension_to_filetypes.get(e)))
     # Gmsh is the likelier of the two formats with suffix .msh.
     failures = []
     for file_format in sorted(formats, key=lambda name: name != "gmsh"):
-        heard = io.StringIO()
+        output = io.StringIO()
         try:
             with (
-                contextlib.redirect_stdout(heard),
-                contextlib.redirect_stderr(heard),
+                contextlib.redirect_stdout(output),
+                contextlib.redirect_stderr(output),
                 warnings.catch_warnings(),
                 np.errstate(all="ignore"),
                 _source(path, file_format) as source,
@@ -139,16 +129,18 @@ def _read(path: Path) -> Any:
                 where=str(path),
                 remedy=f"{error}",
             ) from error
-        except (Exception, SystemExit) as error:
+        except SystemExit:
+            failures.append(f"{output.getvalue()} ")
+        except Exception as error:
             # Readers fail in their own ways (KeyError, struct.error …) on bad files.
-            failures.append(f"{heard.getvalue()} {_words(error)}")
-    raise _unreadable(path, " ".join(failures[0].split())[:_MESSAGE_LENGTH])
+            failures.append(f"{output.getvalue()} {type(error).__name__} {error}")
+    raise _unreadable(path, " ".join(failures[0].split())[:_MAX_MESSAGE_LENGTH])
 
 
 @contextlib.contextmanager
 def _source(path: Path, file_format: str) -> Iterator[Any]:
     """Provide meshio's source: the path, or a guarded file for readers that hang at its end."""
-    mode = _SPINNING.get(file_format)
+    mode = _GUARDED_MODES.get(file_format)
     if mode is None:
         yield path
         return
@@ -159,17 +151,13 @@ def _source(path: Path, file_format: str) -> Iterator[Any]:
             yield GuardedText(binary, encoding="utf-8", errors="replace")
 
 
-def _unreadable(path: Path, said: str) -> FileError:
+def _unreadable(path: Path, reason: str) -> FileError:
     return FileError(
-        f"cannot be read as {path.suffix}: {said}" if said else "cannot be read",
+        f"cannot be read as {path.suffix}: {reason}" if reason else "cannot be read",
         where=str(path),
         allowed="a complete, undamaged mesh file whose content fits its suffix",
         remedy="What another program opens it can save anew, as .vtu, .msh, .inp or .stl",
     )
-
-
-def _words(error: BaseException) -> str:
-    return "" if isinstance(error, SystemExit) else f"{type(error).__name__} {error}"
 
 
 def _three_columns(points: NDArray[Any], path: Path) -> FloatArray:
@@ -179,42 +167,21 @@ def _three_columns(points: NDArray[Any], path: Path) -> FloatArray:
         raise MeshError(
             "points must have two or three coordinates", where=str(path), found=points.shape
         )
-    full = np.zeros((len(points), 3))
-    full[:, : points.shape[1]] = points
-    return full
+    padded = np.zeros((len(points), 3))
+    padded[:, : points.shape[1]] = points
+    return padded
 
 
-class _Place(NamedTuple):
-    """Places of the cells of one of meshio's blocks."""
-
-    first: int
-    """Number of the first block made from it."""
-    made: Blocks
-
-    def put(self, cells: NDArray[Any], into: list[NDArray[Any]]) -> None:
-        """Set the rows of the blocks that come from some of the cells."""
-        for k, rows in enumerate(self.made.rows(cells)):
-            into[self.first + k] = rows
-
-
-def _blocks(block: Any, points: FloatArray, path: Path) -> Blocks:
-    """Return the blocks for a block of meshio's.
-
-    They are one or two for polygons, none for curved lines, and else one.
-    """
+def _split_block(block: Any, points: FloatArray, path: Path) -> Blocks:
+    """Return the blocks for a block of meshio: one or two for polygons, none for curved lines."""
     kind = str(block.type)
-    if kind.startswith(_PASSED_OVER) and kind != _BAR:
+    if kind.startswith(_IGNORED_KINDS) and kind != _BAR:
         return Blocks((), ())
     if kind == "polygon":
         rows = [np.asarray(row, dtype=np.int64) for row in block.data]
         for row in rows:
             check_cells("polygon", row[None, :], len(points), str(path))
         return blocks_of(points, [row.tolist() for row in rows], str(path))
-    piece = _block(kind, block, len(points), path)
-    return Blocks((piece,), (np.arange(len(piece.nodes)),))
-
-
-def _block(kind: str, block: Any, n_points: int, path: Path) -> CellBlock:
     if kind not in N_NODES:
         raise MeshError(
             "cells of a kind that has no facets here",
@@ -232,8 +199,8 @@ def _block(kind: str, block: Any, n_points: int, path: Path) -> CellBlock:
             where=str(path),
             found=f"an array of shape {nodes.shape}",
         )
-    check_cells(kind, nodes, n_points, str(path))
-    return CellBlock(kind, nodes)
+    check_cells(kind, nodes, len(points), str(path))
+    return Blocks((CellBlock(kind, nodes),), (np.arange(len(nodes)),))
 
 
 def check_cells(kind: str, nodes: NDArray[np.int64], n_points: int, where: str) -> None:
@@ -248,48 +215,59 @@ def check_cells(kind: str, nodes: NDArray[np.int64], n_points: int, where: str) 
         )
 
 
-def _groups(mesh: Any, places: list[_Place], n_blocks: int) -> Iterator[Group]:
-    """Yield physical groups and part numbers, then sets of cells, then sets of nodes."""
-    taken: set[str] = set()
-    for key in _PART_NUMBERS:
-        if key in mesh.cell_data:
-            for group in _groups_by_number(mesh, key, places, n_blocks):
-                if group.name is not None:
-                    taken.add(group.name)
-                yield group
-            break
-    for name, per_block in mesh.cell_sets.items():
-        if name in taken or name.startswith("gmsh:"):
+def _groups(mesh: Any, pieces: list[Blocks]) -> Iterator[Group]:
+    """Yield physical groups and part numbers, then sets of cells, then sets of nodes.
+
+    `pieces` are the blocks made of each block of meshio.
+    """
+    names: set[str | None] = set()
+    key = next((key for key in _PART_NUMBERS if key in mesh.cell_data), None)
+    for group in _groups_by_number(mesh, key, pieces) if key is not None else ():
+        names.add(group.name)
+        yield group
+    for name, rows_by_block in mesh.cell_sets.items():
+        if name in names or name.startswith("gmsh:"):
             continue
-        kept: list[NDArray[Any]] = [np.empty(0, dtype=np.int64)] * n_blocks
-        for place, rows in zip(places, per_block, strict=False):
-            if rows is not None:
-                place.put(np.asarray(rows, dtype=np.int64), kept)
-        yield Group(None, str(name), tuple(kept))
+        # meshio may give fewer rows than blocks, and None for a block without cells of the set.
+        chosen: list[NDArray[Any] | None] = [None] * len(pieces)
+        for k, rows in zip(range(len(pieces)), rows_by_block, strict=False):
+            chosen[k] = None if rows is None else np.asarray(rows, dtype=np.int64)
+        yield Group(None, str(name), _cells_of(pieces, chosen))
     for name, nodes in mesh.point_sets.items():
         yield Group(None, str(name), None, np.asarray(nodes, dtype=np.int64))
 
 
-def _groups_by_number(mesh: Any, key: str, places: list[_Place], n_blocks: int) -> Iterator[Group]:
+def _groups_by_number(mesh: Any, key: str, pieces: list[Blocks]) -> Iterator[Group]:
     """Yield groups from the part numbers of the cells.
 
-    Gmsh numbers them apart by dimension; 0 stands for no group.
+    Gmsh numbers groups separately by dimension; 0 stands for no group.
     """
     by_dimension = key == "gmsh:physical"
-    groups: dict[tuple[int, int], list[NDArray[Any]]] = {}
-    for block, numbers, place in zip(mesh.cells, mesh.cell_data[key], places, strict=True):
-        if not place.made.blocks:
+    groups: dict[tuple[int, int], list[NDArray[Any] | None]] = {}
+    for k, (block, numbers) in enumerate(zip(mesh.cells, mesh.cell_data[key], strict=True)):
+        if not pieces[k].blocks:
             continue
         values = np.asarray(numbers).reshape(len(block.data), -1).astype(np.int64)
         dimension = int(block.dim) if by_dimension else 0
         for value in np.unique(values):
             if by_dimension and value == 0:
                 continue
-            empty = [np.empty(0, dtype=np.int64)] * n_blocks
-            rows = groups.setdefault((dimension, int(value)), empty)
-            place.put(np.flatnonzero((values == value).any(axis=1)), rows)
+            chosen = groups.setdefault((dimension, int(value)), [None] * len(pieces))
+            chosen[k] = np.flatnonzero((values == value).any(axis=1))
     names = {}
     if by_dimension:
         names = {(int(dim), int(n)): str(name) for name, (n, dim) in mesh.field_data.items()}
-    for (dimension, value), rows in sorted(groups.items()):
-        yield Group(value, names.get((dimension, value)), tuple(rows))
+    for (dimension, value), chosen in sorted(groups.items()):
+        yield Group(value, names.get((dimension, value)), _cells_of(pieces, chosen))
+
+
+def _cells_of(
+    pieces: list[Blocks], chosen: Sequence[NDArray[Any] | None]
+) -> tuple[NDArray[Any], ...]:
+    """Return the rows in each of our blocks of the chosen cells of meshio's blocks."""
+    empty: NDArray[Any] = np.empty(0, dtype=np.int64)
+    return tuple(
+        rows
+        for piece, cells in zip(pieces, chosen, strict=True)
+        for rows in (piece.rows(cells) if cells is not None else [empty] * len(piece.blocks))
+    )

@@ -1,7 +1,7 @@
 """Nastran bulk data: grid points with their systems, shells and solids by property.
 
-What makes or moves grid points and elements is carried out or refused by name and line; cards of
-families that do neither (properties, materials, loads, constraints, rigid and line elements …)
+Cards that make or move grid points and elements are carried out, or refused by name and line; cards
+of families that do neither (properties, materials, loads, constraints, rigid and line elements …)
 are passed over. Card layouts: MSC Nastran Quick Reference Guide.
 """
 
@@ -27,7 +27,7 @@ class _Kind(NamedTuple):
     linear: str
     quadratic: str
     order: tuple[int, ...] = ()
-    """Its nodes in VTK's order, if that differs."""
+    """Order of its nodes in VTK, if that differs."""
 
 
 _BRICK = (*range(12), *range(16, 20), *range(12, 16))
@@ -47,7 +47,7 @@ _ELEMENTS = {
     "CPYRAM": _Kind("pyramid", "pyramid13"),
     "CPYRA": _Kind("pyramid", "pyramid13"),
 }
-_PASSED = re.compile(
+_IGNORED = re.compile(
     r"P\w*|MAT\w*|MPC\w*|MOM\w*|MDLPRM|MODTRAK|MONPNT\d|MKAERO\d|SPC\w*|SET\d?|SUPORT\d?|SPOINT"
     r"|SLOAD|SNORM|SPLINE\d|FORCE\w*|FREQ\w*|FLUTTER|FLFACT|LOAD\w*|LSEQ|TAB\w*|TEMP\w*|TF|TIC\w*"
     r"|TLOAD\d|TSTEP\w*|EIG\w+|EPOINT|DAREA|DELAY|DPHASE|DLOAD|DESVAR|DRESP\d|DV[MPC]REL\d|DCONSTR"
@@ -69,70 +69,66 @@ def read_nastran(path: Path) -> RawMesh:
     FileError
         Not a deck, or an included file is missing.
     MeshError
-        A card that is not known here, a number that is none, a system that is not there, an
-        element of a grid point that is not there or of some mid-side nodes but not all.
+        An unknown card, a number that is not one, a system that does not exist, an element of a
+        grid point that does not exist, or with some mid-side nodes but not all.
     """
     grids = Grids()
     elements: dict[str, Elements] = {}
-    seen: dict[int, str] = {}
-    any_card = False
+    places: dict[int, str] = {}
+    is_empty = True
     for card in read_cards(path):
-        any_card = True
-        if card.name.endswith("_"):  # so meshio marks elements with mid-side nodes: CHEXA_
+        is_empty = False
+        if card.name.endswith("_"):  # meshio marks elements with mid-side nodes: CHEXA_
             card = card._replace(name=card.name.rstrip("_"))
         if card.name == "GRID":
-            grids.grid(card)
+            grids.read_grid(card)
         elif card.name == "GRDSET":
-            grids.defaults(card)
+            grids.read_defaults(card)
         elif card.name in CORDS:
-            grids.system(card)
+            grids.read_system(card)
         elif card.name in _ELEMENTS:
             number = card.whole(0)
-            if number in seen:
+            if number in places:
                 raise MeshError(
                     "an element is given twice",
                     where=card.where,
                     found=f"element {number}",
-                    allowed=f"each number once; it is there in {seen[number]}",
+                    allowed=f"each number once; it is there in {places[number]}",
                 )
-            seen[number] = card.where
-            _add(card, number, elements)
-        elif not _PASSED.fullmatch(card.name):
+            places[number] = card.where
+            kind, nodes = _cell(card)
+            same_kind = elements.setdefault(kind, Elements(kind, [], [], []))
+            same_kind.nodes.append(nodes)
+            same_kind.properties.append(card.whole(1, number))
+            same_kind.where.append(card.where)
+        elif not _IGNORED.fullmatch(card.name):
             raise MeshError(
                 "a card that is not known here, and may make or move grid points or elements",
                 where=card.where,
                 remedy="Leave it out if it does neither; else write the mesh without it",
             )
-    if not any_card:
+    if is_empty:
         raise FileError("not a Nastran deck", where=str(path), allowed="cards such as GRID")
     return raw_mesh(grids.positions(), list(elements.values()), str(path), "numbers given by GRID")
 
 
-def _add(card: Card, number: int, elements: dict[str, Elements]) -> None:
-    kind, nodes = _cell(card)
-    kind_elements = elements.setdefault(kind, Elements(kind, [], [], []))
-    kind_elements.nodes.append(nodes)
-    kind_elements.properties.append(card.whole(1, number))
-    kind_elements.where.append(card.where)
-
-
 def _cell(card: Card) -> tuple[str, list[int]]:
     """Return kind and nodes of an element: linear if it names no mid-side node."""
-    known = _ELEMENTS[card.name]
-    corners = N_NODES[known.linear]
-    count = N_NODES.get(known.quadratic, corners)
+    kind = _ELEMENTS[card.name]
+    n_corners = N_NODES[kind.linear]
+    count = N_NODES.get(kind.quadratic, n_corners)
     nodes = [card.whole(2 + k) for k in range(count)]
-    middles = nodes[corners:]
-    if not all(nodes[:corners]):
+    middles = nodes[n_corners:]
+    if not all(nodes[:n_corners]):
         raise MeshError("a corner is left out", where=card.where, found=card.fields[2:])
     if not any(middles):
-        return known.linear, nodes[:corners]
-    if known.quadratic == "quad9" and not middles[-1]:
-        known, nodes, middles = _ELEMENTS["CQUAD8"], nodes[:-1], middles[:-1]
+        return kind.linear, nodes[:n_corners]
+    if kind.quadratic == "quad9" and not middles[-1]:
+        kind, nodes, middles = _ELEMENTS["CQUAD8"], nodes[:-1], middles[:-1]
     if not all(middles):
         raise MeshError(
             "some mid-side nodes are left out, which is not carried out",
             where=card.where,
             allowed="all of them, or none",
         )
-    return known.quadratic, [nodes[k] for k in known.order] if known.order else nodes
+    return kind.quadratic, [nodes[k] for k in kind.order] if kind.order else nodes

@@ -38,7 +38,7 @@ class Card(NamedTuple):
         Raises
         ------
         MeshError
-            It is none, or counts nothing.
+            As `parse_whole`.
         """
         text = self.text(k)
         return parse_whole(text, self.where) if text else default
@@ -49,11 +49,11 @@ class Card(NamedTuple):
         Raises
         ------
         MeshError
-            It is none, or not finite.
+            As `parse_real`.
         """
         return parse_real(self.text(k), self.where)
 
-    def place(self, k: int) -> tuple[float, float, float]:
+    def position(self, k: int) -> tuple[float, float, float]:
         """Return three numbers from field `k` on."""
         return self.real(k), self.real(k + 1), self.real(k + 2)
 
@@ -68,7 +68,7 @@ class _Line(NamedTuple):
         return f"{self.path}, line {self.number}"
 
 
-class _Split(NamedTuple):
+class _Entry(NamedTuple):
     """The fields of a line."""
 
     name: str
@@ -90,15 +90,27 @@ def read_cards(path: Path) -> Iterator[Card]:
     MeshError
         A continuation without its card; superelements.
     """
+    lines = list(_lines(path, ()))
+    begins = [(k, match) for k, line in enumerate(lines) if (match := _BEGIN.fullmatch(line.text))]
+    for k, match in begins:
+        if match[1].strip() or k != begins[0][0]:
+            raise MeshError(
+                "superelements and other bulk data sections are not carried out",
+                where=lines[k].where,
+                found=lines[k].text.strip(),
+                allowed="one BEGIN BULK",
+            )
     card: Card | None = None
     tag = ""
-    for line in _bulk(list(_lines(path, ()))):
-        split = _split(line.text)
-        if split.name:
+    for line in lines[begins[0][0] + 1 if begins else 0 :]:
+        if line.text[:8].strip().upper() == "ENDDATA":
+            break
+        entry = _split_line(line.text)
+        if entry.name:
             if card is not None:
                 yield card
-            card = Card(split.name, split.fields, f"{line.where}: {split.name}")
-        elif card is None or (split.tag and tag and split.tag != tag):
+            card = Card(entry.name, entry.fields, f"{line.where}: {entry.name}")
+        elif card is None or (entry.tag and tag and entry.tag != tag):
             raise MeshError(
                 "a continuation that does not follow its card",
                 where=line.where,
@@ -106,8 +118,8 @@ def read_cards(path: Path) -> Iterator[Card]:
                 remedy="Write each card with its continuations one after the other",
             )
         else:
-            card.fields.extend(split.fields)
-        tag = split.next_tag
+            card.fields.extend(entry.fields)
+        tag = entry.next_tag
     if card is not None:
         yield card
 
@@ -115,70 +127,48 @@ def read_cards(path: Path) -> Iterator[Card]:
 def _lines(path: Path, open_files: tuple[Path, ...]) -> Iterator[_Line]:
     """Yield lines without comments, tabs expanded, with those of included files in place."""
     open_files = (*open_files, path.resolve())
-    including: _Line | None = None
+    statement: _Line | None = None
+    """An INCLUDE, which continues until its quotes are closed."""
     with path.open(encoding="utf-8", errors="replace") as stream:
         for number, raw in watched_lines(stream, path):
             line = _Line(raw.partition("$")[0].expandtabs(8).rstrip(), path, number)
             if not line.text:
                 continue
-            if including is not None:
-                including = including._replace(text=including.text + line.text.strip())
+            if statement is not None:
+                statement = statement._replace(text=statement.text + line.text.strip())
             elif _INCLUDE.match(line.text):
-                including = line
+                statement = line
             else:
                 yield line
                 continue
-            if including.text.count("'") % 2 == 0 and including.text.count('"') % 2 == 0:
-                yield from _included(including, open_files)
-                including = None
+            if statement.text.count("'") % 2 == 0 and statement.text.count('"') % 2 == 0:
+                match = _INCLUDE.match(statement.text)
+                name = match[1].strip().strip("'\"").strip() if match else ""
+                file = find_included(name, [path.parent], open_files, statement.where)
+                yield from _lines(file, open_files)
+                statement = None
 
 
-def _included(line: _Line, open_files: tuple[Path, ...]) -> Iterator[_Line]:
-    match = _INCLUDE.match(line.text)
-    name = match[1].strip().strip("'\"").strip() if match else ""
-    yield from _lines(find_included(name, [line.path.parent], open_files, line.where), open_files)
-
-
-def _bulk(lines: list[_Line]) -> Iterator[_Line]:
-    """Yield the lines between BEGIN BULK and ENDDATA; without the first, from the start."""
-    begins = [k for k, line in enumerate(lines) if _BEGIN.fullmatch(line.text)]
-    for k in begins:
-        match = _BEGIN.fullmatch(lines[k].text)
-        if (match and match[1].strip()) or k != begins[0]:
-            raise MeshError(
-                "superelements and other bulk data sections are not carried out",
-                where=lines[k].where,
-                found=lines[k].text.strip(),
-                allowed="one BEGIN BULK",
-            )
-    for line in lines[begins[0] + 1 if begins else 0 :]:
-        if line.text[:8].strip().upper() == "ENDDATA":
-            return
-        yield line
-
-
-def _split(text: str) -> _Split:
+def _split_line(text: str) -> _Entry:
+    """Return the fields of a line: fixed, long (starred) or separated by commas."""
+    next_tag = ""
     if "," in text:
-        return _free(text)
-    first = text[:8].strip()
-    wide = first.endswith("*") or first.startswith("*")
-    width, count = (16, 4) if wide else (8, 8)
-    fields = [text[8 + k * width : 8 + (k + 1) * width].strip() for k in range(count)]
-    return _named(first, fields, text[72:80].strip())
-
-
-def _free(text: str) -> _Split:
-    first, *rest = (field.strip() for field in text.split(","))
-    count = 4 if first.endswith("*") or first.startswith("*") else 8
-    fields = (rest + [""] * count)[:count]
-    more = rest[count:]
-    if len(more) > 1 or (more and more[0] and more[0][0] not in "+*"):
-        # Fields that exceed a line continue without a line of their own.
-        return _named(first, rest, "")
-    return _named(first, fields, more[0] if more else "")
-
-
-def _named(first: str, fields: list[str], next_tag: str) -> _Split:
+        first, *cells = (field.strip() for field in text.split(","))
+        count = 4 if first.endswith("*") or first.startswith("*") else 8
+        beyond = cells[count:]
+        if len(beyond) > 1 or (beyond and beyond[0] and beyond[0][0] not in "+*"):
+            # Fields that exceed a line continue without a line of their own.
+            fields = cells
+        else:
+            fields = (cells + [""] * count)[:count]
+            next_tag = beyond[0] if beyond else ""
+    else:
+        first = text[:8].strip()
+        is_long = first.endswith("*") or first.startswith("*")
+        width, count = (16, 4) if is_long else (8, 8)
+        fields = [text[8 + k * width : 8 + (k + 1) * width].strip() for k in range(count)]
+        next_tag = text[72:80].strip()
+    next_tag = next_tag.lstrip("+*")
     if not first or first[0] in "+*":
-        return _Split("", fields, first.lstrip("+*"), next_tag.lstrip("+*"))
-    return _Split(first.rstrip("*").strip().upper(), fields, "", next_tag.lstrip("+*"))
+        return _Entry("", fields, first.lstrip("+*"), next_tag)
+    return _Entry(first.rstrip("*").strip().upper(), fields, "", next_tag)

@@ -29,42 +29,44 @@ class Blocks(NamedTuple):
 def blocks_of(points: FloatArray, faces: Sequence[Sequence[int]], where: str) -> Blocks:
     """Return blocks of faces; those of more than four corners are split into triangles.
 
-    A face of fewer than three corners is a point or a line, and passed over.
+    A face of fewer than three corners is a point or a line, and is left out.
 
     Warns
     -----
     ContigaWarning
         Faces were split.
     """
-    of_three: list[Sequence[int]] = []
-    of_four: list[Sequence[int]] = []
-    parents: tuple[list[int], list[int]] = ([], [])
-    split = []
+    triangles: list[Sequence[int]] = []
+    quads: list[Sequence[int]] = []
+    triangle_parents: list[int] = []
+    quad_parents: list[int] = []
+    split_sizes = []
     for k, face in enumerate(faces):
         if len(face) == 4:
-            of_four.append(face)
-            parents[1].append(k)
-            continue
-        triangles = [face] if len(face) == 3 else []
-        if len(face) > 4:
-            corners = points[list(face)]
-            triangles = [[face[i] for i in triple] for triple in split_polygon(corners)]
-            split.append(len(face))
-        of_three += triangles
-        parents[0].extend([k] * len(triangles))
-    if split:
+            quads.append(face)
+            quad_parents.append(k)
+        elif len(face) == 3:
+            triangles.append(face)
+            triangle_parents.append(k)
+        elif len(face) > 4:
+            triples = split_polygon(points[list(face)])
+            triangles += [[face[i] for i in triple] for triple in triples]
+            triangle_parents += [k] * len(triples)
+            split_sizes.append(len(face))
+    if split_sizes:
+        n_triangles = sum(split_sizes) - 2 * len(split_sizes)
         warnings.warn(
-            f"{where}: polygons of more than four corners were split: {len(split)}, of up to "
-            f"{max(split)} corners, into {sum(split) - 2 * len(split)} triangles",
+            f"{where}: polygons of more than four corners were split: {len(split_sizes)}, of up to "
+            f"{max(split_sizes)} corners, into {n_triangles} triangles",
             ContigaWarning,
             stacklevel=2,
         )
-    made = [
-        (CellBlock(kind, np.array(rows, dtype=np.int64)), np.array(parent, dtype=np.int64))
-        for kind, rows, parent in (
-            ("triangle", of_three, parents[0]),
-            ("quad", of_four, parents[1]),
+    pieces = [
+        (CellBlock(kind, np.array(rows, dtype=np.int64)), np.array(parents, dtype=np.int64))
+        for kind, rows, parents in (
+            ("triangle", triangles, triangle_parents),
+            ("quad", quads, quad_parents),
         )
         if rows
     ]
-    return Blocks(tuple(block for block, _ in made), tuple(parent for _, parent in made))
+    return Blocks(tuple(block for block, _ in pieces), tuple(parents for _, parents in pieces))

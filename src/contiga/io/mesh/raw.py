@@ -27,7 +27,7 @@ class Group(NamedTuple):
 
 
 class RawMesh(NamedTuple):
-    """The whole result of a reader."""
+    """The result of a reader."""
 
     points: FloatArray
     blocks: tuple[CellBlock, ...] = ()
@@ -52,43 +52,43 @@ class Selection(NamedTuple):
 
 
 def part_of(group: Group, blocks: Sequence[CellBlock]) -> MeshPart:
-    """Return the counts of a group, for reports."""
+    """Return the numbers of cells and nodes of a group, for reports."""
     if group.cells is None:
         assert group.nodes is not None
         return MeshPart(group.id, group.name, 0, len(np.unique(group.nodes)))
-    used = [block.nodes[rows].ravel() for block, rows in zip(blocks, group.cells, strict=True)]
-    n_nodes = len(np.unique(np.concatenate(used))) if used else 0
+    nodes = [block.nodes[rows].ravel() for block, rows in zip(blocks, group.cells, strict=True)]
+    n_nodes = len(np.unique(np.concatenate(nodes))) if nodes else 0
     return MeshPart(group.id, group.name, sum(len(rows) for rows in group.cells), n_nodes)
 
 
 def select(mesh: RawMesh, keys: PartKeys | None, where: str) -> Selection:
     """Return cells and nodes of the parts `keys` (all, if None).
 
-    A key is the name of a group as the file writes it (in any case if none fits exactly), or its
-    number. If only sets of nodes are named, all cells stay and the nodes are restricted.
+    A key is the name of a group as the file writes it (in any case if none matches exactly), or
+    its number. If only sets of nodes are named, all cells stay and the nodes are restricted.
 
     Raises
     ------
     MeshError
-        A key fits no group; the message lists those there are.
+        A key matches no group; the message lists the groups.
     """
     if keys is None:
         return Selection(tuple(np.ones(len(b.nodes), dtype=bool) for b in mesh.blocks), None)
-    groups = [group for key in as_keys(keys) for group in _find(mesh.groups, key, where)]
-    of_cells = [group.cells for group in groups if group.cells is not None]
-    of_nodes = [group.nodes for group in groups if group.nodes is not None]
+    groups = [group for key in as_keys(keys) for group in _matching_groups(mesh.groups, key, where)]
+    cell_sets = [group.cells for group in groups if group.cells is not None]
+    node_sets = [group.nodes for group in groups if group.nodes is not None]
     masks = []
     for i, block in enumerate(mesh.blocks):
-        mask = np.full(len(block.nodes), not of_cells)
-        for cells in of_cells:
+        mask = np.full(len(block.nodes), not cell_sets)
+        for cells in cell_sets:
             mask[cells[i]] = True
         masks.append(mask)
-    if not of_nodes:
+    if not node_sets:
         return Selection(tuple(masks), None)
     nodes = np.zeros(len(mesh.points), dtype=bool)
-    nodes[np.concatenate(of_nodes)] = True
+    nodes[np.concatenate(node_sets)] = True
     for block, mask in zip(mesh.blocks, masks, strict=True):
-        if of_cells:
+        if cell_sets:
             nodes[block.nodes[mask]] = True
     return Selection(tuple(masks), nodes)
 
@@ -102,7 +102,7 @@ def nodes_of(mesh: RawMesh, key: str | int, where: str) -> NDArray[np.bool_]:
         As `select`.
     """
     nodes = np.zeros(len(mesh.points), dtype=bool)
-    for group in _find(mesh.groups, key, where):
+    for group in _matching_groups(mesh.groups, key, where):
         if group.nodes is not None:
             nodes[group.nodes] = True
         for block, rows in zip(mesh.blocks, group.cells or (), strict=False):
@@ -121,7 +121,7 @@ def cells_of(mesh: RawMesh, key: str | int, where: str) -> dict[str, NDArray[Any
         As `select`.
     """
     cells: dict[str, list[NDArray[Any]]] = {}
-    for group in _find(mesh.groups, key, where):
+    for group in _matching_groups(mesh.groups, key, where):
         for i, block in enumerate(mesh.blocks):
             if group.cells is not None:
                 rows = block.nodes[group.cells[i]]
@@ -132,13 +132,12 @@ def cells_of(mesh: RawMesh, key: str | int, where: str) -> dict[str, NDArray[Any
     return {kind: np.concatenate(rows) for kind, rows in cells.items()}
 
 
-def _find(groups: Sequence[Group], key: str | int, where: str) -> list[Group]:
+def _matching_groups(groups: Sequence[Group], key: str | int, where: str) -> list[Group]:
     text = str(key).strip()
     matching = [group for group in groups if group.name == text]
     if not matching:
-        matching = [
-            g for g in groups if g.name is not None and g.name.casefold() == text.casefold()
-        ]
+        folded = text.casefold()
+        matching = [g for g in groups if g.name is not None and g.name.casefold() == folded]
     if not matching:
         matching = [group for group in groups if group.id is not None and str(group.id) == text]
     if matching:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from pathlib import Path
 
 from contiga.errors import MeshError
@@ -12,8 +11,7 @@ from contiga.slaves.slave import Slave
 from contiga.triangles.trimesh import TriMesh
 
 SOLIDS = ("tetra", "hexahedron", "wedge", "pyramid")
-QUADRILATERALS = ("quad",)
-"""Prefixes of the names of quadrilateral cells."""
+"""Prefixes of the names of solid cells."""
 LINEAR = {"triangle": 1, "quad": 2}
 """Number of triangles of a plane cell."""
 
@@ -29,7 +27,7 @@ def read_master(
     """Read the surface of a mesh as triangles.
 
     Solids are skinned, their normals outward; quadrilaterals are split along their shorter
-    diagonal; shells keep the sense they have in the file. What the file holds beside, such as
+    diagonal; shells keep the sense they have in the file. Everything else in the file, such as
     nodes inside solids, is left out.
 
     Parameters
@@ -44,7 +42,7 @@ def read_master(
 
     Notes
     -----
-    `source` of the mesh says what cells it was made of, where they are not its triangles.
+    `source` of the mesh names the cells it was made of, if they are not its triangles.
 
     Examples
     --------
@@ -71,27 +69,21 @@ def master_of(slave: Slave, *, where: str, normals: str = "facet") -> TriMesh:
             where=where,
             allowed="a mesh of shells or solids",
         )
+    linear = slave.cells.keys() <= LINEAR.keys()
+    n_triangles = sum(count * LINEAR.get(kind, 0) for kind, count in slave.cells.items())
+    n_omitted = n_triangles - len(slave.facets)
+    texts = []
+    if not linear or "quad" in slave.cells or n_omitted != 0:
+        for kind, count in slave.cells.items():
+            solid, quad = kind.startswith(SOLIDS), kind.startswith("quad")
+            texts.append(f"{count} {kind}{' skinned' if solid else ' split' if quad else ''}")
+        if linear and n_omitted:
+            texts.append(f"{n_omitted} given twice or folded flat left out")
     return TriMesh(
         slave.points,
         slave.facets,
         name=slave.name,
         unit=slave.unit,
         normals=normals,
-        source=_origin_of(slave.cells, len(slave.facets)),
+        source=", ".join(texts),
     )
-
-
-def _origin_of(cells: Mapping[str, int], n_facets: int) -> str:
-    """Return the origin of facets: "24 hexahedron skinned, 10 quad split", or "" for triangles."""
-    left_out = sum(count * LINEAR.get(kind, 0) for kind, count in cells.items()) - n_facets
-    linear = cells.keys() <= LINEAR.keys()
-    if linear and "quad" not in cells and left_out == 0:
-        return ""
-    done = {SOLIDS: " skinned", QUADRILATERALS: " split"}
-    texts = []
-    for kind, count in cells.items():
-        how = next((how for kinds, how in done.items() if kind.startswith(kinds)), "")
-        texts.append(f"{count} {kind}{how}")
-    if linear and left_out:
-        texts.append(f"{left_out} given twice or folded flat left out")
-    return ", ".join(texts)

@@ -1,12 +1,11 @@
 """`read_mesh`: read a mesh or cloud file as a `Slave`.
 
-What a file holds is kept: all its nodes, in its order. Nodes inside solids, or on no cell that was
-asked for, are there but not active.
+The slave has all nodes of the file, in its order. Nodes inside solids, or on no selected cell, are
+not active.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -25,6 +24,14 @@ from contiga.slaves.elements import elements_of
 from contiga.slaves.skin import CellBlock, mend_degenerate, skin
 from contiga.slaves.slave import Slave
 
+_READERS = {
+    "lsdyna:read_lsdyna": lsdyna.SUFFIXES,
+    "abaqus:read_abaqus": abaqus.SUFFIXES,
+    "nastran:read_nastran": nastran.SUFFIXES,
+    "polygon_files:read_polygons": polygon_files.SUFFIXES,
+}
+"""Suffixes by module and function of their reader; meshio reads all others."""
+
 
 def read_mesh(
     path: str | Path,
@@ -40,21 +47,21 @@ def read_mesh(
     Meshes: OFF, OBJ, decks of LS-DYNA, Abaqus and Nastran, and what meshio reads (VTU, VTK, Gmsh,
     STL, PLY …). Facets of second-order cells are split through mid-side nodes; polygons of more
     than four corners are split, with a warning. Clouds: three columns in .csv, .xyz, .txt or .npy.
-    Lines that are no edges of other cells are bars (`Slave.elements`); of lines alone their nodes
-    are points that are active, without facets.
+    Lines that are not edges of other cells are bars (`Slave.elements`); if there are only lines,
+    their nodes are active points, without facets.
 
     Parameters
     ----------
-    path : the file, its format told from its suffix
-    unit : length unit wanted
-    file_unit : that of the file, if it does not say it, as the header of a cloud may; without,
-        its numbers are in `unit`
+    path : the file; its suffix determines the format
+    unit : length unit of the result
+    file_unit : unit of the file, if it does not state one, as the header of a cloud may; without
+        it the file's numbers are in `unit`
     parts : names or numbers of LS-DYNA parts, Abaqus sets, Gmsh physical groups or the like.
-        The facets are the skin of the cells chosen. Of a set of nodes, all are active and the
-        facets are those whose corners all belong to it, with the mid-side nodes between them.
-    sets : the same; of the facets of `parts` those stay with all corners in one of these sets
-    layer : "skin", or 1, the surface of solids; 2 that of what is left when all cells with a node
-        on the skin are off, and so on; "all" makes nodes inside active too, which have no area
+        The facets are the skin of the selected cells. For a set of nodes, all its nodes are active
+        and the facets have all corners in it, with the mid-side nodes between them.
+    sets : the same; facets of `parts` remain if all their corners are in one of these sets
+    layer : "skin", or 1, the surface of solids; 2 the surface that remains when all cells with a
+        node on the skin are removed, and so on; "all" makes inner nodes active, too, with no area
 
     Returns
     -------
@@ -65,11 +72,11 @@ def read_mesh(
     Raises
     ------
     FileError, MissingPackageError, UnitError
-        The file is missing, unreadable or of no known kind; what reads it is not installed; a
-        unit that is none.
+        The file is missing, unreadable or of an unknown kind; the package that reads it is not
+        installed; an unknown unit.
     MeshError
         No nodes, a coordinate that is not finite, cells that do not fit, a part, set or layer that
-        is not there or leaves nothing.
+        does not exist or leaves nothing.
 
     Examples
     --------
@@ -77,12 +84,18 @@ def read_mesh(
     >>> len(pad), len(pad.facets), pad.points.max().tolist(), dict(pad.cells)
     (8, 12, 1000.0, {'hexahedron': 1})
     """
+    from contiga.io.units import length_factor
+
     path = Path(path)
     check_layer(layer)
     mesh = read_raw(path)
     file_unit = unit_of_file(mesh, file_unit, path)
     slave = slave_of(mesh, path, unit or file_unit, (parts, sets, layer))
-    factor = _unit_factor(unit, file_unit, None if mesh.unit is None else str(path))
+    # With one unit alone the conversion to itself refuses a wrong name.
+    from_unit, to_unit = file_unit or unit, unit or file_unit
+    if from_unit is None or to_unit is None:
+        return slave
+    factor = length_factor(from_unit, to_unit, None if mesh.unit is None else str(path))
     return slave if factor == 1.0 else slave.scaled(factor)
 
 
@@ -103,15 +116,23 @@ def slave_of(
     parts, sets, layer = chosen
     check_points(mesh.points, where=where, ids=mesh.node_ids)
     selection = select(mesh, parts, where)
-    cells = blocks = _chosen(mesh, selection)
+    cells = blocks = [
+        piece
+        for block, mask in zip(mesh.blocks, selection.cells, strict=True)
+        for piece in mend_degenerate(CellBlock(block.kind, block.nodes[mask]))
+    ]
     if isinstance(layer, int):
         blocks = peeled(mesh.points, blocks, layer, where)
     facets, active = _surface(mesh, blocks, selection, restricted=parts is not None, where=where)
-    if layer == "all":
-        active = _all_nodes(blocks, active, len(mesh.points))
+    if layer == "all" and active is None and blocks:
+        active = _nodes_mask(blocks, len(mesh.points))
     if sets is not None:
         masks = [with_middles(blocks, nodes_of(mesh, key, where)) for key in as_keys(sets)]
-        facets, active = _within(facets, active, np.array(masks), where)
+        facets, active = _within_sets(facets, active, np.array(masks), where)
+    counts: dict[str, int] = {}
+    for block in cells:
+        if len(block.nodes):
+            counts[block.kind] = counts.get(block.kind, 0) + len(block.nodes)
     return Slave(
         mesh.points,
         facets,
@@ -120,14 +141,14 @@ def slave_of(
         active=active,
         name=path.stem,
         unit=unit,
-        cells=_counts(cells),
+        cells=counts,
         parts=[part_of(group, mesh.blocks) for group in mesh.groups],
         elements=elements_of(cells),
     )
 
 
 def unit_of_file(mesh: RawMesh, given: str | None, path: Path) -> str | None:
-    """Return the unit of the lengths of a file: its own, or the `given` one if it has none."""
+    """Return the unit of the lengths of a file, or the `given` one if the file states none."""
     if mesh.unit is not None and given is not None and mesh.unit != given.strip():
         raise FileError(
             "the file says another unit than was given",
@@ -153,44 +174,15 @@ def read_raw(path: Path) -> RawMesh:
         raise FileError(f"cannot be opened: {error.strerror}", where=str(path)) from error
     if empty:
         raise FileError("the file is empty", where=str(path), allowed="a mesh or cloud file")
-    if path.suffix.lower() in cloud_files.SUFFIXES:
-        return cloud_files.read_cloud(path)
-    mesh: RawMesh = read_in_worker(f"contiga.io.mesh.{_reader(path)}", path)
-    return mesh
-
-
-def _reader(path: Path) -> str:
-    """Return the module and function that read a suffix."""
     suffix = path.suffix.lower()
-    if suffix in lsdyna.SUFFIXES:
-        return "lsdyna:read_lsdyna"
-    if suffix in abaqus.SUFFIXES:
-        return "abaqus:read_abaqus"
-    if suffix in nastran.SUFFIXES:
-        return "nastran:read_nastran"
-    if suffix in polygon_files.SUFFIXES:
-        return "polygon_files:read_polygons"
-    require(f"reading {path.suffix} files", "meshio")
-    return "meshio_files:read_with_meshio"
-
-
-def _unit_factor(unit: str | None, file_unit: str | None, where: str | None) -> float:
-    from contiga.io.units import length_factor
-
-    if unit is None or file_unit is None:
-        given = unit or file_unit
-        # The conversion to itself refuses a wrong name.
-        return 1.0 if given is None else length_factor(given, given, where)
-    return length_factor(file_unit, unit, where)
-
-
-def _chosen(mesh: RawMesh, selection: Selection) -> list[CellBlock]:
-    """Return the cells of a selection."""
-    return [
-        piece
-        for block, mask in zip(mesh.blocks, selection.cells, strict=True)
-        for piece in mend_degenerate(CellBlock(block.kind, block.nodes[mask]))
-    ]
+    if suffix in cloud_files.SUFFIXES:
+        return cloud_files.read_cloud(path)
+    reader = next((name for name, suffixes in _READERS.items() if suffix in suffixes), None)
+    if reader is None:
+        require(f"reading {path.suffix} files", "meshio")
+        reader = "meshio_files:read_with_meshio"
+    mesh: RawMesh = read_in_worker(f"contiga.io.mesh.{reader}", path)
+    return mesh
 
 
 def _surface(
@@ -201,6 +193,10 @@ def _surface(
     restricted: bool,
     where: str,
 ) -> tuple[IntArray | None, np.ndarray | None]:
+    """Return the facets of cells and the mask of active nodes, None for the facets' nodes.
+
+    `restricted` says whether parts are selected, so that a mesh without a surface is an error.
+    """
     facets = skin(mesh.points, blocks)
     if selection.nodes is not None:
         nodes = with_middles(blocks, selection.nodes)
@@ -210,13 +206,13 @@ def _surface(
         return facets, None
     bars = [block for block in blocks if block.kind == "line" and len(block.nodes)]
     if bars:
-        return None, _all_nodes(bars, None, len(mesh.points))
+        return None, _nodes_mask(bars, len(mesh.points))
     if restricted or any(len(block.nodes) for block in mesh.blocks):
         raise MeshError("the cells chosen have no surface", where=where, allowed="shells or solids")
     return None, None
 
 
-def _within(
+def _within_sets(
     facets: IntArray | None, active: np.ndarray | None, masks: np.ndarray, where: str
 ) -> tuple[IntArray | None, np.ndarray | None]:
     """Return the facets with all corners in one of some sets of nodes (k, n), and active points."""
@@ -235,10 +231,8 @@ def _within(
     return facets, active
 
 
-def _all_nodes(blocks: list[CellBlock], active: np.ndarray | None, count: int) -> np.ndarray | None:
-    """Return the nodes of the cells, with inner ones; a cloud or a set of nodes is unchanged."""
-    if active is not None or not blocks:
-        return active
+def _nodes_mask(blocks: list[CellBlock], count: int) -> np.ndarray:
+    """Return a mask (count,) of the nodes of cells."""
     nodes = np.zeros(count, dtype=bool)
     for block in blocks:
         nodes[block.nodes] = True
@@ -256,18 +250,10 @@ def _nodal_thickness(mesh: RawMesh, selection: Selection) -> FloatArray | None:
             continue
         nodes = block.nodes[mask].ravel()
         weights = values[mask].ravel()
-        known = weights > 0.0
-        total += np.bincount(nodes[known], weights=weights[known], minlength=len(total))
-        count += np.bincount(nodes[known], minlength=len(total))
+        has_value = weights > 0.0
+        total += np.bincount(nodes[has_value], weights=weights[has_value], minlength=len(total))
+        count += np.bincount(nodes[has_value], minlength=len(total))
     if not count.any():
         return None
     thickness: FloatArray = np.divide(total, count, out=np.zeros_like(total), where=count > 0)
     return thickness
-
-
-def _counts(blocks: Sequence[CellBlock]) -> dict[str, int]:
-    counts: dict[str, int] = {}
-    for block in blocks:
-        if len(block.nodes):
-            counts[block.kind] = counts.get(block.kind, 0) + len(block.nodes)
-    return counts

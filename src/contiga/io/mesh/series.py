@@ -17,12 +17,13 @@ from contiga.io.mesh.read_mesh import read_raw
 from contiga.records import FloatArray
 from contiga.slaves.checks import check_points
 
-_KEPT_BYTES = 512 * 1024**2
+_MAX_CACHED_BYTES = 512 * 1024**2
+"""Size of all frames up to which each file is read once."""
 _DIGITS = re.compile(r"(\d+)")
 
 
 def natural_order(path: Path) -> tuple[tuple[int, int, str], ...]:
-    """Return a sorting key that takes runs of digits as numbers: step_2 before step_10."""
+    """Return a sorting key that treats runs of digits as numbers: step_2 before step_10."""
     pieces = _DIGITS.split(path.name)
     # Odd pieces are the runs of digits.
     return tuple((0, int(p), p) if i % 2 else (1, 0, p) for i, p in enumerate(pieces))
@@ -36,13 +37,14 @@ def find_files(pattern: str | Path, folder: str | Path = ".") -> tuple[Path, ...
     Raises
     ------
     FileError
-        None does, or no name can: what pathlib makes of such a pattern depends on its version.
+        No file matches, or the pattern is one whose meaning depends on the version of pathlib.
     """
     pattern = Path(pattern)
     start = Path(pattern.anchor) if pattern.is_absolute() else Path(folder)
     relative = pattern.relative_to(pattern.anchor) if pattern.is_absolute() else pattern
     *folders, name = relative.parts or ("",)
-    if not name or "**" in name or "\0" in str(relative) or any(map(_is_odd, folders)):
+    has_bad_folder = any("**" in part and part != "**" for part in folders)
+    if not name or "**" in name or "\0" in str(relative) or has_bad_folder:
         raise FileError(
             "is not a file name pattern", found=str(pattern), allowed="such as step_*.vtu"
         )
@@ -54,21 +56,17 @@ def find_files(pattern: str | Path, folder: str | Path = ".") -> tuple[Path, ...
     return tuple(files)
 
 
-def _is_odd(part: str) -> bool:
-    return "**" in part and part != "**"
-
-
 class MeshSeries:
     """Positions of the nodes over time, from one mesh file per instant.
 
     Between two instants each node moves on a straight line at constant speed; before the first
-    and after the last it stays where that file has it.
+    and after the last instant it is at rest.
 
     Parameters
     ----------
     files : mesh or cloud files with the same nodes in the same order
     times : (k,) the instants, rising
-    factor : what the coordinates are multiplied by (a change of unit)
+    factor : factor on the coordinates (a change of unit)
 
     Raises
     ------
@@ -90,12 +88,23 @@ class MeshSeries:
         self.factor = float(factor)
         if not self.files:
             raise MeshError("a series needs at least one file", where="series")
-        self.times = _as_times(times, len(self.files))
+        instants = np.asarray(real(times, "series"), dtype=np.float64)
+        if instants.shape != (len(self.files),):
+            raise MeshError(
+                "a series needs one time a file",
+                where="series",
+                found=instants.shape,
+                allowed=f"({len(self.files)},)",
+            )
+        if not np.isfinite(instants).all() or (np.diff(instants) <= 0.0).any():
+            raise MeshError(
+                "the times of a series must rise", where="series", found=instants.tolist()
+            )
+        self.times = read_only(instants)
         # All files are read now, so that a bad one stops a run before it starts.
-        self._kept: dict[int, FloatArray] = {}
         first = self._read(0)
-        self._kept[0] = first
-        self._keep_all = first.nbytes * len(self.files) <= _KEPT_BYTES
+        self._frames: dict[int, FloatArray] = {0: first}
+        cache_all = first.nbytes * len(self.files) <= _MAX_CACHED_BYTES
         for i in range(1, len(self.files)):
             points = self._read(i)
             if points.shape != first.shape:
@@ -105,8 +114,8 @@ class MeshSeries:
                     found=f"{len(points)} nodes",
                     allowed=f"{len(first)} as in {self.files[0]}",
                 )
-            if self._keep_all:
-                self._kept[i] = points
+            if cache_all:
+                self._frames[i] = points
 
     @property
     def kinks(self) -> FloatArray:
@@ -124,23 +133,23 @@ class MeshSeries:
         start, end = self.times[before], self.times[after]
         share = (t - start) / (end - start)
         # This form gives both ends exactly.
-        mixed: FloatArray = (1.0 - share) * self._frame(before) + share * self._frame(after)
-        return mixed
+        between: FloatArray = (1.0 - share) * self._frame(before) + share * self._frame(after)
+        return between
 
     def velocities(self, t: float) -> FloatArray:
         """Return the velocities (n, 3) at time `t`, from the file at `t` to the next, or 0."""
         k = piece_at(self.times, t)
         if k is None:
             return np.zeros_like(self._frame(0))
-        way = self._frame(k + 1) - self._frame(k)
-        return np.asarray(way / (self.times[k + 1] - self.times[k]))
+        displacement = self._frame(k + 1) - self._frame(k)
+        return np.asarray(displacement / (self.times[k + 1] - self.times[k]))
 
     def _frame(self, index: int) -> FloatArray:
-        if index not in self._kept:
-            while len(self._kept) > 1:
-                del self._kept[next(iter(self._kept))]
-            self._kept[index] = self._read(index)
-        return self._kept[index]
+        if index not in self._frames:
+            while len(self._frames) > 1:
+                del self._frames[next(iter(self._frames))]
+            self._frames[index] = self._read(index)
+        return self._frames[index]
 
     def _read(self, index: int) -> FloatArray:
         mesh = read_raw(self.files[index])
@@ -153,17 +162,3 @@ class MeshSeries:
                 allowed="no unit in the file: the series has one for all",
             )
         return read_only(mesh.points * self.factor)
-
-
-def _as_times(times: ArrayLike, count: int) -> FloatArray:
-    array = np.asarray(real(times, "series"), dtype=np.float64)
-    if array.shape != (count,):
-        raise MeshError(
-            "a series needs one time a file",
-            where="series",
-            found=array.shape,
-            allowed=f"({count},)",
-        )
-    if not np.isfinite(array).all() or (np.diff(array) <= 0.0).any():
-        raise MeshError("the times of a series must rise", where="series", found=array.tolist())
-    return read_only(array)

@@ -56,11 +56,11 @@ def test_before_the_first_and_after_the_last_nodes_rest(files):
 
 def test_a_series_too_large_to_keep_reads_again(files, monkeypatch):
     kept = MeshSeries(files, range(12))
-    monkeypatch.setattr(series, "_KEPT_BYTES", 0)
+    monkeypatch.setattr(series, "_MAX_CACHED_BYTES", 0)
     read = MeshSeries(files, range(12))
     for time in (0.5, 3.25, 11.0, 7.75, 0.0):
         assert np.array_equal(read.points(time), kept.points(time))
-    assert len(read._kept) <= 2
+    assert len(read._frames) <= 2
 
 
 def test_what_a_series_gives_may_be_written_to(files):
