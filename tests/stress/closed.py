@@ -20,7 +20,7 @@ import contiga as cg
 from contiga.errors import ContigaError, ContigaWarning
 from contiga.io.cad.assemble import Assembly
 from contiga.io.cad.occ_geometry import quiet
-from contiga.io.cad.sew import Sewn
+from contiga.io.cad.sew import SewnEdges
 from contiga.io.cad.step_iges import edge_of, gather
 
 POINTS = 200
@@ -115,7 +115,7 @@ def direct(shape: Any) -> cg.Body:
     """The faces of a shape in memory, as the reader of files converts them."""
     from OCP.TopoDS import TopoDS
 
-    sewn, assembly = Sewn(shape), Assembly("a shape")
+    sewn, assembly = SewnEdges(shape), Assembly("a shape")
     faces = [TopoDS.Face(face) for face in occ.faces_of(shape)]
     gather(assembly, list(enumerate(faces, 1)), sewn, 1.0, "a shape, face")
     return assembly.body("shape", lambda number: edge_of(sewn, 1.0, 0.0, number), "mm")

@@ -57,7 +57,7 @@ def _cad(file: Path, faces: bool) -> list[Row]:
     from contiga.io.cad.formats import expect_cad
 
     expect_cad(file)
-    from contiga.io.cad.kept import answer_kept
+    from contiga.io.cad.read_cache import answer_kept
 
     asked = "info and faces" if faces else "info"
     return answer_kept(file, asked, __file__, lambda: list(_of_cad(file, faces)))

@@ -17,9 +17,9 @@ from contiga.geometry.trim import check_loops
 from contiga.io.cad.loops import Loop, PCurve, Sides, ends, gaps
 from contiga.masters.body import Body
 
-BRIDGED = 1e-9
+MIN_GAP = 1e-9
 """Gaps in a loop above this share of the domain get a straight closing piece."""
-MEND = "Mend or delete it in the program that wrote the file"
+REMEDY = "Mend or delete it in the program that wrote the file"
 """Remedy for a face that cannot be read."""
 
 
@@ -31,11 +31,6 @@ class Edge(NamedTuple):
     """Largest distance of its faces from it according to the file, length."""
     corner: float = 0.0
     """Largest distance of its ends from their corner according to the file, length."""
-
-
-class _Use(NamedTuple):
-    use: EdgeUse
-    span: tuple[float, float]
 
 
 class Assembly:
@@ -50,20 +45,20 @@ class Assembly:
         self.where = where
         self._patches: list[NurbsSurface] = []
         self._trims: list[list[list[NurbsCurve]] | None] = []
-        self._uses: dict[int, list[_Use]] = {}
+        self._uses: dict[int, list[tuple[EdgeUse, tuple[float, float]]]] = {}
+        """Uses of each edge, with the interval of the p-curve or side."""
 
     def add_trimmed(
         self, surface: NurbsSurface, loops: list[Loop], where: str, *, flip: bool = False
     ) -> None:
         """Add a face cut out by `loops`; `flip` reverses its free side and mirrors the loops.
 
-        `where` is the face's name in messages.
-        A face whose loops do not fit is kept whole, with a warning: one bad face is no reason to
-        refuse a file.
+        `where` is the face's name in messages. A face whose loops do not fit is kept whole, with a
+        warning: one bad face is no reason to refuse a file.
         """
         patch = len(self._patches)
         domain = surface.domain[0]
-        closed = [bridged(loop, surface) for loop in loops]
+        closed = [_bridge_gaps(loop, surface) for loop in loops]
         try:
             curves = tuple(tuple(pcurve.curve for pcurve in loop) for loop in closed)
             check_loops(curves, surface.domain, where)
@@ -76,7 +71,7 @@ class Assembly:
             trims.append([mirrored(s.curve, domain) if flip else s.curve for s in pcurves])
             for index, pcurve in enumerate(pcurves):
                 use = EdgeUse(patch, len(trims) - 1, index, pcurve.reversed)
-                self._note(pcurve.edge, _Use(use, pcurve.curve.domain))
+                self._add_use(pcurve.edge, use, pcurve.curve.domain)
         self._patches.append(surface.flipped() if flip else surface)
         self._trims.append(trims)
 
@@ -101,25 +96,25 @@ class Assembly:
                     runs_against = not runs_against
                     span = (total - span[1], total - span[0])
                 use = EdgeUse(patch, UNTRIMMED, side, runs_against)
-                self._note(pcurve.edge, _Use(use, span))
+                self._add_use(pcurve.edge, use, span)
         self._patches.append(surface.flipped() if flip else surface)
         self._trims.append(None)
 
-    def _note(self, edge: int, use: _Use) -> None:
+    def _add_use(self, edge: int, use: EdgeUse, span: tuple[float, float]) -> None:
         if edge >= 0:
-            self._uses.setdefault(edge, []).append(use)
+            self._uses.setdefault(edge, []).append((use, span))
 
-    def entangled(self, owner: Sequence[int]) -> list[int]:
-        """Return the owners of patches that share an edge with another, ascending.
+    def connected_owners(self, owner: Sequence[int]) -> list[int]:
+        """Return the owners of patches that share an edge with another owner, ascending.
 
         `owner` is by patch.
         """
-        crossed: set[int] = set()
+        connected: set[int] = set()
         for uses in self._uses.values():
-            owners = {owner[item.use.patch] for item in uses}
+            owners = {owner[use.patch] for use, _ in uses}
             if len(owners) > 1:
-                crossed |= owners
-        return sorted(crossed)
+                connected |= owners
+        return sorted(connected)
 
     def body(self, name: str, edge_of: Callable[[int], Edge | None], unit: str | None) -> Body:
         """Return the body; `edge_of` gives the curve of an edge by its number in the file.
@@ -144,8 +139,8 @@ class Assembly:
                     BodyEdge(
                         edge.curve,
                         0.0,
-                        tuple(item.use for item in uses),
-                        tuple(item.span for item in uses),
+                        tuple(use for use, _ in uses),
+                        tuple(span for _, span in uses),
                         stated=edge.tolerance,
                         corner=edge.corner,
                     )
@@ -156,20 +151,20 @@ class Assembly:
             raise FileError(str(error), where=self.where) from error
 
 
-def bridged(loop: Loop, surface: NurbsSurface) -> Loop:
+def _bridge_gaps(loop: Loop, surface: NurbsSurface) -> Loop:
     """Return `loop` with straight closing pieces where its p-curves do not meet."""
     span = np.array([np.ptp(interval) for interval in surface.domain])
     result: Loop = []
     for pcurve, gap in zip(loop, gaps(loop), strict=True):
         result.append(pcurve)
-        if np.any(np.abs(gap) > BRIDGED * span):
+        if np.any(np.abs(gap) > MIN_GAP * span):
             start = ends(pcurve)[1]
             line = NurbsCurve(1, [0.0, 0.0, 1.0, 1.0], np.array([start, start + gap]))
             result.append(PCurve(line, -1, False, 0.0))
     return result
 
 
-def merged(bodies: list[Body], path: Path, unit: str | None) -> Body:
+def merge_bodies(bodies: list[Body], path: Path, unit: str | None) -> Body:
     """Return all faces of `bodies` as one body named after the file.
 
     Raises

@@ -6,15 +6,15 @@ from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
 from contiga.display import Facts, line_of, table_of
-from contiga.io.cad.kept import read_kept
 from contiga.io.cad.parts import FaceLabel, Solids, titled
+from contiga.io.cad.read_cache import read_cached
 from contiga.io.cad.read_cad import check_body, check_joints, reader_of
 
 if TYPE_CHECKING:
-    from contiga.io.cad.parts import Inventory, PartLabel
+    from contiga.io.cad.parts import Inventory
     from contiga.masters.body import Body
 
-_LOOKED_AT_WITH = "contiga.masters.body_summary"
+_SUMMARY = "contiga.masters.body_summary"
 
 
 class CadPart(NamedTuple):
@@ -33,7 +33,7 @@ class CadPart(NamedTuple):
     place: str
     """Names of its instances from the outside in, as "left arm/bolt 2"; "" outside assemblies."""
     kind: str
-    """"solid", "shell", or "faces" that are connected but are no shell."""
+    """"solid", "shell", or "faces": connected faces that are not a shell."""
     colour: str | None
     """Colour "#rrggbb"; None if the file gives none."""
     faces: tuple[FaceLabel, ...]
@@ -74,9 +74,9 @@ def cad_parts(
 ) -> tuple[CadPart, ...]:
     """Return the parts of a CAD file: solids, shells that bound none, and loose faces.
 
-    Parts of an assembly come as often as it has them, where they stand. Loose faces that share
-    edges make one part. A part of faces without extent alone is left out. Solids that touch or
-    overlap are kept apart, each a body of its own: nothing is united.
+    A part of an assembly is listed once for each instance, at its place. Loose faces that share
+    edges make one part. A part whose faces all have no extent is left out. Solids that touch or
+    overlap stay separate bodies: nothing is united.
 
     Parameters
     ----------
@@ -110,41 +110,36 @@ def read_cad_file(
 ) -> CadFile:
     """Return a whole file with its parts; parameters and errors are those of `read_cad`."""
     file = Path(path)
-    reader = reader_of(file, "list", file_unit, unit)
-    given = file_unit, unit, solids
-    inventory: Inventory = read_kept(
-        reader,
+    inventory: Inventory = read_cached(
+        reader_of(file, "list", file_unit, unit),
         file,
-        *given,
-        needs=_LOOKED_AT_WITH,
+        file_unit,
+        unit,
+        solids,
+        needs=_SUMMARY,
         check=lambda inventory: check_body(inventory.body, file),
     )
     check_joints(inventory.body, file)
-    return CadFile(inventory.body, inventory.numbers, _parts(inventory), inventory.said)
+    from contiga.geometry.piece import piece_of  # after the worker has started
 
-
-def _parts(inventory: Inventory) -> tuple[CadPart, ...]:
-    """Cut the parts from the whole, or take the reader's if they are joined to others."""
-    from contiga.geometry.piece import piece_of
-
-    if len(inventory.parts) == 1:
-        (said,) = inventory.parts
-        return (_part(said, inventory.body),)
-    owner = {face.number: part.number for part in inventory.parts for face in part.faces}
     patches: dict[int, list[int]] = {part.number: [] for part in inventory.parts}
+    owner = {face.number: part.number for part in inventory.parts for face in part.faces}
     for k, number in enumerate(inventory.numbers):
         patches[owner[number]].append(k)
     parts = []
-    for said in inventory.parts:
-        mine = patches[said.number]
-        body = inventory.apart.get(said.number) or (
-            piece_of(inventory.body, mine) if mine else None
-        )
+    for label in inventory.parts:
+        if len(inventory.parts) == 1:
+            body: Body | None = inventory.body
+        elif label.number in inventory.apart:  # joined to others: the reader has read it alone
+            body = inventory.apart[label.number].renamed(label.title)
+        elif patches[label.number]:
+            body = piece_of(inventory.body, patches[label.number]).renamed(label.title)
+        else:
+            body = None
         if body is not None:
-            parts.append(_part(said, body.renamed(said.title)))
-    return tuple(parts)
-
-
-def _part(said: PartLabel, body: Body) -> CadPart:
-    place = "/".join(said.place)
-    return CadPart(said.number, said.name, place, said.kind, said.colour, said.faces, body)
+            place = "/".join(label.place)
+            part = CadPart(
+                label.number, label.name, place, label.kind, label.colour, label.faces, body
+            )
+            parts.append(part)
+    return CadFile(inventory.body, inventory.numbers, tuple(parts), inventory.message)

@@ -12,24 +12,25 @@ from contiga.geometry.surface import NurbsSurface
 from contiga.io.cad.loops import whole_periods
 from contiga.records import FloatArray
 
-STEPS = 30
-SETTLED = 1e-14
+MAX_STEPS = 30
+"""Largest number of Gauss-Newton steps."""
+STEP_TOL = 1e-14
 """Newton's steps below this share of the surface's size are rounding."""
-ON = 1e-7
+ON_TOL = 1e-7
 """Points nearer to the surface than this share of its size lie on it."""
-POLE = 1e-9
+POLE_TOL = 1e-9
 """Speed at a pole, as a share of the typical speed of the parameter."""
-TYPICAL = 9
+N_TYPICAL = 9
 """Points in each direction at which the typical speed is measured."""
-STARTS = 6
+N_STARTS = 6
 """Number of nearest grid points from which a search starts."""
 PER_SPAN = 4
 """Points of the grid for each knot span, times the degree."""
 MIN_GRID, MAX_GRID = 33, 161
 """Smallest and largest number of grid points in each direction."""
-MEET = 1e-6
+SEAM_TOL = 1e-6
 """Sides nearer to each other than this share of the surface's size are one."""
-SIDE = 65
+N_SIDE = 65
 """Points of a side for the test whether the surface closes there."""
 
 
@@ -45,92 +46,110 @@ class Chart:
         self.surface = surface
         self.low, self.high = np.array(surface.domain).T
         self.size = float(np.ptp(surface.bounds(), axis=0).max())
-        span = self.high - self.low
-        self.periods = np.where([_closes(self, axis) for axis in range(2)], span, 0.0)
+        self.periods = np.zeros(2)
+        """Period in u and v, 0 if the sides across it are not one curve."""
+        for axis in range(2):
+            sides = []
+            for end in (self.low, self.high):
+                uv = np.empty((N_SIDE, 2))
+                uv[:, axis] = end[axis]
+                uv[:, 1 - axis] = np.linspace(self.low[1 - axis], self.high[1 - axis], N_SIDE)
+                sides.append(surface.evaluate(uv))
+            gap = np.linalg.norm(sides[0] - sides[1], axis=1).max()
+            near = SEAM_TOL * self.size
+            if gap <= near and np.ptp(sides[0], axis=0).max() > near:
+                self.periods[axis] = self.high[axis] - self.low[axis]
         self._tree: Any = None
         self._grid = np.empty((0, 2))
-        self._typical: FloatArray | None = None
+        self._typical_speed: FloatArray | None = None
 
-    def wrapped(self, uv: FloatArray) -> FloatArray:
+    def wrap(self, uv: FloatArray) -> FloatArray:
         """Return parameters (n, 2) within the domain, shifted by whole turns or clamped."""
         safe = np.where(self.periods > 0.0, self.periods, 1.0)
-        turned = self.low + np.mod(uv - self.low, safe)
-        return np.clip(np.where(self.periods > 0.0, turned, uv), self.low, self.high)
+        shifted = self.low + np.mod(uv - self.low, safe)
+        return np.clip(np.where(self.periods > 0.0, shifted, uv), self.low, self.high)
 
     def points(self, uv: FloatArray) -> FloatArray:
         """Return the points (n, 3) at parameters, which may be shifted by whole turns."""
-        return self.surface.evaluate(self.wrapped(uv))
+        return self.surface.evaluate(self.wrap(uv))
 
     def speed(self, uv: FloatArray) -> FloatArray:
         """Return |S_u| and |S_v| (n, 2)."""
-        first = self.surface.derivatives(self.wrapped(uv), 1)
+        first = self.surface.derivatives(self.wrap(uv), 1)
         return np.linalg.norm(np.stack([first[:, 1, 0], first[:, 0, 1]], axis=1), axis=2)
 
-    def lost(self, uv: FloatArray) -> np.ndarray:
+    def is_pole(self, uv: FloatArray) -> np.ndarray:
         """Return a mask (n, 2) of the parameters that are undetermined, as at a pole."""
-        if self._typical is None:
-            axes = [np.linspace(*ends, TYPICAL) for ends in self.surface.domain]
+        if self._typical_speed is None:
+            axes = [np.linspace(*ends, N_TYPICAL) for ends in self.surface.domain]
             grid = np.stack(np.meshgrid(*axes), axis=-1).reshape(-1, 2)
-            self._typical = self.speed(grid).max(axis=0)
-        return np.asarray(self.speed(uv) <= POLE * self._typical)
+            self._typical_speed = self.speed(grid).max(axis=0)
+        return np.asarray(self.speed(uv) <= POLE_TOL * self._typical_speed)
 
-    def refined(self, uv: FloatArray, points: FloatArray) -> FloatArray:
+    def project_from(self, uv: FloatArray, points: FloatArray) -> FloatArray:
         """Return the feet of `points` (n, 3) by Gauss-Newton from `uv` (n, 2), without wrapping."""
         span = self.high - self.low
-        open_ways = self.periods == 0.0
+        is_open = self.periods == 0.0
         uv = uv.copy()
         rows = np.arange(len(uv))
-        for _ in range(STEPS):
-            first = self.surface.derivatives(self.wrapped(uv[rows]), 1)
-            step = _step(first[:, 1, 0], first[:, 0, 1], points[rows] - first[:, 0, 0])
+        for _ in range(MAX_STEPS):
+            first = self.surface.derivatives(self.wrap(uv[rows]), 1)
+            residual = points[rows] - first[:, 0, 0]
+            step = _gauss_newton_step(first[:, 1, 0], first[:, 0, 1], residual)
             new = uv[rows] + np.clip(step, -0.1 * span, 0.1 * span)
-            new = np.where(open_ways, np.clip(new, self.low, self.high), new)
+            new = np.where(is_open, np.clip(new, self.low, self.high), new)
             speed = np.linalg.norm(first[:, [1, 0], [0, 1]], axis=2)
-            moved = (np.abs(new - uv[rows]) * speed).max(axis=1)
+            step_length = (np.abs(new - uv[rows]) * speed).max(axis=1)
             uv[rows] = new
-            rows = rows[moved > SETTLED * self.size]
+            rows = rows[step_length > STEP_TOL * self.size]
             if len(rows) == 0:
                 break
         return uv
 
-    def located(self, points: FloatArray) -> FloatArray:
+    def project(self, points: FloatArray) -> FloatArray:
         """Return the parameters (n, 2) of the feet of `points`, within the domain."""
         if self._tree is None:
-            from scipy.spatial import (
-                cKDTree,
-            )  # its import takes long, and most files need no search
+            # The import takes long, and most files need no search.
+            from scipy.spatial import cKDTree
 
-            self._grid = _grid(self.surface)
+            axes = []
+            for degree, knots in zip(self.surface.degrees, self.surface.knots, strict=True):
+                breaks = np.unique(knots)
+                count = int(np.clip(PER_SPAN * degree * (len(breaks) - 1) + 1, MIN_GRID, MAX_GRID))
+                places = np.linspace(0, len(breaks) - 1, count)
+                axes.append(np.interp(places, range(len(breaks)), breaks))
+            self._grid = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 2)
             self._tree = cKDTree(self.surface.evaluate(self._grid))
-        _, starts = self._tree.query(points, k=STARTS)
-        places = np.empty((len(points), 2))
-        off = np.full(len(points), np.inf)
-        for k in range(STARTS):
+        _, starts = self._tree.query(points, k=N_STARTS)
+        feet = np.empty((len(points), 2))
+        distances = np.full(len(points), np.inf)
+        for k in range(N_STARTS):
             # If the nearest grid point leads to the point itself, no other start is better.
-            rows = np.flatnonzero(off > ON * self.size)
-            uv = self.wrapped(self.refined(self._grid[starts[rows, k]], points[rows]))
-            miss = np.linalg.norm(self.points(uv) - points[rows], axis=1)
-            better = miss < off[rows]
-            places[rows[better]], off[rows[better]] = uv[better], miss[better]
-        return places
+            rows = np.flatnonzero(distances > ON_TOL * self.size)
+            uv = self.wrap(self.project_from(self._grid[starts[rows, k]], points[rows]))
+            distance = np.linalg.norm(self.points(uv) - points[rows], axis=1)
+            is_better = distance < distances[rows]
+            feet[rows[is_better]] = uv[is_better]
+            distances[rows[is_better]] = distance[is_better]
+        return feet
 
-    def continued(self, uv: FloatArray) -> FloatArray:
+    def unwrap(self, uv: FloatArray) -> FloatArray:
         """Return parameters (n, 2) along a path, each within half a turn of the one before.
 
-        At a pole they go on as beside it.
+        At a pole a parameter is that of the nearest point of the path off the pole.
         """
-        lost = self.lost(uv)
+        at_pole = self.is_pole(uv)
         rows = np.arange(len(uv))
         for axis in range(2):
-            known = np.flatnonzero(~lost[:, axis])
-            if 0 < len(known) < len(uv):
-                nearest = known[np.abs(rows[:, None] - known).argmin(axis=1)]
+            regular = np.flatnonzero(~at_pole[:, axis])
+            if 0 < len(regular) < len(uv):
+                nearest = regular[np.abs(rows[:, None] - regular).argmin(axis=1)]
                 uv[:, axis] = uv[nearest, axis]
         step = np.diff(uv, axis=0)
         step -= whole_periods(step, self.periods)
         return np.concatenate([uv[:1], uv[0] + np.cumsum(step, axis=0)])
 
-    def unrolled(self, box: FloatArray) -> NurbsSurface:
+    def unroll(self, box: FloatArray) -> NurbsSurface:
         """Return the surface as a patch over `box` (2, 2), which may span several turns.
 
         Directions that are not closed, and those within the domain, stay as they are.
@@ -141,21 +160,23 @@ class Chart:
         return surface
 
 
-def _step(along_u: FloatArray, along_v: FloatArray, way: FloatArray) -> FloatArray:
-    """Return the least-squares components (n, 2) of vectors (n, 3) along two tangents (n, 3).
+def _gauss_newton_step(
+    tangent_u: FloatArray, tangent_v: FloatArray, residual: FloatArray
+) -> FloatArray:
+    """Return the least-squares components (n, 2) of residuals (n, 3) along two tangents (n, 3).
 
-    A tangent without length, as at a pole, is not gone along.
+    The component along a tangent without length, as at a pole, is 0.
     """
-    tangents = np.stack([along_u, along_v], axis=1)
+    tangents = np.stack([tangent_u, tangent_v], axis=1)
     length = np.linalg.norm(tangents, axis=2)
     safe = np.maximum(length, 1e-300)
     tangents = tangents / safe[..., None]
-    share = np.einsum("nki,ni->nk", tangents, way)
+    share = np.einsum("nki,ni->nk", tangents, residual)
     cosine = np.einsum("ni,ni->n", tangents[:, 0], tangents[:, 1])
     sine = 1.0 - cosine**2
-    apart = sine > 1e-14
-    solved = (share - cosine[:, None] * share[:, ::-1]) / np.where(apart, sine, 1.0)[:, None]
-    step: FloatArray = np.where(apart[:, None], solved, 0.5 * share) / safe
+    is_regular = sine > 1e-14
+    solved = (share - cosine[:, None] * share[:, ::-1]) / np.where(is_regular, sine, 1.0)[:, None]
+    step: FloatArray = np.where(is_regular[:, None], solved, 0.5 * share) / safe
     return np.where(length > 0.0, step, 0.0)
 
 
@@ -165,19 +186,19 @@ def flat_image(surface: NurbsSurface, edge: NurbsCurve) -> NurbsCurve | None:
     if surface.degrees != (1, 1) or points.shape[:2] != (2, 2) or surface.is_rational:
         return None
     (u0, u1), (v0, v1) = surface.domain
-    along = np.stack([points[1, 0] - points[0, 0], points[0, 1] - points[0, 0]], axis=1)
-    size = np.linalg.norm(along, axis=0).max()
-    twist = np.linalg.norm(points[1, 1] - points[0, 0] - along.sum(axis=1))
-    product = along.T @ along
+    sides = np.stack([points[1, 0] - points[0, 0], points[0, 1] - points[0, 0]], axis=1)
+    size = np.linalg.norm(sides, axis=0).max()
+    twist = np.linalg.norm(points[1, 1] - points[0, 0] - sides.sum(axis=1))
+    product = sides.T @ sides
     if twist > 1e-12 * size or np.linalg.det(product) <= 1e-20 * size**4:
         return None
-    matrix = np.diag([u1 - u0, v1 - v0]) @ solve(product, along.T)  # from places to parameters
+    matrix = np.diag([u1 - u0, v1 - v0]) @ solve(product, sides.T)  # from places to parameters
     uv = np.array([u0, v0]) + (edge.control_points - points[0, 0]) @ matrix.T
     return NurbsCurve(edge.degree, edge.knots, uv, edge.weights)
 
 
-def cut_down(patch: NurbsSurface, box: FloatArray) -> NurbsSurface:
-    """Return a patch over `box` (2, 2); bounds within rounding of its own are its own."""
+def restrict_patch(patch: NurbsSurface, box: FloatArray) -> NurbsSurface:
+    """Return a patch over `box` (2, 2); bounds within rounding of the domain are those of it."""
     low, high = np.array(patch.domain).T
     near = 1e-9 * (high - low)
     a = np.where(box[0] - low <= near, low, box[0])
@@ -187,65 +208,41 @@ def cut_down(patch: NurbsSurface, box: FloatArray) -> NurbsSurface:
     return patch.restricted((float(a[0]), float(b[0])), (float(a[1]), float(b[1])))
 
 
-def _closes(chart: Chart, axis: int) -> bool:
-    """Return whether the two sides across `axis` are one curve, and no point."""
-    other = np.linspace(chart.low[1 - axis], chart.high[1 - axis], SIDE)
-    sides = []
-    for end in (chart.low, chart.high):
-        uv = np.empty((SIDE, 2))
-        uv[:, axis], uv[:, 1 - axis] = end[axis], other
-        sides.append(chart.surface.evaluate(uv))
-    apart = np.linalg.norm(sides[0] - sides[1], axis=1).max()
-    near = MEET * chart.size
-    return bool(apart <= near and np.ptp(sides[0], axis=0).max() > near)
-
-
-def _grid(surface: NurbsSurface) -> FloatArray:
-    """Return parameters (k, 2) spread over the knot spans of a patch, dense where spans are."""
-    axes = []
-    for degree, knots in zip(surface.degrees, surface.knots, strict=True):
-        breaks = np.unique(knots)
-        count = int(np.clip(PER_SPAN * degree * (len(breaks) - 1) + 1, MIN_GRID, MAX_GRID))
-        axes.append(np.interp(np.linspace(0, len(breaks) - 1, count), range(len(breaks)), breaks))
-    return np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 2)
-
-
 def _periodic_part(surface: NurbsSurface, axis: int, low: float, high: float) -> NurbsSurface:
     """Return a closed patch over [low, high] of its periodic parameter.
 
-    If its own domain holds the interval, the patch is unchanged.
+    A patch whose domain contains the interval is unchanged.
     """
     a, b = surface.domain[axis]
     period = b - a
     slack = 1e-9 * period
     first = int(np.floor((low + slack - a) / period))
-    last = int(np.ceil((high - slack - a) / period))
-    whole = surface if axis == 0 else surface.transposed()
-    turns = [_shift(whole, k * period) for k in range(first, max(last, first + 1))]
+    last = max(int(np.ceil((high - slack - a) / period)), first + 1)
+    patch = surface if axis == 0 else surface.transposed()
+    U, V = patch.knots
+    turns = [
+        patch
+        if k == 0
+        else NurbsSurface(patch.degrees, (U + k * period, V), patch.control_points, patch.weights)
+        for k in range(first, last)
+    ]
     joined = turns[0]
     for turn in turns[1:]:
-        joined = _join(joined, turn)
+        joined = _join_patches(joined, turn)
     if len(turns) > 1:
-        # One turn is kept if that is enough, so that nothing is there twice.
+        # One turn is kept if that is enough, so that no part of the surface is doubled.
         (start, end), v = joined.domain
         joined = joined.restricted((max(low, start), min(max(high, low + period), end)), v)
     return joined if axis == 0 else joined.transposed()
 
 
-def _shift(surface: NurbsSurface, by: float) -> NurbsSurface:
-    if by == 0.0:
-        return surface
-    U, V = surface.knots
-    return NurbsSurface(surface.degrees, (U + by, V), surface.control_points, surface.weights)
-
-
-def _join(one: NurbsSurface, two: NurbsSurface) -> NurbsSurface:
+def _join_patches(first: NurbsSurface, second: NurbsSurface) -> NurbsSurface:
     """Join two patches that meet along the end of u of the first."""
-    p = one.degrees[0]
-    knots = np.concatenate([one.knots[0][:-1], two.knots[0][p + 1 :]])
-    points = np.concatenate([one.control_points, two.control_points[1:]])
+    p = first.degrees[0]
+    knots = np.concatenate([first.knots[0][:-1], second.knots[0][p + 1 :]])
+    points = np.concatenate([first.control_points, second.control_points[1:]])
     weights = None
-    if one.weights is not None and two.weights is not None:
-        share = (one.weights[-1] / two.weights[0])[:1]
-        weights = np.concatenate([one.weights, two.weights[1:] * share])
-    return NurbsSurface(one.degrees, (knots, one.knots[1]), points, weights)
+    if first.weights is not None and second.weights is not None:
+        share = (first.weights[-1] / second.weights[0])[:1]
+        weights = np.concatenate([first.weights, second.weights[1:] * share])
+    return NurbsSurface(first.degrees, (knots, first.knots[1]), points, weights)

@@ -33,8 +33,8 @@ def reader(suffix: str, verb: str = "read") -> str:
 def expect_cad(*files: Path) -> None:
     """Let a worker load OpenCASCADE if files need it that are not cached.
 
-    It takes as long to load as all else. Where none is to be read in the end, the process that has
-    loaded it ends for want of work.
+    Loading it takes as long as the rest of the program. If no file is read in the end, the process
+    that has loaded it ends when it gets no work.
     """
     for file in files:
         suffix = file.suffix.lower()
@@ -49,27 +49,27 @@ def cad_files_in(text: str, folder: Path) -> list[Path]:
     >>> [file.name for file in cad_files_in('geometry = { file = "a b.STEP" } # "c.stl"', Path())]
     ['a b.STEP']
     """
-    named = (one or other for one, other in _QUOTED.findall(text))
-    return [folder / name for name in named if "OCP" in PACKAGES.get(Path(name).suffix.lower(), ())]
+    names = (double or single for double, single in _QUOTED.findall(text))
+    return [folder / name for name in names if "OCP" in PACKAGES.get(Path(name).suffix.lower(), ())]
 
 
 def was_read(file: Path) -> bool:
-    """Return whether results of a file with the same bytes are cached, for whatever request."""
+    """Return whether any results of a file with the same bytes are cached."""
     folder = cache_folder()
     try:
-        return folder is not None and any(folder.glob(f"{kept_as(file)}-*"))
+        return folder is not None and any(folder.glob(f"{cache_prefix(file)}-*"))
     except OSError:  # reported when the file is read
         return False
 
 
-def kept_as(file: Path) -> str:
+def cache_prefix(file: Path) -> str:
     """Return the beginning of the names of cache entries for a file's bytes."""
     stat = file.stat()
     return f"cad-{_digest(str(file), stat.st_mtime_ns, stat.st_size)[:32]}"
 
 
 @lru_cache(maxsize=64)
-def _digest(file: str, when: int, size: int) -> str:
-    """Return the digest of a file's bytes; time and size are the key of this function's cache."""
+def _digest(file: str, modified: int, size: int) -> str:
+    """Return the digest of a file's bytes; time and size only serve as keys of this cache."""
     with open(file, "rb") as stream:
         return file_digest(stream, "sha256").hexdigest()

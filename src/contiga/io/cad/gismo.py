@@ -24,7 +24,7 @@ from contiga.io.cad.parts import (
     chosen_faces,
 )
 from contiga.io.cad.stitch import coincident_sides
-from contiga.io.cad.unite_body import united
+from contiga.io.cad.unite_body import unite_pieces
 from contiga.io.units import length_factor, short_name
 from contiga.masters.body import Body
 from contiga.records import FloatArray
@@ -46,12 +46,12 @@ def read_gismo(
     Raises
     ------
     FileError
-        Not XML, not G+Smo, no surface, a coefficient that is no number.
+        Not XML, not G+Smo, no surface, a coefficient that is not a number.
     """
     body, _ = _read_surfaces(path, file_unit, unit, choice)
-    union = united(body, body.pieces, solids, str(path))
-    if union.said:
-        warn(f"{path}: closed pieces {union.said}")
+    union = unite_pieces(body, body.pieces, solids, str(path))
+    if union.message:
+        warn(f"{path}: closed pieces {union.message}")
     return union.body
 
 
@@ -60,40 +60,13 @@ def list_gismo(
 ) -> Inventory:
     """Return the inventory of a G+Smo file: one part, because the format names none."""
     body, label = _read_surfaces(path, file_unit, unit, ALL)
-    union = united(body, body.pieces, solids, str(path))
-    return Inventory(union.body, [k + 1 for k in union.origin], [label], {}, union.said)
+    union = unite_pieces(body, body.pieces, solids, str(path))
+    return Inventory(union.body, [k + 1 for k in union.origin], [label], {}, union.message)
 
 
 def _read_surfaces(
     path: Path, file_unit: str | None, unit: str | None, choice: Choice
 ) -> tuple[Body, PartLabel]:
-    root = _root(path)
-    scale = 1.0
-    if file_unit is not None and unit is not None:
-        scale = length_factor(file_unit, unit, str(path))
-    surfaces = []
-    other = set()
-    for number, element in enumerate(root.iter("Geometry")):
-        kind = element.get("type", "")
-        if kind in SURFACES:
-            surfaces.append(_surface(element, scale, f"{path}, geometry {number}"))
-        else:
-            other.add(kind)
-    if other:
-        warn(f"{path}: geometry of type {', '.join(sorted(other))} was left out")
-    faces = tuple(FaceLabel(k + 1, "NURBS") for k in range(len(surfaces)))
-    label = PartLabel(1, "faces", faces)
-    chosen = chosen_faces([label], choice, str(path))
-    surfaces = [surface for k, surface in enumerate(surfaces, start=1) if k in chosen]
-    assembly = Assembly(str(path))
-    sides, edges = coincident_sides(surfaces)
-    for surface, (loop, neighbours) in zip(surfaces, sides, strict=True):
-        assembly.add_whole(surface, loop, neighbours)
-    unit_name = short_name(unit or file_unit) if file_unit else None
-    return assembly.body(path.stem, edges.get, unit_name), label
-
-
-def _root(path: Path) -> ElementTree.Element:
     try:
         root = ElementTree.parse(path).getroot()
     except ElementTree.ParseError as error:
@@ -102,7 +75,29 @@ def _root(path: Path) -> ElementTree.Element:
         raise FileError(
             "not a G+Smo file", where=str(path), found=root.tag, allowed="the root element <xml>"
         )
-    return root
+    scale = 1.0
+    if file_unit is not None and unit is not None:
+        scale = length_factor(file_unit, unit, str(path))
+    surfaces = []
+    ignored_kinds = set()
+    for number, element in enumerate(root.iter("Geometry")):
+        kind = element.get("type", "")
+        if kind in SURFACES:
+            surfaces.append(_surface(element, scale, f"{path}, geometry {number}"))
+        else:
+            ignored_kinds.add(kind)
+    if ignored_kinds:
+        warn(f"{path}: geometry of type {', '.join(sorted(ignored_kinds))} was left out")
+    faces = tuple(FaceLabel(k + 1, "NURBS") for k in range(len(surfaces)))
+    label = PartLabel(1, "faces", faces)
+    chosen = chosen_faces([label], choice, str(path))
+    surfaces = [surface for k, surface in enumerate(surfaces, start=1) if k in chosen]
+    assembly = Assembly(str(path))
+    loops, edges = coincident_sides(surfaces)
+    for surface, (loop, sides) in zip(surfaces, loops, strict=True):
+        assembly.add_whole(surface, loop, sides)
+    unit_name = short_name(unit or file_unit) if file_unit else None
+    return assembly.body(path.stem, edges.get, unit_name), label
 
 
 def _surface(element: ElementTree.Element, scale: float, where: str) -> NurbsSurface:
@@ -113,8 +108,8 @@ def _surface(element: ElementTree.Element, scale: float, where: str) -> NurbsSur
             "a surface needs two knot vectors and coefs", where=where, found=len(vectors)
         )
     knots = [_numbers(vector, where) for vector in vectors]
-    degrees = [_whole(vector, "degree", where) for vector in vectors]
-    dimension = _whole(coefs, "geoDim", where)
+    degrees = [_whole_number(vector, "degree", where) for vector in vectors]
+    dimension = _whole_number(coefs, "geoDim", where)
     n, m = (len(U) - p - 1 for U, p in zip(knots, degrees, strict=True))
     values = _numbers(coefs, where)
     if dimension not in (2, 3) or n < 1 or m < 1 or values.size != n * m * dimension:
@@ -126,7 +121,15 @@ def _surface(element: ElementTree.Element, scale: float, where: str) -> NurbsSur
         )
     points = np.zeros((m, n, 3))
     points[..., :dimension] = values.reshape(m, n, dimension)
-    weights = _weights(element, (m, n), where)
+    weights: FloatArray | None = None
+    node = element.find(".//weights")
+    if node is not None:
+        weights = _numbers(node, where)
+        if weights.size != n * m:
+            raise FileError(
+                "one weight a point", where=where, found=weights.size, allowed=f"{n * m}"
+            )
+        weights = weights.reshape(m, n).T
     try:
         return NurbsSurface(
             (degrees[0], degrees[1]),
@@ -138,18 +141,6 @@ def _surface(element: ElementTree.Element, scale: float, where: str) -> NurbsSur
         raise FileError(str(error), where=where) from error
 
 
-def _weights(element: ElementTree.Element, shape: tuple[int, int], where: str) -> FloatArray | None:
-    """Return weights (n, m) of a net that the file gives as (m, n); None if it gives none."""
-    node = element.find(".//weights")
-    if node is None:
-        return None
-    weights = _numbers(node, where)
-    count = shape[0] * shape[1]
-    if weights.size != count:
-        raise FileError("one weight a point", where=where, found=weights.size, allowed=f"{count}")
-    return weights.reshape(shape).T
-
-
 def _numbers(element: ElementTree.Element, where: str) -> FloatArray:
     try:
         return np.array((element.text or "").split(), dtype=np.float64)
@@ -159,7 +150,7 @@ def _numbers(element: ElementTree.Element, where: str) -> FloatArray:
         ) from error
 
 
-def _whole(element: ElementTree.Element, key: str, where: str) -> int:
+def _whole_number(element: ElementTree.Element, key: str, where: str) -> int:
     text = element.get(key, "")
     if not text.isdigit():
         raise FileError(f"<{element.tag}> needs a whole {key}", where=where, found=text)

@@ -1,7 +1,6 @@
-"""Trimming loops of CAD files: ordered, closed, shifted by periods, recognised.
+"""Trimming loops of CAD files: order, gaps, shifts by periods, and rectangles.
 
-Independent of any CAD library: p-curves come in as `NurbsCurve` in (u, v) with the edge they
-belong to and leave as loops ready for a `Body`.
+Independent of any CAD library: a p-curve is a `NurbsCurve` in (u, v) with the number of its edge.
 """
 
 from __future__ import annotations
@@ -15,16 +14,16 @@ from contiga.geometry.bezier import extract_curve
 from contiga.geometry.curve import NurbsCurve
 from contiga.records import FloatArray
 
-STRAIGHT = 1e-12
-"""Misses of this share of a face are rounding."""
-CLOSED = 1e-6
-"""Gaps of this share of a loop leave no doubt about its order."""
-OPEN = 1e-3
-"""A loop open by more than this share of the face is not a loop; below it is closed straight."""
-THIN = 1e-10
-"""Faces this much longer than wide are lines."""
-LEVEL = 1e-7
-"""Largest share of a face by which its border may miss the rectangle it is taken for."""
+ROUNDING = 1e-12
+"""Rounding of parameters, as a share of a face."""
+CLOSED_TOL = 1e-6
+"""Largest gap, as a share of a loop, that leaves no doubt about its order."""
+OPEN_TOL = 1e-3
+"""Largest gap, as a share of the face, that is closed by a straight line."""
+THIN_TOL = 1e-10
+"""Ratio of width to length up to which a face is a line."""
+RECTANGLE_TOL = 1e-7
+"""Largest distance of a border from a rectangle, as a share of the face."""
 
 
 class PCurve(NamedTuple):
@@ -48,14 +47,14 @@ def ends(pcurve: PCurve) -> FloatArray:
     return np.array([points[0, :2], points[-1, :2]])
 
 
-def moved(pcurve: PCurve, shift: FloatArray) -> PCurve:
+def translate(pcurve: PCurve, shift: FloatArray) -> PCurve:
     """Return the p-curve translated by `shift` = (du, dv)."""
     if not shift.any():
         return pcurve
     return pcurve._replace(curve=pcurve.curve.translated([shift[0], shift[1], 0.0]))
 
 
-def chained(loop: Loop, periods: FloatArray) -> Loop:
+def chain_pcurves(loop: Loop, periods: FloatArray) -> Loop:
     """Return `loop` ordered head to tail, each p-curve shifted by whole periods to the last.
 
     Parameters
@@ -63,23 +62,30 @@ def chained(loop: Loop, periods: FloatArray) -> Loop:
     loop : the p-curves
     periods : (2,) of the surface in u and v, 0 where it is not periodic
 
-    The order of the file is kept where it already closes; else the nearest start follows.
+    The order of the file is kept if it closes the loop; else the nearest start follows.
     """
-    ordered = joined(loop, periods)
-    reach = float(np.ptp(np.concatenate([ends(pcurve) for pcurve in ordered]), axis=0).max())
-    if worst_gap(ordered) <= CLOSED * reach:
-        return ordered
+    in_order = join_pcurves(loop, periods)
+    extent = float(np.ptp(np.concatenate([ends(pcurve) for pcurve in in_order]), axis=0).max())
+    if worst_gap(in_order) <= CLOSED_TOL * extent:
+        return in_order
     # Only then: on a surface periodic in both directions any p-curve may follow any other.
-    nearest = joined(_nearest_order(loop, periods), periods)
-    return nearest if worst_gap(nearest) < 0.5 * worst_gap(ordered) else ordered
+    remaining = list(loop[1:])
+    by_distance = [loop[0]]
+    while remaining:
+        end = ends(by_distance[-1])[1]
+        steps = [end - ends(pcurve)[0] for pcurve in remaining]
+        lengths = [float(np.abs(s - whole_periods(s, periods)).max()) for s in steps]
+        by_distance.append(remaining.pop(int(np.argmin(lengths))))
+    nearest = join_pcurves(by_distance, periods)
+    return nearest if worst_gap(nearest) < 0.5 * worst_gap(in_order) else in_order
 
 
-def joined(loop: Loop, periods: FloatArray) -> Loop:
+def join_pcurves(loop: Loop, periods: FloatArray) -> Loop:
     """Return `loop` in its order, each p-curve shifted by whole periods to the last."""
     result = [loop[0]]
     for pcurve in loop[1:]:
         step = ends(result[-1])[1] - ends(pcurve)[0]
-        result.append(moved(pcurve, whole_periods(step, periods)))
+        result.append(translate(pcurve, whole_periods(step, periods)))
     return result
 
 
@@ -87,17 +93,6 @@ def whole_periods(step: FloatArray, periods: FloatArray) -> FloatArray:
     """Return the part of `step` that is whole periods."""
     safe = np.where(periods > 0.0, periods, 1.0)
     return np.where(periods > 0.0, np.round(step / safe) * periods, 0.0)
-
-
-def _nearest_order(loop: Loop, periods: FloatArray) -> Loop:
-    rest = list(loop[1:])
-    result = [loop[0]]
-    while rest:
-        here = ends(result[-1])[1]
-        steps = [here - ends(pcurve)[0] for pcurve in rest]
-        lengths = [float(np.abs(s - whole_periods(s, periods)).max()) for s in steps]
-        result.append(rest.pop(int(np.argmin(lengths))))
-    return result
 
 
 def worst_gap(loop: Loop) -> float:
@@ -111,25 +106,8 @@ def gaps(loop: Loop) -> FloatArray:
     return np.roll(points[:, 0], -1, axis=0) - points[:, 1]
 
 
-def loop_box(loop: Loop) -> FloatArray:
-    """Return the box (2, 2) of the control points of a loop's Bézier segments."""
-    lows, highs = [], []
-    for pcurve in loop:
-        if pcurve.curve.degree == 1:
-            points = pcurve.curve.control_points[:, :2]
-        else:
-            coefs = extract_curve(pcurve.curve).coefs
-            points = (coefs[..., :2] / coefs[..., 3:]).reshape(-1, 2)
-        lows.append(points.min(axis=0))
-        highs.append(points.max(axis=0))
-    return np.array([np.min(lows, axis=0), np.max(highs, axis=0)])
-
-
 def exact_box(pcurves: Loop) -> FloatArray:
-    """Return the exact box (2, 2) of the p-curves of one loop or several.
-
-    It is found at their turning points.
-    """
+    """Return the exact box (2, 2) of the p-curves of one loop or several, from turning points."""
     from contiga.geometry.kernels.trim_build_nb import monotone_pieces
 
     points = []
@@ -142,23 +120,33 @@ def exact_box(pcurves: Loop) -> FloatArray:
     return np.array([stacked.min(axis=0), stacked.max(axis=0)])
 
 
-def aligned(loops: list[Loop], periods: FloatArray) -> list[Loop]:
+def align_loops(loops: list[Loop], periods: FloatArray) -> list[Loop]:
     """Return all loops shifted by whole periods into the box of the largest one."""
     if len(loops) < 2 or not periods.any():
         return loops
-    boxes = [loop_box(loop) for loop in loops]
-    main = boxes[int(np.argmax([np.prod(box[1] - box[0]) for box in boxes]))]
+    boxes = []
+    for loop in loops:
+        nets = []
+        for pcurve in loop:
+            net = pcurve.curve.control_points[:, :2]
+            if pcurve.curve.degree > 1:
+                coefs = extract_curve(pcurve.curve).coefs
+                net = (coefs[..., :2] / coefs[..., 3:]).reshape(-1, 2)
+            nets.append(net)
+        points = np.concatenate(nets)
+        boxes.append(np.array([points.min(axis=0), points.max(axis=0)]))
+    largest = boxes[int(np.argmax([np.prod(box[1] - box[0]) for box in boxes]))]
     result = []
     for loop, box in zip(loops, boxes, strict=True):
-        middle = 0.5 * (box[0] + box[1])
         # The loop may touch the border of the largest one, so its middle decides, not its ends.
+        middle = 0.5 * (box[0] + box[1])
         shift = np.zeros(2)
         for axis in range(2):
             if periods[axis] > 0.0:
                 slack = 1e-9 * periods[axis]
-                turns = math.ceil((main[0, axis] - slack - middle[axis]) / periods[axis])
+                turns = math.ceil((largest[0, axis] - slack - middle[axis]) / periods[axis])
                 shift[axis] = turns * periods[axis]
-        result.append([moved(pcurve, shift) for pcurve in loop])
+        result.append([translate(pcurve, shift) for pcurve in loop])
     return result
 
 
@@ -173,13 +161,6 @@ class Sides(NamedTuple):
     """Interval of the side's parameter, by p-curve."""
 
 
-def _nearest_side(points: FloatArray, box: FloatArray, slack: FloatArray) -> tuple[float, int]:
-    """Return the nearest side of `box`, and the points' distance from it over `slack` (2,)."""
-    missed = np.abs(points[:, None, :] - box[None, :, :]).max(axis=0)
-    # missed[k, axis]: how far the points are from the low (0) or high (1) line of an axis
-    return min((missed[k, axis] / slack[axis], 2 * axis + k) for axis in range(2) for k in range(2))
-
-
 def rectangle_sides(loop: Loop, box: FloatArray, speed: FloatArray) -> Sides | None:
     """Return the sides of `box` that the p-curves of `loop` lie on, or None if one does not.
 
@@ -189,26 +170,31 @@ def rectangle_sides(loop: Loop, box: FloatArray, speed: FloatArray) -> Sides | N
     box : (2, 2) low and high (u, v)
     speed : (2,) largest |S_u| and |S_v| on the face: turns misses in (u, v) into lengths
 
-    A pcurve lies on a side if its control points miss it by no more than the pcurve's own
-    tolerance and `LEVEL` of the face, and the pcurves must go round the whole border once.
+    A p-curve lies on a side if its control points miss it by no more than the p-curve's own
+    tolerance and `RECTANGLE_TOL` of the face. The p-curves must go round the whole border once.
     """
     span = box[1] - box[0]
     result = Sides([], [], [])
-    travelled = np.zeros(2)
+    path_length = np.zeros(2)
     for pcurve in loop:
         points = pcurve.curve.control_points[:, :2]
-        slack = np.minimum(pcurve.tolerance / np.maximum(speed, 1e-300), LEVEL * span)
-        ratio, side = _nearest_side(points, box, np.maximum(slack, STRAIGHT * span))
+        slack = np.minimum(pcurve.tolerance / np.maximum(speed, 1e-300), RECTANGLE_TOL * span)
+        slack = np.maximum(slack, ROUNDING * span)
+        # miss[k, axis]: distance of the points from the low (0) or high (1) line of an axis
+        miss = np.abs(points[:, None, :] - box[None, :, :]).max(axis=0)
+        ratio, side = min(
+            (miss[k, axis] / slack[axis], 2 * axis + k) for axis in range(2) for k in range(2)
+        )
         if ratio > 1.0:
             return None
-        along = 1 - side // 2
-        a, b = float(points[0, along]), float(points[-1, along])
-        if abs(a - b) < 0.5 * np.abs(np.diff(points[:, along])).sum():
+        axis = 1 - side // 2
+        a, b = float(points[0, axis]), float(points[-1, axis])
+        if abs(a - b) < 0.5 * np.abs(np.diff(points[:, axis])).sum():
             return None
-        travelled[along] += abs(a - b)
+        path_length[axis] += abs(a - b)
         result.side.append(side)
         result.against.append(b < a)
         result.span.append((min(a, b), max(a, b)))
-    if np.any(np.abs(travelled - 2.0 * span) > 1e-2 * span) or set(result.side) != {0, 1, 2, 3}:
+    if np.any(np.abs(path_length - 2.0 * span) > 1e-2 * span) or set(result.side) != {0, 1, 2, 3}:
         return None
     return result

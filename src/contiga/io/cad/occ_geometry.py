@@ -1,4 +1,4 @@
-"""OpenCASCADE curves and surfaces as NURBS of contiga. Reached only from `step_iges`."""
+"""OpenCASCADE curves and surfaces as NURBS of contiga."""
 
 from __future__ import annotations
 
@@ -10,16 +10,20 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from contiga.errors import GeometryError
 from contiga.geometry.curve import NurbsCurve
 from contiga.geometry.surface import NurbsSurface
-from contiga.io.cad.chart import cut_down
+from contiga.io.cad.chart import restrict_patch
 from contiga.io.cad.loops import whole_periods
-from contiga.io.cad.occ_approximation import approximated, largest_miss
 from contiga.io.cad.warp import AngleMap, Map, identity
 from contiga.records import FloatArray
 
-EXACT = 1e-10
-"""Largest miss of an analytic surface's rational form, as a share of the size."""
+EXACT_TOL = 1e-10
+"""Largest error of an analytic surface's rational form, as a share of the size."""
+APPROXIMATION_TOLS = (1e-8, 1e-7, 1e-6, 1e-5)
+"""Tolerances of approximations that are tried in turn, as shares of the size."""
+N_GRID = 41
+"""Points in each direction at which an approximation is compared."""
 
 
 class Patch(NamedTuple):
@@ -28,8 +32,8 @@ class Patch(NamedTuple):
     surface: NurbsSurface
     maps: tuple[Map, Map]
     """Maps old u → new u and old v → new v."""
-    off: float = 0.0
-    """Largest distance from the surface of an approximation, length."""
+    error: float = 0.0
+    """Largest distance of an approximation from the surface, length."""
 
 
 def _values(array: Any) -> FloatArray:
@@ -38,45 +42,46 @@ def _values(array: Any) -> FloatArray:
     return np.array([array.Value(i) for i in count], dtype=np.float64)
 
 
-def _rational(weights: FloatArray) -> FloatArray | None:
+def _weights_or_none(weights: FloatArray) -> FloatArray | None:
+    """Return weights, or None if they are equal."""
     return None if np.ptp(weights) <= 1e-15 * abs(weights).max() else weights
 
 
 def surface_from(spline: Any, shift: FloatArray, scale: float) -> NurbsSurface:
-    """Return a `Geom_BSplineSurface` that is not periodic; knots + `shift`, points · `scale`."""
+    """Convert a `Geom_BSplineSurface` that is not periodic; knots + `shift`, points · `scale`."""
     n, m = spline.NbUPoles(), spline.NbVPoles()
     points = np.empty((n, m, 3))
     weights = np.ones((n, m))
-    rational = spline.IsURational() or spline.IsVRational()
+    is_rational = spline.IsURational() or spline.IsVRational()
     for i in range(n):
         for j in range(m):
             pole = spline.Pole(i + 1, j + 1)
             points[i, j] = pole.X(), pole.Y(), pole.Z()
-            if rational:
+            if is_rational:
                 weights[i, j] = spline.Weight(i + 1, j + 1)
     knots = (_values(spline.UKnotSequence()) + shift[0], _values(spline.VKnotSequence()) + shift[1])
     degrees = (spline.UDegree(), spline.VDegree())
-    return NurbsSurface(degrees, knots, points * scale, _rational(weights))
+    return NurbsSurface(degrees, knots, points * scale, _weights_or_none(weights))
 
 
 def curve_from(spline: Any, scale: float = 1.0) -> NurbsCurve:
-    """Return a `Geom_BSplineCurve` or `Geom2d_BSplineCurve`; coordinates times `scale`."""
+    """Convert a `Geom_BSplineCurve` or `Geom2d_BSplineCurve`; coordinates times `scale`."""
     if spline.IsPeriodic():
         spline = spline.Copy()
         spline.SetNotPeriodic()
     poles = [spline.Pole(i + 1) for i in range(spline.NbPoles())]
-    plane = not hasattr(poles[0], "Z")
-    points = np.array([(p.X(), p.Y()) if plane else (p.X(), p.Y(), p.Z()) for p in poles])
+    is_planar = not hasattr(poles[0], "Z")
+    points = np.array([(p.X(), p.Y()) if is_planar else (p.X(), p.Y(), p.Z()) for p in poles])
     weights = np.ones(len(poles))
     if spline.IsRational():
         weights = np.array([spline.Weight(i + 1) for i in range(len(poles))])
     return NurbsCurve(
-        spline.Degree(), _values(spline.KnotSequence()), points * scale, _rational(weights)
+        spline.Degree(), _values(spline.KnotSequence()), points * scale, _weights_or_none(weights)
     )
 
 
 def pcurve_from(curve: Any, first: float, last: float) -> NurbsCurve:
-    """Return a `Geom2d_Curve` over [first, last], by growing parameter; lines get degree 1."""
+    """Convert a `Geom2d_Curve` over [first, last], by growing parameter; lines get degree 1."""
     from OCP.Geom2d import Geom2d_BSplineCurve, Geom2d_Line, Geom2d_TrimmedCurve
     from OCP.Geom2dConvert import Geom2dConvert
 
@@ -87,13 +92,13 @@ def pcurve_from(curve: Any, first: float, last: float) -> NurbsCurve:
         a, b = base.Value(first), base.Value(last)
         return NurbsCurve(1, [first, first, last, last], [[a.X(), a.Y()], [b.X(), b.Y()]])
     if isinstance(base, Geom2d_BSplineCurve):
-        return _part(base, first, last, 1.0)
+        return _spline_part(base, first, last, 1.0)
     trimmed = Geom2d_TrimmedCurve(base, first, last)
     return curve_from(Geom2dConvert.CurveToBSplineCurve_s(trimmed))
 
 
 def curve3d_from(curve: Any, first: float, last: float, scale: float) -> NurbsCurve:
-    """Return a `Geom_Curve` over [first, last], by growing parameter."""
+    """Convert a `Geom_Curve` over [first, last], by growing parameter."""
     from OCP.Geom import Geom_BSplineCurve, Geom_TrimmedCurve
     from OCP.GeomConvert import GeomConvert
 
@@ -101,43 +106,42 @@ def curve3d_from(curve: Any, first: float, last: float, scale: float) -> NurbsCu
     while isinstance(base, Geom_TrimmedCurve):
         base = base.BasisCurve()
     if isinstance(base, Geom_BSplineCurve):
-        return _part(base, first, last, scale)
+        return _spline_part(base, first, last, scale)
     trimmed = Geom_TrimmedCurve(base, first, last)
     return curve_from(GeomConvert.CurveToBSplineCurve_s(trimmed), scale)
 
 
-def _part(spline: Any, first: float, last: float, scale: float) -> NurbsCurve:
-    """Return a B-spline over [first, last]; a periodic one is unrolled over the interval."""
+def _spline_part(spline: Any, first: float, last: float, scale: float) -> NurbsCurve:
+    """Convert a B-spline over [first, last]; a periodic one is unrolled over the interval."""
     period = spline.Period() if spline.IsPeriodic() else 0.0
     curve = curve_from(spline, scale)
     a, b = curve.domain
     near = 1e-9 * (b - a)
     if period:
         turns = math.floor((first + near - a) / period)
-        curve = _shift(curve, turns * period)
+        curve = _shift_knots(curve, turns * period)
         a, b = curve.domain
         if last > b + near:
-            curve = _join(curve, _shift(curve, period))
+            curve = _join_curves(curve, _shift_knots(curve, period))
             b = curve.domain[1]
     low = a if first - a <= near else first
     high = b if b - last <= near else last
     return curve if (low, high) == (a, b) else curve.restricted(low, high)
 
 
-def _shift(curve: NurbsCurve, by: float) -> NurbsCurve:
-    return NurbsCurve(curve.degree, curve.knots + by, curve.control_points, curve.weights)
+def _shift_knots(curve: NurbsCurve, shift: float) -> NurbsCurve:
+    return NurbsCurve(curve.degree, curve.knots + shift, curve.control_points, curve.weights)
 
 
-def _join(one: NurbsCurve, two: NurbsCurve) -> NurbsCurve:
+def _join_curves(first: NurbsCurve, second: NurbsCurve) -> NurbsCurve:
     """Join two curves of one degree that meet."""
-    p = one.degree
-    knots = np.concatenate([one.knots[:-1], two.knots[p + 1 :]])
-    points = np.concatenate([one.control_points, two.control_points[1:]])
+    p = first.degree
+    knots = np.concatenate([first.knots[:-1], second.knots[p + 1 :]])
+    points = np.concatenate([first.control_points, second.control_points[1:]])
     weights = None
-    if one.weights is not None and two.weights is not None:
-        weights = np.concatenate(
-            [one.weights, two.weights[1:] * (one.weights[-1] / two.weights[0])]
-        )
+    if first.weights is not None and second.weights is not None:
+        share = first.weights[-1] / second.weights[0]
+        weights = np.concatenate([first.weights, second.weights[1:] * share])
     return NurbsCurve(p, knots, points, weights)
 
 
@@ -164,13 +168,13 @@ def speed_of(surface: Any, box: FloatArray) -> FloatArray:
     """Return the largest |S_u|, |S_v| (2,) at a few points of `box`."""
     from OCP.gp import gp_Pnt, gp_Vec
 
-    best = np.zeros(2)
+    largest = np.zeros(2)
     point, du, dv = gp_Pnt(), gp_Vec(), gp_Vec()
     for u in np.linspace(box[0, 0], box[1, 0], 4):
         for v in np.linspace(box[0, 1], box[1, 1], 4):
             surface.D1(float(u), float(v), point, du, dv)
-            best = np.maximum(best, [du.Magnitude(), dv.Magnitude()])
-    return best
+            largest = np.maximum(largest, [du.Magnitude(), dv.Magnitude()])
+    return largest
 
 
 def patch_from(surface: Any, box: FloatArray, whole: bool, scale: float) -> Patch:
@@ -184,38 +188,35 @@ def patch_from(surface: Any, box: FloatArray, whole: bool, scale: float) -> Patc
     scale : factor on coordinates
 
     B-splines, Bézier patches and planes keep their parameters; circles of analytic surfaces get
-    an `AngleMap`. What has no exact form (offset surfaces) is approximated by OpenCASCADE to
-    `EXACT` · size at best, with its parameters kept.
+    an `AngleMap`. Surfaces without an exact form (offset surfaces) are approximated by
+    OpenCASCADE, at best to `EXACT_TOL` · size, and keep their parameters.
     """
     from OCP.Geom import Geom_BezierSurface, Geom_BSplineSurface, Geom_Plane
 
     if isinstance(surface, Geom_Plane):
-        return Patch(_plane(surface, box, scale), (identity, identity))
+        (u0, v0), (u1, v1) = box
+        net = np.empty((2, 2, 3))
+        for i, u in enumerate((u0, u1)):
+            for j, v in enumerate((v0, v1)):
+                point = surface.Value(float(u), float(v))
+                net[i, j] = point.X(), point.Y(), point.Z()
+        plane = NurbsSurface((1, 1), ([u0, u0, u1, u1], [v0, v0, v1, v1]), net * scale)
+        return Patch(plane, (identity, identity))
     if isinstance(surface, Geom_BezierSurface):
         from OCP.GeomConvert import GeomConvert
 
         surface = GeomConvert.SurfaceToBSplineSurface_s(surface)
     if isinstance(surface, Geom_BSplineSurface):
         spline = surface_from(*_cut_open(surface, box), scale)
-        return Patch(spline if whole else cut_down(spline, box), (identity, identity))
-    return _analytic(surface, box, scale)
-
-
-def _plane(plane: Any, box: FloatArray, scale: float) -> NurbsSurface:
-    (u0, v0), (u1, v1) = box
-    net = np.empty((2, 2, 3))
-    for i, u in enumerate((u0, u1)):
-        for j, v in enumerate((v0, v1)):
-            point = plane.Value(float(u), float(v))
-            net[i, j] = point.X(), point.Y(), point.Z()
-    return NurbsSurface((1, 1), ([u0, u0, u1, u1], [v0, v0, v1, v1]), net * scale)
+        return Patch(spline if whole else restrict_patch(spline, box), (identity, identity))
+    return _analytic_patch(surface, box, scale)
 
 
 def _cut_open(surface: Any, box: FloatArray) -> tuple[Any, FloatArray]:
     """Return a copy that is not periodic, cut where `box` begins, and its knots' shift.
 
-    Where a period starts is arbitrary, so the cut goes where the face begins; OpenCASCADE may
-    number the cut surface a period further on.
+    The start of a period is arbitrary, so the cut is made where the face begins. OpenCASCADE may
+    number the knots of the result a period later.
     """
     spline = surface.Copy()
     periods = periods_of(spline)
@@ -239,7 +240,7 @@ def _unroll(spline: Any, start: FloatArray, periods: FloatArray) -> FloatArray:
     return whole_periods(start - np.array([u0, v0]), periods)
 
 
-def _analytic(surface: Any, box: FloatArray, scale: float) -> Patch:
+def _analytic_patch(surface: Any, box: FloatArray, scale: float) -> Patch:
     """Return the exact rational form of a surface with circles; a whole turn is two halves.
 
     OpenCASCADE converts a whole turn by cutting a periodic spline at a parameter that is not the
@@ -249,10 +250,10 @@ def _analytic(surface: Any, box: FloatArray, scale: float) -> Patch:
 
     for axis, period in enumerate(periods_of(surface)):
         if period > 0.0 and box[1, axis] - box[0, axis] > 0.95 * period:
-            parts = np.array([box, box])
-            parts[0, 1, axis] = parts[1, 0, axis] = 0.5 * (box[0, axis] + box[1, axis])
-            one, two = (_analytic(surface, part, scale) for part in parts)
-            joined = _joined_patches(one, two, axis)
+            halves = np.array([box, box])
+            halves[0, 1, axis] = halves[1, 0, axis] = 0.5 * (box[0, axis] + box[1, axis])
+            first, second = (_analytic_patch(surface, half, scale) for half in halves)
+            joined = _join_patches(first, second, axis)
             if joined is not None:
                 return joined
     (u0, v0), (u1, v1) = (tuple(map(float, corner)) for corner in box)
@@ -261,15 +262,17 @@ def _analytic(surface: Any, box: FloatArray, scale: float) -> Patch:
     if exact is not None:
         spline, shift, maps = exact
         return Patch(surface_from(spline, shift, scale), maps)
-    near = approximated(trimmed)
-    off = largest_miss(trimmed, near) * scale
-    return Patch(surface_from(near, np.zeros(2), scale), (identity, identity), off)
+    spline, error = _approximate(trimmed)
+    return Patch(surface_from(spline, np.zeros(2), scale), (identity, identity), error * scale)
 
 
 def _exact_form(
     surface: Any, trimmed: Any, box: FloatArray
 ) -> tuple[Any, FloatArray, tuple[Map, Map]] | None:
-    """Return rational form, shift of knots and parameter maps of a trimmed surface, or None."""
+    """Return rational form, shift of knots and parameter maps of a trimmed surface, or None.
+
+    The maps are angles in both directions, in u, in v or in none: the first that fits.
+    """
     from OCP.GeomConvert import GeomConvert
 
     try:
@@ -277,70 +280,95 @@ def _exact_form(
     except Exception:  # OpenCASCADE raises its own kinds for surfaces without an exact form
         return None
     shift = _unroll(spline, box[0], periods_of(surface))
-    for maps in _possible_maps(spline, shift):
-        if _agrees(surface, spline, maps, (box, shift)):
+    u_maps: list[Map] = [identity]
+    v_maps: list[Map] = [identity]
+    if spline.UDegree() == 2:
+        u_maps.insert(0, AngleMap(_values(spline.UKnots()) + shift[0]))
+    if spline.VDegree() == 2:
+        v_maps.insert(0, AngleMap(_values(spline.VKnots()) + shift[1]))
+    for maps in product(u_maps, v_maps):
+        if _is_same_surface(surface, spline, maps, box, shift):
             return spline, shift, maps
     return None
 
 
-def _joined_patches(one: Patch, two: Patch, axis: int) -> Patch | None:
+def _join_patches(first: Patch, second: Patch, axis: int) -> Patch | None:
     """Join two patches that meet at a line of constant u (axis 0) or v; None if unlike."""
-    a, b = one.surface, two.surface
-    other = 1 - axis
-    if a.degrees != b.degrees or not np.array_equal(a.knots[other], b.knots[other]):
+    a, b = first.surface, second.surface
+    if a.degrees != b.degrees or not np.array_equal(a.knots[1 - axis], b.knots[1 - axis]):
+        return None
+    maps = list(first.maps)
+    first_map, second_map = first.maps[axis], second.maps[axis]
+    if isinstance(first_map, AngleMap) and isinstance(second_map, AngleMap):
+        maps[axis] = AngleMap(np.concatenate([first_map.breaks, second_map.breaks[1:]]))
+    elif first_map is not second_map:
         return None
     p = a.degrees[axis]
     knots = list(a.knots)
     knots[axis] = np.concatenate([a.knots[axis][:-1], b.knots[axis][p + 1 :]])
-    weights = [
+    weights_a, weights_b = (
         np.ones(s.control_points.shape[:2]) if s.weights is None else s.weights for s in (a, b)
-    ]
-    rest = (slice(1, None), slice(None)) if axis == 0 else (slice(None), slice(1, None))
-    points = np.concatenate([a.control_points, b.control_points[rest]], axis=axis)
-    joined = np.concatenate([weights[0], weights[1][rest]], axis=axis)
-    maps = list(one.maps)
-    first, second = one.maps[axis], two.maps[axis]
-    if isinstance(first, AngleMap) and isinstance(second, AngleMap):
-        maps[axis] = AngleMap(np.concatenate([first.breaks, second.breaks[1:]]))
-    elif first is not second:
-        return None
-    surface = NurbsSurface(a.degrees, (knots[0], knots[1]), points, _rational(joined))
-    return Patch(surface, (maps[0], maps[1]), max(one.off, two.off))
+    )
+    # The first row of the second patch is the last row of the first one.
+    rows = (slice(1, None), slice(None)) if axis == 0 else (slice(None), slice(1, None))
+    points = np.concatenate([a.control_points, b.control_points[rows]], axis=axis)
+    weights = np.concatenate([weights_a, weights_b[rows]], axis=axis)
+    surface = NurbsSurface(a.degrees, (knots[0], knots[1]), points, _weights_or_none(weights))
+    return Patch(surface, (maps[0], maps[1]), max(first.error, second.error))
 
 
-def _possible_maps(spline: Any, shift: FloatArray) -> list[tuple[Map, Map]]:
-    """Return the parameter maps a conversion may have made: angles in both, in u, in v, in none."""
-    of_u: list[Map] = [identity]
-    of_v: list[Map] = [identity]
-    if spline.UDegree() == 2:
-        of_u.insert(0, AngleMap(_values(spline.UKnots()) + shift[0]))
-    if spline.VDegree() == 2:
-        of_v.insert(0, AngleMap(_values(spline.VKnots()) + shift[1]))
-    return list(product(of_u, of_v))
-
-
-def _agrees(
-    surface: Any, spline: Any, maps: tuple[Map, Map], place: tuple[FloatArray, FloatArray]
+def _is_same_surface(
+    surface: Any, spline: Any, maps: tuple[Map, Map], box: FloatArray, shift: FloatArray
 ) -> bool:
     """Return whether the spline at mapped parameters is the surface, on a grid off all symmetries.
 
-    `place` is the box of the face and the shift of the spline's knots.
+    `box` is that of the face, `shift` that of the spline's knots.
     """
-    box, shift = place
     share = np.array([0.0, 0.137, 0.291, 0.418, 0.593, 0.761, 0.902, 1.0])
     u = box[0, 0] + share * (box[1, 0] - box[0, 0])
     v = box[0, 1] + share * (box[1, 1] - box[0, 1])
     u0, u1, v0, v1 = spline.Bounds()
     mapped_u = np.clip(maps[0](u) - shift[0], u0, u1)
     mapped_v = np.clip(maps[1](v) - shift[1], v0, v1)
-    worst, size = 0.0, 0.0
+    error, size = 0.0, 0.0
     origin = surface.Value(float(u[0]), float(v[0]))
     for a, x in zip(u, mapped_u, strict=True):
         for b, y in zip(v, mapped_v, strict=True):
             point = surface.Value(float(a), float(b))
-            worst = max(worst, point.Distance(spline.Value(float(x), float(y))))
+            error = max(error, point.Distance(spline.Value(float(x), float(y))))
             size = max(size, point.Distance(origin), abs(point.X()), abs(point.Y()))
-    return worst <= EXACT * size
+    return error <= EXACT_TOL * size
+
+
+def _approximate(trimmed: Any) -> tuple[Any, float]:
+    """Return a B-spline near `trimmed` with the same parameters, and its largest error on a grid.
+
+    Raises
+    ------
+    GeometryError
+        OpenCASCADE finds no approximation.
+    """
+    from OCP.GeomAbs import GeomAbs_Shape
+    from OCP.GeomConvert import GeomConvert_ApproxSurface
+
+    u0, u1, v0, v1 = trimmed.Bounds()
+    corner = trimmed.Value(u0, v0)
+    size = max(
+        corner.Distance(trimmed.Value(u, v)) for u in (u0, u1) for v in (v0, 0.5 * (v0 + v1), v1)
+    )
+    smooth = GeomAbs_Shape.GeomAbs_C1
+    for tolerance in APPROXIMATION_TOLS:
+        result = GeomConvert_ApproxSurface(
+            trimmed, tolerance * max(size, 1e-3), smooth, smooth, 9, 9, 200, 1
+        )
+        if result.IsDone() and result.HasResult() and math.isfinite(result.MaxError()):
+            spline = result.Surface()
+            grid = product(np.linspace(u0, u1, N_GRID), np.linspace(v0, v1, N_GRID))
+            return spline, max(float(trimmed.Value(*uv).Distance(spline.Value(*uv))) for uv in grid)
+    raise GeometryError(
+        "its surface has no NURBS form and could not be approximated",
+        found=type(trimmed.BasisSurface()).__name__,
+    )
 
 
 @contextmanager
@@ -349,10 +377,10 @@ def quiet() -> Iterator[None]:
     from OCP.Message import Message
 
     printers = Message.DefaultMessenger_s().ChangePrinters()
-    kept = list(printers)
+    removed = list(printers)
     printers.Clear()
     try:
         yield
     finally:
-        for printer in kept:
+        for printer in removed:
             printers.Append(printer)

@@ -1,8 +1,8 @@
 """Contents of OpenCASCADE's document of a file: placed parts with names and colours.
 
-Products stand in assemblies by references with a placement; a product may hold several solids,
-shells and faces. Each of them, where it stands, is a piece here; loose faces that share edges make
-one part, whatever each is called.
+Assemblies refer to products with a placement; a product may contain several solids, shells and
+faces. Each of them, at each place, is a piece here; loose faces that share edges make one part,
+whatever their names.
 """
 
 from __future__ import annotations
@@ -13,9 +13,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from contiga.io.cad.parts import FaceLabel, PartLabel
-from contiga.io.cad.sew import Sewn, members, subshapes
+from contiga.io.cad.sew import SewnEdges, members, subshapes
 
-_SURFACES = {
+_SURFACE_KINDS = {
     "Geom_Plane": "plane",
     "Geom_CylindricalSurface": "cylinder",
     "Geom_ConicalSurface": "cone",
@@ -38,26 +38,30 @@ class Piece(NamedTuple):
     shape: Any
     faces: list[Any]
     """Its faces, TopoDS_Face."""
-    called: _Called
-    face_called: list[_Called]
+    attributes: Attributes
+    face_attributes: list[Attributes]
     place: tuple[str, ...]
-    others: tuple[str, ...]
+    """Names of its instances, from the outermost assembly in."""
+    aliases: tuple[str, ...]
+    """Names of the products of its assemblies."""
 
 
-class _Called(NamedTuple):
+class Attributes(NamedTuple):
+    """Name and colour of a shape in the file."""
+
     name: str | None
     colour: str | None
 
 
-NAMELESS = _Called(None, None)
+NO_ATTRIBUTES = Attributes(None, None)
 
 
-class _Way(NamedTuple):
+class _Path(NamedTuple):
     """The path from the outermost assembly down to a label."""
 
     location: Any
     place: tuple[str, ...] = ()
-    others: tuple[str, ...] = ()
+    aliases: tuple[str, ...] = ()
     colour: str | None = None
 
 
@@ -84,91 +88,74 @@ def pieces_of(document: Any) -> list[Piece]:
     shapes = XCAFDoc_DocumentTool.ShapeTool_s(document.Main())
     free = Sequence_TDF_Label()
     shapes.GetFreeShapes(free)
-    walk, start = _Walk(shapes), _Way(TopLoc_Location())
-    return [piece for label in _items(free) for piece in walk.under(label, start)]
+    start = _Path(TopLoc_Location())
+    return [piece for label in _items(free) for piece in _pieces_under(shapes, label, start)]
 
 
-class _Walk(NamedTuple):
-    """A traversal of the labels of a document."""
+def _pieces_under(shapes: Any, label: Any, path: _Path) -> Iterator[Piece]:
+    """Yield the pieces of a label that may refer to a product elsewhere."""
+    from OCP.collections import Sequence_TDF_Label
+    from OCP.TDF import TDF_Label
 
-    shapes: Any
-
-    def under(self, label: Any, way: _Way) -> Iterator[Piece]:
-        """Yield the pieces of a label that may refer to a product elsewhere."""
-        from OCP.TDF import TDF_Label
-
-        if not self.shapes.IsReference_s(label):
-            yield from self._within(label, way, None)
-            return
-        product = TDF_Label()
-        self.shapes.GetReferredShape_s(label, product)
-        name = _name(label) or _name(product)
-        place = way.place if name is None else (*way.place, name)
-        location = way.location.Multiplied(self.shapes.GetLocation_s(label))
-        way = way._replace(location=location, place=place)
-        yield from self._within(product, way, _colour(label))
-
-    def _within(self, product: Any, way: _Way, colour: str | None) -> Iterator[Piece]:
-        """Yield the pieces of a product; `colour` is that of the instance."""
-        from OCP.collections import Sequence_TDF_Label
-
-        called = _Called(_name(product), colour or _colour(product) or way.colour)
-        if not self.shapes.IsAssembly_s(product):
-            yield from self._leaf(product, way, called)
-            return
-        others = way.others if called.name is None else (*way.others, called.name)
-        way = way._replace(others=others, colour=called.colour)
-        components = Sequence_TDF_Label()
-        self.shapes.GetComponents_s(product, components, False)
-        for component in _items(components):
-            yield from self.under(component, way)
-
-    def _leaf(self, product: Any, way: _Way, called: _Called) -> Iterator[Piece]:
-        from OCP.TopoDS import TopoDS
-
-        inner = _Inner(self.shapes, product)
-        for kind, shape in _split(self.shapes.GetShape_s(product)):
-            label = inner.called(shape)
-            faces = subshapes(shape, "FACE")
-            face_called = [inner.called(face) for face in faces]
-            shared = {face.colour for face in face_called}
-            name, colour = label.name or called.name, label.colour or called.colour
-            if colour is None and len(shared) == 1:
-                colour = shared.pop()
-            others = way.others
-            if label.name is not None and called.name is not None:
-                others = (*others, called.name)
-            placed = shape.Moved(way.location)
-            yield Piece(
-                kind,
-                placed,
-                [TopoDS.Face(face) for face in subshapes(placed, "FACE")],
-                _Called(name, colour),
-                face_called,
-                way.place,
-                others,
-            )
-
-
-class _Inner:
-    """Names and colours of the solids, shells and faces inside a product."""
-
-    def __init__(self, shapes: Any, product: Any) -> None:
-        from OCP.collections import (
-            IndexedMap_TopoDS_Shape_TopTools_ShapeMapHasher,
-            Sequence_TDF_Label,
+    product, colour = label, None
+    if shapes.IsReference_s(label):
+        product, colour = TDF_Label(), _colour(label)
+        shapes.GetReferredShape_s(label, product)
+        instance = _name(label) or _name(product)
+        path = path._replace(
+            location=path.location.Multiplied(shapes.GetLocation_s(label)),
+            place=path.place if instance is None else (*path.place, instance),
         )
+    attributes = Attributes(_name(product), colour or _colour(product) or path.colour)
+    if not shapes.IsAssembly_s(product):
+        yield from _pieces_of_product(shapes, product, path, attributes)
+        return
+    name = attributes.name
+    aliases = path.aliases if name is None else (*path.aliases, name)
+    path = path._replace(aliases=aliases, colour=attributes.colour)
+    components = Sequence_TDF_Label()
+    shapes.GetComponents_s(product, components, False)
+    for component in _items(components):
+        yield from _pieces_under(shapes, component, path)
 
-        self._known = IndexedMap_TopoDS_Shape_TopTools_ShapeMapHasher()
-        self._called: dict[int, _Called] = {}
-        labels = Sequence_TDF_Label()
-        shapes.GetSubShapes_s(product, labels)
-        for label in _items(labels):
-            number = self._known.Add(shapes.GetShape_s(label))
-            self._called[number] = _Called(_name(label), _colour(label))
 
-    def called(self, shape: Any) -> _Called:
-        return self._called.get(self._known.FindIndex(shape), NAMELESS)
+def _pieces_of_product(
+    shapes: Any, product: Any, path: _Path, attributes: Attributes
+) -> Iterator[Piece]:
+    """Yield the solids, shells and faces of a product that is not an assembly."""
+    from OCP.collections import IndexedMap_TopoDS_Shape_TopTools_ShapeMapHasher, Sequence_TDF_Label
+    from OCP.TopoDS import TopoDS
+
+    numbers = IndexedMap_TopoDS_Shape_TopTools_ShapeMapHasher()
+    by_number: dict[int, Attributes] = {}
+    labels = Sequence_TDF_Label()
+    shapes.GetSubShapes_s(product, labels)
+    for label in _items(labels):
+        number = numbers.Add(shapes.GetShape_s(label))
+        by_number[number] = Attributes(_name(label), _colour(label))
+    for kind, shape in _split(shapes.GetShape_s(product)):
+        name, colour = by_number.get(numbers.FindIndex(shape), NO_ATTRIBUTES)
+        face_attributes = [
+            by_number.get(numbers.FindIndex(face), NO_ATTRIBUTES)
+            for face in subshapes(shape, "FACE")
+        ]
+        aliases = path.aliases
+        if name is not None and attributes.name is not None:
+            aliases = (*aliases, attributes.name)
+        colour = colour or attributes.colour
+        face_colours = {face.colour for face in face_attributes}
+        if colour is None and len(face_colours) == 1:
+            colour = face_colours.pop()
+        placed = shape.Moved(path.location)
+        yield Piece(
+            kind,
+            placed,
+            [TopoDS.Face(face) for face in subshapes(placed, "FACE")],
+            Attributes(name or attributes.name, colour),
+            face_attributes,
+            path.place,
+            aliases,
+        )
 
 
 def _split(shape: Any) -> Iterator[tuple[str, Any]]:
@@ -202,47 +189,42 @@ def compound_of(shapes: Iterable[Any]) -> Any:
     return compound
 
 
-def labelled(pieces: Sequence[Piece], edges: Sewn) -> list[PartLabel]:
+def part_labels(pieces: Sequence[Piece], edges: SewnEdges) -> list[PartLabel]:
     """Return the parts that pieces make: solids, shells, and connected loose faces.
 
-    `edges` numbers the edges of all pieces, those that coincide alike.
+    `edges` numbers the edges of all pieces, coinciding ones alike. A part of loose faces has a
+    name and a colour if all its faces have the same.
     """
+    from OCP.BRep import BRep_Tool
+    from OCP.TopLoc import TopLoc_Location
+
     parts: dict[int, PartLabel] = {}
     number = 0
     for piece, group in zip(pieces, _groups(pieces, edges), strict=True):
         faces = []
-        for face, called in zip(piece.faces, piece.face_called, strict=True):
+        for face, attributes in zip(piece.faces, piece.face_attributes, strict=True):
             number += 1
-            faces.append(FaceLabel(number, _surface(face), *called))
+            surface = BRep_Tool.Surface_s(face, TopLoc_Location())
+            kind = "" if surface is None else _SURFACE_KINDS.get(type(surface).__name__, "other")
+            faces.append(FaceLabel(number, kind, *attributes))
+        name, colour = piece.attributes
         part = parts.get(group)
         if part is None:
             kind = "faces" if piece.kind == "face" else piece.kind
             parts[group] = PartLabel(
-                len(parts) + 1,
-                kind,
-                tuple(faces),
-                piece.called.name,
-                piece.place,
-                piece.others,
-                piece.called.colour,
+                len(parts) + 1, kind, tuple(faces), name, piece.place, piece.aliases, colour
             )
         else:
-            parts[group] = _join(part, piece, faces)
+            parts[group] = part._replace(
+                faces=(*part.faces, *faces),
+                name=name if part.name == name else None,
+                colour=colour if part.colour == colour else None,
+            )
     return list(parts.values())
 
 
-def _join(part: PartLabel, piece: Piece, faces: list[FaceLabel]) -> PartLabel:
-    """Return a part of loose faces with more of them, with name and colour if all have the same."""
-    name = part.name if part.name == piece.called.name else None
-    colour = part.colour if part.colour == piece.called.colour else None
-    return part._replace(faces=(*part.faces, *faces), name=name, colour=colour)
-
-
-def _groups(pieces: Sequence[Piece], edges: Sewn) -> Iterable[int]:
-    """Return a group number for each piece.
-
-    Loose faces of one place that share an edge are one group.
-    """
+def _groups(pieces: Sequence[Piece], edges: SewnEdges) -> Iterable[int]:
+    """Return a group number for each piece; connected loose faces of one place are one group."""
     loose = [k for k, piece in enumerate(pieces) if piece.kind == "face"]
     groups = np.arange(len(pieces))
     if len(loose) < 2:
@@ -250,15 +232,15 @@ def _groups(pieces: Sequence[Piece], edges: Sewn) -> Iterable[int]:
     from scipy.sparse import coo_array
     from scipy.sparse.csgraph import connected_components
 
-    ends: dict[tuple[tuple[str, ...], int], int] = {}
+    edge_nodes: dict[tuple[tuple[str, ...], int], int] = {}
     pairs = [
-        (row, ends.setdefault((pieces[k].place, edges.add(edge)[0]), len(ends)))
+        (row, edge_nodes.setdefault((pieces[k].place, edges.number_of(edge)[0]), len(edge_nodes)))
         for row, k in enumerate(loose)
         for edge in subshapes(pieces[k].shape, "EDGE")
     ]
     if pairs:
         rows, columns = np.array(pairs).T
-        size = len(loose) + len(ends)
+        size = len(loose) + len(edge_nodes)
         graph = coo_array((np.ones(len(pairs)), (rows, columns + len(loose))), shape=(size, size))
         labels = connected_components(graph, directed=False)[1][: len(loose)]
         groups[loose] = len(pieces) + labels
@@ -289,11 +271,3 @@ def _colour(label: Any) -> str | None:
         if XCAFDoc_ColorTool.GetColor_s(label, kind, colour):
             return str(Quantity_Color.ColorToHex_s(colour).ToCString()).lower()
     return None
-
-
-def _surface(face: Any) -> str:
-    from OCP.BRep import BRep_Tool
-    from OCP.TopLoc import TopLoc_Location
-
-    surface = BRep_Tool.Surface_s(face, TopLoc_Location())
-    return "" if surface is None else _SURFACES.get(type(surface).__name__, "other")

@@ -1,8 +1,8 @@
 """Closed pieces of a body as solids of OpenCASCADE, with their own surfaces and trims.
 
-What OpenCASCADE reads of a STEP file it has as solids. 3DM, G+Smo and bodies made in Python come
-as patches: here they become faces, sewn to a shell. Patches that are flat parallelograms become
-planes, of which OpenCASCADE knows more than of splines.
+OpenCASCADE reads a STEP file as solids. 3DM, G+Smo and bodies made in Python are patches: here they
+become faces, sewn to a shell. Patches that are flat parallelograms become planes, which OpenCASCADE
+handles better than splines.
 """
 
 from __future__ import annotations
@@ -20,13 +20,13 @@ from contiga.geometry.surface import NurbsSurface
 from contiga.io.cad.sew import COINCIDENT, FINEST, subshapes
 from contiga.records import FloatArray
 
-FLAT = 1e-12
-"""Largest departure of a parallelogram from a patch, over its size."""
-POINT = 1e-9
-"""A side shorter than this share of the patch is a point."""
-JOINED = 1e-4
+FLAT_TOL = 1e-12
+"""Largest distance of a parallelogram from a patch, over its size."""
+SEAM_TOL = 1e-9
+"""Largest distance of opposite sides that are one seam, over the size of the patch."""
+VERTEX_TOL = 1e-4
 """Distance up to which ends of edges coincide, mm, for a size of some thousand."""
-ALIKE = 1e-6
+VOLUME_TOL = 1e-6
 """Largest relative difference of the volumes of a solid and its piece."""
 
 
@@ -50,14 +50,14 @@ def solid_of(body: Faces, patches: Sequence[int], scale: float) -> Solid | None:
     piece = piece_of(body, patches)
     sewing = BRepBuilderAPI_Sewing(max(FINEST, COINCIDENT * scale * piece.size))
     try:
-        made = [
+        faces = [
             (patch, face)
             for patch in patches
             for face in faces_of(body.patches[patch].scaled(scale), body.trims[patch])
         ]
     except Exception:  # OpenCASCADE raises its own kinds for loops that it cannot follow
         return None
-    for _, face in made:
+    for _, face in faces:
         sewing.Add(face)
     sewing.Perform()
     shells = subshapes(sewing.SewedShape(), "SHELL")
@@ -66,23 +66,23 @@ def solid_of(body: Faces, patches: Sequence[int], scale: float) -> Solid | None:
     solid = BRepBuilderAPI_MakeSolid(TopoDS.Shell(shells[0])).Solid()
     BRepLib.OrientClosedSolid_s(solid)
     volume = abs(piece.volume()) * scale**3
-    if not abs(volume_of(solid) - volume) <= ALIKE * volume:
+    if not abs(volume_of(solid) - volume) <= VOLUME_TOL * volume:
         return None
-    return _trace(solid, [(patch, [sewing.ModifiedSubShape(face)]) for patch, face in made])
+    return _trace(solid, [(patch, [sewing.ModifiedSubShape(face)]) for patch, face in faces])
 
 
-def hollowed(solid: Solid, cavity: Solid) -> Solid | None:
+def hollow_out(solid: Solid, cavity: Solid) -> Solid | None:
     """Return a solid with a cavity; None if the cavity does not lie within it."""
     from OCP.BRepAlgoAPI import BRepAlgoAPI_Cut
 
     cut = BRepAlgoAPI_Cut(solid.shape, cavity.shape)
     solids = subshapes(cut.Shape(), "SOLID")
     volume = volume_of(solid.shape) - volume_of(cavity.shape)
-    if len(solids) != 1 or not abs(volume_of(solids[0]) - volume) <= ALIKE * volume:
+    if len(solids) != 1 or not abs(volume_of(solids[0]) - volume) <= VOLUME_TOL * volume:
         return None
-    before = [*zip(solid.patches, solid.faces, strict=True)]
-    before += zip(cavity.patches, cavity.faces, strict=True)
-    return _trace(solids[0], [(k, list(cut.Modified(face)) or [face]) for k, face in before])
+    faces = [*zip(solid.patches, solid.faces, strict=True)]
+    faces += zip(cavity.patches, cavity.faces, strict=True)
+    return _trace(solids[0], [(k, list(cut.Modified(face)) or [face]) for k, face in faces])
 
 
 def _trace(solid: Any, parts: Sequence[tuple[int, list[Any]]]) -> Solid:
@@ -90,10 +90,10 @@ def _trace(solid: Any, parts: Sequence[tuple[int, list[Any]]]) -> Solid:
     from OCP.collections import IndexedMap_TopoDS_Shape_TopTools_ShapeMapHasher
     from OCP.TopoDS import TopoDS
 
-    known = IndexedMap_TopoDS_Shape_TopTools_ShapeMapHasher()
-    owner = {int(known.Add(face)): patch for patch, faces in parts for face in faces}
+    numbers = IndexedMap_TopoDS_Shape_TopTools_ShapeMapHasher()
+    owner = {int(numbers.Add(face)): patch for patch, faces in parts for face in faces}
     faces = [TopoDS.Face(face) for face in subshapes(solid, "FACE")]
-    return Solid(solid, faces, [owner[int(known.FindIndex(face))] for face in faces])
+    return Solid(solid, faces, [owner[int(numbers.FindIndex(face))] for face in faces])
 
 
 def volume_of(shape: Any) -> float:
@@ -110,64 +110,49 @@ def faces_of(patch: NurbsSurface, loops: Sequence[Sequence[NurbsCurve]] | None) 
     """Return the TopoDS_Face of a patch; an untrimmed closed one becomes two halves."""
     from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeFace
 
-    if _is_flat(patch):
-        return [_plane(patch, loops or [_border(patch)])]
+    net = patch.control_points
+    if patch.degrees == (1, 1) and patch.weights is None and net.shape[:2] == (2, 2):
+        miss = net[0, 0] + net[1, 1] - net[0, 1] - net[1, 0]
+        if np.abs(miss).max() <= FLAT_TOL * np.ptp(net, axis=(0, 1)).max():
+            return [_plane_face(patch, loops)]
     if loops is None:
         return [BRepBuilderAPI_MakeFace(_surface(half), FINEST).Face() for half in _halves(patch)]
     return [_trimmed_face(_surface(patch), loops)]
 
 
-def _is_flat(patch: NurbsSurface) -> bool:
-    """Return whether a patch is a parallelogram, its parameters along the sides."""
-    net = patch.control_points
-    if patch.degrees != (1, 1) or patch.weights is not None or net.shape[:2] != (2, 2):
-        return False
-    miss = net[0, 0] + net[1, 1] - net[0, 1] - net[1, 0]
-    return bool(np.abs(miss).max() <= FLAT * np.ptp(net, axis=(0, 1)).max())
-
-
-def _border(patch: NurbsSurface) -> list[NurbsCurve]:
-    """Return the boundary rectangle of a patch, anticlockwise."""
-    (a, b), (c, d) = patch.domain
-    corners = [(a, c), (b, c), (b, d), (a, d), (a, c)]
-    return [NurbsCurve(1, [0.0, 0.0, 1.0, 1.0], np.array(ends)) for ends in pairwise(corners)]
-
-
 def _halves(patch: NurbsSurface) -> list[NurbsSurface]:
     """Return the halves of a patch whose sides meet: faces without seams."""
-    for axis, ((a, b), rest) in enumerate(zip(patch.domain, patch.domain[::-1], strict=True)):
+    for axis, ((a, b), other) in enumerate(zip(patch.domain, patch.domain[::-1], strict=True)):
         sides = [patch.isocurve(**{"uv"[axis]: end}).control_points for end in (a, b)]
-        if np.abs(sides[0] - sides[1]).max() <= POINT * np.ptp(patch.bounds(), axis=0).max():
+        if np.abs(sides[0] - sides[1]).max() <= SEAM_TOL * np.ptp(patch.bounds(), axis=0).max():
             parts = [(a, 0.5 * (a + b)), (0.5 * (a + b), b)]
-            spans = [(part, rest) if axis == 0 else (rest, part) for part in parts]
+            spans = [(part, other) if axis == 0 else (other, part) for part in parts]
             return [half for span in spans for half in _halves(patch.restricted(*span))]
     return [patch]
 
 
-def _plane(patch: NurbsSurface, loops: Sequence[Sequence[NurbsCurve]]) -> Any:
-    """Return a plane face, its loops lifted into space."""
+def _plane_face(patch: NurbsSurface, loops: Sequence[Sequence[NurbsCurve]] | None) -> Any:
+    """Return the plane face of a parallelogram, its loops, or its border, lifted into space."""
     from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeFace
     from OCP.gp import gp_Ax3, gp_Dir, gp_Pln, gp_Pnt
 
-    (u, _), (v, _) = patch.domain
+    (u, u1), (v, v1) = patch.domain
+    if not loops:
+        corners = [(u, v), (u1, v), (u1, v1), (u, v1), (u, v)]
+        ends = map(np.array, pairwise(corners))
+        loops = [[NurbsCurve(1, [0.0, 0.0, 1.0, 1.0], pair) for pair in ends]]
     first = patch.derivatives(np.array([[u, v]]), 1)[0]
     origin, du, dv = first[0, 0], first[1, 0], first[0, 1]
     axes = gp_Ax3(
         gp_Pnt(*origin.tolist()), gp_Dir(*np.cross(du, dv).tolist()), gp_Dir(*du.tolist())
     )
-    lifted = [
-        [
-            NurbsCurve(
-                c.degree,
-                c.knots,
-                origin + (c.control_points[:, :1] - u) * du + (c.control_points[:, 1:2] - v) * dv,
-                c.weights,
-            )
-            for c in loop
-        ]
-        for loop in loops
-    ]
-    wires = [_wire([_edge(_curve(c)) for c in loop]) for loop in lifted]
+    wires = []
+    for loop in loops:
+        edges = []
+        for c in loop:
+            net = origin + (c.control_points[:, :1] - u) * du + (c.control_points[:, 1:2] - v) * dv
+            edges.append(_edge(_curve(NurbsCurve(c.degree, c.knots, net, c.weights))))
+        wires.append(_wire(edges))
     face = BRepBuilderAPI_MakeFace(gp_Pln(axes), wires[0], True)
     for wire in wires[1:]:
         face.Add(wire)
@@ -188,7 +173,7 @@ def _trimmed_face(surface: Any, loops: Sequence[Sequence[NurbsCurve]]) -> Any:
 
 
 def _oriented_face(face: Any) -> Any:
-    """Return a face whose loops run the right way: the outer one anticlockwise."""
+    """Return a face whose loops have the right sense: the outer one anticlockwise."""
     from OCP.ShapeFix import ShapeFix_Face
 
     fix = ShapeFix_Face(face)
@@ -197,14 +182,14 @@ def _oriented_face(face: Any) -> Any:
 
 
 def _edge(curve: Any, *surface: Any) -> Any:
-    """Return an edge whose ends meet others as near as p-curves of one loop should be."""
+    """Return an edge whose ends coincide with others within the tolerance of loops of p-curves."""
     from OCP.BRep import BRep_Builder
     from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeEdge
     from OCP.TopoDS import TopoDS
 
     edge = BRepBuilderAPI_MakeEdge(curve, *surface).Edge()
     for vertex in subshapes(edge, "VERTEX"):
-        BRep_Builder().UpdateVertex(TopoDS.Vertex(vertex), JOINED)
+        BRep_Builder().UpdateVertex(TopoDS.Vertex(vertex), VERTEX_TOL)
     return edge
 
 
@@ -220,12 +205,12 @@ def _wire(edges: Sequence[Any]) -> Any:
 def _knots(values: FloatArray) -> tuple[Any, Any]:
     from OCP.collections import Array1_double, Array1_int
 
-    places, counts = np.unique(values, return_counts=True)
-    knots, times = Array1_double(1, len(places)), Array1_int(1, len(places))
-    for k, (place, count) in enumerate(zip(places.tolist(), counts.tolist(), strict=True), 1):
-        knots.SetValue(k, place)
-        times.SetValue(k, count)
-    return knots, times
+    breaks, counts = np.unique(values, return_counts=True)
+    knots, multiplicities = Array1_double(1, len(breaks)), Array1_int(1, len(breaks))
+    for k, (knot, count) in enumerate(zip(breaks.tolist(), counts.tolist(), strict=True), 1):
+        knots.SetValue(k, knot)
+        multiplicities.SetValue(k, count)
+    return knots, multiplicities
 
 
 def _curve(curve: NurbsCurve, dimension: int = 3) -> Any:
@@ -236,13 +221,13 @@ def _curve(curve: NurbsCurve, dimension: int = 3) -> Any:
     from OCP.gp import gp_Pnt, gp_Pnt2d
 
     net = curve.control_points[:, :dimension]
-    plane = dimension == 2
-    points = (Array1_gp_Pnt2d if plane else Array1_gp_Pnt)(1, len(net))
+    is_planar = dimension == 2
+    points = (Array1_gp_Pnt2d if is_planar else Array1_gp_Pnt)(1, len(net))
     weights = Array1_double(1, len(net))
     for k, row in enumerate(net.tolist(), 1):
-        points.SetValue(k, (gp_Pnt2d if plane else gp_Pnt)(*row))
+        points.SetValue(k, (gp_Pnt2d if is_planar else gp_Pnt)(*row))
         weights.SetValue(k, 1.0 if curve.weights is None else float(curve.weights[k - 1]))
-    kind = Geom2d_BSplineCurve if plane else Geom_BSplineCurve
+    kind = Geom2d_BSplineCurve if is_planar else Geom_BSplineCurve
     return kind(points, weights, *_knots(curve.knots), curve.degree)
 
 
@@ -257,5 +242,5 @@ def _surface(patch: NurbsSurface) -> Any:
     for i, j in np.ndindex(n, m):
         poles.SetValue(i + 1, j + 1, gp_Pnt(*patch.control_points[i, j].tolist()))
         weights.SetValue(i + 1, j + 1, 1.0 if patch.weights is None else patch.weights[i, j])
-    (u, u_times), (v, v_times) = map(_knots, patch.knots)
-    return Geom_BSplineSurface(poles, weights, u, v, u_times, v_times, *patch.degrees)
+    (u, u_counts), (v, v_counts) = map(_knots, patch.knots)
+    return Geom_BSplineSurface(poles, weights, u, v, u_counts, v_counts, *patch.degrees)

@@ -16,11 +16,11 @@ _UNCERTAINTY = re.compile(
 )
 _IGES_UNITS = {1: "in", 2: "mm", 4: "ft", 5: "mile", 6: "m", 7: "km", 8: "thou", 9: "um"}
 _IGES_UNITS |= {10: "cm", 11: "microinch"}
-_NOT_WANTED = ("Layer", "GDT", "Mat", "Props", "View", "SHUO", "Meta", "ProductMeta")
-"""Modes of a STEP reader that are switched off: they take time and are not used here."""
+_UNUSED_MODES = ("Layer", "GDT", "Mat", "Props", "View", "SHUO", "Meta", "ProductMeta")
+"""Modes of a STEP reader that are switched off, because they take time."""
 
 
-class Transferred(NamedTuple):
+class Transfer(NamedTuple):
     """The result of OpenCASCADE's transfer."""
 
     pieces: list[Piece]
@@ -30,20 +30,20 @@ class Transferred(NamedTuple):
     """Distance of equal points according to the file, in its unit; 0 if it states none."""
 
 
-def transferred(path: Path) -> Transferred:
+def transfer_file(path: Path) -> Transfer:
     """Return the pieces of a STEP or IGES file, in millimetres.
 
     Raises
     ------
     FileError
-        Not what its suffix says, or damaged; a number that is not finite.
+        The file does not match its suffix, or is damaged; a number is not finite.
     """
     check_numbers(path)
-    iges = path.suffix.lower() in (".igs", ".iges")
-    return _transfer_iges(path) if iges else _transfer_step(path)
+    is_iges = path.suffix.lower() in (".igs", ".iges")
+    return _transfer_iges(path) if is_iges else _transfer_step(path)
 
 
-def _transfer_step(path: Path) -> Transferred:
+def _transfer_step(path: Path) -> Transfer:
     from OCP.collections import Sequence_TCollection_AsciiString
     from OCP.IFSelect import IFSelect_ReturnStatus
     from OCP.Interface import Interface_Static
@@ -59,7 +59,7 @@ def _transfer_step(path: Path) -> Transferred:
             allowed="a file that begins with ISO-10303-21;",
         )
     reader = STEPCAFControl_Reader()
-    for mode in _NOT_WANTED:
+    for mode in _UNUSED_MODES:
         getattr(reader, f"Set{mode}Mode")(False)
     Interface_Static.SetIVal_s("read.stepcaf.subshapes.name", 1)  # of solids inside a product
     if reader.ReadFile(str(path)) != IFSelect_ReturnStatus.IFSelect_RetDone:
@@ -71,10 +71,12 @@ def _transfer_step(path: Path) -> Transferred:
         warn(f"{path}: parts in several length units {units}; {units[0]} is taken as the file's")
     document = new_document()
     reader.Transfer(document)
-    return Transferred(pieces_of(document), units[0] if units else None, _uncertainty(path))
+    uncertainties = map(float, _UNCERTAINTY.findall(path.read_bytes()))
+    accuracy = max(uncertainties, default=0.0)
+    return Transfer(pieces_of(document), units[0] if units else None, accuracy)
 
 
-def _transfer_iges(path: Path) -> Transferred:
+def _transfer_iges(path: Path) -> Transfer:
     from OCP.IFSelect import IFSelect_ReturnStatus
     from OCP.IGESCAFControl import IGESCAFControl_Reader
 
@@ -97,10 +99,4 @@ def _transfer_iges(path: Path) -> Transferred:
         unit = header.UnitName().ToCString().strip() or None
     document = new_document()
     reader.Transfer(document)
-    return Transferred(pieces_of(document), unit, float(header.Resolution()))
-
-
-def _uncertainty(path: Path) -> float:
-    """Return the largest uncertainty of lengths in a STEP file."""
-    values = _UNCERTAINTY.findall(path.read_bytes())
-    return max((float(number) for number in values), default=0.0)
+    return Transfer(pieces_of(document), unit, float(header.Resolution()))

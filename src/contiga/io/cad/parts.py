@@ -1,7 +1,7 @@
 """Parts and faces of a CAD file: their labels, and selection by name or number.
 
-A part is a solid, a shell that bounds none, or faces that hang together. Parts and faces are
-numbered from 1 in the order of the file.
+A part is a solid, a shell that bounds none, or connected faces. Parts and faces are numbered from 1
+in the order of the file.
 """
 
 from __future__ import annotations
@@ -48,17 +48,17 @@ class PartLabel(NamedTuple):
     """Its own name, or that of its product."""
     place: tuple[str, ...] = ()
     """Names of its instances, from the outermost assembly in."""
-    others: tuple[str, ...] = ()
+    aliases: tuple[str, ...] = ()
     """Other names that select it: products of its assemblies."""
     colour: str | None = None
     """Colour "#rrggbb"."""
 
     @property
-    def answers(self) -> list[str]:
+    def all_names(self) -> list[str]:
         """All names that select it; its path may be shortened from the left."""
-        ways = ["/".join(self.place[k:]) for k in range(len(self.place))]
+        paths = ["/".join(self.place[k:]) for k in range(len(self.place))]
         names = [] if self.name is None else [self.name]
-        return list(dict.fromkeys([*names, *ways, *self.place, *self.others]))
+        return list(dict.fromkeys([*names, *paths, *self.place, *self.aliases]))
 
     @property
     def title(self) -> str:
@@ -80,7 +80,7 @@ class Choice(NamedTuple):
     faces: tuple[int, ...] | None = None
 
     @property
-    def everything(self) -> bool:
+    def is_all(self) -> bool:
         """Whether all of the file is selected."""
         return self.parts is None and self.faces is None
 
@@ -94,7 +94,7 @@ def checked_solids(solids: Solids | None) -> Solids | None:
     Raises
     ------
     GeometryError
-        As said.
+        `solids` is something else.
     """
     if solids is not None and solids not in get_args(Solids):
         allowed = ", ".join(f'"{word}"' for word in get_args(Solids))
@@ -113,51 +113,50 @@ def choice_of(parts: PartKeys | None, faces: int | Iterable[int] | None) -> Choi
     >>> choice_of("box", 3)
     Choice(parts=('box',), faces=(3,))
     """
-    names = None if parts is None else tuple(_key(key) for key in _some(as_keys(parts), "parts"))
+    names: tuple[str | int, ...] | None = None
+    if parts is not None:
+        keys = _nonempty(as_keys(parts), "parts")
+        names = tuple(key if isinstance(key, str) else _number(key, "parts") for key in keys)
     if faces is None:
         return Choice(names, None)
-    numbers = _some([faces] if isinstance(faces, int | np.integer) else list(faces), "faces")
-    return Choice(names, tuple(_number(number, "faces") for number in numbers))
+    numbers = [faces] if isinstance(faces, int | np.integer) else list(faces)
+    return Choice(names, tuple(_number(key, "faces") for key in _nonempty(numbers, "faces")))
 
 
-def _some(keys: list[Any], what: str) -> list[Any]:
+def _nonempty(keys: list[Any], where: str) -> list[Any]:
     if not keys:
         raise GeometryError(
-            "chooses nothing", where=what, found=keys, remedy=f"Leave {what} out for all there is"
+            "chooses nothing", where=where, found=keys, remedy=f"Leave {where} out for all there is"
         )
     return keys
 
 
-def _key(key: Any) -> str | int:
-    return key if isinstance(key, str) else _number(key, "parts")
-
-
-def _number(number: Any, what: str) -> int:
+def _number(key: Any, where: str) -> int:
     try:
-        whole = index(number)
+        number = index(key)
     except TypeError:
-        whole = 0
-    if whole < 1 or isinstance(number, bool):
+        number = 0
+    if number < 1 or isinstance(key, bool):
         raise GeometryError(
-            "is not a part number or name" if what == "parts" else "is not a face number",
-            where=what,
-            found=number,
-            allowed="whole numbers from 1" + (", and names" if what == "parts" else ""),
+            "is not a part number or name" if where == "parts" else "is not a face number",
+            where=where,
+            found=key,
+            allowed="whole numbers from 1" + (", and names" if where == "parts" else ""),
         )
-    return whole
+    return number
 
 
 class Inventory(NamedTuple):
     """The inventory of a file as its reader returns it."""
 
     body: Body
-    """All of it."""
+    """The whole file."""
     numbers: list[int]
     """Number of the face in the file for each patch of `body`."""
     parts: list[PartLabel]
     apart: dict[int, Body]
     """Parts that share faces or edges with others, alone, by number."""
-    said: str = ""
+    message: str = ""
     """Message about solids that touch or overlap, "" if none do."""
 
 
@@ -167,48 +166,45 @@ def chosen_faces(parts: Sequence[PartLabel], choice: Choice, where: str) -> set[
     Raises
     ------
     GeometryError
-        A name or a number that fits nothing; the message lists what there is.
+        A name or a number matches nothing; the message lists the parts or faces.
     """
-    known = {face.number for part in parts for face in part.faces}
-    if choice.everything or not known:
-        return known
-    wanted = {face.number for key in choice.parts or () for face in _faces_of(parts, key, where)}
+    numbers = {face.number for part in parts for face in part.faces}
+    if choice.is_all or not numbers:
+        return numbers
+    selected: set[int] = set()
+    for key in choice.parts or ():
+        if isinstance(key, int):
+            matching = [part for part in parts if part.number == key]
+        else:
+            name = key.strip()
+            folded = name.casefold()
+            matching = [part for part in parts if name in part.all_names] or [
+                part for part in parts if folded in map(str.casefold, part.all_names)
+            ]
+        if not matching:
+            raise GeometryError(
+                "no part of that number" if isinstance(key, int) else "no part of that name",
+                where=where,
+                found=key,
+                allowed=listed(_descriptions(parts)),
+                remedy=closest(key, [name for part in parts for name in part.all_names]),
+            )
+        selected |= {face.number for part in matching for face in part.faces}
     for number in choice.faces or ():
-        if number not in known:
+        if number not in numbers:
             raise GeometryError(
                 "no face of that number",
                 where=where,
                 found=number,
-                allowed=f"1 to {len(known)}",
+                allowed=f"1 to {len(numbers)}",
                 remedy="contiga info FILE --faces lists them",
             )
-        wanted.add(number)
-    return wanted
+        selected.add(number)
+    return selected
 
 
-def _faces_of(parts: Sequence[PartLabel], key: str | int, where: str) -> list[FaceLabel]:
-    matching = [part for part in parts if _fits(part, key)]
-    if not matching and isinstance(key, str):
-        folded = key.strip().casefold()
-        matching = [part for part in parts if folded in map(str.casefold, part.answers)]
-    if not matching:
-        raise GeometryError(
-            "no part of that number" if isinstance(key, int) else "no part of that name",
-            where=where,
-            found=key,
-            allowed=listed(_labels(parts)),
-            remedy=closest(key, [name for part in parts for name in part.answers]),
-        )
-    return [face for part in matching for face in part.faces]
-
-
-def _fits(part: PartLabel, key: str | int) -> bool:
-    return part.number == key if isinstance(key, int) else key.strip() in part.answers
-
-
-def _labels(parts: Sequence[PartLabel]) -> list[str]:
-    unnamed = all(not part.answers for part in parts)
-    if unnamed:
-        numbers = "1" if len(parts) == 1 else f"1 to {len(parts)}"
-        return [f"{numbers} (the file names no parts)"]
-    return [f"{part.number} {part.title}" for part in parts]
+def _descriptions(parts: Sequence[PartLabel]) -> list[str]:
+    if any(part.all_names for part in parts):
+        return [f"{part.number} {part.title}" for part in parts]
+    numbers = "1" if len(parts) == 1 else f"1 to {len(parts)}"
+    return [f"{numbers} (the file names no parts)"]

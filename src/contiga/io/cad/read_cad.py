@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING
 from contiga.errors import ContigaWarning, FileError
 from contiga.extras import require
 from contiga.io.cad.formats import PACKAGES, SUFFIXES, reader
-from contiga.io.cad.kept import read_kept
 from contiga.io.cad.parts import Solids, checked_solids, choice_of
+from contiga.io.cad.read_cache import read_cached
 from contiga.io.naming import PartKeys
 from contiga.io.units import base_factor
 
@@ -21,9 +21,9 @@ if TYPE_CHECKING:
     from contiga.masters.body import Body
 
 _BODY = "contiga.masters.body"
-FARTHEST = 1e100
+MAX_COORDINATE = 1e100
 """Largest coordinate that is read."""
-SPLINE = 3
+MIN_SPLINE_DEGREE = 3
 """Smallest degree of faces that are checked for self-intersection: lower ones are arcs and lines.
 """
 
@@ -40,19 +40,20 @@ def read_cad(
     """Read the faces of a CAD file, or of some of its parts, as a body.
 
     STEP, IGES, 3DM and G+Smo XML. Every face becomes a NURBS patch with its trimming loops as
-    p-curves, in the file's order, oriented (solids outward) and placed as the file says. One whose
-    loops are the borders of a rectangle becomes an untrimmed patch. ``Body.edges`` says what joins.
+    p-curves, in the file's order, orientation (solids outward) and placement. A face whose loops
+    are the borders of a rectangle becomes an untrimmed patch. ``Body.edges`` lists the joints.
 
     Parameters
     ----------
-    path : the file; its suffix tells the format
-    unit, file_unit : length unit wanted, such as "mm", None for the file's own; and that of the
-        file's numbers, where it says none or the wrong one
-    parts : names or numbers (from 1) that `cad_parts` and ``contiga info`` list: of parts, their
-        products, instances and assemblies that are called so; "arm/bolt" is the bolt of the arm
-    faces : numbers of faces, from 1 in the file's order, beside those of `parts`
-    solids : that touch or overlap. "union" makes one, as is done with a warning if omitted;
-        "separate" keeps each, in no closed body (see `cad_parts`); "refuse" makes an error
+    path : the file; its suffix determines the format
+    unit : length unit of the body, such as "mm"; None for the unit of the file
+    file_unit : length unit of the file's numbers, if the file states none or a wrong one
+    parts : names or numbers (from 1) that `cad_parts` and ``contiga info`` list: names of parts,
+        products, instances and assemblies; "arm/bolt" is the bolt of the arm
+    faces : numbers of faces, from 1 in the file's order, in addition to those of `parts`
+    solids : treatment of solids that touch or overlap. "union" unites them; if omitted, with a
+        warning. "separate" keeps each, and the body is not closed (see `cad_parts`). "refuse"
+        makes an error
 
     Returns
     -------
@@ -68,12 +69,14 @@ def read_cad(
     GeometryError
         `parts` or `faces` choose nothing; the message lists what the file has.
     MissingPackageError, UnitError
-        What reads the format is not installed; a unit, the file's own too, is no length unit.
+        The package that reads the format is not installed; a unit, also that of the file, is not
+        a length unit.
 
     Warns
     -----
     ContigaWarning
-        Faces are left out, kept whole, or a slit apart; solids touch or overlap: see files.md.
+        Faces are left out, kept whole, or separated by a slit; solids touch or overlap: see
+        files.md.
 
     Examples
     --------
@@ -82,29 +85,48 @@ def read_cad(
     (6, 12, True, [2.0, 3.0, 4.0])
     """
     file = Path(path)
-    given = file_unit, unit, choice_of(parts, faces), checked_solids(solids)
+    options = file_unit, unit, choice_of(parts, faces), checked_solids(solids)
     target = reader_of(file, "read", file_unit, unit)
-    body: Body = read_kept(target, file, *given, needs=_BODY, check=partial(check_body, file=file))
+    check = partial(check_body, file=file)
+    body: Body = read_cached(target, file, *options, needs=_BODY, check=check)
     check_joints(body, file, solids)
     return body
 
 
 def reader_of(file: Path, verb: str, file_unit: str | None, unit: str | None) -> str:
-    """Return the target of `read_in_worker` for an existing file of a known format.
+    """Return the target of `read_in_worker` for an existing, nonempty file of a known format.
 
-    `verb` says which function of the reader: "read" makes a `Body`, "list" an `Inventory`.
+    `verb` selects the function of the reader: "read" makes a `Body`, "list" an `Inventory`.
 
     Raises
     ------
     FileError, MissingPackageError, UnitError
         As `read_cad`.
     """
-    _check_suffix(file)
+    suffix = file.suffix.lower()
+    if suffix not in SUFFIXES:
+        close = get_close_matches(suffix, SUFFIXES, n=1)
+        raise FileError(
+            "not a CAD format contiga reads",
+            where=str(file),
+            found=file.suffix or file.name,
+            allowed=", ".join(SUFFIXES),
+            remedy=f"Did you mean {close[0]}?" if close else None,
+        )
     for key, value in (("unit", unit), ("file_unit", file_unit)):
         if value is not None:
             base_factor(value, "length", key)
-    _check_readable(file)
-    suffix = file.suffix.lower()
+    if not file.exists():
+        raise FileError("no such file", where=str(file))
+    if not file.is_file():
+        raise FileError("not a file", where=str(file))
+    try:
+        with file.open("rb") as stream:
+            head = stream.read(1)
+    except OSError as error:
+        raise FileError(f"cannot be read ({error.strerror})", where=str(file)) from error
+    if not head:
+        raise FileError("the file is empty", where=str(file))
     require(f"reading {suffix} files", *PACKAGES[suffix])
     return reader(suffix, verb)
 
@@ -115,19 +137,44 @@ def check_body(body: Body, file: Path) -> None:
     Raises
     ------
     FileError
-        A control point whose square is no number any more; a spline that goes through itself.
+        The square of a control point overflows; a spline intersects itself.
     """
-    _check_reach(body, file)
-    _check_crossing(body, file)
+    from contiga.geometry.piece import piece_of
+
+    for k, patch in enumerate(body.patches):
+        largest = float(abs(patch.control_points).max())
+        if largest > MAX_COORDINATE:
+            raise FileError(
+                "a control point is too far from the origin to compute with",
+                where=f"{file}, patch {k}",
+                found=largest,
+                allowed=f"coordinates up to {MAX_COORDINATE:g}",
+            )
+    splines = [k for k, patch in enumerate(body.patches) if max(patch.degrees) >= MIN_SPLINE_DEGREE]
+    # The whole body is checked anyway; if it has no crossing, no part of it has one.
+    if not splines or body.openings.crossing is None:
+        return
+    checked = body if len(splines) == len(body.patches) else piece_of(body, splines)
+    crossing = checked.openings.crossing
+    if crossing is not None:
+        a, b = (splines[k] for k in crossing.patches)
+        raise FileError(
+            "a face goes through itself: it has no side",
+            where=f"{file}, patch {a}",
+            found=str(crossing._replace(patches=(a, b))),
+            allowed="faces that do not meet themselves",
+            remedy="Make bends wider or cut it there in the program that wrote the file, "
+            "or choose other parts",
+        )
 
 
 def check_joints(body: Body, file: Path, solids: Solids | None = None) -> None:
-    """Warn of slits in and between pieces; refuse pieces that meet if asked to.
+    """Warn of slits in and between pieces; refuse pieces that meet if `solids` is "refuse".
 
     Raises
     ------
     FileError
-        Pieces that meet, of `solids` "refuse".
+        Pieces meet, and `solids` is "refuse".
     """
     from contiga.geometry.slits import ROUNDING
     from contiga.io.cad.near_solids import slits_between
@@ -152,65 +199,3 @@ def check_joints(body: Body, file: Path, solids: Solids | None = None) -> None:
             allowed="solids that are apart",
             remedy="parts chooses some",
         )
-
-
-def _check_reach(body: Body, file: Path) -> None:
-    for k, patch in enumerate(body.patches):
-        farthest = float(abs(patch.control_points).max())
-        if farthest > FARTHEST:
-            raise FileError(
-                "a control point is too far from the origin to compute with",
-                where=f"{file}, patch {k}",
-                found=farthest,
-                allowed=f"coordinates up to {FARTHEST:g}",
-            )
-
-
-def _check_crossing(body: Body, file: Path) -> None:
-    from contiga.geometry.piece import piece_of
-
-    splines = [k for k, patch in enumerate(body.patches) if max(patch.degrees) >= SPLINE]
-    # The whole body is checked anyway; if it has no crossing, no part of it has one.
-    if not splines or body.openings.crossing is None:
-        return
-    some = body if len(splines) == len(body.patches) else piece_of(body, splines)
-    crossing = some.openings.crossing
-    if crossing is not None:
-        a, b = (splines[k] for k in crossing.patches)
-        raise FileError(
-            "a face goes through itself: it has no side",
-            where=f"{file}, patch {a}",
-            found=str(crossing._replace(patches=(a, b))),
-            allowed="faces that do not meet themselves",
-            remedy="Make bends wider or cut it there in the program that wrote the file, "
-            "or choose other parts",
-        )
-
-
-def _check_suffix(file: Path) -> None:
-    suffix = file.suffix.lower()
-    if suffix in SUFFIXES:
-        return
-    close = get_close_matches(suffix, SUFFIXES, n=1)
-    raise FileError(
-        "not a CAD format contiga reads",
-        where=str(file),
-        found=file.suffix or file.name,
-        allowed=", ".join(SUFFIXES),
-        remedy=f"Did you mean {close[0]}?" if close else None,
-    )
-
-
-def _check_readable(file: Path) -> None:
-    """Raise FileError unless `file` is a file with something in it that may be read."""
-    if not file.exists():
-        raise FileError("no such file", where=str(file))
-    if not file.is_file():
-        raise FileError("not a file", where=str(file))
-    try:
-        with file.open("rb") as stream:
-            head = stream.read(1)
-    except OSError as error:
-        raise FileError(f"cannot be read ({error.strerror})", where=str(file)) from error
-    if not head:
-        raise FileError("the file is empty", where=str(file))

@@ -1,7 +1,7 @@
 """Faces that a file gives one by one: their common edges and their orientation.
 
-IGES has no topology, and STEP files may hold loose faces. OpenCASCADE's sewing finds the edges
-that coincide; surfaces and p-curves stay as the file has them, only edges are given one number.
+IGES has no topology, and STEP files may have loose faces. OpenCASCADE's sewing finds the edges that
+coincide; surfaces and p-curves stay as the file has them, only edges get a common number.
 """
 
 from __future__ import annotations
@@ -19,16 +19,16 @@ from contiga.records import FloatArray
 
 COINCIDENT = 1e-6
 """Edges farther apart than this share of the whole size stay separate."""
-CUT_OFF = 1e-3
-"""Largest shares of an edge cut off its ends that still leave the same edge."""
-TANGENT = 0.05
+CUT_TOL = 1e-3
+"""Largest share of an edge cut off its ends that still leaves the same edge."""
+MIN_OVERLAP = 0.05
 """Edges that coincide over less than this share of the shorter one touch, but are not the same."""
 FINEST = 1e-7
 """OpenCASCADE's own confusion distance, mm."""
 
 
-class Sewn:
-    """Numbering of the edges of a shape, with coinciding edges alike, and faces to be reversed.
+class SewnEdges:
+    """Numbers of the edges of a shape, coinciding edges alike, and faces to be reversed.
 
     Parameters
     ----------
@@ -36,61 +36,60 @@ class Sewn:
     """
 
     def __init__(self, shape: Any) -> None:
+        from OCP.BRep import BRep_Tool
         from OCP.collections import IndexedMap_TopoDS_Shape_TopTools_ShapeMapHasher
+        from OCP.TopoDS import TopoDS
 
-        self._known = IndexedMap_TopoDS_Shape_TopTools_ShapeMapHasher()
-        self._leader: dict[int, tuple[int, bool]] = {}
-        self._turned: set[int] = set()
-        self._by_chance: set[int] = set()
-        if self._has_loose_edges(shape):
-            sewing = _sewing(shape)
-            self._lead(shape, sewing)
-            self._turn(shape, sewing)
+        self._numbers = IndexedMap_TopoDS_Shape_TopTools_ShapeMapHasher()
+        self._leaders: dict[int, tuple[int, bool]] = {}
+        """Edge that represents each joined edge, and whether the edge runs against it."""
+        self._reversed_faces: set[int] = set()
+        self._touching: set[int] = set()
+        """Edges whose sewing is accidental: they coincide over a small part only."""
+        # Numbers of faces follow the file's order.
+        if len({self._number(face) for face in subshapes(shape, "FACE")}) < 2:
+            return
+        edges = [TopoDS.Edge(edge) for edge in subshapes(shape, "EDGE")]
+        uses = Counter(self._number(e) for e in edges if not BRep_Tool.Degenerated_s(e))
+        # Only an edge of one face alone may coincide with another edge.
+        if 1 in uses.values():
+            sewing = _sew(shape)
+            self._join_edges(shape, sewing)
+            self._orient_faces(shape, sewing)
 
-    def add(self, edge: Any) -> tuple[int, bool]:
+    def number_of(self, edge: Any) -> tuple[int, bool]:
         """Return the number of a TopoDS_Edge, and whether it runs against that number's edge."""
         number = self._number(edge)
-        return self._leader.get(number, (number, False))
+        return self._leaders.get(number, (number, False))
 
     def edge(self, number: int) -> Any:
         """Return the TopoDS_Edge of a number."""
         from OCP.TopoDS import TopoDS
 
-        return TopoDS.Edge(self._known.FindKey(number))
+        return TopoDS.Edge(self._numbers.FindKey(number))
 
-    def turned(self, face: Any) -> bool:
-        """Return whether a face must swap its sides to agree with those it is joined to."""
-        return self._number(face) in self._turned
+    def is_reversed(self, face: Any) -> bool:
+        """Return whether a face must swap its sides to agree with its neighbours."""
+        return self._number(face) in self._reversed_faces
 
     def _number(self, shape: Any) -> int:
         """Return a number that is equal for a shape and its reverse in the same place."""
-        return int(self._known.Add(shape))
+        return int(self._numbers.Add(shape))
 
-    def _has_loose_edges(self, shape: Any) -> bool:
-        """Return whether several faces have edges of their own that may be given twice."""
-        from OCP.BRep import BRep_Tool
-        from OCP.TopoDS import TopoDS
-
-        # Numbers of faces follow the file's order.
-        if len({self._number(face) for face in subshapes(shape, "FACE")}) < 2:
-            return False
-        edges = [TopoDS.Edge(edge) for edge in subshapes(shape, "EDGE")]
-        uses = Counter(self._number(e) for e in edges if not BRep_Tool.Degenerated_s(e))
-        return 1 in uses.values()
-
-    def _lead(self, shape: Any, sewing: Any) -> None:
+    def _join_edges(self, shape: Any, sewing: Any) -> None:
         """Find, for each joined edge, the edge that represents it.
 
         An edge that meets several edges one after the other is cut by the sewing; here it stays
-        whole and shares its number with all of them. Whichever of them the file has first, the
-        one that runs along all the others stands for them; where none does (two halves of a
-        circle on three thirds), what they make together.
+        whole and shares its number with all of them. Independent of the order of the file, the
+        edge that runs along all the others represents them; if there is none (two halves of a
+        circle on three thirds), the edge that they make together does.
         """
         from OCP.TopAbs import TopAbs_Orientation
 
         forward = TopAbs_Orientation.TopAbs_FORWARD
         pieces: dict[int, dict[int, Any]] = {}
-        holders: dict[int, list[tuple[int, bool]]] = defaultdict(list)
+        owners: dict[int, list[tuple[int, bool]]] = defaultdict(list)
+        """Edges that each piece is a part of, and whether it runs against them."""
         for edge in subshapes(shape, "EDGE"):
             edge_number = self._number(edge)
             if edge_number not in pieces:
@@ -98,60 +97,61 @@ class Sewn:
                 for part in subshapes(sewing.ModifiedSubShape(edge.Oriented(forward)), "EDGE"):
                     number = self._number(part)
                     pieces[edge_number][number] = part
-                    holders[number].append((edge_number, part.Orientation() != forward))
-        self._leader = {edge_number: (edge_number, False) for edge_number in pieces}
-        extent = {edge_number: _length(self.edge(edge_number)) for edge_number in pieces}
-        for number, ((first, first_against), *others) in holders.items():
-            shortest = min(extent[first], *(extent[other] for other, _ in others), np.inf)
-            if others and _length(self.edge(number)) < TANGENT * shortest:
-                self._by_chance.add(number)
+                    owners[number].append((edge_number, part.Orientation() != forward))
+        self._leaders = {edge_number: (edge_number, False) for edge_number in pieces}
+        lengths = {edge_number: _length(self.edge(edge_number)) for edge_number in pieces}
+        for number, ((first, first_against), *others) in owners.items():
+            shortest = min(lengths[first], *(lengths[other] for other, _ in others), np.inf)
+            if others and _length(self.edge(number)) < MIN_OVERLAP * shortest:
+                self._touching.add(number)
                 continue
-            root, turned = self._root(first)
+            root, root_against = self._root(first)
             for edge_number, against in others:
-                end, flipped = self._root(edge_number)
-                if end != root:
-                    self._leader[end] = root, (turned != first_against) != (flipped != against)
-        self._leader = {edge: self._root(edge) for edge in self._leader}
+                other_root, other_against = self._root(edge_number)
+                if other_root != root:
+                    is_against = (root_against != first_against) != (other_against != against)
+                    self._leaders[other_root] = root, is_against
+        self._leaders = {edge: self._root(edge) for edge in self._leaders}
         groups: dict[int, list[int]] = defaultdict(list)
-        for edge_number, (root, _) in self._leader.items():
+        for edge_number, (root, _) in self._leaders.items():
             groups[root].append(edge_number)
         for group in groups.values():
             if len(group) > 1:
-                self._crown(group, pieces)
+                self._choose_leader(group, pieces)
 
-    def _crown(self, group: list[int], pieces: dict[int, dict[int, Any]]) -> None:
+    def _choose_leader(self, group: list[int], pieces: dict[int, dict[int, Any]]) -> None:
         """Make one edge that runs along a group of joined edges represent them."""
-        every = {number: part for one in group for number, part in pieces[one].items()}
-        length = {number: _length(part) for number, part in every.items()}
-        along = {one: sum(length[number] for number in pieces[one]) for one in group}
-        root = self._leader[group[0]][0]
-        longest = max(group, key=lambda one: along[one])
-        leader = root if along[root] >= (1.0 - CUT_OFF) * along[longest] else longest
-        against = self._leader[leader][1]
-        if along[leader] < (1.0 - CUT_OFF) * sum(length.values()):
-            whole = _whole(list(every.values()))
-            if whole is not None:
-                against ^= not _same_way(self.edge(leader), whole)
-                leader = self._number(whole)
-                self._leader[leader] = leader, False
-        for one in group:
-            self._leader[one] = leader, self._leader[one][1] != against
+        parts = {number: part for edge in group for number, part in pieces[edge].items()}
+        part_lengths = {number: _length(part) for number, part in parts.items()}
+        lengths = {edge: sum(part_lengths[number] for number in pieces[edge]) for edge in group}
+        root = self._leaders[group[0]][0]
+        longest = max(group, key=lambda edge: lengths[edge])
+        leader = root if lengths[root] >= (1.0 - CUT_TOL) * lengths[longest] else longest
+        against = self._leaders[leader][1]
+        if lengths[leader] < (1.0 - CUT_TOL) * sum(part_lengths.values()):
+            chain = _chain_edges(list(parts.values()))
+            if chain is not None:
+                against ^= not _is_same_direction(self.edge(leader), chain)
+                leader = self._number(chain)
+                self._leaders[leader] = leader, False
+        for edge in group:
+            self._leaders[edge] = leader, self._leaders[edge][1] != against
 
     def _root(self, edge: int) -> tuple[int, bool]:
         """Return the representative of an edge, and whether the edge runs against it."""
         against = False
-        while self._leader[edge][0] != edge:
-            edge, turned = self._leader[edge]
-            against ^= turned
+        while self._leaders[edge][0] != edge:
+            edge, is_reversed = self._leaders[edge]
+            against ^= is_reversed
         return edge, against
 
-    def _turn(self, shape: Any, sewing: Any) -> None:
-        """Find the faces that must swap their sides to agree with those they are joined to.
+    def _orient_faces(self, shape: Any, sewing: Any) -> None:
+        """Find the faces that must swap their sides to agree with their neighbours.
 
-        Faces are joined over edges that two of them share. What hangs together and is closed
-        faces outward; what is open, or lies within something closed, as its first face does in
-        the file: it may bound a cavity. Edges in one place, as where two boxes touch along a
-        line, join nothing: which faces sewing has paired there is chance.
+        Faces are joined over edges that two of them share. A connected piece that is closed faces
+        outward. A piece that is open, or lies within a closed one, keeps the orientation of its
+        first face in the file: it may bound a cavity. Coincident edges, as where two boxes touch
+        along a line, join nothing: the sewing pairs their faces arbitrarily.
         """
         from OCP.BRep import BRep_Tool
         from OCP.TopAbs import TopAbs_Orientation
@@ -165,60 +165,61 @@ class Sewn:
                 if not BRep_Tool.Degenerated_s(edge):
                     forward = edge.Orientation() == TopAbs_Orientation.TopAbs_FORWARD
                     uses[self._number(edge)].append((k, forward))
-        chance = self._by_chance | self._in_one_place(list(uses))
+        ambiguous = self._touching | self._coincident_edges(list(uses))
         joints = []
-        for number, ends in uses.items():
-            if len(ends) == 2 and number not in chance:
-                (a, one), (b, other) = ends
-                joints.append(Joint(a, b, one != other))
+        for number, sides in uses.items():
+            if len(sides) == 2 and number not in ambiguous:
+                (a, a_forward), (b, b_forward) = sides
+                joints.append(Joint(a, b, a_forward != b_forward))
         odd = set(turned_faces(len(sewn), joints)[0])
         pairs = np.array([joint[:2] for joint in joints], np.int64).reshape(-1, 2)
         group = groups_of(pairs[:, 0], pairs[:, 1], len(sewn))
-        ends_at = {ends[0][0] for ends in uses.values() if len(ends) == 1}
+        border_faces = {sides[0][0] for sides in uses.values() if len(sides) == 1}
         pieces = [
             np.flatnonzero(group == k).tolist() for k in range(int(group.max(initial=-1)) + 1)
         ]
-        closed = [piece for piece in pieces if ends_at.isdisjoint(piece)]
+        closed = [piece for piece in pieces if border_faces.isdisjoint(piece)]
         solids = [
-            _solid([sewn[k].Reversed() if k in odd else sewn[k] for k in piece]) for piece in closed
+            _make_solid([sewn[k].Reversed() if k in odd else sewn[k] for k in piece])
+            for piece in closed
         ]
-        turned = dict.fromkeys((piece[0] for piece in pieces), False)
+        is_flipped = dict.fromkeys((piece[0] for piece in pieces), False)
         for piece, solid in zip(closed, solids, strict=True):
-            if not any(_holds(other, solid) for other in solids if other is not solid):
-                front = sewn[piece[0]]
-                turned[piece[0]] = subshapes(solid, "FACE")[0].Orientation() != front.Orientation()
-        self._turned |= {
+            if not any(_contains(other, solid) for other in solids if other is not solid):
+                outward = subshapes(solid, "FACE")[0].Orientation()
+                is_flipped[piece[0]] = outward != sewn[piece[0]].Orientation()
+        self._reversed_faces |= {
             self._number(faces[k])
             for piece in pieces
             for k in piece
-            if turned[piece[0]] != ((k in odd) != (piece[0] in odd))
+            if is_flipped[piece[0]] != ((k in odd) != (piece[0] in odd))
         }
 
-    def _in_one_place(self, numbers: list[int]) -> set[int]:
-        """Find the edges that coincide with another of them between the same corners."""
+    def _coincident_edges(self, numbers: list[int]) -> set[int]:
+        """Return the edges that coincide with another of them between the same corners."""
         from OCP.BRep import BRep_Tool
         from OCP.BRepAdaptor import BRepAdaptor_Curve
 
-        between: dict[frozenset[int], list[int]] = defaultdict(list)
+        by_corners: dict[frozenset[int], list[int]] = defaultdict(list)
         for number in numbers:
-            ends = frozenset(map(self._number, subshapes(self.edge(number), "VERTEX")))
-            between[ends].append(number)
-        coincide: set[int] = set()
-        for some in between.values():
-            curves = {number: BRepAdaptor_Curve(self.edge(number)) for number in some}
+            corners = frozenset(map(self._number, subshapes(self.edge(number), "VERTEX")))
+            by_corners[corners].append(number)
+        coincident: set[int] = set()
+        for group in by_corners.values():
+            curves = {number: BRepAdaptor_Curve(self.edge(number)) for number in group}
             middles = {
                 number: curve.Value(0.5 * (curve.FirstParameter() + curve.LastParameter()))
                 for number, curve in curves.items()
-                if len(some) > 1
+                if len(group) > 1
             }
-            for one, other in combinations(middles, 2):
-                near = sum(BRep_Tool.Tolerance_s(self.edge(number)) for number in (one, other))
-                if middles[one].Distance(middles[other]) <= near:
-                    coincide |= {one, other}
-        return coincide
+            for a, b in combinations(middles, 2):
+                near = sum(BRep_Tool.Tolerance_s(self.edge(number)) for number in (a, b))
+                if middles[a].Distance(middles[b]) <= near:
+                    coincident |= {a, b}
+        return coincident
 
 
-def _solid(faces: list[Any]) -> Any:
+def _make_solid(faces: list[Any]) -> Any:
     """Build the solid that a closed surface bounds; `faces` agree, and face outward in it."""
     from OCP.BRep import BRep_Builder
     from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeSolid
@@ -234,8 +235,8 @@ def _solid(faces: list[Any]) -> Any:
     return solid
 
 
-def _holds(solid: Any, other: Any) -> bool:
-    """Return whether a solid holds another, by their boxes and by a corner of the other."""
+def _contains(solid: Any, other: Any) -> bool:
+    """Return whether a solid contains another, by their boxes and by a corner of the other."""
     from OCP.BRep import BRep_Tool
     from OCP.BRepClass3d import BRepClass3d_SolidClassifier
     from OCP.TopAbs import TopAbs_State
@@ -268,7 +269,7 @@ def _length(edge: Any) -> float:
     return float(GCPnts_AbscissaPoint.Length_s(BRepAdaptor_Curve(TopoDS.Edge(edge))))
 
 
-def _whole(parts: list[Any]) -> Any | None:
+def _chain_edges(parts: list[Any]) -> Any | None:
     """Return one edge along edges that meet end to end; None if they do not."""
     from OCP.BRep import BRep_Builder, BRep_Tool
     from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeEdge
@@ -276,40 +277,38 @@ def _whole(parts: list[Any]) -> Any | None:
     from OCP.GeomConvert import GeomConvert_CompCurveToBSplineCurve
     from OCP.TopoDS import TopoDS
 
-    edges = [TopoDS.Edge(part) for part in parts]
-    near = max(BRep_Tool.Tolerance_s(edge) for edge in edges)
+    remaining = [TopoDS.Edge(part) for part in parts]
+    near = max(BRep_Tool.Tolerance_s(edge) for edge in remaining)
     chain = GeomConvert_CompCurveToBSplineCurve()
-    rest = edges
-    while rest:
-        # A piece that does not meet the chain yet may do so later.
-        left = []
-        for edge in rest:
+    while remaining:
+        # An edge that does not meet the chain yet may do so later.
+        apart = []
+        for edge in remaining:
             curve = BRep_Tool.Curve_s(edge, 0.0, 0.0)
             trimmed = Geom_TrimmedCurve(curve, *BRep_Tool.Range_s(edge))
             if not chain.Add(trimmed, 2.0 * near):
-                left.append(edge)
-        if len(left) == len(rest):
+                apart.append(edge)
+        if len(apart) == len(remaining):
             return None
-        rest = left
-    whole = BRepBuilderAPI_MakeEdge(chain.BSplineCurve()).Edge()
-    BRep_Builder().UpdateEdge(whole, near)
-    return whole
+        remaining = apart
+    joined = BRepBuilderAPI_MakeEdge(chain.BSplineCurve()).Edge()
+    BRep_Builder().UpdateEdge(joined, near)
+    return joined
 
 
-def _same_way(edge: Any, whole: Any) -> bool:
+def _is_same_direction(edge: Any, chain: Any) -> bool:
     """Return whether an edge runs in the direction of another edge that it lies on."""
     from OCP.BRep import BRep_Tool
     from OCP.GeomAPI import GeomAPI_ProjectPointOnCurve
     from OCP.gp import gp_Pnt, gp_Vec
 
     first, last = BRep_Tool.Range_s(edge)
-    point, way = gp_Pnt(), gp_Vec()
-    BRep_Tool.Curve_s(edge, 0.0, 0.0).D1(0.5 * (first + last), point, way)
-    curve = BRep_Tool.Curve_s(whole, 0.0, 0.0)
-    at = GeomAPI_ProjectPointOnCurve(point, curve).LowerDistanceParameter()
-    other = gp_Vec()
-    curve.D1(at, point, other)
-    return bool(way.Dot(other) > 0.0)
+    point, tangent, chain_tangent = gp_Pnt(), gp_Vec(), gp_Vec()
+    BRep_Tool.Curve_s(edge, 0.0, 0.0).D1(0.5 * (first + last), point, tangent)
+    curve = BRep_Tool.Curve_s(chain, 0.0, 0.0)
+    t = GeomAPI_ProjectPointOnCurve(point, curve).LowerDistanceParameter()
+    curve.D1(t, point, chain_tangent)
+    return bool(tangent.Dot(chain_tangent) > 0.0)
 
 
 def subshapes(shape: Any, kind: str) -> list[Any]:
@@ -335,7 +334,7 @@ def members(shape: Any) -> Iterator[Any]:
         iterator.Next()
 
 
-def _sewing(shape: Any) -> Any:
+def _sew(shape: Any) -> Any:
     from OCP.Bnd import Bnd_Box
     from OCP.BRepBndLib import BRepBndLib
     from OCP.BRepBuilderAPI import BRepBuilderAPI_Sewing

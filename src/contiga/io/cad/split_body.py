@@ -13,6 +13,7 @@ from contiga.arrays.layout import real
 from contiga.errors import GeometryError, InputError
 from contiga.extras import require
 from contiga.io.cad.occ_geometry import quiet
+from contiga.io.cad.occ_parts import compound_of
 from contiga.io.cad.occ_solids import faces_of
 from contiga.io.cad.sew import subshapes
 from contiga.io.cad.unite_body import as_patches, as_solids, scale_of
@@ -22,48 +23,43 @@ from contiga.records import FloatArray
 
 def split(body: Body, plane: tuple[ArrayLike, ArrayLike]) -> tuple[Body, Body]:
     """Cut a body by a plane (point, normal); see `Body.split`."""
-    point, normal = _checked_plane(plane)
-    require("splitting a body by a plane", "OCP")
-    scale = scale_of(body)
-    with quiet():
-        parts = _cut(body, point, normal, scale)
-        above = [normal @ (_centre(part) / scale - point) > 0.0 for part in parts]
-        if len(set(above)) < 2:
-            reach = (body.bounds() - point) * normal
-            raise GeometryError(
-                "the plane does not cut the body",
-                where=f"{body.name}.split(plane)",
-                found=f"point {point.tolist()}, normal {normal.round(6).tolist()}",
-                allowed="a plane with a part of the body on either side; its box reaches from "
-                f"{reach.min(axis=0).sum():.6g} to {reach.max(axis=0).sum():.6g} along the normal",
-            )
-        sides = [
-            [part for part, is_above in zip(parts, above, strict=True) if is_above == side]
-            for side in (True, False)
-        ]
-        one, other = (_body(body, side, scale) for side in sides)
-    return one, other
-
-
-def _checked_plane(plane: Any) -> tuple[FloatArray, FloatArray]:
-    """Return point and unit normal."""
     try:
         point, normal = (np.asarray(real(part, "plane"), np.float64) for part in plane)
     except (TypeError, ValueError):
         point = normal = np.zeros(0)
-    sizes = point.shape == normal.shape == (3,)
     length = float(np.sqrt((normal * normal).sum()))
-    if not sizes or not np.isfinite(point).all() or not 0.0 < length < np.inf:
+    is_valid = point.shape == normal.shape == (3,) and bool(np.isfinite(point).all())
+    if not is_valid or not 0.0 < length < np.inf:
         raise InputError(
             "must be a point and a normal",
             where="Body.split(plane)",
             found=plane,
             allowed="([x, y, z], [nx, ny, nz]), finite, the normal not zero",
         )
-    return point, normal / length
+    normal = normal / length
+    require("splitting a body by a plane", "OCP")
+    scale = scale_of(body)
+    with quiet():
+        parts = _split_shapes(body, point, normal, scale)
+        above: list[Any] = []
+        below: list[Any] = []
+        for part in parts:
+            is_above = normal @ (_centroid(part) / scale - point) > 0.0
+            (above if is_above else below).append(part)
+        if not above or not below:
+            extent = (body.bounds() - point) * normal
+            low, high = extent.min(axis=0).sum(), extent.max(axis=0).sum()
+            raise GeometryError(
+                "the plane does not cut the body",
+                where=f"{body.name}.split(plane)",
+                found=f"point {point.tolist()}, normal {normal.round(6).tolist()}",
+                allowed="a plane with a part of the body on either side; its box reaches from "
+                f"{low:.6g} to {high:.6g} along the normal",
+            )
+        return _join_parts(body, above, scale), _join_parts(body, below, scale)
 
 
-def _cut(body: Body, point: FloatArray, normal: FloatArray, scale: float) -> list[Any]:
+def _split_shapes(body: Body, point: FloatArray, normal: FloatArray, scale: float) -> list[Any]:
     """Return solids, and faces of open pieces, each on one side of the plane."""
     from OCP.BRepAlgoAPI import BRepAlgoAPI_Splitter
     from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeFace
@@ -73,14 +69,14 @@ def _cut(body: Body, point: FloatArray, normal: FloatArray, scale: float) -> lis
     from OCP.TopExp import TopExp_Explorer
 
     solids = as_solids(body, [piece.tolist() for piece in body.pieces], scale)
-    closed = {patch for solid in solids for patch in solid.patches}
-    loose = [
+    closed_patches = {patch for solid in solids for patch in solid.patches}
+    open_faces = [
         faces_of(patch.scaled(scale), trims)
         for k, (patch, trims) in enumerate(zip(body.patches, body.trims, strict=True))
-        if k not in closed
+        if k not in closed_patches
     ]
     arguments, tools = List_TopoDS_Shape(), List_TopoDS_Shape()
-    for shape in chain((solid.shape for solid in solids), *loose):
+    for shape in chain((solid.shape for solid in solids), *open_faces):
         arguments.Append(shape)
     middle = body.bounds().mean(axis=0)
     middle = scale * (middle - normal * (normal @ (middle - point)))
@@ -94,17 +90,17 @@ def _cut(body: Body, point: FloatArray, normal: FloatArray, scale: float) -> lis
     splitter.Build()
     if not splitter.IsDone():
         raise GeometryError("OpenCASCADE cannot split the body", where=f"{body.name}.split(plane)")
-    whole = splitter.Shape()
-    found = subshapes(whole, "SOLID")
-    outside = TopExp_Explorer(whole, TopAbs_ShapeEnum.TopAbs_FACE, TopAbs_ShapeEnum.TopAbs_SOLID)
-    while outside.More():
-        found.append(outside.Current())
-        outside.Next()
-    return found
+    result = splitter.Shape()
+    parts = subshapes(result, "SOLID")
+    faces = TopExp_Explorer(result, TopAbs_ShapeEnum.TopAbs_FACE, TopAbs_ShapeEnum.TopAbs_SOLID)
+    while faces.More():
+        parts.append(faces.Current())
+        faces.Next()
+    return parts
 
 
-def _centre(part: Any) -> FloatArray:
-    """Return the centre of the volume of a solid or of the area of a face."""
+def _centroid(part: Any) -> FloatArray:
+    """Return the centroid of a solid or of a face."""
     from OCP.BRepGProp import BRepGProp
     from OCP.GProp import GProp_GProps
 
@@ -117,15 +113,11 @@ def _centre(part: Any) -> FloatArray:
     return np.array([centre.X(), centre.Y(), centre.Z()])
 
 
-def _body(body: Body, parts: Sequence[Any], scale: float) -> Body:
+def _join_parts(body: Body, parts: Sequence[Any], scale: float) -> Body:
     """Join parts into one body with the name, unit and reference point of the whole."""
-    from OCP.BRep import BRep_Builder
-    from OCP.TopoDS import TopoDS, TopoDS_Compound
+    from OCP.TopoDS import TopoDS
 
-    whole, builder = TopoDS_Compound(), BRep_Builder()
-    builder.MakeCompound(whole)
-    for part in parts:
-        builder.Add(whole, part)
-    faces = [(k, TopoDS.Face(face)) for k, face in enumerate(subshapes(whole, "FACE"), 1)]
-    made, _ = as_patches(faces, whole, scale, body.name, body.unit)
-    return made.renamed(body.name).with_reference_point(body.reference_point)
+    compound = compound_of(parts)
+    faces = [(k, TopoDS.Face(face)) for k, face in enumerate(subshapes(compound, "FACE"), 1)]
+    joined, _ = as_patches(faces, compound, scale, body.name, body.unit)
+    return joined.renamed(body.name).with_reference_point(body.reference_point)

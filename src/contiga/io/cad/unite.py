@@ -1,14 +1,14 @@
 """Solids of a file that touch or overlap: united by OpenCASCADE, or reported.
 
-The search takes a closed surface that does not meet itself. Where solids meet, the walls that lie
-in another of them, and those they have in common, bound nothing: the union has none of them. Its
-faces are parts of the file's faces, on the same surfaces.
+The search needs a closed surface that does not meet itself. Where solids meet, walls inside another
+solid and common walls bound nothing, and the union has none of them. Its faces are parts of the
+file's faces, on the same surfaces.
 """
 
 from __future__ import annotations
 
-from collections.abc import Container, Iterator, Mapping, Sequence
-from itertools import accumulate
+from collections.abc import Container, Mapping, Sequence
+from itertools import accumulate, chain
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -20,17 +20,17 @@ from contiga.io.cad.parts import Solids
 from contiga.io.cad.sew import COINCIDENT, FINEST, box_of, subshapes
 from contiga.records import FloatArray
 
-SAMPLES = 64
+N_SAMPLES = 64
 """Points of each solid whose side of the union is compared with that of the solids."""
 MAX_SAMPLES = 256
 """Largest number of such points in all."""
-FULL = 1e-6
+VOLUME_TOL = 1e-6
 """Largest relative excess of the union's volume over the sum of the solids."""
 
 UNKNOWN = ", of which OpenCASCADE does not find out whether they touch or overlap"
-MADE_ONE, KEPT = '"union" makes one of them', '"separate" keeps them as they are'
 
 Numbered = tuple[int, Any]
+"""Number of a face in the file, and TopoDS_Face."""
 
 
 class Meeting(NamedTuple):
@@ -46,75 +46,82 @@ class Meeting(NamedTuple):
     def at(self, scale: float) -> str:
         """Return the place of the meeting in words, lengths times `scale`.
 
-        A gap that is closed there is named if it is more than rounding.
+        A gap that the union closes is mentioned if it is more than rounding.
         """
         text = "at ({:.6g}, {:.6g}, {:.6g})".format(*(scale * c for c in self.place))
         return f"{text}, {scale * self.gap:.2g} apart" if self.gap > 0.5 * FINEST else text
 
 
-class Placed(NamedTuple):
+class PlacedFaces(NamedTuple):
     """The faces of a future body, and the shape whose topology connects them."""
 
     shape: Any
     faces: list[Numbered]
-    """Numbers in the file, from 1, and TopoDS_Face; several for a face that was cut up."""
+    """Several for a face of the file that was cut up."""
     meetings: list[Meeting]
-    known: bool
+    is_certain: bool
     """Whether solids of `meetings` are known to meet, and not only their boxes."""
-    embedded: bool
+    is_sound: bool
     """Whether no two solids meet any more."""
     solids_only: bool
-    """Whether there are whole solids alone."""
+    """Whether all chosen faces belong to whole solids."""
 
 
-def placed_of(
+def place_faces(
     pieces: Sequence[Piece], chosen: Container[int], accuracy: float, solids: Solids | None
-) -> Placed:
+) -> PlacedFaces:
     """Return the faces with the numbers `chosen`.
 
     With `solids` "union", or None, solids that are chosen whole and meet are united.
 
-    Solids meet where they overlap or come nearer than `accuracy`, mm, which those can whose boxes
-    do. For "refuse" it is only told where they meet; for "separate", where that is not looked
-    into, where their boxes do. A union that OpenCASCADE does not manage leaves them as they are.
+    Solids meet if they overlap or come nearer than `accuracy`, mm; only solids whose boxes meet
+    are examined. For "refuse" the result only says where solids meet; for "separate", which
+    examines nothing, where boxes meet. If OpenCASCADE fails to unite solids, they stay as they are.
     """
-    first = [1, *accumulate((len(piece.faces) for piece in pieces), initial=1)][1:]
+    firsts = [1, *accumulate((len(piece.faces) for piece in pieces), initial=1)][1:]
     rows = [
-        [(n, face) for n, face in enumerate(piece.faces, start) if n in chosen]
-        for start, piece in zip(first, pieces, strict=False)
+        [(n, face) for n, face in enumerate(piece.faces, first) if n in chosen]
+        for first, piece in zip(firsts, pieces, strict=False)
     ]
-    # Whole pieces keep their topology, from which sewing knows what is joined.
+    # Whole pieces keep their topology, from which sewing knows which faces are joined.
     shapes = [
-        [piece.shape] if len(mine) == len(piece.faces) else [face for _, face in mine]
-        for piece, mine in zip(pieces, rows, strict=True)
+        [piece.shape] if len(faces) == len(piece.faces) else [face for _, face in faces]
+        for piece, faces in zip(pieces, rows, strict=True)
     ]
-    whole = [
+    whole_solids = [
         k
         for k, piece in enumerate(pieces)
         if piece.kind == "solid" and rows[k] and len(rows[k]) == len(piece.faces)
     ]
-    only = len(whole) == sum(map(bool, rows))
-    boxes = {k: box_of(pieces[k].shape) for k in whole if len(whole) > 1}
-    within = closed_within(boxes, accuracy)
-    groups = groups_near(boxes, within)
-    meetings = [Meeting(tuple(sorted(some)), between(boxes, some)) for some in groups]
-    known = embedded = not groups
+    solids_only = len(whole_solids) == sum(map(bool, rows))
+    boxes = {k: box_of(pieces[k].shape) for k in whole_solids if len(whole_solids) > 1}
+    max_gap = contact_distance(boxes, accuracy)
+    groups = meeting_boxes(boxes, max_gap)
+    meetings = [Meeting(tuple(sorted(group)), between(boxes, group)) for group in groups]
+    is_certain = is_sound = not groups
     if groups and solids != "separate":
-        near = sorted(k for some in groups for k in some)
-        union = _Union([pieces[k] for k in near], np.array([boxes[k] for k in near]), within)
-        known = union.done
-        embedded = known and (not union.met or (solids != "refuse" and union.holds()))
-        if union.met and embedded:
+        members = sorted(k for group in groups for k in group)
+        union = _Union([pieces[k] for k in members], np.array([boxes[k] for k in members]), max_gap)
+        is_certain = union.done
+        is_sound = is_certain and (not union.met or (solids != "refuse" and union.holds()))
+        if union.met and is_sound:
             for j in union.met:
-                shapes[near[j]] = []
-                rows[near[j]] = union.faces(rows[near[j]])
+                shapes[members[j]] = []
+                rows[members[j]] = union.faces(rows[members[j]])
             shapes.append(union.solids)
-        if known:
-            meetings = [Meeting(tuple(near[j] for j in g), *union.place(g)) for g in union.groups]
-    return Placed(compound_of(_flat(shapes)), list(_flat(rows)), meetings, known, embedded, only)
+        if is_certain:
+            meetings = [
+                Meeting(tuple(members[j] for j in group), *union.place(group))
+                for group in union.groups
+            ]
+    shape = compound_of(chain.from_iterable(shapes))
+    faces = list(chain.from_iterable(rows))
+    return PlacedFaces(shape, faces, meetings, is_certain, is_sound, solids_only)
 
 
-def said_of(placed: Placed, texts: Sequence[str], solids: Solids | None, where: str) -> str:
+def meeting_message(
+    placed: PlacedFaces, texts: Sequence[str], solids: Solids | None, where: str
+) -> str:
     """Return the message about solids that meet, "" if none do.
 
     `texts` name the solids and places.
@@ -122,24 +129,27 @@ def said_of(placed: Placed, texts: Sequence[str], solids: Solids | None, where: 
     Raises
     ------
     FileError
-        They are to be refused, and there are some, or it cannot be known.
+        Solids that meet are to be refused, and some meet or may meet.
     """
-    text = "; ".join(texts)
     if not texts:
         return ""
+    text = "; ".join(texts)
     if solids == "refuse":
+        remedy = '"union" makes one of them'
+        if not placed.is_certain:
+            remedy = '"separate" keeps them as they are'
         raise FileError(
-            "solids touch or overlap" if placed.known else f"solids whose boxes meet{UNKNOWN}",
+            "solids touch or overlap" if placed.is_certain else f"solids whose boxes meet{UNKNOWN}",
             where=where,
             found=text,
             allowed="solids that are apart",
-            remedy=f"solids = {MADE_ONE if placed.known else KEPT}; parts chooses some",
+            remedy=f"solids = {remedy}; parts chooses some",
         )
     if solids == "separate":
-        return kept_apart(texts)
-    if placed.embedded:  # "union" asked for that
+        return separate_message(texts)
+    if placed.is_sound:  # "union" asked for that
         return "" if solids == "union" else f"that touch or overlap are made one: {text}"
-    if not placed.known:
+    if not placed.is_certain:
         return f"whose boxes meet are kept as they are{UNKNOWN}: {text}. Choose some by parts"
     return (
         "that touch or overlap are kept as they are, because OpenCASCADE makes no sound union of "
@@ -147,13 +157,9 @@ def said_of(placed: Placed, texts: Sequence[str], solids: Solids | None, where: 
     )
 
 
-def kept_apart(texts: Sequence[str]) -> str:
+def separate_message(texts: Sequence[str]) -> str:
     """Return the message about solids whose boxes meet and that stay separate."""
     return f"whose boxes meet are kept as they are: {'; '.join(texts)}. Body.flaws says which touch"
-
-
-def _flat(lists: Sequence[Sequence[Any]]) -> Iterator[Any]:
-    return (each for some in lists for each in some)
 
 
 class _Union:
@@ -163,15 +169,16 @@ class _Union:
     ----------
     pieces : two or more solids
     boxes : (n, 2, 3) around them
-    within : nearer than this they touch, mm
+    max_gap : largest distance of solids that touch, mm
     """
 
-    def __init__(self, pieces: Sequence[Piece], boxes: FloatArray, within: float) -> None:
+    def __init__(self, pieces: Sequence[Piece], boxes: FloatArray, max_gap: float) -> None:
         from OCP.BRepAlgoAPI import BRepAlgoAPI_Fuse
         from OCP.collections import (
             IndexedMap_TopoDS_Shape_TopTools_ShapeMapHasher,
             List_TopoDS_Shape,
         )
+        from OCP.TopoDS import TopoDS
 
         self._pieces = pieces
         self._boxes = boxes
@@ -183,9 +190,9 @@ class _Union:
         fuse.SetArguments(arguments)
         fuse.SetTools(tools)
         fuse.SetNonDestructive(True)
-        fuse.SetFuzzyValue(within)
+        fuse.SetFuzzyValue(max_gap)
         fuse.Build()
-        self._known = IndexedMap_TopoDS_Shape_TopTools_ShapeMapHasher()
+        self._numbers = IndexedMap_TopoDS_Shape_TopTools_ShapeMapHasher()
         self._faces: dict[int, Any] = {}
         self.groups: list[list[int]] = []
         """Pieces that touch or overlap one another."""
@@ -194,57 +201,59 @@ class _Union:
         self.solids: list[Any] = []
         """Solids that the groups make."""
         self.done = bool(fuse.IsDone())
-        if self.done:
-            self._look()
-
-    def _look(self) -> None:
-        """Assign pieces to solids of the union: those in one solid have met."""
-        from OCP.TopoDS import TopoDS
-
-        every = subshapes(self._fuse.Shape(), "SOLID")
+        if not self.done:
+            return
+        all_solids = subshapes(fuse.Shape(), "SOLID")
         owner: dict[int, int] = {}
-        for j, solid in enumerate(every):
+        for j, solid in enumerate(all_solids):
             for face in subshapes(solid, "FACE"):
-                number = int(self._known.Add(face))
+                number = int(self._numbers.Add(face))
                 self._faces[number], owner[number] = TopoDS.Face(face), j
+        # Pieces in one solid of the union have met.
         groups: dict[int, list[int]] = {}
-        for k, piece in enumerate(self._pieces):
+        for k, piece in enumerate(pieces):
             images = [number for face in piece.faces for number in self._images(face)]
-            # Nothing is left of a piece within another.
-            home = owner[images[0]] if images else _holder(every, piece.shape)
-            groups.setdefault(home, []).append(k)
+            if images:
+                j = owner[images[0]]
+            else:  # no face is left of a piece within another
+                point = np.array([middle(subshapes(piece.shape, "EDGE")[0])])
+                holders = (i for i, s in enumerate(all_solids) if inside([s], point)[0] != 0.0)
+                j = next(holders, -1)
+            groups.setdefault(j, []).append(k)
         several = {j: group for j, group in groups.items() if len(group) > 1}
         self.groups = list(several.values())
         self.met = sorted(k for group in self.groups for k in group)
-        self.solids = [every[j] for j in several if j >= 0]
+        self.solids = [all_solids[j] for j in several if j >= 0]
 
     def _images(self, face: Any) -> list[int]:
         """Return the numbers of the faces of the union that are parts of a face."""
         parts = list(self._fuse.Modified(face)) or [face]
-        return [number for part in parts if (number := int(self._known.FindIndex(part)))]
+        return [number for part in parts if (number := int(self._numbers.FindIndex(part)))]
 
     def faces(self, rows: Sequence[Numbered]) -> list[Numbered]:
         """Return the faces of a solid in the union; a common face belongs to the first solid."""
-        pieces = []
-        for number, face in rows:
-            for image in self._images(face):
-                if image in self._faces:
-                    pieces.append((number, self._faces.pop(image)))
-        return pieces
+        return [
+            (number, self._faces.pop(image))
+            for number, face in rows
+            for image in self._images(face)
+            if image in self._faces
+        ]
 
     def place(self, group: Sequence[int]) -> tuple[tuple[float, float, float], float]:
         """Return the middle of an edge between faces of two solids, and their distance there.
 
-        A solid within another has a place of its own.
+        If no edge is common, because one solid lies within another, it is the middle of the
+        smallest one.
         """
         owner: dict[int, int] = {}
         for k in group:
             for number in (n for face in self._pieces[k].faces for n in self._images(face)):
-                for edge in subshapes(self._known.FindKey(number), "EDGE"):
-                    other = owner.setdefault(int(self._known.Add(edge)), k)
+                for edge in subshapes(self._numbers.FindKey(number), "EDGE"):
+                    other = owner.setdefault(int(self._numbers.Add(edge)), k)
                     if other != k:
-                        at = middle(edge)
-                        return at, sum(_distance(self._pieces[n].shape, at) for n in (k, other))
+                        point = middle(edge)
+                        shapes = (self._pieces[n].shape for n in (k, other))
+                        return point, sum(_distance(shape, point) for shape in shapes)
         smallest = min(group, key=lambda k: float(np.ptp(self._boxes[k], axis=0).prod()))
         x, y, z = self._boxes[smallest].mean(axis=0).tolist()
         return (x, y, z), 0.0
@@ -256,22 +265,16 @@ class _Union:
         """
         shapes = [self._pieces[k].shape for k in self.met]
         before, after = [volume_of(shape) for shape in shapes], [volume_of(s) for s in self.solids]
-        if not max(before) * (1.0 - FULL) <= sum(after) <= sum(before) * (1.0 + FULL):
+        if not max(before) * (1.0 - VOLUME_TOL) <= sum(after) <= sum(before) * (1.0 + VOLUME_TOL):
             return False
-        count = min(SAMPLES, -(-MAX_SAMPLES // len(self.met)))
+        count = min(N_SAMPLES, -(-MAX_SAMPLES // len(self.met)))
         shares = np.random.default_rng(0).random((len(self.met), count, 3))
         boxes = self._boxes[self.met]
         points = boxes[:, :1] + shares * np.ptp(boxes, axis=1)[:, None]
         rows = points.reshape(-1, 3)
-        sides = [inside(some, rows) for some in (shapes, self.solids)]
-        known = ~np.isnan(sides[0]) & ~np.isnan(sides[1])
-        return bool((sides[0][known] == sides[1][known]).all())
-
-
-def _holder(solids: Sequence[Any], shape: Any) -> int:
-    """Return the index of the solid that contains a shape; −1 if there is none."""
-    point = np.array([middle(subshapes(shape, "EDGE")[0])])
-    return next((j for j, solid in enumerate(solids) if inside([solid], point)[0] != 0.0), -1)
+        side_before, side_after = (inside(group, rows) for group in (shapes, self.solids))
+        is_clear = ~np.isnan(side_before) & ~np.isnan(side_after)
+        return bool((side_before[is_clear] == side_after[is_clear]).all())
 
 
 def _diagonal(boxes: Mapping[int, FloatArray]) -> float:
@@ -280,29 +283,29 @@ def _diagonal(boxes: Mapping[int, FloatArray]) -> float:
     return float(np.linalg.norm(np.ptp(corners, axis=0))) if len(corners) else 0.0
 
 
-def closed_within(boxes: Mapping[int, FloatArray], accuracy: float) -> float:
+def contact_distance(boxes: Mapping[int, FloatArray], accuracy: float) -> float:
     """Return the distance up to which solids in these boxes touch, mm.
 
-    That is the accuracy of the file, at most 1e-6 of the size of all, or 1e-6 of the size of the
-    smallest: placements are written to so many decimals, and no clearance is so narrow.
+    It is the accuracy of the file, at most 1e-6 of the whole size, or 1e-6 of the size of the
+    smallest solid: placements have so many decimals, and no clearance is so narrow.
     """
     smallest = min((_diagonal({0: box}) for box in boxes.values()), default=0.0)
     return max(FINEST, min(accuracy, COINCIDENT * _diagonal(boxes)), COINCIDENT * smallest)
 
 
-def groups_near(boxes: Mapping[int, FloatArray], within: float) -> list[list[int]]:
+def meeting_boxes(boxes: Mapping[int, FloatArray], max_gap: float) -> list[list[int]]:
     """Return groups of two or more boxes, each within a distance of one before it."""
     keys, rows = list(boxes), np.array(list(boxes.values())).reshape(-1, 2, 3)
-    left, groups = set(range(len(keys))), []
-    while left:
-        group = [min(left)]
-        left -= set(group)
+    remaining, groups = set(range(len(keys))), []
+    while remaining:
+        group = [min(remaining)]
+        remaining -= set(group)
         for k in group:
-            low, high = rows[k, 0] - within, rows[k, 1] + within
+            low, high = rows[k, 0] - max_gap, rows[k, 1] + max_gap
             meets = ((rows[:, 0] <= high) & (rows[:, 1] >= low)).all(axis=1)
-            more = left.intersection(np.flatnonzero(meets).tolist())
-            left -= more
-            group += sorted(more)
+            neighbours = remaining.intersection(np.flatnonzero(meets).tolist())
+            remaining -= neighbours
+            group += sorted(neighbours)
         if len(group) > 1:
             groups.append([keys[k] for k in group])
     return groups
@@ -331,8 +334,8 @@ def _distance(shape: Any, point: tuple[float, float, float]) -> float:
     from OCP.BRepExtrema import BRepExtrema_DistShapeShape
     from OCP.gp import gp_Pnt
 
-    found = BRepExtrema_DistShapeShape(BRepBuilderAPI_MakeVertex(gp_Pnt(*point)).Vertex(), shape)
-    return float(found.Value())
+    vertex = BRepBuilderAPI_MakeVertex(gp_Pnt(*point)).Vertex()
+    return float(BRepExtrema_DistShapeShape(vertex, shape).Value())
 
 
 def inside(shapes: Sequence[Any], points: FloatArray) -> FloatArray:
@@ -341,15 +344,16 @@ def inside(shapes: Sequence[Any], points: FloatArray) -> FloatArray:
     from OCP.gp import gp_Pnt
     from OCP.TopAbs import TopAbs_State
 
-    inner = np.zeros(len(points))
+    sides = np.zeros(len(points))
     for shape in shapes:
         low, high = box_of(shape)
         classifier = BRepClass3d_SolidClassifier(shape)
-        for k in np.flatnonzero(((low <= points) & (points <= high)).all(axis=1) & (inner != 1.0)):
+        is_within_box = ((low <= points) & (points <= high)).all(axis=1)
+        for k in np.flatnonzero(is_within_box & (sides != 1.0)):
             classifier.Perform(gp_Pnt(*points[k].tolist()), FINEST)
             state = classifier.State()
             if state == TopAbs_State.TopAbs_IN:
-                inner[k] = 1.0
+                sides[k] = 1.0
             elif state == TopAbs_State.TopAbs_ON:
-                inner[k] = np.nan
-    return inner
+                sides[k] = np.nan
+    return sides

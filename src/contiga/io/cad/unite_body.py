@@ -1,7 +1,7 @@
 """The union of closed pieces of a body that touch or overlap, as for solids of a STEP file.
 
 `contiga.io.cad.unite` unites solids of OpenCASCADE; here the pieces of a body of any source become
-such solids, and what is left of them patches of a body again.
+such solids, and the faces of the union patches of a body again.
 """
 
 from __future__ import annotations
@@ -17,23 +17,23 @@ import numpy as np
 from contiga.errors import GeometryError
 from contiga.extras import require
 from contiga.geometry.piece import piece_of
-from contiga.io.cad.assemble import Assembly, merged, warn
-from contiga.io.cad.occ_parts import NAMELESS, Piece
-from contiga.io.cad.occ_solids import Solid, hollowed, solid_of, volume_of
+from contiga.io.cad.assemble import Assembly, merge_bodies, warn
+from contiga.io.cad.occ_parts import NO_ATTRIBUTES, Piece
+from contiga.io.cad.occ_solids import Solid, hollow_out, solid_of, volume_of
 from contiga.io.cad.parts import Solids
-from contiga.io.cad.sew import Sewn, subshapes
+from contiga.io.cad.sew import SewnEdges, subshapes
 from contiga.io.cad.step_iges import edge_of, gather
 from contiga.io.cad.unite import (
     Meeting,
     Numbered,
     between,
-    closed_within,
-    groups_near,
+    contact_distance,
     inside,
-    kept_apart,
+    meeting_boxes,
+    meeting_message,
     middle,
-    placed_of,
-    said_of,
+    place_faces,
+    separate_message,
 )
 from contiga.masters.body import Body
 from contiga.records import IndexArray
@@ -53,16 +53,16 @@ class United(NamedTuple):
     """Original patch of each patch."""
     met: list[list[Patches]]
     """Original patches of pieces that touch or overlap one another."""
-    said: str
+    message: str
     """Message about them, "" if there are none."""
 
 
 def unite(*bodies: Body) -> Body:
     """Unite bodies: closed pieces that touch or overlap are fused by OpenCASCADE.
 
-    Its inside is that of any piece. A piece is what hangs together by its edges; one that faces
-    inward is a cavity of the piece around it. Pieces that touch nothing stay as they are. Bodies
-    that share whole edges, such as tiles, are given one by one.
+    A point is inside if it is inside any piece. A piece is a set of patches connected by edges; a
+    piece that faces inward is a cavity of the piece around it. Pieces that touch nothing stay as
+    they are. Pass bodies that share whole edges, such as tiles, as separate arguments.
 
     Returns
     -------
@@ -79,7 +79,7 @@ def unite(*bodies: Body) -> Body:
     Warns
     -----
     ContigaWarning
-        OpenCASCADE does not manage: which pieces are left as they are, and where they meet.
+        OpenCASCADE cannot unite some pieces, which stay as they are; the text says where they meet.
 
     Examples
     --------
@@ -100,32 +100,32 @@ def unite(*bodies: Body) -> Body:
             found=sorted(map(str, units)),
         )
     first = bodies[0]
-    whole = merged(list(bodies), Path(first.name), first.unit)
+    merged = merge_bodies(list(bodies), Path(first.name), first.unit)
     starts = np.cumsum([0, *(len(body.patches) for body in bodies)])
     pieces = [
         start + piece for start, body in zip(starts, bodies, strict=False) for piece in body.pieces
     ]
-    union = united(whole, pieces, "union", first.name)
-    if union.said:
-        warn(f"{first.name}: pieces {union.said}")
+    union = unite_pieces(merged, pieces, "union", first.name)
+    if union.message:
+        warn(f"{first.name}: pieces {union.message}")
     return union.body.renamed(first.name).with_reference_point(first.reference_point)
 
 
-def _by_patches(groups: Sequence[Patches]) -> str:
+def _patch_numbers(groups: Sequence[Patches]) -> str:
     return " and ".join(
-        f"patch {min(some)}" if len(some) == 1 else f"patches {min(some)} to {max(some)}"
-        for some in groups
+        f"patch {min(group)}" if len(group) == 1 else f"patches {min(group)} to {max(group)}"
+        for group in groups
     )
 
 
-def united(
+def unite_pieces(
     body: Body,
     pieces: Sequence[IndexArray],
     solids: Solids | None,
     where: str,
     *,
     accuracy: float = 0.0,
-    describe: Describe = _by_patches,
+    describe: Describe = _patch_numbers,
 ) -> United:
     """Return the body with the union of those of its closed pieces that touch or overlap.
 
@@ -145,44 +145,40 @@ def united(
     MissingPackageError
         Pieces are to be united, and OpenCASCADE is not installed.
     """
-    as_it_is = list(range(len(body.patches)))
+    all_patches = list(range(len(body.patches)))
     boxes = {k: piece_of(body, piece.tolist()).bounds() for k, piece in enumerate(pieces)}
     scale = scale_of(body)
-    large = {k: scale * box for k, box in boxes.items()}
-    groups = groups_near(large, closed_within(large, accuracy * scale))
+    scaled = {k: scale * box for k, box in boxes.items()}
+    groups = meeting_boxes(scaled, contact_distance(scaled, accuracy * scale))
     if not groups or solids == "separate":
-        met = [[tuple(pieces[k].tolist()) for k in some] for some in groups]
-        places = [Meeting(tuple(some), between(boxes, some)).at(1.0) for some in groups]
-        said = kept_apart(_texts(met, places, describe)) if met else ""
-        return United(body, as_it_is, met, said)
+        met = [[tuple(pieces[k].tolist()) for k in group] for group in groups]
+        places = [Meeting(tuple(group), between(boxes, group)).at(1.0) for group in groups]
+        texts = [f"{describe(group)} {place}" for group, place in zip(met, places, strict=True)]
+        return United(body, all_patches, met, separate_message(texts) if met else "")
     require("uniting pieces that touch or overlap", "OCP")
     from contiga.io.cad.occ_geometry import quiet
 
     with quiet():
-        near = sorted(k for some in groups for k in some)
-        known = as_solids(body, [pieces[k].tolist() for k in near], scale)
-        rows = [Piece("solid", solid.shape, solid.faces, NAMELESS, [], (), ()) for solid in known]
-        owner = [patch for solid in known for patch in solid.patches]
-        placed = placed_of(rows, range(1, len(owner) + 1), accuracy * scale, solids)
-        met = [[tuple(sorted(known[k].patches)) for k in m.pieces] for m in placed.meetings]
+        members = sorted(k for group in groups for k in group)
+        parts = as_solids(body, [pieces[k].tolist() for k in members], scale)
+        rows = [Piece("solid", part.shape, part.faces, NO_ATTRIBUTES, [], (), ()) for part in parts]
+        owner = [patch for part in parts for patch in part.patches]
+        placed = place_faces(rows, range(1, len(owner) + 1), accuracy * scale, solids)
+        met = [[tuple(sorted(parts[k].patches)) for k in m.pieces] for m in placed.meetings]
         places = [m.at(1.0 / scale) for m in placed.meetings]
-        said = said_of(placed, _texts(met, places, describe), solids, where)
-        if not (met and placed.embedded):
-            return United(body, as_it_is, met, said)
-        gone = {patch for some in met for piece in some for patch in piece}
-        faces = [(owner[n - 1], face) for n, face in placed.faces if owner[n - 1] in gone]
+        texts = [f"{describe(group)} {place}" for group, place in zip(met, places, strict=True)]
+        message = meeting_message(placed, texts, solids, where)
+        if not (met and placed.is_sound):
+            return United(body, all_patches, met, message)
+        replaced = {patch for group in met for piece in group for patch in piece}
+        faces = [(owner[n - 1], face) for n, face in placed.faces if owner[n - 1] in replaced]
         new, origin = as_patches(faces, placed.shape, scale, where, body.unit)
-    kept = [k for k in as_it_is if k not in gone]
-    origin += kept
+    unchanged = [k for k in all_patches if k not in replaced]
+    origin += unchanged
     order = np.argsort(origin, kind="stable").tolist()
-    whole = merged([new, piece_of(body, kept)] if kept else [new], Path(where), body.unit)
-    return United(piece_of(whole, order), [origin[k] for k in order], met, said)
-
-
-def _texts(
-    met: Sequence[Sequence[Patches]], places: Sequence[str], describe: Describe
-) -> list[str]:
-    return [f"{describe(some)} {place}" for some, place in zip(met, places, strict=True)]
+    bodies = [new, piece_of(body, unchanged)] if unchanged else [new]
+    merged = merge_bodies(bodies, Path(where), body.unit)
+    return United(piece_of(merged, order), [origin[k] for k in order], met, message)
 
 
 def scale_of(body: Body) -> float:
@@ -203,7 +199,7 @@ def as_solids(body: Body, pieces: Sequence[Sequence[int]], scale: float) -> list
         point = np.array([middle(subshapes(cavity.shape, "EDGE")[0])])
         for k, solid in enumerate(outward):
             if inside([solid.shape], point)[0] == 1.0:
-                outward[k] = hollowed(solid, cavity) or solid
+                outward[k] = hollow_out(solid, cavity) or solid
                 break
     return sorted(outward, key=lambda solid: min(solid.patches))
 
@@ -212,6 +208,6 @@ def as_patches(
     faces: Sequence[Numbered], shape: Any, scale: float, where: str, unit: str | None
 ) -> tuple[Body, list[int]]:
     """Return faces of OpenCASCADE as a body, and the number of each."""
-    assembly, sewn = Assembly(where), Sewn(shape)
-    numbers = gather(assembly, faces, sewn, 1.0 / scale, f"{where}, patch")
-    return assembly.body(where, partial(edge_of, sewn, 1.0 / scale, 0.0), unit), numbers
+    assembly, edges = Assembly(where), SewnEdges(shape)
+    numbers = gather(assembly, faces, edges, 1.0 / scale, f"{where}, patch")
+    return assembly.body(where, partial(edge_of, edges, 1.0 / scale, 0.0), unit), numbers

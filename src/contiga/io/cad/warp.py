@@ -1,16 +1,17 @@
-"""Recomputed p-curves: for changed surface parameters, and for edges given in space alone.
+"""Recomputed p-curves: for changed surface parameters, and for edges that are given only in space.
 
 A circular arc of half-angle α as a rational quadratic over [k, k + h] passes the angle θ at
 ``k + h/2 · (1 + tan((θ − θm)/2) / tan(α/2))``, θm its middle (stereographic projection). Patches
-made from cylinders, spheres, … have their knots at true angles, so that the map keeps them and
-p-curves given in angles only need to be bent between them.
+made from cylinders, spheres, … have their knots at true angles, so that the map leaves the knots
+unchanged and p-curves given in angles change only between them.
 
-Edges are projected onto their surface, over its seams and as often round it as they go.
+Edges are projected onto their surface, over its seams and for any number of turns.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from math import comb
 
 import numpy as np
 
@@ -24,16 +25,16 @@ from contiga.io.cad.chart import Chart
 from contiga.records import FloatArray
 
 DEGREE = 5
-APART = 1e-9
+SAME_TOL = 1e-9
 """Distance up to which borders of pieces coincide, over the whole: rounding."""
-TOWARD = 1e-4
+POLE_STEP = 1e-4
 """Distance from a pole at which its parameter is read off, as a share of the edge."""
-ROUNDS = 8
+MAX_SECANTS = 8
 """Largest number of secants for a knot crossing (Illinois rule), more than are needed."""
-CHECKED = 65
+N_CHECKS = 65
 """Points of an edge that must lie on its surface."""
-TOLERANCE = 1e-10
-"""Largest deviation of a bent p-curve, as a share of the domain."""
+FIT_TOL = 1e-10
+"""Largest deviation of a recomputed p-curve, as a share of the domain."""
 
 
 class AngleMap:
@@ -58,34 +59,35 @@ def identity(x: FloatArray) -> FloatArray:
 Map = Callable[[FloatArray], FloatArray]
 
 
-def bent(curve: NurbsCurve, maps: tuple[Map, Map], span: FloatArray) -> NurbsCurve:
-    """Return `curve` in (u, v) under the two maps, to `TOLERANCE` · span.
+def map_pcurve(curve: NurbsCurve, maps: tuple[Map, Map], span: FloatArray) -> NurbsCurve:
+    """Return `curve` in (u, v) under the two maps, to `FIT_TOL` · span.
 
     Lines along u or v stay lines; anything else becomes a chain of quintic pieces, cut at the
     maps' breaks and halved until each fits.
     """
-    warped = [axis for axis in range(2) if maps[axis] is not identity]
-    if not warped:
+    if maps[0] is identity and maps[1] is identity:
         return curve
     points = curve.control_points[:, :2]
-    reach = np.ptp(points, axis=0)
-    level = [axis for axis in range(2) if reach[axis] <= 1e-13 * max(span[axis], 1e-300)]
+    extent = np.ptp(points, axis=0)
+    level = [axis for axis in range(2) if extent[axis] <= 1e-13 * max(span[axis], 1e-300)]
     if level:
-        along = points[[0, -1]].copy()
-        if np.abs(np.diff(points[:, 1 - level[0]])).sum() <= reach[1 - level[0]] * (1.0 + 1e-12):
+        axis = 1 - level[0]
+        if np.abs(np.diff(points[:, axis])).sum() <= extent[axis] * (1.0 + 1e-12):
             a, b = curve.domain
-            ends = np.stack([maps[0](along[:, 0]), maps[1](along[:, 1])], axis=1)
-            return NurbsCurve(1, [a, a, b, b], ends)
+            u, v = points[[0, -1]].T
+            return NurbsCurve(1, [a, a, b, b], np.stack([maps[0](u), maps[1](v)], axis=1))
 
-    def mapped(t: FloatArray) -> FloatArray:
+    def image(t: FloatArray) -> FloatArray:
         uv = curve.evaluate(t)
         return np.stack([maps[0](uv[:, 0]), maps[1](uv[:, 1])], axis=1)
 
-    allowed = TOLERANCE * np.maximum(span, 1e-300)
-    return fitted(mapped, _borders(curve, maps), lambda uv: np.broadcast_to(allowed, uv.shape))
+    slack = FIT_TOL * np.maximum(span, 1e-300)
+    return _fit_quintics(
+        image, _break_parameters(curve, maps), lambda uv: np.broadcast_to(slack, uv.shape)
+    )
 
 
-def fitted(
+def _fit_quintics(
     image: Callable[[FloatArray], FloatArray],
     borders: FloatArray,
     allowed: Callable[[FloatArray], FloatArray],
@@ -95,53 +97,54 @@ def fitted(
     Pieces are halved until they miss by no more than ``allowed(uv)`` (k, 2) in between.
     """
     smallest = (borders[-1] - borders[0]) * 2.0**-20
-    todo = np.stack([borders[:-1], borders[1:]], axis=1)
+    spans = np.stack([borders[:-1], borders[1:]], axis=1)
     starts, pieces = [], []
-    while len(todo):  # all of one size at once
-        control, fits = _quintics(image, todo, allowed)
-        done = fits | (todo[:, 1] - todo[:, 0] <= smallest)
-        starts.append(todo[done, 0])
+    while len(spans):  # all of one size at once
+        control, fits = _quintics(image, spans, allowed)
+        done = fits | (spans[:, 1] - spans[:, 0] <= smallest)
+        starts.append(spans[done, 0])
         pieces.append(control[done])
-        a, b = todo[~done].T
+        a, b = spans[~done].T
         middle = 0.5 * (a + b)
-        todo = np.stack([a, middle, middle, b], axis=1).reshape(-1, 2)
+        spans = np.stack([a, middle, middle, b], axis=1).reshape(-1, 2)
     breaks = np.concatenate([*starts, borders[-1:]])
     order = np.argsort(breaks[:-1])
     chain = np.concatenate(pieces)[order]
     points = np.concatenate([chain[0, :1], chain[:, 1:].reshape(-1, 2)])
-    times = np.full(len(breaks), DEGREE)
-    times[[0, -1]] += 1
-    return NurbsCurve(DEGREE, np.repeat([*breaks[order], breaks[-1]], times), points)
+    multiplicities = np.full(len(breaks), DEGREE)
+    multiplicities[[0, -1]] += 1
+    return NurbsCurve(DEGREE, np.repeat([*breaks[order], breaks[-1]], multiplicities), points)
 
 
-def on_edge(
+def project_edge(
     curve: NurbsCurve, edge: NurbsCurve, surface: NurbsSurface, tolerance: float
 ) -> NurbsCurve | None:
     """Return the p-curve of `edge` on `surface`, from a rough one with the same parameters.
 
     Every point of the edge is projected by Gauss-Newton, which converges at once since edges lie
-    on their surfaces. `curve` may go on over seams of a closed surface. None if a point stays
-    farther away than `tolerance` (length): the edge leaves the surface.
+    on their surfaces. `curve` may cross seams of a closed surface. None if a point is farther
+    away than `tolerance` (length): the edge leaves the surface.
     """
     chart = Chart(surface)
     a, b = edge.domain
-    t = np.linspace(a, b, CHECKED)
-    image = _image(curve, edge, chart)
-    missed = np.linalg.norm(chart.points(image(t)) - edge.evaluate(t), axis=1).max()
-    if missed > tolerance:
+    t = np.linspace(a, b, N_CHECKS)
+    image = _edge_map(curve, edge, chart)
+    distance = np.linalg.norm(chart.points(image(t)) - edge.evaluate(t), axis=1).max()
+    if distance > tolerance:
         return None
     span = chart.high - chart.low
-    near = TOLERANCE * chart.size
+    near = FIT_TOL * chart.size
 
     def allowed(uv: FloatArray) -> FloatArray:
         # Next to a pole one parameter is nearly undetermined: the place decides.
-        return np.maximum(TOLERANCE * span, near / np.maximum(chart.speed(uv), 1e-300))
+        return np.maximum(FIT_TOL * span, near / np.maximum(chart.speed(uv), 1e-300))
 
-    borders = np.concatenate([edge.knots, _over_knots(image, np.union1d(t, curve.knots), chart)])
-    return fitted(image, distinct(np.clip(borders, a, b)), allowed)
+    crossings = _knot_crossings(image, np.union1d(t, curve.knots), chart)
+    borders = np.clip(np.concatenate([edge.knots, crossings]), a, b)
+    return _fit_quintics(image, _distinct(borders), allowed)
 
 
-def _over_knots(
+def _knot_crossings(
     image: Callable[[FloatArray], FloatArray], t: FloatArray, chart: Chart
 ) -> FloatArray:
     """Return where an image crosses knots of the surface, at which it is less smooth.
@@ -161,59 +164,61 @@ def _over_knots(
             levels = np.unique(levels + period * np.arange(first, last + 1.0)[:, None])
         low, high = uv[:-1, axis, None], uv[1:, axis, None]
         row, level = np.nonzero((low - levels) * (high - levels) < 0.0)
-        a, b, off = t[row], t[row + 1], uv[:, axis]
-        off_a, off_b = off[row] - levels[level], off[row + 1] - levels[level]
-        for _ in range(ROUNDS if len(row) else 0):
-            at = a - off_a * (b - a) / np.where(off_a == off_b, 1.0, off_b - off_a)
-            miss = image(at)[:, axis] - levels[level]
-            before = off_a * miss > 0.0
-            a, off_a = np.where(before, at, a), np.where(before, miss, 0.5 * off_a)
-            b, off_b = np.where(before, b, at), np.where(before, 0.5 * off_b, miss)
-        crossings.append(np.where(np.abs(off_a) < np.abs(off_b), a, b))
+        a, b, values = t[row], t[row + 1], uv[:, axis]
+        miss_a, miss_b = values[row] - levels[level], values[row + 1] - levels[level]
+        for _ in range(MAX_SECANTS if len(row) else 0):
+            c = a - miss_a * (b - a) / np.where(miss_a == miss_b, 1.0, miss_b - miss_a)
+            miss = image(c)[:, axis] - levels[level]
+            is_before = miss_a * miss > 0.0
+            a, miss_a = np.where(is_before, c, a), np.where(is_before, miss, 0.5 * miss_a)
+            b, miss_b = np.where(is_before, b, c), np.where(is_before, 0.5 * miss_b, miss)
+        crossings.append(np.where(np.abs(miss_a) < np.abs(miss_b), a, b))
     return np.concatenate(crossings)
 
 
-def _image(curve: NurbsCurve, edge: NurbsCurve, chart: Chart) -> Callable[[FloatArray], FloatArray]:
+def _edge_map(
+    curve: NurbsCurve, edge: NurbsCurve, chart: Chart
+) -> Callable[[FloatArray], FloatArray]:
     """Return the map from the edge's parameters to those of the surface."""
     a, b = edge.domain
 
-    def at(t: FloatArray) -> FloatArray:
+    def foot(t: FloatArray) -> FloatArray:
         rough = curve.evaluate(np.clip(t, *curve.domain))[:, :2]
-        return chart.refined(rough, edge.evaluate(t))
+        return chart.project_from(rough, edge.evaluate(t))
 
     def image(t: FloatArray) -> FloatArray:
-        uv = at(t)
-        lost = chart.lost(uv).any(axis=1)
-        if lost.any():
-            # At a pole a parameter is its limit along the edge.
-            step = np.where(t[lost] < 0.5 * (a + b), 1.0, -1.0) * TOWARD * (b - a)
-            first, second, third = (at(t[lost] + k * step) for k in (1, 2, 3))
-            uv[lost] = 3.0 * first - 3.0 * second + third
+        uv = foot(t)
+        at_pole = chart.is_pole(uv).any(axis=1)
+        if at_pole.any():
+            # At a pole a parameter is its limit along the edge, by quadratic extrapolation.
+            step = np.where(t[at_pole] < 0.5 * (a + b), 1.0, -1.0) * POLE_STEP * (b - a)
+            first, second, third = (foot(t[at_pole] + k * step) for k in (1, 2, 3))
+            uv[at_pole] = 3.0 * first - 3.0 * second + third
         return uv
 
     return image
 
 
-def distinct(borders: FloatArray) -> FloatArray:
+def _distinct(borders: FloatArray) -> FloatArray:
     """Return `borders` in order, without repetitions up to rounding; the ends stay."""
-    sorted_ = np.unique(borders)
-    close = APART * (sorted_[-1] - sorted_[0])
-    keep = np.diff(sorted_, prepend=-np.inf) > close
+    ascending = np.unique(borders)
+    near = SAME_TOL * (ascending[-1] - ascending[0])
+    keep = np.diff(ascending, prepend=-np.inf) > near
     keep[-1] = True
-    if len(sorted_) > 2 and sorted_[-1] - sorted_[-2] <= close:
+    if len(ascending) > 2 and ascending[-1] - ascending[-2] <= near:
         keep[-2] = False
-    return sorted_[keep]
+    return ascending[keep]
 
 
-def _borders(curve: NurbsCurve, maps: tuple[Map, Map]) -> FloatArray:
+def _break_parameters(curve: NurbsCurve, maps: tuple[Map, Map]) -> FloatArray:
     """Return the parameters of `curve` at its knots and where it crosses a break of a map."""
     bezier = extract_curve(curve)
     coefs = np.ascontiguousarray(bezier.coefs[..., [0, 1, 3]])
     degree = coefs.shape[1] - 1
     pieces, source, part = monotone_pieces(coefs, np.full(len(coefs), degree, dtype=np.int32))
     borders = [np.asarray(bezier.breaks)]
-    for piece, s, (a, b) in zip(pieces, source, part, strict=True):
-        low, width = bezier.breaks[s], bezier.breaks[s + 1] - bezier.breaks[s]
+    for piece, segment, (a, b) in zip(pieces, source, part, strict=True):
+        low, width = bezier.breaks[segment], bezier.breaks[segment + 1] - bezier.breaks[segment]
         for axis, warp in enumerate(maps):
             if not isinstance(warp, AngleMap):
                 continue
@@ -222,7 +227,7 @@ def _borders(curve: NurbsCurve, maps: tuple[Map, Map]) -> FloatArray:
                 if values[0] < level < values[1]:
                     t = a + (b - a) * parameter_at(piece, degree, axis, level)
                     borders.append(np.array([low + t * width]))
-    return distinct(np.concatenate(borders))
+    return _distinct(np.concatenate(borders))
 
 
 _NODES = 0.5 * (1.0 - np.cos(np.pi * np.arange(DEGREE + 1) / DEGREE))
@@ -230,8 +235,6 @@ _CHECKS = 0.5 * (_NODES[:-1] + _NODES[1:])
 
 
 def _bernstein(t: FloatArray) -> FloatArray:
-    from math import comb
-
     k = np.arange(DEGREE + 1)
     binomials = np.array([comb(DEGREE, int(i)) for i in k], dtype=np.float64)
     return binomials * t[:, None] ** k * (1.0 - t[:, None]) ** (DEGREE - k)
@@ -249,10 +252,10 @@ def _quintics(
     """Return quintics (n, 6, 2) through the image of `parts` (n, 2), and a mask (n,) of fits."""
     a, b = parts[:, :1], parts[:, 1:]
     t = np.clip(a + (b - a) * np.concatenate([_NODES, _CHECKS]), a, b)
-    mapped = image(t.ravel()).reshape(*t.shape, 2)
-    through, between = mapped[:, : DEGREE + 1], mapped[:, DEGREE + 1 :]
-    control = np.array([product(_TO_BERNSTEIN, points) for points in through])
-    control[:, [0, -1]] = through[:, [0, -1]]
-    checked = np.array([product(_AT_CHECKS, points) for points in control])
-    slack = allowed(between.reshape(-1, 2)).reshape(between.shape)
-    return control, np.asarray((np.abs(checked - between) <= slack).all(axis=(1, 2)))
+    uv = image(t.ravel()).reshape(*t.shape, 2)
+    at_nodes, at_checks = uv[:, : DEGREE + 1], uv[:, DEGREE + 1 :]
+    control = np.array([product(_TO_BERNSTEIN, points) for points in at_nodes])
+    control[:, [0, -1]] = at_nodes[:, [0, -1]]
+    fitted = np.array([product(_AT_CHECKS, points) for points in control])
+    slack = allowed(at_checks.reshape(-1, 2)).reshape(at_checks.shape)
+    return control, np.asarray((np.abs(fitted - at_checks) <= slack).all(axis=(1, 2)))

@@ -12,7 +12,7 @@ from tests import occ_rig
 
 import contiga as cg
 from contiga.errors import FileError
-from contiga.io.cad.occ_piercing import pierced_at
+from contiga.io.cad.occ_piercing import self_intersection
 
 MAJOR, MINOR = 1.0, 2.0
 HALF = math.acos(-MAJOR / MINOR)
@@ -81,7 +81,7 @@ def meridian(points: list[tuple[float, float]]) -> Any:
 def test_a_meridian_that_crosses_its_axis_is_found_and_one_that_ends_there_is_not():
     whole = np.array([[0.0, 0.0], [2.0 * math.pi, 1.0]])
     ends = meridian([(0.0, -1.0), (2.0, -1.0), (1.0, 2.0), (0.0, 2.0)])
-    assert pierced_at(ends, whole) is None
+    assert self_intersection(ends, whole) is None
     crosses = meridian([(1.0, -1.0), (-0.5, 0.5), (-2.0, 2.0)])
-    assert pierced_at(crosses, whole) == pytest.approx((0.0, 0.0, 0.0), abs=1e-6)
-    assert pierced_at(crosses, whole * [1.0, 0.3]) is None
+    assert self_intersection(crosses, whole) == pytest.approx((0.0, 0.0, 0.0), abs=1e-6)
+    assert self_intersection(crosses, whole * [1.0, 0.3]) is None

@@ -8,7 +8,7 @@ from tests import occ_solids as made
 from tests.unit.search.borders.test_meetings import MOVED, UNIT, ball, box, cavity, rod
 
 import contiga as cg
-from contiga.io.cad.occ_solids import Solid, hollowed, solid_of, volume_of
+from contiga.io.cad.occ_solids import Solid, hollow_out, solid_of, volume_of
 
 SCALE = 512.0
 
@@ -50,8 +50,8 @@ def test_a_cavity_is_cut_out_where_it_lies_within() -> None:
     assert out is not None
     assert hole is not None
     assert beyond is not None
-    hollow = hollowed(out, hole)
+    hollow = hollow_out(out, hole)
     assert hollow is not None
     assert volume_of(hollow.shape) == pytest.approx(SCALE**3 * 4.0 / 3.0 * np.pi * 7.0, rel=1e-7)
     assert set(hollow.patches) == {0, 1}
-    assert hollowed(out, beyond) is None
+    assert hollow_out(out, beyond) is None

@@ -11,8 +11,8 @@ import pytest
 
 import contiga as cg
 from contiga.errors import ContigaWarning, FileError, UnitError
-from contiga.io.cad.loops import PCurve, aligned, chained, ends, rectangle_sides
-from contiga.io.cad.warp import AngleMap, bent, identity
+from contiga.io.cad.loops import PCurve, align_loops, chain_pcurves, ends, rectangle_sides
+from contiga.io.cad.warp import AngleMap, identity, map_pcurve
 from contiga.masters.body_summary import body_summary
 
 PATCH = """
@@ -198,7 +198,7 @@ def test_rhino_solids_are_oriented_outward_and_have_no_free_edges(tmp_path, name
 def cap_of_a_sphere(axis: tuple[float, float, float]) -> cg.Body:
     """A sphere of radius 2 cut by the edge of a cap of height ½ about `axis`, p-curve missing."""
     from contiga.io.cad.assemble import Assembly
-    from contiga.io.cad.drawn import DrawnFace, Trim, add_drawn
+    from contiga.io.cad.projected_faces import ProjectedFace, Trim, add_projected
 
     n = np.array(axis) / np.linalg.norm(axis)
     x = np.cross(n, [0.1, 0.9, 0.3])
@@ -207,8 +207,8 @@ def cap_of_a_sphere(axis: tuple[float, float, float]) -> cg.Body:
     frame[:3] = np.stack([x, np.cross(n, x), n, 1.5 * n], axis=1)
     circle = cg.shapes.circle(radius=math.sqrt(4 - 1.5**2)).transformed(frame)
     assembly = Assembly("cap")
-    face = DrawnFace(cg.shapes.sphere(radius=2.0), [[Trim(0, False)]], False, "cap, face 0")
-    add_drawn(assembly, face, [circle], 1e-6)
+    face = ProjectedFace(cg.shapes.sphere(radius=2.0), [[Trim(0, False)]], False, "cap, face 0")
+    add_projected(assembly, face, [circle], 1e-6)
     return assembly.body("cap", lambda _: None, None)
 
 
@@ -305,14 +305,14 @@ def test_bent_curves_follow_the_map_and_lines_along_u_or_v_stay_lines():
     maps = (AngleMap(np.linspace(0, 2 * math.pi, 4)), identity)
     span = np.array([2 * math.pi, 1.0])
     wave = cg.NurbsCurve(3, [0, 0, 0, 0, 1, 1, 1, 1], [[0.3, 0], [2, 3], [4, -2], [6, 1]])
-    actual = bent(wave, maps, span)
+    actual = map_pcurve(wave, maps, span)
     t = np.linspace(0, 1, 500)
     wanted = wave.evaluate(t)
     wanted[:, 0] = maps[0](wanted[:, 0])
     assert np.abs(actual.evaluate(t) - wanted).max() <= 1e-9
     level = cg.NurbsCurve(1, [0, 0, 1, 1], [[0.3, 0.5], [5, 0.5]])
-    assert bent(level, maps, span).degree == 1
-    assert bent(wave, (identity, identity), span) is wave
+    assert map_pcurve(level, maps, span).degree == 1
+    assert map_pcurve(wave, (identity, identity), span) is wave
 
 
 def pcurve(*points: tuple[float, float]) -> PCurve:
@@ -323,7 +323,7 @@ def pcurve(*points: tuple[float, float]) -> PCurve:
 def test_strands_out_of_order_and_a_period_off_are_chained():
     a, b = pcurve((0, 0), (6, 0)), pcurve((0, 0), (0, 1))
     c, d = pcurve((6, 1), (0, 1)), pcurve((0, 1), (0, 0))
-    loop = chained([a, c, b, d], np.array([6.0, 0.0]))
+    loop = chain_pcurves([a, c, b, d], np.array([6.0, 0.0]))
     tails = np.array([ends(s) for s in loop])
     assert np.allclose(tails[:, 1], np.roll(tails[:, 0], -1, axis=0))
     assert np.allclose(np.ptp(tails.reshape(-1, 2), axis=0), [6, 1])
@@ -332,7 +332,7 @@ def test_strands_out_of_order_and_a_period_off_are_chained():
 def test_inner_loops_a_period_off_are_brought_into_the_outer_one():
     square = [pcurve((0, 0), (6, 0), (6, 1), (0, 1), (0, 0))]
     hole = [pcurve((8, 0.2), (9, 0.2), (9, 0.8), (8, 0.2))]
-    loops = aligned([square, hole], np.array([6.0, 0.0]))
+    loops = align_loops([square, hole], np.array([6.0, 0.0]))
     assert np.allclose(ends(loops[1][0])[0], [2, 0.2])
 
 

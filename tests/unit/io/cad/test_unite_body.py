@@ -12,7 +12,7 @@ from tests.unit.search.borders.test_meetings import APART, MOVED, UNIT, ball, bo
 
 import contiga as cg
 from contiga.errors import ContigaWarning, FileError, GeometryError
-from contiga.io.cad.unite_body import united
+from contiga.io.cad.unite_body import unite_pieces
 
 UNITED = {
     "boxes face to face": (box(*UNIT) + box((1, 0.2, 0), (2, 0.7, 1)), 1.5),
@@ -93,7 +93,7 @@ def test_a_union_that_fails_is_said_with_patches_and_place(monkeypatch) -> None:
 def test_it_is_told_which_patch_each_is_a_part_of() -> None:
     far = box((9, 9, 9), (10, 10, 10))
     body = cg.Body(far + box(*UNIT) + box((1, 0.2, 0), (2, 0.7, 1)))
-    actual = united(body, body.pieces, None, "here")
+    actual = unite_pieces(body, body.pieces, None, "here")
     assert actual.met == [[tuple(range(6, 12)), tuple(range(12, 18))]]
     # The second box's lower end in x is gone.
     assert set(actual.origin) == set(range(18)) - {12}
@@ -103,7 +103,7 @@ def test_it_is_told_which_patch_each_is_a_part_of() -> None:
         assert (patch.bounds()[0] >= low - 1e-9).all()
         assert (patch.bounds()[1] <= high + 1e-9).all()
     with pytest.raises(FileError, match=r"here: .*touch or overlap"):
-        united(body, body.pieces, "refuse", "here")
+        unite_pieces(body, body.pieces, "refuse", "here")
 
 
 def _gismo(path: Path, surfaces: list[cg.NurbsSurface]) -> Path:

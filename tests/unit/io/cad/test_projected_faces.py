@@ -15,9 +15,9 @@ from contiga.errors import ContigaWarning
 from contiga.io.cad import rhino
 from contiga.io.cad.assemble import Assembly
 from contiga.io.cad.chart import Chart
-from contiga.io.cad.drawn import DrawnFace, Trim, add_drawn
-from contiga.io.cad.rendered import RenderMesh, doubts
-from contiga.io.cad.warp import on_edge
+from contiga.io.cad.projected_faces import ProjectedFace, Trim, add_projected
+from contiga.io.cad.render_check import RenderMesh, find_mismatches
+from contiga.io.cad.warp import project_edge
 
 LOW, MIDDLE, HIGH = 1.0, 2.0, 3.0
 Loops = list[list[tuple[int, bool]]]
@@ -57,7 +57,7 @@ def cut(surface: cg.NurbsSurface, edges: list[cg.NurbsCurve], loops: Loops) -> c
     """The face between some edges as a body."""
     assembly = Assembly("made up")
     trims = [[Trim(*trim) for trim in loop] for loop in loops]
-    assert add_drawn(assembly, DrawnFace(surface, trims, False, "face 1"), edges, 1e-3)
+    assert add_projected(assembly, ProjectedFace(surface, trims, False, "face 1"), edges, 1e-3)
     edge_of = {k: rhino.Edge(edge, 1e-3) for k, edge in enumerate(edges)}
     return assembly.body("made up", edge_of.get, None)
 
@@ -154,7 +154,7 @@ def test_knots_an_ulp_apart_are_one() -> None:
     points[::2], points[1::2] = np.hstack([at_knots, height[0]]), np.hstack([between, height[1]])
     edge = cg.NurbsCurve(2, [0, 0, 0, 0.3, 0.3, 1, 1, 1], points)
     near = np.nextafter(np.nextafter(0.3, 1), 1)
-    made = on_edge(cg.NurbsCurve(1, [0, 0, near, 1, 1], uv), edge, sheet, 1e-3)
+    made = project_edge(cg.NurbsCurve(1, [0, 0, near, 1, 1], uv), edge, sheet, 1e-3)
     assert made is not None
     t = np.linspace(0, 1, 201)
     assert np.abs(sheet.evaluate(made.evaluate(t)[:, :2]) - edge.evaluate(t)).max() < 1e-14
@@ -170,7 +170,7 @@ def test_an_edge_off_the_surface_is_told_with_the_face() -> None:
 def test_the_surface_is_unrolled_as_far_as_it_takes() -> None:
     chart = Chart(cg.shapes.cylinder(radius=1.0, height=10.0))
     assert chart.periods.tolist() == [1.0, 0.0]
-    patch = chart.unrolled(np.array([[0.7, 0.0], [2.9, 1.0]]))
+    patch = chart.unroll(np.array([[0.7, 0.0], [2.9, 1.0]]))
     assert patch.domain[0][0] <= 0.7
     assert patch.domain[0][1] >= 2.9
     uv = np.column_stack([np.linspace(0.7, 2.9, 50), np.full(50, 0.3)])
@@ -184,7 +184,7 @@ def test_a_face_that_is_not_what_its_render_mesh_shows_is_told(degrees: float, t
     vertices = np.array([at(a, z) for a, z in zip(angles.ravel(), heights.ravel(), strict=True)])
     k = 2 * np.arange(9)[:, None]
     triangles = np.concatenate([k + np.array(corners) for corners in ((0, 2, 1), (1, 2, 3))])
-    actual = list(doubts(body, [RenderMesh(vertices, triangles)]))
+    actual = list(find_mismatches(body, [RenderMesh(vertices, triangles)]))
     assert [k for k, _ in actual] == [0] * bool(told)
     assert all(told in text for _, text in actual)
     if degrees > 90.0:

@@ -1,7 +1,8 @@
 """Faces compared with the render meshes that a 3DM file stores of them.
 
-A render mesh is rough, but the program that wrote the file made it from the face it meant: areas
-tell a face that is cut along the wrong border, and vertices, which lie on the face, where.
+A render mesh is coarse, but the program that wrote the file made it from the intended face. A
+difference in area reveals a face that is cut along the wrong border; vertices, which lie on the
+face, show where.
 """
 
 from __future__ import annotations
@@ -17,13 +18,13 @@ from contiga.io.cad.chart import Chart
 from contiga.masters.body import Body
 from contiga.records import FloatArray, IntArray
 
-SAMPLES = 100
+MAX_VERTICES = 100
 """Vertices of each face that are compared."""
-ALONG = 65
-"""Points of a p-curve in a border."""
-AREA = 0.1
+N_BORDER = 65
+"""Points of each p-curve of a border."""
+AREA_TOL = 0.1
 """Largest relative difference of areas; flat facets have less area than a curved face."""
-DISTANCE = 0.01
+DISTANCE_TOL = 0.01
 """Largest distance of vertices from a face, over its size."""
 
 
@@ -53,7 +54,7 @@ def render_mesh(face: Any) -> RenderMesh | None:
     return RenderMesh(vertices, triangles)
 
 
-def doubts(body: Body, meshes: list[RenderMesh | None]) -> Iterator[tuple[int, str]]:
+def find_mismatches(body: Body, meshes: list[RenderMesh | None]) -> Iterator[tuple[int, str]]:
     """Yield the patches of `body` that differ from their render mesh, and the difference."""
     if not any(meshes):
         return
@@ -62,40 +63,42 @@ def doubts(body: Body, meshes: list[RenderMesh | None]) -> Iterator[tuple[int, s
         if mesh is None or not mesh.area > 0.0:
             continue
         size = float(np.ptp(mesh.vertices, axis=0).max())
-        off = _farthest(body, k, mesh)
+        distance = _largest_distance(body, k, mesh)
         texts = []
-        if abs(areas[k] - mesh.area) > AREA * mesh.area:
+        if abs(areas[k] - mesh.area) > AREA_TOL * mesh.area:
             texts.append(f"its area is {areas[k]:.6g}, that of its render mesh {mesh.area:.6g}")
-        if off > DISTANCE * size:
-            texts.append(f"its render mesh is up to {off:.3g} off it")
+        if distance > DISTANCE_TOL * size:
+            texts.append(f"its render mesh is up to {distance:.3g} off it")
         if texts:
             yield k, " and ".join(texts)
 
 
-def _farthest(body: Body, k: int, mesh: RenderMesh) -> float:
+def _largest_distance(body: Body, k: int, mesh: RenderMesh) -> float:
     """Return the largest distance of some of the vertices from patch `k` with its trims."""
     used = np.unique(mesh.triangles)
-    used = used[np.linspace(0, len(used) - 1, min(SAMPLES, len(used))).astype(int)]
+    used = used[np.linspace(0, len(used) - 1, min(MAX_VERTICES, len(used))).astype(int)]
     points = mesh.vertices[used]
     chart = Chart(body.patches[k])
-    uv = chart.located(points)
-    off = np.linalg.norm(chart.points(uv) - points, axis=1)
+    uv = chart.project(points)
+    distance = np.linalg.norm(chart.points(uv) - points, axis=1)
     loops = body.trims[k]
     if loops is not None:
-        apart = np.full(len(points), np.inf)
-        out = ~points_in_trim(body.trim_tables, k, uv)
-        for curve in (curve for loop in loops for curve in loop) if out.any() else ():
-            border = chart.points(curve.evaluate(np.linspace(*curve.domain, ALONG))[:, :2])
-            apart[out] = np.minimum(apart[out], to_polyline(points[out], border))
-        off[out] = np.maximum(off[out], apart[out])
-    return float(off.max())
+        is_outside = ~points_in_trim(body.trim_tables, k, uv)
+        to_border = np.full(len(points), np.inf)
+        for curve in (curve for loop in loops for curve in loop) if is_outside.any() else ():
+            border = chart.points(curve.evaluate(np.linspace(*curve.domain, N_BORDER))[:, :2])
+            to_border[is_outside] = np.minimum(
+                to_border[is_outside], distances_to_polyline(points[is_outside], border)
+            )
+        distance[is_outside] = np.maximum(distance[is_outside], to_border[is_outside])
+    return float(distance.max())
 
 
-def to_polyline(points: FloatArray, corners: FloatArray) -> FloatArray:
+def distances_to_polyline(points: FloatArray, corners: FloatArray) -> FloatArray:
     """Return the distances (n,) of points (n, 3) from a chain of lines (m, 3)."""
-    start, along = corners[:-1], np.diff(corners, axis=0)
-    way = points[:, None] - start
-    square = np.maximum(np.einsum("mi,mi->m", along, along), 1e-300)
-    share = np.clip(np.einsum("nmi,mi->nm", way, along) / square, 0.0, 1.0)
-    apart: FloatArray = np.linalg.norm(way - share[..., None] * along, axis=2).min(axis=1)
-    return apart
+    start, side = corners[:-1], np.diff(corners, axis=0)
+    offset = points[:, None] - start
+    square = np.maximum(np.einsum("mi,mi->m", side, side), 1e-300)
+    share = np.clip(np.einsum("nmi,mi->nm", offset, side) / square, 0.0, 1.0)
+    distances: FloatArray = np.linalg.norm(offset - share[..., None] * side, axis=2).min(axis=1)
+    return distances

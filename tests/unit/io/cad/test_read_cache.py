@@ -15,7 +15,7 @@ import contiga as cg
 from contiga.cache_folder import FOLDER
 from contiga.cli.info import rows_of
 from contiga.errors import ContigaWarning, FileError
-from contiga.io.cad import formats, kept, read_cad
+from contiga.io.cad import formats, read_cache, read_cad
 from contiga_validation.rivals.headform import write_step
 
 
@@ -24,13 +24,13 @@ def asked(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> list[Path]:
     """Files that a reader was asked for, with entries in a folder of the test."""
     monkeypatch.setenv(FOLDER, str(tmp_path / "kept"))
     files: list[Path] = []
-    read = kept.outcome_in_worker
+    read = read_cache.outcome_in_worker
 
     def reading(target: str, path: Path, *args: object, needs: str) -> Any:
         files.append(path)
         return read(target, path, *args, needs=needs)
 
-    monkeypatch.setattr(kept, "outcome_in_worker", reading)
+    monkeypatch.setattr(read_cache, "outcome_in_worker", reading)
     return files
 
 
@@ -66,12 +66,12 @@ def test_other_bytes_or_another_name_are_read(asked: list[Path], box: Path) -> N
 def test_what_a_reader_warns_of_is_said_each_time(
     asked: list[Path], box: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    read = kept.outcome_in_worker
+    read = read_cache.outcome_in_worker
 
     def warning(*args: Any, **named: Any) -> Any:
         return read(*args, **named)._replace(warnings=["a face was left out"])
 
-    monkeypatch.setattr(kept, "outcome_in_worker", warning)
+    monkeypatch.setattr(read_cache, "outcome_in_worker", warning)
     for _ in range(2):
         with pytest.warns(ContigaWarning, match="a face was left out") as heard:
             cg.read_cad(box)
@@ -82,7 +82,7 @@ def test_what_a_reader_warns_of_is_said_each_time(
 def test_what_is_refused_is_not_kept(
     asked: list[Path], box: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(read_cad, "FARTHEST", 1e-3)
+    monkeypatch.setattr(read_cad, "MAX_COORDINATE", 1e-3)
     for _ in range(2):
         with pytest.raises(FileError, match="too far from the origin"):
             cg.read_cad(box)
@@ -111,7 +111,7 @@ def test_what_is_told_of_a_file_is_told_again(asked: list[Path], box: Path) -> N
     assert told[0] != told[1]
     assert ("patches", "6") in told[0]
     for k in range(2):
-        assert kept.answer_kept(box, "a number", __file__, lambda k=k: k + 1) == 1
+        assert read_cache.answer_kept(box, "a number", __file__, lambda k=k: k + 1) == 1
 
 
 def test_what_has_warned_is_told_anew(asked: list[Path], box: Path) -> None:
@@ -121,9 +121,9 @@ def test_what_has_warned_is_told_anew(asked: list[Path], box: Path) -> None:
 
     for _ in range(2):
         with pytest.warns(ContigaWarning, match="a slit"):
-            assert kept.answer_kept(box, "a number", __file__, warning) == 1
+            assert read_cache.answer_kept(box, "a number", __file__, warning) == 1
 
 
 def test_a_file_that_is_not_there_is_told_by_who_reads_it(asked: list[Path], box: Path) -> None:
     box.unlink()
-    assert kept.answer_kept(box, "a number", __file__, lambda: 2) == 2
+    assert read_cache.answer_kept(box, "a number", __file__, lambda: 2) == 2
