@@ -44,24 +44,26 @@ def check_numbers(path: Path) -> None:
     aside_borders: list[int] | None = None
     """Where strings and comments begin and end, alternating; located once, when needed."""
     for suspect in chain(*(pattern.finditer(upper, begin) for pattern in _SUSPECTS)):
-        at = suspect.start()
-        token = _token(data, at)
+        position = suspect.start()
+        token = _token(data, position)
         if _TOKEN.fullmatch(token) is None or _is_finite(token):
             continue
         if is_iges:
-            start = data.rfind(b"\n", 0, at) + 1
+            start = data.rfind(b"\n", 0, position) + 1
             line = data[start : start + 80]
-            if line[_IGES_SECTION] != b"P" or at - start >= _IGES_DATA.stop:
+            if line[_IGES_SECTION] != b"P" or position - start >= _IGES_DATA.stop:
                 continue
             name = f", directory entry {line[_IGES_ENTRY].decode('latin-1').strip()}"
         else:
             if aside_borders is None:
-                aside_borders = [at for match in _ASIDE.finditer(data) for at in match.span()]
-            if bisect_right(aside_borders, at) % 2 == 1:
+                aside_borders = [
+                    border for match in _ASIDE.finditer(data) for border in match.span()
+                ]
+            if bisect_right(aside_borders, position) % 2 == 1:
                 continue
-            entity = _ENTITY.match(data, data.rfind(b";", 0, at) + 1)
+            entity = _ENTITY.match(data, data.rfind(b";", 0, position) + 1)
             name = f", {b' '.join(entity.groups()).decode('latin-1')}" if entity else ""
-        line_number = data.count(b"\n", 0, at) + 1
+        line_number = data.count(b"\n", 0, position) + 1
         raise FileError(
             "a number is not finite",
             where=f"{path}, line {line_number}{name}",
@@ -71,12 +73,12 @@ def check_numbers(path: Path) -> None:
         )
 
 
-def _token(data: bytes, at: int) -> bytes:
+def _token(data: bytes, position: int) -> bytes:
     """Return the text around a position, between commas and the like."""
-    before = data[max(at - _MAX_TOKEN, 0) : at]
+    before = data[max(position - _MAX_TOKEN, 0) : position]
     start = max((match.end() for match in _BEFORE.finditer(before)), default=0)
-    end = _AFTER.search(data, at, at + _MAX_TOKEN)
-    return (before[start:] + data[at : end.start() if end else at + _MAX_TOKEN]).strip()
+    end = _AFTER.search(data, position, position + _MAX_TOKEN)
+    return (before[start:] + data[position : end.start() if end else position + _MAX_TOKEN]).strip()
 
 
 def _is_finite(text: bytes) -> bool:

@@ -108,7 +108,7 @@ def read_cad_file(
     file_unit: str | None = None,
     solids: Solids | None = None,
 ) -> CadFile:
-    """Return a whole file with its parts; parameters and errors are those of `read_cad`."""
+    """Return a whole file with its parts; parameters and errors as for `read_cad`."""
     file = Path(path)
     inventory: Inventory = read_cached(
         reader_of(file, "list", file_unit, unit),

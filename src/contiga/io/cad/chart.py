@@ -198,7 +198,7 @@ def flat_image(surface: NurbsSurface, edge: NurbsCurve) -> NurbsCurve | None:
 
 
 def restrict_patch(patch: NurbsSurface, box: FloatArray) -> NurbsSurface:
-    """Return a patch over `box` (2, 2); bounds within rounding of the domain are those of it."""
+    """Return a patch over `box` (2, 2); bounds within rounding of the domain become equal to it."""
     low, high = np.array(patch.domain).T
     near = 1e-9 * (high - low)
     a = np.where(box[0] - low <= near, low, box[0])

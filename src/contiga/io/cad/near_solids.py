@@ -23,7 +23,7 @@ SLIT_TOL = 1e-5
 Clearances are a hundred times as wide.
 """
 TOUCH_TOL = 1e-9
-"""Distance of touching solids, over the whole size; `Body.flaws` reports those."""
+"""Distance of touching solids, over the whole size; `Body.flaws` reports them."""
 SAMPLES_PER_FACE = 200
 """Random points on each face."""
 MIN_SAMPLES = 3

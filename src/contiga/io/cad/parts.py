@@ -182,12 +182,16 @@ def chosen_faces(parts: Sequence[PartLabel], choice: Choice, where: str) -> set[
                 part for part in parts if folded in map(str.casefold, part.all_names)
             ]
         if not matching:
+            names = [name for part in parts for name in part.all_names]
+            allowed = listed(f"{part.number} {part.title}" for part in parts)
+            if not names:
+                allowed = f"1{f' to {len(parts)}' * (len(parts) > 1)} (the file names no parts)"
             raise GeometryError(
                 "no part of that number" if isinstance(key, int) else "no part of that name",
                 where=where,
                 found=key,
-                allowed=listed(_descriptions(parts)),
-                remedy=closest(key, [name for part in parts for name in part.all_names]),
+                allowed=allowed,
+                remedy=closest(key, names),
             )
         selected |= {face.number for part in matching for face in part.faces}
     for number in choice.faces or ():
@@ -201,10 +205,3 @@ def chosen_faces(parts: Sequence[PartLabel], choice: Choice, where: str) -> set[
             )
         selected.add(number)
     return selected
-
-
-def _descriptions(parts: Sequence[PartLabel]) -> list[str]:
-    if any(part.all_names for part in parts):
-        return [f"{part.number} {part.title}" for part in parts]
-    numbers = "1" if len(parts) == 1 else f"1 to {len(parts)}"
-    return [f"{numbers} (the file names no parts)"]

@@ -142,8 +142,9 @@ def _close_loops(
         if back:  # a band between two loops
             band = join_pcurves([*loop, *around.pop(back[0])], periods)
             first, second = band[: len(loop)], band[len(loop) :]
-            there = _line(ends(first[-1])[1], ends(second[0])[0])
-            closed.append([*first, *there, *second, *_line(ends(second[-1])[1], ends(first[0])[0])])
+            to_second = _line(ends(first[-1])[1], ends(second[0])[0])
+            to_first = _line(ends(second[-1])[1], ends(first[0])[0])
+            closed.append([*first, *to_second, *second, *to_first])
         else:
             closed.append(_close_at_side(loop, chart))
     return closed

@@ -100,13 +100,13 @@ class SewnEdges:
                     owners[number].append((edge_number, part.Orientation() != forward))
         self._leaders = {edge_number: (edge_number, False) for edge_number in pieces}
         lengths = {edge_number: _length(self.edge(edge_number)) for edge_number in pieces}
-        for number, ((first, first_against), *others) in owners.items():
-            shortest = min(lengths[first], *(lengths[other] for other, _ in others), np.inf)
-            if others and _length(self.edge(number)) < MIN_OVERLAP * shortest:
+        for number, ((first, first_against), *further) in owners.items():
+            shortest = min(lengths[first], *(lengths[edge] for edge, _ in further), np.inf)
+            if further and _length(self.edge(number)) < MIN_OVERLAP * shortest:
                 self._touching.add(number)
                 continue
             root, root_against = self._root(first)
-            for edge_number, against in others:
+            for edge_number, against in further:
                 other_root, other_against = self._root(edge_number)
                 if other_root != root:
                     is_against = (root_against != first_against) != (other_against != against)

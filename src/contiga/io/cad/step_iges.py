@@ -141,10 +141,10 @@ class _Model:
         """
         chosen = chosen_faces(self._parts, choice, str(self._path))
         placed = place_faces(self._pieces, chosen, self._accuracy, self._solids)
-        texts = [
-            f"{listed(part.title for part in self._parts_of(meeting))} {meeting.at(self._scale)}"
-            for meeting in placed.meetings
-        ]
+        texts = []
+        for meeting in placed.meetings:
+            titles = listed(part.title for part in self._parts_of(meeting))
+            texts.append(f"{titles} {meeting.describe(self._scale)}")
         return placed, meeting_message(placed, texts, self._solids, str(self._path))
 
     def _parts_of(self, meeting: Meeting) -> list[PartLabel]:

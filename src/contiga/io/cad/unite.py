@@ -43,7 +43,7 @@ class Meeting(NamedTuple):
     gap: float = 0.0
     """Distance of two of them there, mm."""
 
-    def at(self, scale: float) -> str:
+    def describe(self, scale: float) -> str:
         """Return the place of the meeting in words, lengths times `scale`.
 
         A gap that the union closes is mentioned if it is more than rounding.
@@ -220,10 +220,10 @@ class _Union:
                 holders = (i for i, s in enumerate(all_solids) if inside([s], point)[0] != 0.0)
                 j = next(holders, -1)
             groups.setdefault(j, []).append(k)
-        several = {j: group for j, group in groups.items() if len(group) > 1}
-        self.groups = list(several.values())
+        groups = {j: group for j, group in groups.items() if len(group) > 1}
+        self.groups = list(groups.values())
         self.met = sorted(k for group in self.groups for k in group)
-        self.solids = [all_solids[j] for j in several if j >= 0]
+        self.solids = [all_solids[j] for j in groups if j >= 0]
 
     def _images(self, face: Any) -> list[int]:
         """Return the numbers of the faces of the union that are parts of a face."""

@@ -127,7 +127,7 @@ def unite_pieces(
     accuracy: float = 0.0,
     describe: Describe = _patch_numbers,
 ) -> United:
-    """Return the body with the union of those of its closed pieces that touch or overlap.
+    """Return the body with its closed pieces united if they touch or overlap.
 
     Parameters
     ----------
@@ -152,7 +152,7 @@ def unite_pieces(
     groups = meeting_boxes(scaled, contact_distance(scaled, accuracy * scale))
     if not groups or solids == "separate":
         met = [[tuple(pieces[k].tolist()) for k in group] for group in groups]
-        places = [Meeting(tuple(group), between(boxes, group)).at(1.0) for group in groups]
+        places = [Meeting(tuple(group), between(boxes, group)).describe(1.0) for group in groups]
         texts = [f"{describe(group)} {place}" for group, place in zip(met, places, strict=True)]
         return United(body, all_patches, met, separate_message(texts) if met else "")
     require("uniting pieces that touch or overlap", "OCP")
@@ -165,7 +165,7 @@ def unite_pieces(
         owner = [patch for part in parts for patch in part.patches]
         placed = place_faces(rows, range(1, len(owner) + 1), accuracy * scale, solids)
         met = [[tuple(sorted(parts[k].patches)) for k in m.pieces] for m in placed.meetings]
-        places = [m.at(1.0 / scale) for m in placed.meetings]
+        places = [m.describe(1.0 / scale) for m in placed.meetings]
         texts = [f"{describe(group)} {place}" for group, place in zip(met, places, strict=True)]
         message = meeting_message(placed, texts, solids, where)
         if not (met and placed.is_sound):

@@ -126,5 +126,5 @@ def count_message(label: str, numbers: list[int]) -> list[str]:
     """Return a message with the count of missing items and some of them; empty without any."""
     if not numbers:
         return []
-    some = ", ".join(map(str, numbers[:MAX_LISTED])) + (", …" if len(numbers) > MAX_LISTED else "")
-    return [f"{label}: {len(numbers)} ({some})"]
+    sample = ", ".join(map(str, numbers[:MAX_LISTED])) + ", …" * (len(numbers) > MAX_LISTED)
+    return [f"{label}: {len(numbers)} ({sample})"]

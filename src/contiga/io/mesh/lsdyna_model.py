@@ -163,10 +163,6 @@ def _read_lumped_masses(block: Block, model: DeckModel) -> None:
             model.leave(block, problem, mass.line)
 
 
-def _read_part_masses(block: Block, model: DeckModel) -> None:
-    model.part_masses |= read_part_masses(block)
-
-
 def _read_material(block: Block, model: DeckModel) -> None:
     has_title = block.keyword.endswith("_TITLE")
     kind = block.keyword.removeprefix("MAT_").removesuffix("_TITLE")
@@ -401,7 +397,7 @@ _READERS: dict[str, Reader] = {
     "NODE": lambda block, _: mark_mesh_fields(block),
     "ELEMENT_MASS": _read_lumped_masses,
     "ELEMENT_MASS_NODE_SET": _read_lumped_masses,
-    "ELEMENT_MASS_PART": _read_part_masses,
+    "ELEMENT_MASS_PART": lambda block, model: model.part_masses.update(read_part_masses(block)),
     "BOUNDARY_PRESCRIBED_MOTION_RIGID": _read_prescribed_motion,
     "BOUNDARY_PRESCRIBED_MOTION_RIGID_ID": _read_prescribed_motion,
     "INITIAL_VELOCITY": _read_velocity,

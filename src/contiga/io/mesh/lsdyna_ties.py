@@ -60,7 +60,7 @@ def read_ties(block: Block) -> Iterator[NodeTie]:
     Raises
     ------
     MeshError
-        A field that should be a number is none.
+        A field that should be a number is not one.
     """
     keyword = block.keyword.removesuffix("_ID")
     single = keyword.endswith("_NODE")

@@ -14,7 +14,6 @@ from numpy.typing import NDArray
 
 from contiga.errors import FileError, InputError, MeshError
 from contiga.io.mesh.gmsh_groups import physical_groups
-from contiga.io.mesh.guarded import GuardedFile, GuardedText
 from contiga.io.mesh.polygons import Blocks, blocks_of
 from contiga.io.mesh.raw import Group, RawMesh
 from contiga.records import FloatArray
@@ -44,8 +43,10 @@ _MAX_MESSAGE_LENGTH = 300
 # meshio's readers of these never end on damaged files: wkt hangs in a regular expression, and
 # tetgen opens its two files itself.
 _EXCLUDED_FORMATS = {"wkt", "tetgen"}
-# These readers ask for line after line at the end of a truncated file, but accept an open file.
+# These readers ask for line after line until they find a keyword that a truncated file does not
+# have; but they accept an open file, which raises an error after so many reads.
 _GUARDED_MODES = {"tecplot": "r", "mdpa": "rb", "ansys": "rb", "ply": "rb"}
+_MAX_READS_AFTER_END = 1000
 
 
 def warm_up() -> None:
@@ -144,11 +145,47 @@ def _source(path: Path, file_format: str) -> Iterator[Any]:
     if mode is None:
         yield path
         return
-    with GuardedFile(io.FileIO(path)) as binary:
+    with _GuardedFile(io.FileIO(path)) as binary:
         if mode == "rb":
             yield binary
         else:
-            yield GuardedText(binary, encoding="utf-8", errors="replace")
+            yield _GuardedText(binary, encoding="utf-8", errors="replace")
+
+
+class _GuardedFile(io.BufferedReader):
+    """A binary file that raises EOFError when it is read again and again after its end."""
+
+    _n_empty = 0
+
+    def readline(self, size: int | None = -1, /) -> bytes:
+        line = super().readline(size)
+        self._n_empty = _count_empty_reads(self._n_empty, line)
+        return line
+
+    def read(self, size: int | None = -1, /) -> bytes:
+        data = super().read(size)
+        self._n_empty = _count_empty_reads(self._n_empty, data)
+        return data
+
+
+class _GuardedText(io.TextIOWrapper):
+    """A text file that raises EOFError when it is read again and again after its end."""
+
+    _n_empty = 0
+
+    def readline(self, size: int = -1, /) -> str:  # type: ignore[override]
+        line = super().readline(size)
+        self._n_empty = _count_empty_reads(self._n_empty, line)
+        return line
+
+
+def _count_empty_reads(count: int, data: bytes | str) -> int:
+    """Return the count of reads without data, with this one; 0 if it has data."""
+    if data:
+        return 0
+    if count >= _MAX_READS_AFTER_END:
+        raise EOFError("the file ends too early")
+    return count + 1
 
 
 def _unreadable(path: Path, reason: str) -> FileError:

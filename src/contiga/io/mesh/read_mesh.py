@@ -147,17 +147,17 @@ def slave_of(
     )
 
 
-def unit_of_file(mesh: RawMesh, given: str | None, path: Path) -> str | None:
-    """Return the unit of the lengths of a file, or the `given` one if the file states none."""
-    if mesh.unit is not None and given is not None and mesh.unit != given.strip():
+def unit_of_file(mesh: RawMesh, unit: str | None, path: Path) -> str | None:
+    """Return the unit of the lengths of a file, or `unit` if the file states none."""
+    if mesh.unit is not None and unit is not None and mesh.unit != unit.strip():
         raise FileError(
             "the file says another unit than was given",
             where=str(path),
             found=mesh.unit,
-            allowed=f"{given!r}, or none in the file",
+            allowed=f"{unit!r}, or none in the file",
             remedy="Leave out the unit: the file's holds",
         )
-    return given if mesh.unit is None else mesh.unit
+    return unit if mesh.unit is None else mesh.unit
 
 
 def read_raw(path: Path) -> RawMesh:
