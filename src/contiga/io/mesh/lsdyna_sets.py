@@ -6,6 +6,7 @@ Card layouts: LS-DYNA Keyword User's Manual, volume I, *SET.
 from __future__ import annotations
 
 from collections.abc import Iterable
+from itertools import chain
 
 from contiga.io.mesh.lsdyna_cards import Block, OnSkip, layout, row_of, skip_unresolved
 
@@ -65,8 +66,8 @@ def read_sets(
                 row = row_of(card, block, _MEMBERS)
                 ids = [member for member in map(row.whole, _MEMBERS.places) if member]
                 if "GENERATE" in block.keyword:
-                    for first, last in zip(ids[::2], ids[1::2], strict=False):
-                        members += range(first, last + 1)
+                    ranges = map(range, ids[::2], [last + 1 for last in ids[1::2]])
+                    members.extend(chain.from_iterable(ranges))
                 else:
                     members += ids
             sets.setdefault(number, []).extend(members)
