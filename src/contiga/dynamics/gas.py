@@ -83,8 +83,8 @@ class Inflator:
         trigger: str | None = None,
     ) -> None:
         put = object.__setattr__
-        put(self, "mass_rate", _held("mass_rate", mass_rate, over="t"))
-        put(self, "temperature", _held("temperature", temperature, over="t", above=True))
+        put(self, "mass_rate", _curve("mass_rate", mass_rate, over="t"))
+        put(self, "temperature", _curve("temperature", temperature, over="t", above_zero=True))
         if gas is not None:
             all_of(Gas | Mixture, (gas,), "gas", "must be a gas", GASES)
         put(self, "gas", gas)
@@ -144,7 +144,7 @@ class Vent:
         if over not in ("pressure", "time"):
             raise InputError("is unknown", where="over", found=over, allowed="pressure, time")
         put = object.__setattr__
-        put(self, "area", _held("area", area, over="t" if over == "time" else "p"))
+        put(self, "area", _curve("area", area, over="t" if over == "time" else "p"))
         put(self, "coefficient", positive(coefficient, "coefficient"))
         put(self, "over", over)
         put(self, "to", to)
@@ -224,7 +224,7 @@ class Chamber:
         put(self, "surroundings", surroundings)
         put(self, "inflators", tuple(inflators))
         put(self, "vents", tuple(vents))
-        put(self, "leak", _held("leak", leak, over="p"))
+        put(self, "leak", _curve("leak", leak, over="p"))
         put(self, "name", name or "gas")
 
     @property
@@ -261,8 +261,8 @@ class Chamber:
             ("vents", self.vents, "area"),
         ):
             closed = tuple(map(copy, openings))
-            for one in closed:
-                object.__setattr__(one, flow, nothing)
+            for opening in closed:
+                object.__setattr__(opening, flow, nothing)
             object.__setattr__(still, key, closed)
         object.__setattr__(still, "leak", nothing)
         return still
@@ -575,30 +575,30 @@ def _clock_starts(triggers: Sequence[str | None], fired: Mapping[str, float]) ->
     return np.array(starts, np.float64)
 
 
-def _threshold(name: str, given: float) -> float:
+def _threshold(name: str, value: float) -> float:
     """Return the pressure or time at which a vent opens, which may be infinite."""
     try:
-        value = float(real(given, name))
+        number = float(real(value, name))
     except (TypeError, ValueError) as error:
-        raise InputError("must be a number", where=name, found=given) from error
-    if math.isnan(value):
-        raise InputError("must be a number", where=name, found=given)
-    return value
+        raise InputError("must be a number", where=name, found=value) from error
+    if math.isnan(number):
+        raise InputError("must be a number", where=name, found=value)
+    return number
 
 
-def _held(name: str, given: ArrayLike, over: str, above: bool = False) -> Curves:
-    """Return the curve of a number, or of rows over "t" or "p", which holds its end values.
+def _curve(name: str, values: ArrayLike, over: str, above_zero: bool = False) -> Curves:
+    """Return the curve of a number, or of rows over "t" or "p", constant beyond both ends.
 
     Raises
     ------
     InputError
-        Neither a number nor rows, a negative value, or with `above` a value that is not positive.
+        Neither a number nor rows, a negative value, or zero though it must be `above_zero`.
     """
     allowed = f"a number, or rows [{over}, {name}] with {over} strictly increasing"
-    rows = [[0.0, given]] if is_number(given) else given
+    rows = [[0.0, values]] if is_number(values) else values
     table = table_of(rows, (over, name), where=name, allowed=allowed)
     least = float(table[:, 1].min())
-    if not (least > 0.0 if above else least >= 0.0):
-        what = "must be above zero" if above else "must not be below zero"
-        raise InputError(what, where=name, found=least, allowed="finite numbers")
+    if not (least > 0.0 if above_zero else least >= 0.0):
+        problem = "must be above zero" if above_zero else "must not be below zero"
+        raise InputError(problem, where=name, found=least, allowed="finite numbers")
     return piecewise(table[:, 0], table[:, 1], 0.0, 0.0)

@@ -199,13 +199,19 @@ class Joint:
         if self.kind == "universal":
             angle = self._start("angle_1")
             a = _axes_with(axis_1, axis_2)
-            beside = _axes_with(axis_2, axis_1)
-            b = np.array([beside[2], cross(beside[0], beside[2]), beside[0]])
+            first, _, third = _axes_with(axis_2, axis_1)
+            b = np.array([third, cross(first, third), first])
             b = _rotate(b, b[0], self._start("angle_2"))
         else:
             angle = self._start("angle") + self._start("twist")
-            a = _axes_with(axis_1, _least_parallel(axis_1))
-            b = _swung(a, axis_2) if self.kind == "spherical" else _axes_with(axis_2, a[0])
+            a = _axes_with(axis_1, np.eye(3)[int(np.argmin(np.abs(axis_1)))])
+            if self.kind == "spherical":
+                normal = cross(a[2], axis_2)
+                sine, cosine = length(normal), float(product(a[2], axis_2))
+                normal = normal / sine if sine > 0.0 else a[1]
+                b = _rotate(a, normal, math.atan2(sine, cosine))
+            else:
+                b = _axes_with(axis_2, a[0])
         a = _rotate(a, a[2], -angle)
         return Marker(self.at[0] - self._start("travel") * axis_1, a), Marker(self.at[1], b)
 
@@ -267,13 +273,6 @@ def _axes_of(kind: str, axis: ArrayLike | None) -> FloatArray:
     return read_only(units)
 
 
-def _least_parallel(axis: FloatArray) -> FloatArray:
-    """Return the coordinate axis (3,) that is least parallel to an axis."""
-    direction = np.zeros(3)
-    direction[int(np.argmin(np.abs(axis)))] = 1.0
-    return direction
-
-
 def _axes_with(third: FloatArray, towards: FloatArray) -> FloatArray:
     """Return right-handed axes, one a row, with a given third and the first nearest a direction."""
     first = towards - float(product(towards, third)) * third
@@ -281,16 +280,8 @@ def _axes_with(third: FloatArray, towards: FloatArray) -> FloatArray:
     return np.array([first, cross(third, first), third])
 
 
-def _swung(axes: FloatArray, third: FloatArray) -> FloatArray:
-    """Rotate axes, one a row, by the shortest way that brings the third to a unit vector."""
-    about = cross(axes[2], third)
-    sine, cosine = length(about), float(product(axes[2], third))
-    about = about / sine if sine > 0.0 else axes[1]
-    return _rotate(axes, about, math.atan2(sine, cosine))
-
-
-def _rotate(axes: FloatArray, about: FloatArray, angle: float) -> FloatArray:
+def _rotate(axes: FloatArray, axis: FloatArray, angle: float) -> FloatArray:
     """Rotate axes, one a row, about a unit axis by an angle (Rodrigues)."""
     c, s = math.cos(angle), math.sin(angle)
-    along = product(axes, about)[:, None] * about
-    return np.asarray(along + c * (axes - along) + s * cross(np.tile(about, (3, 1)), axes))
+    parallel = product(axes, axis)[:, None] * axis
+    return np.asarray(parallel + c * (axes - parallel) + s * cross(np.tile(axis, (3, 1)), axes))
