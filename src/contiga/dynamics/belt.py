@@ -392,9 +392,9 @@ class Belt:
         normal, step = self._normals(arc), 0.5 * self.laid_length / self.segments
         middle = self.path.at(arc)
         ahead, behind = (np.clip(arc + x, 0.0, self.path.length) for x in (step, -step))
-        along = self.path.at(ahead) - self.path.at(behind)
+        tangent = self.path.at(ahead) - self.path.at(behind)
         # In this order the facets face away from the bodies.
-        across = np.cross(normal, along)
+        across = np.cross(normal, tangent)
         norms = np.linalg.norm(across, axis=1)
         if self.kind != "bars" and not (norms > 1e-6 * step).all():
             raise InputError(

@@ -525,12 +525,12 @@ class DeformingNodes(NodeMover):
         work, displacement = 0.0, now.points - last.points
         if self.loads:
             loads = last.matter["load"] + now.matter["load"]
-            way = np.where(self._driven_by_motions, 0.0, displacement)
-            work += 0.5 * float((loads * way).sum())
+            not_driven = np.where(self._driven_by_motions, 0.0, displacement)
+            work += 0.5 * float((loads * not_driven).sum())
         if self.drives:
             resisting = last.matter["force"] + now.matter["force"] + before() + forces()
-            way = np.where(self._driven_by_motions, displacement, 0.0)
-            work -= 0.5 * float((resisting * way).sum())
+            driven = np.where(self._driven_by_motions, displacement, 0.0)
+            work -= 0.5 * float((resisting * driven).sum())
         return work
 
     def digest(self, digest: Any, times: FloatArray) -> None:

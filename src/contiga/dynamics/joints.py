@@ -162,10 +162,16 @@ class Joint:
         put(self, "at", _pair_of("at", at))
         put(self, "axis", _axes_of(self.kind, axis))
         put(self, "name", name or f"{first}-{second}")
-        given = {"angle": angle, "travel": travel, "angle_1": angle_1, "angle_2": angle_2}
-        given |= {"cone": cone, "twist": twist}
+        options = {
+            "angle": angle,
+            "travel": travel,
+            "angle_1": angle_1,
+            "angle_2": angle_2,
+            "cone": cone,
+            "twist": twist,
+        }
         coordinates = KINDS[self.kind].coordinates
-        laws = {key: law for key, law in given.items() if law is not None}
+        laws = {key: law for key, law in options.items() if law is not None}
         for key, law in laws.items():
             if key not in coordinates:
                 raise InputError(
@@ -221,18 +227,18 @@ class Joint:
         return 0.0 if law is None else law.start
 
 
-def _pair_of(where: str, given: ArrayLike) -> FloatArray:
+def _pair_of(where: str, vectors: ArrayLike) -> FloatArray:
     """Return (2, 3) from one vector for both bodies, or one for each."""
     allowed = "(3,) for both bodies, or (2, 3) one each"
-    values = as_numbers(given, where, "must be three numbers, or three for each body", allowed)
-    if values.shape not in ((3,), (2, 3)) or not np.isfinite(values).all():
+    pair = as_numbers(vectors, where, "must be three numbers, or three for each body", allowed)
+    if pair.shape not in ((3,), (2, 3)) or not np.isfinite(pair).all():
         raise InputError(
             "must be three finite numbers, or three for each body",
             where=where,
-            found=np.asarray(given).tolist(),
+            found=np.asarray(vectors).tolist(),
             allowed=allowed,
         )
-    return read_only(np.broadcast_to(values, (2, 3)).copy())
+    return read_only(np.broadcast_to(pair, (2, 3)).copy())
 
 
 def _axes_of(kind: str, axis: ArrayLike | None) -> FloatArray:
