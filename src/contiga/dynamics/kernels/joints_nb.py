@@ -142,10 +142,10 @@ def _misfits(table, work):
             value = 0.0
             for k in range(3):
                 difference = work.points[g, 1, k] - work.points[g, 0, k]
-                along = 1.0 * (k == i)
+                component = 1.0 * (k == i)
                 if kind == OFFSET_A:
-                    along = work.axes[g, 0, i, k]
-                value += difference * along
+                    component = work.axes[g, 0, i, k]
+                value += difference * component
             misfit = abs(value) / table.size[0]
         work.right[m] = value
         if not misfit <= worst:  # NaN counts as the worst
@@ -541,7 +541,7 @@ def react(free, poses, twists, accelerations, fixed, table, work, reactions):
     axes, are written and added to the forces. Returns the kinetic energy.
     """
     rows, tensor = free.rows, scratch(3, 3)
-    moment, along = scratch(3), scratch(3)
+    moment, unit = scratch(3), scratch(3)
     _place_markers(table, work, rows, fixed, poses)
     _derive(table, work, rows, fixed)
     rank = _factor(table, work)
@@ -577,10 +577,10 @@ def react(free, poses, twists, accelerations, fixed, table, work, reactions):
                 reactions[g, 3 + k] += work.multipliers[m] * moment[k]
         else:
             for k in range(3):
-                along[k] = 1.0 * (k == i)
+                unit[k] = 1.0 * (k == i)
                 if kind == OFFSET_A:
-                    along[k] = work.axes[g, 0, i, k]
-                reactions[g, k] += work.multipliers[m] * along[k]
+                    unit[k] = work.axes[g, 0, i, k]
+                reactions[g, k] += work.multipliers[m] * unit[k]
     return energy
 
 
