@@ -1,4 +1,4 @@
-"""Materials of what deforms, in the units of the case.
+"""Materials of slaves that deform, in the units of the case.
 
 >>> from contiga.materials import NeoHooke
 >>> NeoHooke(young=3.0, poisson=0.49)

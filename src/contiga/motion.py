@@ -1,6 +1,6 @@
 """Motions: prescribed, attached, free; the public names of `contiga.dynamics`.
 
-Names are loaded when first used: what deforms takes longer to load than a contact.
+Names are loaded when first used: modules of deforming slaves take longer to load than a contact.
 
 >>> from contiga.motion import Translate, pose
 >>> pose.translation([1.0, 0.0, 0.0])[:3, 3].tolist()

@@ -2,9 +2,9 @@
 
 In reading order:
 
-- tables: checks of rows that a user hands over, whose first column rises
-- curve_records: piecewise linear curves as kernels take them, and the answers of kernels
+- tables: checks of a user's rows, whose first column rises
+- curve_records: piecewise linear curves for kernels, and the results of kernels
 - characteristic: one curve, a table, a number or a callable: value, slope, integral
-- hysteresis: a force that unloads by another curve than it loads
+- hysteresis: a force between a loading and an unloading curve
 - kernels: the lookup in piecewise linear curves, and a step between two of them
 """

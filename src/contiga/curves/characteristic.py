@@ -1,4 +1,4 @@
-"""Characteristics: how a force or stress follows from a penetration, a strain or a rate."""
+"""Characteristics: a force or stress as a function of a penetration, a strain or a rate."""
 
 from __future__ import annotations
 
@@ -20,19 +20,16 @@ from contiga.records import FloatArray
 Extrapolation = Literal["linear", "constant", "error"]
 Function = Callable[[FloatArray], ArrayLike]
 
-# Gauss's rule on each panel of the integral of a callable, exact for polynomials of degree 15.
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(8)
+"""Gauss's rule on each panel of the integral of a callable, exact for polynomials of degree 15."""
 _N_PANELS = 8
-# Relative steps of the first and second differences of a callable. The first is the cube root of
-# rounding.
-_SLOPE_STEP = float(np.cbrt(np.finfo(np.float64).eps))
-_BEND_STEP = 1e-3
-
-# Small enough for functions that grow fast, and more than one value, so that a callable that
-# takes single numbers only is found when the curve is made and not in the middle of a run.
+_SLOPE_STEP, _BEND_STEP = float(np.cbrt(np.finfo(np.float64).eps)), 1e-3
+"""Relative steps of the first and second differences of a callable."""
+_MIN_SCALE = 1e-6
+"""Smallest abscissa that scales these steps."""
 _PROBE = np.array([0.0, 1e-6, 1e-3])
-_LEAST = 1e-6
-"""Smallest abscissa by which a difference step is scaled."""
+"""Abscissae at which a callable is checked: small, for functions that grow fast, and several, so
+that a callable of single numbers fails when the curve is made, not during a run."""
 
 
 class _Points(NamedTuple):
@@ -52,25 +49,23 @@ class Characteristic:
     curve : number, (n, 2) table or callable
         A number ``k`` is the line ``y = k x``. A table has one row ``x, y`` a point, ``x``
         strictly increasing, n ≥ 2. A callable takes a float64 array and returns one of the same
-        shape; it is tried once here and its answers are checked at every call.
-    extrapolation : what happens outside a table
-        ``"linear"`` (default) continues the first and the last segment, as the large crash codes
-        do, so that a contact which goes deeper than its table goes on stiffening and is not
-        driven through at a constant force. ``"constant"`` holds the end values. ``"error"`` stops
-        the run with the value asked for.
-    name : how errors call the curve
+        shape; it is called once here, and its results are checked at every call.
+    extrapolation : behaviour outside a table
+        ``"linear"`` (default) continues the first and the last segment, like the large crash codes,
+        so that a contact deeper than its table continues to stiffen. ``"constant"`` continues the
+        end values. ``"error"`` stops the run with the abscissa.
+    name : name of the curve in errors
 
     Notes
     -----
-    Negative abscissae are allowed. A penetration or a strain never gets there; a rate does when
-    a contact opens, and a damping table that starts at x = 0 is continued below zero as
-    `extrapolation` says.
+    Negative abscissae are allowed. Penetrations and strains are never negative, but rates are when
+    a contact opens: a damping table that starts at x = 0 is then extrapolated.
 
     Raises
     ------
     InputError
-        Fewer than two points, abscissae that repeat or go back, not-finite entries, a callable
-        that does not take arrays or answers with another shape or with NaN.
+        Fewer than two points, abscissae that repeat or go back, entries that are not finite, a
+        callable that does not take arrays or returns another shape or NaN.
     RunError
         When evaluated outside a table with ``extrapolation="error"``.
 
@@ -105,32 +100,64 @@ class Characteristic:
         if isinstance(curve, Characteristic):
             x, y, function, extrapolation = curve.x, curve.y, curve.function, curve.extrapolation
         elif is_number(curve):
-            x, y = _line(float(curve), name)
+            if not np.isfinite(curve):
+                raise InputError("a coefficient must be finite", where=name, found=curve)
+            x, y = read_only(np.array([0.0, 1.0])), read_only(np.array([0.0, float(curve)]))
             extrapolation = "linear"
         elif callable(curve):
             function = curve
         else:
-            x, y = _table(curve, name)
-        values = (x, y, function, extrapolation, name)
-        for key, value in zip(("x", "y", "function", "extrapolation", "name"), values, strict=True):
-            object.__setattr__(self, key, value)
-        if function is not None:
-            _try(self)
+            allowed = "a number, a callable, or rows [x, y], x strictly increasing, at least two"
+            rows = table_of(curve, ("x", "y"), where=name, at_least=2, allowed=allowed)
+            x, y = read_only(rows[:, 0]), read_only(rows[:, 1])
+        put = object.__setattr__
+        put(self, "x", x)
+        put(self, "y", y)
+        put(self, "function", function)
+        put(self, "extrapolation", extrapolation)
+        put(self, "name", name)
+        if function is not None:  # an invalid function fails here, not during a run
+            try:
+                self(_PROBE)
+            except InputError:
+                raise
+            except Exception as error:
+                raise InputError(
+                    "the function fails when called with an array "
+                    f"({type(error).__name__}: {error})",
+                    where=name,
+                    allowed="a function of a float64 array that returns one of the same shape",
+                    remedy="Write it with numpy functions (np.where in place of if)",
+                ) from error
 
     def __call__(self, x: ArrayLike) -> FloatArray:
         """Return the ordinates at `x`, an array of any shape; the result has the same shape."""
         at = np.asarray(real(x), dtype=np.float64)
-        if self.function is not None:
-            return _checked_answer(self, at)
-        check_inside(self, at)
-        return _points(self.pieces, at).value
+        if self.function is None:
+            check_inside(self, at)
+            return _points(self.pieces, at).value
+        y = np.asarray(real(self.function(at)), dtype=np.float64)
+        if y.shape != at.shape:
+            raise InputError(
+                f"the function must answer an array of shape {at.shape} with one of the same shape",
+                where=self.name,
+                found=y.shape,
+            )
+        is_finite = np.isfinite(y)
+        if not is_finite.all():
+            raise InputError(
+                f"the function's value at {at[~is_finite].flat[0]:.6g} is not finite",
+                where=self.name,
+                found=float(y[~is_finite].flat[0]),
+            )
+        return y
 
     def slope(self, x: ArrayLike) -> FloatArray:
         """Return dy/dx to the right of `x`; for a callable by differences of second order."""
         at = np.asarray(real(x), dtype=np.float64)
         if self.function is None:
             return _points(self.pieces, at).slope
-        h = _SLOPE_STEP * np.maximum(np.abs(at), _LEAST)
+        h = _SLOPE_STEP * np.maximum(np.abs(at), _MIN_SCALE)
         y = [self(at + k * h) for k in range(3)]
         return np.asarray((4.0 * y[1] - 3.0 * y[0] - y[2]) / (2.0 * h))
 
@@ -139,15 +166,15 @@ class Characteristic:
         at = np.asarray(real(x), dtype=np.float64)
         if self.function is None:
             return np.zeros(at.shape)
-        h = _BEND_STEP * np.maximum(np.abs(at), _LEAST)
-        near, far = self(at + h) + self(at - h), self(at + 2.0 * h) + self(at - 2.0 * h)
-        return np.asarray((16.0 * near - far - 30.0 * self(at)) / (12.0 * h * h))
+        h = _BEND_STEP * np.maximum(np.abs(at), _MIN_SCALE)
+        inner, outer = self(at + h) + self(at - h), self(at + 2.0 * h) + self(at - 2.0 * h)
+        return np.asarray((16.0 * inner - outer - 30.0 * self(at)) / (12.0 * h * h))
 
     def energy(self, x: ArrayLike) -> FloatArray:
         """Return ∫₀ˣ max(y, 0) dx for `x` ≥ 0: the energy stored in a spring with this curve.
 
-        The integral is exact for a table; one that ends in an error below its first point stores
-        nothing there. That of a callable is by Gauss's rule with 64 points.
+        The integral is exact for a table, and zero below the first point of a table without
+        extrapolation. For a callable it is by Gauss's rule with 64 points.
 
         Raises
         ------
@@ -181,8 +208,8 @@ class Characteristic:
     def max_slope_near(self, x: float) -> float:
         """Return an upper bound, ≥ 0, of the slope in a step from `x`.
 
-        For a table it is the largest of the piece at `x` and the two beside it, for a callable the
-        slope at `x`.
+        For a table it is the largest slope of the piece at `x` and its two neighbours, for a
+        callable the slope at `x`.
         """
         if self.function is not None:
             return max(0.0, float(self.slope(x)))
@@ -191,8 +218,8 @@ class Characteristic:
 
     def _quadrature(self, x: FloatArray, least: float) -> FloatArray:
         """Return ∫₀ˣ max(y, least) dx of a callable."""
-        part = (np.arange(_N_PANELS)[:, None] + 0.5 * (1.0 + _NODES)) / _N_PANELS
-        y = np.maximum(self(x[..., None, None] * part), least)
+        points = (np.arange(_N_PANELS)[:, None] + 0.5 * (1.0 + _NODES)) / _N_PANELS
+        y = np.maximum(self(x[..., None, None] * points), least)
         return np.asarray(x * (y @ _WEIGHTS).sum(axis=-1) / (2.0 * _N_PANELS))
 
     def carried(self, x: ArrayLike) -> FloatArray:
@@ -200,7 +227,7 @@ class Characteristic:
         return np.maximum(self(x), 0.0)
 
     def carried_slope(self, x: ArrayLike) -> FloatArray:
-        """Return the slope of `carried` at `x` ≥ 0: `slope`, and zero where y is below zero."""
+        """Return the slope of `carried` at `x` ≥ 0: `slope`, or zero where y is negative."""
         return np.where(self(x) >= 0.0, self.slope(x), 0.0)
 
     def carried_bend(self, x: ArrayLike) -> FloatArray:
@@ -209,34 +236,34 @@ class Characteristic:
 
     @cached_property
     def pieces(self) -> Curves:
-        """A table as kernels take it, with zero among its knots wherever it may be evaluated."""
-        before, behind = self._outer_slopes
-        table = piecewise(self.x, self.y, before, behind)
-        inside = self.x[0] <= 0.0 <= self.x[-1]
-        if (self.extrapolation == "error" and not inside) or (self.x == 0.0).any():
+        """Table for kernels, with a knot at zero unless it cannot be evaluated there."""
+        before, beyond = self._outer_slopes
+        table = piecewise(self.x, self.y, before, beyond)
+        includes_zero = self.x[0] <= 0.0 <= self.x[-1]
+        if (self.extrapolation == "error" and not includes_zero) or (self.x == 0.0).any():
             return table
         k = int(np.searchsorted(self.x, 0.0))
         at_zero = _points(table, np.zeros(1)).value[0]
-        return piecewise(np.insert(self.x, k, 0.0), np.insert(self.y, k, at_zero), before, behind)
+        return piecewise(np.insert(self.x, k, 0.0), np.insert(self.y, k, at_zero), before, beyond)
 
     @cached_property
     def carried_pieces(self) -> Curves:
-        """`carried` of a table for x ≥ 0 as kernels take it."""
-        table, extends = self.pieces, self.extrapolation != "error"
+        """Table of `carried` for x ≥ 0, for kernels."""
+        table, is_extrapolated = self.pieces, self.extrapolation != "error"
         with np.errstate(divide="ignore", invalid="ignore"):
             zeros = np.append(table.x[0], table.x) - np.append(table.y[0], table.y) / table.slope
         ends = np.concatenate([[-np.inf], table.x, [np.inf]])
         zeros = zeros[(zeros > ends[:-1]) & (zeros < ends[1:])]  # without NaN
-        nodes = np.union1d(table.x, zeros)
-        inside = extends | ((nodes >= self.x[0]) & (nodes <= self.x[-1]))
-        nodes = nodes[inside & (nodes >= 0.0)]
-        y = np.where(np.isin(nodes, zeros), 0.0, self.carried(nodes))
-        # A curve that falls behind its last knot has its zero there: it stays on it.
-        return piecewise(nodes, y, 0.0, max(self._outer_slopes[1], 0.0))
+        knots = np.union1d(table.x, zeros)
+        is_inside = is_extrapolated | ((knots >= self.x[0]) & (knots <= self.x[-1]))
+        knots = knots[is_inside & (knots >= 0.0)]
+        y = np.where(np.isin(knots, zeros), 0.0, self.carried(knots))
+        # A curve that falls beyond its last knot is zero from the zero of that line on.
+        return piecewise(knots, y, 0.0, max(self._outer_slopes[1], 0.0))
 
     @property
     def _outer_slopes(self) -> tuple[float, float]:
-        """Slopes before the first and behind the last row of a table."""
+        """Slopes before the first and beyond the last row of a table."""
         return self.end_slopes if self.extrapolation == "linear" else (0.0, 0.0)
 
     @property
@@ -255,7 +282,7 @@ CurveLike: TypeAlias = Characteristic | float | ArrayLike | Function
 
 
 def as_curve(curve: CurveLike, name: str) -> Characteristic:
-    """Return `curve` as a `Characteristic`, which errors call `name`."""
+    """Return `curve` as a `Characteristic`, with a `name` for errors."""
     return curve if isinstance(curve, Characteristic) else Characteristic(curve, name=name)
 
 
@@ -270,10 +297,10 @@ def check_inside(curve: Characteristic, x: ArrayLike) -> None:
     if curve.extrapolation != "error":
         return
     at = np.asarray(x, dtype=np.float64)
-    outside = at[(at < curve.x[0]) | (at > curve.x[-1])]
-    if outside.size:
+    outer = at[(at < curve.x[0]) | (at > curve.x[-1])]
+    if outer.size:
         raise RunError(
-            f"{curve.name}: the characteristic is asked at {outside.flat[0]:.6g}, outside its "
+            f"{curve.name}: the characteristic is asked at {outer.flat[0]:.6g}, outside its "
             f"table [{curve.x[0]:.6g}, {curve.x[-1]:.6g}]. Extend the table, or let it "
             'extrapolate with extrapolation = "linear" or "constant"'
         )
@@ -284,53 +311,3 @@ def _points(curves: Curves, x: FloatArray) -> _Points:
     flat, out = np.ascontiguousarray(x).reshape(-1), np.empty((3, x.size))
     curve_nb.points(curves, 0, locked(flat), out)
     return _Points(*out.reshape(3, *x.shape))
-
-
-def _line(slope: float, name: str) -> tuple[FloatArray, FloatArray]:
-    if not np.isfinite(slope):
-        raise InputError("a coefficient must be finite", where=name, found=slope)
-    return read_only(np.array([0.0, 1.0])), read_only(np.array([0.0, slope]))
-
-
-_ROWS = "rows [x, y], x strictly increasing, at least two"
-
-
-def _table(curve: object, name: str) -> tuple[FloatArray, FloatArray]:
-    """Return the two columns of a table, checked."""
-    allowed = f"a number, a callable, or {_ROWS}"
-    rows = table_of(curve, ("x", "y"), where=name, at_least=2, allowed=allowed)
-    return read_only(rows[:, 0]), read_only(rows[:, 1])
-
-
-def _try(curve: Characteristic) -> None:
-    """Call a callable once with an array, so that a wrong one is found before the run."""
-    try:
-        curve(_PROBE)
-    except InputError:
-        raise
-    except Exception as error:
-        raise InputError(
-            f"the function fails when called with an array ({type(error).__name__}: {error})",
-            where=curve.name,
-            allowed="a function of a float64 array that returns one of the same shape",
-            remedy="Write it with numpy functions (np.where in place of if)",
-        ) from error
-
-
-def _checked_answer(curve: Characteristic, at: FloatArray) -> FloatArray:
-    assert curve.function is not None
-    y = np.asarray(real(curve.function(at)), dtype=np.float64)
-    if y.shape != at.shape:
-        raise InputError(
-            f"the function must answer an array of shape {at.shape} with one of the same shape",
-            where=curve.name,
-            found=y.shape,
-        )
-    finite = np.isfinite(y)
-    if not finite.all():
-        raise InputError(
-            f"the function's value at {at[~finite].flat[0]:.6g} is not finite",
-            where=curve.name,
-            found=float(y[~finite].flat[0]),
-        )
-    return y

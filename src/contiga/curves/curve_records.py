@@ -1,4 +1,4 @@
-"""Piecewise linear curves as kernels take them, and the answers of kernels."""
+"""Piecewise linear curves for kernels, and the results of kernels."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from contiga.records import FloatArray, IntArray
 
 @pass_by_pointer
 class Curves(NamedTuple):
-    """n piecewise linear curves; the knots of each curve follow those of the curve before it."""
+    """n piecewise linear curves, with their knots one curve after the other."""
 
     first: IntArray
     """(n + 1,) first knot of each curve, and the number k of all knots."""
@@ -22,9 +22,9 @@ class Curves(NamedTuple):
     y: FloatArray
     """(k,) ordinates."""
     integral: FloatArray
-    """(k,) ∫ y dx from zero to each knot; from the first knot above zero if zero is no knot."""
+    """(k,) ∫ y dx from zero to each knot; from the first knot above zero if zero is not a knot."""
     slope: FloatArray
-    """(k + n,) slopes before, between and behind the knots of each curve."""
+    """(k + n,) slopes before, between and beyond the knots of each curve."""
 
 
 class CurvePoint(NamedTuple):
@@ -34,7 +34,7 @@ class CurvePoint(NamedTuple):
     slope: float
     """Slope to the right."""
     integral: float
-    """Integral from zero, as `Curves.integral` has it."""
+    """Integral from zero, see `Curves.integral`."""
 
 
 class Response(NamedTuple):
@@ -45,33 +45,36 @@ class Response(NamedTuple):
     stiffness: float
     """dF/dx at the end: the slope of the curve that the force is on, or of hysteresis."""
     stored: float
-    """Energy that an unloading gives back."""
+    """Energy that an unloading returns."""
     lost: float
     """Work of the step that is not stored."""
 
 
-def piecewise(x: FloatArray, y: FloatArray, before: float, behind: float) -> Curves:
+def piecewise(x: FloatArray, y: FloatArray, before: float, beyond: float) -> Curves:
     """Return one curve.
 
     Parameters
     ----------
     x, y : (k,) knots, x strictly increasing
-    before, behind : slopes before the first and behind the last knot
+    before, beyond : slopes before the first and beyond the last knot
     """
-    parts = 0.5 * (y[1:] + y[:-1]) * np.diff(x)
-    k = min(int(np.searchsorted(x, 0.0)), len(parts))
-    integral = np.concatenate([-np.cumsum(parts[:k][::-1])[::-1], [0.0], np.cumsum(parts[k:])])
-    slope = np.concatenate([[before], np.diff(y) / np.diff(x), [behind]])
+    areas = 0.5 * (y[1:] + y[:-1]) * np.diff(x)
+    k = min(int(np.searchsorted(x, 0.0)), len(areas))
+    integral = np.concatenate([-np.cumsum(areas[:k][::-1])[::-1], [0.0], np.cumsum(areas[k:])])
+    slope = np.concatenate([[before], np.diff(y) / np.diff(x), [beyond]])
     return _locked(np.array([0, len(x)]), x, y, integral, slope)
 
 
 def joined(*curves: Curves) -> Curves:
     """Return the curves of several records in one."""
-    counts = np.concatenate([[0], *(np.diff(one.first) for one in curves)])
-    columns = zip(*(one[1:] for one in curves), strict=True)
-    none = np.zeros(0)
-    rest = [np.concatenate([none, *column]) for column in columns] if curves else [none] * 4
-    return _locked(np.cumsum(counts), *rest)
+    counts = np.concatenate([[0], *(np.diff(record.first) for record in curves)])
+    columns = [np.zeros(0)] * 4
+    if curves:
+        columns = [
+            np.concatenate([np.zeros(0), *parts])
+            for parts in zip(*(record[1:] for record in curves), strict=True)
+        ]
+    return _locked(np.cumsum(counts), *columns)
 
 
 def _locked(first: IntArray, *columns: FloatArray) -> Curves:

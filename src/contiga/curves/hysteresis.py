@@ -1,26 +1,24 @@
-"""Hysteresis: a force that unloads by another curve than it loads.
+"""Hysteresis: a force between a loading and an unloading curve.
 
-The force F over an abscissa x (penetration, or strain) stays between a loading curve L and an
-unloading curve U, 0 ≤ U ≤ L, and moves along a line of slope K in between,
+The force F over an abscissa x (penetration, or strain) is between a loading curve L and an
+unloading curve U, 0 ≤ U ≤ L, and moves along a line of slope K between them,
 
     F = clip(F_old + K Δx, U(x), L(x)).
 
-K is not below the steepest slope of both curves. Then a line leaves a loading curve downwards and
-an unloading curve upwards only, each line meets each curve once, and one step gives what any
-number of smaller ones would, as long as x does not turn around between.
+K is not below the steepest slope of both curves. So a line can leave a loading curve only downwards
+and an unloading curve only upwards, each line meets each curve once, and one step has the same
+result as any number of smaller ones, as long as x does not reverse.
 
-What has been *stored* at (x, F) is what an unloading would give back: the area under the line down
-to U, and from there under U to x = 0. The work of a step is the area under its path; what of it is
-not stored is lost. It is lost while the force moves along L, and only then: nothing is lost along U
-and along the lines. Over a closed cycle that is the area between the curves, without the corner
-that the line cuts.
+The energy *stored* at (x, F) is that of an unloading: the area under the line down to U, and from
+there under U to x = 0. The work of a step is the area under its path; the part that is not stored
+is lost. Energy is lost only while the force moves along L, not along U or the lines. Over a closed
+cycle the loss is the area between the curves, without the corner that the line cuts off.
 
-A point that leaves contact in one step from x > 0 has, on its way, gone down the line and U to
-x = 0 and has given back all that was stored: nothing is lost then. Only the force of that part of
-the step was never seen, so that an integration in time may miss its work, as it misses part of
-that of an elastic point that leaves. A point that has left forgets: it comes back as a new one, at
-x = 0 and F = 0, and loads along L, also where the unloading left a permanent set. While it stays in
-contact the set is kept, with no force in it.
+A point that leaves contact in one step from x > 0 moves down the line and U to x = 0, which returns
+all of the stored energy: nothing is lost. An integration in time may miss the work of that part of
+the step, as it does for an elastic point that leaves. A point that has left has no memory: it comes
+back at x = 0 and F = 0, and loads along L, also if the unloading left a permanent set. As long as
+it stays in contact the set remains, without force.
 
 Piecewise linear loading and unloading with a hysteresis slope is the model of crash codes (MADYMO
 Theory Manual, contact characteristics; LS-DYNA's curves for loading and unloading).
@@ -41,16 +39,16 @@ from contiga.curves.kernels import curve_nb, hysteresis_nb
 from contiga.errors import InputError
 from contiga.records import FloatArray
 
-_TOL = 1e-12
-"""Relative tolerance of comparisons of tables, which may describe one curve by other points."""
+_TABLE_TOL = 1e-12
+"""Relative tolerance of comparisons of tables, which may describe one curve by different points."""
 _FUNCTION_TOL = 1e-9
-"""Relative tolerance of the slopes of callables, which are measured between samples."""
+"""Relative tolerance of the slopes of callables, which are differences between samples."""
 _N_SAMPLES = 65
-_SAMPLED_TO = 1e-3
+_FIRST_SAMPLE_RANGE = 1e-3
 """Abscissa up to which callables are sampled when a hysteresis is made."""
 
 
-class Moved(NamedTuple):
+class Responses(NamedTuple):
     """Elastic or hysteretic forces after a step, one row a point: `Response` in arrays."""
 
     force: FloatArray
@@ -58,13 +56,13 @@ class Moved(NamedTuple):
     stiffness: FloatArray
     """(n,) dF/dx at the end: the slope of the curve that the force is on, or K."""
     stored: FloatArray
-    """(n,) energy that an unloading gives back."""
+    """(n,) energy that an unloading returns."""
     lost: FloatArray
     """(n,) work of the step that is not stored."""
 
 
-def elastic_move(curve: Characteristic, x: FloatArray) -> Moved:
-    """Return the elastic forces at `x` (n,) ≥ 0; nothing is lost.
+def elastic_move(curve: Characteristic, x: FloatArray) -> Responses:
+    """Return the elastic forces at `x` (n,) ≥ 0, without losses.
 
     Raises
     ------
@@ -73,11 +71,11 @@ def elastic_move(curve: Characteristic, x: FloatArray) -> Moved:
     """
     lost = np.zeros(x.shape)
     if not curve.is_table:
-        return Moved(curve.carried(x), curve.carried_slope(x), curve.energy(x), lost)
+        return Responses(curve.carried(x), curve.carried_slope(x), curve.energy(x), lost)
     check_inside(curve, x)
     rows = np.empty((3, len(x)))
     curve_nb.points(curve.carried_pieces, 0, _for_kernel(x), rows)
-    return Moved(rows[0], rows[1], rows[2], lost)
+    return Responses(rows[0], rows[1], rows[2], lost)
 
 
 def hysteresis_of(
@@ -87,7 +85,7 @@ def hysteresis_of(
     *,
     to: float = np.inf,
 ) -> Hysteresis | None:
-    """Return the hysteresis of a law, None for an elastic one.
+    """Return the hysteresis of a law; None for an elastic one.
 
     Raises
     ------
@@ -97,12 +95,12 @@ def hysteresis_of(
     if unloading is None and slope is None:
         return None
     if unloading is None or slope is None:
-        given, other = "unloading", "hysteresis_slope"
+        present, missing = "unloading", "hysteresis_slope"
         if unloading is None:
-            given, other = other, given
+            present, missing = missing, present
         raise InputError(
-            f"is missing: {given} was given, and neither works without the other",
-            where=other,
+            f"is missing: {present} was given, and neither works without the other",
+            where=missing,
             remedy="Give both, or none for an elastic law",
         )
     return Hysteresis(loading, as_curve(unloading, "unloading"), slope, to=to)
@@ -114,15 +112,15 @@ class Hysteresis:
 
     Parameters
     ----------
-    loading, unloading : L and U; below zero L counts as zero
+    loading, unloading : L and U; a negative L counts as zero
     slope : K, not below the steepest slope of either
     to : x up to which U of tables must not be above L
 
     Notes
     -----
-    Tables are exact: checked at all their points, lines and curves met in closed form. Callables
-    are checked at samples, when made and up to the largest x of each step, and met by
-    Chandrupatla's bracketing method.
+    Tables are exact: all their points are checked, and intersections of lines and curves are in
+    closed form. Callables are checked at samples, here and up to the largest x of each step, and
+    their intersections are by Chandrupatla's bracketing method.
 
     Raises
     ------
@@ -158,12 +156,18 @@ class Hysteresis:
         put(self, "unloading", unloading)
         put(self, "slope", positive(slope, "hysteresis_slope"))
         for curve in (loading, unloading):
-            _check_start(curve)
+            if curve.extrapolation == "error" and curve.is_table and curve.x[0] > 0.0:
+                raise InputError(
+                    "hysteresis needs a table that starts at zero or below",
+                    where=curve.name,
+                    found=float(curve.x[0]),
+                    remedy='Add its first point, or set extrapolation = "linear" or "constant"',
+                )
         if self.exact:
             self._check_tables(to)
         else:
             ends = [c.x[-1] for c in (loading, unloading) if c.extrapolation == "error"]
-            self._check_samples(min([_SAMPLED_TO, *ends]))
+            self._check_samples(min([_FIRST_SAMPLE_RANGE, *ends]))
 
     @property
     def exact(self) -> bool:
@@ -172,13 +176,13 @@ class Hysteresis:
 
     @cached_property
     def curves(self) -> Curves:
-        """Loading and unloading curve of tables as kernels take them."""
+        """Loading and unloading curve of tables, for kernels."""
         return joined(self.loading.carried_pieces, self.unloading.carried_pieces)
 
     def step(self, x_old: float, f_old: float, x: float) -> Response:
         """Return the response of one point to a step from (`x_old`, `f_old`) to `x`.
 
-        The force below x = 0 is zero, and what was there has no past.
+        The force below x = 0 is zero, and a point from there has no memory.
 
         Raises
         ------
@@ -192,10 +196,10 @@ class Hysteresis:
             return Response(*hysteresis_nb.step(self.curves, self.slope, x_old, f_old, x))
         if x < 0.0:
             return Response(0.0, 0.0, 0.0, 0.0)
-        moved = self.move(*(np.array([value]) for value in (max(x_old, 0.0), f_old, x)))
-        return Response(*(float(column[0]) for column in moved))
+        responses = self.move(np.array([max(x_old, 0.0)]), np.array([f_old]), np.array([x]))
+        return Response(*(float(column[0]) for column in responses))
 
-    def move(self, x_old: FloatArray, f_old: FloatArray, x: FloatArray) -> Moved:
+    def move(self, x_old: FloatArray, f_old: FloatArray, x: FloatArray) -> Responses:
         """Return the response of each point to a step from (`x_old`, `f_old`) to `x`, (n,) ≥ 0.
 
         Raises
@@ -209,61 +213,56 @@ class Hysteresis:
             self._check_inside(x)
             past, rows = np.stack([x_old, f_old]), np.empty((4, len(x)))
             hysteresis_nb.steps(self.curves, self.slope, past, _for_kernel(x), rows)
-            return Moved(*rows)
+            return Responses(*rows)
         if x.size:
             self._check_samples(float(max(x.max(), x_old.max())))
-        start = self._started(x_old, f_old)
+        # A point without memory starts between the curves at zero.
+        zero = np.zeros(1)
+        start = np.minimum(
+            np.maximum(f_old, self.unloading.carried(zero)), self.loading.carried(zero)
+        )
+        start = np.where(x_old > 0.0, f_old, start)
         upper, lower = self.loading.carried(x), self.unloading.carried(x)
         line = start + self.slope * (x - x_old)
-        # The loading curve has the last word where rounding puts the other above it.
+        # If rounding puts the unloading curve above the loading curve, the latter decides.
         force = np.minimum(np.maximum(line, lower), upper)
         stiffness = np.full(x.shape, self.slope)
-        on_upper = force >= upper
-        for curve, on in ((self.loading, on_upper), (self.unloading, (line <= lower) & ~on_upper)):
-            stiffness[on] = curve.carried_slope(x[on])
+        is_upper = force >= upper
+        is_lower = (line <= lower) & ~is_upper
+        stiffness[is_upper] = self.loading.carried_slope(x[is_upper])
+        stiffness[is_lower] = self.unloading.carried_slope(x[is_lower])
         stored = self.stored(x, force)
         lost = np.zeros(x.shape)
-        up = np.flatnonzero(on_upper & (x > x_old))
-        before, begin, end = x_old[up], start[up], x[up]
-        lost[up] = self._work_up(before, begin, end) - (stored[up] - self.stored(before, begin))
-        return Moved(force, stiffness, stored, lost)
+        up = np.flatnonzero(is_upper & (x > x_old))
+        x_start, f_start, x_end = x_old[up], start[up], x[up]
+        # Work along the line up to the loading curve, and then along that.
+        meet = self._meet(self.loading, (x_start, f_start), x_start, x_end)
+        dx = meet - x_start
+        work = dx * (f_start + 0.5 * self.slope * dx) + (
+            self.loading.energy(x_end) - self.loading.energy(meet)
+        )
+        lost[up] = work - (stored[up] - self.stored(x_start, f_start))
+        return Responses(force, stiffness, stored, lost)
 
     def _check_inside(self, x: FloatArray | float) -> None:
         for curve in (self.loading, self.unloading):
             check_inside(curve, x)
 
     def bend(self, x: FloatArray, force: FloatArray) -> FloatArray:
-        """Return d²F/dx² (n,) at points (`x`, `force`): zero along lines, and on tables."""
+        """Return d²F/dx² (n,) at points (`x`, `force`): zero on lines and tables."""
         bend = np.zeros(x.shape)
         if not self.exact:
-            on_upper = force >= self.loading.carried(x)
-            on_lower = ~on_upper & (force <= self.unloading.carried(x))
-            for curve, on in ((self.loading, on_upper), (self.unloading, on_lower)):
-                bend[on] = curve.carried_bend(x[on])
+            is_upper = force >= self.loading.carried(x)
+            is_lower = ~is_upper & (force <= self.unloading.carried(x))
+            bend[is_upper] = self.loading.carried_bend(x[is_upper])
+            bend[is_lower] = self.unloading.carried_bend(x[is_lower])
         return bend
 
     def stored(self, x: FloatArray, force: FloatArray) -> FloatArray:
-        """Return the energy (n,) that an unloading from (`x`, `force`) gives back."""
+        """Return the energy (n,) that an unloading from (`x`, `force`) returns."""
         meet = self._meet(self.unloading, (x, force), np.zeros(x.shape), x)
-        way = x - meet
-        return way * (force - 0.5 * self.slope * way) + self.unloading.energy(meet)
-
-    def _started(self, x_old: FloatArray, f_old: FloatArray) -> FloatArray:
-        """Return F (n,) at the start of the step.
-
-        For a point without a past it lies between the curves at 0.
-        """
-        zero = np.zeros(1)
-        least, most = self.unloading.carried(zero), self.loading.carried(zero)
-        fresh = np.minimum(np.maximum(f_old, least), most)
-        return np.where(x_old > 0.0, f_old, fresh)
-
-    def _work_up(self, x_old: FloatArray, start: FloatArray, x: FloatArray) -> FloatArray:
-        """Return ∫F dx (n,) of a step up: along the line to where it meets L, then along L."""
-        meet = self._meet(self.loading, (x_old, start), x_old, x)
-        way = meet - x_old
-        along = self.loading.energy(x) - self.loading.energy(meet)
-        return way * (start + 0.5 * self.slope * way) + along
+        dx = x - meet
+        return dx * (force - 0.5 * self.slope * dx) + self.unloading.energy(meet)
 
     def _meet(
         self,
@@ -275,39 +274,42 @@ class Hysteresis:
         """Return x (n,) where the line through `point` (x, F) meets the curve, in [low, high].
 
         The curve is above the line to the left and below it to the right. The root is found by
-        bracketing; where the line does not meet the curve the result is one of the ends.
+        bracketing; without an intersection the result is one of the ends.
         """
         from scipy.optimize.elementwise import find_root
 
-        def above(x: FloatArray, x_line: FloatArray, f_line: FloatArray) -> FloatArray:
+        def height(x: FloatArray, x_line: FloatArray, f_line: FloatArray) -> FloatArray:
             return curve.carried(x) - f_line - self.slope * (x - x_line)
 
-        meet = np.where(above(low, *point) > 0.0, high, low)
-        inner = (above(low, *point) > 0.0) & (above(high, *point) < 0.0)
-        if inner.any():
-            rows = tuple(values[inner] for values in point)
-            meet[inner] = find_root(above, (low[inner], high[inner]), args=rows).x
+        meet = np.where(height(low, *point) > 0.0, high, low)
+        is_bracketed = (height(low, *point) > 0.0) & (height(high, *point) < 0.0)
+        if is_bracketed.any():
+            lines = tuple(values[is_bracketed] for values in point)
+            bracket = low[is_bracketed], high[is_bracketed]
+            meet[is_bracketed] = find_root(height, bracket, args=lines).x
         return np.clip(meet, low, high)
 
     def _check_tables(self, to: float) -> None:
+        """Refuse tables that break a rule at some x up to `to`."""
         curves = self.loading, self.unloading
         end = min([to, *(curve.x[-1] for curve in curves if curve.extrapolation == "error")])
         x = np.union1d(*(curve.carried_pieces.x for curve in curves))
         self._check_order(np.append(x[x < end], end) if np.isfinite(end) else x)
-        beyond = [curve.carried_pieces.slope[-1] for curve in curves]
-        if np.isinf(end) and beyond[1] > beyond[0] + _TOL * abs(beyond[0]):
+        slope_l, slope_u = (curve.carried_pieces.slope[-1] for curve in curves)
+        if np.isinf(end) and slope_u > slope_l + _TABLE_TOL * abs(slope_l):
             raise InputError(
                 "the unloading curve rises above the loading curve beyond their last points, as "
                 "its last slope is steeper",
                 where=self.unloading.name,
-                found=float(beyond[1]),
-                allowed=f"up to {beyond[0]:.6g}",
+                found=float(slope_u),
+                allowed=f"up to {slope_l:.6g}",
                 remedy='Extend the tables, or hold an end with extrapolation = "constant"',
             )
         for curve in curves:
             self._check_slope(curve, float(curve.carried_pieces.slope[1:].max()))
 
     def _check_samples(self, upto: float) -> None:
+        """Refuse callables that break a rule at samples up to an x."""
         x = np.linspace(0.0, upto, _N_SAMPLES)
         self._check_order(x)
         if upto > 0.0:
@@ -316,31 +318,31 @@ class Hysteresis:
 
     def _check_order(self, x: FloatArray) -> None:
         """Refuse an unloading above the loading or below zero at `x`."""
-        above, below = self.loading.carried(x), self.unloading(x)
-        negative = np.flatnonzero(below < 0.0)
-        inside = self.unloading.x[-1] if self.unloading.is_table else np.inf
-        negative = negative[x[negative] <= inside]
+        upper, lower = self.loading.carried(x), self.unloading(x)
+        end = self.unloading.x[-1] if self.unloading.is_table else np.inf
+        negative = np.flatnonzero((lower < 0.0) & (x <= end))
         if negative.size:
             raise InputError(
                 f"the unloading curve is below zero at {x[negative[0]]:.6g}",
                 where=self.unloading.name,
-                found=float(below[negative[0]]),
+                found=float(lower[negative[0]]),
                 allowed="zero or above",
                 remedy="A permanent set is a row of zero up to where the force begins",
             )
-        wrong = np.flatnonzero(below > above + _TOL * above.max(initial=0.0))
+        wrong = np.flatnonzero(lower > upper + _TABLE_TOL * upper.max(initial=0.0))
         if wrong.size:
-            at = wrong[0]
+            k = wrong[0]
             raise InputError(
-                f"the unloading curve is above the loading curve at {x[at]:.6g}",
+                f"the unloading curve is above the loading curve at {x[k]:.6g}",
                 where=self.unloading.name,
-                found=float(below[at]),
-                allowed=f"up to {above[at]:.6g}",
+                found=float(lower[k]),
+                allowed=f"up to {upper[k]:.6g}",
             )
 
     def _check_slope(self, curve: Characteristic, steepest: float) -> None:
-        same = _TOL if curve.is_table else _FUNCTION_TOL
-        if steepest > self.slope * (1.0 + same):
+        """Refuse a hysteresis slope below the steepest slope of a curve."""
+        tol = _TABLE_TOL if curve.is_table else _FUNCTION_TOL
+        if steepest > self.slope * (1.0 + tol):
             raise InputError(
                 f"must not be below the steepest slope of the curve {curve.name!r}: the force "
                 "could not follow it",
@@ -350,16 +352,6 @@ class Hysteresis:
             )
 
 
-def _check_start(curve: Characteristic) -> None:
-    if curve.extrapolation == "error" and curve.is_table and curve.x[0] > 0.0:
-        raise InputError(
-            "hysteresis needs a table that starts at zero or below",
-            where=curve.name,
-            found=float(curve.x[0]),
-            remedy='Add its first point, or set extrapolation = "linear" or "constant"',
-        )
-
-
 def _for_kernel(x: FloatArray) -> FloatArray:
-    """Return `x` contiguous and read-only, as kernels take it."""
+    """Return `x` contiguous and read-only."""
     return locked(np.ascontiguousarray(x))

@@ -1,4 +1,4 @@
-"""Checks of tables that a user hands over: rows of numbers whose first column rises."""
+"""Checks of a user's tables: rows of numbers whose first column rises."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ from contiga.errors import InputError
 from contiga.records import FloatArray
 
 
-def is_number(given: object) -> TypeGuard[float]:
+def is_number(curve: object) -> TypeGuard[float]:
     """Return whether a curve is given by one number, which may be an array without axes."""
-    if isinstance(given, np.ndarray) and given.ndim == 0:
-        given = given[()]
-    return isinstance(given, int | float | np.number) and not isinstance(given, bool)
+    if isinstance(curve, np.ndarray) and curve.ndim == 0:
+        curve = curve[()]
+    return isinstance(curve, int | float | np.number) and not isinstance(curve, bool)
 
 
 def table_of(
@@ -31,11 +31,11 @@ def table_of(
 
     Parameters
     ----------
-    rows : the table as it was given
+    rows : the user's table
     columns : names of the m columns, the first "t" for times
-    where : what errors call the table
+    where : name of the table in errors
     at_least : smallest n
-    allowed : what errors say is allowed; such rows if omitted
+    allowed : description of valid rows in errors; made from `columns` if omitted
 
     Raises
     ------
@@ -43,7 +43,7 @@ def table_of(
         Rows that are not numbers or of several lengths, another number of columns, too few rows, a
         number that is not finite, a first column that does not rise.
     """
-    named = allowed or f"rows [{', '.join(columns)}], {columns[0]} strictly increasing"
+    allowed = allowed or f"rows [{', '.join(columns)}], {columns[0]} strictly increasing"
     real(rows, where)
     try:
         table = np.array(rows, dtype=np.float64)
@@ -52,7 +52,7 @@ def table_of(
             "a table must be rows of numbers, all of the same length",
             where=where,
             found=rows,
-            allowed=named,
+            allowed=allowed,
         ) from error
     if table.ndim != 2 or table.shape[1] != len(columns) or len(table) < at_least:
         count = "one row" if at_least == 1 else f"{at_least} rows"
@@ -60,28 +60,28 @@ def table_of(
             f"a table must have {len(columns)} columns and at least {count}",
             where=where,
             found=table.shape,
-            allowed=named,
+            allowed=allowed,
         )
     if not np.isfinite(table).all():
         row = int(np.flatnonzero(~np.isfinite(table).all(axis=1))[0])
         raise InputError(
-            f"row {row} is not finite", where=where, found=table[row].tolist(), allowed=named
+            f"row {row} is not finite", where=where, found=table[row].tolist(), allowed=allowed
         )
-    check_rises(table[:, 0], columns[0], where, named)
+    check_rises(table[:, 0], columns[0], where, allowed)
     return table
 
 
 def check_rises(values: FloatArray, name: str, where: str, allowed: str | None = None) -> None:
-    """Refuse values (n,) that are not strictly increasing; errors call those named "t" times.
+    """Refuse values (n,) that are not strictly increasing; the name "t" stands for times.
 
     Raises
     ------
     InputError
-        A value is not above the one before it.
+        A value is not above the previous one.
     """
-    back = np.flatnonzero(np.diff(values) <= 0.0)
-    if back.size:
-        row, plural = int(back[0]), "times" if name == "t" else f"values of {name}"
+    falls = np.flatnonzero(np.diff(values) <= 0.0)
+    if falls.size:
+        row, plural = int(falls[0]), "times" if name == "t" else f"values of {name}"
         raise InputError(
             f"the {plural} go back or repeat at row {row + 1}",
             where=where,
@@ -96,7 +96,7 @@ def check_never_falls(table: FloatArray, columns: tuple[str, str], where: str) -
     Raises
     ------
     InputError
-        A value is below the one before it, or the first one below zero.
+        A value is below the previous one, or the first value below zero.
     """
     first, second = columns
     allowed = f"rows [{first}, {second}], the {second} from zero or above and never falling"
@@ -121,7 +121,7 @@ def as_times(times: ArrayLike, count: int) -> FloatArray:
     Raises
     ------
     InputError
-        Another number of times, a time that is not finite or not above the one before it.
+        Another number of times, a time that is not finite or not above the previous one.
     """
     instants = np.asarray(real(times, "times"), dtype=np.float64)
     if instants.shape != (count,) or count == 0 or not np.isfinite(instants).all():

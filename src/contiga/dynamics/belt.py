@@ -169,10 +169,6 @@ class Belt:
                 "must be a share of the length", where="shortening", found=self.shortening,
                 allowed="0 ≤ shortening < 1",
             )  # fmt: skip
-        self._check_ends()
-
-    def _check_ends(self) -> None:
-        """Refuse webbing at a free end, or along a part of the path that is not straight."""
         path_length, span = self.path.length, self._span
         if not span[0] < span[1]:
             raise InputError(
@@ -181,8 +177,13 @@ class Belt:
                 found=[end.length for end in (self.start, self.end) if end is not None],
                 allowed=f"a sum below the length of the path, {path_length:.6g}",
             )
-        for name, end, anchor, near, far in zip(
-            ENDS, (self.start, self.end), self.anchors, (0.0, path_length), span, strict=True
+        wraps = self.path.wraps
+        for name, end, anchor, tips in zip(
+            ENDS,
+            (self.start, self.end),
+            self.anchors,
+            ((0.0, span[0]), (path_length, span[1])),
+            strict=True,
         ):
             if end is None:
                 continue
@@ -193,19 +194,15 @@ class Belt:
                     found=FREE,
                     allowed=f'"{GROUND}" or a body, or no webbing at its {name}',
                 )
-            tips = self.path.at([near, far])
-            if np.linalg.norm(tips[1] - tips[0]) < (1.0 - STRAIGHT_TOL) * end.length:
+            anchor_point, row_point = self.path.at(list(tips))
+            if np.linalg.norm(row_point - anchor_point) < (1.0 - STRAIGHT_TOL) * end.length:
+                free_length = wraps[0].start if name == "start" else path_length - wraps[-1].end
                 raise InputError(
                     "this webbing would lie on a body, but it must be straight",
                     where=f"{name}.length",
                     found=end.length,
-                    allowed=f"up to {self._free_length(name):.6g}, where the path meets the body",
+                    allowed=f"up to {free_length:.6g}, where the path meets the body",
                 )
-
-    def _free_length(self, end: str) -> float:
-        """Return the length of the path from an end to its first contact with a body."""
-        wraps = self.path.wraps
-        return wraps[0].start if end == "start" else self.path.length - wraps[-1].end
 
     @property
     def _span(self) -> tuple[float, float]:
@@ -349,7 +346,7 @@ class Belt:
     def _offsets(self) -> FloatArray:
         """Signed distances (nodes across,) of nodes from the middle of the belt.
 
-        For a membrane they are those of control points.
+        For a membrane they are distances of control points.
         """
         if self.kind == "bars":
             return np.zeros(1)
@@ -372,7 +369,7 @@ class Belt:
     def _rows_of_strip(self) -> FloatArray:
         """Rows (n, k, 3) of points that the patch of a membrane interpolates.
 
-        They are on the path, and so high above the bodies that the nodes between them are outside.
+        They are along the path, high enough above the bodies for all nodes between to be outside.
         """
         start, end = self._span
         arc = start + (end - start) * self._strip.along
@@ -395,9 +392,9 @@ class Belt:
         normal, step = self._normals(arc), 0.5 * self.laid_length / self.segments
         middle = self.path.at(arc)
         ahead, behind = (np.clip(arc + x, 0.0, self.path.length) for x in (step, -step))
-        along = self.path.at(ahead) - self.path.at(behind)
+        tangent = self.path.at(ahead) - self.path.at(behind)
         # In this order the facets face away from the bodies.
-        across = np.cross(normal, along)
+        across = np.cross(normal, tangent)
         norms = np.linalg.norm(across, axis=1)
         if self.kind != "bars" and not (norms > 1e-6 * step).all():
             raise InputError(
@@ -416,9 +413,9 @@ class Belt:
     def _normals(self, arc: FloatArray) -> FloatArray:
         """Return unit normals (n, 3) of the belt at arc lengths (n,).
 
-        They are those of the bodies below it, interpolated along the path between two bodies, and
-        averaged over `SMOOTHING_WIDTHS` widths: a belt that twists faster is stretched by more than
-        one per cent at its edges.
+        They are the normals of the bodies below it, interpolated between two bodies, and averaged
+        over `SMOOTHING_WIDTHS` widths: a belt that twists faster is stretched by more than one per
+        cent at its edges.
         """
         path = self.path
         on_body = np.flatnonzero(path.body >= 0)

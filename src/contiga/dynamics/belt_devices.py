@@ -1,21 +1,22 @@
 """Devices at the end of a belt: retractor, load limiter, pretensioner and end release.
 
 A segment of webbing and the devices at its end carry one tension T. With ℓ₀ the length at rest, p
-what the devices have paid out (less what they have pulled in) and r what slip rings have fed in:
+the length that the devices have paid out (less the length pulled in) and r the length that slip
+rings have fed in:
 
     x = ℓ − ℓ₀ − p − r,    T = F(x),    T = 0 where x < 0
 
-- A retractor that is not locked pays out and reels in by its spring: T = S(p).
-- Locked, p changes only under load. Film spool and load limiter pay out one way: T ≤ L(q), and
-  where the webbing alone would carry more, their travel q grows until T = L(q). What they have let
-  out stays out; the webbing unloads by its own curve. In series they add up: L⁻¹ is the sum of
-  theirs. The film of a spool starts at the tension that it locks at.
-- A pretensioner pulls in u(t), or as long as T is below its force P(t); it never lets out. P is at
-  most L(q): the limiter turns before. It locks the retractor that it fires into.
-- A released end carries nothing.
+- An unlocked retractor pays out and reels in by its spring: T = S(p).
+- Locked, it pays out only under load. Film spool and load limiter pay out, but do not reel in:
+  T ≤ L(q). Where the webbing alone would carry more, their travel q grows until T = L(q). The
+  webbing unloads by its own curve. In series their travels add up: L⁻¹ is the sum of both inverse
+  functions. The film of a spool starts at the tension at which the spool locks.
+- A pretensioner pulls in u(t), or until T reaches its force P(t); it never pays out. P is at most
+  L(q), as the limiter yields first. A pretensioner locks the retractor.
+- A released end carries no tension.
 
-Work: what film and limiter take is ∫ L dq, exact; the spring of the spool stores ∫ S dp; what a
-pretensioner does comes from outside.
+Work: film and limiter dissipate ∫ L dq, exactly; the spring of the spool stores ∫ S dp; the work of
+a pretensioner comes from outside.
 """
 
 from __future__ import annotations
@@ -38,7 +39,7 @@ from contiga.errors import InputError
 from contiga.records import FloatArray
 
 _N_NEWTON = 60
-"""Number of steps of Newton's method after which an interval is only halved."""
+"""Number of Newton steps after which the bracket is only halved."""
 _MAX_ITERATIONS = 300
 _ROOT_TOL = 4.0 * float(np.finfo(np.float64).eps)
 
@@ -49,10 +50,10 @@ class Moment(NamedTuple):
     time: float = 0.0
     dt: float = 0.0
     fired: Mapping[str, float] = {}
-    """When the triggers of sensors fire; infinite or missing where they do not."""
+    """Time at which the trigger of each sensor fires; infinite or missing if it does not."""
 
     def since(self, trigger: str | None) -> float:
-        """Time since a trigger fired, negative before; −∞ where it has not."""
+        """Return the time since a trigger fired, negative before; −∞ if it does not fire."""
         return -math.inf if trigger is None else self.time - self.fired.get(trigger, math.inf)
 
 
@@ -60,11 +61,11 @@ class DeviceState(NamedTuple):
     """State of the devices of a segment."""
 
     paid_out: float = 0.0
-    """Length that they have let out since the start, less what they have pulled in."""
+    """Length that they have paid out since the start, less the length pulled in."""
     fed: float = 0.0
-    """Length that slip rings have brought into the segment, less what they took."""
+    """Length that slip rings have fed into the segment, less the length fed out of it."""
     travel: float = 0.0
-    """Travel of film and limiter under load, with the film's up to the tension it was locked at."""
+    """Travel of film and limiter under load, including the film's up to the locking tension."""
     pulled_in: float = 0.0
     """Length that the pretensioner has pulled in."""
     spool: float = 0.0
@@ -77,8 +78,8 @@ class DeviceState(NamedTuple):
     """Time at which the end was released; infinite before."""
 
 
-class Moved(NamedTuple):
-    """A step of a segment."""
+class SegmentStep(NamedTuple):
+    """Result of a step of a segment."""
 
     axial: Response
     state: DeviceState
@@ -86,17 +87,17 @@ class Moved(NamedTuple):
 
 @dataclass(frozen=True, init=False, eq=False)
 class Retractor:
-    """A spool that pays out and reels in by its spring until it locks, for good.
+    """A spool that pays out and reels in by its spring until it locks, irreversibly.
 
     Parameters
     ----------
-    spool : force of its spring, a number, or rows of length paid out and force; those of the ends
-        stay beyond them
+    spool : force of its spring, a number, or rows of length paid out and force, constant beyond
+        both ends
     trigger : name of the sensor whose trigger locks it (the acceleration of the vehicle)
-    rate : speed of pay-out above which it locks, > 0; the step in which it is passed is the last
-        unlocked one
-    film : rows of length and force, from 0: what the tight spool pays out once it is locked, no
-        more than in the last row
+    rate : speed of pay-out above which it locks, > 0; it locks at the end of the step in which the
+        speed is above it
+    film : rows of length and force, from 0: length that the tightening spool pays out once it is
+        locked, at most that of the last row
 
     Raises
     ------
@@ -132,35 +133,36 @@ class Retractor:
             )
         rows = np.array([[0.0, spool]]) if np.ndim(spool) == 0 else spool
         put = object.__setattr__
-        put(self, "spool", _rising("spool", rows, ("paid out", "force")))
+        put(self, "spool", _monotone_rows("spool", rows, ("paid out", "force")))
         put(self, "trigger", trigger)
         put(self, "rate", None if rate is None else positive(rate, "rate"))
-        tight = None if film is None else _rising("film", film, ("paid out", "force"))
-        if tight is not None and (tight[0, 0] != 0.0 or not (np.diff(tight[:, 1]) > 0.0).all()):
-            raise InputError(
-                "what a film lets out is a function of the force, from 0 on",
-                where="film",
-                found=tight.tolist(),
-                allowed="rows [paid out, force] from 0, both strictly increasing",
-            )
-        put(self, "film", tight)
+        if film is not None:
+            film = _monotone_rows("film", film, ("paid out", "force"))
+            if film[0, 0] != 0.0 or not (np.diff(film[:, 1]) > 0.0).all():
+                raise InputError(
+                    "what a film lets out is a function of the force, from 0 on",
+                    where="film",
+                    found=film.tolist(),
+                    allowed="rows [paid out, force] from 0, both strictly increasing",
+                )
+        put(self, "film", film)
 
     def unlocked(self) -> Retractor:
-        """A copy that does not lock."""
-        free = copy(self)
-        object.__setattr__(free, "trigger", None)
-        object.__setattr__(free, "rate", None)
-        return free
+        """Return a copy that does not lock."""
+        unlocked = copy(self)
+        object.__setattr__(unlocked, "trigger", None)
+        object.__setattr__(unlocked, "rate", None)
+        return unlocked
 
 
 @dataclass(frozen=True, init=False, eq=False)
 class LoadLimiter:
-    """A torsion bar or the like: it pays out under load, at a force that its travel decides.
+    """A torsion bar or the like, which pays out under load, at a force that depends on its travel.
 
     Parameters
     ----------
-    force : a number; or of each stage, at the travels given, linear between: never falling, that of
-        the last stays
+    force : a number, or one for each travel, never falling; linear between, constant beyond the
+        last
     travel : lengths, from 0, strictly increasing
 
     Raises
@@ -179,15 +181,15 @@ class LoadLimiter:
 
     def __init__(self, force: ArrayLike, travel: ArrayLike | None = None) -> None:
         forces = np.atleast_1d(np.asarray(force, dtype=np.float64))
-        ways = np.zeros(1) if travel is None else np.atleast_1d(np.asarray(travel, np.float64))
-        if forces.ndim != 1 or forces.shape != ways.shape:
+        travels = np.zeros(1) if travel is None else np.atleast_1d(np.asarray(travel, np.float64))
+        if forces.ndim != 1 or forces.shape != travels.shape:
             raise InputError(
                 "needs a travel for each force",
                 where="travel",
-                found=ways.shape,
+                found=travels.shape,
                 allowed=f"{forces.shape}",
             )
-        rows = _rising("force", np.column_stack([ways, forces]), ("travel", "force"))
+        rows = _monotone_rows("force", np.column_stack([travels, forces]), ("travel", "force"))
         if rows[0, 0] != 0.0:
             raise InputError("must start at 0", where="travel", found=float(rows[0, 0]))
         positive(float(forces[0]), "force")
@@ -202,14 +204,15 @@ class Pretensioner:
     Parameters
     ----------
     trigger : name of the sensor whose trigger fires it
-    pull : rows of the time since then and the length pulled in, never falling; or
-    force : rows of that time and the force it pulls with, nothing before and after them
-    stroke : the most that a force pulls in
+    pull : rows of the time since firing and the length pulled in, never falling; or
+    force : rows of that time and the pulling force, zero before and after them
+    stroke : largest length that a force pulls in
 
     Raises
     ------
     InputError
-        Not one of pull and force, a length that falls or a force below zero, a stroke of a pull.
+        Both or neither of pull and force, a length that falls, a negative force, a stroke with a
+        pull.
 
     Examples
     --------
@@ -238,7 +241,7 @@ class Pretensioner:
             )
         put = object.__setattr__
         put(self, "trigger", trigger)
-        put(self, "pull", None if pull is None else _rising("pull", pull, ("t", "length")))
+        put(self, "pull", None if pull is None else _monotone_rows("pull", pull, ("t", "length")))
         rows = None if force is None else table_of(force, ("t", "force"), where="force")
         if rows is not None and not (rows[:, 1] >= 0.0).all():
             raise InputError("must not be negative", where="force", found=rows.tolist())
@@ -247,26 +250,26 @@ class Pretensioner:
 
     @property
     def kinks(self) -> FloatArray:
-        """Times since it fires at which what it does bends."""
+        """Times (k,) since firing at which its pull or force has kinks."""
         rows = self.force if self.pull is None else self.pull
         assert rows is not None
         return np.asarray(rows[:, 0])
 
-    def pulled(self, since: float) -> float:
-        """Length that is to be pulled in by then."""
+    def length_at(self, since: float) -> float:
+        """Return the length that its pull prescribes at a time since firing."""
         if self.pull is None or since < 0.0:
             return 0.0
         return float(np.interp(since, self.pull[:, 0], self.pull[:, 1]))
 
-    def strength(self, since: float) -> float:
-        """Force that it pulls with then."""
+    def force_at(self, since: float) -> float:
+        """Return its pulling force at a time since firing."""
         if self.force is None or not self.force[0, 0] <= since <= self.force[-1, 0]:
             return 0.0
         return float(np.interp(since, self.force[:, 0], self.force[:, 1]))
 
 
 class Devices(NamedTuple):
-    """Devices at the end of a segment; None for each that it has not."""
+    """Devices at the end of a segment; None for each that is not there."""
 
     retractor: Retractor | None = None
     limiter: LoadLimiter | None = None
@@ -276,11 +279,11 @@ class Devices(NamedTuple):
 
     @property
     def triggers(self) -> dict[str, str]:
-        """Names of the sensors that they wait for, by who does."""
+        """Names of the sensors that the devices wait for, by device."""
         retractor = None if self.retractor is None else self.retractor.trigger
         pretensioner = None if self.pretensioner is None else self.pretensioner.trigger
-        named = {"retractor": retractor, "pretensioner": pretensioner, "release": self.release}
-        return {who: name for who, name in named.items() if name is not None}
+        sensors = {"retractor": retractor, "pretensioner": pretensioner, "release": self.release}
+        return {device: name for device, name in sensors.items() if name is not None}
 
 
 class Webbing:
@@ -290,10 +293,10 @@ class Webbing:
         self._webbing = webbing
         self._devices = devices
         self._slider = _slider(devices)
-        self._spool = None if devices.retractor is None else _held(devices.retractor.spool)
+        self._spool = None if devices.retractor is None else _curve(devices.retractor.spool)
 
     def max_slope(self, x: float) -> float:
-        """Bound of dT/dx, ≥ 0: devices in series only make it softer."""
+        """Return an upper bound of dT/dx, ≥ 0: that of the webbing without devices."""
         return self._webbing.max_slope(max(x, 0.0))
 
     def move(
@@ -303,8 +306,8 @@ class Webbing:
         reach: float,
         fed: float,
         moment: Moment,
-    ) -> Moved:
-        """The step from elongation and tension `old` and devices `last`.
+    ) -> SegmentStep:
+        """Step webbing and devices to the end of a step.
 
         Parameters
         ----------
@@ -315,139 +318,147 @@ class Webbing:
         moment : time and length of the step, and fired triggers
         """
         last = last._replace(fed=fed)
-        if moment.since(self._devices.release) >= 0.0:
-            released = min(last.released, moment.fired[self._devices.release or ""])
-            return Moved(SLACK, last._replace(released=released, spool=0.0))
-        held = self._held(last, old[1], moment)
-        if self._spool is not None and math.isinf(held.locked):
-            return self._unlocked(old, held, reach - fed, moment)
-        return self._locked(old, held, reach - fed, moment)
-
-    def _held(self, last: DeviceState, tension: float, moment: Moment) -> DeviceState:
-        """The devices, their retractor locked where a trigger does it."""
-        retractor, pretensioner = self._devices.retractor, self._devices.pretensioner
-        if retractor is None or math.isfinite(last.locked):
-            return last
-        by = [retractor.trigger, None if pretensioner is None else pretensioner.trigger]
-        since = max(moment.since(trigger) for trigger in by)
-        return self._lock(last, tension, moment.time - since) if since >= 0.0 else last
+        retractor, _, pretensioner, release = self._devices
+        if moment.since(release) >= 0.0:
+            released = min(last.released, moment.fired[release or ""])
+            return SegmentStep(SLACK, last._replace(released=released, spool=0.0))
+        if retractor is not None and math.isinf(last.locked):
+            triggers = [retractor.trigger, None if pretensioner is None else pretensioner.trigger]
+            since = max(moment.since(trigger) for trigger in triggers)
+            if since < 0.0:
+                return self._step_unlocked(old, last, reach - fed, moment)
+            last = self._lock(last, old[1], moment.time - since)
+        return self._step_locked(old, last, reach - fed, moment)
 
     def _lock(self, last: DeviceState, tension: float, time: float) -> DeviceState:
+        """Return the devices with the retractor locked at a tension."""
         travel = 0.0 if self._slider is None else self._slider.travel(tension)
         return last._replace(locked=time, travel=travel)
 
-    def _at(self, old: tuple[float, float], x: float) -> Response:
+    def _webbing_at(self, old: tuple[float, float], x: float) -> Response:
+        """Return the response of the webbing to a step from `old` to the elongation `x`."""
         return self._webbing.move(*old, x) if x >= 0.0 else SLACK
 
-    def _unlocked(
+    def _step_unlocked(
         self, old: tuple[float, float], last: DeviceState, reach: float, moment: Moment
-    ) -> Moved:
-        spool = self._spool
+    ) -> SegmentStep:
+        """Balance webbing and spool; the retractor locks if it paid out faster than its rate."""
+        spool, retractor = self._spool, self._devices.retractor
         assert spool is not None
+        assert retractor is not None
 
-        def surplus(x: float) -> tuple[float, float]:
+        def excess(x: float) -> tuple[float, float]:
             """Return the spool's force less the tension at an elongation, and the slope."""
-            webbing, point = self._at(old, x), _point(spool, reach - x)
+            webbing, point = self._webbing_at(old, x), _point(spool, reach - x)
             return point.value - webbing.force, -point.slope - webbing.stiffness
 
-        x = root(surplus, 0.0, max(old[0], 1e-3 * abs(reach), _ROOT_TOL))
-        webbing, (force, slope, stored) = self._at(old, x), _point(spool, reach - x)
+        x = root(excess, 0.0, max(old[0], 1e-3 * abs(reach), _ROOT_TOL))
+        webbing, (force, slope, stored) = self._webbing_at(old, x), _point(spool, reach - x)
         state = last._replace(paid_out=reach - x, spool=stored)
-        rate = self._devices.retractor.rate if self._devices.retractor else None
-        way = state.paid_out - last.paid_out
-        if rate is not None and moment.dt > 0.0 and way > rate * moment.dt:
+        paid_out = state.paid_out - last.paid_out
+        if retractor.rate is not None and moment.dt > 0.0 and paid_out > retractor.rate * moment.dt:
             state = self._lock(state, force, moment.time)
-        both = webbing.stiffness + slope
-        stiffness = webbing.stiffness * slope / both if both > 0.0 else 0.0
-        return Moved(Response(force, stiffness, webbing.stored, webbing.lost), state)
+        stiffness = _in_series(webbing.stiffness, slope)
+        return SegmentStep(Response(force, stiffness, webbing.stored, webbing.lost), state)
 
-    def _locked(
+    def _step_locked(
         self, old: tuple[float, float], last: DeviceState, reach: float, moment: Moment
-    ) -> Moved:
-        pulled, strength = last.pulled_in, 0.0
-        if self._devices.pretensioner is not None:
-            since = moment.since(self._devices.pretensioner.trigger)
-            pulled = max(pulled, self._devices.pretensioner.pulled(since))
-            strength = self._devices.pretensioner.strength(since)
-        paid_out = last.paid_out - (pulled - last.pulled_in)
+    ) -> SegmentStep:
+        """Let the pretensioner pull in, or film and limiter pay out, until the tension fits."""
+        pretensioner, slider = self._devices.pretensioner, self._slider
+        pulled_in, pull_force = last.pulled_in, 0.0
+        if pretensioner is not None:
+            since = moment.since(pretensioner.trigger)
+            pulled_in = max(pulled_in, pretensioner.length_at(since))
+            pull_force = pretensioner.force_at(since)
+        paid_out = last.paid_out - (pulled_in - last.pulled_in)
         x = reach - paid_out
-        webbing = self._at(old, x)
+        webbing = self._webbing_at(old, x)
         force, stiffness, travel, lost = webbing.force, webbing.stiffness, last.travel, 0.0
-        yields = math.inf if self._slider is None else _point(self._slider.curve, travel).value
-        if force < min(strength, yields):
-            level = min(strength, yields)
+        yield_force = math.inf if slider is None else _point(slider.curve, travel).value
+        target = min(pull_force, yield_force)
+        if force < target:
 
-            def short(more: float) -> tuple[float, float]:
-                """Return how much tension is missing once more is pulled in, and the slope."""
-                there = self._at(old, x + more)
-                return level - there.force, -there.stiffness
+            def shortage(pull: float) -> tuple[float, float]:
+                """Return the tension missing once `pull` is pulled in, and the slope."""
+                response = self._webbing_at(old, x + pull)
+                return target - response.force, -response.stiffness
 
-            room = self._devices.pretensioner.stroke - pulled if self._devices.pretensioner else 0.0
-            at_end = short(room)[0] if math.isfinite(room) else -1.0
-            pull = room if at_end > 0.0 else root(short, 0.0, max(1e-3 * abs(x), _ROOT_TOL))
-            pulled, paid_out = pulled + pull, paid_out - pull
-            webbing = self._at(old, x + pull)
-            force = webbing.force if at_end > 0.0 else level
-            stiffness = webbing.stiffness if at_end > 0.0 else 0.0
-        elif force > yields:
-            slider = self._slider
+            stroke = pretensioner.stroke - pulled_in if pretensioner else 0.0
+            at_end = math.isfinite(stroke) and shortage(stroke)[0] > 0.0
+            pull = stroke if at_end else root(shortage, 0.0, max(1e-3 * abs(x), _ROOT_TOL))
+            pulled_in, paid_out = pulled_in + pull, paid_out - pull
+            webbing = self._webbing_at(old, x + pull)
+            force = webbing.force if at_end else target
+            stiffness = webbing.stiffness if at_end else 0.0
+        elif force > yield_force:
             assert slider is not None
 
-            def over(way: float) -> tuple[float, float]:
-                """Return the tension less what film and limiter hold at a travel, and the slope."""
-                there, limit = self._at(old, x - way), _point(slider.curve, travel + way)
-                return there.force - limit.value, -there.stiffness - limit.slope
+            def overload(slip: float) -> tuple[float, float]:
+                """Return the tension above the yield force after a slip, and the slope."""
+                response = self._webbing_at(old, x - slip)
+                limit = _point(slider.curve, travel + slip)
+                return response.force - limit.value, -response.stiffness - limit.slope
 
-            room = slider.end - travel
-            at_end = over(room)[0] if math.isfinite(room) else -1.0
-            way = room if at_end > 0.0 else root(over, 0.0, max(x, _ROOT_TOL))
-            webbing, limit = self._at(old, x - way), _point(slider.curve, travel + way)
+            stroke = slider.end - travel
+            at_end = math.isfinite(stroke) and overload(stroke)[0] > 0.0
+            slip = stroke if at_end else root(overload, 0.0, max(x, _ROOT_TOL))
+            webbing, limit = self._webbing_at(old, x - slip), _point(slider.curve, travel + slip)
             lost = limit.integral - _point(slider.curve, travel).integral
-            travel, paid_out = travel + way, paid_out + way
-            force, both = limit.value, webbing.stiffness + limit.slope
-            stiffness = webbing.stiffness * limit.slope / both if both > 0.0 else 0.0
-            if at_end > 0.0:
+            travel, paid_out = travel + slip, paid_out + slip
+            force, stiffness = limit.value, _in_series(webbing.stiffness, limit.slope)
+            if at_end:
                 force, stiffness = webbing.force, webbing.stiffness
-        work = last.work + 0.5 * (old[1] + force) * (pulled - last.pulled_in)
-        state = last._replace(paid_out=paid_out, travel=travel, pulled_in=pulled, work=work)
-        return Moved(Response(force, stiffness, webbing.stored, webbing.lost + lost), state)
+        work = last.work + 0.5 * (old[1] + force) * (pulled_in - last.pulled_in)
+        state = last._replace(paid_out=paid_out, travel=travel, pulled_in=pulled_in, work=work)
+        response = Response(force, stiffness, webbing.stored, webbing.lost + lost)
+        return SegmentStep(response, state)
 
 
 class _Slider(NamedTuple):
-    """Film and limiter in series: the force over their travel that they pay out at."""
+    """Film and limiter in series: the yield force over their travel."""
 
     curve: Curves
     end: float
-    """Travel that they stop at."""
+    """Travel at which they stop."""
 
     def travel(self, tension: float) -> float:
-        """Least travel at which they hold a tension."""
+        """Return the least travel at which they hold a tension."""
         return float(np.interp(tension, self.curve.y, self.curve.x)) if tension > 0.0 else 0.0
 
 
 def _slider(devices: Devices) -> _Slider | None:
+    """Return film and limiter in series; None without both."""
     film = None if devices.retractor is None else devices.retractor.film
     limiter = devices.limiter
     if limiter is None:
-        return None if film is None else _Slider(_held(film), float(film[-1, 0]))
-    ways, forces = limiter.travel, limiter.force
-    if film is None:
-        return _Slider(_held(np.column_stack([ways, forces])), math.inf)
-    # Their travels add up at each force that one of them bends at.
-    also = film[(film[:, 1] < forces[-1]) & ~np.isin(film[:, 1], forces), 1]
-    own = np.interp(also, forces, ways)
-    levels = np.concatenate([forces, also])
-    travels = np.concatenate([ways, own]) + np.interp(levels, film[:, 1], film[:, 0])
-    if film[0, 1] > 0.0 and film[0, 1] >= forces[-1]:
-        travels, levels = ways, forces
-    rows = np.unique(np.column_stack([travels, levels]), axis=0)
-    # From the travel at which the least force is passed: what lies below holds without any.
-    first = np.flatnonzero(rows[:, 0] == 0.0)[-1] if (rows[:, 0] == 0.0).any() else 0
-    return _Slider(_held(rows[first:]), math.inf)
+        return None if film is None else _Slider(_curve(film), float(film[-1, 0]))
+    travels, forces = limiter.travel, limiter.force
+    # The film does nothing if it starts to yield at the limiter's highest force or above.
+    if film is None or (film[0, 1] > 0.0 and film[0, 1] >= forces[-1]):
+        rows = np.column_stack([travels, forces])
+    else:
+        # Their travels add up at each force at which one of them has a kink.
+        film_forces = film[(film[:, 1] < forces[-1]) & ~np.isin(film[:, 1], forces), 1]
+        levels = np.concatenate([forces, film_forces])
+        of_limiter = np.concatenate([travels, np.interp(film_forces, forces, travels)])
+        rows = np.column_stack([of_limiter + np.interp(levels, film[:, 1], film[:, 0]), levels])
+    if film is not None:
+        rows = np.unique(rows, axis=0)
+        # Of several forces at travel 0 the highest counts: lower ones cause no travel.
+        at_zero = np.flatnonzero(rows[:, 0] == 0.0)
+        rows = rows[at_zero[-1] if len(at_zero) else 0 :]
+    return _Slider(_curve(rows), math.inf)
 
 
-def _held(rows: FloatArray) -> Curves:
-    """Return the curve through rows (n, 2), which beyond its ends holds their values."""
+def _in_series(first: float, second: float) -> float:
+    """Return the stiffness of two springs in series."""
+    total = first + second
+    return first * second / total if total > 0.0 else 0.0
+
+
+def _curve(rows: FloatArray) -> Curves:
+    """Return the curve through rows (n, 2), constant beyond its ends."""
     x = np.union1d(rows[:, 0], 0.0)
     return piecewise(x, np.interp(x, rows[:, 0], rows[:, 1]), 0.0, 0.0)
 
@@ -460,13 +471,13 @@ def _point(curve: Curves, x: float) -> CurvePoint:
 def root(falling: Callable[[float], tuple[float, float]], low: float, width: float) -> float:
     """Find the zero of a function that never rises, at `low` or above; `low` if it starts below.
 
-    Newton's method between bounds, which is exact where the function is piecewise linear.
+    Newton's method within a bracket, which is exact for piecewise linear functions.
 
     Parameters
     ----------
     low : lower end of the search
-    falling : gives value and slope
-    width : a guess of how far the zero is, > 0
+    falling : returns value and slope
+    width : estimate of the distance of the zero from `low`, > 0
     """
     value, slope = falling(low)
     if not value > 0.0:
@@ -477,22 +488,22 @@ def root(falling: Callable[[float], tuple[float, float]], low: float, width: flo
             break
         width *= 2.0
         high = low + width
-    at = low
+    x = low
     for k in range(_MAX_ITERATIONS):
-        then = at - value / slope if slope < 0.0 and k < _N_NEWTON else low
-        if not low < then <= high:
-            then = 0.5 * (low + high)
-        if abs(then - at) <= _ROOT_TOL * abs(then):
-            return then
-        at = then
-        value, slope = falling(at)
+        new_x = x - value / slope if slope < 0.0 and k < _N_NEWTON else low
+        if not low < new_x <= high:
+            new_x = 0.5 * (low + high)
+        if abs(new_x - x) <= _ROOT_TOL * abs(new_x):
+            return new_x
+        x = new_x
+        value, slope = falling(x)
         if value == 0.0:
-            return at
-        low, high = (at, high) if value > 0.0 else (low, at)
-    return at
+            return x
+        low, high = (x, high) if value > 0.0 else (low, x)
+    return x
 
 
-def _rising(where: str, rows: object, columns: tuple[str, str]) -> FloatArray:
+def _monotone_rows(where: str, rows: object, columns: tuple[str, str]) -> FloatArray:
     """Return rows (n, 2) whose second column, ≥ 0, never falls."""
     table = table_of(rows, columns, where=where)
     check_never_falls(table, columns, where)

@@ -12,9 +12,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from contiga.arrays.layout import all_of, as_points, positive, read_only
 from contiga.dynamics.deforming_nodes import DeformingNodes, joints_of
-from contiga.dynamics.deforming_parts import Filling, nodal_thickness, one_thickness, parts_of
-from contiga.dynamics.free import Dependent, Number, _velocity
-from contiga.dynamics.holding import attached_to, drives_of, held_ways, slopes_kept
+from contiga.dynamics.deforming_parts import Filling, nodal_thickness, parts_of, uniform_thickness
+from contiga.dynamics.free import Dependent, Number, checked_velocity
+from contiga.dynamics.holding import attachment_hosts, clamped_edges, drives_of, held_dofs
 from contiga.dynamics.mapped_nodes import Places, mapped, nodal_masses
 from contiga.dynamics.nodal_loads import NodalForce, Pressure
 from contiga.dynamics.nodal_masses import check_carried, lumped_masses
@@ -32,63 +32,63 @@ from contiga.slaves.slave import Slave
 
 NodalLoad = Pressure | NodalForce
 SAME_POINT = 1e-9
-"""How far points of matter and of its slave may be apart, as a share of the slave's size."""
+"""Distance of points of matter and slave, over the slave's size, below which they are the same."""
 
 
 @dataclass(frozen=True, init=False, eq=False)
 class Deforming(Dependent):
     """A slave that deforms: its points are the nodes of elements of a material.
 
-    Elements are those of the mesh that the slave was read from (`Slave.elements`); of a slave of
-    facets alone these, as membranes. A slave of splines (`Slave.surfaces`) is a Kirchhoff-Love
-    shell whose degrees of freedom are control points; places hold all those that move a node of
-    theirs.
+    The elements are those of the mesh that the slave was read from (`Slave.elements`); the facets
+    of a slave without such elements become membranes. A slave of splines (`Slave.surfaces`) is a
+    Kirchhoff-Love shell whose degrees of freedom are control points; a place holds all control
+    points that move one of its nodes.
 
     Parameters
     ----------
-    material : one of `contiga.materials`, or matter of one's own: an object with the methods of
+    material : one of `contiga.materials`, or an object of the user's own with the methods of
         `contiga.matter.Matter`, whose points are those of the slave
     density : mass / volume; matter of one's own has its mass
-    thickness : of membranes and shells, length; the slave's own if omitted
-    bending : of shells of splines, share of the bending stiffness of a solid sheet; 0 is a membrane
-    section : of bars, area
-    hourglass, bulk_viscosity : of solids, as `contiga.matter.Part` has them
-    parts : `contiga.matter.Part` of elements that are rows of the slave's points, each with a
-        material of its own; elements of the slave that are in none have that of the motion. Bars
-        need not be elements of the slave
-    fixed : what is held of its nodes: (n,) or (n, 3) bool, numbers of nodes, a table
+    thickness : thickness of membranes and shells, length; the slave's if omitted
+    bending : bending stiffness of shells of splines over that of a solid sheet; 0 is a membrane
+    section : cross-section of bars, area
+    hourglass, bulk_viscosity : of solids, see `contiga.matter.Part`
+    parts : `contiga.matter.Part` of elements, rows of the slave's points, each with a material of
+        its own; all other elements of the slave have the material of the motion. Bars need not be
+        elements of the slave
+    fixed : nodes that are held: (n,) or (n, 3) bool, numbers of nodes, a table
         ``{"box": [low, high]}``, ``{"plane": [point, normal]}``, ``{"side": [direction, degrees]}``
         (of the normals of facets), ``{"layer": [direction, depth]}`` (below the outermost node),
         ``{"curve": NurbsCurve}``, ``{"edge": "u0"}`` of a slave of splines (with several patches
         ``("u0", patch)``) or ``{"nodes": …}`` with ``"hold": ["x", "y", "z"]``, or a list of such
-        tables. With ``"slope": True`` beside them whole edges of splines that are there do not turn
-        either: clamps, planes of symmetry
-    velocity : (3,) or (n, 3) at the start, world axes; of what is held it is zero
+        tables. ``"slope": True`` also holds the slope of edges of splines that are wholly at the
+        place: clamps, planes of symmetry
+    velocity : (3,) or (n, 3) at the start, world axes; zero for held nodes
     damping : α of a force −α m v on each node, 1/time
     loads : `contiga.motion.Pressure` and `NodalForce`, one or several
-    driven : what a motion drives of its nodes: a table as of `fixed` with a ``"motion"`` of a body
-        beside its place, which carries the nodes from where the slave stands; or a list of them
-    attached : which nodes are fixed to a body: a table of a place as of `fixed` (all nodes without
-        one) with the name of the ``"body"``, in whose axes they stand; or a list of them. A free
-        body carries their masses beside its own, and feels all forces on them
-    masses : lumped masses beside those of the elements: a table of a place as of `fixed` (all nodes
-        without one) with a ``"mass"``, a number in all, which nodes share as they share a
-        `NodalForce`, or one for each node of the place; or a list of them. `Slave.mass` is not
+    driven : nodes that a motion drives: a table as for `fixed` with the ``"motion"`` of a body,
+        which moves the nodes from their places in the slave; or a list of them
+    attached : nodes that are fixed to a body: a table of a place as for `fixed` (all nodes without
+        one) with the name of the ``"body"``, in whose axes they are; or a list of them. Their
+        masses are added to a free body, and all forces on them act on it
+    masses : lumped masses in addition to those of the elements: a table of a place as for `fixed`
+        (all nodes without one) with a ``"mass"``, a total that nodes share as they share a
+        `NodalForce`, or one mass for each node of the place; or a list of them. `Slave.mass` is not
         added: ``{"mass": slave.mass}`` does that
-    rest : (n, 3) nodes where no element is strained, of a slave of splines (m, 3) control points;
-        where the slave stands if omitted
-    mass_scaling : time: nodes get so much mass beside their own that the critical step of the
-        elements at rest is no shorter; what is added is told part by part
+    rest : (n, 3) nodes at which no element is strained, for a slave of splines (m, 3) control
+        points; the slave as it is if omitted
+    mass_scaling : time; nodes get the additional mass with which the critical step of the elements
+        at rest is not shorter. Findings name the added mass of each part
 
     Raises
     ------
     InputError
-        A number outside its range, arrays that do not fit the slave, elements that the material is
-        not for, no elements at all, an element that is inside out.
+        A number outside its range, arrays that do not fit the slave, elements of another kind than
+        the material's, no elements, an element that is inside out.
 
     Notes
     -----
-    Elements neither break nor touch each other: a slave does not see itself.
+    Elements neither break nor touch each other: there is no contact of a slave with itself.
 
     Examples
     --------
@@ -167,10 +167,11 @@ class Deforming(Dependent):
         put(self, "bending", bending)
         put(self, "section", None if section is None else positive(section, "section"))
         put(self, "hourglass", positive(hourglass, "hourglass"))
-        put(self, "bulk_viscosity", _viscosity(bulk_viscosity))
-        put(self, "parts", _as_parts(parts, is_matter))
+        put(self, "bulk_viscosity", _checked_viscosity(bulk_viscosity))
+        put(self, "parts", tuple(parts))
+        all_of(Part, self.parts, "parts", "must be a part", "contiga.matter.Part")
         put(self, "fixed", fixed)
-        put(self, "velocity", _velocity(velocity))
+        put(self, "velocity", checked_velocity(velocity))
         put(self, "damping", float(damping))
         put(self, "loads", (loads,) if isinstance(loads, NodalLoad) else tuple(loads))
         put(self, "driven", _as_tables(driven, "driven", "motion", "a motion of a body"))
@@ -179,8 +180,10 @@ class Deforming(Dependent):
         put(self, "rest", None if rest is None else read_only(as_points(rest, "rest")))
         scale = None if mass_scaling is None else positive(mass_scaling, "mass_scaling")
         put(self, "mass_scaling", scale)
-        for key, given in (("mass_scaling", scale), ("masses", self.masses)):
-            if is_matter and given:
+        if is_matter and self.parts:
+            raise InputError("matter of one's own has no parts here", where="parts")
+        for key, value in (("mass_scaling", scale), ("masses", self.masses)):
+            if is_matter and value:
                 raise InputError("matter of one's own has its masses", where=key)
         if not (np.isfinite(self.damping) and self.damping >= 0.0):
             raise InputError("must be 0 or more", where="damping", found=damping)
@@ -189,42 +192,44 @@ class Deforming(Dependent):
 
     @property
     def kinks(self) -> FloatArray:
-        """Times at which steps must end so that nothing of its loads and motions is lost."""
-        parts = [*self.loads, *(table.get("motion") for table in self.driven)]
-        return np.concatenate([np.zeros(0), *map(kinks_in, parts)])
+        """Times at which steps must end to resolve its loads and motions."""
+        sources = [*self.loads, *(table.get("motion") for table in self.driven)]
+        return np.concatenate([np.zeros(0), *map(kinks_in, sources)])
 
     @property
     def hosts(self) -> tuple[str, ...]:
-        """The bodies that nodes are attached to."""
+        """Names of the bodies that nodes are attached to."""
         return tuple(dict.fromkeys(table["body"] for table in self.attached))
 
     def resting(self, time: float) -> Deforming:
-        """Return the motion with nothing in motion."""
-        still = copy(self)
+        """Return a copy without velocity, with loads and motions as they are at `time`."""
+        at_rest = copy(self)
         put = object.__setattr__
-        put(still, "velocity", read_only(np.zeros(3)))
-        put(still, "loads", tuple(load.at_time(time) for load in self.loads))
+        put(at_rest, "velocity", read_only(np.zeros(3)))
+        put(at_rest, "loads", tuple(load.at_time(time) for load in self.loads))
         stopped = [table | {"motion": Stopped(table["motion"], time)} for table in self.driven]
-        put(still, "driven", stopped)
-        return still
+        put(at_rest, "driven", stopped)
+        return at_rest
 
     def nodes(self, where: str, slave: Slave, number: Number) -> NodeMover:
-        """Nodes of elements, those that no element has held where they are."""
+        """Return the nodes of the elements; nodes in no element are held."""
         shape = slave.points.shape
-        _check_rows(where, "rest", self._rest_of(slave), shape)
+        _check_shape(where, "rest", self._rest_of(slave), shape)
         if self.velocity.ndim == 2:
-            _check_rows(where, "velocity", self.velocity, shape)
-        held = held_ways(self.fixed, slave, f"{where}: fixed")
+            _check_shape(where, "velocity", self.velocity, shape)
+        held = held_dofs(self.fixed, slave, f"{where}: fixed")
         drives = drives_of(self.driven, held, slave, f"{where}: driven")
         for drive in drives:
-            held |= drive.ways
-        hosts = attached_to(self.attached, held, number, slave, f"{where}: attached")
+            held |= drive.dofs
+        hosts = attachment_hosts(self.attached, held, number, slave, f"{where}: attached")
         held[hosts >= 0] = True
         loads = [load.nodes(slave, f"{where}: loads[{k}]") for k, load in enumerate(self.loads)]
-        own = self._on_surface(slave, where)
-        if own is not None:
-            places, given = Places(held, drives, hosts), (self.velocity, self.damping, self)
-            return mapped(where, own, places, loads, *given)
+        surface_matter = self._surface_matter(slave, where)
+        if surface_matter is not None:
+            places = Places(held, drives, hosts)
+            return mapped(
+                where, surface_matter, places, loads, self.velocity, self.damping, motion=self
+            )
         parts = self._parts(slave, where)
         matter, rows = self._matter(where, slave, parts, np.any(~held, axis=1))
         bare = np.ones(len(slave), np.bool_)
@@ -248,10 +253,10 @@ class Deforming(Dependent):
             tuple(parts),
         )
 
-    def _on_surface(self, slave: Slave, where: str) -> Matter | None:
-        """Matter whose surface has the points of the slave, x = N q.
+    def _surface_matter(self, slave: Slave, where: str) -> Matter | None:
+        """Return the matter whose surface points x = N q are the points of the slave.
 
-        None where these are its degrees of freedom.
+        None if the points are its degrees of freedom q.
         """
         matter: Any = self.material
         if slave.surfaces is not None and not hasattr(matter, "forces"):
@@ -262,42 +267,42 @@ class Deforming(Dependent):
         points = np.asarray(matter.points(q))
         if points is q:
             return None
-        off = np.inf
+        distance = np.inf
         if points.shape == slave.points.shape:
-            off = float(np.abs(points - slave.points).max(initial=0.0))
+            distance = float(np.abs(points - slave.points).max(initial=0.0))
         size = float(np.ptp(slave.points, axis=0).max())
-        if not off <= SAME_POINT * size:
+        if not distance <= SAME_POINT * size:
             raise InputError(
                 "its points must be those of the slave",
                 where=f"{where}: material",
-                found=f"{len(points)} points" if np.isinf(off) else f"{off:.3g} apart",
+                found=f"{len(points)} points" if np.isinf(distance) else f"{distance:.3g} apart",
                 allowed=f"{len(slave)} points, apart by no more than {SAME_POINT:g} of their size",
             )
-        given: Matter = matter
-        return given
+        surface_matter: Matter = matter
+        return surface_matter
 
     def _shell(self, net: Net, slave: Slave, where: str) -> Shell:
-        """The shell that a slave of splines is."""
-        others = {
+        """Return the shell of a slave of splines."""
+        of_meshes = {
             "parts": self.parts,
             "section": self.section,
             "masses": self.masses,
             "mass_scaling": self.mass_scaling,
         }
-        for key, given in others.items():
-            if given:
+        for key, option in of_meshes.items():
+            if option:
                 raise InputError(
                     "is for elements of a mesh: the slave is a surface of splines",
                     where=f"{where}: {key}",
                     allowed="material, density, thickness and bending of a shell",
                 )
-        thickness = one_thickness(where, slave, self.thickness)
+        thickness = uniform_thickness(where, slave, self.thickness)
         for key, value in (("density", self.density), ("thickness", thickness)):
             if value is None:
                 raise InputError("is missing: a shell needs it", where=f"{where}: {key}")
         if self.rest is not None:
-            _check_rows(where, "rest", self.rest, net.points.shape)
-        edges = slopes_kept(self.fixed, slave, f"{where}: fixed")
+            _check_shape(where, "rest", self.rest, net.points.shape)
+        edges = clamped_edges(self.fixed, slave, f"{where}: fixed")
         material: Any = self.material
         return assemble_shell(
             net,
@@ -310,32 +315,32 @@ class Deforming(Dependent):
         )
 
     def with_masses(self, slave: Slave) -> Slave:
-        """A copy of the slave with the masses (n,) that its elements and `masses` give its nodes.
+        """Return a copy of the slave with the masses (n,) of its elements and of `masses`.
 
-        What the slave had before does not count.
+        The slave's previous masses do not count.
 
-        Laws with a `damping_ratio` see these: make contacts and simulation with that slave.
+        Laws with a `damping_ratio` use these masses: make contacts and simulation with that slave.
 
         Raises
         ------
         InputError
             A slave without elements.
         """
-        own = self._on_surface(slave, "masses")
-        if own is not None:
-            return slave.with_mass(nodal_masses(own, len(slave)))
+        surface_matter = self._surface_matter(slave, "masses")
+        if surface_matter is not None:
+            return slave.with_mass(nodal_masses(surface_matter, len(slave)))
         matter, rows = self._matter("masses", slave, self._parts(slave, "masses"))
         return slave.with_mass(_masses(matter, rows, len(slave)))
 
     def nodal_thickness(self, slave: Slave) -> FloatArray:
         """Return the thickness (n,) of membranes at the nodes for `Contact(shell_thickness=…)`.
 
-        It is the mean where several meet, and zero where there are none.
+        It is the mean of the elements at a node, and zero without an element.
 
         Raises
         ------
         InputError
-            A slave without elements, matter of one's own, which tells of no thickness.
+            A slave without elements; matter of one's own, whose thickness is not known.
         """
         if hasattr(self.material, "forces"):
             raise InputError(
@@ -344,17 +349,17 @@ class Deforming(Dependent):
                 found=type(self.material).__name__,
             )
         if slave.surfaces is not None:
-            known = one_thickness("nodal_thickness(slave)", slave, self.thickness)
-            return np.full(len(slave), known or 0.0)
+            thickness = uniform_thickness("nodal_thickness(slave)", slave, self.thickness)
+            return np.full(len(slave), thickness or 0.0)
         return nodal_thickness(self._parts(slave, "thickness"), len(slave))
 
     def contact_stiffness(self, slave: Slave) -> float:
-        """Return the largest stiffness by area of a slave's skin that its elements have at rest.
+        """Return the stiffness per area of a slave's skin that its elements have at rest.
 
-        The row sums of their stiffness at the nodes of facets over the areas of these, a force
-        over a volume. `PenaltyLaw(scale * stiffness, per_area=True)` with a scale of 0.1 to 1 keeps
-        surfaces apart as well as the mesh can tell, and shortens the critical step by some
-        √(1 + scale).
+        It is an upper bound, force / volume: the sum of the row sums of their stiffness at the
+        nodes of facets, over the area of the facets. `PenaltyLaw(scale * stiffness,
+        per_area=True)` with a scale of 0.1 to 1 keeps surfaces apart within the accuracy of the
+        mesh, and shortens the critical step by about √(1 + scale).
 
         Raises
         ------
@@ -368,9 +373,9 @@ class Deforming(Dependent):
                 found=slave.name or "a cloud",
             )
         area = tributary_area(self._rest_of(slave), slave.facets, slave.quads)
-        own = self._on_surface(slave, "contact_stiffness")
-        if own is not None:
-            return float(own.stiffness(own.start()).sum() / area.sum())
+        shell = self._surface_matter(slave, "contact_stiffness")
+        if shell is not None:
+            return float(shell.stiffness(shell.start()).sum() / area.sum())
         parts = self._parts(slave, "contact_stiffness")
         matter, rows = self._matter("contact_stiffness", slave, parts)
         sums = np.zeros(len(slave))
@@ -388,9 +393,9 @@ class Deforming(Dependent):
         parts: Sequence[Part],
         free: NDArray[np.bool_] | None = None,
     ) -> tuple[Matter, NDArray[np.intp]]:
-        """The matter, and the point of the slave for each of its degrees of freedom.
+        """Return the matter, and the node of the slave for each of its degrees of freedom.
 
-        `free` (n,) are nodes that forces move; all if omitted.
+        `free` (n,) are the nodes that forces move; all if omitted.
         """
         if hasattr(self.material, "forces"):
             matter: Any = self.material
@@ -403,76 +408,77 @@ class Deforming(Dependent):
                 )
             return matter, np.arange(len(slave), dtype=np.intp)
         rows = np.unique(np.concatenate([part.elements.ravel() for part in parts]))
-        lower = np.zeros(len(slave), np.int32)
-        lower[rows] = np.arange(len(rows), dtype=np.int32)
-        inner = [replace(part, elements=lower[part.elements]) for part in parts]
+        dof_of_node = np.zeros(len(slave), np.int32)
+        dof_of_node[rows] = np.arange(len(rows), dtype=np.int32)
         facets = slave.facets
         if facets is not None:
-            facets = lower[facets[np.isin(facets, rows).all(axis=1)]]
+            facets = dof_of_node[facets[np.isin(facets, rows).all(axis=1)]]
         lumped = lumped_masses(self.masses, slave, f"{where}: masses")
         check_carried(lumped, rows, slave, f"{where}: masses")
-        scale, moved = self.mass_scaling, None if free is None else free[rows]
-        rest = self._rest_of(slave)[rows]
         matter = assemble(
-            rest, inner, facets=facets, lumped=lumped[rows], mass_scaling=scale, free=moved
+            self._rest_of(slave)[rows],
+            [replace(part, elements=dof_of_node[part.elements]) for part in parts],
+            facets=facets,
+            lumped=lumped[rows],
+            mass_scaling=self.mass_scaling,
+            free=None if free is None else free[rows],
         )
         return matter, rows.astype(np.intp)
 
     def _parts(self, slave: Slave, where: str) -> list[Part]:
-        """Elements with their materials, rows of the slave's points; none of matter of its own."""
+        """Return elements with materials, as rows of the slave's points; [] for own matter."""
         material: Any = self.material
         if hasattr(material, "forces"):
             return []
         filling = None
         if material is not None:
-            across = self.thickness, self.section
-            filling = Filling(material, self.density, *across, self.hourglass, self.bulk_viscosity)
+            filling = Filling(
+                material,
+                self.density,
+                self.thickness,
+                self.section,
+                self.hourglass,
+                self.bulk_viscosity,
+            )
         return parts_of(slave, self.parts, filling, where)
 
 
 def _masses(matter: Matter, rows: NDArray[np.intp], n: int) -> FloatArray:
-    """Return the masses (n,) of nodes; nodes of no element, which stay, have the mean."""
+    """Return the masses (n,) of nodes; nodes in no element, which are held, have the mean."""
     mass = np.full(n, float(np.mean(matter.mass)))
     mass[rows] = matter.mass
     return mass
 
 
-def _viscosity(given: Sequence[float]) -> tuple[float, float]:
+def _checked_viscosity(coefficients: Sequence[float]) -> tuple[float, float]:
+    """Return the linear and the quadratic coefficient of bulk viscosity, ≥ 0."""
     try:
-        linear, quadratic = (float(number) for number in given)
+        linear, quadratic = (float(number) for number in coefficients)
     except (TypeError, ValueError):
         linear = quadratic = -1.0
     if not (0.0 <= linear < np.inf and 0.0 <= quadratic < np.inf):
         raise InputError(
             "must be two numbers that are not negative",
             where="bulk_viscosity",
-            found=given,
+            found=coefficients,
             allowed="(0.06, 1.5) as a rule, (0, 0) for none",
         )
     return linear, quadratic
 
 
-def _as_parts(given: Sequence[Part], own: bool) -> tuple[Part, ...]:
-    parts = tuple(given)
-    all_of(Part, parts, "parts", "must be a part", "contiga.matter.Part")
-    if parts and own:
-        raise InputError("matter of one's own has no parts here", where="parts")
-    return parts
-
-
-def _as_tables(given: Any, name: str, key: str, what: str) -> list[dict[str, Any]]:
+def _as_tables(value: Any, name: str, key: str, meaning: str) -> list[dict[str, Any]]:
     """Return one table, or several, as a list."""
-    several = isinstance(given, Iterable) and not isinstance(given, str | Mapping)
-    tables = list(given) if several else [] if given is None else [given]
-    allowed = f'{{"plane": …, "{key}": {what}}}, or a list of such tables'
+    is_list = isinstance(value, Iterable) and not isinstance(value, str | Mapping)
+    tables = list(value) if is_list else [] if value is None else [value]
+    allowed = f'{{"plane": …, "{key}": {meaning}}}, or a list of such tables'
     all_of(Mapping, tables, name, "must be tables", allowed)
     return [dict(table) for table in tables]
 
 
-def _check_rows(where: str, what: str, rows: FloatArray, shape: tuple[int, ...]) -> None:
+def _check_shape(where: str, name: str, rows: FloatArray, shape: tuple[int, ...]) -> None:
     if rows.shape != shape:
         raise InputError(
-            f"{what} must have one row a slave point",
+            f"{name} must have one row a slave point",
             where=where,
             found=rows.shape,
             allowed=str(shape),

@@ -1,4 +1,4 @@
-"""Elements of a slave that deforms, with their materials: given parts, and all the rest."""
+"""Elements of a slave that deforms, with their materials: given parts, and all other elements."""
 
 from __future__ import annotations
 
@@ -22,11 +22,11 @@ KINDS = {
     "quad": "tri3",
     "line": "bar2",
 }
-"""Elements of a material, by the kind of a cell; quadrilaterals are split."""
+"""Kind of element for each kind of cell; quadrilaterals are split."""
 
 
 class Filling(NamedTuple):
-    """Material and sections of elements that are in no part."""
+    """Material and sections of the elements that are in no part."""
 
     material: Material
     density: float | None
@@ -44,8 +44,8 @@ def parts_of(
     Raises
     ------
     InputError
-        No elements, cells that no element is known for, an element in two parts, elements of none
-        that are made of nothing.
+        No elements, cells of a kind without an element, an element in two parts, elements in no
+        part without a `filling`.
     """
     for part in parts:
         if part.elements.max(initial=0) >= len(slave):
@@ -55,34 +55,68 @@ def parts_of(
                 found=int(part.elements.max()),
                 allowed=f"0 to {len(slave) - 1}",
             )
-    _check_once(parts, where)
-    by_kind = elements_by_kind(slave, where, needed=not parts)
-    left = {kind: _without(rows, kind, parts) for kind, rows in by_kind.items()}
-    left = {kind: rows for kind, rows in left.items() if len(rows)}
-    if left and filling is None:
+    part_of_element: dict[bytes, Part] = {}
+    for part in parts:
+        for k, row in enumerate(np.sort(part.elements, axis=1)):
+            before = part_of_element.setdefault(row.tobytes(), part)
+            if before is not part:
+                raise InputError(
+                    f"element {k} of {part.name} is in {before.name}, too",
+                    where=f"{where}: parts",
+                    found=part.elements[k].tolist(),
+                    allowed="each element in one part",
+                )
+    by_kind = elements_by_kind(slave, where, required=not parts)
+    for kind, elements in by_kind.items():
+        in_parts = [part.elements for part in parts if part.kind == kind]
+        if in_parts:
+            by_kind[kind] = elements[~same_elements(elements, np.concatenate(in_parts))]
+    by_kind = {kind: elements for kind, elements in by_kind.items() if len(elements)}
+    if not by_kind:
+        return [*parts]
+    if filling is None:
         raise InputError(
             "elements are in no part, and made of nothing",
             where=f"{where}: parts",
-            found=", ".join(f"{len(rows)} {kind}" for kind, rows in left.items()),
+            found=", ".join(f"{len(elements)} {kind}" for kind, elements in by_kind.items()),
             remedy="Give the motion a material and a density for them",
         )
-    if filling is None:
-        return [*parts]
-    return [*parts, *(_filled(kind, rows, slave, filling, where) for kind, rows in left.items())]
+    if filling.density is None:
+        raise InputError(
+            "is missing: elements need it", where=f"{where}: density", allowed="mass / volume"
+        )
+    filled = []
+    for kind, elements in by_kind.items():
+        dimension = DIMENSION[kind]
+        thickness = uniform_thickness(where, slave, filling.thickness) if dimension == 2 else None
+        filled.append(
+            Part(
+                kind=kind,
+                elements=elements,
+                material=filling.material,
+                density=filling.density,
+                thickness=thickness,
+                section=filling.section if dimension == 1 else None,
+                hourglass=filling.hourglass,
+                bulk_viscosity=filling.bulk_viscosity if dimension == 3 else (0.0, 0.0),
+                name=f"{where}: {kind}",
+            )
+        )
+    return [*parts, *filled]
 
 
-def elements_by_kind(slave: Slave, where: str, *, needed: bool = True) -> dict[str, IntArray]:
-    """Elements of a slave by their kind; of one of facets alone these, as membranes.
+def elements_by_kind(slave: Slave, where: str, *, required: bool = True) -> dict[str, IntArray]:
+    """Return the elements of a slave by their kind; without cells its facets, as membranes.
 
     Raises
     ------
     InputError
-        None, where they are `needed`; cells that no element is known for.
+        No elements though they are `required`; cells of a kind without an element.
     """
     cells = dict(slave.elements)
     if not cells and slave.facets is not None:
         cells = {"triangle": slave.facets}
-    if not cells and needed:
+    if not cells and required:
         raise InputError(
             "a slave that deforms needs elements",
             where=where,
@@ -109,85 +143,44 @@ def nodal_thickness(parts: Sequence[Part], n: int) -> FloatArray:
     total, count = np.zeros(n), np.zeros(n)
     for part in parts:
         if part.thickness is not None:
-            corners = part.elements.ravel()
-            count += np.bincount(corners, minlength=n)
-            total += part.thickness * np.bincount(corners, minlength=n)
+            elements_at_nodes = np.bincount(part.elements.ravel(), minlength=n)
+            count += elements_at_nodes
+            total += part.thickness * elements_at_nodes
     mean = np.zeros(n)
     np.divide(total, count, out=mean, where=count > 0.0)
     return mean
 
 
 def split(slave: Slave, kind: str, rows: IntArray) -> IntArray:
-    """Cells as elements: quadrilaterals in two."""
+    """Return cells as elements: quadrilaterals as two triangles each."""
     return split_shells(slave.points, kind, rows)[0] if kind == "quad" else rows
 
 
 def same_elements(rows: IntArray, others: IntArray) -> NDArray[np.bool_]:
-    """Return the mask (n,) of `rows` (n, k) that are among `others`, in any order of corners."""
-    among = {row.tobytes() for row in np.sort(np.asarray(others, np.int32), axis=1)}
+    """Return the mask (n,) of `rows` (n, k) that are in `others`, in any order of corners."""
+    keys = {row.tobytes() for row in np.sort(np.asarray(others, np.int32), axis=1)}
     ordered = np.sort(np.asarray(rows, np.int32), axis=1)
-    return np.fromiter((row.tobytes() in among for row in ordered), np.bool_, len(rows))
+    return np.fromiter((row.tobytes() in keys for row in ordered), np.bool_, len(rows))
 
 
-def _check_once(parts: Sequence[Part], where: str) -> None:
-    taken: dict[bytes, Part] = {}
-    for part in parts:
-        for k, row in enumerate(np.sort(part.elements, axis=1)):
-            before = taken.setdefault(row.tobytes(), part)
-            if before is not part:
-                raise InputError(
-                    f"element {k} of {part.name} is in {before.name}, too",
-                    where=f"{where}: parts",
-                    found=part.elements[k].tolist(),
-                    allowed="each element in one part",
-                )
-
-
-def _without(rows: IntArray, kind: str, parts: Sequence[Part]) -> IntArray:
-    """Elements that are in no part."""
-    given = [part.elements for part in parts if part.kind == kind]
-    if not given:
-        return rows
-    return np.asarray(rows[~same_elements(rows, np.concatenate(given))])
-
-
-def _filled(kind: str, elements: IntArray, slave: Slave, filling: Filling, where: str) -> Part:
-    if filling.density is None:
-        raise InputError(
-            "is missing: elements need it", where=f"{where}: density", allowed="mass / volume"
-        )
-    dimension = DIMENSION[kind]
-    return Part(
-        kind=kind,
-        elements=elements,
-        material=filling.material,
-        density=filling.density,
-        thickness=one_thickness(where, slave, filling.thickness) if dimension == 2 else None,
-        section=filling.section if dimension == 1 else None,
-        hourglass=filling.hourglass,
-        bulk_viscosity=filling.bulk_viscosity if dimension == 3 else (0.0, 0.0),
-        name=f"{where}: {kind}",
-    )
-
-
-def one_thickness(where: str, slave: Slave, given: float | None) -> float | None:
-    """The thickness that was given, or that of the slave; None where there is none.
+def uniform_thickness(where: str, slave: Slave, thickness: float | None) -> float | None:
+    """Return `thickness`, or the slave's if it is None; None if neither has one.
 
     Raises
     ------
     InputError
-        That of the slave is not the same everywhere.
+        The thickness of the slave is not the same everywhere.
     """
-    if given is not None or slave.thickness is None:
-        return given
-    known = slave.thickness[slave.thickness > 0.0]
-    if len(known) == 0:
+    if thickness is not None or slave.thickness is None:
+        return thickness
+    positive = slave.thickness[slave.thickness > 0.0]
+    if len(positive) == 0:
         return None
-    if np.ptp(known) > 1e-9 * known.max():
+    if np.ptp(positive) > 1e-9 * positive.max():
         raise InputError(
             "the slave's thickness is not the same everywhere",
             where=f"{where}: thickness",
-            found=f"{known.min():g} to {known.max():g}",
+            found=f"{positive.min():g} to {positive.max():g}",
             allowed="one thickness for all, as Deforming(thickness=…)",
         )
-    return float(known[0])
+    return float(positive[0])

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from contiga.arrays.layout import as_numbers, positive, read_only, real
-from contiga.dynamics.holding import names_held
+from contiga.dynamics.holding import held_names
 from contiga.dynamics.nodes import CarriedNodes, FreeNodes, NodeMover
 from contiga.dynamics.prescribed import is_still
 from contiga.errors import InputError
@@ -20,19 +20,19 @@ from contiga.rigid.transform import vector
 from contiga.slaves.slave import Slave
 
 HOLDS = ("x", "y", "z", "rx", "ry", "rz")
-"""What can be held of a free body: ways along the world's axes and turns about them."""
+"""Degrees of freedom of a free body: translations along the world's axes, rotations about them."""
 
 
 Number = Callable[[str], int]
-"""The number of the body that one of a name is fixed to in the end: itself where it is not."""
+"""Number of the body, by name, that a body is fixed to in the end: its own if it is not fixed."""
 
 
 class Dependent:
-    """A motion that nothing tells beforehand: forces decide it, or another body."""
+    """A motion that is not prescribed: it follows from forces or from another body."""
 
     @property
     def hosts(self) -> tuple[str, ...]:
-        """Names of the bodies that it stands on, or nodes of it do."""
+        """Names of the bodies that it, or some of its nodes, are fixed to."""
         return ()
 
     def nodes(self, where: str, slave: Slave, number: Number) -> NodeMover:
@@ -41,42 +41,43 @@ class Dependent:
         Raises
         ------
         InputError
-            It cannot.
+            The motion does not fit the slave.
         """
         raise NotImplementedError
 
     def resting(self, time: float) -> Dependent:
-        """Return the motion at rest, with what changes over time as it is at `time`."""
+        """Return the motion for coming to rest, with loads and motions as they are at `time`."""
         return self
 
 
 def is_driven(motion: object) -> bool:
-    """Return whether a motion is prescribed and not known to be at rest."""
+    """Return whether a motion is prescribed and moves, as far as is known."""
     return not (isinstance(motion, Dependent) or is_still(motion))
 
 
 @dataclass(frozen=True, init=False, eq=False)
 class Free(Dependent):
-    """A rigid body, or the nodes of a slave, that the forces on them move.
+    """A rigid body, or the nodes of a slave, moved by forces.
 
     Parameters
     ----------
-    mass : of the body; or all its `MassProperties`, as `body.mass_properties(density)` gives them.
-        Of a slave: of each node, one number or (n,); the slave's own if omitted
-    inertia : (3, 3) about the centre, in the axes of the body
-    centre : (3,) of mass, in the axes of the body: those of its placed geometry
-    velocity : (3,) of the centre at the start, world axes; of a slave's nodes (3,) or (n, 3)
-    spin : (3,) at the start, world axes, radians a time
-    hold : of x, y, z (ways of the centre) and rx, ry, rz (turns), world axes: what stays as it is
+    mass : mass of the body, or its `MassProperties` from `body.mass_properties(density)`. For a
+        slave the mass of each node, one number or (n,); the slave's masses if omitted
+    inertia : (3, 3) about the centre of mass, in the axes of the body
+    centre : (3,) centre of mass, in the axes of the body, which are those of its placed geometry
+    velocity : (3,) of the centre of mass at the start, world axes; for nodes (3,) or (n, 3)
+    spin : (3,) at the start, world axes, radians / time
+    hold : degrees of freedom without motion, world axes: x, y, z (of the centre of mass) and rx,
+        ry, rz (rotations)
 
     Raises
     ------
     InputError
-        No mass, an inertia that is none, a velocity or spin along what is held.
+        No mass, an inertia that no body can have, a velocity or spin along a held direction.
 
     Notes
     -----
-    Nodes have no inertia, centre or spin, and nothing of them is held.
+    Nodes have no inertia, centre or spin, and none of their directions can be held.
 
     Examples
     --------
@@ -111,13 +112,22 @@ class Free(Dependent):
                 )
             properties = mass
             mass, centre, inertia = properties.mass, properties.centre, properties.inertia
+        if mass is not None and np.ndim(mass) == 0:
+            mass = positive(mass, "mass")
+        elif mass is not None:
+            mass = as_numbers(mass, "mass")
+            if mass.ndim != 1 or not (np.isfinite(mass).all() and (mass > 0.0).all()):
+                raise InputError(
+                    "must be finite and above zero at every node", where="mass", found=mass.shape
+                )
+            mass = read_only(mass)
         put = object.__setattr__
-        put(self, "mass", _mass(mass))
+        put(self, "mass", mass)
         put(self, "inertia", None if inertia is None else check_inertia(inertia, "inertia"))
         put(self, "centre", None if centre is None else read_only(vector(centre, "centre")))
-        put(self, "velocity", _velocity(velocity))
+        put(self, "velocity", checked_velocity(velocity))
         put(self, "spin", read_only(vector(spin, "spin")))
-        put(self, "hold", names_held(hold, HOLDS, "hold"))
+        put(self, "hold", held_names(hold, HOLDS, "hold"))
         moving = np.broadcast_to(self.velocity, (3,)) if self.velocity.ndim == 1 else np.zeros(3)
         for name, rate in zip(HOLDS, (*moving, *self.spin), strict=True):
             if name in self.hold and rate != 0.0:
@@ -129,14 +139,14 @@ class Free(Dependent):
                 )
 
     def resting(self, time: float) -> Free:
-        """Return the motion with nothing in motion."""
-        still = copy(self)
-        object.__setattr__(still, "velocity", read_only(np.zeros(3)))
-        object.__setattr__(still, "spin", read_only(np.zeros(3)))
-        return still
+        """Return a copy without velocity and spin."""
+        at_rest = copy(self)
+        object.__setattr__(at_rest, "velocity", read_only(np.zeros(3)))
+        object.__setattr__(at_rest, "spin", read_only(np.zeros(3)))
+        return at_rest
 
     def nodes(self, where: str, slave: Slave, number: Number) -> NodeMover:
-        """Each a mass: of this motion, else the slave's own."""
+        """Return nodes that are each a free mass."""
         if self.inertia is not None or self.centre is not None or self.hold:
             raise InputError(
                 "nodes have a mass and a velocity only",
@@ -144,7 +154,29 @@ class Free(Dependent):
                 found="inertia, centre or hold",
                 allowed="Free(mass=…, velocity=…)",
             )
-        masses = _nodal_masses(where, slave, slave.mass if self.mass is None else self.mass)
+        mass = slave.mass if self.mass is None else self.mass
+        if mass is None:
+            raise InputError(
+                "free nodes need masses and the slave has none",
+                where=where,
+                remedy="Give Free(mass=…), or the slave its nodal masses",
+            )
+        if np.ndim(mass) and len(np.atleast_1d(mass)) != len(slave):
+            raise InputError(
+                "expected one mass for each node",
+                where=where,
+                found=np.shape(mass),
+                allowed=f"({len(slave)},)",
+            )
+        masses = np.broadcast_to(np.asarray(real(mass, where), dtype=np.float64), len(slave)).copy()
+        is_massless = ~(masses > 0.0)
+        if is_massless.any():
+            raise InputError(
+                f"{int(np.count_nonzero(is_massless))} free nodes have no mass",
+                where=where,
+                found=f"first at node {int(np.argmax(is_massless))}",
+                allowed="above zero at every node",
+            )
         if self.velocity.ndim == 2 and len(self.velocity) != len(slave):
             raise InputError(
                 "expected one velocity, or one for each node",
@@ -157,14 +189,15 @@ class Free(Dependent):
 
 @dataclass(frozen=True)
 class Attached(Dependent):
-    """A body, or the points of a slave, that are fixed to another body and go where that goes.
+    """A body, or the points of a slave, fixed to another body.
 
-    What they feel that body feels. Their geometry stands in the axes of that body's.
+    Forces on them act on that body. Their geometry is in its axes.
 
     Parameters
     ----------
-    body : its name
-    mass : of a body that is attached, in the axes of both: a free body carries it as its own
+    body : name of the body that they are fixed to
+    mass : mass properties of an attached body, in the common axes; a free body has them added to
+        its own
     """
 
     body: str
@@ -172,7 +205,7 @@ class Attached(Dependent):
 
     @property
     def hosts(self) -> tuple[str, ...]:
-        """The body that it is attached to."""
+        """Name of the body that it is fixed to."""
         return (self.body,)
 
     def __post_init__(self) -> None:
@@ -187,50 +220,12 @@ class Attached(Dependent):
             raise InputError("must be the name of a body", where="Attached(body)", found=self.body)
 
     def nodes(self, where: str, slave: Slave, number: Number) -> NodeMover:
-        """Fixed to the body."""
+        """Return nodes that are fixed to the body."""
         return CarriedNodes(number(self.body), slave.points, self)
 
 
-def _nodal_masses(where: str, slave: Slave, given: float | FloatArray | None) -> FloatArray:
-    """Return the masses (n,) of all nodes."""
-    if given is None:
-        raise InputError(
-            "free nodes need masses and the slave has none",
-            where=where,
-            remedy="Give Free(mass=…), or the slave its nodal masses",
-        )
-    if np.ndim(given) and len(np.atleast_1d(given)) != len(slave):
-        raise InputError(
-            "expected one mass for each node",
-            where=where,
-            found=np.shape(given),
-            allowed=f"({len(slave)},)",
-        )
-    masses = np.broadcast_to(np.asarray(real(given, where), dtype=np.float64), (len(slave),)).copy()
-    if not (masses > 0.0).all():
-        bare = int(np.count_nonzero(~(masses > 0.0)))
-        raise InputError(
-            f"{bare} free nodes have no mass",
-            where=where,
-            found=f"first at node {int(np.argmin(masses > 0.0))}",
-            allowed="above zero at every node",
-        )
-    return masses
-
-
-def _mass(mass: float | ArrayLike | None) -> float | FloatArray | None:
-    """Return one number, or one by node, checked."""
-    if mass is None or np.ndim(mass) == 0:
-        return None if mass is None else positive(mass, "mass")
-    each = as_numbers(mass, "mass")
-    if each.ndim != 1 or not (np.isfinite(each).all() and (each > 0.0).all()):
-        raise InputError(
-            "must be finite and above zero at every node", where="mass", found=each.shape
-        )
-    return read_only(each)
-
-
-def _velocity(velocity: ArrayLike) -> FloatArray:
+def checked_velocity(velocity: ArrayLike) -> FloatArray:
+    """Return a velocity (3,), or (n, 3) of nodes, that is finite."""
     vectors = as_numbers(velocity, "velocity")
     if vectors.ndim not in (1, 2) or vectors.shape[-1] != 3 or not np.isfinite(vectors).all():
         raise InputError(

@@ -83,8 +83,8 @@ class Inflator:
         trigger: str | None = None,
     ) -> None:
         put = object.__setattr__
-        put(self, "mass_rate", _held("mass_rate", mass_rate, over="t"))
-        put(self, "temperature", _held("temperature", temperature, over="t", above=True))
+        put(self, "mass_rate", _curve("mass_rate", mass_rate, over="t"))
+        put(self, "temperature", _curve("temperature", temperature, over="t", above_zero=True))
         if gas is not None:
             all_of(Gas | Mixture, (gas,), "gas", "must be a gas", GASES)
         put(self, "gas", gas)
@@ -144,7 +144,7 @@ class Vent:
         if over not in ("pressure", "time"):
             raise InputError("is unknown", where="over", found=over, allowed="pressure, time")
         put = object.__setattr__
-        put(self, "area", _held("area", area, over="t" if over == "time" else "p"))
+        put(self, "area", _curve("area", area, over="t" if over == "time" else "p"))
         put(self, "coefficient", positive(coefficient, "coefficient"))
         put(self, "over", over)
         put(self, "to", to)
@@ -224,7 +224,7 @@ class Chamber:
         put(self, "surroundings", surroundings)
         put(self, "inflators", tuple(inflators))
         put(self, "vents", tuple(vents))
-        put(self, "leak", _held("leak", leak, over="p"))
+        put(self, "leak", _curve("leak", leak, over="p"))
         put(self, "name", name or "gas")
 
     @property
@@ -261,8 +261,8 @@ class Chamber:
             ("vents", self.vents, "area"),
         ):
             closed = tuple(map(copy, openings))
-            for one in closed:
-                object.__setattr__(one, flow, nothing)
+            for opening in closed:
+                object.__setattr__(opening, flow, nothing)
             object.__setattr__(still, key, closed)
         object.__setattr__(still, "leak", nothing)
         return still
@@ -311,9 +311,9 @@ class Exposed(NamedTuple):
 class Opening(NamedTuple):
     """A vent of a chamber, or its leaking fabric."""
 
-    here: int
+    chamber: int
     """Number of the chamber."""
-    there: int | None
+    neighbour: int | None
     """Number of the chamber that it leads to; None for the surroundings."""
     vent: int | None
     """Number of the vent; None for fabric."""
@@ -359,9 +359,9 @@ class Chambers:
                         found=vent.to,
                         allowed=", ".join([AMBIENT, *(n for n in index if n != chamber.name)]),
                     )
-                there = index.get(vent.to)
-                back = () if there is None else self.chambers[there].vents
-                if any(other.to == chamber.name for other in back):
+                neighbour = index.get(vent.to)
+                vents = () if neighbour is None else self.chambers[neighbour].vents
+                if any(opposite.to == chamber.name for opposite in vents):
                     raise InputError(
                         f"gas {vent.to!r} has a vent to this chamber as well: gas flows both ways "
                         "through each vent, so both areas would add up",
@@ -380,8 +380,8 @@ class Chambers:
             inflator.trigger for chamber in self.chambers for inflator in chamber.inflators
         ]
         self._opened_by = [
-            None if vent is None else self.chambers[here].vents[vent].trigger
-            for here, _, vent in self._openings
+            None if vent is None else self.chambers[c].vents[vent].trigger
+            for c, _, vent in self._openings
         ]
         self._tables = FlowTables(
             gas_table(self.gases), self._opening_table(), self._inflator_table()
@@ -443,7 +443,7 @@ class Chambers:
         opened_vents: list[list[float]] = [[] for _ in self.chambers]
         for opening, is_open in zip(self._openings, now.is_open.tolist(), strict=True):
             if opening.vent is not None:
-                opened_vents[opening.here].append(is_open)
+                opened_vents[opening.chamber].append(is_open)
         after = []
         for c, (chamber, state) in enumerate(zip(self.chambers, states, strict=True)):
             energy, volume = float(now.energy[c]), float(volumes[c])
@@ -486,27 +486,27 @@ class Chambers:
 
         The arrays are new: a step may be rejected and repeated.
         """
-        c = len(states)
-        masses = np.empty((2 * c + 2, len(self.gases)))
-        energy, volume, temperature = np.empty((3, 2 * c + 2))
-        masses[: 2 * c] = [*(state.masses for state in states), *self._around.masses]
-        energy[:c] = [state.energy for state in states]
-        volume[: 2 * c] = [*(state.volume for state in states), *self._around.volumes]
-        temperature[: 2 * c] = [
+        n = len(states)
+        masses = np.empty((2 * n + 2, len(self.gases)))
+        energy, volume, temperature = np.empty((3, 2 * n + 2))
+        masses[: 2 * n] = [*(state.masses for state in states), *self._around.masses]
+        energy[:n] = [state.energy for state in states]
+        volume[: 2 * n] = [*(state.volume for state in states), *self._around.volumes]
+        temperature[: 2 * n] = [
             *(state.temperature for state in states),
             *self._around.temperatures,
         ]
         is_open, uncovered = np.ones(len(self._openings)), np.empty(len(self._openings))
-        for o, (here, _, vent) in enumerate(self._openings):
-            uncovered[o] = exposed[here].area if vent is None else exposed[here].vents[vent]
+        for o, (c, _, vent) in enumerate(self._openings):
+            uncovered[o] = exposed[c].area if vent is None else exposed[c].vents[vent]
             if vent is not None:
-                is_open[o] = states[here].is_open[vent]
+                is_open[o] = states[c].is_open[vent]
         return Contents(
             masses,
             energy,
             volume,
             temperature,
-            np.empty(c),
+            np.empty(n),
             np.array([state.came for state in states], np.float64),
             np.array([state.left for state in states], np.float64),
             is_open,
@@ -520,8 +520,8 @@ class Chambers:
         """Return the table of vents and fabric for kernels."""
         areas: list[Curves] = []
         over_time, opens_at, opens_after = [], [], []
-        for here, _, number in self._openings:
-            chamber = self.chambers[here]
+        for c, _, number in self._openings:
+            chamber = self.chambers[c]
             if number is None:
                 areas.append(chamber.leak)
                 over_time.append(False)
@@ -535,13 +535,13 @@ class Chambers:
                 opens_at.append(vent.opens_at)
                 opens_after.append(vent.opens_after)
         count = len(self.chambers)
-        there = [
-            count + opening.here if opening.there is None else opening.there
+        neighbours = [
+            count + opening.chamber if opening.neighbour is None else opening.neighbour
             for opening in self._openings
         ]
         return OpeningTable(
-            np.array([opening.here for opening in self._openings], np.int32),
-            np.array(there, np.int32),
+            np.array([opening.chamber for opening in self._openings], np.int32),
+            np.array(neighbours, np.int32),
             np.array(over_time, np.bool_),
             np.array([trigger is not None for trigger in self._opened_by], np.bool_),
             np.array(opens_at, np.float64),
@@ -575,30 +575,30 @@ def _clock_starts(triggers: Sequence[str | None], fired: Mapping[str, float]) ->
     return np.array(starts, np.float64)
 
 
-def _threshold(name: str, given: float) -> float:
+def _threshold(name: str, value: float) -> float:
     """Return the pressure or time at which a vent opens, which may be infinite."""
     try:
-        value = float(real(given, name))
+        number = float(real(value, name))
     except (TypeError, ValueError) as error:
-        raise InputError("must be a number", where=name, found=given) from error
-    if math.isnan(value):
-        raise InputError("must be a number", where=name, found=given)
-    return value
+        raise InputError("must be a number", where=name, found=value) from error
+    if math.isnan(number):
+        raise InputError("must be a number", where=name, found=value)
+    return number
 
 
-def _held(name: str, given: ArrayLike, over: str, above: bool = False) -> Curves:
-    """Return the curve of a number, or of rows over "t" or "p", which holds its end values.
+def _curve(name: str, values: ArrayLike, over: str, above_zero: bool = False) -> Curves:
+    """Return the curve of a number, or of rows over "t" or "p", constant beyond both ends.
 
     Raises
     ------
     InputError
-        Neither a number nor rows, a negative value, or with `above` a value that is not positive.
+        Neither a number nor rows, a negative value, or zero though it must be `above_zero`.
     """
     allowed = f"a number, or rows [{over}, {name}] with {over} strictly increasing"
-    rows = [[0.0, given]] if is_number(given) else given
+    rows = [[0.0, values]] if is_number(values) else values
     table = table_of(rows, (over, name), where=name, allowed=allowed)
     least = float(table[:, 1].min())
-    if not (least > 0.0 if above else least >= 0.0):
-        what = "must be above zero" if above else "must not be below zero"
-        raise InputError(what, where=name, found=least, allowed="finite numbers")
+    if not (least > 0.0 if above_zero else least >= 0.0):
+        problem = "must be above zero" if above_zero else "must not be below zero"
+        raise InputError(problem, where=name, found=least, allowed="finite numbers")
     return piecewise(table[:, 0], table[:, 1], 0.0, 0.0)

@@ -33,9 +33,9 @@ class GasTable(NamedTuple):
 class OpeningTable(NamedTuple):
     """o openings: vents, and the leaking fabric of each chamber."""
 
-    here: IntArray
+    chamber: IntArray
     """(o,) number of the chamber."""
-    there: IntArray
+    neighbour: IntArray
     """(o,) row of `Contents` on the other side: another chamber, or the surroundings."""
     over_time: NDArray[np.bool_]
     """(o,) whether the area is a function of time; else of the excess pressure."""

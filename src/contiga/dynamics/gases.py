@@ -1,7 +1,7 @@
-"""Gases that obey p v = R T: of constant heat capacity, of one that depends on temperature, mixed.
+"""Ideal gases, p v = R T, with constant or temperature-dependent heat capacity, and their mixtures.
 
-Internal energies and enthalpies count from 0 K, with the heat capacity of the lowest temperature
-that a table knows from there on. What is exact does not depend on that: only differences do.
+Internal energies and enthalpies count from 0 K, with a constant heat capacity below the lowest
+temperature of a table. Only their differences matter, which do not depend on this choice.
 """
 
 from __future__ import annotations
@@ -18,10 +18,10 @@ from contiga.arrays.layout import all_of, positive, real
 from contiga.curves.tables import table_of
 from contiga.errors import InputError
 
-WHOLE = 1e-6
+SHARE_TOL = 1e-6
 """Tolerance of the sum of the shares of a mixture."""
-SAMPLES = 257
-"""Temperatures at which a polynomial is checked."""
+N_SAMPLES = 257
+"""Number of temperatures at which a polynomial is checked."""
 
 
 @dataclass(frozen=True)
@@ -53,15 +53,15 @@ class IdealGas:
         return self.gamma * self.c_v
 
     def heat_capacity(self, temperature: float) -> float:
-        """c_p, of any temperature."""
+        """Return c_p, the same at all temperatures."""
         return self.c_p
 
     def enthalpy(self, temperature: float) -> float:
-        """∫ c_p dT from 0 K, energy by mass."""
+        """Return ∫ c_p dT from 0 K, energy by mass."""
         return self.c_p * temperature
 
     def entropy(self, start: float, end: float) -> float:
-        """∫ c_p/T dT between two temperatures, energy by mass and kelvin."""
+        """Return ∫ c_p/T dT between two temperatures, energy by mass and kelvin."""
         return self.c_p * math.log(end / start)
 
 
@@ -74,7 +74,7 @@ class ThermallyPerfectGas:
     constant : R of this gas, energy by mass and kelvin
     c_p : rows T, c_p, linear between them; or coefficients a₀, a₁, … of c_p = Σ a_i T^i
     between : lowest and highest temperature of the polynomial; a table has its own. Beyond them c_p
-        stays as it is at the end
+        is constant
 
     Raises
     ------
@@ -90,20 +90,30 @@ class ThermallyPerfectGas:
 
     constant: float
     temperatures: tuple[float, ...]
-    """(k,) ends of pieces, kelvin."""
+    """(k,) breakpoints, kelvin."""
     pieces: tuple[tuple[float, ...], ...]
-    """Coefficients below the first of them, between each two, and above the last."""
+    """Coefficients below the first breakpoint, between each two, and above the last."""
 
     def __init__(
         self, constant: float, c_p: ArrayLike, *, between: tuple[float, float] | None = None
     ) -> None:
         put = object.__setattr__
         put(self, "constant", positive(constant, "constant"))
-        given = np.asarray(real(c_p, "c_p"), dtype=np.float64)
-        if given.ndim == 1 and len(given):
-            ends, inner = _range(between), [tuple(given.tolist())]
+        values = np.asarray(real(c_p, "c_p"), dtype=np.float64)
+        if values.ndim == 1 and len(values):
+            ends: tuple[float, ...] = ()
+            if between is not None:
+                ends = tuple(float(t) for t in np.ravel(real(between, "between")))
+            if len(ends) != 2 or not 0.0 < ends[0] < ends[1] < math.inf:
+                raise InputError(
+                    "a polynomial holds between two temperatures",
+                    where="between",
+                    found=between,
+                    allowed="(lowest, highest), kelvin",
+                )
+            inner = [tuple(values.tolist())]
         else:
-            table = table_of(given, ("T", "c_p"))
+            table = table_of(values, ("T", "c_p"))
             if between is not None:
                 raise InputError("a table has its own temperatures", where="between", found=between)
             ends = tuple(table[:, 0].tolist())
@@ -116,8 +126,8 @@ class ThermallyPerfectGas:
         put(self, "pieces", ((first,), *inner, (last,)))
         if not ends[0] > 0.0:
             raise InputError("must be above 0 K", where="c_p: temperature", found=ends[0])
-        known = ends if given.ndim == 2 else np.linspace(ends[0], ends[1], SAMPLES).tolist()
-        for t in known:
+        samples = ends if values.ndim == 2 else np.linspace(ends[0], ends[1], N_SAMPLES).tolist()
+        for t in samples:
             if not math.inf > self.heat_capacity(t) > self.constant:
                 raise InputError(
                     "must be above the gas constant",
@@ -127,12 +137,12 @@ class ThermallyPerfectGas:
                 )
 
     def heat_capacity(self, temperature: float) -> float:
-        """c_p at a temperature."""
+        """Return c_p at a temperature."""
         piece = self.pieces[bisect_right(self.temperatures, temperature)]
         return _polynomial(piece, temperature)
 
     def enthalpy(self, temperature: float) -> float:
-        """∫ c_p dT from 0 K, energy by mass."""
+        """Return ∫ c_p dT from 0 K, energy by mass."""
         total, low = 0.0, 0.0
         for piece, high in zip(self.pieces, (*self.temperatures, math.inf), strict=True):
             end = min(temperature, high)
@@ -143,17 +153,17 @@ class ThermallyPerfectGas:
         return total
 
     def entropy(self, start: float, end: float) -> float:
-        """∫ c_p/T dT between two temperatures, energy by mass and kelvin."""
+        """Return ∫ c_p/T dT between two temperatures, energy by mass and kelvin."""
         if end < start:
             return -self.entropy(end, start)
         total, low = 0.0, start
         for piece, high in zip(self.pieces, (*self.temperatures, math.inf), strict=True):
             if high <= low:
                 continue
-            to = min(end, high)
+            top = min(end, high)
             powers = [c / k for k, c in enumerate(piece) if k > 0]
-            total += piece[0] * math.log(to / low)
-            total += to * _polynomial(powers, to) - low * _polynomial(powers, low)
+            total += piece[0] * math.log(top / low)
+            total += top * _polynomial(powers, top) - low * _polynomial(powers, low)
             if end <= high:
                 break
             low = high
@@ -165,16 +175,16 @@ Gas = IdealGas | ThermallyPerfectGas
 
 @dataclass(frozen=True, init=False)
 class Mixture:
-    """Gases mixed by shares of mass.
+    """A mixture of gases by mass fractions.
 
     Parameters
     ----------
-    parts : (gas, share) of each; the shares sum up to one
+    parts : (gas, share) pairs; the shares sum to one
 
     Raises
     ------
     InputError
-        No gases, the same one twice, shares that are not above zero or miss one.
+        No gases, the same gas twice, shares that are not positive or do not sum to one.
     """
 
     parts: tuple[tuple[Gas, float], ...]
@@ -183,18 +193,18 @@ class Mixture:
         gases = tuple(gas for gas, _ in parts)
         all_of(Gas, gases, "mixture", "must be a gas", "contiga.gas.IdealGas, ThermallyPerfectGas")
         shares = [positive(share, f"mixture[{k}]: share") for k, (_, share) in enumerate(parts)]
-        if not abs(sum(shares) - 1.0) <= WHOLE:
+        total = sum(shares)
+        if not abs(total - 1.0) <= SHARE_TOL:
             raise InputError(
                 "the shares of a mixture sum up to one",
                 where="mixture",
-                found=sum(shares),
+                found=total,
                 allowed="1, by mass",
             )
         if len(set(gases)) < len(gases):
             raise InputError("has the same gas twice", where="mixture", found=gases)
-        whole = sum(shares)
         pairs = zip(gases, shares, strict=True)
-        object.__setattr__(self, "parts", tuple((gas, share / whole) for gas, share in pairs))
+        object.__setattr__(self, "parts", tuple((gas, share / total) for gas, share in pairs))
 
     @property
     def constant(self) -> float:
@@ -206,20 +216,8 @@ GASES = "contiga.gas.IdealGas, ThermallyPerfectGas or Mixture"
 
 
 def parts_of(gas: Gas | Mixture) -> tuple[tuple[Gas, float], ...]:
-    """The gases of which one is made, with their shares of its mass."""
+    """Return the components of a gas or a mixture, with their mass fractions."""
     return gas.parts if isinstance(gas, Mixture) else ((gas, 1.0),)
-
-
-def _range(between: tuple[float, float] | None) -> tuple[float, ...]:
-    ends = () if between is None else tuple(float(t) for t in np.ravel(real(between, "between")))
-    if len(ends) != 2 or not 0.0 < ends[0] < ends[1] < math.inf:
-        raise InputError(
-            "a polynomial holds between two temperatures",
-            where="between",
-            found=between,
-            allowed="(lowest, highest), kelvin",
-        )
-    return ends
 
 
 def _polynomial(coefficients: Sequence[float], x: float) -> float:
@@ -230,5 +228,5 @@ def _polynomial(coefficients: Sequence[float], x: float) -> float:
 
 
 def _primitive(coefficients: Sequence[float], x: float) -> float:
-    """∫ of the polynomial from 0."""
+    """Return the integral of a polynomial from 0."""
     return x * _polynomial([c / (k + 1) for k, c in enumerate(coefficients)], x)

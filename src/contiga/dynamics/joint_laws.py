@@ -122,12 +122,23 @@ class JointLaw:
         put(self, "friction", not_negative(friction, "friction"))
         slope = 0.0 if friction_slope is None else positive(friction_slope, "friction_slope")
         put(self, "friction_slope", slope)
-        put(self, "stops", (-math.inf, math.inf) if stops is None else _stops(stops))
+        low, high = -math.inf, math.inf
+        if stops is not None:
+            limits = np.asarray(real(stops, "stops"), np.float64)
+            is_pair = limits.shape == (2,) and bool(np.isfinite(limits).all())
+            if not is_pair or not limits[0] < limits[1]:
+                raise InputError(
+                    "must be two numbers that rise",
+                    where="stops",
+                    found=stops,
+                    allowed="(low, high)",
+                )
+            low, high = limits.tolist()
+        put(self, "stops", (low, high))
         stop = None if stop_curve is None else as_curve(stop_curve, "stop_curve")
         put(self, "stop_curve", stop)
         begin = float(real(start, "start"))
         put(self, "start", begin)
-        low, high = self.stops
         if not low <= begin <= high:
             raise InputError(
                 f"the joint starts {max(low - begin, begin - high):.4g} beyond its stop",
@@ -218,18 +229,8 @@ class JointLaw:
         return 0.5 * stuck * stuck / self.friction_slope if self.friction_slope else 0.0
 
 
-def _check_pair(first: str, one: object, second: str, other: object) -> None:
+def _check_pair(first: str, value_1: object, second: str, value_2: object) -> None:
     """Refuse one of two options, by their names and values, without the other."""
-    if (one is None) != (other is None):
-        missing, given = (first, second) if one is None else (second, first)
-        raise InputError(f"is missing: {given} has no effect without it", where=missing)
-
-
-def _stops(stops: Sequence[float]) -> tuple[float, float]:
-    """Return (low, high) of two finite numbers that rise."""
-    values = np.asarray(real(stops, "stops"), np.float64)
-    if values.shape != (2,) or not np.isfinite(values).all() or not values[0] < values[1]:
-        raise InputError(
-            "must be two numbers that rise", where="stops", found=stops, allowed="(low, high)"
-        )
-    return float(values[0]), float(values[1])
+    if (value_1 is None) != (value_2 is None):
+        missing, useless = (first, second) if value_1 is None else (second, first)
+        raise InputError(f"is missing: {useless} has no effect without it", where=missing)

@@ -162,10 +162,16 @@ class Joint:
         put(self, "at", _pair_of("at", at))
         put(self, "axis", _axes_of(self.kind, axis))
         put(self, "name", name or f"{first}-{second}")
-        given = {"angle": angle, "travel": travel, "angle_1": angle_1, "angle_2": angle_2}
-        given |= {"cone": cone, "twist": twist}
+        options = {
+            "angle": angle,
+            "travel": travel,
+            "angle_1": angle_1,
+            "angle_2": angle_2,
+            "cone": cone,
+            "twist": twist,
+        }
         coordinates = KINDS[self.kind].coordinates
-        laws = {key: law for key, law in given.items() if law is not None}
+        laws = {key: law for key, law in options.items() if law is not None}
         for key, law in laws.items():
             if key not in coordinates:
                 raise InputError(
@@ -199,13 +205,19 @@ class Joint:
         if self.kind == "universal":
             angle = self._start("angle_1")
             a = _axes_with(axis_1, axis_2)
-            beside = _axes_with(axis_2, axis_1)
-            b = np.array([beside[2], cross(beside[0], beside[2]), beside[0]])
+            first, _, third = _axes_with(axis_2, axis_1)
+            b = np.array([third, cross(first, third), first])
             b = _rotate(b, b[0], self._start("angle_2"))
         else:
             angle = self._start("angle") + self._start("twist")
-            a = _axes_with(axis_1, _least_parallel(axis_1))
-            b = _swung(a, axis_2) if self.kind == "spherical" else _axes_with(axis_2, a[0])
+            a = _axes_with(axis_1, np.eye(3)[int(np.argmin(np.abs(axis_1)))])
+            if self.kind == "spherical":
+                normal = cross(a[2], axis_2)
+                sine, cosine = length(normal), float(product(a[2], axis_2))
+                normal = normal / sine if sine > 0.0 else a[1]
+                b = _rotate(a, normal, math.atan2(sine, cosine))
+            else:
+                b = _axes_with(axis_2, a[0])
         a = _rotate(a, a[2], -angle)
         return Marker(self.at[0] - self._start("travel") * axis_1, a), Marker(self.at[1], b)
 
@@ -215,18 +227,18 @@ class Joint:
         return 0.0 if law is None else law.start
 
 
-def _pair_of(where: str, given: ArrayLike) -> FloatArray:
+def _pair_of(where: str, vectors: ArrayLike) -> FloatArray:
     """Return (2, 3) from one vector for both bodies, or one for each."""
     allowed = "(3,) for both bodies, or (2, 3) one each"
-    values = as_numbers(given, where, "must be three numbers, or three for each body", allowed)
-    if values.shape not in ((3,), (2, 3)) or not np.isfinite(values).all():
+    pair = as_numbers(vectors, where, "must be three numbers, or three for each body", allowed)
+    if pair.shape not in ((3,), (2, 3)) or not np.isfinite(pair).all():
         raise InputError(
             "must be three finite numbers, or three for each body",
             where=where,
-            found=np.asarray(given).tolist(),
+            found=np.asarray(vectors).tolist(),
             allowed=allowed,
         )
-    return read_only(np.broadcast_to(values, (2, 3)).copy())
+    return read_only(np.broadcast_to(pair, (2, 3)).copy())
 
 
 def _axes_of(kind: str, axis: ArrayLike | None) -> FloatArray:
@@ -267,13 +279,6 @@ def _axes_of(kind: str, axis: ArrayLike | None) -> FloatArray:
     return read_only(units)
 
 
-def _least_parallel(axis: FloatArray) -> FloatArray:
-    """Return the coordinate axis (3,) that is least parallel to an axis."""
-    direction = np.zeros(3)
-    direction[int(np.argmin(np.abs(axis)))] = 1.0
-    return direction
-
-
 def _axes_with(third: FloatArray, towards: FloatArray) -> FloatArray:
     """Return right-handed axes, one a row, with a given third and the first nearest a direction."""
     first = towards - float(product(towards, third)) * third
@@ -281,16 +286,8 @@ def _axes_with(third: FloatArray, towards: FloatArray) -> FloatArray:
     return np.array([first, cross(third, first), third])
 
 
-def _swung(axes: FloatArray, third: FloatArray) -> FloatArray:
-    """Rotate axes, one a row, by the shortest way that brings the third to a unit vector."""
-    about = cross(axes[2], third)
-    sine, cosine = length(about), float(product(axes[2], third))
-    about = about / sine if sine > 0.0 else axes[1]
-    return _rotate(axes, about, math.atan2(sine, cosine))
-
-
-def _rotate(axes: FloatArray, about: FloatArray, angle: float) -> FloatArray:
+def _rotate(axes: FloatArray, axis: FloatArray, angle: float) -> FloatArray:
     """Rotate axes, one a row, about a unit axis by an angle (Rodrigues)."""
     c, s = math.cos(angle), math.sin(angle)
-    along = product(axes, about)[:, None] * about
-    return np.asarray(along + c * (axes - along) + s * cross(np.tile(about, (3, 1)), axes))
+    parallel = product(axes, axis)[:, None] * axis
+    return np.asarray(parallel + c * (axes - parallel) + s * cross(np.tile(axis, (3, 1)), axes))

@@ -1,10 +1,9 @@
-"""Kinks: times of a table at which steps have to end, so that they take all of it into account.
+"""Kinks: times of a table at which steps must end so that no part of the table is lost.
 
-A step sees a load, and where a motion stands, at its two ends, and takes what is between for even.
-So it may pass over rows of a table as long as those lie on a line. Whether they do is told by what
-lies between line and table, ∫|f − line| dt, against what the table holds there, ∫|f| dt: what all
-passed rows together leave out is at most twice the share `PASSED` of ∫|f| dt over the whole table,
-however short and high one of its pulses is.
+A step uses a load, or a motion, at its two ends, and takes it as linear between them. So it may
+skip rows of a table that lie on a line. They do if ∫|f − line| dt between the ends is at most the
+share `PASSED` of ∫|f| dt there, or of its mean over the table. All skipped rows together then
+change ∫|f| dt over the table by at most twice that share, however short and high a pulse is.
 """
 
 from __future__ import annotations
@@ -16,81 +15,84 @@ import numpy as np
 from contiga.records import FloatArray
 
 PASSED = 2e-3
+"""Largest ∫|f − line| dt, over ∫|f| dt, of rows that a step may skip."""
 SAME_TIME = 1e-9
-"""Part of a span below which two times are one."""
+"""Difference, over the length of a run, below which two times count as one."""
 
 
 def bends_of(times: FloatArray, values: FloatArray) -> FloatArray:
-    """Return which `times` (n,) end steps, for a function linear between rows `values` (n, d).
+    """Return the `times` (n,) that end steps, for a function linear between rows `values` (n, d).
 
     >>> t = np.arange(6.0)
     >>> bends_of(t, np.array([[0.0], [0.0], [1.0], [2.0], [3.0], [0.0]])).tolist()
     [0.0, 1.0, 4.0, 5.0]
     """
-    size, spans = _lengths(values), np.diff(times)
+    norms, spans = _norms(values), np.diff(times)
 
-    def apart(first: int, last: int) -> float:
+    def deviation(first: int, last: int) -> float:
         t, rows = times[first : last + 1], values[first : last + 1]
-        part = ((t - t[0]) / (t[-1] - t[0]))[:, None]
-        off = _lengths(rows - rows[0] - part * (rows[-1] - rows[0]))
-        return float(0.5 * (np.diff(t) * (off[1:] + off[:-1])).sum())
+        share = ((t - t[0]) / (t[-1] - t[0]))[:, None]
+        errors = _norms(rows - rows[0] - share * (rows[-1] - rows[0]))
+        return float(0.5 * (np.diff(t) * (errors[1:] + errors[:-1])).sum())
 
-    return _kept(times, 0.5 * spans * (size[1:] + size[:-1]), apart)
+    return _thinned(times, 0.5 * spans * (norms[1:] + norms[:-1]), deviation)
 
 
 def jumps_of(times: FloatArray, rates: FloatArray) -> FloatArray:
-    """Return the jumps of rates (n − 1, d) that are constant between two times.
+    """Return the times (k,) that end steps, for rates (n − 1, d) constant between `times` (n,).
 
     >>> jumps_of(np.arange(4.0), np.array([[2.0], [2.0], [-1.0]])).tolist()
     [0.0, 2.0, 3.0]
     """
     spans = np.diff(times)
 
-    def apart(first: int, last: int) -> float:
-        own, rows = spans[first:last, None], rates[first:last]
-        mean = (own * rows).sum(axis=0) / (times[last] - times[first])
-        return float((own[:, 0] * _lengths(rows - mean)).sum())
+    def deviation(first: int, last: int) -> float:
+        lengths, rows = spans[first:last, None], rates[first:last]
+        mean = (lengths * rows).sum(axis=0) / (times[last] - times[first])
+        return float((lengths[:, 0] * _norms(rows - mean)).sum())
 
-    return _kept(times, spans * _lengths(rates), apart)
+    return _thinned(times, spans * _norms(rates), deviation)
 
 
 def united(kinks: Iterable[Iterable[float]], start: float, end: float) -> tuple[float, ...]:
     """Return all kinks between two times, rising, none closer than `SAME_TIME` to another."""
-    nearest, kept = SAME_TIME * (end - start), [start]
-    for time in sorted({float(t) for some in kinks for t in some}):
-        if time > kept[-1] + nearest and time < end - nearest:
-            kept.append(time)
-    return tuple(kept[1:])
+    tol, times = SAME_TIME * (end - start), [start]
+    for time in sorted({float(t) for source in kinks for t in source}):
+        if time > times[-1] + tol and time < end - tol:
+            times.append(time)
+    return tuple(times[1:])
 
 
-def _lengths(rows: FloatArray) -> FloatArray:
+def _norms(rows: FloatArray) -> FloatArray:
     return np.asarray(np.sqrt((rows * rows).sum(axis=1)))
 
 
-def _kept(times: FloatArray, held: FloatArray, apart: Callable[[int, int], float]) -> FloatArray:
-    """Rows one after the other, each as far from the one before as a line between is right.
+def _thinned(
+    times: FloatArray, integrals: FloatArray, deviation: Callable[[int, int], float]
+) -> FloatArray:
+    """Return the rows of a table that remain if each skips as many as a line may replace.
 
-    `held` (n − 1,) is ∫|f| dt of each piece, `apart` ∫|f − line| dt between two rows.
+    `integrals` (n − 1,) are ∫|f| dt of the pieces, `deviation` is ∫|f − line| dt between two rows.
     """
     if len(times) < 3:
         return times
-    total = np.concatenate([[0.0], np.cumsum(held)])
-    even = total[-1] / (times[-1] - times[0])
+    total = np.concatenate([[0.0], np.cumsum(integrals)])
+    mean = total[-1] / (times[-1] - times[0])
 
-    def near(first: int, last: int) -> bool:
+    def is_straight(first: int, last: int) -> bool:
         if last >= len(times):
             return False
-        change = max(total[last] - total[first], even * (times[last] - times[first]))
-        return bool(apart(first, last) <= PASSED * change)
+        scale = max(total[last] - total[first], mean * (times[last] - times[first]))
+        return bool(deviation(first, last) <= PASSED * scale)
 
-    kept = [0]
-    while kept[-1] < len(times) - 1:
-        first, step = kept[-1], 1
-        good = first + 1
-        while near(first, good + step):
-            good, step = good + step, 2 * step
+    rows = [0]
+    while rows[-1] < len(times) - 1:
+        first, step = rows[-1], 1
+        last = first + 1
+        while is_straight(first, last + step):
+            last, step = last + step, 2 * step
         while step := step // 2:
-            if near(first, good + step):
-                good += step
-        kept.append(good)
-    return np.asarray(times[kept])
+            if is_straight(first, last + step):
+                last += step
+        rows.append(last)
+    return np.asarray(times[rows])

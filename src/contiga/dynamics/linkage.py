@@ -315,9 +315,9 @@ class Linkage:
         weighted[..., 3:] /= np.sqrt(fixed[:, lanes.MOMENTS + 1])[:, None]
         matrix = weighted.reshape(len(weighted), -1)
         norms = np.sqrt(np.square(matrix).sum(axis=1, keepdims=True))
-        left, singular, _ = np.linalg.svd(matrix / np.where(norms > 0.0, norms, 1.0))
+        vectors, singular, _ = np.linalg.svd(matrix / np.where(norms > 0.0, norms, 1.0))
         rank = int((singular > _RANK_TOL * singular.max(initial=0.0)).sum())
-        null = np.abs(left[:, rank:]).max(axis=1, initial=0.0)
+        null = np.abs(vectors[:, rank:]).max(axis=1, initial=0.0)
         dependent = null > _DEPENDENT_SHARE * null.max(initial=1.0)
         joints = (self.names[g] for g in np.unique(table.constraints[dependent, 0]))
         return _Redundancy(len(matrix) - rank, tuple(joints))

@@ -68,11 +68,26 @@ class Load:
         follow: bool = False,
         smooth: bool = False,
     ) -> None:
-        _check_given(body, force, moment, at)
+        if not isinstance(body, str) or not body:
+            raise InputError("must name a body", where="body", found=body)
+        if force is None and moment is None:
+            raise InputError(
+                "a load needs a force or a moment",
+                where="force",
+                found="neither",
+                allowed="[x, y, z], or rows [t, x, y, z]",
+            )
+        if at is not None and force is None:
+            raise InputError(
+                "a moment has no point that it acts at",
+                where="at",
+                found=at,
+                remedy="Remove it, or give the force that acts there",
+            )
         put = object.__setattr__
         put(self, "body", body)
-        put(self, "force", _over_time(force, "force", smooth))
-        put(self, "moment", _over_time(moment, "moment", smooth))
+        put(self, "force", vector_over_time(force, "force", smooth))
+        put(self, "moment", vector_over_time(moment, "moment", smooth))
         put(self, "at", None if at is None else read_only(vector(at, "at")))
         put(self, "follow", bool(follow))
         if smooth and self.span is None:
@@ -84,7 +99,7 @@ class Load:
             )
 
     def at_time(self, t: float) -> Load:
-        """A constant load, as this one is at time `t`."""
+        """Return a constant load with the force and moment at time `t`."""
         constant = copy(self)
         object.__setattr__(constant, "force", read_only(self.force_at(t).copy()))
         object.__setattr__(constant, "moment", read_only(self.moment_at(t).copy()))
@@ -93,68 +108,48 @@ class Load:
     @property
     def span(self) -> tuple[float, float] | None:
         """First and last time that its table covers; None for a constant load."""
-        tables = [of.times for of in (self.force, self.moment) if isinstance(of, Pieces)]
+        tables = [table for table in (self.force, self.moment) if isinstance(table, Pieces)]
         if not tables:
             return None
-        return max(times[0] for times in tables), min(times[-1] for times in tables)
+        return max(table.times[0] for table in tables), min(table.times[-1] for table in tables)
 
     @property
     def kinks(self) -> FloatArray:
         """Times at which steps must end so that none of its impulse is lost."""
-        tables = [of.kinks() for of in (self.force, self.moment) if isinstance(of, Pieces)]
-        return np.concatenate([np.zeros(0), *tables])
+        tables = [table for table in (self.force, self.moment) if isinstance(table, Pieces)]
+        return np.concatenate([np.zeros(0), *(table.kinks() for table in tables)])
 
     def force_at(self, t: float) -> FloatArray:
         """Return the force (3,) at time `t`.
 
-        It has world axes, or with `follow` the axes of the body that were the world's at the start.
+        It is in world axes; with `follow` in the body axes that were the world's at the start.
         """
-        return _at(self.force, t)
+        return value_at(self.force, t)
 
     def moment_at(self, t: float) -> FloatArray:
         """Return the moment (3,) at time `t`, in the axes of the force.
 
-        The moment of the force about the centre of mass is not in it.
+        It excludes the moment of the force about the centre of mass.
         """
-        return _at(self.moment, t)
+        return value_at(self.moment, t)
 
 
-def _at(of: FloatArray | Pieces, t: float) -> FloatArray:
-    if not isinstance(of, Pieces):
-        return of
-    return of.value(t) if of.times[0] <= t <= of.times[-1] else np.zeros(3)
+def value_at(load: FloatArray | Pieces, t: float) -> FloatArray:
+    """Return a constant vector (3,), or a vector over time at `t`: zero outside its rows."""
+    if not isinstance(load, Pieces):
+        return load
+    return load.value(t) if load.times[0] <= t <= load.times[-1] else np.zeros(3)
 
 
-def _check_given(
-    body: str, force: ArrayLike | None, moment: ArrayLike | None, at: ArrayLike | None
-) -> None:
-    if not isinstance(body, str) or not body:
-        raise InputError("must name a body", where="body", found=body)
-    if force is None and moment is None:
-        raise InputError(
-            "a load needs a force or a moment",
-            where="force",
-            found="neither",
-            allowed="[x, y, z], or rows [t, x, y, z]",
-        )
-    if at is not None and force is None:
-        raise InputError(
-            "a moment has no point that it acts at",
-            where="at",
-            found=at,
-            remedy="Remove it, or give the force that acts there",
-        )
-
-
-def _over_time(given: ArrayLike | None, name: str, smooth: bool) -> FloatArray | Pieces:
-    """Return a constant vector, or one over time; zero if none was given."""
-    if given is None:
+def vector_over_time(values: ArrayLike | None, name: str, smooth: bool) -> FloatArray | Pieces:
+    """Return a constant vector (3,), zero for None, or the vector over time of a table."""
+    if values is None:
         return read_only(np.zeros(3))
     try:
-        constant = np.ndim(given) == 1
+        is_constant = np.ndim(values) == 1
     except ValueError:  # rows of several lengths, which `table_of` reports
-        constant = False
-    if constant:
-        return read_only(vector(given, name))
-    rows = table_of(given, _COLUMNS[name], where=name, at_least=2)
+        is_constant = False
+    if is_constant:
+        return read_only(vector(values, name))
+    rows = table_of(values, _COLUMNS[name], where=name, at_least=2)
     return pieces_between(read_only(rows[:, 0]), rows[:, 1:], smooth=smooth)

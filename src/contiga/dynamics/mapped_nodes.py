@@ -1,12 +1,13 @@
-"""Nodes x = N q of matter whose degrees of freedom q are not its nodes: splines, for one.
+"""Nodes x = N q of matter whose degrees of freedom q are not its nodes, such as splines.
 
 The control points of a spline are not on its surface. Contacts, areas, loads, fields and pictures
-see nodes that are; the equations of motion are those of the degrees of freedom. Forces on nodes
-come back as Nᵀ f, so that the work of both is the same.
+use nodes on the surface; the equations of motion are those of the degrees of freedom. Forces on
+nodes become Nᵀ f, which does the same work.
 
-Every row of N adds up to one and has no number below zero, as the basis of a spline has. A node is
-held, driven or attached to a body where all degrees of freedom that it depends on are: these hold
-other nodes beside it, too, but for nodes on the edge of a spline, which depend on its edge alone.
+Every row of N sums to one and has no negative entry, as for the basis of a spline. To hold or drive
+a node, or to attach it to a body, all degrees of freedom that it depends on are held, driven or
+attached. They move other nodes as well, except at the edge of a spline, whose nodes depend on the
+control points of the edge only.
 """
 
 from __future__ import annotations
@@ -41,18 +42,18 @@ from contiga.matter.protocol import Matter, MatterState
 from contiga.records import FloatArray, IndexArray
 
 MOVES = 1e-12
-"""Weight in N above which a degree of freedom moves a node: less is rounding."""
+"""Entry of N above which a degree of freedom moves a node: below it is rounding."""
 
 
 def moved_by(matter: Matter, nodes: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """Return the degrees of freedom and their ways (m, 3) that move nodes in the ways (n, 3)."""
+    """Return the mask (m, 3) of degrees of freedom that move nodes of the mask (n, 3)."""
     return np.asarray(matter.spread(nodes.astype(np.float64)) > MOVES)
 
 
 def nodal_masses(matter: Matter, n: int) -> FloatArray:
-    """Return the shares (n,) of nodes in the masses of degrees of freedom, by weights in N."""
-    whole = matter.spread(np.ones((n, 3)))[:, 0]
-    share = np.divide(matter.mass, whole, out=np.zeros(len(whole)), where=whole > MOVES)
+    """Return the masses (n,) of nodes: those of degrees of freedom, shared by weights in N."""
+    sums = matter.spread(np.ones((n, 3)))[:, 0]
+    share = np.divide(matter.mass, sums, out=np.zeros(len(sums)), where=sums > MOVES)
     return np.ascontiguousarray(matter.points(np.repeat(share[:, None], 3, axis=1))[:, 0])
 
 
@@ -60,10 +61,10 @@ class Places(NamedTuple):
     """Nodes of a slave that are held, driven or attached to bodies."""
 
     held: NDArray[np.bool_]
-    """(n, 3) ways that no force moves: held, driven or attached to bodies."""
+    """(n, 3) degrees of freedom that no force moves: held, driven or attached to bodies."""
     drives: tuple[Drive, ...]
     hosts: NDArray[np.int32]
-    """(n,) body that each node is attached to, −1 none."""
+    """(n,) number of the body that each node is attached to, −1 for none."""
 
 
 def mapped(
@@ -75,7 +76,7 @@ def mapped(
     damping: float,
     motion: object,
 ) -> MappedNodes:
-    """Return nodes x = N q, with the places and loads of nodes as those of degrees of freedom.
+    """Return nodes x = N q, with places and loads of the nodes transferred to q.
 
     Raises
     ------
@@ -92,48 +93,48 @@ def mapped(
     rest = np.ascontiguousarray(matter.start().points)
     fixed = places.held & (places.hosts < 0)[:, None]
     for drive in places.drives:
-        fixed &= ~drive.ways
-    taken = moved_by(matter, fixed)
+        fixed &= ~drive.dofs
+    held = moved_by(matter, fixed)
     drives, hosts = [], np.full(len(rest), -1, np.int32)
     for drive in places.drives:
-        ways = moved_by(matter, drive.ways)
-        _take(where, ways, taken)
-        rows = np.flatnonzero(ways.any(axis=1))
-        drives.append(Drive(ways, rows, rest[rows], drive.motion))
+        dofs = moved_by(matter, drive.dofs)
+        _add_held(where, dofs, held)
+        rows = np.flatnonzero(dofs.any(axis=1))
+        drives.append(Drive(dofs, rows, rest[rows], drive.motion))
     for host in np.unique(places.hosts[places.hosts >= 0]):
-        ways = moved_by(matter, np.repeat((places.hosts == host)[:, None], 3, axis=1))
-        _take(where, ways, taken)
-        hosts[ways.any(axis=1)] = host
+        dofs = moved_by(matter, np.repeat((places.hosts == host)[:, None], 3, axis=1))
+        _add_held(where, dofs, held)
+        hosts[dofs.any(axis=1)] = host
     mass = np.ascontiguousarray(matter.mass, np.float64)
-    own = DeformingNodes(
+    dofs_mover = DeformingNodes(
         where,
         matter,
         np.arange(len(rest), dtype=np.intp),
         mass,
         rest,
-        np.where(taken, 0.0, velocity),
-        taken,
+        np.where(held, 0.0, velocity),
+        held,
         damping,
         motion,
         tuple(SpreadLoad(matter, load) for load in loads),
         tuple(drives),
         joints_of(hosts, rest, mass),
     )
-    return MappedNodes(own, nodal_masses(matter, len(places.held)))
+    return MappedNodes(dofs_mover, nodal_masses(matter, len(places.held)))
 
 
-def _take(where: str, ways: NDArray[np.bool_], taken: NDArray[np.bool_]) -> None:
-    """Add ways (m, 3) of degrees of freedom to those that are taken."""
-    twice = (ways & taken).any(axis=1)
-    if twice.any():
+def _add_held(where: str, dofs: NDArray[np.bool_], held: NDArray[np.bool_]) -> None:
+    """Add degrees of freedom (m, 3) to those in `held`, and refuse any that is there already."""
+    is_shared = (dofs & held).any(axis=1)
+    if is_shared.any():
         raise InputError(
             "two places need the same control points: what holds the nodes of one moves those of "
             "the other",
             where=where,
-            found=f"{int(twice.sum())} control points",
+            found=f"{int(is_shared.sum())} control points",
             remedy="Leave more elements between the places, or name whole edges",
         )
-    taken |= ways
+    held |= dofs
 
 
 class SpreadForces(NamedTuple):
@@ -144,8 +145,8 @@ class SpreadForces(NamedTuple):
 
     def __call__(self) -> FloatArray:
         """Return the forces (m, 3) on degrees of freedom."""
-        force, own = self.matter.spread(self.nodal()), self.nodal.on_degrees()
-        return force if own is None else force + own
+        force, direct = self.matter.spread(self.nodal()), self.nodal.on_degrees()
+        return force if direct is None else force + direct
 
     def on_degrees(self) -> None:
         """Return None: the forces are on degrees of freedom already."""
@@ -163,7 +164,7 @@ class SpreadLoad(NamedTuple):
     nodal: NodalForces
 
     def at(self, points: FloatArray, time: float) -> FloatArray:
-        """Return the forces (m, 3) on degrees of freedom at (m, 3)."""
+        """Return the forces (m, 3) on degrees of freedom with values `points` (m, 3)."""
         return self.matter.spread(self.nodal.at(self.matter.points(points), time))
 
 
@@ -172,85 +173,84 @@ class MappedNodes(NodeMover):
     """Nodes that follow the degrees of freedom of matter."""
 
     joined: ClassVar[bool] = True
-    own: DeformingNodes
-    """What moves the degrees of freedom; its loads and places are theirs."""
-    mass: FloatArray = field()  # of others it is None, of the class
-    """(n,) shares of the nodes."""
+    dofs: DeformingNodes
+    """Mover of the degrees of freedom."""
+    mass: FloatArray = field()  # overrides the class attribute of the base, None
+    """(n,) masses of the nodes."""
 
     @cached_property
-    def bare(self) -> NDArray[np.bool_]:  # type: ignore[override]  # of others it is of the class
-        """See `NodeMover`: no node, as all follow degrees of freedom."""
+    def bare(self) -> NDArray[np.bool_]:  # type: ignore[override]  # a class attribute of the base
+        """See `NodeMover`: no node, since all follow degrees of freedom."""
         return np.zeros(len(self.mass), np.bool_)
 
     @property
     def matter(self) -> Matter:
         """Matter whose degrees of freedom the nodes follow."""
-        return self.own.matter
+        return self.dofs.matter
 
     @property
     def flight(self) -> FloatArray | None:
-        """See `NodeMover`: that of the degrees of freedom, if it is one for all."""
-        flight = self.own.flight
+        """See `NodeMover`: the velocity of all degrees of freedom, if it is the same."""
+        flight = self.dofs.flight
         return flight[0] if flight is not None and (flight == flight[0]).all() else None
 
     @property
-    def stands(self) -> bool:  # type: ignore[override]  # of others it is of the class
+    def stands(self) -> bool:  # type: ignore[override]  # a class attribute of the base
         """See `NodeMover`."""
-        return self.own.stands
+        return self.dofs.stands
 
     @property
-    def joints(self) -> tuple[Joint, ...]:  # type: ignore[override]  # of others it is of the class
+    def joints(self) -> tuple[Joint, ...]:  # type: ignore[override]  # a class attribute of the base
         """Degrees of freedom that are attached to bodies."""
-        return self.own.joints
+        return self.dofs.joints
 
-    def _nodal(self, own: SlaveState) -> SlaveState:
-        """The nodes of degrees of freedom, which are kept with what is inside."""
-        inside = {**own.matter, "q": own.points, "q_velocity": own.velocities}
-        points, velocities = (
-            np.ascontiguousarray(self.matter.points(part)) for part in (own.points, own.velocities)
-        )
-        return ElementState.of(points, velocities, inside)
+    def _nodal(self, dofs: SlaveState) -> SlaveState:
+        """Return the state of the nodes; its arrays contain the degrees of freedom."""
+        arrays = {**dofs.matter, "q": dofs.points, "q_velocity": dofs.velocities}
+        points = np.ascontiguousarray(self.matter.points(dofs.points))
+        velocities = np.ascontiguousarray(self.matter.points(dofs.velocities))
+        return ElementState.of(points, velocities, arrays)
 
     def _of(self, state: SlaveState) -> SlaveState:
-        """The degrees of freedom of nodes."""
-        inside = dict(state.matter)
-        return ElementState.of(inside.pop("q"), inside.pop("q_velocity"), inside)
+        """Return the state of the degrees of freedom from that of the nodes."""
+        arrays = dict(state.matter)
+        return ElementState.of(arrays.pop("q"), arrays.pop("q_velocity"), arrays)
 
     def _spread(self, forces: Forces) -> SpreadForces:
         return SpreadForces(self.matter, forces)
 
     def start(self, now: Instant) -> SlaveState:
         """See `NodeMover`."""
-        return self._nodal(self.own.start(now))
+        return self._nodal(self.dofs.start(now))
 
     def taken_up(self, rest: SlaveState, now: Instant) -> SlaveState:
         """See `NodeMover`."""
-        return self._nodal(self.own.taken_up(self._of(rest), now))
+        return self._nodal(self.dofs.taken_up(self._of(rest), now))
 
     def drift(self, last: SlaveState, forces: Forces, now: Instant) -> SlaveState:
         """See `NodeMover`."""
-        return self._nodal(self.own.drift(self._of(last), self._spread(forces), now))
+        return self._nodal(self.dofs.drift(self._of(last), self._spread(forces), now))
 
     def kick(
         self, last: SlaveState, drifted: SlaveState, forces: Forces, now: Instant
     ) -> SlaveState:
         """See `NodeMover`."""
-        both = self._of(last), self._of(drifted)
-        return self._nodal(self.own.kick(*both, self._spread(forces), now))
+        spread = self._spread(forces)
+        return self._nodal(self.dofs.kick(self._of(last), self._of(drifted), spread, now))
 
     def carried(self, state: SlaveState, now: Instant) -> SlaveState:
         """See `NodeMover`."""
         if not self.joints:
             return state
-        return self._nodal(self.own.carried(self._of(state), now))
+        return self._nodal(self.dofs.carried(self._of(state), now))
 
     def pulls(self, state: SlaveState, forces: Forces) -> Sequence[Pull]:
-        """See `NodeMover`: those of degrees of freedom."""
-        return self.own.pulls(self._of(state), self._spread(forces))
+        """See `NodeMover`: forces of degrees of freedom."""
+        return self.dofs.pulls(self._of(state), self._spread(forces))
 
     def springs_to_bodies(self, state: SlaveState) -> Sequence[JointSprings]:
-        """See `NodeMover`: those of degrees of freedom."""
-        return self.own.springs_to_bodies(self._of(state))
+        """See `NodeMover`: stiffness of degrees of freedom."""
+        return self.dofs.springs_to_bodies(self._of(state))
 
     def fastest(self, rows: IndexArray, stiffness: FloatArray) -> float:
         """See `NodeMover`: Gershgorin's bound of Nᵀ k N over the masses."""
@@ -259,81 +259,77 @@ class MappedNodes(NodeMover):
         return self.fastest_of_degrees(self.matter.spread(nodal)[:, 0])
 
     def fastest_of_degrees(self, sums: FloatArray) -> float:
-        """Largest ω² of row sums (m,) of a stiffness of the degrees of freedom."""
-        return float((sums / self.own.mass).max(initial=0.0))
+        """Return the upper bound of ω² by row sums (m,) of a stiffness of degrees of freedom."""
+        return float((sums / self.dofs.mass).max(initial=0.0))
 
     def swing(self, forces: FloatArray) -> float:
         """See `NodeMover`."""
-        return self.own.swing(self.matter.spread(forces))
+        return self.dofs.swing(self.matter.spread(forces))
 
     def kick_energy(self, state: SlaveState, forces: Forces, gravity: FloatArray) -> float:
-        """See `NodeMover`: that of the degrees of freedom."""
-        return self.own.kick_energy(self._of(state), self._spread(forces), gravity)
+        """See `NodeMover`: by the degrees of freedom."""
+        return self.dofs.kick_energy(self._of(state), self._spread(forces), gravity)
 
     def inside(self, state: SlaveState) -> Sequence[Inside]:
-        """See `NodeMover`: for matter that has `nodal_fields`, each node by itself."""
-        asked = getattr(self.matter, "nodal_fields", None)
-        if asked is None:
+        """See `NodeMover`: for matter that has `nodal_fields`, with one element for each node."""
+        nodal_fields = getattr(self.matter, "nodal_fields", None)
+        if nodal_fields is None:
             return ()
-        own = MatterState(state.matter["q"], state.matter["memory"])
-        columns = np.column_stack(asked(own))
-        n, wide = len(self.mass), -(-columns.shape[1] // 3) * 3
-        whole = np.zeros((len(columns), wide))
-        whole[:, : columns.shape[1]] = columns
-        at = np.concatenate(
-            [
-                self.matter.points(np.ascontiguousarray(part))
-                for part in np.split(whole, wide // 3, 1)
-            ],
-            axis=1,
-        )
-        fields = ElementFields(at[:, :6], at[:, 6:12], at[:, 12])
+        dofs = MatterState(state.matter["q"], state.matter["memory"])
+        columns = np.column_stack(nodal_fields(dofs))
+        # `points` maps three columns at a time.
+        n, n_triples = len(self.mass), -(-columns.shape[1] // 3)
+        padded = np.zeros((len(columns), 3 * n_triples))
+        padded[:, : columns.shape[1]] = columns
+        triples = [np.ascontiguousarray(triple) for triple in np.split(padded, n_triples, axis=1)]
+        nodal = np.concatenate([self.matter.points(triple) for triple in triples], axis=1)
+        fields = ElementFields(nodal[:, :6], nodal[:, 6:12], nodal[:, 12])
         return [Inside(np.arange(n, dtype=np.int32)[:, None], np.ones(n), fields)]
 
     def reached(self, state: SlaveState) -> Sequence[Reached]:
         """Return the largest strains of tables of materials since the start."""
-        return self.own.reached(self._of(state))
+        return self.dofs.reached(self._of(state))
 
     def rates(self, state: SlaveState) -> tuple[float, float]:
         """See `NodeMover`."""
-        return self.own.rates(state)
+        return self.dofs.rates(state)
 
     def energy(self, state: SlaveState) -> Stored:
         """See `NodeMover`: kinetic energy, and the energies of matter."""
-        return self.own.energy(state)
+        return self.dofs.energy(state)
 
     def by_gravity(self, last: SlaveState, now: SlaveState, gravity: FloatArray) -> float:
         """See `NodeMover`."""
-        return self.own.by_gravity(self._of(last), self._of(now), gravity)
+        return self.dofs.by_gravity(self._of(last), self._of(now), gravity)
 
     def by_motion(self, last: SlaveState, now: SlaveState, before: Forces, forces: Forces) -> float:
         """See `NodeMover`."""
-        both = self._spread(before), self._spread(forces)
-        return self.own.by_motion(self._of(last), self._of(now), *both)
+        spread_before, spread_after = self._spread(before), self._spread(forces)
+        return self.dofs.by_motion(self._of(last), self._of(now), spread_before, spread_after)
 
     def stopped(self, state: SlaveState) -> SlaveState:
         """See `NodeMover`."""
-        return self._nodal(self.own.stopped(self._of(state)))
+        return self._nodal(self.dofs.stopped(self._of(state)))
 
     def shaken(self, state: SlaveState) -> float:
         """See `NodeMover`."""
-        return self.own.shaken(self._of(state))
+        return self.dofs.shaken(self._of(state))
 
     def kinetic_between(self, last: SlaveState, now: SlaveState, dt: float) -> float:
-        """Return the kinetic energy that follows from the way of the degrees of freedom."""
-        return self.own.kinetic_between(self._of(last), self._of(now), dt)
+        """See `NodeMover`: by the mean velocities of the degrees of freedom."""
+        return self.dofs.kinetic_between(self._of(last), self._of(now), dt)
 
     def steered(
         self, state: SlaveState, forces: Forces, gravity: FloatArray, share: float
     ) -> SlaveState:
         """See `NodeMover`."""
-        turned = self.own.steered(self._of(state), self._spread(forces), gravity, share)
-        return self._nodal(turned)
+        dofs = self.dofs.steered(self._of(state), self._spread(forces), gravity, share)
+        return self._nodal(dofs)
 
     def imbalance(self, state: SlaveState, forces: Forces, gravity: FloatArray) -> Imbalance:
-        """See `NodeMover`: degrees of freedom that are not held."""
-        return self.own.imbalance(self._of(state), self._spread(forces), gravity)
+        """See `NodeMover`: by the free degrees of freedom."""
+        return self.dofs.imbalance(self._of(state), self._spread(forces), gravity)
 
     def digest(self, digest: Any, times: FloatArray) -> None:
         """See `NodeMover`."""
-        self.own.digest(digest, times)
+        self.dofs.digest(digest, times)

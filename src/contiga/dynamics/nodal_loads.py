@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 
 from contiga.arrays.layout import read_only
 from contiga.curves.tables import table_of
-from contiga.dynamics.loads import _at, _over_time
+from contiga.dynamics.loads import value_at, vector_over_time
 from contiga.dynamics.pieces import Pieces, pieces_between
 from contiga.dynamics.places import facets_at, nodes_at, place_of
 from contiga.errors import InputError
@@ -28,7 +28,7 @@ from contiga.slaves.slave import Slave
 
 
 class NodalForces(Protocol):
-    """A load, once it knows its nodes."""
+    """A load on the nodes of one slave."""
 
     def at(self, points: FloatArray, time: float) -> FloatArray:
         """Return the forces (n, 3) on nodes at points (n, 3)."""
@@ -40,9 +40,9 @@ class _OverTime:
     value: FloatArray | Pieces
 
     def at_time(self, t: float) -> Self:
-        """A constant load, as this one is at time `t`."""
+        """Return a constant load with the value at time `t`."""
         constant = copy(self)
-        object.__setattr__(constant, "value", read_only(_at(self.value, t).copy()))
+        object.__setattr__(constant, "value", read_only(value_at(self.value, t).copy()))
         return constant
 
     @property
@@ -59,16 +59,16 @@ class _OverTime:
 
 @dataclass(frozen=True, init=False, eq=False)
 class Pressure(_OverTime):
-    """A pressure on facets of a slave that deforms, across them wherever they turn.
+    """A pressure on facets of a slave that deforms, normal to them as they turn.
 
-    It pushes against their normals: into solids. A balloon whose normals point outward is blown up
-    by a negative one.
+    It acts against their normals: into solids. A negative pressure inflates a balloon whose normals
+    point outward.
 
     Parameters
     ----------
     pressure : force / area, a number, or (k, 2) rows t, p with t strictly increasing
-    on : which facets: a table of one place as `Deforming(fixed=…)` has them, ``{"plane": …}``;
-        facets all of whose corners are there. All of them if omitted
+    on : facets all of whose corners are at a place: a table as for `Deforming(fixed=…)`, such as
+        ``{"plane": …}``; all facets if omitted
     smooth : monotone cubics between the rows in place of straight lines
 
     Raises
@@ -85,17 +85,34 @@ class Pressure(_OverTime):
     """
 
     value: FloatArray | Pieces
+    """Pressure as the first of three numbers."""
     on: Mapping[str, Any]
 
     def __init__(
         self, pressure: ArrayLike, *, on: Mapping[str, Any] | None = None, smooth: bool = False
     ) -> None:
-        put = object.__setattr__
-        put(self, "value", _number_over_time(pressure, smooth))
-        put(self, "on", dict(on or {}))
+        if np.ndim(pressure) == 0:
+            try:
+                number = float(pressure)  # type: ignore[arg-type]
+            except (TypeError, ValueError):
+                number = np.nan
+            if not np.isfinite(number):
+                raise InputError(
+                    "must be a number, or rows",
+                    where="pressure",
+                    found=pressure,
+                    allowed="p, or [t, p]",
+                )
+            value: FloatArray | Pieces = read_only(np.array([number, 0.0, 0.0]))
+        else:
+            rows = table_of(pressure, ("t", "p"), where="pressure", at_least=2)
+            vectors = np.concatenate([rows[:, 1:], np.zeros((len(rows), 2))], axis=1)
+            value = pieces_between(read_only(rows[:, 0]), vectors, smooth=smooth)
+        object.__setattr__(self, "value", value)
+        object.__setattr__(self, "on", dict(on or {}))
 
     def nodes(self, slave: Slave, where: str) -> NodalForces:
-        """The load with the facets of a slave."""
+        """Return the load on the facets of a slave."""
         key = place_of(self.on, (), where)
         facets = facets_at(key, self.on.get(key or ""), slave, where)
         if slave.facets is None or not facets.any():
@@ -110,13 +127,13 @@ class Pressure(_OverTime):
 
 @dataclass(frozen=True, init=False, eq=False)
 class NodalForce(_OverTime):
-    """A force on nodes of a slave that deforms, in a direction that stays.
+    """A force on nodes of a slave that deforms, in a fixed direction.
 
     Parameters
     ----------
-    force : (3,) in all, or (k, 4) rows t, x, y, z with t strictly increasing; world axes
-    on : which nodes: a table of one place as `Deforming(fixed=…)` has them; all if omitted. Where
-        they are all corners of facets they share it by the areas of these at rest, else evenly
+    force : (3,) total, or (k, 4) rows t, x, y, z with t strictly increasing; world axes
+    on : nodes at a place: a table as for `Deforming(fixed=…)`; all if omitted. If they are all
+        corners of facets there, they share the force by the areas of these at rest, else evenly
     smooth : monotone cubics between the rows in place of straight lines
 
     Raises
@@ -138,39 +155,39 @@ class NodalForce(_OverTime):
         self, force: ArrayLike, *, on: Mapping[str, Any] | None = None, smooth: bool = False
     ) -> None:
         put = object.__setattr__
-        put(self, "value", _over_time(force, "force", smooth))
+        put(self, "value", vector_over_time(force, "force", smooth))
         put(self, "on", dict(on or {}))
 
     def nodes(self, slave: Slave, where: str) -> NodalForces:
-        """The load with the nodes of a slave."""
+        """Return the load on the nodes of a slave."""
         key = place_of(self.on, (), where)
         return _Shared(self, shares_at(key, self.on.get(key or ""), slave, where))
 
 
 def shares_at(key: str | None, value: Any, slave: Slave, where: str) -> FloatArray:
-    """Return the shares (n,), 1 in all, of the nodes of a slave at a place.
+    """Return the shares (n,), 1 in total, of the nodes of a slave at a place.
 
-    By the areas of facets at rest, where the nodes are all corners of facets that are wholly at the
-    place; evenly elsewhere.
+    They are proportional to the areas of facets at rest, if the nodes are all corners of facets
+    that are wholly at the place, else equal.
 
     Parameters
     ----------
-    key, value, where : as of `contiga.dynamics.places.nodes_at`
+    key, value, where : see `contiga.dynamics.places.nodes_at`
     slave : slave with the nodes
 
     Raises
     ------
     InputError
-        As `nodes_at`.
+        See `nodes_at`.
     """
-    rows = nodes_at(key, value, slave, where)
+    mask = nodes_at(key, value, slave, where)
     if slave.facets is not None:
         facets = facets_at(key, value, slave, where)
-        if facets.any() and np.isin(np.flatnonzero(rows), slave.facets[facets]).all():
+        if facets.any() and np.isin(np.flatnonzero(mask), slave.facets[facets]).all():
             skin = corners_of(slave.facets, slave.quads, facets)
             areas = at_corners(skin, corner_areas(slave.points, skin), len(slave))
             return areas / areas.sum()
-    return rows / rows.sum()
+    return mask / mask.sum()
 
 
 class _OnFacets(NamedTuple):
@@ -178,8 +195,8 @@ class _OnFacets(NamedTuple):
     skin: SkinCorners
 
     def at(self, points: FloatArray, time: float) -> FloatArray:
-        """−p ∫ N n dA at the corners of faces: the gradient of the volume they close."""
-        pressure = float(_at(self.load.value, time)[0])
+        """Return −p ∫ N n dA at the corners of faces, −p times the gradient of their volume."""
+        pressure = float(value_at(self.load.value, time)[0])
         if pressure == 0.0:
             return np.zeros(points.shape)
         quads, triangles = corner_vectors(points, self.skin)
@@ -192,25 +209,8 @@ class _OnFacets(NamedTuple):
 class _Shared(NamedTuple):
     load: NodalForce
     shares: FloatArray
-    """(n,) of each node, 1 in all."""
+    """(n,) of each node, 1 in total."""
 
     def at(self, points: FloatArray, time: float) -> FloatArray:
-        """Each node its share."""
-        return self.shares[:, None] * _at(self.load.value, time)
-
-
-def _number_over_time(given: ArrayLike, smooth: bool) -> FloatArray | Pieces:
-    """A number, or one over time, as the first of three."""
-    if np.ndim(given) == 0:
-        try:
-            number = float(given)  # type: ignore[arg-type]
-        except (TypeError, ValueError):
-            number = np.nan
-        if not np.isfinite(number):
-            raise InputError(
-                "must be a number, or rows", where="pressure", found=given, allowed="p, or [t, p]"
-            )
-        return read_only(np.array([number, 0.0, 0.0]))
-    rows = table_of(given, ("t", "p"), where="pressure", at_least=2)
-    padded = np.concatenate([rows[:, 1:], np.zeros((len(rows), 2))], axis=1)
-    return pieces_between(read_only(rows[:, 0]), padded, smooth=smooth)
+        """Return the share of each node."""
+        return self.shares[:, None] * value_at(self.load.value, time)

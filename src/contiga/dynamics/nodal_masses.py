@@ -1,4 +1,4 @@
-"""Lumped masses on nodes of what deforms, beside those of its elements."""
+"""Lumped masses on nodes of a slave that deforms, in addition to those of its elements."""
 
 from __future__ import annotations
 
@@ -21,70 +21,64 @@ def lumped_masses(masses: Sequence[Mapping[str, Any]], slave: Slave, where: str)
 
     Parameters
     ----------
-    masses : tables with a place as `contiga.dynamics.places` has them (all nodes without one) and a
-        ``"mass"``: a number in all, which nodes share as they share a force (`shares_at`), or (k,)
-        one for each node of the place, in the order of the numbers that it names, else ascending
+    masses : tables with a place, see `contiga.dynamics.places` (all nodes without one), and a
+        ``"mass"``: a total that nodes share as they share a force (`shares_at`), or (k,) one for
+        each node of the place, in the order of its node numbers if it has these, else ascending
     where : for messages
     slave : slave with the nodes
 
     Raises
     ------
     InputError
-        A mass that is negative or not finite, as many as there are not nodes, a place that is none.
+        A mass that is negative or not finite, not one mass for each node, an invalid place.
     """
-    whole = np.zeros(len(slave))
+    total = np.zeros(len(slave))
     for k, table in enumerate(masses):
-        here = f"{where}[{k}]" if len(masses) > 1 else where
-        key = place_of(table, ("mass",), here)
+        at = f"{where}[{k}]" if len(masses) > 1 else where
+        key = place_of(table, ("mass",), at)
         place = table.get(key or "")
-        mass = _numbers(table.get("mass"), f"{here}: mass")
+        real(table.get("mass"), f"{at}: mass")
+        try:
+            mass = np.asarray(table.get("mass"), dtype=np.float64)
+        except (TypeError, ValueError):
+            mass = np.array(np.nan)
+        if mass.ndim > 1 or not (np.isfinite(mass) & (mass >= 0.0)).all():
+            raise InputError(
+                "must be a number, or one for each node of the place",
+                where=f"{at}: mass",
+                found=table.get("mass"),
+                allowed="0 or more",
+            )
         if mass.ndim == 0:
-            whole += mass * shares_at(key, place, slave, here)
+            total += mass * shares_at(key, place, slave, at)
             continue
-        rows = np.flatnonzero(nodes_at(key, place, slave, here))
+        rows = np.flatnonzero(nodes_at(key, place, slave, at))
         if key == "nodes" and np.asarray(place).dtype != np.bool_:
             rows = np.asarray(place)
         if mass.shape != rows.shape:
             raise InputError(
                 "must have one mass for each node of the place",
-                where=f"{here}: mass",
+                where=f"{at}: mass",
                 found=f"{len(mass)} for {len(rows)} nodes",
                 allowed="a number in all, or one for each node",
             )
-        np.add.at(whole, rows, mass)
-    return whole
+        np.add.at(total, rows, mass)
+    return total
 
 
 def check_carried(lumped: FloatArray, carriers: NDArray[np.intp], slave: Slave, where: str) -> None:
-    """Refuse masses `lumped` (n,) on nodes other than `carriers`, which stay where they are.
+    """Refuse masses `lumped` (n,) on nodes that are not in `carriers`, the nodes of elements.
 
     Raises
     ------
     InputError
-        As said.
+        A mass on another node, which does not move.
     """
-    lone = np.setdiff1d(np.flatnonzero(lumped), carriers)
-    if len(lone):
+    bare = np.setdiff1d(np.flatnonzero(lumped), carriers)
+    if len(bare):
         raise InputError(
-            f"node {lone[0]} is in no element, stays where it is and carries no mass",
+            f"node {bare[0]} is in no element, stays where it is and carries no mass",
             where=where,
-            found=slave.points[lone[0]].tolist(),
+            found=slave.points[bare[0]].tolist(),
             remedy="Choose a place whose nodes are all of elements",
         )
-
-
-def _numbers(given: Any, where: str) -> FloatArray:
-    """A number, or (k,) of them, zero or above."""
-    real(given, where)
-    try:
-        numbers = np.asarray(given, dtype=np.float64)
-    except (TypeError, ValueError):
-        numbers = np.array(np.nan)
-    if numbers.ndim > 1 or not (np.isfinite(numbers) & (numbers >= 0.0)).all():
-        raise InputError(
-            "must be a number, or one for each node of the place",
-            where=where,
-            found=given,
-            allowed="0 or more",
-        )
-    return numbers

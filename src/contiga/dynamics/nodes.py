@@ -1,10 +1,10 @@
-"""Movers of the nodes of a slave: a motion, a body, or the forces on them, with one base.
+"""Movers of the nodes of a slave, with one base: a motion, a body, or the forces on the nodes.
 
-Here are those of nodes that are no elements: driven by a motion, carried by a body, or each a free
-mass; `deforming_nodes` has those of elements.
+This file has the movers of nodes without elements: driven by a motion, carried by a body, or each
+a free mass. `deforming_nodes` moves nodes of elements.
 
-A step is a velocity Verlet's: `drift` takes the nodes to its end and foresees their velocities
-there, the contacts answer with forces, `kick` ends it with those.
+A step is one of velocity Verlet: `drift` takes the nodes to its end and predicts their velocities
+there, the contacts compute their forces, and `kick` ends the step with them.
 """
 
 from __future__ import annotations
@@ -28,13 +28,12 @@ Arrays = Mapping[str, FloatArray]
 NO_ARRAYS: Arrays = MappingProxyType({})
 
 
-_INSTANTS = 64
-"""Number of samples of a motion that is not a rigid one: for more, a series of large files would
-have to be read again."""
+_MAX_SAMPLES = 64
+"""Samples of a motion of points in a digest: each may read a large file of a series again."""
 
 
 class Pushes(NamedTuple):
-    """Forces of contacts on the nodes that they act on."""
+    """Contact forces, of the nodes that they act on only."""
 
     rows: IndexArray
     """(k,) nodes, ascending."""
@@ -88,7 +87,7 @@ class ElementState(SlaveState):
 
 
 class Instant(NamedTuple):
-    """The time that a step goes to, and what is known of then."""
+    """The end of a step: its time, gravity, and the bodies there."""
 
     time: float
     dt: float
@@ -98,11 +97,11 @@ class Instant(NamedTuple):
     poses: FloatArray
     """(b, 4, 4) X_WB of the bodies."""
     twists: FloatArray
-    """(b, 6) velocity of their origins and spin, world axes; of free ones as foreseen."""
+    """(b, 6) velocity of their origins and spin, world axes; predicted for free bodies."""
 
 
 class Stored(NamedTuple):
-    """Energy in the nodes of a slave, and what they lost since the start."""
+    """Kinetic and strain energy of the nodes of a slave, and their losses since the start."""
 
     kinetic: float = 0.0
     strain: float = 0.0
@@ -118,7 +117,7 @@ class Imbalance(NamedTuple):
     force: float = 0.0
     """Σ|f| of the forces on nodes that may move."""
     load: float = 0.0
-    """Σ|p| of the loads among it."""
+    """Σ|p| of the loads in it."""
     reaction: float = 0.0
     """Σ|f| of the forces of elements on nodes that are held."""
     rounding: float = 0.0
@@ -126,7 +125,7 @@ class Imbalance(NamedTuple):
 
 
 class Pull(NamedTuple):
-    """Forces that nodes attached to a body hand on to it."""
+    """Forces that nodes attached to a body exert on it."""
 
     host: int
     """Number of the body."""
@@ -147,7 +146,7 @@ class JointSprings(NamedTuple):
 
 
 class Joint(NamedTuple):
-    """Nodes that are fixed to a body, which carries their mass and feels the forces on them."""
+    """Nodes that are fixed to a body; it carries their mass, and the forces on them act on it."""
 
     host: int
     """Number of the body."""
@@ -159,32 +158,33 @@ class Joint(NamedTuple):
     """(k,)."""
 
     def place(self, now: Instant, points: FloatArray, velocities: FloatArray) -> None:
-        """Write points and velocities (n, 3) of the nodes as the body carries them."""
-        there = to_world(now.poses[self.host], self.points_B)
-        points[self.rows], velocities[self.rows] = there, velocities_on(now, self.host, there)
+        """Write points and velocities (n, 3) of the nodes as the body moves them."""
+        points_W = to_world(now.poses[self.host], self.points_B)
+        points[self.rows] = points_W
+        velocities[self.rows] = velocities_on(now, self.host, points_W)
 
 
 class NodeMover:
-    """Base of the movers of a slave's nodes; its answers are those of a mover without forces."""
+    """Base of the movers of a slave's nodes, with the methods of nodes that forces do not move."""
 
     host: int | None = None
-    """Number of the body that they are fixed to, and that feels their forces."""
+    """Number of the body that the nodes are fixed to, and that their forces act on."""
     mass: FloatArray | None = None
-    """(n,) of nodes that forces move, else None."""
+    """(n,) masses if forces move the nodes, else None."""
     joined: ClassVar[bool] = False
-    """True if they are parts of a whole, whose vibrations steps do not follow one by one."""
+    """True if elements connect the nodes: steps need not resolve their fastest vibrations."""
     has_sections: ClassVar[bool] = False
-    """True if the forces of elements at nodes on one side of a plane make the force through it."""
+    """True if the element forces at nodes on one side of a plane add up to its section force."""
     bare: NDArray[np.bool_] = np.zeros(0, np.bool_)
-    """(n,) nodes of what is joined that are in no element, and stay."""
+    """(n,) nodes that are in no element though others are; they do not move."""
     stands: bool = False
-    """True if nothing moves them before they are touched."""
+    """True if nothing moves the nodes before a contact."""
     joints: tuple[Joint, ...] = ()
     """Nodes of a deforming slave that are attached to bodies."""
 
     @property
     def flight(self) -> FloatArray | None:
-        """Velocity (3,) or (n, 3) at the start of nodes that keep it until they touch something."""
+        """Velocity (3,) or (n, 3) at the start, if it is constant until the first contact."""
         return None
 
     def start(self, now: Instant) -> SlaveState:
@@ -198,21 +198,21 @@ class NodeMover:
     def kick(
         self, last: SlaveState, drifted: SlaveState, forces: Forces, now: Instant
     ) -> SlaveState:
-        """Return the end of the step of `drift`, with the forces there; here as it was foreseen."""
+        """Return the end of the step of `drift`, with the forces there; here the predicted one."""
         return drifted
 
     def carried(self, state: SlaveState, now: Instant) -> SlaveState:
-        """Return the state with the final velocities of bodies at nodes that are fixed to them."""
+        """Return the state in which nodes fixed to bodies have the final velocities of these."""
         return state
 
     def energy(self, state: SlaveState) -> Stored:
-        """Return their energies in the ledger; none for nodes that something else moves."""
+        """Return the energies of the nodes for the ledger; zeros if forces do not move them."""
         return Stored()
 
     def pulls(self, state: SlaveState, forces: Forces) -> Sequence[Pull]:
-        """Return the forces on bodies from nodes that are attached to them.
+        """Return the forces that nodes attached to bodies exert on them.
 
-        They are `forces` of contacts, and those of elements and loads.
+        They include contact `forces`, element forces and loads.
         """
         return ()
 
@@ -221,9 +221,9 @@ class NodeMover:
         return ()
 
     def fastest(self, rows: IndexArray, stiffness: FloatArray) -> float:
-        """Return an upper bound of ω² of springs of stiffness (k,) at nodes (k,).
+        """Return an upper bound of ω² of springs (k,) from nodes (k,) to fixed points.
 
-        Their other ends are held. For dashpots it is the decay rate.
+        For dashpots it bounds the decay rate.
         """
         assert self.mass is not None
         mass = self.mass if len(rows) == len(self.mass) else self.mass[rows]
@@ -232,32 +232,32 @@ class NodeMover:
     def swing(self, forces: FloatArray) -> float:
         """Return Σ f²/m of forces (n, 3) on the nodes.
 
-        It bounds ω² of a spring that pulls all by these shares.
+        It bounds ω² of a spring that distributes its force in these shares.
         """
         assert self.mass is not None
         return float((row_products(forces, forces) / self.mass).sum())
 
     def kick_energy(self, state: SlaveState, forces: Forces, gravity: FloatArray) -> float:
-        """Return Σ F²/(8 m) of nodes whose kinetic energy is that between steps.
+        """Return Σ F²/(8 m) if the kinetic energy is the leapfrog's, from mid-step velocities.
 
-        By this, times the square of the step before, it is below that of their velocities.
+        That energy is lower than ½ Σ m v² by this times the square of the last step.
         """
         return 0.0
 
     def inside(self, state: SlaveState) -> Sequence[Inside]:
-        """Return the fields of its elements, rows of its nodes; none without elements."""
+        """Return the fields in the elements, which are rows of nodes; none without elements."""
         return ()
 
     def rates(self, state: SlaveState) -> tuple[float, float]:
-        """Return ω² and decay rate γ of their fastest vibration without contacts."""
+        """Return ω² and the decay rate γ of the fastest vibration without contacts."""
         return 0.0, 0.0
 
     def by_gravity(self, last: SlaveState, now: SlaveState, gravity: FloatArray) -> float:
-        """Return the work of gravity on them in a step."""
+        """Return the work of gravity on the nodes in a step."""
         return 0.0
 
     def by_motion(self, last: SlaveState, now: SlaveState, before: Forces, forces: Forces) -> float:
-        """Return the work of driving motions in a step, against the forces before and after it."""
+        """Return the work of driving motions in a step, from the forces at its start and end."""
         return 0.0
 
     def stopped(self, state: SlaveState) -> SlaveState:
@@ -265,29 +265,29 @@ class NodeMover:
         return state
 
     def taken_up(self, rest: SlaveState, now: Instant) -> SlaveState:
-        """Return the nodes at the start of a run that begins at their state of rest."""
+        """Return the nodes at the start of a run from `rest`, their state of equilibrium."""
         return self.start(now)
 
     def imbalance(self, state: SlaveState, forces: Forces, gravity: FloatArray) -> Imbalance:
-        """Return their distance from equilibrium; none if something else moves them."""
+        """Return the distance of the nodes from equilibrium; zeros if forces do not move them."""
         return Imbalance()
 
     def steered(
         self, state: SlaveState, forces: Forces, gravity: FloatArray, share: float
     ) -> SlaveState:
-        """Return the state with a share of the velocities turned along the forces."""
+        """Return the state with a share of the velocities turned into the forces (FIRE)."""
         return state
 
     def shaken(self, state: SlaveState) -> float:
-        """Return the kinetic energy of nodes that forces move, by the velocities of a state."""
+        """Return ½ Σ m v² of the nodes that forces move, by the velocities of a state."""
         return self.energy(state).kinetic
 
     def kinetic_between(self, last: SlaveState, now: SlaveState, dt: float) -> float:
-        """Return the kinetic energy of nodes that forces move, by their way between two states."""
+        """Return ½ Σ m v² of the nodes that forces move, with the mean velocity of a step."""
         return self.shaken(SlaveState(now.points, (now.points - last.points) / dt))
 
     def digest(self, digest: Any, times: FloatArray) -> None:
-        """Add everything that decides their way."""
+        """Add everything that decides the motion of the nodes."""
         raise NotImplementedError
 
 
@@ -297,27 +297,27 @@ def velocities_on(now: Instant, host: int, points: FloatArray) -> FloatArray:
     return np.asarray(twist[:3] + np.cross(twist[3:], points - origin))
 
 
-def work_of_weight(mass: FloatArray, way: FloatArray, gravity: FloatArray) -> float:
-    """Return the work of the weight of nodes of masses (n,) along ways (n, 3)."""
-    return float((mass * row_products(way, gravity)).sum()) if gravity.any() else 0.0
+def work_of_weight(mass: FloatArray, displacement: FloatArray, gravity: FloatArray) -> float:
+    """Return the work of gravity on nodes of masses (n,) over displacements (n, 3)."""
+    return float((mass * row_products(displacement, gravity)).sum()) if gravity.any() else 0.0
 
 
 @dataclass(frozen=True, eq=False)
 class DrivenNodes(NodeMover):
-    """Nodes that go where a motion says, whatever the forces on them."""
+    """Nodes that follow a motion, whatever the forces on them."""
 
     where: str
     motion: SlaveMotion
     shape: tuple[int, ...]
-    """That its rows must have."""
+    """Shape that the arrays of the motion must have."""
 
     def start(self, now: Instant) -> SlaveState:
-        """See `NodeMover`: by the motion, checked, as it may be a user's."""
+        """See `NodeMover`: by the motion, checked since it may be a user's."""
         state = SlaveState(self.motion.points(now.time), self.motion.velocities(now.time))
-        for what, rows in zip(state._fields, state, strict=True):
+        for method, rows in zip(state._fields, state, strict=True):
             if np.shape(rows) != self.shape:
                 raise InputError(
-                    f"{what}(t) must have one row a slave point",
+                    f"{method}(t) must have one row a slave point",
                     where=f"{self.where} at t = {now.time:g}",
                     found=np.shape(rows),
                     allowed=str(self.shape),
@@ -330,11 +330,11 @@ class DrivenNodes(NodeMover):
 
     def by_motion(self, last: SlaveState, now: SlaveState, before: Forces, forces: Forces) -> float:
         """Return the work of the motion against the mean of the forces."""
-        way = now.points - last.points
-        if not way.any():
+        displacement = now.points - last.points
+        if not displacement.any():
             return 0.0
-        both = before() + forces()
-        return -0.5 * float(np.where(np.isfinite(way), both * way, 0.0).sum())
+        work = (before() + forces()) * displacement
+        return -0.5 * float(np.where(np.isfinite(displacement), work, 0.0).sum())
 
     def digest(self, digest: Any, times: FloatArray) -> None:
         """See `NodeMover`: by the motion."""
@@ -349,20 +349,20 @@ def _digest_motion(digest: Any, motion: SlaveMotion, times: FloatArray) -> None:
         else:
             _digest_motion(digest, motion.base, times)
         return
-    some = np.unique(np.linspace(0, len(times) - 1, min(_INSTANTS, len(times))).round())
-    for k in some.astype(int):
+    samples = np.unique(np.linspace(0, len(times) - 1, min(_MAX_SAMPLES, len(times))).round())
+    for k in samples.astype(int):
         digest.arrays("points", motion.points(float(times[k])))
 
 
 @dataclass(frozen=True, eq=False)
 class CarriedNodes(NodeMover):
-    """Nodes that are fixed to a body, which feels their forces."""
+    """Nodes that are fixed to a body; their forces act on it."""
 
-    host: int = field()  # of others it is None, of the class
+    host: int = field()  # overrides the class attribute of the base, None
     points_B: FloatArray
     """(n, 3) in the axes of the body."""
     motion: object
-    """What was given, for the digest."""
+    """The motion of the slave, for the digest."""
 
     def start(self, now: Instant) -> SlaveState:
         """See `NodeMover`: by the body."""
@@ -386,20 +386,20 @@ class CarriedNodes(NodeMover):
 class FreeNodes(NodeMover):
     """Nodes that are each a free mass."""
 
-    mass: FloatArray = field()  # of others it is None, of the class
+    mass: FloatArray = field()  # overrides the class attribute of the base, None
     rest: FloatArray
     """(n, 3) at the start."""
     velocity: FloatArray
     """(3,) or (n, 3) at the start."""
     motion: object
-    """What was given, for the digest."""
+    """The motion of the slave, for the digest."""
 
     def start(self, now: Instant) -> SlaveState:
         """See `NodeMover`: at rest, with the velocity of the start."""
         return SlaveState(self.rest.copy(), np.broadcast_to(self.velocity, self.rest.shape).copy())
 
     def drift(self, last: SlaveState, forces: Forces, now: Instant) -> SlaveState:
-        """Half a kick, a drift, and the velocity that half a kick more gives."""
+        """See `NodeMover`: half a kick and a drift; a second half kick predicts the velocities."""
         points, velocities = last
         kick = 0.5 * now.dt * self._acceleration(forces, now.gravity)
         return SlaveState(points + now.dt * (velocities + kick), velocities + kick + kick)
@@ -407,8 +407,8 @@ class FreeNodes(NodeMover):
     def kick(
         self, last: SlaveState, drifted: SlaveState, forces: Forces, now: Instant
     ) -> SlaveState:
-        """The other half."""
-        # What was foreseen lies as far beyond the middle of the step as the last ones before it.
+        """See `NodeMover`: the second half of the kick."""
+        # The mid-step velocity is the mean of the last and the predicted one.
         half = 0.5 * (last.velocities + drifted.velocities)
         kick = 0.5 * now.dt * self._acceleration(forces, now.gravity)
         return SlaveState(drifted.points, half + kick)
@@ -422,7 +422,7 @@ class FreeNodes(NodeMover):
         return forces() / self.mass[:, None] + gravity
 
     def energy(self, state: SlaveState) -> Stored:
-        """Return the kinetic energy."""
+        """See `NodeMover`: the kinetic energy."""
         v = state.velocities
         return Stored(0.5 * float((self.mass * row_products(v, v)).sum()))
 
@@ -431,5 +431,5 @@ class FreeNodes(NodeMover):
         return work_of_weight(self.mass, now.points - last.points, gravity)
 
     def digest(self, digest: Any, times: FloatArray) -> None:
-        """Add the motion; the masses are its own or the slave's."""
+        """See `NodeMover`: the motion; the slave adds its masses itself."""
         digest.thing(self.motion)

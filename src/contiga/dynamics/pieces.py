@@ -35,34 +35,32 @@ class Pieces:
     coefficients: FloatArray
 
     def value(self, t: float, order: int = 0) -> FloatArray:
-        """Return the derivative (3,) of `order`, up to 2, at `t`; the outer pieces go on beyond.
+        """Return the derivative (3,) of `order`, up to 2, at `t`; the outer pieces extrapolate.
 
         It is right-continuous at breakpoints, and left-continuous at the last one.
         """
         k = min(max(bisect_right(self.times, t), 1), len(self.times) - 1) - 1
-        rows = self._derived[order][k].tolist()
+        rows = self._derivatives[order][k].tolist()
         s = t - self.times[k]
         x, y, z = rows.pop()
-        # Numbers in place of arrays of three: 2 in place of 12 microseconds.
+        # Plain numbers take 2 µs, arrays of three 12 µs.
         while rows:
             a, b, c = rows.pop()
             x, y, z = a + s * x, b + s * y, c + s * z
         return np.array([x, y, z])
 
     @cached_property
-    def _derived(self) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Coefficients, and those of the first two derivatives, with one row at least."""
+    def _derivatives(self) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Coefficients of the function and its first two derivatives, one row or more each."""
         first = _derivative(self.coefficients)
         return self.coefficients, first, _derivative(first)
 
     def kinks(self, order: int = 0) -> FloatArray:
         """Return the times at which steps end so that the derivative of `order` is resolved."""
-        rows, times = self._derived[order], np.array(self.times)
-        if rows.shape[1] > 2 and rows[:, 2:].any():  # curved between its rows
-            parts = np.arange(_N_SAMPLES) / _N_SAMPLES
-        else:
-            parts = np.zeros(1)
-        s = np.diff(times)[:, None] * parts
+        rows, times = self._derivatives[order], np.array(self.times)
+        is_curved = rows.shape[1] > 2 and rows[:, 2:].any()
+        shares = np.arange(_N_SAMPLES) / _N_SAMPLES if is_curved else np.zeros(1)
+        s = np.diff(times)[:, None] * shares
         values = np.zeros((*s.shape, 3))
         for k in range(rows.shape[1] - 1, -1, -1):
             values = rows[:, k, None, :] + s[..., None] * values
@@ -72,15 +70,18 @@ class Pieces:
     def integral(self, start: FloatArray) -> Pieces:
         """Return the integral from the first time on, with the value `start` (3,) there.
 
-        A piece begins with the same bits with which the one before it ends.
+        A piece begins with the same bits with which the previous one ends.
         """
         count = self.coefficients.shape[1]
-        rise = self.coefficients / np.arange(1.0, count + 1.0)[:, None]
-        steps = np.diff(self.times)[:, None]
-        # Horner's last step as in `value`, so that pieces join to the last bit.
-        gained = steps * _horner(rise.swapaxes(0, 1), steps)
-        begin = np.cumsum(np.concatenate([start[None], gained[:-1]]), axis=0)
-        return Pieces(self.times, read_only(np.concatenate([begin[:, None], rise], axis=1)))
+        primitive = self.coefficients / np.arange(1.0, count + 1.0)[:, None]
+        spans = np.diff(self.times)[:, None]
+        # Horner's scheme as in `value`, so that pieces join to the last bit.
+        increments = primitive[:, -1]
+        for k in range(count - 2, -1, -1):
+            increments = primitive[:, k] + spans * increments
+        increments = spans * increments
+        starts = np.cumsum(np.concatenate([start[None], increments[:-1]]), axis=0)
+        return Pieces(self.times, read_only(np.concatenate([starts[:, None], primitive], axis=1)))
 
 
 def pieces_between(times: FloatArray, rows: FloatArray, *, smooth: bool) -> Pieces:
@@ -89,21 +90,15 @@ def pieces_between(times: FloatArray, rows: FloatArray, *, smooth: bool) -> Piec
     if smooth:
         from scipy.interpolate import PchipInterpolator
 
-        falling = PchipInterpolator(times, rows, axis=0).c
-        return Pieces(instants, read_only(falling[::-1].swapaxes(0, 1)))
+        descending = PchipInterpolator(times, rows, axis=0).c
+        return Pieces(instants, read_only(descending[::-1].swapaxes(0, 1)))
     slopes = np.diff(rows, axis=0) / np.diff(times)[:, None]
     return Pieces(instants, read_only(np.stack([rows[:-1], slopes], axis=1)))
 
 
 def _derivative(coefficients: FloatArray) -> FloatArray:
+    """Return the coefficients of the derivative, one row or more."""
     count = coefficients.shape[1]
     if count == 1:
         return np.zeros_like(coefficients)
     return coefficients[:, 1:] * np.arange(1.0, count)[:, None]
-
-
-def _horner(coefficients: FloatArray, s: FloatArray) -> FloatArray:
-    value = coefficients[-1]
-    for row in coefficients[-2::-1]:
-        value = row + s * value
-    return np.asarray(value)

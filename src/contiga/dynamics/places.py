@@ -17,27 +17,27 @@ from contiga.slaves.selection import Surface, faces_to, facets_of, on_curve
 from contiga.slaves.slave import Slave
 
 PLACES = ("nodes", "box", "plane", "side", "layer", "curve", "edge")
-ON_PLANE = 1e-6
-"""Part of the size of a slave that its nodes may be off a plane or a curve and still lie on it."""
-Rows = NDArray[np.bool_]
+PLACE_TOL = 1e-6
+"""Distance, over the size of a slave, within which a node lies on a plane, a curve or a box."""
+Mask = NDArray[np.bool_]
 
 
-def place_of(table: Mapping[str, Any], others: tuple[str, ...], where: str) -> str | None:
-    """The key by which a table says where nodes are; None where it says it of all.
+def place_of(table: Mapping[str, Any], other_keys: tuple[str, ...], where: str) -> str | None:
+    """Return the key of a table that selects nodes; None if the table is for all nodes.
 
     Raises
     ------
     InputError
-        Several, or keys that are none of a place nor of `others`.
+        Several such keys, or a key that is neither one of a place nor one of `other_keys`.
     """
     places = [key for key in table if key in PLACES]
-    unknown = [str(key) for key in table if key not in (*PLACES, *others)]
+    unknown = [str(key) for key in table if key not in (*PLACES, *other_keys)]
     if unknown:
         raise InputError(
             "a key is not known",
             where=where,
             found=", ".join(unknown),
-            allowed=", ".join((*PLACES, *others)),
+            allowed=", ".join((*PLACES, *other_keys)),
         )
     if len(places) > 1:
         raise InputError(
@@ -49,8 +49,8 @@ def place_of(table: Mapping[str, Any], others: tuple[str, ...], where: str) -> s
     return places[0] if places else None
 
 
-def nodes_at(key: str | None, value: Any, slave: Slave, where: str) -> Rows:
-    """Return the nodes (n,) of a slave at a place; all nodes if `key` is None.
+def nodes_at(key: str | None, value: Any, slave: Slave, where: str) -> Mask:
+    """Return the mask (n,) of the nodes of a slave at a place; all nodes if `key` is None.
 
     Parameters
     ----------
@@ -65,37 +65,45 @@ def nodes_at(key: str | None, value: Any, slave: Slave, where: str) -> Rows:
     Raises
     ------
     InputError
-        It is no such place, or no node is there.
+        The value is no such place, or no node is there.
     """
     points, where = slave.points, f"{where}: {key}"
+    mask = np.zeros(len(points), np.bool_)
+    tol = PLACE_TOL * length(np.ptp(points, axis=0))
     if key is None:
-        return np.ones(len(points), np.bool_)
+        return ~mask
     if key == "nodes":
-        rows = nodes_given(np.asarray(value), len(points), where)
+        mask = mask_of(np.asarray(value), len(points), where)
     elif key == "side":
-        rows = np.zeros(len(points), np.bool_)
-        facing = _facets_facing(value, slave, where)
+        is_facing = _facets_facing(value, slave, where)
         assert slave.facets is not None
-        rows[slave.facets[facing]] = True
+        mask[slave.facets[is_facing]] = True
     elif key == "layer":
-        rows = _in_layer(points, *_direction(value, where))
+        direction, depth = _direction_and_number(value, where)
+        heights = (points * (direction / length(direction))).sum(axis=1)
+        mask = np.asarray(heights >= heights.max() - depth - tol)
     elif key == "edge":
-        rows = np.zeros(len(points), np.bool_)
-        rows[_nodes_of_edge(value, slave, where)] = True
+        mask[_nodes_of_edge(value, slave, where)] = True
     elif key == "curve":
         if not callable(getattr(value, "derivatives", None)):
             raise InputError("must be a NurbsCurve", where=where, found=type(value).__name__)
-        rows = on_curve(points, value, ON_PLANE * length(np.ptp(points, axis=0)))
+        mask = on_curve(points, value, tol)
+    elif key == "box":
+        low, high = _two_rows(value, where)
+        mask = ((points >= low - tol) & (points <= high + tol)).all(axis=1)
     else:
-        rows = (_in_box if key == "box" else _on_plane)(points, _two_rows(value, where))
-    if not rows.any():
+        point, normal = _two_rows(value, where)
+        if (size := length(normal)) > 0.0:
+            distances = ((points - point) * (normal / size)).sum(axis=1)
+            mask = np.abs(distances) <= tol
+    if not mask.any():
         raise InputError(
             "no node of the slave is there",
             where=where,
             found=value,
             allowed=f"nodes {box_told(points)}",
         )
-    return rows
+    return mask
 
 
 def box_told(points: FloatArray) -> str:
@@ -104,10 +112,10 @@ def box_told(points: FloatArray) -> str:
     return f"from {low} to {high}"
 
 
-def facets_at(key: str | None, value: Any, slave: Slave, where: str) -> Rows:
-    """Return the facets (m,) all of whose corners are at a place; all facets if `key` is None.
+def facets_at(key: str | None, value: Any, slave: Slave, where: str) -> Mask:
+    """Return the mask (m,) of facets all of whose corners are at a place; all if `key` is None.
 
-    Halves of a quadrilateral are there with all of its four corners.
+    For the halves of a quadrilateral all four corners count.
     """
     if slave.facets is None:
         raise InputError("a slave without facets has no surface", where=where, found="a cloud")
@@ -115,43 +123,45 @@ def facets_at(key: str | None, value: Any, slave: Slave, where: str) -> Rows:
         return np.ones(len(slave.facets), np.bool_)
     if key == "side":
         return _facets_facing(value, slave, f"{where}: side")
-    rows = nodes_at(key, value, slave, where)
-    return facets_of(rows, slave.facets, slave.quads)
+    mask = nodes_at(key, value, slave, where)
+    return facets_of(mask, slave.facets, slave.quads)
 
 
-def nodes_given(given: NDArray[Any], count: int, where: str) -> Rows:
-    """Return a mask (n,) from a mask or numbers of nodes."""
-    rows = np.zeros(count, np.bool_)
-    if given.dtype == np.bool_ and given.shape == (count,):
-        return given.copy()
-    if given.dtype.kind not in "iu" or given.ndim != 1 or not given.size:
+def mask_of(nodes: NDArray[Any], count: int, where: str) -> Mask:
+    """Return the mask (n,) of nodes given by a mask or by their numbers."""
+    if nodes.dtype == np.bool_ and nodes.shape == (count,):
+        return nodes.copy()
+    if nodes.dtype.kind not in "iu" or nodes.ndim != 1 or not nodes.size:
         raise InputError(
             "must say which nodes",
             where=where,
-            found=f"shape {given.shape} of {given.dtype}",
+            found=f"shape {nodes.shape} of {nodes.dtype}",
             allowed=f"({count},) or ({count}, 3) of bool, numbers of nodes, or a table",
         )
-    if not ((given >= 0) & (given < count)).all():
+    is_outside = (nodes < 0) | (nodes >= count)
+    if is_outside.any():
         raise InputError(
             "names a node that is not there",
             where=where,
-            found=int(given[np.argmax((given < 0) | (given >= count))]),
+            found=int(nodes[np.argmax(is_outside)]),
             allowed=f"0 to {count - 1}",
         )
-    rows[given] = True
-    return rows
+    mask = np.zeros(count, np.bool_)
+    mask[nodes] = True
+    return mask
 
 
-def _facets_facing(value: Any, slave: Slave, where: str) -> Rows:
-    way, angle = _direction(value, where)
+def _facets_facing(value: Any, slave: Slave, where: str) -> Mask:
+    """Return the mask (m,) of facets whose normals are within an angle of a direction."""
+    direction, angle = _direction_and_number(value, where)
     if slave.facets is None:
         raise InputError("a slave without facets has no side", where=where, found="a cloud")
     surface = Surface(slave.points, slave.facets, slave.quads)
-    return faces_to(surface, (way, angle), where)
+    return faces_to(surface, (direction, angle), where)
 
 
 def _nodes_of_edge(value: Any, slave: Slave, where: str) -> IntArray:
-    """Nodes on an edge of a patch."""
+    """Return the numbers (k,) of the nodes on an edge of a patch."""
     if slave.surfaces is None:
         raise InputError(
             "only a slave of splines has edges of patches",
@@ -160,68 +170,49 @@ def _nodes_of_edge(value: Any, slave: Slave, where: str) -> IntArray:
             allowed="a slave made of surfaces; or another place",
         )
     count = len(slave.surfaces.patches)
-    given = (value, 0) if isinstance(value, str) and count == 1 else value
-    fits = isinstance(given, Sequence) and len(given) == 2 and given[0] in EDGES
-    if isinstance(given, str) or not fits or given[1] not in range(count):
+    edge = (value, 0) if isinstance(value, str) and count == 1 else value
+    is_edge = isinstance(edge, Sequence) and len(edge) == 2 and edge[0] in EDGES
+    if isinstance(edge, str) or not is_edge or edge[1] not in range(count):
         raise InputError(
             "does not say which edge of which patch",
             where=where,
             found=value,
             allowed=f"(name, patch): {', '.join(EDGES)} and 0 to {count - 1}",
         )
-    return slave.surfaces.edge(given[0], given[1])
+    return slave.surfaces.edge(edge[0], edge[1])
 
 
-def _direction(value: Any, where: str) -> tuple[FloatArray, float]:
-    """A direction and a number."""
+def _direction_and_number(value: Any, where: str) -> tuple[FloatArray, float]:
+    """Return a direction (3,) and an angle or a depth, ≥ 0."""
     try:
-        way, number = np.asarray(real(value[0]), dtype=np.float64), float(value[1])
-        fits = way.shape == (3,) and bool(np.isfinite(way).all()) and length(way) > 0.0
+        direction, number = np.asarray(real(value[0]), dtype=np.float64), float(value[1])
+        is_vector = direction.shape == (3,) and bool(np.isfinite(direction).all())
+        is_valid = is_vector and length(direction) > 0.0
     except (TypeError, ValueError, IndexError, KeyError):
-        fits = False
-    if not (fits and 0.0 <= number < np.inf):
+        is_valid = False
+    if not (is_valid and 0.0 <= number < np.inf):
         raise InputError(
             "must be a direction and a number",
             where=where,
             found=value,
             allowed="([x, y, z], degrees) of a side, ([x, y, z], depth) of a layer",
         )
-    return way, number
+    return direction, number
 
 
 def _two_rows(value: Any, where: str) -> FloatArray:
+    """Return two finite vectors (2, 3)."""
     real(value, where)
     try:
-        corners = np.asarray(value, dtype=np.float64)
-        fits = corners.shape == (2, 3) and bool(np.isfinite(corners).all())
+        rows = np.asarray(value, dtype=np.float64)
+        is_valid = rows.shape == (2, 3) and bool(np.isfinite(rows).all())
     except (TypeError, ValueError):
-        fits = False
-    if not fits:
+        is_valid = False
+    if not is_valid:
         raise InputError(
             "must be two rows of three numbers",
             where=where,
             found=value,
             allowed="lowest and highest corner of a box; a point and the normal of a plane",
         )
-    return corners
-
-
-def _in_layer(points: FloatArray, way: FloatArray, depth: float) -> Rows:
-    along = (points * (way / length(way))).sum(axis=1)
-    near = ON_PLANE * length(np.ptp(points, axis=0))
-    return np.asarray(along >= along.max() - depth - near)
-
-
-def _in_box(points: FloatArray, box: FloatArray) -> Rows:
-    near = ON_PLANE * length(np.ptp(points, axis=0))
-    inside: Rows = ((points >= box[0] - near) & (points <= box[1] + near)).all(axis=1)
-    return inside
-
-
-def _on_plane(points: FloatArray, plane: FloatArray) -> Rows:
-    size = length(plane[1])
-    if size == 0.0:
-        return np.zeros(len(points), np.bool_)
-    off = ((points - plane[0]) * (plane[1] / size)).sum(axis=1)
-    near: Rows = np.abs(off) <= ON_PLANE * length(np.ptp(points, axis=0))
-    return near
+    return rows

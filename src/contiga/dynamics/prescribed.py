@@ -1,9 +1,8 @@
-"""Prescribed motion: bodies and slaves that follow tables, whatever the contact does.
+"""Prescribed motions: bodies and slaves that follow tables, whatever the contact forces.
 
-Outside its table a motion is held: before the first time it stands where it starts, after the
-last where it ends. It is never extrapolated. Velocities are exact derivatives: at a row of a table
-that of the piece which begins there, at the last row that of the piece which ends there, zero
-where a motion is held.
+A motion is not extrapolated: before the first time of its table it is at its start, after the last
+at its end. Velocities are exact derivatives, right-continuous at rows of a table, left-continuous
+at the last one, and zero outside.
 """
 
 from __future__ import annotations
@@ -37,14 +36,14 @@ _POSE_KINDS: tuple[Quantity, ...] = (
     *("time", "length", "length", "length"),
     *("ratio", "ratio", "ratio", "ratio"),
 )
-# What is left of a unit quaternion written with three digits.
-_QUATERNION_TOLERANCE = 0.01
+_QUATERNION_TOL = 0.01
+"""Deviation from length 1 of a quaternion in a file, which may have three digits."""
 
 
 class BodyMotion(Protocol):
     """Pose of a body over time.
 
-    A motion with kinks or jumps may have `kinks`: times at which automatic steps end.
+    A motion with kinks or jumps may have the property `kinks`: times at which automatic steps end.
     """
 
     def pose(self, t: float) -> PoseLike:
@@ -65,7 +64,7 @@ class SlaveMotion(Protocol):
 
 
 def pose_at(motion: BodyMotion, t: float) -> FloatArray:
-    """X_WB (4, 4) of a motion at time `t`; checked, since the motion may be a user's own."""
+    """Return X_WB (4, 4) of a motion at time `t`; checked, since the motion may be a user's own."""
     return standing(motion.pose(t), f"{type(motion).__name__}.pose({t:g})")
 
 
@@ -80,7 +79,7 @@ def rows_in(motion: object) -> FloatArray:
 
 
 def is_told(motion: object) -> bool:
-    """Return whether a motion is known at any time; a user's own may come live from a solver."""
+    """Return whether a motion can be evaluated ahead of time; a user's may come from a solver."""
     return bool(getattr(motion, "told", False))
 
 
@@ -89,22 +88,24 @@ def is_still(motion: object) -> bool:
     return bool(getattr(motion, "still", False))
 
 
-def _turns(times: FloatArray, steps: FloatArray) -> FloatArray:
-    """Times at which what goes evenly between rows, by `steps` (n − 1, d), goes otherwise."""
+def _rate_jumps(times: FloatArray, increments: FloatArray) -> FloatArray:
+    """Return the times at which rates jump, of a motion by `increments` (n − 1, d) between rows.
+
+    The first and the last time are among them: there the motion begins and stops.
+    """
     if len(times) < 2:
         return times
-    # Outside its table it is held: it begins and stops there.
-    return jumps_of(times, steps / np.diff(times)[:, None])
+    return jumps_of(times, increments / np.diff(times)[:, None])
 
 
 @dataclass(frozen=True)
 class Fixed:
-    """A body that stays where its geometry is."""
+    """A body that does not move."""
 
     told = still = True
 
     def pose(self, t: float) -> FloatArray:
-        """The identity."""
+        """Return the identity."""
         return pose.identity()
 
     def twist(self, t: float) -> Twist:
@@ -114,14 +115,14 @@ class Fixed:
 
 @dataclass(frozen=True)
 class Stopped:
-    """A body that stays where a motion has it at one time."""
+    """A body at the place that a motion gives it at one time."""
 
     told = True
     motion: BodyMotion
     time: float
 
     def pose(self, t: float) -> FloatArray:
-        """Return the pose, which never changes."""
+        """Return the pose at the time of the stop."""
         return pose_at(self.motion, self.time)
 
     def twist(self, t: float) -> Twist:
@@ -154,27 +155,27 @@ class Translate:
 
     @property
     def kinks(self) -> FloatArray:
-        """Times at which steps end, so that they take the whole table into account."""
-        return _turns(self.times, np.diff(self.offsets, axis=0))
+        """Times at which steps must end so that no part of the table is lost."""
+        return _rate_jumps(self.times, np.diff(self.offsets, axis=0))
 
     def pose(self, t: float) -> FloatArray:
-        """A translation by the table's offset at `t`."""
+        """Return a translation by the table's offset at `t`."""
         return pose.translation([np.interp(t, self.times, d) for d in self.offsets.T])
 
     def twist(self, t: float) -> Twist:
-        """The slope of the table at `t`; no spin."""
+        """Return the slope of the table at `t`, without spin."""
         return Twist(rate_at(self.times, self.offsets, t), np.zeros(3))
 
 
 @dataclass(frozen=True, init=False, eq=False)
 class Rotate:
-    """Turning about a fixed axis along a table, the angle linear between its rows.
+    """Rotation about a fixed axis by a table, the angle linear between its rows.
 
     Parameters
     ----------
-    table : (n, 2) rows t, angle in degrees; t strictly increasing. Angles above 360 are turns.
+    table : (n, 2) rows t, angle in degrees; t strictly increasing. Angles may exceed 360.
     axis : "x", "y", "z" or a vector
-    centre : (3,) a point on the axis, at rest in the world
+    centre : (3,) a point on the axis, world coordinates
     """
 
     told: ClassVar[bool] = True
@@ -199,23 +200,23 @@ class Rotate:
 
     @property
     def kinks(self) -> FloatArray:
-        """Times at which steps end, so that they take the whole table into account."""
-        return _turns(self.times, np.diff(self.degrees)[:, None])
+        """Times at which steps must end so that no part of the table is lost."""
+        return _rate_jumps(self.times, np.diff(self.degrees)[:, None])
 
     def pose(self, t: float) -> FloatArray:
-        """A rotation by the table's angle at `t`."""
+        """Return a rotation by the table's angle at `t`."""
         degrees = float(np.interp(t, self.times, self.degrees))
         return pose.rotation(self.axis, np.deg2rad(degrees), self.centre)
 
     def twist(self, t: float) -> Twist:
-        """Spin about the axis, by the slope of the table at `t`."""
+        """Return the spin about the axis, by the slope of the table at `t`."""
         spin = np.deg2rad(float(rate_at(self.times, self.degrees, t))) * self.axis
         return Twist(np.cross(spin, self.pose(t)[:3, 3] - self.centre), spin)
 
 
 @dataclass(frozen=True, init=False, eq=False)
 class Poses:
-    """Poses at given times; between them the position is linear and the turn is slerped.
+    """Poses at given times; between them positions are linear and rotations are slerped.
 
     Parameters
     ----------
@@ -234,24 +235,24 @@ class Poses:
 
     @classmethod
     def from_table(cls, table: ArrayLike) -> Poses:
-        """Poses from rows t, x, y, z, qw, qx, qy, qz.
+        """Make poses from rows t, x, y, z, qw, qx, qy, qz.
 
-        Quaternions written with few digits are brought to length 1; one that is off by more than
-        1 % is refused, since its columns are most likely in another order.
+        Quaternions are normalised, as they may have few digits. One whose length differs from 1 by
+        more than 1 % is refused: most likely its columns are in another order.
         """
         rows = table_of(table, POSE_COLUMNS)
-        turns = quaternion.as_unit(rows[:, 4:], tolerance=_QUATERNION_TOLERANCE)
-        poses = [pose.from_quaternion(q, x) for x, q in zip(rows[:, 1:4], turns, strict=True)]
+        rotations = quaternion.as_unit(rows[:, 4:], tolerance=_QUATERNION_TOL)
+        poses = [pose.from_quaternion(q, x) for x, q in zip(rows[:, 1:4], rotations, strict=True)]
         return cls(rows[:, 0], poses)
 
     @classmethod
     def from_csv(cls, path: str | Path, *, units: tuple[str, str] | None = None) -> Poses:
-        """Poses from a CSV file with the header ``t,x,y,z,qw,qx,qy,qz`` (columns in any order).
+        """Read poses from a CSV file with the header ``t,x,y,z,qw,qx,qy,qz``, in any order.
 
         Parameters
         ----------
         path : the CSV file
-        units : length and time unit to convert to, such as ("mm", "ms"), where the header says
+        units : length and time unit to convert to, such as ("mm", "ms"), if the header names
             units: ``t [s],x [m],…``
 
         Raises
@@ -259,21 +260,21 @@ class Poses:
         FileError
             The file is missing or unreadable, a column is missing, a cell is not a number.
         UnitError
-            The header says a unit, which is none of time or length, or there are no `units`.
+            The header names a unit, which is not one of time or length, or `units` is missing.
         InputError
-            The table is wrong, as in `from_table`.
+            The table is wrong, see `from_table`.
         """
-        where, header = str(path), ",".join(POSE_COLUMNS)
-        case = None if units is None else (units[0], "kg", units[1])
+        header = ",".join(POSE_COLUMNS)
+        case_units = None if units is None else (units[0], "kg", units[1])
         try:
             sheet = read_sheet(Path(path), header)
             sheet.check_header(header)
             order = sheet.order(POSE_COLUMNS, (len(POSE_COLUMNS),), header)
-            return cls.from_table(sheet.numbers(order, _POSE_KINDS, case).table)
+            return cls.from_table(sheet.numbers(order, _POSE_KINDS, case_units).table)
         except (FileError, UnitError):
             raise
         except InputError as error:
-            raise type(error)(str(error), where=where) from error
+            raise type(error)(str(error), where=str(path)) from error
 
     @property
     def rows(self) -> FloatArray:
@@ -282,38 +283,42 @@ class Poses:
 
     @property
     def kinks(self) -> FloatArray:
-        """Times at which steps end, so that they take the whole table into account."""
+        """Times at which steps must end so that no part of the table is lost."""
         q = [pose.to_quaternion(X) for X in self.poses]
-        turns = [quaternion.rotation_vector(a, b) for a, b in pairwise(q)]
-        ways = np.diff(self.poses[:, :3, 3], axis=0)
-        both = [_turns(self.times, steps) for steps in (ways, np.reshape(turns, (-1, 3)))]
-        return np.concatenate(both)
+        rotations = [quaternion.rotation_vector(a, b) for a, b in pairwise(q)]
+        translations = np.diff(self.poses[:, :3, 3], axis=0)
+        return np.concatenate(
+            [
+                _rate_jumps(self.times, translations),
+                _rate_jumps(self.times, np.reshape(rotations, (-1, 3))),
+            ]
+        )
 
     def pose(self, t: float) -> FloatArray:
-        """The pose at `t`."""
+        """Return the pose at `t`."""
         after = int(np.searchsorted(self.times, t, side="right"))
         if after == 0:
             return np.array(self.poses[0])
         if after == len(self.times):
             return np.array(self.poses[-1])
         t0, t1 = self.times[after - 1 : after + 1]
-        part = float((t - t0) / (t1 - t0))
-        return pose.interpolate(self.poses[after - 1], self.poses[after], part)
+        share = float((t - t0) / (t1 - t0))
+        return pose.interpolate(self.poses[after - 1], self.poses[after], share)
 
     def twist(self, t: float) -> Twist:
-        """The even motion of the piece that `t` lies in."""
+        """Return the constant velocity and spin of the piece that contains `t`."""
         k = piece_at(self.times, t)
         if k is None:
             return twist.still()
         span = self.times[k + 1] - self.times[k]
         start, end = self.poses[k], self.poses[k + 1]
-        way = quaternion.rotation_vector(pose.to_quaternion(start), pose.to_quaternion(end))
-        return Twist((end[:3, 3] - start[:3, 3]) / span, way / span)
+        rotation = quaternion.rotation_vector(pose.to_quaternion(start), pose.to_quaternion(end))
+        return Twist((end[:3, 3] - start[:3, 3]) / span, rotation / span)
 
 
 @dataclass(frozen=True, init=False, eq=False)
 class Combine:
-    """Motions applied one after the other, the first one first; all axes are the world's."""
+    """Motions applied one after the other, starting with the first; all in world axes."""
 
     motions: tuple[BodyMotion, ...]
 
@@ -322,25 +327,25 @@ class Combine:
 
     @property
     def told(self) -> bool:
-        """True if all of them are known at any time."""
+        """True if all of them can be evaluated ahead of time."""
         return all(map(is_told, self.motions))
 
     @property
     def rows(self) -> FloatArray:
-        """Times of the rows of all parts."""
+        """Times of the rows of all motions."""
         return np.concatenate([np.zeros(0), *map(rows_in, self.motions)])
 
     @property
     def kinks(self) -> FloatArray:
-        """Kinks of all parts."""
-        return np.concatenate([np.zeros(0), *(kinks_in(motion) for motion in self.motions)])
+        """Kinks of all motions."""
+        return np.concatenate([np.zeros(0), *map(kinks_in, self.motions)])
 
     def pose(self, t: float) -> FloatArray:
-        """The product of the motions' poses."""
+        """Return the product of the motions' poses."""
         return pose.compose(*(pose_at(motion, t) for motion in reversed(self.motions)))
 
     def twist(self, t: float) -> Twist:
-        """Twists of the motions, each carried by those after it."""
+        """Return the sum of the motions' twists, each moved by all later motions."""
         total, X = twist.still(), pose.identity()
         for motion in self.motions:
             carrier = pose_at(motion, t)
@@ -351,35 +356,35 @@ class Combine:
 
 @dataclass(frozen=True, init=False, eq=False)
 class Moved:
-    """Slave points carried by a body's motion.
+    """Slave points moved by the motion of a body.
 
     Parameters
     ----------
-    base : (n, 3) points at rest, or a `SlaveMotion` (a file series) to be carried along
-    motion : how they are carried
+    base : (n, 3) points, or a `SlaveMotion` such as a file series, in the axes of the body
+    motion : motion of the body
     """
 
     base: FloatArray | SlaveMotion
     motion: BodyMotion
 
     def __init__(self, base: ArrayLike | SlaveMotion, motion: BodyMotion) -> None:
-        carried = base if hasattr(base, "points") else read_only(as_points(base))
-        object.__setattr__(self, "base", carried)
+        points = base if hasattr(base, "points") else read_only(as_points(base))
+        object.__setattr__(self, "base", points)
         object.__setattr__(self, "motion", motion)
 
     @property
     def told(self) -> bool:
-        """True if both motions are known at any time."""
+        """True if both motions can be evaluated ahead of time."""
         return is_told(self.motion) and (isinstance(self.base, np.ndarray) or is_told(self.base))
 
     @property
     def rows(self) -> FloatArray:
-        """Times of the rows of the carrying motion."""
+        """Times of the rows of the body's motion."""
         return rows_in(self.motion)
 
     @property
     def still(self) -> bool:
-        """True if they are at rest, and nothing carries them."""
+        """True if neither the points nor the body move."""
         return isinstance(self.base, np.ndarray) and is_still(self.motion)
 
     @property
@@ -388,25 +393,27 @@ class Moved:
         return np.concatenate([kinks_in(self.base), kinks_in(self.motion)])
 
     def points(self, t: float) -> FloatArray:
-        """World coordinates at `t`, (n, 3)."""
+        """Return world coordinates (n, 3) at `t`."""
         if is_still(self.motion):
-            return self._carried(t)
-        return pose.apply(pose_at(self.motion, t), self._carried(t))
+            return self._base_points(t)
+        return pose.apply(pose_at(self.motion, t), self._base_points(t))
 
     def velocities(self, t: float) -> FloatArray:
-        """Velocities at `t`, (n, 3), world axes: of what is carried, and of what carries it."""
+        """Return velocities (n, 3) at `t`, world axes, of the points and of the body together."""
         if is_still(self.motion):
-            return self._still if isinstance(self.base, np.ndarray) else self.base.velocities(t)
+            return self._zeros if isinstance(self.base, np.ndarray) else self.base.velocities(t)
         X_WB = pose_at(self.motion, t)
-        moved = self.motion.twist(t).at(X_WB[:3, 3], pose.apply(X_WB, self._carried(t)))
+        of_body = self.motion.twist(t).at(X_WB[:3, 3], pose.apply(X_WB, self._base_points(t)))
         if isinstance(self.base, np.ndarray):
-            return moved
-        return moved + product(self.base.velocities(t), X_WB[:3, :3].T)
+            return of_body
+        return of_body + product(self.base.velocities(t), X_WB[:3, :3].T)
 
     @cached_property
-    def _still(self) -> FloatArray:
+    def _zeros(self) -> FloatArray:
+        """Velocities (n, 3) of fixed points: one array, which is the same for all steps."""
         assert isinstance(self.base, np.ndarray)
         return read_only(np.zeros(self.base.shape))
 
-    def _carried(self, t: float) -> FloatArray:
+    def _base_points(self, t: float) -> FloatArray:
+        """Return the points (n, 3) at `t` in the axes of the body."""
         return self.base if isinstance(self.base, np.ndarray) else self.base.points(t)

@@ -1,4 +1,4 @@
-"""Pulses from CSV files, whose columns say their units, in the units of a case."""
+"""Pulses from CSV files whose columns name their units, converted to the units of a case."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from contiga.records import FloatArray
 
 _HEADER = "t [ms], a [g]"
 _ANY_MASS = "kg"
-"""Neither velocities nor accelerations have one."""
+"""Mass unit: any will do, since velocities and accelerations have none."""
 
 
 def read_pulse(
@@ -25,21 +25,21 @@ def read_pulse(
     unit: str | None = None,
     quantity: Literal["velocity", "acceleration"] = "acceleration",
 ) -> FloatArray:
-    """The table of a pulse from a CSV file: rows t, a or t, ax, ay, az (or velocities).
+    """Read the table of a pulse from a CSV file: rows t, a or t, ax, ay, az (or velocities).
 
-    The first line names the columns, with their units in brackets where they have some:
+    The first line names the columns, with their units in brackets if they have some:
     ``t [ms], a [g]`` or ``time (s), acc (m/s^2)``, quoted or not. Semicolons, commas, tabs or
-    blanks part them; numbers may have decimal commas where commas do not part columns. A column
-    without a unit is in `time_unit` or `unit`; without these it is in the units of the case.
+    blanks separate columns; numbers may have decimal commas if commas do not separate columns. A
+    column without a unit is in `time_unit` or `unit`, or else in the units of the case.
 
     Parameters
     ----------
     path : the CSV file
     units : length and time unit of the case, such as ("mm", "ms")
-    columns : names of the time's column and of one or three others, with or without their
-        units; needed where the file has not two or four
-    time_unit, unit : of the times and of the values, where the header does not say them
-    quantity : what the values are, which says what units they may have
+    columns : names of the column of times and of one or three others, with or without their
+        units; needed unless the file has two or four columns
+    time_unit, unit : units of the times and of the values, if the header does not name them
+    quantity : quantity of the values, which decides their possible units
 
     Returns
     -------
@@ -48,10 +48,10 @@ def read_pulse(
     Raises
     ------
     FileError
-        The file is missing or unreadable, has no header, lacks a column, or says another unit than
+        The file is missing or unreadable, has no header, lacks a column, or names another unit than
         the caller; a cell is not a finite number, times do not increase. With file and line.
     UnitError
-        A unit is none of time, or of the quantity.
+        A unit is not one of time, or of the quantity.
     InputError
         `columns` are not two or four.
     """
@@ -60,8 +60,8 @@ def read_pulse(
     order = sheet.order(columns, (2, 4), "a time and one or three values")
     length, time = units
     kinds: list[Quantity] = ["time", *[quantity] * (len(order) - 1)]
-    given = [time_unit, *[unit] * (len(order) - 1)]
-    table, lines = sheet.numbers(order, kinds, (length, _ANY_MASS, time), given)
+    default_units = [time_unit, *[unit] * (len(order) - 1)]
+    table, lines = sheet.numbers(order, kinds, (length, _ANY_MASS, time), default_units)
     if len(table) == 0:
         raise FileError("there are no rows under the header", where=str(path))
     check_times(table[:, 0], lines, path)

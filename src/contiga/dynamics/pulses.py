@@ -1,8 +1,8 @@
-"""Pulses: bodies that move without turning, by a velocity or an acceleration over time.
+"""Pulses: bodies that move without rotation, by a velocity or an acceleration over time.
 
-What a table gives is integrated exactly, so that pose, velocity and acceleration belong together
-to rounding. A pulse is not extrapolated: outside its rows the acceleration is zero and the body
-goes on evenly. A run that lasts longer than its pulse is refused by `check_covers`.
+The table is integrated exactly, so that pose, velocity and acceleration agree to rounding. A pulse
+is not extrapolated: outside its rows the acceleration is zero and the velocity constant. A run that
+lasts longer than its pulse is refused by `check_covers`.
 """
 
 from __future__ import annotations
@@ -22,23 +22,23 @@ from contiga.rigid import pose
 from contiga.rigid.transform import Axis, unit_axis, vector
 from contiga.rigid.twist import Twist
 
-# Of the run: times that units and sums of steps have rounded.
-_SAME_TIME = 1e-9
+_TIME_TOL = 1e-9
+"""Tolerance of times over those of the run: conversion of units and sums of steps round them."""
 
 
 @dataclass(frozen=True, init=False, eq=False)
 class _Pulse:
-    """A translation along pieces of polynomials, even before the first and after the last."""
+    """A translation by piecewise polynomials, with constant velocity before and after them."""
 
     told: ClassVar[bool] = True
     displacements: Pieces
-    _given: ClassVar[int]
-    """Which derivative of the displacement the table gives."""
+    _order: ClassVar[int]
+    """Order of the derivative of the displacement that the table contains."""
 
     @property
     def kinks(self) -> FloatArray:
-        """Times at which steps end, so that they take the whole table into account."""
-        return self.displacements.kinks(self._given)
+        """Times at which steps must end so that no part of the table is lost."""
+        return self.displacements.kinks(self._order)
 
     @property
     def rows(self) -> FloatArray:
@@ -66,49 +66,48 @@ class _Pulse:
     def acceleration(self, t: float) -> FloatArray:
         """Return the acceleration (3,) at `t`, world axes; zero outside the rows.
 
-        Where it jumps, at a row, it is that of the piece which begins there, and at the last row
-        that of the piece which ends there.
+        It is right-continuous at rows, and left-continuous at the last one.
         """
         first, last = self.span
         return self.displacements.value(t, 2) if first <= t <= last else np.zeros(3)
 
     def pose(self, t: float) -> FloatArray:
-        """A translation by the displacement at `t`."""
+        """Return a translation by the displacement at `t`."""
         X = pose.identity()
         X[:3, 3] = self.displacement(t)
         return X
 
     def twist(self, t: float) -> Twist:
-        """The velocity at `t`; no spin."""
+        """Return the velocity at `t`, without spin."""
         return Twist(self.velocity(t), np.zeros(3))
 
 
 @dataclass(frozen=True, init=False, eq=False)
 class Velocity(_Pulse):
-    """Movement with a velocity that a table gives.
+    """Translation with the velocity of a table.
 
     Parameters
     ----------
     table : (n, 2) rows t, v with a `direction`, or (n, 4) rows t, vx, vy, vz; n ≥ 2, t strictly
         increasing
-    direction : "x", "y", "z" or a vector, of which only the direction counts
+    direction : "x", "y", "z" or a vector of any length
     smooth : monotone cubics between the rows in place of straight lines
 
     Raises
     ------
     InputError
-        The table is no such table, or a direction is missing or too much.
+        A table of another shape; a direction that is missing, or not needed.
 
     Examples
     --------
-    From rest to 2 in 4, and even from there on
+    From rest to a velocity of 2 within a time of 4, and constant from there on
 
     >>> run_up = Velocity([[0.0, 0.0], [4.0, 2.0], [9.0, 2.0]], direction="x")
     >>> run_up.displacement(4.0).tolist(), run_up.displacement(9.0).tolist()
     ([4.0, 0.0, 0.0], [14.0, 0.0, 0.0])
     """
 
-    _given = 1
+    _order = 1
 
     def __init__(
         self, table: ArrayLike, *, direction: Axis | None = None, smooth: bool = False
@@ -119,24 +118,24 @@ class Velocity(_Pulse):
 
 @dataclass(frozen=True, init=False, eq=False)
 class Accelerated(_Pulse):
-    """Movement with an acceleration that a table gives.
+    """Translation with the acceleration of a table.
 
     Parameters
     ----------
     table : (n, 2) rows t, a with a `direction`, or (n, 4) rows t, ax, ay, az; n ≥ 2, t strictly
         increasing
-    direction : "x", "y", "z" or a vector, of which only the direction counts
+    direction : "x", "y", "z" or a vector of any length
     velocity : (3,) at the first row's time, world axes
     smooth : monotone cubics between the rows in place of straight lines
 
     Raises
     ------
     InputError
-        The table is no such table, a direction is missing or too much, or the velocity is none.
+        A table of another shape; a direction that is missing, or not needed; an invalid velocity.
 
     Examples
     --------
-    A sled that is stopped from 10 within 4 by a triangle of acceleration
+    A sled that stops from a velocity of 10 within a time of 4 by a triangular acceleration
 
     >>> stop = [[0.0, 0.0], [2.0, -5.0], [4.0, 0.0]]
     >>> sled = Accelerated(stop, direction="x", velocity=[10.0, 0.0, 0.0])
@@ -144,7 +143,7 @@ class Accelerated(_Pulse):
     ([0.0, 0.0, 0.0], [20.0, 0.0, 0.0])
     """
 
-    _given = 2
+    _order = 2
 
     def __init__(
         self,
@@ -164,22 +163,22 @@ def check_covers(span: tuple[float, float] | None, start: float, end: float, whe
 
     Parameters
     ----------
-    span : first and last time of its rows; None for what is constant
+    span : first and last time of its rows; None for a constant load
     start, end : times of the run
     where : key or name of the pulse
 
     Raises
     ------
     InputError
-        It begins later or stops earlier, by more than rounding.
+        The pulse begins later or stops earlier, by more than rounding.
 
     >>> check_covers((0.0, 100.0), 0.0, 80.0, "body[0].motion")
     """
     if span is None:
         return
     first, last = span
-    slack = _SAME_TIME * (abs(start) + abs(end) + abs(end - start))
-    if last < end - slack:
+    tol = _TIME_TOL * (abs(start) + abs(end) + abs(end - start))
+    if last < end - tol:
         raise InputError(
             f"stops at {last:.9g}, and the run needs it up to {end:.9g}",
             where=where,
@@ -187,7 +186,7 @@ def check_covers(span: tuple[float, float] | None, start: float, end: float, whe
             allowed=f"a last row at {end:.9g} or later",
             remedy=f"Add a last row [{end:.9g}, 0], or end the run at {last:.9g}",
         )
-    if first > start + slack:
+    if first > start + tol:
         raise InputError(
             f"begins at {first:.9g}, and the run needs it from {start:.9g} on",
             where=where,
@@ -198,37 +197,31 @@ def check_covers(span: tuple[float, float] | None, start: float, end: float, whe
 
 
 def _vectors(table: ArrayLike, letter: str, direction: Axis | None, smooth: bool) -> Pieces:
-    """The rates of a table over time."""
-    along = tuple(f"{letter}{axis}" for axis in "xyz")
-    width = _width(table)
-    if direction is None and width == 2:
-        raise InputError(
-            f"rows [t, {letter}] need a direction",
-            where="direction",
-            allowed="'x', 'y', 'z' or a vector",
-            remedy=f"Give the direction, or rows [t, {', '.join(along)}]",
-        )
-    if direction is not None and width == 4:
-        raise InputError(
-            f"rows [t, {', '.join(along)}] have their direction in them",
-            where="direction",
-            found=direction,
-            remedy=f"Remove the direction, or give rows [t, {letter}]",
-        )
+    """Return the vectors of a table over time; `letter` is "v" or "a"."""
+    components = tuple(f"{letter}{axis}" for axis in "xyz")
+    try:
+        shape = np.shape(table)
+    except ValueError:  # rows of several lengths, which `table_of` reports
+        shape = ()
     if direction is None:
-        rows = table_of(table, ("t", *along), at_least=2)
+        if shape[1:] == (2,):
+            raise InputError(
+                f"rows [t, {letter}] need a direction",
+                where="direction",
+                allowed="'x', 'y', 'z' or a vector",
+                remedy=f"Give the direction, or rows [t, {', '.join(components)}]",
+            )
+        rows = table_of(table, ("t", *components), at_least=2)
         values = rows[:, 1:]
     else:
+        if shape[1:] == (4,):
+            raise InputError(
+                f"rows [t, {', '.join(components)}] have their direction in them",
+                where="direction",
+                found=direction,
+                remedy=f"Remove the direction, or give rows [t, {letter}]",
+            )
         axis = unit_axis(direction, "direction")
         rows = table_of(table, ("t", letter), at_least=2)
         values = rows[:, 1:] * axis
     return pieces_between(read_only(rows[:, 0]), values, smooth=smooth)
-
-
-def _width(table: ArrayLike) -> int | None:
-    """Return the number of columns of a table, None if it is no table: `table_of` says why."""
-    try:
-        shape = np.shape(table)
-    except ValueError:
-        return None
-    return shape[1] if len(shape) == 2 else None

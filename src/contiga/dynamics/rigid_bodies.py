@@ -1,4 +1,4 @@
-"""Free rigid bodies together, one row each: how they start and how a step moves them."""
+"""Free rigid bodies as rows of one array: constants, start, and the stages of a step."""
 
 from __future__ import annotations
 
@@ -30,20 +30,20 @@ class Placed(NamedTuple):
 def with_attached(
     name: str, motion: Free, attached: list[MassProperties], glued: list[MassProperties]
 ) -> Free:
-    """A free body as it moves with the bodies attached and the nodes glued to it.
+    """Return a free body with the masses of the bodies attached and the nodes glued to it.
 
-    The velocity given is that of the centre of the bodies, at the start. That of the common centre,
-    which is what moves, follows by the spin, but for the ways in which it is held.
+    The velocity of the motion is that of the centre of mass of all bodies at the start. The
+    velocity of the common centre follows from the spin, except along held directions.
 
     Raises
     ------
     InputError
-        It has no inertia, though it may turn and what is attached has.
+        The body has no mass, or no inertia though it may rotate.
     """
     if not (attached or glued):
         return motion
-    turns = not {"rx", "ry", "rz"} <= set(motion.hold)
-    if motion.mass is None or np.ndim(motion.mass) != 0 or (motion.inertia is None and turns):
+    may_turn = not {"rx", "ry", "rz"} <= set(motion.hold)
+    if motion.mass is None or np.ndim(motion.mass) != 0 or (motion.inertia is None and may_turn):
         raise InputError(
             "a free body that carries other masses needs mass and inertia",
             where=f"bodies[{name!r}]: motion",
@@ -52,14 +52,14 @@ def with_attached(
     centre = np.zeros(3) if motion.centre is None else motion.centre
     inertia = np.zeros((3, 3)) if motion.inertia is None else motion.inertia
     bodies = combined([MassProperties(float(motion.mass), centre, inertia), *attached])
-    whole = combined([bodies, *glued])
-    shift = whole.centre - bodies.centre if glued else np.zeros(3)
-    held = [way in motion.hold for way in HOLDS[:3]]
+    total = combined([bodies, *glued])
+    shift = total.centre - bodies.centre if glued else np.zeros(3)
+    is_held = [axis in motion.hold for axis in HOLDS[:3]]
     return Free(
-        mass=whole.mass,
-        centre=whole.centre,
-        inertia=None if motion.inertia is None else whole.inertia,
-        velocity=np.where(held, 0.0, motion.velocity + np.cross(motion.spin, shift)),
+        mass=total.mass,
+        centre=total.centre,
+        inertia=None if motion.inertia is None else total.inertia,
+        velocity=np.where(is_held, 0.0, motion.velocity + np.cross(motion.spin, shift)),
         spin=motion.spin,
         hold=motion.hold,
     )
@@ -71,7 +71,7 @@ def fixed_of(name: str, motion: Free) -> FloatArray:
     Raises
     ------
     InputError
-        No mass, none for the whole body, no inertia though it may turn.
+        No mass, masses of nodes, no inertia though the body may rotate.
     """
     where = f"bodies[{name!r}]: motion"
     if motion.mass is None or np.ndim(motion.mass) != 0 or motion.velocity.ndim != 1:
@@ -81,41 +81,41 @@ def fixed_of(name: str, motion: Free) -> FloatArray:
             found=f"mass {motion.mass}" if motion.mass is None else "those of nodes",
             remedy="Give Free(mass=…), or Free(body.mass_properties(density))",
         )
-    one = np.zeros(lanes.FIXED)
-    one[lanes.MASS] = motion.mass
-    one[lanes.WAYS : lanes.WAYS + 3] = [name not in motion.hold for name in HOLDS[:3]]
-    one[lanes.SPINS : lanes.SPINS + 3] = [name not in motion.hold for name in HOLDS[3:]]
+    fixed = np.zeros(lanes.FIXED)
+    fixed[lanes.MASS] = motion.mass
+    fixed[lanes.WAYS : lanes.WAYS + 3] = [axis not in motion.hold for axis in HOLDS[:3]]
+    fixed[lanes.SPINS : lanes.SPINS + 3] = [axis not in motion.hold for axis in HOLDS[3:]]
     if motion.centre is not None:
-        one[lanes.CENTRE_B : lanes.CENTRE_B + 3] = motion.centre
-    one[lanes.MOMENTS : lanes.MOMENTS + 3] = 1.0
-    one[lanes.AXES : lanes.AXES + 9] = np.eye(3).ravel()
+        fixed[lanes.CENTRE_B : lanes.CENTRE_B + 3] = motion.centre
+    fixed[lanes.MOMENTS : lanes.MOMENTS + 3] = 1.0
+    fixed[lanes.AXES : lanes.AXES + 9] = np.eye(3).ravel()
     if motion.inertia is not None:
         moments, axes = principal_axes(motion.inertia)
-        one[lanes.MOMENTS : lanes.MOMENTS + 3] = moments[::-1]
-        one[lanes.AXES : lanes.AXES + 9] = axes[::-1].T.ravel()
-    elif one[lanes.SPINS : lanes.SPINS + 3].any():
+        fixed[lanes.MOMENTS : lanes.MOMENTS + 3] = moments[::-1]
+        fixed[lanes.AXES : lanes.AXES + 9] = axes[::-1].T.ravel()
+    elif fixed[lanes.SPINS : lanes.SPINS + 3].any():
         raise InputError(
             "a free body that may turn needs its inertia",
             where=where,
             remedy='Give inertia=(3, 3) about the centre, or hold=["rx", "ry", "rz"]',
         )
-    return one
+    return fixed
 
 
-def row_of(motion: Free, one: FloatArray) -> FloatArray:
-    """Return the row (19,) of a body at the start, in the world's frame, without forces."""
+def row_of(motion: Free, fixed: FloatArray) -> FloatArray:
+    """Return the row (19,) of a body with constants `fixed` (22,) at the start, without forces."""
     row = np.zeros(lanes.STATE)
-    row[lanes.CENTRE : lanes.CENTRE + 3] = one[lanes.CENTRE_B : lanes.CENTRE_B + 3]
+    row[lanes.CENTRE : lanes.CENTRE + 3] = fixed[lanes.CENTRE_B : lanes.CENTRE_B + 3]
     row[lanes.TURN] = 1.0
     row[lanes.VELOCITY : lanes.VELOCITY + 3] = motion.velocity
-    axes = one[lanes.AXES : lanes.AXES + 9].reshape(3, 3)
-    momenta = one[lanes.MOMENTS : lanes.MOMENTS + 3] * product(axes.T, motion.spin)
+    axes = fixed[lanes.AXES : lanes.AXES + 9].reshape(3, 3)
+    momenta = fixed[lanes.MOMENTS : lanes.MOMENTS + 3] * product(axes.T, motion.spin)
     row[lanes.MOMENTUM : lanes.MOMENTUM + 3] = product(axes, momenta)
     return row
 
 
 def started(rows: FloatArray, fixed: FloatArray) -> Placed:
-    """Bodies as they stand at the start."""
+    """Return the bodies at the start, with poses and twists from `rows` (b, 19)."""
     b = len(rows)
     placed = Placed(rows.copy(), np.empty((b, 4, 4)), np.empty((b, 6)))
     straight(rigid_body_nb.start)(placed.rows, fixed, placed.poses, placed.twists)
@@ -123,9 +123,9 @@ def started(rows: FloatArray, fixed: FloatArray) -> Placed:
 
 
 def drifted(last: FloatArray, fixed: FloatArray, dt: float) -> Placed:
-    """Return the bodies after the drift of a step, with the velocities foreseen by constant forces.
+    """Return the bodies after the drift of a step, with velocities predicted by constant forces.
 
-    The momenta are those in the middle of the step, until `kicked`.
+    The momenta in the rows are those at mid-step, until `kicked`.
     """
     b = len(last)
     placed = Placed(last.copy(), np.empty((b, 4, 4)), np.empty((b, 6)))
@@ -134,12 +134,12 @@ def drifted(last: FloatArray, fixed: FloatArray, dt: float) -> Placed:
 
 
 def kicked(placed: Placed, fixed: FloatArray, loads: FloatArray, dt: float) -> float:
-    """Ends the step of `drifted`: `placed` is changed. Answers the kinetic energy.
+    """End the step of `drifted` in place, and return the kinetic energy.
 
     Parameters
     ----------
     placed : places and velocities from `drifted`, changed in place
-    fixed : (b, …) constants of the bodies, rows of `fixed_of`
+    fixed : (b, 22) constants of the bodies, rows of `fixed_of`
     loads : (b, 6) force and moment about the frames' origins, world axes
     dt : length of the step; 0 at the start
     """
@@ -152,13 +152,13 @@ def kicked(placed: Placed, fixed: FloatArray, loads: FloatArray, dt: float) -> f
 def add_gravity(
     placed: Placed, fixed: FloatArray, gravity: FloatArray, free: IndexArray, loads: FloatArray
 ) -> None:
-    """Add the weights of bodies to the rows `free` (b,) of loads (n, 6), as in `kicked`."""
+    """Add the weights of the bodies to the rows `free` (b,) of loads (n, 6), see `kicked`."""
     straight(rigid_body_nb.weigh)(placed.rows, fixed, gravity, placed.poses, free, loads)
 
 
 def work_of_gravity(
     last: FloatArray, rows: FloatArray, fixed: FloatArray, gravity: FloatArray
 ) -> float:
-    """Work on bodies whose rows were `last` (b, 19) and are `rows` (b, 19)."""
+    """Return the work of gravity in a step of the bodies from `last` (b, 19) to `rows` (b, 19)."""
     work: float = straight(rigid_body_nb.lowered)(last, rows, fixed, gravity)
     return work

@@ -1,4 +1,4 @@
-"""Bodies that change their shape as a table of their control points says."""
+"""Bodies whose control points follow a table over time, or a slave that deforms."""
 
 from __future__ import annotations
 
@@ -20,11 +20,11 @@ from contiga.rigid.twist import Twist
 
 @dataclass(frozen=True, init=False, eq=False)
 class ControlPoints:
-    """A body that stands, and whose control points follow a table, smoothly between its rows.
+    """A body whose control points follow a table over time, by cubic splines between its rows.
 
-    Between rows it is the cubic spline through them that begins and ends at rest: positions and
-    velocities are continuous, also with the shapes that are held before the first time and after
-    the last. Contacts with the body push points by the nearest wall (`foot`, `through`).
+    The splines begin and end at rest, so that positions and velocities are continuous also at the
+    first and the last time, outside which the shape is constant. Contacts push points by the
+    nearest wall of the body (`foot`, `through`).
 
     Parameters
     ----------
@@ -82,7 +82,7 @@ class ControlPoints:
 
     @cached_property
     def _spline(self) -> Any:
-        from scipy.interpolate import CubicSpline  # it takes long to load
+        from scipy.interpolate import CubicSpline  # slow to import
 
         return CubicSpline(self.times, self.points, bc_type="clamped")
 
@@ -95,7 +95,7 @@ class ControlPoints:
         return np.ascontiguousarray(self._spline(t))
 
     def control_velocity(self, t: float) -> FloatArray:
-        """Return the velocities (m, 3) at time `t`; zero while the shape is held."""
+        """Return the velocities (m, 3) at time `t`; zero while the shape is constant."""
         if not self.times[0] < t < self.times[-1]:
             return np.zeros(self.points.shape[1:])
         return np.ascontiguousarray(self._spline(t, 1))
@@ -105,8 +105,8 @@ class ControlPoints:
 class ControlPointsOf(Dependent):
     """A body whose control points are those of a slave that deforms as a shell of splines.
 
-    So the shell is a master of other slaves. The body has the patches that the shell is made of;
-    forces on its control points act on the shell.
+    It makes the shell a master of other slaves. The body has the patches of the shell; forces on
+    its control points act on the shell.
     """
 
     slave: str

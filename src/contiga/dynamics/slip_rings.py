@@ -4,8 +4,8 @@ With θ the angle by which the webbing turns there and μ its friction (Euler, E
 
     e^{−μ θ} ≤ T_b / T_a ≤ e^{μ θ}:
 
-within, the webbing sticks; at a bound it slips towards the larger tension, by as much as brings
-the ratio back to it. What slips is lost by friction, (T_b − T_a) dr.
+between these bounds the webbing sticks; beyond one it slips towards the larger tension until the
+ratio is at the bound. Friction dissipates (T_b − T_a) dr.
 """
 
 from __future__ import annotations
@@ -25,28 +25,28 @@ class SlipRingState(NamedTuple):
     """State of a slip ring."""
 
     slipped: float = 0.0
-    """Length that went from the first segment into the second since the start."""
+    """Length that slipped from the first segment into the second since the start."""
     friction: float = 0.0
-    """Energy lost since the start."""
+    """Energy lost by friction since the start."""
     angle: float = 0.0
     """Angle by which the webbing turns, radians."""
 
 
 @dataclass(frozen=True, init=False, eq=False)
 class SlipRing:
-    """A D-ring, a buckle's tongue or the like, between two segments that end at one point.
+    """A D-ring, the tongue of a buckle or the like, between two segments that end at one point.
 
     Parameters
     ----------
     between : names of two springs of webbing, which end at one point of one body, slave or the
         ground
     friction : μ, ≥ 0
-    name : how results call it; "<first>-<second>" if empty
+    name : name in results; "<first>-<second>" if empty
 
     Raises
     ------
     InputError
-        Not two names, a friction below zero.
+        Not two names, a negative friction.
 
     Examples
     --------
@@ -73,34 +73,32 @@ class SlipRing:
         put(self, "name", name or "-".join(names))
 
     def ratio(self, angle: float) -> float:
-        """e^{μ θ}, the most that one tension is of the other."""
+        """Return e^{μ θ}, the largest ratio of the tensions."""
         return math.exp(self.friction * angle)
 
 
 def slip(
     first: Callable[[float], Response], second: Callable[[float], Response], ratio: float
 ) -> float:
-    """Length that goes from the first segment into the second, negative the other way round.
+    """Return the length that slips from the first segment into the second; may be negative.
 
     Parameters
     ----------
     first, second : tensions over the length that is fed in
     ratio : e^{μ θ}
     """
-    ta, tb = first(0.0), second(0.0)
-    if tb.force > ratio * ta.force:
-        return _slipped(first, second, ratio)
-    if ta.force > ratio * tb.force:
-        return -_slipped(second, first, ratio)
-    return 0.0
+    force_1, force_2 = first(0.0).force, second(0.0).force
+    if force_2 > ratio * force_1:
+        slack, tight, sign = first, second, 1.0
+    elif force_1 > ratio * force_2:
+        slack, tight, sign = second, first, -1.0
+    else:
+        return 0.0
 
-
-def _slipped(
-    slack: Callable[[float], Response], tight: Callable[[float], Response], ratio: float
-) -> float:
-    def surplus(fed: float) -> tuple[float, float]:
+    def excess(fed: float) -> tuple[float, float]:
+        """Return the tight segment's force above the friction bound, and its slope."""
         low, high = slack(-fed), tight(fed)
         return high.force - ratio * low.force, -high.stiffness - ratio * low.stiffness
 
-    value, slope = surplus(0.0)
-    return root(surplus, 0.0, value / -slope if slope < 0.0 else 1e-6 * value)
+    value, slope = excess(0.0)
+    return sign * root(excess, 0.0, value / -slope if slope < 0.0 else 1e-6 * value)

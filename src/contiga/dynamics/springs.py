@@ -15,16 +15,15 @@ from numpy.typing import ArrayLike
 from contiga.arrays.layout import all_of, as_numbers, not_negative, one_of, read_only, real
 from contiga.criteria.filters import NAMES as FILTERS
 from contiga.curves.characteristic import Characteristic, CurveLike, as_curve
-from contiga.curves.curve_records import Response
 from contiga.curves.hysteresis import Hysteresis, hysteresis_of
 from contiga.dynamics.belt_devices import (
     Devices,
     DeviceState,
     LoadLimiter,
     Moment,
-    Moved,
     Pretensioner,
     Retractor,
+    SegmentStep,
     Webbing,
 )
 from contiga.dynamics.spring_law import SpringLaw
@@ -33,8 +32,8 @@ from contiga.records import FloatArray, IntArray
 
 GROUND = "ground"
 _NO_MOMENT = Moment()
-# Of the largest coordinate: points nearer than rounding have no direction between them.
 _SAME_POINT = 1e-12
+"""Distance of two points, over their largest coordinate, that counts as rounding."""
 
 
 class Spread(NamedTuple):
@@ -47,7 +46,7 @@ class Spread(NamedTuple):
 
 
 class SpringState(NamedTuple):
-    """State of a spring. Only `stored` is an energy of the moment; the others add up."""
+    """State of a spring. `stored` is an energy at that time; losses are sums since the start."""
 
     ends: FloatArray
     """(2, 3) world."""
@@ -55,25 +54,25 @@ class SpringState(NamedTuple):
     force: float
     """Tension of spring and damper."""
     damper: float
-    """Part of the damper in it."""
+    """Force of the damper alone."""
     stiffness: float
     """d force / d elongation, without the damper."""
     memory: float
     """Tension without the damper, from which hysteresis continues."""
     stored: float
-    """Energy that the spring would give back."""
+    """Recoverable energy."""
     hysteresis: float
-    """Lost since the start, as it unloads by another curve than it loads and to its devices."""
+    """Energy lost since the start by hysteresis, and to the devices."""
     damping: float
-    """Taken by the damper since the start."""
+    """Energy lost by the damper since the start."""
     devices: DeviceState = DeviceState()
     """State of the devices at its end."""
 
     @property
     def pull(self) -> FloatArray:
-        """Force (3,) on the body of the first end, world axes; that on the second is opposite.
+        """Force (3,) on the body of the first end, world axes; the second end has the opposite.
 
-        It is zero while the ends are at one point, where there is no direction.
+        It is zero while the ends coincide, and the spring has no direction.
         """
         if self.length == 0.0:
             return np.zeros(3)
@@ -89,36 +88,35 @@ class Spring:
     Parameters
     ----------
     between : names of two bodies or slaves, or of one and "ground"
-    at : (2, 3) the points, one of each, world coordinates at the start of the run; on a slave the
-        spring ends at the node that is nearest
+    at : (2, 3) one point of each, world coordinates at the start of the run; on a slave the spring
+        ends at the nearest node
     curve : force over elongation, tension positive: a number is a stiffness for both signs; a
-        table goes on below its first point as its extrapolation says
+        table is extrapolated as its `extrapolation` says
     unloading, hysteresis_slope : as for the laws of a contact. Such a spring carries tension only
-        (a belt, a Kelvin restraint): it is slack when shorter than its rest length, forgets then
-        what it has been through, and its damper never pushes.
-    damping : force by the rate of elongation, ≥ 0
-    length : at rest, ≥ 0; the distance of the points at the start if None
-    name : how results call it; "<first>-<second>" if empty
-    filter : "CFC60", "CFC180", "CFC600" or "CFC1000" (SAE J211) for the force that results tell;
-        none if omitted
+        (a belt, a Kelvin restraint): it is slack when shorter than its rest length, which erases
+        its memory, and its damper never pushes.
+    damping : force over the rate of elongation, ≥ 0
+    length : length at rest, ≥ 0; the distance of the points at the start if None
+    name : name in results; "<first>-<second>" if empty
+    filter : "CFC60", "CFC180", "CFC600" or "CFC1000" (SAE J211) for the force in results; none if
+        omitted
     retractor, limiter, pretensioner : devices at its end, of `contiga.belts`. Such a spring is
         webbing: it carries tension only, and has no damper.
-    release : name of the sensor whose trigger lets its end go
+    release : name of the sensor whose trigger releases its end
     spread : for each end, the nodes of its slave that share it, None for the node nearest to `at`
 
     Notes
     -----
-    The force is F(ℓ − ℓ₀) + c ℓ', along the line between the ends. Energies: stored is ∫₀ˣ F dx,
-    exact for tables; hysteresis loses as the law of a contact does (`Hysteresis`); what the damper
-    takes is its force times the way by the trapezoidal rule, as a Verlet integrator moves bodies.
-    Ends that come to one point have no direction between them: the force on both is zero there.
+    The force is F(ℓ − ℓ₀) + c ℓ', along the line between the ends. The stored energy is ∫₀ˣ F dx,
+    exact for tables; hysteresis loses energy as in the law of a contact (`Hysteresis`); the loss of
+    the damper is integrated by the trapezoidal rule, consistent with the Verlet integrator. Ends
+    that coincide have no direction between them: the force on both is zero.
 
     Raises
     ------
     InputError
-        Neither curve nor damping; both ends of one body, or both on the ground; two points that
-        are one; curves that break the rules of `Characteristic` and `Hysteresis`; a filter that is
-        not known.
+        Neither curve nor damping; both ends of one body, or both on the ground; two equal points;
+        curves that break the rules of `Characteristic` and `Hysteresis`; an unknown filter.
 
     Examples
     --------
@@ -162,19 +160,40 @@ class Spring:
         release: str | None = None,
         spread: tuple[Spread | None, Spread | None] = (None, None),
     ) -> None:
-        pair, ends, c = _pair(between), _ends(at), not_negative(damping, "damping")
+        pair, ends = _checked_pair(between), _checked_ends(at)
+        damping = not_negative(damping, "damping")
         if curve is None:
-            _check_damper_alone(c, unloading, hysteresis_slope)
+            for key, value in (("unloading", unloading), ("hysteresis_slope", hysteresis_slope)):
+                if value is not None:
+                    raise InputError(
+                        "is missing: a spring that unloads has a curve that it loads by",
+                        where="curve",
+                        remedy=f"Give the curve, or remove {key}",
+                    )
+            if damping == 0.0:
+                raise InputError(
+                    "a spring needs a curve or a damping",
+                    where="curve",
+                    found="neither",
+                    allowed="a stiffness, a table of force over elongation, or damping > 0",
+                )
         loading = as_curve(0.0 if curve is None else curve, "curve")
         hysteresis = hysteresis_of(loading, unloading, hysteresis_slope)
-        _check_reaches_rest(loading)
+        is_bounded = loading.is_table and loading.extrapolation == "error"
+        if is_bounded and not loading.x[0] <= 0.0 <= loading.x[-1]:
+            raise InputError(
+                "a table that must not be left needs the elongation zero in it",
+                where=loading.name,
+                found=[float(loading.x[0]), float(loading.x[-1])],
+                remedy='Add a row for it, or set extrapolation = "linear" or "constant"',
+            )
         rest = math.dist(*ends.tolist()) if length is None else not_negative(length, "length")
         put = object.__setattr__
         put(self, "between", pair)
         put(self, "at", ends)
         put(self, "curve", None if curve is None else loading)
         put(self, "hysteresis", hysteresis)
-        put(self, "damping", c)
+        put(self, "damping", damping)
         put(self, "length", rest)
         put(self, "name", name or "-".join(pair))
         put(self, "filter", None if filter is None else one_of("filter", filter, FILTERS))
@@ -182,13 +201,12 @@ class Spring:
         put(self, "spread", spread)
         devices = Devices(retractor, limiter, pretensioner, release)
         put(self, "devices", devices)
-        put(self, "is_webbing", False)
-        for one, kind in zip(devices, (Retractor, LoadLimiter, Pretensioner, str), strict=True):
-            if one is not None:
-                all_of(kind, (one,), kind.__name__.lower(), "must be", kind.__name__)
-        if any(one is not None for one in devices):
+        for device, kind in zip(devices, (Retractor, LoadLimiter, Pretensioner, str), strict=True):
+            if device is not None:
+                all_of(kind, (device,), kind.__name__.lower(), "must be", kind.__name__)
+        put(self, "is_webbing", any(device is not None for device in devices))
+        if self.is_webbing:
             _check_webbing(self, "a device")
-            put(self, "is_webbing", True)
 
     def as_webbing(self) -> Spring:
         """Return a copy that carries tension only, as webbing through a slip ring does.
@@ -196,7 +214,7 @@ class Spring:
         Raises
         ------
         InputError
-            It is no webbing: without a curve, with a damper, or with a curve that falls.
+            The spring has no curve, a damper, or a curve that falls.
         """
         _check_webbing(self, "a slip ring")
         segment = copy(self)
@@ -205,14 +223,14 @@ class Spring:
 
     def resting(self) -> Spring:
         """Return a copy for coming to rest before a run: nothing fires, no retractor locks."""
-        rested, own = copy(self), self.devices
-        retractor = None if own.retractor is None else own.retractor.unlocked()
-        object.__setattr__(rested, "devices", Devices(retractor, own.limiter))
-        return rested
+        resting, retractor = copy(self), self.devices.retractor
+        unlocked = None if retractor is None else retractor.unlocked()
+        object.__setattr__(resting, "devices", Devices(unlocked, self.devices.limiter))
+        return resting
 
     def with_ends(self, at: FloatArray) -> Spring:
         """Return a copy between other points (2, 3) at the start, with the same length at rest."""
-        moved, ends = copy(self), _ends(at)
+        moved, ends = copy(self), _checked_ends(at)
         object.__setattr__(moved, "at", ends)
         if self.is_taut:
             object.__setattr__(moved, "length", math.dist(*ends.tolist()))
@@ -221,23 +239,23 @@ class Spring:
     def start(
         self, ends_W: ArrayLike, velocities_W: ArrayLike, *, moment: Moment = _NO_MOMENT
     ) -> SpringState:
-        """Return the state at the start: energy stored before it, none dissipated yet.
+        """Return the state at the start, with stored energy but no losses.
 
         Parameters
         ----------
         ends_W, velocities_W : (2, 3) of the two points, world axes
-        moment : when, for its devices
+        moment : time of the start, for its devices
         """
         return self.begun(self.step(self.at_rest, ends_W, velocities_W, moment=moment))
 
     @property
     def at_rest(self) -> SpringState:
-        """Before the start, at its length at rest."""
+        """State before the start, at its length at rest."""
         return SpringState(self.at, self.length, *7 * (0.0,))
 
     @staticmethod
     def begun(state: SpringState) -> SpringState:
-        """Return a state with nothing dissipated and no work done yet."""
+        """Return a state with losses and work of the devices set to zero."""
         devices = state.devices._replace(work=0.0)
         return state._replace(hysteresis=0.0, damping=0.0, devices=devices)
 
@@ -250,52 +268,59 @@ class Spring:
         moment: Moment = _NO_MOMENT,
         fed: float = 0.0,
     ) -> SpringState:
-        """Return the state after a step from `last`, with the ends at their present places.
+        """Return the state after a step from `last`.
 
         Parameters
         ----------
         last : state before the step
         ends_W, velocities_W : (2, 3) of the two points at the end of the step, world axes
-        moment : time and length of the step, and which triggers have fired, for its devices
-        fed : length of webbing that slip rings bring in within the step
+        moment : time and length of the step, and fired triggers, for its devices
+        fed : length of webbing that slip rings feed in during the step
         """
         ends = np.array(real(ends_W), dtype=np.float64)
-        length, rate = _axial(ends, velocities_W)
+        (x0, y0, z0), (x1, y1, z1) = ends.tolist()
+        (u0, v0, w0), (u1, v1, w1) = np.asarray(real(velocities_W), dtype=np.float64).tolist()
+        x, y, z = x1 - x0, y1 - y0, z1 - z0
+        length = math.hypot(x, y, z)
+        damper = 0.0
         if self.is_webbing:
-            moved, devices = self.moved(last, length, fed, moment)
+            response, devices = self.moved(last, length, fed, moment)
             if self.length + devices.paid_out + devices.fed <= 0.0:
                 raise RunError(
                     f"t = {moment.time:g}: spring {self.name!r} has no webbing left: "
                     f"{self.length:g} at the start, {-devices.paid_out:g} pulled in and "
                     f"{-devices.fed:g} gone through slip rings. Start with a longer piece"
                 )
-            lost, damper = moved.lost, 0.0
+            lost, stored = response.lost, response.stored + devices.spool
             if math.isfinite(devices.released) and math.isinf(last.devices.released):
-                # What it held goes, with the work of this step.
+                # The stored energy is lost, with the work of this step.
                 lost = last.stored + 0.5 * last.force * (length - last.length - fed)
-            stored = moved.stored + devices.spool
         else:
-            devices = last.devices
-            moved = self._law.move(last.length - self.length, last.memory, length - self.length)
-            lost, damper, stored = moved.lost, self._damper(rate, length, moved), moved.stored
+            devices, law = last.devices, self._law
+            response = law.move(last.length - self.length, last.memory, length - self.length)
+            lost, stored = response.lost, response.stored
+            # Coinciding ends have no direction, and so no rate.
+            rate = (x * (u1 - u0) + y * (v1 - v0) + z * (w1 - w0)) / length if length else 0.0
+            damper = self.damping * rate
+            if self.hysteresis is not None:  # carries tension only
+                damper = 0.0 if length < self.length else max(damper, -response.force)
         return SpringState(
             ends,
             length,
-            moved.force + damper,
+            response.force + damper,
             damper,
-            moved.stiffness,
-            moved.force,
+            response.stiffness,
+            response.force,
             stored,
             last.hysteresis + lost,
             last.damping + 0.5 * (last.damper + damper) * (length - last.length),
             devices,
         )
 
-    def moved(self, last: SpringState, length: float, fed: float, moment: Moment) -> Moved:
+    def moved(self, last: SpringState, length: float, fed: float, moment: Moment) -> SegmentStep:
         """Step a segment from `last` to a `length`, while rings feed the length `fed` into it."""
-        old = self.elongation(last), last.memory
-        both = last.devices.fed + fed
-        return self._webbing.move(old, last.devices, length - self.length, both, moment)
+        old, devices = (self.elongation(last), last.memory), last.devices
+        return self._webbing.move(old, devices, length - self.length, devices.fed + fed, moment)
 
     def elongation(self, state: SpringState) -> float:
         """Return its elongation from rest, less the webbing that is paid out and fed in."""
@@ -304,13 +329,11 @@ class Spring:
     def stiffness_bound(self, state: SpringState) -> tuple[float, float]:
         """Return upper bounds of the stiffness along and across the spring, for the critical step.
 
-        Along it the steepest slope that a step may come upon: with hysteresis its slope, else that
-        of the table's piece at hand and of those beside it. Across it the tension by the length.
+        Along it the steepest slope of a step: the slope of hysteresis, else the largest of the
+        current piece of the table and its neighbours. Across it the tension over the length.
         """
-        along = (self._webbing if self.is_webbing else self._law).max_slope(self.elongation(state))
-        if state.length == 0.0:
-            return along, along
-        return along, max(state.force, 0.0) / state.length
+        axial = (self._webbing if self.is_webbing else self._law).max_slope(self.elongation(state))
+        return axial, max(state.force, 0.0) / state.length if state.length > 0.0 else axial
 
     @cached_property
     def _law(self) -> SpringLaw:
@@ -321,25 +344,9 @@ class Spring:
     def _webbing(self) -> Webbing:
         return Webbing(self._law, self.devices)
 
-    def _damper(self, rate: float, length: float, moved: Response) -> float:
-        force = self.damping * rate
-        if self.hysteresis is None:
-            return force
-        return 0.0 if length < self.length else max(force, -moved.force)
 
-
-def _axial(ends: FloatArray, velocities: ArrayLike) -> tuple[float, float]:
-    """Return the length and its rate."""
-    (x0, y0, z0), (x1, y1, z1) = ends.tolist()
-    (u0, v0, w0), (u1, v1, w1) = np.asarray(real(velocities), dtype=np.float64).tolist()
-    x, y, z = x1 - x0, y1 - y0, z1 - z0
-    length = math.hypot(x, y, z)
-    if length == 0.0:
-        return 0.0, 0.0
-    return length, (x * (u1 - u0) + y * (v1 - v0) + z * (w1 - w0)) / length
-
-
-def _pair(between: Sequence[str]) -> tuple[str, str]:
+def _checked_pair(between: Sequence[str]) -> tuple[str, str]:
+    """Return two different names."""
     allowed = f'the names of two bodies or slaves, or of one and "{GROUND}"'
     names = [between] if isinstance(between, str) else list(between)
     if len(names) != 2 or not all(isinstance(name, str) and name for name in names):
@@ -347,13 +354,14 @@ def _pair(between: Sequence[str]) -> tuple[str, str]:
     first, second = names
     if first != second:
         return first, second
-    what = "both ends are on the ground" if first == GROUND else "both ends are of one body"
+    problem = "both ends are on the ground" if first == GROUND else "both ends are of one body"
     raise InputError(
-        f"{what}: the spring would move nothing", where="between", found=names, allowed=allowed
+        f"{problem}: the spring would move nothing", where="between", found=names, allowed=allowed
     )
 
 
-def _ends(at: ArrayLike) -> FloatArray:
+def _checked_ends(at: ArrayLike) -> FloatArray:
+    """Return two different points (2, 3)."""
     ends = as_numbers(at, "at", "must be two points", allowed="(2, 3)")
     if ends.shape != (2, 3) or not np.isfinite(ends).all():
         raise InputError("must be two finite points", where="at", found=at, allowed="(2, 3)")
@@ -364,58 +372,29 @@ def _ends(at: ArrayLike) -> FloatArray:
     return read_only(ends)
 
 
-def _check_damper_alone(
-    damping: float, unloading: CurveLike | None, hysteresis_slope: float | None
-) -> None:
-    for key, value in (("unloading", unloading), ("hysteresis_slope", hysteresis_slope)):
-        if value is not None:
-            raise InputError(
-                "is missing: a spring that unloads has a curve that it loads by",
-                where="curve",
-                remedy=f"Give the curve, or remove {key}",
-            )
-    if damping == 0.0:
-        raise InputError(
-            "a spring needs a curve or a damping",
-            where="curve",
-            found="neither",
-            allowed="a stiffness, a table of force over elongation, or damping > 0",
-        )
-
-
-def _check_reaches_rest(curve: Characteristic) -> None:
-    if curve.is_table and curve.extrapolation == "error" and not curve.x[0] <= 0.0 <= curve.x[-1]:
-        raise InputError(
-            "a table that must not be left needs the elongation zero in it",
-            where=curve.name,
-            found=[float(curve.x[0]), float(curve.x[-1])],
-            remedy='Add a row for it, or set extrapolation = "linear" or "constant"',
-        )
-
-
-def _check_webbing(spring: Spring, what: str) -> None:
-    """Refuse a spring that is no webbing, at which there is `what`."""
+def _check_webbing(spring: Spring, device: str) -> None:
+    """Refuse a spring that cannot be webbing, as its `device` needs."""
     curve = spring.curve
     if curve is None:
         raise InputError(
-            f"is missing: {what} needs webbing",
+            f"is missing: {device} needs webbing",
             where="curve",
             allowed="a stiffness or a table of force over elongation",
         )
     if spring.damping:
         raise InputError(
-            f"webbing with {what} has no damper: one tension acts in all of it",
+            f"webbing with {device} has no damper: one tension acts in all of it",
             where="damping",
             found=spring.damping,
             remedy="Give the webbing an unloading curve",
         )
     if not curve.is_table:
-        raise InputError(f"{what} needs webbing by numbers", where="curve", allowed="a table")
+        raise InputError(f"{device} needs webbing by numbers", where="curve", allowed="a table")
     x, y = curve.carried_pieces.x, curve.carried_pieces.y
     falls = curve.extrapolation == "linear" and curve.end_slopes[1] < 0.0
     if x[0] != 0.0 or float(curve(0.0)) != 0.0 or (np.diff(y) < 0.0).any() or falls:
         raise InputError(
-            f"the webbing that {what} is on carries nothing at rest, and never less when longer",
+            f"the webbing that {device} is on carries nothing at rest, and never less when longer",
             where="curve",
             found=np.column_stack([curve.x, curve.y]).tolist(),
             allowed="a table from [0, 0] on whose force never falls",

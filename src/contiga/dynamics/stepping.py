@@ -16,38 +16,38 @@ from contiga.records import FloatArray
 
 
 class Stepping(Protocol):
-    """Times of steps, one after the other."""
+    """The times of the steps of a run."""
 
     @property
     def start(self) -> float:
-        """The time a run begins at."""
+        """Start of the run."""
 
     @property
     def end(self) -> float:
-        """The time it ends at."""
+        """End of the run."""
 
     def after(self, time: float) -> float:
-        """The time of the step that follows `time`, at most `end`."""
+        """Return the time of the step after `time`, at most `end`."""
 
     def planned(self) -> FloatArray:
-        """Return the times (n,) from start to end, as far as they are known beforehand."""
+        """Return the times (n,) from start to end, as far as they are known in advance."""
 
 
-# A whole number of steps is taken as such if it is met to this part of a step.
-_WHOLE = 1e-6
-# More steps than anybody would wait for: a step in the wrong unit.
-_MOST_STEPS = 10_000_000
-# Steps that "auto" takes at least.
-_PARTS = 200
-# Units in the last place of the latest time that a step must have, so that no two times are one.
-_LEAST_STEP = 4
+_COUNT_TOL = 1e-6
+"""Distance from a whole number of steps, in steps, that counts as rounding."""
+_MAX_STEPS = 10_000_000
+"""Number of steps above which the step is most likely in a wrong unit."""
+_MIN_AUTO_STEPS = 200
+"""Least number of steps of an automatic run."""
+_MIN_STEP_ULPS = 4
+"""Shortest step in units in the last place of the latest time, so that times differ."""
 
 
 @dataclass(frozen=True)
 class EqualSteps:
-    """Steps of one length, the last one shorter where they do not fit.
+    """Steps of equal length, the last one shorter if they do not fit.
 
-    Times are multiples of the step from the start, not sums, so that rounding does not pile up.
+    Times are multiples of the step from the start, not sums, so that rounding does not accumulate.
 
     Parameters
     ----------
@@ -57,8 +57,8 @@ class EqualSteps:
     Raises
     ------
     InputError
-        Times that are not finite or do not rise, a step that is not positive, too long, or lost
-        in the rounding of the times.
+        Times that are not finite or do not rise, a step that is not positive, too long, or below
+        the rounding error of the times.
     """
 
     start: float
@@ -77,22 +77,22 @@ class EqualSteps:
             raise InputError(
                 "the step must be positive", where="step", found=self.step, allowed="> 0"
             )
-        if self.step > (self.end - self.start) * (1.0 + _WHOLE):
+        if self.step > (self.end - self.start) * (1.0 + _COUNT_TOL):
             raise InputError(
                 "the step is longer than the whole time",
                 where="step",
                 found=self.step,
                 allowed=f"at most {self.end - self.start:g}",
             )
-        if not (self.end - self.start) / self.step <= _MOST_STEPS:
+        if not (self.end - self.start) / self.step <= _MAX_STEPS:
             raise InputError(
                 f"makes {(self.end - self.start) / self.step:.3g} steps",
                 where="step",
                 found=self.step,
-                allowed=f"at most {_MOST_STEPS} steps",
+                allowed=f"at most {_MAX_STEPS} steps",
                 remedy="Look at the units of the step and of the end",
             )
-        if self.step < _LEAST_STEP * np.spacing(max(abs(self.start), abs(self.end))):
+        if self.step < _MIN_STEP_ULPS * np.spacing(max(abs(self.start), abs(self.end))):
             raise InputError(
                 "is below the rounding error of times this late",
                 where="step",
@@ -104,11 +104,11 @@ class EqualSteps:
     def count(self) -> int:
         """Number of steps."""
         steps = (self.end - self.start) / self.step
-        near = round(steps)
-        return near if abs(steps - near) < _WHOLE else math.ceil(steps)
+        nearest = round(steps)
+        return nearest if abs(steps - nearest) < _COUNT_TOL else math.ceil(steps)
 
     def after(self, time: float) -> float:
-        """The first multiple of the step after `time`."""
+        """Return the first multiple of the step after `time`."""
         k = max(math.floor((time - self.start) / self.step) - 1, 0)
         while self.start + self.step * k <= time:
             k += 1
@@ -123,21 +123,21 @@ class EqualSteps:
 
 @dataclass(frozen=True)
 class AutoSteps:
-    """Steps that are as long as what happens in them allows, each chosen after the one before.
+    """Automatic steps, each chosen after the last one by stability and accuracy.
 
     Parameters
     ----------
     start, end : times, start < end
-    safety : share of the critical step that is taken at most, in (0, 1]
-    largest : of all steps; a two hundredth of the time if 0
-    shortest : below which nothing but stability, a table's rows and the way of points shortens a
-        step; a five hundredth of the critical step if 0
+    safety : largest share of the critical step, in (0, 1]
+    largest : longest step; a two hundredth of the time of the run if 0
+    shortest : length below which only stability, the rows of a table and the travel of points
+        shorten a step; a five hundredth of the critical step if 0
 
     Raises
     ------
     InputError
-        Times that are not finite or do not rise, a safety outside (0, 1], a negative step, a
-        largest step that makes too many steps, a shortest one above the largest.
+        Times that are not finite or do not rise, a safety outside (0, 1], a negative step, too many
+        steps, a shortest step above the largest.
     """
 
     start: float
@@ -152,12 +152,12 @@ class AutoSteps:
             raise InputError("must be in (0, 1]", where="safety", found=self.safety)
         if not self.largest >= 0.0:
             raise InputError("must be positive", where="largest", found=self.largest, allowed="> 0")
-        if not (self.end - self.start) / self.most <= _MOST_STEPS:
+        if not (self.end - self.start) / self.most <= _MAX_STEPS:
             raise InputError(
                 f"makes {(self.end - self.start) / self.most:.3g} steps or more",
                 where="largest",
                 found=self.largest,
-                allowed=f"at most {_MOST_STEPS} steps",
+                allowed=f"at most {_MAX_STEPS} steps",
                 remedy="Look at the units of the step and of the end",
             )
         if not 0.0 <= self.shortest <= self.most:
@@ -171,21 +171,21 @@ class AutoSteps:
     @cached_property
     def most(self) -> float:
         """Longest step."""
-        return self.largest or (self.end - self.start) / _PARTS
+        return self.largest or (self.end - self.start) / _MIN_AUTO_STEPS
 
     def after(self, time: float) -> float:
-        """The longest step there is."""
+        """Return the time after the longest step."""
         return min(time + self.most, self.end)
 
     def planned(self) -> FloatArray:
-        """Times one longest step apart: there will be more."""
+        """Return the times of the longest steps, the fewest that a run can have."""
         count = math.ceil((self.end - self.start) / self.most)
         return np.linspace(self.start, self.end, count + 1)
 
 
 @dataclass(frozen=True, init=False, eq=False)
 class GivenTimes:
-    """Times of a list.
+    """Steps that end at the times of a list.
 
     Parameters
     ----------
@@ -211,26 +211,26 @@ class GivenTimes:
 
     @property
     def start(self) -> float:
-        """The first of the times."""
+        """First time."""
         return float(self.times[0])
 
     @property
     def end(self) -> float:
-        """The last of the times."""
+        """Last time."""
         return float(self.times[-1])
 
     def after(self, time: float) -> float:
-        """The first of the list after `time`."""
+        """Return the first time of the list after `time`."""
         k = int(np.searchsorted(self.times, time, side="right"))
         return float(self.times[min(k, len(self.times) - 1)])
 
     def planned(self) -> FloatArray:
-        """The list."""
+        """Return the times of the list."""
         return self.times
 
 
 def ended(stepping: Stepping, end: float) -> Stepping:
-    """Return the same steps to another end; of a list, those of its times that are no later.
+    """Return the same steps to another end; a list of times is cut off there.
 
     >>> ended(EqualSteps(0.0, 4.0, 1.0), 2.0).planned()
     array([0., 1., 2.])

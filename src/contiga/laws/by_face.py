@@ -1,9 +1,10 @@
-"""Laws that differ from face to face of a master: skins, ribs, and what is beneath them."""
+"""Laws that differ from face to face of a master, such as skins and ribs."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -11,47 +12,60 @@ from contiga.errors import InputError
 from contiga.laws.combined import CombinedLaw
 from contiga.laws.law import Law, remembered
 from contiga.laws.stress import StressLaw
-from contiga.records import DepthSlopes, FloatArray, LawInput, LawOutput, LawTangent
+from contiga.records import DepthSlopes, LawInput, LawOutput, LawTangent
 
 
 @dataclass(frozen=True, init=False, eq=False)
 class FaceLaws:
-    """A law for each face of the master: a point takes that of the face its foot is on.
+    """A law for each face of the master: a point has the law of the face that its foot is on.
 
     Parameters
     ----------
     rest : law of the faces that are not named
-    faces : laws by face: numbers of faces from 0, as `Body.patches` has them, one or several
+    faces : laws by face numbers from 0, one or several, in the order of `Body.patches`
 
     Notes
     -----
-    A point whose foot passes from face to face goes on by the law of the new one, with what that
-    law makes of its memory: at the border force and energy jump where the laws differ.
+    When a foot moves to another face, the law of that face continues with the memory of the point:
+    force and energy jump at the border if the laws differ.
 
     Raises
     ------
     InputError
-        Laws that give one force for all points, whose points cannot be told apart; a face that is
-        named twice or is no number from 0.
+        Laws that compute one force for all points together; a face that is named twice or is not a
+        number from 0.
 
     >>> soft_rib = FaceLaws(StressLaw(10.0, 1.0), {(1, 2): StressLaw(4.0, 1.0)})
-    >>> one = np.ones(3)
-    >>> pressed = LawInput(0.1 * one, 0.0 * one, one, None, None, 0.0, patch=np.array([0, 1, 2]))
-    >>> soft_rib.respond(pressed).force.round(12).tolist()
+    >>> ones = np.ones(3)
+    >>> inp = LawInput(0.1 * ones, 0.0 * ones, ones, None, None, 0.0, patch=np.array([0, 1, 2]))
+    >>> soft_rib.respond(inp).force.round(12).tolist()
     [1.0, 0.4, 0.4]
     """
 
     laws: tuple[Law, ...]
-    """The rest's law, and the others in their order."""
+    """Law of the faces that are not named, and the laws of the others in their order."""
     faces: tuple[tuple[int, ...], ...]
-    """Faces of each of the others."""
+    """Faces of each law but the first."""
 
     def __init__(self, rest: Law, faces: Mapping[int | tuple[int, ...], Law]) -> None:
-        put = object.__setattr__
-        put(self, "laws", (rest, *faces.values()))
-        named = [key if isinstance(key, tuple) else (key,) for key in faces]
-        put(self, "faces", tuple(tuple(map(_number, group)) for group in named))
-        _check_once([face for group in self.faces for face in group])
+        groups: list[tuple[int, ...]] = []
+        named: set[int] = set()
+        for key in faces:
+            group = key if isinstance(key, tuple) else (key,)
+            for face in group:
+                is_whole = isinstance(face, int | np.integer) and not isinstance(face, bool)
+                if not is_whole or face < 0:
+                    raise InputError(
+                        "is not a face", where="faces", found=face, allowed="a whole number from 0"
+                    )
+                if face in named:
+                    raise InputError(
+                        "the face has two laws", where="faces", found=face, allowed="one"
+                    )
+                named.add(int(face))
+            groups.append(tuple(map(int, group)))
+        object.__setattr__(self, "laws", (rest, *faces.values()))
+        object.__setattr__(self, "faces", tuple(groups))
         for law in self.laws:
             if isinstance(law, FaceLaws) or not isinstance(law, StressLaw | CombinedLaw):
                 raise InputError(
@@ -84,69 +98,53 @@ class FaceLaws:
         return max(law.n_memory for law in self.laws)
 
     def largest(self) -> int:
-        """The largest number of a face that is named, −1 if there is none."""
+        """Return the largest number of a named face, −1 without any."""
         return max((face for faces in self.faces for face in faces), default=-1)
 
     def with_slave(self, slave: StressLaw) -> FaceLaws:
-        """Return the laws, each in series with that of the slave's side."""
-        both = [CombinedLaw(slave, law) for law in self.laws]  # type: ignore[arg-type]
-        return FaceLaws(both[0], dict(zip(self.faces, both[1:], strict=True)))
+        """Return the laws, each in series with the law of the slave's side."""
+        laws = [CombinedLaw(slave, law) for law in self.laws]  # type: ignore[arg-type]
+        return FaceLaws(laws[0], dict(zip(self.faces, laws[1:], strict=True)))
 
     def respond(self, inp: LawInput) -> LawOutput:
-        """The forces of each point by the law of its face."""
+        """Return the forces of each point by the law of its face."""
         assert inp.patch is not None
         n, memory = len(inp.penetration), remembered(inp, self.n_memory)
-        force, stiffness, stored, lost, damping = np.zeros((5, n))
+        force, stiffness, stored, hysteresis, damping = np.zeros((5, n))
         slope, viscosity, bend = np.zeros((3, n))
-        left, has_tangent = np.zeros((n, self.n_memory)), inp.wants_tangent
-        filled = force, stiffness, stored, left, lost, damping
-        chosen = np.zeros(n, np.intp)
+        new_memory, has_tangent = np.zeros((n, self.n_memory)), inp.wants_tangent
+        law_of_point = np.zeros(n, np.intp)
         for k, faces in enumerate(self.faces, start=1):
-            chosen[np.isin(inp.patch, faces)] = k
+            law_of_point[np.isin(inp.patch, faces)] = k
         for k, law in enumerate(self.laws):
-            rows = np.flatnonzero(chosen == k)
+            rows = np.flatnonzero(law_of_point == k)
             if len(rows) == 0:
                 continue
-            kept = memory[rows, : law.n_memory]
-            answer = law.respond(_part(inp, rows)._replace(memory=kept))
-            parts = answer.force, answer.stiffness, answer.stored, answer.memory
-            losses = answer.hysteresis, answer.damping
-            for whole, part in zip(filled, (*parts, *losses), strict=True):
-                if part is not None:
-                    _put(whole, rows, part)
-            if not isinstance(slopes := answer.tangent, LawTangent):
+            inputs: list[Any] = [
+                column[rows] if isinstance(column, np.ndarray) and len(column) else column
+                for column in inp
+            ]
+            old = memory[rows, : law.n_memory]
+            out = law.respond(LawInput._make(inputs)._replace(memory=old))
+            force[rows], stiffness[rows], stored[rows] = out.force, out.stiffness, out.stored
+            new_memory[rows, : out.memory.shape[1]] = out.memory
+            if out.hysteresis is not None:
+                hysteresis[rows] = out.hysteresis
+            if out.damping is not None:
+                damping[rows] = out.damping
+            if not isinstance(slopes := out.tangent, LawTangent):
                 has_tangent = False
                 continue
             slope[rows] = slopes.force.own
             viscosity[rows] = 0.0 if slopes.rate is None else slopes.rate
             bend[rows] = 0.0 if slopes.stiffness is None else slopes.stiffness.own
         tangent = LawTangent(DepthSlopes(slope), viscosity, DepthSlopes(bend))
-        return LawOutput(*filled, tangent=tangent if has_tangent else None)
-
-
-def _put(whole: FloatArray, rows: np.ndarray, part: FloatArray) -> None:
-    if part.ndim == 2:
-        whole[rows, : part.shape[1]] = part
-    else:
-        whole[rows] = part
-
-
-def _part(inp: LawInput, rows: np.ndarray) -> LawInput:
-    """Return the rows of an input that belong to some points."""
-    return LawInput._make(v[rows] if isinstance(v, np.ndarray) and len(v) else v for v in inp)
-
-
-def _number(face: object) -> int:
-    if isinstance(face, bool) or not isinstance(face, int | np.integer) or face < 0:
-        raise InputError(
-            "is not a face", where="faces", found=face, allowed="a whole number from 0"
+        return LawOutput(
+            force,
+            stiffness,
+            stored,
+            new_memory,
+            hysteresis,
+            damping,
+            tangent=tangent if has_tangent else None,
         )
-    return int(face)
-
-
-def _check_once(faces: Iterable[int]) -> None:
-    seen: set[int] = set()
-    for face in faces:
-        if face in seen:
-            raise InputError("the face has two laws", where="faces", found=face, allowed="one")
-        seen.add(face)

@@ -20,9 +20,9 @@ from contiga.laws.stress import StressLaw
 from contiga.laws.stress_path import StressPath, stress_path
 from contiga.records import DepthSlopes, FloatArray, LawInput, LawOutput, LawTangent
 
-_SAMPLES = 65
-# Stresses that differ by less, relatively, balance.
-_TOL = 1e-9
+_N_SAMPLES = 65
+_STRESS_TOL = 1e-9
+"""Relative difference of stresses that counts as equal."""
 
 
 class Split(NamedTuple):
@@ -33,7 +33,7 @@ class Split(NamedTuple):
     master: FloatArray
     """(n_c,) λ_m."""
     stress: FloatArray
-    """(n_c,) the elastic stress both sides carry."""
+    """(n_c,) elastic stress of both sides."""
 
 
 @dataclass(frozen=True, init=False, eq=False)
@@ -47,15 +47,15 @@ class CombinedLaw:
 
     Notes
     -----
-    Tables are solved exactly, plateaus included: what lies between two equal plateaus is shared in
-    proportion to their lengths. Callables are solved by Chandrupatla's bracketing method
-    (Advances in Engineering Software 28, 1997) to rounding.
+    Tables are solved exactly, including plateaus: two plateaus of equal stress share the
+    penetration in proportion to their lengths. Callables are solved by Chandrupatla's bracketing
+    method (Advances in Engineering Software 28, 1997) to rounding.
 
-    Where one side's stress at zero strain is above all the other can carry, that side does not
-    deform and the other takes all the penetration.
+    If the stress of one side at zero strain is above all that the other can carry, that side does
+    not deform and the other takes all of the penetration.
 
-    Damping: the rate is shared as the penetration is, λ̇_s = λ̇ λ_s/λ (equally where λ = 0), and
-    the surface carries the damping stress of equal power, σ_d λ̇ = σ_d,s λ̇_s + σ_d,m λ̇_m.
+    Damping: the rate is shared like the penetration, λ̇_s = λ̇ λ_s/λ (equally for λ = 0), and the
+    surface carries the damping stress of equal power, σ_d λ̇ = σ_d,s λ̇_s + σ_d,m λ̇_m.
 
     Raises
     ------
@@ -78,13 +78,27 @@ class CombinedLaw:
                     allowed="StressLaw",
                     remedy="Others work with type slave or master, force laws also in series",
                 )
-            _check_side(law, side)
+            if law.hysteresis is not None:
+                raise InputError(
+                    "combined contact balances elastic stresses; with unloading the split of a "
+                    "penetration is not unique, as it goes with the past of both sides",
+                    where=f"{side}.unloading",
+                    remedy='Remove unloading and hysteresis_slope, or use type "slave" or "master"',
+                )
+            if law.damping_ratio > 0.0:
+                raise InputError(
+                    "a share of critical damping is that of a mass on one spring, not on two in "
+                    "series",
+                    where=f"{side}.damping_ratio",
+                    found=law.damping_ratio,
+                    remedy="Use an absolute damping",
+                )
         if master.thickness is None:
             raise InputError("the master's stress law needs a thickness", where="master_law")
-        tables = slave.elastic.is_table and master.elastic.is_table
+        has_tables = slave.elastic.is_table and master.elastic.is_table
         object.__setattr__(self, "slave", slave)
         object.__setattr__(self, "master", master)
-        path = stress_path(slave.elastic, master.elastic) if tables else None
+        path = stress_path(slave.elastic, master.elastic) if has_tables else None
         object.__setattr__(self, "path", path)
 
     needs_mass = False
@@ -97,35 +111,35 @@ class CombinedLaw:
 
     @property
     def needs_thickness(self) -> bool:
-        """True where the slave's law has no thickness: the slave's nodes must have one."""
+        """True if the slave's law has no thickness: the slave's nodes must have one."""
         return self.slave.needs_thickness
 
     def split(self, inp: LawInput) -> Split:
-        """Shares of the penetration and the elastic stress (n_c,) of both sides."""
+        """Return the shares of both sides in the penetration, and their elastic stress (n_c,)."""
         t_s, t_m = self.slave.thickness_of(inp), self.master.thickness_of(inp)
         if self.path is not None:
             return Split(*self.path.solve(inp.penetration, t_s, t_m))
         return _balance(self.slave, self.master, inp.penetration, t_s, t_m)
 
     def respond(self, inp: LawInput) -> LawOutput:
-        """Area times the stress of the intermediate surface; both sides' energies."""
+        """Return area times the stress of the intermediate surface, with energies of both sides."""
         t_s, t_m = self.slave.thickness_of(inp), self.master.thickness_of(inp)
         split = self.split(inp)
-        part = np.full(inp.penetration.shape, 0.5)
-        np.divide(split.slave, inp.penetration, out=part, where=inp.penetration > 0.0)
-        rest = 1.0 - part
-        damping = part * self.slave.damping_stress(inp.rate * part / t_s, split.stress)
-        damping += rest * self.master.damping_stress(inp.rate * rest / t_m, split.stress)
-        soft = _compliance(self.slave, split.slave / t_s, split.stress) * t_s
-        soft += _compliance(self.master, split.master / t_m, split.stress) * t_m
+        share_s = np.full(inp.penetration.shape, 0.5)
+        np.divide(split.slave, inp.penetration, out=share_s, where=inp.penetration > 0.0)
+        share_m = 1.0 - share_s
+        damping = share_s * self.slave.damping_stress(inp.rate * share_s / t_s, split.stress)
+        damping += share_m * self.master.damping_stress(inp.rate * share_m / t_m, split.stress)
+        compliance = _compliance(self.slave, split.slave / t_s, split.stress) * t_s
+        compliance += _compliance(self.master, split.master / t_m, split.stress) * t_m
         stored = t_s * self.slave.elastic.energy(split.slave / t_s)
         stored += t_m * self.master.elastic.energy(split.master / t_m)
-        stiffness = np.zeros(soft.shape)
-        np.divide(1.0, soft, out=stiffness, where=soft > 0.0)
+        stiffness = np.zeros(compliance.shape)
+        np.divide(1.0, compliance, out=stiffness, where=compliance > 0.0)
         force = inp.area * np.maximum(split.stress + damping, 0.0)
         tangent = None
         if inp.wants_tangent:
-            tangent = self._tangent(inp, split, part, stiffness, force > 0.0)
+            tangent = self._tangent(inp, split, share_s, stiffness, force > 0.0)
         return no_memory(
             force, inp.area * stiffness, inp.area * stored, inp.area * split.stress, tangent
         )
@@ -134,39 +148,44 @@ class CombinedLaw:
         self,
         inp: LawInput,
         split: Split,
-        part: FloatArray,
+        share_s: FloatArray,
         stiffness: FloatArray,
-        pushes: NDArray[np.bool_],
+        is_pushing: NDArray[np.bool_],
     ) -> LawTangent:
-        """Derivatives of the forces; none of a damped point that does not push.
+        """Return the derivatives of the forces, zero for a damped point that does not push.
 
-        `part` is λ_s/λ and `stiffness` that of a unit area.
+        `share_s` is λ_s/λ, `stiffness` is by unit area.
         """
         t_s, t_m = self.slave.thickness_of(inp), self.master.thickness_of(inp)
-        # Over more penetration the slave takes the share of its compliance.
-        soft = _compliance(self.slave, split.slave / t_s, split.stress) * t_s
-        given = np.where(stiffness > 0.0, soft * stiffness, part)
-        shift = np.zeros(len(part))
-        np.divide(given - part, inp.penetration, out=shift, where=inp.penetration > 0.0)
-        slope, viscosity = stiffness.copy(), np.zeros(len(part))
+        # Of an additional penetration the slave takes the share of its compliance.
+        compliance = _compliance(self.slave, split.slave / t_s, split.stress) * t_s
+        increment_share = np.where(stiffness > 0.0, compliance * stiffness, share_s)
+        share_slope = np.zeros(len(share_s))
+        np.divide(
+            increment_share - share_s,
+            inp.penetration,
+            out=share_slope,
+            where=inp.penetration > 0.0,
+        )
+        slope, viscosity = stiffness.copy(), np.zeros(len(share_s))
         if self.has_rate:
-            for law, thickness, share, turn in (
-                (self.slave, t_s, part, shift),
-                (self.master, t_m, 1.0 - part, -shift),
+            for law, thickness, share, change in (
+                (self.slave, t_s, share_s, share_slope),
+                (self.master, t_m, 1.0 - share_s, -share_slope),
             ):
                 rate = inp.rate * share / thickness
                 by_stress, by_rate = law.damping_slopes(rate, split.stress)
-                slope += turn * law.damping_stress(rate, split.stress)
-                slope += share * (by_stress * stiffness + by_rate * inp.rate * turn / thickness)
+                slope += change * law.damping_stress(rate, split.stress)
+                slope += share * (by_stress * stiffness + by_rate * inp.rate * change / thickness)
                 viscosity += share * by_rate * share / thickness
-        scale = inp.area * pushes if self.has_rate else inp.area
+        scale = inp.area * is_pushing if self.has_rate else inp.area
         stiffening = None
         if self.path is None:
             stiffening = DepthSlopes(inp.area * self._bend(inp))
         return LawTangent(DepthSlopes(scale * slope), scale * viscosity, stiffening)
 
     def _bend(self, inp: LawInput) -> FloatArray:
-        """Return the derivative (n_c,) of the stiffness of a unit area, by differences."""
+        """Return the derivative (n_c,) of the stiffness by unit area, by differences."""
         step = 1e-3 * inp.penetration
         unit = inp._replace(area=np.ones(len(step)), wants_tangent=False)
 
@@ -185,8 +204,8 @@ def forces_in_series(slave: ForceLaw, master: ForceLaw) -> ForceLaw:
     Raises
     ------
     InputError
-        A side with unloading, whose split goes with the past; curves that are no tables, decrease
-        or leave zero out; shares that differ.
+        A side with unloading, for which the split depends on the past; curves that are not tables,
+        decrease or do not include zero; shares that differ.
     """
     for side, law in (("law", slave), ("master_law", master)):
         if law.hysteresis is not None or not law.curve.is_table or law.share != slave.share:
@@ -197,46 +216,28 @@ def forces_in_series(slave: ForceLaw, master: ForceLaw) -> ForceLaw:
             )
     path = stress_path(slave.curve, master.curve)
     depth, force = path.slave + path.master, path.stress
-    if path.ray is not None:  # goes on as the line through two points
-        way = float(depth[-1]) or 1.0
-        depth = np.append(depth, depth[-1] + way * (path.ray[0] + path.ray[1]))
-        force = np.append(force, force[-1] + way * path.ray[2])
-    beyond: Extrapolation = "error" if path.ray is None else "linear"
+    if path.ray is not None:  # one more point on the ray, for linear extrapolation
+        step = float(depth[-1]) or 1.0
+        depth = np.append(depth, depth[-1] + step * (path.ray[0] + path.ray[1]))
+        force = np.append(force, force[-1] + step * path.ray[2])
+    extrapolation: Extrapolation = "error" if path.ray is None else "linear"
     rows = np.column_stack([depth, force])
-    return ForceLaw(Characteristic(rows, extrapolation=beyond), share=slave.share)
-
-
-def _check_side(law: StressLaw, side: str) -> None:
-    """Refuse what two springs in series do not have."""
-    if law.hysteresis is not None:
-        raise InputError(
-            "combined contact balances elastic stresses; with unloading the split of a penetration "
-            "is not unique, as it goes with the past of both sides",
-            where=f"{side}.unloading",
-            remedy='Remove unloading and hysteresis_slope, or use type "slave" or "master"',
-        )
-    if law.damping_ratio > 0.0:
-        raise InputError(
-            "a share of critical damping is that of a mass on one spring, not on two in series",
-            where=f"{side}.damping_ratio",
-            found=law.damping_ratio,
-            remedy="Use an absolute damping",
-        )
+    return ForceLaw(Characteristic(rows, extrapolation=extrapolation), share=slave.share)
 
 
 def _compliance(law: StressLaw, strain: FloatArray, stress: FloatArray) -> FloatArray:
     """Return the tangent compliance (n_c,), zero where the other side yields first."""
     slope = law.elastic.carried_slope(strain)
-    moves = law.elastic.carried(strain) <= stress * (1.0 + _TOL)
-    soft = np.full(strain.shape, np.inf)
-    np.divide(1.0, slope, out=soft, where=slope > 0.0)
-    return np.where(moves, soft, 0.0)
+    deforms = law.elastic.carried(strain) <= stress * (1.0 + _STRESS_TOL)
+    compliance = np.full(strain.shape, np.inf)
+    np.divide(1.0, slope, out=compliance, where=slope > 0.0)
+    return np.where(deforms, compliance, 0.0)
 
 
 def _balance(
     slave: StressLaw, master: StressLaw, depth: FloatArray, t_s: FloatArray, t_m: FloatArray
 ) -> Split:
-    """The split for callables, by bracketing λ_s in [0, λ]."""
+    """Return the split for callables, by bracketing λ_s in [0, λ]."""
     from scipy.optimize.elementwise import find_root
 
     if depth.size == 0:
@@ -244,22 +245,24 @@ def _balance(
     _check_rising(slave.elastic, float((depth / t_s).max()), "law")
     _check_rising(master.elastic, float((depth / t_m).max()), "master_law")
 
-    def excess(part: FloatArray, depth: FloatArray, t_s: FloatArray, t_m: FloatArray) -> FloatArray:
-        return slave.elastic.carried(part * depth / t_s) - master.elastic.carried(
-            (1.0 - part) * depth / t_m
+    def excess(
+        share: FloatArray, depth: FloatArray, t_s: FloatArray, t_m: FloatArray
+    ) -> FloatArray:
+        return slave.elastic.carried(share * depth / t_s) - master.elastic.carried(
+            (1.0 - share) * depth / t_m
         )
 
-    zero, one = np.zeros(depth.shape), np.ones(depth.shape)
-    low, high = excess(zero, depth, t_s, t_m), excess(one, depth, t_s, t_m)
-    part = np.where(low >= 0.0, 0.0, 1.0)
-    inner = (low < 0.0) & (high > 0.0)
-    if inner.any():
-        arguments = (depth[inner], t_s[inner], t_m[inner])
-        roots = find_root(excess, (zero[inner], one[inner]), args=arguments)
-        part[inner] = roots.x
-    lambda_s, lambda_m = part * depth, (1.0 - part) * depth
-    # At an end of the bracket the stiffer side has not moved: the contact carries what the other
-    # one gives. Elsewhere both are equal to rounding.
+    low, high = np.zeros(depth.shape), np.ones(depth.shape)
+    at_low, at_high = excess(low, depth, t_s, t_m), excess(high, depth, t_s, t_m)
+    share = np.where(at_low >= 0.0, 0.0, 1.0)
+    is_bracketed = (at_low < 0.0) & (at_high > 0.0)
+    if is_bracketed.any():
+        arguments = (depth[is_bracketed], t_s[is_bracketed], t_m[is_bracketed])
+        roots = find_root(excess, (low[is_bracketed], high[is_bracketed]), args=arguments)
+        share[is_bracketed] = roots.x
+    lambda_s, lambda_m = share * depth, (1.0 - share) * depth
+    # At an end of the bracket the stiffer side does not deform: the contact carries the stress of
+    # the other one. Elsewhere both are equal to rounding.
     stress = np.minimum(
         slave.elastic.carried(lambda_s / t_s), master.elastic.carried(lambda_m / t_m)
     )
@@ -267,8 +270,8 @@ def _balance(
 
 
 def _check_rising(curve: Characteristic, upto: float, where: str) -> None:
-    """A callable cannot be proved to rise; one that falls between samples is refused."""
-    strain = np.linspace(0.0, upto, _SAMPLES)
+    """Refuse a callable that falls between samples; more cannot be proved of it."""
+    strain = np.linspace(0.0, upto, _N_SAMPLES)
     falls = np.flatnonzero(np.diff(curve(strain)) < 0.0)
     if falls.size:
         raise InputError(

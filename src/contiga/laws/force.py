@@ -23,26 +23,26 @@ class ForceLaw:
     """Total force from the greatest penetration (thesis, Eq. 3.1–3.3).
 
     F = Γ(λ_max), whatever the number of points in contact and their area. It is the gradient of the
-    energy ∫Γ dλ_max and acts at the deepest point, along the normal there: a body pressed into
-    another feels what the curve says. Points within 0.5 % of the greatest depth share it, so that
-    it passes smoothly from one to the next; λ_max is greater by that much at most, and the sum of
-    the forces by twice as much with a straight curve.
+    energy ∫Γ dλ_max and acts at the deepest point, along the normal there: the total force on a
+    body follows the curve. Points within 0.5 % of the greatest depth share the force, so that it
+    moves smoothly from one to the next; this raises λ_max by 0.5 % at most, and the sum of the
+    forces by twice as much with a straight curve.
 
     Parameters
     ----------
     curve : Γ, force over penetration: a number, a table, a callable or a `Characteristic`
-    unloading : Γ_u ≤ Γ, the force of an unloading; as `curve` if None
-    hysteresis_slope : K, force over penetration between the two curves; goes with `unloading`, and
-        is not below the steepest slope of either
+    unloading : Γ_u ≤ Γ, force on unloading; as `curve` if None
+    hysteresis_slope : K, slope of the lines between the two curves, force over penetration; needed
+        with `unloading`, and not below the steepest slope of either
     share : ``"deepest"`` (default) as above, or ``"penetration"``: F_i = F λ_i A_i / Σ λ_j A_j, as
-        in the thesis. Those add up to F as numbers and not as vectors, to less where normals
-        differ, and are no gradient: points that move against each other gain or lose energy that
-        nothing accounts for
+        in the thesis. The sum of the magnitudes is F, the sum of the vectors less if the normals
+        differ. These forces are not a gradient: points that move relative to each other gain or
+        lose energy that no account contains
 
     Notes
     -----
-    No points in contact: no forces. Points that only touch (all λ = 0): Γ(0), which is zero for
-    most curves, shared alike, or by area; see `share` for what happens without areas.
+    Without points in contact there are no forces. If all λ = 0, Γ(0) is shared equally, or by
+    area; it is zero for most curves. See `share` for the case without areas.
 
     >>> depth, area = np.array([0.2, 0.4]), np.array([0.1, 0.1])
     >>> pressed = LawInput(depth, np.zeros(2), area, None, None, 0.0)
@@ -51,20 +51,20 @@ class ForceLaw:
     >>> ForceLaw(0.6, share="penetration").respond(pressed).force.round(12)
     array([0.08, 0.16])
 
-    Stiffness and energies are those of the whole, shared as the force is. So is friction with
-    ``share="deepest"``: it sticks and slips as one, on the mean way of the points that carry. What
-    shares the force passes it on over a way of 0.5 % of λ_max where points move against each other:
-    that is stiffer than the curve, and part of the critical step, as `LawOutput.stiffness_bound`.
+    Stiffness and energies of the total are shared like the force. So is friction with
+    ``share="deepest"``: all loaded points stick and slip together, by their mean path. If points
+    move relative to each other, the force moves from one to the other over 0.5 % of λ_max. This is
+    stiffer than the curve, and limits the critical step by `LawOutput.stiffness_bound`.
 
     With `unloading` the total moves along lines of slope K between the curves: see
-    `contiga.curves.hysteresis`. The last λ_max and F stand in the memory of every point, so that
-    they last while any point that was in contact then still is.
+    `contiga.curves.hysteresis`. Each point remembers the last λ_max and F, which are not lost while
+    one of the points stays in contact.
 
     Raises
     ------
     InputError
-        A curve that is wrong, unloading above loading or below zero, K missing or too small, a
-        share that is not known.
+        An invalid curve, unloading above loading or below zero, K missing or too small, an unknown
+        share.
     """
 
     curve: Characteristic
@@ -97,81 +97,79 @@ class ForceLaw:
 
     @property
     def acts_as_one(self) -> bool:
-        """True if the loaded points are one contact, which sticks and slips as a whole."""
+        """True if the loaded points stick and slip together, as one contact."""
         return self.share == "deepest"
 
     @property
     def n_memory(self) -> int:
-        """λ_max and F of the last step, with hysteresis; else nothing."""
+        """Number of values by point: λ_max and F of the last step, only with hysteresis."""
         return 0 if self.hysteresis is None else 2
 
     def respond(self, inp: LawInput) -> LawOutput:
-        """Forces whose sum is Γ(λ_max), lower on unloading with hysteresis.
+        """Return forces whose sum is Γ(λ_max), or lower on unloading with hysteresis.
 
-        To rounding shared by penetration; else λ_max is greater by up to 0.5 %, and their sum by as
-        much again: up to 1 % in all of a straight curve.
+        Shared by penetration the sum is exact to rounding; else λ_max is greater by up to 0.5 %,
+        and the sum of the weights as well: up to 1 % together for a straight curve.
         """
         n = inp.penetration.size
         if n == 0:
             none = np.zeros(0)
             return LawOutput(none, none, none, np.zeros((0, self.n_memory)), none, none)
-        most, shares, curvature, _ = found = self._shares(inp)
-        depth = np.array([most])
+        if self.share == "penetration":
+            shares = share(1.0, inp.penetration, inp.area)
+            weighted = Deepest(float(inp.penetration.max()), shares, 0.0, 0.0)
+        else:
+            weighted = deepest(inp.penetration)
+        shares, depth = weighted.weight, np.array([weighted.depth])
         if self.hysteresis is None:
-            moved = elastic_move(self.curve, depth)
+            response = elastic_move(self.curve, depth)
             memory = np.zeros((n, 0))
         else:
             past = remembered(inp, self.n_memory).max(axis=0)
-            moved = self.hysteresis.move(past[:1], past[1:], depth)
-            memory = np.tile([depth[0], moved.force[0]], (n, 1))
-        force, stiffness, stored, lost = (float(whole[0]) for whole in moved)
-        part = shares / shares.sum()
+            response = self.hysteresis.move(past[:1], past[1:], depth)
+            memory = np.tile([depth[0], response.force[0]], (n, 1))
+        force, stiffness, stored, lost = (float(column[0]) for column in response)
+        fractions = shares / shares.sum()
         bound = tangent = None
-        if self.acts_as_one:  # w wᵀ is no more than the diagonal of w Σw
-            bound = stiffness * shares * shares.sum() + force * curvature * (shares > 0.0)
+        if self.acts_as_one:  # w wᵀ is bounded by the diagonal matrix w Σw
+            curvature = force * weighted.curvature * (shares > 0.0)
+            bound = stiffness * shares * shares.sum() + curvature
         if inp.wants_tangent:
             bend = self.curve.carried_bend(depth)
             if self.hysteresis is not None:
-                bend = self.hysteresis.bend(depth, moved.force)
+                bend = self.hysteresis.bend(depth, response.force)
             tangent = LawTangent(
-                self._slopes(inp, found, force, stiffness),
-                stiffness=self._slopes(inp, found, stiffness, float(bend[0])),
+                self._slopes(inp, weighted, force, stiffness),
+                stiffness=self._slopes(inp, weighted, stiffness, float(bend[0])),
             )
         return LawOutput(
             force * shares,
             stiffness * shares,
-            stored * part,
+            stored * fractions,
             memory,
-            lost * part,
+            lost * fractions,
             np.zeros(n),
             bound,
             tangent,
         )
 
-    def _slopes(self, inp: LawInput, found: Deepest, value: float, slope: float) -> DepthSlopes:
+    def _slopes(self, inp: LawInput, weighted: Deepest, value: float, slope: float) -> DepthSlopes:
         """Return the slopes of a shared total `value` with its `slope` over the greatest depth."""
-        shares, depth = found.weight, inp.penetration
+        shares, depth = weighted.weight, inp.penetration
         if self.share == "penetration":
-            extent, deepest_one = inp.area, np.zeros(len(shares))
-            if not (depth * extent).any():  # then depths alone share, as `share` says
-                extent = np.ones(len(shares))
-            whole = float((depth * extent).sum())
-            own: FloatArray = value * extent / whole if whole > 0.0 else np.zeros(len(shares))
-            deepest_one[np.argmax(depth)] = slope
-            return DepthSlopes(own, shares[:, None], (deepest_one - own)[:, None])
-        on = shares > 0.0
-        if found.layer == 0.0:  # one point carries all, and only its depth counts
-            return DepthSlopes(slope * shares * on)
+            area, of_deepest = inp.area, np.zeros(len(shares))
+            if not (depth * area).any():  # then `share` uses depths alone
+                area = np.ones(len(shares))
+            total = float((depth * area).sum())
+            own: FloatArray = value * area / total if total > 0.0 else np.zeros(len(shares))
+            of_deepest[np.argmax(depth)] = slope
+            return DepthSlopes(own, shares[:, None], (of_deepest - own)[:, None])
+        is_loaded = shares > 0.0
+        if weighted.layer == 0.0:  # one point carries all, and only its depth counts
+            return DepthSlopes(slope * shares * is_loaded)
         # w wᵀ times the slope, and the second derivative of m times the value.
-        y: FloatArray = np.where(on, depth, 0.0) / found.depth
-        bent = value / found.layer
-        right = slope * shares + bent * ((y * y).sum() * shares - y)
-        sides = np.stack([shares, y], axis=1), np.stack([right, -bent * shares], axis=1)
-        return DepthSlopes(np.where(on, bent, 0.0), *sides)
-
-    def _shares(self, inp: LawInput) -> Deepest:
-        """The greatest penetration (1,), what each point has of the force, and how that bends."""
-        if self.share == "penetration":
-            shares = share(1.0, inp.penetration, inp.area)
-            return Deepest(float(inp.penetration.max()), shares, 0.0, 0.0)
-        return deepest(inp.penetration)
+        y: FloatArray = np.where(is_loaded, depth, 0.0) / weighted.depth
+        curvature = value / weighted.layer
+        right = slope * shares + curvature * ((y * y).sum() * shares - y)
+        sides = np.stack([shares, y], axis=1), np.stack([right, -curvature * shares], axis=1)
+        return DepthSlopes(np.where(is_loaded, curvature, 0.0), *sides)

@@ -1,12 +1,12 @@
 """Friction: from normal force and sliding to the tangential force on each point in contact.
 
 All vectors are in the axes of the master, whose frame moves with it: a rigid motion of the whole
-scene makes no sliding. Forces are those on the slave; the master feels the opposite at the same
-places.
+scene causes no sliding. Forces are those on the slave; the opposite forces act on the master at the
+same places.
 
 `Coulomb` sticks and slips by a return mapping (Simo & Hughes, Computational Inelasticity, 1998,
-ch. 1; Wriggers, Computational Contact Mechanics, 2006, 5.2): a spring in the tangent plane is
-stretched by the sliding, and cut back to the cone where it exceeds it.
+ch. 1; Wriggers, Computational Contact Mechanics, 2006, 5.2): sliding stretches a spring in the
+tangent plane, whose force returns to the cone if it is outside.
 """
 
 from __future__ import annotations
@@ -23,8 +23,8 @@ from contiga.jit import straight
 from contiga.laws.kernels import friction_nb
 from contiga.records import FloatArray
 
-GRAIN = 8192
-"""Smallest number of points of a thread."""
+MIN_POINTS = 8192
+"""Least number of points for a thread."""
 
 
 class FrictionInput(NamedTuple):
@@ -33,22 +33,22 @@ class FrictionInput(NamedTuple):
     normal: FloatArray
     """(n, 3) unit normals of the master at the feet, to the free side."""
     normal_before: FloatArray
-    """(n, 3) those of the last step; zeros of a point without a past."""
+    """(n, 3) normals of the last step; zeros for a new point."""
     force: FloatArray
     """(n,) normal forces ≥ 0."""
     stiffness: FloatArray
-    """(n,) of the law of normal force: `LawOutput.stiffness`."""
+    """(n,) stiffness of the law of normal force: `LawOutput.stiffness`."""
     area: FloatArray
     """(n,) contact areas."""
     path: FloatArray
-    """(n, 3) way of the point against the master in the step; of a point that came in, the part
-    behind its entry. What is normal to the surface does not count."""
+    """(n, 3) displacement of the point relative to the master in the step; for a new point, its
+    part after the entry. The part normal to the surface does not count."""
     velocity: FloatArray
-    """(n, 3) of the point against the master; what is normal to the surface does not count."""
+    """(n, 3) velocity relative to the master; the part normal to the surface does not count."""
     dt: float
     """Length of the step, zero at the start and in statics."""
     memory: FloatArray
-    """(n, m) what friction left of each point at the last step; zeros of a point without a past."""
+    """(n, m) output memory of the last step; zeros for a new point."""
 
 
 class FrictionOutput(NamedTuple):
@@ -57,26 +57,25 @@ class FrictionOutput(NamedTuple):
     force: FloatArray
     """(n, 3) tangential forces on the slave, axes of the master."""
     stiffness: FloatArray
-    """(n,) of the tangential springs, force a length; zero without springs."""
+    """(n,) stiffness of the tangential springs, force / length; zero without springs."""
     stored: FloatArray
     """(n,) elastic energy in the springs."""
     lost: FloatArray
-    """(n,) energy turned into heat in the step, never negative."""
+    """(n,) energy dissipated in the step, never negative."""
     memory: FloatArray
-    """(n, m) numbers of each point for the next step."""
+    """(n, m) memory of each point for the next step."""
 
 
 class FrictionChange(NamedTuple):
     """Changes of the input of a friction law in m directions, for its derivatives.
 
-    A block that slips under a normal force of 10; with one more it is held back by 0.4 more:
+    A block slips under a normal force of 10; with one unit more, friction is 0.4 larger:
 
-    >>> up, along, none = np.array([[0.0, 0.0, 1.0]]), np.array([[1.0, 0.0, 0.0]]), np.zeros(1)
-    >>> ten, rest = np.full(1, 10.0), np.zeros((1, 7))
-    >>> pulled = FrictionInput(up, up, ten, none, none, along, along, 1.0, rest)
-    >>> stays = np.zeros((1, 3, 1))
-    >>> heavier = FrictionChange(np.ones((1, 1)), np.zeros((1, 1)), stays, stays, stays)
-    >>> Coulomb(0.4, stiffness=100.0).changes(pulled, heavier)[0, :, 0].round(12).tolist()
+    >>> z, x, none = np.array([[0.0, 0.0, 1.0]]), np.array([[1.0, 0.0, 0.0]]), np.zeros(1)
+    >>> slipping = FrictionInput(z, z, np.full(1, 10.0), none, none, x, x, 1.0, np.zeros((1, 7)))
+    >>> constant = np.zeros((1, 3, 1))
+    >>> heavier = FrictionChange(np.ones((1, 1)), np.zeros((1, 1)), constant, constant, constant)
+    >>> Coulomb(0.4, stiffness=100.0).changes(slipping, heavier)[0, :, 0].round(12).tolist()
     [-0.4, 0.0, 0.0]
     """
 
@@ -89,11 +88,11 @@ class FrictionChange(NamedTuple):
     path: FloatArray
     """(n, 3, m)."""
     velocity: FloatArray
-    """(n, 3, m); none (0, 3, m) where it stays."""
+    """(n, 3, m), or (0, 3, m) if no velocity changes."""
 
 
 class CoulombNumbers(NamedTuple):
-    """The numbers of a `Coulomb`, as its kernel reads them."""
+    """The parameters of a `Coulomb` for its kernel."""
 
     static: float
     dynamic: float
@@ -103,28 +102,28 @@ class CoulombNumbers(NamedTuple):
 
 
 class Friction(Protocol):
-    """Friction as a contact uses it.
+    """A friction law of a contact.
 
-    It may have more, which is asked for by name:
+    It may have further attributes:
 
     - ``has_rate``: True if the force depends on the velocity. `Contact.step` without ``dt`` and
       velocities is then refused.
     - ``viscosity(force, speed)`` and the number ``coefficient``, for friction without a jump at
       rest: force over sliding speed (n,) at normal forces (n,) and sliding speeds (n,), and the
-      largest ratio of friction to normal force. Automatic steps are then short enough for it.
+      largest ratio of friction to normal force. They limit automatic steps.
     - ``changes(inp: FrictionInput, change: FrictionChange)``, which returns the changes (n, 3, m)
       of the forces: `Contact.tangent` needs it.
     """
 
     @property
     def n_memory(self) -> int:
-        """Numbers a point that it keeps from one step to the next."""
+        """Number of values by point that friction keeps from one step to the next."""
 
     def respond(self, inp: FrictionInput) -> FrictionOutput:
-        """Tangential forces, energies and memory of the points in contact."""
+        """Return tangential forces, energies and memory of the points in contact."""
 
     def slid(self, memory: FloatArray) -> FloatArray:
-        """Return the way slid (n, 3) since each point came in, from its memory (n, m)."""
+        """Return the sliding distance (n, 3) since each point came in, from its memory (n, m)."""
 
 
 @dataclass(frozen=True)
@@ -138,51 +137,51 @@ class Coulomb:
     ----------
     static : μ_s ≥ 0
     dynamic : μ_d ≥ 0, not above `static`; as `static` if None
-    decay : time a length, ≥ 0; 0 (default) keeps the static coefficient at any velocity
-    stiffness : k_t of the spring a point sticks by, force a length; 0 (default) takes the largest
-        stiffness the point's law of normal force has had since it came in
-    per_area : whether `stiffness` is that of a unit area
+    decay : time / length, ≥ 0; 0 (default) is the static coefficient at any velocity
+    stiffness : k_t of the spring of a sticking point, force / length; 0 (default) is the largest
+        stiffness of the point's law of normal force since it came in
+    per_area : whether `stiffness` is by unit area
 
     Notes
     -----
-    A step, one point: the traction of the last step is carried to the new tangent plane by the
-    smallest rotation of the old normal to the new one, and stretched, t* = t − k_t d, by the
-    tangential part d of the path, the mean of what the old and the new plane see of it, by the mean
-    of the k_t before and after the step. Where ``|t*| > μ F`` it is cut back to μ F, and the point
-    has slid by d_p = d − (t_old − t)/k_t.
+    In a step of a point, the traction of the last step is transported to the new tangent plane by
+    the smallest rotation of the old normal to the new one, and stretched, t* = t − k_t d. Here d is
+    the tangential part of the path, the mean of its projections to the old and the new plane, and
+    k_t the mean stiffness before and after the step. If ``|t*| > μ F``, t* returns to the length
+    μ F, and the point slides by d_p = d − (t_old − t)/k_t.
 
-    The energy t²/(2 k_t) is stored. Lost are −½(t_old + t)·d_p, so that on a plane the work of the
-    mean traction, −½(t_old + t)·d, is what is stored more and what is lost, exactly; only where the
-    cone shrinks in a step that turns round could the mean say that heat was won, and none is. On a
-    curved surface the carrying turns the traction and adds no energy.
+    The energy t²/(2 k_t) is stored, and −½(t_old + t)·d_p is lost. So on a plane the work of the
+    mean traction, −½(t_old + t)·d, is exactly the change of the stored energy plus the loss. Only
+    if the cone shrinks in a step that reverses, this loss could be negative; then it is zero. On a
+    curved surface the transport rotates the traction and adds no energy.
 
-    k_t never decreases while a point is in contact. Where it grows, half before and half after the
-    path, the traction stays, so that the spring holds less than before; that is lost as well. A
-    point that sticks therefore does not creep under a normal force that swings.
+    k_t never decreases while a point is in contact. When it grows, half before and half after the
+    path, the traction stays the same, so that the spring stores less energy; the difference is
+    lost. A sticking point therefore does not creep under an oscillating normal force.
 
-    A point comes in without traction; all of the path it is given for that step counts, which is
-    the part behind its entry. A point that leaves drops what its spring has stored; where the
-    normal force goes to zero before, the cone has cut it back by then.
+    A point comes in without traction; its path in that step is the part after its entry. A point
+    that leaves loses the energy of its spring; if its normal force vanishes before, the cone has
+    relaxed the spring by then.
 
-    Memory, seven numbers a point: the traction (3), the way slid against the master since the
-    point came in (3), carried along as the traction is, and k_t.
+    Memory, seven values by point: the traction (3), the sliding distance relative to the master
+    since the point came in (3), transported like the traction, and k_t.
 
     Raises
     ------
     InputError
-        A coefficient, decay or stiffness that is negative or not finite, static below dynamic; at
-        `respond`, a point with a normal force whose law has given no stiffness yet.
+        A coefficient, decay or stiffness that is negative or not finite, static below dynamic; in
+        `respond`, a point with a normal force whose law has had no stiffness yet.
 
     Examples
     --------
     A block of weight 10 on a spring of 100, pulled by 0.02 and then by 0.1 more: μ F = 4
 
-    >>> up, force = np.array([[0.0, 0.0, 1.0]]), np.array([10.0])
+    >>> z, force = np.array([[0.0, 0.0, 1.0]]), np.array([10.0])
     >>> law = Coulomb(0.4, stiffness=100.0)
-    >>> pulled = FrictionInput(up, up, force, 0.0 * force, 0.0 * force, 0.0 * up, 0.0 * up, 1.0,
-    ...                        np.zeros((1, 7)))
-    >>> sticks = law.respond(pulled._replace(path=np.array([[0.02, 0.0, 0.0]])))
-    >>> slips = law.respond(pulled._replace(path=np.array([[0.1, 0.0, 0.0]]), memory=sticks.memory))
+    >>> inp = FrictionInput(z, z, force, 0.0 * force, 0.0 * force, 0.0 * z, 0.0 * z, 1.0,
+    ...                     np.zeros((1, 7)))
+    >>> sticks = law.respond(inp._replace(path=np.array([[0.02, 0.0, 0.0]])))
+    >>> slips = law.respond(inp._replace(path=np.array([[0.1, 0.0, 0.0]]), memory=sticks.memory))
     >>> sticks.force[0, 0].tolist(), slips.force[0, 0].tolist(), slips.lost.round(12).tolist()
     (-2.0, -4.0, [0.24])
     """
@@ -215,9 +214,9 @@ class Coulomb:
         return self.decay > 0.0 and self.dynamic not in (None, self.static)
 
     def coefficient(self, speed: FloatArray) -> FloatArray:
-        """μ at sliding speeds (n,) ≥ 0."""
-        least = self.static if self.dynamic is None else self.dynamic
-        return np.asarray(least + (self.static - least) * np.exp(-self.decay * speed))
+        """Return μ (n,) at sliding speeds (n,) ≥ 0."""
+        dynamic = self._numbers.dynamic
+        return np.asarray(dynamic + (self.static - dynamic) * np.exp(-self.decay * speed))
 
     def slid(self, memory: FloatArray) -> FloatArray:
         """Return the sliding distance (n, 3) since each point came in."""
@@ -225,28 +224,26 @@ class Coulomb:
 
     @property
     def _numbers(self) -> CoulombNumbers:
-        least = self.static if self.dynamic is None else self.dynamic
-        numbers = self.static, least, self.decay, self.stiffness
-        return CoulombNumbers(*numbers, bool(self.per_area))
+        dynamic = self.static if self.dynamic is None else self.dynamic
+        return CoulombNumbers(self.static, dynamic, self.decay, self.stiffness, bool(self.per_area))
 
     def changes(self, inp: FrictionInput, change: FrictionChange) -> FloatArray:
         """Return the changes (n, 3, m) of the forces with the input, at the same memory."""
-        given, _ = _rows_of(inp, self.n_memory)
-        ways, out = _changes_of(change)
-        law = self._numbers
-        run_ranges(friction_nb.coulomb_changes, len(out), GRAIN, given, law, ways, out)
+        rows, _ = _rows_of(inp, self.n_memory)
+        directions, out = _changes_of(change)
+        kernel = friction_nb.coulomb_changes
+        run_ranges(kernel, len(out), MIN_POINTS, rows, self._numbers, directions, out)
         return out
 
     def respond(self, inp: FrictionInput) -> FrictionOutput:
-        """Friction forces inside the cone, and their work as stored and dissipated energy."""
-        law = self._numbers
-        given, out = _rows_of(inp, self.n_memory)
-        n = len(given.force)
-        run_ranges(straight(friction_nb.coulomb), n, GRAIN, given, law, out)
-        loose = np.count_nonzero((given.force > 0.0) & ~(out.stiffness > 0.0))
-        if loose:
+        """Return friction forces inside the cone, with stored and dissipated energy."""
+        rows, out = _rows_of(inp, self.n_memory)
+        n = len(rows.force)
+        run_ranges(straight(friction_nb.coulomb), n, MIN_POINTS, rows, self._numbers, out)
+        n_without = np.count_nonzero((rows.force > 0.0) & ~(out.stiffness > 0.0))
+        if n_without:
             raise InputError(
-                f"{loose} points have a normal force and no stiffness to stick by: the law of "
+                f"{n_without} points have a normal force and no stiffness to stick by: the law of "
                 "normal force has none there, and friction was given none",
                 where="friction.stiffness",
                 found=self.stiffness,
@@ -260,19 +257,19 @@ class Coulomb:
 class ViscousFriction:
     """Regularised Coulomb friction, without a jump at rest: ``t = −μ F tanh(|v|/v₀) v/|v|``.
 
-    It never sticks: a load below μ F slides, slowly. For those who are used to it, and where only
-    fast sliding matters; `Coulomb` needs no such choice.
+    It never sticks: a load below μ F causes slow sliding. Use it for fast sliding only; `Coulomb`
+    needs no such choice.
 
     Parameters
     ----------
     coefficient : μ ≥ 0
-    speed : v₀ > 0; at this sliding speed the friction is 0.76 of its full size
+    speed : v₀ > 0; at this sliding speed the friction is 0.76 of μ F
 
     Notes
     -----
-    It stores nothing. Lost is the work of the step, −½(t_old + t)·d with the tangential part d of
-    the path, and t_old the force of the last step, carried along as by `Coulomb`: it is all that
-    is remembered.
+    It stores no energy. The work of the step is lost, −½(t_old + t)·d with the tangential part d of
+    the path and the force t_old of the last step, transported as by `Coulomb`. The memory is this
+    force.
 
     Raises
     ------
@@ -281,13 +278,13 @@ class ViscousFriction:
 
     Examples
     --------
-    >>> along, up = np.array([[1.0, 0.0, 0.0]]), np.array([[0.0, 0.0, 1.0]])
+    >>> x, z = np.array([[1.0, 0.0, 0.0]]), np.array([[0.0, 0.0, 1.0]])
     >>> ten, none = np.full(1, 10.0), np.zeros(1)
-    >>> sliding = FrictionInput(up, up, ten, none, none, 0.1 * along, along, 0.1, np.zeros((1, 3)))
+    >>> sliding = FrictionInput(z, z, ten, none, none, 0.1 * x, x, 0.1, np.zeros((1, 3)))
     >>> law = ViscousFriction(0.3, speed=0.01)
-    >>> begun = law.respond(sliding)
-    >>> goes_on = law.respond(sliding._replace(memory=begun.memory))
-    >>> goes_on.force[0, 0].tolist(), begun.lost.round(12).tolist(), goes_on.lost.round(12).tolist()
+    >>> first = law.respond(sliding)
+    >>> second = law.respond(sliding._replace(memory=first.memory))
+    >>> second.force[0, 0].tolist(), first.lost.round(12).tolist(), second.lost.round(12).tolist()
     (-3.0, [0.15], [0.3])
     """
 
@@ -312,34 +309,27 @@ class ViscousFriction:
         >>> ViscousFriction(0.3, speed=0.01).viscosity(np.array([10.0]), np.zeros(1)).round(9)
         array([300.])
         """
-        part = np.maximum(speed / self.speed, 1e-9)
-        return np.asarray(self.coefficient * force / self.speed * (np.tanh(part) / part))
+        ratio = np.maximum(speed / self.speed, 1e-9)
+        return np.asarray(self.coefficient * force / self.speed * (np.tanh(ratio) / ratio))
 
     def changes(self, inp: FrictionInput, change: FrictionChange) -> FloatArray:
         """Return the changes (n, 3, m) of the forces with the input."""
-        given, _ = _rows_of(inp, self.n_memory)
-        ways, out = _changes_of(change)
-        numbers = self.coefficient, self.speed
-        run_ranges(friction_nb.viscous_changes, len(out), GRAIN, given, *numbers, ways, out)
+        rows, _ = _rows_of(inp, self.n_memory)
+        directions, out = _changes_of(change)
+        numbers, kernel = (self.coefficient, self.speed), friction_nb.viscous_changes
+        run_ranges(kernel, len(out), MIN_POINTS, rows, *numbers, directions, out)
         return out
 
     def respond(self, inp: FrictionInput) -> FrictionOutput:
-        """Forces against the sliding velocity."""
-        given, out = _rows_of(inp, self.n_memory)
-        numbers = self.coefficient, self.speed
-        run_ranges(
-            straight(friction_nb.viscous),
-            len(given.force),
-            GRAIN,
-            given,
-            *numbers,
-            out,
-        )
+        """Return forces against the sliding velocity."""
+        rows, out = _rows_of(inp, self.n_memory)
+        numbers, kernel = (self.coefficient, self.speed), straight(friction_nb.viscous)
+        run_ranges(kernel, len(rows.force), MIN_POINTS, rows, *numbers, out)
         return out
 
 
 def _rows_of(inp: FrictionInput, n_memory: int) -> tuple[FrictionInput, FrictionOutput]:
-    """The input as kernels read it, arrays of one row a point, and an output to be filled.
+    """Return the input as contiguous arrays for kernels, and an output to be filled.
 
     Raises
     ------
@@ -363,20 +353,20 @@ def _rows_of(inp: FrictionInput, n_memory: int) -> tuple[FrictionInput, Friction
                 found=np.shape(values),
                 allowed=str(shape),
             )
-        arrays.append(_ready(values))
-    rows, none = np.empty((n, 3)), (np.empty(n), np.empty(n), np.empty(n))
-    return FrictionInput._make(arrays), FrictionOutput(rows, *none, np.empty((n, n_memory)))
+        arrays.append(_contiguous(values))
+    columns = np.empty(n), np.empty(n), np.empty(n)
+    out = FrictionOutput(np.empty((n, 3)), *columns, np.empty((n, n_memory)))
+    return FrictionInput._make(arrays), out
 
 
 def _changes_of(change: FrictionChange) -> tuple[FrictionChange, FloatArray]:
-    """Directions as kernels read them, and an array (n, 3, m) to be filled."""
-    ways = FrictionChange(*map(_ready, change))
-    n, m = ways.force.shape
-    return ways, np.empty((n, 3, m))
+    """Return the directions as contiguous arrays for kernels, and an array (n, 3, m) to fill."""
+    directions = FrictionChange(*map(_contiguous, change))
+    n, m = directions.force.shape
+    return directions, np.empty((n, 3, m))
 
 
-def _ready(values: Any) -> FloatArray:
-    """An array as kernels read it. Those that a contact hands over are so, but for locked ones."""
-    plain = isinstance(values, np.ndarray) and values.dtype == np.float64
-    ready = plain and values.flags.carray
-    return values if ready else np.array(values, np.float64, order="C")
+def _contiguous(values: Any) -> FloatArray:
+    """Return `values` as a writeable, contiguous array, a copy only if they are not."""
+    is_float = isinstance(values, np.ndarray) and values.dtype == np.float64
+    return values if is_float and values.flags.carray else np.array(values, np.float64, order="C")

@@ -1,4 +1,4 @@
-"""The protocol of laws of normal force, and checks and answers that they share."""
+"""The protocol of laws of normal force, and their common checks and outputs."""
 
 from __future__ import annotations
 
@@ -54,15 +54,15 @@ def remembered(inp: LawInput, columns: int) -> FloatArray:
     InputError
         The memory has another number of columns.
     """
-    wanted = (len(inp.penetration), columns)
+    shape = (len(inp.penetration), columns)
     if inp.memory.size == 0:
-        return np.zeros(wanted)
-    if inp.memory.shape != wanted:
+        return np.zeros(shape)
+    if inp.memory.shape != shape:
         raise InputError(
             "the memory is of another law",
             where="memory",
             found=inp.memory.shape,
-            allowed=str(wanted),
+            allowed=str(shape),
         )
     return inp.memory
 

@@ -1,8 +1,8 @@
 """Laws of normal force: from penetration, rate and area to the force on each point in contact.
 
-A law takes a `LawInput` and answers with a `LawOutput`: the magnitude of the force along the
-master's normal, how stiff it is, the energy it has stored and what it has lost. No law ever pulls:
-a force is zero where its formula would be negative.
+A law takes a `LawInput` and returns a `LawOutput`: the magnitude of the force along the master's
+normal, its stiffness, the stored energy and the losses. No law pulls: a force is zero if its
+formula is negative.
 """
 
 from __future__ import annotations
@@ -26,10 +26,10 @@ class PenaltyLaw:
 
     Parameters
     ----------
-    stiffness : k > 0, force a length; with `per_area` a pressure a length, times A_i
-    per_area : whether stiffness and damping are those of a unit area
-    damping : c ≥ 0, force × time a length (a unit of area)
-    damping_ratio : ζ ≥ 0, a share of the critical damping of each point: adds 2 ζ √(k_i m_i) to c
+    stiffness : k > 0, force / length; with `per_area` pressure / length, multiplied by A_i
+    per_area : whether stiffness and damping are by unit area
+    damping : c ≥ 0, force × time / length (by unit area)
+    damping_ratio : ζ ≥ 0, over the critical damping of each point: adds 2 ζ √(k_i m_i) to c
 
     Examples
     --------
@@ -64,13 +64,13 @@ class PenaltyLaw:
 
     @property
     def needs_area(self) -> bool:
-        """True if stiffness and damping are those of a unit area."""
+        """True if stiffness and damping are by unit area."""
         return self.per_area
 
     n_memory = 0
 
     def respond(self, inp: LawInput) -> LawOutput:
-        """Forces k λ + c λ̇ and energies k λ²/2."""
+        """Return forces k λ + c λ̇ and energies k λ²/2."""
         force = elastic = self.stiffness * inp.penetration
         stiffness = np.empty(elastic.shape)
         stiffness.fill(self.stiffness)
@@ -92,8 +92,8 @@ class PenaltyLaw:
         if inp.wants_tangent and has_rate:
             viscosity = self.damping * (inp.area if self.per_area else np.ones(len(force)))
             viscosity = viscosity if critical is None else viscosity + critical
-            pushes = force > 0.0
-            tangent = LawTangent(DepthSlopes(stiffness * pushes), viscosity * pushes)
+            is_pushing = force > 0.0
+            tangent = LawTangent(DepthSlopes(stiffness * is_pushing), viscosity * is_pushing)
         return LawOutput(force, stiffness, stored, memory, none, damping, tangent=tangent)
 
 
@@ -101,13 +101,13 @@ class PenaltyLaw:
 class AdaptiveLaw:
     """Penalty whose stiffness follows from nodal mass and step: F_i = s (m_i/Δt²) λ_i.
 
-    The thesis names adaptive contact and gives no formula. This is the soft constraint of
-    explicit codes: the spring's frequency stays a fixed part of what the step can carry, whatever
-    the materials are (a node-on-rigid spring is stable up to s = 4).
+    The thesis names adaptive contact without a formula. This is the soft constraint of explicit
+    codes: the frequency of the spring is a fixed fraction of the limit of the step, whatever the
+    materials are (a spring between a node and a rigid body is stable up to s = 4).
 
     Parameters
     ----------
-    scale : s > 0, 0.1 by custom
+    scale : s > 0, usually 0.1
 
     Notes
     -----
@@ -124,9 +124,9 @@ class AdaptiveLaw:
     scale: float = 0.1
 
     has_energy = False
-    """What it stores is no measure of how right a step was."""
+    """Its stored energy is no measure of the accuracy of a step."""
     stiffness_follows_step = True
-    """No step is critical for it: a shorter one makes it stiffer."""
+    """It has no critical step: a shorter step makes it stiffer."""
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "scale", positive(self.scale, "scale"))
@@ -137,7 +137,7 @@ class AdaptiveLaw:
     n_memory = 0
 
     def respond(self, inp: LawInput) -> LawOutput:
-        """Forces s (m/Δt²) λ. The stiffness goes with the step, and with it the energy.
+        """Return forces s (m/Δt²) λ, whose stiffness and energy depend on the step.
 
         Raises
         ------

@@ -21,21 +21,21 @@ def share(total: float, penetration: FloatArray, area: FloatArray) -> FloatArray
 
     Notes
     -----
-    Where Σ λ_j A_j = 0 the formula says nothing. Then the force is shared by penetration alone;
-    if all penetrations are zero, by area alone; if all areas are zero as well, equally.
+    If Σ λ_j A_j = 0, the force is shared by penetration alone; if all penetrations are zero, by
+    area alone; if all areas are zero as well, equally.
     """
     if penetration.size == 0:
         return np.zeros(0)
     depth, extent = _relative(penetration), _relative(area)
     for weight in (depth * extent, depth, extent):
-        whole = float(weight.sum())
-        if whole > 0.0:
-            shares: FloatArray = total * (weight / whole)
+        sum_of_weights = float(weight.sum())
+        if sum_of_weights > 0.0:
+            shares: FloatArray = total * (weight / sum_of_weights)
             return shares
     return np.full(penetration.shape, total / penetration.size)
 
 
 def _relative(values: FloatArray) -> FloatArray:
-    # By the largest, so that a product of two tiny numbers does not vanish.
+    """Return values over their largest, so that a product of two tiny numbers does not vanish."""
     largest = float(values.max())
     return values / largest if largest > 0.0 else np.zeros_like(values)

@@ -1,4 +1,4 @@
-"""The law of contact stress: each point for itself, elastic or with hysteresis, and damped."""
+"""The law of contact stress: independent points, elastic or with hysteresis, and damped."""
 
 from __future__ import annotations
 
@@ -9,16 +9,17 @@ from numpy.typing import NDArray
 
 from contiga.arrays.layout import not_negative, positive
 from contiga.curves.characteristic import Characteristic, CurveLike, as_curve
-from contiga.curves.hysteresis import Hysteresis, Moved, elastic_move, hysteresis_of
+from contiga.curves.hysteresis import Hysteresis, Responses, elastic_move, hysteresis_of
 from contiga.errors import InputError
 from contiga.laws.law import critical_damping, remembered
 from contiga.records import DepthSlopes, FloatArray, LawInput, LawOutput, LawTangent
 
-# Relative size of a stress that counts as none.
-_TOL = 1e-9
-# Rates at which a callable is tried before a run, and how far beyond its end a table is.
-_TRIED = np.array([1e-6, 1e-3, 1.0])
-_FAR = 1e3
+_STRESS_TOL = 1e-9
+"""Relative size of a stress that counts as zero."""
+_SAMPLE_RATES = np.array([1e-6, 1e-3, 1.0])
+"""Rates at which a callable is checked before a run."""
+_FAR_FACTOR = 1e3
+"""Rate at which the extrapolation of a table is checked, over its largest rate."""
 
 
 @dataclass(frozen=True, init=False, eq=False)
@@ -30,16 +31,16 @@ class StressLaw:
     Parameters
     ----------
     elastic : σ_e, stress over relative penetration λ/t; a number is a modulus
-    thickness : t > 0 of the deformed side, one value for all; None takes each slave node's own
+    thickness : t > 0 of the deformed side, one value for all; if None that of each slave node
     damping : C_d ≥ 0, stress × time
-    damping_ratio : ζ ≥ 0, a share of the critical damping of each point: adds the force
-        2 ζ √(k_i m_i) λ̇_i of the present stiffness k_i and the mass m_i; not amplified
-    damping_curve : σ_d, stress over relative rate λ̇/t, of the sign of the rate: above zero while
-        a contact closes, below while it opens
+    damping_ratio : ζ ≥ 0, damping over the critical damping of each point: adds the force
+        2 ζ √(k_i m_i) λ̇_i with the current stiffness k_i and the mass m_i; not amplified
+    damping_curve : σ_d, stress over relative rate λ̇/t, with the sign of the rate: positive while
+        a contact closes, negative while it opens
     amplification : f_d, a factor over the elastic stress; 1 if None
-    unloading : σ_u ≤ σ_e, the stress over λ/t of an unloading; as `elastic` if None
-    hysteresis_slope : K, stress over λ/t between the two curves; goes with `unloading`, and is not
-        below the steepest slope of either
+    unloading : σ_u ≤ σ_e, stress over λ/t on unloading; as `elastic` if None
+    hysteresis_slope : K, slope of the lines between the two curves, stress over λ/t; needed with
+        `unloading`, and not below the steepest slope of either
 
     Notes
     -----
@@ -47,16 +48,16 @@ class StressLaw:
     σ = clip(σ_old + K Δ(λ/t), σ_u, σ_e), and each point remembers its last λ/t and σ: see
     `contiga.curves.hysteresis`. The energies are those of the area of this step.
 
-    Contact does not pull: σ_e below zero counts as zero, and so does a negative F_i, which
-    damping would give while a contact opens fast.
+    Contact does not pull: a negative σ_e counts as zero, and so does a negative F_i, by damping
+    while a contact opens fast.
 
     Raises
     ------
     InputError
-        Thickness not above zero, negative damping, a curve that is wrong, a damping curve that
-        pushes on what moves, unloading above loading or below zero, K missing or too small; at
-        `respond`, no thickness given and none in the input, a damping ratio without masses, a
-        callable damping curve of the wrong sign.
+        Thickness not above zero, negative damping, an invalid curve, a damping curve that supplies
+        energy, unloading above loading or below zero, K missing or too small; in `respond`, no
+        thickness in law and input, a damping ratio without masses, a callable damping curve of the
+        wrong sign.
 
     Examples
     --------
@@ -90,11 +91,17 @@ class StressLaw:
         put(self, "elastic", as_curve(elastic, "elastic"))
         put(self, "thickness", None if thickness is None else positive(thickness, "thickness"))
         put(self, "damping", not_negative(damping, "damping"))
-        for name, curve in (("damping_curve", damping_curve), ("amplification", amplification)):
-            put(self, name, None if curve is None else as_curve(curve, name))
+        for name, given in (("damping_curve", damping_curve), ("amplification", amplification)):
+            put(self, name, None if given is None else as_curve(given, name))
         if self.damping_curve is not None:
-            rates = _rates_to_check(self.damping_curve)
-            _check_damping(self.damping_curve, rates, self.damping_curve(rates))
+            curve = self.damping_curve
+            rates = np.concatenate([-_SAMPLE_RATES[::-1], [0.0], _SAMPLE_RATES])
+            if curve.is_table:  # between and beyond these rates it does not change its sign
+                far_rate = _FAR_FACTOR * np.abs(curve.x).max()
+                rates = np.concatenate([curve.x, [0.0, -far_rate, far_rate]])
+                if curve.extrapolation == "error":
+                    rates = rates[(rates >= curve.x[0]) & (rates <= curve.x[-1])]
+            _check_damping(curve, rates, curve(rates))
         put(self, "damping_ratio", not_negative(damping_ratio, "damping_ratio"))
         put(self, "hysteresis", hysteresis_of(self.elastic, unloading, hysteresis_slope))
 
@@ -110,16 +117,16 @@ class StressLaw:
 
     @property
     def n_memory(self) -> int:
-        """Strain and stress of the last step, with hysteresis; else nothing."""
+        """Number of values by point: strain and stress of the last step, only with hysteresis."""
         return 0 if self.hysteresis is None else 2
 
     @property
     def needs_thickness(self) -> bool:
-        """True where no thickness was given: the slave's nodes must have one."""
+        """True if the law has no thickness: the slave's nodes must have one."""
         return self.thickness is None
 
     def thickness_of(self, inp: LawInput) -> FloatArray:
-        """Thickness of each point (n_c,): the law's own or the slave's."""
+        """Return the thickness (n_c,) of each point, the law's or the slave's."""
         if self.thickness is not None:
             return np.full(inp.penetration.shape, self.thickness)
         if inp.thickness is None:
@@ -129,11 +136,11 @@ class StressLaw:
                 remedy="Give StressLaw a thickness, or the slave one a node",
             )
         if not (inp.thickness > 0.0).all():
-            bad = inp.thickness[~(inp.thickness > 0.0)]
+            invalid = inp.thickness[~(inp.thickness > 0.0)]
             raise InputError(
-                f"{bad.size} points in contact have no thickness",
+                f"{invalid.size} points in contact have no thickness",
                 where="thickness",
-                found=float(bad[0]),
+                found=float(invalid[0]),
                 allowed="above zero",
             )
         return inp.thickness
@@ -142,10 +149,10 @@ class StressLaw:
         """Return the damping stress (n,) (C_d λ̇/t + σ_d(λ̇/t)) f_d(σ_e), of either sign."""
         stress = self.damping * strain_rate
         if self.damping_curve is not None:
-            rated = self.damping_curve(strain_rate)
+            by_curve = self.damping_curve(strain_rate)
             if not self.damping_curve.is_table:
-                _check_damping(self.damping_curve, strain_rate, rated)
-            stress = stress + rated
+                _check_damping(self.damping_curve, strain_rate, by_curve)
+            stress = stress + by_curve
         if self.amplification is not None:
             stress = stress * self.amplification(elastic_stress)
         return stress
@@ -153,7 +160,7 @@ class StressLaw:
     def damping_slopes(
         self, strain_rate: FloatArray, elastic_stress: FloatArray
     ) -> tuple[FloatArray, FloatArray]:
-        """Derivatives of `damping_stress` over the elastic stress, and over the rate."""
+        """Return the derivatives of `damping_stress` by the elastic stress, and by the rate."""
         by_rate = np.full(strain_rate.shape, self.damping)
         stress = self.damping * strain_rate
         if self.damping_curve is not None:
@@ -165,27 +172,33 @@ class StressLaw:
         return stress * self.amplification.slope(elastic_stress), by_rate * factor
 
     def respond(self, inp: LawInput) -> LawOutput:
-        """Forces of Eq. 3.4; the energy is that of the elastic stress."""
+        """Return the forces of Eq. 3.4, with the energy of the elastic stress."""
         thickness = self.thickness_of(inp)
         strain = inp.penetration / thickness
-        moved, memory = self._carried(strain, inp)
-        stress = moved.force + self.damping_stress(inp.rate / thickness, moved.force)
-        stiffness = inp.area * moved.stiffness / thickness
+        # Response of the elastic stress, by unit of volume.
+        if self.hysteresis is None:
+            elastic, memory = elastic_move(self.elastic, strain), np.zeros((len(strain), 0))
+        else:
+            past = remembered(inp, self.n_memory)
+            elastic = self.hysteresis.move(past[:, 0], past[:, 1], strain)
+            memory = np.column_stack([strain, elastic.force])
+        stress = elastic.force + self.damping_stress(inp.rate / thickness, elastic.force)
+        stiffness = inp.area * elastic.stiffness / thickness
         if self.damping_ratio > 0.0:
-            rated = critical_damping(self.damping_ratio, stiffness, inp.mass) * inp.rate
-            stress += np.divide(rated, inp.area, out=np.zeros(len(rated)), where=inp.area > 0.0)
+            damping = critical_damping(self.damping_ratio, stiffness, inp.mass) * inp.rate
+            stress += np.divide(damping, inp.area, out=np.zeros(len(damping)), where=inp.area > 0.0)
         force = inp.area * np.maximum(stress, 0.0)
         volume = inp.area * thickness
         tangent = None
         if inp.wants_tangent:
-            tangent = self._tangent(inp, strain, thickness, moved, force > 0.0)
+            tangent = self._tangent(inp, strain, thickness, elastic, force > 0.0)
         return LawOutput(
             force,
             stiffness,
-            volume * moved.stored,
+            volume * elastic.stored,
             memory,
-            volume * moved.lost,
-            force - inp.area * moved.force,
+            volume * elastic.lost,
+            force - inp.area * elastic.force,
             tangent=tangent,
         )
 
@@ -194,70 +207,50 @@ class StressLaw:
         inp: LawInput,
         strain: FloatArray,
         thickness: FloatArray,
-        moved: Moved,
-        pushes: NDArray[np.bool_],
+        elastic: Responses,
+        is_pushing: NDArray[np.bool_],
     ) -> LawTangent:
-        """Derivatives of the forces; none of a damped point that does not push."""
+        """Return the derivatives of the forces, zero for a damped point that does not push."""
         bend = self.elastic.carried_bend(strain)
         if self.hysteresis is not None:
-            bend = self.hysteresis.bend(strain, moved.force)
-        slope = inp.area * moved.stiffness / thickness
+            bend = self.hysteresis.bend(strain, elastic.force)
+        slope = inp.area * elastic.stiffness / thickness
         stiffening = DepthSlopes(inp.area * bend / thickness**2)
         if not self.has_rate:
             return LawTangent(DepthSlopes(slope), stiffness=stiffening)
-        by_stress, by_rate = self.damping_slopes(inp.rate / thickness, moved.force)
-        whole, viscosity = slope * (1.0 + by_stress), inp.area * by_rate / thickness
+        by_stress, by_rate = self.damping_slopes(inp.rate / thickness, elastic.force)
+        damped_slope, viscosity = slope * (1.0 + by_stress), inp.area * by_rate / thickness
         if self.damping_ratio > 0.0:
             critical = critical_damping(self.damping_ratio, slope, inp.mass)
             viscosity = viscosity + critical
-            # 2 ζ √(k m) grows by half of what k does, as a share.
+            # The relative change of 2 ζ √(k m) is half of that of k.
             share = np.divide(stiffening.own, slope, out=np.zeros(len(slope)), where=slope > 0.0)
-            whole = whole + 0.5 * critical * share * inp.rate
-        return LawTangent(DepthSlopes(whole * pushes), viscosity * pushes, stiffening)
-
-    def _carried(self, strain: FloatArray, inp: LawInput) -> tuple[Moved, FloatArray]:
-        """Return the response of the elastic stress by unit of volume, and the new memory."""
-        if self.hysteresis is None:
-            return elastic_move(self.elastic, strain), np.zeros((len(strain), 0))
-        past = remembered(inp, self.n_memory)
-        moved = self.hysteresis.move(past[:, 0], past[:, 1], strain)
-        return moved, np.column_stack([strain, moved.force])
-
-
-def _rates_to_check(curve: Characteristic) -> FloatArray:
-    """Return rates (k,) between and beyond which a table does not change its sign.
-
-    For a callable, whose rates are not known before a run, they are samples.
-    """
-    if not curve.is_table:
-        return np.concatenate([-_TRIED[::-1], [0.0], _TRIED])
-    far = _FAR * np.abs(curve.x).max()
-    rates = np.concatenate([curve.x, [0.0, -far, far]])
-    if curve.extrapolation == "error":
-        rates = rates[(rates >= curve.x[0]) & (rates <= curve.x[-1])]
-    return rates
+            damped_slope = damped_slope + 0.5 * critical * share * inp.rate
+        return LawTangent(
+            DepthSlopes(damped_slope * is_pushing), viscosity * is_pushing, stiffening
+        )
 
 
 def _check_damping(curve: Characteristic, rates: FloatArray, stress: FloatArray) -> None:
-    """Refuse stresses (k,) at rates (k,) that are not zero at zero, or of the other sign.
+    """Refuse stresses (k,) at rates (k,) that are not zero at rate zero, or of the other sign.
 
     Raises
     ------
     InputError
-        As said: such a damping curve would give energy to what moves.
+        Such a stress, which would supply energy.
     """
-    least = _TOL * np.abs(stress).max(initial=0.0)
-    wrong = np.flatnonzero((np.abs(stress) > least) & (stress * np.sign(rates) <= 0.0))
+    tol = _STRESS_TOL * np.abs(stress).max(initial=0.0)
+    wrong = np.flatnonzero((np.abs(stress) > tol) & (stress * np.sign(rates) <= 0.0))
     if wrong.size:
-        rate, found = float(rates[wrong[0]]), float(stress[wrong[0]])
+        rate, value = float(rates[wrong[0]]), float(stress[wrong[0]])
         allowed = "zero" if rate == 0.0 else f"zero or {'above' if rate > 0.0 else 'below'}"
         remedy = "It resists the rate: above zero while a contact closes, below while it opens"
         if curve.is_table and not curve.x[0] <= rate <= curve.x[-1]:
             remedy += f'; beyond its table it goes on by extrapolation = "{curve.extrapolation}"'
         raise InputError(
-            f"the damping curve is {'below' if found < 0.0 else 'above'} zero at {rate:.6g}",
+            f"the damping curve is {'below' if value < 0.0 else 'above'} zero at {rate:.6g}",
             where=curve.name,
-            found=found,
+            found=value,
             allowed=allowed,
             remedy=remedy,
         )

@@ -1,11 +1,10 @@
 """Matter that deforms: from positions of nodes to forces on them. Arrays only, no geometry.
 
-In reading order: `protocol` (what is asked of matter), `coefficients` and `curves` (what materials
-are made of), `materials`, `foam`, `woven`, `parts` (elements with their material, and what is
-refused of them), `shapes` (elements at rest), `assemble` and `assembled` (finite elements as
-matter), `mass_scaling`, `blocks` and `tables` (how kernels are handed them), `skin`; `stress`,
-`strain` and `element_fields` (what elements tell of their inside); `iga` (shells and membranes on
-splines, a room of its own).
+In reading order: `protocol` (methods of matter), `coefficients` and `curves` (parameters of
+materials), `materials`, `foam`, `woven`, `parts` (elements with their material, and their checks),
+`shapes` (elements at rest), `assemble` and `assembled` (finite elements as matter), `mass_scaling`,
+`blocks` and `tables` (tables for kernels), `skin`; `stress`, `strain` and `element_fields` (fields
+in elements); `iga` (shells and membranes on splines, a room of its own).
 
 >>> import numpy as np
 >>> from contiga.materials import Elastic

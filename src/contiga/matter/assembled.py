@@ -12,10 +12,10 @@ from contiga.arrays.threads import run_ranges
 from contiga.arrays.workspace import Workspace
 from contiga.errors import ElementError
 from contiga.jit import straight
-from contiga.matter.blocks import NodeSums
+from contiga.matter.blocks import NodeSums, sum_at_nodes
 from contiga.matter.coefficients import Reach
 from contiga.matter.element_fields import ElementFields, Inside, Reached, at_nodes
-from contiga.matter.kernels import elements_nb, lanes_nb, row_sums_nb
+from contiga.matter.kernels import elements_nb, row_sums_nb
 from contiga.matter.kernels.lanes_nb import KINDS, LANES
 from contiga.matter.mass_scaling import AddedMass
 from contiga.matter.parts import DIMENSION
@@ -25,17 +25,17 @@ from contiga.matter.stress import Apart, apart, cauchy
 from contiga.matter.tables import ElementOutput, ElementTables, Memory, Motion
 from contiga.records import FloatArray, IntArray
 
-BLOCKS, NODES = 8, 2000
-"""Grains of threads."""
+MIN_BLOCKS = 8
+"""Least number of blocks for a thread."""
 INSTANT_STEP = 1e-250
-"""Step in which nothing that resists a rate has time to give."""
+"""Step so short that dashpots do not move: the stiffness includes rate effects."""
 KERNELS: dict[str, tuple[Callable[..., Any], Callable[..., Any]]] = {
     "tet4": (elements_nb.tetrahedra, row_sums_nb.tet_rows),
     "hex8": (elements_nb.hexahedra, row_sums_nb.hex_rows),
     "tri3": (elements_nb.triangles, row_sums_nb.triangle_rows),
     "bar2": (elements_nb.bars, row_sums_nb.bar_rows),
 }
-"""Forces and row sums."""
+"""Kernels of forces and of row sums of the stiffness."""
 
 _workspace = Workspace()
 
@@ -46,13 +46,13 @@ class Average(NamedTuple):
     modulus: float
     """λ."""
     volumes: FloatArray
-    """(m,) a quarter of that of each tetrahedron at a node, at rest; 0 of nodes that have none."""
+    """(m,) sum of a quarter of the volume at rest of each tetrahedron at a node; 0 without any."""
     sums: NodeSums
-    """Of the group's rows alone."""
+    """Sums of the rows of the group alone."""
 
 
 class Group(NamedTuple):
-    """The elements of a part, as kernels take them."""
+    """The elements of a part, with their tables for kernels."""
 
     name: str
     kind: str
@@ -60,12 +60,12 @@ class Group(NamedTuple):
     """(n, k)."""
     tables: ElementTables
     bound: ElementTables
-    """The same with all of its stiffness in the elements: none is averaged at nodes."""
+    """Tables without averages at nodes, for bounds of the stiffness."""
     average: Average | None
     rows: slice
-    """Of the table that all groups write sums of blocks to."""
+    """Rows in the table of sums of blocks of all groups."""
     memory: slice
-    """Of what all groups remember."""
+    """Places in the memory of all groups."""
     across: float
     """Factor from an element's measure to its volume: thickness, section, or 1 for a solid."""
     reaches: tuple[Reach, ...]
@@ -90,7 +90,7 @@ class Assembled:
         """Mass that scaling added to each part."""
         self._sums = sums
         self._apart: list[Apart] = []
-        self._remembered = max((group.memory.stop for group in groups), default=0)
+        self._memory_size = max((group.memory.stop for group in groups), default=0)
 
     def points(self, q: FloatArray) -> FloatArray:
         """See `Matter`: the nodes themselves."""
@@ -102,50 +102,44 @@ class Assembled:
 
     def start(self) -> MatterState:
         """See `Matter`: the nodes at rest."""
-        return MatterState(self.nodes.copy(), np.zeros(self._remembered))
+        return MatterState(self.nodes.copy(), np.zeros(self._memory_size))
 
     def forces(self, state: MatterState, q: FloatArray, v: FloatArray, dt: float) -> MatterForces:
         """See `Matter`."""
         q, v = np.ascontiguousarray(q, np.float64), np.ascontiguousarray(v, np.float64)
         motion = Motion(locked(q), locked(v), float(dt), np.zeros(0))
         partial = _workspace.rows(len(self._sums.rows), 3)
-        energy, memory = np.zeros(KINDS), np.empty(self._remembered)
+        energy, memory = np.zeros(KINDS), np.empty(self._memory_size)
         for group in self.groups:
-            energy += self._write_forces(group, motion, _memory(group, state, memory), partial)
-        force = self._at_nodes(partial)
+            blocks = len(group.tables.nodes)
+            out = ElementOutput(
+                partial[group.rows], np.empty((blocks, KINDS)), np.empty(blocks, np.int32)
+            )
+            averaged_energy, group_motion = 0.0, motion
+            if group.average is not None:
+                pressures, averaged_energy = _pressures(group, group.average, motion, out)
+                group_motion = motion._replace(pressures=pressures)
+            run_ranges(
+                straight(KERNELS[group.kind][0]),
+                blocks,
+                MIN_BLOCKS,
+                group_motion,
+                group.tables,
+                _memory(group, state, memory),
+                out,
+            )
+            if out.inverted.any():
+                raise _inversion_error(group, q, out.inverted)
+            of_group = out.energy.sum(axis=0)
+            of_group[0] += averaged_energy
+            energy += of_group
+        force = sum_at_nodes(partial, self._sums)
         if self.damping:
             drag = (self.damping * self.mass)[:, None] * v
             force -= drag
             energy[2] += dt * float(np.sum(drag * v))
         energies = MatterEnergy(*energy.tolist())
         return MatterForces(force, energies, MatterState(locked(q), memory))
-
-    def _write_forces(
-        self, group: Group, motion: Motion, memory: Memory, partial: FloatArray
-    ) -> FloatArray:
-        """Return the energies (4,) of a group, and write its forces to its rows of `partial`."""
-        blocks = len(group.tables.nodes)
-        out = ElementOutput(
-            partial[group.rows], np.empty((blocks, KINDS)), np.empty(blocks, np.int32)
-        )
-        of_volume = 0.0
-        if group.average is not None:
-            pressures, of_volume = _pressures(group, group.average, motion, out)
-            motion = motion._replace(pressures=pressures)
-        run_ranges(
-            straight(KERNELS[group.kind][0]), blocks, BLOCKS, motion, group.tables, memory, out
-        )
-        if out.inverted.any():
-            raise _inverted(group, motion.points, out.inverted)
-        energy = out.energy.sum(axis=0)
-        energy[0] += of_volume
-        return np.asarray(energy)
-
-    def _at_nodes(self, partial: FloatArray) -> FloatArray:
-        out = np.empty((len(self.mass), 3))
-        starts, rows = self._sums
-        run_ranges(straight(lanes_nb.sum_at_nodes), len(out), NODES, partial, starts, rows, out)
-        return out
 
     def stress(self, state: MatterState) -> FloatArray:
         """Return the Cauchy stresses (m, 6) xx, yy, zz, xy, yz, xz of `nodal_fields`."""
@@ -159,77 +153,75 @@ class Assembled:
         return at_nodes(self.element_fields(state), len(self.mass))
 
     def element_fields(self, state: MatterState) -> list[Inside]:
-        """Return stress, strain and stored energy of all elements, one entry by part.
+        """Return stress, strain and stored energy of all elements, one entry for each part.
 
-        Stresses of membranes and bars are by the thickness or section that they have at rest, and
-        their strains are those in their plane or along them.
+        Stresses of membranes and bars are by the thickness or section at rest, and their strains
+        are in their plane or along them.
         """
         if not self._apart:
-            self._apart = [self._taken_apart(group) for group in self.groups]
-        return [
-            self._inside(group, pieces, state)
-            for group, pieces in zip(self.groups, self._apart, strict=True)
-        ]
+            for group in self.groups:
+                rest = self.nodes[group.elements]
+                if DIMENSION[group.kind] == 3:
+                    gradients = full_gradients(group)
+                elif group.kind == "tri3":
+                    gradients = membrane_gradients(rest)
+                else:
+                    gradients = bar_gradients(rest)
+                pieces = apart(group.elements, group.tables, gradients, metric(rest, gradients))
+                self._apart.append(pieces)
+        entries = []
+        for group, pieces in zip(self.groups, self._apart, strict=True):
+            corners = state.points[group.elements]
+            n, k = group.elements.shape
+            volumes = group.tables.measures.ravel()[:n] * group.across
+            forces, energies = self._corner_forces(group, pieces, state)
+            fields = ElementFields(
+                cauchy(group.kind, corners, forces.reshape(n, k, 3), group.across),
+                green(corners, pieces.gradients, pieces.rest_metric),
+                energies[:n] / volumes,
+            )
+            entries.append(Inside(group.elements, volumes, fields))
+        return entries
 
     def reached(self, state: MatterState) -> list[Reached]:
         """Return the largest strains since the start of the tables of all parts."""
-        return [
-            Reached(group.name, reach.what, _largest(group, state, reach.column), reach.end)
-            for group in self.groups
-            for reach in group.reaches
-        ]
+        strains = []
+        for group in self.groups:
+            blocks, n = len(group.tables.nodes), len(group.elements)
+            lanes = state.memory[group.memory].reshape(blocks, -1, LANES)
+            for reach in group.reaches:
+                largest = float(lanes[:, reach.column].ravel()[:n].max())
+                strains.append(Reached(group.name, reach.what, largest, reach.end))
+        return strains
 
-    def _taken_apart(self, group: Group) -> Apart:
-        gradients = self._gradients(group)
-        still = metric(self.nodes[group.elements], gradients)
-        return apart(group.elements, group.tables, gradients, still)
-
-    def _gradients(self, group: Group) -> FloatArray:
-        """Return the gradients (e, k, 3) of all corners' shape functions at rest, in space."""
-        if DIMENSION[group.kind] == 3:
-            return full_gradients(group)
-        rest = self.nodes[group.elements]
-        return membrane_gradients(rest) if group.kind == "tri3" else bar_gradients(rest)
-
-    def _inside(self, group: Group, pieces: Apart, state: MatterState) -> Inside:
-        corners = state.points[group.elements]
-        n, k = group.elements.shape
-        volumes = group.tables.measures.ravel()[:n] * group.across
-        forces, energies = self._forces_apart(group, pieces, state)
-        fields = ElementFields(
-            cauchy(group.kind, corners, forces.reshape(n, k, 3), group.across),
-            green(corners, pieces.gradients, pieces.still),
-            energies[:n] / volumes,
-        )
-        return Inside(group.elements, volumes, fields)
-
-    def _forces_apart(
+    def _corner_forces(
         self, group: Group, pieces: Apart, state: MatterState
     ) -> tuple[FloatArray, FloatArray]:
-        """Return the forces (e · k, 3) on the corners of each element of a group, and its energy.
+        """Return the forces (e · k, 3) on the corners of the separate elements of a group.
 
-        The energy (≥ e,) is what each element stores.
+        Beside them the stored energy (≥ e,) of each element.
         """
         blocks, q = len(group.tables.nodes), locked(state.points)
         rows = max(len(pieces.rows), group.rows.stop - group.rows.start)
         partial = np.empty((rows, 3))
         energy, inverted = np.zeros((blocks, KINDS + LANES)), np.empty(blocks, np.int32)
         out = ElementOutput(partial, energy, inverted)
-        pressures, of_volume = np.zeros(0), np.zeros(0)
+        corner_pressures, averaged_energies = np.zeros(0), np.zeros(0)
         if group.average is not None:
-            motion = Motion(q, q, 0.0, pressures)
-            every = _pressures(group, group.average, motion, out)[0]
-            pressures = every[pieces.corners]
-            density = 0.5 * (every * every / group.average.modulus)[group.elements].mean(axis=1)
-            of_volume = density * group.tables.measures.ravel()[: len(density)]
+            motion = Motion(q, q, 0.0, corner_pressures)
+            pressures, _ = _pressures(group, group.average, motion, out)
+            corner_pressures = pressures[pieces.corners]
+            densities = pressures * pressures / group.average.modulus
+            density = 0.5 * densities[group.elements].mean(axis=1)
+            averaged_energies = density * group.tables.measures.ravel()[: len(density)]
         points = locked(state.points[pieces.corners])
-        motion = Motion(points, locked(np.zeros_like(points)), 0.0, pressures)
-        memory = _memory(group, state, np.empty(self._remembered))
-        run_ranges(KERNELS[group.kind][0], blocks, BLOCKS, motion, pieces.tables, memory, out)
+        motion = Motion(points, locked(np.zeros_like(points)), 0.0, corner_pressures)
+        memory = _memory(group, state, np.empty(self._memory_size))
+        run_ranges(KERNELS[group.kind][0], blocks, MIN_BLOCKS, motion, pieces.tables, memory, out)
         forces = np.empty((len(pieces.corners), 3))
         forces[pieces.rows] = partial[: len(pieces.rows)]
         stored = energy[:, KINDS:].ravel()
-        stored[: len(of_volume)] += of_volume
+        stored[: len(averaged_energies)] += averaged_energies
         return forces, stored
 
     def stiffness(self, state: MatterState) -> FloatArray:
@@ -239,9 +231,9 @@ class Assembled:
         for group in self.groups:
             blocks = len(group.tables.nodes)
             out = ElementOutput(partial[group.rows], np.empty((0, KINDS)), np.empty(0, np.int32))
-            memory = _memory(group, state, np.empty(self._remembered))
-            run_ranges(KERNELS[group.kind][1], blocks, BLOCKS, motion, group.bound, memory, out)
-        return np.asarray(self._at_nodes(partial).max(axis=1))
+            memory = _memory(group, state, np.empty(self._memory_size))
+            run_ranges(KERNELS[group.kind][1], blocks, MIN_BLOCKS, motion, group.bound, memory, out)
+        return np.asarray(sum_at_nodes(partial, self._sums).max(axis=1))
 
 
 def _pressures(
@@ -251,40 +243,33 @@ def _pressures(
 
     Its gradient is Σ p̄ ∂v/∂x over elements of volume v, p̄ the mean of their corners' λ (J̄ − 1).
     """
-    blocks, m = len(group.tables.nodes), len(average.volumes)
-    run_ranges(elements_nb.tet_volumes, blocks, BLOCKS, motion, group.tables, out)
-    sums = np.empty((m, 3))
-    starts, rows = average.sums
-    run_ranges(lanes_nb.sum_at_nodes, m, NODES, out.partial, starts, rows, sums)
-    there = average.volumes > 0.0
-    change = np.where(there, sums[:, 0] / np.where(there, average.volumes, 1.0) - 1.0, 0.0)
+    blocks = len(group.tables.nodes)
+    run_ranges(elements_nb.tet_volumes, blocks, MIN_BLOCKS, motion, group.tables, out)
+    has_volume = average.volumes > 0.0
+    ratios = sum_at_nodes(out.partial, average.sums)[:, 0] / np.where(
+        has_volume, average.volumes, 1.0
+    )
+    change = np.where(has_volume, ratios - 1.0, 0.0)
     pressures = average.modulus * change
     return pressures, 0.5 * float(np.sum(average.volumes * pressures * change))
 
 
 def _memory(group: Group, state: MatterState, new: FloatArray) -> Memory:
-    """Return a group's part of the memory of a state, and of the one to write."""
+    """Return a group's part of the memory of a state, and of the memory to write."""
     blocks = len(group.tables.nodes)
     old = state.memory[group.memory].reshape(blocks, -1)
     return Memory(locked(old), new[group.memory].reshape(blocks, -1))
 
 
-def _largest(group: Group, state: MatterState, column: int) -> float:
-    """Return the largest value in a column of the memory of a group."""
-    blocks = len(group.tables.nodes)
-    lanes = state.memory[group.memory].reshape(blocks, -1, LANES)[:, column]
-    return float(lanes.ravel()[: len(group.elements)].max())
-
-
-def _inverted(group: Group, points: FloatArray, counts: IntArray) -> ElementError:
+def _inversion_error(group: Group, points: FloatArray, counts: IntArray) -> ElementError:
     """Return the error of the first element of a group that is inside out."""
     corners = points[group.elements]
     gradients = full_gradients(group)
     with np.errstate(invalid="ignore"):
-        stretch = np.linalg.det(np.einsum("eai,eaj->eij", corners, gradients))
-    element = int(np.flatnonzero(~(stretch > 0.0))[0])
-    what = f"{group.kind} of {group.name}"
-    return ElementError(what, element, corners[element].mean(axis=0), int(counts.sum()))
+        determinants = np.linalg.det(np.einsum("eai,eaj->eij", corners, gradients))
+    element = int(np.flatnonzero(~(determinants > 0.0))[0])
+    place = corners[element].mean(axis=0)
+    return ElementError(f"{group.kind} of {group.name}", element, place, int(counts.sum()))
 
 
 def full_gradients(group: Group) -> FloatArray:

@@ -19,7 +19,7 @@ class Reach(NamedTuple):
     """A table of a material, and the column of the memory with its largest strain."""
 
     what: str
-    """Its strain, in words."""
+    """Name of its strain for messages."""
     end: float
     """Strain of its last row."""
     column: int
@@ -27,41 +27,41 @@ class Reach(NamedTuple):
 
     @classmethod
     def of(cls, what: str, table: FloatArray, column: int) -> tuple[Reach, ...]:
-        """Return the reach of a table (n, 2); none for a straight line, which has no end."""
+        """Return the reach of a table (n, 2), or nothing for a straight line, which has no end."""
         return () if len(table) == 2 else (cls(what, float(table[-1, 0]), column),)
 
 
 class Coefficients(NamedTuple):
-    """A material as kernels take it."""
+    """Coefficients of a material for kernels."""
 
     stage: int
     """Number of the material in the kernels `elements_stress_nb`."""
     numbers: FloatArray
     modulus: float
-    """Young's modulus at rest, by which hourglass modes are held."""
+    """Young's modulus at rest, for hourglass stiffness."""
     wave_modulus: float
-    """That of pressure waves at rest, λ + 2 μ."""
+    """Modulus of pressure waves at rest, λ + 2 μ."""
     tangent: FloatArray = NONE
-    """(4,) of membranes: C₁₁₁₁, C₂₂₂₂, C₁₁₂₂, C₁₂₁₂ of a ∂S/∂E that bounds theirs in all states, by
-    which the critical step is bounded; (0,) where it is that of the state."""
+    """(4,) for membranes: C₁₁₁₁, C₂₂₂₂, C₁₁₂₂, C₁₂₁₂ of an upper bound of ∂S/∂E in all states, for
+    the critical step; (0,) if the tangent of the state is used."""
     bending: FloatArray = NONE
-    """(4,) of shells: the same numbers of small strains, by which they bend; (0,) of a material
-    that is asked layer by layer through the thickness."""
+    """(4,) for shells: the same components at small strains, for bending; (0,) for a material that
+    is integrated layer by layer through the thickness."""
     memory: int = 0
-    """Number of values that an element remembers."""
+    """Number of history variables of an element."""
     averaged: float = 0.0
-    """λ of the change of volume that is averaged at nodes; 0 if none is."""
+    """λ of the change of volume that is averaged at nodes; 0 without averages."""
     reaches: tuple[Reach, ...] = ()
-    """Its tables."""
+    """Its tables, with the strains at their ends."""
     curves: Curves = NO_CURVES
-    """Its tables as kernels take them."""
+    """Its tables for kernels."""
 
 
 class Material(Protocol):
-    """A material as elements use it."""
+    """A material of elements."""
 
     kinds: ClassVar[tuple[str, ...]]
-    """Elements it is for."""
+    """Kinds of elements that it is for."""
 
     def coefficients(self, kind: str, across: float) -> Coefficients:
         """Return the coefficients for elements of a kind.

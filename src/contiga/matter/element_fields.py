@@ -1,7 +1,7 @@
 """Stress, strain and stored energy of elements, and their means at nodes.
 
-Materials have no kernels of their own for it: elements are taken apart and asked for the forces on
-their corners and for their energies by the kernels that a step asks.
+Materials need no kernels of their own for these fields: the kernels of a step compute the corner
+forces and the energies of elements that share no nodes.
 """
 
 from __future__ import annotations
@@ -20,11 +20,11 @@ class ElementFields(NamedTuple):
     """Stress, strain and stored energy of n elements of one kind, or of n nodes."""
 
     stress: FloatArray
-    """(n, 6) Cauchy's xx, yy, zz, xy, yz, xz, with rates of foam and without bulk viscosity."""
+    """(n, 6) Cauchy stress xx, yy, zz, xy, yz, xz, with rates of foam, without bulk viscosity."""
     strain: FloatArray
-    """(n, 6) Green's in the same order, in the axes in which the matter stands unstrained."""
+    """(n, 6) Green strain in the same order, in the axes of the undeformed matter."""
     energy_density: FloatArray
-    """(n,) stored by volume at rest, that against hourglass modes too."""
+    """(n,) stored energy by volume at rest, including that of hourglass springs."""
 
 
 FIELDS: dict[str, Callable[[ElementFields], FloatArray]] = {
@@ -44,7 +44,7 @@ class Inside(NamedTuple):
     elements: IntArray
     """(e, k) rows of the nodes."""
     volumes: FloatArray
-    """(e,) at rest; of membranes area × thickness, of bars length × section."""
+    """(e,) at rest; area × thickness for membranes, length × section for bars."""
     fields: ElementFields
 
 
@@ -53,14 +53,14 @@ class Reached(NamedTuple):
 
     part: str
     what: str
-    """Its strain, in words."""
+    """Name of its strain for messages."""
     strain: float
     end: float
     """Strain of the table's last row."""
 
 
 def at_nodes(groups: Sequence[Inside], count: int) -> ElementFields:
-    """Return the means of the elements at each of `count` nodes by volume at rest; NaN for none."""
+    """Return the means (count,) of the elements at each node by volume at rest; NaN without any."""
     weight = np.zeros(count)
     sums = np.zeros((count, 13))
     for group in groups:
@@ -77,26 +77,23 @@ def at_nodes(groups: Sequence[Inside], count: int) -> ElementFields:
 
 
 def at_facets(groups: Sequence[Inside], facets: IntArray) -> ElementFields:
-    """Return the fields of the element of each facet (f, 3).
-
-    It is the first one if there are several, NaN for facets of no element.
-    """
+    """Return the fields of the first element at each facet (f, 3); NaN without an element."""
     values = np.full((len(facets), 13), np.nan)
     count = 1 + int(facets.max(initial=-1))
-    missing = np.ones(len(facets), np.bool_)
+    is_missing = np.ones(len(facets), np.bool_)
     for group in groups:
         count = max(count, 1 + int(group.elements.max(initial=-1)))
         shared = _incidence(facets, count) @ _incidence(group.elements, count).T
         shared = shared.tocoo()
-        whole = (shared.data == 3) & missing[shared.row]
-        rows, first = np.unique(shared.row[whole], return_index=True)
-        values[rows] = np.column_stack(group.fields)[shared.col[whole][first]]
-        missing[rows] = False
+        matches = (shared.data == 3) & is_missing[shared.row]
+        rows, first = np.unique(shared.row[matches], return_index=True)
+        values[rows] = np.column_stack(group.fields)[shared.col[matches][first]]
+        is_missing[rows] = False
     return ElementFields(values[:, :6], values[:, 6:12], values[:, 12])
 
 
 def _incidence(rows: IntArray, count: int) -> Any:
-    """Return a sparse matrix (n, count), 1 where a row (n, k) names a node."""
+    """Return the sparse matrix (n, count) that is 1 at the nodes of each row (n, k)."""
     from scipy.sparse import csr_array
 
     n, k = rows.shape

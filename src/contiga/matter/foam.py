@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from typing import ClassVar
 
@@ -13,7 +12,7 @@ from contiga.curves.characteristic import Characteristic
 from contiga.curves.curve_records import joined
 from contiga.errors import InputError
 from contiga.matter.coefficients import SOLIDS, Coefficients, Reach
-from contiga.matter.curves import CurveLike, as_table
+from contiga.matter.curves import as_table
 from contiga.matter.kernels.elements_stress_nb import FOAM
 from contiga.matter.kernels.solid_foam_nb import MEMORY, MEMORY_OF_RATES, REACHED
 from contiga.records import FloatArray
@@ -21,7 +20,7 @@ from contiga.records import FloatArray
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Foam:
-    """Low-density foam, whose principal nominal stresses follow a curve each.
+    """Low-density foam, whose principal nominal stresses each follow a curve.
 
     It has no Poisson's ratio, unloads with less stress than it loads, and may stiffen with the
     rate.
@@ -29,22 +28,23 @@ class Foam:
     Parameters
     ----------
     loading : (n, 2) rows [strain, stress] in compression, both nominal and above zero, from [0, 0];
-        or a modulus. Beyond the last row its last piece goes on: let it be steep, so that elements
-        do not turn inside out
-    hysteresis : H, from 0 to 1; 1 gives back all that was taken
-    shape : S > 0; what is given back of W is H + (1 − H)/(S + 1) after a full cycle
+        or a modulus. The last piece is extrapolated: make it steep, so that elements do not turn
+        inside out
+    hysteresis : H, from 0 to 1; 1 has no hysteresis
+    shape : S > 0; a full cycle returns the share H + (1 − H)/(S + 1) of W
     tension : modulus in tension; the first slope of `loading` if omitted
-    rates : pairs (rate, table) beside `loading`, which is at rest: at rising rates of nominal
-        strain, 1/time, with stresses not below those of the table before
-    filter : time by which rates are smoothed, needed with `rates`; some steps long
+    rates : pairs (rate, table) at rising rates of nominal strain, 1/time, with stresses not below
+        those of the previous table; `loading` is quasi-static
+    filter : time constant of the filter of rates, needed with `rates`; some steps long
 
     Notes
     -----
-    Below the largest energy Wₘ that was taken, the force is H + (1 − H) (W/Wₘ)^S of that of the
-    curve (the form of LS-DYNA's MAT_57). Each principal stretch that shortens has what the tables
-    have above `loading` at its own rate added, linear between rates; above the last one it stays.
-    At a steady rate the stress is that of its table. What opens has none once the filter has
-    settled, and no path of strain gains energy: the filter is a spring in series with a dashpot.
+    Below the largest energy Wₘ so far the force is that of the curve times H + (1 − H) (W/Wₘ)^S
+    (the form of LS-DYNA's MAT_57). To each principal stress in compression the difference between
+    the tables at its rate and `loading` is added, linear between rates, constant above the last. At
+    a constant rate the stress is that of its table. An opening stretch has no overstress once the
+    filter has settled, and no path of strain gains energy: the filter acts as a spring in series
+    with a dashpot.
 
     Raises
     ------
@@ -80,50 +80,48 @@ class Foam:
         first = float(self.loading[1, 1] / self.loading[1, 0])
         tension = first if self.tension is None else self.tension
         put(self, "tension", positive(tension, "tension"))
-        put(self, "rates", tuple(_rate_curves(self.loading, self.rates)))
+        rates: list[tuple[float, FloatArray]] = []
+        last_rate, last_table = 0.0, self.loading
+        for k, (rate, curve) in enumerate(self.rates):
+            name = f"rates[{k}]"
+            if not last_rate < float(rate) < np.inf:
+                raise InputError(
+                    "rates must rise", where=name, found=rate, allowed=f"> {last_rate:.6g}"
+                )
+            table = as_table(curve, name)
+            strain = np.union1d(last_table[:, 0], table[:, 0])
+            lower_bound = Characteristic(last_table)(strain) * (1.0 - 1e-12)
+            falls = Characteristic(table)(strain) < lower_bound
+            if falls.any():
+                raise InputError(
+                    f"the stress falls with the rate at the strain {strain[np.argmax(falls)]:.6g}",
+                    where=name,
+                    allowed="stresses not below those of the table before",
+                )
+            last_rate, last_table = float(rate), table
+            rates.append((last_rate, table))
+        put(self, "rates", tuple(rates))
         if self.rates or self.filter is not None:
             put(self, "filter", positive(self.filter, "filter"))
 
     @property
     def returned(self) -> float:
-        """Share of the energy taken that a full cycle gives back."""
+        """Share of the energy that a full cycle returns."""
         return self.hysteresis + (1.0 - self.hysteresis) / (self.shape + 1.0)
 
     def coefficients(self, kind: str, across: float) -> Coefficients:
         """See `Material`."""
         tables = [self.loading, *(table for _, table in self.rates)]
-        head = [self.hysteresis, self.shape, self.tension, self.filter or 1.0]
-        numbers = np.array([*head, 0.0, *(rate for rate, _ in self.rates)], dtype=np.float64)
+        parameters = [self.hysteresis, self.shape, self.tension, self.filter or 1.0]
+        numbers = np.array([*parameters, 0.0, *(rate for rate, _ in self.rates)], dtype=np.float64)
         secants = self.loading[1:, 1] / self.loading[1:, 0]
         first, least = float(secants[0]), float(secants.min())
         return Coefficients(
             FOAM,
             numbers,
-            least if least > 0.0 else first,  # hourglass modes of a plateau are as soft as that
+            least if least > 0.0 else first,  # hourglass modes as soft as the plateau
             first,
             memory=MEMORY_OF_RATES if self.rates else MEMORY,
             reaches=Reach.of("strain", self.loading, REACHED),
             curves=joined(*(Characteristic(table).pieces for table in tables)),
         )
-
-
-def _rate_curves(
-    rest: FloatArray, rates: Iterable[tuple[float, CurveLike]]
-) -> Iterator[tuple[float, FloatArray]]:
-    """Rates and their tables, checked one after the other."""
-    last, before = 0.0, rest
-    for k, (rate, curve) in enumerate(rates):
-        name = f"rates[{k}]"
-        if not last < float(rate) < np.inf:
-            raise InputError("rates must rise", where=name, found=rate, allowed=f"> {last:.6g}")
-        table = as_table(curve, name)
-        strain = np.union1d(before[:, 0], table[:, 0])
-        falls = Characteristic(table)(strain) < Characteristic(before)(strain) * (1.0 - 1e-12)
-        if falls.any():
-            raise InputError(
-                f"the stress falls with the rate at the strain {strain[np.argmax(falls)]:.6g}",
-                where=name,
-                allowed="stresses not below those of the table before",
-            )
-        last, before = float(rate), table
-        yield last, table

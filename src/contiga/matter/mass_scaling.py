@@ -13,9 +13,9 @@ from contiga.matter.protocol import Matter, MatterState
 from contiga.records import FloatArray
 
 SMALL_STRAIN = 1e-5
-"""Strain at which matter near rest is measured."""
+"""Strain at which the stiffness near rest is computed."""
 MARGIN = 1.02
-"""Factor on ω² for matter that stiffens between."""
+"""Factor on ω² for stiffening until its next computation."""
 
 
 class AddedMass(NamedTuple):
@@ -35,28 +35,28 @@ class AddedMass(NamedTuple):
 def added_to(parts: Sequence[Part], masses: FloatArray, added: FloatArray) -> tuple[AddedMass, ...]:
     """Return the mass that scaling added to each part, its share of `added` (m,) at nodes.
 
-    Parts that share a node share its added mass by their masses there.
+    Parts share the added mass of a common node in proportion to their masses there, (parts, m).
     """
-    more = added / masses.sum(axis=0)
+    ratio = added / masses.sum(axis=0)
     return tuple(
-        AddedMass(part.name, float(own.sum()), float((own * more).sum()))
-        for part, own in zip(parts, masses, strict=True)
+        AddedMass(part.name, float(mass.sum()), float((mass * ratio).sum()))
+        for part, mass in zip(parts, masses, strict=True)
     )
 
 
 def sums_near_rest(matter: Matter) -> FloatArray:
     """Return row sums (m,) of the stiffness, the larger of small compression and small tension."""
     start = matter.start()
-    near = [(1.0 - SMALL_STRAIN) * start.points, (1.0 + SMALL_STRAIN) * start.points]
-    sums = [matter.stiffness(MatterState(points, start.memory)) for points in near]
-    return np.maximum(*sums)
+    compressed = MatterState((1.0 - SMALL_STRAIN) * start.points, start.memory)
+    stretched = MatterState((1.0 + SMALL_STRAIN) * start.points, start.memory)
+    return np.maximum(matter.stiffness(compressed), matter.stiffness(stretched))
 
 
 def scaled(matter: Matter, step: float) -> FloatArray:
-    """Return masses (m,) with which no step up to `step` is longer than the critical one at rest.
+    """Return masses (m,) with which the critical step at rest is `step` or longer.
 
     By Gershgorin's theorem no vibration is faster than ω² = max Σ_j |K_ij| / m_i, and 2/ω is the
-    critical step: a node has at least Σ_j |K_ij| step²/4.
+    critical step: the mass of a node is at least Σ_j |K_ij| step²/4.
 
     Raises
     ------
@@ -64,7 +64,7 @@ def scaled(matter: Matter, step: float) -> FloatArray:
         A mass would not be finite.
     """
     with np.errstate(over="ignore"):
-        heavy = np.maximum(matter.mass, MARGIN * sums_near_rest(matter) * np.square(0.5 * step))
-    if not np.isfinite(heavy).all():
+        mass = np.maximum(matter.mass, MARGIN * sums_near_rest(matter) * np.square(0.5 * step))
+    if not np.isfinite(mass).all():
         raise InputError("asks for masses beyond all numbers", where="mass_scaling", found=step)
-    return heavy
+    return mass

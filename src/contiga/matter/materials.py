@@ -1,4 +1,4 @@
-"""Elastic materials of what deforms, in the units of the case: see `contiga.materials`."""
+"""Elastic materials, in the units of the case: see `contiga.materials`."""
 
 from __future__ import annotations
 
@@ -17,10 +17,10 @@ VOLUMES = ("element", "nodes")
 
 @dataclass(frozen=True, kw_only=True)
 class Elastic:
-    """Linear in Green's strain: small strains, turned as far as they like.
+    """Linear elasticity in Green's strain, for small strains and any rotations.
 
-    The material of Saint-Venant and Kirchhoff, S = λ tr(E) I + 2 μ E; membranes are in plane
-    stress. Where it is pressed together to less than 0.6 of its length it softens: take `NeoHooke`.
+    The Saint-Venant-Kirchhoff material S = λ tr(E) I + 2 μ E; membranes are in plane stress. It
+    softens when compressed to less than 0.6 of its length: use `NeoHooke` there.
 
     Parameters
     ----------
@@ -62,8 +62,8 @@ class Elastic:
             numbers = np.array([mu, lam])
             return Coefficients(ELASTIC, numbers, self.young, lam + 2.0 * mu)
         if kind == "bar2":
-            stiff = self.young * across
-            numbers = np.array([stiff, stiff if self.compression else 0.0, 0.0])
+            stiffness = self.young * across
+            numbers = np.array([stiffness, stiffness if self.compression else 0.0, 0.0])
             return Coefficients(BAR, numbers, self.young, self.young)
         numbers = np.array([self.young * across, self.poisson])
         plane = self.young * across / (1.0 - self.poisson**2)
@@ -75,16 +75,16 @@ class Elastic:
 
 @dataclass(frozen=True, kw_only=True)
 class NeoHooke:
-    """Rubber: W = μ/2 (I₁ − 3) − μ ln J + λ/2 (J − 1)², at any strain.
+    """Rubber-like material, W = μ/2 (I₁ − 3) − μ ln J + λ/2 (J − 1)², for large strains.
 
     Membranes are in plane stress; their thickness changes with the strain.
 
     Parameters
     ----------
-    young, poisson : of small strains; μ = E/2(1 + ν), λ = 2 μ ν/(1 − 2 ν)
-    volume : whose change of volume λ acts on: that of each "element", or averaged at "nodes", by
-        which tetrahedra do not lock as ν comes near a half (after Bonet and Burton, Commun. Numer.
-        Methods Eng. 14, 1998). Only tet4 need it, and only theirs is averaged
+    young, poisson : at small strains; μ = E/2(1 + ν), λ = 2 μ ν/(1 − 2 ν)
+    volume : change of volume that λ acts on: that of each "element", or the average at "nodes",
+        with which tetrahedra do not lock as ν approaches ½ (after Bonet and Burton, Commun. Numer.
+        Methods Eng. 14, 1998). It affects tet4 only
 
     Raises
     ------

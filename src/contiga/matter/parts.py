@@ -16,12 +16,12 @@ from contiga.records import FloatArray, IntArray
 CORNERS = {"tet4": 4, "hex8": 8, "tri3": 3, "bar2": 2}
 DIMENSION = {"tet4": 3, "hex8": 3, "tri3": 2, "bar2": 1}
 SHAPES = {"tet4": tetrahedra, "hex8": hexahedra, "tri3": triangles, "bar2": bars}
-WHAT = {3: "volume", 2: "area", 1: "length"}
+MEASURES = {3: "volume", 2: "area", 1: "length"}
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Part:
-    """Elements of one kind, their material and what else they are made of.
+    """Elements of one kind, with their material and section.
 
     Parameters
     ----------
@@ -29,19 +29,19 @@ class Part:
     elements : (n, k) rows of the nodes, corners in the order of VTK
     material : one of `contiga.materials` that is for this kind
     density : mass / volume
-    thickness : of membranes, length
-    section : of bars, area
-    hourglass : of hex8, how stiff the modes are that the mean strain does not see: 1 bends a brick
-        along its longer side as its material would
-    bulk_viscosity : of solids, linear and quadratic coefficient; (0.06, 1.5) are usual. It takes
+    thickness : thickness of membranes, length
+    section : cross-section of bars, area
+    hourglass : factor on the stiffness of the hourglass modes of hex8; with 1 a brick bends along
+        its longer side as its material does
+    bulk_viscosity : linear and quadratic coefficient for solids; (0.06, 1.5) are usual. It damps
         the ringing behind shocks, and shortens the critical step by 1/(√(1 + b²) + b)
-    name : what messages call it
+    name : name in messages
 
     Raises
     ------
     InputError
-        A kind that is not known, a material that is not for it, elements with another number of
-        corners, a density or thickness that is not positive, is missing, or is not asked for.
+        An unknown kind, a material that is not for it, elements with another number of corners, a
+        density or thickness that is not positive, missing, or not for this kind.
     """
 
     kind: str
@@ -69,34 +69,31 @@ class Part:
                 where=f"{self.name}: material",
                 allowed=f"elements of kind {', '.join(self.material.kinds)}",
             )
-        put(self, "elements", _corners(self.elements, self.kind, self.name))
+        put(self, "elements", _checked_elements(self.elements, self.kind, self.name))
         put(self, "density", positive(self.density, f"{self.name}: density"))
         put(self, "hourglass", positive(self.hourglass, f"{self.name}: hourglass"))
-        self._check_viscosity()
-        self._check_across()
-
-    def _check_viscosity(self) -> None:
+        dimension = DIMENSION[self.kind]
         linear, quadratic = (float(x) for x in self.bulk_viscosity)
-        fits = min(linear, quadratic) >= 0.0 and max(linear, quadratic) < np.inf
-        if not fits or (DIMENSION[self.kind] < 3 and max(linear, quadratic) > 0.0):
+        is_valid = min(linear, quadratic) >= 0.0 and max(linear, quadratic) < np.inf
+        if not is_valid or (dimension < 3 and max(linear, quadratic) > 0.0):
             raise InputError(
-                "two numbers that are not negative" if not fits else "is for solids",
+                "is for solids" if is_valid else "two numbers that are not negative",
                 where=f"{self.name}: bulk_viscosity",
                 found=self.bulk_viscosity,
                 allowed="(0.06, 1.5) as a rule, (0, 0) for none",
             )
-
-    def _check_across(self) -> None:
-        """Membranes have a thickness, bars a section, solids neither."""
-        dimension = DIMENSION[self.kind]
-        for key, value, of in (("thickness", self.thickness, 2), ("section", self.section, 1)):
+        # Membranes have a thickness, bars a section, solids neither.
+        for key, value, needed_by in (
+            ("thickness", self.thickness, 2),
+            ("section", self.section, 1),
+        ):
             where = f"{self.name}: {key}"
-            if of == dimension:
+            if dimension == needed_by:
                 if value is None:
                     raise InputError(
                         f"{self.kind} needs a {key}", where=where, allowed="a finite number > 0"
                     )
-                object.__setattr__(self, key, positive(value, where))
+                put(self, key, positive(value, where))
             elif value is not None:
                 raise InputError(
                     f"{self.kind} has no {key}", where=where, found=value, allowed="none"
@@ -109,12 +106,14 @@ class Part:
 
 
 def shapes_of(part: Part, nodes: FloatArray) -> Shapes:
-    """Return the part's elements at rest, checked.
+    """Return the shapes of the part's elements at rest.
 
     Raises
     ------
     MeshError
-        A node that is not there, or an element that is inside out or has no volume or area.
+        A corner that is not a node, or an element that is inside out or has no volume or area.
+    InputError
+        A direction of the material across the plane of an element.
     """
     elements = part.elements
     if elements.max() >= len(nodes) or elements.min() < 0:
@@ -126,62 +125,58 @@ def shapes_of(part: Part, nodes: FloatArray) -> Shapes:
             allowed=f"0 to {len(nodes) - 1}",
         )
     corners = nodes[elements]
-    along = getattr(part.material, "direction", None)
-    if along is None:
+    direction = getattr(part.material, "direction", None)
+    if direction is None:
         shapes = SHAPES[part.kind](corners)
     else:
-        shapes = triangles(corners, np.broadcast_to(along, (len(corners), 3)))
-        _check_direction(part, shapes)
+        shapes = triangles(corners, np.broadcast_to(direction, (len(corners), 3)))
+        # The gradients of an element are not finite if the direction has no part in its plane.
+        is_across = ~np.isfinite(shapes.gradients).all(axis=1) & (shapes.measures > 0.0)
+        if is_across.any():
+            raise InputError(
+                f"the warp of element {int(np.argmax(is_across))} is across its plane",
+                where=f"{part.name}: direction",
+                allowed="a direction along every element, or one for each of them (n, 3)",
+            )
     dimension = DIMENSION[part.kind]
     least = FLAT * shapes.sizes**dimension
-    wrong = np.flatnonzero(~(shapes.measures > least))
-    if wrong.size:
-        row = int(wrong[0])
-        inside_out = shapes.measures[row] < -least[row]
-        what = "is inside out" if inside_out else f"has no {WHAT[dimension]}"
+    degenerate = np.flatnonzero(~(shapes.measures > least))
+    if degenerate.size:
+        row = int(degenerate[0])
+        is_inverted = shapes.measures[row] < -least[row]
+        problem = "is inside out" if is_inverted else f"has no {MEASURES[dimension]}"
         place = ", ".join(f"{x:.6g}" for x in corners[row].mean(axis=0))
-        more = f", and {len(wrong) - 1} more" if len(wrong) > 1 else ""
+        more = f", and {len(degenerate) - 1} more" if len(degenerate) > 1 else ""
         raise MeshError(
-            f"element {row} ({part.kind}, at {place}) {what}{more}",
+            f"element {row} ({part.kind}, at {place}) {problem}{more}",
             where=part.name,
             found=float(shapes.measures[row]),
             allowed="a volume above zero, corners in the order of VTK" if dimension == 3 else "> 0",
-            remedy="Turn the order of its corners" if inside_out else "Repair the mesh",
+            remedy="Turn the order of its corners" if is_inverted else "Repair the mesh",
         )
     return shapes
 
 
-def _check_direction(part: Part, shapes: Shapes) -> None:
-    """Refuse a direction that has no part in the plane of an element."""
-    across = np.flatnonzero(~np.isfinite(shapes.gradients).all(axis=1) & (shapes.measures > 0.0))
-    if across.size:
-        raise InputError(
-            f"the warp of element {int(across[0])} is across its plane",
-            where=f"{part.name}: direction",
-            allowed="a direction along every element, or one for each of them (n, 3)",
-        )
-
-
-def _corners(elements: ArrayLike, kind: str, name: str) -> IntArray:
-    """Return the rows (n, k) of nodes, checked."""
+def _checked_elements(elements: ArrayLike, kind: str, name: str) -> IntArray:
+    """Return the rows (n, k) of nodes of elements of a kind."""
     rows = np.asarray(elements)
-    wanted = CORNERS[kind]
+    n_corners = CORNERS[kind]
     if rows.ndim != 2 or len(rows) == 0 or not np.issubdtype(rows.dtype, np.integer):
         raise MeshError(
             "elements must be rows of nodes",
             where=name,
             found=f"shape {rows.shape} of {rows.dtype}",
-            allowed=f"whole numbers of shape (n, {wanted}), at least one row",
+            allowed=f"whole numbers of shape (n, {n_corners}), at least one row",
         )
-    if rows.shape[1] != wanted:
+    if rows.shape[1] != n_corners:
         remedy = None
         if DIMENSION[kind] == 3 and rows.shape[1] == 3:
             remedy = "Triangles are membranes, no solids: kind='tri3' and a thickness"
         raise MeshError(
-            f"{kind} has {wanted} corners",
+            f"{kind} has {n_corners} corners",
             where=name,
             found=rows.shape[1],
-            allowed=f"(n, {wanted})",
+            allowed=f"(n, {n_corners})",
             remedy=remedy,
         )
     return np.ascontiguousarray(rows, dtype=np.int32)

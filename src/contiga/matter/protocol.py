@@ -1,8 +1,8 @@
 """The protocol of matter, which has mass and deforms: degrees of freedom and their forces.
 
-Degrees of freedom are rows q (m, 3): nodes of finite elements, control points of splines, or what
-another solver moves. The nodes of the slave, which contact sees, are x = N q; forces on them come
-back as Nᵀ f.
+Degrees of freedom are rows q (m, 3): nodes of finite elements, control points of splines, or those
+of another solver. The nodes of the slave, used by contacts, are x = N q; forces f on them become
+Nᵀ f.
 """
 
 from __future__ import annotations
@@ -13,46 +13,46 @@ from contiga.records import FloatArray
 
 
 class MatterState(NamedTuple):
-    """Matter at one time, as far as its next step needs it: arrays only."""
+    """State of matter that its next step needs: arrays only."""
 
     points: FloatArray
     """(m, 3) degrees of freedom at the end of the last step."""
     memory: FloatArray
-    """(h,) memory of its materials, in an order of the matter's own."""
+    """(h,) history variables of its materials, in an order that the matter chooses."""
 
 
 class MatterEnergy(NamedTuple):
-    """Energies of matter. Strain and hourglass are states; the others are of one step."""
+    """Energies of matter: stored strain and hourglass energy, and the losses of one step."""
 
     strain: float = 0.0
-    """Stored in the material: what it would give back."""
+    """Recoverable energy in the material."""
     hourglass: float = 0.0
-    """Stored in the springs of the hourglass modes."""
+    """Energy in the springs of the hourglass modes."""
     viscosity: float = 0.0
-    """Lost in the step to what resists a rate: bulk viscosity, rate tables, damping."""
+    """Loss in the step by rate effects: bulk viscosity, rate tables, damping."""
     hysteresis: float = 0.0
-    """Lost in the step to materials that unload by another curve than they load."""
+    """Loss in the step by hysteresis of materials."""
 
 
 class MatterForces(NamedTuple):
-    """Forces and energies of matter at one place of its degrees of freedom."""
+    """Forces and energies of matter at given values of its degrees of freedom."""
 
     force: FloatArray
-    """(m, 3) on each degree of freedom: what is stored decreases along it."""
+    """(m, 3) on each degree of freedom, in the direction of falling stored energy."""
     energy: MatterEnergy
     state: MatterState
-    """At the end of the step."""
+    """State at the end of the step."""
 
 
 class Matter(Protocol):
-    """Matter as everything around it uses it."""
+    """Matter of a slave that deforms."""
 
     @property
     def mass(self) -> FloatArray:
         """Lumped mass (m,) of each degree of freedom."""
 
     def points(self, q: FloatArray) -> FloatArray:
-        """Return x = N q (n, 3), or velocities N v: `q` itself where N is the identity."""
+        """Return x = N q (n, 3), or velocities N v; `q` itself if N is the identity."""
 
     def spread(self, f: FloatArray) -> FloatArray:
         """Return forces f on the points (n, 3) as forces Nᵀ f (m, 3) on degrees of freedom."""
@@ -65,10 +65,10 @@ class Matter(Protocol):
 
         Parameters
         ----------
-        state : where the step begins; it is left as it is
-        q, v : (m, 3) degrees of freedom at the end of the step, and their velocities, which what
-            resists a rate is asked with; the state answered holds q itself, not a copy
-        dt : length of the step; 0 where nothing has moved yet
+        state : state at the start of the step, not changed
+        q, v : (m, 3) degrees of freedom at the end of the step, and velocities for rate effects;
+            the returned state contains q itself, not a copy
+        dt : length of the step; 0 before any motion
 
         Raises
         ------

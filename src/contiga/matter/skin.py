@@ -23,26 +23,21 @@ FACES = {
 def skin(parts: list[tuple[str, IntArray]]) -> IntArray:
     """Return the outer triangles (f, 3) of elements, given by kind and corners.
 
-    Faces that two solids share are inside; membranes come as they are.
+    Faces that two solids share are inside; membranes are part of the skin.
     """
-    inside: list[IntArray] = []
-    outside: list[IntArray] = []
+    solid_faces: list[IntArray] = []
+    triangles: list[IntArray] = [np.zeros((0, 3), np.int32)]
     for kind, elements in parts:
         faces = FACES.get(kind, ())
         if kind == "tri3":
-            outside.append(elements)
+            triangles.append(elements)
         elif faces:
-            inside.append(elements[:, np.array(faces)].reshape(-1, len(faces[0])))
-    for width in sorted({faces.shape[1] for faces in inside}):
-        outside += _once(np.concatenate([faces for faces in inside if faces.shape[1] == width]))
-    none = np.zeros((0, 3), np.int32)
-    return np.ascontiguousarray(np.concatenate([none, *outside]), dtype=np.int32)
-
-
-def _once(faces: IntArray) -> list[IntArray]:
-    """Faces that occur once, cut into triangles."""
-    _, index, counts = np.unique(
-        np.sort(faces, axis=1), axis=0, return_index=True, return_counts=True
-    )
-    single = faces[np.sort(index[counts == 1])]
-    return [single[:, [0, k, k + 1]] for k in range(1, single.shape[1] - 1)]
+            solid_faces.append(elements[:, np.array(faces)].reshape(-1, len(faces[0])))
+    for width in sorted({faces.shape[1] for faces in solid_faces}):
+        of_width = np.concatenate([faces for faces in solid_faces if faces.shape[1] == width])
+        _, index, counts = np.unique(
+            np.sort(of_width, axis=1), axis=0, return_index=True, return_counts=True
+        )
+        outer = of_width[np.sort(index[counts == 1])]
+        triangles += [outer[:, [0, k, k + 1]] for k in range(1, width - 1)]
+    return np.ascontiguousarray(np.concatenate(triangles), dtype=np.int32)

@@ -1,8 +1,8 @@
 """Stresses of elements, from the forces on their corners.
 
-What stress does in an element of volume v is Σ_a f_a ⊗ x_a = −v σ over its corners, for linear
-elements exactly and for hexahedra of their mean stress. So every material has them without a kernel
-of its own: the same kernels are asked for the same elements taken apart.
+In an element of volume v, Σ_a f_a ⊗ x_a = −v σ over its corners: exactly for linear elements, and
+with the mean stress for hexahedra. So materials need no kernel for stresses: the kernels of forces
+are called with elements that share no nodes.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ COMPONENTS = ((0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (0, 2))
 
 
 class Apart(NamedTuple):
-    """Elements that share no node: each has corners of its own."""
+    """Elements that share no nodes: each has corners of its own."""
 
     corners: IntArray
     """(e · k,) node of each corner."""
@@ -30,32 +30,31 @@ class Apart(NamedTuple):
     """(r,) corner of each row of sums."""
     gradients: FloatArray
     """(e, k, 3) of the corners' shape functions at rest."""
-    still: FloatArray
-    """(e, 3, 3) their `metric` at rest."""
+    rest_metric: FloatArray
+    """(e, 3, 3) `metric` of the corners at rest."""
 
 
 def apart(
-    elements: IntArray, tables: ElementTables, gradients: FloatArray, still: FloatArray
+    elements: IntArray, tables: ElementTables, gradients: FloatArray, rest_metric: FloatArray
 ) -> Apart:
-    """Return the elements of a group, taken apart."""
+    """Return the elements of a group with separate corners."""
     corners = np.arange(elements.size, dtype=np.int32).reshape(elements.shape)
     sums, rows = block_sums(corners, elements.size)
     tables_apart = tables._replace(nodes=nodes_in_lanes(corners), sums=sums)
-    return Apart(elements.ravel(), tables_apart, rows, gradients, still)
+    return Apart(elements.ravel(), tables_apart, rows, gradients, rest_metric)
 
 
 def cauchy(kind: str, corners: FloatArray, forces: FloatArray, across: float) -> FloatArray:
     """Return the stresses (e, 6) of elements with corners (e, k, 3) and forces (e, k, 3) on them.
 
-    Of membranes and bars by the thickness or section `across` that they have at rest; zero of those
-    that have no area or length left.
+    Stresses of membranes and bars are by the thickness or section `across` at rest; elements
+    without area or length have zero stress.
     """
-    middle = corners.mean(axis=1, keepdims=True)
-    moments = -np.einsum("eai,eaj->eij", forces, corners - middle)
-    volumes = measures(kind, corners) * across
-    left = (volumes > 0.0)[:, None, None]
-    whole = np.divide(moments, volumes[:, None, None], out=np.zeros_like(moments), where=left)
-    return np.stack([0.5 * (whole[:, i, j] + whole[:, j, i]) for i, j in COMPONENTS], axis=1)
+    centre = corners.mean(axis=1, keepdims=True)
+    moments = -np.einsum("eai,eaj->eij", forces, corners - centre)
+    volumes = (measures(kind, corners) * across)[:, None, None]
+    stress = np.divide(moments, volumes, out=np.zeros_like(moments), where=volumes > 0.0)
+    return np.stack([0.5 * (stress[:, i, j] + stress[:, j, i]) for i, j in COMPONENTS], axis=1)
 
 
 def von_mises(stress: FloatArray) -> FloatArray:

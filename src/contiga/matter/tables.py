@@ -11,14 +11,14 @@ from contiga.records import FloatArray, IntArray
 
 @pass_by_pointer
 class BlockSums(NamedTuple):
-    """Lanes that a block adds up at each of its nodes."""
+    """Lanes that are summed at each node of a block."""
 
     blocks: IntArray
-    """(b + 1,) where the rows of a block begin; a row is a node of a block."""
+    """(b + 1,) first row of each block; a row is a node of a block."""
     starts: IntArray
-    """(r + 1,) where the places of a row begin."""
+    """(r + 1,) first place of each row."""
     places: IntArray
-    """(p,) of the x of a corner's force in a block's bank."""
+    """(p,) place of the x of a corner's force in a block's bank."""
 
 
 @pass_by_pointer
@@ -38,11 +38,11 @@ class ElementTables(NamedTuple):
     curves: Curves
     """Curves of the material."""
     tangent: FloatArray
-    """(4,) of membranes: see `Coefficients`; (0,) of others."""
+    """(4,) for membranes: see `Coefficients`; else (0,)."""
     hourglass: FloatArray
-    """(b, 24 · LANES) of hexahedra, rows by `solid_hex_nb`; (0, 0) of others."""
+    """(b, 24 · LANES) for hexahedra, rows by `solid_hex_nb`; else (0, 0)."""
     viscosity: FloatArray
-    """(3,) coefficients of the bulk viscosity; (0,) of what has none."""
+    """(3,) coefficients of the bulk viscosity; (0,) without it."""
     sizes: FloatArray
     """(b, LANES) lengths for the bulk viscosity."""
     averaged: int
@@ -74,34 +74,34 @@ class ShellTables(NamedTuple):
     tangent: FloatArray
     """(4,) or (0,): see `Coefficients`."""
     bending: FloatArray
-    """(4,) D₁₁₁₁, D₂₂₂₂, D₁₁₂₂, D₁₂₁₂ of moments m = D κ; not used where there are layers."""
+    """(4,) D₁₁₁₁, D₂₂₂₂, D₁₁₂₂, D₁₂₁₂ of moments m = D κ; not used with layers."""
     layers: FloatArray
-    """(l, 2) height and share of the thickness of each layer; (0, 2) where n and m are asked for
-    at the middle surface alone."""
+    """(l, 2) height and share of the thickness of each layer; (0, 2) if n and m follow from the
+    middle surface alone."""
     sums: BlockSums
 
 
 @pass_by_pointer
 class SlopeTables(NamedTuple):
-    """Points of edges where a shell keeps its slope to a neighbour, or to a plane of symmetry."""
+    """Points of edges where springs hold the slope to a neighbour, or to a plane of symmetry."""
 
     nodes: IntArray
-    """(n, k) control points of both sides, two rows from the edge on; those of one fill rows up."""
+    """(n, k) control points of both sides, two rows from the edge on; one side is padded."""
     basis: FloatArray
     """(n, 5, k) derivatives: S_u and S_v of the first side, of the second, and along the edge."""
     plane: FloatArray
-    """(n, 3) normal of the plane of symmetry; zero where two elements meet."""
+    """(n, 3) normal of the plane of symmetry; zero at the joint of two elements."""
     rest: FloatArray
-    """(n, 2) cosine and sine of the angle between both normals at rest; of a plane a₃·n and 0."""
+    """(n, 2) cosine and sine of the angle between both normals at rest; for a plane a₃·n and 0."""
     stiffness: FloatArray
-    """(n,) moment by radian, times the length of edge at rest that the point stands for."""
+    """(n,) moment by radian, times the length of edge at rest of the point."""
     nudge: FloatArray
-    """(n,) length by which control points are moved for differences."""
+    """(n,) displacement of control points for finite differences, length."""
 
 
 @pass_by_pointer
 class SlopeOutput(NamedTuple):
-    """Output of the points that keep slopes."""
+    """Output of springs between slopes."""
 
     partial: FloatArray
     """(n · k, 3) forces on control points."""
@@ -118,9 +118,9 @@ class Motion(NamedTuple):
     velocities: FloatArray
     """(m, 3)."""
     step: float
-    """Time since the memory `old` was written."""
+    """Time since the state of the memory `old`."""
     pressures: FloatArray
-    """(m,) λ (J − 1) averaged at nodes; (0,) where nothing is averaged."""
+    """(m,) λ (J − 1) averaged at nodes; (0,) without averages."""
 
 
 @pass_by_pointer
@@ -140,7 +140,7 @@ class ElementOutput(NamedTuple):
     partial: FloatArray
     """(r, 3) forces on nodes of blocks."""
     energy: FloatArray
-    """(b, 4) strain, hourglass, viscosity, hysteresis of blocks; (b, 4 + LANES) where what each
-    element stores is asked for, too."""
+    """(b, 4) strain, hourglass, viscosity, hysteresis of blocks; (b, 4 + LANES) with the stored
+    energy of each element."""
     inverted: IntArray
-    """(b,) number of elements of a block that have turned inside out."""
+    """(b,) number of elements of each block that are inside out."""

@@ -21,23 +21,23 @@ from contiga.records import FloatArray
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Fabric:
-    """Woven fabric: warp and weft carry what their own strain says, and a shear between them.
+    """Woven fabric: warp, weft and shear have independent curves.
 
     Parameters
     ----------
     warp, weft : stress over Green's strain in tension, (n, 2) rows from [0, 0] or a modulus;
         `weft` is as `warp` if omitted
     shear : shear stress over the angle 2 E₁₂, the same in both senses
-    direction : (3,) of the warp at rest, as it lies in each element, or (n, 3) one for each
-    compression : share of the first slopes that is carried in compression; 0 has no stiffness there
+    direction : (3,) of the warp at rest, projected to each element, or (n, 3) one for each
+    compression : stiffness in compression over the first slopes, 0 to 1
     warp_unloading, weft_unloading : curves below those of loading; as loading if omitted
-    hysteresis_slope : of the lines between loading and unloading, not below any slope of theirs
+    hysteresis_slope : slope of the lines between loading and unloading, not below any of theirs
 
     Raises
     ------
     InputError
         A curve that falls or does not begin at zero, an unloading above its loading, a slope below
-        theirs or missing, a direction of no length.
+        theirs or missing, a direction without length.
 
     Examples
     --------
@@ -73,7 +73,17 @@ class Fabric:
             raise InputError(
                 "is a share", where="compression", found=self.compression, allowed="0 to 1"
             )
-        put(self, "direction", _direction(self.direction))
+        direction = np.asarray(real(self.direction, "direction"), dtype=np.float64)
+        if direction.shape[-1:] != (3,) or direction.ndim > 2:
+            raise InputError(
+                "is no direction",
+                where="direction",
+                found=direction.shape,
+                allowed="(3,) or (n, 3)",
+            )
+        if not (np.isfinite(direction).all() and (direction != 0.0).any(axis=-1).all()):
+            raise InputError("has no length or is not finite", where="direction")
+        put(self, "direction", direction)
         for name in ("warp", "weft"):
             self._thread(name)
 
@@ -88,17 +98,17 @@ class Fabric:
         assert self.weft is not None
         first = [float(table[1, 1] / table[1, 0]) for table in (self.warp, self.weft)]
         threads = [self._thread(name) for name in ("warp", "weft")]
-        steep = [thread.slope for thread in threads]
-        pressed = [self.compression * slope for slope in first]
+        steepest = [thread.slope for thread in threads]
+        compressive = [self.compression * slope for slope in first]
         curves = joined(*(thread.curves for thread in threads), Characteristic(self.shear).pieces)
-        tangent = across * np.array([*steep, 0.0, max_slope(self.shear)])
+        tangent = across * np.array([*steepest, 0.0, max_slope(self.shear)])
         bending = across * np.array([*first, 0.0, self.shear[1, 1] / self.shear[1, 0]])
         column = membrane_fabric_nb.REACHED
         return Coefficients(
             FABRIC,
-            np.array([across, *pressed, *steep]),
+            np.array([across, *compressive, *steepest]),
             max(first),
-            max(steep),
+            max(steepest),
             tangent,
             bending,
             memory=membrane_fabric_nb.MEMORY,
@@ -113,13 +123,13 @@ class Fabric:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Belt:
-    """Webbing as bars: a force over the strain ℓ/ℓ₀ − 1, none in compression.
+    """Webbing as bars, with a force over the strain ℓ/ℓ₀ − 1 in tension and none in compression.
 
     Parameters
     ----------
-    loading : force over strain, (n, 2) rows from [0, 0], or a stiffness (force at the strain one)
+    loading : force over strain, (n, 2) rows from [0, 0], or a stiffness (force at the strain 1)
     unloading : the same, below `loading`; as loading if omitted
-    hysteresis_slope : of the lines between both, not below any slope of theirs
+    hysteresis_slope : slope of the lines between both, not below any of theirs
 
     Raises
     ------
@@ -153,8 +163,7 @@ class Belt:
         self._hysteresis()
 
     def _hysteresis(self) -> Hysteresis:
-        curves = self.loading, self.unloading
-        return _hysteresis(*curves, self.hysteresis_slope, "loading")
+        return _hysteresis(self.loading, self.unloading, self.hysteresis_slope, "loading")
 
     def coefficients(self, kind: str, across: float) -> Coefficients:
         """See `Material`."""
@@ -171,29 +180,18 @@ class Belt:
         )
 
 
-def _direction(given: object) -> FloatArray:
-    direction = np.asarray(real(given, "direction"), dtype=np.float64)
-    if direction.shape[-1:] != (3,) or direction.ndim > 2:
-        raise InputError(
-            "is no direction", where="direction", found=direction.shape, allowed="(3,) or (n, 3)"
-        )
-    if not (np.isfinite(direction).all() and (direction != 0.0).any(axis=-1).all()):
-        raise InputError("has no length or is not finite", where="direction")
-    return direction
-
-
 def _hysteresis(
     loading: FloatArray, unloading: FloatArray | None, slope: float | None, name: str
 ) -> Hysteresis:
-    """Return the hysteresis between two tables; without `unloading` one that loses nothing.
+    """Return the hysteresis between two tables; without `unloading` it loses no energy.
 
-    They must not cross below twice their last strain.
+    The tables must not cross below twice their last strain.
     """
     curve = Characteristic(loading, name=name)
     if unloading is None:
         return Hysteresis(curve, curve, max_slope(loading))
     lower = Characteristic(unloading, name=f"{name}_unloading")
-    to = 2.0 * float(max(loading[-1, 0], unloading[-1, 0]))
-    hysteresis = hysteresis_of(curve, lower, slope, to=to)
+    end = 2.0 * float(max(loading[-1, 0], unloading[-1, 0]))
+    hysteresis = hysteresis_of(curve, lower, slope, to=end)
     assert hysteresis is not None
     return hysteresis

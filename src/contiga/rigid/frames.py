@@ -12,14 +12,14 @@ from contiga.rigid.kernels import rigid_nb
 from contiga.rigid.pose import RIGID, as_pose
 from contiga.rigid.transform import PoseLike
 
-# Points below which a second thread does not pay.
 POINTS = 32768
+"""Number of points below which a second thread does not pay."""
 
 
 def standing(X: PoseLike, where: str = "pose") -> FloatArray:
-    """`X` checked to be a rigid pose, a copy; see `as_pose`, which says what is wrong with others.
+    """Check a rigid pose and return it as a copy, like `as_pose`.
 
-    Arrays are looked at by a kernel: four times as fast, and once in every step.
+    A kernel checks arrays four times as fast, since this is done in every step.
     """
     if type(X) is np.ndarray and X.shape == (4, 4) and X.dtype == np.float64:
         pose = X.copy()
@@ -37,24 +37,22 @@ def to_body(X_WB: FloatArray, p_W: FloatArray, out: FloatArray | None = None) ->
 
 
 def to_world(X_WB: FloatArray, p_B: FloatArray, shift: float = 1.0) -> FloatArray:
-    """Return (n, 3) points of the body in world axes; with a `shift` of zero directions."""
-    rows = locked(
-        np.ascontiguousarray(p_B, np.float64)
-    )  # what friction remembers is some columns of more
+    """Return points (n, 3) of the body in world axes; with a `shift` of zero directions."""
+    rows = locked(np.ascontiguousarray(p_B, np.float64))  # columns of a wider array, for friction
     out = np.empty(p_B.shape)
     run_ranges(straight(rigid_nb.to_world), len(out), POINTS, rows, X_WB, shift, out)
     return out
 
 
 def turn_to_world(X_WB: FloatArray, n_B: FloatArray) -> FloatArray:
-    """Return (n, 3) directions in body axes, in world axes."""
+    """Return directions (n, 3) of the body in world axes."""
     return to_world(X_WB, n_B, 0.0)
 
 
 def cross(a: FloatArray, b: FloatArray) -> FloatArray:
-    """``np.cross`` of vectors (3,) or of rows (n, 3), the same bits.
+    """Return ``np.cross`` of vectors (3,) or of rows (n, 3), the same bits.
 
-    Of two vectors it takes a tenth of the time, of a few rows a quarter.
+    It takes a tenth of the time for two vectors, a quarter for a few rows.
 
     >>> cross(np.array([1.0, 0.0, 0.0]), np.array([0.0, 2.0, 0.0])).tolist()
     [0.0, 0.0, 2.0]

@@ -1,4 +1,4 @@
-"""Inertia tensors: from the moments of a volume, and what a tensor must be to be one."""
+"""Inertia tensors: from the moments of a volume, their checks, and the inertia of several parts."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from contiga.errors import InputError
 from contiga.records import FloatArray, MassProperties
 
 ROUNDING = 1e-6
-"""Relative to the largest principal moment; a user types about so many digits."""
+"""Tolerance over the largest principal moment, for the digits that a user types."""
 
 
 def principal_moments(inertia: ArrayLike) -> FloatArray:
@@ -23,26 +23,38 @@ def principal_moments(inertia: ArrayLike) -> FloatArray:
     [1.0, 2.5, 3.0]
     """
     tensor = np.asarray(real(inertia), dtype=np.float64)
-    # Singular values have no sign: all eigenvalues are made positive first.
+    # Singular values have no sign: the shift makes all eigenvalues positive.
     shift = length(tensor)
     return np.asarray(principal_axes(tensor + shift * np.eye(3))[0][::-1] - shift)
 
 
 def check_inertia(inertia: ArrayLike, where: str) -> FloatArray:
-    """`inertia` as a symmetric (3, 3) array, if a solid can have it.
+    """Return `inertia` as a symmetric (3, 3) array, if a solid can have it.
 
     The off-diagonal entries are those of the tensor: I_xy = −∫ x y dm.
 
     Raises
     ------
     InputError
-        Not (3, 3), not finite or not symmetric; a principal moment that is not positive; or one
-        that is larger than the sum of the other two (the triangle rule), beyond 1e-6 of it.
+        Not (3, 3), not finite or not symmetric; a principal moment that is not positive, or that
+        exceeds the sum of the other two (the triangle rule) by more than 1e-6 of it.
 
     >>> check_inertia([[2, 0, 0], [0, 2, 0], [0, 0, 3]], "inertia").tolist()
     [[2.0, 0.0, 0.0], [0.0, 2.0, 0.0], [0.0, 0.0, 3.0]]
     """
-    tensor = _symmetric(inertia, where)
+    real(inertia, where)
+    try:
+        tensor = np.array(inertia, dtype=np.float64)
+    except (TypeError, ValueError) as error:
+        raise InputError(
+            "an inertia must be numbers", where=where, found=inertia, allowed="shape (3, 3)"
+        ) from error
+    if tensor.shape != (3, 3) or not np.isfinite(tensor).all():
+        found = tensor.shape if tensor.shape != (3, 3) else tensor.tolist()
+        raise InputError("an inertia must be finite, (3, 3)", where=where, found=found)
+    if np.abs(tensor - tensor.T).max() > ROUNDING * np.abs(tensor).max():
+        raise InputError("an inertia must be symmetric", where=where, found=tensor.tolist())
+    tensor = np.asarray(0.5 * (tensor + tensor.T))
     low, middle, high = (float(moment) for moment in principal_moments(tensor))
     moments = tuple(float(f"{moment:.6g}") for moment in (low, middle, high))
     if not low > ROUNDING**2 * high:
@@ -65,11 +77,11 @@ def check_inertia(inertia: ArrayLike, where: str) -> FloatArray:
 
 
 def combined(parts: Sequence[MassProperties]) -> MassProperties:
-    """One rigid body of several, all in the same axes.
+    """Return the mass properties of several rigid parts together, all in the same axes.
 
-    >>> one = MassProperties(1.0, np.array([1.0, 0.0, 0.0]), np.eye(3))
-    >>> both = combined([one, one._replace(centre=-one.centre)])
-    >>> both.mass, both.centre.tolist(), both.inertia.diagonal().tolist()
+    >>> part = MassProperties(1.0, np.array([1.0, 0.0, 0.0]), np.eye(3))
+    >>> total = combined([part, part._replace(centre=-part.centre)])
+    >>> total.mass, total.centre.tolist(), total.inertia.diagonal().tolist()
     (2.0, [0.0, 0.0, 0.0], [2.0, 4.0, 4.0])
     """
     mass = sum(part.mass for part in parts)
@@ -83,7 +95,7 @@ def combined(parts: Sequence[MassProperties]) -> MassProperties:
 
 
 def of_points(points: FloatArray, mass: FloatArray) -> MassProperties:
-    """Masses (n,) at points (n, 3) as one rigid body.
+    """Return the mass properties of masses (n,) at points (n, 3) as one rigid body.
 
     >>> pair = of_points(np.array([[1.0, 0, 0], [3.0, 0, 0]]), np.array([1.0, 1.0]))
     >>> pair.mass, pair.centre.tolist(), pair.inertia.diagonal().tolist()
@@ -96,26 +108,10 @@ def of_points(points: FloatArray, mass: FloatArray) -> MassProperties:
     return MassProperties(total, centre, np.trace(second) * np.eye(3) - second)
 
 
-def _symmetric(inertia: ArrayLike, where: str) -> FloatArray:
-    real(inertia, where)
-    try:
-        tensor = np.array(inertia, dtype=np.float64)
-    except (TypeError, ValueError) as error:
-        raise InputError(
-            "an inertia must be numbers", where=where, found=inertia, allowed="shape (3, 3)"
-        ) from error
-    if tensor.shape != (3, 3) or not np.isfinite(tensor).all():
-        wrong = tensor.shape if tensor.shape != (3, 3) else tensor.tolist()
-        raise InputError("an inertia must be finite, (3, 3)", where=where, found=wrong)
-    if np.abs(tensor - tensor.T).max() > ROUNDING * np.abs(tensor).max():
-        raise InputError("an inertia must be symmetric", where=where, found=tensor.tolist())
-    return np.asarray(0.5 * (tensor + tensor.T))
-
-
 def of_volume(
     moments: FloatArray, origin: FloatArray, density: float, where: str
 ) -> MassProperties:
-    """Mass, centre and inertia of a solid from its moments (10,) about `origin`.
+    """Return mass, centre and inertia of a solid from its moments (10,) about `origin`.
 
     The order of moments is that of `geometry.trim_area.body_moments`: the volume, then ∫ x dV, …
 
@@ -136,7 +132,7 @@ def of_volume(
     arm = moments[1:4] / volume
     xx, yy, zz, xy, yz, xz = moments[4:]
     second = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
-    # The parallel axes: from the origin to the centre.
+    # Parallel axis theorem, from the origin to the centre.
     second -= volume * np.multiply.outer(arm, arm)
     inertia = density * (np.trace(second) * np.eye(3) - second)
     return MassProperties(density * volume, origin + arm, inertia)

@@ -1,4 +1,4 @@
-"""Move objects by an affine map: by vectors, about axes, and larger or smaller."""
+"""Methods to move objects by affine maps: translation, rotation, scaling."""
 
 from __future__ import annotations
 
@@ -11,21 +11,20 @@ from contiga.rigid import transform
 
 
 class Movable:
-    """Mixed in: what says by `_moved` what a matrix makes of it."""
+    """Base class with methods that move an object; a subclass defines `_moved`."""
 
     __slots__ = ()
 
     def _moved(self, matrix: FloatArray) -> Self:
+        """Return the object moved by a regular affine (4, 4) matrix."""
         raise NotImplementedError
 
     def transformed(self, matrix: transform.PoseLike) -> Self:
-        """Return it moved by a regular affine (4, 4) matrix; the free side stays the free side.
-
-        A scipy `Rotation` or a pair (R, t) will do.
+        """Return it moved by a regular affine (4, 4) matrix, a scipy `Rotation` or a pair (R, t).
 
         The image of a point on the free side is on the free side of the image. A reflecting matrix
-        alone would swap the sides, so what has sides is flipped as well: the u of patches runs
-        backwards, and so do the corners of triangles.
+        alone would swap the sides, so that sides are flipped as well: u of patches, and the order
+        of the corners of triangles, are reversed.
 
         Raises
         ------

@@ -1,8 +1,8 @@
-"""Poses: where a rigid frame stands, as (4, 4) matrices with a turn R and a position t.
+"""Poses of rigid frames, as (4, 4) matrices with a rotation R and a position t.
 
 ``X_WB`` is the pose of the body B in the world W: ``p_W = R p_B + t``. Angles are in radians.
-Wherever contiga takes a pose, a ``scipy.spatial.transform.Rotation`` and a pair ``(R, t)`` will do:
-`as_pose` converts them.
+A pose may also be given as a ``scipy.spatial.transform.Rotation`` or a pair ``(R, t)``, which
+`as_pose` converts.
 """
 
 from __future__ import annotations
@@ -22,26 +22,26 @@ from contiga.rigid import quaternion, transform
 from contiga.rigid.transform import Axis, PoseLike, as_matrix
 
 RIGID = 1e-9
-"""Largest entry of R Rᵀ − 1 of what counts as a pose."""
+"""Largest entry of R Rᵀ − 1 that a pose may have."""
 
 
 def identity() -> FloatArray:
-    """The pose that leaves everything where it is."""
+    """Return the identity pose."""
     return np.eye(4)
 
 
 def translation(d: ArrayLike) -> FloatArray:
-    """Pose moved by `d` (3,)."""
+    """Return the pose of a translation by `d` (3,)."""
     return transform.translation(d)
 
 
 def rotation(axis: Axis, angle: float, centre: ArrayLike = (0.0, 0.0, 0.0)) -> FloatArray:
-    """Pose turned by `angle` about `axis` ("x", "y", "z" or a vector) through `centre`."""
+    """Return the pose of a rotation by `angle` about `axis`, "x", "y", "z" or a vector."""
     return transform.rotation(axis, angle, centre)
 
 
 def from_quaternion(q: ArrayLike, position: ArrayLike = (0.0, 0.0, 0.0)) -> FloatArray:
-    """Pose of the turn `q` (w, x, y, z), of any length but zero, at `position`."""
+    """Return the pose of the rotation `q` (w, x, y, z), of any length but zero, at `position`."""
     X = transform.translation(position)
     X[:3, :3] = quaternion.to_matrix(quaternion.as_unit(q))
     return X
@@ -50,9 +50,9 @@ def from_quaternion(q: ArrayLike, position: ArrayLike = (0.0, 0.0, 0.0)) -> Floa
 def from_euler(
     angles: ArrayLike, order: str = "xyz", position: ArrayLike = (0.0, 0.0, 0.0)
 ) -> FloatArray:
-    """Pose turned about fixed axes one after the other, the first letter of `order` first.
+    """Return the pose of rotations about fixed axes, the first letter of `order` first.
 
-    Capitals turn about the axes the frame has by then (intrinsic), as in scipy's Rotation.
+    Capitals rotate about the current axes of the frame (intrinsic), as in scipy's Rotation.
 
     Raises
     ------
@@ -75,8 +75,8 @@ def from_euler(
             found=values.shape,
             allowed=f"({len(order)},)",
         )
-    turns = [transform.rotation(a, float(v)) for a, v in zip(lower, values, strict=True)]
-    X = compose(*(turns if order.isupper() else reversed(turns)))
+    rotations = [transform.rotation(a, float(v)) for a, v in zip(lower, values, strict=True)]
+    X = compose(*(rotations if order.isupper() else reversed(rotations)))
     X[:3, 3] = transform.vector(position, "position")
     return X
 
@@ -99,9 +99,9 @@ def as_pose(X: PoseLike, where: str = "pose") -> FloatArray:
     >>> as_pose((Rotation.from_euler("z", 180, degrees=True), [0.0, 0.0, 5.0]))[:3, 3].tolist()
     [0.0, 0.0, 5.0]
     """
-    given = real(as_matrix(X, where), where)
+    matrix = real(as_matrix(X, where), where)
     try:
-        pose = np.array(given, dtype=np.float64, order="C")  # as kernels read it
+        pose = np.array(matrix, dtype=np.float64, order="C")  # contiguous, for kernels
     except (TypeError, ValueError) as error:
         raise InputError("a pose must be an array of numbers", where=where) from error
     rows = pose.tolist()
@@ -112,7 +112,7 @@ def as_pose(X: PoseLike, where: str = "pose") -> FloatArray:
             found=pose.shape if pose.shape != (4, 4) else rows,
             allowed="a (4, 4) matrix, a scipy Rotation, or a pair (R, t)",
         )
-    if not _off_rigid(rows) <= RIGID:
+    if not _rigidity_error(rows) <= RIGID:
         raise InputError(
             "a pose must be a rotation and a translation",
             where=where,
@@ -122,15 +122,15 @@ def as_pose(X: PoseLike, where: str = "pose") -> FloatArray:
     return pose
 
 
-def _off_rigid(rows: list[list[float]]) -> float:
-    """Return how far a finite (4, 4) matrix is from a pose.
+def _rigidity_error(rows: list[list[float]]) -> float:
+    """Return the largest entry of R Rᵀ − 1 of a finite (4, 4) matrix.
 
-    It is the largest entry of R Rᵀ − 1; infinite for a mirror, and where the last row is not 0, 0,
-    0, 1. It is computed in plain numbers, because one matrix is too few for arrays to pay.
+    It is infinite for a reflection, or a last row other than 0, 0, 0, 1. Plain numbers are faster
+    than arrays for one matrix.
     """
     (a, b, c, _), (d, e, f, _), (g, h, i, _), last = rows
-    turned = a * (e * i - f * h) + b * (f * g - d * i) + c * (d * h - e * g)
-    if last != [0.0, 0.0, 0.0, 1.0] or turned < 0.0:
+    determinant = a * (e * i - f * h) + b * (f * g - d * i) + c * (d * h - e * g)
+    if last != [0.0, 0.0, 0.0, 1.0] or determinant < 0.0:
         return inf
     return max(
         abs(a * a + b * b + c * c - 1.0),
@@ -143,12 +143,12 @@ def _off_rigid(rows: list[list[float]]) -> float:
 
 
 def compose(*poses: FloatArray) -> FloatArray:
-    """Matrix product: ``compose(X_AB, X_BC)`` is X_AC. What stands last is applied first."""
+    """Return the matrix product: ``compose(X_AB, X_BC)`` is X_AC. The last pose applies first."""
     return reduce(product, poses, np.eye(4))
 
 
 def invert(X_AB: FloatArray) -> FloatArray:
-    """X_BA: the pose of A in B."""
+    """Return X_BA, the pose of A in B."""
     X_BA = np.eye(4)
     X_BA[:3, :3] = X_AB[:3, :3].T
     X_BA[:3, 3] = -product(X_AB[:3, :3].T, X_AB[:3, 3])
@@ -156,7 +156,7 @@ def invert(X_AB: FloatArray) -> FloatArray:
 
 
 def relative(X_WA: FloatArray, X_WB: FloatArray) -> FloatArray:
-    """X_AB: the pose of B as seen from A."""
+    """Return X_AB, the pose of B in A."""
     (a, b, c, _), (x, y, z, last) = X_WA.tolist(), X_WB.tolist()
     x[3], y[3], z[3] = x[3] - a[3], y[3] - b[3], z[3] - c[3]
     columns = list(zip(x, y, z, strict=True))
@@ -165,25 +165,25 @@ def relative(X_WA: FloatArray, X_WB: FloatArray) -> FloatArray:
 
 
 def apply(X_AB: FloatArray, points_B: ArrayLike) -> FloatArray:
-    """Points (n, 3) of the frame B in the frame A."""
+    """Return points (n, 3) of the frame B in the frame A."""
     return transform.apply(X_AB, as_points(points_B))
 
 
 def apply_vectors(X_AB: FloatArray, vectors_B: ArrayLike) -> FloatArray:
-    """Directions (n, 3) of the frame B in the frame A: turned, not moved."""
+    """Return directions (n, 3) of the frame B in the frame A: rotated, not translated."""
     return np.asarray(product(as_points(vectors_B, "vectors"), X_AB[:3, :3].T))
 
 
 def to_quaternion(X: FloatArray) -> FloatArray:
-    """The turn of a pose as a unit quaternion (w, x, y, z) with w ≥ 0."""
+    """Return the rotation of a pose as a unit quaternion (w, x, y, z) with w ≥ 0."""
     return quaternion.from_matrix(X[:3, :3])
 
 
 def interpolate(X0: FloatArray, X1: FloatArray, s: float) -> FloatArray:
-    """The pose a part `s` of the way from `X0` to `X1`.
+    """Return the pose at the fraction `s` between `X0` and `X1`.
 
-    The position moves on a straight line, the frame turns evenly about one axis the shorter way
-    (slerp). The ends come back as they are.
+    The position is linear, the frame rotates about one axis by the smaller angle (slerp). The ends
+    are returned unchanged.
     """
     if s in (0.0, 1.0):
         return (X1 if s else X0).copy()

@@ -1,6 +1,6 @@
-"""Unit quaternions (w, x, y, z): turns that can be mixed without losing their length.
+"""Unit quaternions (w, x, y, z), which represent rotations and interpolate well.
 
-Arrays have the quaternions in their last axis, (..., 4). q and −q are the same turn.
+Arrays have the quaternions in their last axis, (..., 4). q and −q are the same rotation.
 """
 
 from __future__ import annotations
@@ -15,17 +15,17 @@ from contiga.arrays.ordered import length, product
 from contiga.errors import InputError
 from contiga.records import FloatArray
 
-# Below this angle between two quaternions sin θ / θ is 1 to rounding, and slerp is a straight line.
-_SMALL = 1e-8
+_SMALL_ANGLE = 1e-8
+"""Angle between two quaternions below which sin θ / θ is 1 to rounding, and slerp is linear."""
 
 
 def as_unit(quaternion: ArrayLike, *, tolerance: float | None = None) -> FloatArray:
-    """Quaternions (..., 4) divided by their length.
+    """Return quaternions (..., 4) divided by their length.
 
     Parameters
     ----------
     quaternion : (..., 4) w, x, y, z
-    tolerance : largest accepted relative distance of the length from 1; None accepts any
+    tolerance : largest deviation of the length from 1; None accepts any
 
     Raises
     ------
@@ -45,19 +45,19 @@ def as_unit(quaternion: ArrayLike, *, tolerance: float | None = None) -> FloatAr
     scaled = q / largest
     length = np.linalg.norm(scaled, axis=-1, keepdims=True)
     if tolerance is not None:
-        miss = np.abs(length * largest - 1.0)
-        if (miss > tolerance).any():
-            bad = q[np.unravel_index(int(miss.argmax()), miss.shape)[:-1]]
+        deviation = np.abs(length * largest - 1.0)
+        if (deviation > tolerance).any():
+            worst = q[np.unravel_index(int(deviation.argmax()), deviation.shape)[:-1]]
             raise InputError(
                 "a quaternion must have length 1",
-                found=bad.tolist(),
+                found=worst.tolist(),
                 allowed=f"w² + x² + y² + z² = 1 to {tolerance:g}, in the order w, x, y, z",
             )
     return np.asarray(scaled / length)
 
 
 def to_matrix(q: FloatArray) -> FloatArray:
-    """Rotation matrices (..., 3, 3) of unit quaternions (..., 4)."""
+    """Return the rotation matrices (..., 3, 3) of unit quaternions (..., 4)."""
     w, x, y, z = q.tolist() if q.ndim == 1 else np.moveaxis(q, -1, 0)
     rows = [
         [1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y - w * z), 2.0 * (x * z + w * y)],
@@ -70,9 +70,9 @@ def to_matrix(q: FloatArray) -> FloatArray:
 
 
 def from_matrix(R: FloatArray) -> FloatArray:
-    """Unit quaternion (4,), w ≥ 0, of one rotation matrix (3, 3).
+    """Return the unit quaternion (4,), w ≥ 0, of one rotation matrix (3, 3).
 
-    Shepperd's choice of the largest component to divide by (J. Guidance and Control 1, 1978).
+    The division is by the largest component (Shepperd, J. Guidance and Control 1, 1978).
     """
     r = R.tolist()
     trace = r[0][0] + r[1][1] + r[2][2]
@@ -94,16 +94,16 @@ def from_matrix(R: FloatArray) -> FloatArray:
 
 
 def rotation_vector(p: FloatArray, q: FloatArray) -> FloatArray:
-    """The turn from `p` to `q` (4,) as axis times angle (3,), the way `slerp` goes.
+    """Return the rotation from `p` to `q` (4,) as axis times angle (3,), like `slerp`.
 
-    In the axes that `p` and `q` turn into: the spin of an even turn is this over its time.
+    It is in the axes that `p` and `q` rotate to. Divided by a time it is the spin of that rotation.
     """
-    # In plain numbers, as all of one turn here: these are too few for arrays to pay.
+    # Plain numbers are faster than arrays for one rotation.
     (a, b, c, d), (w, x, y, z) = p.tolist(), q.tolist()
     cosine = a * w + b * x + c * y + d * z
     if cosine < 0.0:
         cosine, w, x, y, z = -cosine, -w, -x, -y, -z
-    # The second times the inverse of the first; its scalar part is not negative.
+    # q times the inverse of p; its scalar part is not negative.
     axis = np.array(
         [
             a * x - w * b - (y * d - z * c),
@@ -116,16 +116,16 @@ def rotation_vector(p: FloatArray, q: FloatArray) -> FloatArray:
 
 
 def slerp(p: FloatArray, q: FloatArray, s: float) -> FloatArray:
-    """The turn a part `s` in [0, 1] of the shorter way from `p` to `q`, both (4,).
+    """Return the rotation at the fraction `s` in [0, 1] from `p` to `q` (4,), by the smaller angle.
 
-    Shoemake, Animating Rotation with Quaternion Curves, SIGGRAPH 1985. Where `p` and `q` are
-    half a turn apart both ways are as long and the one through `q` as given is taken.
+    Shoemake, Animating Rotation with Quaternion Curves, SIGGRAPH 1985. If `p` and `q` are half a
+    turn apart, both directions are equivalent, and q is used with its sign.
     """
     end = -q if float(product(p, q)) < 0.0 else q
-    # From the chord, since the arc cosine loses half its digits near 1.
+    # From the chord, since the arc cosine loses half of its digits near 1.
     angle = 2.0 * np.arctan2(length(end - p), length(end + p))
-    if angle < _SMALL:
-        mixed = p + s * (end - p)
+    if angle < _SMALL_ANGLE:
+        rotation = p + s * (end - p)
     else:
-        mixed = (np.sin((1.0 - s) * angle) * p + np.sin(s * angle) * end) / np.sin(angle)
-    return np.asarray(mixed / length(mixed))
+        rotation = (np.sin((1.0 - s) * angle) * p + np.sin(s * angle) * end) / np.sin(angle)
+    return np.asarray(rotation / length(rotation))

@@ -1,22 +1,22 @@
-"""Name the numbers in the row of a free rigid body, for kernels and for others."""
+"""Columns of the rows of free rigid bodies."""
 
 from __future__ import annotations
 
-# Of a state, (b, STATE): world axes.
+# Columns of states (b, STATE), world axes.
 CENTRE = 0
 """Centre of mass."""
 TURN = 3
 """Orientation of the body's frame, a unit quaternion."""
 VELOCITY = 7
-"""Of the centre of mass."""
+"""Velocity of the centre of mass."""
 MOMENTUM = 10
-"""Angular, about the centre of mass; about held axes it means nothing."""
+"""Angular momentum about the centre of mass; not used about held axes."""
 FORCE = 13
 TORQUE = 16
-"""About the centre of mass."""
+"""Torque about the centre of mass."""
 STATE = 19
 
-# Of what never changes, (b, FIXED): body axes.
+# Columns of constants (b, FIXED), body axes.
 MASS = 0
 CENTRE_B = 1
 AXES = 4
@@ -24,7 +24,7 @@ AXES = 4
 MOMENTS = 13
 """Principal moments of inertia, rising."""
 WAYS = 16
-"""1 of the world's directions the centre may move in, 0 of those that are held."""
+"""1 for each world direction in which the centre may move, 0 for held ones."""
 SPINS = 19
-"""1 of the world's axes the body may turn about, 0 of those that are held."""
+"""1 for each world axis about which the body may rotate, 0 for held ones."""
 FIXED = 22

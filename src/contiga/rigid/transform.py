@@ -1,4 +1,4 @@
-"""Affine maps as (4, 4) matrices: what curves, surfaces, meshes and bodies are moved with."""
+"""Affine maps as (4, 4) matrices, which move curves, surfaces, meshes and bodies."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ _SINGULAR = 1e-14
 
 
 def vector(values: ArrayLike, where: str) -> FloatArray:
-    """`values` as three finite numbers."""
+    """Return `values` as three finite numbers."""
     real(values, where)
     try:
         array = np.array(values, dtype=np.float64)
@@ -45,7 +45,7 @@ def vector(values: ArrayLike, where: str) -> FloatArray:
 def as_matrix(X: PoseLike, where: str) -> Any:
     """Convert a rotation or a pair (R, t) to a (4, 4) matrix; return anything else unchanged.
 
-    Neither R nor the result is checked to be a rotation: callers check the matrix.
+    The caller checks whether the matrix is a rotation.
 
     Raises
     ------
@@ -55,35 +55,36 @@ def as_matrix(X: PoseLike, where: str) -> Any:
     is_pair = isinstance(X, tuple | list) and len(X) == 2
     if not (is_pair or hasattr(X, "as_matrix")):
         return X
-    given: tuple[Any, Any] = X if is_pair else (X, (0.0, 0.0, 0.0))  # type: ignore[assignment]
-    R, t = given
-    turn = as_numbers(
+    pair: tuple[Any, Any] = X if is_pair else (X, (0.0, 0.0, 0.0))  # type: ignore[assignment]
+    R, t = pair
+    rotation_matrix = as_numbers(
         R.as_matrix() if hasattr(R, "as_matrix") else R,
         where,
         "the rotation of a pose must be an array of numbers",
     )
-    if turn.shape == (4, 4) and not is_pair:  # scipy's RigidTransform has its translation with it
-        return turn
-    if turn.shape != (3, 3):
+    if rotation_matrix.shape == (4, 4) and not is_pair:  # scipy's RigidTransform, with translation
+        return rotation_matrix
+    if rotation_matrix.shape != (3, 3):
+        is_several = rotation_matrix.ndim > 2
         raise InputError(
             "the rotation of a pose must be one (3, 3) matrix",
             where=where,
-            found=turn.shape,
+            found=rotation_matrix.shape,
             allowed="a scipy Rotation, a pair (R, t) with R (3, 3) or a Rotation, a (4, 4) matrix",
-            remedy="Of several rotations take one, such as rotations[0]" if turn.ndim > 2 else None,
+            remedy="Of several rotations take one, such as rotations[0]" if is_several else None,
         )
     matrix = np.eye(4)
-    matrix[:3, :3], matrix[:3, 3] = turn, vector(t, f"{where}, translation")
+    matrix[:3, :3], matrix[:3, 3] = rotation_matrix, vector(t, f"{where}, translation")
     return matrix
 
 
 def cross_matrix(k: FloatArray) -> FloatArray:
-    """Return (3, 3) the matrix of k × ."""
+    """Return the matrix (3, 3) of the cross product k × ."""
     return np.array([[0.0, -k[2], k[1]], [k[2], 0.0, -k[0]], [-k[1], k[0], 0.0]])
 
 
 def unit_axis(axis: Axis, where: str = "axis") -> FloatArray:
-    """A unit vector from ``"x"``, ``"y"``, ``"z"`` or any vector that is not zero."""
+    """Return a unit vector from ``"x"``, ``"y"``, ``"z"`` or a vector that is not zero."""
     if isinstance(axis, str):
         if axis not in _AXES:
             raise GeometryError(
@@ -99,16 +100,17 @@ def unit_axis(axis: Axis, where: str = "axis") -> FloatArray:
 
 
 def translation(d: ArrayLike) -> FloatArray:
-    """Matrix that moves by `d`."""
+    """Return the matrix of a translation by `d`."""
     matrix = np.eye(4)
     matrix[:3, 3] = vector(d, "translation")
     return matrix
 
 
 def rotation(axis: Axis, angle: float, origin: ArrayLike = (0.0, 0.0, 0.0)) -> FloatArray:
-    """Matrix that turns by `angle` (radians, right-handed) about `axis` through `origin`.
+    """Return the matrix of a rotation by `angle` (radians, right-handed) about `axis`.
 
-    Rodrigues' formula. Quarter turns are exact: their sine and cosine are rounded to 0 and ±1.
+    The axis passes through `origin`. Quarter turns are exact: their sine and cosine are rounded to
+    0 and ±1 (Rodrigues' formula).
     """
     if not math.isfinite(angle):
         raise GeometryError("the angle must be finite", where="angle", found=angle)
@@ -122,7 +124,7 @@ def rotation(axis: Axis, angle: float, origin: ArrayLike = (0.0, 0.0, 0.0)) -> F
 
 
 def cos_sin(angle: float) -> tuple[float, float]:
-    """Cosine and sine, exact at multiples of a quarter turn."""
+    """Return cosine and sine, exact at multiples of a quarter turn."""
     quarters = angle / (0.5 * math.pi)
     nearest = round(quarters)
     if abs(quarters - nearest) <= 4e-16 * max(1.0, abs(quarters)):
@@ -131,7 +133,7 @@ def cos_sin(angle: float) -> tuple[float, float]:
 
 
 def scaling(s: float | ArrayLike, origin: ArrayLike = (0.0, 0.0, 0.0)) -> FloatArray:
-    """Matrix that scales by `s`, one positive number or one for each axis, about `origin`."""
+    """Return the matrix of a scaling about `origin` by `s` > 0, one number or one by axis."""
     factors = np.asarray(real(s), dtype=np.float64)
     if factors.shape not in ((), (3,)) or not (np.isfinite(factors).all() and (factors > 0).all()):
         raise GeometryError(
@@ -149,42 +151,34 @@ def scaling(s: float | ArrayLike, origin: ArrayLike = (0.0, 0.0, 0.0)) -> FloatA
 
 
 def frame(axis: Axis, centre: ArrayLike) -> FloatArray:
-    """Pose whose z axis is `axis` and whose origin is `centre`.
+    """Return the pose whose z axis is `axis` and whose origin is `centre`.
 
-    The coordinate axes are mapped by cyclic permutation, so they are exact. Another axis is
-    reached by the shortest turn from z, and the opposite of z by a half turn about x.
+    Poses along the coordinate axes are cyclic permutations, and so exact. Other axes are reached by
+    the smallest rotation from z, the opposite of z by a half turn about x.
     """
     k = unit_axis(axis)
     matrix = np.eye(4)
+    sine = math.hypot(k[0], k[1])
     if k[2] == -1.0:
-        columns = np.diag([1.0, -1.0, -1.0])
+        matrix[:3, :3] = np.diag([1.0, -1.0, -1.0])
     elif k[0] == 1.0:
-        columns = np.array([[0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
+        matrix[:3, :3] = np.array([[0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
     elif k[1] == 1.0:
-        columns = np.array([[0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0]])
-    else:
-        columns = _shortest_turn(k)
-    matrix[:3, :3] = columns
+        matrix[:3, :3] = np.array([[0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0]])
+    elif sine > 0.0:
+        rotation_axis = np.array([-k[1] / sine, k[0] / sine, 0.0])
+        matrix[:3, :3] = rotation(rotation_axis, math.atan2(sine, k[2]))[:3, :3]
     matrix[:3, 3] = vector(centre, "centre")
     return matrix
 
 
-def _shortest_turn(k: FloatArray) -> FloatArray:
-    """Rotation that takes z to the unit vector `k`."""
-    sine = math.hypot(k[0], k[1])
-    if sine == 0.0:
-        return np.eye(3)
-    turn_axis = np.array([-k[1] / sine, k[0] / sine, 0.0])
-    return rotation(turn_axis, math.atan2(sine, k[2]))[:3, :3]
-
-
 def affine(matrix: PoseLike) -> FloatArray:
-    """`matrix` checked to be a regular affine map.
+    """Check a regular affine map and return it as a matrix (4, 4), a copy.
 
     Raises
     ------
     GeometryError
-        not (4, 4), not finite, a last row other than (0, 0, 0, 1), or singular.
+        Not (4, 4), not finite, a last row other than (0, 0, 0, 1), or singular.
     InputError
         A rotation or a pair (R, t) that is not one: see `as_matrix`.
     """
@@ -208,10 +202,10 @@ def affine(matrix: PoseLike) -> FloatArray:
 
 
 def apply(matrix: FloatArray, points: FloatArray) -> FloatArray:
-    """`points` (..., 3) moved by the affine `matrix`."""
+    """Return `points` (..., 3) moved by the affine `matrix`."""
     return np.asarray(product(points, matrix[:3, :3].T) + matrix[:3, 3])
 
 
 def reflects(matrix: FloatArray) -> bool:
-    """Return whether the map turns right hands into left ones."""
+    """Return whether the map is a reflection, with a negative determinant."""
     return bool(np.linalg.det(matrix[:3, :3]) < 0.0)

@@ -1,7 +1,7 @@
-"""Twists: how a rigid frame moves, as the velocity of its origin and its spin, in world axes.
+"""Twists: the velocity of the origin of a rigid frame and its spin, in world axes.
 
-``v_W`` of a point p of the body is ``velocity + spin × (p − o)``, o the frame's origin: its
-``pose[:3, 3]``. Spins are in radians a time.
+The velocity of a point p of the body is ``velocity + spin × (p − o)`` with the frame's origin o,
+its ``pose[:3, 3]``. Spins are in radians / time.
 """
 
 from __future__ import annotations
@@ -20,20 +20,20 @@ class Twist(NamedTuple):
     velocity: FloatArray
     """(3,) of the frame's origin, world axes."""
     spin: FloatArray
-    """(3,) angular velocity, world axes, radians a time."""
+    """(3,) angular velocity, world axes, radians / time."""
 
     def at(self, origin: FloatArray, points: FloatArray) -> FloatArray:
-        """Velocities (n, 3) of points (n, 3) of the body, whose frame has its origin there."""
+        """Return velocities (n, 3) of points (n, 3) of the body, whose frame is at `origin`."""
         return np.asarray(self.velocity + np.cross(self.spin, points - origin))
 
 
 def still() -> Twist:
-    """The twist of what stands still."""
+    """Return a twist of zero."""
     return Twist(np.zeros(3), np.zeros(3))
 
 
 def combined(outer: Twist, X_WA: FloatArray, inner: Twist, X_AB: FloatArray) -> Twist:
-    """Twist of B in the world, where A moves in the world and B moves in A.
+    """Return the twist of B in the world, for A that moves in the world and B that moves in A.
 
     Parameters
     ----------

@@ -22,7 +22,7 @@ ROWS = np.union1d(RNG.choice(N, 60, replace=False), ENDS).astype(np.int32)
 FORCES = RNG.normal(size=(len(ROWS), 3))
 EVERYWHERE = RNG.normal(size=(N, 3))
 HELD = RNG.random((N, 3)) < 0.1
-LED = RNG.random((N, 3)) < 0.2
+DRIVEN = RNG.random((N, 3)) < 0.2
 NONE = np.zeros((N, 3), np.bool_)
 
 
@@ -35,14 +35,14 @@ def accelerations(held: np.ndarray, loads: bool) -> FloatArray:
 
 
 def acting(loads: bool) -> node_steps.Acting:
-    nothing = node_steps.NOTHING
-    everywhere, *more = (EVERYWHERE, LOADS, DRAG) if loads else (nothing, nothing, nothing)
+    none = node_steps.NO_FORCES
+    everywhere, *more = (EVERYWHERE, LOADS, DRAG) if loads else (none, none, none)
     return node_steps.Acting(ROWS, FORCES, everywhere, ELEMENTS, *more, GRAVITY)
 
 
 @pytest.mark.parametrize("loads", [False, True])
 @pytest.mark.parametrize("held", [NONE, HELD])
-def test_a_drift_is_half_a_kick_a_way_and_what_is_foreseen(held: np.ndarray, loads: bool) -> None:
+def test_a_drift_is_half_a_kick_a_way_and_a_prediction(held: np.ndarray, loads: bool) -> None:
     masses = node_steps.masses_of(MASS, held, NONE)
     expected = accelerations(held, loads)
     np.testing.assert_allclose(node_steps.accelerated(masses, acting(loads)), expected, rtol=1e-13)
@@ -53,17 +53,18 @@ def test_a_drift_is_half_a_kick_a_way_and_what_is_foreseen(held: np.ndarray, loa
     np.testing.assert_allclose(moved.velocities, VELOCITIES + DT * expected, rtol=1e-12, atol=1e-14)
 
 
-@pytest.mark.parametrize("led", [NONE, LED])
-def test_a_kick_ends_the_step_with_damping_and_without_what_is_led(led: np.ndarray) -> None:
-    masses = node_steps.masses_of(MASS, HELD, led)
-    half, foreseen = RNG.normal(size=(2, N, 3))
-    velocities, energy = node_steps.kicked(masses, acting(True), (half, foreseen), DT, DAMPING)
+@pytest.mark.parametrize("driven", [NONE, DRIVEN])
+def test_a_kick_ends_the_step_with_damping_and_without_driven_nodes(driven: np.ndarray) -> None:
+    masses = node_steps.masses_of(MASS, HELD, driven)
+    half, predicted = RNG.normal(size=(2, N, 3))
+    velocities, energy = node_steps.kicked(masses, acting(True), half, predicted, DT, DAMPING)
     free = half + 0.5 * DT * accelerations(HELD, True)
     free /= 1.0 + 0.5 * DT * DAMPING
-    np.testing.assert_allclose(velocities, np.where(led, foreseen, free), rtol=1e-12, atol=1e-14)
-    both = np.where(led, 0.0, half * (2.0 * free - half))
+    expected_velocities = np.where(driven, predicted, free)
+    np.testing.assert_allclose(velocities, expected_velocities, rtol=1e-12, atol=1e-14)
+    both = np.where(driven, 0.0, half * (2.0 * free - half))
     assert energy.sum() == pytest.approx(0.5 * (MASS[:, None] * both).sum(), rel=1e-12)
-    square = np.where(led, 0.0, velocities * velocities)
+    square = np.where(driven, 0.0, velocities * velocities)
     expected = 0.5 * (MASS[:, None] * square).sum()
     assert node_steps.kinetic(masses, velocities) == pytest.approx(expected, rel=1e-12)
 

@@ -9,7 +9,7 @@ import pytest
 
 from contiga.errors import InputError
 from contiga.laws.friction import (
-    GRAIN,
+    MIN_POINTS,
     Coulomb,
     Friction,
     FrictionInput,
@@ -305,11 +305,11 @@ def rubbed(n: int) -> FrictionInput:
 
 @pytest.mark.parametrize("law", [Coulomb(0.4, 0.2, decay=0.3), ViscousFriction(0.3, speed=0.5)])
 def test_a_point_has_the_same_bits_alone_and_among_many_on_threads(law: Friction) -> None:
-    n = 3 * GRAIN
+    n = 3 * MIN_POINTS
     inp = rubbed(n)
     inp = inp._replace(memory=inp.memory[:, : law.n_memory])
     whole = law.respond(inp)
-    for k in (0, GRAIN - 1, GRAIN, n - 1):
+    for k in (0, MIN_POINTS - 1, MIN_POINTS, n - 1):
         rows = slice(k, k + 1)
         part = (v[rows] if isinstance(v, np.ndarray) else v for v in inp)
         for one, all_of_them in zip(law.respond(FrictionInput._make(part)), whole, strict=True):

@@ -17,9 +17,9 @@ def curve_at(curves, c, x):
         else:
             high = middle
     j = max(low - 1, first)
-    way, slope = x - curves.x[j], curves.slope[low + c]
-    y = slope * way + curves.y[j]
-    return CurvePoint(y, slope, curves.integral[j] + 0.5 * way * (curves.y[j] + y))
+    dx, slope = x - curves.x[j], curves.slope[low + c]
+    y = slope * dx + curves.y[j]
+    return CurvePoint(y, slope, curves.integral[j] + 0.5 * dx * (curves.y[j] + y))
 
 
 @kernel()

@@ -1,7 +1,7 @@
 """A force between a loading and an unloading curve, moved along a line of the slope K between them.
 
-The formulas are those of `contiga.curves.hysteresis`, which says why they hold. Pair p of `Curves`
-is the loading curve 2 p and the unloading curve 2 p + 1. Below x = 0 the force is zero.
+The formulas are those of `contiga.curves.hysteresis`, with their reasons. Pair p of `Curves` is the
+loading curve 2 p and the unloading curve 2 p + 1. Below x = 0 the force is zero.
 """
 
 from __future__ import annotations
@@ -31,27 +31,27 @@ def _meet(curves, c, slope, x, force, low, high):
             j = middle
         else:
             end = middle
-    closing = slope - curves.slope[j + c + 1]
-    way = 0.0
-    if closing > PARALLEL * slope:
-        way = max((level - (slope * curves.x[j] - curves.y[j])) / closing, 0.0)
+    slope_difference = slope - curves.slope[j + c + 1]
+    dx = 0.0
+    if slope_difference > PARALLEL * slope:
+        dx = max((level - (slope * curves.x[j] - curves.y[j])) / slope_difference, 0.0)
     last = curves.x[j + 1] if j + 1 < stop else math.inf
-    return min(max(min(curves.x[j] + way, last), low), high)
+    return min(max(min(curves.x[j] + dx, last), low), high)
 
 
 @inner()
 def _stored(curves, unloading, slope, x, force):
-    """Return the energy that an unloading from (x, force) gives back."""
+    """Return the energy that an unloading from (x, force) returns."""
     meet = _meet(curves, unloading, slope, x, force, 0.0, x)
-    way = x - meet
-    return way * (force - 0.5 * slope * way) + curve_at(curves, unloading, meet).integral
+    dx = x - meet
+    return dx * (force - 0.5 * slope * dx) + curve_at(curves, unloading, meet).integral
 
 
 @inner(linked=False)
 def hysteretic(curves, pair, slope, x_old, f_old, x):
     """Return the `Response` to a step from (x_old, f_old) to x.
 
-    A force without a past, x_old ≤ 0, starts at zero, between the curves.
+    A force without memory, x_old ≤ 0, starts at zero, between the curves.
     """
     if x < 0.0:
         return Response(0.0, 0.0, 0.0, 0.0)
@@ -62,20 +62,20 @@ def hysteretic(curves, pair, slope, x_old, f_old, x):
         start = min(max(f_old, least), curve_at(curves, loading, 0.0).value)
     upper, lower = curve_at(curves, loading, x), curve_at(curves, unloading, x)
     line = start + slope * (x - x_old)
-    # The loading curve has the last word where rounding puts the other above it.
+    # If rounding puts the unloading curve above the loading curve, the latter decides.
     force = min(max(line, lower.value), upper.value)
-    on_upper = force >= upper.value
+    is_upper = force >= upper.value
     stored = _stored(curves, unloading, slope, x, force)
     lost = 0.0
-    if on_upper and x > x_old:
-        # The work is that along the line up to the loading curve, and then along that.
+    if is_upper and x > x_old:
+        # Work along the line up to the loading curve, and then along that.
         meet = _meet(curves, loading, slope, x_old, start, x_old, x)
-        way = meet - x_old
-        along = upper.integral - curve_at(curves, loading, meet).integral
-        work = way * (start + 0.5 * slope * way) + along
+        dx = meet - x_old
+        on_curve = upper.integral - curve_at(curves, loading, meet).integral
+        work = dx * (start + 0.5 * slope * dx) + on_curve
         lost = work - (stored - _stored(curves, unloading, slope, x_old, start))
     stiffness = slope
-    if on_upper:
+    if is_upper:
         stiffness = upper.slope
     elif line <= lower.value:
         stiffness = lower.slope

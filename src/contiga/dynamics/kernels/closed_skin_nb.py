@@ -18,9 +18,9 @@ NORMAL, SIDES, AREA, VOLUME = 9, 12, 13, 14
 volume of a tetrahedron on the facet."""
 SIZE = (VOLUME + 1) * LANES
 SIXTH = 1.0 / 6.0
-"""Multiplied by: divisions would take half of the time of a block."""
+"""Factor in place of divisions, which would take half of the time of a block."""
 AT_NODES = 4
-"""Numbers that are summed at nodes: the three of NORMAL, and SIDES."""
+"""Numbers of a facet that are summed at nodes: the three of NORMAL, and SIDES."""
 
 
 @inner(linked=False)
@@ -48,15 +48,6 @@ def _measure(bank, x, y, z):
         bank[VOLUME * LANES + lane] = SIXTH * volume
 
 
-@inner()
-def _put(bank, facets, areas):
-    """Copy the numbers that nodes sum, facet by facet, and the areas."""
-    for lane in range(LANES):
-        for k in range(AT_NODES):
-            facets[lane, k] = bank[(NORMAL + k) * LANES + lane]
-        areas[lane] = bank[AREA * LANES + lane]
-
-
 @kernel()
 def measure_facets(points, corners, facets, areas, volumes, start, stop):
     """Measure blocks start … stop of facets with `corners` (b, 3, LANES), rows of the points.
@@ -70,7 +61,10 @@ def measure_facets(points, corners, facets, areas, volumes, start, stop):
     for b in range(start, stop):
         gather(points, corners[b], 3, bank)
         _measure(bank, x, y, z)
-        _put(bank, facets[b], areas[b])
+        for lane in range(LANES):
+            for k in range(AT_NODES):
+                facets[b, lane, k] = bank[(NORMAL + k) * LANES + lane]
+            areas[b, lane] = bank[AREA * LANES + lane]
         volumes[b] = total(bank, VOLUME)
 
 

@@ -100,12 +100,14 @@ def flux(upstream, downstream, temperature, gamma, constant):
 
 
 @inner(error_model="numpy")
-def _flow(tables, now, o, here, there, time):
-    """Find the `Flow` through opening o from row `here` to row `there`; marks a vent that opens."""
+def _flow(tables, now, o, chamber, neighbour, time):
+    """Find the `Flow` through opening o between two rows; marks a vent that opens."""
     gases, openings = tables.gases, tables.openings
-    inside, outside = _pressure(gases, now, here), _pressure(gases, now, there)
+    inside, outside = _pressure(gases, now, chamber), _pressure(gases, now, neighbour)
     excess = inside - outside
-    source, high, low = (here, inside, outside) if excess >= 0.0 else (there, outside, inside)
+    source, high, low = (
+        (chamber, inside, outside) if excess >= 0.0 else (neighbour, outside, inside)
+    )
     since = time - now.opened[o]
     area = 0.0
     if not openings.waits[o] or since >= 0.0:
@@ -167,34 +169,34 @@ def _flow_through(tables, now, o, time, dt):
     remaining time. Farther away the midpoint method takes substeps.
     """
     gases, chambers = tables.gases, now.came.shape[0]
-    here, there = tables.openings.here[o], tables.openings.there[o]
-    half_here, half_there = 2 * chambers, 2 * chambers + 1
-    is_internal = there < chambers
-    sides = (here, there if is_internal else -1)
-    half_sides = (half_here, half_there if is_internal else -1)
+    chamber, neighbour = tables.openings.chamber[o], tables.openings.neighbour[o]
+    half_chamber, half_neighbour = 2 * chambers, 2 * chambers + 1
+    is_internal = neighbour < chambers
+    sides = (chamber, neighbour if is_internal else -1)
+    half_sides = (half_chamber, half_neighbour if is_internal else -1)
     enthalpy, remaining = 0.0, dt
     while remaining > 0.0:
-        rate, excess, source = _flow(tables, now, o, here, there, time)
+        rate, excess, source = _flow(tables, now, o, chamber, neighbour, time)
         if rate == 0.0:
             break
-        fall = _pressure_by_mass(gases, now, here, source)
-        least_mass = mass_of(now.masses[here])
+        fall = _pressure_by_mass(gases, now, chamber, source)
+        least_mass = mass_of(now.masses[chamber])
         if is_internal:
-            fall += _pressure_by_mass(gases, now, there, source)
-            least_mass = min(least_mass, mass_of(now.masses[there]))
+            fall += _pressure_by_mass(gases, now, neighbour, source)
+            least_mass = min(least_mass, mass_of(now.masses[neighbour]))
         fall *= abs(rate)
         linear_time = abs(excess) / fall if fall > 0.0 else math.inf
-        if abs(excess) <= SMALL_DIFFERENCE * _pressure(gases, now, here):
+        if abs(excess) <= SMALL_DIFFERENCE * _pressure(gases, now, chamber):
             # By the square root law the pressures equalise after twice the linear time.
             share = 0.5 * remaining / linear_time
             mass = rate * (linear_time if share >= 1.0 else 0.5 * remaining * (2.0 - share))
             enthalpy += _move(gases, now, sides, mass, source)
             break
         substep = min(remaining, MAX_SHARE * least_mass / abs(rate), 0.25 * linear_time)
-        _copy(now, here, half_here)
-        _copy(now, there, half_there)
+        _copy(now, chamber, half_chamber)
+        _copy(now, neighbour, half_neighbour)
         _move(gases, now, half_sides, 0.5 * substep * rate, source)
-        rate, excess, source = _flow(tables, now, o, half_here, half_there, time)
+        rate, excess, source = _flow(tables, now, o, half_chamber, half_neighbour, time)
         enthalpy += _move(gases, now, sides, substep * rate, source)
         remaining = remaining - substep if substep < remaining else 0.0
     return enthalpy
@@ -203,10 +205,10 @@ def _flow_through(tables, now, o, time, dt):
 @inner(error_model="numpy")
 def _vent(tables, now, o, time, dt):
     """Advance the flow through opening o, and add the enthalpy exchanged with the surroundings."""
-    enthalpy, here = _flow_through(tables, now, o, time, dt), tables.openings.here[o]
-    if tables.openings.there[o] >= now.came.shape[0]:
-        now.left[here] += max(enthalpy, 0.0)
-        now.came[here] += max(-enthalpy, 0.0)
+    enthalpy, chamber = _flow_through(tables, now, o, time, dt), tables.openings.chamber[o]
+    if tables.openings.neighbour[o] >= now.came.shape[0]:
+        now.left[chamber] += max(enthalpy, 0.0)
+        now.came[chamber] += max(-enthalpy, 0.0)
 
 
 @inner(error_model="numpy")

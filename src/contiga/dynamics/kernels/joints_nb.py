@@ -96,12 +96,12 @@ def _place_markers(table, work, rows, fixed, poses):
             for k in range(3):
                 arm[k] = 0.0
             if row >= 0:
-                q, one = rows[row, TURN : TURN + 4], fixed[row]
+                q, constants = rows[row, TURN : TURN + 4], fixed[row]
                 d = direction(
                     q,
-                    point_B[0] - one[CENTRE_B],
-                    point_B[1] - one[CENTRE_B + 1],
-                    point_B[2] - one[CENTRE_B + 2],
+                    point_B[0] - constants[CENTRE_B],
+                    point_B[1] - constants[CENTRE_B + 1],
+                    point_B[2] - constants[CENTRE_B + 2],
                 )
                 for k in range(3):
                     arm[k] = d[k]
@@ -142,10 +142,10 @@ def _misfits(table, work):
             value = 0.0
             for k in range(3):
                 difference = work.points[g, 1, k] - work.points[g, 0, k]
-                along = 1.0 * (k == i)
+                component = 1.0 * (k == i)
                 if kind == OFFSET_A:
-                    along = work.axes[g, 0, i, k]
-                value += difference * along
+                    component = work.axes[g, 0, i, k]
+                value += difference * component
             misfit = abs(value) / table.size[0]
         work.right[m] = value
         if not misfit <= worst:  # NaN counts as the worst
@@ -158,21 +158,23 @@ def _derive(table, work, rows, fixed):
     """Write G, M⁻¹ Gᵀ and the inverse inertia tensors of the free bodies into `work`."""
     tensor, unit = scratch(3, 3), scratch(3)
     for b in range(rows.shape[0]):
-        q, one, inverse = rows[b, TURN : TURN + 4], fixed[b], work.inverse[b]
-        if one[SPINS] + one[SPINS + 1] + one[SPINS + 2] == 3.0:
+        q, constants, inverse = rows[b, TURN : TURN + 4], fixed[b], work.inverse[b]
+        if constants[SPINS] + constants[SPINS + 1] + constants[SPINS + 2] == 3.0:
             for i in range(3):
                 for j in range(3):
                     inverse[i, j] = 0.0
             for k in range(3):
-                a = direction(q, one[AXES + k], one[AXES + 3 + k], one[AXES + 6 + k])
+                a = direction(
+                    q, constants[AXES + k], constants[AXES + 3 + k], constants[AXES + 6 + k]
+                )
                 for i in range(3):
                     for j in range(3):
-                        inverse[i, j] += a[i] * a[j] / one[MOMENTS + k]
+                        inverse[i, j] += a[i] * a[j] / constants[MOMENTS + k]
             continue
         for k in range(3):
             for i in range(3):
                 unit[i] = 1.0 * (i == k)
-            d = spin_of(q, one, unit, tensor)
+            d = spin_of(q, constants, unit, tensor)
             for i in range(3):
                 inverse[i, k] = d[i]
     force, moment, difference, arm_moment = scratch(3), scratch(3), scratch(3), scratch(3)
@@ -397,13 +399,13 @@ def close(last, last_poses, free, poses, fixed, h, table, work):
                 row[TURN + k] = last[b, TURN + k]
             drift_turn(row, fixed[b], h, tensor)
     for b in range(rows.shape[0]):
-        row, one = rows[b], fixed[b]
+        row, constants = rows[b], fixed[b]
         for k in range(3):
-            kick = 0.5 * h * last[b, FORCE + k] / one[MASS] * one[WAYS + k]
+            kick = 0.5 * h * last[b, FORCE + k] / constants[MASS] * constants[WAYS + k]
             velocity[k] = row[VELOCITY + k] + kick
-            momentum[k] = row[MOMENTUM + k] + 0.5 * h * last[b, TORQUE + k] * one[SPINS + k]
-        place_frame(row, one, free.poses[b])
-        twist_of(row, one, free.poses[b], momentum, velocity, free.twists[b], tensor)
+            momentum[k] = row[MOMENTUM + k] + 0.5 * h * last[b, TORQUE + k] * constants[SPINS + k]
+        place_frame(row, constants, free.poses[b])
+        twist_of(row, constants, free.poses[b], momentum, velocity, free.twists[b], tensor)
     return misfit
 
 
@@ -460,38 +462,38 @@ def _row_rates(table, work):
 def _marker_accelerations(table, work, rows, fixed, poses, accelerations):
     """Write accelerations of the markers into `work.accelerations`: of free bodies by the forces
     in `rows`, of driven ones from `accelerations` (n, 6)."""
-    arm, turn, again = scratch(3), scratch(3), scratch(3)
+    arm, turn, centripetal = scratch(3), scratch(3), scratch(3)
     tensor, momentum, torque = scratch(3, 3), scratch(3), scratch(3)
     for g in range(table.bodies.shape[0]):
         for side in range(2):
             row, body = table.rows[g, side], table.bodies[g, side]
-            own, spin = work.accelerations[g, side], work.rates[g, side, 3:]
+            acceleration, spin = work.accelerations[g, side], work.rates[g, side, 3:]
             for k in range(6):
-                own[k] = 0.0
+                acceleration[k] = 0.0
             if row >= 0:
-                one = fixed[row]
-                inertia_tensor(rows[row, TURN : TURN + 4], one, tensor)
+                constants = fixed[row]
+                inertia_tensor(rows[row, TURN : TURN + 4], constants, tensor)
                 for k in range(3):
                     momentum[k] = dot(tensor[k], spin)
                 _cross(spin, momentum, turn)
                 for k in range(3):
-                    own[k] = rows[row, FORCE + k] / one[MASS] * one[WAYS + k]
+                    acceleration[k] = rows[row, FORCE + k] / constants[MASS] * constants[WAYS + k]
                     torque[k] = rows[row, TORQUE + k] - turn[k]
                     arm[k] = work.arms[g, side, k]
                 for k in range(3):
-                    own[3 + k] = dot(work.inverse[row, k], torque)
+                    acceleration[3 + k] = dot(work.inverse[row, k], torque)
             elif body >= 0:
                 for k in range(6):
-                    own[k] = accelerations[body, k]
+                    acceleration[k] = accelerations[body, k]
                 for k in range(3):
                     arm[k] = work.points[g, side, k] - poses[body, k, 3]
             else:
                 continue
             _cross(spin, arm, turn)
-            _cross(spin, turn, again)
-            _cross(own[3:], arm, turn)
+            _cross(spin, turn, centripetal)
+            _cross(acceleration[3:], arm, turn)
             for k in range(3):
-                own[k] += turn[k] + again[k]
+                acceleration[k] += turn[k] + centripetal[k]
 
 
 @inner(linked=False, error_model="numpy")
@@ -539,7 +541,7 @@ def react(free, poses, twists, accelerations, fixed, table, work, reactions):
     axes, are written and added to the forces. Returns the kinetic energy.
     """
     rows, tensor = free.rows, scratch(3, 3)
-    moment, along = scratch(3), scratch(3)
+    moment, unit = scratch(3), scratch(3)
     _place_markers(table, work, rows, fixed, poses)
     _derive(table, work, rows, fixed)
     rank = _factor(table, work)
@@ -555,14 +557,14 @@ def react(free, poses, twists, accelerations, fixed, table, work, reactions):
     _shift(table, work, work.jacobian)
     energy = 0.0
     for b in range(rows.shape[0]):
-        row, one = rows[b], fixed[b]
+        row, constants = rows[b], fixed[b]
         for k in range(3):
             row[FORCE + k] += work.shift[b, k]
             row[TORQUE + k] += work.shift[b, 3 + k]
         momentum, velocity = row[MOMENTUM : MOMENTUM + 3], row[VELOCITY : VELOCITY + 3]
-        twist_of(row, one, free.poses[b], momentum, velocity, free.twists[b], tensor)
+        twist_of(row, constants, free.poses[b], momentum, velocity, free.twists[b], tensor)
         for k in range(3):
-            energy += 0.5 * one[MASS] * velocity[k] * velocity[k]
+            energy += 0.5 * constants[MASS] * velocity[k] * velocity[k]
             energy += 0.5 * momentum[k] * free.twists[b, 3 + k]
     for g in range(reactions.shape[0]):
         for k in range(6):
@@ -575,10 +577,10 @@ def react(free, poses, twists, accelerations, fixed, table, work, reactions):
                 reactions[g, 3 + k] += work.multipliers[m] * moment[k]
         else:
             for k in range(3):
-                along[k] = 1.0 * (k == i)
+                unit[k] = 1.0 * (k == i)
                 if kind == OFFSET_A:
-                    along[k] = work.axes[g, 0, i, k]
-                reactions[g, k] += work.multipliers[m] * along[k]
+                    unit[k] = work.axes[g, 0, i, k]
+                reactions[g, k] += work.multipliers[m] * unit[k]
     return energy
 
 
@@ -592,7 +594,7 @@ def measure(poses, twists, table, points, values, rates, ways):
     with the opposite on the first body there.
     """
     at, axes = scratch(2, 3), scratch(2, 3, 3)
-    rate, turn, way = scratch(2, 6), scratch(3), scratch(3)
+    rate, turn, arm = scratch(2, 6), scratch(3), scratch(3)
     for g in range(table.bodies.shape[0]):
         body = table.bodies[g, 1]
         for k in range(3):
@@ -613,53 +615,53 @@ def measure(poses, twists, table, points, values, rates, ways):
                 continue
             pose = poses[body]
             for k in range(3):
-                way[k] = dot(pose[k], table.points_B[g, side])
-                at[side, k] = pose[k, 3] + way[k]
+                arm[k] = dot(pose[k], table.points_B[g, side])
+                at[side, k] = pose[k, 3] + arm[k]
                 for j in range(3):
                     axes[side, j, k] = dot(pose[k], table.axes_B[g, side, j])
-            _cross(twists[body, 3:], way, turn)
+            _cross(twists[body, 3:], arm, turn)
             for k in range(3):
                 rate[side, k] = twists[body, k] + turn[k]
                 rate[side, 3 + k] = twists[body, 3 + k]
-        a, b, own = axes[0], axes[1], ways[c]
+        a, b, force = axes[0], axes[1], ways[c]
         for k in range(6):
-            own[k] = 0.0
+            force[k] = 0.0
         value = 0.0
         if kind == TRAVEL:
             for k in range(3):
-                way[k] = at[1, k] - at[0, k]
-                own[k] = a[2, k]
-            value = dot(way, a[2])
+                arm[k] = at[1, k] - at[0, k]
+                force[k] = a[2, k]
+            value = dot(arm, a[2])
         elif kind == ANGLE:
             value = math.atan2(dot(b[0], a[1]), dot(b[0], a[0]))
             for k in range(3):
-                own[3 + k] = a[2, k]
+                force[3 + k] = a[2, k]
         elif kind == SECOND_ANGLE:
             value = math.atan2(dot(a[2], b[1]), dot(a[2], b[2]))
             for k in range(3):
-                own[3 + k] = b[0, k]
+                force[3 + k] = b[0, k]
         elif kind == CONE:
             _cross(a[2], b[2], turn)
             sine = math.sqrt(dot(turn, turn))
             value = math.atan2(sine, dot(a[2], b[2]))
             if sine > 0.0:  # parallel axes give no direction
                 for k in range(3):
-                    own[3 + k] = turn[k] / sine
+                    force[3 + k] = turn[k] / sine
         else:
             value = math.atan2(dot(a[1], b[0]) - dot(a[0], b[1]), dot(a[0], b[0]) + dot(a[1], b[1]))
             for k in range(3):
-                own[3 + k] = (a[2, k] + b[2, k]) / (1.0 + dot(a[2], b[2]))
+                force[3 + k] = (a[2, k] + b[2, k]) / (1.0 + dot(a[2], b[2]))
         if kind in (ANGLE, SECOND_ANGLE, TWIST):
             value += 2.0 * math.pi * math.floor((values[c] - value) / (2.0 * math.pi) + 0.5)
         values[c] = value
         rates[c] = 0.0
         for k in range(3):
             # The first body carries the second's marker with it.
-            rates[c] += own[3 + k] * (rate[1, 3 + k] - rate[0, 3 + k])
+            rates[c] += force[3 + k] * (rate[1, 3 + k] - rate[0, 3 + k])
         if kind == TRAVEL:
-            _cross(rate[0, 3:], way, turn)
+            _cross(rate[0, 3:], arm, turn)
             for k in range(3):
-                rates[c] += own[k] * (rate[1, k] - rate[0, k] - turn[k])
+                rates[c] += force[k] * (rate[1, k] - rate[0, k] - turn[k])
 
 
 @kernel(error_model="numpy")

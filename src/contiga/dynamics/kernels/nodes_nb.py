@@ -1,7 +1,7 @@
-"""Nodes of masses, one step of a leapfrog: half a kick, a drift, half a kick.
+"""Nodes with masses, one step of a leapfrog: half a kick, a drift, half a kick.
 
-In one pass over the nodes, and in stages over blocks of them, as numbers in a row: so they become
-vector code, and make no arrays on the way.
+One pass over the nodes goes through all stages block by block, with the coordinates of a block as
+numbers in a row. So the stages become vector code, and no intermediate arrays are made.
 """
 
 from __future__ import annotations
@@ -11,24 +11,25 @@ from contiga.jit import inner, kernel
 from contiga.jit.scratch import scratch, zero_scratch
 
 BLOCK = 384
-"""Numbers at a time, of 128 nodes, which energies are sums of."""
+"""Numbers in a block, of 128 nodes; each block has one sum of energies."""
 
 
 @inner(linked=False)
 def _add(forces, first, out):
-    """Add numbers of (n, 3) from `first` on, where there are any."""
+    """Add a block of forces (n, 3) that begins at number `first`; (0, 3) stands for zeros."""
     if forces.shape[0] > 0:
-        some = forces.reshape(-1)[first : first + out.shape[0]]
+        block = forces.reshape(-1)[first : first + out.shape[0]]
         for k in range(out.shape[0]):
-            out[k] += some[k]
+            out[k] += block[k]
 
 
 @inner(linked=False)
 def _add_listed(listed, j, first, out):
-    """Add the forces listed from place j on to numbers from `first` on; returns the next place."""
+    """Add the listed forces, from place j of the list on, to a block that begins at number `first`,
+    and return the next place."""
     rows, forces = listed
-    node, past = first // 3, (first + out.shape[0]) // 3
-    while j < rows.shape[0] and rows[j] < past:
+    node, end = first // 3, (first + out.shape[0]) // 3
+    while j < rows.shape[0] and rows[j] < end:
         k = 3 * (rows[j] - node)
         for i in range(3):
             out[k + i] += forces[j, i]
@@ -37,35 +38,43 @@ def _add_listed(listed, j, first, out):
 
 
 @inner(linked=False)
-def _put(ways, first, values, out):
-    """Put values into numbers from `first` on where `ways` (n, 3) says so, if there are any."""
-    if ways.shape[0] > 0:
-        some = ways.reshape(-1)[first : first + out.shape[0]]
+def _overwrite(mask, first, values, out):
+    """Overwrite a block, which begins at number `first`, by values where `mask` (n, 3) is true; an
+    empty mask is false everywhere."""
+    if mask.shape[0] > 0:
+        block = mask.reshape(-1)[first : first + out.shape[0]]
         for k in range(out.shape[0]):
-            if some[k]:
+            if block[k]:
                 out[k] = values[k]
 
 
 @inner(linked=False)
-def _per_mass(mass, gravity, out):
-    """Accelerations of forces, in their place."""
+def _divide_by_mass(mass, gravity, out):
+    """Turn forces into accelerations, in place."""
     for k in range(out.shape[0]):
         out[k] = out[k] / mass[k] + gravity[k]
 
 
 @inner(linked=False)
-def _three_of_each(mass, out):
-    """Masses of nodes, for each of their numbers."""
+def _repeat_masses(mass, out):
+    """Write the mass of each node three times, once for each of its coordinates."""
     for k in range(out.shape[0] // 3):
         out[3 * k] = out[3 * k + 1] = out[3 * k + 2] = mass[k]
 
 
 @inner()
-def _accelerations(masses, acting, place, rows, out):
-    """Write the accelerations from number `first` on, place = (first, its row in the list), and
-    return the next row.
+def _repeat_vector(vector, out):
+    """Write the three numbers of a vector again and again."""
+    for k in range(out.shape[0]):
+        out[k] = vector[k % 3]
 
-    `rows` are gravity, again and again, zeros, and what masses are written into.
+
+@inner()
+def _accelerations(masses, acting, place, rows, out):
+    """Write the accelerations of a block, place = (its first number, its place j in the list of
+    contact forces), and return the next j.
+
+    `rows` (BLOCK,) each are repeated gravity, zeros, and an array for the masses.
     """
     first, j = place
     out[:] = 0.0
@@ -75,53 +84,46 @@ def _accelerations(masses, acting, place, rows, out):
     _add(acting.loads, first, out)
     _add(acting.drag, first, out)
     gravity, zeros, mass = rows
-    _three_of_each(masses.mass[first // 3 :], mass[: out.shape[0]])
-    _per_mass(mass, gravity, out)
-    _put(masses.held, first, zeros, out)
+    _repeat_masses(masses.mass[first // 3 :], mass[: out.shape[0]])
+    _divide_by_mass(mass, gravity, out)
+    _overwrite(masses.held, first, zeros, out)
     return j
 
 
-@inner()
-def _in_a_row(gravity, out):
-    """Three numbers again and again."""
+@inner(linked=False)
+def _drift_points(last, accelerations, dt, half, points):
+    """Write the mid-step velocities, and the points at the end of the step."""
+    points_before, velocities_before = last
+    for k in range(accelerations.shape[0]):
+        half[k] = velocities_before[k] + 0.5 * dt * accelerations[k]
+    for k in range(accelerations.shape[0]):
+        points[k] = points_before[k] + dt * half[k]
+
+
+@inner(linked=False)
+def _predict_velocities(velocities_before, accelerations, dt, velocities):
+    """Write the velocities at the end of a step by the accelerations at its start."""
+    for k in range(accelerations.shape[0]):
+        velocities[k] = velocities_before[k] + dt * accelerations[k]
+
+
+@inner(linked=False)
+def _kick_velocities(half, dt, damping_factor, out):
+    """Write the velocities at the end of a step in place of the accelerations there."""
     for k in range(out.shape[0]):
-        out[k] = gravity[k % 3]
+        out[k] = (half[k] + 0.5 * dt * out[k]) * damping_factor
 
 
 @inner(linked=False)
-def _moved(last, kick, dt, half, points):
-    """Velocities of the middle of a step, and points at its end."""
-    before, speed = last
-    for k in range(kick.shape[0]):
-        half[k] = speed[k] + 0.5 * dt * kick[k]
-    for k in range(kick.shape[0]):
-        points[k] = before[k] + dt * half[k]
+def _energy_terms(half, velocities, mass, out):
+    """Write m v₋·v₊ for each number, with v₋ `half` and v₊ its extrapolation by `velocities`."""
+    for k in range(out.shape[0]):
+        out[k] = mass[k] * half[k] * (2.0 * velocities[k] - half[k])
 
 
 @inner(linked=False)
-def _foreseen(before, kick, dt, velocities):
-    """Velocities that half a kick more gives."""
-    for k in range(kick.shape[0]):
-        velocities[k] = before[k] + dt * kick[k]
-
-
-@inner(linked=False)
-def _kicked(half, dt, kept, kick):
-    """Velocities at the end of a step, in place of accelerations."""
-    for k in range(kick.shape[0]):
-        kick[k] = (half[k] + 0.5 * dt * kick[k]) * kept
-
-
-@inner(linked=False)
-def _products(half, velocities, mass, square):
-    """m v₋·v₊, number by number: v₊ is as far beyond the velocity at the end as v₋ before it."""
-    for k in range(square.shape[0]):
-        square[k] = mass[k] * half[k] * (2.0 * velocities[k] - half[k])
-
-
-@inner(linked=False)
-def _total(values):
-    """The sum of a block, which is used up: halves are added until there are three numbers."""
+def _block_sum(values):
+    """Return the sum of a block by pairwise halving down to three numbers; overwrites it."""
     width = BLOCK // 2
     while width >= 3:
         for k in range(width):
@@ -131,73 +133,74 @@ def _total(values):
 
 
 @inner()
-def _energy(led, first, speeds, rows, square):
-    """½ Σ m v₋·v₊ of what forces move, of numbers from `first` on; `square` (BLOCK,) is used up."""
-    half, velocities = speeds
+def _energy(driven, first, velocities, rows, terms):
+    """Return ½ Σ m v₋·v₊ of a block without driven numbers; overwrites `terms` (BLOCK,)."""
+    half, end = velocities
     n = half.shape[0]
-    _products(half, velocities, rows[2], square[:n])
-    _put(led, first, rows[1], square[:n])
-    square[n:] = 0.0
-    return 0.5 * _total(square)
+    _energy_terms(half, end, rows[2], terms[:n])
+    _overwrite(driven, first, rows[1], terms[:n])
+    terms[n:] = 0.0
+    return 0.5 * _block_sum(terms)
 
 
 @kernel()
 def accelerate(masses, acting, out, start, stop):
     """Write the accelerations (n, 3) of nodes start … stop."""
     rows, flat = (scratch(BLOCK), zero_scratch(BLOCK), scratch(BLOCK)), out.reshape(-1)
-    _in_a_row(acting.gravity, rows[0])
+    _repeat_vector(acting.gravity, rows[0])
     j = count_below(acting.rows, start)
     for first in range(3 * start, 3 * stop, BLOCK):
-        some = flat[first : min(first + BLOCK, 3 * stop)]
-        j = _accelerations(masses, acting, (first, j), rows, some)
+        block = flat[first : min(first + BLOCK, 3 * stop)]
+        j = _accelerations(masses, acting, (first, j), rows, block)
 
 
 @kernel()
 def drift(masses, acting, last, dt, out, start, stop):
-    """Nodes start … stop a step on, the velocities of its middle and those foreseen at its end."""
-    rows, kicks = (scratch(BLOCK), zero_scratch(BLOCK), scratch(BLOCK)), scratch(BLOCK)
-    _in_a_row(acting.gravity, rows[0])
+    """Write points, mid-step velocities and predicted velocities of nodes start … stop."""
+    rows, block = (scratch(BLOCK), zero_scratch(BLOCK), scratch(BLOCK)), scratch(BLOCK)
+    _repeat_vector(acting.gravity, rows[0])
     j = count_below(acting.rows, start)
     points, velocities = out.points.reshape(-1), out.velocities.reshape(-1)
-    before, speed = last.points.reshape(-1), last.velocities.reshape(-1)
+    points_before, velocities_before = last.points.reshape(-1), last.velocities.reshape(-1)
     halves = out.half.reshape(-1)
     for first in range(3 * start, 3 * stop, BLOCK):
-        past = min(first + BLOCK, 3 * stop)
-        kick = kicks[: past - first]
-        j = _accelerations(masses, acting, (first, j), rows, kick)
-        some = before[first:past], speed[first:past]
-        _moved(some, kick, dt, halves[first:past], points[first:past])
-        _foreseen(speed[first:past], kick, dt, velocities[first:past])
+        end = min(first + BLOCK, 3 * stop)
+        accelerations = block[: end - first]
+        j = _accelerations(masses, acting, (first, j), rows, accelerations)
+        before = points_before[first:end], velocities_before[first:end]
+        _drift_points(before, accelerations, dt, halves[first:end], points[first:end])
+        _predict_velocities(before[1], accelerations, dt, velocities[first:end])
 
 
 @kernel()
-def kick(masses, acting, given, out, start, stop):
-    """Velocities of nodes start … stop at the end of a step, and kinetic energies of blocks.
+def kick(masses, acting, mid, out, start, stop):
+    """Write the velocities of nodes start … stop at the end of a step, and energies of blocks.
 
-    Damping acts by the velocity that it leaves, so that it is of second order and stable.
+    `mid` is a `Kick`. Damping is implicit, by the velocity at the end, so that it is of second
+    order and stable.
     """
-    rows, squares = (scratch(BLOCK), zero_scratch(BLOCK), scratch(BLOCK)), scratch(BLOCK)
-    _in_a_row(acting.gravity, rows[0])
+    rows, terms = (scratch(BLOCK), zero_scratch(BLOCK), scratch(BLOCK)), scratch(BLOCK)
+    _repeat_vector(acting.gravity, rows[0])
     j = count_below(acting.rows, start)
-    kept = 1.0 / (1.0 + 0.5 * given.dt * given.damping)
-    halves, foreseen = given.half.reshape(-1), given.foreseen.reshape(-1)
+    damping_factor = 1.0 / (1.0 + 0.5 * mid.dt * mid.damping)
+    halves, predicted = mid.half.reshape(-1), mid.predicted.reshape(-1)
     velocities = out.velocities.reshape(-1)
     for first in range(3 * start, 3 * stop, BLOCK):
-        past = min(first + BLOCK, 3 * stop)
-        speed, half = velocities[first:past], halves[first:past]
-        j = _accelerations(masses, acting, (first, j), rows, speed)
-        _kicked(half, given.dt, kept, speed)
-        _put(masses.led, first, foreseen[first:past], speed)
-        out.energy[first // BLOCK] = _energy(masses.led, first, (half, speed), rows, squares)
+        end = min(first + BLOCK, 3 * stop)
+        block, half = velocities[first:end], halves[first:end]
+        j = _accelerations(masses, acting, (first, j), rows, block)
+        _kick_velocities(half, mid.dt, damping_factor, block)
+        _overwrite(masses.driven, first, predicted[first:end], block)
+        out.energy[first // BLOCK] = _energy(masses.driven, first, (half, block), rows, terms)
 
 
 @kernel()
 def kinetic(masses, velocities, out, start, stop):
-    """½ Σ m v² of blocks of nodes start … stop, of what forces move."""
-    squares, mass, flat = scratch(BLOCK), scratch(BLOCK), velocities.reshape(-1)
+    """Write ½ Σ m v² of blocks of nodes start … stop without driven degrees of freedom."""
+    terms, mass, flat = scratch(BLOCK), scratch(BLOCK), velocities.reshape(-1)
     rows = mass, zero_scratch(BLOCK), mass
     for first in range(3 * start, 3 * stop, BLOCK):
-        past = min(first + BLOCK, 3 * stop)
-        speed = flat[first:past]
-        _three_of_each(masses.mass[first // 3 :], mass[: past - first])
-        out[first // BLOCK] = _energy(masses.led, first, (speed, speed), rows, squares)
+        end = min(first + BLOCK, 3 * stop)
+        block = flat[first:end]
+        _repeat_masses(masses.mass[first // 3 :], mass[: end - first])
+        out[first // BLOCK] = _energy(masses.driven, first, (block, block), rows, terms)

@@ -1,4 +1,4 @@
 """Kernels of laws:
 
-- friction_nb: the return to Coulomb's cone, and viscous friction
+- friction_nb: the return mapping to Coulomb's cone, and viscous friction
 """

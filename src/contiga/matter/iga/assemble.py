@@ -1,4 +1,4 @@
-"""Assembly of spline surfaces and a material to a shell as matter."""
+"""Assembly of a shell, as matter, from spline surfaces and a material."""
 
 from __future__ import annotations
 
@@ -23,10 +23,10 @@ from contiga.patches.nodes import SurfaceNodes, surface_nodes
 from contiga.patches.points import SplinePoints
 from contiga.records import FloatArray, IntArray
 
-LAYERS = 3
-"""Gauss points through the thickness, of materials that are asked layer by layer."""
+N_LAYERS = 3
+"""Gauss points through the thickness, for materials that are integrated layer by layer."""
 RULES = {"gauss": gauss, "grid": midpoints}
-"""Of points that elements do not share."""
+"""Rules for contact points inside elements."""
 
 
 def assemble_shell(
@@ -45,43 +45,44 @@ def assemble_shell(
     slope_stiffness: float | None = None,
     rest: FloatArray | None = None,
 ) -> Shell:
-    """A shell, or a membrane, on spline surfaces as matter.
+    """Return a shell, or a membrane, on spline surfaces as matter.
 
     Parameters
     ----------
     surfaces : patches of degrees 1 to 5 that share the control points of their joints, or their
-        `Net`; where the shell starts
+        `Net`; the shell at the start
     material : one of `contiga.materials` that is for membranes
     density : mass / volume
     thickness : length
-    bending : share of the bending stiffness of a solid sheet; 0 is a membrane
-    layers : Gauss points through the thickness; None for as many as the material needs: none where
+    bending : bending stiffness over that of a solid sheet; 0 is a membrane
+    layers : Gauss points through the thickness; None for as many as the material needs: none if
         forces and moments follow from the middle surface (`Elastic`, `Fabric`), else 3
-    rule : Gauss points of an element in each direction; its degrees and 1 if omitted. With 2
+    rule : Gauss points of an element in each direction; its degrees plus 1 if omitted. With 2
         at degree 2 thin shells lock less, and take less than half the time
-    contact : what `Shell.points` are, the nodes of a slave: "nodes", which elements and patches
+    contact : kind of `Shell.points`, the nodes of a slave: "nodes", which elements and patches
         share (`contiga.patches.nodes`); points of Gauss's rule ("gauss") or the middles of equal
         parts of the parameters ("grid"), none of which is on an edge
-    points : of them of an element in each direction; its degrees and 1 if omitted, of nodes 2
+    points : number of these points of an element in each direction; its degrees plus 1 if omitted,
+        2 for nodes
     tolerance : length within which control points of joints are the same
-    symmetry : edges that keep their angle to a plane
-    slope_stiffness : of the springs that keep slopes there and across joints, in parts of what an
-        element resists by: a spring turns as a strip of 1/slope_stiffness of an element does. If
-        omitted as much as shortens no step, 2 (width/thickness)², and 10 at least
-    rest : (m, 3) control points, in the order of the net's, where no element is strained; those of
-        the surfaces if omitted
+    symmetry : edges whose angle to a plane is held
+    slope_stiffness : stiffness of the springs that hold slopes there and across joints, over that
+        of an element: a spring turns as a strip of 1/slope_stiffness of an element does. If omitted
+        the largest that does not shorten the step, 2 (width/thickness)², but at least 10
+    rest : (m, 3) control points, in the order of the net, at which no element is strained; those
+        of the surfaces if omitted
 
     Raises
     ------
     InputError
-        A number outside its range, a material that is not for membranes, a patch of degree 1 that
-        is to bend, and what `join` refuses.
+        A number outside its range, a material that is not for membranes, a patch of degree 1 with
+        bending, and all that `join` refuses.
 
     Notes
     -----
-    A patch is cut along knots that stand as often as its degree; there its slope is kept by springs
-    as well. Masses are lumped, and so checkerboards of control points are slow: the more so the
-    higher the degree. Degree 2 is the one for what swings.
+    A patch is cut along knots whose multiplicity is its degree; springs hold its slope there, too.
+    Masses are lumped, which makes checkerboard modes of control points slow, more so at higher
+    degrees. Use degree 2 for vibrations.
 
     Examples
     --------
@@ -102,24 +103,34 @@ def assemble_shell(
     density, thickness = positive(density, "density"), positive(thickness, "thickness")
     share = not_negative(bending, "bending")
     net = surfaces if isinstance(surfaces, Net) else join(surfaces, tolerance)
-    straight_lines = [piece.patch for piece in net.pieces if min(piece.degrees) < 2]
-    if share > 0.0 and straight_lines:
+    straight_patches = [piece.patch for piece in net.pieces if min(piece.degrees) < 2]
+    if share > 0.0 and straight_patches:
         raise InputError(
             "what is of degree 1 in a direction does not bend",
-            where=f"surfaces[{straight_lines[0]}]",
+            where=f"surfaces[{straight_patches[0]}]",
             allowed="degrees 2 to 5, or bending = 0 for a membrane",
             remedy="Raise its degrees: NurbsSurface.elevate",
         )
     coefficients = material.coefficients("tri3", thickness)
     if layers is None:
-        layers = 0 if len(coefficients.bending) else LAYERS
+        layers = 0 if len(coefficients.bending) else N_LAYERS
     section = _section(coefficients, thickness, share, whole_number(layers, "layers", 0))
-    along = getattr(material, "direction", None)
-    if along is not None and along.shape != (3,):
-        raise InputError("of a shell is one", where="direction", found=along.shape, allowed="(3,)")
-    counts = None if rule is None else whole_number(rule, "rule", 1)
+    direction = getattr(material, "direction", None)
+    if direction is not None and direction.shape != (3,):
+        raise InputError(
+            "of a shell is one", where="direction", found=direction.shape, allowed="(3,)"
+        )
+    n_gauss = None if rule is None else whole_number(rule, "rule", 1)
     unstrained = net if rest is None else net._replace(points=rest)
-    groups, mass, nodes_of_rows = _groups(unstrained, section, counts, along)
+    elements_by_degrees, areas = _elements(unstrained, n_gauss, direction)
+    groups: list[ShellGroup] = []
+    nodes_of_rows: list[IntArray] = []
+    first_row = first_memory = 0
+    for elements in elements_by_degrees:
+        group, nodes = _group(section, elements, len(net.points), first_row, first_memory)
+        groups.append(group)
+        nodes_of_rows.append(nodes)
+        first_row, first_memory = group.rows.stop, group.memory.stop
     rigidity = coefficients.modulus * share * thickness**3 / 12.0
     if slope_stiffness is not None:
         slope_stiffness = positive(slope_stiffness, "slope_stiffness")
@@ -127,17 +138,18 @@ def assemble_shell(
     if share > 0.0:
         slopes = slope_tables(unstrained, symmetry, Bending(rigidity, thickness, slope_stiffness))
     one_of("contact", contact, ("nodes", *RULES))
+    count = None
+    if points is not None:
+        count = whole_number(points, "points", 2 if contact == "nodes" else 1)
+    contact_points: SplinePoints | SurfaceNodes
     if contact == "nodes":
-        each = None if points is None else whole_number(points, "points", 2)
-        of_contact: SplinePoints | SurfaceNodes = surface_nodes(net, each)
+        contact_points = surface_nodes(net, count)
     else:
-        each = None if points is None else whole_number(points, "points", 1)
-        of_contact = points_of(net, RULES[contact], each)
+        contact_points = points_of(net, RULES[contact], count)
     if slopes is not None:
         nodes_of_rows.append(slopes.nodes.ravel())
     sums = node_sums(np.concatenate(nodes_of_rows), len(net.points))
-    masses = density * thickness * mass
-    return Shell(net, thickness, groups, sums, masses, slopes, of_contact)
+    return Shell(net, thickness, groups, sums, density * thickness * areas, slopes, contact_points)
 
 
 class _Section(NamedTuple):
@@ -145,7 +157,7 @@ class _Section(NamedTuple):
 
     coefficients: Coefficients
     bending: FloatArray
-    """(4,) D of the moments, where they follow from the middle surface."""
+    """(4,) D of the moments, if they follow from the middle surface."""
     layers: FloatArray
     """(l, 2) heights and shares of the thickness."""
 
@@ -166,6 +178,7 @@ class _Elements(NamedTuple):
 
 
 def _section(coefficients: Coefficients, thickness: float, share: float, layers: int) -> _Section:
+    """Return the section of a shell with a `share` of the bending stiffness of a solid sheet."""
     if share == 0.0:
         return _Section(coefficients, np.zeros(4), np.zeros((0, 2)))
     if layers == 0:
@@ -178,55 +191,50 @@ def _section(coefficients: Coefficients, thickness: float, share: float, layers:
             )
         bending = coefficients.bending * (share * thickness**2 / 12.0)
         return _Section(coefficients, bending, np.zeros((0, 2)))
-    heights = gauss(layers)
-    # A lever shorter by √share bends by that share of the stiffness.
-    levers = (heights.points - 0.5) * (thickness * np.sqrt(share))
-    return _Section(coefficients, np.zeros(4), np.stack([levers, heights.weights], axis=1))
+    rule = gauss(layers)
+    # Heights times √share give that share of the bending stiffness.
+    heights = (rule.points - 0.5) * (thickness * np.sqrt(share))
+    return _Section(coefficients, np.zeros(4), np.stack([heights, rule.weights], axis=1))
 
 
-def _groups(
-    net: Net, section: _Section, rule: int | None, along: FloatArray | None
-) -> tuple[list[ShellGroup], FloatArray, list[IntArray]]:
-    """Return all elements as kernels take them, areas of control points, and the nodes of rows."""
-    area = np.zeros(len(net.points))
-    kinds: dict[tuple[int, int], list[_Elements]] = {}
+def _elements(
+    net: Net, n_gauss: int | None, direction: FloatArray | None
+) -> tuple[list[_Elements], FloatArray]:
+    """Return all elements by pairs of degrees, and the areas (m,) of the control points."""
+    areas = np.zeros(len(net.points))
+    by_degrees: dict[tuple[int, int], list[_Elements]] = {}
     for piece in net.pieces:
         p, q = piece.degrees
-        grid = grid_of(piece, (gauss(rule or p + 1), gauss(rule or q + 1)))
-        rest = at_rest(net, grid.at, along)
+        grid = grid_of(piece, (gauss(n_gauss or p + 1), gauss(n_gauss or q + 1)))
+        rest = at_rest(net, grid.at, direction)
         weights = grid.weights * rest.area
         shares = (grid.at.values[:, VALUE] * weights[:, None]).ravel()
-        area += np.bincount(grid.at.control.ravel(), weights=shares, minlength=len(area))
-        of_elements = _Elements(
+        areas += np.bincount(grid.at.control.ravel(), weights=shares, minlength=len(areas))
+        elements = _Elements(
             grid.by_element(grid.at.control)[:, 0],
             grid.by_element(grid.at.values[:, VALUE]),
             grid.by_element(rest.basis),
             grid.by_element(rest.curvature),
             grid.by_element(weights),
         )
-        kinds.setdefault((p, q), []).append(of_elements)
-    groups: list[ShellGroup] = []
-    nodes_of_rows: list[IntArray] = []
-    first = remembered = 0
-    for parts in kinds.values():
-        whole = _Elements(*(np.concatenate(arrays) for arrays in zip(*parts, strict=True)))
-        group, nodes = _group(section, whole, len(net.points), first, remembered)
-        groups.append(group)
-        nodes_of_rows.append(nodes)
-        first, remembered = group.rows.stop, group.memory.stop
-    return groups, area, nodes_of_rows
+        by_degrees.setdefault((p, q), []).append(elements)
+    joined = [
+        _Elements(*(np.concatenate(arrays) for arrays in zip(*parts, strict=True)))
+        for parts in by_degrees.values()
+    ]
+    return joined, areas
 
 
 def _group(
     section: _Section,
     elements: _Elements,
     n_nodes: int,
-    first: int,
-    remembered: int,
+    first_row: int,
+    first_memory: int,
 ) -> tuple[ShellGroup, IntArray]:
-    """Return elements as kernels take them, and the control points of their rows.
+    """Return the tables of elements for kernels, and the control point of each of their rows.
 
-    Rows and memory begin at `first` and `remembered`.
+    Their rows and their memory begin at `first_row` and `first_memory`.
     """
     count, points = elements.weights.shape
     sums, nodes_of_rows = block_sums(elements.control, n_nodes)
@@ -245,7 +253,7 @@ def _group(
         section.layers,
         sums,
     )
-    kept = len(tables.nodes) * LANES * points * max(len(section.layers), 1) * material.memory
-    rows = slice(first, first + len(nodes_of_rows))
-    memory = slice(remembered, remembered + kept)
+    size = len(tables.nodes) * LANES * points * max(len(section.layers), 1) * material.memory
+    rows = slice(first_row, first_row + len(nodes_of_rows))
+    memory = slice(first_memory, first_memory + size)
     return ShellGroup(elements.control, elements.values, tables, rows, memory), nodes_of_rows

@@ -19,37 +19,37 @@ from contiga.records import FloatArray
 
 
 def gauss(count: int) -> Rule:
-    """Gauss's rule."""
+    """Return Gauss's rule on 0 … 1."""
     points, weights = np.polynomial.legendre.leggauss(count)
     return Rule(0.5 * (points + 1.0), 0.5 * weights)
 
 
 def midpoints(count: int) -> Rule:
-    """The midpoints of as many equal parts."""
+    """Return the midpoint rule on 0 … 1."""
     return Rule((np.arange(count) + 0.5) / count, np.full(count, 1.0 / count))
 
 
 class Grid(NamedTuple):
-    """Points of all elements of a piece; those along v are first to run, through all elements."""
+    """Points of all elements of a piece, with v running fastest through all elements."""
 
     shape: tuple[int, int]
-    """Of the grid of elements."""
+    """Numbers of elements in u and in v."""
     points: tuple[int, int]
-    """Of an element in u and in v."""
+    """Numbers of points of an element in u and in v."""
     at: BasisAt
-    """Basis functions, with degrees of freedom of the net for control points."""
+    """Basis functions, with numbers of the net for the control points."""
     weights: FloatArray
-    """(k,) in the parameters."""
+    """(k,) integration weights in the parameters."""
 
     def by_element(self, values: NDArray[Any]) -> NDArray[Any]:
-        """Values (k, …) as (e, g, …)."""
+        """Return values (k, …) at points as (e, g, …)."""
         (e, f), (g, h) = self.shape, self.points
         grid = values.reshape(e, g, f, h, *values.shape[1:]).swapaxes(1, 2)
         return np.ascontiguousarray(grid.reshape(e * f, g * h, *values.shape[1:]))
 
 
 def grid_of(piece: Piece, rules: tuple[Rule, Rule]) -> Grid:
-    """Points of the elements of a piece by a rule in u and one in v."""
+    """Return the points of the elements of a piece by a rule in u and one in v."""
     parameters, weights, shape = [], [], []
     for knots, rule in zip(piece.knots, rules, strict=True):
         spans = elements_of(knots)
@@ -59,11 +59,12 @@ def grid_of(piece: Piece, rules: tuple[Rule, Rule]) -> Grid:
         shape.append(len(spans))
     at = _at_grid(piece, parameters[0], parameters[1])
     counts = len(rules[0].points), len(rules[1].points)
-    both = (weights[0][:, None] * weights[1]).ravel()
-    return Grid((shape[0], shape[1]), counts, at, both)
+    weights_uv = (weights[0][:, None] * weights[1]).ravel()
+    return Grid((shape[0], shape[1]), counts, at, weights_uv)
 
 
 def _at_grid(piece: Piece, u: FloatArray, v: FloatArray) -> BasisAt:
+    """Return the basis at a grid of parameters (n,) and (m,)."""
     uv = np.stack(np.meshgrid(u, v, indexing="ij"), axis=2).reshape(-1, 2)
     return on_net(piece, uv)
 
@@ -81,8 +82,8 @@ class AtRest(NamedTuple):
     """(k, 3) B₁₁, B₂₂, B₁₂."""
 
 
-def at_rest(net: Net, at: BasisAt, along: FloatArray | None) -> AtRest:
-    """A shell at rest at points; its first axis lies along S_u, or along a direction (3,).
+def at_rest(net: Net, at: BasisAt, direction: FloatArray | None) -> AtRest:
+    """Return a shell at rest at points; its first axis is along S_u, or a direction (3,).
 
     Raises
     ------
@@ -92,9 +93,9 @@ def at_rest(net: Net, at: BasisAt, along: FloatArray | None) -> AtRest:
     a, b = at.of(U, net.points), at.of(V, net.points)
     normal = np.cross(a, b)
     area = _lengths(normal)
-    flat = ~(area > PARALLEL * _lengths(a) * _lengths(b))
-    if flat.any():
-        place = at.of(VALUE, net.points)[np.argmax(flat)]
+    is_flat = ~(area > PARALLEL * _lengths(a) * _lengths(b))
+    if is_flat.any():
+        place = at.of(VALUE, net.points)[np.argmax(is_flat)]
         raise GeometryError(
             "has no normal inside an element",
             where="surfaces",
@@ -102,59 +103,55 @@ def at_rest(net: Net, at: BasisAt, along: FloatArray | None) -> AtRest:
             allowed="surfaces whose S_u and S_v span a plane",
         )
     normal /= area[:, None]
-    first = a if along is None else along - _dot(normal, along)[:, None] * normal
+    first = a if direction is None else direction - _dot(normal, direction)[:, None] * normal
     length = _lengths(first)
-    if (length <= PARALLEL).any() and along is not None:
+    if (length <= PARALLEL).any() and direction is not None:
         raise GeometryError(
             "the warp is across the surface",
             where="direction",
-            found=along.tolist(),
+            found=direction.tolist(),
             allowed="a direction along the surface everywhere",
         )
     first = first / length[:, None]
     second = np.cross(normal, first)
     # S_α = Σ L_αi e_i, so that e_i = Σ (L⁻¹)_iα S_α.
-    inside = np.stack([_dot(a, first), _dot(a, second), _dot(b, first), _dot(b, second)], axis=1)
-    p, q, r, s = inside.T
+    p, q, r, s = _dot(a, first), _dot(a, second), _dot(b, first), _dot(b, second)
     axes = np.stack([s, -r, -q, p], axis=1).reshape(-1, 2, 2) / (p * s - q * r)[:, None, None]
-    basis = _along_axes(at.values, axes)
-    curved = np.stack(
-        [(basis[:, :, k, None] * net.points[at.control]).sum(axis=1) for k in (2, 3, 4)], axis=1
-    )
-    return AtRest(axes, area, basis, np.asarray((curved * normal[:, None]).sum(axis=2)))
-
-
-def _along_axes(values: FloatArray, axes: FloatArray) -> FloatArray:
-    """Return derivatives (k, c, 5) along axes, from those in u and v."""
+    # Derivatives along the axes, from those in u and v.
     (u_1, u_2), (v_1, v_2) = axes[:, 0].T[:, :, None], axes[:, 1].T[:, :, None]
-    n_u, n_v, n_uu, n_vv, n_uv = (values[:, k] for k in (U, V, UU, VV, UV))
-    rows = [
+    n_u, n_v, n_uu, n_vv, n_uv = (at.values[:, k] for k in (U, V, UU, VV, UV))
+    derivatives = [
         u_1 * n_u + v_1 * n_v,
         u_2 * n_u + v_2 * n_v,
         u_1 * u_1 * n_uu + 2.0 * u_1 * v_1 * n_uv + v_1 * v_1 * n_vv,
         u_2 * u_2 * n_uu + 2.0 * u_2 * v_2 * n_uv + v_2 * v_2 * n_vv,
         u_1 * u_2 * n_uu + (u_1 * v_2 + u_2 * v_1) * n_uv + v_1 * v_2 * n_vv,
     ]
-    return np.stack(rows, axis=2)
+    basis = np.stack(derivatives, axis=2)
+    second_derivatives = np.stack(
+        [(basis[:, :, k, None] * net.points[at.control]).sum(axis=1) for k in (2, 3, 4)], axis=1
+    )
+    curvature = np.asarray((second_derivatives * normal[:, None]).sum(axis=2))
+    return AtRest(axes, area, basis, curvature)
 
 
 def points_of(net: Net, rule: Callable[[int], Rule], count: int | None) -> SplinePoints:
-    """Points of all elements by a rule of so many each way, p + 1 and q + 1 if omitted."""
-    found: list[BasisAt] = []
+    """Return the points of a rule in all elements, `count` each way; p + 1 and q + 1 if None."""
+    bases: list[BasisAt] = []
     measures: list[FloatArray] = []
     shapes: list[tuple[int, int]] = []
     for piece in net.pieces:
         p, q = piece.degrees
         grid = grid_of(piece, (rule(count or p + 1), rule(count or q + 1)))
-        found.append(grid.at)
+        bases.append(grid.at)
         measures.append(grid.weights)
         shapes.append((grid.shape[0] * grid.points[0], grid.shape[1] * grid.points[1]))
-    return _mapped(net, found, np.concatenate(measures), shapes)
+    return _spline_points(net, bases, np.concatenate(measures), shapes)
 
 
 def drawn_points(net: Net, parts: int) -> SplinePoints:
-    """A mesh of all patches, each element in as many parts in u and in v, edges and all."""
-    found: list[BasisAt] = []
+    """Return a mesh of all patches with their edges, each element in `parts` in u and in v."""
+    bases: list[BasisAt] = []
     shapes: list[tuple[int, int]] = []
     for piece in net.pieces:
         lines = []
@@ -163,18 +160,18 @@ def drawn_points(net: Net, parts: int) -> SplinePoints:
             steps = np.arange(parts) / parts
             inner = breaks[:-1, None] + np.diff(breaks)[:, None] * steps
             lines.append(np.append(inner.ravel(), breaks[-1]))
-        found.append(_at_grid(piece, lines[0], lines[1]))
+        bases.append(_at_grid(piece, lines[0], lines[1]))
         shapes.append((len(lines[0]), len(lines[1])))
-    return _mapped(net, found, np.zeros(sum(n * m for n, m in shapes)), shapes)
+    return _spline_points(net, bases, np.zeros(sum(n * m for n, m in shapes)), shapes)
 
 
-def _mapped(
-    net: Net, found: list[BasisAt], measure: FloatArray, shapes: list[tuple[int, int]]
+def _spline_points(
+    net: Net, bases: list[BasisAt], measure: FloatArray, shapes: list[tuple[int, int]]
 ) -> SplinePoints:
-    """Points of grids of these shapes, one a patch."""
-    columns = [at.control for at in found]
+    """Return the points of grids of these shapes, one for each patch."""
+    columns = [at.control for at in bases]
     rows, along_u, along_v = (
-        sparse_rows(columns, [at.values[:, order] for at in found]) for order in (VALUE, U, V)
+        sparse_rows(columns, [at.values[:, order] for at in bases]) for order in (VALUE, U, V)
     )
     facets = []
     first = 0

@@ -17,17 +17,17 @@ class GaussPoints(NamedTuple):
     """Strains, forces and moments of e elements at g Gauss points, in axes of the rest surface."""
 
     axes: FloatArray
-    """(e, g, 3, 2) F = [f₁, f₂], what has become of the axes."""
+    """(e, g, 3, 2) F = [f₁, f₂], the deformed axes."""
     strain: FloatArray
     """(e, g, 3) E₁₁, E₂₂, E₁₂ of the middle surface."""
     curvature: FloatArray
-    """(e, g, 3) κ₁₁, κ₂₂, κ₁₂: curvature at rest less the one that there is."""
+    """(e, g, 3) κ₁₁, κ₂₂, κ₁₂: curvature at rest less the deformed one."""
     force: FloatArray
     """(e, g, 3) n₁₁, n₂₂, n₁₂ by length at rest."""
     moment: FloatArray
     """(e, g, 3) m₁₁, m₂₂, m₁₂ by length at rest."""
     energy: FloatArray
-    """(e, g) stored by area at rest."""
+    """(e, g) stored energy by area at rest."""
 
 
 def gauss_points(blocks: FloatArray, elements: int) -> GaussPoints:
@@ -47,8 +47,8 @@ def fields_at(now: GaussPoints, rest: GaussPoints, thickness: float, height: flo
     force = now.force + (6.0 * height / thickness) * now.moment
     area = np.cross(now.axes[..., 0], now.axes[..., 1])
     size = np.sqrt(np.sum(area * area, axis=-1))
-    there = size > 0.0
-    inverse = np.where(there, 1.0, 0.0) / (np.where(there, size, 1.0) * thickness)
+    has_area = size > 0.0
+    inverse = np.where(has_area, 1.0, 0.0) / (np.where(has_area, size, 1.0) * thickness)
     stress = _in_space(now.axes, force) * inverse[..., None]
     strain = now.strain + (0.5 * height * thickness) * now.curvature
     energy = now.energy / thickness
@@ -63,11 +63,11 @@ def as_fields(columns: FloatArray) -> ElementFields:
 def _in_space(axes: FloatArray, tensor: FloatArray) -> FloatArray:
     """Return T = Σ T_ij f_i ⊗ f_j (…, 6) of axes (…, 3, 2) and T₁₁, T₂₂, T₁₂ (…, 3)."""
     a, b = axes[..., 0], axes[..., 1]
-    one, two, both = (tensor[..., k] for k in range(3))
+    t_11, t_22, t_12 = (tensor[..., k] for k in range(3))
     columns = [
-        one * a[..., i] * a[..., j]
-        + two * b[..., i] * b[..., j]
-        + both * (a[..., i] * b[..., j] + b[..., i] * a[..., j])
+        t_11 * a[..., i] * a[..., j]
+        + t_22 * b[..., i] * b[..., j]
+        + t_12 * (a[..., i] * b[..., j] + b[..., i] * a[..., j])
         for i, j in COMPONENTS
     ]
     return np.stack(columns, axis=-1)

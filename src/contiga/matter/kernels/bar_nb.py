@@ -1,7 +1,7 @@
-"""Bars of two nodes: a force along them by how much longer they are.
+"""Bars of two nodes, with an axial force N over the strain ε = ℓ/ℓ₀ − 1.
 
-N of ε = ℓ/ℓ₀ − 1: linear, with or without compression, or by a curve that unloads by another one.
-A bar whose nodes are at one point has no direction and pulls at neither.
+N is linear, with or without compression, or given by curves with hysteresis. A bar whose nodes
+coincide has no direction and no force.
 """
 
 from __future__ import annotations
@@ -19,11 +19,11 @@ CORNER = 3 * LANES
 TENSION, COMPRESSION, SLOPE = 0, 1, 2
 REACHED = 2
 MEMORY = 3
-"""Strain, force and the largest strain, of bars by curves."""
+"""Strain, force and the largest strain, for bars with curves."""
 
 
 @inner()
-def _way(bank, lane):
+def _axis(bank, lane):
     """Return the vector from the first to the second node, and its length."""
     at = X + lane
     x = bank[at + CORNER] - bank[at]
@@ -34,10 +34,10 @@ def _way(bank, lane):
 
 @inner(linked=False)
 def bar_forces(bank, numbers, curves, inverse_lengths, old, new):
-    """Forces in place of the nodes, energies by length at rest, and the new memory."""
+    """Write forces over the nodes, energies by length at rest, and the new memory."""
     slope = numbers[SLOPE]
     for lane in range(LANES):
-        x, y, z, length = _way(bank, lane)
+        x, y, z, length = _axis(bank, lane)
         strain = length * inverse_lengths[lane] - 1.0
         linear = numbers[TENSION] if strain > 0.0 else numbers[COMPRESSION]
         force = linear * strain
@@ -50,36 +50,37 @@ def bar_forces(bank, numbers, curves, inverse_lengths, old, new):
             force, energy = force + at.force, energy + at.stored
             bank[LOST + lane] = at.lost
         bank[W + lane] = energy
-        along = force / length if length > 0.0 else 0.0
+        factor = force / length if length > 0.0 else 0.0
         row = X + lane
-        bank[row] = along * x
-        bank[row + LANES] = along * y
-        bank[row + 2 * LANES] = along * z
-        bank[row + CORNER] = -along * x
-        bank[row + CORNER + LANES] = -along * y
-        bank[row + CORNER + 2 * LANES] = -along * z
+        bank[row] = factor * x
+        bank[row + LANES] = factor * y
+        bank[row + 2 * LANES] = factor * z
+        bank[row + CORNER] = -factor * x
+        bank[row + CORNER + LANES] = -factor * y
+        bank[row + CORNER + 2 * LANES] = -factor * z
 
 
 @inner(linked=False)
 def bar_rows(bank, numbers, inverse_lengths, measures):
-    """Row sums of K = k n⊗n + N/ℓ (I − n⊗n) at both ends, in place of the nodes.
+    """Write row sums of K = k n⊗n + N/ℓ (I − n⊗n) at both ends over the nodes.
 
-    k and N are those of the stiffest line, K, in tension: no less than any the bar has.
+    k and N are those of the steepest line in tension, upper bounds of those of the bar.
     """
-    stiff = max(numbers[TENSION], numbers[COMPRESSION], numbers[SLOPE])
+    stiffness = max(numbers[TENSION], numbers[COMPRESSION], numbers[SLOPE])
     for lane in range(LANES):
-        x, y, z, length = _way(bank, lane)
-        filled = 1.0 if measures[lane] > 0.0 else 0.0
-        k = filled * stiff * inverse_lengths[lane]
-        somewhere = length > 0.0
-        across = 0.0
-        if somewhere:
-            across = filled * stiff * abs(length * inverse_lengths[lane] - 1.0) / length
+        x, y, z, length = _axis(bank, lane)
+        is_element = 1.0 if measures[lane] > 0.0 else 0.0
+        k = is_element * stiffness * inverse_lengths[lane]
+        has_length = length > 0.0
+        tension = 0.0
+        if has_length:
+            tension = is_element * stiffness * abs(length * inverse_lengths[lane] - 1.0) / length
             x, y, z = x / length, y / length, z / length
-        whole = abs(x) + abs(y) + abs(z)
+        total = abs(x) + abs(y) + abs(z)
         for i in range(3):
             n = x if i == 0 else (y if i == 1 else z)
-            along = abs(n) * whole if somewhere else 1.0
-            rest = abs(n) * (whole - abs(n)) + 1.0 - n * n
+            axial = abs(n) * total if has_length else 1.0
+            transverse = abs(n) * (total - abs(n)) + 1.0 - n * n
             for end in range(2):
-                bank[X + end * CORNER + i * LANES + lane] = 2.0 * (k * along + across * rest)
+                row_sum = 2.0 * (k * axial + tension * transverse)
+                bank[X + end * CORNER + i * LANES + lane] = row_sum

@@ -1,4 +1,4 @@
-"""Forces of elements, block by block: what Python calls, one kernel for each kind of element."""
+"""Forces of elements, block by block, called from Python: one kernel for each kind of element."""
 
 from __future__ import annotations
 
@@ -13,10 +13,10 @@ from contiga.matter.kernels.lanes_nb import (
     LANES,
     SIZE,
     blank,
+    copy_to_rate,
     gather,
     inverted,
     sum_in_block,
-    take_as_rate,
     total,
 )
 from contiga.matter.kernels.membrane_nb import (
@@ -37,8 +37,8 @@ from contiga.matter.kernels.solid_viscosity_nb import bulk_viscosity
 
 
 @inner()
-def _account(bank, measures, energy):
-    """Write the energies (4,) of a block; behind them those of each lane, if there is room."""
+def _write_energies(bank, measures, energy):
+    """Write the energies (4,) of a block, and behind them those of each lane if there is room."""
     for kind in range(KINDS):
         row = (ENERGY + kind) * LANES
         for lane in range(LANES):
@@ -51,8 +51,8 @@ def _account(bank, measures, energy):
 
 
 @inner()
-def _solid(bank, tables, memory, b, step):
-    """J, stress and energies of a solid's gradient."""
+def _solid_response(bank, tables, memory, b, step):
+    """Write J, stress and energies of a solid's gradient."""
     determinant(bank)
     old, new = memory.old[b], memory.new[b]
     solid_stress(bank, tables, step, old, new)
@@ -62,7 +62,7 @@ def _solid(bank, tables, memory, b, step):
 
 @kernel()
 def tet_volumes(motion, tables, out, start, stop):
-    """The volume of each corner of blocks start … stop, as x of the rows of `partial`."""
+    """Write the volume of each corner of blocks start … stop, as x of the rows of `partial`."""
     bank = scratch(SIZE)
     for b in range(start, stop):
         gather(motion.points, tables.nodes[b], 4, bank)
@@ -74,7 +74,7 @@ def tet_volumes(motion, tables, out, start, stop):
 
 @kernel()
 def tetrahedra(motion, tables, memory, out, start, stop):
-    """Forces, energies and inverted elements of blocks start … stop."""
+    """Write forces, energies and numbers of inverted elements of blocks start … stop."""
     bank = scratch(SIZE)
     for b in range(start, stop):
         gradients, volumes = tables.gradients[b], tables.measures[b]
@@ -82,21 +82,21 @@ def tetrahedra(motion, tables, memory, out, start, stop):
         if len(tables.viscosity) > 0:
             gather(motion.velocities, tables.nodes[b], 4, bank)
             tet_gradient(bank, gradients)
-            take_as_rate(bank)
+            copy_to_rate(bank)
         gather(motion.points, tables.nodes[b], 4, bank)
         tet_gradient(bank, gradients)
         if tables.averaged:
             mean_pressure(bank, motion.pressures, tables.nodes[b])
-        _solid(bank, tables, memory, b, motion.step)
+        _solid_response(bank, tables, memory, b, motion.step)
         out.inverted[b] = inverted(bank)
-        _account(bank, volumes, out.energy[b])
+        _write_energies(bank, volumes, out.energy[b])
         tet_forces(bank, gradients, volumes)
         sum_in_block(bank, tables.sums, b, out.partial)
 
 
 @kernel()
 def hexahedra(motion, tables, memory, out, start, stop):
-    """Forces, energies and inverted elements of blocks start … stop."""
+    """Write forces, energies and numbers of inverted elements of blocks start … stop."""
     bank = scratch(SIZE)
     for b in range(start, stop):
         gradients, volumes = tables.gradients[b], tables.measures[b]
@@ -104,20 +104,20 @@ def hexahedra(motion, tables, memory, out, start, stop):
         if len(tables.viscosity) > 0:
             gather(motion.velocities, tables.nodes[b], 8, bank)
             hex_gradient(bank, gradients)
-            take_as_rate(bank)
+            copy_to_rate(bank)
         gather(motion.points, tables.nodes[b], 8, bank)
         hex_gradient(bank, gradients)
-        _solid(bank, tables, memory, b, motion.step)
+        _solid_response(bank, tables, memory, b, motion.step)
         out.inverted[b] = inverted(bank)
         hourglass(bank, tables.hourglass[b])
-        _account(bank, volumes, out.energy[b])
+        _write_energies(bank, volumes, out.energy[b])
         hex_forces(bank, gradients, volumes)
         sum_in_block(bank, tables.sums, b, out.partial)
 
 
 @kernel()
 def triangles(motion, tables, memory, out, start, stop):
-    """Forces and energies of blocks start … stop."""
+    """Write forces and energies of blocks start … stop."""
     bank = scratch(SIZE)
     for b in range(start, stop):
         gradients, areas = tables.gradients[b], tables.measures[b]
@@ -128,7 +128,7 @@ def triangles(motion, tables, memory, out, start, stop):
         old, new = memory.old[b], memory.new[b]
         membrane_stress(bank, tables.material, tables.numbers, tables.curves, old, new)
         first_stress(bank)
-        _account(bank, areas, out.energy[b])
+        _write_energies(bank, areas, out.energy[b])
         triangle_forces(bank, gradients, areas)
         out.inverted[b] = 0
         sum_in_block(bank, tables.sums, b, out.partial)
@@ -136,13 +136,13 @@ def triangles(motion, tables, memory, out, start, stop):
 
 @kernel()
 def bars(motion, tables, memory, out, start, stop):
-    """Forces and energies of blocks start … stop."""
+    """Write forces and energies of blocks start … stop."""
     bank = scratch(SIZE)
     for b in range(start, stop):
         blank(bank)
         gather(motion.points, tables.nodes[b], 2, bank)
         old, new = memory.old[b], memory.new[b]
         bar_forces(bank, tables.numbers, tables.curves, tables.gradients[b], old, new)
-        _account(bank, tables.measures[b], out.energy[b])
+        _write_energies(bank, tables.measures[b], out.energy[b])
         out.inverted[b] = 0
         sum_in_block(bank, tables.sums, b, out.partial)

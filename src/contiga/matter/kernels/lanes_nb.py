@@ -1,11 +1,11 @@
 """Blocks of elements: corners gathered to lanes, and forces of lanes summed at nodes.
 
-A block holds LANES elements, whose numbers lie one after the other: row r of a block's bank is
-``bank[r * LANES : (r + 1) * LANES]``, and each stage is a loop over lanes without branches, which
-becomes vector code as long as the stage is compiled by itself. The forces of a block are summed at
-the block's own nodes while they are in the cache, then the sums of the blocks at the nodes, both
-in a fixed order: the same bits on any number of threads. With a sum of all elements at the nodes
-in one go 10⁵ tetrahedra took 1.6 times as long, mostly to write and read the elements' forces.
+A block has LANES elements, whose numbers are contiguous: row r of a block's bank is
+``bank[r * LANES : (r + 1) * LANES]``. Each stage is a loop over lanes without branches, which
+becomes vector code if the stage is compiled by itself. The forces of a block are summed at the
+block's nodes while they are in the cache, then the sums of the blocks at the nodes, both in a fixed
+order: the same bits on any number of threads. Summing all elements at the nodes in one go took 1.6
+times as long for 10⁵ tetrahedra, mostly to write and read the elements' forces.
 """
 
 from __future__ import annotations
@@ -14,26 +14,27 @@ import contiga.jit  # noqa: F401 (before any kernel: how they are kept)
 from contiga.jit import inner, kernel
 
 LANES = 64
-# Rows of a bank. The corners, three rows each; forces take their place. What a solid's gradient
-# stage finds, three by three, is F, the material's stress P (first Piola-Kirchhoff) and energy.
+# Rows of a bank: corners, three rows each, which forces overwrite; F, 3 × 3; the first
+# Piola-Kirchhoff stress P, 3 × 3; energies.
 CORNERS, GRADIENT, STRESS = 0, 24, 33
 ENERGY, HOURGLASS, VISCOSITY, HYSTERESIS = 42, 43, 44, 45
-"""Densities by reference volume (of membranes: area, of bars: length), but of HOURGLASS."""
+"""Energies by reference volume (area of membranes, length of bars)."""
 KINDS = 4
 STRETCH = 46
-"""J = det F of solids; what may not fall to zero."""
+"""J = det F of solids, above zero unless an element is inverted."""
 RATE = 47
 SECOND, TANGENT = 47, 50
-"""Of membranes, in rows that rates and springs of solids have: three rows of the second stress S₁₁,
-S₂₂, S₁₂, and six of ∂S/∂E."""
+"""For membranes, in rows of rates and springs of solids: the second Piola-Kirchhoff stress S₁₁,
+S₂₂, S₁₂, and six rows of ∂S/∂E."""
 STRAIN = 56
-"""Of membranes, in rows that springs of solids have: Green's strain E₁₁, E₂₂, E₁₂."""
+"""For membranes, in rows of springs of solids: Green's strain E₁₁, E₂₂, E₁₂."""
 SPRINGS = 56
 """Twelve rows: the forces of hourglass modes, by reference volume."""
 SQUARE, AXES = 68, 74
-"""C = FᵀF, six rows, which becomes its eigenvalues; nine rows: its eigenvectors, one a column."""
+"""C = FᵀF, six rows, then its eigenvalues; nine rows of its eigenvectors, the columns of a matrix.
+"""
 PRESSURE = 83
-"""λ (J − 1) averaged at the corners of tetrahedra, zero of others."""
+"""λ (J − 1) averaged at the corners of tetrahedra; zero for other elements."""
 ROWS = 84
 SIZE = ROWS * LANES
 
@@ -52,7 +53,7 @@ def gather(points, nodes, corners, bank):
 
 @inner(linked=False)
 def blank(bank):
-    """Zero energies and pressure."""
+    """Set energies and pressure to zero."""
     for at in range(ENERGY * LANES, (ENERGY + KINDS) * LANES):
         bank[at] = 0.0
     for lane in range(LANES):
@@ -60,15 +61,15 @@ def blank(bank):
 
 
 @inner(linked=False)
-def take_as_rate(bank):
-    """The gradient of velocities into its own rows."""
+def copy_to_rate(bank):
+    """Copy the gradient of velocities to the rows of rates."""
     for at in range(9 * LANES):
         bank[RATE * LANES + at] = bank[GRADIENT * LANES + at]
 
 
 @inner(linked=False)
 def total(bank, row):
-    """Return the sum of a row, which is overwritten: halves are added until one number is left."""
+    """Return the sum of a row by pairwise halving; overwrites the row."""
     width = LANES // 2
     first = row * LANES
     while width > 0:
@@ -89,7 +90,7 @@ def inverted(bank):
 
 @inner(linked=False)
 def sum_in_block(bank, sums, b, partial):
-    """Forces of a block's lanes, summed at its own nodes, into its rows of `partial`."""
+    """Write the forces of a block's lanes, summed at its nodes, into its rows of `partial`."""
     m = sums.starts[sums.blocks[b]]
     for k in range(sums.blocks[b], sums.blocks[b + 1]):
         x, y, z = 0.0, 0.0, 0.0
@@ -106,7 +107,7 @@ def sum_in_block(bank, sums, b, partial):
 
 @kernel()
 def sum_at_nodes(partial, starts, rows, out, start, stop):
-    """Rows of `partial` that belong to nodes start … stop, summed in their order."""
+    """Write the sums of rows of `partial` at nodes start … stop, in a fixed order."""
     for n in range(start, stop):
         x, y, z = 0.0, 0.0, 0.0
         for m in range(starts[n], starts[n + 1]):

@@ -18,7 +18,7 @@ W = ENERGY * LANES
 
 @inner(linked=False)
 def membrane_elastic(bank, numbers):
-    """S and W from E; numbers are E t and ν."""
+    """Write S and W from E; numbers are E t and ν."""
     nu = numbers[1]
     c = numbers[0] / (1.0 - nu * nu)
     for lane in range(LANES):
@@ -30,21 +30,20 @@ def membrane_elastic(bank, numbers):
 
 @inner(linked=False)
 def membrane_slack(bank, numbers):
-    """S and W of what carries no compression, from E; numbers are E t and ν."""
-    stiff, nu = numbers[0], numbers[1]
-    c = stiff / (1.0 - nu * nu)
+    """Write S and W without compression, from E; numbers are E t and ν."""
+    e_t, nu = numbers[0], numbers[1]
+    c = e_t / (1.0 - nu * nu)
     for lane in range(LANES):
         a, b, ab = strain(bank, lane)
         half, mean = 0.5 * (a - b), 0.5 * (a + b)
         radius = math.sqrt(half * half + ab * ab)
         first, second = mean + radius, mean - radius
-        slack, single = first <= 0.0, second < -nu * first
-        s_1 = stiff * first if single else c * (first + nu * second)
-        s_2 = 0.0 if single else c * (second + nu * first)
-        s_1, s_2 = (0.0 if slack else s_1), (0.0 if slack else s_2)
-        # S = its mean I + its radius times the directions of E's deviator, any where E has none.
-        whole = radius > 0.0
-        turn = 0.5 * (s_1 - s_2) / (radius if whole else 1.0)
-        middle = 0.5 * (s_1 + s_2)
+        is_slack, is_uniaxial = first <= 0.0, second < -nu * first
+        s_1 = e_t * first if is_uniaxial else c * (first + nu * second)
+        s_2 = 0.0 if is_uniaxial else c * (second + nu * first)
+        s_1, s_2 = (0.0 if is_slack else s_1), (0.0 if is_slack else s_2)
+        # S is its mean plus a deviator in the directions of E's deviator.
+        ratio = 0.5 * (s_1 - s_2) / (radius if radius > 0.0 else 1.0)
+        mean_s = 0.5 * (s_1 + s_2)
         bank[W + lane] = 0.5 * (s_1 * first + s_2 * second)
-        put_stress(bank, lane, middle + turn * half, middle - turn * half, turn * ab)
+        put_stress(bank, lane, mean_s + ratio * half, mean_s - ratio * half, ratio * ab)

@@ -1,8 +1,8 @@
 """Woven fabric, in lanes: S₁₁ of the warp, S₂₂ of the weft and S₁₂ of the shear, a curve each.
 
-W = w₁(E₁₁) + w₂(E₂₂) + g(2 E₁₂): threads carry what their own strain says, and little or nothing
-when they are pressed. Warp and weft may unload by another curve than they load (`hysteresis_nb`).
-Curves: loading and unloading of the warp, those of the weft, and the shear.
+W = w₁(E₁₁) + w₂(E₂₂) + g(2 E₁₂): the stress of a thread depends on its own strain, and is small or
+zero in compression. Warp and weft may have hysteresis (`hysteresis_nb`). Curves: loading and
+unloading of the warp, loading and unloading of the weft, and the shear.
 """
 
 from __future__ import annotations
@@ -14,8 +14,9 @@ from contiga.matter.kernels.lanes_nb import ENERGY, HYSTERESIS, LANES
 from contiga.matter.kernels.membrane_nb import put_stress, strain
 
 W, LOST = ENERGY * LANES, HYSTERESIS * LANES
-# Coefficients: thickness; of warp and weft the modulus when pressed, and the slope of hysteresis.
-THICKNESS, PRESSED, SLOPE = 0, 1, 3
+# Coefficients: thickness; for warp and weft each the modulus in compression, and the slope of
+# hysteresis.
+THICKNESS, COMPRESSION, SLOPE = 0, 1, 3
 WARP, WEFT, SHEAR = 0, 1, 4
 """Pairs of curves, and the curve of the shear."""
 REACHED = 4
@@ -41,10 +42,10 @@ def membrane_fabric(bank, numbers, curves, old, new):
         new[at] = max(old[at], a)
         new[at + LANES] = max(old[at + LANES], b)
         new[at + 2 * LANES] = max(old[at + 2 * LANES], angle)
-        for_a, for_b = numbers[PRESSED] * min(a, 0.0), numbers[PRESSED + 1] * min(b, 0.0)
+        c_a, c_b = numbers[COMPRESSION] * min(a, 0.0), numbers[COMPRESSION + 1] * min(b, 0.0)
         shear = curve_at(curves, SHEAR, angle)
         s_ab = shear.value if ab >= 0.0 else -shear.value
-        pressed = 0.5 * (for_a * min(a, 0.0) + for_b * min(b, 0.0))
-        bank[W + lane] = t * (warp.stored + (weft.stored + shear.integral + pressed))
+        compressive = 0.5 * (c_a * min(a, 0.0) + c_b * min(b, 0.0))
+        bank[W + lane] = t * (warp.stored + (weft.stored + shear.integral + compressive))
         bank[LOST + lane] = t * (warp.lost + weft.lost)
-        put_stress(bank, lane, t * (warp.force + for_a), t * (weft.force + for_b), t * s_ab)
+        put_stress(bank, lane, t * (warp.force + c_a), t * (weft.force + c_b), t * s_ab)

@@ -1,7 +1,7 @@
 """Triangles of membranes in blocks of lanes: their gradient, and forces from their stress.
 
-F (3, 2) leads from the plane of a triangle at rest to space; its rows take the first two of the
-three places that those of a solid have. Stress and energy are by area: the thickness is in them.
+F (3, 2) maps the plane of a triangle at rest to space; its rows use the first two of the three
+places of a solid's rows. Stress and energy are by area, and include the thickness.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ def triangle_gradient(bank, gradients):
 
 @inner(linked=False)
 def green_strain(bank):
-    """Green's strain E = ½ (FᵀF − I)."""
+    """Write Green's strain E = ½ (FᵀF − I)."""
     for lane in range(LANES):
         f = F + lane
         xa, xb = bank[f], bank[f + LANES]
@@ -42,13 +42,13 @@ def green_strain(bank):
 
 @inlined()
 def strain(bank, lane):
-    """E₁₁, E₂₂ and E₁₂ of a lane."""
+    """Return E₁₁, E₂₂ and E₁₂ of a lane."""
     return bank[E + lane], bank[E + LANES + lane], bank[E + 2 * LANES + lane]
 
 
 @inlined()
 def put_stress(bank, lane, s_a, s_b, s_ab):
-    """S₁₁, S₂₂ and S₁₂ of a lane, as a material says."""
+    """Write S₁₁, S₂₂ and S₁₂ of a lane."""
     bank[S + lane] = s_a
     bank[S + LANES + lane] = s_b
     bank[S + 2 * LANES + lane] = s_ab
@@ -56,7 +56,7 @@ def put_stress(bank, lane, s_a, s_b, s_ab):
 
 @inner(linked=False)
 def first_stress(bank):
-    """P = F S."""
+    """Write P = F S."""
     for lane in range(LANES):
         s_a, s_b, s_ab = bank[S + lane], bank[S + LANES + lane], bank[S + 2 * LANES + lane]
         for i in range(3):
@@ -68,7 +68,7 @@ def first_stress(bank):
 
 @inner(linked=False)
 def triangle_forces(bank, gradients, areas):
-    """Forces of the stress P on the corners, in place of the corners."""
+    """Write the forces of the stress P on the corners, over the corners in the bank."""
     for lane in range(LANES):
         v, g = -areas[lane], lane
         for i in range(3):

@@ -1,8 +1,8 @@
-"""Neo-Hooke's membrane, in lanes: the solid's energy, least over the stretch of the thickness.
+"""Neo-Hookean membrane, in lanes: the solid's energy, minimal over the stretch s of the thickness.
 
-With a the ratio of areas, W = μ/2 (tr C + s² − 3) − μ ln(a s) + λ/2 (a s − 1)² is least where
-(μ + λ a²) s² − λ a s − μ = 0, which has one root above zero; S = ∂W/∂E at that s. A triangle
-without an area, whose W has no bound, carries nothing.
+With a the ratio of areas, W = μ/2 (tr C + s² − 3) − μ ln(a s) + λ/2 (a s − 1)² is minimal for
+(μ + λ a²) s² − λ a s − μ = 0, which has one positive root; S = ∂W/∂E at that s. A triangle without
+area, whose W is unbounded, has no stress.
 """
 
 from __future__ import annotations
@@ -16,12 +16,12 @@ from contiga.matter.kernels.solid_neo_hooke_nb import log_series
 
 W = ENERGY * LANES
 FLAT = 1e-14
-"""Square of the area over that of the edges: below it there is rounding and nothing else."""
+"""Squared area over the product of squared edges below which the area is rounding."""
 
 
 @inlined()
 def thickness_stretch(square, area, mu, lam):
-    """s at a ratio of areas and its square."""
+    """Return s for a ratio of areas and its square."""
     c = mu + lam * square
     return 0.5 * (lam * area + math.sqrt(lam * lam * square + 4.0 * mu * c)) / c
 
@@ -30,28 +30,28 @@ def thickness_stretch(square, area, mu, lam):
 def square_of_area(a, b, ab):
     """Return the squared area of the metric a, b, ab and True; 1 and False if it has no area."""
     square = a * b - ab * ab
-    there = square > FLAT * a * b
-    return (square if there else 1.0), there
+    has_area = square > FLAT * a * b
+    return (square if has_area else 1.0), has_area
 
 
 @inner(linked=False)
 def membrane_neo_hooke(bank, numbers):
-    """S and W from E; numbers are μ t and λ t."""
+    """Write S and W from E; numbers are μ t and λ t."""
     mu, lam = numbers[0], numbers[1]
     for lane in range(LANES):
         e_a, e_b, e_ab = strain(bank, lane)
         a, b, ab = 2.0 * e_a + 1.0, 2.0 * e_b + 1.0, 2.0 * e_ab
-        square, there = square_of_area(a, b, ab)
+        square, has_area = square_of_area(a, b, ab)
         area = math.sqrt(square)
         s = thickness_stretch(square, area, mu, lam)
         j = area * s
         # ∂W/∂a = λ (a s − 1) s − μ/a, and ∂a/∂E = a C⁻¹
         k = (lam * (j - 1.0) * j - mu) / square
-        far = j > 2.0 or j < 0.5
-        near = math.sqrt(math.sqrt(math.sqrt(j))) if far else j
-        log = log_series((near - 1.0) / (near + 1.0)) * (8.0 if far else 1.0)
+        is_far = j > 2.0 or j < 0.5
+        root = math.sqrt(math.sqrt(math.sqrt(j))) if is_far else j
+        log = log_series((root - 1.0) / (root + 1.0)) * (8.0 if is_far else 1.0)
         energy = 0.5 * mu * (2.0 * (e_a + e_b) + s * s - 1.0) - mu * log
         energy += 0.5 * lam * (j - 1.0) * (j - 1.0)
-        bank[W + lane] = energy if there else 0.0
-        m, k = (mu if there else 0.0), (k if there else 0.0)
+        bank[W + lane] = energy if has_area else 0.0
+        m, k = (mu if has_area else 0.0), (k if has_area else 0.0)
         put_stress(bank, lane, m + k * b, m + k * a, -k * ab)

@@ -1,7 +1,7 @@
 """Row sums of the stiffness of triangles, in lanes: K_ab = A (F D_ab Fᵀ + s_ab I).
 
-D_ab = G_a·C·G_b with C = ∂S/∂E is the material's part, s_ab = G_a·S·G_b that of the stress. Corners
-1 and 2 have three pairs; the first corner's gradient is minus the sum of theirs.
+D_ab = G_a·C·G_b with C = ∂S/∂E is the material part, s_ab = G_a·S·G_b the geometric part. Corners
+1 and 2 have three pairs; the gradient of the first corner is minus the sum of theirs.
 """
 
 from __future__ import annotations
@@ -16,9 +16,9 @@ PAIRS = 3 * NINE
 
 
 @inlined()
-def _between(bank, lane, one, other):
-    """The four numbers of D and s of two gradients, each (2,)."""
-    (a, b), (c, d) = one, other
+def _pair_coefficients(bank, lane, first, second):
+    """Return the four numbers of D, and s, of two gradients (2,)."""
+    (a, b), (c, d) = first, second
     ac, ad, bc, bd = a * c, a * d, b * c, b * d
     at = C + lane
     c_1, c_2, c_both = bank[at], bank[at + LANES], bank[at + 2 * LANES]
@@ -33,12 +33,12 @@ def _between(bank, lane, one, other):
 
 @inner(linked=False)
 def pair_stiffness(bank, gradients, pair, out):
-    """K/A (9, LANES) of a pair of corners."""
-    one, other = 2 * LANES * (pair // 2), 2 * LANES * ((pair + 1) // 2)
+    """Write K/A (9, LANES) of a pair of corners."""
+    row_1, row_2 = 2 * LANES * (pair // 2), 2 * LANES * ((pair + 1) // 2)
     for lane in range(LANES):
-        first = gradients[one + lane], gradients[one + LANES + lane]
-        second = gradients[other + lane], gradients[other + LANES + lane]
-        d_11, d_12, d_21, d_22, s = _between(bank, lane, first, second)
+        first = gradients[row_1 + lane], gradients[row_1 + LANES + lane]
+        second = gradients[row_2 + lane], gradients[row_2 + LANES + lane]
+        d_11, d_12, d_21, d_22, s = _pair_coefficients(bank, lane, first, second)
         for i in range(3):
             at = F + i * ROW + lane
             x = bank[at] * d_11 + bank[at + LANES] * d_21
@@ -51,7 +51,7 @@ def pair_stiffness(bank, gradients, pair, out):
 
 @inner(linked=False)
 def triangle_sums(bank, pairs, areas):
-    """Σ|K| of each row of all corners, in place of the corners."""
+    """Write Σ|K| of each row of all corners, over the corners in the bank."""
     for lane in range(LANES):
         area = areas[lane]
         for i in range(3):

@@ -1,8 +1,8 @@
-"""Row sums of the stiffness of elements, block by block: what bounds the critical step.
+"""Row sums of the stiffness of elements, block by block, which bound the critical step.
 
-K_ab = V ∂P/∂F : G_a ⊗ G_b. Of solids its tangent is by differences of the stress, each in the sense
-in which less is stored: materials that unload by another curve are stiffer that way; the difference
-is a millionth of the sums. Membranes have theirs in closed form, which takes a thirteenth of that.
+K_ab = V ∂P/∂F : G_a ⊗ G_b. The tangents of solids are differences of the stress, each in the
+direction of unloading, in which materials with hysteresis are stiffer; their relative error is
+10⁻⁶. Tangents of membranes are in closed form, which takes a thirteenth of the time.
 """
 
 from __future__ import annotations
@@ -31,45 +31,47 @@ ROW = 3 * LANES
 NINE = 9 * LANES
 TANGENT = 3 * NINE
 NUDGE = 1e-6
-MOST_CORNERS = 8
-ALL = MOST_CORNERS * ROW
+"""Change of a component of F for finite differences."""
+MAX_CORNERS = 8
+GRADIENTS_SIZE = MAX_CORNERS * ROW
 
 
 @inner(linked=False)
-def all_gradients(some, corners, width, full):
-    """Fill `full` (corners, 3, LANES): gradients sum to zero, and `some` lacks the first corner."""
+def all_gradients(others, corners, width, full):
+    """Fill `full` (corners, 3, LANES) from the gradients of all corners but the first; the sum of
+    all is zero."""
     for lane in range(3 * LANES):
         full[lane] = 0.0
     for a in range(1, corners):
         for j in range(width):
             for lane in range(LANES):
-                g = some[((a - 1) * width + j) * LANES + lane]
+                g = others[((a - 1) * width + j) * LANES + lane]
                 full[a * ROW + j * LANES + lane] = g
                 full[j * LANES + lane] -= g
 
 
 @inner(linked=False)
-def _nudge(bank, at, stress, way):
-    """Change a row of F in the sense that stores less, and keep by how much."""
+def _nudge(bank, at, stress, change):
+    """Change a row of F in the direction of unloading, and write the change."""
     for lane in range(LANES):
-        way[lane] = -NUDGE if stress[at + lane] > 0.0 else NUDGE
-        bank[F + at + lane] += way[lane]
+        change[lane] = -NUDGE if stress[at + lane] > 0.0 else NUDGE
+        bank[F + at + lane] += change[lane]
 
 
 @inner(linked=False)
-def _differences(bank, at, stress, way, tangent):
-    """∂P/∂F for the row of F that was changed, which is changed back."""
+def _differences(bank, at, stress, change, tangent):
+    """Write ∂P/∂F for the changed row of F, and restore the row."""
     for lane in range(LANES):
-        bank[F + at + lane] -= way[lane]
+        bank[F + at + lane] -= change[lane]
     for row in range(9):
         for lane in range(LANES):
             p = row * LANES + lane
-            tangent[p] = (bank[P + p] - stress[p]) / way[lane]
+            tangent[p] = (bank[P + p] - stress[p]) / change[lane]
 
 
 @inlined()
-def _along(tangent, g, lane, full, corner):
-    """∂P/∂F : G of a corner, for one number of P, of a lane; g is where its row begins."""
+def _contract(tangent, g, lane, full, corner):
+    """Return ∂P/∂F : G of a corner for one component of P in a lane, whose row begins at g."""
     n = corner * ROW + lane
     return (
         tangent[g] * full[n]
@@ -80,11 +82,11 @@ def _along(tangent, g, lane, full, corner):
 
 @inlined()
 def _add_row(tangent, full, corners, corner, row, measures):
-    """|K| of one direction of all corners, a number that is written out, added to a row of one."""
+    """Add |K| of one direction of all `corners`, a literal number, to a row of one corner."""
     for lane in range(LANES):
-        x = _along(tangent, lane, lane, full, corner)
-        y = _along(tangent, NINE + lane, lane, full, corner)
-        z = _along(tangent, 2 * NINE + lane, lane, full, corner)
+        x = _contract(tangent, lane, lane, full, corner)
+        y = _contract(tangent, NINE + lane, lane, full, corner)
+        z = _contract(tangent, 2 * NINE + lane, lane, full, corner)
         measure, total = measures[lane], row[lane]
         for b in range(corners):
             g = b * ROW + lane
@@ -105,7 +107,7 @@ def _add_row_of_8(tangent, full, corner, row, measures):
 
 @inner()
 def add_rows(bank, tangent, full, corners, measures):
-    """|K| of one direction of all columns, added to the rows of all corners."""
+    """Add |K| of one direction of all columns to the rows of all corners."""
     for a in range(corners):
         for i in range(3):
             at = X + a * ROW + i * LANES
@@ -117,7 +119,7 @@ def add_rows(bank, tangent, full, corners, measures):
 
 @inner()
 def _start(bank, stress, corners):
-    """Keep the stress, and begin rows at zero."""
+    """Copy the stress, and set the row sums to zero."""
     for at in range(NINE):
         stress[at] = bank[P + at]
     for at in range(X, X + corners * ROW):
@@ -126,9 +128,9 @@ def _start(bank, stress, corners):
 
 @kernel()
 def tet_rows(motion, tables, memory, out, start, stop):
-    """Row sums of blocks start … stop, at nodes of blocks."""
-    bank, full = zero_scratch(SIZE), scratch(ALL)
-    stress, way, tangent = scratch(NINE), scratch(LANES), scratch(TANGENT)
+    """Write row sums of blocks start … stop, at nodes of blocks."""
+    bank, full = zero_scratch(SIZE), scratch(GRADIENTS_SIZE)
+    stress, change, tangent = scratch(NINE), scratch(LANES), scratch(TANGENT)
     for b in range(start, stop):
         gather(motion.points, tables.nodes[b], 4, bank)
         tet_gradient(bank, tables.gradients[b])
@@ -139,19 +141,19 @@ def tet_rows(motion, tables, memory, out, start, stop):
         for k in range(3):
             for l in range(3):
                 at = k * ROW + l * LANES
-                _nudge(bank, at, stress, way)
+                _nudge(bank, at, stress, change)
                 determinant(bank)
                 solid_stress(bank, tables, motion.step, memory.old[b], memory.new[b])
-                _differences(bank, at, stress, way, tangent[l * NINE : (l + 1) * NINE])
+                _differences(bank, at, stress, change, tangent[l * NINE : (l + 1) * NINE])
             add_rows(bank, tangent, full, 4, tables.measures[b])
         sum_in_block(bank, tables.sums, b, out.partial)
 
 
 @kernel()
 def hex_rows(motion, tables, memory, out, start, stop):
-    """Row sums of blocks start … stop, at nodes of blocks."""
+    """Write row sums of blocks start … stop, at nodes of blocks."""
     bank = zero_scratch(SIZE)
-    stress, way, tangent = scratch(NINE), scratch(LANES), scratch(TANGENT)
+    stress, change, tangent = scratch(NINE), scratch(LANES), scratch(TANGENT)
     for b in range(start, stop):
         gather(motion.points, tables.nodes[b], 8, bank)
         hex_gradient(bank, tables.gradients[b])
@@ -161,27 +163,23 @@ def hex_rows(motion, tables, memory, out, start, stop):
         for k in range(3):
             for l in range(3):
                 at = k * ROW + l * LANES
-                _nudge(bank, at, stress, way)
+                _nudge(bank, at, stress, change)
                 determinant(bank)
                 solid_stress(bank, tables, motion.step, memory.old[b], memory.new[b])
-                _differences(bank, at, stress, way, tangent[l * NINE : (l + 1) * NINE])
+                _differences(bank, at, stress, change, tangent[l * NINE : (l + 1) * NINE])
             add_rows(bank, tangent, tables.gradients[b], 8, tables.measures[b])
-        _add_springs(bank, tables.hourglass[b])
+        # Row sums of the hourglass springs, the same in each direction.
+        for a in range(8):
+            for i in range(3):
+                for lane in range(LANES):
+                    springs = tables.hourglass[b, (ROW_SUMS + a) * LANES + lane]
+                    bank[X + a * ROW + i * LANES + lane] += springs
         sum_in_block(bank, tables.sums, b, out.partial)
-
-
-@inner()
-def _add_springs(bank, table):
-    """Row sums of the springs of hourglass modes, the same in each direction."""
-    for a in range(8):
-        for i in range(3):
-            for lane in range(LANES):
-                bank[X + a * ROW + i * LANES + lane] += table[(ROW_SUMS + a) * LANES + lane]
 
 
 @kernel()
 def triangle_rows(motion, tables, memory, out, start, stop):
-    """Row sums of blocks start … stop, at nodes of blocks."""
+    """Write row sums of blocks start … stop, at nodes of blocks."""
     bank, pairs = scratch(SIZE), scratch(PAIRS)
     for b in range(start, stop):
         gradients = tables.gradients[b]
@@ -199,7 +197,7 @@ def triangle_rows(motion, tables, memory, out, start, stop):
 
 @kernel()
 def bar_rows(motion, tables, memory, out, start, stop):
-    """Row sums of blocks start … stop, at nodes of blocks."""
+    """Write row sums of blocks start … stop, at nodes of blocks."""
     bank = scratch(SIZE)
     for b in range(start, stop):
         gather(motion.points, tables.nodes[b], 2, bank)

@@ -1,4 +1,4 @@
-"""Forces of shells, block by block: what Python calls."""
+"""Forces of shells, block by block, called from Python."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ from contiga.matter.kernels.shell_nb import (
 
 @inner(linked=False)
 def shell_strain(bank, net, tables, b, g):
-    """Strains of Gauss point g of block b."""
+    """Write the strains of Gauss point g of block b."""
     count = tables.nodes.shape[1]
     shell_derivatives(net, tables.basis[b], g * count * WIDTH * LANES, count, bank)
     curvature(bank, tables.rest[b], g * ROW)
@@ -52,21 +52,21 @@ def shell_strain(bank, net, tables, b, g):
 
 @inner(linked=False)
 def shell_response(bank, tables, memory, b, g):
-    """n, m and energies of Gauss point g, and what its layers remember."""
+    """Write n, m and energies of Gauss point g, and the memory of its layers."""
     layers = len(tables.layers)
-    kept = memory.old.shape[1] // (tables.points * max(layers, 1))
-    first = g * max(layers, 1) * kept
+    size = memory.old.shape[1] // (tables.points * max(layers, 1))
+    first = g * max(layers, 1) * size
     old, new = memory.old[b], memory.new[b]
     if layers == 0:
-        before, after = old[first : first + kept], new[first : first + kept]
+        before, after = old[first : first + size], new[first : first + size]
         membrane_stress(bank, tables.material, tables.numbers, tables.curves, before, after)
         moments(bank, tables.bending)
         return
     begin_thickness(bank)
     for k in range(layers):
         height, share = tables.layers[k, 0], tables.layers[k, 1]
-        start = first + k * kept
-        before, after = old[start : start + kept], new[start : start + kept]
+        start = first + k * size
+        before, after = old[start : start + size], new[start : start + size]
         strain_at_height(bank, height)
         membrane_stress(bank, tables.material, tables.numbers, tables.curves, before, after)
         add_layer(bank, height, share)
@@ -75,7 +75,7 @@ def shell_response(bank, tables, memory, b, g):
 
 @kernel()
 def shells(motion, tables, memory, out, start, stop):
-    """Forces and energies of blocks start … stop, and how many that bend have no normal."""
+    """Write forces and energies of blocks start … stop, and numbers of lanes without a normal."""
     bank, net, force = scratch(SHELL_SIZE), scratch(NET), scratch(NET)
     count = tables.nodes.shape[1]
     bends = len(tables.layers) > 0 or max(tables.bending[0], tables.bending[1]) > 0.0
@@ -101,8 +101,8 @@ def shells(motion, tables, memory, out, start, stop):
 
 
 @inner()
-def _kept(bank, row, rows, to, out):
-    """Rows of the bank to rows of `out`."""
+def _copy_rows(bank, row, rows, to, out):
+    """Copy rows of the bank to rows of `out`."""
     for at in range(rows * LANES):
         out[to * LANES + at] = bank[row * LANES + at]
 
@@ -118,10 +118,10 @@ def shell_inside(motion, tables, memory, out, start, stop):
             rows = out[b, g * INSIDE * LANES : (g + 1) * INSIDE * LANES]
             shell_strain(bank, net, tables, b, g)
             for i in range(3):
-                _kept(bank, GRADIENT + 3 * i, 2, 2 * i, rows)
-            _kept(bank, STRAIN, 3, 6, rows)
-            _kept(bank, KAPPA, 3, 9, rows)
+                _copy_rows(bank, GRADIENT + 3 * i, 2, 2 * i, rows)
+            _copy_rows(bank, STRAIN, 3, 6, rows)
+            _copy_rows(bank, KAPPA, 3, 9, rows)
             shell_response(bank, tables, memory, b, g)
-            _kept(bank, SECOND, 3, 12, rows)
-            _kept(bank, MOMENT, 3, 15, rows)
-            _kept(bank, ENERGY, 1, 18, rows)
+            _copy_rows(bank, SECOND, 3, 12, rows)
+            _copy_rows(bank, MOMENT, 3, 15, rows)
+            _copy_rows(bank, ENERGY, 1, 18, rows)

@@ -1,14 +1,14 @@
 """Kirchhoff-Love shells in blocks of lanes: strains of a Gauss point, and forces of its stresses.
 
 Kiendl et al., Isogeometric shell analysis with Kirchhoff-Love elements, CMAME 198 (2009), in axes
-of the rest surface that are orthonormal at each Gauss point: F = [f₁, f₂] leads from these axes to
-space, a₃ = f₁ × f₂/J with J = |f₁ × f₂|, E = ½ (FᵀF − I), b_ij = f_ij·a₃, κ = B − b. A basis has
-five rows for each control point I, its derivatives along these axes: G₁, G₂, H₁₁, H₂₂, H₁₂. Forces
-n and moments m are by length at rest, δW = n:δE + m:δκ; with c = m_ij (f_ij − b_ij a₃)/J
+of the rest surface that are orthonormal at each Gauss point: F = [f₁, f₂] maps these axes to space,
+a₃ = f₁ × f₂/J with J = |f₁ × f₂|, E = ½ (FᵀF − I), b_ij = f_ij·a₃, κ = B − b. A basis has five rows
+for each control point I, its derivatives along these axes: G₁, G₂, H₁₁, H₂₂, H₁₂. Forces n and
+moments m are by length at rest, δW = n:δE + m:δκ; with c = m_ij (f_ij − b_ij a₃)/J
 
     ∂W/∂x_I = G₁ (n₁₁ f₁ + n₁₂ f₂ − f₂ × c) + G₂ (n₂₂ f₂ + n₁₂ f₁ − c × f₁) − (m:H) a₃.
 
-A membrane is a shell without moments. Its forces n stand where membranes have their stress S.
+A membrane is a shell without moments. The forces n are in the rows of the stress S of membranes.
 """
 
 from __future__ import annotations
@@ -30,12 +30,12 @@ from contiga.matter.kernels.lanes_nb import (
 MAX_CORNERS = 36
 """Control points of an element of degree 5."""
 NET = 3 * MAX_CORNERS * LANES
-"""Of the control points of a block, and of the forces on them."""
+"""Size of the control points of a block, and of the forces on them."""
 INSIDE = 19
-"""Rows of what a Gauss point tells."""
+"""Number of output rows of a Gauss point."""
 WIDTH = 5
 """Rows of a control point in a basis."""
-# Rows of the bank beyond those that other elements have.
+# Rows of the bank beyond those of other elements.
 CURVED = ROWS
 """f₁₁, f₂₂, f₁₂: nine rows."""
 KAPPA, BENT, MOMENT = ROWS + 9, ROWS + 12, ROWS + 15
@@ -43,11 +43,11 @@ KAPPA, BENT, MOMENT = ROWS + 9, ROWS + 12, ROWS + 15
 NORMAL, COUPLE = ROWS + 18, ROWS + 21
 """a₃ and c."""
 STRETCHED = ROWS + 24
-"""1/J, zero where there is no area."""
+"""1/J, zero without area."""
 MIDDLE, FORCE = ROWS + 25, ROWS + 28
-"""E of the middle surface, and n as it is summed over the thickness."""
+"""E of the middle surface, and the sum n over the thickness."""
 STORED, LOST = ROWS + 31, ROWS + 32
-"""Energies by area of a Gauss point that are summed over the thickness."""
+"""Sums over the thickness of the energies by area of a Gauss point."""
 ALL_STORED, ALL_LOST = ROWS + 33, ROWS + 34
 """Energies of elements."""
 SHELL_ROWS = ROWS + 35
@@ -61,14 +61,14 @@ ROW = 3 * LANES
 
 @inner(linked=False)
 def clear(rows, count):
-    """Zero rows of a block."""
+    """Set rows of a block to zero."""
     for at in range(count * LANES):
         rows[at] = 0.0
 
 
 @inner(linked=False)
 def shell_derivatives(net, basis, first, count, bank):
-    """F and f₁₁, f₂₂, f₁₂ of `count` control points, whose basis begins at `first`."""
+    """Write F and f₁₁, f₂₂, f₁₂ of `count` control points, whose basis begins at `first`."""
     for lane in range(LANES):
         for i in range(3):
             bank[F + i * ROW + lane] = 0.0
@@ -94,7 +94,7 @@ def shell_derivatives(net, basis, first, count, bank):
 
 @inner(linked=False)
 def curvature(bank, rest, first):
-    """a₃, 1/J, b and κ; B begins at `first` of `rest`."""
+    """Write a₃, 1/J, b and κ; B begins at `first` of `rest`."""
     for lane in range(LANES):
         f = F + lane
         ax, bx = bank[f], bank[f + LANES]
@@ -102,9 +102,9 @@ def curvature(bank, rest, first):
         az, bz = bank[f + 2 * ROW], bank[f + 2 * ROW + LANES]
         x, y, z = ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx
         area = math.sqrt(x * x + y * y + z * z)
-        there = area > 0.0
-        inverse = 1.0 / (area if there else 1.0)
-        inverse = inverse if there else 0.0
+        has_area = area > 0.0
+        inverse = 1.0 / (area if has_area else 1.0)
+        inverse = inverse if has_area else 0.0
         x, y, z = x * inverse, y * inverse, z * inverse
         bank[R + lane] = inverse
         bank[N + lane] = x
@@ -119,7 +119,7 @@ def curvature(bank, rest, first):
 
 @inner(linked=False)
 def flat_lanes(bank):
-    """Return the number of lanes without an area, or with one that is no number."""
+    """Return the number of lanes whose area is zero or not finite."""
     count = 0
     for lane in range(LANES):
         count += 0 if bank[R + lane] > 0.0 else 1
@@ -128,7 +128,7 @@ def flat_lanes(bank):
 
 @inner(linked=False)
 def moments(bank, bending):
-    """m = D κ and its energy, added to the membrane's; D₁₁₁₁, D₂₂₂₂, D₁₁₂₂ and D₁₂₁₂."""
+    """Write m = D κ, and add its energy to the membrane's; D₁₁₁₁, D₂₂₂₂, D₁₁₂₂ and D₁₂₁₂."""
     d_1, d_2, d_both, shear = bending[0], bending[1], bending[2], bending[3]
     for lane in range(LANES):
         k = K + lane
@@ -142,7 +142,7 @@ def moments(bank, bending):
 
 @inner(linked=False)
 def begin_thickness(bank):
-    """Keep E of the middle surface, and begin n, m and energies at zero."""
+    """Copy E of the middle surface, and set n, m and energies to zero."""
     for lane in range(LANES):
         for i in range(3):
             bank[(MIDDLE + i) * LANES + lane] = bank[E + i * LANES + lane]
@@ -154,14 +154,14 @@ def begin_thickness(bank):
 
 @inner(linked=False)
 def strain_at_height(bank, height):
-    """E of the middle surface and height times κ."""
+    """Write E at a height, that of the middle surface plus height times κ."""
     for at in range(ROW):
         bank[E + at] = bank[MIDDLE * LANES + at] + height * bank[K + at]
 
 
 @inner(linked=False)
 def add_layer(bank, height, share):
-    """A layer's part of n, m and energies: its share of the thickness."""
+    """Add a layer's part of n, m and energies, with its share of the thickness."""
     lever = share * height
     for at in range(ROW):
         stress = bank[S + at]
@@ -174,7 +174,7 @@ def add_layer(bank, height, share):
 
 @inner(linked=False)
 def end_thickness(bank):
-    """n and energies to where the middle surface alone has them."""
+    """Copy n and energies to the rows of a shell without layers."""
     for at in range(ROW):
         bank[S + at] = bank[FORCE * LANES + at]
     for lane in range(LANES):
@@ -218,7 +218,7 @@ def shell_stress(bank, weights, first):
 
 @inner(linked=False)
 def shell_forces(bank, basis, first, count, force):
-    """Forces of a Gauss point added on `count` control points."""
+    """Add the forces of a Gauss point on `count` control points."""
     for k in range(count):
         at, row = k * ROW, first + k * WIDTH * LANES
         for lane in range(LANES):

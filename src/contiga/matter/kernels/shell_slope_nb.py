@@ -1,8 +1,8 @@
 """Slopes across edges of shells: springs between normals, and their stiffness.
 
-Where two elements meet with the normals a and b and the unit tangent t of the edge, their angle φ
-has cos φ = a·b and sin φ = t·(a × b); what is stored is k (1 − cos(φ − φ₀)), which is the penalty
-of Herrema et al. (CMAME 346, 2019). Towards a plane of symmetry it is k (a·n − A·n)²/2.
+Between two elements with the normals a and b and the unit tangent t of the edge, the angle φ has
+cos φ = a·b and sin φ = t·(a × b); the stored energy is k (1 − cos(φ − φ₀)), the penalty of Herrema
+et al. (CMAME 346, 2019). At a plane of symmetry it is k (a·n − A·n)²/2.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ def _dot(a, b):
 
 @inlined()
 def _sum(net, row, count):
-    """Σ of control points times a row of a basis."""
+    """Return the sum of control points times a row of a basis."""
     x, y, z = 0.0, 0.0, 0.0
     for k in range(count):
         x += row[k] * net[3 * k]
@@ -40,7 +40,7 @@ def _sum(net, row, count):
 
 @inlined()
 def _unit(a):
-    """A direction, and 1/length; nothing of what has no length."""
+    """Return a direction, and 1/length; zeros for a vector without length."""
     length = math.sqrt(_dot(a, a))
     inverse = 1.0 / length if length > 0.0 else 0.0
     return (a[0] * inverse, a[1] * inverse, a[2] * inverse), inverse
@@ -49,17 +49,17 @@ def _unit(a):
 @inlined()
 def _across(g, a, inverse):
     """Return (g − (g·a) a)/length for a direction a of a vector of length 1/inverse."""
-    along = _dot(g, a)
+    product = _dot(g, a)
     return (
-        inverse * (g[0] - along * a[0]),
-        inverse * (g[1] - along * a[1]),
-        inverse * (g[2] - along * a[2]),
+        inverse * (g[0] - product * a[0]),
+        inverse * (g[1] - product * a[1]),
+        inverse * (g[2] - product * a[2]),
     )
 
 
 @inner()
 def _pull(rows, first, count, g, sides, force):
-    """Forces on control points of g = ∂W/∂(S_u × S_v), of a side whose S_u and S_v are `sides`."""
+    """Add the forces on control points of g = ∂W/∂(S_u × S_v) of a side with `sides` (S_u, S_v)."""
     along_u, along_v = _cross(sides[1], g), _cross(g, sides[0])
     for k in range(count):
         u, v = rows[first, k], rows[first + 1, k]
@@ -69,9 +69,9 @@ def _pull(rows, first, count, g, sides, force):
 
 @inner(linked=False)
 def slope_point(net, tables, n, force):
-    """Energy of a point, and forces on its control points `net` (3 k)."""
+    """Return the energy of a point, and write the forces on its control points `net` (3 k)."""
     count = tables.nodes.shape[1]
-    rows, stiff = tables.basis[n], tables.stiffness[n]
+    rows, stiffness = tables.basis[n], tables.stiffness[n]
     c, s = tables.rest[n, 0], tables.rest[n, 1]
     plane = tables.plane[n, 0], tables.plane[n, 1], tables.plane[n, 2]
     for k in range(3 * count):
@@ -79,16 +79,16 @@ def slope_point(net, tables, n, force):
     first = _sum(net, rows[0], count), _sum(net, rows[1], count)
     a, a_inverse = _unit(_cross(first[0], first[1]))
     if _dot(plane, plane) > 0.0:
-        off = _dot(a, plane) - c
-        pull = stiff * off
+        deviation = _dot(a, plane) - c
+        pull = stiffness * deviation
         g = pull * plane[0], pull * plane[1], pull * plane[2]
         _pull(rows, 0, count, _across(g, a, a_inverse), first, force)
-        return 0.5 * pull * off
+        return 0.5 * pull * deviation
     second = _sum(net, rows[2], count), _sum(net, rows[3], count)
     b, b_inverse = _unit(_cross(second[0], second[1]))
     t, t_inverse = _unit(_sum(net, rows[4], count))
     bt, ta, ab = _cross(b, t), _cross(t, a), _cross(a, b)
-    c, s = stiff * c, stiff * s
+    c, s = stiffness * c, stiffness * s
     g = -c * b[0] - s * bt[0], -c * b[1] - s * bt[1], -c * b[2] - s * bt[2]
     _pull(rows, 0, count, _across(g, a, a_inverse), first, force)
     g = -c * a[0] - s * ta[0], -c * a[1] - s * ta[1], -c * a[2] - s * ta[2]
@@ -97,11 +97,12 @@ def slope_point(net, tables, n, force):
     for k in range(count):
         for i in range(3):
             force[3 * k + i] -= rows[4, k] * g[i]
-    return stiff - c * _dot(a, b) - s * _dot(t, ab)
+    return stiffness - c * _dot(a, b) - s * _dot(t, ab)
 
 
 @inner()
-def _gathered(points, nodes, net):
+def _gather(points, nodes, net):
+    """Copy control points into `net` (3 k)."""
     for k in range(len(nodes)):
         for i in range(3):
             net[3 * k + i] = points[nodes[k], i]
@@ -109,11 +110,11 @@ def _gathered(points, nodes, net):
 
 @kernel()
 def slopes(points, tables, out, start, stop):
-    """Forces and energies of points start … stop."""
+    """Write forces and energies of points start … stop."""
     net, force = scratch(NET), scratch(NET)
     count = tables.nodes.shape[1]
     for n in range(start, stop):
-        _gathered(points, tables.nodes[n], net)
+        _gather(points, tables.nodes[n], net)
         out.energy[n] = slope_point(net, tables, n, force)
         for k in range(count):
             for i in range(3):
@@ -122,11 +123,11 @@ def slopes(points, tables, out, start, stop):
 
 @kernel()
 def slope_stiffness(points, tables, stiffness, start, stop):
-    """K (3 k, 3 k) of points start … stop, by differences of their forces."""
+    """Write K (3 k, 3 k) of points start … stop, by differences of their forces."""
     net, before, after = scratch(NET), scratch(NET), scratch(NET)
     count = 3 * tables.nodes.shape[1]
     for n in range(start, stop):
-        _gathered(points, tables.nodes[n], net)
+        _gather(points, tables.nodes[n], net)
         step = tables.nudge[n]
         for column in range(count):
             at = net[column]

@@ -70,7 +70,7 @@ def add_moduli(bank, height, share):
 
 @inner()
 def shell_moduli(bank, tables):
-    """Moduli of a Gauss point whose strains are in the bank."""
+    """Write the moduli of a Gauss point whose strains are in the bank."""
     clear(bank[D:], 18)
     layers = len(tables.layers)
     if layers == 0:
@@ -88,7 +88,7 @@ def shell_moduli(bank, tables):
 
 @inner(linked=False)
 def weigh(bank, weights, first):
-    """n and moduli times the weights."""
+    """Multiply n and moduli by the weights."""
     for row in range(18):
         for lane in range(LANES):
             bank[D + row * LANES + lane] *= weights[first + lane]
@@ -99,7 +99,7 @@ def weigh(bank, weights, first):
 
 @inner(linked=False)
 def point_rows(bank, basis, first, out):
-    """The rows of a control point whose basis begins at `first`."""
+    """Write the rows of a control point whose basis begins at `first`."""
     for lane in range(LANES):
         g = first + lane
         g_1, g_2 = basis[g], basis[g + LANES]
@@ -147,7 +147,7 @@ def point_rows(bank, basis, first, out):
 
 @inner(linked=False)
 def _times(bank, first, rows, at, out, to):
-    """Three rows of moduli that begin at `first` times three rows of R, added."""
+    """Add three rows of moduli that begin at `first` times three rows of R."""
     for lane in range(LANES):
         d = D + first * LANES + lane
         c_1, c_2, c_both = bank[d], bank[d + LANES], bank[d + 2 * LANES]
@@ -163,7 +163,7 @@ def _times(bank, first, rows, at, out, to):
 
 @inner()
 def moduli_times(bank, rows, out):
-    """D R of a control point, 18 rows."""
+    """Write D R of a control point, 18 rows."""
     clear(out, 18)
     _times(bank, 0, rows, 0, out, 0)
     _times(bank, 6, rows, 3 * ROW, out, 0)
@@ -173,7 +173,7 @@ def moduli_times(bank, rows, out):
 
 @inner(linked=False)
 def add_material(one, other, out):
-    """R_Iᵀ D R_J, of the rows of I and D R_J, added to K_IJ."""
+    """Add R_Iᵀ D R_J to K_IJ, from the rows of I and D R_J."""
     for lane in range(LANES):
         for i in range(3):
             for j in range(3):
@@ -223,7 +223,7 @@ def add_geometric(bank, one, other, out):
 
 @inner()
 def _block_stiffness(bank, net, rows, tables, memory, b, out):
-    """K of all pairs of block b, nine rows each: (0, 0), (0, 1) … (1, 1), (1, 2) …"""
+    """Write K of all pairs of block b, nine rows each: (0, 0), (0, 1) … (1, 1), (1, 2) …"""
     count = tables.nodes.shape[1]
     width, weighted = PER_POINT * LANES, rows[count * PER_POINT * LANES :]
     clear(out, 9 * (count * (count + 1) // 2))
@@ -249,7 +249,7 @@ def _block_stiffness(bank, net, rows, tables, memory, b, out):
 
 @inner(linked=False)
 def add_sums(pair, i, j, sums):
-    """|K_IJ| added to the sums of the rows of I, and of its columns to those of J."""
+    """Add |K_IJ| to the sums of the rows of I, and the sums of its columns to those of J."""
     for lane in range(LANES):
         for a in range(3):
             for b in range(3):
@@ -261,7 +261,7 @@ def add_sums(pair, i, j, sums):
 
 @kernel()
 def shell_stiffness(motion, tables, memory, out, start, stop):
-    """K of all pairs of blocks start … stop, into `out` (b, pairs · 9 · LANES)."""
+    """Write K of all pairs of blocks start … stop into `out` (b, pairs · 9 · LANES)."""
     count = tables.nodes.shape[1]
     bank, net = scratch(BANK), scratch(NET)
     rows = np.empty((count * PER_POINT + 18) * LANES)
@@ -273,7 +273,7 @@ def shell_stiffness(motion, tables, memory, out, start, stop):
 
 @kernel()
 def shell_row_sums(motion, tables, memory, out, start, stop):
-    """Row sums of the stiffness of the elements of blocks start … stop, at nodes of blocks."""
+    """Write row sums of the stiffness of elements of blocks start … stop, at nodes of blocks."""
     count = tables.nodes.shape[1]
     bank, net, sums = scratch(BANK), scratch(NET), scratch(NET)
     rows = np.empty((count * PER_POINT + 18) * LANES)

@@ -1,4 +1,4 @@
-"""Saint-Venant and Kirchhoff's solid, in lanes: S = λ tr(E) I + 2 μ E, W = E:S/2, P = F S."""
+"""Saint-Venant-Kirchhoff solid, in lanes: S = λ tr(E) I + 2 μ E, W = E:S/2, P = F S."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ ROW = 3 * LANES
 
 @inner(linked=False)
 def solid_elastic(bank, numbers):
-    """P and W from F; numbers are μ and λ."""
+    """Write P and W from F; numbers are μ and λ."""
     mu, lam = numbers[0], numbers[1]
     for lane in range(LANES):
         f = F + lane

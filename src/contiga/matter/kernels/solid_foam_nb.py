@@ -1,21 +1,22 @@
-"""Low-density foam, in lanes: principal nominal stresses σ(1 − λ_i) that do not feel each other.
+"""Low-density foam, in lanes: independent principal nominal stresses σ(1 − λ_i).
 
-What is taken in compression is W = Σ w(1 − λ_i). Below the largest W so far, Wₘ, it is given back
-by the factor H + (1 − H) (W/Wₘ)^S: the gradient of H W + (1 − H) W (W/Wₘ)^S/(S + 1), which is
-what is stored (the unloading of LS-DYNA's MAT_57 and of Radioss' LAW90). Tension is elastic.
+The energy of loading in compression is W = Σ w(1 − λ_i). Below the largest W so far, Wₘ, the force
+has the factor H + (1 − H) (W/Wₘ)^S: it is the gradient of the stored energy
+H W + (1 − H) W (W/Wₘ)^S/(S + 1) (the unloading of LS-DYNA's MAT_57 and of Radioss' LAW90). Tension
+is elastic.
 
-Rates add the overstress X(ε_i, s_i) to each principal stress: what their tables have above the
-first one at the strain ε_i = 1 − λ_i and its rate s_i, smoothed by τ ṡ_i = ε̇_i − s_i, zero where
-either is not above zero. No path of strain gains work by it. With d_i = ε_i − τ s_i it is a
-spring ε_i − d_i in series with a dashpot d_i, ḋ_i = s_i, which stores
+Rates add the overstress X(ε_i, s_i) to each principal stress: the difference of their tables to the
+first one at the strain ε_i = 1 − λ_i and its rate s_i, filtered by τ ṡ_i = ε̇_i − s_i; zero if
+either is not positive. No path of strain gains work by it. With d_i = ε_i − τ s_i it is a spring
+ε_i − d_i in series with a dashpot d_i, ḋ_i = s_i, which stores
 
     ψ(ε, d) = ∫_d^ε X(e, (e − d)/τ) de ≥ 0,    ∂ψ/∂ε = X,    ∂ψ/∂d = −(1/τ) ∫_d^ε ∂X/∂s de,
 
-so that the work it takes is Σ X ε̇_i = ψ̇ + Σ s_i (1/τ) ∫ ∂X/∂s de. No table is below that before
-it, hence ∂X/∂s ≥ 0, and X = 0 where s ≤ 0: the second part, which is lost, is never negative. This
-holds as each axis keeps its own rate while it turns, for which it is followed from step to step:
-ε_i is continuous and ε̇_i = N_i·Ė N_i. Since the work is that of the mean of both ends of a step,
-it closes the balance to second order.
+so that its work is Σ X ε̇_i = ψ̇ + Σ s_i (1/τ) ∫ ∂X/∂s de. No table is below the previous one, hence
+∂X/∂s ≥ 0, and X = 0 for s ≤ 0: the second part, which is lost, is never negative. This holds if
+each axis keeps its own rate while it rotates; so axes are followed from step to step: ε_i is
+continuous and ε̇_i = N_i·Ė N_i. The work of the mean of both ends of a step closes the energy
+balance to second order.
 """
 
 from __future__ import annotations
@@ -41,14 +42,13 @@ from contiga.matter.kernels.solid_principal_nb import principal
 F, P, W = GRADIENT * LANES, STRESS * LANES, ENERGY * LANES
 C, N = SQUARE * LANES, AXES * LANES
 S = SPRINGS * LANES
-"""Three rows that nothing else has at that stage: principal stresses."""
+"""Three rows of principal stresses, which are free at this stage."""
 ROW = 3 * LANES
-# Coefficients: H, S, modulus in tension, time of the filter; then the rates of the curves, of which
-# the first is at rest.
-KEPT, SHAPE, TENSION, FILTER, RATES = 0, 1, 2, 3, 4
+# Coefficients: H, S, modulus in tension, time of the filter; then the rates of the curves, 0 first.
+HYSTERESIS_FACTOR, SHAPE, TENSION, FILTER, RATES = 0, 1, 2, 3, 4
 MAX_ENERGY, REACHED, STRAIN, SPEED, DIRECTION = 0, 1, 2, 5, 8
 """Columns of the memory: Wₘ and the largest strain; with rates the strain of each axis, its
-smoothed rate, and the axes less those of coordinates."""
+filtered rate, and the axes less the identity."""
 MEMORY, MEMORY_OF_RATES = 2, 17
 
 
@@ -66,14 +66,14 @@ def _excess(numbers, curves, strain, speed):
 
 @inner(linked=False)
 def _stretches(bank):
-    """Principal stretches in three rows behind their squares."""
+    """Write the principal stretches in three rows behind their squares."""
     for at in range(C, C + 3 * LANES):
         bank[at + 3 * LANES] = math.sqrt(max(bank[at], 0.0))
 
 
 @inner(linked=False)
 def _pull_forward(bank):
-    """P = −F Σ s_i/λ_i N_i ⊗ N_i of principal stresses s_i."""
+    """Write P = −F Σ s_i/λ_i N_i ⊗ N_i of principal stresses s_i."""
     for lane in range(LANES):
         a, b, c = C + 3 * LANES + lane, C + 4 * LANES + lane, C + 5 * LANES + lane
         s_a, s_b, s_c = S + lane, S + LANES + lane, S + 2 * LANES + lane
@@ -94,19 +94,19 @@ def _pull_forward(bank):
 
 
 @inner()
-def _kept(numbers, energy, most):
+def _unloading(numbers, energy, max_energy):
     """Return the unloading factor of the force and the recoverable part of `energy`."""
-    kept, shape = numbers[KEPT], numbers[SHAPE]
-    if energy >= most:
-        return 1.0, energy * (kept + (1.0 - kept) / (shape + 1.0))
-    part = (1.0 - kept) * (energy / most) ** shape
-    return kept + part, energy * (kept + part / (shape + 1.0))
+    h, shape = numbers[HYSTERESIS_FACTOR], numbers[SHAPE]
+    if energy >= max_energy:
+        return 1.0, energy * (h + (1.0 - h) / (shape + 1.0))
+    part = (1.0 - h) * (energy / max_energy) ** shape
+    return h + part, energy * (h + part / (shape + 1.0))
 
 
 @inner()
-def _lane(bank, lane, numbers, curves, old, new):
-    """Principal stresses and energies of a lane, without rates."""
-    taken, elastic = 0.0, 0.0
+def _static_stresses(bank, lane, numbers, curves, old, new):
+    """Write principal stresses and energies of a lane, without rates."""
+    energy, elastic = 0.0, 0.0
     reached = old[REACHED * LANES + lane]
     for i in range(3):
         strain = 1.0 - bank[C + (3 + i) * LANES + lane]
@@ -114,41 +114,42 @@ def _lane(bank, lane, numbers, curves, old, new):
         if strain > 0.0:
             at = curve_at(curves, 0, strain)
             stress = at.value
-            taken += at.integral
+            energy += at.integral
         else:
             stress = numbers[TENSION] * strain
             elastic += 0.5 * stress * strain
         bank[S + i * LANES + lane] = stress
-    most = old[MAX_ENERGY * LANES + lane]
-    factor, stored = _kept(numbers, taken, most)
+    max_energy = old[MAX_ENERGY * LANES + lane]
+    factor, stored = _unloading(numbers, energy, max_energy)
     for i in range(3):
         if bank[C + (3 + i) * LANES + lane] < 1.0:
             bank[S + i * LANES + lane] *= factor
     bank[W + lane] = stored + elastic
-    _, before = _kept(numbers, most, most)
-    above = max(taken - most, 0.0)
-    _, whole = _kept(numbers, most + above, most)
-    bank[HYSTERESIS * LANES + lane] = above - (whole - before)
-    new[MAX_ENERGY * LANES + lane] = max(taken, most)
+    _, before = _unloading(numbers, max_energy, max_energy)
+    increment = max(energy - max_energy, 0.0)
+    _, after = _unloading(numbers, max_energy + increment, max_energy)
+    bank[HYSTERESIS * LANES + lane] = increment - (after - before)
+    new[MAX_ENERGY * LANES + lane] = max(energy, max_energy)
     new[REACHED * LANES + lane] = reached
 
 
 @inner()
 def _overstress(bank, lane, tables, step, old, new):
-    """Add the overstress of the rates to the principal stresses of a lane, and account its work."""
+    """Add the overstress of the rates to the principal stresses of a lane, and its work to the
+    energies."""
     numbers, curves = tables.numbers, tables.curves
-    held = math.exp(-step / numbers[FILTER])
-    # of a step in which the strain changes evenly; nothing moves in one of no length
+    decay = math.exp(-step / numbers[FILTER])
+    # Filter of a step with a constant strain rate; zero for a step of zero length.
     gain = -math.expm1(-step / numbers[FILTER]) / step if step > 0.0 else 0.0
     for i in range(3):
         at, to = (STRAIN + i) * LANES + lane, (SPEED + i) * LANES + lane
         strain = 1.0 - bank[C + (3 + i) * LANES + lane]
-        way = strain - old[at]
-        speed = held * old[to] + gain * way
+        change = strain - old[at]
+        speed = decay * old[to] + gain * change
         excess = _excess(numbers, curves, strain, speed)
-        if held < 1.0:  # nothing is lost in no time
+        if decay < 1.0:  # a step of zero length has no loss
             before = _excess(numbers, curves, old[at], old[to])
-            bank[VISCOSITY * LANES + lane] += 0.5 * (before + excess) * way
+            bank[VISCOSITY * LANES + lane] += 0.5 * (before + excess) * change
         bank[S + i * LANES + lane] += excess
         new[at] = strain
         new[to] = speed
@@ -159,15 +160,15 @@ def _overstress(bank, lane, tables, step, old, new):
 
 @inner(linked=False)
 def solid_foam(bank, tables, step, old, new):
-    """P, energies and the new memory from F, the step and the old memory."""
-    rated = tables.numbers.shape[0] > RATES + 1
-    # what bulk viscosity remembers follows in `old`
-    first, axes = DIRECTION * LANES, 9 * LANES if rated else 0
+    """Write P, energies and the new memory from F, the step and the old memory."""
+    has_rates = tables.numbers.shape[0] > RATES + 1
+    # The memory of bulk viscosity follows in `old`.
+    first, axes = DIRECTION * LANES, 9 * LANES if has_rates else 0
     principal(bank, old[first : first + axes])
     _stretches(bank)
     for lane in range(LANES):
-        _lane(bank, lane, tables.numbers, tables.curves, old, new)
-    if rated:
+        _static_stresses(bank, lane, tables.numbers, tables.curves, old, new)
+    if has_rates:
         for lane in range(LANES):
             _overstress(bank, lane, tables, step, old, new)
     _pull_forward(bank)

@@ -1,10 +1,10 @@
-"""Hexahedra in blocks of lanes: one mean gradient, and springs against the modes it does not see.
+"""Hexahedra in blocks of lanes: one mean gradient, and springs against hourglass modes.
 
 F = Σ x_a ⊗ B_a with the mean gradients B_a of the corners' shape functions over the element at
-rest. The four hourglass modes h_α have the vectors γ_α = h_α − Σ_j (h_α·X_j) B_j, which are zero
-for all that is linear (Flanagan and Belytschko, Int. J. Numer. Methods Eng. 17, 1981). Taken at
-rest, once and for all, their springs store Σ c_α/2 |γ_α·x|² a volume, which no turning changes.
-γ_α·x = h_α·x − F (h_α·X), so that the twelve numbers h_α·X stand for all γ.
+rest. The four hourglass modes h_α have the vectors γ_α = h_α − Σ_j (h_α·X_j) B_j, which vanish for
+linear fields (Flanagan and Belytschko, Int. J. Numer. Methods Eng. 17, 1981). With γ_α at rest, the
+springs store Σ c_α/2 |γ_α·x|² by volume, which no rotation changes. As γ_α·x = h_α·x − F (h_α·X),
+the twelve numbers h_α·X are sufficient.
 """
 
 from __future__ import annotations
@@ -16,13 +16,12 @@ F, P, X = GRADIENT * LANES, STRESS * LANES, CORNERS * LANES
 Q, ENERGY = SPRINGS * LANES, HOURGLASS * LANES
 ROW = 3 * LANES
 STIFF, ROW_SUMS = 12, 16
-"""Rows of the hourglass table behind the h_α·X: c of each mode, and the springs' row sums of eight
-corners."""
+"""Rows of the hourglass table behind the h_α·X: c of each mode, and row sums at eight corners."""
 
 
 @inner(linked=False)
 def hex_gradient(bank, gradients):
-    """F of corners, from the mean gradients (24, LANES)."""
+    """Write F of corners, from the mean gradients (24, LANES)."""
     for i in range(3):
         for lane in range(LANES):
             x, y, z = 0.0, 0.0, 0.0
@@ -39,7 +38,7 @@ def hex_gradient(bank, gradients):
 
 @inlined()
 def modes(x):
-    """h·x of the four modes ξη, ηζ, ζξ, ξηζ for numbers x of eight corners in VTK's order."""
+    """Return h·x of the modes ξη, ηζ, ζξ, ξηζ for numbers x of eight corners in VTK's order."""
     a, b = x[0] + x[2] - x[1] - x[3], x[4] + x[6] - x[5] - x[7]
     c, d = x[0] + x[1] - x[2] - x[3], x[4] + x[5] - x[6] - x[7]
     e, f = x[0] + x[3] - x[1] - x[2], x[4] + x[7] - x[5] - x[6]
@@ -48,7 +47,7 @@ def modes(x):
 
 @inner(linked=False)
 def hourglass(bank, table):
-    """Forces of the springs by reference volume, what of them acts by F, and their energy."""
+    """Write the spring forces by reference volume, their part in P, and their energy."""
     for i in range(3):
         for lane in range(LANES):
             at = X + i * LANES + lane
@@ -60,11 +59,11 @@ def hourglass(bank, table):
             x, y, z = bank[f], bank[f + LANES], bank[f + 2 * LANES]
             energy = 0.0
             for mode in range(4):
-                t, stiff = mode * ROW + lane, table[(STIFF + mode) * LANES + lane]
+                t, stiffness = mode * ROW + lane, table[(STIFF + mode) * LANES + lane]
                 u, v, w = table[t], table[t + LANES], table[t + 2 * LANES]
-                way = h[mode] - x * u - y * v - z * w
-                q = stiff * way
-                energy += 0.5 * q * way
+                amplitude = h[mode] - x * u - y * v - z * w
+                q = stiffness * amplitude
+                energy += 0.5 * q * amplitude
                 bank[Q + mode * ROW + i * LANES + lane] = q
                 bank[p] -= q * u
                 bank[p + LANES] -= q * v
@@ -74,7 +73,7 @@ def hourglass(bank, table):
 
 @inner(linked=False)
 def hex_forces(bank, gradients, volumes):
-    """Forces of the stress P and of the springs on the corners, in place of the corners."""
+    """Write the forces of P and of the springs on the corners, over the corners in the bank."""
     for i in range(3):
         for lane in range(LANES):
             v, p, q = -volumes[lane], P + i * ROW + lane, Q + i * LANES + lane

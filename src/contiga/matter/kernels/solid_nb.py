@@ -23,7 +23,7 @@ X = CORNERS * LANES
 
 @inner(linked=False)
 def tet_gradient(bank, gradients):
-    """F of corners, from the gradients (9, LANES) of all but the first."""
+    """Write F of corners, from the gradients (9, LANES) of all but the first."""
     for lane in range(LANES):
         for i in range(3):
             at = X + i * LANES + lane
@@ -38,7 +38,7 @@ def tet_gradient(bank, gradients):
 
 @inner(linked=False)
 def determinant(bank):
-    """J = det F."""
+    """Write J = det F."""
     for lane in range(LANES):
         at = F + lane
         xx, xy, xz = bank[at], bank[at + LANES], bank[at + 2 * LANES]
@@ -72,7 +72,7 @@ def tet_forces(bank, gradients, volumes):
 
 @inner(linked=False)
 def quarter_volumes(bank, volumes):
-    """A quarter of the volume to each corner, in place of its x."""
+    """Write a quarter of the volume over the x of each corner."""
     for lane in range(LANES):
         quarter = 0.25 * volumes[lane] * bank[J + lane]
         for a in range(4):
@@ -81,8 +81,8 @@ def quarter_volumes(bank, volumes):
 
 @inner(linked=False)
 def mean_pressure(bank, pressures, nodes):
-    """The mean of the corners' pressures."""
+    """Write the mean of the corners' pressures."""
     for lane in range(LANES):
-        four = pressures[nodes[0, lane]] + pressures[nodes[1, lane]]
-        four += pressures[nodes[2, lane]] + pressures[nodes[3, lane]]
-        bank[PRESSURE * LANES + lane] = 0.25 * four
+        total = pressures[nodes[0, lane]] + pressures[nodes[1, lane]]
+        total += pressures[nodes[2, lane]] + pressures[nodes[3, lane]]
+        bank[PRESSURE * LANES + lane] = 0.25 * total

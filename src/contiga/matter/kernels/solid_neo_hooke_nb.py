@@ -1,8 +1,8 @@
-"""Neo-Hooke's solid, in lanes: W = μ/2 (I₁ − 3) − μ ln J + λ/2 (J − 1)².
+"""Neo-Hookean solid, in lanes: W = μ/2 (I₁ − 3) − μ ln J + λ/2 (J − 1)².
 
-P = μ F + (λ (J − 1) − μ/J) cof F. The logarithm is only for the energy. It is a series in
-(J − 1)/(J + 1), as a call of the library's would be a third of the whole element, and is not the
-same bits on all machines; lanes far from 1 take the eighth root first.
+P = μ F + (λ (J − 1) − μ/J) cof F. Only the energy needs the logarithm. It is a series in
+(J − 1)/(J + 1), since a library call would take a third of the time of the element, and has not the
+same bits on all machines; lanes with J far from 1 use the eighth root of J.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ ROW = 3 * LANES
 
 @inlined()
 def log_series(s):
-    """ln((1 + s)/(1 − s)): to 1e-15 for |s| ≤ 1/3, which is J from 1/2 to 2."""
+    """Return ln((1 + s)/(1 − s)) to 1e-15 for |s| ≤ 1/3, which is J from 1/2 to 2."""
     q = s * s
     p = 1.0 / 29.0
     p = p * q + 1.0 / 27.0
@@ -39,7 +39,7 @@ def log_series(s):
 
 @inner(linked=False)
 def solid_neo_hooke(bank, numbers):
-    """P and W from F and J; numbers are μ and λ, of what is not in the pressure at the corners."""
+    """Write P and W from F and J; numbers are μ and the λ that is not averaged at nodes."""
     mu, lam = numbers[0], numbers[1]
     for lane in range(LANES):
         f, p = F + lane, P + lane
@@ -59,8 +59,8 @@ def solid_neo_hooke(bank, numbers):
         bank[p + 2 * ROW + 2 * LANES] = mu * zz + k * (xx * yy - xy * yx)
         square = xx * xx + xy * xy + xz * xz + yx * yx + yy * yy + yz * yz
         square += zx * zx + zy * zy + zz * zz
-        far = j > 2.0 or j < 0.5
-        near = math.sqrt(math.sqrt(math.sqrt(j))) if far else j
-        log = log_series((near - 1.0) / (near + 1.0)) * (8.0 if far else 1.0)
+        is_far = j > 2.0 or j < 0.5
+        root = math.sqrt(math.sqrt(math.sqrt(j))) if is_far else j
+        log = log_series((root - 1.0) / (root + 1.0)) * (8.0 if is_far else 1.0)
         change = j - 1.0
         bank[W + lane] = 0.5 * mu * (square - 3.0) - mu * log + 0.5 * lam * change * change

@@ -1,8 +1,8 @@
-"""Principal stretches, in lanes: C = FᵀF turned to its axes by Jacobi's rotations.
+"""Principal stretches, in lanes: C = FᵀF rotated to its axes by Jacobi's method.
 
-Four rounds over three pairs leave nothing off the diagonal to the last bit (Golub and Van Loan,
-Matrix Computations, 8.5.4: once it is small, each round squares it). Unlike closed forms they are
-exact where stretches are nearly the same, as they are wherever a foam is nearly at rest.
+Four sweeps over three pairs reduce the off-diagonal entries to zero in the last bit (Golub and Van
+Loan, Matrix Computations, 8.5.4: once they are small, each sweep squares them). Unlike closed forms
+they are exact for nearly equal stretches, as in a foam close to rest.
 """
 
 from __future__ import annotations
@@ -14,21 +14,21 @@ from contiga.matter.kernels.lanes_nb import AXES, GRADIENT, LANES, SQUARE
 
 F, C, N = GRADIENT * LANES, SQUARE * LANES, AXES * LANES
 ROW = 3 * LANES
-ROUNDS = 4
+N_SWEEPS = 4
 
 
 @inner(linked=False)
-def _begin_at(bank, axes):
-    """Axes from their difference (9, LANES) to those of coordinates, and C turned to them."""
+def _rotate_to(bank, axes):
+    """Write the axes from `axes` (9, LANES), less the identity, and C in these axes."""
     for lane in range(LANES):
         for i in range(3):
             n, at = N + i * LANES + lane, i * LANES + lane
             a = axes[at] + (1.0 if i == 0 else 0.0)
             b = axes[at + ROW] + (1.0 if i == 1 else 0.0)
             c = axes[at + 2 * ROW] + (1.0 if i == 2 else 0.0)
-            # to length one by a step of Newton's method: rotations lose a last bit each
-            unit = 1.5 - 0.5 * (a * a + b * b + c * c)
-            bank[n], bank[n + ROW], bank[n + 2 * ROW] = unit * a, unit * b, unit * c
+            # Normalised by a step of Newton's method: each rotation loses the last bit.
+            factor = 1.5 - 0.5 * (a * a + b * b + c * c)
+            bank[n], bank[n + ROW], bank[n + 2 * ROW] = factor * a, factor * b, factor * c
         at = C + lane
         xx, yy, zz = bank[at], bank[at + LANES], bank[at + 2 * LANES]
         at += 3 * LANES
@@ -39,14 +39,14 @@ def _begin_at(bank, axes):
             a, b, c = bank[n], bank[n + ROW], bank[n + 2 * ROW]
             x, y, z = xx * a + xy * b + zx * c, xy * a + yy * b + yz * c, zx * a + yz * b + zz * c
             bank[C + i * LANES + lane] = a * x + b * y + c * z
-            # C_ij stands in the row of the axis that is neither
-            mixed = bank[m] * x + bank[m + ROW] * y + bank[m + 2 * ROW] * z
-            bank[C + (3 + (i + 2) % 3) * LANES + lane] = mixed
+            # C_ij is in the row of the third axis.
+            off_diagonal = bank[m] * x + bank[m + ROW] * y + bank[m + 2 * ROW] * z
+            bank[C + (3 + (i + 2) % 3) * LANES + lane] = off_diagonal
 
 
 @inner(linked=False)
 def _square(bank, to, i, j):
-    """C_ij into a row."""
+    """Write C_ij into a row."""
     for lane in range(LANES):
         a, b = F + i * LANES + lane, F + j * LANES + lane
         x, y, z = bank[a] * bank[b], bank[a + ROW] * bank[b + ROW], 0.0
@@ -56,15 +56,15 @@ def _square(bank, to, i, j):
 
 @inlined()
 def _rotate(bank, p, q):
-    """Turn axes p and q, numbers that are written out, so that C_pq is zero."""
+    """Rotate axes p and q, literal numbers, so that C_pq is zero."""
     r = 3 - p - q
     at_p, at_q, at_pq = C + p * LANES, C + q * LANES, C + (3 + r) * LANES
     at_pr, at_qr = C + (3 + q) * LANES, C + (3 + p) * LANES
     for lane in range(LANES):
-        way, off = bank[at_q + lane] - bank[at_p + lane], 2.0 * bank[at_pq + lane]
-        root = math.sqrt(way * way + off * off)
-        below = way + root if way >= 0.0 else way - root
-        t = off / (below if below != 0.0 else 1.0)
+        difference, off = bank[at_q + lane] - bank[at_p + lane], 2.0 * bank[at_pq + lane]
+        root = math.sqrt(difference * difference + off * off)
+        divisor = difference + root if difference >= 0.0 else difference - root
+        t = off / (divisor if divisor != 0.0 else 1.0)
         c = 1.0 / math.sqrt(1.0 + t * t)
         s = t * c
         bank[at_p + lane] -= 0.5 * t * off
@@ -97,11 +97,11 @@ def _rotate_12(bank):
 
 @inner()
 def principal(bank, axes):
-    """Squares of the principal stretches in three rows from SQUARE, their directions at rest as
-    the columns of AXES.
+    """Write the squared principal stretches in three rows from SQUARE, and their directions at rest
+    as the columns of AXES.
 
-    Rotations begin at `axes` (9 · LANES), less the identity: that of before, so that each axis is
-    followed; from the coordinates if there are none (0).
+    Rotations begin at the last `axes` (9 · LANES), less the identity, so that each axis is
+    followed; at the coordinate axes if `axes` is empty (0).
     """
     for i in range(3):
         _square(bank, C + i * LANES, i, i)
@@ -110,8 +110,8 @@ def principal(bank, axes):
             for lane in range(LANES):
                 bank[N + i * ROW + j * LANES + lane] = 1.0 if i == j else 0.0
     if len(axes) > 0:
-        _begin_at(bank, axes)
-    for _ in range(ROUNDS):
+        _rotate_to(bank, axes)
+    for _ in range(N_SWEEPS):
         _rotate_01(bank)
         _rotate_02(bank)
         _rotate_12(bank)

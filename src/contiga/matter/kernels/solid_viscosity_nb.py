@@ -1,9 +1,9 @@
-"""Bulk viscosity of solids, in lanes: a pressure against being pressed together quickly.
+"""Bulk viscosity of solids, in lanes: a pressure against fast compression.
 
-q = ρ ℓ (b c |ε̇| + a ℓ ε̇²) where the volume shrinks at ε̇ = J̇/J < 0, with the density ρ = ρ₀/J, the
+q = ρ ℓ (b c |ε̇| + a ℓ ε̇²) while the volume shrinks at ε̇ = J̇/J < 0, with the density ρ = ρ₀/J, the
 length ℓ = V^⅓ at rest and the speed c of pressure waves at rest (von Neumann and Richtmyer, 1950;
-Landshoff, 1955). It takes q |J̇| ≥ 0 a volume at rest; of a step, the mean of q at both ends times
-the change of J, which closes the balance to second order.
+Landshoff, 1955). It dissipates q |J̇| ≥ 0 by volume at rest; in a step, the mean of q at both ends
+times the change of J, which closes the energy balance to second order.
 """
 
 from __future__ import annotations
@@ -15,13 +15,13 @@ F, P, V = GRADIENT * LANES, STRESS * LANES, RATE * LANES
 J, LOST = STRETCH * LANES, VISCOSITY * LANES
 ROW = 3 * LANES
 MEMORY = 2
-"""The last numbers that are remembered: q and J less one."""
+"""Last columns of the memory: q and J − 1."""
 
 
 @inner(linked=False)
 def bulk_viscosity(bank, numbers, sizes, step, old, new):
-    """P, what is lost in a step and the new memory; numbers are b c, a and ρ₀."""
-    kept = len(old) - MEMORY * LANES
+    """Write P, the loss of a step and the new memory; numbers are b c, a and ρ₀."""
+    first = len(old) - MEMORY * LANES
     linear, quadratic, density = numbers[0], numbers[1], numbers[2]
     for lane in range(LANES):
         f, v, p = F + lane, V + lane, P + lane
@@ -36,10 +36,11 @@ def bulk_viscosity(bank, numbers, sizes, step, old, new):
         rate += bank[v] * d + bank[v + LANES] * e + bank[v + 2 * LANES] * g
         v += ROW
         rate += bank[v] * h + bank[v + LANES] * k + bank[v + 2 * LANES] * m
-        shrinks = max(-rate, 0.0) / bank[J + lane]
+        strain_rate = max(-rate, 0.0) / bank[J + lane]
         size = sizes[lane]
-        q = density / bank[J + lane] * size * shrinks * (linear + quadratic * size * shrinks)
-        change, at = bank[J + lane] - 1.0, kept + lane
+        speed = linear + quadratic * size * strain_rate
+        q = density / bank[J + lane] * size * strain_rate * speed
+        change, at = bank[J + lane] - 1.0, first + lane
         if step > 0.0:
             bank[LOST + lane] += 0.5 * (old[at] + q) * (old[at + LANES] - change)
         new[at] = q

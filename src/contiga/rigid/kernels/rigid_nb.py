@@ -1,6 +1,6 @@
 """Rigid motion of many points: the same bits whatever the number of threads or rows.
 
-Points are read and written as numbers in a row, as which compilers see three axes at once.
+Points are read and written as numbers in a row, which compilers vectorise across the three axes.
 """
 
 from __future__ import annotations
@@ -13,48 +13,48 @@ from contiga.jit import kernel
 
 @kernel()
 def to_body(points, pose, out, start, stop):
-    """Rᵀ (p − t) of points start … stop for a (4, 4) pose."""
-    given, turned = points[start:stop].reshape(-1), out[start:stop].reshape(-1)
+    """Write Rᵀ (p − t) of points start … stop for a (4, 4) pose."""
+    p, moved = points[start:stop].reshape(-1), out[start:stop].reshape(-1)
     x0, x1, x2, tx = pose[0]
     y0, y1, y2, ty = pose[1]
     z0, z1, z2, tz = pose[2]
-    for k in range(given.shape[0] // 3):
-        x, y, z = given[3 * k] - tx, given[3 * k + 1] - ty, given[3 * k + 2] - tz
-        turned[3 * k] = x0 * x + y0 * y + z0 * z
-        turned[3 * k + 1] = x1 * x + y1 * y + z1 * z
-        turned[3 * k + 2] = x2 * x + y2 * y + z2 * z
+    for k in range(p.shape[0] // 3):
+        x, y, z = p[3 * k] - tx, p[3 * k + 1] - ty, p[3 * k + 2] - tz
+        moved[3 * k] = x0 * x + y0 * y + z0 * z
+        moved[3 * k + 1] = x1 * x + y1 * y + z1 * z
+        moved[3 * k + 2] = x2 * x + y2 * y + z2 * z
 
 
 @kernel()
 def to_world(points, pose, shift, out, start, stop):
-    """R p + t of points start … stop for a (4, 4) pose; R p where `shift` is 0."""
-    given, turned = points[start:stop].reshape(-1), out[start:stop].reshape(-1)
+    """Write R p + t of points start … stop for a (4, 4) pose; R p if `shift` is 0."""
+    p, moved = points[start:stop].reshape(-1), out[start:stop].reshape(-1)
     x0, x1, x2, tx = pose[0]
     y0, y1, y2, ty = pose[1]
     z0, z1, z2, tz = pose[2]
-    for k in range(given.shape[0] // 3):
-        x, y, z = given[3 * k], given[3 * k + 1], given[3 * k + 2]
-        turned[3 * k] = x0 * x + x1 * y + x2 * z + shift * tx
-        turned[3 * k + 1] = y0 * x + y1 * y + y2 * z + shift * ty
-        turned[3 * k + 2] = z0 * x + z1 * y + z2 * z + shift * tz
+    for k in range(p.shape[0] // 3):
+        x, y, z = p[3 * k], p[3 * k + 1], p[3 * k + 2]
+        moved[3 * k] = x0 * x + x1 * y + x2 * z + shift * tx
+        moved[3 * k + 1] = y0 * x + y1 * y + y2 * z + shift * ty
+        moved[3 * k + 2] = z0 * x + z1 * y + z2 * z + shift * tz
 
 
 @kernel()
 def is_rigid(pose, tolerance):
     """Return whether R Rᵀ = 1 to `tolerance`, det R ≥ 0, t is finite, the last row 0, 0, 0, 1."""
-    turned = 0.0
+    determinant = 0.0
     for i in range(3):
         j, k = (i + 1) % 3, (i + 2) % 3
-        turned += pose[0, i] * (pose[1, j] * pose[2, k] - pose[1, k] * pose[2, j])
+        determinant += pose[0, i] * (pose[1, j] * pose[2, k] - pose[1, k] * pose[2, j])
         if not (math.isfinite(pose[i, 3]) and pose[3, i] == 0.0):
             return False
         for row in range(i, 3):
-            along = 0.0
+            product = 0.0
             for c in range(3):
-                along += pose[i, c] * pose[row, c]
-            if not abs(along - (1.0 if i == row else 0.0)) <= tolerance:
+                product += pose[i, c] * pose[row, c]
+            if not abs(product - (1.0 if i == row else 0.0)) <= tolerance:
                 return False
-    return turned >= 0.0 and pose[3, 3] == 1.0
+    return determinant >= 0.0 and pose[3, 3] == 1.0
 
 
 @kernel()
