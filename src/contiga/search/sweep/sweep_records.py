@@ -71,7 +71,7 @@ class MovingSurface(NamedTuple):
     """Elements of the first shape."""
     change: Elements
     """Bernstein coefficients of the displacement from the first to the last shape; for bounds."""
-    way: float
+    max_displacement: float
     """Largest displacement of any point, length."""
 
 

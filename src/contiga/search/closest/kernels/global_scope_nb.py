@@ -1,4 +1,4 @@
-"""Choose which part of a body answers a search: all, one patch, or minima that face a guard."""
+"""Restrict a search to all of a body, one patch, or minima that face a guard."""
 
 from __future__ import annotations
 
@@ -13,139 +13,158 @@ from contiga.elements.kernels.sides_nb import normal_at
 from contiga.jit import inlined, inner
 from contiga.search.closest.kernels.around_nb import collapsed_side, vertex_exit
 
-BESIDE = 1e-9
-"""Share of its distance by which a point may stand before a surface that it is beside: rounding."""
-SQUARE = 1e-3
-"""Sine of the angle with the normal under which a minimum is seen: half the digits of one are
-known, and beside a pole fewer."""
-OVER = 1e-7
-"""The same for a place of a border, which points behind the face have up to there: rounding."""
-ALL = -2.0
-"""A cosine that no two directions are short of."""
+HEIGHT_TOL = 1e-9
+"""Largest height of a point behind a face over its tangent plane, as a share of its distance:
+rounding."""
+NORMAL_TOL = 1e-3
+"""Sine of the largest angle between the normal and the direction to the point at a minimum: half
+of the digits of a minimum are known, and beside a pole fewer."""
+BORDER_NORMAL_TOL = 1e-7
+"""The same at a border, which is the foot of points behind the face up to there: rounding."""
+NO_GUARD = -2.0
+"""Minimum cosine that every two directions exceed."""
 
 
-class Among(NamedTuple):
-    """The part of a body that a search may answer."""
+class Scope(NamedTuple):
+    """The part of a body in which a search looks for its minimum."""
 
     patch: int
-    """−1: all patches."""
+    """−1 for all patches."""
     guard: tuple[float, float, float]
-    least: float
-    """Cosine of guard and normals at least, and the point behind them; `ALL`: whatever is near."""
-    floor: float
-    """No nearer than this, where there is a guard."""
+    """Unit vector."""
+    min_cosine: float
+    """Smallest product of the guard with the normal at a minimum, which has the point behind it;
+    `NO_GUARD` for minima of any direction."""
+    min_distance: float
+    """Smallest distance of a minimum if there is a guard, length."""
 
 
 class SearchLimits(NamedTuple):
-    """The state and limits of a search, as a leaf is handed them."""
+    """The state and limits of a search when it comes to a leaf."""
 
     best: float
-    """Distance of the nearest place so far."""
+    """Smallest distance so far, length."""
     slack: float
-    """What is nearer by less than this is not looked for, length."""
+    """Smallest gain in distance that is searched for, length."""
     opened: int
-    """Cells opened before."""
-    among: Among
+    """Number of cells opened in leaves before this one."""
+    scope: Scope
 
 
 @inlined()
-def anywhere():
-    """All of a body."""
-    return Among(-1, (0.0, 0.0, 0.0), ALL, 0.0)
+def all_patches():
+    """Return the scope of a whole body."""
+    return Scope(-1, (0.0, 0.0, 0.0), NO_GUARD, 0.0)
 
 
 @inlined()
 def on_patch(patch):
-    """All of one patch, an integer of whatever size: each size would be compiled for itself."""
-    return Among(np.int64(patch), (0.0, 0.0, 0.0), ALL, 0.0)
+    """Return the scope of one patch, an integer of any width: each width would compile a
+    version."""
+    return Scope(np.int64(patch), (0.0, 0.0, 0.0), NO_GUARD, 0.0)
 
 
 @inner()
-def holds_nowhere(leaf, plate, point, among):
-    """Return whether all along a curve leaf its face faces away from the guard or has the point
-    before it, by its normal in the middle and how far that turns."""
-    m, k, x = plate["middle"], leaf["bound"], plate["x"]
-    if not k[8] < 1.0 or plate["metric"][0] == 0.0:
+def curve_faces_away(leaf, plate, point, scope):
+    """Return whether the face along a curve leaf faces away from the guard, or has the point before
+    it, everywhere: by its normal in the middle and the bound of its rotation."""
+    middle, bound, tangent = plate["middle"], leaf["bound"], plate["x"]
+    if not bound[8] < 1.0 or plate["metric"][0] == 0.0:
         return False
-    sine, scale = k[8], (-1.0 if k[7] < 0.0 else 1.0) / math.sqrt(plate["metric"][0])
-    n = cross((x[0], x[1], x[2]), (k[3], k[4], k[5]))
-    if is_turned_away(scale * dot(n, among.guard), sine, among.least):
+    sine, scale = bound[8], (-1.0 if bound[7] < 0.0 else 1.0) / math.sqrt(plate["metric"][0])
+    n = cross((tangent[0], tangent[1], tangent[2]), (bound[3], bound[4], bound[5]))
+    if is_turned_away(scale * dot(n, scope.guard), sine, scope.min_cosine):
         return True
-    r = point[0] - m[0], point[1] - m[1], point[2] - m[2]
-    away = math.sqrt(dot(r, r)) + plate["radius"]
-    return scale * dot(n, r) > plate["departure"] + (math.sqrt(2.0) * sine + BESIDE) * away
+    offset = point[0] - middle[0], point[1] - middle[1], point[2] - middle[2]
+    max_distance = math.sqrt(dot(offset, offset)) + plate["radius"]
+    return (
+        scale * dot(n, offset)
+        > plate["departure"] + (math.sqrt(2.0) * sine + HEIGHT_TOL) * max_distance
+    )
 
 
 @inlined()
-def is_turned_away(along, sine, least):
-    """Return whether normals at the angle of `sine` at most from one whose product with the guard
-    is `along` all have a smaller one than `least`."""
-    level = math.sqrt(1.0 - sine * sine)
-    # Of these normals, the one nearest to the guard.
-    nearest = along * level + math.sqrt(max(1.0 - along * along, 0.0)) * sine
-    return along < level and nearest < least
+def is_turned_away(cosine, sine, min_cosine):
+    """Return whether all normals within an angle from one normal have products with the guard below
+    `min_cosine`.
+
+    `cosine` is the product of that normal with the guard, `sine` the sine of the angle.
+    """
+    cos_angle = math.sqrt(1.0 - sine * sine)
+    largest = cosine * cos_angle + math.sqrt(max(1.0 - cosine * cosine, 0.0)) * sine
+    return cosine < cos_angle and largest < min_cosine
 
 
 @inner()
-def may_hold(elements, place, point, among, h):
-    """Return whether neither the face at a place nor the way there faces away from the guard, and
-    the point lies behind the face, no nearer than the floor; and its distance and height over the
-    face.
+def faces_guard(elements, place, point, scope, h):
+    """Return whether a place faces the guard, and the distance and height of the point.
 
-    The way there is the normal at a kink.
+    It does if neither the normal nor the direction from the point to the place, which is the normal
+    at a kink, turns away from the guard, and the point is behind the face and not too near. The
+    height is that over the tangent plane.
     """
     e, s, t = place
-    n = normal_at(elements, e, s, t, h)
+    normal = normal_at(elements, e, s, t, h)
     origin = elements.table[e]["origin"]
-    height = square = along = toward = 0.0
+    height = square = normal_cosine = guard_height = 0.0
     for c in range(3):
         r = point[c] - origin[c] - h[c, 0]
         square += r * r
-        height += r * n[c]
-        along += n[c] * among.guard[c]
-        toward -= r * among.guard[c]
-    away = math.sqrt(square)
-    may = height <= BESIDE * away and along >= among.least and toward >= among.least * away
-    return may and away >= among.floor, away, height
+        height += r * normal[c]
+        normal_cosine += normal[c] * scope.guard[c]
+        guard_height -= r * scope.guard[c]
+    distance = math.sqrt(square)
+    faces = (
+        height <= HEIGHT_TOL * distance
+        and normal_cosine >= scope.min_cosine
+        and guard_height >= scope.min_cosine * distance
+    )
+    return faces and distance >= scope.min_distance, distance, height
 
 
 @inner(linked=False)
-def is_guarded(elements, place, point, among, h):
-    """Return whether a place is a minimum that the guard and the floor admit.
+def is_admissible(elements, place, point, scope, h):
+    """Return whether a place is a minimum of the distance that the scope admits.
 
-    On a side where the surface has a kink it need not be square to the way to the point, but no
-    place of its own face beside it may be nearer; at a pole, none around it. Beyond a border there
-    is none.
+    On a side with a kink the direction to the point need not be normal to the face, but no nearby
+    place of the same face may be closer; at a pole, no place around it. Behind a border there is no
+    minimum.
     """
     e, s, t = place
-    may, away, height = may_hold(elements, place, point, among, h)
-    if not may:
+    faces, distance, height = faces_guard(elements, place, point, scope, h)
+    if not faces:
         return False
     if collapsed_side(elements, e, s, t) >= 0:
-        return vertex_exit(elements, place, point, SQUARE * away, h)[0] < 0
+        return vertex_exit(elements, place, point, NORMAL_TOL * distance, h)[0] < 0
     kind, origin = elements.table[e]["kind"], elements.table[e]["origin"]
-    for side, at in ((0, -s), (1, s), (2, -t), (3, t)):
-        if at >= 0.5 and kind[side] == BORDER:
-            return is_over(away, height)
-    f_s = f_t = a = b = 0.0
+    for side, offset in ((0, -s), (1, s), (2, -t), (3, t)):
+        if offset >= 0.5 and kind[side] == BORDER:
+            return is_above_border(distance, height)
+    f_s = f_t = square_s = square_t = 0.0
     for c in range(3):
         r = origin[c] + h[c, 0] - point[c]
         f_s += r * h[c, 1]
         f_t += r * h[c, 2]
-        a += h[c, 1] * h[c, 1]
-        b += h[c, 2] * h[c, 2]
-    most_s, most_t = SQUARE * away * math.sqrt(a), SQUARE * away * math.sqrt(b)
-    held_s = s <= -0.5 and kind[0] != SMOOTH and f_s >= -most_s
-    held_s = held_s or (s >= 0.5 and kind[1] != SMOOTH and f_s <= most_s)
-    held_t = t <= -0.5 and kind[2] != SMOOTH and f_t >= -most_t
-    held_t = held_t or (t >= 0.5 and kind[3] != SMOOTH and f_t <= most_t)
-    if held_s or held_t:
-        return (held_s or abs(f_s) <= most_s) and (held_t or abs(f_t) <= most_t)
-    return away * away - height * height <= SQUARE * SQUARE * away * away
+        square_s += h[c, 1] * h[c, 1]
+        square_t += h[c, 2] * h[c, 2]
+    tol_s, tol_t = (
+        NORMAL_TOL * distance * math.sqrt(square_s),
+        NORMAL_TOL * distance * math.sqrt(square_t),
+    )
+    pressed_s = s <= -0.5 and kind[0] != SMOOTH and f_s >= -tol_s
+    pressed_s = pressed_s or (s >= 0.5 and kind[1] != SMOOTH and f_s <= tol_s)
+    pressed_t = t <= -0.5 and kind[2] != SMOOTH and f_t >= -tol_t
+    pressed_t = pressed_t or (t >= 0.5 and kind[3] != SMOOTH and f_t <= tol_t)
+    if pressed_s or pressed_t:
+        return (pressed_s or abs(f_s) <= tol_s) and (pressed_t or abs(f_t) <= tol_t)
+    return distance * distance - height * height <= NORMAL_TOL * NORMAL_TOL * distance * distance
 
 
 @inner()
-def is_over(away, height):
-    """Return whether a point so far away, and so high over the face, is not beside a place of a
+def is_above_border(distance, height):
+    """Return whether a point at a distance and height over the face is not beside a place on a
     border."""
-    return away * away - height * height <= OVER * OVER * away * away
+    return (
+        distance * distance - height * height
+        <= BORDER_NORMAL_TOL * BORDER_NORMAL_TOL * distance * distance
+    )
