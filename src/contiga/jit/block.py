@@ -78,8 +78,8 @@ def _copy_numbers(typingctx: Any, source: Any, to: Any, n: Any) -> Any:
     def generate(context: Any, builder: Any, signature: Any, args: Any) -> Any:
         byte = ir.IntType(8).as_pointer()
         first, second = (
-            builder.bitcast(make_array(of)(context, builder, value).data, byte)
-            for of, value in zip(signature.args[:2], args[:2], strict=True)
+            builder.bitcast(make_array(array_type)(context, builder, value).data, byte)
+            for array_type, value in zip(signature.args[:2], args[:2], strict=True)
         )
         # Assembly without instructions, which for the compiler may return another address.
         first = builder.asm(ir.FunctionType(byte, [byte]), "", "=r,0", [first], side_effect=True)

@@ -98,8 +98,8 @@ class KernelCacheImpl(CompileResultCacheImpl):  # type: ignore[misc]
     """Serialisation of a compiled kernel: numba's own, and the functions it calls by name."""
 
     def __init__(self, function: Any) -> None:
-        file = _file_of_ours(function)
-        if file is None:
+        file = Path(inspect.getfile(function)).resolve()
+        if not any(package in file.parents for package in PACKAGES):
             super().__init__(function)
             return
         self._lineno = function.__code__.co_firstlineno
@@ -219,12 +219,6 @@ class KernelCache(FunctionCache):  # type: ignore[misc]
         """Return the lock of a name for this kernel."""
         full_name = f"{self._cache_file._index_name} {ADDRESS.sub('', name)}"
         return alone(self._cache_path, full_name, *waiting)
-
-
-def _file_of_ours(function: Any) -> Path | None:
-    """Return the file of a function of our packages; None for any other."""
-    file = Path(inspect.getfile(function)).resolve()
-    return file if any(package in file.parents for package in PACKAGES) else None
 
 
 def _waiting() -> AbstractContextManager[None]:

@@ -55,7 +55,7 @@ class KernelDispatcher(CPUDispatcher):  # type: ignore[misc]
 
     def get_call_template(self, args: Any, kws: Any) -> Any:
         """Return numba's template for the types of a call."""
-        args = tuple(kernel_type(of) for of in args)
+        args = tuple(kernel_type(kind) for kind in args)
         return super().get_call_template(args, {name: kernel_type(kws[name]) for name in kws})
 
     def add_overload(self, compiled: Any) -> None:
@@ -68,14 +68,14 @@ class KernelDispatcher(CPUDispatcher):  # type: ignore[misc]
             CALLED[name] = (name, *home, arguments)
 
 
-def kernel_type(of: Any) -> Any:
+def kernel_type(kind: Any) -> Any:
     """Return the argument type that stands for a type in kernels."""
-    of = types.unliteral(of)
-    if isinstance(of, types.Integer) and of.bitwidth < types.int64.bitwidth:
+    kind = types.unliteral(kind)
+    if isinstance(kind, types.Integer) and kind.bitwidth < types.int64.bitwidth:
         return types.int64
-    if isinstance(of, (types.Tuple, types.UniTuple)):
-        return types.BaseTuple.from_types([kernel_type(part) for part in of])
-    return of
+    if isinstance(kind, (types.Tuple, types.UniTuple)):
+        return types.BaseTuple.from_types([kernel_type(part) for part in kind])
+    return kind
 
 
 def decorator(

@@ -60,9 +60,9 @@ class KernelCompiler(CompilerBase):  # type: ignore[misc]
         """Return the passes of numba's nopython mode and ours."""
         passes = DefaultPassBuilder.define_nopython_pipeline(self.state)
         passes.passes = [
-            (FuseArrayExpressions if of is NopythonRewrites else of, name)
-            for of, name in passes.passes
-            if of not in UNUSED
+            (FuseArrayExpressions if kind is NopythonRewrites else kind, name)
+            for kind, name in passes.passes
+            if kind not in UNUSED
         ]
         if self.library is not None:
             self.state.kind_of_library = self.library
@@ -118,4 +118,6 @@ class FuseArrayExpressions(NopythonRewrites):  # type: ignore[misc]
             for line in block.find_insts(ir.Assign)
             if isinstance(line.value, ir.Expr) and line.value.op in FUSED_OPS
         )
-        return any(isinstance(of, types.Array) for of in values) and bool(super().run_pass(state))
+        return any(isinstance(kind, types.Array) for kind in values) and bool(
+            super().run_pass(state)
+        )

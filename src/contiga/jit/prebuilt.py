@@ -109,15 +109,15 @@ class Choice(NamedTuple):
 @cache
 def choice() -> Choice:
     """Return the choice of this process, made once."""
-    here = "kernels are compiled on this machine"
+    default = "kernels are compiled on this machine"
     spec = PathFinder.find_spec(NAME)  # without importing it
     if spec is None or spec.origin is None:
-        return Choice(None, f"{here}; {NAME} is not installed")
+        return Choice(None, f"{default}; {NAME} is not installed")
     folder = Path(spec.origin).parent
     try:
         prebuilt = _load(folder)
     except _UnusableError as reason:
-        return Choice(None, f"{here}; {NAME} in {folder} is not used: {reason}", refused=True)
+        return Choice(None, f"{default}; {NAME} in {folder} is not used: {reason}", refused=True)
     return Choice(prebuilt, f"kernels are those of {NAME} in {folder}: {prebuilt.manifest.level}")
 
 
@@ -153,7 +153,7 @@ def _load(package: Path) -> Prebuilt:
         raise _UnusableError("NUMBA_CPU_NAME or NUMBA_CPU_FEATURES says what to compile for")
     if config.USING_SVML:
         raise _UnusableError(
-            "numba uses functions of Intel's SVML here, whose results have other bits"
+            "numba uses functions of Intel's SVML here, with results of other bits"
         )
     try:
         folder, manifest = _highest_level(package)
@@ -187,22 +187,22 @@ def _highest_level(package: Path) -> tuple[Path, Manifest]:
 
 def digest_of(manifest: Manifest, code: bytes) -> str:
     """Return the hash of a manifest, without that hash, and of the file of all kernels."""
-    whole = sha256(json.dumps(manifest._replace(digest="")).encode())
-    whole.update(code)
-    return whole.hexdigest()
+    hasher = sha256(json.dumps(manifest._replace(digest="")).encode())
+    hasher.update(code)
+    return hasher.hexdigest()
 
 
 def _check_fits(manifest: Manifest) -> None:
     """Refuse prebuilt kernels with other versions, target or sources than this process."""
     system = compiled_for()[0]
-    for what, theirs, ours in (
+    for label, packed, current in (
         ("Python", manifest.python, python_name()),
         ("numba", manifest.numba, numba.__version__),
         ("llvmlite", manifest.llvmlite, llvmlite.__version__),
         ("system", *(SYSTEM_VERSION.sub("", name) for name in (manifest.target[0], system))),
     ):
-        if theirs != ours:
-            raise _UnusableError(f"it was compiled for {what} {theirs}, and this is {ours}")
+        if packed != current:
+            raise _UnusableError(f"it was compiled for {label} {packed}, and this is {current}")
     try:
         stamp = stamp_of_files(manifest.sources)
     except FileNotFoundError:
@@ -224,12 +224,12 @@ def _check_owner(*paths: Path) -> None:
     """
     if not hasattr(os, "geteuid"):
         return
-    own = os.stat(PACKAGE)
+    package = os.stat(PACKAGE)
     for path in paths:
         status = os.stat(path)
-        is_shared = own.st_mode & GROUP_WRITE and own.st_gid == status.st_gid
+        is_shared = package.st_mode & GROUP_WRITE and package.st_gid == status.st_gid
         if (
-            status.st_uid not in (ROOT, os.geteuid(), own.st_uid)
+            status.st_uid not in (ROOT, os.geteuid(), package.st_uid)
             or status.st_mode & OTHER_WRITE
             or (status.st_mode & GROUP_WRITE and not is_shared)
         ):

@@ -35,12 +35,12 @@ def _prefetch(typingctx: Any, array: Any, row: Any, offset: Any) -> Any:
         byte = ir.IntType(8).as_pointer()
         off = builder.add(builder.mul(args[1], first), args[2])
         at = builder.gep(builder.bitcast(rows.data, byte), [off])
-        whole = ir.IntType(32)
-        kind = ir.FunctionType(ir.VoidType(), [byte, whole, whole, whole])
+        integer = ir.IntType(32)
+        kind = ir.FunctionType(ir.VoidType(), [byte, integer, integer, integer])
         name = "llvm.prefetch.p0"
         function = cgutils.get_or_insert_function(builder.module, kind, name)
         # For reading, into all levels of the cache, data and not code.
-        builder.call(function, [at, whole(0), whole(3), whole(1)])
+        builder.call(function, [at, integer(0), integer(3), integer(1)])
         return context.get_dummy_value()
 
     return types.void(array, types.intp, types.intp), generate

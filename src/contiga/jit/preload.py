@@ -25,9 +25,8 @@ def preload(kernels: Iterable[Any]) -> int:
 
 def is_missing(kernel: Any) -> bool:
     """Return whether a kernel would have to be compiled: its cache has no version of it."""
-    return getattr(kernel, "_cache", None) is not None and not (
-        kernel.overloads or _cached_signatures(kernel)
-    )
+    is_cached = getattr(kernel, "_cache", None) is not None
+    return is_cached and not (kernel.overloads or _cached_signatures(kernel))
 
 
 def _cached_signatures(kernel: Any) -> list[Any]:

@@ -52,9 +52,9 @@ class ReferenceModel(models.OpaqueModel):  # type: ignore[misc]
 _of_tuple = typeof_impl.dispatch(tuple)
 
 
-def _type_of(value: tuple[Any, ...], asked: Any) -> Any:
+def _type_of(value: tuple[Any, ...], context: Any) -> Any:
     """Return the type of a tuple of a marked class."""
-    members = _of_tuple(value, asked)
+    members = _of_tuple(value, context)
     return None if members is None else Reference(members)
 
 
@@ -84,12 +84,8 @@ def _memory_type(context: Any, members: Any) -> Any:
 
     It has its members, and room for the members that are passed by pointer.
     """
-    return ir.LiteralStructType(
-        [
-            context.get_value_type(members),
-            *(_memory_type(context, part) for part in _nested_members(members)),
-        ]
-    )
+    nested = (_memory_type(context, part) for part in _nested_members(members))
+    return ir.LiteralStructType([context.get_value_type(members), *nested])
 
 
 def _call_layout(api: Any, reference: Reference, value: Any, place: Any) -> Any:
@@ -106,38 +102,38 @@ def _call_layout(api: Any, reference: Reference, value: Any, place: Any) -> Any:
     return api.builder.call(function, [value, place])
 
 
-def _nested_members(of: Any) -> list[Any]:
+def _nested_members(kind: Any) -> list[Any]:
     """Return the members of the tuples in a tuple that are passed by pointer, in order."""
-    if isinstance(of, Reference):
-        return [of.members]
-    parts = of.types if isinstance(of, types.BaseTuple) else ()
+    if isinstance(kind, Reference):
+        return [kind.members]
+    parts = kind.types if isinstance(kind, types.BaseTuple) else ()
     return [inner for part in parts for inner in _nested_members(part)]
 
 
-def _emit_write(api: Any, of: Any, value: Any, place: Any, rooms: Iterator[Any]) -> Any:
+def _emit_write(api: Any, kind: Any, value: Any, place: Any, rooms: Iterator[Any]) -> Any:
     """Emit code that writes a Python object to a place; return the error flag."""
     builder, context = api.builder, api.context
-    if isinstance(of, types.Array):
-        return _emit_array(api, of, value, place)
-    if isinstance(of, types.BaseTuple):
+    if isinstance(kind, types.Array):
+        return _emit_array(api, kind, value, place)
+    if isinstance(kind, types.BaseTuple):
         failed = cgutils.false_bit
-        for k, part in enumerate(of.types):
+        for k, part in enumerate(kind.types):
             at = cgutils.gep_inbounds(builder, place, 0, k)
             part_failed = _emit_write(api, part, api.tuple_getitem(value, k), at, rooms)
             failed = builder.or_(failed, part_failed)
         return failed
-    if isinstance(of, Reference):
+    if isinstance(kind, Reference):
         room = next(rooms)
         builder.store(builder.bitcast(room, place.type.pointee), place)
-        return _call_layout(api, of, value, room)
-    if context.data_model_manager[of].contains_nrt_meminfo():
-        raise TypeError(f"a tuple that is passed by pointer holds numbers and arrays, not {of}")
-    native = api.to_native_value(of, value)
+        return _call_layout(api, kind, value, room)
+    if context.data_model_manager[kind].contains_nrt_meminfo():
+        raise TypeError(f"a tuple that is passed by pointer holds numbers and arrays, not {kind}")
+    native = api.to_native_value(kind, value)
     builder.store(native.value, place)
     return native.is_error
 
 
-def _emit_array(api: Any, of: Any, value: Any, place: Any) -> Any:
+def _emit_array(api: Any, kind: Any, value: Any, place: Any) -> Any:
     """Emit code that fills the struct of an array at a place; return the error flag.
 
     One function of the module serves all arrays: numba emits its code for each, which was a fifth
@@ -145,28 +141,24 @@ def _emit_array(api: Any, of: Any, value: Any, place: Any) -> Any:
     """
     function = shared_function(api, f"contiga_{ADAPT_ARRAY}", [cgutils.voidptr_t, cgutils.intp_t])
     if function.is_declaration:
-        _write_adapter(api.context, function)
-    size = cgutils.intp_t(as_dtype(of.dtype).itemsize)
-    return api.builder.call(function, [value, api.builder.bitcast(place, cgutils.voidptr_t), size])
-
-
-def _write_adapter(context: Any, function: Any) -> None:
-    """Emit the function that fills the struct of an array."""
-    builder = ir.IRBuilder(function.append_basic_block())
-    api = context.get_python_api(builder)
-    value, place, size = function.args
-    kind = ir.FunctionType(cgutils.int32_t, [api.pyobj, cgutils.voidptr_t])
-    fill = cgutils.get_or_insert_function(builder.module, kind, ADAPT_ARRAY)
-    code = builder.call(fill, [value, place])
-    head = builder.bitcast(place, HEAD.as_pointer())
-    item_size = builder.load(cgutils.gep_inbounds(builder, head, 0, ITEM_SIZE))
-    failed = builder.or_(
-        cgutils.is_not_null(builder, code), builder.icmp_unsigned("!=", item_size, size)
-    )
-    with cgutils.if_unlikely(builder, failed):
-        text = "an array whose numbers have another size than the kernel was compiled for"
-        api.err_set_string("PyExc_TypeError", text)
-    builder.ret(failed)
+        builder = ir.IRBuilder(function.append_basic_block())
+        inner_api = api.context.get_python_api(builder)
+        source, target, size = function.args
+        adapter = ir.FunctionType(cgutils.int32_t, [api.pyobj, cgutils.voidptr_t])
+        fill = cgutils.get_or_insert_function(builder.module, adapter, ADAPT_ARRAY)
+        code = builder.call(fill, [source, target])
+        head = builder.bitcast(target, HEAD.as_pointer())
+        item_size = builder.load(cgutils.gep_inbounds(builder, head, 0, ITEM_SIZE))
+        failed = builder.or_(
+            cgutils.is_not_null(builder, code), builder.icmp_unsigned("!=", item_size, size)
+        )
+        with cgutils.if_unlikely(builder, failed):
+            text = "an array whose numbers have another size than the kernel was compiled for"
+            inner_api.err_set_string("PyExc_TypeError", text)
+        builder.ret(failed)
+    number_size = cgutils.intp_t(as_dtype(kind.dtype).itemsize)
+    address = api.builder.bitcast(place, cgutils.voidptr_t)
+    return api.builder.call(function, [value, address, number_size])
 
 
 def shared_function(api: Any, name: str, arguments: list[Any]) -> Any:
@@ -196,30 +188,31 @@ def member(context: Any, builder: Any, reference: Reference, place: Any, name: s
     """Emit code that reads a member."""
     members = reference.members
     k = members.fields.index(name)
-    whole = context.get_value_type(members).as_pointer()
-    pointer = cgutils.gep_inbounds(builder, builder.bitcast(place, whole), 0, k)
+    tuple_pointer = context.get_value_type(members).as_pointer()
+    pointer = cgutils.gep_inbounds(builder, builder.bitcast(place, tuple_pointer), 0, k)
     value = _load(builder, pointer, context.get_value_type(members[k]))
     return _without_owner(context, builder, members[k], value)
 
 
-def _without_owner(context: Any, builder: Any, of: Any, value: Any) -> Any:
+def _without_owner(context: Any, builder: Any, kind: Any, value: Any) -> Any:
     """Return the value with arrays without owner, whose reference counts have no effect."""
-    if isinstance(of, types.Array):
+    if isinstance(kind, types.Array):
         return builder.insert_value(value, ir.Constant(ir.IntType(8).as_pointer(), None), 0)
-    if isinstance(of, types.BaseTuple):
-        for k, part in enumerate(of.types):
+    if isinstance(kind, types.BaseTuple):
+        for k, part in enumerate(kind.types):
             member = _without_owner(context, builder, part, builder.extract_value(value, k))
             value = builder.insert_value(value, member, k)
         return value
-    return impl_ret_borrowed(context, builder, of, value)
+    return impl_ret_borrowed(context, builder, kind, value)
 
 
-def _load(builder: Any, pointer: Any, of: Any) -> Any:
+def _load(builder: Any, pointer: Any, kind: Any) -> Any:
     """Return the value at a pointer, read number by number."""
-    if isinstance(of, (ir.LiteralStructType, ir.ArrayType)):
-        value = ir.Constant(of, ir.Undefined)
-        for k in range(len(of.elements) if isinstance(of, ir.LiteralStructType) else of.count):
-            part = of.elements[k] if isinstance(of, ir.LiteralStructType) else of.element
+    if isinstance(kind, (ir.LiteralStructType, ir.ArrayType)):
+        value = ir.Constant(kind, ir.Undefined)
+        is_struct = isinstance(kind, ir.LiteralStructType)
+        for k in range(len(kind.elements) if is_struct else kind.count):
+            part = kind.elements[k] if is_struct else kind.element
             member = _load(builder, cgutils.gep_inbounds(builder, pointer, 0, k), part)
             value = builder.insert_value(value, member, k)
         return value

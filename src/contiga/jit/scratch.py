@@ -65,26 +65,26 @@ class IntegerScratch(Scratch):
 
 @lower_builtin(stack_int64, types.VarArg(types.Any))  # type: ignore[untyped-decorator]
 @lower_builtin(scratch, types.VarArg(types.Any))  # type: ignore[untyped-decorator]
-def _on_the_stack(context: Any, builder: Any, asked: Any, _: Any) -> Any:
+def _on_the_stack(context: Any, builder: Any, call: Any, _: Any) -> Any:
     """Emit the code in the calling kernel: a separate function would release the memory."""
-    return _stack_array(context, builder, asked)[0]
+    return _stack_array(context, builder, call)[0]
 
 
 @lower_builtin(zero_scratch, types.VarArg(types.Any))  # type: ignore[untyped-decorator]
-def _zeros_on_the_stack(context: Any, builder: Any, asked: Any, _: Any) -> Any:
+def _zeros_on_the_stack(context: Any, builder: Any, call: Any, _: Any) -> Any:
     """Emit the code, and code that sets the array to zero."""
-    value, place = _stack_array(context, builder, asked)
+    value, place = _stack_array(context, builder, call)
     builder.store(ir.Constant(place.type.pointee, None), place)
     return value
 
 
-def _stack_array(context: Any, builder: Any, asked: Any) -> tuple[Any, Any]:
+def _stack_array(context: Any, builder: Any, call: Any) -> tuple[Any, Any]:
     """Return an array of the given shape and type, and the address of its items."""
-    counts = [count.literal_value for count in asked.args]
-    number = context.get_data_type(asked.return_type.dtype)
+    counts = [count.literal_value for count in call.args]
+    number = context.get_data_type(call.return_type.dtype)
     place = cgutils.alloca_once(builder, ir.ArrayType(number, prod(counts)))
     steps = [SIZE * prod(counts[k + 1 :]) for k in range(len(counts))]
-    array = make_array(asked.return_type)(context, builder)
+    array = make_array(call.return_type)(context, builder)
     populate_array(
         array,
         data=builder.bitcast(place, number.as_pointer()),

@@ -45,10 +45,10 @@ def stamp_of(file: str | Path, package: Path = PACKAGE) -> str:
 
     Indirect imports count.
     """
-    whole = sha256()
+    hasher = sha256()
     for _, content in sorted(_with_imports(file, package).items()):
-        whole.update(content)
-    return whole.hexdigest()
+        hasher.update(content)
+    return hasher.hexdigest()
 
 
 def sources_of(files: Iterable[str | Path]) -> list[str]:
@@ -59,23 +59,23 @@ def sources_of(files: Iterable[str | Path]) -> list[str]:
 
 def stamp_of_files(names: Iterable[str]) -> str:
     """Return the hash of files of the package; raise OSError if one is missing."""
-    whole = sha256()
+    hasher = sha256()
     for name in names:
-        whole.update(_hashed(name, PACKAGE.joinpath(name).read_bytes()))
-    return whole.hexdigest()
+        hasher.update(_hashed(name, PACKAGE.joinpath(name).read_bytes()))
+    return hasher.hexdigest()
 
 
 def _with_imports(file: str | Path, package: Path) -> dict[str, bytes]:
     """Return name and hash of a file and of its imports in the package, by path."""
-    seen: dict[str, bytes] = {}
-    waiting = [os.path.realpath(file)]
-    while waiting:
-        path = waiting.pop()
-        if path not in seen:
+    hashes: dict[str, bytes] = {}
+    pending = [os.path.realpath(file)]
+    while pending:
+        path = pending.pop()
+        if path not in hashes:
             stat = os.stat(path)
-            seen[path], imported = _read(path, stat.st_mtime_ns, stat.st_size, package)
-            waiting += imported
-    return seen
+            hashes[path], imported = _read(path, stat.st_mtime_ns, stat.st_size, package)
+            pending += imported
+    return hashes
 
 
 def _hashed(name: str, text: bytes) -> bytes:
@@ -94,7 +94,10 @@ def _read(path: str, when: int, size: int, package: Path) -> tuple[bytes, tuple[
     for module, names, plain in IMPORT.findall(IGNORED_TEXT.sub(" ", text.decode("utf-8"))):
         modules = _names(plain)
         if module:
-            absolute = _absolute_name(module, Path(path), package)
+            absolute = module
+            if level := len(module) - len(module.lstrip(".")):  # relative to this file
+                parts = Path(path).parents[level - 1].relative_to(package.parent).parts
+                absolute = ".".join((*parts, module[level:])).rstrip(".")
             modules = [absolute, *(f"{absolute}.{name}" for name in _names(names))]
         imported += [file for name in modules if (file := _file_of(name, package)) is not None]
     return _hashed(os.path.relpath(path, package), text), tuple(dict.fromkeys(imported))
@@ -103,16 +106,6 @@ def _read(path: str, when: int, size: int, package: Path) -> tuple[bytes, tuple[
 def _names(listed: str) -> list[str]:
     """Return the names in ``a, b as c``, with or without brackets."""
     return [part.split()[0] for part in listed.strip("() \t\n").split(",") if part.strip()]
-
-
-def _absolute_name(module: str, path: Path, package: Path) -> str:
-    """Return the full name of a module that the file `path` names, perhaps relatively."""
-    name = module.lstrip(".")
-    up = len(module) - len(name)
-    if up == 0:
-        return module
-    home = path.parents[up - 1].relative_to(package.parent).parts
-    return ".".join((*home, name)).rstrip(".")
 
 
 @cache

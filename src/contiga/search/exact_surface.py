@@ -39,7 +39,7 @@ from contiga.search.sweep.piece_lists import PieceLists, lists_of
 from contiga.search.tables import tables_of
 from contiga.search.track import project
 
-MIN_POINTS, MIN_GUARDED_POINTS, MIN_SEGMENTS = 1024, 16, 256
+MIN_POINTS, MIN_GUARDED, MIN_SEGMENTS = 1024, 16, 256
 """Numbers of rows below which a second thread does not pay."""
 
 
@@ -79,7 +79,7 @@ class ExactSurface:
     ) -> None:
         """Write the closest feet that face their guards, by branch and bound."""
         query = self.tables, p_B, guards, limits, starts, out
-        run_ranges(facing_nb.project_facing, len(p_B), MIN_GUARDED_POINTS, *query)
+        run_ranges(facing_nb.project_facing, len(p_B), MIN_GUARDED, *query)
 
     def track(
         self,

@@ -70,9 +70,8 @@ def _build(body: Faces) -> Tables:
     trims = body.trim_tables
     elements, grid = elements_of(body, trims)
     grid = join(elements, grid, body)
-    is_joint = np.array([len(edge.uses) > 1 for edge in body.edges], dtype=bool) & ~gaping_edges(
-        body
-    )
+    is_joint = np.array([len(edge.uses) > 1 for edge in body.edges], dtype=bool)
+    is_joint &= ~gaping_edges(body)
     edge_pieces = np.flatnonzero(trims.piece_edge >= 0)
     is_open = stitches(body)[1].astype(np.float64)
     is_open[edge_pieces] = ~is_joint[trims.piece_edge[edge_pieces]]
@@ -110,10 +109,8 @@ def _share_trimmed_sides(elements: Elements, trims: trim.TrimTables, is_open: Fl
         open_ends = ends[np.flatnonzero((trims.piece_patch == k) & (is_open != 0.0))]
         for side in range(4):
             direction, end = side // 2, (low, high)[side % 2][side // 2]
-            is_alongside = (
-                np.abs(open_ends[:, :, direction] - end).max(axis=1)
-                <= SIDE_TOL * (high - low)[direction]
-            )
+            distance = np.abs(open_ends[:, :, direction] - end).max(axis=1)
+            is_alongside = distance <= SIDE_TOL * (high - low)[direction]
             first, last = np.sort(open_ends[is_alongside][:, :, 1 - direction], axis=1).T
             box = table["box"][rows][:, 2 * (1 - direction) :][:, :2]
             has_end = (first < box[:, 1:]) & (last > box[:, :1])

@@ -81,11 +81,11 @@ def condition_of(mesh: TriangleArrays) -> Condition:
     t = topology_of(mesh)
     flat = int((t.twin < 0).sum())
     open_edges = int((t.neighbour == NO_TRIANGLE).sum())
-    closed = open_edges == 0 and len(t.kept) > 0 and t.turned == 0
+    closed = open_edges == 0 and len(t.triangle) > 0 and t.turned == 0
     return Condition(
         triangles=m,
         without_area=flat,
-        doubled=m - flat - len(t.kept),
+        doubled=m - flat - len(t.triangle),
         back_to_back=len(t.back_to_back),
         turned_edges=t.turned,
         crowded_edges=t.crowded,

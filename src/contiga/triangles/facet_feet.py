@@ -17,7 +17,7 @@ from contiga.triangles.facets import NORMALS, Facets
 from contiga.triangles.kernels import closest_nb, facet_walk_nb, order_nb
 from contiga.triangles.triangle_arrays import TriangleArrays
 
-MIN_POINTS, MIN_TRACKED_POINTS = 512, 4096
+MIN_POINTS, MIN_TRACKED = 512, 4096
 """Numbers of rows below which a second thread does not pay."""
 MIN_SORTED_POINTS = 64
 """Number of rows below which sorting along a space-filling curve costs more than it saves."""
@@ -107,16 +107,8 @@ def track(
     patch, before = start
     slots = np.where(patch >= 0, tables.slot[patch], -1)
     starts = WalkStarts(slots, np.zeros((0, 3)) if before is None else before)
-    run_ranges(
-        facet_walk_nb.project_tracked,
-        len(p_M),
-        MIN_TRACKED_POINTS,
-        facets,
-        p_M,
-        starts,
-        smooth,
-        out,
-    )
+    query = facets, p_M, starts, smooth, out
+    run_ranges(facet_walk_nb.project_tracked, len(p_M), MIN_TRACKED, *query)
     closest_of_rows(facets, p_M, np.flatnonzero(slots < 0).astype(np.int32), smooth, out)
 
 

@@ -27,7 +27,7 @@ from contiga.triangles.facet_tables import Tables, tables_of
 from contiga.triangles.kernels import closest_nb, facet_slopes_nb
 from contiga.triangles.triangle_arrays import TriangleArrays
 
-MIN_POINTS, MIN_GUARDED_POINTS = 1024, 64
+MIN_POINTS, MIN_GUARDED = 1024, 64
 """Numbers of points below which a second thread does not pay."""
 
 
@@ -73,9 +73,7 @@ class FacetedSurface(NamedTuple):
     ) -> None:
         """Write the closest points of the triangles that do not face away, from all of them."""
         facets, facing = self.tables.facets, closest_nb.project_facing
-        run_ranges(
-            facing, len(p_B), MIN_GUARDED_POINTS, facets, p_B, guards, limits, self.smooth, out
-        )
+        run_ranges(facing, len(p_B), MIN_GUARDED, facets, p_B, guards, limits, self.smooth, out)
 
     def track(
         self,

@@ -49,7 +49,7 @@ def tables_of(mesh: TriangleArrays) -> Tables:
     if len(mesh.triangles) == 0:
         raise MeshError("a mesh without triangles has no surface", where=mesh.name)
     t = topology_of(mesh)
-    if len(t.kept) == 0:
+    if len(t.triangle) == 0:
         raise MeshError(
             "none of the triangles has an area",
             where=mesh.name,
@@ -69,7 +69,7 @@ def tables_of(mesh: TriangleArrays) -> Tables:
     neighbour[neighbour < NO_TRIANGLE] -= len(t.points)  # fans follow the vertices in `around`
     link = np.zeros((len(order), 8), np.int32)
     link[:, NEIGHBOUR:VERTICES], link[:, VERTICES:TRIANGLE] = neighbour, vertex
-    link[:, TRIANGLE] = t.kept[order]
+    link[:, TRIANGLE] = t.triangle[order]
     normal = unit_normals(p)
     # Duals: (P − a)·g1 and (P − a)·g2 are the coordinates of P along the sides at the corner a.
     e1, e2 = p[:, 1] - p[:, 0], p[:, 2] - p[:, 0]

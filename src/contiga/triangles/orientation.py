@@ -74,8 +74,6 @@ def _senses(first: Ints, second: Ints, same: Ints, m: int) -> tuple[int, Ints, I
         order, parent = breadth_first_order(graph, seed, directed=False)
         flip[seed] = 0
         for t in order[1:].tolist():
-            parent_triangle = int(parent[t])
-            flip[t] = (
-                flip[parent_triangle] ^ is_same[min(parent_triangle, t), max(parent_triangle, t)]
-            )
+            p = int(parent[t])
+            flip[t] = flip[p] ^ is_same[min(p, t), max(p, t)]
     return count, piece, flip

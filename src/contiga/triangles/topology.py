@@ -23,10 +23,10 @@ class Topology(NamedTuple):
 
     points: FloatArray
     """(v, 3) merged vertices."""
-    kept: Ints
+    triangle: Ints
     """(m,) triangles of the mesh."""
     twin: Ints
-    """Row in `kept` of each triangle of the mesh, or of its twin; −1 without area."""
+    """Row in `triangle` of each triangle of the mesh, or of its twin; −1 without area."""
     vertex: IntArray
     """(m, 3) merged vertices of these triangles."""
     neighbour: IntArray

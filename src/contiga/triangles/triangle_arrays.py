@@ -53,7 +53,22 @@ class TriangleArrays:
         if not np.isfinite(points).all():
             bad = int(np.argmax(~np.isfinite(points).all(axis=1)))
             raise MeshError(f"vertex {bad} is not finite", found=points[bad].tolist())
-        corners = _checked_triangles(triangles, len(points))
+        indices = np.asarray(real(triangles))
+        if indices.size == 0:
+            indices = np.zeros((0, 3), dtype=np.int32)
+        if indices.ndim != 2 or indices.shape[1] != 3 or indices.dtype.kind not in "iu":
+            raise MeshError(
+                "triangles must be whole numbers of shape (m, 3)",
+                found=(indices.shape, str(indices.dtype)),
+            )
+        corners = np.array(indices, dtype=np.int32, order="C")
+        outside = np.flatnonzero(((corners < 0) | (corners >= len(points))).any(axis=1))
+        if len(outside):
+            raise MeshError(
+                f"triangle {outside[0]} points at a vertex that is not there",
+                found=corners[outside[0]].tolist(),
+                allowed=f"0 to {len(points) - 1}",
+            )
         if normals not in NORMALS:
             raise MeshError(
                 "unknown kind of normals",
@@ -123,24 +138,3 @@ class TriangleArrays:
         numbers, times = side_numbers(self.triangles, len(self.vertices))
         ends = np.stack([self.triangles, np.roll(self.triangles, -1, axis=1)], axis=2)
         return np.asarray(ends[times[numbers] == 1])
-
-
-def _checked_triangles(triangles: ArrayLike, n: int) -> IntArray:
-    """Return (m, 3) rows of n vertices, checked."""
-    indices = np.asarray(real(triangles))
-    if indices.size == 0:
-        return np.zeros((0, 3), dtype=np.int32)
-    if indices.ndim != 2 or indices.shape[1] != 3 or indices.dtype.kind not in "iu":
-        raise MeshError(
-            "triangles must be whole numbers of shape (m, 3)",
-            found=(indices.shape, str(indices.dtype)),
-        )
-    corners = np.array(indices, dtype=np.int32, order="C")
-    bad = np.flatnonzero(((corners < 0) | (corners >= n)).any(axis=1))
-    if len(bad):
-        raise MeshError(
-            f"triangle {bad[0]} points at a vertex that is not there",
-            found=corners[bad[0]].tolist(),
-            allowed=f"0 to {n - 1}",
-        )
-    return corners

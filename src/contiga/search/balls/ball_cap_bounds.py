@@ -108,12 +108,9 @@ def cap_over(
 
     None if nothing is proved. Points within `tolerance` are one.
     """
-    nets = [_net(tables, e, side, is_backwards) for e, side, is_backwards in ring]
+    nets = [_net(tables, e, side, back) for e, side, back in ring]
     # Whether S_τ × S_x runs along S_u × S_v (1) or against it (−1).
-    senses = [
-        (1 if side in (0, 3) else -1) * (-1 if is_backwards else 1)
-        for _, side, is_backwards in ring
-    ]
+    senses = [(1 if side in (0, 3) else -1) * (-1 if back else 1) for _, side, back in ring]
     pole = nets[0][0, 0, :3] / nets[0][0, 0, 3]
     if not min(net[:, :, 3].min() for net in nets) > 0.0:
         return None
@@ -219,10 +216,8 @@ def _worst_of_boxes(c: list[list[Span]], g: list[Span], ends: list[Span], tau: S
     m = [(up * u[1] - g[1] * v[1]) / safe, (g[1] * v[0] - up * u[0]) / safe]
     uu = g[3] - m[0] * c[0][3] - m[1] * c[1][3]
     uv = g[1] + tau * (g[4] - m[0] * c[0][4] - m[1] * c[1][4])
-    second = [(c[k][2].times(2.0) + tau * c[k][5]) for k in range(2)]
-    vv = g[0].times(2.0) + tau * (
-        g[2].times(4.0) + tau * g[5] - m[0] * second[0] - m[1] * second[1]
-    )
+    d = [(c[k][2].times(2.0) + tau * c[k][5]) for k in range(2)]
+    vv = g[0].times(2.0) + tau * (g[2].times(4.0) + tau * g[5] - m[0] * d[0] - m[1] * d[1])
     zero = Span(np.zeros_like(area.low), np.zeros_like(area.low))
     a = [(zero - v[1]) / safe, v[0] / safe]  # dual to U and V
     b = [u[1] / safe, (zero - u[0]) / safe]
@@ -257,12 +252,12 @@ def _joint_bound(charts: list[FloatArray], weights: list[FloatArray], tolerance:
         lebesgue = 1.0 + 2.0 / math.pi * math.log(count)
         a, x, s, w = _edge_values(before, -1, places)
         b, y, _, z = _edge_values(after, 0, places)
-        least = min(before[1].min(), after[1].min())
+        min_weight = min(before[1].min(), after[1].min())
         gap = a * z[:, None] - b * w[:, None]
-        if not lebesgue * np.abs(gap).max() <= tolerance * least**2:
+        if not lebesgue * np.abs(gap).max() <= tolerance * min_weight**2:
             return math.inf
         volume = (np.cross(x, s) * y).sum(axis=1)
-        worst = max(worst, lebesgue * float(np.abs(volume).max()) / least**6)
+        worst = max(worst, lebesgue * float(np.abs(volume).max()) / min_weight**6)
     return worst
 
 

@@ -28,7 +28,7 @@ BLOCK_SHARE = 0.5
 class Caps(NamedTuple):
     """The caps of a body."""
 
-    of: IntArray
+    cap_of_side: IntArray
     """(elements, 4) the cap about a side, −1 for none."""
     reach: FloatArray
     """(caps,) extent of the cap in its elements, as a share of them."""
@@ -51,10 +51,9 @@ class Caps(NamedTuple):
         angle[~capped["normal"].any(axis=1)] = math.inf
         is_poor = ~(capped["turn"] < MAX_CHANGE)
         is_bounded = angle < math.asin(MAX_CHANGE)
-        capped["tilt"][is_poor] = 1.0
-        capped["tilt"][is_bounded] = np.minimum(
-            np.sin(angle[is_bounded]), capped["tilt"][is_bounded]
-        )
+        tilt = capped["tilt"]
+        tilt[is_poor] = 1.0
+        tilt[is_bounded] = np.minimum(np.sin(angle[is_bounded]), tilt[is_bounded])
         is_level = is_bounded & is_poor
         capped["corner_normal"][is_level] = capped["normal"][is_level, None]
         capped["wobble"][is_level] = 2.0 * np.sin(0.5 * angle[is_level])
@@ -79,21 +78,19 @@ class Caps(NamedTuple):
         cap = np.zeros(len(cells), np.int32)
         share = np.full(len(cells), math.inf)
         for side in range(4):
-            side_cap = self.of[cells["element"], side]
+            side_cap = self.cap_of_side[cells["element"], side]
             rows = np.flatnonzero(side_cap >= 0)
             extent = _extent(cells["box"][rows], side) / self.reach[side_cap[rows]]
             is_nearer = extent < share[rows]
-            cap[rows[is_nearer]], share[rows[is_nearer]] = (
-                side_cap[rows[is_nearer]],
-                extent[is_nearer],
-            )
+            rows = rows[is_nearer]
+            cap[rows], share[rows] = side_cap[rows], extent[is_nearer]
         return cap, share
 
 
 def find_caps(tables: Tables, cells: Records, tolerance: float) -> Caps:
     """Return the caps of a body whose grids have `cells`; points within `tolerance` are one."""
     table = tables.elements.table
-    of = np.full((len(table), 4), -1, np.int32)
+    cap_of_side = np.full((len(table), 4), -1, np.int32)
     is_done = table["kind"] != POLE
     rows: list[Cap] = []
     for e, side in np.argwhere(~is_done).tolist():
@@ -111,10 +108,10 @@ def find_caps(tables: Tables, cells: Records, tolerance: float) -> Caps:
         cap = cap_over(tables, ring, np.concatenate([halves, edges]), tolerance)
         if cap is not None:
             for f, collapsed, _ in ring:
-                of[f, collapsed] = len(rows)
+                cap_of_side[f, collapsed] = len(rows)
             rows.append(cap)
     reach, bend = (np.array([getattr(row, name) for row in rows]) for name in ("reach", "bend"))
-    return Caps(of, reach, np.array([row.radii for row in rows]).reshape(-1, 2), bend)
+    return Caps(cap_of_side, reach, np.array([row.radii for row in rows]).reshape(-1, 2), bend)
 
 
 def _elements_around(table: Records, e: int, side: int) -> list[tuple[int, int, bool]]:

@@ -54,7 +54,7 @@ SURROUNDINGS = (2.0, 1.0, 0.0)
 """Margins of the surroundings of a cell that are tried as its smooth block, in its lengths."""
 BLOCK_GOALS = 3.0
 """Radius of the balls that a smooth block should allow, in goals."""
-CELLS_PER_TASK = 16
+MIN_CELLS = 16
 """Number of cells below which a second thread does not pay."""
 SIDE_TOL = 1e-12
 """Distance below which sides are one, as a share of the body's size."""
@@ -185,9 +185,8 @@ def _grid(tables: Tables, centre: FloatArray, size: float) -> tuple[Records, Row
     turn = second / np.maximum(lengths, 1e-300)
     length_ratio = 2.0 * lengths / (MAX_CELL_LENGTH * size)
     for max_turn in CELL_TURN:
-        n_cells = np.clip(np.ceil(np.maximum(turn / max_turn, length_ratio)), 1, MAX_CELLS).astype(
-            np.int32
-        )
+        n_cells = np.ceil(np.maximum(turn / max_turn, length_ratio))
+        n_cells = np.clip(n_cells, 1, MAX_CELLS).astype(np.int32)
         if n_cells.prod(axis=1).sum() <= GRID_BUDGET:
             break
     rows = np.zeros(n, GRID)
@@ -246,9 +245,7 @@ def _measure(frame: _Frame, cells: Records) -> None:
 
 def _measure_cells(tables: Tables, centre: FloatArray, cells: Records) -> None:
     """Set the bounds of cells."""
-    run_ranges(
-        ball_cell_nb.measure_cells, len(cells), CELLS_PER_TASK, tables.elements, centre, cells
-    )
+    run_ranges(ball_cell_nb.measure_cells, len(cells), MIN_CELLS, tables.elements, centre, cells)
 
 
 def _target_radius(frame: _Frame) -> float:
@@ -337,13 +334,12 @@ def _own_blocks(frame: _Frame, parts: Records, blocks: Records) -> Records:
         around_box = np.stack([box[:, :, 0] - margin, box[:, :, 1] + margin], axis=2)
         _place_cells(row, np.clip(around_box, -0.5, 0.5), frame.tables.elements.table)
     rows = np.flatnonzero(~at_side)
-    new_homes = blocks[rows]
+    new_blocks = blocks[rows]
     limit = _target_radius(frame)
     own_around = np.ascontiguousarray(around[:, rows])
-    ball_block_nb.single_cell_blocks(
-        frame.tables.elements, frame.centre, own_around, limit, new_homes
-    )
-    blocks[rows] = new_homes
+    elements = frame.tables.elements
+    ball_block_nb.single_cell_blocks(elements, frame.centre, own_around, limit, new_blocks)
+    blocks[rows] = new_blocks
     frame.caps.take(parts, blocks, limit)
     return blocks
 
@@ -362,4 +358,4 @@ def _bound(frame: _Frame, all_cells: _Cells, rows: Rows) -> None:
     limits = BallLimits(frame.size, CAP * frame.size, GOAL * frame.size)
     result = CellBounds(rows, all_cells.value, all_cells.unproved)
     arguments = body, surface, all_cells.blocks, limits, result
-    run_ranges(ball_bound_nb.bound_cells, len(rows), CELLS_PER_TASK, *arguments)
+    run_ranges(ball_bound_nb.bound_cells, len(rows), MIN_CELLS, *arguments)

@@ -64,10 +64,10 @@ def restriction(degree: int, low: FloatArray, high: FloatArray) -> FloatArray:
     for i in range(degree + 1):
         out[:, i, 0] = 1.0
         for k in range(degree):
-            at = (high if k < i else low)[:, None]
+            x = (high if k < i else low)[:, None]
             row = out[:, i].copy()
-            out[:, i] = (1.0 - at) * row
-            out[:, i, 1:] += at * row[:, :-1]
+            out[:, i] = (1.0 - x) * row
+            out[:, i, 1:] += x * row[:, :-1]
     return out
 
 
@@ -90,11 +90,11 @@ def less_a_factor(net: FloatArray) -> FloatArray:
     return net[..., 1:] * (degree / np.arange(1.0, degree + 1.0))
 
 
-def basis(degree: int, at: FloatArray) -> FloatArray:
+def basis(degree: int, x: FloatArray) -> FloatArray:
     """Return (len(at), degree + 1) Bernstein polynomials at places in [0, 1]."""
     k = np.arange(degree + 1)
     count = np.array([float(math.comb(degree, int(i))) for i in k])
-    return count * at[:, None] ** k * (1.0 - at[:, None]) ** (degree - k)
+    return count * x[:, None] ** k * (1.0 - x[:, None]) ** (degree - k)
 
 
 def spans_of(net: FloatArray, widths: tuple[FloatArray, FloatArray]) -> list[Span]:

@@ -44,13 +44,11 @@ def blocks_of(table: Records) -> Blocks:
     centres, widths = np.arange(n), box[:, 1::2] - box[:, ::2]
     next_element, reach = np.tile(centres[:, None], 4), np.tile([-0.5, 0.5, -0.5, 0.5], (n, 1))
     for side in range(4):
-        neighbours, axis = table["neighbour"][:, side], side // 2
-        is_smooth = (table["kind"][:, side] == SMOOTH) & (
-            table["patch"][neighbours] == table["patch"]
-        )
-        is_smooth &= box[neighbours, side ^ 1] == box[:, side]  # not across a seam
-        next_element[is_smooth, side] = neighbours[is_smooth]
-        extent = (widths[neighbours, axis] / widths[:, axis])[is_smooth]
+        other, axis = table["neighbour"][:, side], side // 2
+        is_smooth = (table["kind"][:, side] == SMOOTH) & (table["patch"][other] == table["patch"])
+        is_smooth &= box[other, side ^ 1] == box[:, side]  # not across a seam
+        next_element[is_smooth, side] = other[is_smooth]
+        extent = (widths[other, axis] / widths[:, axis])[is_smooth]
         reach[is_smooth, side] += extent if side % 2 else -extent
     corners = [next_element[next_element[:, i], j] for i in (0, 1) for j in (2, 3)]
     scale = widths[:, :1] ** ORDERS[:, 0] * widths[:, 1:] ** ORDERS[:, 1]

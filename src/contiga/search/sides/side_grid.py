@@ -151,12 +151,8 @@ def build_sides(tables: Tables, slit: float) -> SideGrid:
     max_margin = margins.max()
     cells = layout(np.stack([root["low"] - max_margin, root["high"] + max_margin]), len(table))
     margins += 2.0 * cells.skin
-    limits = PieceLimits(
-        MAX_LENGTH * cells.size,
-        MAX_TRIMMED_LENGTH * cells.size,
-        MAX_THICKNESS * cells.small,
-        MAX_PIECES,
-    )
+    lengths = MAX_LENGTH * cells.size, MAX_TRIMMED_LENGTH * cells.size
+    limits = PieceLimits(*lengths, MAX_THICKNESS * cells.small, MAX_PIECES)
     pieces, middles = side_pieces_nb.surface_pieces(
         tables.elements, tables.trims, cells.origin, margins, limits
     )

@@ -94,9 +94,8 @@ def build_lists(tables: Tables) -> PieceLists:
     rounding = ROUNDING * (float(np.abs([low, high]).max()) + size)
     # A path may cross the carrier of a face as far as this beyond its edge.
     margins = (GRAZING + 1.0) * table["edge_tolerance"] + table["noise"] + reach + rounding
-    limits = PieceLimits(
-        MAX_LENGTH * side, MAX_TRIMMED_LENGTH * side, MAX_THICKNESS * side, MAX_PIECES
-    )
+    lengths = MAX_LENGTH * side, MAX_TRIMMED_LENGTH * side
+    limits = PieceLimits(*lengths, MAX_THICKNESS * side, MAX_PIECES)
     pieces, _ = side_pieces_nb.surface_pieces(
         tables.elements, tables.trims, origin, margins, limits
     )

@@ -32,7 +32,7 @@ class Ends(NamedTuple):
     length: float
     spare: float
     """Largest distance of a crossing at a small angle beyond the ends, length."""
-    far: float
+    max_x: float
     """Distance from the start at which the search ends, length."""
     sense: int
     """Kind of crossings that count: ENTRIES or EITHER."""

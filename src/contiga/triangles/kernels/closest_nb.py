@@ -45,9 +45,9 @@ MAX_PENDING = 256
 
 
 @inner()
-def _limit(best, near):
+def _limit(best, slack):
     """Return the squared distance up to which triangles are examined."""
-    return best * (1.0 + RELATIVE_SLACK) + near * (2.0 * math.sqrt(best) + near)
+    return best * (1.0 + RELATIVE_SLACK) + slack * (2.0 * math.sqrt(best) + slack)
 
 
 @inner()
@@ -57,12 +57,12 @@ def closest(facets, point, seed, queue):
     `seed` is the slot from which the search starts.
     """
     shape, link, box, child = facets.shape, facets.link, facets.box, facets.child
-    near = LENGTH_SLACK * facets.scale[1]
+    slack = LENGTH_SLACK * facets.scale[1]
     nodes, bounds, lane = queue.nodes, queue.bounds, queue.lane
     x, y, z = point
     best, place, a, b = closest_on(shape, seed, x, y, z)
     slot = seed
-    limit = _limit(best, near)
+    limit = _limit(best, slack)
     nodes[0] = 0
     bounds[0] = 0.0
     top = 1
@@ -86,7 +86,7 @@ def closest(facets, point, seed, queue):
                     a = u
                     b = v
                     slot = s
-                    limit = _limit(best, near)
+                    limit = _limit(best, slack)
             continue
         base = top
         for l in range(WIDTH):
@@ -131,7 +131,7 @@ def _closest_facing(facets, point, guard, cosine, within, queue):
     (min, max) = `within`. The slot is −1 for none.
     """
     shape, link, box, child = facets.shape, facets.link, facets.box, facets.child
-    near = LENGTH_SLACK * facets.scale[1]
+    slack = LENGTH_SLACK * facets.scale[1]
     min_square, best = within[0] ** 2, within[1] ** 2
     nodes, bounds, lane = queue.nodes, queue.bounds, queue.lane
     x, y, z = point
@@ -170,7 +170,7 @@ def _closest_facing(facets, point, guard, cosine, within, queue):
             if p > 0 and not _is_guarded_kink(facets, s, point, (p, u), guard, cosine, square):
                 continue
             best, place, a, b, slot = square, p, u, v, s
-            limit = _limit(best, near)
+            limit = _limit(best, slack)
     return slot, place, a, b
 
 
@@ -187,9 +187,9 @@ def _is_guarded_kink(facets, s, point, foot, guard, cosine, square):
     u, v = barycentric(foot[0], foot[1], 0.0)
     advance = 0.0
     for c in range(3):
-        on = shape[s, A + c]
-        on += u * (shape[s, B + c] - shape[s, A + c]) + v * (shape[s, C + c] - shape[s, A + c])
-        advance += (on - point[c]) * guard[c]
+        foot_c = shape[s, A + c]
+        foot_c += u * (shape[s, B + c] - foot_c) + v * (shape[s, C + c] - foot_c)
+        advance += (foot_c - point[c]) * guard[c]
     if not advance >= cosine * math.sqrt(square):
         return False
     n = (shape[s, N], shape[s, N + 1], shape[s, N + 2])

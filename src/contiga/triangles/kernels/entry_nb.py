@@ -38,17 +38,17 @@ def _box_entries(box, node, p, inverse, limits, slack, out):
     for l in range(WIDTH):
         a = (box[node, l] - slack - p[0]) * inverse[0]
         b = (box[node, 24 + l] + slack - p[0]) * inverse[0]
-        near = max(first, min(a, b))
-        far = min(last, max(a, b))
+        x_min = max(first, min(a, b))
+        x_max = min(last, max(a, b))
         a = (box[node, 8 + l] - slack - p[1]) * inverse[1]
         b = (box[node, 32 + l] + slack - p[1]) * inverse[1]
-        near = max(near, min(a, b))
-        far = min(far, max(a, b))
+        x_min = max(x_min, min(a, b))
+        x_max = min(x_max, max(a, b))
         a = (box[node, 16 + l] - slack - p[2]) * inverse[2]
         b = (box[node, 40 + l] + slack - p[2]) * inverse[2]
-        near = max(near, min(a, b))
-        far = min(far, max(a, b))
-        out[l] = near if near <= far + 1e-12 * abs(far) else math.inf
+        x_min = max(x_min, min(a, b))
+        x_max = min(x_max, max(a, b))
+        out[l] = x_min if x_min <= x_max + 1e-12 * abs(x_max) else math.inf
 
 
 @inner(error_model="numpy")
@@ -113,17 +113,17 @@ def _search(facets, segment, sense, crossings, queue):
         1.0 / d[1] if abs(d[1]) > 1e-290 else 1e290,
         1.0 / d[2] if abs(d[2]) > 1e-290 else 1e290,
     )
-    far = segment.length + spare
+    max_x = segment.length + spare
     beyond = spare if sense == EITHER else 0.0
     nodes[0] = 0
     entry[0] = -spare
     top = 1
     while top > 0:
         top -= 1
-        if entry[top] > far:
+        if entry[top] > max_x:
             continue
         node = nodes[top]
-        _box_entries(box, node, p, inverse, (-spare, far), slack, lane)
+        _box_entries(box, node, p, inverse, (-spare, max_x), slack, lane)
         if child[node, 0] >= 0:
             base = top
             for l in range(WIDTH):
@@ -131,7 +131,7 @@ def _search(facets, segment, sense, crossings, queue):
                     top = insert_sorted(nodes, entry, base, top, child[node, l], lane[l])
             continue
         for l in range(WIDTH):
-            if lane[l] > far or child[node, l] == NO_CHILD:
+            if lane[l] > max_x or child[node, l] == NO_CHILD:
                 continue
             s = -1 - child[node, l]
             x, place, edge_distance, slope = _crossing(shape, s, segment, sense)
@@ -147,7 +147,7 @@ def _search(facets, segment, sense, crossings, queue):
                 first_crossing[U], first_crossing[V] = place
                 first_crossing[EDGE_DISTANCE] = edge_distance
                 first_crossing[X_TOL] = min(slack / abs(slope), spare)
-                far = min(far, x + beyond)
+                max_x = min(max_x, x + beyond)
 
 
 @inner()

@@ -166,15 +166,15 @@ def write_kink(facets, k, foot, point, tracked, out):
     first = (place - 1) % 3
     i = A if first == 0 else B + 3 * (first - 1)
     j = B if first == 0 else (C if first == 1 else A)
-    on = (shape[s, i], shape[s, i + 1], shape[s, i + 2])
+    q = (shape[s, i], shape[s, i + 1], shape[s, i + 2])
     # From the corner, because the foot has larger rounding far from the origin.
-    r = (point[0] - on[0], point[1] - on[1], point[2] - on[2])
+    r = (point[0] - q[0], point[1] - q[1], point[2] - q[2])
     if place < 4:
-        e = (shape[s, j] - on[0], shape[s, j + 1] - on[1], shape[s, j + 2] - on[2])
-        on = (on[0] + share * e[0], on[1] + share * e[1], on[2] + share * e[2])
+        e = (shape[s, j] - q[0], shape[s, j + 1] - q[1], shape[s, j + 2] - q[2])
+        q = (q[0] + share * e[0], q[1] + share * e[1], q[2] + share * e[2])
         r = (r[0] - share * e[0], r[1] - share * e[1], r[2] - share * e[2])
     square = r[0] ** 2 + r[1] ** 2 + r[2] ** 2
-    out.point[k, 0], out.point[k, 1], out.point[k, 2] = on
+    out.point[k, 0], out.point[k, 1], out.point[k, 2] = q
     out.feature[k] = EDGE if place < 4 else VERTEX
     n = (shape[s, N], shape[s, N + 1], shape[s, N + 2])
     height = r[0] * n[0] + r[1] * n[1] + r[2] * n[2]
@@ -188,17 +188,17 @@ def write_kink(facets, k, foot, point, tracked, out):
         out.gap[k] = height
         out.normal[k, 0], out.normal[k, 1], out.normal[k, 2] = n
         return
-    toward = _pseudo_normal(facets, s, place, on)
-    length = math.sqrt(toward[0] ** 2 + toward[1] ** 2 + toward[2] ** 2)
+    reference = _pseudo_normal(facets, s, place, q)
+    length = math.sqrt(reference[0] ** 2 + reference[1] ** 2 + reference[2] ** 2)
     if length == 0.0:
-        toward = n
+        reference = n
         length = 1.0
-    side = r[0] * toward[0] + r[1] * toward[1] + r[2] * toward[2]
+    side = r[0] * reference[0] + r[1] * reference[1] + r[2] * reference[2]
     distance = math.sqrt(square)
     if distance <= small:
         out.gap[k] = side / length
         for c in range(3):
-            out.normal[k, c] = toward[c] / length
+            out.normal[k, c] = reference[c] / length
         return
     sign = 1.0 if side >= 0.0 else -1.0
     out.gap[k] = sign * distance
@@ -223,11 +223,11 @@ def _pseudo_normal(facets, s, place, foot):
         y += shape[other, N + 1]
         z += shape[other, N + 2]
     elif other < NO_TRIANGLE:
-        near = (4.0 * facets.scale[1]) ** 2
+        tol_square = (4.0 * facets.scale[1]) ** 2
         number = -2 - other
         for i in range(facets.around_first[number], facets.around_first[number + 1]):
             t = facets.around[i]
-            if t != s and closest_on(shape, t, foot[0], foot[1], foot[2])[0] <= near:
+            if t != s and closest_on(shape, t, foot[0], foot[1], foot[2])[0] <= tol_square:
                 x += shape[t, N]
                 y += shape[t, N + 1]
                 z += shape[t, N + 2]

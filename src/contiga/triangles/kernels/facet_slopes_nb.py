@@ -65,13 +65,13 @@ def _write_interpolated(facets, s, k, d, true, feet, out):
             dv = d[j] * (d[0] * shape[s, 6] + d[1] * shape[s, 7] + d[2] * shape[s, 8])
         elif not is_inside:
             du = dv = 0.0
-        along = 0.0
+        normal_part = 0.0
         for i in range(3):
             turn = du * (corner[b, i] - corner[a, i]) + dv * (corner[c, i] - corner[a, i])
             out.normal[k, i, j] = turn / size if size > 0.0 else 0.0
-            along += feet.normal[k, i] * out.normal[k, i, j]
+            normal_part += feet.normal[k, i] * out.normal[k, i, j]
         for i in range(3):
-            out.normal[k, i, j] -= along * feet.normal[k, i]
+            out.normal[k, i, j] -= normal_part * feet.normal[k, i]
 
 
 @kernel(error_model="numpy")
@@ -105,6 +105,5 @@ def slopes(facets, slot, smooth, points, feet, out, start, stop):
         if is_inside:
             write_slopes(k, (-normal[0], -normal[1], -normal[2]), zero, zero, zero, zero, out)
         if is_turned:
-            _write_interpolated(
-                facets, s, k, d, plane if feet.feature[k] == FACE else zero, feet, out
-            )
+            true = plane if feet.feature[k] == FACE else zero
+            _write_interpolated(facets, s, k, d, true, feet, out)

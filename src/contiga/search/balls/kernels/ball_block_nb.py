@@ -92,14 +92,14 @@ def derivative_jump(elements, e, f, axis, tolerance):
         shift[c] = elements.table[f]["origin"][c] - elements.table[e]["origin"][c]
     if _end_rows(elements, f, 2 * axis, shift, other_first, other_row) != degree:
         return math.inf
-    least = row[0, 3]
+    min_weight = row[0, 3]
     for k in range(1, degree + 1):
-        least = min(least, row[k, 3])
+        min_weight = min(min_weight, row[k, 3])
     for k in range(degree + 1):
         for c in range(3):
-            if not abs(row[k, c] - other_row[k, c]) <= tolerance * least:
+            if not abs(row[k, c] - other_row[k, c]) <= tolerance * min_weight:
                 return math.inf
-        if not abs(row[k, 3] - other_row[k, 3]) <= 1e-12 * least:
+        if not abs(row[k, 3] - other_row[k, 3]) <= 1e-12 * min_weight:
             return math.inf
     largest = 0.0
     for k in range(2 * degree + 1):
@@ -113,7 +113,7 @@ def derivative_jump(elements, e, f, axis, tolerance):
                 total -= share * (other_first[i, 3] - first[i, 3]) * row[j, c]
             square += total * total
         largest = max(largest, square)
-    return math.sqrt(largest) / least**2
+    return math.sqrt(largest) / min_weight**2
 
 
 @inner()
@@ -187,9 +187,8 @@ def _can_grow(cells, smooth, base, ij, line):
             return False
         if x < high and not smooth[new, 1 - side // 2]:
             return False
-        if not _turn_from(cells[k], cells[new]) < (
-            MAX_TURN if abs(offset) == 1 else MAX_OUTER_TURN
-        ):
+        max_turn = MAX_TURN if abs(offset) == 1 else MAX_OUTER_TURN
+        if not _turn_from(cells[k], cells[new]) < max_turn:
             return False
     return True
 
@@ -285,16 +284,16 @@ def single_cell_blocks(elements, centre, around, target, blocks):
     trial = blocks[:1].copy()
     for k in range(around.shape[1]):
         for i in range(around.shape[0]):
-            least = min(blocks[k]["radii"][0], blocks[k]["radii"][1])
-            if least >= target:
+            radius = min(blocks[k]["radii"][0], blocks[k]["radii"][1])
+            if radius >= target:
                 break
             measure(elements, around[i, k]["element"], centre, around[i, k])
             row[0] = k
-            if not around[i, k]["turn"] < MAX_CHANGE or not block_radii(
-                around[i], row, k, trial[0]
-            ):
+            if not around[i, k]["turn"] < MAX_CHANGE:
                 continue
-            if min(trial[0]["radii"][0], trial[0]["radii"][1]) > least:
+            if not block_radii(around[i], row, k, trial[0]):
+                continue
+            if min(trial[0]["radii"][0], trial[0]["radii"][1]) > radius:
                 for c in range(2):
                     blocks[k]["radii"][c] = trial[0]["radii"][c]
                 for c in range(4):
@@ -329,10 +328,8 @@ def smooth_joints(elements, grid, bases, cells, tolerance, smooth):
                         continue
                     smooth[k, axis] = False
                     if cells[k]["turn"] < MAX_CHANGE:
-                        jump = (
-                            derivative_jump(elements, e, f, axis, tolerance)
-                            * cells[k]["wide"][axis]
-                        )
+                        jump = derivative_jump(elements, e, f, axis, tolerance)
+                        jump *= cells[k]["wide"][axis]
                         r11, r12, r22 = cells[k]["metric"]
                         across = r11 * r22 / math.hypot(r12, r22) if axis == 0 else r22
                         smooth[k, axis] = jump <= KINK_TOL * across

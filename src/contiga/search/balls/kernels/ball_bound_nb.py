@@ -170,9 +170,9 @@ def _bound_cell(body, a, block, limits, value, samples, count):
             if _is_in_block(block, b):
                 continue
             for side in range(2):
-                if is_affected[side] and lower_by_cell(
-                    a, b, (normal[side], side), limits, value[side], work
-                ):
+                if not is_affected[side]:
+                    continue
+                if lower_by_cell(a, b, (normal[side], side), limits, value[side], work):
                     _set_enclosing_ball(a, normal[side], side, value[side], balls[side])
                     _lower_samples(samples, count, b, side)
 

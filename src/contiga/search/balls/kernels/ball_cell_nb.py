@@ -62,8 +62,10 @@ def _largest_difference(g, degree, order):
 def _quotient_range(g, degree, order, weights, slack):
     """Return bounds of the difference of `g` over a weight within `weights`, widened by `slack`."""
     low, high = _difference_range(g, degree, order)
-    least, most = weights
-    return min(low / least, low / most) - slack, max(high / least, high / most) + slack
+    min_weight, max_weight = weights
+    return min(low / min_weight, low / max_weight) - slack, max(
+        high / min_weight, high / max_weight
+    ) + slack
 
 
 @inner()
@@ -87,8 +89,8 @@ def normal_curvatures(cell, slack):
     i11 = 1.0 / r11
     i22 = 1.0 / r22
     i12 = -r12 * i11 * i22
-    least = math.inf
-    most = -math.inf
+    min_curvature = math.inf
+    max_curvature = -math.inf
     for side in range(2):  # the diagonal of S'' at its lower, then its upper bounds
         sign = 2.0 * side - 1.0
         ss = form[side] + sign * more[0]
@@ -102,10 +104,10 @@ def normal_curvatures(cell, slack):
             reach = math.hypot(0.5 * (m11 - m22), m12)
             low, high = middle - reach, middle + reach
             if side == 0:
-                least = min(least, low)
+                min_curvature = min(min_curvature, low)
             else:
-                most = max(most, high)
-    return least, most
+                max_curvature = max(max_curvature, high)
+    return min_curvature, max_curvature
 
 
 @inner()
@@ -140,29 +142,30 @@ def _frame_of_middle(h, hs, ht, cell):
 def _normal_bounds(g, w, degree, cell):
     """Return bounds of n·S', and write those of n·S'' to the cell, by the nets n·A and w."""
     p, q = degree
-    least, most = w[0], w[0]
+    min_weight, max_weight = w[0], w[0]
     height = 0.0
     for k in range((p + 1) * (q + 1)):
-        least, most = min(least, w[k]), max(most, w[k])
+        min_weight, max_weight = min(min_weight, w[k]), max(max_weight, w[k])
         height = max(height, abs(g[k]) / w[k])
     w10 = _largest_difference(w, degree, (1, 0))
     w01 = _largest_difference(w, degree, (0, 1))
-    f10 = (_largest_difference(g, degree, (1, 0)) + w10 * height) / least
-    f01 = (_largest_difference(g, degree, (0, 1)) + w01 * height) / least
-    weights = (least, most)
+    f10 = (_largest_difference(g, degree, (1, 0)) + w10 * height) / min_weight
+    f01 = (_largest_difference(g, degree, (0, 1)) + w01 * height) / min_weight
+    weights = (min_weight, max_weight)
     form = cell["form"]
-    slack = (2.0 * w10 * f10 + _largest_difference(w, degree, (2, 0)) * height) / least
+    slack = (2.0 * w10 * f10 + _largest_difference(w, degree, (2, 0)) * height) / min_weight
     form[0], form[1] = _quotient_range(g, degree, (2, 0), weights, slack)
-    slack = (w10 * f01 + w01 * f10 + _largest_difference(w, degree, (1, 1)) * height) / least
+    slack = (w10 * f01 + w01 * f10 + _largest_difference(w, degree, (1, 1)) * height) / min_weight
     form[2], form[3] = _quotient_range(g, degree, (1, 1), weights, slack)
-    slack = (2.0 * w01 * f01 + _largest_difference(w, degree, (0, 2)) * height) / least
+    slack = (2.0 * w01 * f01 + _largest_difference(w, degree, (0, 2)) * height) / min_weight
     form[4], form[5] = _quotient_range(g, degree, (0, 2), weights, slack)
     return f10, f01
 
 
 @inner()
-def _subtract_affine(net, degree, h, sizes, rest):
-    """Write the net of the cell less the affine map of its middle, one degree higher, to `rest`.
+def _subtract_affine(net, degree, h, sizes, remainder):
+    """Write the net of the cell less the affine map of its middle, one degree higher, to
+    `remainder`.
 
     (A − wL)/w with L = S + x S_x + y S_y at the middle has the second derivatives of A/w, but the
     factors of the derivatives of w in the quotient rule are small: without L the twist of a long
@@ -186,10 +189,10 @@ def _subtract_affine(net, degree, h, sizes, rest):
                     old = k * (q + 1) + m
                     new = i * (q + 2) + j
                     w = net[old, 3]
-                    rest[new, 3] += factor * w
+                    remainder[new, 3] += factor * w
                     for c in range(3):
                         affine = h[c, 0] + x * h[c, 1] + y * h[c, 2]
-                        rest[new, c] += factor * (net[old, c] - w * affine)
+                        remainder[new, c] += factor * (net[old, c] - w * affine)
 
 
 @inner(linked=False)
@@ -222,9 +225,9 @@ def measure(elements, e, centre, cell):
         f10, f01 = _normal_bounds(g, net[:, 3].copy(), (p, q), cell)
     bound = scratch(9)
     corner = scratch(2, 3)
-    rest = np.zeros(((p + 2) * (q + 2), 4))
-    _subtract_affine(net, (p, q), h, (hs, ht), rest)
-    derivative_bounds(rest, (p + 1, q + 1), (1.0, 1.0), bound, corner[0], corner[1])
+    remainder = np.zeros(((p + 2) * (q + 2), 4))
+    _subtract_affine(net, (p, q), h, (hs, ht), remainder)
+    derivative_bounds(remainder, (p + 1, q + 1), (1.0, 1.0), bound, corner[0], corner[1])
     # Bounds of |S''| and of its part along the tangent plane of the middle. For a rational cell the
     # bound by the value at the middle and its change is about half as large.
     sizes, normal = (hs * hs, hs * ht, ht * ht), cell["normal"]

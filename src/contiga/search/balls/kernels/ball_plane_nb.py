@@ -44,9 +44,8 @@ def _ball_before(a, m, k, normal, f):
     if half - 1.0 >= cos_tilt:
         factor = 2.0
     else:
-        factor = (
-            half * cos_tilt + tilt * tilt / (1.0 + cos_tilt) + math.sqrt(half * (2.0 - half)) * tilt
-        )
+        factor = half * cos_tilt + tilt * tilt / (1.0 + cos_tilt)
+        factor += math.sqrt(half * (2.0 - half)) * tilt
     factor = max(factor, 1e-300)
     k -= _overhang(a, m, 1.0)
     for i in range(4):

@@ -104,9 +104,8 @@ def _pass_at(trims, piece, t, place, carrier, c, h):
     piece_parameters(trims, piece, t, c)
     su = 1.0 / (box[1] - box[0])
     sv = 1.0 / (box[3] - box[2])
-    evaluate(
-        elements, e, start[0] + (c[0, 0] - place[0]) * su, start[1] + (c[0, 1] - place[1]) * sv, h
-    )
+    new_s, new_t = start[0] + (c[0, 0] - place[0]) * su, start[1] + (c[0, 1] - place[1]) * sv
+    evaluate(elements, e, new_s, new_t, h)
     r = minus(column(h, 0), p)
     x = dot(r, d)
     square = slope = speed = 0.0
@@ -180,9 +179,7 @@ def _pieces_near_path(trims, piece_width, place, x, form, widths, carrier):
             for k in range(trims.cell_start[cell], trims.cell_start[cell + 1]):
                 piece = trims.cell_pieces[k]
                 ends = trims.piece_ends[piece]
-                padded_width = (
-                    max(piece_width[piece], min_width) if piece_width[piece] > 0.0 else 0.0
-                )
+                padded = max(piece_width[piece], min_width) if piece_width[piece] > 0.0 else 0.0
                 if (
                     min(ends[0], ends[2]) > u + du
                     or max(ends[0], ends[2]) < u - du
@@ -194,7 +191,7 @@ def _pieces_near_path(trims, piece_width, place, x, form, widths, carrier):
                 # along the path to where it passes the piece.
                 distance, ue, ve, t = _nearest_on_piece(trims, piece, place, form, 4, c)
                 shift = 0.0
-                if distance > padded_width:
+                if distance > padded:
                     distance, ue, ve, t = _nearest_on_piece(trims, piece, place, form, 3, c)
                     # The surface leaves its tangent plane there by the second-order term, which
                     # higher orders are assumed not to exceed.
@@ -205,16 +202,13 @@ def _pieces_near_path(trims, piece_width, place, x, form, widths, carrier):
                         second += form[4, n] * dv_there * dv_there
                         square += second * second
                     remainder = math.sqrt(square)
-                    if (
-                        remainder > REMAINDER_SHARE * padded_width
-                        and distance <= padded_width + remainder
-                    ):
+                    if remainder > REMAINDER_SHARE * padded and distance <= padded + remainder:
                         distance, ue, ve, edge_x = _closest_pass(trims, piece, t, place, carrier, c)
                         shift = edge_x - x
-                if distance > padded_width:
+                if distance > padded:
                     continue
-                width = max(width, padded_width)
-                half_chord = math.sqrt(padded_width * padded_width - distance * distance)
+                width = max(width, padded)
+                half_chord = math.sqrt(padded * padded - distance * distance)
                 shift = math.copysign(max(abs(shift) - half_chord, 0.0), shift)
                 if distance <= piece_width[piece] and abs(shift) < best_shift:
                     is_shared = True
@@ -225,21 +219,21 @@ def _pieces_near_path(trims, piece_width, place, x, form, widths, carrier):
 
 
 @inner(linked=False, error_model="numpy")
-def edge_width(elements, trims, piece_width, e, place, path, least, h):
+def edge_width(elements, trims, piece_width, e, place, path, min_width, h):
     """Return whether a crossing at `place` (s, t) of element e belongs to its face, and where.
 
     `path` is a `LeafPath`, `h` holds the derivatives there. Returns the width of the edge within
     whose width the crossing is, zero inside the face, OUTSIDE if it does not belong to the face;
     the place, which is on the edge if the crossing is beyond it; and the shift to it along the
-    path. Edges other than smooth joints are at least `least` wide.
+    path. Edges other than smooth joints are at least `min_width` wide.
     """
-    max_width = max(path.wide, least)
+    max_width = max(path.wide, min_width)
     s = min(max(place[0], -0.5), 0.5)
     t = min(max(place[1], -0.5), 0.5)
     if max_width == 0.0:
         return (0.0 if in_face(elements, trims, e, s, t) else OUTSIDE), place, 0.0
-    # The largest width of the sides that the place is within, and whether it is off the element.
-    # A side where the surface ends has no width, every other one that is no smooth joint `least`.
+    # The largest width of the sides that the place is within, and whether it is off the element. A
+    # side where the surface ends has no width, every other one that is no smooth joint `min_width`.
     d, slack = path.d, path.slack
     row = elements.table[e]
     width, is_off = 0.0, False
@@ -263,7 +257,7 @@ def edge_width(elements, trims, piece_width, e, place, path, least, h):
             return OUTSIDE, place, 0.0
         is_off = is_off or distance < -2.5 * slack
         if row["kind"][side] != SMOOTH and row["kind"][side] != BORDER:
-            side_width = max(side_width, least)
+            side_width = max(side_width, min_width)
         if abs(distance) <= side_width:
             width = max(width, side_width)
     state = row["trim"]
@@ -281,12 +275,12 @@ def edge_width(elements, trims, piece_width, e, place, path, least, h):
         for c in range(3):
             form[k, c] = (h[c, k + 1] - along * d[c]) * scale[k]
         form[k, 3] = along * scale[k]
-    at = parameters(elements, e, s, t)
+    uv = parameters(elements, e, s, t)
     x = dot(minus(column(h, 0), path.p), path.d)
     carrier = (elements, e, (s, t), path)
-    widths = (max_width, least)
+    widths = (max_width, min_width)
     trim_width, is_shared, edge, shift = _pieces_near_path(
-        trims, piece_width, at, x, form, widths, carrier
+        trims, piece_width, uv, x, form, widths, carrier
     )
     if not is_off and in_face(elements, trims, e, s, t):
         return max(width, trim_width), place, 0.0
@@ -295,7 +289,7 @@ def edge_width(elements, trims, piece_width, e, place, path, least, h):
         return OUTSIDE, place, 0.0
     if shift != 0.0:
         place = (
-            s + (edge[0] - at[0]) / (box[1] - box[0]),
-            t + (edge[1] - at[1]) / (box[3] - box[2]),
+            s + (edge[0] - uv[0]) / (box[1] - box[0]),
+            t + (edge[1] - uv[1]) / (box[3] - box[2]),
         )
     return max(width, trim_width), place, shift

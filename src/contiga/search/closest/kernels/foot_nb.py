@@ -60,20 +60,20 @@ def write_foot(tables, k, foot, status, feature, point, out, h):
 
 
 @inner()
-def turn_normal(tables, k, toward, point, out):
-    """Point the normal at a kink along the line to the point, on the side of `toward` (3,)."""
+def turn_normal(tables, k, reference, point, out):
+    """Point the normal at a kink along the line to the point, on the side of `reference` (3,)."""
     square = 0.0
     side = 0.0
     for c in range(3):
         r = point[c] - out.point[k, c]
         square += r * r
-        side += r * toward[c]
+        side += r * reference[c]
     distance = math.sqrt(square)
-    length = math.sqrt(toward[0] ** 2 + toward[1] ** 2 + toward[2] ** 2)
+    length = math.sqrt(reference[0] ** 2 + reference[1] ** 2 + reference[2] ** 2)
     if distance <= 4.0 * tables.scale[1]:
         if length > 0.0:
             for c in range(3):
-                out.normal[k, c] = toward[c] / length
+                out.normal[k, c] = reference[c] / length
             out.gap[k] = side / length
         return
     sign = 1.0 if side >= 0.0 else -1.0
@@ -112,13 +112,10 @@ def write_nearest(tables, k, point, out, nearest, h):
             feature = EDGE
     else:
         # A foot inside the face may be closer by less than the gain that the search looks for.
-        face_foot = walk(elements, foot, point, tables.scale[1], h)
-        if (
-            face_foot[0] == OK
-            and face_foot[4] == FACE
-            and in_face(elements, tables.trims, *face_foot[1:4])
-        ):
-            foot = face_foot[1:4]
+        inner_foot = walk(elements, foot, point, tables.scale[1], h)
+        is_inner = inner_foot[0] == OK and inner_foot[4] == FACE
+        if is_inner and in_face(elements, tables.trims, *inner_foot[1:4]):
+            foot = inner_foot[1:4]
             feature = FACE
         elif tables.piece_open[int(-1 - nearest[ELEMENT])] != 0.0:
             status = TRIMMED
@@ -135,15 +132,15 @@ def write_nearest(tables, k, point, out, nearest, h):
             # Where the misfit of the faces at an edge counts, and the sum of their normals is
             # nearly perpendicular to the direction to the point, the most frontal face decides the
             # side.
-            square = along = length = 0.0
+            square = height = length = 0.0
             for c in range(3):
                 r = point[c] - out.point[k, c]
                 square += r * r
-                along += r * total[c]
+                height += r * total[c]
                 length += total[c] * total[c]
             distance, reach = math.sqrt(square), EDGE_ZONE * joint_reach(tables, foot[0])
             side = 0.0
-            if not (distance > reach or along * along > 0.25 * square * length):
+            if not (distance > reach or height * height > 0.25 * square * length):
                 side = side_of_most_frontal(tables, foot[0], (point, distance), nearest, h)
             if side != 0.0:
                 for c in range(3):
@@ -204,9 +201,8 @@ def _next_face(tables, edge, point, nearest, h):
     for k in range(neighbours[0] + 1, neighbours[1]):
         if not (grid.loose[k] and is_listed(nearby, n_nearby, grid.adjacent[k])):
             continue
-        if not math.isfinite(
-            closest(tables, edge_point, on_patch(grid.adjacent[k]), reach, nearest, h)
-        ):
+        scope = on_patch(grid.adjacent[k])
+        if not math.isfinite(closest(tables, edge_point, scope, reach, nearest, h)):
             continue
         start = surface_foot(tables, nearest, h)
         status, e1, s1, t1, feature = walk(elements, start, point, tables.scale[1], h)

@@ -141,16 +141,9 @@ def _cell_minimum(elements, e, cell, point, h):
     """
     s = 0.5 * (cell[0] + cell[1])
     t = 0.5 * (cell[2] + cell[3])
-    expansion = expand(elements, e, s, t, point, h)
+    q = expand(elements, e, s, t, point, h)
     for _ in range(MAX_STEPS):
-        f, g_s, g_t, h_ss, h_st, h_tt = (
-            expansion.f,
-            expansion.f_s,
-            expansion.f_t,
-            expansion.f_ss,
-            expansion.f_st,
-            expansion.f_tt,
-        )
+        f, g_s, g_t, h_ss, h_st, h_tt = q.f, q.f_s, q.f_t, q.f_ss, q.f_st, q.f_tt
         fixed_s = (s <= cell[0] and g_s > 0.0) or (s >= cell[1] and g_s < 0.0)
         fixed_t = (t <= cell[2] and g_t > 0.0) or (t >= cell[3] and g_t < 0.0)
         d_s = 0.0 if fixed_s else -g_s / h_ss
@@ -176,8 +169,8 @@ def _cell_minimum(elements, e, cell, point, h):
             new_t = min(max(t + d_t, cell[2]), cell[3])
             if new_s == s and new_t == t:
                 break
-            expansion = expand(elements, e, new_s, new_t, point, h)
-            is_lower = expansion.f < f
+            q = expand(elements, e, new_s, new_t, point, h)
+            is_lower = q.f < f
             if is_lower:
                 break
             d_s *= 0.5
@@ -186,9 +179,9 @@ def _cell_minimum(elements, e, cell, point, h):
             return s, t, math.sqrt(2.0 * f)
         s = new_s
         t = new_t
-        if f - expansion.f <= MIN_DECREASE * f:
+        if f - q.f <= MIN_DECREASE * f:
             break
-    return s, t, math.sqrt(2.0 * expansion.f)
+    return s, t, math.sqrt(2.0 * q.f)
 
 
 @inner()
@@ -317,17 +310,14 @@ def _improve_by_form(tables, e, point, limits, nearest, h):
             continue
         if minimum & OTHER_END and not _has_kink(elements, e, 2 - turn_side, axial):
             continue
-        best = _improve(
-            elements, tables.trims, (e, foot.s, foot.t), foot.distance, best, nearest, query
-        )
+        place = e, foot.s, foot.t
+        best = _improve(elements, tables.trims, place, foot.distance, best, nearest, query)
     if scope.min_cosine > NO_GUARD and best == limits.best:
         # From a point on the axis all angles are as near: the one the guard points to may count.
         g, nudge = scope.guard, AXIS_SHIFT * tables.scale[0]
         shifted = point[0] + nudge * g[0], point[1] + nudge * g[1], point[2] + nudge * g[2]
-        foot, shifted_foot = (
-            closest_on_form(form, point, NEAREST),
-            closest_on_form(form, shifted, NEAREST),
-        )
+        foot = closest_on_form(form, point, NEAREST)
+        shifted_foot = closest_on_form(form, shifted, NEAREST)
         is_on_axis = abs(shifted_foot.s - foot.s) + abs(shifted_foot.t - foot.t) > AXIS_TURN
         if is_on_axis and foot.distance >= scope.min_distance:
             place = e, shifted_foot.s, shifted_foot.t
@@ -354,14 +344,14 @@ def _improve_by_item(tables, k, point, limits, nearest, stack, h):
         return search_leaf(tables.elements, tables.trims, leaf, point, limits, nearest, stack, h)
     if is_before_face(leaf, items.plates[k], point):
         return best, 0
-    if scope.min_cosine > NO_GUARD and curve_faces_away(leaf, items.plates[k], point, scope):
+    has_guard = scope.min_cosine > NO_GUARD
+    if has_guard and curve_faces_away(leaf, items.plates[k], point, scope):
         return best, 0
     parameter, distance, is_unresolved = closest_on_stretch(tables, leaf, point, best, slack, h)
     if is_unresolved:
         nearest[LEFT_OUT] = max(nearest[LEFT_OUT], UNRESOLVED)
     if not distance < best:
         return best, 0
-    has_guard = scope.min_cosine > NO_GUARD
     if has_guard and not _edge_is_admissible(tables, leaf, parameter, point, scope):
         return best, 0
     nearest[ELEMENT] = e
@@ -429,11 +419,8 @@ def closest(tables, point, scope, reach, nearest, h):
         for k in range(first_item, first_item + items.tree[node]["count"]):
             if scope.patch >= 0 and leaves[k]["patch"] != scope.patch:
                 continue
-            if (
-                scope.min_cosine == NO_GUARD
-                and leaves[k]["has_form"] == 0
-                and n_pending < MAX_PENDING
-            ):
+            can_wait = leaves[k]["has_form"] == 0 and n_pending < MAX_PENDING
+            if scope.min_cosine == NO_GUARD and can_wait:
                 if not is_beyond(plates[k], point, min(best, upper_bound) - slack):
                     pending[n_pending] = k
                     pending_bounds[n_pending] = no_nearer_than(plates[k], point)
@@ -446,18 +433,15 @@ def closest(tables, point, scope, reach, nearest, h):
             best = distance
             opened += cells
     while n_pending > 0 and not (has_foot and best <= slack):
-        nearest_pending = 0
+        first = 0
         for i in range(1, n_pending):
-            if pending_bounds[i] < pending_bounds[nearest_pending]:
-                nearest_pending = i
-        if pending_bounds[nearest_pending] > best - slack:
+            if pending_bounds[i] < pending_bounds[first]:
+                first = i
+        if pending_bounds[first] > best - slack:
             break
-        k = pending[nearest_pending]
+        k = pending[first]
         n_pending -= 1
-        pending[nearest_pending], pending_bounds[nearest_pending] = (
-            pending[n_pending],
-            pending_bounds[n_pending],
-        )
+        pending[first], pending_bounds[first] = pending[n_pending], pending_bounds[n_pending]
         limits = SearchLimits(best, slack, opened, scope)
         distance, cells = _improve_by_item(tables, k, point, limits, nearest, stack, h)
         has_foot = has_foot or distance < best

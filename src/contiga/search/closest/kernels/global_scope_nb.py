@@ -19,7 +19,7 @@ rounding."""
 NORMAL_TOL = 1e-3
 """Sine of the largest angle between the normal and the direction to the point at a minimum: half
 of the digits of a minimum are known, and beside a pole fewer."""
-BORDER_NORMAL_TOL = 1e-7
+BORDER_TOL = 1e-7
 """The same at a border, which is the foot of points behind the face up to there: rounding."""
 NO_GUARD = -2.0
 """Minimum cosine that every two directions exceed."""
@@ -77,10 +77,8 @@ def curve_faces_away(leaf, plate, point, scope):
         return True
     offset = point[0] - middle[0], point[1] - middle[1], point[2] - middle[2]
     max_distance = math.sqrt(dot(offset, offset)) + plate["radius"]
-    return (
-        scale * dot(n, offset)
-        > plate["departure"] + (math.sqrt(2.0) * sine + HEIGHT_TOL) * max_distance
-    )
+    margin = plate["departure"] + (math.sqrt(2.0) * sine + HEIGHT_TOL) * max_distance
+    return scale * dot(n, offset) > margin
 
 
 @inlined()
@@ -106,20 +104,17 @@ def faces_guard(elements, place, point, scope, h):
     e, s, t = place
     normal = normal_at(elements, e, s, t, h)
     origin = elements.table[e]["origin"]
-    height = square = normal_cosine = guard_height = 0.0
+    height = square = cosine = advance = 0.0
     for c in range(3):
         r = point[c] - origin[c] - h[c, 0]
         square += r * r
         height += r * normal[c]
-        normal_cosine += normal[c] * scope.guard[c]
-        guard_height -= r * scope.guard[c]
+        cosine += normal[c] * scope.guard[c]
+        advance -= r * scope.guard[c]
     distance = math.sqrt(square)
-    faces = (
-        height <= HEIGHT_TOL * distance
-        and normal_cosine >= scope.min_cosine
-        and guard_height >= scope.min_cosine * distance
-    )
-    return faces and distance >= scope.min_distance, distance, height
+    faces = cosine >= scope.min_cosine and advance >= scope.min_cosine * distance
+    faces = faces and height <= HEIGHT_TOL * distance and distance >= scope.min_distance
+    return faces, distance, height
 
 
 @inner(linked=False)
@@ -147,10 +142,8 @@ def is_admissible(elements, place, point, scope, h):
         f_t += r * h[c, 2]
         square_s += h[c, 1] * h[c, 1]
         square_t += h[c, 2] * h[c, 2]
-    tol_s, tol_t = (
-        NORMAL_TOL * distance * math.sqrt(square_s),
-        NORMAL_TOL * distance * math.sqrt(square_t),
-    )
+    tol_s = NORMAL_TOL * distance * math.sqrt(square_s)
+    tol_t = NORMAL_TOL * distance * math.sqrt(square_t)
     pressed_s = s <= -0.5 and kind[0] != SMOOTH and f_s >= -tol_s
     pressed_s = pressed_s or (s >= 0.5 and kind[1] != SMOOTH and f_s <= tol_s)
     pressed_t = t <= -0.5 and kind[2] != SMOOTH and f_t >= -tol_t
@@ -162,9 +155,5 @@ def is_admissible(elements, place, point, scope, h):
 
 @inner()
 def is_above_border(distance, height):
-    """Return whether a point at a distance and height over the face is not beside a place on a
-    border."""
-    return (
-        distance * distance - height * height
-        <= BORDER_NORMAL_TOL * BORDER_NORMAL_TOL * distance * distance
-    )
+    """Return whether a point with this distance and height over the face is above a border."""
+    return distance * distance - height * height <= BORDER_TOL * BORDER_TOL * distance * distance

@@ -82,17 +82,15 @@ def newton_step(place, progress, p, x, y, z, tolerance):
     h_tt = fma(r_z, z[5], fma(r_y, y[5], fma(r_x, x[5], b)))
     det = fma(h_ss, h_tt, -h_st * h_st)
     is_regular = (a > 1e-12 * b) & (b > 1e-12 * a)  # away from poles
-    is_sound = is_regular & (det > 1e-6 * a * b) & (h_ss > 0.0) & (f <= best + tolerance)
+    sound = is_regular & (det > 1e-6 * a * b) & (h_ss > 0.0) & (f <= best + tolerance)
     i = 1.0 / (det if det != 0.0 else 1.0)  # zero at a pole, which is not sound
     new_s = fma(fma(g_t, h_st, -g_s * h_tt), i, s)
     new_t = fma(fma(g_s, h_st, -g_t * h_ss), i, t)
     step_s = new_s - s
     step_t = new_t - t
-    is_last = fma(step_s * step_s, a, step_t * step_t * b) <= LAST_STEP * tolerance
-    is_inside = (new_s >= -0.5) & (new_s <= 0.5) & (new_t >= -0.5) & (new_t <= 0.5)
-    new_state = (
-        GIVEN_BACK if not is_sound else (LEFT if not is_inside else (DONE if is_last else ACTIVE))
-    )
+    last = fma(step_s * step_s, a, step_t * step_t * b) <= LAST_STEP * tolerance
+    inside = (new_s >= -0.5) & (new_s <= 0.5) & (new_t >= -0.5) & (new_t <= 0.5)
+    new_state = GIVEN_BACK if not sound else (LEFT if not inside else (DONE if last else ACTIVE))
     is_active = state == ACTIVE
     takes_step = is_active & (new_state != GIVEN_BACK)
     next_s = new_s if takes_step else s

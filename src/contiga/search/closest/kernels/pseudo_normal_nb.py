@@ -212,8 +212,8 @@ def joint_reach(tables, e):
 
 
 @inner()
-def patches_near(tables, point, reach, near):
-    """List the patches that may be within `reach` of a point in near[MAX_PATCHES]; return their
+def patches_near(tables, point, reach, patches):
+    """List the patches that may be within `reach` of a point in patches[MAX_PATCHES]; return their
     number.
 
     Returns −1 if there are more. A face with many holes has an edge with a hundred others: to
@@ -225,7 +225,7 @@ def patches_near(tables, point, reach, near):
     nodes = stack_int64(128)
     nodes[0] = 0
     top = 1 if leaves.shape[0] > 0 else 0
-    n = 0
+    n_patches = 0
     while top > 0:
         top -= 1
         node = nodes[top]
@@ -239,21 +239,22 @@ def patches_near(tables, point, reach, near):
             top += 2
         for k in range(first, first + count):
             patch = leaves[k]["patch"]
-            if not is_listed(near, n, patch):
-                if n == MAX_PATCHES:
+            if not is_listed(patches, n_patches, patch):
+                if n_patches == MAX_PATCHES:
                     return -1
-                near[n] = patch
-                n += 1
-    return n
+                patches[n_patches] = patch
+                n_patches += 1
+    return n_patches
 
 
 @inner()
-def is_listed(near, n, patch):
-    """Return whether a patch is among the first n of `near`; True for every patch if n is −1."""
-    for i in range(n):
-        if near[i] == patch:
+def is_listed(patches, n_patches, patch):
+    """Return whether a patch is among the first n_patches of a list; True for any patch if that
+    is −1."""
+    for i in range(n_patches):
+        if patches[i] == patch:
             return True
-    return n < 0
+    return n_patches < 0
 
 
 @inner()

@@ -37,11 +37,11 @@ def _cell_range(piece, c, small, count):
 
 
 @kernel()
-def paint(pieces, small, shape, words, near, piece_of_word):
+def paint(pieces, small, shape, words, surface_bits, piece_of_word):
     """Mark in `words` (flat) the cells that pieces meet.
 
-    If `near` has rows, `words` holds the row of each cell: then set the bits of the small cells in
-    `near`, and a piece of each cell in `piece_of_word`.
+    If `surface_bits` has rows, `words` holds the row of each cell: then set the bits of the small
+    cells in `surface_bits`, and a piece of each cell in `piece_of_word`.
     """
     for p in range(pieces.shape[0]):
         # Columns of small cells run along the axis nearest to the piece's normal; the slab bounds
@@ -70,14 +70,14 @@ def paint(pieces, small, shape, words, near, piece_of_word):
                     first = max(first, math.ceil(min(bound_0, bound_1) - PLACE_TOL))
                     last = min(last, math.floor(max(bound_0, bound_1) + PLACE_TOL))
                 base = (i >> 2) * strides[a] + (j >> 2) * strides[b]
-                if near.shape[0] == 0:
+                if surface_bits.shape[0] == 0:
                     for k in range(first >> 2, (last >> 2) + 1 if last >= first else 0):
                         words[base + k * strides[axis]] = 1
                     continue
                 bit = (i & 3) * bits[a] + (j & 3) * bits[b]
                 for k in range(first, last + 1):
                     word = words[base + (k >> 2) * strides[axis]]
-                    near[word] |= ONE << np.uint64(bit + (k & 3) * bits[axis])
+                    surface_bits[word] |= ONE << np.uint64(bit + (k & 3) * bits[axis])
                     piece_of_word[word] = p
 
 
@@ -134,7 +134,7 @@ def depths(clear):
                     if clear[i, j, k]:
                         # One more than the least depth of the cells around that come before it.
                         step = 1 if back else -1
-                        least = depth[i, j, k] if back else n_i + n_j + n_k
+                        min_depth = depth[i, j, k] if back else n_i + n_j + n_k
                         for di in range(2):
                             for dj in range(-1, 2):
                                 for dk in range(-1, 2):
@@ -142,8 +142,8 @@ def depths(clear):
                                         continue
                                     a, b, c = i + step * di, j + step * dj, k + step * dk
                                     if 0 <= a < n_i and 0 <= b < n_j and 0 <= c < n_k:
-                                        least = min(least, depth[a, b, c] + 1)
-                        depth[i, j, k] = least
+                                        min_depth = min(min_depth, depth[a, b, c] + 1)
+                        depth[i, j, k] = min_depth
     return depth
 
 
@@ -162,14 +162,14 @@ def _flood(seed, clear):
 
 
 @kernel()
-def parts_of(near):
+def parts_of(surface_bits):
     """Return the connected sets of small cells without surface in each word: first (n + 1,), mask
     (m,)."""
-    first = np.zeros(near.shape[0] + 1, np.int64)
-    mask = np.empty(4 * near.shape[0] + 64, np.uint64)
+    first = np.zeros(surface_bits.shape[0] + 1, np.int64)
+    mask = np.empty(4 * surface_bits.shape[0] + 64, np.uint64)
     count = 0
-    for w in range(near.shape[0]):
-        clear = ~near[w]
+    for w in range(surface_bits.shape[0]):
+        clear = ~surface_bits[w]
         if count + 64 > mask.shape[0]:
             more = np.empty(2 * mask.shape[0], np.uint64)
             for p in range(count):

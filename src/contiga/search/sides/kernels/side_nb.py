@@ -31,12 +31,12 @@ def _distance_to_side(x, parts):
 
     `parts` is the number of parts along a cell.
     """
-    least = 1.0
+    distance = 1.0
     for c in range(3):
         y = x[c] * parts
         y -= math.floor(y)
-        least = min(least, y, 1.0 - y)
-    return least / parts
+        distance = min(distance, y, 1.0 - y)
+    return distance / parts
 
 
 @inner()
@@ -90,11 +90,11 @@ def sides(grid, points, rows, side, reach, start, stop):
 
 
 @kernel()
-def places(grid, points, rows, known, near, start, stop):
-    """Write the `sides` of points[rows[start:stop]] to `known` (KnownSides), and a piece of the
-    surface near each to `near` (SurfacePlaces), patch −1 if the grid has none there."""
-    side, reach = known.side, known.reach
-    patch, uv = near.patch, near.uv
+def places(grid, points, rows, out_sides, out_places, start, stop):
+    """Write the `sides` of points[rows[start:stop]] to `out_sides` (KnownSides), and a piece of the
+    surface near each to `out_places` (SurfacePlaces), patch −1 if the grid has none there."""
+    side, reach = out_sides.side, out_sides.reach
+    patch, uv = out_places.patch, out_places.uv
     sides(grid, points, rows, side, reach, start, stop)
     for i in range(start, stop):
         k = rows[i]

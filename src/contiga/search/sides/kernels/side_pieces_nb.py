@@ -155,12 +155,8 @@ def surface_pieces(elements, trims, origin, margins, limits):
             is_small = is_small and min(thickness, longest) <= limits.max_thickness
             side = 0 if along_s >= along_t else 2
             width = box[side + 1] - box[side]
-            if (
-                is_small
-                or width <= MIN_SIZE
-                or top + 2 > MAX_PENDING
-                or n_pieces > limits.max_pieces
-            ):
+            is_full = top + 2 > MAX_PENDING or n_pieces > limits.max_pieces
+            if is_small or width <= MIN_SIZE or is_full:
                 widen(pieces[n_pieces], margins[e])
                 put(middles, n_pieces, (float(e), 0.5 * (box[0] + box[1]), 0.5 * (box[2] + box[3])))
                 n_pieces += 1

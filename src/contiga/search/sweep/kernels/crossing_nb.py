@@ -47,8 +47,8 @@ NO_ROOM = (0.0, 0.0, 0.0, 0.0)
 
 
 @inner(error_model="numpy")
-def _misses_box(corner, p, d, near, far, pad):
-    """Return whether p + x d, near ≤ x ≤ far, misses a box (low, high) widened by `pad`."""
+def _misses_box(corner, p, d, x_min, x_max, pad):
+    """Return whether p + x d, x_min ≤ x ≤ x_max, misses a box (low, high) widened by `pad`."""
     for c in range(3):
         low = corner[0, c] - pad - p[c]
         high = corner[1, c] + pad - p[c]
@@ -58,9 +58,9 @@ def _misses_box(corner, p, d, near, far, pad):
         else:
             a = low / d[c]
             b = high / d[c]
-            near = max(near, min(a, b))
-            far = min(far, max(a, b))
-    return near > far
+            x_min = max(x_min, min(a, b))
+            x_max = min(x_max, max(a, b))
+    return x_min > x_max
 
 
 @inner(error_model="numpy")
@@ -68,7 +68,7 @@ def judge_cell(h, k, size, path, span, entries):
     """Decide whether to DROP a cell of half-size `size` about the place with derivatives `h`, to
     SOLVE for its crossing, to treat it as a POINT, or to HALVE it.
 
-    `path` is a `LeafPath`, `span` is (near, far), the range of x that is searched; `entries` tells
+    `path` is a `LeafPath`, `span` is (x_min, x_max), the range that is searched; `entries` tells
     whether only entries count. Also returns the steps in (s, t) from the middle to the start of
     SOLVE.
     """
@@ -222,11 +222,11 @@ def next_crossing(elements, leaf, pole, path, ends, work, top):
     s, t, the slope n·d, and the number of cells still on the stack.
     """
     stack, h, k, corner, count = work.stack, work.h, work.k, work.corner, work.counts
-    length, spare, far, sense = ends.length, ends.spare, ends.far, ends.sense
+    length, spare, max_x, sense = ends.length, ends.spare, ends.max_x, ends.sense
     e = leaf["element"]
     p, d, slack = path.p, path.d, path.slack
     pole_area = POLE_SHARE * (leaf["box"][1] - leaf["box"][0]) * (leaf["box"][3] - leaf["box"][2])
-    span = (-spare, min(far, length + spare))
+    span = (-spare, min(max_x, length + spare))
     max_loose = count[0] + MAX_LOOSE_CELLS
     crossing_x, s, t, slope = math.inf, 0.0, 0.0, 0.0
     while top > 0 and crossing_x == math.inf:
@@ -263,7 +263,7 @@ def next_crossing(elements, leaf, pole, path, ends, work, top):
             # Near a wide edge the caller finds the position of the crossing along the path.
             if state == ON:
                 tol = spare if path.wide > 0.0 else min(slack / abs(slope), spare)
-                if -tol <= x <= length + tol and x < far and (sense == EITHER or slope < 0.0):
+                if -tol <= x <= length + tol and x < max_x and (sense == EITHER or slope < 0.0):
                     crossing_x = x
             if state == NOT_CONVERGED:
                 verdict = HALVE if max(size[0], size[1]) > MIN_SIZE else POINT
@@ -271,7 +271,7 @@ def next_crossing(elements, leaf, pole, path, ends, work, top):
         if verdict == POINT:
             x, ds, dt, slope = touch(elements, e, cell, path, length, h)
             s, t = place[0] + ds, place[1] + dt
-            if slope != 0.0 and x < far and (sense == EITHER or slope < 0.0):
+            if slope != 0.0 and x < max_x and (sense == EITHER or slope < 0.0):
                 crossing_x = x
         if verdict == HALVE:
             if count[0] > MAX_CELLS or top > MAX_PENDING - 3:

@@ -31,12 +31,12 @@ X, ELEMENT, S, T, EDGE, X_TOL = 0, 1, 2, 3, 4, 5
 
 @inner()
 def meets_box(node, p, inverse, span, slack):
-    """Return whether p + x d, near ≤ x ≤ far, meets the box of a node widened by `slack`, and the
-    least such x.
+    """Return whether p + x d, x_min ≤ x ≤ x_max, meets the box of a node widened by `slack`, and
+    the least such x.
 
-    `span` is (near, far), `inverse` is one over d, component by component.
+    `span` is (x_min, x_max), `inverse` is one over d, component by component.
     """
-    near, far = span
+    x_min, x_max = span
     for c in range(3):
         low = node["low"][c] - slack - p[c]
         high = node["high"][c] + slack - p[c]
@@ -46,9 +46,9 @@ def meets_box(node, p, inverse, span, slack):
         else:
             a = low * inverse[c]
             b = high * inverse[c]
-            near = max(near, min(a, b))
-            far = min(far, max(a, b))
-    return near <= far * (1.0 + 1e-12) + 1e-300, near
+            x_min = max(x_min, min(a, b))
+            x_max = min(x_max, max(a, b))
+    return x_min <= x_max * (1.0 + 1e-12) + 1e-300, x_min
 
 
 @inner()
@@ -72,14 +72,15 @@ def next_leaves(tree, p, inverse, span, slack, queue, top):
             leaf_node = node
             continue
         first = tree[node]["first"]
-        a, near_a = meets_box(tree[first], p, inverse, span, slack)
-        b, near_b = meets_box(tree[first + 1], p, inverse, span, slack)
-        swap = 1 if a and b and near_a <= near_b else 0  # the nearer child goes on top
+        meets_a, entry_a = meets_box(tree[first], p, inverse, span, slack)
+        meets_b, entry_b = meets_box(tree[first + 1], p, inverse, span, slack)
+        # The nearer child goes on top.
+        order = 1 if meets_a and meets_b and entry_a <= entry_b else 0
         for i in range(2):
-            child = i ^ swap
-            if (a, b)[child]:
+            child = i ^ order
+            if (meets_a, meets_b)[child]:
                 nodes[top] = first + child
-                entry[top] = (near_a, near_b)[child]
+                entry[top] = (entry_a, entry_b)[child]
                 top += 1
     return leaf_node, top
 
@@ -166,13 +167,13 @@ def _search(tables, segment, loose, sense, crossings, queue, work):
     crossings[1, X] = math.inf
     count[0] = 0
     count[1] = 0
-    far = length + spare
+    max_x = length + spare
     beyond = spare if sense == EITHER else 0.0
     queue.nodes[0] = 0
     queue.entry[0] = -spare
-    top = 1 if meets_box(tree[0], p, inverse, (-spare, far), slack)[0] else 0
+    top = 1 if meets_box(tree[0], p, inverse, (-spare, max_x), slack)[0] else 0
     while top > 0:
-        node, top = next_leaves(tree, p, inverse, (-spare, far), slack, queue, top)
+        node, top = next_leaves(tree, p, inverse, (-spare, max_x), slack, queue, top)
         if node < 0:
             break
         for i in range(tree[node]["first"], tree[node]["first"] + tree[node]["count"]):
@@ -183,7 +184,7 @@ def _search(tables, segment, loose, sense, crossings, queue, work):
             # Skip leaves that the path meets neither inside their edges nor within their width.
             plate, row = tables.plates[i], elements.table[e]
             reach = max(spare, GRAZING * plate["edge_tolerance"])
-            span = (-reach, min(far + reach, length + reach))
+            span = (-reach, min(max_x + reach, length + reach))
             if is_passed(plate, p, d, span, slack + plate["edge_tolerance"]):
                 continue
             origin, leaf_slack = row["origin"], slack + row["noise"]
@@ -205,9 +206,9 @@ def _search(tables, segment, loose, sense, crossings, queue, work):
                 stack[0, c] = leaf["box"][c]
             cells = 1
             pole = has_pole(elements, e)
-            extra = GRAZING * path.wide
+            edge_extra = GRAZING * path.wide
             while cells > 0:
-                ends = Ends(length, max(spare, extra), far + extra, sense)
+                ends = Ends(length, max(spare, edge_extra), max_x + edge_extra, sense)
                 x, s, t, slope, cells = next_crossing(elements, leaf, pole, path, ends, work, cells)
                 if x == math.inf:
                     continue
@@ -226,9 +227,9 @@ def _search(tables, segment, loose, sense, crossings, queue, work):
                     x = min(x, max(x - loose[1] * width, length))
                 else:
                     place, x = _place_on_element(elements, e, place, path, x, h)
-                if x < far and -x_tol <= x <= length + x_tol:
+                if x < max_x and -x_tol <= x <= length + x_tol:
                     keep_first(crossings, e, place, x, slope, x_tol, width)
-                    far = min(far, x + beyond)
+                    max_x = min(max_x, x + beyond)
 
 
 @inner()

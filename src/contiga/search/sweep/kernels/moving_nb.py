@@ -117,11 +117,11 @@ def _newton_crossing(surface, e, box, start, segment, work):
         for c in range(3):
             for k in range(6):
                 mid[c, k] = (1.0 - tau) * begin[c, k] + tau * end[c, k]
-        rest = 1.0 - tau
+        share = 1.0 - tau
         miss = (
-            mid[0, 0] - rest * p[0] - tau * q[0],
-            mid[1, 0] - rest * p[1] - tau * q[1],
-            mid[2, 0] - rest * p[2] - tau * q[2],
+            mid[0, 0] - share * p[0] - tau * q[0],
+            mid[1, 0] - share * p[1] - tau * q[1],
+            mid[2, 0] - share * p[2] - tau * q[2],
         )
         v = (
             end[0, 0] - begin[0, 0] - q[0] + p[0],
@@ -136,11 +136,11 @@ def _newton_crossing(surface, e, box, start, segment, work):
         speed = -c / math.sqrt(dot(n, n))
         ds = min(max(s - dot(miss, cross(b, v)) / c, box[0]), box[1]) - s
         dt = min(max(t - dot(miss, cross(v, a)) / c, box[2]), box[3]) - t
-        new = min(max(tau - dot(miss, n) / c, -1.0), 2.0)
-        step = new - tau
+        new_tau = min(max(tau - dot(miss, n) / c, -1.0), 2.0)
+        step = new_tau - tau
         s += ds
         t += dt
-        tau = new
+        tau = new_tau
         if math.sqrt(dot(miss, miss)) <= slack:
             return ON, s, t, tau, speed
         change = (

@@ -48,9 +48,8 @@ def list_pieces(pieces, side, voxels, first, listed):
                         n = piece[NORMAL + c]
                         height += n * ((i, j, k)[c] * side + half)
                         spread += abs(n) * half
-                    if not (
-                        height - spread <= piece[SLAB_HIGH] and height + spread >= piece[SLAB_LOW]
-                    ):
+                    low, high = height - spread, height + spread
+                    if not (low <= piece[SLAB_HIGH] and high >= piece[SLAB_LOW]):
                         continue  # the slab of the piece misses the voxel
                     v = (i * voxels[1] + j) * voxels[2] + k
                     if listing:
@@ -67,14 +66,12 @@ def _misses_piece(piece, a, b, spare):
     for c in range(3):
         if min(a[c], b[c]) - spare > piece[HIGH + c] or max(a[c], b[c]) + spare < piece[LOW + c]:
             return True
-    height_a = height_b = 0.0
+    at_a = at_b = 0.0
     for c in range(3):
-        height_a += piece[NORMAL + c] * a[c]
-        height_b += piece[NORMAL + c] * b[c]
-    return (
-        min(height_a, height_b) - spare > piece[SLAB_HIGH]
-        or max(height_a, height_b) + spare < piece[SLAB_LOW]
-    )
+        at_a += piece[NORMAL + c] * a[c]
+        at_b += piece[NORMAL + c] * b[c]
+    low, high = min(at_a, at_b) - spare, max(at_a, at_b) + spare
+    return low > piece[SLAB_HIGH] or high < piece[SLAB_LOW]
 
 
 @inner()
