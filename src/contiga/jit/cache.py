@@ -1,19 +1,19 @@
 """The cache of kernels: numba's own, with stamps of all sources, and one process at a time.
 
-numba stamps a cached kernel with the text of its own file. A kernel holds the code of the kernels
-it calls, so here the stamp is the text of its file and of all files of the package which that
-imports, directly or not, and numba's version: an edit compiles anew what it touches, and nothing
-else. The stamp is part of the files' names too, so that several versions of a package share a
-folder (`folder`). numba writes the index of a kernel before its code: one who reads in between, or
-after a process that died there, would find the old code under the new index.
+numba stamps a cached kernel with the text of its own file. A kernel contains the code of the
+kernels that it calls, so here the stamp covers its file, all files of the package that the file
+imports, directly or not, and numba's version: an edit recompiles the kernels that depend on it, and
+no others. The stamp is part of the files' names too, so that several versions of a package share a
+folder (`folder`). numba writes the index of a kernel before its code: a process that reads in
+between, or after a process that died there, would find the old code under the new index.
 
-What is to be compiled is compiled by one process; others wait for it and read it. Locks are by
-kernel and types: as kernels call each other in no circle, neither can processes that wait. What a
-kept kernel calls is kept beside it, and loaded before it.
+One process compiles a kernel; others wait for it and read it. Locks are by kernel and types: since
+kernels do not call each other in circles, waiting processes cannot either. The kernels that a
+cached kernel calls by name are stored beside it, and loaded before it.
 
-Kernels that were installed (`prebuilt`) are looked for first. Different processors in one folder
-are numba's business, as ever; the numbers in a vector, which are constants of kernels, belong to
-the stamp. Only kernels of ours are kept so: no list of numba's is changed.
+Installed kernels (`prebuilt`) are tried first. numba itself distinguishes processors in one folder;
+the numbers in a vector, which are constants of kernels, are part of the stamp. Only kernels of our
+packages are cached so: numba's lists of caches are not changed.
 """
 
 from __future__ import annotations
@@ -38,15 +38,15 @@ from contiga.cache_folder import asked_for
 from contiga.jit.folder import PRIVATE, kernel_folder, make_room
 from contiga.jit.libraries import CalledLibrary, calls_of, module_of
 from contiga.jit.locks import alone
-from contiga.jit.notice import say_once
+from contiga.jit.notice import notify_once
 from contiga.jit.prebuilt import Version, choice, made_for
 from contiga.jit.stamps import LOCAL, PACKAGES, stamp_at_import
 from contiga.jit.vectors import numbers_in_vector
 
 DIGITS = 16
-NOWHERE = Path(os.devnull)
-"""Folder of kernels if none is writable: nothing is looked for in it."""
-PLACE_IN_MEMORY = re.compile(r"\b0x[0-9a-f]+")
+NO_FOLDER = Path(os.devnull)
+"""Folder of kernels if none is writable; it is never read."""
+ADDRESS = re.compile(r"\b0x[0-9a-f]+")
 """Addresses in the names of function types, which differ between processes."""
 
 
@@ -98,12 +98,12 @@ class KernelCacheImpl(CompileResultCacheImpl):  # type: ignore[misc]
     """Serialisation of a compiled kernel: numba's own, and the functions it calls by name."""
 
     def __init__(self, function: Any) -> None:
-        file = _file_of_ours(function)
-        if file is None:
+        file = Path(inspect.getfile(function)).resolve()
+        if not any(package in file.parents for package in PACKAGES):
             super().__init__(function)
             return
         self._lineno = function.__code__.co_firstlineno
-        self._locator = Sourced(function, file, kernel_folder() or NOWHERE)
+        self._locator = Sourced(function, file, kernel_folder() or NO_FOLDER)
         self._filename_base = self.get_filename_base(
             f"{file.stem}.{function.__qualname__}", getattr(sys, "abiflags", "")
         )
@@ -117,12 +117,12 @@ class KernelCacheImpl(CompileResultCacheImpl):  # type: ignore[misc]
         """Return the data to be written."""
         return calls_of(compiled.library), super().reduce(compiled)
 
-    def rebuild(self, target: Any, kept: Any) -> Any:
+    def rebuild(self, target: Any, stored: Any) -> Any:
         """Rebuild a compiled kernel once all that it calls is available (`known_as`).
 
         None where that has another name by now: it is compiled anew.
         """
-        calls, code = kept
+        calls, code = stored
         for name, module, kernel, arguments in calls:
             if getattr(import_module(module), kernel).known_as(arguments) != name:
                 return None
@@ -140,11 +140,11 @@ class KernelCache(FunctionCache):  # type: ignore[misc]
 
     def __init__(self, function: Any) -> None:
         super().__init__(function)
-        is_kept = self._cache_path != str(NOWHERE)
-        self.index = self._cache_file._index_path if is_kept else ""
+        is_writable = self._cache_path != str(NO_FOLDER)
+        self.index = self._cache_file._index_path if is_writable else ""
         self._home = function.__module__, function.__qualname__
         self._locks: dict[Any, ExitStack] = {}
-        if not is_kept:
+        if not is_writable:
             self.disable()
 
     @cached_property
@@ -160,17 +160,17 @@ class KernelCache(FunctionCache):  # type: ignore[misc]
         ]
 
     def load_overload(self, signature: Any, target: Any) -> Any:
-        """Return an installed or cached version; else the caller compiles, alone, until `done`."""
-        overload = self._installed(signature, target) or self._kept(signature, target)
+        """Return an installed or cached version; None if the caller has to compile until `done`."""
+        overload = self._installed(signature, target) or self._cached(signature, target)
         if overload is None and self._enabled and signature not in self._locks:
             for listener in COMPILE_LISTENERS:
                 with _waiting():
                     listener.before(*self._home, signature)
             lock = self._locks[signature] = ExitStack()
-            lock.enter_context(self._alone(str(signature), _waiting))
-            overload = self._kept(signature, target)
+            lock.enter_context(self._lock(str(signature), _waiting))
+            overload = self._cached(signature, target)
         if overload is None:
-            say_once()
+            notify_once()
         return overload
 
     def _installed(self, signature: Any, target: Any) -> Any:
@@ -178,16 +178,16 @@ class KernelCache(FunctionCache):  # type: ignore[misc]
         if not self._prebuilt:
             return None
         target.refresh()  # the order in which numba's own loading does it
-        kept = self._prebuilt.get(self._version(signature, target.codegen()))
-        return None if kept is None else self._impl.rebuild(target, pickle.loads(kept))
+        stored = self._prebuilt.get(self._version(signature, target.codegen()))
+        return None if stored is None else self._impl.rebuild(target, pickle.loads(stored))
 
     def _version(self, signature: Any, codegen: Any) -> Version:
         """Return numba's key without the target."""
         types, _, hashes = self._index_key(signature, codegen)
         return types, hashes
 
-    def _kept(self, signature: Any, target: Any) -> Any:
-        """Return a cached version; None if records in its arguments have moved since."""
+    def _cached(self, signature: Any, target: Any) -> Any:
+        """Return a cached version; None if the modules of its record types have moved since."""
         try:
             overload = super().load_overload(signature, target)
         except (ImportError, AttributeError):
@@ -200,9 +200,9 @@ class KernelCache(FunctionCache):  # type: ignore[misc]
     def save_overload(self, signature: Any, compiled: Any) -> None:
         """Cache a version, if the folder is writable.
 
-        numba's own reads the index of a kernel, and writes it with one line more.
+        numba reads the index of a kernel and writes it again with one more line, hence the lock.
         """
-        with suppress(OSError), self._alone("index"):
+        with suppress(OSError), self._lock("index"):
             try:
                 super().save_overload(signature, compiled)
             except (ImportError, AttributeError):  # another version of contiga has written it
@@ -215,17 +215,12 @@ class KernelCache(FunctionCache):  # type: ignore[misc]
         for listener in COMPILE_LISTENERS:
             listener.after(*self._home, signature)
 
-    def _alone(self, what: str, *how: Any) -> AbstractContextManager[None]:
-        name = f"{self._cache_file._index_name} {PLACE_IN_MEMORY.sub('', what)}"
-        return alone(self._cache_path, name, *how)
-
-
-def _file_of_ours(function: Any) -> Path | None:
-    """Return the file of a function of our packages; None for any other."""
-    file = Path(inspect.getfile(function)).resolve()
-    return file if any(package in file.parents for package in PACKAGES) else None
+    def _lock(self, name: str, *waiting: Any) -> AbstractContextManager[None]:
+        """Return the lock of a name for this kernel."""
+        full_name = f"{self._cache_file._index_name} {ADDRESS.sub('', name)}"
+        return alone(self._cache_path, full_name, *waiting)
 
 
 def _waiting() -> AbstractContextManager[None]:
-    """Count waiting for another process's compiler as compiling."""
+    """Return a context that counts waiting for another process's compiler as compiling."""
     return event.trigger_event("numba:compile", data={})

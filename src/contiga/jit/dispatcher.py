@@ -1,7 +1,7 @@
 """Dispatchers of kernels with one version each, cached in files.
 
-numba makes a version for each width of an integer, and for each value where that is a constant.
-Between kernels all integers are 64 bits here: a first run compiles each kernel once.
+numba compiles a version for each width of an integer, and for each value if that is a constant.
+Between kernels all integers are 64 bits here, so that a first run compiles each kernel once.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ class KernelDispatcher(CPUDispatcher):  # type: ignore[misc]
     """A kernel with one version for calls from kernels, for any integer types."""
 
     entries: tuple[Callable[..., Any], ...] = ()
-    """Its versions, called without checks of their arguments: see `contiga.jit.straight`."""
+    """Its versions as calls without checks of arguments: see `contiga.jit.straight`."""
 
     def enable_caching(self) -> None:
         """Enable the cache; its files are located at the first read or write.
@@ -45,7 +45,7 @@ class KernelDispatcher(CPUDispatcher):  # type: ignore[misc]
         try:
             return super().compile(signature)
         finally:
-            if isinstance(self._cache, KernelCache):  # not out of a pickle
+            if isinstance(self._cache, KernelCache):  # not from a pickle
                 self._cache.done(signature)
 
     def known_as(self, arguments: Any) -> str:
@@ -55,8 +55,8 @@ class KernelDispatcher(CPUDispatcher):  # type: ignore[misc]
 
     def get_call_template(self, args: Any, kws: Any) -> Any:
         """Return numba's template for the types of a call."""
-        args = tuple(plain(of) for of in args)
-        return super().get_call_template(args, {name: plain(kws[name]) for name in kws})
+        args = tuple(kernel_type(kind) for kind in args)
+        return super().get_call_template(args, {name: kernel_type(kws[name]) for name in kws})
 
     def add_overload(self, compiled: Any) -> None:
         """Register a version that numba has compiled or read."""
@@ -68,14 +68,14 @@ class KernelDispatcher(CPUDispatcher):  # type: ignore[misc]
             CALLED[name] = (name, *home, arguments)
 
 
-def plain(of: Any) -> Any:
+def kernel_type(kind: Any) -> Any:
     """Return the argument type that stands for a type in kernels."""
-    of = types.unliteral(of)
-    if isinstance(of, types.Integer) and of.bitwidth < types.int64.bitwidth:
+    kind = types.unliteral(kind)
+    if isinstance(kind, types.Integer) and kind.bitwidth < types.int64.bitwidth:
         return types.int64
-    if isinstance(of, (types.Tuple, types.UniTuple)):
-        return types.BaseTuple.from_types([plain(part) for part in of])
-    return of
+    if isinstance(kind, (types.Tuple, types.UniTuple)):
+        return types.BaseTuple.from_types([kernel_type(part) for part in kind])
+    return kind
 
 
 def decorator(
@@ -86,18 +86,18 @@ def decorator(
 ) -> Callable[[Any], Any]:
     """Return a decorator of cached kernels of a compiler; options are numba's.
 
-    Quotients by zero are infinite or no numbers and raise nothing, unless it is said otherwise.
-    A kernel that left that open would take it, and with it its name, from whatever calls it first.
+    By default quotients by zero are infinite or NaN and raise nothing. A kernel without this
+    option would take it, and with it its name, from the first kernel that calls it.
     """
     target_options = {"nopython": True, "no_cfunc_wrapper": True, "error_model": "numpy"} | options
 
-    def decorated(function: Any) -> Any:
+    def decorate(function: Any) -> Any:
         if config.DISABLE_JIT:
             return function
-        made = kind(
+        dispatcher = kind(
             function, targetoptions=dict(target_options), pipeline_class=pipeline_class or compiler
         )
-        made.enable_caching()
-        return made
+        dispatcher.enable_caching()
+        return dispatcher
 
-    return decorated
+    return decorate

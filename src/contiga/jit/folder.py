@@ -1,7 +1,7 @@
 """The folder of compiled kernels of all installations, whose files have stamps in their names.
 
-numba would keep them beside the sources, where they outlive the package: pip removes what it has
-installed and nothing else, and a folder that stays behind can still be imported.
+numba would store them beside the sources, where they outlive the package: pip removes only the
+files that it has installed, and a folder that is left behind can still be imported.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from contiga.cache_folder import is_ours, trim, user_folder
 
 RECORD = "warmup"
 """Prefix of the names of files that record a warm-up."""
-KEPT = (".nbi", ".nbc", ".json")
+SUFFIXES = (".nbi", ".nbc", ".json")
 """Suffixes of files of kernels and of such records."""
 SHARED, PRIVATE = 0o777, 0o700
 """Modes of new folders: the system's default if the user named it, else private."""
@@ -37,17 +37,18 @@ def kernel_folder() -> Path | None:
 
 @cache
 def _kernel_folder(named: str) -> Path | None:
-    for folder, mode in _folders(named):
+    """Return the first writable folder; `named` is the user's choice or empty."""
+    for folder, mode in _candidate_folders(named):
         with suppress(OSError):
-            for made in (folder.parent, folder):
-                made.mkdir(mode=mode, parents=True, exist_ok=True)
+            for new_folder in (folder.parent, folder):
+                new_folder.mkdir(mode=mode, parents=True, exist_ok=True)
             TemporaryFile(dir=folder).close()
             if mode == SHARED or is_ours(folder):
                 return folder
     return None
 
 
-def _folders(named: str) -> Iterator[tuple[Path, int]]:
+def _candidate_folders(named: str) -> Iterator[tuple[Path, int]]:
     """Yield the candidate folders, and the modes of new ones."""
     if named:
         yield Path(named).absolute() / "contiga", SHARED
@@ -63,7 +64,7 @@ def _folders(named: str) -> Iterator[tuple[Path, int]]:
 def make_room(folder: Path) -> None:
     """Remove the least recently used kernels above the limit, once per process."""
     with suppress(OSError):
-        trim(folder, KEPT, LIMIT)
+        trim(folder, SUFFIXES, LIMIT)
 
 
 def remove_kernels() -> int:
@@ -71,4 +72,4 @@ def remove_kernels() -> int:
     folder = kernel_folder()
     if folder is None:
         return 0
-    return sum(not name.startswith(RECORD) for name in trim(folder, KEPT, -1))
+    return sum(not name.startswith(RECORD) for name in trim(folder, SUFFIXES, -1))

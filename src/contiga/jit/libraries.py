@@ -1,15 +1,15 @@
 """Code libraries of kernels: linked into the code of their callers, or called.
 
-numba links the code of a callee into each of its callers and optimises it there, all the way up.
-It also optimises each kernel by itself and makes machine code of it, for calls from Python; for
-kernels that Python never calls that is half of all compiling, for nothing. A `LinkedLibrary` holds
-its code as it was lowered, to be linked. The engine is given the places of its environments only,
-since the code of callers refers to those by name.
+numba links the code of a callee into each of its callers and optimises it there, all the way up. It
+also optimises each kernel by itself and generates its machine code, for calls from Python; for
+kernels that Python never calls this is half of all compiling, without use. A `LinkedLibrary` keeps
+its code as it was lowered, to be linked. The engine gets only the addresses of its environments,
+which the code of callers refers to by name.
 
-What is large and part of several kernels is better called: a `CalledLibrary` is compiled by itself
-and gives its callers nothing but its name. That is made of the stamp of its sources, so that code
-that was compiled by another process calls the same. What a kept kernel calls is kept beside it,
-and loaded before it.
+A large kernel that is part of several others is better called: a `CalledLibrary` is compiled by
+itself and gives its callers only its name. The name contains the stamp of its sources, so that code
+compiled by another process calls the same function. The kernels that a cached kernel calls are
+stored beside it, and loaded before it.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ class LinkedLibrary(JITCodeLibrary):  # type: ignore[misc]
     _final_module: Any
 
     def _optimize_final_module(self) -> None:
-        """Skip the optimisation: the caller that Python calls does it for all at once."""
+        """Skip the optimisation: that of the kernel that Python calls includes this code."""
 
     def _finalize_final_module(self) -> None:
         """Keep the code for the callers; the engine gets the shared parts."""

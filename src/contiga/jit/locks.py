@@ -1,9 +1,9 @@
 """Locks by name between processes, on the bytes of one file.
 
-A name is a byte of a file in the folder concerned, and a lock is the operating system's on that
-byte: it goes with the process that holds it, however that ends, and leaves nothing behind but the
-one file. Where there are no locks (a folder that is read only, a file system without them) all goes
-on without.
+A name is mapped to a byte of a file in the folder concerned, and its lock is the operating system's
+lock of that byte: it ends with the process that holds it, however that ends, and leaves nothing but
+the one file. Where locks are not possible (a read-only folder, a file system without them) the
+block runs without.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ from __future__ import annotations
 import os
 import sys
 from collections.abc import Callable, Iterator
-from contextlib import AbstractContextManager, contextmanager, nullcontext
+from contextlib import AbstractContextManager, contextmanager, nullcontext, suppress
 from errno import EACCES, EAGAIN
 from functools import cache
 from hashlib import sha256
@@ -19,67 +19,57 @@ from pathlib import Path
 from time import monotonic, sleep
 
 FILE = "kernels.lock"
-BYTES = 1 << 31
+N_BYTES = 1 << 31
 """Range of the file's lockable bytes, the largest of Windows; the file itself stays empty."""
-PATIENCE = 300.0
+MAX_WAIT = 300.0
 """Time after which a waiting process continues without the lock, seconds.
 
 A stopped process holds its locks.
 """
-AGAIN = 0.02
+POLL_INTERVAL = 0.02
+"""Time between attempts to get a lock, seconds."""
 
 Waiting = Callable[[], AbstractContextManager[object]]
 
 
 @contextmanager
 def alone(
-    folder: Path, name: str, waiting: Waiting = nullcontext, patience: float = PATIENCE
+    folder: Path, name: str, waiting: Waiting = nullcontext, patience: float = MAX_WAIT
 ) -> Iterator[None]:
     """Hold the lock of a `name` in a folder within this block.
 
     Parameters
     ----------
-    folder : it holds the file, and has to be there
-    name : of what is done alone; a process does not wait for itself
-    waiting : gives the context of waiting for another process
-    patience : s, how long one waits at most
+    folder : an existing folder, which contains the file
+    name : name of the work; a process does not wait for itself
+    waiting : returns a context that is entered while the process waits for another
+    patience : longest wait, seconds
     """
-    file, place = _file(folder), int(sha256(name.encode()).hexdigest()[:15], 16) % BYTES
-    taken = file is not None and _wait(file, place, waiting, patience)
+    place = int(sha256(name.encode()).hexdigest()[:15], 16) % N_BYTES
+    file: int | None = None
+    with suppress(OSError):
+        file = _open_once(os.path.join(folder, FILE))
+    is_locked = False if file is None else _try_lock(file, place)
+    if file is not None and is_locked is None:
+        end = monotonic() + patience
+        with waiting():
+            while is_locked is None and monotonic() < end:
+                sleep(POLL_INTERVAL)
+                is_locked = _try_lock(file, place)
     try:
         yield
     finally:
-        if file is not None and taken:
-            _let_go(file, place)
+        if file is not None and is_locked:
+            _unlock(file, place)
 
 
 @cache
-def _opened(path: str) -> int:
-    """Return the file, opened once: closing it would release all locks of the process."""
+def _open_once(path: str) -> int:
+    """Return the open file; closing it would release all locks of the process."""
     return os.open(path, os.O_RDWR | os.O_CREAT, 0o666)
 
 
-def _file(folder: Path) -> int | None:
-    try:
-        return _opened(os.path.join(folder, FILE))
-    except OSError:
-        return None
-
-
-def _wait(file: int, place: int, waiting: Waiting, patience: float) -> bool:
-    """Wait for the byte; return whether this process holds it now."""
-    taken = _take(file, place)
-    if taken is not None:
-        return taken
-    end = monotonic() + patience
-    with waiting():
-        while taken is None and monotonic() < end:
-            sleep(AGAIN)
-            taken = _take(file, place)
-    return bool(taken)
-
-
-def _take(file: int, place: int) -> bool | None:
+def _try_lock(file: int, place: int) -> bool | None:
     """Lock the byte: True if it is locked, None if another has it, False if it cannot be."""
     try:
         _lock(file, place)
@@ -95,7 +85,7 @@ if sys.platform == "win32":
         os.lseek(file, place, os.SEEK_SET)
         msvcrt.locking(file, msvcrt.LK_NBLCK, 1)
 
-    def _let_go(file: int, place: int) -> None:
+    def _unlock(file: int, place: int) -> None:
         os.lseek(file, place, os.SEEK_SET)
         msvcrt.locking(file, msvcrt.LK_UNLCK, 1)
 
@@ -105,5 +95,5 @@ else:
     def _lock(file: int, place: int) -> None:
         fcntl.lockf(file, fcntl.LOCK_EX | fcntl.LOCK_NB, 1, place)
 
-    def _let_go(file: int, place: int) -> None:
+    def _unlock(file: int, place: int) -> None:
         fcntl.lockf(file, fcntl.LOCK_UN, 1, place)

@@ -1,10 +1,10 @@
 """The compilation pipeline of kernels: the passes of numba that they need, and three of ours.
 
-`Uncounted` takes away counting that counts nothing. `Prepared` chooses before all others what
-becomes of the code (`libraries`), and by what name kernels in other processes call it. `Fused`
-looks for expressions of whole arrays only where there are some. The passes of `UNUSED` are for what
-kernels do not have; each of the dearer ones finds the lifetimes of all variables anew. The code is
-the same without them.
+`PrepareLibrary` runs first: it chooses whether the code is linked or called (`libraries`), and the
+name by which kernels in other processes call it. `SkipReferenceCounts` removes reference counts
+that have no effect. `FuseArrayExpressions` runs only if there are expressions of whole arrays. The
+passes in `UNUSED` serve features that kernels do not have; each of the expensive ones recomputes
+the lifetimes of all variables. The code is the same without them.
 """
 
 from __future__ import annotations
@@ -33,21 +33,21 @@ from numba.core.untyped_passes import (
 )
 
 from contiga.jit.libraries import CalledLibrary, LinkedLibrary
+from contiga.jit.reference_counts import SkipReferenceCounts
 from contiga.jit.stamps import LOCAL, stamp_at_import
-from contiga.jit.uncounted import Uncounted
 
 types: Any = numba_types
 DIGITS = 12
 UNUSED = (
     *(InlineClosureLikes, MakeFunctionToJitFunction),  # functions within kernels, comprehensions
-    InlineOverloads,  # functions of numba's own with inline="always"; of kernels one has it
+    InlineOverloads,  # numba's own functions with inline="always"
     *(LiteralUnroll, LiteralPropagationSubPipelinePass),  # literal_unroll, mixed containers
     *(WithLifting, DumpParforDiagnostics),  # with, parallel loops
     AnnotateTypes,  # text for inspect_types, which would be kept beside the code
 )
 """Passes of numba that are left out. Code that needs one of them does not compile."""
-REWRITTEN = "binop", "inplace_binop", "unary", "call"
-"""Expressions that numba may fuse into a larger one if they make an array."""
+FUSED_OPS = "binop", "inplace_binop", "unary", "call"
+"""Expressions that numba may fuse into a larger one if their value is an array."""
 
 
 class KernelCompiler(CompilerBase):  # type: ignore[misc]
@@ -60,14 +60,14 @@ class KernelCompiler(CompilerBase):  # type: ignore[misc]
         """Return the passes of numba's nopython mode and ours."""
         passes = DefaultPassBuilder.define_nopython_pipeline(self.state)
         passes.passes = [
-            (Fused if of is NopythonRewrites else of, name)
-            for of, name in passes.passes
-            if of not in UNUSED
+            (FuseArrayExpressions if kind is NopythonRewrites else kind, name)
+            for kind, name in passes.passes
+            if kind not in UNUSED
         ]
         if self.library is not None:
             self.state.kind_of_library = self.library
-            passes.add_pass_after(Prepared, TranslateByteCode)
-        passes.add_pass_after(Uncounted, NoPythonSupportedFeatureValidation)
+            passes.add_pass_after(PrepareLibrary, TranslateByteCode)
+        passes.add_pass_after(SkipReferenceCounts, NoPythonSupportedFeatureValidation)
         passes.finalize()
         return [passes]
 
@@ -85,8 +85,8 @@ class CalledCompiler(KernelCompiler):
 
 
 @register_pass(mutates_CFG=False, analysis_only=True)
-class Prepared(AnalysisPass):  # type: ignore[misc]
-    """Pass that makes the library of a kernel, with names that are equal in every process."""
+class PrepareLibrary(AnalysisPass):  # type: ignore[misc]
+    """Pass that creates the library of a kernel, with names that are equal in every process."""
 
     _name = "contiga_prepared"
 
@@ -94,28 +94,30 @@ class Prepared(AnalysisPass):  # type: ignore[misc]
         AnalysisPass.__init__(self)
 
     def run_pass(self, state: Any) -> bool:
-        """Make the library; the kernel itself is unchanged."""
-        kind, known = state.kind_of_library, state.func_id
+        """Create the library; the kernel itself is unchanged."""
+        kind, identity = state.kind_of_library, state.func_id
         state.library = kind(state.targetctx.codegen(), kind.__name__)
         state.library.enable_object_caching()
-        if kind is CalledLibrary and LOCAL not in known.func_qualname:
-            known.unique_id = int(stamp_at_import(known.func)[:DIGITS], 16)
-            known.unique_name = f"{known.func_qualname}${known.unique_id}"
+        if kind is CalledLibrary and LOCAL not in identity.func_qualname:
+            identity.unique_id = int(stamp_at_import(identity.func)[:DIGITS], 16)
+            identity.unique_name = f"{identity.func_qualname}${identity.unique_id}"
         return False
 
 
 @register_pass(mutates_CFG=True, analysis_only=False)
-class Fused(NopythonRewrites):  # type: ignore[misc]
-    """Pass of numba's rewrites of typed kernels, for arithmetic with whole arrays."""
+class FuseArrayExpressions(NopythonRewrites):  # type: ignore[misc]
+    """numba's pass that rewrites typed kernels, for arithmetic with whole arrays."""
 
     _name = "contiga_fused"
 
     def run_pass(self, state: Any) -> bool:
-        """Run the rewrites unless the kernel only has arithmetic with numbers."""
-        made = (
+        """Run the rewrites unless the kernel has arithmetic with numbers only."""
+        values = (
             state.typemap[line.target.name]
             for block in state.func_ir.blocks.values()
             for line in block.find_insts(ir.Assign)
-            if isinstance(line.value, ir.Expr) and line.value.op in REWRITTEN
+            if isinstance(line.value, ir.Expr) and line.value.op in FUSED_OPS
         )
-        return any(isinstance(of, types.Array) for of in made) and bool(super().run_pass(state))
+        return any(isinstance(kind, types.Array) for kind in values) and bool(
+            super().run_pass(state)
+        )

@@ -1,17 +1,17 @@
 """Prebuilt kernels of the package `contiga_kernels`, if it is installed.
 
-`contiga.warmup.pack` writes it, for levels of processors (x86-64-v3), where kernels of this machine
-are compiled for the processor at hand. A process uses all of the kernels of one level or none:
-constants of kernels depend on the level (`vectors`), and have one value in a process. A kernel that
-the package does not hold is compiled for this processor, as ever, with those constants. The two may
-call each other, since they hand over numbers and addresses and no vectors, and have the same bits,
-since these depend on no instruction set.
+`contiga.warmup.pack` writes it, for levels of processors (x86-64-v3); kernels of this machine are
+compiled for its own processor. A process uses all of the kernels of one level or none: constants of
+kernels depend on the level (`vectors`), and have one value in a process. A kernel that is not in
+the package is compiled for this processor, as usual, with those constants. The two may call each
+other, since they pass numbers and addresses and no vectors, and have the same bits, since these do
+not depend on the instruction set.
 
-Of each level the package holds two files of data, and no code is imported:
+For each level the package has two data files, and no code is imported:
 
-- ``manifest.json``: what the kernels were compiled by, for and from (`Manifest`)
-- ``kernels.bin``: of each kernel its versions, ``{(types of arguments, hashes of numba's): what
-  numba would keep in a file}``, pickled and packed by zlib
+- ``manifest.json``: compiler, target and sources of the kernels (`Manifest`)
+- ``kernels.bin``: the versions of each kernel, ``{(types of arguments, hashes of numba's): the
+  content of numba's cache file}``, pickled and compressed by zlib
 """
 
 from __future__ import annotations
@@ -43,10 +43,11 @@ SWITCH = "CONTIGA_KERNELS"
 MANIFEST, CODE = "manifest.json", "kernels.bin"
 Version = tuple[Any, Any]
 """Types of a kernel's arguments, and numba's hashes of its bytecode."""
-VERSION_OF_SYSTEM = re.compile(r"[\d.]+$")
+SYSTEM_VERSION = re.compile(r"[\d.]+$")
 """Version in the name of a system; macOS has one, and its kernels run on other versions."""
-OTHERS_MAY_WRITE, GROUP_MAY_WRITE = 0o002, 0o020
+OTHER_WRITE, GROUP_WRITE = 0o002, 0o020
 ROOT = 0
+"""User id of the administrator."""
 
 
 class Manifest(NamedTuple):
@@ -108,14 +109,15 @@ class Choice(NamedTuple):
 @cache
 def choice() -> Choice:
     """Return the choice of this process, made once."""
-    folder = _installed()
-    here = "kernels are compiled on this machine"
-    if folder is None:
-        return Choice(None, f"{here}; {NAME} is not installed")
+    default = "kernels are compiled on this machine"
+    spec = PathFinder.find_spec(NAME)  # without importing it
+    if spec is None or spec.origin is None:
+        return Choice(None, f"{default}; {NAME} is not installed")
+    folder = Path(spec.origin).parent
     try:
-        prebuilt = _checked(folder)
+        prebuilt = _load(folder)
     except _UnusableError as reason:
-        return Choice(None, f"{here}; {NAME} in {folder} is not used: {reason}", refused=True)
+        return Choice(None, f"{default}; {NAME} in {folder} is not used: {reason}", refused=True)
     return Choice(prebuilt, f"kernels are those of {NAME} in {folder}: {prebuilt.manifest.level}")
 
 
@@ -130,22 +132,16 @@ def made_for() -> Target:
 
 def compiled_for() -> Target:
     """Return numba's target in this process."""
-    found: Target = cpu_target.target_context.codegen().magic_tuple()
-    return found
+    target: Target = cpu_target.target_context.codegen().magic_tuple()
+    return target
 
 
 class _UnusableError(Exception):
     """Reason why installed kernels are not used."""
 
 
-def _installed() -> Path | None:
-    """Return the folder of the package, without importing it."""
-    spec = PathFinder.find_spec(NAME)
-    return None if spec is None or spec.origin is None else Path(spec.origin).parent
-
-
-def _checked(package: Path) -> Prebuilt:
-    """Return the kernels of the highest level of this processor, if they fit and are whole.
+def _load(package: Path) -> Prebuilt:
+    """Return the kernels of the highest level of this processor, if they fit and are intact.
 
     Raises `_UnusableError` otherwise.
     """
@@ -156,9 +152,11 @@ def _checked(package: Path) -> Prebuilt:
     if config.CPU_NAME is not None or config.CPU_FEATURES is not None:
         raise _UnusableError("NUMBA_CPU_NAME or NUMBA_CPU_FEATURES says what to compile for")
     if config.USING_SVML:
-        raise _UnusableError("numba takes functions of Intel's SVML here, whose bits are others")
+        raise _UnusableError(
+            "numba uses functions of Intel's SVML here, with results of other bits"
+        )
     try:
-        folder, manifest = _of_highest_level(package)
+        folder, manifest = _highest_level(package)
         code = (folder / CODE).read_bytes()
     except OSError as error:
         raise _UnusableError(f"its files cannot be read ({error})") from None
@@ -170,46 +168,41 @@ def _checked(package: Path) -> Prebuilt:
     return Prebuilt(manifest, code)
 
 
-def _of_highest_level(package: Path) -> tuple[Path, Manifest]:
-    """Return folder and manifest of the highest level of this processor, by name."""
-    _check_ours(package.parent, package)
+def _highest_level(package: Path) -> tuple[Path, Manifest]:
+    """Return folder and manifest of the highest level that this processor supports, by name."""
+    _check_owner(package.parent, package)
     reason = "it holds no kernels"
     for folder in sorted((path for path in package.iterdir() if path.is_dir()), reverse=True):
-        _check_ours(folder, folder / MANIFEST, folder / CODE)
+        _check_owner(folder, folder / MANIFEST, folder / CODE)
         manifest = Manifest(**json.loads((folder / MANIFEST).read_text(encoding="utf-8")))
-        if not (lacking := _lacking(manifest)):
+        target = compiled_for()
+        missing = [name for name in manifest.features if f"+{name}" not in target[2].split(",")]
+        if not missing and numbers_in_vector(manifest.target) > numbers_in_vector(target):
+            missing = ["vectors of 512 bits"]
+        if not missing:
             return folder, manifest
-        reason = f"it is for {manifest.level}, and this processor lacks {', '.join(lacking)}"
+        reason = f"it is for {manifest.level}, and this processor lacks {', '.join(missing)}"
     raise _UnusableError(reason)
 
 
-def _lacking(manifest: Manifest) -> list[str]:
-    """Return the required features that this processor lacks or the compiler does not use."""
-    here = compiled_for()
-    lacking = [name for name in manifest.features if f"+{name}" not in here[2].split(",")]
-    if not lacking and numbers_in_vector(manifest.target) > numbers_in_vector(here):
-        lacking = ["vectors of 512 bits"]
-    return lacking
-
-
 def digest_of(manifest: Manifest, code: bytes) -> str:
-    """Return the hash of a manifest, except that hash, and of the file of all kernels."""
-    whole = sha256(json.dumps(manifest._replace(digest="")).encode())
-    whole.update(code)
-    return whole.hexdigest()
+    """Return the hash of a manifest, without that hash, and of the file of all kernels."""
+    hasher = sha256(json.dumps(manifest._replace(digest="")).encode())
+    hasher.update(code)
+    return hasher.hexdigest()
 
 
 def _check_fits(manifest: Manifest) -> None:
-    """Compare versions, target and sources of prebuilt kernels with those of this process."""
+    """Refuse prebuilt kernels with other versions, target or sources than this process."""
     system = compiled_for()[0]
-    for what, theirs, ours in (
+    for label, packed, current in (
         ("Python", manifest.python, python_name()),
         ("numba", manifest.numba, numba.__version__),
         ("llvmlite", manifest.llvmlite, llvmlite.__version__),
-        ("system", *(VERSION_OF_SYSTEM.sub("", name) for name in (manifest.target[0], system))),
+        ("system", *(SYSTEM_VERSION.sub("", name) for name in (manifest.target[0], system))),
     ):
-        if theirs != ours:
-            raise _UnusableError(f"it was compiled for {what} {theirs}, and this is {ours}")
+        if packed != current:
+            raise _UnusableError(f"it was compiled for {label} {packed}, and this is {current}")
     try:
         stamp = stamp_of_files(manifest.sources)
     except FileNotFoundError:
@@ -223,23 +216,21 @@ def python_name() -> str:
     return f"{sys.implementation.cache_tag}{getattr(sys, 'abiflags', '')}"
 
 
-def _check_ours(*paths: Path) -> None:
-    """Refuse files that others may write to."""
-    for path in paths:
-        if _others_may_write(path):
-            raise _UnusableError(f"others may write to {path}")
+def _check_owner(*paths: Path) -> None:
+    """Refuse files and folders that a user may write to who may not write to contiga itself.
 
-
-def _others_may_write(path: Path) -> bool:
-    """Return whether anybody may write to a file or folder who may not write to contiga itself.
-
-    Such as may are root, this user, the owner of contiga, and a group that contiga has as well:
-    where each user has a group of his own, he makes his files so.
+    Root, this user, the owner of contiga, and a group that contiga has as well may write: where
+    each user has a group of his own, he creates his files so.
     """
     if not hasattr(os, "geteuid"):
-        return False
-    status, own = os.stat(path), os.stat(PACKAGE)
-    if status.st_uid not in (ROOT, os.geteuid(), own.st_uid) or status.st_mode & OTHERS_MAY_WRITE:
-        return True
-    is_shared = own.st_mode & GROUP_MAY_WRITE and own.st_gid == status.st_gid
-    return bool(status.st_mode & GROUP_MAY_WRITE and not is_shared)
+        return
+    package = os.stat(PACKAGE)
+    for path in paths:
+        status = os.stat(path)
+        is_shared = package.st_mode & GROUP_WRITE and package.st_gid == status.st_gid
+        if (
+            status.st_uid not in (ROOT, os.geteuid(), package.st_uid)
+            or status.st_mode & OTHER_WRITE
+            or (status.st_mode & GROUP_WRITE and not is_shared)
+        ):
+            raise _UnusableError(f"others may write to {path}")

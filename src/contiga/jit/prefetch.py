@@ -1,7 +1,7 @@
 """Prefetch of a row of an array before it is needed.
 
-It changes nothing but time. Rows that are read at random, with a choice hanging on each, are read
-one by one otherwise.
+It affects only time. Rows that are read at random, with a branch that depends on each, are
+otherwise read one by one.
 """
 
 from __future__ import annotations
@@ -20,12 +20,12 @@ LINE = 64
 """Size of a cache line, bytes."""
 
 
-def unfetched(array: Any, row: int, offset: int) -> None:
+def no_prefetch(array: Any, row: int, offset: int) -> None:
     """Do nothing: the interpreter cannot prefetch."""
 
 
 @intrinsic  # type: ignore[untyped-decorator]
-def _prefetched(typingctx: Any, array: Any, row: Any, offset: Any) -> Any:
+def _prefetch(typingctx: Any, array: Any, row: Any, offset: Any) -> Any:
     if not (isinstance(array, types.Array) and isinstance(offset, types.Integer)):
         return None
 
@@ -35,16 +35,17 @@ def _prefetched(typingctx: Any, array: Any, row: Any, offset: Any) -> Any:
         byte = ir.IntType(8).as_pointer()
         off = builder.add(builder.mul(args[1], first), args[2])
         at = builder.gep(builder.bitcast(rows.data, byte), [off])
-        whole = ir.IntType(32)
-        kind = ir.FunctionType(ir.VoidType(), [byte, whole, whole, whole])
+        integer = ir.IntType(32)
+        kind = ir.FunctionType(ir.VoidType(), [byte, integer, integer, integer])
         name = "llvm.prefetch.p0"
         function = cgutils.get_or_insert_function(builder.module, kind, name)
-        # To be read, to be kept, data and no code.
-        builder.call(function, [at, whole(0), whole(3), whole(1)])
+        # For reading, into all levels of the cache, data and not code.
+        builder.call(function, [at, integer(0), integer(3), integer(1)])
         return context.get_dummy_value()
 
     return types.void(array, types.intp, types.intp), generate
 
 
-prefetch = unfetched if config.DISABLE_JIT else _prefetched
-"""prefetch(array, row, offset): ask for the line `offset` bytes into a row, which may be none."""
+prefetch = no_prefetch if config.DISABLE_JIT else _prefetch
+"""prefetch(array, row, offset): request the cache line `offset` bytes into a row, which need not
+exist."""

@@ -1,4 +1,4 @@
-"""Preloading of cached kernels ahead of their first call, in idle time."""
+"""Loading of cached kernels ahead of their first call, in idle time."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ from contiga.jit.cache import KernelCache
 def preload(kernels: Iterable[Any]) -> int:
     """Load the cached versions of `kernels`; return their number.
 
-    Nothing is compiled: what is not there is left to the first call. Without a compiler
+    Nothing is compiled: other kernels are left to their first call. Without a compiler
     (``NUMBA_DISABLE_JIT``) there is nothing to load.
     """
     loaded = 0
     for kernel in kernels:
-        for signature in _kept(kernel):
+        for signature in _cached_signatures(kernel):
             kernel.compile(signature)
             loaded += 1
     return loaded
@@ -25,23 +25,24 @@ def preload(kernels: Iterable[Any]) -> int:
 
 def is_missing(kernel: Any) -> bool:
     """Return whether a kernel would have to be compiled: its cache has no version of it."""
-    return getattr(kernel, "_cache", None) is not None and not (kernel.overloads or _kept(kernel))
+    is_cached = getattr(kernel, "_cache", None) is not None
+    return is_cached and not (kernel.overloads or _cached_signatures(kernel))
 
 
-def _kept(kernel: Any) -> list[Any]:
+def _cached_signatures(kernel: Any) -> list[Any]:
     """Return the signatures of a kernel that are installed or cached, but not loaded."""
     cache = getattr(kernel, "_cache", None)
     if cache is None:
         return []
     kernel.targetctx.refresh()  # the order in which numba's own loading does it
-    found: list[Any] = []
+    signatures: list[Any] = []
     if isinstance(cache, KernelCache):
-        found = cache.prebuilt_signatures(kernel.targetctx)
-    if not found and getattr(cache, "_enabled", False):
+        signatures = cache.prebuilt_signatures(kernel.targetctx)
+    if not signatures and getattr(cache, "_enabled", False):
         codegen, files = kernel.targetctx.codegen(), cache._cache_file
-        found = [
+        signatures = [
             key[0]
             for key, name in files._load_index().items()
             if key == cache._index_key(key[0], codegen) and Path(files._data_path(name)).is_file()
         ]
-    return [signature for signature in found if signature not in kernel.overloads]
+    return [signature for signature in signatures if signature not in kernel.overloads]

@@ -1,8 +1,8 @@
 """The type of tuples that are passed to kernels by pointer (see `contiga.pointer_records`).
 
-A call from Python lays the members of the tuple out in memory of its own, which stays as it is
-until the kernel returns. So what is read from there may be read once and kept: loads are marked as
-invariant. The arrays are held by whoever calls; kernels count no references to them.
+A call from Python writes the members of the tuple to a memory of its own, which does not change
+until the kernel returns. So a value read from there may be read once and kept: loads are marked as
+invariant. The caller holds the arrays; kernels count no references to them.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ DIGITS = 12
 HEAD = ir.LiteralStructType([cgutils.voidptr_t, cgutils.voidptr_t, cgutils.intp_t, cgutils.intp_t])
 """Head of the struct of an array, of any type: owner, parent, items, item size."""
 ITEM_SIZE = 3
-BORROWED = "numba_adapt_ndarray"
+ADAPT_ARRAY = "numba_adapt_ndarray"
 """Numba's function that fills the struct of an array without owning it."""
 
 
@@ -37,8 +37,8 @@ class Reference(types.Type):  # type: ignore[misc]
     def __init__(self, members: Any) -> None:
         self.members = members
         kind = members.instance_class
-        # The names of types go into the names of functions: the full one has thousands of letters.
-        # To numba types of one name are one: fields and module belong to it.
+        # Names of types are part of the names of functions, and the full one has thousands of
+        # letters. For numba types of one name are the same: the hash includes fields and module.
         full = f"{kind.__module__} {members.fields} {members}"
         name = f"{kind.__qualname__}{sha256(full.encode()).hexdigest()[:DIGITS]}"
         super().__init__(f"ref{name}")
@@ -52,9 +52,9 @@ class ReferenceModel(models.OpaqueModel):  # type: ignore[misc]
 _of_tuple = typeof_impl.dispatch(tuple)
 
 
-def _type_of(value: tuple[Any, ...], asked: Any) -> Any:
+def _type_of(value: tuple[Any, ...], context: Any) -> Any:
     """Return the type of a tuple of a marked class."""
-    members = _of_tuple(value, asked)
+    members = _of_tuple(value, context)
     return None if members is None else Reference(members)
 
 
@@ -64,10 +64,10 @@ for_each_marked(lambda kind: typeof_impl.register(kind, _type_of))
 @unbox(Reference)  # type: ignore[untyped-decorator]
 def lay_out(reference: Reference, value: Any, c: Any) -> NativeValue:
     """Lay out the members of a Python tuple in memory; return a pointer to them."""
-    place = cgutils.alloca_once(c.builder, _room(c.context, reference.members))
-    failed = _laid_out(c.pyapi, reference, value, place)
-    # Loads marked as invariant may go up to where their pointer is made, but not before the
-    # members are there: what this instruction, which does nothing, gives back is made after them.
+    place = cgutils.alloca_once(c.builder, _memory_type(c.context, reference.members))
+    failed = _call_layout(c.pyapi, reference, value, place)
+    # Loads marked as invariant may move up to the definition of their pointer, but not above the
+    # writes of the members: this instruction, which does nothing, defines the pointer after them.
     pointer = ir.IntType(8).as_pointer()
     place = c.builder.asm(
         ir.FunctionType(pointer, [pointer]),
@@ -79,94 +79,89 @@ def lay_out(reference: Reference, value: Any, c: Any) -> NativeValue:
     return NativeValue(place, is_error=failed)
 
 
-def _room(context: Any, members: Any) -> Any:
+def _memory_type(context: Any, members: Any) -> Any:
     """Return the memory type for a tuple.
 
-    It has its members, and room for those members that are passed by pointer too.
+    It has its members, and room for the members that are passed by pointer.
     """
-    return ir.LiteralStructType(
-        [context.get_value_type(members), *(_room(context, part) for part in _within(members))]
-    )
+    nested = (_memory_type(context, part) for part in _nested_members(members))
+    return ir.LiteralStructType([context.get_value_type(members), *nested])
 
 
-def _laid_out(api: Any, reference: Reference, value: Any, place: Any) -> Any:
-    """Emit code that lays out the members of a tuple in its `_room`; return the error flag."""
-    function = shared(api, f"contiga_lay_out_{reference.name}", [place.type])
+def _call_layout(api: Any, reference: Reference, value: Any, place: Any) -> Any:
+    """Emit code that writes the members of a tuple to its memory; return the error flag."""
+    function = shared_function(api, f"contiga_lay_out_{reference.name}", [place.type])
     if function.is_declaration:
         builder = ir.IRBuilder(function.append_basic_block())
-        given, home = function.args
+        source, target = function.args
         count = len(place.type.pointee.elements)
-        first, *rooms = (cgutils.gep_inbounds(builder, home, 0, k) for k in range(count))
-        inside = api.context.get_python_api(builder)
-        failed = _fill(inside, reference.members, given, first, iter(rooms))
+        first, *rooms = (cgutils.gep_inbounds(builder, target, 0, k) for k in range(count))
+        inner_api = api.context.get_python_api(builder)
+        failed = _emit_write(inner_api, reference.members, source, first, iter(rooms))
         builder.ret(failed)
     return api.builder.call(function, [value, place])
 
 
-def _within(of: Any) -> list[Any]:
+def _nested_members(kind: Any) -> list[Any]:
     """Return the members of the tuples in a tuple that are passed by pointer, in order."""
-    if isinstance(of, Reference):
-        return [of.members]
-    parts = of.types if isinstance(of, types.BaseTuple) else ()
-    return [inner for part in parts for inner in _within(part)]
+    if isinstance(kind, Reference):
+        return [kind.members]
+    parts = kind.types if isinstance(kind, types.BaseTuple) else ()
+    return [inner for part in parts for inner in _nested_members(part)]
 
 
-def _fill(api: Any, of: Any, value: Any, place: Any, rooms: Iterator[Any]) -> Any:
+def _emit_write(api: Any, kind: Any, value: Any, place: Any, rooms: Iterator[Any]) -> Any:
     """Emit code that writes a Python object to a place; return the error flag."""
     builder, context = api.builder, api.context
-    if isinstance(of, types.Array):
-        return adapted(api, of, value, place)
-    if isinstance(of, types.BaseTuple):
+    if isinstance(kind, types.Array):
+        return _emit_array(api, kind, value, place)
+    if isinstance(kind, types.BaseTuple):
         failed = cgutils.false_bit
-        for k, part in enumerate(of.types):
+        for k, part in enumerate(kind.types):
             at = cgutils.gep_inbounds(builder, place, 0, k)
-            part_failed = _fill(api, part, api.tuple_getitem(value, k), at, rooms)
+            part_failed = _emit_write(api, part, api.tuple_getitem(value, k), at, rooms)
             failed = builder.or_(failed, part_failed)
         return failed
-    if isinstance(of, Reference):
+    if isinstance(kind, Reference):
         room = next(rooms)
         builder.store(builder.bitcast(room, place.type.pointee), place)
-        return _laid_out(api, of, value, room)
-    if context.data_model_manager[of].contains_nrt_meminfo():
-        raise TypeError(f"a tuple that is passed by pointer holds numbers and arrays, not {of}")
-    native = api.to_native_value(of, value)
+        return _call_layout(api, kind, value, room)
+    if context.data_model_manager[kind].contains_nrt_meminfo():
+        raise TypeError(f"a tuple that is passed by pointer holds numbers and arrays, not {kind}")
+    native = api.to_native_value(kind, value)
     builder.store(native.value, place)
     return native.is_error
 
 
-def adapted(api: Any, of: Any, value: Any, place: Any) -> Any:
+def _emit_array(api: Any, kind: Any, value: Any, place: Any) -> Any:
     """Emit code that fills the struct of an array at a place; return the error flag.
 
-    By one function of the module for all arrays: numba writes it out for each, which in kernels
-    that are handed the tables of a body was a fifth of all machine code.
+    One function of the module serves all arrays: numba emits its code for each, which was a fifth
+    of all machine code in kernels that get the tables of a body.
     """
-    function = shared(api, f"contiga_{BORROWED}", [cgutils.voidptr_t, cgutils.intp_t])
+    function = shared_function(api, f"contiga_{ADAPT_ARRAY}", [cgutils.voidptr_t, cgutils.intp_t])
     if function.is_declaration:
-        _write_adapter(api.context, function)
-    size = cgutils.intp_t(as_dtype(of.dtype).itemsize)
-    return api.builder.call(function, [value, api.builder.bitcast(place, cgutils.voidptr_t), size])
+        builder = ir.IRBuilder(function.append_basic_block())
+        inner_api = api.context.get_python_api(builder)
+        source, target, size = function.args
+        adapter = ir.FunctionType(cgutils.int32_t, [api.pyobj, cgutils.voidptr_t])
+        fill = cgutils.get_or_insert_function(builder.module, adapter, ADAPT_ARRAY)
+        code = builder.call(fill, [source, target])
+        head = builder.bitcast(target, HEAD.as_pointer())
+        item_size = builder.load(cgutils.gep_inbounds(builder, head, 0, ITEM_SIZE))
+        failed = builder.or_(
+            cgutils.is_not_null(builder, code), builder.icmp_unsigned("!=", item_size, size)
+        )
+        with cgutils.if_unlikely(builder, failed):
+            text = "an array whose numbers have another size than the kernel was compiled for"
+            inner_api.err_set_string("PyExc_TypeError", text)
+        builder.ret(failed)
+    number_size = cgutils.intp_t(as_dtype(kind.dtype).itemsize)
+    address = api.builder.bitcast(place, cgutils.voidptr_t)
+    return api.builder.call(function, [value, address, number_size])
 
 
-def _write_adapter(context: Any, function: Any) -> None:
-    """Emit the function that fills the struct of an array."""
-    builder = ir.IRBuilder(function.append_basic_block())
-    api = context.get_python_api(builder)
-    value, place, size = function.args
-    kind = ir.FunctionType(cgutils.int32_t, [api.pyobj, cgutils.voidptr_t])
-    fill = cgutils.get_or_insert_function(builder.module, kind, BORROWED)
-    code = builder.call(fill, [value, place])
-    head = builder.bitcast(place, HEAD.as_pointer())
-    item_size = builder.load(cgutils.gep_inbounds(builder, head, 0, ITEM_SIZE))
-    failed = builder.or_(
-        cgutils.is_not_null(builder, code), builder.icmp_unsigned("!=", item_size, size)
-    )
-    with cgutils.if_unlikely(builder, failed):
-        text = "an array whose numbers have another size than the kernel was compiled for"
-        api.err_set_string("PyExc_TypeError", text)
-    builder.ret(failed)
-
-
-def shared(api: Any, name: str, arguments: list[Any]) -> Any:
+def shared_function(api: Any, name: str, arguments: list[Any]) -> Any:
     """Return a function of the module that takes a Python object and returns an error flag."""
     kind = ir.FunctionType(cgutils.bool_t, [api.pyobj, *arguments])
     function = cgutils.get_or_insert_function(api.module, kind, name)
@@ -193,32 +188,33 @@ def member(context: Any, builder: Any, reference: Reference, place: Any, name: s
     """Emit code that reads a member."""
     members = reference.members
     k = members.fields.index(name)
-    whole = context.get_value_type(members).as_pointer()
-    pointer = cgutils.gep_inbounds(builder, builder.bitcast(place, whole), 0, k)
-    value = _read(builder, pointer, context.get_value_type(members[k]))
-    return _uncounted(context, builder, members[k], value)
+    tuple_pointer = context.get_value_type(members).as_pointer()
+    pointer = cgutils.gep_inbounds(builder, builder.bitcast(place, tuple_pointer), 0, k)
+    value = _load(builder, pointer, context.get_value_type(members[k]))
+    return _without_owner(context, builder, members[k], value)
 
 
-def _uncounted(context: Any, builder: Any, of: Any, value: Any) -> Any:
-    """Return the same value with arrays without owner, whose reference counting does nothing."""
-    if isinstance(of, types.Array):
+def _without_owner(context: Any, builder: Any, kind: Any, value: Any) -> Any:
+    """Return the value with arrays without owner, whose reference counts have no effect."""
+    if isinstance(kind, types.Array):
         return builder.insert_value(value, ir.Constant(ir.IntType(8).as_pointer(), None), 0)
-    if isinstance(of, types.BaseTuple):
-        for k, part in enumerate(of.types):
-            member = _uncounted(context, builder, part, builder.extract_value(value, k))
+    if isinstance(kind, types.BaseTuple):
+        for k, part in enumerate(kind.types):
+            member = _without_owner(context, builder, part, builder.extract_value(value, k))
             value = builder.insert_value(value, member, k)
         return value
-    return impl_ret_borrowed(context, builder, of, value)
+    return impl_ret_borrowed(context, builder, kind, value)
 
 
-def _read(builder: Any, pointer: Any, of: Any) -> Any:
+def _load(builder: Any, pointer: Any, kind: Any) -> Any:
     """Return the value at a pointer, read number by number."""
-    if isinstance(of, (ir.LiteralStructType, ir.ArrayType)):
-        value = ir.Constant(of, ir.Undefined)
-        for k in range(len(of.elements) if isinstance(of, ir.LiteralStructType) else of.count):
-            part = of.elements[k] if isinstance(of, ir.LiteralStructType) else of.element
-            read = _read(builder, cgutils.gep_inbounds(builder, pointer, 0, k), part)
-            value = builder.insert_value(value, read, k)
+    if isinstance(kind, (ir.LiteralStructType, ir.ArrayType)):
+        value = ir.Constant(kind, ir.Undefined)
+        is_struct = isinstance(kind, ir.LiteralStructType)
+        for k in range(len(kind.elements) if is_struct else kind.count):
+            part = kind.elements[k] if is_struct else kind.element
+            member = _load(builder, cgutils.gep_inbounds(builder, pointer, 0, k), part)
+            value = builder.insert_value(value, member, k)
         return value
     value = builder.load(pointer)
     value.set_metadata("invariant.load", builder.module.add_metadata([]))

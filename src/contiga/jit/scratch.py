@@ -23,7 +23,7 @@ SIZE = 8
 def scratch(*shape: int) -> FloatArray:
     """Return an uninitialised array that ends with the kernel's call.
 
-    A kernel must not answer it. The shape is of numbers that are written out, or constants.
+    A kernel must not return it. The shape consists of literal numbers or constants.
     """
     return np.empty(shape)
 
@@ -57,7 +57,7 @@ class Scratch(AbstractTemplate):  # type: ignore[misc]
 
 
 @infer_global(stack_int64)
-class WholeScratch(Scratch):
+class IntegerScratch(Scratch):
     """Typing template of a call of `stack_int64`."""
 
     number = types.int64
@@ -65,32 +65,32 @@ class WholeScratch(Scratch):
 
 @lower_builtin(stack_int64, types.VarArg(types.Any))  # type: ignore[untyped-decorator]
 @lower_builtin(scratch, types.VarArg(types.Any))  # type: ignore[untyped-decorator]
-def _on_the_stack(context: Any, builder: Any, asked: Any, _: Any) -> Any:
-    """Emit the code in the calling kernel: a function of its own would release the memory."""
-    return _array(context, builder, asked)[0]
+def _on_the_stack(context: Any, builder: Any, call: Any, _: Any) -> Any:
+    """Emit the code in the calling kernel: a separate function would release the memory."""
+    return _stack_array(context, builder, call)[0]
 
 
 @lower_builtin(zero_scratch, types.VarArg(types.Any))  # type: ignore[untyped-decorator]
-def _zeros_on_the_stack(context: Any, builder: Any, asked: Any, _: Any) -> Any:
+def _zeros_on_the_stack(context: Any, builder: Any, call: Any, _: Any) -> Any:
     """Emit the code, and code that sets the array to zero."""
-    value, place = _array(context, builder, asked)
+    value, place = _stack_array(context, builder, call)
     builder.store(ir.Constant(place.type.pointee, None), place)
     return value
 
 
-def _array(context: Any, builder: Any, asked: Any) -> tuple[Any, Any]:
+def _stack_array(context: Any, builder: Any, call: Any) -> tuple[Any, Any]:
     """Return an array of the given shape and type, and the address of its items."""
-    counts = [count.literal_value for count in asked.args]
-    number = context.get_data_type(asked.return_type.dtype)
+    counts = [count.literal_value for count in call.args]
+    number = context.get_data_type(call.return_type.dtype)
     place = cgutils.alloca_once(builder, ir.ArrayType(number, prod(counts)))
     steps = [SIZE * prod(counts[k + 1 :]) for k in range(len(counts))]
-    whole = make_array(asked.return_type)(context, builder)
+    array = make_array(call.return_type)(context, builder)
     populate_array(
-        whole,
+        array,
         data=builder.bitcast(place, number.as_pointer()),
         shape=[context.get_constant(types.intp, count) for count in counts],
         strides=[context.get_constant(types.intp, step) for step in steps],
         itemsize=context.get_constant(types.intp, SIZE),
         meminfo=None,
     )
-    return whole._getvalue(), place
+    return array._getvalue(), place

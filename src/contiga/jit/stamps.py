@@ -15,7 +15,7 @@ IMPORT = re.compile(
     r"^[ \t]*(?:from[ \t]+([\w.]+)[ \t]+import[ \t]*(\([^)]*\)|[^\n]*)|import[ \t]+([^\n]*))",
     re.MULTILINE,
 )
-ASIDE = re.compile(r"#[^\n]*|\\\n")
+IGNORED_TEXT = re.compile(r"#[^\n]*|\\\n")
 """Comments and continued line ends, which are removed before imports are looked for."""
 PACKAGES = [PACKAGE]
 """Folders of packages whose kernels have such stamps."""
@@ -28,13 +28,13 @@ _IMPORTED: dict[str, tuple[Any, str]] = {}
 def stamp_at_import(function: Callable[..., Any]) -> str:
     """Return `stamp_of` the file of a function, computed once per import.
 
-    What is in memory is what was imported: a file that has changed since has another stamp.
+    The code in memory is that of the import: a file that has changed since has another stamp.
     """
     file, spec = function.__code__.co_filename, function.__globals__.get("__spec__")
-    known, stamp = _IMPORTED.get(file, (None, ""))
-    if spec is None or known is not spec:
-        above = Path(file).resolve().parents
-        holders = (package for package in reversed(PACKAGES) if package in above)
+    last_spec, stamp = _IMPORTED.get(file, (None, ""))
+    if spec is None or last_spec is not spec:
+        parents = Path(file).resolve().parents
+        holders = (package for package in reversed(PACKAGES) if package in parents)
         stamp = stamp_of(file, next(holders, PACKAGE))
         _IMPORTED[file] = spec, stamp
     return stamp
@@ -45,10 +45,10 @@ def stamp_of(file: str | Path, package: Path = PACKAGE) -> str:
 
     Indirect imports count.
     """
-    whole = sha256()
+    hasher = sha256()
     for _, content in sorted(_with_imports(file, package).items()):
-        whole.update(content)
-    return whole.hexdigest()
+        hasher.update(content)
+    return hasher.hexdigest()
 
 
 def sources_of(files: Iterable[str | Path]) -> list[str]:
@@ -59,26 +59,27 @@ def sources_of(files: Iterable[str | Path]) -> list[str]:
 
 def stamp_of_files(names: Iterable[str]) -> str:
     """Return the hash of files of the package; raise OSError if one is missing."""
-    whole = sha256()
+    hasher = sha256()
     for name in names:
-        whole.update(_hashed(name, PACKAGE.joinpath(name).read_bytes()))
-    return whole.hexdigest()
+        hasher.update(_hashed(name, PACKAGE.joinpath(name).read_bytes()))
+    return hasher.hexdigest()
 
 
 def _with_imports(file: str | Path, package: Path) -> dict[str, bytes]:
     """Return name and hash of a file and of its imports in the package, by path."""
-    seen: dict[str, bytes] = {}
-    waiting = [os.path.realpath(file)]
-    while waiting:
-        path = waiting.pop()
-        if path not in seen:
+    hashes: dict[str, bytes] = {}
+    pending = [os.path.realpath(file)]
+    while pending:
+        path = pending.pop()
+        if path not in hashes:
             stat = os.stat(path)
-            seen[path], imported = _read(path, stat.st_mtime_ns, stat.st_size, package)
-            waiting += imported
-    return seen
+            hashes[path], imported = _read(path, stat.st_mtime_ns, stat.st_size, package)
+            pending += imported
+    return hashes
 
 
 def _hashed(name: str, text: bytes) -> bytes:
+    """Return the name and the hash of a text."""
     return name.encode() + b"\0" + sha256(text).digest()
 
 
@@ -86,32 +87,25 @@ def _hashed(name: str, text: bytes) -> bytes:
 def _read(path: str, when: int, size: int, package: Path) -> tuple[bytes, tuple[str, ...]]:
     """Return name and hash of a file, and the files of the package that it imports itself.
 
-    Time and size are asked for so that a file which changes while this runs is read again.
+    Time and size are arguments so that a file which changes while this process runs is read again.
     """
     text = Path(path).read_bytes()
     imported: list[str] = []
-    for module, names, plain in IMPORT.findall(ASIDE.sub(" ", text.decode("utf-8"))):
-        wanted = _names(plain)
+    for module, names, plain in IMPORT.findall(IGNORED_TEXT.sub(" ", text.decode("utf-8"))):
+        modules = _names(plain)
         if module:
-            absolute = _absolute(module, Path(path), package)
-            wanted = [absolute, *(f"{absolute}.{name}" for name in _names(names))]
-        imported += [file for name in wanted if (file := _file_of(name, package)) is not None]
+            absolute = module
+            if level := len(module) - len(module.lstrip(".")):  # relative to this file
+                parts = Path(path).parents[level - 1].relative_to(package.parent).parts
+                absolute = ".".join((*parts, module[level:])).rstrip(".")
+            modules = [absolute, *(f"{absolute}.{name}" for name in _names(names))]
+        imported += [file for name in modules if (file := _file_of(name, package)) is not None]
     return _hashed(os.path.relpath(path, package), text), tuple(dict.fromkeys(imported))
 
 
 def _names(listed: str) -> list[str]:
-    """Return the names of ``a, b as c``, with or without brackets."""
+    """Return the names in ``a, b as c``, with or without brackets."""
     return [part.split()[0] for part in listed.strip("() \t\n").split(",") if part.strip()]
-
-
-def _absolute(module: str, path: Path, package: Path) -> str:
-    """Return the full name of a module that the file `path` names, perhaps relatively."""
-    name = module.lstrip(".")
-    up = len(module) - len(name)
-    if up == 0:
-        return module
-    home = path.parents[up - 1].relative_to(package.parent).parts
-    return ".".join((*home, name)).rstrip(".")
 
 
 @cache

@@ -1,4 +1,4 @@
-"""Tables of a body that kernels of contact search themselves."""
+"""Tables of a body that kernels of contact search directly."""
 
 from __future__ import annotations
 

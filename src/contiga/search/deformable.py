@@ -1,10 +1,10 @@
 """The search on exact geometry whose control points move.
 
 Neighbours, openings, trims, joints and the map from control points to elements are those of the
-body at rest, computed once. Elements, boxes and hierarchy are computed for each shape, so that
-everything a search over them proves holds for it. Tables that only pay for a shape that stays
-(touching balls, grids of sides, lists of pieces, neighbourhoods) are neither used nor made, and no
-more than the last two shapes are cached.
+body at rest, computed once. Elements, boxes and hierarchy are computed for each shape, so that all
+proofs of a search hold for that shape. Tables that pay only for a fixed shape (touching balls,
+grids of sides, lists of pieces, neighbourhoods) are neither built nor used, and only the last two
+shapes are cached.
 """
 
 from __future__ import annotations
@@ -50,10 +50,11 @@ from contiga.search.tables import check_extent
 MIN_POINTS = 256
 """Number of points below which a second thread does not pay."""
 JOINT_SHIFT = 1e-2
-"""Standard deviation of the displacements of control points that show which sides stay together,
-as a share of the body's size."""
+"""Standard deviation of the random displacements of control points that test which sides stay
+together, as a share of the body's size."""
 JOINT_TOL = 1e-9
-"""Largest distance of two sides that stay together after these, as a share of the body's size."""
+"""Largest distance of two sides that stay together after these displacements, as a share of the
+body's size."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,9 +70,9 @@ class DeformedSurface(ExactSurface):
         return surroundings_of(self.blocks, self.tables.leaves)
 
     def closest_from(self, starts: SurfacePlaces, p_B: FloatArray, out: Projection) -> None:
-        """Write the closest points of p_B (k, 3) into `out`, from feet on another shape.
+        """Write the closest points of p_B (k, 3) to `out`, from feet on another shape.
 
-        The patch is −1 where there is none. It is faster than `closest`, with the same proof.
+        A start of patch −1 is none. This is faster than `closest`, with the same proof.
         """
         run_ranges(
             nearest_nb.project_from,
@@ -87,11 +88,11 @@ class DeformedSurface(ExactSurface):
     def closest(
         self, p_B: FloatArray, rows: IntArray, out: Projection, within: FloatArray | None = None
     ) -> None:
-        """Write the closest points of p_B[rows] into `out`, each proved by branch and bound."""
+        """Write the closest points of p_B[rows] to `out`, each proved by branch and bound."""
         if within is None:
             within = np.full(len(rows), np.inf)
-        given = self.tables, p_B, rows, within, out
-        run_ranges(nearest_nb.project_global, len(rows), MIN_POINTS, *given)
+        query = self.tables, p_B, rows, within, out
+        run_ranges(nearest_nb.project_global, len(rows), MIN_POINTS, *query)
 
     def track(
         self,
@@ -101,16 +102,16 @@ class DeformedSurface(ExactSurface):
         out: Projection,
         before: FloatArray | None = None,
     ) -> None:
-        """Continue feet from those on another shape.
+        """Continue feet from another shape.
 
-        That they are on the same branch is not proved, so none is certified.
+        Whether they are on the same branch is not proved, so none is certified.
         """
         super().track(p_B, patch, uv, out)
 
     def sides(self, p_B: FloatArray, rows: IntArray) -> KnownSides:
         """Return the sides of points that follow from boxes alone.
 
-        Beyond the box of a closed body a point is outside; other sides are not known.
+        A point beyond the box of a closed body is outside; other sides are unknown.
         """
         side, reach = np.zeros(len(rows), np.int8), np.zeros(len(rows))
         if self.closed:
@@ -132,21 +133,21 @@ class DeformedSurface(ExactSurface):
         """Return the last crossings of points from `a_B` to `b_B` (n, 3) while the surface moves.
 
         It moves from the shape `before` to this one; see `moving_nb`. The result is that of
-        `last_crossings`, by places on this shape, one row a point.
+        `last_crossings`, with places on this shape, one row a point.
         """
         table, coefs = self.tables.elements
         change = (coefs - before.tables.elements.coefs).reshape(-1, 4)
         change[:, 3] = coefs.reshape(-1, 4)[:, 3]
-        # In axes that move with the middle of the control points the surface goes less far.
-        ways = self.control_points - before.control_points
-        shift = ways.mean(axis=0)
-        begun = before.tables.elements.table.copy()
-        begun["origin"] += shift
+        # In axes that move with the mean of the control points the displacements are smaller.
+        displacements = self.control_points - before.control_points
+        shift = displacements.mean(axis=0)
+        table_before = before.tables.elements.table.copy()
+        table_before["origin"] += shift
         surface = MovingSurface(
             self.tables,
-            Elements(begun, before.tables.elements.coefs),
+            Elements(table_before, before.tables.elements.coefs),
             Elements(table, change.ravel()),
-            float(row_lengths(ways - shift).max(initial=0.0)),
+            float(row_lengths(displacements - shift).max(initial=0.0)),
         )
 
         def search(paths: Paths, out: Hit, verdict: FloatArray) -> None:
@@ -158,9 +159,9 @@ class DeformedSurface(ExactSurface):
 
     @property
     def contact_tables(self) -> None:
-        """None: these tables are for shapes that stay."""
+        """None: these tables are for fixed shapes."""
 
-    def _lists(self, asked: int) -> PieceLists:
+    def _lists(self, n_paths: int) -> PieceLists:
         return NO_LISTS
 
 
@@ -175,6 +176,7 @@ class Deformable:
     closed: bool
     """Whether the surface has no border, in all shapes: joints stay joints."""
     slit: float
+    """Largest distance of faces where they meet, length."""
     blocks: Blocks
     _last: list[DeformedSurface] = field(default_factory=list, repr=False)
     """Cache of the last two shapes: several contacts share one, and a step uses the one before."""
@@ -218,7 +220,7 @@ def extent_of(points: FloatArray) -> float:
 
 @once
 def deformable_of(body: Faces) -> Deformable:
-    """Return what the shapes of `body` have in common, computed at the first call.
+    """Return the common part of all shapes of `body`, computed at the first call.
 
     Raises
     ------
@@ -237,29 +239,18 @@ def deformable_of(body: Faces) -> Deformable:
     surface, net = exact_surface(body), net_of(body)
     rest = surface.tables
     refit = refit_of(body, net, rest.elements, rest.grid)
-    blocks = blocks_of(refit.table)
-    made = Deformable(body.name, net, rest, refit, surface.closed, surface.slit, blocks)
-    _check_joints(body, made)
-    return made
-
-
-def _check_joints(body: Faces, made: Deformable) -> None:
-    """Refuse joints of patches whose control points differ.
-
-    In a shape whose control points are moved at random such sides come apart.
-    """
-    table = made.rest.elements.table
-    size, points = body.size, made.net.points
-    moved = points + JOINT_SHIFT * size * np.random.default_rng(0).standard_normal(points.shape)
-    here, _ = sides_nb.sample(made.refit.at(moved, 1.0))
-    linked = table["neighbour"] >= 0
-    there = here[table["neighbour"], table["neighbour_side"]]
-    there = np.where(table["flip"][..., None, None] == 1, there[:, :, ::-1], there)
-    apart = linked & (np.abs(here - there).max(axis=(2, 3)) > JOINT_TOL * size)
-    whole = np.array([loops is None for loops in body.trims])[table["patch"]]
-    apart |= (table["kind"] == SHARED) & whole[:, None]
-    if apart.any():
-        e, side = np.argwhere(apart)[0].tolist()
+    # Sides that are joined without common control points come apart in a random shape.
+    table, size, points = rest.elements.table, body.size, net.points
+    noise = np.random.default_rng(0).standard_normal(points.shape)
+    samples, _ = sides_nb.sample(refit.at(points + JOINT_SHIFT * size * noise, 1.0))
+    is_linked = table["neighbour"] >= 0
+    across = samples[table["neighbour"], table["neighbour_side"]]
+    across = np.where(table["flip"][..., None, None] == 1, across[:, :, ::-1], across)
+    is_apart = is_linked & (np.abs(samples - across).max(axis=(2, 3)) > JOINT_TOL * size)
+    is_untrimmed = np.array([loops is None for loops in body.trims])[table["patch"]]
+    is_apart |= (table["kind"] == SHARED) & is_untrimmed[:, None]
+    if is_apart.any():
+        e, side = np.argwhere(is_apart)[0].tolist()
         other = int(table["neighbour"][e, side])
         patches = [int(table["patch"][e])] + ([int(table["patch"][other])] if other >= 0 else [])
         raise GeometryError(
@@ -268,3 +259,5 @@ def _check_joints(body: Faces, made: Deformable) -> None:
             allowed="the same degree, knots, control points and weights along the joint",
             remedy="Refine both alike: NurbsSurface.insert_knots, elevate",
         )
+    blocks = blocks_of(refit.table)
+    return Deformable(body.name, net, rest, refit, surface.closed, surface.slit, blocks)

@@ -1,4 +1,4 @@
-"""The search on exact geometry, as contact asks for it."""
+"""The search on exact geometry: the interface for contact."""
 
 from __future__ import annotations
 
@@ -39,10 +39,8 @@ from contiga.search.sweep.piece_lists import PieceLists, lists_of
 from contiga.search.tables import tables_of
 from contiga.search.track import project
 
-# Points and segments below which a second thread does not pay.
-POINTS = 1024
-GUARDED = 16
-SEGMENTS = 256
+MIN_POINTS, MIN_GUARDED, MIN_SEGMENTS = 1024, 16, 256
+"""Numbers of rows below which a second thread does not pay."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,11 +51,11 @@ class ExactSurface:
     closed: bool
     """Whether the body has no border anywhere."""
     slit: float
-    """How far faces may be apart where they meet, length."""
+    """Largest distance of faces where they meet, length."""
 
     @property
     def n_elements(self) -> int:
-        """Bézier pieces."""
+        """Number of Bézier elements."""
         return len(self.tables.elements.table)
 
     @property
@@ -68,7 +66,7 @@ class ExactSurface:
     def closest(
         self, p_B: FloatArray, rows: IntArray, out: Projection, within: FloatArray | None = None
     ) -> None:
-        """Closest points of the body."""
+        """Write the closest points of p_B[rows] to the same rows of `out`."""
         closest_of_rows(self.tables, p_B, rows, out, within)
 
     def closest_facing(
@@ -79,9 +77,9 @@ class ExactSurface:
         starts: SurfacePlaces,
         out: Projection,
     ) -> None:
-        """Closest feet by branch and bound."""
-        given = self.tables, p_B, guards, limits, starts, out
-        run_ranges(facing_nb.project_facing, len(p_B), GUARDED, *given)
+        """Write the closest feet that face their guards, by branch and bound."""
+        query = self.tables, p_B, guards, limits, starts, out
+        run_ranges(facing_nb.project_facing, len(p_B), MIN_GUARDED, *query)
 
     def track(
         self,
@@ -91,54 +89,54 @@ class ExactSurface:
         out: Projection,
         before: FloatArray | None = None,
     ) -> None:
-        """Feet continued over elements, seams and edges."""
+        """Continue feet over elements, seams and edges."""
         project.track(self.tables, p_B, SurfacePlaces(patch, uv), out, before)
 
     def slopes(self, p_B: FloatArray, feet: Projection, out: FootSlopes) -> None:
-        """Write slopes at feet by the curvature of the faces, and of edges."""
-        run_ranges(slopes_nb.slopes, len(p_B), POINTS, self.tables, p_B, feet, out)
+        """Write slopes at feet by the curvature of the faces and edges."""
+        run_ranges(slopes_nb.slopes, len(p_B), MIN_POINTS, self.tables, p_B, feet, out)
 
     def entries(self, a_B: FloatArray, b_B: FloatArray, rows: IntArray) -> Hit:
-        """First entries by interval Newton."""
+        """Return the first entries, by interval Newton."""
         out, lists = empty_hit(len(rows)), self._lists(len(rows))
-        given = self.tables, lists, a_B, b_B, rows, out
-        run_ranges(hit_nb.first_hits, len(rows), SEGMENTS, *given)
+        query = self.tables, lists, a_B, b_B, rows, out
+        run_ranges(hit_nb.first_hits, len(rows), MIN_SEGMENTS, *query)
         return out
 
     def last_crossings(
         self, a_B: FloatArray, b_B: FloatArray, rows: IntArray
     ) -> tuple[Hit, ByteArray]:
-        """Last crossings by interval Newton on the path turned round."""
+        """Return the last crossings, by interval Newton on the reversed path."""
         lists = self._lists(len(rows))
 
         def search(paths: Paths, out: Hit, verdict: FloatArray) -> None:
             start, end, _, loose = paths
-            given = self.tables, lists, start, end, loose, out, verdict
-            run_ranges(hit_nb.last_crossings, len(start), SEGMENTS, *given)
+            query = self.tables, lists, start, end, loose, out, verdict
+            run_ranges(hit_nb.last_crossings, len(start), MIN_SEGMENTS, *query)
 
         return settled(search, a_B[rows], b_B[rows])
 
     def safe_distance(self, p_B: FloatArray, rows: IntArray, lengths: FloatArray) -> None:
-        """Distances to the nearest box of a leaf."""
-        given = self.tables.tree, p_B, rows, lengths
-        run_ranges(safe_distance_nb.box_distance, len(rows), POINTS, *given)
+        """Write the distances to the nearest box of a leaf to lengths[rows]."""
+        query = self.tables.tree, p_B, rows, lengths
+        run_ranges(safe_distance_nb.box_distance, len(rows), MIN_POINTS, *query)
 
     def sides(self, p_B: FloatArray, rows: IntArray) -> KnownSides:
-        """By the cells of a grid."""
+        """Return the sides by the cells of a grid."""
         return side_grid.side_of(self._grid, p_B, rows)
 
     def clear_ways(self, a_B: FloatArray, b_B: FloatArray, rows: IntArray) -> NDArray[np.bool_]:
-        """By the cells of a grid that ways pass."""
+        """Return whether paths are clear, by the cells of a grid that they pass."""
         return side_grid.clear_ways(self._grid, a_B, b_B, rows)
 
     @cached_property
     def contact_tables(self) -> ContactTables | None:
-        """With its touching balls, and the grid of its sides."""
+        """The tables with the touching balls and the grid of sides."""
         return ContactTables(self.tables, self._grid, balls_of(self.tables))
 
-    def _lists(self, asked: int) -> PieceLists:
-        """Pieces near paths, as so many paths are asked for, too."""
-        return lists_of(self.tables, asked)
+    def _lists(self, n_paths: int) -> PieceLists:
+        """Return the lists of pieces near paths, if they pay with `n_paths` more paths."""
+        return lists_of(self.tables, n_paths)
 
     @property
     def _grid(self) -> side_grid.SideGrid:
@@ -147,8 +145,8 @@ class ExactSurface:
 
 @once
 def exact_surface(faces: Faces) -> ExactSurface:
-    """The search on `faces`; its tables are built at the first call and kept."""
+    """Return the search on `faces`; its tables are built at the first call and kept."""
     openings = openings_of(faces)
-    # Faces are off the edges they share, and their loops off themselves where they close.
+    # Faces deviate from their common edges, and the ends of a loop from each other.
     slit = openings.slit + float(stitches(faces)[0].max(initial=0.0))
     return ExactSurface(tables_of(faces), openings.closed, slit)

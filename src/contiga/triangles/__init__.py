@@ -1,4 +1,4 @@
-"""Triangle meshes: what they are made of, what is wrong with them, and the search on them.
+"""Triangle meshes: their arrays, their condition, and the search on them.
 
 Question: is this mesh a surface that can be searched, and where is it closest or hit? Read
 `trimesh` (the class) and `triangle_arrays`, `topology`, `orientation`, `condition`; the search:

@@ -1,4 +1,4 @@
-"""Describe what is good and what is wrong with a mesh as a master, for people and for refusals."""
+"""The condition of a mesh as a master, for users and for refusals."""
 
 from __future__ import annotations
 
@@ -12,14 +12,14 @@ from contiga.triangles.triangle_arrays import TriangleArrays
 
 
 class Condition(NamedTuple):
-    """Counts of what a mesh is made of, after vertices at one place have been made one."""
+    """Counts of triangles, edges and vertices, after vertices at one place have been merged."""
 
     triangles: int
-    """All there are."""
+    """Number of triangles."""
     without_area: int
-    """Triangles that take no part: their corners lie on a line."""
+    """Triangles that do not count because their corners are on a line."""
     doubled: int
-    """Triangles given again in the same sense: the first counts."""
+    """Repeated triangles of the same sense: the first counts."""
     back_to_back: int
     """Pairs of triangles with the same corners that face opposite ways: no master."""
     turned_edges: int
@@ -29,20 +29,20 @@ class Condition(NamedTuple):
     open_edges: int
     """Edges of one triangle only."""
     loose_vertices: int
-    """Vertices of no triangle: they take no part."""
+    """Vertices of no triangle, which do not count."""
     volume: float | None
     """Enclosed volume, length³, negative if normals point inward; None unless closed."""
     unit: str | None = None
-    """Of length, where that is known."""
+    """Unit of length; None if unknown."""
 
     @property
     def closed(self) -> bool:
-        """Whether it has a surface without a border."""
+        """Whether the mesh has a surface without a border."""
         return self.open_edges == 0 and self.triangles > self.without_area
 
     @property
     def rows(self) -> list[tuple[str, str]]:
-        """Rows for people: (label, text), flaws only where there are some."""
+        """Rows of a report (label, text), with the flaws that there are."""
         texts = [
             (self.without_area, "triangles without area take no part"),
             (self.doubled, "triangles given twice count once"),
@@ -55,21 +55,19 @@ class Condition(NamedTuple):
             ),
             (self.back_to_back, "pairs of triangles back to back: no master"),
         ]
-        flaws = [f"{count} {text}" for count, text in texts if count]
-        return [("surface", self._surface()), *(("", flaw) for flaw in flaws)]
-
-    def _surface(self) -> str:
         if self.triangles == self.without_area:
-            return "none: no triangle has an area"
-        if self.volume is None:
-            return f"open, {self.open_edges} edges of one triangle"
-        inward = ", normals inward" if self.volume < 0.0 else ""
-        unit = "" if self.unit is None else f" {self.unit}³"
-        return f"closed, volume {self.volume:.6g}{unit}{inward}"
+            surface = "none: no triangle has an area"
+        elif self.volume is None:
+            surface = f"open, {self.open_edges} edges of one triangle"
+        else:
+            inward = ", normals inward" if self.volume < 0.0 else ""
+            unit = "" if self.unit is None else f" {self.unit}³"
+            surface = f"closed, volume {self.volume:.6g}{unit}{inward}"
+        return [("surface", surface), *(("", f"{count} {text}") for count, text in texts if count)]
 
 
 def condition_of(mesh: TriangleArrays) -> Condition:
-    """The condition of `mesh`; a mesh without triangles has one too.
+    """Return the condition of `mesh`, which may have no triangles.
 
     >>> from contiga import TriMesh
     >>> ball = TriMesh([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2], [1, 2, 0]])
@@ -83,11 +81,11 @@ def condition_of(mesh: TriangleArrays) -> Condition:
     t = topology_of(mesh)
     flat = int((t.twin < 0).sum())
     open_edges = int((t.neighbour == NO_TRIANGLE).sum())
-    closed = open_edges == 0 and len(t.kept) > 0 and t.turned == 0
+    closed = open_edges == 0 and len(t.triangle) > 0 and t.turned == 0
     return Condition(
         triangles=m,
         without_area=flat,
-        doubled=m - flat - len(t.kept),
+        doubled=m - flat - len(t.triangle),
         back_to_back=len(t.back_to_back),
         turned_edges=t.turned,
         crowded_edges=t.crowded,

@@ -1,4 +1,4 @@
-"""Triangle meshes to and from the objects of other packages, without a file between them."""
+"""Conversion of triangle meshes to and from objects of other packages, without a file."""
 
 from __future__ import annotations
 
@@ -17,8 +17,8 @@ if TYPE_CHECKING:
     import meshio
     import pyvista
 
-PASSED_OVER = ("vertex", "line")
-"""Cells of meshio that bound no surface, by how their kind begins."""
+IGNORED_CELLS = ("vertex", "line")
+"""Prefixes of the meshio cell types that bound no surface."""
 
 
 class Exchanged(TriangleArrays):
@@ -26,20 +26,20 @@ class Exchanged(TriangleArrays):
 
     @classmethod
     def from_meshio(cls, mesh: meshio.Mesh, *, name: str = "mesh", **options: Any) -> Self:
-        """The triangles of a `meshio.Mesh`, and its quadrilaterals split by their shorter diagonal.
+        """Return the triangles of a `meshio.Mesh`; quadrilaterals are split in two.
 
         Points and lines are left out. All vertices are kept, in their order.
 
         Parameters
         ----------
         mesh : points (n, 3), or (n, 2) in the plane z = 0
-        name : what reports and messages call it
+        name : name in reports and messages
         options : of `TriMesh` (`normals`, `unit`, `reference_point`, `source`)
 
         Raises
         ------
         MeshError
-            Cells of another kind, or what `TriMesh` refuses.
+            Cells of another kind, or a mesh that `TriMesh` refuses.
 
         Examples
         --------
@@ -54,12 +54,12 @@ class Exchanged(TriangleArrays):
             points = np.pad(points, ((0, 0), (0, 1)))
         corners: list[IntArray] = [np.zeros((0, 3), np.int64)]
         for block in mesh.cells:
-            if not str(block.type).startswith(PASSED_OVER):
-                corners.append(_triangles_of(str(block.type), np.asarray(block.data), points, name))
+            if not str(block.type).startswith(IGNORED_CELLS):
+                corners.append(_split_cells(str(block.type), np.asarray(block.data), points, name))
         return cls(points, np.concatenate(corners), name=name, **options)
 
     def to_meshio(self) -> meshio.Mesh:
-        """A `meshio.Mesh` with the vertices and one block of triangles.
+        """Return a `meshio.Mesh` with the vertices and one block of triangles.
 
         Raises
         ------
@@ -79,18 +79,18 @@ class Exchanged(TriangleArrays):
 
     @classmethod
     def from_trimesh(cls, mesh: Any, *, name: str = "mesh", **options: Any) -> Self:
-        """The triangles of a `trimesh.Trimesh`, its vertices in their order.
+        """Return the triangles of a `trimesh.Trimesh`, with its vertices in their order.
 
         Parameters
         ----------
         mesh : with `vertices` (n, 3) and `faces` (m, 3)
-        name : what reports and messages call it
+        name : name in reports and messages
         options : of `TriMesh` (`normals`, `unit`, `reference_point`, `source`)
 
         Raises
         ------
         MeshError
-            It is a scene or a cloud, or what `TriMesh` refuses.
+            A scene or a cloud, or a mesh that `TriMesh` refuses.
         """
         if not hasattr(mesh, "faces"):
             raise MeshError(
@@ -103,7 +103,7 @@ class Exchanged(TriangleArrays):
         return cls(np.asarray(mesh.vertices), np.asarray(mesh.faces), name=name, **options)
 
     def to_trimesh(self) -> Any:
-        """A `trimesh.Trimesh` with the same vertices and triangles: nothing is merged.
+        """Return a `trimesh.Trimesh` with the same vertices and triangles: nothing is merged.
 
         Raises
         ------
@@ -114,7 +114,7 @@ class Exchanged(TriangleArrays):
         return trimesh.Trimesh(self.vertices.copy(), self.triangles.copy(), process=False)
 
     def to_pyvista(self) -> pyvista.PolyData:
-        """A `pyvista.PolyData` with the same vertices and triangles, a copy.
+        """Return a copy as a `pyvista.PolyData` with the same vertices and triangles.
 
         Raises
         ------
@@ -124,8 +124,8 @@ class Exchanged(TriangleArrays):
         return pyvista_mesh("TriMesh.to_pyvista", self.vertices, self.triangles)
 
 
-def _triangles_of(kind: str, nodes: IntArray, points: FloatArray, name: str) -> IntArray:
-    """Return (m, 3) triangles from the cells of one block of meshio's."""
+def _split_cells(kind: str, nodes: IntArray, points: FloatArray, name: str) -> IntArray:
+    """Return (m, 3) triangles by the cells of one block of meshio."""
     if kind == "triangle":
         return nodes
     if kind != "quad":
@@ -137,9 +137,9 @@ def _triangles_of(kind: str, nodes: IntArray, points: FloatArray, name: str) -> 
             remedy="From a file, contiga.read_master takes the skin of solids and splits facets "
             "of second order",
         )
-    outside = (nodes < 0) | (nodes >= len(points))
-    if outside.any():
-        bad = int(np.argmax(outside.any(axis=1)))
+    is_outside = (nodes < 0) | (nodes >= len(points))
+    if is_outside.any():
+        bad = int(np.argmax(is_outside.any(axis=1)))
         raise MeshError(
             f"quad {bad} points at a vertex that is not there",
             where=name,
@@ -147,11 +147,11 @@ def _triangles_of(kind: str, nodes: IntArray, points: FloatArray, name: str) -> 
             allowed=f"0 to {len(points) - 1}",
         )
     a, b, c, d = points[nodes].transpose(1, 0, 2)
-    first = ((c - a) ** 2).sum(axis=1) <= ((d - b) ** 2).sum(axis=1)
-    halves = np.where(first[:, None, None], nodes[:, _BY_FIRST], nodes[:, _BY_SECOND])
+    by_first = ((c - a) ** 2).sum(axis=1) <= ((d - b) ** 2).sum(axis=1)
+    halves = np.where(by_first[:, None, None], nodes[:, _FIRST_SPLIT], nodes[:, _SECOND_SPLIT])
     return halves.reshape(-1, 3)
 
 
-_BY_FIRST = np.array([[0, 1, 2], [0, 2, 3]])
-_BY_SECOND = np.array([[0, 1, 3], [1, 2, 3]])
+_FIRST_SPLIT = np.array([[0, 1, 2], [0, 2, 3]])
+_SECOND_SPLIT = np.array([[0, 1, 3], [1, 2, 3]])
 """Halves of a quadrilateral by each of its diagonals."""

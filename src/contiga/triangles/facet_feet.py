@@ -1,4 +1,4 @@
-"""Feet of points on a mesh: the closest points, or those continued from the last step."""
+"""Feet of points on a mesh: the closest points, or feet continued from the last step."""
 
 from __future__ import annotations
 
@@ -17,16 +17,14 @@ from contiga.triangles.facets import NORMALS, Facets
 from contiga.triangles.kernels import closest_nb, facet_walk_nb, order_nb
 from contiga.triangles.triangle_arrays import TriangleArrays
 
-# Rows below which a second thread does not pay.
-POINTS = 512
-TRACKED = 4096
-# Rows below which an order along space costs more than it saves.
-ORDERED = 64
-# Pairs that tell whether points come in an order along space already, as nodes of a mesh do:
-# neighbours of n points on a surface are a √n-th of the spread apart. Sorting those would cost a
-# fifth of the search.
-SAMPLED = 256
-COHERENT = 16.0
+MIN_POINTS, MIN_TRACKED = 512, 4096
+"""Numbers of rows below which a second thread does not pay."""
+MIN_SORTED_POINTS = 64
+"""Number of rows below which sorting along a space-filling curve costs more than it saves."""
+N_SAMPLES, MAX_STEP_RATIO = 256, 16.0
+"""Number of pairs of successive points, and the ratio of their distance to the spread of n
+points over √n below which points are sorted already, as nodes of a mesh are. Sorting them would
+cost a fifth of the search."""
 
 
 def project(
@@ -37,7 +35,7 @@ def project(
     normals: str | None = None,
     out: Projection | None = None,
 ) -> Projection:
-    """Feet of `points` on `mesh`; `patch` is the triangle, `uv` the barycentric coordinates.
+    """Return feet on `mesh`; `patch` is the triangle, `uv` the barycentric coordinates.
 
     Parameters
     ----------
@@ -46,10 +44,10 @@ def project(
     start : the `Projection` of the same points one step ago; needed by mode "track". Rows without
         a foot (patch −1) are projected globally.
     mode : "global" for the closest point of the mesh, "track" for the local minimum that walking
-        over adjoining triangles from `start` comes to
+        over adjoining triangles from `start` ends at
     normals : "facet": the triangle's; on an edge or a corner the direction to the point, on the
-        side the angle-weighted normals say. "vertex": the angle-weighted normals of the vertices,
-        interpolated. What the mesh was made with if omitted.
+        side of the angle-weighted normals. "vertex": the angle-weighted normals of the vertices,
+        interpolated. That of the mesh if omitted.
     out : a `Projection` of n rows that is filled and returned; it may be `start`
 
     Returns
@@ -77,10 +75,10 @@ def project(
         closest_of_rows(tables.facets, p_M, np.arange(len(p_M), dtype=np.int32), smooth, feet)
         return feet
     last, feet = checked_feet(start, out, p_M, len(mesh.triangles), "triangle")
-    # A foot is its own foot: it tells as well as its point whether it was inside a triangle.
-    inside = np.where((last.feature == Feature.FACE)[:, None], last.point, np.nan)
+    # A foot is its own foot, so it shows as well as its point whether it was inside a triangle.
+    inner_feet = np.where((last.feature == Feature.FACE)[:, None], last.point, np.nan)
     feet.certified[:] = 0
-    track(tables, p_M, (last.patch, inside), smooth, feet)
+    track(tables, p_M, (last.patch, inner_feet), smooth, feet)
     return feet
 
 
@@ -101,53 +99,49 @@ def track(
     smooth: bool,
     out: Projection,
 ) -> None:
-    """Continue the feet on triangles start[0] to the points `p_M`; rows of −1 globally.
+    """Continue the feet on triangles start[0] to points `p_M`; rows of −1 are searched globally.
 
-    start[1] is where the points were, (n, 3), for feet to be certified.
+    start[1] are the last positions of the points (n, 3), which certify feet; None if unknown.
     """
     facets = tables.facets
     patch, before = start
     slots = np.where(patch >= 0, tables.slot[patch], -1)
     starts = WalkStarts(slots, np.zeros((0, 3)) if before is None else before)
-    run_ranges(facet_walk_nb.project_tracked, len(p_M), TRACKED, facets, p_M, starts, smooth, out)
+    query = facets, p_M, starts, smooth, out
+    run_ranges(facet_walk_nb.project_tracked, len(p_M), MIN_TRACKED, *query)
     closest_of_rows(facets, p_M, np.flatnonzero(slots < 0).astype(np.int32), smooth, out)
 
 
 def closest_of_rows(
     facets: Facets, p_M: FloatArray, rows: IntArray, smooth: bool, out: Projection
 ) -> None:
-    """Closest points of p_M[rows] into the same rows of `out`."""
-    if len(rows) > ORDERED and not _is_along_space(p_M, rows):
-        rows = order_nb.along_space(p_M, rows, *_grid(facets))
-    run_ranges(closest_nb.project_global, len(rows), POINTS, facets, p_M, rows, smooth, out)
+    """Write the closest points of p_M[rows] to the same rows of `out`."""
+    if len(rows) > MIN_SORTED_POINTS and not _is_sorted_in_space(p_M, rows):
+        # The sorting grid is a cube around the mesh.
+        low = facets.box[0].reshape(2, 3, -1)[0].min(axis=1)
+        size = float(facets.scale[0])
+        rows = order_nb.along_space(p_M, rows, low - 0.1 * size, 1.2 * size)
+    run_ranges(closest_nb.project_global, len(rows), MIN_POINTS, facets, p_M, rows, smooth, out)
 
 
-def _is_along_space(p_M: FloatArray, rows: IntArray) -> bool:
-    """Return whether points follow each other closely already."""
-    step = max(1, len(rows) // SAMPLED)
-    at = rows[: len(rows) - 1 : step]
-    p, q = p_M[at], p_M[rows[1::step][: len(at)]]
-    finite = np.isfinite(p).all(axis=1) & np.isfinite(q).all(axis=1)
-    if not finite.any():
+def _is_sorted_in_space(p_M: FloatArray, rows: IntArray) -> bool:
+    """Return whether successive points are close to each other already."""
+    step = max(1, len(rows) // N_SAMPLES)
+    first = rows[: len(rows) - 1 : step]
+    p, q = p_M[first], p_M[rows[1::step][: len(first)]]
+    is_finite = np.isfinite(p).all(axis=1) & np.isfinite(q).all(axis=1)
+    if not is_finite.any():
         return True
-    p, q = p[finite], q[finite]
-    way = float(np.median(np.linalg.norm(q - p, axis=1)))
-    return bool(way * np.sqrt(len(rows)) < COHERENT * np.ptp(p, axis=0).max())
-
-
-def _grid(facets: Facets) -> tuple[FloatArray, float]:
-    """Low corner and width of the cells' cube: the mesh and half its size around."""
-    boxes = facets.box[0].reshape(2, 3, -1)
-    low = boxes[0].min(axis=1)
-    size = float(facets.scale[0])
-    return low - 0.1 * size, 1.2 * size
+    p, q = p[is_finite], q[is_finite]
+    distance = float(np.median(np.linalg.norm(q - p, axis=1)))
+    return bool(distance * np.sqrt(len(rows)) < MAX_STEP_RATIO * np.ptp(p, axis=0).max())
 
 
 def contains(mesh: TriangleArrays, points: ArrayLike) -> NDArray[np.bool_]:
-    """Return (n,) True inside a closed mesh, or behind the nearest facet of an open one.
+    """Return (n,) whether points are inside a closed mesh, or behind an open one's nearest facet.
 
-    Decided by the sign of the gap at the closest point. Points whose closest point is a border of
-    an open mesh are behind nothing: False.
+    The sign of the gap at the closest point decides. A point whose closest point is on a border of
+    an open mesh is not behind it.
 
     Parameters
     ----------

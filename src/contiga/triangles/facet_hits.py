@@ -1,4 +1,4 @@
-"""First entry of moving points into a mesh."""
+"""First entries and last crossings of moving points."""
 
 from __future__ import annotations
 
@@ -14,8 +14,8 @@ from contiga.triangles.facets import Facets
 from contiga.triangles.kernels import entry_nb
 from contiga.triangles.triangle_arrays import TriangleArrays
 
-# Segments below which a second thread does not pay.
-SEGMENTS = 512
+MIN_SEGMENTS = 512
+"""Number of segments below which a second thread does not pay."""
 
 
 def first_hit(mesh: TriangleArrays, p0: ArrayLike, p1: ArrayLike) -> Hit:
@@ -48,16 +48,16 @@ def first_hit(mesh: TriangleArrays, p0: ArrayLike, p1: ArrayLike) -> Hit:
 
 
 def hits_of_rows(facets: Facets, a_M: FloatArray, b_M: FloatArray, rows: IntArray) -> Hit:
-    """First entries of the segments a_M[rows] → b_M[rows], one row an entry of `rows`."""
+    """Return the first entries of segments a_M[rows] → b_M[rows], one row for each of `rows`."""
     out = empty_hit(len(rows))
-    run_ranges(entry_nb.first_hits, len(rows), SEGMENTS, facets, a_M, b_M, rows, out)
+    run_ranges(entry_nb.first_hits, len(rows), MIN_SEGMENTS, facets, a_M, b_M, rows, out)
     return out
 
 
 def last_crossings(
     facets: Facets, a_M: FloatArray, b_M: FloatArray, rows: IntArray
 ) -> tuple[Hit, ByteArray]:
-    """Return where a_M[rows] → b_M[rows] last goes in or out: the crossing nearest to its end.
+    """Return the last crossing of each segment a_M[rows] → b_M[rows]: the one nearest to its end.
 
     Returns
     -------
@@ -68,7 +68,7 @@ def last_crossings(
     """
 
     def search(paths: Paths, out: Hit, verdict: FloatArray) -> None:
-        given = facets, paths.start, paths.end, out, verdict
-        run_ranges(entry_nb.last_crossings, len(verdict), SEGMENTS, *given)
+        query = facets, paths.start, paths.end, out, verdict
+        run_ranges(entry_nb.last_crossings, len(verdict), MIN_SEGMENTS, *query)
 
     return settled(search, a_M[rows], b_M[rows])

@@ -1,4 +1,4 @@
-"""Records that kernels hand each other to search a mesh of triangles."""
+"""Records that the kernels of triangle meshes pass to each other."""
 
 from __future__ import annotations
 
@@ -8,19 +8,19 @@ from contiga.records import FloatArray, IndexArray
 
 
 class Queue(NamedTuple):
-    """Nodes of the hierarchy that wait, the nearest on top, and room for the children of one."""
+    """Pending nodes of the hierarchy, the nearest on top, and work for the children of one."""
 
     nodes: IndexArray
     bounds: FloatArray
-    """What is known of each: its squared distance, or where a path enters its box."""
+    """Squared distance of each, or the position at which a path enters its box."""
     lane: FloatArray
-    """(WIDTH,) the same of the children of the node that is looked at."""
+    """(WIDTH,) the same for the children of the current node."""
 
 
 class WalkStarts(NamedTuple):
     """The places that feet are continued from."""
 
     slots: IndexArray
-    """(n,) of the triangles; −1 where there is none."""
+    """(n,) slots of the triangles; −1 for none."""
     before: FloatArray
-    """(n, 3) where the points were, the mesh's frame; (0, 3) where that is not known."""
+    """(n, 3) last positions of the points, the mesh's frame; (0, 3) if unknown."""

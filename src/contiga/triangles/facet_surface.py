@@ -1,4 +1,4 @@
-"""The search on a triangle mesh, as contact asks for it."""
+"""The search on a triangle mesh: the interface for contact."""
 
 from __future__ import annotations
 
@@ -27,9 +27,8 @@ from contiga.triangles.facet_tables import Tables, tables_of
 from contiga.triangles.kernels import closest_nb, facet_slopes_nb
 from contiga.triangles.triangle_arrays import TriangleArrays
 
-# Points below which a second thread does not pay.
-POINTS = 1024
-GUARDED = 64
+MIN_POINTS, MIN_GUARDED = 1024, 64
+"""Numbers of points below which a second thread does not pay."""
 
 
 class FacetedSurface(NamedTuple):
@@ -37,7 +36,7 @@ class FacetedSurface(NamedTuple):
 
     tables: Tables
     smooth: bool
-    """Normals are those of the vertices, interpolated."""
+    """Whether normals are those of the vertices, interpolated."""
 
     @property
     def closed(self) -> bool:
@@ -46,7 +45,7 @@ class FacetedSurface(NamedTuple):
 
     @property
     def n_elements(self) -> int:
-        """Triangles with an area."""
+        """Number of triangles with an area."""
         return len(self.tables.facets.link)
 
     @property
@@ -61,7 +60,7 @@ class FacetedSurface(NamedTuple):
         out: Projection,
         within: FloatArray | None = None,
     ) -> None:
-        """Closest points of the mesh; what is known of their distances would save nothing."""
+        """Write the closest points of the mesh; upper bounds `within` would save nothing."""
         closest_of_rows(self.tables.facets, p_B, rows, self.smooth, out)
 
     def closest_facing(
@@ -72,9 +71,9 @@ class FacetedSurface(NamedTuple):
         starts: SurfacePlaces,
         out: Projection,
     ) -> None:
-        """Closest points of the triangles that do not face away; all are looked at."""
+        """Write the closest points of the triangles that do not face away, from all of them."""
         facets, facing = self.tables.facets, closest_nb.project_facing
-        run_ranges(facing, len(p_B), GUARDED, facets, p_B, guards, limits, self.smooth, out)
+        run_ranges(facing, len(p_B), MIN_GUARDED, facets, p_B, guards, limits, self.smooth, out)
 
     def track(
         self,
@@ -84,44 +83,44 @@ class FacetedSurface(NamedTuple):
         out: Projection,
         before: FloatArray | None = None,
     ) -> None:
-        """Feet continued over adjoining triangles."""
+        """Continue feet over adjoining triangles."""
         track(self.tables, p_B, (patch, before), self.smooth, out)
 
     def slopes(self, p_B: FloatArray, feet: Projection, out: FootSlopes) -> None:
-        """Write slopes at feet: normals turn at edges and corners, or are smoothed."""
-        given = self.tables.facets, self.tables.slot, self.smooth, p_B, feet, out
-        run_ranges(facet_slopes_nb.slopes, len(p_B), POINTS, *given)
+        """Write slopes at feet: normals rotate at edges and corners, or are interpolated."""
+        query = self.tables.facets, self.tables.slot, self.smooth, p_B, feet, out
+        run_ranges(facet_slopes_nb.slopes, len(p_B), MIN_POINTS, *query)
 
     def entries(self, a_B: FloatArray, b_B: FloatArray, rows: IntArray) -> Hit:
-        """First crossings of triangles from their free side."""
+        """Return the first crossings of triangles from their free side."""
         return hits_of_rows(self.tables.facets, a_B, b_B, rows)
 
     def last_crossings(
         self, a_B: FloatArray, b_B: FloatArray, rows: IntArray
     ) -> tuple[Hit, ByteArray]:
-        """Last crossings of triangles from either side."""
+        """Return the last crossings of triangles from either side."""
         return last_crossings(self.tables.facets, a_B, b_B, rows)
 
     def safe_distance(self, p_B: FloatArray, rows: IntArray, lengths: FloatArray) -> None:
-        """Distances to the nearest box of a triangle."""
+        """Write the distances to the nearest box of a triangle."""
         facets = self.tables.facets
-        run_ranges(closest_nb.box_distance, len(rows), POINTS, facets, p_B, rows, lengths)
+        run_ranges(closest_nb.box_distance, len(rows), MIN_POINTS, facets, p_B, rows, lengths)
 
     def sides(self, p_B: FloatArray, rows: IntArray) -> KnownSides:
-        """Nothing is known at once."""
+        """Return unknown sides: a mesh has no grid of sides."""
         return KnownSides(np.zeros(len(rows), np.int8), np.zeros(len(rows)))
 
     def clear_ways(self, a_B: FloatArray, b_B: FloatArray, rows: IntArray) -> NDArray[np.bool_]:
-        """Nothing is known at once."""
+        """Return False for all rows: no path is known to be clear."""
         return np.zeros(len(rows), dtype=bool)
 
     @property
     def contact_tables(self) -> None:
-        """Nothing is known at once."""
+        """None: a mesh has no such tables."""
 
 
 def faceted_surface(mesh: TriangleArrays) -> FacetedSurface:
-    """The search on `mesh`, with the normals it was made with.
+    """Return the search on `mesh`, with the mesh's kind of normals.
 
     Raises
     ------

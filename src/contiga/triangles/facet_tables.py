@@ -1,4 +1,4 @@
-"""Everything the search knows about a mesh, worked out once and kept as long as the mesh lives."""
+"""The tables that the search on a mesh reads, built once and kept as long as the mesh lives."""
 
 from __future__ import annotations
 
@@ -15,31 +15,31 @@ from contiga.records import FloatArray, IntArray
 from contiga.triangles.facets import Facets
 from contiga.triangles.kernels import boxes_nb
 from contiga.triangles.kernels.facet_nb import NEIGHBOUR, TRIANGLE, VERTICES
-from contiga.triangles.topology import Topology, topology_of
+from contiga.triangles.topology import topology_of
 from contiga.triangles.triangle_arrays import TriangleArrays
 
 RELATIVE_TOLERANCE = 1e-12
-"""Length below which two points are one, relative to the size of the mesh."""
+"""Length below which two points are one, as a share of the size of the mesh."""
 
 
 @pass_by_pointer
 class Tables(NamedTuple):
-    """The kernels' tables, and what else is asked of a mesh."""
+    """The kernels' tables of a mesh, and facts about its edges."""
 
     facets: Facets
     slot: IntArray
-    """By triangle of the mesh its slot; that of its twin for a duplicate, −1 without area."""
+    """Slot of each triangle of the mesh; that of its twin for a duplicate, −1 without area."""
     closed: bool
-    """No edge belongs to one triangle only."""
+    """Whether no edge belongs to one triangle only."""
     turned: int
-    """Edges at which two triangles face opposite ways."""
+    """Number of edges at which two triangles face opposite ways."""
     back_to_back: IntArray
     """(k, 2) triangles with the same corners that face opposite ways."""
 
 
 @once
 def tables_of(mesh: TriangleArrays) -> Tables:
-    """The search tables of `mesh`, built at the first call.
+    """Return the search tables of `mesh`, built at the first call.
 
     Raises
     ------
@@ -48,84 +48,72 @@ def tables_of(mesh: TriangleArrays) -> Tables:
     """
     if len(mesh.triangles) == 0:
         raise MeshError("a mesh without triangles has no surface", where=mesh.name)
-    topology = topology_of(mesh)
-    if len(topology.kept) == 0:
+    t = topology_of(mesh)
+    if len(t.triangle) == 0:
         raise MeshError(
             "none of the triangles has an area",
             where=mesh.name,
             found=f"{len(mesh.triangles)} triangles",
         )
-    p = topology.points[topology.vertex]
-    reach = float(np.abs(topology.points).max())
-    margin = 4.0 * np.finfo(float).eps * reach
+    p = t.points[t.vertex]
+    margin = 4.0 * np.finfo(float).eps * float(np.abs(t.points).max())
     low = np.ascontiguousarray(p.min(axis=1).T) - margin
     high = np.ascontiguousarray(p.max(axis=1).T) + margin
     box, child, order = boxes_nb.build(low, high)
-    facets, slot = _facets(topology, order, box, child)
-    closed = not bool((facets.link[:, :3] == NO_TRIANGLE).any())
-    folded = topology.back_to_back.astype(np.int32)
-    return Tables(facets, slot, closed, topology.turned, folded)
-
-
-def _facets(
-    t: Topology, order: IntArray, box: FloatArray, child: IntArray
-) -> tuple[Facets, IntArray]:
-    """The kernels' tables, and the slots of the mesh's triangles."""
     slot_of = np.empty(len(order), np.int32)
     slot_of[order] = np.arange(len(order), dtype=np.int32)
-    vertex = t.vertex[order]
-    p = t.points[vertex]
+    vertex, p = t.vertex[order], p[order]
     neighbour = t.neighbour[order]
-    joined = neighbour >= 0
-    neighbour[joined] = slot_of[neighbour[joined]]
+    is_joined = neighbour >= 0
+    neighbour[is_joined] = slot_of[neighbour[is_joined]]
     neighbour[neighbour < NO_TRIANGLE] -= len(t.points)  # fans follow the vertices in `around`
-    normal = unit_normals(p)
-    corner = np.zeros((len(t.points), 4))
-    corner[:, :3] = vertex_normals(p, vertex, normal, len(t.points))
-    open_edge = neighbour == NO_TRIANGLE
-    corner[vertex[open_edge], 3] = 1.0
-    corner[np.roll(vertex, -1, axis=1)[open_edge], 3] = 1.0
-    shape = np.concatenate([p[:, 0], *_duals(p, normal), normal, p[:, 1], p[:, 2]], axis=1)
     link = np.zeros((len(order), 8), np.int32)
     link[:, NEIGHBOUR:VERTICES], link[:, VERTICES:TRIANGLE] = neighbour, vertex
-    link[:, TRIANGLE] = t.kept[order]
-    slot = np.where(t.twin >= 0, slot_of[np.maximum(t.twin, 0)], -1).astype(np.int32)
+    link[:, TRIANGLE] = t.triangle[order]
+    normal = unit_normals(p)
+    # Duals: (P − a)·g1 and (P − a)·g2 are the coordinates of P along the sides at the corner a.
+    e1, e2 = p[:, 1] - p[:, 0], p[:, 2] - p[:, 0]
+    g1, g2 = np.cross(e2, normal), np.cross(normal, e1)
+    g1 /= (g1 * e1).sum(axis=1, keepdims=True)
+    g2 /= (g2 * e2).sum(axis=1, keepdims=True)
+    shape = np.concatenate([p[:, 0], g1, g2, normal, p[:, 1], p[:, 2]], axis=1)
+    corner = np.zeros((len(t.points), 4))
+    corner[:, :3] = vertex_normals(p, vertex, normal, len(t.points))
+    is_open = neighbour == NO_TRIANGLE
+    corner[vertex[is_open], 3] = 1.0
+    corner[np.roll(vertex, -1, axis=1)[is_open], 3] = 1.0
     size = length(np.ptp(t.points, axis=0))
-    scale = np.array([size, RELATIVE_TOLERANCE * size])
-    around_first = np.concatenate([t.ring_first, t.ring_first[-1] + t.fan_first[1:]])
-    around = slot_of[np.concatenate([t.ring, t.fan])]
-    return Facets(
-        np.ascontiguousarray(shape), link, corner, around_first, around, box, child, scale
-    ), slot
+    facets = Facets(
+        np.ascontiguousarray(shape),
+        link,
+        corner,
+        np.concatenate([t.ring_first, t.ring_first[-1] + t.fan_first[1:]]),
+        slot_of[np.concatenate([t.ring, t.fan])],
+        box,
+        child,
+        np.array([size, RELATIVE_TOLERANCE * size]),
+    )
+    slot = np.where(t.twin >= 0, slot_of[np.maximum(t.twin, 0)], -1).astype(np.int32)
+    return Tables(facets, slot, not is_open.any(), t.turned, t.back_to_back.astype(np.int32))
 
 
 def unit_normals(p: FloatArray) -> FloatArray:
     """Return (m, 3) unit normals of triangles (m, 3, 3) with an area.
 
-    Taken at the corner between the two shorter sides, where the cross product loses least, and
-    put square to the longest side: what is left of the error on a sliver turns it about that side,
-    along which heights are measured.
+    By the cross product at the corner between the two shorter sides, where it loses least, made
+    perpendicular to the longest side: the remaining error on a sliver rotates the normal about that
+    side, along which heights are measured.
     """
     sides = np.roll(p, -1, axis=1) - p
-    at = np.argmax(np.square(sides).sum(axis=2), axis=1)[:, None, None]
-    first = np.take_along_axis(sides, (at + 1) % 3, axis=1)[:, 0]
-    second = np.take_along_axis(sides, (at + 2) % 3, axis=1)[:, 0]
+    longest_side = np.argmax(np.square(sides).sum(axis=2), axis=1)[:, None, None]
+    first = np.take_along_axis(sides, (longest_side + 1) % 3, axis=1)[:, 0]
+    second = np.take_along_axis(sides, (longest_side + 2) % 3, axis=1)[:, 0]
     cross = np.cross(first, second)
     normal = cross / np.linalg.norm(cross, axis=1, keepdims=True)
-    longest = np.take_along_axis(sides, at, axis=1)[:, 0]
+    longest = np.take_along_axis(sides, longest_side, axis=1)[:, 0]
     longest = longest / np.linalg.norm(longest, axis=1, keepdims=True)
     normal -= (normal * longest).sum(axis=1, keepdims=True) * longest
     return np.asarray(normal / np.linalg.norm(normal, axis=1, keepdims=True))
-
-
-def _duals(p: FloatArray, normal: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """g1, g2 (m, 3): (P − a)·g1 and (P − a)·g2 are the coordinates along the sides at a."""
-    e1, e2 = p[:, 1] - p[:, 0], p[:, 2] - p[:, 0]
-    g1, g2 = np.cross(e2, normal), np.cross(normal, e1)
-    return (
-        g1 / (g1 * e1).sum(axis=1, keepdims=True),
-        g2 / (g2 * e2).sum(axis=1, keepdims=True),
-    )
 
 
 def vertex_normals(p: FloatArray, vertex: np.ndarray, normal: FloatArray, count: int) -> FloatArray:

@@ -1,8 +1,8 @@
-"""The tables the kernels on triangle meshes work on.
+"""The tables of the kernels on triangle meshes.
 
-Triangles stand in the order of the hierarchy ("slots"), so that those of one place in space are
-in one place in memory. Few wide arrays: a kernel takes them apart once, before its loop (handing a
-tuple of arrays to a small function costs more than the function).
+Triangles are in the order of the hierarchy ("slots"), so that neighbours in space are neighbours in
+memory. The arrays are few and wide: a kernel takes them apart once, before its loop, because
+passing a tuple of arrays to a small function costs more than the function.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ NORMALS = ("facet", "vertex")
 
 @pass_by_pointer
 class Facets(NamedTuple):
-    """The search's tables of a mesh; m triangles that have an area, v welded vertices."""
+    """The search tables of a mesh of m triangles with an area and v merged vertices."""
 
     shape: FloatArray
     """(m, 18) first corner a, duals g1 and g2, unit normal n, corners b and c: barycentric
@@ -30,8 +30,8 @@ class Facets(NamedTuple):
     """(v, 4) unit sums of the normals around a vertex, weighted by angle; 1 at a border, else 0."""
     around_first: IntArray
     around: IntArray
-    """around[around_first[k] : around_first[k + 1]] are the slots around vertex k, and, from
-    number v on, those that meet at crowded edges."""
+    """around[around_first[k] : around_first[k + 1]] are the slots around vertex k, and from
+    number v on the slots that meet at a crowded edge."""
     box: FloatArray
     """(k, 6 · WIDTH) boxes of each node's children: low x of all, low y, … high z."""
     child: IntArray

@@ -1,4 +1,4 @@
-"""Triangles, or the points of a cloud, as a mesh of pyvista."""
+"""Conversion of triangles, or the points of a cloud, to a mesh of pyvista."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ def pyvista_mesh(
     triangles: IntArray | None,
     point_data: Mapping[str, NDArray[Any]] | None = None,
 ) -> pyvista.PolyData:
-    """Return a `pyvista.PolyData`, a copy; `purpose` begins the message about a missing package.
+    """Return a copy of triangles or points as a `pyvista.PolyData`.
 
     Parameters
     ----------

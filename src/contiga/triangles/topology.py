@@ -1,4 +1,4 @@
-"""Find which triangles of a mesh meet where: welded vertices, neighbours, fans, rings."""
+"""The connections of the triangles of a mesh: merged vertices, neighbours, fans, rings."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from contiga.records import FloatArray, IntArray
 from contiga.triangles.triangle_arrays import TriangleArrays
 
 FLAT = 1e-12
-"""Triangles lower than this share of their longest side have no area."""
+"""Height of a triangle, as a share of its longest side, below which it has no area."""
 
 Bools = NDArray[np.bool_]
 Ints = NDArray[np.int64]
@@ -22,44 +22,48 @@ class Topology(NamedTuple):
     """The connections of the triangles of a mesh that have an area, each once."""
 
     points: FloatArray
-    """(v, 3) welded vertices."""
-    kept: Ints
+    """(v, 3) merged vertices."""
+    triangle: Ints
     """(m,) triangles of the mesh."""
     twin: Ints
-    """By triangle of the mesh its row in `kept`, that of its twin, or −1 without area."""
+    """Row in `triangle` of each triangle of the mesh, or of its twin; −1 without area."""
     vertex: IntArray
-    """(m, 3) welded vertices of the triangles kept."""
+    """(m, 3) merged vertices of these triangles."""
     neighbour: IntArray
-    """(m, 3) row across the edge from corner k to k + 1; −1 none, −2 − fan where more meet."""
+    """(m, 3) row across the edge from corner k to k + 1; −1 for none, −2 − fan for several."""
     fan_first: IntArray
     fan: IntArray
+    """fan[fan_first[k] : fan_first[k + 1]] are the triangles that meet at crowded edge k."""
     ring_first: IntArray
     ring: IntArray
+    """ring[ring_first[k] : ring_first[k + 1]] are the triangles around vertex k."""
     turned: int
-    """Edges at which two triangles face opposite ways."""
+    """Number of edges at which two triangles face opposite ways."""
     crowded: int
-    """Edges at which more than two triangles meet."""
+    """Number of edges at which more than two triangles meet."""
     back_to_back: Ints
     """(k, 2) triangles of the mesh with the same corners that face opposite ways."""
 
 
-def _one_after_another(fans: list[Ints]) -> tuple[IntArray, IntArray]:
-    """Return where each of some rows begins, and all of them in one."""
-    first = np.concatenate([[0], np.cumsum([len(fan) for fan in fans])])
-    return first.astype(np.int32), np.concatenate([np.zeros(0, np.int64), *fans]).astype(np.int32)
-
-
 def topology_of(mesh: TriangleArrays) -> Topology:
-    """Triangles joined where their corners are the same points, whatever their indices.
+    """Connect triangles whose corners are the same points, whatever their indices.
 
-    Triangles without area take no part; what they join stays joined (a fan). Of triangles with the
-    same corners in the same sense the first counts.
+    Triangles without area do not count, but the triangles around them stay connected (a fan). Of
+    triangles with the same corners in the same sense the first counts.
     """
     points, corners = welded(mesh)
     flat = is_flat(mesh)
-    unique, twin_of = _without_twins(corners)
-    flat_rows = unique[flat[unique]]
-    kept = unique[~flat[unique]]
+    # The first triangle of each set of twins: corners from the lowest on, sorted.
+    lowest = np.argmin(corners, axis=1)[:, None]
+    rotated = np.take_along_axis(corners, (lowest + np.arange(3)) % 3, axis=1)
+    order = np.lexsort((rotated[:, 2], rotated[:, 1], rotated[:, 0]))
+    is_new = np.ones(len(order), bool)
+    is_new[1:] = (rotated[order][1:] != rotated[order][:-1]).any(axis=1)
+    first = order[np.flatnonzero(is_new)]  # lexsort is stable, so it has the lowest number
+    twin_of = np.empty(len(order), np.int64)
+    twin_of[order] = first[np.cumsum(is_new) - 1]
+    unique = np.sort(first)
+    kept, flat_rows = unique[~flat[unique]], unique[flat[unique]]
     row = np.full(len(corners), -1, np.int64)
     row[kept] = np.arange(len(kept))
     twin = np.where(flat, -1, row[twin_of])
@@ -67,86 +71,69 @@ def topology_of(mesh: TriangleArrays) -> Topology:
     half = _HalfEdges.of(np.concatenate([vertex, corners[flat_rows]]), len(points))
     neighbour, fans = half.neighbours(len(kept))
     outer = _around_flat(half, len(kept), neighbour, fans) if len(flat_rows) else []
-    first, ring = _rings(vertex, corners[flat_rows], outer, len(points))
+    ring_first, ring = _rings(vertex, corners[flat_rows], outer, len(points))
+    # Triangles with the same three corners that are no twins are back to back.
+    s = np.sort(vertex, axis=1)
+    order = np.lexsort((s[:, 2], s[:, 1], s[:, 0]))
+    again = np.flatnonzero((s[order][1:] == s[order][:-1]).all(axis=1))
     return Topology(
         points,
         kept,
         twin,
         vertex.astype(np.int32),
         neighbour.reshape(-1, 3).astype(np.int32),
-        *_one_after_another(fans),
-        first,
+        np.concatenate([[0], np.cumsum([len(fan) for fan in fans])]).astype(np.int32),
+        np.concatenate([np.zeros(0, np.int64), *fans]).astype(np.int32),
+        ring_first,
         ring,
         half.turned(len(kept)),
         sum(len(group) > 2 for group in half.crowded),
-        kept[_back_to_back(vertex)],
+        kept[np.stack([order[again], order[again + 1]], axis=1)],
     )
 
 
 def welded(mesh: TriangleArrays) -> tuple[FloatArray, Ints]:
-    """Points that triangles use, each once, and the triangles' corners among them."""
+    """Return the points that triangles use, each once, and the triangles' corners among them."""
     used, corners = np.unique(mesh.triangles, return_inverse=True)
     points = mesh.vertices[used] + 0.0  # −0 and 0 are one place
     order = np.lexsort(points.T)
     sorted_points = points[order]
-    new = np.ones(len(points), bool)
-    new[1:] = (sorted_points[1:] != sorted_points[:-1]).any(axis=1)
-    if new.all():
+    is_new = np.ones(len(points), bool)
+    is_new[1:] = (sorted_points[1:] != sorted_points[:-1]).any(axis=1)
+    if is_new.all():
         return points, corners.reshape(-1, 3).astype(np.int64)
-    # Each place is spoken for by the first vertex there, so that the order stays the mesh's.
-    group = np.cumsum(new) - 1
-    speaker = np.minimum.reduceat(order, np.flatnonzero(new))
-    number = np.empty(len(points), np.int64)
-    number[order] = speaker[group]
-    kept, place = np.unique(number, return_inverse=True)
-    return points[kept], place[corners].reshape(-1, 3).astype(np.int64)
+    # The first vertex at a place represents it, so that the order of the mesh is preserved.
+    group = np.cumsum(is_new) - 1
+    representative = np.minimum.reduceat(order, np.flatnonzero(is_new))
+    merged = np.empty(len(points), np.int64)
+    merged[order] = representative[group]
+    merged_points, row = np.unique(merged, return_inverse=True)
+    return points[merged_points], row[corners].reshape(-1, 3).astype(np.int64)
 
 
 def is_flat(mesh: TriangleArrays) -> Bools:
-    """Return (m,) triangles whose corners lie on a line or in a point."""
+    """Return (m,) whether the corners of triangles are on a line or in a point."""
     p = mesh.corners()
     longest = np.max([np.square(p[:, i] - p[:, i - 1]).sum(axis=1) for i in range(3)], axis=0)
     flat: Bools = ~(2.0 * mesh.areas() > FLAT * longest)
     return flat
 
 
-def _without_twins(corners: Ints) -> tuple[Ints, Ints]:
-    """Triangles that are the first with their corners and sense, and by triangle which one."""
-    turn = np.argmin(corners, axis=1)
-    turned = np.take_along_axis(corners, (turn[:, None] + np.arange(3)) % 3, axis=1)
-    order = np.lexsort((turned[:, 2], turned[:, 1], turned[:, 0]))
-    s = turned[order]
-    new = np.ones(len(s), bool)
-    new[1:] = (s[1:] != s[:-1]).any(axis=1)
-    # lexsort is stable: the first of a group has the lowest number.
-    first = order[np.flatnonzero(new)]
-    twin = np.empty(len(s), np.int64)
-    twin[order] = first[np.cumsum(new) - 1]
-    return np.sort(first), twin
-
-
-def _back_to_back(corners: Ints) -> Ints:
-    """Return rows (k, 2) of triangles with the same corners, which turn opposite ways."""
-    s = np.sort(corners, axis=1)
-    order = np.lexsort((s[:, 2], s[:, 1], s[:, 0]))
-    again = np.flatnonzero((s[order][1:] == s[order][:-1]).all(axis=1))
-    return np.stack([order[again], order[again + 1]], axis=1)
-
-
 class _HalfEdges(NamedTuple):
-    """Edges of triangles, sorted so that those at the same place follow each other."""
+    """Half-edges of triangles, sorted by edge."""
 
     owner: Ints
     """(3 t,) half-edge 3·triangle + k, sorted."""
     start: Ints
-    """Where each edge's half-edges start in `owner`; the end last."""
+    """Rows of `owner` at which the half-edges of each edge start; the end last."""
     forward: Bools
-    """(3 t,) by half-edge: from the lower to the higher vertex."""
+    """(3 t,) whether a half-edge runs from the lower to the higher vertex."""
     crowded: list[Ints]
-    """Of edges with more than two half-edges these."""
+    """Half-edges of each edge that has more than two."""
 
     @classmethod
     def of(cls, corners: Ints, count: int) -> _HalfEdges:
+        """Sort the half-edges of triangles over `count` vertices."""
         a = corners.ravel()
         b = np.roll(corners, -1, axis=1).ravel()
         key = np.minimum(a, b) * count + np.maximum(a, b)
@@ -159,9 +146,9 @@ class _HalfEdges(NamedTuple):
         return cls(owner, start, a < b, crowded)
 
     def pairs(self) -> tuple[Ints, Ints]:
-        """Half-edges of edges that have two."""
-        two = self.start[:-1][np.diff(self.start) == 2]
-        return self.owner[two], self.owner[two + 1]
+        """Return the two half-edges of each edge that has two."""
+        first = self.start[:-1][np.diff(self.start) == 2]
+        return self.owner[first], self.owner[first + 1]
 
     def neighbours(self, m: int) -> tuple[Ints, list[Ints]]:
         """Return (3 m,) neighbours of the first m triangles, and the fans."""
@@ -177,14 +164,17 @@ class _HalfEdges(NamedTuple):
         return result[: 3 * m], fans
 
     def turned(self, m: int) -> int:
-        """Edges of the first m triangles whose two triangles run along them in the same sense."""
+        """Return the number of edges of the first m triangles that run along them in one sense."""
         a, b = self.pairs()
-        inner = (a < 3 * m) & (b < 3 * m)
-        return int((self.forward[a] == self.forward[b])[inner].sum())
+        is_inner = (a < 3 * m) & (b < 3 * m)
+        return int((self.forward[a] == self.forward[b])[is_inner].sum())
 
 
 def _around_flat(half: _HalfEdges, m: int, neighbour: Ints, fans: list[Ints]) -> list[Ints]:
-    """Join the triangles around each patch of flat ones; returns by flat triangle its patch's."""
+    """Connect the triangles around each patch of flat ones; return them for each flat triangle.
+
+    Modifies `neighbour` and `fans`.
+    """
     from scipy.sparse import coo_matrix
     from scipy.sparse.csgraph import connected_components
 
@@ -211,17 +201,15 @@ def _around_flat(half: _HalfEdges, m: int, neighbour: Ints, fans: list[Ints]) ->
 
 
 def _rings(vertex: Ints, flat: Ints, outer: list[Ints], count: int) -> tuple[IntArray, IntArray]:
-    """Triangles around each vertex; around a flat triangle's corner also what it joins."""
+    """Return the triangles around each vertex, with those around a flat triangle at its corners."""
     owner = vertex.ravel()
     triangle = np.repeat(np.arange(len(vertex)), 3)
     if len(flat):
-        more = [(v, t) for corners, members in zip(flat, outer, strict=True)
-                for v in corners for t in members]  # fmt: skip
-        if more:
-            pairs = np.unique(
-                np.concatenate([np.stack([owner, triangle], 1), np.array(more)]), axis=0
-            )
-            owner, triangle = pairs.T
+        pairs = [(v, t) for corners, members in zip(flat, outer, strict=True)
+                 for v in corners for t in members]  # fmt: skip
+        if pairs:
+            rows = np.concatenate([np.stack([owner, triangle], 1), np.array(pairs)])
+            owner, triangle = np.unique(rows, axis=0).T
     order = np.argsort(owner, kind="stable")
     first = np.searchsorted(owner[order], np.arange(count + 1))
     return first.astype(np.int32), triangle[order].astype(np.int32)

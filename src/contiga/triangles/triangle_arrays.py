@@ -1,4 +1,4 @@
-"""The arrays of a triangle mesh, checked once, and what is measured on them without a search."""
+"""The arrays of a triangle mesh, checked once, and measures that need no search."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from contiga.triangles.kernels.mesh_sides_nb import side_numbers
 
 
 class TriangleArrays:
-    """The arrays of a `TriMesh`, which the search reads: `TriMesh` stands above the search."""
+    """The arrays of a `TriMesh`, as the search reads them: `TriMesh` is above the search."""
 
     vertices: FloatArray
     """(n, 3), read-only."""
@@ -41,8 +41,34 @@ class TriangleArrays:
         reference_point: ArrayLike = (0.0, 0.0, 0.0),
         source: str = "",
     ) -> None:
-        points = _checked_points(vertices)
-        corners = _checked_triangles(triangles, len(points))
+        real(vertices)
+        try:
+            points = np.array(vertices, dtype=np.float64)
+        except (TypeError, ValueError) as error:
+            raise MeshError("vertices must be numbers", allowed="shape (n, 3)") from error
+        if points.size == 0:
+            points = points.reshape(0, 3)
+        if points.ndim != 2 or points.shape[1] != 3:
+            raise MeshError("vertices must have shape (n, 3)", found=points.shape)
+        if not np.isfinite(points).all():
+            bad = int(np.argmax(~np.isfinite(points).all(axis=1)))
+            raise MeshError(f"vertex {bad} is not finite", found=points[bad].tolist())
+        indices = np.asarray(real(triangles))
+        if indices.size == 0:
+            indices = np.zeros((0, 3), dtype=np.int32)
+        if indices.ndim != 2 or indices.shape[1] != 3 or indices.dtype.kind not in "iu":
+            raise MeshError(
+                "triangles must be whole numbers of shape (m, 3)",
+                found=(indices.shape, str(indices.dtype)),
+            )
+        corners = np.array(indices, dtype=np.int32, order="C")
+        outside = np.flatnonzero(((corners < 0) | (corners >= len(points))).any(axis=1))
+        if len(outside):
+            raise MeshError(
+                f"triangle {outside[0]} points at a vertex that is not there",
+                found=corners[outside[0]].tolist(),
+                allowed=f"0 to {len(points) - 1}",
+            )
         if normals not in NORMALS:
             raise MeshError(
                 "unknown kind of normals",
@@ -67,23 +93,24 @@ class TriangleArrays:
         raise AttributeError(f"a TriMesh cannot be changed: {name}")
 
     def corners(self) -> FloatArray:
-        """Return (m, 3, 3) the corner points of each triangle."""
+        """Return the corner points (m, 3, 3) of the triangles."""
         return self.vertices[self.triangles]
 
     def _crosses(self) -> FloatArray:
+        """Return (m, 3) cross products of two sides of each triangle."""
         a, b, c = self.corners().transpose(1, 0, 2)
         return np.cross(b - a, c - a)
 
     def areas(self) -> FloatArray:
-        """Return (m,) area of each triangle."""
+        """Return the areas (m,) of the triangles."""
         return np.asarray(0.5 * np.linalg.norm(self._crosses(), axis=1))
 
     def area(self) -> float:
-        """Total area."""
+        """Return the total area."""
         return float(self.areas().sum())
 
     def bounds(self) -> FloatArray:
-        """Return (2, 3) lower and upper corner of the triangles; vertices of none do not count."""
+        """Return (2, 3) lower and upper corner of the triangles, without loose vertices."""
         if len(self.triangles) == 0:
             raise MeshError("a mesh without triangles has no bounds")
         used = self.vertices[self.triangles].reshape(-1, 3)
@@ -96,7 +123,7 @@ class TriangleArrays:
         return length(high - low)
 
     def volume(self) -> float:
-        """Volume a closed mesh encloses, length³: positive if its normals point outward."""
+        """Return the volume of a closed mesh, length³: positive if its normals point outward."""
         a, b, c = (self.corners() - self.vertices[:1]).transpose(1, 0, 2)
         return float(np.einsum("ij,ij->", a, np.cross(b, c)) / 6.0)
 
@@ -107,44 +134,7 @@ class TriangleArrays:
         return np.divide(crosses, size, out=np.full_like(crosses, np.nan), where=size > 0.0)
 
     def open_edges(self) -> IntArray:
-        """Return (k, 2) vertices of the edges that belong to one triangle only, in its sense."""
+        """Return (k, 2) vertices of the edges of one triangle only, in its sense."""
         numbers, times = side_numbers(self.triangles, len(self.vertices))
         ends = np.stack([self.triangles, np.roll(self.triangles, -1, axis=1)], axis=2)
         return np.asarray(ends[times[numbers] == 1])
-
-
-def _checked_points(vertices: ArrayLike) -> FloatArray:
-    real(vertices)
-    try:
-        points = np.array(vertices, dtype=np.float64)
-    except (TypeError, ValueError) as error:
-        raise MeshError("vertices must be numbers", allowed="shape (n, 3)") from error
-    if points.size == 0:
-        points = points.reshape(0, 3)
-    if points.ndim != 2 or points.shape[1] != 3:
-        raise MeshError("vertices must have shape (n, 3)", found=points.shape)
-    if not np.isfinite(points).all():
-        bad = int(np.argmax(~np.isfinite(points).all(axis=1)))
-        raise MeshError(f"vertex {bad} is not finite", found=points[bad].tolist())
-    return points
-
-
-def _checked_triangles(triangles: ArrayLike, n: int) -> IntArray:
-    """Return (m, 3) checked rows of n vertices."""
-    given = np.asarray(real(triangles))
-    if given.size == 0:
-        return np.zeros((0, 3), dtype=np.int32)
-    if given.ndim != 2 or given.shape[1] != 3 or given.dtype.kind not in "iu":
-        raise MeshError(
-            "triangles must be whole numbers of shape (m, 3)",
-            found=(given.shape, str(given.dtype)),
-        )
-    corners = np.array(given, dtype=np.int32, order="C")
-    bad = np.flatnonzero(((corners < 0) | (corners >= n)).any(axis=1))
-    if len(bad):
-        raise MeshError(
-            f"triangle {bad[0]} points at a vertex that is not there",
-            found=corners[bad[0]].tolist(),
-            allowed=f"0 to {n - 1}",
-        )
-    return corners

@@ -1,4 +1,4 @@
-"""A plain triangle mesh: what tessellation gives, and the faceted rival of an exact body."""
+"""A plain triangle mesh: the result of tessellation, and the faceted rival of an exact body."""
 
 from __future__ import annotations
 
@@ -33,12 +33,12 @@ class TriMesh(Displayed, Movable, Queries, Exchanged):
     ----------
     vertices : (n, 3), finite
     triangles : (m, 3) indices into them, anticlockwise seen from the free side
-    name : what reports and messages call it
-    normals : of feet, where nothing else is asked for: "facet", the triangle's, or "vertex", those
-        of the vertices interpolated
+    name : name in reports and messages
+    normals : default kind of normals at feet: "facet", the triangle's, or "vertex", those of the
+        vertices, interpolated
     unit : length unit of the coordinates, None if unknown
-    reference_point : (3,) point the wrench is taken about, length
-    source : what cells the triangles were made of, in words
+    reference_point : (3,) reference point of the wrench, length
+    source : description of the cells that the triangles were made of
 
     Raises
     ------
@@ -65,7 +65,7 @@ class TriMesh(Displayed, Movable, Queries, Exchanged):
     def _with(
         self, vertices: ArrayLike | None = None, triangles: ArrayLike | None = None, **options: Any
     ) -> Self:
-        """A copy with some of it replaced."""
+        """Return a copy with other vertices, triangles or options."""
         return type(self)(
             self.vertices if vertices is None else vertices,
             self.triangles if triangles is None else triangles,
@@ -81,18 +81,16 @@ class TriMesh(Displayed, Movable, Queries, Exchanged):
         return [("vertices", len(self.vertices)), ("triangles", len(self.triangles))]
 
     def mass_properties(self, density: float) -> MassProperties:
-        """Mass, centre and inertia of the solid that a closed mesh encloses, in closed form.
+        """Return mass, centre and inertia of the solid inside a closed mesh, in closed form.
 
-        Signed tetrahedra over the triangles. `density` is a mass a length³.
+        By signed tetrahedra over the triangles. `density` is a mass per length³.
 
         Raises
         ------
         InputError
-            The density is not positive and finite.
+            The density is not positive and finite, or the normals point inward.
         MeshError
             The mesh is open, or cannot serve as a master: see `check`.
-        InputError
-            Its normals point inward.
         """
         rho = positive(density, f"{self.name}, density")
         self.check()
@@ -124,7 +122,7 @@ class TriMesh(Displayed, Movable, Queries, Exchanged):
     def oriented(self) -> Self:
         """Return the same triangles, turned so that neighbours face the same way.
 
-        Of each connected piece the way of most area is kept; a closed piece faces outward.
+        An open piece keeps the sense of most of its area; a closed piece faces outward.
 
         Raises
         ------
@@ -142,7 +140,7 @@ class TriMesh(Displayed, Movable, Queries, Exchanged):
         return self._with(name=name, unit=unit, reference_point=reference_point)
 
     def tessellate(self, tol: float) -> Self:
-        """The mesh itself: it has no finer shape, whatever `tol`."""
+        """Return the mesh itself: it has no finer shape, whatever `tol`."""
         return self
 
     def split(self, plane: object) -> Never:
@@ -177,7 +175,7 @@ class TriMesh(Displayed, Movable, Queries, Exchanged):
         normals: str | None = None,
         out: Projection | None = None,
     ) -> Projection:
-        """Feet of `points` (n, 3) on the triangles; see `contiga.triangles.facet_feet.project`.
+        """Return feet of `points` (n, 3); see `contiga.triangles.facet_feet.project`.
 
         `patch` is the triangle and `uv` the barycentric coordinates of the foot.
         """
@@ -191,11 +189,11 @@ class TriMesh(Displayed, Movable, Queries, Exchanged):
         return self.normals()[patch]
 
     def condition(self) -> Condition:
-        """A report on the quality of the mesh as a master; nothing is refused."""
+        """Return a report on the quality of the mesh as a master; nothing is refused."""
         return condition_of(self)
 
     def contains(self, points: ArrayLike) -> NDArray[np.bool_]:
-        """Return (n,) bool: on the contact side of the closest triangle."""
+        """Return (n,) whether points are on the contact side of the closest triangle."""
         return contains(self, points)
 
     @property
@@ -226,7 +224,7 @@ class TriMesh(Displayed, Movable, Queries, Exchanged):
 
     @property
     def flaws(self) -> list[str]:
-        """Empty: faults of a mesh raise an error, or stand in its `condition`."""
+        """Empty: faults of a mesh raise an error, or are in its `condition`."""
         return []
 
     def check(self) -> None:
@@ -240,7 +238,7 @@ class TriMesh(Displayed, Movable, Queries, Exchanged):
         faceted_surface(self)
 
     def digest(self, digest: Digest) -> None:
-        """Add what decides results to a digest."""
+        """Add the arrays that decide results to a digest."""
         digest.arrays("about", np.asarray(self.reference_point))
         digest.arrays(f"mesh {self.normal_kind}", self.vertices, self.triangles)
 
@@ -257,12 +255,13 @@ class TriMesh(Displayed, Movable, Queries, Exchanged):
         }
 
     def condition_rows(self) -> list[tuple[str, str]]:
-        """Return (label, text): where the triangles come from, whether they are closed, faults."""
-        made = [("triangles", f"{len(self.triangles)} of {self.source}")] if self.source else []
-        # Nodes inside solids are no flaw.
+        """Return (label, text): source of the triangles, whether they are closed, flaws."""
+        source = [("triangles", f"{len(self.triangles)} of {self.source}")] if self.source else []
+        # The nodes inside solids are no flaw.
         mesh = self.compact() if "skinned" in self.source else self
-        return [*made, *mesh.condition().rows]
+        return [*source, *mesh.condition().rows]
 
 
 def _rebuild(vertices: FloatArray, triangles: IntArray, options: dict[str, Any]) -> TriMesh:
+    """Return a mesh from a pickle."""
     return TriMesh(vertices, triangles, **options)

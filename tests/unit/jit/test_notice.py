@@ -39,14 +39,14 @@ Notebook.__module__ = "ipykernel.iostream"
 
 @pytest.fixture(autouse=True)
 def _unsaid(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(notice, "_said", False)
+    monkeypatch.setattr(notice, "_is_notified", False)
     monkeypatch.delenv(notice.SWITCH, raising=False)
 
 
 def said(monkeypatch: pytest.MonkeyPatch, stream: Terminal) -> str:
     monkeypatch.setattr(sys, "stderr", stream)
-    notice.say_once()
-    notice.say_once()
+    notice.notify_once()
+    notice.notify_once()
     return stream.text
 
 
@@ -68,7 +68,7 @@ def test_it_is_left_out_by_the_switch_and_by_commands(monkeypatch: pytest.Monkey
     monkeypatch.setenv(notice.SWITCH, "1")
     assert said(monkeypatch, Terminal()) == ""
     monkeypatch.setenv(notice.SWITCH, "0")
-    monkeypatch.setattr(notice, "_said", False)
+    monkeypatch.setattr(notice, "_is_notified", False)
     notice.leave_out()
     assert said(monkeypatch, Terminal()) == ""
 

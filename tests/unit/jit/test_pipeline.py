@@ -14,7 +14,7 @@ from numba.core.errors import NumbaError
 from numba.core.typed_passes import NopythonRewrites
 
 from contiga.jit import pipeline
-from contiga.jit.pipeline import Fused, KernelCompiler
+from contiga.jit.pipeline import FuseArrayExpressions, KernelCompiler
 
 pytestmark = pytest.mark.skipif(config.DISABLE_JIT, reason="nothing is compiled")
 
@@ -50,7 +50,7 @@ def code(function: Callable[..., Any], monkeypatch: pytest.MonkeyPatch, shortene
     with monkeypatch.context() as patched:
         if not shortened:
             patched.setattr(pipeline, "UNUSED", ())
-            patched.setattr(pipeline, "Fused", NopythonRewrites)
+            patched.setattr(pipeline, "FuseArrayExpressions", NopythonRewrites)
         anew = njit(pipeline_class=KernelCompiler)(function)
         anew(TABLE, 2.5)
     (text,) = anew.inspect_asm().values()
@@ -95,7 +95,7 @@ def test_arithmetic_is_looked_for_where_there_are_arrays(
     monkeypatch.setattr(
         NopythonRewrites, "run_pass", lambda self, state: (told.append(True), run(self, state))[1]
     )
-    assert issubclass(Fused, NopythonRewrites)
+    assert issubclass(FuseArrayExpressions, NopythonRewrites)
     anew = njit(pipeline_class=KernelCompiler)(function)
     np.testing.assert_equal(anew(TABLE, 2.5), function(TABLE, 2.5))
     assert bool(told) == rewritten

@@ -220,7 +220,11 @@ def test_those_of_another_user_are_not_used(package: Path) -> None:
         ("CPU_NAME", "x86-64-v3", "NUMBA_CPU_NAME or NUMBA_CPU_FEATURES says what to compile for"),
         ("CPU_FEATURES", "", "NUMBA_CPU_NAME or NUMBA_CPU_FEATURES says what to compile for"),
         ("DISABLE_JIT", 1, "NUMBA_DISABLE_JIT is set"),
-        ("USING_SVML", True, "numba takes functions of Intel's SVML here, whose bits are others"),
+        (
+            "USING_SVML",
+            True,
+            "numba uses functions of Intel's SVML here, with results of other bits",
+        ),
     ],
 )
 def test_settings_of_numba_go_first(

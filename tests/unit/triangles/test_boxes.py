@@ -7,7 +7,7 @@ import pytest
 
 import contiga as cg
 from contiga.triangles.facet_tables import tables_of
-from contiga.triangles.kernels.boxes_nb import NOBODY, WIDTH
+from contiga.triangles.kernels.boxes_nb import NO_CHILD, WIDTH
 from contiga.triangles.kernels.facet_nb import TRIANGLE
 
 
@@ -21,7 +21,7 @@ def test_boxes_hold_their_children_and_each_triangle_once(tol):
         box = facets.box[node].reshape(2, 3, WIDTH)
         for lane, child in enumerate(children):
             low, high = box[:, :, lane]
-            if child == NOBODY:
+            if child == NO_CHILD:
                 assert np.isinf(low).all()
             elif child < 0:
                 seen[facets.link[-1 - child, TRIANGLE]] += 1
@@ -29,7 +29,7 @@ def test_boxes_hold_their_children_and_each_triangle_once(tol):
                 assert (high >= p[-1 - child]).all()
             else:
                 inner = facets.box[child].reshape(2, 3, WIDTH)
-                there = facets.child[child] != NOBODY
+                there = facets.child[child] != NO_CHILD
                 np.testing.assert_array_equal(inner[0][:, there].min(axis=1), low)
                 np.testing.assert_array_equal(inner[1][:, there].max(axis=1), high)
     assert (seen == 1).all()
@@ -39,7 +39,7 @@ def test_nodes_over_triangles_are_full():
     mesh = cg.shapes.torus(major=2.0, minor=0.5).tessellate(0.002)
     child = tables_of(mesh).facets.child
     over = child[:, 0] < 0
-    assert (child[over] != NOBODY).sum() > 0.95 * WIDTH * over.sum()
+    assert (child[over] != NO_CHILD).sum() > 0.95 * WIDTH * over.sum()
 
 
 def test_reach_is_a_lower_bound_of_the_distance_and_not_far_from_it():

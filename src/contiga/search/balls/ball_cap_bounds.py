@@ -1,40 +1,41 @@
-"""Caps: blocks all round a pole over which it is proved that touching balls hold no more of them.
+"""Caps: blocks all around a pole for which the radius of touching balls has a proved bound.
 
-Let elements close round a pole P where their tangents lie in one plane, n its normal. With τ the
-way from the pole and x that along its side, S − P = τ C(x, τ), and C = B/w is rational too. Its
-part in the plane is τ c, its height τ² G, since n·C(x, 0) = 0.
+Let elements close around a pole P where their tangents are in one plane, n its normal. With τ the
+parameter from the pole and x that along its side, S − P = τ C(x, τ), and C = B/w is rational too.
+Its part in the plane is τ c, its height τ² G, since n·C(x, 0) = 0.
 
 **The cap is a graph.** Where det(c, c_x) > 0 the directions seen from P turn one way along x, and
-where det(U, V) of V = c + τ c_τ and U = c_x has that sign, the map (x, τ) ↦ τ c keeps the sense of
-the plane. If c goes round once at τ = 0, it does at every τ: the lines τ = T are closed curves
-about P that meet no ray twice. A map that keeps the sense takes each value as often as the image of
-the border goes round it: once inside, never outside. So the cap is the graph of a function f over
-a region D of the plane, and D holds the disk as wide as its border comes near.
+where det(U, V) of V = c + τ c_τ and U = c_x has that sign, the map (x, τ) ↦ τ c preserves the
+orientation of the plane. If c goes around once at τ = 0, it does at every τ: the lines τ = T are
+closed curves about P that meet each ray once. A map that preserves orientation takes each value as
+often as the image of the border goes around it: once inside, never outside. So the cap is the graph
+of a function f over a region D of the plane, and D contains the disk up to the least distance of
+its border.
 
 **It is C¹.** From ∇f·U = τ G_x and ∇f·V = 2 τ G + τ² G_τ follows ∇f = τ m, m bounded: the
 tangent plane at P is that of all the tangents there, and ∇f is Lipschitz about P. Across the joints
 of the elements it is continuous if they share their curves and tangent planes: polynomials in τ
 vanish if they do at as many places as they have coefficients.
 
-**Its bends.** Differentiated once more the two equations give the second derivatives H of f in the
-frame (U, V), in which nothing vanishes at the pole:
+**Its curvature.** Differentiated once more the two equations give the second derivatives H of f in
+the frame (U, V), in which nothing vanishes at the pole:
 
     H(U, U) = G_xx − m·c_xx
     H(U, V) = G_x + τ (G_xτ − m·c_xτ)
     H(V, V) = 2 G + 4 τ G_τ + τ² G_ττ − τ m·(2 c_τ + τ c_ττ).
 
-**The balls.** Let X and Q be points over a disk in D, d the way between them in the plane, N the
-normal at Q to the side in question. The straight way lies in the disk, so
+**The balls.** Let X and Q be points over a disk in D, d the vector between them in the plane, N the
+normal at Q to the side in question. The straight line is in the disk, so
 
     N·(X − Q) = (N·n) ∫ (1 − s) H(d, d) ds ≤ λ |d|²/2 ≤ λ |X − Q|²/2,
 
 with λ the largest eigenvalue of H to that side over the disk, or zero. No ball that touches at Q
-and is smaller than 1/λ holds X. Tangents that leave the plane, or tangent planes that differ at a
-joint, by an angle ε move the surface ε²ρ into it at most, with ρ < `SURE`/λ for some hundred times
-less than rounding.
+and is smaller than 1/λ contains X. Tangents that leave the plane, or tangent planes that differ at
+a joint, by an angle ε move the surface into the ball by at most ε²ρ, with ρ < `SAFETY`/λ: a hundred
+times less than rounding.
 
-The ranges of all this are taken from Bernstein coefficients over small boxes in (x, τ), each in
-the plane's axes turned to its own direction from P.
+The ranges of these functions come from Bernstein coefficients over small boxes in (x, τ), each in
+the plane's axes rotated to its own direction from P.
 """
 
 from __future__ import annotations
@@ -58,54 +59,58 @@ from contiga.search.balls.spans import (
 )
 from contiga.search.hierarchy.table_types import Tables
 
-# Tangents at a pole leave their plane, and tangent planes differ at joints, by this at most.
-LEVEL = 1e-9
-# Share of 1/λ that is claimed.
-SURE = 0.99
-# Boxes all round a pole.
-BOXES = 96
-# None is longer than a share of its distance from the pole or of the element.
-LONGEST = (0.25, 1.0 / 16.0)
-# How much wider than the cells of a cap the boxes go over which it is proved.
-WIDER = 1.0 / 32.0
+PLANE_TOL = 1e-9
+"""Largest angle of tangents at a pole to their plane, and of tangent planes at a joint."""
+SAFETY = 0.99
+"""Share of 1/λ that is claimed."""
+N_BOXES = 96
+"""Number of boxes around a pole."""
+MAX_LENGTH = (0.25, 1.0 / 16.0)
+"""Largest length of a box, as a share of its distance from the pole, and of the element."""
+MARGIN = 1.0 / 32.0
+"""Share by which the boxes of the proof extend beyond the cells of a cap."""
 
 
 class Cap(NamedTuple):
     """The proved extent and ball radii of the surface about a pole."""
 
     reach: float
-    """How far it goes into the elements, as a share of them."""
-    near: tuple[float, float]
-    """Radii of inner and outer balls that hold no more of the cap."""
+    """Extent in the elements, as a share of them."""
+    radii: tuple[float, float]
+    """Radii of inner and outer balls that contain no other point of the cap."""
     bend: float
-    """How much the slope of the surface over the tangent plane changes per length."""
+    """Largest change of the slope of the surface over the tangent plane, per length."""
 
 
 class _Bands(NamedTuple):
-    """Bounds of an element between steps away from the pole."""
+    """Bounds of an element between steps away from the pole, one row a band."""
 
     sound: NDArray[np.bool_]
+    """Whether the map preserves orientation there."""
     low: FloatArray
-    """Least and largest eigenvalues of H."""
+    """Least eigenvalue of H."""
     high: FloatArray
-    wide: FloatArray
-    """How near the end of a band comes to the pole, and how far a band goes from it."""
-    away: FloatArray
+    """Largest eigenvalue of H."""
+    inner_radius: FloatArray
+    """Least distance of the end of a band from the pole."""
+    outer_radius: FloatArray
+    """Largest distance of a band from the pole."""
     area: FloatArray
-    """Least det(V, U), and largest |S_τ|."""
+    """Least det(V, U)."""
     speed: FloatArray
+    """Largest |S_τ|."""
 
 
 def cap_over(
     tables: Tables, ring: list[tuple[int, int, bool]], edges: FloatArray, tolerance: float
 ) -> Cap | None:
-    """The cap over a ring (element, side, whether x runs back) that goes as far as one of `edges`.
+    """Return the cap over a ring (element, side, whether x runs backwards), up to one of `edges`.
 
-    None where there is none. What is nearer than `tolerance` is one point.
+    None if nothing is proved. Points within `tolerance` are one.
     """
     nets = [_net(tables, e, side, back) for e, side, back in ring]
     # Whether S_τ × S_x runs along S_u × S_v (1) or against it (−1).
-    ways = [(1 if side in (0, 3) else -1) * (-1 if back else 1) for _, side, back in ring]
+    senses = [(1 if side in (0, 3) else -1) * (-1 if back else 1) for _, side, back in ring]
     pole = nets[0][0, 0, :3] / nets[0][0, 0, 3]
     if not min(net[:, :, 3].min() for net in nets) > 0.0:
         return None
@@ -113,34 +118,42 @@ def cap_over(
         net[:, :, :3] -= net[:, :, 3:] * pole
         if not np.abs(net[:, 0, :3]).max() <= tolerance * net[:, :, 3].min():
             return None
-    axes = _axes(nets)
-    if axes is None or len(set(ways)) > 1:
+    # Axes of the tangent plane and its normal, about which the elements follow each other.
+    n = np.zeros(3)
+    for net in nets:
+        n += np.cross(net[:-1, 1, :3], net[1:, 1, :3]).sum(axis=0)
+    length = float(np.linalg.norm(n))
+    if not length > 0.0 or len(set(senses)) > 1:
         return None
+    n /= length
+    a = np.cross(n, np.eye(3)[np.abs(n).argmin()])
+    a /= np.linalg.norm(a)
+    axes = np.stack([a, np.cross(n, a), n], axis=1)
     for net in nets:
         net[:, :, :3] = np.einsum("ijc,cd->ijd", net[:, :, :3], axes)
     charts = [less_a_factor(net[:, :, :3].swapaxes(1, 2)) for net in nets]  # (p + 1, 3, q)
     size = max(float(np.abs(chart).max()) for chart in charts)
-    if not max(float(np.abs(chart[:, 2, 0]).max()) for chart in charts) <= LEVEL * size:
+    if not max(float(np.abs(chart[:, 2, 0]).max()) for chart in charts) <= PLANE_TOL * size:
         return None
-    # Where bands end: at the edges, somewhat beyond, and between if they would be too long.
-    ends = np.unique(np.minimum(np.concatenate([[0.0], edges, edges * (1.0 + WIDER)]), 1.0))
-    bands = [ends[:1]]
-    for low, high in pairwise(ends.tolist()):
-        longest = min(max(LONGEST[0] * low, high / 4.0), LONGEST[1])
+    # Bands end at the edges and the margin beyond them, and between if they would be too long.
+    band_ends = np.unique(np.minimum(np.concatenate([[0.0], edges, edges * (1.0 + MARGIN)]), 1.0))
+    bands = [band_ends[:1]]
+    for low, high in pairwise(band_ends.tolist()):
+        longest = min(max(MAX_LENGTH[0] * low, high / 4.0), MAX_LENGTH[1])
         bands.append(np.linspace(low, high, math.ceil((high - low) / longest - 1e-9) + 1)[1:])
     steps = np.concatenate(bands)
     weights = [net[:, :, 3] for net in nets]
-    count = max(2, math.ceil(BOXES / len(nets)))
-    with np.errstate(over="ignore", invalid="ignore"):  # far from the pole all may be lost
-        parts = [_bands(c, w, steps, count) for c, w in zip(charts, weights, strict=True)]
-    turn = sum(part[1] for part in parts)
-    if not abs(turn - 2.0 * math.pi) < 1e-6:
+    count = max(2, math.ceil(N_BOXES / len(nets)))
+    with np.errstate(over="ignore", invalid="ignore"):  # far from the pole numbers may overflow
+        results = [_bands(c, w, steps, count) for c, w in zip(charts, weights, strict=True)]
+    angle = sum(part[1] for part in results)
+    if not abs(angle - 2.0 * math.pi) < 1e-6:
         return None
-    joints = _joints(charts, weights, tolerance)
-    return _widest([part[0] for part in parts], joints, steps, edges, ways[0])
+    joints = _joint_bound(charts, weights, tolerance)
+    return _best_cap([part[0] for part in results], joints, steps, edges, senses[0])
 
 
-def _net(tables: Tables, e: int, side: int, back: bool) -> FloatArray:
+def _net(tables: Tables, e: int, side: int, is_backwards: bool) -> FloatArray:
     """Return an element's coefficients (p + 1, q + 1, 4) along a side and away from it."""
     row = tables.elements.table[e]
     p, q = row["degree"].tolist()
@@ -152,21 +165,7 @@ def _net(tables: Tables, e: int, side: int, back: bool) -> FloatArray:
         net = net.swapaxes(0, 1)
     if side & 1:
         net = net[:, ::-1]
-    return np.ascontiguousarray(net[::-1] if back else net)
-
-
-def _axes(nets: list[FloatArray]) -> FloatArray | None:
-    """Return (3, 3) axes of the tangent plane and its normal n, about which the elements follow."""
-    n = np.zeros(3)
-    for net in nets:
-        n += np.cross(net[:-1, 1, :3], net[1:, 1, :3]).sum(axis=0)
-    length = float(np.linalg.norm(n))
-    if not length > 0.0:
-        return None
-    n /= length
-    a = np.cross(n, np.eye(3)[np.abs(n).argmin()])
-    a /= np.linalg.norm(a)
-    return np.stack([a, np.cross(n, a), n], axis=1)
+    return np.ascontiguousarray(net[::-1] if is_backwards else net)
 
 
 def _bands(chart: FloatArray, w: FloatArray, steps: FloatArray, count: int) -> tuple[_Bands, float]:
@@ -181,32 +180,32 @@ def _bands(chart: FloatArray, w: FloatArray, steps: FloatArray, count: int) -> t
     across = restriction(q, steps[:-1], steps[1:])
     parts = np.einsum("kcd,nxad->nacxk", across, np.einsum("xab,nbd->nxad", along, nets))
     parts = np.ascontiguousarray(parts)
-    wide = np.full((count, len(steps) - 1), 1.0 / count), np.diff(steps) + np.zeros((count, 1))
+    widths = np.full((count, len(steps) - 1), 1.0 / count), np.diff(steps) + np.zeros((count, 1))
     tau = Span(steps[:-1], steps[1:])
     middle = parts.mean(axis=(1, 2))
     length = np.hypot(middle[0], middle[1])
     cos, sin = middle[:2] / np.maximum(length, 1e-300)
     parts[0], parts[1] = cos * parts[0] + sin * parts[1], cos * parts[1] - sin * parts[0]
-    weights = spans_of(parts[3], wide)
+    weights = spans_of(parts[3], widths)
     c: list[list[Span]] = []
     ends: list[Span] = []
     for k in range(3):
         centre = (length, np.zeros_like(length), middle[2])[k] / middle[3]
         net = parts[k] - centre * parts[3]
-        spans = quotient(spans_of(net, wide), weights)
+        spans = quotient(spans_of(net, widths), weights)
         spans[0] = spans[0] + Span(centre, centre)
         c.append(spans)
         last = parts[k, :, -1] / parts[3, :, -1]
         ends.append(Span(last.min(axis=0), last.max(axis=0)))
-    # By what angle the tangents of an element go round the pole.
-    at = basis(len(chart) - 1, np.arange(count + 1) / count) @ chart[:, :2, 0]
-    cross = at[:-1, 0] * at[1:, 1] - at[:-1, 1] * at[1:, 0]
-    angle = float(np.arctan2(cross, (at[:-1] * at[1:]).sum(axis=1)).sum())
-    return _reduced(c, c[2], ends, tau), angle
+    # The angle of the tangents of the element around the pole.
+    tangents = basis(len(chart) - 1, np.arange(count + 1) / count) @ chart[:, :2, 0]
+    cross = tangents[:-1, 0] * tangents[1:, 1] - tangents[:-1, 1] * tangents[1:, 0]
+    angle = float(np.arctan2(cross, (tangents[:-1] * tangents[1:]).sum(axis=1)).sum())
+    return _worst_of_boxes(c, c[2], ends, tau), angle
 
 
-def _reduced(c: list[list[Span]], g: list[Span], ends: list[Span], tau: Span) -> _Bands:
-    """The worst of all boxes of each band, from the ranges of c and G and their derivatives."""
+def _worst_of_boxes(c: list[list[Span]], g: list[Span], ends: list[Span], tau: Span) -> _Bands:
+    """Return the worst bounds of each band, by the ranges of c, G and their derivatives."""
     u = [c[k][1] for k in range(2)]
     v = [c[k][0] + tau * c[k][2] for k in range(2)]
     area = v[0] * u[1] - v[1] * u[0]
@@ -217,8 +216,8 @@ def _reduced(c: list[list[Span]], g: list[Span], ends: list[Span], tau: Span) ->
     m = [(up * u[1] - g[1] * v[1]) / safe, (g[1] * v[0] - up * u[0]) / safe]
     uu = g[3] - m[0] * c[0][3] - m[1] * c[1][3]
     uv = g[1] + tau * (g[4] - m[0] * c[0][4] - m[1] * c[1][4])
-    bow = [(c[k][2].times(2.0) + tau * c[k][5]) for k in range(2)]
-    vv = g[0].times(2.0) + tau * (g[2].times(4.0) + tau * g[5] - m[0] * bow[0] - m[1] * bow[1])
+    d = [(c[k][2].times(2.0) + tau * c[k][5]) for k in range(2)]
+    vv = g[0].times(2.0) + tau * (g[2].times(4.0) + tau * g[5] - m[0] * d[0] - m[1] * d[1])
     zero = Span(np.zeros_like(area.low), np.zeros_like(area.low))
     a = [(zero - v[1]) / safe, v[0] / safe]  # dual to U and V
     b = [u[1] / safe, (zero - u[0]) / safe]
@@ -239,74 +238,77 @@ def _reduced(c: list[list[Span]], g: list[Span], ends: list[Span], tau: Span) ->
     )
 
 
-def _joints(charts: list[FloatArray], weights: list[FloatArray], tolerance: float) -> float:
-    """Return a bound of det(U, V, U') at the joints of the elements, of whole C.
+def _joint_bound(charts: list[FloatArray], weights: list[FloatArray], tolerance: float) -> float:
+    """Return a bound of det(U, V, U') at the joints of the elements, of all of C.
 
-    It is infinite where curves are not shared.
+    It is infinite where elements do not share their curves.
     """
     worst = 0.0
     for k in range(len(charts)):
-        one, other = (charts[k - 1], weights[k - 1]), (charts[k], weights[k])
-        count = 6 * max(w.shape[1] - 1 for w in (one[1], other[1]))
-        # Chebyshev's places: between them no polynomial is more than `grown` times larger.
-        at = 0.5 - 0.5 * np.cos((np.arange(count) + 0.5) * math.pi / count)
-        grown = 1.0 + 2.0 / math.pi * math.log(count)
-        a, x, s, w = _edge(one, -1, at)
-        b, y, _, z = _edge(other, 0, at)
-        least = min(one[1].min(), other[1].min())
+        before, after = (charts[k - 1], weights[k - 1]), (charts[k], weights[k])
+        count = 6 * max(w.shape[1] - 1 for w in (before[1], after[1]))
+        # Chebyshev's nodes: between them no polynomial is more than `lebesgue` times larger.
+        places = 0.5 - 0.5 * np.cos((np.arange(count) + 0.5) * math.pi / count)
+        lebesgue = 1.0 + 2.0 / math.pi * math.log(count)
+        a, x, s, w = _edge_values(before, -1, places)
+        b, y, _, z = _edge_values(after, 0, places)
+        min_weight = min(before[1].min(), after[1].min())
         gap = a * z[:, None] - b * w[:, None]
-        if not grown * np.abs(gap).max() <= tolerance * least**2:
+        if not lebesgue * np.abs(gap).max() <= tolerance * min_weight**2:
             return math.inf
         volume = (np.cross(x, s) * y).sum(axis=1)
-        worst = max(worst, grown * float(np.abs(volume).max()) / least**6)
+        worst = max(worst, lebesgue * float(np.abs(volume).max()) / min_weight**6)
     return worst
 
 
-def _edge(
-    element: tuple[FloatArray, FloatArray], end: int, at: FloatArray
+def _edge_values(
+    element: tuple[FloatArray, FloatArray], end: int, places: FloatArray
 ) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-    """Numerators of C, C_x and S_τ at places of the first (0) or last (−1) edge, and weights."""
+    """Return numerators of C, C_x and S_τ, and weights, along the first (0) or last (−1) edge."""
     chart, w = element
     q = w.shape[1] - 1
     p = len(w) - 1
     low, high = (0, 1) if end == 0 else (-2, -1)
-    values, slopes = basis(q - 1, at), basis(q, at)
+    values, slopes = basis(q - 1, places), basis(q, places)
     b = values @ chart[end].T
     b_x = values @ (p * (chart[high] - chart[low])).T
     w_0, w_x = slopes @ w[end], slopes @ (p * (w[high] - w[low]))
-    w_t = basis(q - 1, at) @ (q * np.diff(w[end]))
+    w_t = basis(q - 1, places) @ (q * np.diff(w[end]))
     b_t = np.zeros_like(b)
     if q > 1:
-        b_t = basis(q - 2, at) @ ((q - 1) * np.diff(chart[end], axis=1)).T
-    t = at[:, None]
+        b_t = basis(q - 2, places) @ ((q - 1) * np.diff(chart[end], axis=1)).T
+    t = places[:, None]
     s_t = (b + t * b_t) * w_0[:, None] - t * b * w_t[:, None]
     return b, b_x * w_0[:, None] - b * w_x[:, None], s_t, w_0
 
 
-def _widest(
-    bands: list[_Bands], joints: float, steps: FloatArray, edges: FloatArray, way: int
+def _best_cap(
+    bands: list[_Bands], joints: float, steps: FloatArray, edges: FloatArray, sense: int
 ) -> Cap | None:
-    """The reach that leaves the largest balls, with them and the bend."""
+    """Return the cap with the reach that leaves the largest balls.
+
+    `sense` is the sense of S_τ × S_x along the normal.
+    """
     sound = np.logical_and.accumulate(np.all([band.sound for band in bands], axis=0))
     low = np.minimum.accumulate(np.min([band.low for band in bands], axis=0))
     high = np.maximum.accumulate(np.max([band.high for band in bands], axis=0))
-    wide = np.min([band.wide for band in bands], axis=0)
-    away = np.maximum.accumulate(np.max([band.away for band in bands], axis=0))
+    inner_radius = np.min([band.inner_radius for band in bands], axis=0)
+    outer_radius = np.maximum.accumulate(np.max([band.outer_radius for band in bands], axis=0))
     area = np.minimum.accumulate(np.min([band.area for band in bands], axis=0))
     speed = np.maximum.accumulate(np.max([band.speed for band in bands], axis=0))
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-        sound &= joints * speed <= LEVEL * area**2
-        balls = SURE / np.maximum(np.stack([-low, high] if way > 0 else [high, -low]), 0.0)
-    best: float = 0.0
+        sound &= joints * speed <= PLANE_TOL * area**2
+        radii = SAFETY / np.maximum(np.stack([-low, high] if sense > 0 else [high, -low]), 0.0)
+    best_score: float = 0.0
     result: Cap | None = None
     for edge in edges.tolist():
         last = int(np.searchsorted(steps, edge, side="right")) - 2
-        proved = np.flatnonzero(wide >= away[last])
-        if last < 0 or len(proved) == 0 or not sound[k := int(proved[0])] or k < last:
+        wide_bands = np.flatnonzero(inner_radius >= outer_radius[last])
+        if last < 0 or len(wide_bands) == 0 or not sound[k := int(wide_bands[0])] or k < last:
             continue
-        worth = float(np.minimum(balls[:, k], 0.5 * away[last]).sum())
-        if worth > best:
-            best = worth
-            near = (float(balls[0, k]), float(balls[1, k]))
-            result = Cap(edge, near, float(max(-low[k], high[k], 0.0)))
+        score = float(np.minimum(radii[:, k], 0.5 * outer_radius[last]).sum())
+        if score > best_score:
+            best_score = score
+            both = (float(radii[0, k]), float(radii[1, k]))
+            result = Cap(edge, both, float(max(-low[k], high[k], 0.0)))
     return result

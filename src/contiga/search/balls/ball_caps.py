@@ -1,6 +1,6 @@
-"""The caps about the poles of a body: which cells lie in them, and which take them for their block.
+"""The caps about the poles of a body: the cells in them, and the cells whose smooth block they are.
 
-What is proved of a cap, and why, says `ball_cap_bounds`.
+`ball_cap_bounds` states what is proved of a cap, and why.
 """
 
 from __future__ import annotations
@@ -14,131 +14,133 @@ from contiga.arrays.codes import POLE, SMOOTH
 from contiga.elements.element_arrays import Records
 from contiga.records import FloatArray, IntArray
 from contiga.search.balls.ball_cap_bounds import Cap, cap_over
-from contiga.search.balls.kernels.ball_cell_nb import WORST
+from contiga.search.balls.kernels.ball_cell_nb import MAX_CHANGE
 from contiga.search.hierarchy.table_types import Tables
 
-# Elements round a pole at most.
 MAX_RING = 64
-# Caps may also end where the first cell is halved this often.
-HALVINGS = 6
-# Share of its reach up to which cells take a cap for their smooth block.
-INNER = 0.5
+"""Largest number of elements around a pole."""
+MAX_HALVINGS = 6
+"""Caps may also end where the first cell is halved up to this often."""
+BLOCK_SHARE = 0.5
+"""Share of the reach of a cap up to which it is the smooth block of cells."""
 
 
 class Caps(NamedTuple):
     """The caps of a body."""
 
-    of: IntArray
-    """(elements, 4) the cap about a side, −1 where there is none."""
+    cap_of_side: IntArray
+    """(elements, 4) the cap about a side, −1 for none."""
     reach: FloatArray
-    """(caps,) how far they go into their elements, 1: all through."""
-    near: FloatArray
-    """(caps, 2) radii of inner and outer balls that hold no more of the cap."""
+    """(caps,) extent of the cap in its elements, as a share of them."""
+    radii: FloatArray
+    """(caps, 2) radii of inner and outer balls that contain no other point of the cap."""
     bend: FloatArray
-    """(caps,) how much the slope of the surface over the tangent plane changes per length."""
+    """(caps,) largest change of the slope of the surface over the tangent plane, per length."""
 
     def mark(self, cells: Records) -> None:
-        """Set of which cap measured cells are part, and how their normals differ, as it tells.
+        """Set the cap of measured cells, and the bounds of their normals by that cap.
 
-        Slopes that differ by x belong to normals at an angle of x at most.
+        Normals whose slopes differ by x are at most at the angle x.
         """
-        cap, share = self._where(cells)
+        cap, share = self._nearest(cells)
         cells["cap"] = np.where(share <= 1.0 + 1e-9, cap, -1)
         rows = np.flatnonzero(cells["cap"] >= 0)
         capped = cells[rows]
-        apart = np.linalg.norm(capped["corner"] - capped["middle"][:, None], axis=2).max(axis=1)
-        angle = self.bend[capped["cap"]] * (apart + capped["bulge"])
+        distance = np.linalg.norm(capped["corner"] - capped["middle"][:, None], axis=2).max(axis=1)
+        angle = self.bend[capped["cap"]] * (distance + capped["bulge"])
         angle[~capped["normal"].any(axis=1)] = math.inf
-        poor = ~(capped["turn"] < WORST)
-        bounded = angle < math.asin(WORST)
-        capped["tilt"][poor] = 1.0
-        capped["tilt"][bounded] = np.minimum(np.sin(angle[bounded]), capped["tilt"][bounded])
-        level = bounded & poor
-        capped["corner_normal"][level] = capped["normal"][level, None]
-        capped["wobble"][level] = 2.0 * np.sin(0.5 * angle[level])
+        is_poor = ~(capped["turn"] < MAX_CHANGE)
+        is_bounded = angle < math.asin(MAX_CHANGE)
+        tilt = capped["tilt"]
+        tilt[is_poor] = 1.0
+        tilt[is_bounded] = np.minimum(np.sin(angle[is_bounded]), tilt[is_bounded])
+        is_level = is_bounded & is_poor
+        capped["corner_normal"][is_level] = capped["normal"][is_level, None]
+        capped["wobble"][is_level] = 2.0 * np.sin(0.5 * angle[is_level])
         cells[rows] = capped
 
-    def take(self, cells: Records, homes: Records, enough: float) -> None:
-        """Make caps the smooth blocks, rows of `homes`, of cells within that have no better ones.
+    def take(self, cells: Records, blocks: Records, target: float) -> None:
+        """Set caps as the smooth blocks, rows of `blocks`, of cells in them without a better block.
 
-        Balls as large as `enough` are.
+        A block that allows balls as large as `target` is good.
         """
-        cap, share = self._where(cells)
-        rows = np.flatnonzero((share <= INNER) & (cells["tilt"] < WORST))
-        near = self.near[cap[rows]]
-        least = np.minimum(homes["near"][rows].min(axis=1), enough)
-        better = near.min(axis=1) >= least
-        rows, near = rows[better], near[better]
-        homes["cap"][rows] = cap[rows]
-        homes["near"][rows] = near
+        cap, share = self._nearest(cells)
+        rows = np.flatnonzero((share <= BLOCK_SHARE) & (cells["tilt"] < MAX_CHANGE))
+        radii = self.radii[cap[rows]]
+        min_radius = np.minimum(blocks["radii"][rows].min(axis=1), target)
+        is_better = radii.min(axis=1) >= min_radius
+        rows, radii = rows[is_better], radii[is_better]
+        blocks["cap"][rows] = cap[rows]
+        blocks["radii"][rows] = radii
 
-    def _where(self, cells: Records) -> tuple[IntArray, FloatArray]:
-        """The nearest cap of each cell, and how far the cell goes from the pole, in its reach."""
+    def _nearest(self, cells: Records) -> tuple[IntArray, FloatArray]:
+        """Return the nearest cap of each cell, and its extent from the pole, in the reach."""
         cap = np.zeros(len(cells), np.int32)
         share = np.full(len(cells), math.inf)
         for side in range(4):
-            cap_here = self.of[cells["element"], side]
-            rows = np.flatnonzero(cap_here >= 0)
-            away = _away(cells["box"][rows], side) / self.reach[cap_here[rows]]
-            nearer = away < share[rows]
-            cap[rows[nearer]], share[rows[nearer]] = cap_here[rows[nearer]], away[nearer]
+            side_cap = self.cap_of_side[cells["element"], side]
+            rows = np.flatnonzero(side_cap >= 0)
+            extent = _extent(cells["box"][rows], side) / self.reach[side_cap[rows]]
+            is_nearer = extent < share[rows]
+            rows = rows[is_nearer]
+            cap[rows], share[rows] = side_cap[rows], extent[is_nearer]
         return cap, share
 
 
 def find_caps(tables: Tables, cells: Records, tolerance: float) -> Caps:
-    """The caps of a body whose grids have `cells`; what is nearer than `tolerance` is one point."""
+    """Return the caps of a body whose grids have `cells`; points within `tolerance` are one."""
     table = tables.elements.table
-    of = np.full((len(table), 4), -1, np.int32)
-    seen = table["kind"] != POLE
+    cap_of_side = np.full((len(table), 4), -1, np.int32)
+    is_done = table["kind"] != POLE
     rows: list[Cap] = []
-    for e, side in np.argwhere(~seen).tolist():
-        if seen[e, side]:
+    for e, side in np.argwhere(~is_done).tolist():
+        if is_done[e, side]:
             continue
-        ring = _ring(table, e, side)
+        ring = _elements_around(table, e, side)
         for f, collapsed, _ in ring:
-            seen[f, collapsed] = True
+            is_done[f, collapsed] = True
         if not ring:
             continue
-        # How far from the pole cells may end.
-        parts = [_away(cells["box"][cells["element"] == f], of_pole) for f, of_pole, _ in ring]
-        edges = np.unique(np.round(np.concatenate(parts), 12))
-        halves = edges[0] * 0.5 ** np.arange(HALVINGS, 0, -1)
+        # The distances from the pole at which cells end.
+        extents = [_extent(cells["box"][cells["element"] == f], of_pole) for f, of_pole, _ in ring]
+        edges = np.unique(np.round(np.concatenate(extents), 12))
+        halves = edges[0] * 0.5 ** np.arange(MAX_HALVINGS, 0, -1)
         cap = cap_over(tables, ring, np.concatenate([halves, edges]), tolerance)
         if cap is not None:
             for f, collapsed, _ in ring:
-                of[f, collapsed] = len(rows)
+                cap_of_side[f, collapsed] = len(rows)
             rows.append(cap)
     reach, bend = (np.array([getattr(row, name) for row in rows]) for name in ("reach", "bend"))
-    return Caps(of, reach, np.array([row.near for row in rows]).reshape(-1, 2), bend)
+    return Caps(cap_of_side, reach, np.array([row.radii for row in rows]).reshape(-1, 2), bend)
 
 
-def _ring(table: Records, e: int, side: int) -> list[tuple[int, int, bool]]:
-    """Elements round a pole with their sides, and whether x runs back; none if they do not close.
+def _elements_around(table: Records, e: int, side: int) -> list[tuple[int, int, bool]]:
+    """Return the elements around a pole with their sides, and whether x runs backwards in each.
 
-    They are gone through by the sides that start from the pole.
+    They are traversed across the sides that start from the pole. Empty if they do not close.
     """
     start = (e, side)
     ring = []
-    leave = 3 if side < 2 else 1
-    back = False
+    exit_side = 3 if side < 2 else 1
+    is_backwards = False
     for _ in range(MAX_RING):
         row = table[e]
-        if row["kind"][side] != POLE or row["kind"][leave] != SMOOTH:
+        if row["kind"][side] != POLE or row["kind"][exit_side] != SMOOTH:
             return []
-        ring.append((e, side, back))
-        enter = int(row["neighbour_side"][leave])
-        end = (side & 1) ^ int(row["flip"][leave])
-        e = int(row["neighbour"][leave])
-        side = (2 if enter < 2 else 0) + end
-        back = bool(enter & 1)
-        leave = enter ^ 1
+        ring.append((e, side, is_backwards))
+        entry_side = int(row["neighbour_side"][exit_side])
+        end = (side & 1) ^ int(row["flip"][exit_side])
+        e = int(row["neighbour"][exit_side])
+        side = (2 if entry_side < 2 else 0) + end
+        is_backwards = bool(entry_side & 1)
+        exit_side = entry_side ^ 1
         if (e, side) == start:
-            return ring if not back else []
+            return ring if not is_backwards else []
     return []
 
 
-def _away(box: FloatArray, side: int | IntArray) -> FloatArray:
-    """Return how far boxes (n, 4) go from a side of their element, as a share of it."""
+def _extent(box: FloatArray, side: int | IntArray) -> FloatArray:
+    """Return the extent of boxes (n, 4) from a side of their element, as a share of it."""
     rows = np.arange(len(box))
     side = np.broadcast_to(side, len(box))
     return np.where(side & 1 == 0, box[rows, side | 1] + 0.5, 0.5 - box[rows, side & ~1])

@@ -1,4 +1,4 @@
-"""Records of cells of elements, of the smooth blocks about them, and of what bounds their balls."""
+"""Records of cells of elements, of their smooth blocks, and of the bounds of their balls."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ CELL = np.dtype(
     [
         ("element", "i4"),
         ("patch", "i4"),
-        ("home", "i4"),  # its smooth block
-        ("cap", "i4"),  # of which it is part, −1 where it is of none
-        ("state", "i4"),  # OUT, IN or CUT by the trims
+        ("block", "i4"),  # its smooth block
+        ("cap", "i4"),  # the cap that it is part of, −1 for none
+        ("state", "i4"),  # OUT, IN or CUT, by the trims
         ("box", "f8", 4),  # s0, s1, t0, t1
         ("uv", "f8", 4),
         ("wide", "f8", 2),  # in u and v
@@ -26,17 +26,17 @@ CELL = np.dtype(
         ("normal", "f8", 3),
         ("first", "f8", (2, 3)),  # derivatives at the middle, per cell
         ("metric", "f8", 3),  # r11, r12, r22
-        ("second", "f8", 3),  # |S_xx|, |S_xy|, |S_yy| at most
-        ("change", "f8", 2),  # how far the derivatives are from the middle's, at most
-        ("slide", "f8", 3),  # and of their parts along the tangent plane of the middle
+        ("second", "f8", 3),  # bounds of |S_xx|, |S_xy|, |S_yy|
+        ("change", "f8", 2),  # largest change of the derivatives from those of the middle
+        ("slide", "f8", 3),  # bounds of the parts of `second` along the tangent plane
         ("corner_normal", "f8", (4, 3)),
-        ("wobble", "f8"),  # how far normals leave the bilinear patch of the corners' normals
+        ("wobble", "f8"),  # distance of normals from the bilinear patch of those at corners
         ("form", "f8", 6),  # least and largest n·S_xx, n·S_xy, n·S_yy
-        ("bulge", "f8"),  # how far the surface leaves the bilinear patch of its corners
-        ("rise", "f8"),  # and how far above and below it, along the normal
+        ("bulge", "f8"),  # distance of the surface from the bilinear patch of its corners
+        ("rise", "f8"),  # the same above and, `sink`, below it, along the normal
         ("sink", "f8"),
-        ("turn", "f8"),  # derivatives differ from the middle's by at most this share,
-        ("shear", "f8"),  # and this much along its tangent plane
+        ("turn", "f8"),  # largest relative change of the derivatives
+        ("shear", "f8"),  # the same along the tangent plane of the middle
         ("tilt", "f8"),  # sine of the largest angle between normals and the middle's
         ("bend", "f8", 2),  # least and largest normal curvature, positive towards the normal
         ("extent", "f8"),  # about half its diagonal
@@ -44,25 +44,25 @@ CELL = np.dtype(
     align=True,
 )
 
-HOME = np.dtype(
+BLOCK = np.dtype(
     [
         ("patch", "i4"),
-        ("uv", "f8", 4),  # the smooth block around a cell
-        ("period", "f8", 2),  # of the patch, zero where it does not close
-        ("near", "f8", 2),  # inner and outer ball as the block alone bounds them
-        ("cap", "i4"),  # the block is this cap, or the one of `uv` where it is −1
+        ("uv", "f8", 4),  # u0, u1, v0, v1 of the smooth block around a cell
+        ("period", "f8", 2),  # of the patch, zero where it is not closed
+        ("radii", "f8", 2),  # radii of inner and outer ball by the block alone
+        ("cap", "i4"),  # the block is this cap, or that of `uv` if −1
     ],
     align=True,
 )
 
 
 class CellTree(NamedTuple):
-    """The cells of a body, and a tree of boxes over those that count."""
+    """The cells of a body, and a tree of boxes over its leaves that are not trimmed away."""
 
     cells: NDArray[Any]
     """(n,) `CELL`."""
     tree: NDArray[Any]
-    """Its nodes."""
+    """Nodes of the tree."""
     order: IntArray
     """Cells in the order of the leaves."""
 
@@ -77,48 +77,49 @@ class CentredSurface(NamedTuple):
 
 
 class BallLimits(NamedTuple):
-    """Radii up to which balls are asked for, length."""
+    """Radii up to which balls are computed."""
 
     size: float
-    """Of the body, length."""
+    """Size of the body, length."""
     cap: float
-    """Radius that is as good as any larger one."""
+    """Largest radius, length; a larger one is of no use."""
     goal: float
-    """Radius that is worth a loss of smaller ones."""
+    """Radius that is worth a loss of smaller ones, length."""
 
 
 class CellBounds(NamedTuple):
-    """The results for cells: radii, and what is wanting in them."""
+    """Results for cells: radii, and the unproved share."""
 
     rows: NDArray[np.integer[Any]]
-    """Cells to be done."""
+    """Cells that are to be bounded."""
     value: FloatArray
     """(n, 2, 4) radii inside and outside at the corners."""
-    want: FloatArray
-    """(n,) share of what may be there that is not proved."""
+    unproved: FloatArray
+    """(n,) share of the samples with less than half of the possible radius."""
 
 
 class Samples(NamedTuple):
-    """Places of a cell, and how large a ball may be there."""
+    """Places of a cell, and upper bounds of the balls there."""
 
     point: FloatArray
     """(m, 3)."""
     normal: FloatArray
     """(m, 3)."""
     above: FloatArray
-    """(m, 4) radius inside and outside at most, and where in the cell they are, in [0, 1]²."""
+    """(m, 4) upper bounds of the radius inside and outside, and the place in the cell, in [0,
+    1]²."""
 
 
 class PlaneWork(NamedTuple):
-    """Memory to part a cell from another by planes."""
+    """Work arrays for planes that separate two cells."""
 
     trial: FloatArray
-    """(4,) corner values that a plane leaves."""
+    """(4,) corner values by a plane."""
     plane: FloatArray
-    """(3,) its normal."""
+    """(3,) normal of the plane."""
     axis: FloatArray
-    """(3,) direction in the tangent plane that parts the cells best."""
+    """(3,) direction in the tangent plane that best separates the cells."""
     best: FloatArray
     """(4,) the best corner values so far."""
     slopes: FloatArray
-    """(6,) tilts of planes that are tried."""
+    """(6,) tilts of the planes."""

@@ -1,10 +1,10 @@
 """The balls that touch a body from inside and outside, as large as can be proved.
 
-Once per body every element is cut into cells, and every cell gets four values a side that bound
-the radius of the touching ball at each of its points (`ball_nb`). What follows from it, for Q
-inside a face with outward normal n and P = Q − d n (Federer 1959, reach of a set):
+Once per body every element is divided into cells, and every cell gets four values per side that
+bound the radius of the touching ball at each of its points (`ball_nb`). They prove, for Q inside a
+face with outward normal n and P = Q − d n (Federer 1959, reach of a set):
 
-* 0 < d < 2 ρ_in: P is inside, whatever else the body does;
+* 0 < d < 2 ρ_in: P is inside, whatever the rest of the body is;
 * d ≤ ρ_in: Q is the closest point of the whole surface;
 * the same outside with ρ_out.
 """
@@ -17,20 +17,20 @@ from contiga.search.balls.ball_cells import Balls, build_balls
 from contiga.search.hierarchy.kept import Kept
 from contiga.search.hierarchy.table_types import Tables
 
-# Closest points asked of a body after which its balls are worked out for them: these take as long.
-WORTH = 200_000
+MIN_POINTS = 200_000
+"""Number of closest points of a body from which on its balls pay: computing them takes as long."""
 
 _BALLS = Kept(build_balls, DiskCache("balls", ball_cells.__file__))
 
 
 def balls_of(tables: Tables) -> Balls:
-    """The touching balls of the body that `tables` are of, worked out at the first call."""
+    """Return the touching balls of a body, computed at the first call."""
     return _BALLS.of(tables)
 
 
-def known_balls(tables: Tables, asked: int) -> Balls | None:
-    """The balls if they are worked out, or worth it as `asked` closest points are asked for, too.
+def known_balls(tables: Tables, n_points: int) -> Balls | None:
+    """Return the balls if they are computed, or pay with `n_points` more closest points; else None.
 
-    Results are the same bits with them and without.
+    Results have the same bits with them and without.
     """
-    return _BALLS.if_worth(tables, asked, WORTH)
+    return _BALLS.if_worth(tables, n_points, MIN_POINTS)

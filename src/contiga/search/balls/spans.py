@@ -1,6 +1,6 @@
-"""Arrays of intervals, and what Bernstein coefficients say of polynomials and quotients over boxes.
+"""Arrays of intervals; ranges of polynomials and quotients over boxes by Bernstein coefficients.
 
-Ends are rounded to nearest, not outwards: who claims something leaves more room than that.
+Ends are rounded to nearest, not outwards: a claim needs a margin wider than that.
 """
 
 from __future__ import annotations
@@ -13,6 +13,7 @@ import numpy as np
 from contiga.records import FloatArray
 
 ORDERS = ((0, 0), (1, 0), (0, 1), (2, 0), (1, 1), (0, 2))
+"""Orders of the derivatives of a range in the two variables."""
 
 
 @dataclass(frozen=True)
@@ -44,12 +45,12 @@ class Span:
         )
 
     def times(self, factor: float) -> Span:
-        """A multiple that is not negative."""
+        """Return the product with a factor that is not negative."""
         return Span(factor * self.low, factor * self.high)
 
     @property
     def size(self) -> FloatArray:
-        """The largest absolute values."""
+        """Largest absolute values."""
         return np.maximum(-self.low, self.high)
 
 
@@ -63,15 +64,15 @@ def restriction(degree: int, low: FloatArray, high: FloatArray) -> FloatArray:
     for i in range(degree + 1):
         out[:, i, 0] = 1.0
         for k in range(degree):
-            at = (high if k < i else low)[:, None]
+            x = (high if k < i else low)[:, None]
             row = out[:, i].copy()
-            out[:, i] = (1.0 - at) * row
-            out[:, i, 1:] += at * row[:, :-1]
+            out[:, i] = (1.0 - x) * row
+            out[:, i, 1:] += x * row[:, :-1]
     return out
 
 
 def elevated(net: FloatArray, degree: int) -> FloatArray:
-    """Bernstein coefficients along the last axis, of a higher degree."""
+    """Return Bernstein coefficients along the last axis, elevated to a degree."""
     while (n := net.shape[-1]) <= degree:
         share = np.arange(n + 1) / n
         first = np.concatenate([net, np.zeros_like(net[..., :1])], axis=-1)
@@ -81,41 +82,44 @@ def elevated(net: FloatArray, degree: int) -> FloatArray:
 
 
 def less_a_factor(net: FloatArray) -> FloatArray:
-    """Coefficients along the last axis of the polynomial over its variable; the first are zero."""
+    """Return the coefficients along the last axis of a polynomial divided by its variable.
+
+    The first coefficients are zero.
+    """
     degree = net.shape[-1] - 1
     return net[..., 1:] * (degree / np.arange(1.0, degree + 1.0))
 
 
-def basis(degree: int, at: FloatArray) -> FloatArray:
+def basis(degree: int, x: FloatArray) -> FloatArray:
     """Return (len(at), degree + 1) Bernstein polynomials at places in [0, 1]."""
     k = np.arange(degree + 1)
     count = np.array([float(math.comb(degree, int(i))) for i in k])
-    return count * at[:, None] ** k * (1.0 - at[:, None]) ** (degree - k)
+    return count * x[:, None] ** k * (1.0 - x[:, None]) ** (degree - k)
 
 
-def spans_of(net: FloatArray, wide: tuple[FloatArray, FloatArray]) -> list[Span]:
+def spans_of(net: FloatArray, widths: tuple[FloatArray, FloatArray]) -> list[Span]:
     """Return ranges of polynomials and their derivatives (`ORDERS`).
 
-    They are nets (p + 1, q + 1, …) over boxes `wide` in their two variables.
-
-    The boxes come last: the least of few coefficients of many is found ten times as fast so.
+    The polynomials are nets (p + 1, q + 1, …) over boxes with the widths `widths` in their two
+    variables. The boxes come last: the least of few coefficients of many is computed ten times as
+    fast so.
     """
     result = []
     for order in ORDERS:
-        part = net
+        derivative = net
         for axis in range(2):
             for _ in range(order[axis]):
-                degree = part.shape[axis] - 1
+                degree = derivative.shape[axis] - 1
                 if degree == 0:
-                    part = np.zeros_like(part)
+                    derivative = np.zeros_like(derivative)
                 else:
-                    part = degree * np.diff(part, axis=axis) / wide[axis]
-        result.append(Span(part.min(axis=(0, 1)), part.max(axis=(0, 1))))
+                    derivative = degree * np.diff(derivative, axis=axis) / widths[axis]
+        result.append(Span(derivative.min(axis=(0, 1)), derivative.max(axis=(0, 1))))
     return result
 
 
 def quotient(n: list[Span], w: list[Span]) -> list[Span]:
-    """Ranges of a quotient and its derivatives from those of numerator and denominator."""
+    """Return ranges of a quotient and its derivatives by those of numerator and denominator."""
     v = n[0] / w[0]
     x = (n[1] - v * w[1]) / w[0]
     y = (n[2] - v * w[2]) / w[0]

@@ -1,4 +1,4 @@
-"""Closest points of a body, of some rows of many points."""
+"""Closest points of a body for some rows of many points."""
 
 from __future__ import annotations
 
@@ -10,8 +10,8 @@ from contiga.search.balls.radii import known_balls
 from contiga.search.closest.kernels import nearest_nb
 from contiga.search.hierarchy.table_types import Tables
 
-# Rows below which a second thread does not pay.
-POINTS = 256
+MIN_POINTS = 256
+"""Number of rows below which a second thread does not pay."""
 
 
 def closest_of_rows(
@@ -21,15 +21,15 @@ def closest_of_rows(
     out: Projection,
     within: FloatArray | None = None,
 ) -> None:
-    """Closest points of p_B[rows] into the same rows of `out`.
+    """Write the closest points of p_B[rows] to the same rows of `out`.
 
-    `within` (len(rows),) are distances to feet that are known, infinite where none is.
+    `within` (len(rows),) are upper bounds of the distances, infinite where none is known.
     """
     if within is None:
         within = np.full(len(rows), np.inf)
     balls = known_balls(tables, len(rows))
-    known = p_B, rows, within, out
+    query = p_B, rows, within, out
     if balls is None:
-        run_ranges(nearest_nb.project_global, len(rows), POINTS, tables, *known)
+        run_ranges(nearest_nb.project_global, len(rows), MIN_POINTS, tables, *query)
     else:
-        run_ranges(nearest_nb.project_proved, len(rows), POINTS, tables, balls, *known)
+        run_ranges(nearest_nb.project_proved, len(rows), MIN_POINTS, tables, balls, *query)

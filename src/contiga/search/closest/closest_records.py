@@ -1,4 +1,4 @@
-"""Records of arrays of the kernels that look for feet."""
+"""Records that the kernels of closest points pass to each other."""
 
 from __future__ import annotations
 
@@ -34,6 +34,6 @@ class Guess(NamedTuple):
     """A foot that may be the closest point."""
 
     element: int
-    """−1: there is none."""
+    """−1 for none."""
     uv: tuple[float, float]
     record: FootRecord

@@ -20,7 +20,7 @@ class Surroundings(NamedTuple):
     """Blocks of up to 3 × 3 elements of one patch without kinks, one around each of n elements."""
 
     reach: FloatArray
-    """(n, 4) least and greatest s, least and greatest t of the block, parameters of its element."""
+    """(n, 4) least and greatest s, then t, of the block, in the parameters of its element."""
     bound: FloatArray
     """(n, 9) bounds of the derivatives by these s and t over the block, in the order of `ORDERS`;
     infinite where an element of the block is trimmed away."""
@@ -42,17 +42,17 @@ def blocks_of(table: Records) -> Blocks:
     """Find the blocks around the elements of a `table`."""
     n, box = len(table), table["box"]
     centres, widths = np.arange(n), box[:, 1::2] - box[:, ::2]
-    beside, reach = np.tile(centres[:, None], 4), np.tile([-0.5, 0.5, -0.5, 0.5], (n, 1))
+    next_element, reach = np.tile(centres[:, None], 4), np.tile([-0.5, 0.5, -0.5, 0.5], (n, 1))
     for side in range(4):
         other, axis = table["neighbour"][:, side], side // 2
         is_smooth = (table["kind"][:, side] == SMOOTH) & (table["patch"][other] == table["patch"])
         is_smooth &= box[other, side ^ 1] == box[:, side]  # not across a seam
-        beside[is_smooth, side] = other[is_smooth]
+        next_element[is_smooth, side] = other[is_smooth]
         extent = (widths[other, axis] / widths[:, axis])[is_smooth]
         reach[is_smooth, side] += extent if side % 2 else -extent
-    corners = [beside[beside[:, i], j] for i in (0, 1) for j in (2, 3)]
+    corners = [next_element[next_element[:, i], j] for i in (0, 1) for j in (2, 3)]
     scale = widths[:, :1] ** ORDERS[:, 0] * widths[:, 1:] ** ORDERS[:, 1]
-    return Blocks(np.column_stack([centres, beside, *corners]), reach, scale)
+    return Blocks(np.column_stack([centres, next_element, *corners]), reach, scale)
 
 
 def surroundings_of(blocks: Blocks, leaves: Records) -> Surroundings:

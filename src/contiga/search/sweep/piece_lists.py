@@ -1,6 +1,6 @@
-"""Lists of the pieces of a body near every voxel, made once enough paths have been asked for.
+"""Lists of the pieces of a body near every voxel, built once enough paths have been searched.
 
-They show that most short paths beside a body cross nothing.
+They show that most short paths near a body cross nothing.
 """
 
 from __future__ import annotations
@@ -20,17 +20,17 @@ from contiga.search.sweep.kernels import piece_lists_nb
 from contiga.search.sweep.kernels.hit_nb import GRAZING
 
 MIN_PATHS = 20_000
-"""Number of paths asked of a body from which on lists are worth making."""
+"""Number of searched paths of a body from which on lists pay."""
 VOXELS_PER_ELEMENT = 200.0
 """Its square root, times that of the number of elements, is the number of voxels along the longest
 side, within `MIN_VOXELS` and `MAX_VOXELS`."""
 MIN_VOXELS, MAX_VOXELS = 24, 128
-LENGTH, TRIMMED_LENGTH, THICKNESS = 2.0, 1.0, 0.05
+MAX_LENGTH, MAX_TRIMMED_LENGTH, MAX_THICKNESS = 2.0, 1.0, 0.05
 """Largest length of a piece, the same where it is trimmed, and largest thickness, in voxels."""
 MAX_PIECES = 200_000
 """Number of pieces above which none is halved."""
 MIN_ELEMENTS = 100
-"""Number of elements below which making the lists is faster than reading them from the disk."""
+"""Number of elements below which building the lists is faster than reading them from the disk."""
 MAX_ENTRIES = 10_000_000
 """Largest number of voxels in the boxes of all pieces; with wider edges nothing is listed."""
 REACH = 1e-6
@@ -68,35 +68,34 @@ NO_LISTS = PieceLists(
     np.zeros(0, np.int32),
     np.zeros((0, side_pieces_nb.COLUMNS)),
 )
-"""The lists of a body for which none are made."""
+"""The lists of a body without lists."""
 
 
-def lists_of(tables: Tables, asked: int) -> PieceLists:
-    """Return the lists of a body once `MIN_PATHS` paths have been asked for; else `NO_LISTS`.
+def lists_of(tables: Tables, n_paths: int) -> PieceLists:
+    """Return the lists of a body once `MIN_PATHS` paths have been searched; else `NO_LISTS`.
 
-    `asked` are new ones.
-
-    The results of a search have the same bits with lists and without.
+    `n_paths` are the paths of this search. Results have the same bits with lists and without.
     """
-    return _LISTS.if_worth(tables, asked, MIN_PATHS) or NO_LISTS
+    return _LISTS.if_worth(tables, n_paths, MIN_PATHS) or NO_LISTS
 
 
 def build_lists(tables: Tables) -> PieceLists:
-    """Make the lists of a body."""
+    """Build the lists of a body."""
     table, size = tables.elements.table, float(tables.scale[0])
     low, high = tables.tree["low"][0], tables.tree["high"][0]
     if not np.isfinite(low).all():  # a body without leaves
         return NO_LISTS
-    wide = float((high - low).max())
+    extent = float((high - low).max())
     n = np.sqrt(VOXELS_PER_ELEMENT * len(table))
-    side = wide / float(min(max(n, MIN_VOXELS), MAX_VOXELS))
+    side = extent / float(min(max(n, MIN_VOXELS), MAX_VOXELS))
     voxels = np.ceil((high - low) / side).astype(np.int32) + 2
     origin = low - side
     reach = REACH * size
     rounding = ROUNDING * (float(np.abs([low, high]).max()) + size)
-    # A path may cross the carrier of a face that far beyond its edge.
+    # A path may cross the carrier of a face as far as this beyond its edge.
     margins = (GRAZING + 1.0) * table["edge_tolerance"] + table["noise"] + reach + rounding
-    limits = PieceLimits(LENGTH * side, TRIMMED_LENGTH * side, THICKNESS * side, MAX_PIECES)
+    lengths = MAX_LENGTH * side, MAX_TRIMMED_LENGTH * side
+    limits = PieceLimits(*lengths, MAX_THICKNESS * side, MAX_PIECES)
     pieces, _ = side_pieces_nb.surface_pieces(
         tables.elements, tables.trims, origin, margins, limits
     )

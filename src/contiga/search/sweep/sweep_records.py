@@ -32,7 +32,7 @@ class Ends(NamedTuple):
     length: float
     spare: float
     """Largest distance of a crossing at a small angle beyond the ends, length."""
-    far: float
+    max_x: float
     """Distance from the start at which the search ends, length."""
     sense: int
     """Kind of crossings that count: ENTRIES or EITHER."""
@@ -71,7 +71,7 @@ class MovingSurface(NamedTuple):
     """Elements of the first shape."""
     change: Elements
     """Bernstein coefficients of the displacement from the first to the last shape; for bounds."""
-    way: float
+    max_displacement: float
     """Largest displacement of any point, length."""
 
 

@@ -1,8 +1,8 @@
-"""A hierarchy of boxes with eight children a node, built by halving at medians.
+"""A hierarchy of boxes with eight children per node, built by halving at medians.
 
-Ranges are halved along the longest axis of their centres, at multiples of eight, so that the
-nodes over the triangles are full. A node's boxes lie side by side (structure of arrays): one pass
-of eight lanes tells the distance to all of them.
+Ranges are halved along the longest axis of their centres, at multiples of eight, so that the nodes
+over the triangles are full. The boxes of a node are stored side by side (structure of arrays): one
+pass of eight lanes computes the distances to all of them.
 """
 
 from __future__ import annotations
@@ -14,14 +14,14 @@ import numpy as np
 from contiga.jit import inner, kernel
 
 WIDTH = 8
-"""Children of a node."""
-NOBODY = 2147483647
-"""Child of a node that is not there; its box is at infinity."""
+"""Number of children of a node."""
+NO_CHILD = 2147483647
+"""Child of a node that has fewer; its box is at infinity."""
 
 
 @inner()
-def _select(values, order, start, stop, place):
-    """Partly sort order[start:stop] by `values` so that the right one stands at `place`."""
+def _quickselect(values, order, start, stop, place):
+    """Partly sort order[start:stop] by `values` so that the element at `place` is the right one."""
     low = start
     high = stop - 1
     while low < high:
@@ -49,8 +49,8 @@ def _select(values, order, start, stop, place):
 
 
 @inner()
-def _halve(middle, order, start, stop):
-    """Order order[start:stop] about a median; returns where the second half starts."""
+def _median_split(middle, order, start, stop):
+    """Order order[start:stop] about a median; return where the second half starts."""
     widest = -1.0
     axis = 0
     for c in range(3):
@@ -67,13 +67,13 @@ def _halve(middle, order, start, stop):
     half = (count // 2 + WIDTH - 1) // WIDTH * WIDTH
     if half >= count:
         half = count // 2
-    _select(middle[axis], order, start, stop, start + half)
+    _quickselect(middle[axis], order, start, stop, start + half)
     return start + half
 
 
 @inner()
-def _split(middle, order, start, stop, cuts):
-    """Cut a range into at most eight; `cuts` takes their ends, the number is returned."""
+def _split_range(middle, order, start, stop, cuts):
+    """Divide a range into at most eight; write their ends to `cuts`, and return their number."""
     cuts[0] = start
     cuts[1] = stop
     n = 1
@@ -84,17 +84,18 @@ def _split(middle, order, start, stop, cuts):
                 longest = i
         if cuts[longest + 1] - cuts[longest] <= WIDTH:
             break
-        at = _halve(middle, order, cuts[longest], cuts[longest + 1])
+        middle_row = _median_split(middle, order, cuts[longest], cuts[longest + 1])
         for i in range(n, longest, -1):
             cuts[i + 1] = cuts[i]
-        cuts[longest + 1] = at
+        cuts[longest + 1] = middle_row
         n += 1
     return n
 
 
 @kernel()
 def build(low, high):
-    """Nodes (box, child) over the boxes `low`, `high` (3, n), and the order of these."""
+    """Return the nodes (box, child) over the boxes `low`, `high` (3, n), and the order of the
+    boxes."""
     n = low.shape[1]
     order = np.empty(n, np.int32)
     middle = np.empty((3, n))
@@ -102,54 +103,54 @@ def build(low, high):
         order[i] = i
         for c in range(3):
             middle[c, i] = 0.5 * (low[c, i] + high[c, i])
-    most = max(1, n)
-    start_of = np.empty(most, np.int64)
-    stop_of = np.empty(most, np.int64)
+    max_nodes = max(1, n)
+    start_of = np.empty(max_nodes, np.int64)
+    stop_of = np.empty(max_nodes, np.int64)
     start_of[0] = 0
     stop_of[0] = n
-    child = np.full((most, WIDTH), NOBODY, np.int32)
+    child = np.full((max_nodes, WIDTH), NO_CHILD, np.int32)
     cuts = np.empty(WIDTH + 1, np.int64)
-    used = 1
+    n_nodes = 1
     node = 0
-    while node < used:
+    while node < n_nodes:
         start = start_of[node]
         stop = stop_of[node]
         if stop - start <= WIDTH:
             for i in range(start, stop):
                 child[node, i - start] = -1 - i
         else:
-            parts = _split(middle, order, start, stop, cuts)
+            parts = _split_range(middle, order, start, stop, cuts)
             for i in range(parts):
-                child[node, i] = used
-                start_of[used] = cuts[i]
-                stop_of[used] = cuts[i + 1]
-                used += 1
+                child[node, i] = n_nodes
+                start_of[n_nodes] = cuts[i]
+                stop_of[n_nodes] = cuts[i + 1]
+                n_nodes += 1
         node += 1
-    box = np.full((used, 6 * WIDTH), math.inf)
-    for k in range(used - 1, -1, -1):
+    box = np.full((n_nodes, 6 * WIDTH), math.inf)
+    for k in range(n_nodes - 1, -1, -1):
         for l in range(WIDTH):
-            at = child[k, l]
-            if at == NOBODY:
+            item = child[k, l]
+            if item == NO_CHILD:
                 continue
             for c in range(3):
-                lo = math.inf
-                hi = -math.inf
-                if at < 0:
-                    lo = low[c, order[-1 - at]]
-                    hi = high[c, order[-1 - at]]
+                box_low = math.inf
+                box_high = -math.inf
+                if item < 0:
+                    box_low = low[c, order[-1 - item]]
+                    box_high = high[c, order[-1 - item]]
                 else:
                     for j in range(WIDTH):
-                        if child[at, j] != NOBODY:
-                            lo = min(lo, box[at, c * WIDTH + j])
-                            hi = max(hi, box[at, (3 + c) * WIDTH + j])
-                box[k, c * WIDTH + l] = lo
-                box[k, (3 + c) * WIDTH + l] = hi
-    return box, child[:used].copy(), order
+                        if child[item, j] != NO_CHILD:
+                            box_low = min(box_low, box[item, c * WIDTH + j])
+                            box_high = max(box_high, box[item, (3 + c) * WIDTH + j])
+                box[k, c * WIDTH + l] = box_low
+                box[k, (3 + c) * WIDTH + l] = box_high
+    return box, child[:n_nodes].copy(), order
 
 
 @inner()
 def box_distances(box, node, x, y, z, out):
-    """Squared distances of a point to the eight boxes of a node; infinite where there is none."""
+    """Write the squared distances of a point to the eight boxes of a node; infinite for none."""
     for l in range(WIDTH):
         a = max(box[node, l] - x, x - box[node, 24 + l], 0.0)
         b = max(box[node, 8 + l] - y, y - box[node, 32 + l], 0.0)
@@ -158,9 +159,9 @@ def box_distances(box, node, x, y, z, out):
 
 
 @inner()
-def put(nodes, bounds, base, top, node, bound):
-    """Add a node to the stack from `base` on, in falling order of bounds: the nearest comes off
-    first. Returns the new top."""
+def insert_sorted(nodes, bounds, base, top, node, bound):
+    """Insert a node into the stack from `base` on, which is in descending order of bounds: the
+    nearest is on top. Return the new top."""
     i = top
     while i > base and bounds[i - 1] < bound:
         bounds[i] = bounds[i - 1]

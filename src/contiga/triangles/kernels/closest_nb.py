@@ -1,8 +1,8 @@
 """Closest points of a mesh: branch and bound over its hierarchy.
 
-The bound starts from the triangle the point before came to, which is near when points come in an
-order along space. Of triangles at the same distance the one of the lowest number counts, so the
-answer depends neither on where the search started nor on the threads.
+The bound starts from the triangle of the previous point, which is near if points are sorted in
+space. Of triangles at the same distance the one with the lowest number counts, so the result
+depends neither on the start of the search nor on the threads.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from contiga.arrays.kernels.query_nb import blank_foot
 from contiga.jit import inner, kernel
 from contiga.jit.scratch import scratch, stack_int64
 from contiga.triangles.facet_records import Queue
-from contiga.triangles.kernels.boxes_nb import NOBODY, WIDTH, box_distances, put
+from contiga.triangles.kernels.boxes_nb import NO_CHILD, WIDTH, box_distances, insert_sorted
 from contiga.triangles.kernels.facet_nb import (
     TRIANGLE,
     VERTICES,
@@ -30,33 +30,39 @@ from contiga.triangles.kernels.facet_nb import (
     write_kink,
 )
 
-SLACK = 1e-12
-NEAR = 0.1
-"""Triangles farther than the best by this share of the distance, and of the length below which
-points are one, are still looked at: bounds and distances are rounded, and the answer must not
-depend on which came first."""
-BESIDE = 1e-9
-"""Share of its distance by which a point may stand before a triangle beside it: rounding."""
-FLAT = math.cos(math.radians(20.0))
-"""Of the angle up to which triangles that meet stand for a smooth surface."""
-DEPTH = 256
+RELATIVE_SLACK = 1e-12
+LENGTH_SLACK = 0.1
+"""Triangles that are farther than the best by this share of the distance, plus this share of the
+length below which points are one, are still examined: bounds and distances are rounded, and the
+result must not depend on the order."""
+HEIGHT_TOL = 1e-9
+"""Largest height of a point behind a triangle over its plane, as a share of its distance:
+rounding."""
+SMOOTH_COSINE = math.cos(math.radians(20.0))
+"""Cosine of the largest angle between adjoining triangles that represent a smooth surface."""
+MAX_PENDING = 256
+"""Largest number of pending nodes."""
 
 
 @inner()
-def _limit(best, near):
-    return best * (1.0 + SLACK) + near * (2.0 * math.sqrt(best) + near)
+def _limit(best, slack):
+    """Return the squared distance up to which triangles are examined."""
+    return best * (1.0 + RELATIVE_SLACK) + slack * (2.0 * math.sqrt(best) + slack)
 
 
 @inner()
 def closest(facets, point, seed, queue):
-    """Slot, place and its two numbers of the closest point; `seed` is a slot to start from."""
+    """Return slot, place and its two numbers (see `closest_on`) of the closest point.
+
+    `seed` is the slot from which the search starts.
+    """
     shape, link, box, child = facets.shape, facets.link, facets.box, facets.child
-    near = NEAR * facets.scale[1]
+    slack = LENGTH_SLACK * facets.scale[1]
     nodes, bounds, lane = queue.nodes, queue.bounds, queue.lane
     x, y, z = point
     best, place, a, b = closest_on(shape, seed, x, y, z)
     slot = seed
-    limit = _limit(best, near)
+    limit = _limit(best, slack)
     nodes[0] = 0
     bounds[0] = 0.0
     top = 1
@@ -68,7 +74,7 @@ def closest(facets, point, seed, queue):
         box_distances(box, node, x, y, z, lane)
         if child[node, 0] < 0:
             for l in range(WIDTH):
-                if lane[l] > limit or child[node, l] == NOBODY:
+                if lane[l] > limit or child[node, l] == NO_CHILD:
                     continue
                 s = -1 - child[node, l]
                 if is_beyond(shape, s, x, y, z, limit):
@@ -80,19 +86,19 @@ def closest(facets, point, seed, queue):
                     a = u
                     b = v
                     slot = s
-                    limit = _limit(best, near)
+                    limit = _limit(best, slack)
             continue
         base = top
         for l in range(WIDTH):
-            if lane[l] <= limit and child[node, l] != NOBODY:
-                top = put(nodes, bounds, base, top, child[node, l], lane[l])
+            if lane[l] <= limit and child[node, l] != NO_CHILD:
+                top = insert_sorted(nodes, bounds, base, top, child[node, l], lane[l])
     return slot, place, a, b
 
 
 @kernel()
 def project_global(facets, points, rows, smooth, out, start, stop):
-    """Closest points of points[rows[start:stop]] into the same rows of `out`."""
-    queue = Queue(stack_int64(DEPTH), scratch(DEPTH), scratch(WIDTH))
+    """Write the closest points of points[rows[start:stop]] to the same rows of `out`."""
+    queue = Queue(stack_int64(MAX_PENDING), scratch(MAX_PENDING), scratch(WIDTH))
     shape = facets.shape
     link = facets.link
     patch = out.patch
@@ -118,28 +124,18 @@ def project_global(facets, points, rows, smooth, out, start, stop):
 
 
 @inner()
-def _may_face(shape, s, point, guard, cosine):
-    """Return whether triangle s does not face away from the guard and has the point behind it."""
-    x, y, z = shape[s, N], shape[s, N + 1], shape[s, N + 2]
-    if x * guard[0] + y * guard[1] + z * guard[2] < cosine:
-        return False
-    vx, vy, vz = point[0] - shape[s, 0], point[1] - shape[s, 1], point[2] - shape[s, 2]
-    height = vx * x + vy * y + vz * z
-    return height <= BESIDE * math.sqrt(vx * vx + vy * vy + vz * vz)
-
-
-@inner()
 def _closest_facing(facets, point, guard, cosine, within, queue):
-    """Do as `closest` for the triangles that may face a point with its guard.
+    """Return the same as `closest` for triangles that face a guard and have the point behind them.
 
-    They are `within` = (no nearer than, no farther than); the slot is −1 where there is none.
+    Their normals and the guard have at least the product `cosine`; their distances are within
+    (min, max) = `within`. The slot is −1 for none.
     """
     shape, link, box, child = facets.shape, facets.link, facets.box, facets.child
-    near = NEAR * facets.scale[1]
-    floor, ceiling = within[0] ** 2, within[1] ** 2
+    slack = LENGTH_SLACK * facets.scale[1]
+    min_square, best = within[0] ** 2, within[1] ** 2
     nodes, bounds, lane = queue.nodes, queue.bounds, queue.lane
     x, y, z = point
-    best = limit = ceiling
+    limit = best
     slot = place = -1
     a = b = 0.0
     nodes[0] = 0
@@ -153,47 +149,49 @@ def _closest_facing(facets, point, guard, cosine, within, queue):
         box_distances(box, node, x, y, z, lane)
         is_leaf, base = child[node, 0] < 0, top
         for l in range(WIDTH):
-            if lane[l] > limit or child[node, l] == NOBODY:
+            if lane[l] > limit or child[node, l] == NO_CHILD:
                 continue
             if not is_leaf:
-                top = put(nodes, bounds, base, top, child[node, l], lane[l])
+                top = insert_sorted(nodes, bounds, base, top, child[node, l], lane[l])
                 continue
             s = -1 - child[node, l]
-            if not _may_face(shape, s, point, guard, cosine):
+            nx, ny, nz = shape[s, N], shape[s, N + 1], shape[s, N + 2]
+            if nx * guard[0] + ny * guard[1] + nz * guard[2] < cosine:
+                continue
+            vx, vy, vz = x - shape[s, 0], y - shape[s, 1], z - shape[s, 2]
+            height = vx * nx + vy * ny + vz * nz
+            if not height <= HEIGHT_TOL * math.sqrt(vx * vx + vy * vy + vz * vz):
                 continue
             square, p, u, v = closest_on(shape, s, x, y, z)
-            if square < best or (square == best and link[s, TRIANGLE] < link[slot, TRIANGLE]):
-                if square < floor:
-                    continue
-                if p > 0 and not _leads_on(shape, s, point, (p, u), guard, cosine, square):
-                    continue
-                if p > 0 and not _is_square(facets, s, point, (p, u), square):
-                    continue
-                best, place, a, b, slot = square, p, u, v, s
-                limit = _limit(best, near)
+            if not (square < best or (square == best and link[s, TRIANGLE] < link[slot, TRIANGLE])):
+                continue
+            if square < min_square:
+                continue
+            if p > 0 and not _is_guarded_kink(facets, s, point, (p, u), guard, cosine, square):
+                continue
+            best, place, a, b, slot = square, p, u, v, s
+            limit = _limit(best, slack)
     return slot, place, a, b
 
 
 @inner()
-def _leads_on(shape, s, point, foot, guard, cosine, square):
-    """Return whether the way to a foot (place, share) on a kink does not oppose its normal."""
-    u, v = barycentric(foot[0], foot[1], 0.0)
-    toward = 0.0
-    for c in range(3):
-        on = shape[s, A + c]
-        on += u * (shape[s, B + c] - shape[s, A + c]) + v * (shape[s, C + c] - shape[s, A + c])
-        toward += (on - point[c]) * guard[c]
-    return toward >= cosine * math.sqrt(square)
+def _is_guarded_kink(facets, s, point, foot, guard, cosine, square):
+    """Return whether a foot (place, share) on a kink is a minimum of the surface that faces the
+    guard.
 
-
-@inner()
-def _is_square(facets, s, point, foot, square):
-    """Return whether a foot (place, share) on a kink is one of the surface.
-
-    The kink is sharp, or the triangle nearly square to the way there, as it is where triangles
-    stand for a smooth surface. Beyond a border there is none.
+    The direction to the foot does not oppose the guard; and the kink is sharp, or the triangle is
+    nearly perpendicular to that direction, as it is where triangles represent a smooth surface.
+    Beyond a border there is no minimum.
     """
     shape, link = facets.shape, facets.link
+    u, v = barycentric(foot[0], foot[1], 0.0)
+    advance = 0.0
+    for c in range(3):
+        foot_c = shape[s, A + c]
+        foot_c += u * (shape[s, B + c] - foot_c) + v * (shape[s, C + c] - foot_c)
+        advance += (foot_c - point[c]) * guard[c]
+    if not advance >= cosine * math.sqrt(square):
+        return False
     n = (shape[s, N], shape[s, N + 1], shape[s, N + 2])
     vx, vy, vz = point[0] - shape[s, 0], point[1] - shape[s, 1], point[2] - shape[s, 2]
     height = vx * n[0] + vy * n[1] + vz * n[2]
@@ -201,19 +199,19 @@ def _is_square(facets, s, point, foot, square):
         at_border = link[s, foot[0] - 1] == NO_TRIANGLE
     else:
         at_border = facets.corner[link[s, VERTICES + foot[0] - 4], 3] != 0.0
-    least = (1.0 - SLACK) * square
     if at_border:
         small = 4.0 * facets.scale[1]
         return square - height * height <= small * small
-    # The sides of s that the foot is on: the distance must not fall into the triangles across.
+    # The distance must not fall into the triangles across the sides of s that the foot is on.
     first, second = foot[0] - 1, foot[0] - 1
     if foot[0] >= 4:
         first, second = foot[0] - 4, (foot[0] - 2) % 3
+    min_square = (1.0 - RELATIVE_SLACK) * square
     for side in (first, second):
         t = link[s, side]
-        if t >= 0 and closest_on(shape, t, point[0], point[1], point[2])[0] < least:
+        if t >= 0 and closest_on(shape, t, point[0], point[1], point[2])[0] < min_square:
             return False
-    if height * height >= FLAT * FLAT * square:
+    if height * height >= SMOOTH_COSINE * SMOOTH_COSINE * square:
         return True
     if foot[0] < 4:
         t = link[s, first]
@@ -221,33 +219,19 @@ def _is_square(facets, s, point, foot, square):
             return True
         m = (shape[t, N], shape[t, N + 1], shape[t, N + 2])
     else:
-        v = link[s, VERTICES + foot[0] - 4]
-        m = (facets.corner[v, 0], facets.corner[v, 1], facets.corner[v, 2])
-    return n[0] * m[0] + n[1] * m[1] + n[2] * m[2] < FLAT
-
-
-@inner()
-def _lead_there(k, point, small, out):
-    """The normal of row k leads from the point, which is behind, to its foot on a kink."""
-    square = 0.0
-    for c in range(3):
-        square += (out.point[k, c] - point[c]) ** 2
-    away = math.sqrt(square)
-    out.status[k] = OK
-    if away > small:
-        out.gap[k] = -away
-        for c in range(3):
-            out.normal[k, c] = (out.point[k, c] - point[c]) / away
+        vertex = link[s, VERTICES + foot[0] - 4]
+        m = (facets.corner[vertex, 0], facets.corner[vertex, 1], facets.corner[vertex, 2])
+    return n[0] * m[0] + n[1] * m[1] + n[2] * m[2] < SMOOTH_COSINE
 
 
 @kernel()
 def project_facing(facets, points, guards, limits, smooth, out, start, stop):
-    """Closest feet of the points start … stop on triangles that do not face away.
+    """Write the closest feet of points[start:stop] that face their `guards` (n, 3).
 
-    `limits` are `FacingLimits` with the `guards` (n, 3), and the point is behind them. Rows without
-    any are MAX_ITERATIONS.
+    `limits` are `FacingLimits`; the points are behind the triangles. Rows without such a foot are
+    MAX_ITERATIONS.
     """
-    queue = Queue(stack_int64(DEPTH), scratch(DEPTH), scratch(WIDTH))
+    queue = Queue(stack_int64(MAX_PENDING), scratch(MAX_PENDING), scratch(WIDTH))
     shape, link = facets.shape, facets.link
     for k in range(start, stop):
         point = (points[k, 0], points[k, 1], points[k, 2])
@@ -265,7 +249,16 @@ def project_facing(facets, points, guards, limits, smooth, out, start, stop):
             write_face(shape, k, s, a, b, point, out)
         else:
             write_kink(facets, k, (s, place, a), point, False, out)
-            _lead_there(k, point, 4.0 * facets.scale[1], out)
+            # The normal points from the point, which is behind, to its foot.
+            square = 0.0
+            for c in range(3):
+                square += (out.point[k, c] - point[c]) ** 2
+            distance = math.sqrt(square)
+            out.status[k] = OK
+            if distance > 4.0 * facets.scale[1]:
+                out.gap[k] = -distance
+                for c in range(3):
+                    out.normal[k, c] = (out.point[k, c] - point[c]) / distance
         if smooth:
             smooth_normal(facets, s, k, out)
         out.certified[k] = 1
@@ -273,9 +266,9 @@ def project_facing(facets, points, guards, limits, smooth, out, start, stop):
 
 @kernel()
 def box_distance(facets, points, rows, reach, start, stop):
-    """Distance of points[rows] to the nearest box of a triangle into reach[rows]."""
-    nodes = stack_int64(DEPTH)
-    bounds = scratch(DEPTH)
+    """Write the distance of points[rows] to the nearest box of a triangle to reach[rows]."""
+    nodes = stack_int64(MAX_PENDING)
+    bounds = scratch(MAX_PENDING)
     lane = scratch(WIDTH)
     child = facets.child
     for i in range(start, stop):
@@ -296,14 +289,14 @@ def box_distance(facets, points, rows, reach, start, stop):
                 continue
             node = nodes[top]
             box_distances(facets.box, node, x, y, z, lane)
-            leaf = child[node, 0] < 0
+            is_leaf = child[node, 0] < 0
             base = top
             for l in range(WIDTH):
-                d = lane[l]
-                if d >= best or child[node, l] == NOBODY:
+                square = lane[l]
+                if square >= best or child[node, l] == NO_CHILD:
                     continue
-                if leaf:
-                    best = d
+                if is_leaf:
+                    best = square
                     continue
-                top = put(nodes, bounds, base, top, child[node, l], d)
+                top = insert_sorted(nodes, bounds, base, top, child[node, l], square)
         reach[k] = math.sqrt(best)

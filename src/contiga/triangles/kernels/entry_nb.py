@@ -1,9 +1,9 @@
 """Crossings of a swept point: the segment p0 → p1 against the triangles of a mesh.
 
-A triangle is met where the line p + x d, d of length one, passes within rounding of it as seen
-along d: with a and b the sides at its first corner A and c = (a × b)·d, P = A + u a + v b with
-u = (p − A)·(b × d)/c and v = (p − A)·(d × a)/c. A displacement of the line by ε moves u by
-ε |b × d|/|c|: so much beyond an edge still counts, at any angle, and no path slips through between
+The line p + x d, d of length one, meets a triangle if it passes within rounding of it as seen along
+d: with a and b the sides at its first corner A and c = (a × b)·d, P = A + u a + v b with u = (p −
+A)·(b × d)/c and v = (p − A)·(d × a)/c. A displacement of the line by ε changes u by ε |b × d|/|c|:
+a crossing that far beyond an edge still counts, at any angle, and no path slips through between
 triangles (Moeller & Trumbore 1997, doi 10.1080/10867651.1997.10487468, with lengths for
 tolerances).
 """
@@ -19,41 +19,43 @@ from contiga.arrays.kernels.query_nb import begin_path
 from contiga.arrays.path_records import Segment
 from contiga.jit import inner, kernel
 from contiga.triangles.facet_records import Queue
-from contiga.triangles.kernels.boxes_nb import NOBODY, WIDTH, put
+from contiga.triangles.kernels.boxes_nb import NO_CHILD, WIDTH, insert_sorted
 from contiga.triangles.kernels.facet_nb import TRIANGLE
 
-DEPTH = 256
+MAX_PENDING = 256
+"""Largest number of pending nodes."""
 PARALLEL = 1e-15
-"""Sine of the angle to a triangle's plane below which a path cannot cross it but at an edge."""
-X, SLOT, U, V, OVER, AWAY = 0, 1, 2, 3, 4, 5
-"""Columns of a crossing: x, triangle, u, v, doubt about x, distance to its edges."""
+"""Sine of the angle to a triangle's plane below which a path can cross it only at an edge."""
+X, SLOT, U, V, X_TOL, EDGE_DISTANCE = 0, 1, 2, 3, 4, 5
+"""Columns of a crossing: x, triangle, u, v, uncertainty of x, distance inside its edges."""
 
 
 @inner()
 def _box_entries(box, node, p, inverse, limits, slack, out):
-    """x at which the path enters each box of a node, widened by `slack`; infinite if never."""
+    """Write the x at which the path enters each box of a node, widened by `slack`; infinite for
+    none."""
     first, last = limits
     for l in range(WIDTH):
         a = (box[node, l] - slack - p[0]) * inverse[0]
         b = (box[node, 24 + l] + slack - p[0]) * inverse[0]
-        near = max(first, min(a, b))
-        far = min(last, max(a, b))
+        x_min = max(first, min(a, b))
+        x_max = min(last, max(a, b))
         a = (box[node, 8 + l] - slack - p[1]) * inverse[1]
         b = (box[node, 32 + l] + slack - p[1]) * inverse[1]
-        near = max(near, min(a, b))
-        far = min(far, max(a, b))
+        x_min = max(x_min, min(a, b))
+        x_max = min(x_max, max(a, b))
         a = (box[node, 16 + l] - slack - p[2]) * inverse[2]
         b = (box[node, 40 + l] + slack - p[2]) * inverse[2]
-        near = max(near, min(a, b))
-        far = min(far, max(a, b))
-        out[l] = near if near <= far + 1e-12 * abs(far) else math.inf
+        x_min = max(x_min, min(a, b))
+        x_max = min(x_max, max(a, b))
+        out[l] = x_min if x_min <= x_max + 1e-12 * abs(x_max) else math.inf
 
 
 @inner(error_model="numpy")
 def _crossing(shape, s, segment, sense):
     """Return where the line p + x d passes through triangle s.
 
-    These are x (infinite if it does not), (u, v), how far inside its edges, and the slope n·d.
+    Returns x (infinite for none), (u, v), the distance inside the edges, and the slope n·d.
     """
     p, d, slack = segment.p, segment.d, segment.slack
     n0, n1, n2 = shape[s, 9], shape[s, 10], shape[s, 11]
@@ -64,8 +66,8 @@ def _crossing(shape, s, segment, sense):
     r1 = p[1] - shape[s, 1]
     r2 = p[2] - shape[s, 2]
     x = -(r0 * n0 + r1 * n1 + r2 * n2) / slope
-    over = min(slack / abs(slope), segment.spare)
-    if x < -over or x > segment.length + over:
+    x_tol = min(slack / abs(slope), segment.spare)
+    if x < -x_tol or x > segment.length + x_tol:
         return math.inf, (0.0, 0.0), 0.0, slope
     a0 = shape[s, 12] - shape[s, 0]
     a1 = shape[s, 13] - shape[s, 1]
@@ -87,69 +89,70 @@ def _crossing(shape, s, segment, sense):
     w0 = q0 + o0
     w1 = q1 + o1
     w2 = q2 + o2
-    # How far inside the three edges the line passes.
-    away = min(
+    # The distance from the line to the three edges, positive inside.
+    edge_distance = min(
         u * abs(c) / math.sqrt(q0 * q0 + q1 * q1 + q2 * q2),
         v * abs(c) / math.sqrt(o0 * o0 + o1 * o1 + o2 * o2),
         (1.0 - u - v) * abs(c) / math.sqrt(w0 * w0 + w1 * w1 + w2 * w2),
     )
-    return (x if away >= -slack else math.inf), (u, v), away, slope
+    return (x if edge_distance >= -slack else math.inf), (u, v), edge_distance, slope
 
 
 @inner(error_model="numpy")
 def _search(facets, segment, sense, crossings, queue):
-    """First crossings of a `Segment`: where it enters in crossings[0], where it leaves in
-    crossings[1] (`sense` EITHER only)."""
+    """Find the first crossings of a `Segment`: the entry in crossings[0], the exit in crossings[1]
+    (only if `sense` is EITHER)."""
     shape, link, box, child = facets.shape, facets.link, facets.box, facets.child
     nodes, entry, lane = queue.nodes, queue.bounds, queue.lane
     p, d, slack, spare = segment.p, segment.d, segment.slack, segment.spare
     crossings[0, X] = math.inf
     crossings[1, X] = math.inf
-    # A path along an axis has no finite inverse there: a huge one gives the same boxes.
+    # A path along an axis has no finite inverse; a huge one gives the same boxes.
     inverse = (
         1.0 / d[0] if abs(d[0]) > 1e-290 else 1e290,
         1.0 / d[1] if abs(d[1]) > 1e-290 else 1e290,
         1.0 / d[2] if abs(d[2]) > 1e-290 else 1e290,
     )
-    far = segment.length + spare
+    max_x = segment.length + spare
     beyond = spare if sense == EITHER else 0.0
     nodes[0] = 0
     entry[0] = -spare
     top = 1
     while top > 0:
         top -= 1
-        if entry[top] > far:
+        if entry[top] > max_x:
             continue
         node = nodes[top]
-        _box_entries(box, node, p, inverse, (-spare, far), slack, lane)
+        _box_entries(box, node, p, inverse, (-spare, max_x), slack, lane)
         if child[node, 0] >= 0:
             base = top
             for l in range(WIDTH):
-                if lane[l] < math.inf and child[node, l] != NOBODY:
-                    top = put(nodes, entry, base, top, child[node, l], lane[l])
+                if lane[l] < math.inf and child[node, l] != NO_CHILD:
+                    top = insert_sorted(nodes, entry, base, top, child[node, l], lane[l])
             continue
         for l in range(WIDTH):
-            if lane[l] > far or child[node, l] == NOBODY:
+            if lane[l] > max_x or child[node, l] == NO_CHILD:
                 continue
             s = -1 - child[node, l]
-            x, place, away, slope = _crossing(shape, s, segment, sense)
+            x, place, edge_distance, slope = _crossing(shape, s, segment, sense)
             if x == math.inf:
                 continue
             side = 0 if slope < 0.0 else 1
-            kept = crossings[side]
-            if x < kept[X] or (
-                x == kept[X] and link[s, TRIANGLE] < link[int(kept[SLOT]), TRIANGLE]
+            first_crossing = crossings[side]
+            if x < first_crossing[X] or (
+                x == first_crossing[X]
+                and link[s, TRIANGLE] < link[int(first_crossing[SLOT]), TRIANGLE]
             ):
-                kept[X], kept[SLOT] = x, s
-                kept[U], kept[V] = place
-                kept[AWAY] = away
-                kept[OVER] = min(slack / abs(slope), spare)
-                far = min(far, x + beyond)
+                first_crossing[X], first_crossing[SLOT] = x, s
+                first_crossing[U], first_crossing[V] = place
+                first_crossing[EDGE_DISTANCE] = edge_distance
+                first_crossing[X_TOL] = min(slack / abs(slope), spare)
+                max_x = min(max_x, x + beyond)
 
 
 @inner()
 def _write(facets, out, i, crossing, length):
-    """Row i of the hits, but its status, for a crossing."""
+    """Write a crossing to row i of the hits, except its status."""
     shape = facets.shape
     s = int(crossing[SLOT])
     u = min(max(crossing[U], 0.0), 1.0)
@@ -165,12 +168,13 @@ def _write(facets, out, i, crossing, length):
 
 @inner()
 def _queue():
-    return Queue(np.empty(DEPTH, np.int64), np.empty(DEPTH), np.empty(WIDTH))
+    """Allocate the queue of a search."""
+    return Queue(np.empty(MAX_PENDING, np.int64), np.empty(MAX_PENDING), np.empty(WIDTH))
 
 
 @kernel(error_model="numpy")
 def first_hits(facets, p0, p1, rows, out, start, stop):
-    """First entry of each segment p0[rows[i]] → p1[rows[i]] into row i of `out`."""
+    """Write the first entry of each segment p0[rows[i]] → p1[rows[i]] to row i of `out`."""
     crossings, queue = np.empty((2, 6)), _queue()
     size = facets.scale[0]
     for i in range(start, stop):
@@ -189,14 +193,15 @@ def first_hits(facets, p0, p1, rows, out, start, stop):
 
 @kernel(error_model="numpy")
 def last_crossings(facets, p0, p1, out, verdict, start, stop):
-    """Crossing nearest the end of each segment p0[i] → p1[i] into row i of `out`.
+    """Write the crossing nearest the end of each segment p0[i] → p1[i] to row i of `out`.
 
-    `verdict` (n, 2) as for exact bodies: the sense, and zero or a length of doubt.
+    Writes to `verdict` (n, 2) the sense, as for exact bodies, and the width within which the result
+    depends on rounding, or zero.
     """
     crossings, queue = np.empty((2, 6)), _queue()
     size = facets.scale[0]
     for i in range(start, stop):
-        # Backwards: what is entered going back is left going on.
+        # The search goes backwards: what it finds as an entry is an exit.
         p = (p1[i, 0], p1[i, 1], p1[i, 2])
         q = (p0[i, 0], p0[i, 1], p0[i, 2])
         verdict[i] = 0.0
@@ -212,6 +217,6 @@ def last_crossings(facets, p0, p1, out, verdict, start, stop):
             out.status[i] = AT_START if crossings[side, X] >= length else OK
             verdict[i, 0] = 2.0 * side - 1.0
             last, other = crossings[side], crossings[1 - side]
-            both = other[X] - other[OVER] <= last[X] + last[OVER]
-            if both or last[AWAY] <= 2.0 * slack:
+            both = other[X] - other[X_TOL] <= last[X] + last[X_TOL]
+            if both or last[EDGE_DISTANCE] <= 2.0 * slack:
                 verdict[i, 1] = 2.0 * slack

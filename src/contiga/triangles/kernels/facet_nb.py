@@ -1,4 +1,4 @@
-"""One point and one triangle: the closest point, and what the surface is like there."""
+"""One point and one triangle: the closest point, and normals and features there."""
 
 from __future__ import annotations
 
@@ -13,15 +13,16 @@ NEIGHBOUR, VERTICES, TRIANGLE = 0, 3, 6
 """Columns of `link`."""
 A, B, C, N = 0, 12, 15, 9
 """Columns of the corners and the normal in `shape`."""
-INSIDE = 1e-12
-"""Barycentric coordinates this far below zero are inside: rounding of points over an edge."""
+INSIDE_TOL = 1e-12
+"""Negative barycentric coordinates that count as inside: rounding of points over an edge."""
 
 
-# Optimised on their own, not only within their callers, where they would be too large to be put
-# in place of their calls: a walk would take a fifth longer.
+# These kernels are optimised by themselves, not only in their callers, where they would be too
+# large to be inlined: a walk would take a fifth longer.
 @inner(pipeline_class=Compiler)
 def _on_edge(shape, s, a, b, x, y, z):
-    """Squared distance to the edge between columns a and b, and the share of it where it is."""
+    """Return the squared distance to the edge between columns a and b, and the share of the edge
+    there."""
     ex = shape[s, b] - shape[s, a]
     ey = shape[s, b + 1] - shape[s, a + 1]
     ez = shape[s, b + 2] - shape[s, a + 2]
@@ -45,18 +46,18 @@ def _on_edge(shape, s, a, b, x, y, z):
 
 @inner(pipeline_class=Compiler)
 def closest_on(shape, s, x, y, z):
-    """Closest point of triangle s: squared distance, place, and two numbers.
+    """Return the closest point of triangle s: squared distance, place, and two numbers.
 
-    Place 0: inside, with the barycentric coordinates. 1, 2, 3: on edge 0, 1, 2, with the share
-    of the edge. 4, 5, 6: corner 0, 1, 2. Only the edges whose coordinate is negative can hold
-    the closest point of a point beside the triangle.
+    Place 0: inside, with the barycentric coordinates. 1, 2, 3: on edge 0, 1, 2, with the share of
+    the edge. 4, 5, 6: corner 0, 1, 2. For a point beside the triangle only the edges with a
+    negative coordinate can contain the closest point.
     """
     vx = x - shape[s, 0]
     vy = y - shape[s, 1]
     vz = z - shape[s, 2]
     u = vx * shape[s, 3] + vy * shape[s, 4] + vz * shape[s, 5]
     v = vx * shape[s, 6] + vy * shape[s, 7] + vz * shape[s, 8]
-    if u >= -INSIDE and v >= -INSIDE and u + v <= 1.0 + INSIDE:
+    if u >= -INSIDE_TOL and v >= -INSIDE_TOL and u + v <= 1.0 + INSIDE_TOL:
         gap = vx * shape[s, 9] + vy * shape[s, 10] + vz * shape[s, 11]
         return gap * gap, 0, u, v
     best = math.inf
@@ -87,30 +88,30 @@ def closest_on(shape, s, x, y, z):
 def is_beyond(shape, s, x, y, z, limit):
     """Return whether triangle s is farther than a squared distance `limit`, without a division.
 
-    By the height over its plane, and within the plane by the distance to the lines of the sides
-    at its first corner: a coordinate u < 0 is −u / |g1| away from its side. The third side is left
+    By the height over its plane, and within the plane by the distance to the lines of the sides at
+    its first corner: a coordinate u < 0 is −u / |g1| away from its side. The third side is left
     out, because the coordinate across it cancels on slivers. `closest_on` takes three times as
-    long; with this the search takes 0.8 of the time without.
+    long; with this test the search takes 0.8 of the time.
     """
     vx = x - shape[s, 0]
     vy = y - shape[s, 1]
     vz = z - shape[s, 2]
     gap = vx * shape[s, 9] + vy * shape[s, 10] + vz * shape[s, 11]
-    rest = limit - gap * gap
-    if rest < 0.0:
+    in_plane = limit - gap * gap
+    if in_plane < 0.0:
         return True
     a, b, c = shape[s, 3], shape[s, 4], shape[s, 5]
     u = vx * a + vy * b + vz * c
-    if u < 0.0 and u * u > rest * (a * a + b * b + c * c):
+    if u < 0.0 and u * u > in_plane * (a * a + b * b + c * c):
         return True
     a, b, c = shape[s, 6], shape[s, 7], shape[s, 8]
     v = vx * a + vy * b + vz * c
-    return v < 0.0 and v * v > rest * (a * a + b * b + c * c)
+    return v < 0.0 and v * v > in_plane * (a * a + b * b + c * c)
 
 
 @inner(pipeline_class=Compiler)
 def barycentric(place, a, b):
-    """Return (u, v) of a place as `closest_on` gives it: foot = (1 − u − v) A + u B + v C."""
+    """Return (u, v) of a place of `closest_on`: foot = (1 − u − v) A + u B + v C."""
     if place == 0:
         u = min(max(a, 0.0), 1.0)
         return u, min(max(b, 0.0), 1.0 - u)
@@ -129,7 +130,7 @@ def barycentric(place, a, b):
 
 @inner(pipeline_class=Compiler)
 def write_face(shape, k, s, u, v, point, out):
-    """Row k of the projection for a foot inside triangle s, but its patch."""
+    """Write row k of the projection for a foot inside triangle s, except its patch."""
     x, y, z = point
     nx = shape[s, 9]
     ny = shape[s, 10]
@@ -151,7 +152,7 @@ def write_face(shape, k, s, u, v, point, out):
 
 @inner(pipeline_class=Compiler)
 def write_kink(facets, k, foot, point, tracked, out):
-    """Row k of the projection for a foot (slot, place, share) on an edge or a corner.
+    """Write row k of the projection for a foot (slot, place, share) on an edge or a corner.
 
     A tracked foot on a border keeps the triangle's own normal.
     """
@@ -165,39 +166,39 @@ def write_kink(facets, k, foot, point, tracked, out):
     first = (place - 1) % 3
     i = A if first == 0 else B + 3 * (first - 1)
     j = B if first == 0 else (C if first == 1 else A)
-    on = (shape[s, i], shape[s, i + 1], shape[s, i + 2])
-    # From the corner, not from the foot: far from the origin that is rounded more.
-    r = (point[0] - on[0], point[1] - on[1], point[2] - on[2])
+    q = (shape[s, i], shape[s, i + 1], shape[s, i + 2])
+    # From the corner, because the foot has larger rounding far from the origin.
+    r = (point[0] - q[0], point[1] - q[1], point[2] - q[2])
     if place < 4:
-        e = (shape[s, j] - on[0], shape[s, j + 1] - on[1], shape[s, j + 2] - on[2])
-        on = (on[0] + share * e[0], on[1] + share * e[1], on[2] + share * e[2])
+        e = (shape[s, j] - q[0], shape[s, j + 1] - q[1], shape[s, j + 2] - q[2])
+        q = (q[0] + share * e[0], q[1] + share * e[1], q[2] + share * e[2])
         r = (r[0] - share * e[0], r[1] - share * e[1], r[2] - share * e[2])
     square = r[0] ** 2 + r[1] ** 2 + r[2] ** 2
-    out.point[k, 0], out.point[k, 1], out.point[k, 2] = on
+    out.point[k, 0], out.point[k, 1], out.point[k, 2] = q
     out.feature[k] = EDGE if place < 4 else VERTEX
     n = (shape[s, N], shape[s, N + 1], shape[s, N + 2])
     height = r[0] * n[0] + r[1] * n[1] + r[2] * n[2]
     if place < 4:
-        at_end = link[s, place - 1] == NO_TRIANGLE
+        at_border = link[s, place - 1] == NO_TRIANGLE
     else:
-        at_end = facets.corner[link[s, VERTICES + place - 4], 3] != 0.0
-    beside = at_end and square - height * height > small * small
-    out.status[k] = AT_BORDER if beside else OK
-    if at_end and (tracked or not beside):
+        at_border = facets.corner[link[s, VERTICES + place - 4], 3] != 0.0
+    is_beside = at_border and square - height * height > small * small
+    out.status[k] = AT_BORDER if is_beside else OK
+    if at_border and (tracked or not is_beside):
         out.gap[k] = height
         out.normal[k, 0], out.normal[k, 1], out.normal[k, 2] = n
         return
-    toward = _pseudo_normal(facets, s, place, on)
-    length = math.sqrt(toward[0] ** 2 + toward[1] ** 2 + toward[2] ** 2)
+    reference = _pseudo_normal(facets, s, place, q)
+    length = math.sqrt(reference[0] ** 2 + reference[1] ** 2 + reference[2] ** 2)
     if length == 0.0:
-        toward = n
+        reference = n
         length = 1.0
-    side = r[0] * toward[0] + r[1] * toward[1] + r[2] * toward[2]
+    side = r[0] * reference[0] + r[1] * reference[1] + r[2] * reference[2]
     distance = math.sqrt(square)
     if distance <= small:
         out.gap[k] = side / length
         for c in range(3):
-            out.normal[k, c] = toward[c] / length
+            out.normal[k, c] = reference[c] / length
         return
     sign = 1.0 if side >= 0.0 else -1.0
     out.gap[k] = sign * distance
@@ -207,8 +208,8 @@ def write_kink(facets, k, foot, point, tracked, out):
 
 @inner(pipeline_class=Compiler)
 def _pseudo_normal(facets, s, place, foot):
-    """Sum of the normals at an edge or a corner, weighted by angle: it tells the side of a point
-    (Baerentzen & Aanaes 2005, doi 10.1109/TVCG.2005.49)."""
+    """Return the sum of the normals at an edge or a corner, weighted by angle, which decides the
+    side of a point (Baerentzen & Aanaes 2005, doi 10.1109/TVCG.2005.49)."""
     shape = facets.shape
     if place >= 4:
         v = facets.link[s, VERTICES + place - 4]
@@ -222,11 +223,11 @@ def _pseudo_normal(facets, s, place, foot):
         y += shape[other, N + 1]
         z += shape[other, N + 2]
     elif other < NO_TRIANGLE:
-        near = (4.0 * facets.scale[1]) ** 2
+        tol_square = (4.0 * facets.scale[1]) ** 2
         number = -2 - other
         for i in range(facets.around_first[number], facets.around_first[number + 1]):
             t = facets.around[i]
-            if t != s and closest_on(shape, t, foot[0], foot[1], foot[2])[0] <= near:
+            if t != s and closest_on(shape, t, foot[0], foot[1], foot[2])[0] <= tol_square:
                 x += shape[t, N]
                 y += shape[t, N + 1]
                 z += shape[t, N + 2]
@@ -235,7 +236,7 @@ def _pseudo_normal(facets, s, place, foot):
 
 @inner(pipeline_class=Compiler)
 def smooth_normal(facets, s, k, out):
-    """The normals of the corners, interpolated, in row k; the gap stays the signed distance."""
+    """Write the interpolated normals of the corners to row k; the gap stays the signed distance."""
     u = out.uv[k, 0]
     v = out.uv[k, 1]
     square = 0.0

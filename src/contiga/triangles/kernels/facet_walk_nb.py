@@ -1,9 +1,8 @@
 """Feet continued from the last ones by walking over adjoining triangles.
 
-From the closest point of a triangle the walk goes to an adjoining triangle that comes closer,
-across the edge or around the corner where that point lies, until none does: a local minimum of
-the distance, the one that is continued from where the foot was. The distance falls at every step,
-so no triangle is visited twice.
+From the closest point of a triangle the walk goes to an adjoining triangle that is closer, across
+the edge or around the corner of that point, until none is: a local minimum of the distance,
+connected to the last foot. The distance decreases at every step, so no triangle is visited twice.
 """
 
 from __future__ import annotations
@@ -25,15 +24,19 @@ from contiga.triangles.kernels.facet_nb import (
     write_kink,
 )
 
-STEPS = 1 << 20
-"""Triangles of one walk at most."""
+MAX_STEPS = 1 << 20
+"""Largest number of triangles of a walk."""
 
 
-# Optimised on their own, not only within their callers, where they would be too large to be put
-# in place of their calls: a walk would take a fifth longer.
+# These kernels are optimised by themselves, not only in their callers, where they would be too
+# large to be inlined: a walk would take a fifth longer.
 @inner(pipeline_class=Compiler)
 def _nearest_around(facets, number, best, point):
-    """Return the slot around a vertex or crowded edge that comes closer than `best`, or −1."""
+    """Return the closest point on the triangles around a vertex or crowded edge, if closer than
+    `best`.
+
+    Returns squared distance, slot (−1 for none), place and its two numbers.
+    """
     nearest = -1
     place = 0
     a = 0.0
@@ -60,7 +63,7 @@ def walk(facets, s, first, point):
     shape = facets.shape
     link = facets.link
     best, place, a, b = first
-    for _ in range(STEPS):
+    for _ in range(MAX_STEPS):
         if place == 0:
             return s, place, a, b, True
         if place < 4:
@@ -86,21 +89,13 @@ def walk(facets, s, first, point):
     return s, place, a, b, False
 
 
-@inner(pipeline_class=Compiler)
-def _was_inside(shape, s, before, k):
-    """Return whether the foot of before[k] lies inside triangle s; no, if nothing is known."""
-    if before.shape[0] == 0:
-        return False
-    # A comparison with NaN is false: what was not finite was not inside.
-    return closest_on(shape, s, before[k, 0], before[k, 1], before[k, 2])[1] == 0
-
-
 @kernel()
 def project_tracked(facets, points, starts, smooth, out, start, stop):
-    """Feet of rows start … stop continued from `starts` (WalkStarts); rows of slot −1 are left out.
+    """Write the feet of rows start … stop, continued from `starts` (WalkStarts); skip rows of slot
+    −1.
 
-    A foot inside the triangle that held it before went there straight, because triangles are
-    convex: proved.
+    A foot inside the triangle of the last one is certified: the path there is straight, because
+    triangles are convex.
     """
     slots, before = starts.slots, starts.before
     shape = facets.shape
@@ -118,10 +113,14 @@ def project_tracked(facets, points, starts, smooth, out, start, stop):
             continue
         point = (x, y, z)
         square, place, a, b = closest_on(shape, s, x, y, z)
-        out.certified[k] = 1 if place == 0 and _was_inside(shape, s, before, k) else 0
-        solved = True
+        out.certified[k] = 0
+        if place == 0 and before.shape[0] > 0:
+            # The last foot of a point that was not finite compares as not inside.
+            last_place = closest_on(shape, s, before[k, 0], before[k, 1], before[k, 2])[1]
+            out.certified[k] = 1 if last_place == 0 else 0
+        is_solved = True
         if place != 0:
-            s, place, a, b, solved = walk(facets, s, (square, place, a, b), point)
+            s, place, a, b, is_solved = walk(facets, s, (square, place, a, b), point)
         patch[k] = link[s, TRIANGLE]
         if place == 0:
             write_face(shape, k, s, a, b, point, out)
@@ -129,5 +128,5 @@ def project_tracked(facets, points, starts, smooth, out, start, stop):
             write_kink(facets, k, (s, place, a), point, True, out)
         if smooth:
             smooth_normal(facets, s, k, out)
-        if not solved:
+        if not is_solved:
             out.status[k] = MAX_ITERATIONS

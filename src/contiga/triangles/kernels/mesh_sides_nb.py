@@ -1,33 +1,21 @@
-"""Sides of triangles that are one: counted without sorting them."""
+"""Numbers of the sides of triangles, without sorting them."""
 
 from __future__ import annotations
 
 import numpy as np
 
-from contiga.jit import inner, kernel
+from contiga.jit import kernel
 
-SPREAD = np.uint64(0x9E3779B97F4A7C15)
-"""Odd number next to 2⁶⁴ over the golden ratio: multiplied by it, neighbours lie far apart."""
-
-
-@inner()
-def _slot(keys, key, shift):
-    """Return where a key is in an open table, or the free slot (−1) that it is to have."""
-    last = keys.size - 1
-    k = np.int64((np.uint64(key) * SPREAD) >> shift)
-    while keys[k] >= 0 and keys[k] != key:
-        k = (k + 1) & last
-    return k
+HASH_FACTOR = np.uint64(0x9E3779B97F4A7C15)
+"""Odd number next to 2⁶⁴ over the golden ratio: its multiples of neighbours are far apart."""
 
 
 @kernel()
 def side_numbers(triangles, n):
-    """Return the sides' numbers (m, 3), and how many triangles (k,) each side has.
+    """Return the sides' numbers (m, 3), and the number of triangles (k,) of each side.
 
-    Side j runs from corner j to the next.
-
-    `triangles` (m, 3) have vertices below `n`; sides are one whatever their sense, and are
-    numbered as they come.
+    Side j runs from corner j to the next. `triangles` (m, 3) have vertices below `n`; sides are one
+    whatever their sense, and are numbered in order of appearance.
     """
     m = triangles.shape[0]
     bits = 4
@@ -43,7 +31,10 @@ def side_numbers(triangles, n):
             a = np.int64(triangles[i, j])
             b = np.int64(triangles[i, (j + 1) % 3])
             key = min(a, b) * n + max(a, b)
-            k = _slot(keys, key, np.uint64(64 - bits))
+            # The slot of the key in an open hash table, or the free slot where it goes.
+            k = np.int64((np.uint64(key) * HASH_FACTOR) >> np.uint64(64 - bits))
+            while keys[k] >= 0 and keys[k] != key:
+                k = (k + 1) & (keys.size - 1)
             if keys[k] < 0:
                 keys[k] = key
                 number[k] = count

@@ -1,4 +1,4 @@
-"""An order of points along space, so that each is near the one before."""
+"""An order of points along a space-filling curve, so that successive points are close."""
 
 from __future__ import annotations
 
@@ -9,12 +9,12 @@ import numpy as np
 from contiga.jit import inner, kernel
 
 BITS = 7
-"""Of each coordinate: 128 cells along the longest side."""
+"""Number of bits of each coordinate: 128 cells along the longest side."""
 
 
 @inner()
-def _spread(n):
-    """The bits of n, two places apart."""
+def _spread_bits(n):
+    """Return the bits of n with two zeros between them."""
     n = (n | (n << 8)) & 0x0300F00F
     n = (n | (n << 4)) & 0x030C30C3
     return (n | (n << 2)) & 0x09249249
@@ -22,7 +22,8 @@ def _spread(n):
 
 @kernel()
 def along_space(points, rows, low, width):
-    """`rows` in the order of the Morton codes of their points; not-finite ones come first."""
+    """Return `rows` in the order of the Morton codes of their points; those not finite come
+    first."""
     n = rows.shape[0]
     cells = (1 << BITS) - 1
     code = np.zeros(n, np.int32)
@@ -33,7 +34,7 @@ def along_space(points, rows, low, width):
         if math.isfinite(points[k, 0] + points[k, 1] + points[k, 2]):
             for c in range(3):
                 place = int(min(max((points[k, c] - low[c]) * scale, 0.0), float(cells)))
-                total |= _spread(place) << c
+                total |= _spread_bits(place) << c
         code[i] = total
     # Two passes of a stable counting sort over the halves of the code.
     half = (3 * BITS + 1) // 2

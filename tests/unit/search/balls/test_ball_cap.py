@@ -14,8 +14,8 @@ import contiga as cg
 from contiga.arrays.codes import POLE
 from contiga.search.balls import ball_cap_bounds, ball_cells
 from contiga.search.balls.ball_caps import find_caps
-from contiga.search.balls.ball_cells import CAP, CLOSE
-from contiga.search.balls.kernels.ball_cell_nb import WORST, measure_cells
+from contiga.search.balls.ball_cells import CAP, SIDE_TOL
+from contiga.search.balls.kernels.ball_cell_nb import MAX_CHANGE, measure_cells
 from contiga.search.balls.radii import balls_of
 from contiga.search.balls.spans import less_a_factor, restriction
 
@@ -96,7 +96,7 @@ def caps_of(body):
     root = tables.tree[0]
     centre, size = 0.5 * (root["low"] + root["high"]), float(tables.scale[0])
     cells = ball_cells._grid(tables, centre, size)[2]
-    return find_caps(tables, cells, CLOSE * size + 2e-15 * float(np.abs(centre).max()))
+    return find_caps(tables, cells, SIDE_TOL * size + 2e-15 * float(np.abs(centre).max()))
 
 
 def within(body, caps, k, n, seed=0):
@@ -136,7 +136,7 @@ def test_no_ball_as_large_as_claimed_holds_another_point_of_the_cap(name, scale)
         _, q, normal = within(body, caps, k, 500)
         x = within(body, caps, k, 2000, seed=1)[1]
         for side, sign in ((0, -1.0), (1, 1.0)):
-            radius = min(float(caps.near[k, side]), 1e3 * scale)
+            radius = min(float(caps.radii[k, side]), 1e3 * scale)
             assert worst(q, sign * normal, x, radius) <= 1e-12 * max(radius, scale) * scale
 
 
@@ -172,7 +172,7 @@ def test_no_ball_at_a_foot_of_the_cap_holds_a_point_of_the_body(name, scale):
 )
 def test_balls_claimed_are_those_of_the_bend_at_the_pole_but_for_a_factor(name, inner, outer):
     body = cg.Body([SMOOTH[name]()])
-    near = caps_of(body).near[0]
+    near = caps_of(body).radii[0]
     # Open ones bend upwards, and not all of them have their outer side there.
     if body.patches[0].normal([[0.3, 0.01]])[0, 2] < 0.0 and name not in CLOSED:
         inner, outer = outer, inner
@@ -226,9 +226,9 @@ def test_normals_of_cells_of_a_cap_are_as_close_to_the_middle_s_as_marked(name):
     centre = 0.5 * (root["low"] + root["high"])
     cells = ball_cells._grid(tables, centre, float(tables.scale[0]))[2]
     measure_cells(tables.elements, centre, cells, 0, len(cells))
-    poor = ~(cells["turn"] < WORST)
+    poor = ~(cells["turn"] < MAX_CHANGE)
     caps.mark(cells)
-    cells = cells[(cells["cap"] >= 0) & (cells["tilt"] < WORST)]
+    cells = cells[(cells["cap"] >= 0) & (cells["tilt"] < MAX_CHANGE)]
     assert poor.any() == (cells["wobble"] > 0.0).any() or name == "disc"
     assert len(cells) > 0
     share = np.random.default_rng(6).uniform(1e-3, 1.0, (50, 2))

@@ -10,7 +10,7 @@ from tests.unit.search.holed import holed_plate
 import contiga as cg
 from contiga.records import empty_projection
 from contiga.search.balls import radii as ball
-from contiga.search.closest.kernels import global_among_nb, global_nb, nearest_nb
+from contiga.search.closest.kernels import global_nb, global_scope_nb, nearest_nb
 from contiga.search.hierarchy.kernels import plates_nb
 from contiga.search.tables import tables_of
 from contiga.statuses import Feature, Status
@@ -24,7 +24,7 @@ def distances(tables, points):
     h, found, out = np.empty((4, 6)), np.empty(4), np.empty(len(points))
     for k in range(len(points)):
         point = (points[k, 0], points[k, 1], points[k, 2])
-        out[k] = global_nb.closest(tables, point, global_among_nb.anywhere(), np.inf, found, h)
+        out[k] = global_nb.closest(tables, point, global_scope_nb.all_patches(), np.inf, found, h)
     return out
 
 
@@ -163,7 +163,7 @@ def test_points_that_are_no_numbers_are_told():
 def test_balls_are_worked_out_once_they_are_worth_it(monkeypatch):
     body = cg.Body([cg.shapes.torus()])
     tables = tables_of(body)
-    monkeypatch.setattr(ball, "WORTH", 100)
+    monkeypatch.setattr(ball, "MIN_POINTS", 100)
     assert ball.known_balls(tables, 60) is None
     known = ball.known_balls(tables, 60)
     assert known is ball.balls_of(tables)

@@ -211,7 +211,7 @@ def test_points_that_are_not_finite_are_on_no_side() -> None:
 @pytest.mark.interpreted
 def test_sides_without_compilation(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(side_grid, "MIN_CELLS", 300.0)
-    monkeypatch.setattr(side_grid, "CELLS", 0.0)
+    monkeypatch.setattr(side_grid, "CELLS_PER_ELEMENT", 0.0)
     points = np.array([[0.0, 0.0, 0.0], [0.0, 0.0, 1.0], [1.04, 1.04, 1.04], [5.0, 0.0, 0.0]])
     body = box((-1.0, -1.0, -1.0), (1.0, 1.0, 1.0))
     assert _sides(body, points)[0].tolist() == [-1, 0, 1, 1]
@@ -227,7 +227,7 @@ def test_regions_and_depths_of_cells_are_those_of_scipy(share: float) -> None:
     for seed, shape in enumerate([(7, 6, 9), (1, 12, 5), (11, 1, 1), (8, 8, 8)]):
         clear = np.random.default_rng(seed).uniform(size=shape) < share
         clear[-1, -1, -1] = False
-        np.testing.assert_array_equal(side_grid_nb.labelled(clear), ndimage.label(clear)[0])
+        np.testing.assert_array_equal(side_grid_nb.label_regions(clear), ndimage.label(clear)[0])
         depth = ndimage.distance_transform_cdt(clear, metric="chessboard")
         np.testing.assert_array_equal(side_grid_nb.depths(clear), depth)
 

@@ -1,9 +1,10 @@
-"""Blocks of cells over which a patch is smooth: how near its own points come to touching balls.
+"""Blocks of cells over which a patch is smooth: their own bound of touching balls.
 
-Between two points of a block whose derivatives along the straight way in parameters stay within
-an angle φ of one direction, the chord is at least cos φ times the way's length L, and the normal
+Between two points of a block whose derivatives along the straight line in parameters stay within
+an angle φ of one direction, the chord is at least cos φ times the curve's length L, and the normal
 turns by at most κL: |(X − Q)·n| ≤ κL²/2. Hence no ball that touches within the block and is
-smaller than cos²φ/κ holds another point of it. Where no bend goes to one side, nothing does.
+smaller than cos²φ/κ contains another point of it. If all curvatures are towards one side, the ball
+on the other side has no bound.
 """
 
 from __future__ import annotations
@@ -15,25 +16,32 @@ import numpy as np
 from contiga.elements.kernels.element_nb import BINOMIAL
 from contiga.jit import inner, kernel
 from contiga.jit.scratch import stack_int64
-from contiga.search.balls.kernels.ball_cell_nb import WORST, bends, deviation, measure
+from contiga.search.balls.kernels.ball_cell_nb import (
+    MAX_CHANGE,
+    deviation,
+    measure,
+    normal_curvatures,
+)
 
-KINK = 1e-8
-"""Derivatives that jump by less than this share of themselves are continuous: a surface that
-turns by an angle ε reaches ε²ρ/2 into a ball of radius ρ, which is less than rounding."""
-TURN = 0.9
-"""Blocks in which the derivatives change by more than this share prove nothing of use,"""
-GROWN = 0.6
-"""and beyond the cells next to it no block is grown farther than this."""
-WIDE = 2.0
-"""How far blocks are grown beyond their cell, in lengths of the cell."""
+KINK_TOL = 1e-8
+"""Relative jump of derivatives below which they are continuous: a surface that turns by an angle ε
+reaches ε²ρ/2 into a ball of radius ρ, which is less than rounding."""
+MAX_TURN = 0.9
+MAX_OUTER_TURN = 0.6
+"""Largest relative change of derivatives in a block, and in its cells that are not next to the
+middle."""
+BLOCK_REACH = 2.0
+"""Distance to which blocks grow around their cell, in lengths of the cell."""
 MAX_BLOCK_CELLS = 160
-"""Cells in a block at most."""
+"""Largest number of cells of a block."""
 BINOMIAL_TWICE = np.array([[float(math.comb(2 * n, k)) for k in range(32)] for n in range(16)])
+"""Binomial coefficients of twice the degree."""
 
 
 @inner()
 def _end_rows(elements, e, side, shift, first, row):
-    """Homogeneous coefficients along a side, and their derivative across it, about `shift`."""
+    """Write the homogeneous coefficients along a side, and their derivative across it, about
+    `shift`; return the degree along it."""
     table = elements.table[e]
     p = table["degree"][0]
     q = table["degree"][1]
@@ -64,11 +72,12 @@ def _end_rows(elements, e, side, shift, first, row):
 
 
 @inner()
-def jump(elements, e, f, way, tolerance):
-    """Bound of the jump of the derivative across the joint where f continues e in direction `way`.
+def derivative_jump(elements, e, f, axis, tolerance):
+    """Return a bound of the jump of the derivative where f continues e in direction `axis` (0 or
+    1).
 
     From the Bernstein coefficients of ((A' of f) − (A' of e))·w − (w' of f − w' of e)·A over w².
-    Infinite where the two sides are farther apart than `tolerance`.
+    Infinite if the two sides are farther apart than `tolerance`.
     """
     p, q = elements.table[e]["degree"]
     r, s = elements.table[f]["degree"]
@@ -78,19 +87,19 @@ def jump(elements, e, f, way, tolerance):
     other_first = np.zeros((n, 4))
     other_row = np.zeros((n, 4))
     shift = np.zeros(3)
-    degree = _end_rows(elements, e, 2 * way + 1, shift, first, row)
+    degree = _end_rows(elements, e, 2 * axis + 1, shift, first, row)
     for c in range(3):
         shift[c] = elements.table[f]["origin"][c] - elements.table[e]["origin"][c]
-    if _end_rows(elements, f, 2 * way, shift, other_first, other_row) != degree:
+    if _end_rows(elements, f, 2 * axis, shift, other_first, other_row) != degree:
         return math.inf
-    least = row[0, 3]
+    min_weight = row[0, 3]
     for k in range(1, degree + 1):
-        least = min(least, row[k, 3])
+        min_weight = min(min_weight, row[k, 3])
     for k in range(degree + 1):
         for c in range(3):
-            if not abs(row[k, c] - other_row[k, c]) <= tolerance * least:
+            if not abs(row[k, c] - other_row[k, c]) <= tolerance * min_weight:
                 return math.inf
-        if not abs(row[k, 3] - other_row[k, 3]) <= 1e-12 * least:
+        if not abs(row[k, 3] - other_row[k, 3]) <= 1e-12 * min_weight:
             return math.inf
     largest = 0.0
     for k in range(2 * degree + 1):
@@ -104,12 +113,12 @@ def jump(elements, e, f, way, tolerance):
                 total -= share * (other_first[i, 3] - first[i, 3]) * row[j, c]
             square += total * total
         largest = max(largest, square)
-    return math.sqrt(largest) / least**2
+    return math.sqrt(largest) / min_weight**2
 
 
 @inner()
-def _turn_seen(middle, cell):
-    """Largest share by which derivatives in `cell` differ from those of the middle of `middle`."""
+def _turn_from(middle, cell):
+    """Return the largest relative change of derivatives in `cell` from the middle of `middle`."""
     u = middle["wide"][0] / cell["wide"][0]
     v = middle["wide"][1] / cell["wide"][1]
     da = 0.0
@@ -123,66 +132,70 @@ def _turn_seen(middle, cell):
 
 
 @inner()
-def near(cells, rows, k, home):
-    """Radii of inner and outer ball that the block `rows` of cells bounds, into home["near"]."""
+def block_radii(cells, rows, k, block):
+    """Write the radii of inner and outer ball by the block `rows` of cells to block["radii"].
+
+    Returns False if the block proves nothing.
+    """
     middle = cells[k]
     nx, ny, nz = middle["normal"]
     turn = 0.0
-    bent = 0.0
+    curvature = 0.0
     for r in rows:
-        bent = max(bent, max(-cells[r]["bend"][0], cells[r]["bend"][1]))
-        turn = max(turn, _turn_seen(middle, cells[r]))
-    if not turn < TURN:
+        curvature = max(curvature, max(-cells[r]["bend"][0], cells[r]["bend"][1]))
+        turn = max(turn, _turn_from(middle, cells[r]))
+    if not turn < MAX_TURN:
         return False
-    both = (1.0 - turn * turn) / bent if bent > 0.0 else math.inf
-    home["near"][0] = both
-    home["near"][1] = both
+    radius = (1.0 - turn * turn) / curvature if curvature > 0.0 else math.inf
+    block["radii"][0] = radius
+    block["radii"][1] = radius
     inner = 0.0
     outer = 0.0
     for r in rows:
         cell = cells[r]
         x, y, z = cell["normal"]
-        apart = math.sqrt((x - nx) ** 2 + (y - ny) ** 2 + (z - nz) ** 2)
-        slack = apart + 2.0 * math.sin(0.5 * math.asin(middle["tilt"]))
-        low, high = bends(cell, slack)
+        distance = math.sqrt((x - nx) ** 2 + (y - ny) ** 2 + (z - nz) ** 2)
+        slack = distance + 2.0 * math.sin(0.5 * math.asin(middle["tilt"]))
+        low, high = normal_curvatures(cell, slack)
         inner = max(inner, -low / (1.0 - cell["shear"]) ** 2)
         outer = max(outer, high / (1.0 - cell["shear"]) ** 2)
     shape = ((1.0 - turn) / (1.0 + turn)) ** 2
-    home["near"][0] = max(both, shape / inner if inner > 0.0 else math.inf)
-    home["near"][1] = max(both, shape / outer if outer > 0.0 else math.inf)
+    block["radii"][0] = max(radius, shape / inner if inner > 0.0 else math.inf)
+    block["radii"][1] = max(radius, shape / outer if outer > 0.0 else math.inf)
     return True
 
 
 @inner()
-def _fits(cells, smooth, base, ij, line):
-    """Return whether a line of cells beside a block is there, is sound, and joins it smoothly.
+def _can_grow(cells, smooth, base, ij, line):
+    """Return whether a line of cells next to a block exists, is sound, and joins it smoothly.
 
-    `line` is the side of the block, the cells along it and the offset of the new line.
+    `line` is the side of the block, the range of cells along it, and the offset of the new line.
     """
     side, low, high, offset = line
     k = base[0] + ij[0] * base[2] + ij[1]
     inward = -1 if side % 2 == 1 else 1
     for x in range(low, high + 1):
         if side < 2:
-            new = _at(smooth, base, ij[0] + offset, ij[1] + x)
-            old = _at(smooth, base, ij[0] + offset + inward, ij[1] + x)
+            new = _cell_at(smooth, base, ij[0] + offset, ij[1] + x)
+            old = _cell_at(smooth, base, ij[0] + offset + inward, ij[1] + x)
         else:
-            new = _at(smooth, base, ij[0] + x, ij[1] + offset)
-            old = _at(smooth, base, ij[0] + x, ij[1] + offset + inward)
-        if new < 0 or new == k or not cells[new]["turn"] < WORST:
+            new = _cell_at(smooth, base, ij[0] + x, ij[1] + offset)
+            old = _cell_at(smooth, base, ij[0] + x, ij[1] + offset + inward)
+        if new < 0 or new == k or not cells[new]["turn"] < MAX_CHANGE:
             return False
         if not smooth[old if side % 2 == 1 else new, side // 2]:
             return False
         if x < high and not smooth[new, 1 - side // 2]:
             return False
-        if not _turn_seen(cells[k], cells[new]) < (TURN if abs(offset) == 1 else GROWN):
+        max_turn = MAX_TURN if abs(offset) == 1 else MAX_OUTER_TURN
+        if not _turn_from(cells[k], cells[new]) < max_turn:
             return False
     return True
 
 
 @inner()
-def _at(smooth, base, i, j):
-    """Number of the cell (i, j) of a patch, counted on round a seam; −1 outside."""
+def _cell_at(smooth, base, i, j):
+    """Return the cell (i, j) of a patch, periodic over a smooth seam; −1 outside."""
     first, nu, nv = base
     if i < 0 or i >= nu:
         edge = first + (nu - 1) * nv + min(max(j, 0), nv - 1)
@@ -198,28 +211,30 @@ def _at(smooth, base, i, j):
 
 
 @kernel()
-def base_homes(cells, smooth, bases, homes):
-    """Around every sound cell of the patches' grids, a block about as wide all round."""
+def base_blocks(cells, smooth, bases, blocks):
+    """Write a block of about equal extent on all sides for every sound cell of the patches'
+    grids."""
     rows = stack_int64(MAX_BLOCK_CELLS)
     for patch in range(bases.shape[0]):
         base = (bases[patch, 0], bases[patch, 1], bases[patch, 2])
         for i in range(base[1]):
             for j in range(base[2]):
                 k = base[0] + i * base[2] + j
-                if cells[k]["turn"] < WORST:
-                    _home(cells, smooth, base, (i, j), rows, homes[k])
+                if cells[k]["turn"] < MAX_CHANGE:
+                    _grow_block(cells, smooth, base, (i, j), rows, blocks[k])
 
 
 @inner()
-def _home(cells, smooth, base, ij, rows, home):
+def _grow_block(cells, smooth, base, ij, rows, block):
+    """Grow a block around one cell line by line; write its radii and extent to `block`."""
     i, j = ij
     k = base[0] + i * base[2] + j
-    reach = np.zeros(4, np.int64)  # offsets of the first and the last line each way
+    reach = np.zeros(4, np.int64)  # offsets of the first and last line in i and j
     margin = np.zeros(4)
     uv = cells[k]["uv"].copy()
     r11, r12, r22 = cells[k]["metric"]
     across = r11 * r22 / math.hypot(r12, r22), r22  # of one cell
-    goal = WIDE * max(r11, math.hypot(r12, r22))
+    goal = BLOCK_REACH * max(r11, math.hypot(r12, r22))
     while True:
         side = 0
         for c in range(1, 4):
@@ -232,89 +247,92 @@ def _home(cells, smooth, base, ij, rows, home):
         line = (side, reach[other], reach[other + 1], reach[side] + step)
         count = (reach[1] - reach[0] + 1) * (reach[3] - reach[2] + 1)
         length = reach[other + 1] - reach[other] + 1
-        if count + length > MAX_BLOCK_CELLS or not _fits(cells, smooth, base, ij, line):
+        if count + length > MAX_BLOCK_CELLS or not _can_grow(cells, smooth, base, ij, line):
             margin[side] = math.inf
             continue
         reach[side] += step
         if side < 2:
-            new = _at(smooth, base, i + reach[side], j)
+            new = _cell_at(smooth, base, i + reach[side], j)
         else:
-            new = _at(smooth, base, i, j + reach[side])
-        wide = cells[new]["wide"][side // 2]
-        uv[side] += step * wide
-        margin[side] += across[side // 2] * wide / cells[k]["wide"][side // 2]
+            new = _cell_at(smooth, base, i, j + reach[side])
+        width = cells[new]["wide"][side // 2]
+        uv[side] += step * width
+        margin[side] += across[side // 2] * width / cells[k]["wide"][side // 2]
     n = 0
     for a in range(reach[0], reach[1] + 1):
         for b in range(reach[2], reach[3] + 1):
-            rows[n] = _at(smooth, base, i + a, j + b)
+            rows[n] = _cell_at(smooth, base, i + a, j + b)
             n += 1
-    if not near(cells, rows[:n], k, home):
+    if not block_radii(cells, rows[:n], k, block):
         rows[0] = k
         for c in range(4):
             uv[c] = cells[k]["uv"][c]
-        if not near(cells, rows[:1], k, home):
+        if not block_radii(cells, rows[:1], k, block):
             return
     for c in range(4):
-        home["uv"][c] = uv[c]
+        block["uv"][c] = uv[c]
 
 
 @kernel()
-def homes_within(elements, centre, around, enough, homes):
-    """Smooth blocks that are one cell, out of surroundings `around` (m, n), the widest first.
+def single_cell_blocks(elements, centre, around, target, blocks):
+    """Write smooth blocks of one cell, from surroundings `around` (m, n), the widest first.
 
-    A block is kept where it allows balls as large as `enough`: what a smaller one leaves out lies
-    nearer. Else that is taken which allows the largest.
+    The first block is taken that allows balls as large as `target`: the points outside a smaller
+    block are nearer. Otherwise the block is taken that allows the largest balls.
     """
     row = np.zeros(1, np.int64)
-    trial = homes[:1].copy()
+    trial = blocks[:1].copy()
     for k in range(around.shape[1]):
         for i in range(around.shape[0]):
-            least = min(homes[k]["near"][0], homes[k]["near"][1])
-            if least >= enough:
+            radius = min(blocks[k]["radii"][0], blocks[k]["radii"][1])
+            if radius >= target:
                 break
             measure(elements, around[i, k]["element"], centre, around[i, k])
             row[0] = k
-            if not around[i, k]["turn"] < WORST or not near(around[i], row, k, trial[0]):
+            if not around[i, k]["turn"] < MAX_CHANGE:
                 continue
-            if min(trial[0]["near"][0], trial[0]["near"][1]) > least:
+            if not block_radii(around[i], row, k, trial[0]):
+                continue
+            if min(trial[0]["radii"][0], trial[0]["radii"][1]) > radius:
                 for c in range(2):
-                    homes[k]["near"][c] = trial[0]["near"][c]
+                    blocks[k]["radii"][c] = trial[0]["radii"][c]
                 for c in range(4):
-                    homes[k]["uv"][c] = around[i, k]["uv"][c]
-                homes[k]["cap"] = -1
+                    blocks[k]["uv"][c] = around[i, k]["uv"][c]
+                blocks[k]["cap"] = -1
 
 
 @kernel()
-def joints(elements, grid, bases, cells, tolerance, smooth):
-    """Mark which cells of the patches' grids join the next one in u and in v smoothly.
+def smooth_joints(elements, grid, bases, cells, tolerance, smooth):
+    """Write which cells of the patches' grids join the next one in u and in v smoothly.
 
-    Returns (patches, 2): 1 where a patch closes in that direction.
+    Returns (patches, 2): 1 if a patch is closed in that direction.
     """
     closes = np.zeros((bases.shape[0], 2))
     for patch in range(bases.shape[0]):
         first, nu, nv = bases[patch]
         for i in range(nu):
             for j in range(nv):
-                for way in range(2):
+                for axis in range(2):
                     k = first + i * nv + j
-                    last = i == nu - 1 if way == 0 else j == nv - 1
-                    if way == 0:
+                    is_last = i == nu - 1 if axis == 0 else j == nv - 1
+                    if axis == 0:
                         other = first + (i + 1) % nu * nv + j
                     else:
                         other = first + i * nv + (j + 1) % nv
                     e = cells[k]["element"]
                     f = cells[other]["element"]
-                    if last and elements.table[e]["neighbour"][2 * way + 1] != f:
-                        smooth[k, way] = False
+                    if is_last and elements.table[e]["neighbour"][2 * axis + 1] != f:
+                        smooth[k, axis] = False
                         continue
-                    if cells[k]["box"][2 * way + 1] < 0.5:
+                    if cells[k]["box"][2 * axis + 1] < 0.5:
                         continue
-                    smooth[k, way] = False
-                    if cells[k]["turn"] < WORST:
-                        leap = jump(elements, e, f, way, tolerance) * cells[k]["wide"][way]
+                    smooth[k, axis] = False
+                    if cells[k]["turn"] < MAX_CHANGE:
+                        jump = derivative_jump(elements, e, f, axis, tolerance)
+                        jump *= cells[k]["wide"][axis]
                         r11, r12, r22 = cells[k]["metric"]
-                        across = r11 * r22 / math.hypot(r12, r22) if way == 0 else r22
-                        smooth[k, way] = leap <= KINK * across
-                    if last and smooth[k, way]:
-                        closes[patch, way] = 1.0
+                        across = r11 * r22 / math.hypot(r12, r22) if axis == 0 else r22
+                        smooth[k, axis] = jump <= KINK_TOL * across
+                    if is_last and smooth[k, axis]:
+                        closes[patch, axis] = 1.0
     return closes

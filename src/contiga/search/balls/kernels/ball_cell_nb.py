@@ -1,9 +1,9 @@
-"""Cells of elements with rigorous bounds of how their surface runs, turns and bends.
+"""Cells of elements with rigorous bounds of their derivatives, normals and curvatures.
 
 A cell is a rectangle of one element. Its own parameters (x, y) go from −1/2 to 1/2. Let a, b be
 the derivatives at its middle, n its normal there, and (a b) = Q R with orthonormal columns of Q:
-lengths and bends are told in the coordinates R (dx, dy), in which the metric of the middle is one.
-All bounds come from Bernstein coefficients, as in `bounds_nb`.
+lengths and curvatures are measured in the coordinates R (dx, dy), in which the metric of the middle
+is the identity. All bounds come from Bernstein coefficients, as in `bounds_nb`.
 """
 
 from __future__ import annotations
@@ -18,13 +18,14 @@ from contiga.jit import inner, kernel
 from contiga.jit.scratch import scratch
 from contiga.search.balls.kernels.ball_plane_nb import unit_normal
 
-WORST = 0.98
-"""Cells whose derivatives differ more than this share from those of their middle bound nothing."""
+MAX_CHANGE = 0.98
+"""Relative change of derivatives from those of the middle above which a cell bounds nothing."""
 
 
 @inner()
-def _span(g, degree, order):
-    """Least and largest coefficient of the difference of `order` of the scalar net `g`."""
+def _difference_range(g, degree, order):
+    """Return the least and largest coefficient of the difference of `order` of the scalar net
+    `g`."""
     p, q = degree
     a, b = order
     if a > p or b > q:
@@ -51,42 +52,46 @@ def _span(g, degree, order):
 
 
 @inner()
-def _largest(g, degree, order):
-    low, high = _span(g, degree, order)
+def _largest_difference(g, degree, order):
+    """Return the largest absolute coefficient of the difference of `order` of a net."""
+    low, high = _difference_range(g, degree, order)
     return max(-low, high)
 
 
 @inner()
-def _quotient_span(g, degree, order, weights, slack):
-    """Bounds of the difference of `g` over a weight between `weights`, widened by `slack`."""
-    low, high = _span(g, degree, order)
-    least, most = weights
-    return min(low / least, low / most) - slack, max(high / least, high / most) + slack
+def _quotient_range(g, degree, order, weights, slack):
+    """Return bounds of the difference of `g` over a weight within `weights`, widened by `slack`."""
+    low, high = _difference_range(g, degree, order)
+    min_weight, max_weight = weights
+    return min(low / min_weight, low / max_weight) - slack, max(
+        high / min_weight, high / max_weight
+    ) + slack
 
 
 @inner()
 def deviation(cell, da, db):
-    """Norm of a change of the derivatives by at most (da, db), in the cell's own metric."""
+    """Return the norm of a change of the derivatives by at most (da, db), in the cell's metric."""
     r11, r12, r22 = cell["metric"]
     return math.hypot(da / r11, (db + da * abs(r12) / r11) / r22)
 
 
 @inner()
-def bends(cell, slack):
-    """Least and largest of N·S''(d, d) over |R d|², N any unit vector near the cell's normal.
+def normal_curvatures(cell, slack):
+    """Return the least and largest N·S''(d, d) over |R d|², N any unit vector near the cell's
+    normal.
 
     `slack` is the largest |N − n|. Positive is towards the normal.
     """
     r11, r12, r22 = cell["metric"]
     form = cell["form"]
-    # N = cos·n + sin·(something along the surface): only the latter sees S'' along the surface.
+    # N = cos·n + sin·(a tangent): only the tangent has a product with the tangential part of S''.
     more = slack * cell["slide"] + 0.5 * slack * slack * cell["second"]
     i11 = 1.0 / r11
     i22 = 1.0 / r22
     i12 = -r12 * i11 * i22
-    least = math.inf
-    most = -math.inf
-    for side in range(2):  # the diagonal of S'' at its lower, then at its upper bounds
+    min_curvature = math.inf
+    max_curvature = -math.inf
+    for side in range(2):  # the diagonal of S'' at its lower, then its upper bounds
         sign = 2.0 * side - 1.0
         ss = form[side] + sign * more[0]
         tt = form[4 + side] + sign * more[2]
@@ -99,23 +104,24 @@ def bends(cell, slack):
             reach = math.hypot(0.5 * (m11 - m22), m12)
             low, high = middle - reach, middle + reach
             if side == 0:
-                least = min(least, low)
+                min_curvature = min(min_curvature, low)
             else:
-                most = max(most, high)
-    return least, most
+                max_curvature = max(max_curvature, high)
+    return min_curvature, max_curvature
 
 
 @inner()
-def _unit_normal(h, hs, ht, cell):
-    """Frame of the middle into the cell; False where the derivatives span no plane."""
+def _frame_of_middle(h, hs, ht, cell):
+    """Write derivatives, normal and metric of the middle to the cell; return False if the
+    derivatives span no plane."""
     ax, ay, az = h[0, 1] * hs, h[1, 1] * hs, h[2, 1] * hs
     bx, by, bz = h[0, 2] * ht, h[1, 2] * ht, h[2, 2] * ht
     nx, ny, nz = ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx
     area = math.sqrt(nx * nx + ny * ny + nz * nz)
     r11 = math.sqrt(ax * ax + ay * ay + az * az)
-    long = math.sqrt(bx * bx + by * by + bz * bz)
-    cell["extent"] = 0.5 * math.hypot(r11, long)
-    if not area > 1e-6 * r11 * long:
+    length = math.sqrt(bx * bx + by * by + bz * bz)
+    cell["extent"] = 0.5 * math.hypot(r11, length)
+    if not area > 1e-6 * r11 * length:
         return False
     cell["first"][0, 0] = ax
     cell["first"][0, 1] = ay
@@ -134,35 +140,36 @@ def _unit_normal(h, hs, ht, cell):
 
 @inner()
 def _normal_bounds(g, w, degree, cell):
-    """Bounds of n·S' (returned) and n·S'' (into the cell) from the nets n·A and w."""
+    """Return bounds of n·S', and write those of n·S'' to the cell, by the nets n·A and w."""
     p, q = degree
-    least, most = w[0], w[0]
-    thick = 0.0
+    min_weight, max_weight = w[0], w[0]
+    height = 0.0
     for k in range((p + 1) * (q + 1)):
-        least, most = min(least, w[k]), max(most, w[k])
-        thick = max(thick, abs(g[k]) / w[k])
-    w10 = _largest(w, degree, (1, 0))
-    w01 = _largest(w, degree, (0, 1))
-    f10 = (_largest(g, degree, (1, 0)) + w10 * thick) / least
-    f01 = (_largest(g, degree, (0, 1)) + w01 * thick) / least
-    weights = (least, most)
+        min_weight, max_weight = min(min_weight, w[k]), max(max_weight, w[k])
+        height = max(height, abs(g[k]) / w[k])
+    w10 = _largest_difference(w, degree, (1, 0))
+    w01 = _largest_difference(w, degree, (0, 1))
+    f10 = (_largest_difference(g, degree, (1, 0)) + w10 * height) / min_weight
+    f01 = (_largest_difference(g, degree, (0, 1)) + w01 * height) / min_weight
+    weights = (min_weight, max_weight)
     form = cell["form"]
-    slack = (2.0 * w10 * f10 + _largest(w, degree, (2, 0)) * thick) / least
-    form[0], form[1] = _quotient_span(g, degree, (2, 0), weights, slack)
-    slack = (w10 * f01 + w01 * f10 + _largest(w, degree, (1, 1)) * thick) / least
-    form[2], form[3] = _quotient_span(g, degree, (1, 1), weights, slack)
-    slack = (2.0 * w01 * f01 + _largest(w, degree, (0, 2)) * thick) / least
-    form[4], form[5] = _quotient_span(g, degree, (0, 2), weights, slack)
+    slack = (2.0 * w10 * f10 + _largest_difference(w, degree, (2, 0)) * height) / min_weight
+    form[0], form[1] = _quotient_range(g, degree, (2, 0), weights, slack)
+    slack = (w10 * f01 + w01 * f10 + _largest_difference(w, degree, (1, 1)) * height) / min_weight
+    form[2], form[3] = _quotient_range(g, degree, (1, 1), weights, slack)
+    slack = (2.0 * w01 * f01 + _largest_difference(w, degree, (0, 2)) * height) / min_weight
+    form[4], form[5] = _quotient_range(g, degree, (0, 2), weights, slack)
     return f10, f01
 
 
 @inner()
-def _less_affine(net, degree, h, sizes, rest):
-    """Net of the cell less its tangent plane's map at the middle, one degree higher, into `rest`.
+def _subtract_affine(net, degree, h, sizes, remainder):
+    """Write the net of the cell less the affine map of its middle, one degree higher, to
+    `remainder`.
 
-    (A − wL)/w with L = S + x S_x + y S_y at the middle has the second derivatives of A/w, but what
-    the quotient rule multiplies with those of w is small: without it the twist of a long cylinder
-    would seem as large as its length.
+    (A − wL)/w with L = S + x S_x + y S_y at the middle has the second derivatives of A/w, but the
+    factors of the derivatives of w in the quotient rule are small: without L the twist of a long
+    cylinder would appear as large as its length.
     """
     p, q = degree
     for a in range(2):
@@ -178,19 +185,19 @@ def _less_affine(net, degree, h, sizes, rest):
                     m = j - b
                     if m < 0 or m > q:
                         continue
-                    part = share * (j / (q + 1.0) if b == 1 else 1.0 - j / (q + 1.0))
+                    factor = share * (j / (q + 1.0) if b == 1 else 1.0 - j / (q + 1.0))
                     old = k * (q + 1) + m
                     new = i * (q + 2) + j
                     w = net[old, 3]
-                    rest[new, 3] += part * w
+                    remainder[new, 3] += factor * w
                     for c in range(3):
-                        flat = h[c, 0] + x * h[c, 1] + y * h[c, 2]
-                        rest[new, c] += part * (net[old, c] - w * flat)
+                        affine = h[c, 0] + x * h[c, 1] + y * h[c, 2]
+                        remainder[new, c] += factor * (net[old, c] - w * affine)
 
 
 @inner(linked=False)
 def measure(elements, e, centre, cell):
-    """Fill in the bounds of a cell whose element and box are set; lengths about `centre`."""
+    """Write the bounds of a cell whose element and box are set; lengths are about `centre`."""
     box = cell["box"]
     table = elements.table[e]
     p = table["degree"][0]
@@ -204,41 +211,41 @@ def measure(elements, e, centre, cell):
     restrict(elements.coefs[start : start + 4 * n], (p, q), (box[0], box[1], box[2], box[3]), net)
     evaluate(elements, e, 0.5 * (box[0] + box[1]), 0.5 * (box[2] + box[3]), h)
     for k in range(4):
-        place = k // 2 * p * (q + 1) + k % 2 * q
+        row = k // 2 * p * (q + 1) + k % 2 * q
         for c in range(3):
-            cell["corner"][k, c] = net[place, c] / net[place, 3] + (table["origin"][c] - centre[c])
+            cell["corner"][k, c] = net[row, c] / net[row, 3] + (table["origin"][c] - centre[c])
     for c in range(3):
         cell["middle"][c] = h[c, 0] + (table["origin"][c] - centre[c])
-    spans = _unit_normal(h, hs, ht, cell)
+    has_plane = _frame_of_middle(h, hs, ht, cell)
     g = np.zeros(n)
-    if spans:
+    if has_plane:
         for k in range(n):
             for c in range(3):
                 g[k] += cell["normal"][c] * (net[k, c] - net[k, 3] * h[c, 0])
         f10, f01 = _normal_bounds(g, net[:, 3].copy(), (p, q), cell)
     bound = scratch(9)
     corner = scratch(2, 3)
-    rest = np.zeros(((p + 2) * (q + 2), 4))
-    _less_affine(net, (p, q), h, (hs, ht), rest)
-    derivative_bounds(rest, (p + 1, q + 1), (1.0, 1.0), bound, corner[0], corner[1])
-    # Bounds of |S''| and of its part along the tangent plane of the middle. Seen from the middle
-    # the bound of a rational cell is about half as large.
+    remainder = np.zeros(((p + 2) * (q + 2), 4))
+    _subtract_affine(net, (p, q), h, (hs, ht), remainder)
+    derivative_bounds(remainder, (p + 1, q + 1), (1.0, 1.0), bound, corner[0], corner[1])
+    # Bounds of |S''| and of its part along the tangent plane of the middle. For a rational cell the
+    # bound by the value at the middle and its change is about half as large.
     sizes, normal = (hs * hs, hs * ht, ht * ht), cell["normal"]
     for k in range(3):
         x, y, z = h[0, 3 + k] * sizes[k], h[1, 3 + k] * sizes[k], h[2, 3 + k] * sizes[k]
-        up = x * normal[0] + y * normal[1] + z * normal[2]
+        height = x * normal[0] + y * normal[1] + z * normal[2]
         square = x * x + y * y + z * z
         change = 0.5 * (bound[5 + k] + bound[6 + k])
         cell["second"][k] = min(bound[2 + k], math.sqrt(square) + change)
-        cell["slide"][k] = min(bound[2 + k], math.sqrt(max(square - up * up, 0.0)) + change)
+        cell["slide"][k] = min(bound[2 + k], math.sqrt(max(square - height * height, 0.0)) + change)
     second = cell["second"]
     cell["bulge"] = 0.125 * (second[0] + second[2])
     cell["rise"] = cell["bulge"]
     cell["sink"] = cell["bulge"]
     cell["turn"] = math.inf
-    if not spans:
+    if not has_plane:
         return
-    _turn_bounds((f10, f01), bound, cell)
+    _curvature_bounds((f10, f01), bound, cell)
     for k in range(4):
         evaluate(elements, e, box[k // 2], box[2 + k % 2], h)
         if not unit_normal(h, cell["corner_normal"][k]):
@@ -246,8 +253,9 @@ def measure(elements, e, centre, cell):
 
 
 @inner()
-def _turn_bounds(flat, bound, cell):
-    """Bound the changes of derivatives, normals and bends; `flat` bounds n·S_x and n·S_y."""
+def _curvature_bounds(slopes, bound, cell):
+    """Bound the changes of derivatives and normals, and the curvatures; `slopes` bounds n·S_x
+    and n·S_y."""
     second = cell["second"]
     form = cell["form"]
     cell["rise"] = 0.125 * (max(-form[0], 0.0) + max(-form[4], 0.0))
@@ -256,7 +264,7 @@ def _turn_bounds(flat, bound, cell):
     change[0] = min(bound[0], 0.5 * (second[0] + second[1]))
     change[1] = min(bound[1], 0.5 * (second[1] + second[2]))
     turn = deviation(cell, change[0], change[1])
-    if not turn < WORST:
+    if not turn < MAX_CHANGE:
         return
     slide = cell["slide"]
     shear = deviation(
@@ -264,21 +272,21 @@ def _turn_bounds(flat, bound, cell):
         min(change[0], 0.5 * (slide[0] + slide[1])),
         min(change[1], 0.5 * (slide[1] + slide[2])),
     )
-    tilt = deviation(cell, flat[0], flat[1]) / (1.0 - shear)
-    if not tilt < WORST:
+    tilt = deviation(cell, slopes[0], slopes[1]) / (1.0 - shear)
+    if not tilt < MAX_CHANGE:
         return
     cell["turn"] = turn
     cell["tilt"] = tilt
     cell["shear"] = shear
-    low, high = bends(cell, 2.0 * math.sin(0.5 * math.asin(tilt)))
+    low, high = normal_curvatures(cell, 2.0 * math.sin(0.5 * math.asin(tilt)))
     cell["bend"][0] = low / ((1.0 - shear) ** 2 if low < 0.0 else (1.0 + turn) ** 2)
     cell["bend"][1] = high / ((1.0 - shear) ** 2 if high > 0.0 else (1.0 + turn) ** 2)
-    # How far the normals leave the bilinear patch of the corners' normals. With |N_x| ≤ κ|S_x|:
+    # Distance of the normals from the bilinear patch of the corners' normals. With |N_x| ≤ κ|S_x|:
     # N·N_xx = −|N_x|² and N_xx·S_i = −N·S_ixx − 2 N_x·S_ix, and likewise in y.
     r11, r12, r22 = cell["metric"]
-    bent = max(-cell["bend"][0], cell["bend"][1])
-    nx = bent * (r11 + 0.5 * (second[0] + second[1]))
-    ny = bent * (math.hypot(r12, r22) + 0.5 * (second[1] + second[2]))
+    curvature = max(-cell["bend"][0], cell["bend"][1])
+    nx = curvature * (r11 + 0.5 * (second[0] + second[1]))
+    ny = curvature * (math.hypot(r12, r22) + 0.5 * (second[1] + second[2]))
     xx = deviation(cell, bound[5] + 2.0 * nx * second[0], bound[6] + 2.0 * nx * second[1])
     yy = deviation(cell, bound[7] + 2.0 * ny * second[1], bound[8] + 2.0 * ny * second[2])
     cell["wobble"] = 0.125 * (nx * nx + ny * ny + (xx + yy) / (1.0 - cell["turn"]))
@@ -286,6 +294,6 @@ def _turn_bounds(flat, bound, cell):
 
 @kernel()
 def measure_cells(elements, centre, cells, start, stop):
-    """`measure` of cells[start:stop]."""
+    """Run `measure` for cells[start:stop]."""
     for k in range(start, stop):
         measure(elements, cells[k]["element"], centre, cells[k])

@@ -8,7 +8,7 @@ from contiga.jit import inner, kernel
 
 @inner()
 def radius_at(balls, grid, patch, u, v, side):
-    """Proved radius of the ball that touches at (u, v); zero if none is proved."""
+    """Return the proved radius of the ball that touches at (u, v), zero for none."""
     e, s, t = locate(grid, patch, u, v)
     row = balls.elements[e]
     x = (s + 0.5) * row["cells"][0]
@@ -18,10 +18,10 @@ def radius_at(balls, grid, patch, u, v, side):
     node = row["first"] + i * row["stride"] + j
     x -= i
     y -= j
-    below = balls.child[node]
-    while below >= 0:
-        node = below >> 1
-        if below & 1 == 0:
+    child = balls.child[node]
+    while child >= 0:
+        node = child >> 1
+        if child & 1 == 0:
             x *= 2.0
             if x >= 1.0:
                 x -= 1.0
@@ -31,7 +31,7 @@ def radius_at(balls, grid, patch, u, v, side):
             if y >= 1.0:
                 y -= 1.0
                 node += 1
-        below = balls.child[node]
+        child = balls.child[node]
     c = balls.value[node, side]
     r = (1.0 - x) * ((1.0 - y) * c[0] + y * c[1]) + x * ((1.0 - y) * c[2] + y * c[3])
     return max(r, 0.0)
@@ -39,8 +39,10 @@ def radius_at(balls, grid, patch, u, v, side):
 
 @kernel()
 def radii(balls, grid, feet, rows, sides, out, start, stop):
-    """`radius_at` the `feet` (SurfacePlaces) of rows[start:stop] on sides[start:stop]; rows without
-    a patch have none."""
+    """Write `radius_at` the `feet` (SurfacePlaces) of rows[start:stop], on sides[start:stop].
+
+    Rows without a patch have zero.
+    """
     patch, uv = feet.patch, feet.uv
     for i in range(start, stop):
         k = rows[i]

@@ -1,12 +1,12 @@
-"""Touching balls: how large a ball may touch a surface from inside or outside and hold no more.
+"""Touching balls: how large a ball may touch a surface and contain no other point of it.
 
 Lower bounds of the one-sided local reach (Federer 1959, doi 10.1090/S0002-9947-1959-0110078-1)
 
     ρ(Q) = inf |X − Q|² / (2 N·(X − Q))   over X of the surface with N·(X − Q) > 0,
 
-N the normal at Q to the side in question. A plane m·x = k with all of a piece of the surface
-beyond it keeps ρ at least at (k − m·Q)/(1 + m·N): the ball that touches both. Over a cell that is
-an affine function of Q but for the cell's bulge, so four values at its corners, interpolated
+N the normal at Q to the side in question. If all of a piece of the surface is beyond a plane m·x =
+k, ρ is at least (k − m·Q)/(1 + m·N), the radius of the ball that touches both. Over a cell that is
+an affine function of Q except for the cell's bulge, so four values at its corners, interpolated
 bilinearly, bound ρ; the least of several such functions is bounded by the least corner values.
 """
 
@@ -17,69 +17,61 @@ import math
 from contiga.jit import inner
 
 ROUNDING = 1e-14
-"""Distances of planes are shrunk by this share of the body's size."""
-ZERO = 1e-9
-"""Corner values down to minus this share of the largest are zero but for that."""
+"""Share of the body's size by which distances of planes are reduced for rounding."""
+ZERO_TOL = 1e-9
+"""Negative corner values, as a share of the largest, that count as zero."""
 
 
 @inner()
 def _overhang(cell, m, sign):
-    """Return how far a cell reaches beyond its corners in direction sign·m."""
+    """Return the distance by which a cell extends beyond its corners in direction sign·m."""
     n = cell["normal"]
-    up = m[0] * n[0] + m[1] * n[1] + m[2] * n[2]
-    along = cell["bulge"] * math.sqrt(max(1.0 - up * up, 0.0))
-    up *= sign
-    return along + (up * cell["rise"] if up > 0.0 else -up * cell["sink"])
-
-
-@inner()
-def _plane(a, b, m, normal, margin, f):
-    """Corner values of the ball between cell a and the plane with normal m before cell b, into "
-    "f."""
-    k = math.inf
-    for i in range(4):
-        x = b["corner"][i]
-        k = min(k, m[0] * x[0] + m[1] * x[1] + m[2] * x[2])
-    _ball_before(a, m, k - _overhang(b, m, -1.0) - margin, normal, f)
+    cosine = m[0] * n[0] + m[1] * n[1] + m[2] * n[2]
+    lateral = cell["bulge"] * math.sqrt(max(1.0 - cosine * cosine, 0.0))
+    cosine *= sign
+    return lateral + (cosine * cell["rise"] if cosine > 0.0 else -cosine * cell["sink"])
 
 
 @inner()
 def _ball_before(a, m, k, normal, f):
-    """Write the ball before the plane m·x = k into f (4,)."""
+    """Write the corner values of the ball between cell a and the plane m·x = k to f (4,)."""
     half = 0.5 * (
         (m[0] + normal[0]) ** 2 + (m[1] + normal[1]) ** 2 + (m[2] + normal[2]) ** 2
-    )  # 1 + m·N without loss
+    )  # 1 + m·N without cancellation
     half = min(half, 2.0)
     tilt = a["tilt"]
-    level = math.sqrt(1.0 - tilt * tilt)
-    if half - 1.0 >= level:
-        den = 2.0
+    cos_tilt = math.sqrt(1.0 - tilt * tilt)
+    if half - 1.0 >= cos_tilt:
+        factor = 2.0
     else:
-        den = half * level + tilt * tilt / (1.0 + level) + math.sqrt(half * (2.0 - half)) * tilt
-    den = max(den, 1e-300)
+        factor = half * cos_tilt + tilt * tilt / (1.0 + cos_tilt)
+        factor += math.sqrt(half * (2.0 - half)) * tilt
+    factor = max(factor, 1e-300)
     k -= _overhang(a, m, 1.0)
     for i in range(4):
         x = a["corner"][i]
-        f[i] = (k - (m[0] * x[0] + m[1] * x[1] + m[2] * x[2])) / den
+        f[i] = (k - (m[0] * x[0] + m[1] * x[1] + m[2] * x[2])) / factor
 
 
 @inner()
-def _covers(f, v):
+def _is_above(f, v):
+    """Return whether no corner value f is below v."""
     return f[0] >= v[0] and f[1] >= v[1] and f[2] >= v[2] and f[3] >= v[3]
 
 
 @inner()
-def _score(f, v, enough):
-    """Rate what a bound leaves of `v`: nine places of the cell, each counted up to `enough`.
+def _score(f, v, goal):
+    """Rate what a bound leaves of `v`: the sum over nine places of the cell, each capped at
+    `goal`.
 
-    A bound that is negative at a corner claims nothing there; scaled down it stays one where it is
-    positive, and takes less from others when it is interpolated with them. One that is zero there
-    but for rounding, as at an edge, is left as it is: it grows as steeply as the ball does.
+    A bound that is negative at a corner proves nothing there. Scaled down it remains a bound where
+    it is positive, and reduces others less when it is interpolated with them. One that is zero
+    there except for rounding, as at an edge, is not scaled: it grows as steeply as the ball does.
     """
-    most = max(max(f[0], f[1]), max(f[2], f[3]))
-    if most > enough and min(min(f[0], f[1]), min(f[2], f[3])) < -ZERO * most:
+    largest = max(max(f[0], f[1]), max(f[2], f[3]))
+    if largest > goal and min(min(f[0], f[1]), min(f[2], f[3])) < -ZERO_TOL * largest:
         for i in range(4):
-            f[i] *= enough / most
+            f[i] *= goal / largest
     a, b, c, d = min(f[0], v[0]), min(f[1], v[1]), min(f[2], v[2]), min(f[3], v[3])
     total = 0.0
     for i in range(3):
@@ -88,13 +80,13 @@ def _score(f, v, enough):
         high = b + x * (d - b)
         for j in range(3):
             y = (0.1, 0.5, 0.9)[j]
-            total += min(max(low + y * (high - low), 0.0), enough)
+            total += min(max(low + y * (high - low), 0.0), goal)
     return total
 
 
 @inner()
 def unit(x, y, z, m):
-    """Write (x, y, z) at length one into m; False where it has no length."""
+    """Write the unit vector of (x, y, z) to m; return False if it has no length."""
     length = math.sqrt(x * x + y * y + z * z)
     if not length > 0.0:
         return False
@@ -106,7 +98,7 @@ def unit(x, y, z, m):
 
 @inner()
 def unit_normal(h, m):
-    """Write the unit normal of the derivatives `h` into m; False where there is none."""
+    """Write the unit normal by the derivatives `h` to m; return False if there is none."""
     return unit(
         h[1, 1] * h[2, 2] - h[2, 1] * h[1, 2],
         h[2, 1] * h[0, 2] - h[0, 1] * h[2, 2],
@@ -116,8 +108,9 @@ def unit_normal(h, m):
 
 
 @inner()
-def _axis(a, b, normal, e, work):
-    """The direction in the tangent plane of cell a that parts it best from cell b, into e."""
+def _separating_axis(a, b, normal, e, work):
+    """Write the direction in the tangent plane of cell a that best separates it from cell b to e;
+    return False if there is none."""
     best = -math.inf
     for k in range(8):
         c = a["corner"] if k < 4 else b["corner"]
@@ -133,47 +126,47 @@ def _axis(a, b, normal, e, work):
             work,
         ):
             continue
-        along = 0.0
-        for c3 in range(3):
-            along += work[c3] * (b["middle"][c3] - a["middle"][c3])
-        if along < 0.0:
-            for c3 in range(3):
-                work[c3] = -work[c3]
+        offset = 0.0
+        for d in range(3):
+            offset += work[d] * (b["middle"][d] - a["middle"][d])
+        if offset < 0.0:
+            for d in range(3):
+                work[d] = -work[d]
         low = math.inf
         for i in range(4):
-            x3 = b["corner"][i]
-            low = min(low, work[0] * x3[0] + work[1] * x3[1] + work[2] * x3[2])
+            corner = b["corner"][i]
+            low = min(low, work[0] * corner[0] + work[1] * corner[1] + work[2] * corner[2])
         total = 0.0
-        most = -math.inf
+        max_gap = -math.inf
         for i in range(4):
-            x3 = a["corner"][i]
-            gap = low - (work[0] * x3[0] + work[1] * x3[1] + work[2] * x3[2])
+            corner = a["corner"][i]
+            gap = low - (work[0] * corner[0] + work[1] * corner[1] + work[2] * corner[2])
             total += max(gap, 0.0)
-            most = max(most, gap)
+            max_gap = max(max_gap, gap)
         if total == 0.0:
-            total = min(most, 0.0)
+            total = min(max_gap, 0.0)
         if total > best:
             best = total
-            for c3 in range(3):
-                e[c3] = work[c3]
+            for d in range(3):
+                e[d] = work[d]
     return best > -math.inf
 
 
 @inner()
-def lower(a, b, pole, limits, v, work):
-    """Lower the corner values `v` of cell a to what cell b leaves of them; whether it took any.
+def lower_by_cell(a, b, frame, limits, v, work):
+    """Lower the corner values `v` of cell a to their bound by cell b; return whether any is lower.
 
-    `limits` are `BallLimits`, `work` is `PlaneWork`.
+    `frame` is (normal, side), `limits` are `BallLimits`, `work` is `PlaneWork`.
     """
     f, m, e, best, slopes = work.trial, work.plane, work.axis, work.best, work.slopes
-    normal = pole[0]
+    normal = frame[0]
     margin = ROUNDING * limits.size
-    even = _even_ball(a, b, pole, v, margin, m)
-    if even >= max(max(v[0], v[1]), max(v[2], v[3])):
+    uniform = _uniform_radius(a, b, frame, v, margin, m)
+    if uniform >= max(max(v[0], v[1]), max(v[2], v[3])):
         return False
-    best[:] = even
-    top = _score(best, v, limits.goal)
-    # Across the normal of b, from middle to middle, and tilted from what parts the cells best.
+    best[:] = uniform
+    best_score = _score(best, v, limits.goal)
+    # Planes with the normals ± of b, across the line of middles, and tilts of the separating plane.
     for k in range(9):
         if k < 2:
             sign = 1.0 - 2.0 * k
@@ -190,41 +183,45 @@ def lower(a, b, pole, limits, v, work):
             ):
                 continue
         elif k == 3:
-            if not _axis(a, b, normal, e, m):
+            if not _separating_axis(a, b, normal, e, m):
                 break
-            # Tilts of the parting plane worth trying: as far from the ball as the cell b allows.
-            level = -math.inf
+            # Tilts of the separating plane away from the ball, as far as the cell b allows.
+            height = -math.inf
             for i in range(4):
                 x = a["corner"][i]
-                level = max(level, normal[0] * x[0] + normal[1] * x[1] + normal[2] * x[2])
-            start = math.inf
+                height = max(height, normal[0] * x[0] + normal[1] * x[1] + normal[2] * x[2])
+            edge = math.inf
             for i in range(4):
                 x = b["corner"][i]
-                start = min(start, e[0] * x[0] + e[1] * x[1] + e[2] * x[2])
-            flat = max(a["extent"] / (4.0 * limits.cap), 1e-6)
-            most = 1.0 / flat
+                edge = min(edge, e[0] * x[0] + e[1] * x[1] + e[2] * x[2])
+            min_tilt = max(a["extent"] / (4.0 * limits.cap), 1e-6)
+            max_slope = 1.0 / min_tilt
             slack = 1e-12 * limits.size + b["rise"] + b["sink"]
             for i in range(4):
                 x = b["corner"][i]
-                z = normal[0] * x[0] + normal[1] * x[1] + normal[2] * x[2] - level - slack
-                y = e[0] * x[0] + e[1] * x[1] + e[2] * x[2] - start
+                z = normal[0] * x[0] + normal[1] * x[1] + normal[2] * x[2] - height - slack
+                y = e[0] * x[0] + e[1] * x[1] + e[2] * x[2] - edge
                 if z > 0.0:
-                    most = min(most, y / z)
-            slopes[0] = most
-            slopes[1] = 0.5 * most
-            slopes[2] = min(most, 1.0 / max(a["tilt"], flat))
-            slopes[3] = min(most, 0.3 / max(a["tilt"], flat))
-            slopes[4] = min(most, 3.0)
+                    max_slope = min(max_slope, y / z)
+            slopes[0] = max_slope
+            slopes[1] = 0.5 * max_slope
+            slopes[2] = min(max_slope, 1.0 / max(a["tilt"], min_tilt))
+            slopes[3] = min(max_slope, 0.3 / max(a["tilt"], min_tilt))
+            slopes[4] = min(max_slope, 3.0)
             slopes[5] = 0.0
         if k > 2:
-            tau = slopes[k - 3]
-            unit(e[0] - tau * normal[0], e[1] - tau * normal[1], e[2] - tau * normal[2], m)
-        _plane(a, b, m, normal, margin, f)
-        if _covers(f, v):
+            slope = slopes[k - 3]
+            unit(e[0] - slope * normal[0], e[1] - slope * normal[1], e[2] - slope * normal[2], m)
+        offset = math.inf
+        for i in range(4):
+            x = b["corner"][i]
+            offset = min(offset, m[0] * x[0] + m[1] * x[1] + m[2] * x[2])
+        _ball_before(a, m, offset - _overhang(b, m, -1.0) - margin, normal, f)
+        if _is_above(f, v):
             return False
         score = _score(f, v, limits.goal)
-        if score > top:
-            top = score
+        if score > best_score:
+            best_score = score
             for i in range(4):
                 best[i] = f[i]
     for i in range(4):
@@ -233,69 +230,71 @@ def lower(a, b, pole, limits, v, work):
 
 
 @inner()
-def clear_ball(a, normal, side, v):
-    """Middle and radius (four numbers) of a ball that holds all balls that touch the cell."""
-    rho = max(max(v[0], v[1]), max(v[2], v[3]))
+def enclosing_ball(a, normal, side, v):
+    """Return the centre and radius (four numbers) of a ball that contains all balls that touch
+    the cell."""
+    radius = max(max(v[0], v[1]), max(v[2], v[3]))
     sign = 2.0 * side - 1.0
-    x = a["middle"][0] + rho * normal[0]
-    y = a["middle"][1] + rho * normal[1]
-    z = a["middle"][2] + rho * normal[2]
-    apart = 0.0
+    x = a["middle"][0] + radius * normal[0]
+    y = a["middle"][1] + radius * normal[1]
+    z = a["middle"][2] + radius * normal[2]
+    square = 0.0
     for i in range(4):
         p = a["corner"][i]
         n = a["corner_normal"][i]
-        dx = p[0] + sign * rho * n[0] - x
-        dy = p[1] + sign * rho * n[1] - y
-        dz = p[2] + sign * rho * n[2] - z
-        apart = max(apart, dx * dx + dy * dy + dz * dz)
-    return x, y, z, rho + math.sqrt(apart) + rho * a["wobble"] + a["bulge"]
+        dx = p[0] + sign * radius * n[0] - x
+        dy = p[1] + sign * radius * n[1] - y
+        dz = p[2] + sign * radius * n[2] - z
+        square = max(square, dx * dx + dy * dy + dz * dz)
+    return x, y, z, radius + math.sqrt(square) + radius * a["wobble"] + a["bulge"]
 
 
 @inner()
-def _even_ball(a, b, pole, v, margin, m):
-    """Radius of balls that all touch cell a and are parted from cell b by one plane, not over v.
+def _uniform_radius(a, b, frame, v, margin, m):
+    """Return a radius of balls that touch cell a anywhere and are separated from cell b by one
+    plane.
 
-    The balls' centres Q + ρN lie within the bilinear patch of those at the corners, but for its
-    bulge and the wobble of the normals.
+    It is at most the largest of `v`. The balls' centres Q + ρN are in the bilinear patch of those
+    at the corners, except for its bulge and the wobble of the normals.
     """
-    normal, side = pole
-    rho = max(max(v[0], v[1]), max(v[2], v[3]))
+    normal, side = frame
+    trial_radius = max(max(v[0], v[1]), max(v[2], v[3]))
     sign = 2.0 * side - 1.0
     best = 0.0
     for _ in range(2):
         if not unit(
-            b["middle"][0] - a["middle"][0] - rho * normal[0],
-            b["middle"][1] - a["middle"][1] - rho * normal[1],
-            b["middle"][2] - a["middle"][2] - rho * normal[2],
+            b["middle"][0] - a["middle"][0] - trial_radius * normal[0],
+            b["middle"][1] - a["middle"][1] - trial_radius * normal[1],
+            b["middle"][2] - a["middle"][2] - trial_radius * normal[2],
             m,
         ):
             return best
-        k = math.inf
+        offset = math.inf
         for i in range(4):
-            c = b["corner"][i]
-            k = min(k, m[0] * c[0] + m[1] * c[1] + m[2] * c[2])
-        k -= _overhang(b, m, -1.0) + margin + _overhang(a, m, 1.0)
-        radius = rho
+            corner = b["corner"][i]
+            offset = min(offset, m[0] * corner[0] + m[1] * corner[1] + m[2] * corner[2])
+        offset -= _overhang(b, m, -1.0) + margin + _overhang(a, m, 1.0)
+        radius = trial_radius
         for i in range(4):
-            c = a["corner"][i]
+            corner = a["corner"][i]
             n = a["corner_normal"][i]
-            gap = k - (m[0] * c[0] + m[1] * c[1] + m[2] * c[2])
-            den = 1.0 + sign * (m[0] * n[0] + m[1] * n[1] + m[2] * n[2]) + a["wobble"]
+            gap = offset - (m[0] * corner[0] + m[1] * corner[1] + m[2] * corner[2])
+            factor = 1.0 + sign * (m[0] * n[0] + m[1] * n[1] + m[2] * n[2]) + a["wobble"]
             if gap <= 0.0:
                 return best
-            if gap < radius * den:
-                radius = gap / den
+            if gap < radius * factor:
+                radius = gap / factor
         best = max(best, radius)
-        if best >= rho:
+        if best >= trial_radius:
             return best
-        rho = best
+        trial_radius = best
     return best
 
 
 @inner()
-def far_box(a, tree, node, normal, v, work):
-    """Return whether the plane that touches a node's box, towards the cell, keeps all corner
-    values."""
+def box_is_far(a, tree, node, normal, v, work):
+    """Return whether the plane that touches a node's box, on the side of the cell, lowers no corner
+    value."""
     f, m, x = work.trial, work.plane, a["middle"]
     low, high = tree[node]["low"], tree[node]["high"]
     px = min(max(x[0], low[0]), high[0])
@@ -304,4 +303,4 @@ def far_box(a, tree, node, normal, v, work):
     if not unit(px - x[0], py - x[1], pz - x[2], m):
         return False
     _ball_before(a, m, m[0] * px + m[1] * py + m[2] * pz, normal, f)
-    return _covers(f, v)
+    return _is_above(f, v)

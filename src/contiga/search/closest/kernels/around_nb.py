@@ -1,4 +1,4 @@
-"""The elements that meet at a foot, and which of them leads down from there."""
+"""The elements that meet at a foot, and the direction of steepest descent among them."""
 
 from __future__ import annotations
 
@@ -11,11 +11,13 @@ from contiga.jit.scratch import scratch, stack_int64
 from contiga.search.closest.kernels.local_nb import SHIFT, expand
 
 MAX_AROUND = 64
-"""Elements listed around one point."""
+"""Largest number of elements around one point."""
 POLE_SAMPLES = 8
-SAME = 1e-9
+"""Number of intervals along a collapsed side in which the deepest descent is searched."""
+PARAMETER_TOL = 1e-9
+"""Difference of parameters (s, t) below which two places are one."""
 GOLDEN = 0.5 * (math.sqrt(5.0) - 1.0)
-SECTIONS = 30
+MAX_SECTIONS = 30
 
 
 @inner()
@@ -43,7 +45,7 @@ def cross(elements, e, side, s, t):
 
 @inner()
 def collapsed_side(elements, e, s, t):
-    """The side through (s, t) that is one point in space, or −1."""
+    """Return the side through (s, t) that is one point in space; −1 for none."""
     for side in range(4):
         if stands(side, s, t) and elements.table[e]["kind"][side] == POLE:
             return side
@@ -52,12 +54,13 @@ def collapsed_side(elements, e, s, t):
 
 @inner()
 def _add(elements, foot, list_e, list_st, n):
+    """Add a place to the list of n unless it is there; return the number of places."""
     e, s, t = foot
     pole = collapsed_side(elements, e, s, t)
     if pole >= 0:  # one entry for the whole side
         s, t = side_point(pole, 0.0)
     for i in range(n):
-        if list_e[i] == e and abs(list_st[i, 0] - s) + abs(list_st[i, 1] - t) < SAME:
+        if list_e[i] == e and abs(list_st[i, 0] - s) + abs(list_st[i, 1] - t) < PARAMETER_TOL:
             return n
     if n < MAX_AROUND:
         list_e[n] = e
@@ -69,10 +72,10 @@ def _add(elements, foot, list_e, list_st, n):
 
 @kernel()
 def around(elements, foot, list_e, list_st):
-    """All (element, s, t) that are the point `foot`, through linked sides and poles.
+    """List all (element, s, t) that are the point `foot`, over linked sides and poles.
 
-    Fills list_e[MAX_AROUND] and list_st[MAX_AROUND, 2]; returns how many. A collapsed side stands
-    once, by its middle.
+    Writes list_e[MAX_AROUND] and list_st[MAX_AROUND, 2]; returns their number. A collapsed side is
+    listed once, by its middle.
     """
     n = _add(elements, foot, list_e, list_st, 0)
     k = 0
@@ -102,7 +105,7 @@ def around(elements, foot, list_e, list_st):
 
 @inner()
 def inward_slope(q, side):
-    """Slope of f per length on the way in from a side, from the expansion q there."""
+    """Return the slope of f per length inwards from a side, by the expansion q there."""
     g = q.f_s if side < 2 else q.f_t
     metric = q.square_s if side < 2 else q.square_t
     if metric <= 0.0:
@@ -112,11 +115,11 @@ def inward_slope(q, side):
 
 @inner()
 def _fall_at(elements, e, side, x, point, h):
-    """Return how far f falls on the way in from a collapsed side at x: its slope there, and −√2
-    times the root of how deep the parabola goes that f follows (the slope, where f does not fall).
+    """Return the slope of f inwards from a collapsed side at x, and a measure of the descent.
 
-    The deepest of these parabolas is on the way of Newton's step in the tangent plane: the
-    steepest way is not, where the surface bends more along another one.
+    The measure is −√2 times the root of the depth of the parabola that f follows there; the slope
+    if f does not fall. The deepest of these parabolas is in the direction of Newton's step in the
+    tangent plane, unlike the steepest one if the surface has more curvature in another direction.
     """
     s, t = side_point(side, x)
     q = expand(elements, e, s, t, point, h)
@@ -124,25 +127,28 @@ def _fall_at(elements, e, side, x, point, h):
     metric = q.square_s if side < 2 else q.square_t
     if metric <= 0.0 or slope >= 0.0:
         return slope, slope
-    bend = (q.f_ss if side < 2 else q.f_tt) / metric
-    return slope, slope / math.sqrt(max(bend, SHIFT))
+    curvature = (q.f_ss if side < 2 else q.f_tt) / metric
+    return slope, slope / math.sqrt(max(curvature, SHIFT))
 
 
 @inner()
 def _deepest_from_pole(elements, e, side, point, h):
-    """The way in from a collapsed side on which f falls most: how far (see `_fall_at`) and where.
-    Samples, then golden section."""
+    """Return slope and descent (see `_fall_at`) at the x of a collapsed side where f falls most,
+    and x.
+
+    Samples, then golden-section search.
+    """
     best = math.inf
-    at = 0.0
+    best_x = 0.0
     for i in range(POLE_SAMPLES + 1):
         x = i / POLE_SAMPLES - 0.5
         _, fall = _fall_at(elements, e, side, x, point, h)
         if fall < best:
             best = fall
-            at = x
-    low = max(at - 1.0 / POLE_SAMPLES, -0.5)
-    high = min(at + 1.0 / POLE_SAMPLES, 0.5)
-    for _ in range(SECTIONS):
+            best_x = x
+    low = max(best_x - 1.0 / POLE_SAMPLES, -0.5)
+    high = min(best_x + 1.0 / POLE_SAMPLES, 0.5)
+    for _ in range(MAX_SECTIONS):
         a = high - GOLDEN * (high - low)
         b = low + GOLDEN * (high - low)
         _, fall_a = _fall_at(elements, e, side, a, point, h)
@@ -154,14 +160,18 @@ def _deepest_from_pole(elements, e, side, point, h):
     x = 0.5 * (low + high)
     slope, fall = _fall_at(elements, e, side, x, point, h)
     if fall >= best:
-        x = at
+        x = best_x
         slope, fall = _fall_at(elements, e, side, x, point, h)
     return slope, fall, x
 
 
 @inner()
 def vertex_exit(elements, foot, point, miss, h):
-    """The best way down from a corner or pole: (element, s, t), element −1 where all go up."""
+    """Return the place (element, s, t) at a corner or pole from which f falls most, element −1 for
+    none.
+
+    Slopes above −`miss` count as level.
+    """
     list_e = stack_int64(MAX_AROUND)
     list_st = scratch(MAX_AROUND, 2)
     n = around(elements, foot, list_e, list_st)

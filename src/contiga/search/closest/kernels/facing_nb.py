@@ -1,8 +1,9 @@
 """The closest feet that do not face away from a guard and have the point behind them.
 
-That is how deep a point is that the nearest wall of a body must not push, as it is opposite to the
-wall that holds it. At a kink the normal is the way to the foot. The search starts from the foot
-that a walk from the last one comes to: it is that one, or nearer.
+They measure the depth of a point that the nearest wall of a body must not push, because it is
+opposite to the wall that holds the point. At a kink the normal is the direction to the foot. The
+search starts from the foot that a walk from the last one comes to, and finds that one or a nearer
+one.
 """
 
 from __future__ import annotations
@@ -15,29 +16,29 @@ from contiga.elements.kernels.element_nb import evaluate, locate
 from contiga.jit import inner, kernel
 from contiga.jit.scratch import scratch
 from contiga.search.closest.kernels.foot_nb import continued_foot, write_foot
-from contiga.search.closest.kernels.global_among_nb import Among, is_guarded
 from contiga.search.closest.kernels.global_nb import closest
+from contiga.search.closest.kernels.global_scope_nb import Scope, is_admissible
 from contiga.search.closest.kernels.pseudo_normal_nb import joint_reach
 from contiga.search.closest.kernels.walk_nb import walk
 from contiga.search.hierarchy.kernels.curve_nb import ELEMENT, LEFT_OUT, S, T, polish, surface_foot
 from contiga.search.hierarchy.kernels.face_nb import in_face
 
-SAME = 1e-6
-"""Share of the distance by which a walk that stays may change it."""
-TRIES = 8
+DISTANCE_TOL = 1e-6
+"""Relative difference of distances that count as equal."""
+MAX_TRIES = 8
 """Largest number of candidate feet where edges are minima of one face only."""
 
 
 @inner(linked=False)
 def _write_guarded(tables, k, point, distance, out, nearest, h):
-    """Row k of `out`: the foot `nearest` that a guarded search has found at a distance."""
+    """Write row k of `out`: the foot `nearest` of a guarded search, at a distance."""
     if nearest[ELEMENT] < 0:
         polish(tables, nearest, point, h)
     foot = surface_foot(tables, nearest, h)
     status, e, s, t, feature = walk(tables.elements, foot, point, tables.scale[1], h)
     if status == OK and feature == FACE and in_face(tables.elements, tables.trims, e, s, t):
         write_foot(tables, k, (e, s, t), OK, FACE, point, out, h)
-        if abs(abs(out.gap[k]) - distance) <= SAME * distance + tables.scale[1]:
+        if abs(abs(out.gap[k]) - distance) <= DISTANCE_TOL * distance + tables.scale[1]:
             out.certified[k] = 1 if nearest[LEFT_OUT] == 0.0 else 0
             return
     write_foot(tables, k, foot, OK, EDGE, point, out, h)
@@ -45,17 +46,17 @@ def _write_guarded(tables, k, point, distance, out, nearest, h):
     square = 0.0
     for c in range(3):
         square += (out.point[k, c] - point[c]) ** 2
-    away = math.sqrt(square)
-    if away > 4.0 * tables.scale[1]:
-        out.gap[k] = -away
+    foot_distance = math.sqrt(square)
+    if foot_distance > 4.0 * tables.scale[1]:
+        out.gap[k] = -foot_distance
         for c in range(3):
-            out.normal[k, c] = (out.point[k, c] - point[c]) / away
+            out.normal[k, c] = (out.point[k, c] - point[c]) / foot_distance
 
 
 @inner()
-def _leads_on(tables, k, point, out, nearest, h):
+def _descends_across_edge(tables, k, point, out, nearest, h):
     """Return whether row k of `out`, a foot on an edge, is no minimum: on the face across the edge
-    the distance falls by more than the gap between the faces that meet there."""
+    the distance falls by more than the gap between the two faces."""
     start = locate(tables.grid, out.patch[k], out.uv[k, 0], out.uv[k, 1])
     _, e, s, t, _ = continued_foot(tables, start, point, nearest, h)
     evaluate(tables.elements, e, s, t, h)
@@ -64,18 +65,19 @@ def _leads_on(tables, k, point, out, nearest, h):
         before += (point[c] - out.point[k, c]) ** 2
         after += (point[c] - tables.elements.table[e]["origin"][c] - h[c, 0]) ** 2
     before, after = math.sqrt(before), math.sqrt(after)
-    return after < before - SAME * before - joint_reach(tables, start[0])
+    return after < before - DISTANCE_TOL * before - joint_reach(tables, start[0])
 
 
 @kernel()
 def project_facing(tables, points, guards, limits, starts, out, start, stop):
-    """Feet of the points start … stop that do not face away from their `guards` (n, 3).
+    """Write the feet of points[start:stop] that face their `guards` (n, 3) to the same rows of
+    `out`.
 
-    `limits` are `FacingLimits`, `starts` are `SurfacePlaces`: where to look first. Rows where there
-    is no such foot are MAX_ITERATIONS.
+    `limits` are `FacingLimits`, `starts` are the `SurfacePlaces` to start from. Rows without such a
+    foot are MAX_ITERATIONS.
     """
     h = scratch(4, 6)
-    nearest, walked = scratch(4), scratch(4)
+    nearest, walk_foot = scratch(4), scratch(4)
     elements, patch, uv = tables.elements, starts.patch, starts.uv
     for k in range(start, stop):
         point = (points[k, 0], points[k, 1], points[k, 2])
@@ -83,34 +85,34 @@ def project_facing(tables, points, guards, limits, starts, out, start, stop):
             blank_foot(out, k, NOT_FINITE)
             continue
         guard = (guards[k, 0], guards[k, 1], guards[k, 2])
-        among = Among(-1, guard, limits.cosine, limits.near[k])
-        # The distance of the foot that a walk from the start comes to, if it is one looked for.
-        known = math.inf
+        scope = Scope(-1, guard, limits.cosine, limits.near[k])
+        # The distance of the foot at the end of a walk from the start, if it is admissible.
+        walk_distance = math.inf
         if patch[k] >= 0:
             foot = locate(tables.grid, patch[k], uv[k, 0], uv[k, 1])
             status, e, s, t, _ = walk(elements, foot, point, tables.scale[1], h)
-            sound = status == OK and in_face(elements, tables.trims, e, s, t)
-            if sound and is_guarded(elements, (e, s, t), point, among, h):
-                walked[ELEMENT], walked[S], walked[T] = e, s, t
+            is_foot = status == OK and in_face(elements, tables.trims, e, s, t)
+            if is_foot and is_admissible(elements, (e, s, t), point, scope, h):
+                walk_foot[ELEMENT], walk_foot[S], walk_foot[T] = e, s, t
                 square = 0.0
                 for c in range(3):
                     square += (point[c] - elements.table[e]["origin"][c] - h[c, 0]) ** 2
-                known = math.sqrt(square)
-        known = known if known <= limits.far[k] else math.inf
-        for _ in range(TRIES):
-            distance = closest(tables, point, among, min(known, limits.far[k]), nearest, h)
+                walk_distance = math.sqrt(square)
+        walk_distance = walk_distance if walk_distance <= limits.far[k] else math.inf
+        for _ in range(MAX_TRIES):
+            distance = closest(tables, point, scope, min(walk_distance, limits.far[k]), nearest, h)
             if math.isfinite(distance):
                 _write_guarded(tables, k, point, distance, out, nearest, h)
-            elif math.isfinite(known):
-                walked[LEFT_OUT] = nearest[LEFT_OUT]
-                _write_guarded(tables, k, point, known, out, walked, h)
+            elif math.isfinite(walk_distance):
+                walk_foot[LEFT_OUT] = nearest[LEFT_OUT]
+                _write_guarded(tables, k, point, walk_distance, out, walk_foot, h)
             else:
                 blank_foot(out, k, MAX_ITERATIONS)
             is_on_edge = out.status[k] == OK and out.feature[k] == EDGE
-            if not (is_on_edge and _leads_on(tables, k, point, out, nearest, h)):
+            if not (is_on_edge and _descends_across_edge(tables, k, point, out, nearest, h)):
                 break
-            floor = -out.gap[k] * (1.0 + SAME) + tables.scale[1]
-            among = Among(-1, guard, limits.cosine, floor)
-            known = known if known >= floor else math.inf
+            min_distance = -out.gap[k] * (1.0 + DISTANCE_TOL) + tables.scale[1]
+            scope = Scope(-1, guard, limits.cosine, min_distance)
+            walk_distance = walk_distance if walk_distance >= min_distance else math.inf
         else:
             blank_foot(out, k, MAX_ITERATIONS)

@@ -1,4 +1,4 @@
-"""From a foot to its record: point, normal, gap; crossing to the next face."""
+"""Convert a foot to its record (point, normal, gap); continue it over edges to the next face."""
 
 from __future__ import annotations
 
@@ -9,28 +9,35 @@ from contiga.elements.kernels.element_nb import parameters
 from contiga.elements.kernels.sides_nb import normal_at
 from contiga.jit import inner
 from contiga.jit.scratch import scratch, stack_int64
-from contiga.search.closest.kernels.global_among_nb import on_patch
-from contiga.search.closest.kernels.global_nb import DROPPED, GIVEN_UP, PRUNE, SEEN, closest
+from contiga.search.closest.kernels.global_nb import (
+    DISTANCE_MARGIN,
+    MIN_GAIN,
+    OVER_BUDGET,
+    UNRESOLVED,
+    closest,
+)
+from contiga.search.closest.kernels.global_scope_nb import on_patch
 from contiga.search.closest.kernels.pseudo_normal_nb import (
-    NEAR,
+    MAX_PATCHES,
     is_listed,
     joint_reach,
     patches_near,
     pseudo_normal,
-    side_of_squarest,
+    side_of_most_frontal,
 )
 from contiga.search.closest.kernels.walk_nb import walk
 from contiga.search.hierarchy.kernels.curve_nb import ELEMENT, LEFT_OUT, polish, surface_foot
 from contiga.search.hierarchy.kernels.face_nb import in_face
 
-HOPS = 4
-BESIDE_EDGE = 8.0
-"""Widths of an edge within which a point sees how its faces miss each other."""
+MAX_FACES = 4
+"""Largest number of faces that a tracked foot passes."""
+EDGE_ZONE = 8.0
+"""Widths of an edge within which the misfit of its faces decides the side of a point."""
 
 
 @inner(linked=False)
 def write_foot(tables, k, foot, status, feature, point, out, h):
-    """Write row k of the projection `out`; the gap and normal of a face."""
+    """Write row k of the projection `out`, with the gap and normal of the face."""
     e, s, t = foot
     elements = tables.elements
     x, y, z = normal_at(elements, e, s, t, h)
@@ -44,7 +51,7 @@ def write_foot(tables, k, foot, status, feature, point, out, h):
     gap = 0.0
     for c in range(3):
         out.point[k, c] = h[c, 0] + elements.table[e]["origin"][c]
-        # Formed from the element's origin: no digits are lost far from the world's.
+        # From the element's origin, so that no digits are lost far from the origin of the body.
         gap += (point[c] - elements.table[e]["origin"][c] - h[c, 0]) * out.normal[k, c]
     out.gap[k] = gap
     out.feature[k] = feature
@@ -53,20 +60,20 @@ def write_foot(tables, k, foot, status, feature, point, out, h):
 
 
 @inner()
-def turn_normal(tables, k, toward, point, out):
-    """Let the normal at a kink run through the point, on the side that `toward` (3,) says."""
+def turn_normal(tables, k, reference, point, out):
+    """Point the normal at a kink along the line to the point, on the side of `reference` (3,)."""
     square = 0.0
     side = 0.0
     for c in range(3):
         r = point[c] - out.point[k, c]
         square += r * r
-        side += r * toward[c]
+        side += r * reference[c]
     distance = math.sqrt(square)
-    length = math.sqrt(toward[0] ** 2 + toward[1] ** 2 + toward[2] ** 2)
+    length = math.sqrt(reference[0] ** 2 + reference[1] ** 2 + reference[2] ** 2)
     if distance <= 4.0 * tables.scale[1]:
         if length > 0.0:
             for c in range(3):
-                out.normal[k, c] = toward[c] / length
+                out.normal[k, c] = reference[c] / length
             out.gap[k] = side / length
         return
     sign = 1.0 if side >= 0.0 else -1.0
@@ -76,11 +83,11 @@ def turn_normal(tables, k, toward, point, out):
 
 
 @inner()
-def no_farther(tables, point, among, reach, nearest, h):
-    """Do as `closest` for a point with a known foot at `reach`, which is found at least."""
-    seen = reach * SEEN + 2.0 * PRUNE * tables.scale[1]
-    for limit in (seen, math.inf):
-        distance = closest(tables, point, among, limit, nearest, h)
+def closest_within(tables, point, scope, reach, nearest, h):
+    """Return the distance by `closest` for a point that has a foot at a distance `reach`."""
+    padded = reach * DISTANCE_MARGIN + 2.0 * MIN_GAIN * tables.scale[1]
+    for limit in (padded, math.inf):
+        distance = closest(tables, point, scope, limit, nearest, h)
         if math.isfinite(distance):
             break
     return distance
@@ -88,12 +95,12 @@ def no_farther(tables, point, among, reach, nearest, h):
 
 @inner(linked=False)
 def write_nearest(tables, k, point, out, nearest, h):
-    """Row k of `out`: the closest point of the whole body, as a search has left it in `nearest`."""
+    """Write row k of `out`: the closest point of the body, from the `nearest` of a search."""
     elements = tables.elements
     if nearest[ELEMENT] < 0:
         polish(tables, nearest, point, h)
     foot = surface_foot(tables, nearest, h)
-    left = nearest[LEFT_OUT]
+    state = nearest[LEFT_OUT]
     status = OK
     feature = EDGE
     if nearest[ELEMENT] >= 0:
@@ -104,35 +111,37 @@ def write_nearest(tables, k, point, out, nearest, h):
             status = OK
             feature = EDGE
     else:
-        # A foot inside the face may be closer by less than the search tells apart.
-        inner = walk(elements, foot, point, tables.scale[1], h)
-        if inner[0] == OK and inner[4] == FACE and in_face(elements, tables.trims, *inner[1:4]):
-            foot = inner[1:4]
+        # A foot inside the face may be closer by less than the gain that the search looks for.
+        inner_foot = walk(elements, foot, point, tables.scale[1], h)
+        is_inner = inner_foot[0] == OK and inner_foot[4] == FACE
+        if is_inner and in_face(elements, tables.trims, *inner_foot[1:4]):
+            foot = inner_foot[1:4]
             feature = FACE
         elif tables.piece_open[int(-1 - nearest[ELEMENT])] != 0.0:
             status = TRIMMED
-    if left == GIVEN_UP:
+    if state == OVER_BUDGET:
         status = BUDGET
-    elif left == DROPPED and status == MAX_ITERATIONS:
-        status = OK  # others are as near: where along them the nearest is, rounding hides
+    elif state == UNRESOLVED and status == MAX_ITERATIONS:
+        status = OK  # other feet are as near, and rounding decides which is nearest
     write_foot(tables, k, foot, status, feature, point, out, h)
-    out.certified[k] = 1 if left == 0.0 and status != MAX_ITERATIONS else 0
+    out.certified[k] = 1 if state == 0.0 and status != MAX_ITERATIONS else 0
     if feature != FACE:
         total = scratch(3)
         pseudo_normal(tables, foot, nearest, total, h)
         if feature == EDGE:
-            # So near an edge that its faces' misfit counts, with the sum of their normals nearly
-            # across the way to the point, the squarest face tells the side.
-            square = along = length = 0.0
+            # Where the misfit of the faces at an edge counts, and the sum of their normals is
+            # nearly perpendicular to the direction to the point, the most frontal face decides the
+            # side.
+            square = height = length = 0.0
             for c in range(3):
                 r = point[c] - out.point[k, c]
                 square += r * r
-                along += r * total[c]
+                height += r * total[c]
                 length += total[c] * total[c]
-            distance, reach = math.sqrt(square), BESIDE_EDGE * joint_reach(tables, foot[0])
+            distance, reach = math.sqrt(square), EDGE_ZONE * joint_reach(tables, foot[0])
             side = 0.0
-            if not (distance > reach or along * along > 0.25 * square * length):
-                side = side_of_squarest(tables, foot[0], (point, distance), nearest, h)
+            if not (distance > reach or height * height > 0.25 * square * length):
+                side = side_of_most_frontal(tables, foot[0], (point, distance), nearest, h)
             if side != 0.0:
                 for c in range(3):
                     total[c] = math.copysign(1.0, side) * (point[c] - out.point[k, c])
@@ -141,6 +150,7 @@ def write_nearest(tables, k, point, out, nearest, h):
 
 @inner()
 def _distance2(tables, foot, point, h):
+    """Return the squared distance of a point to a foot (element, s, t)."""
     elements = tables.elements
     e, s, t = foot
     normal_at(elements, e, s, t, h)
@@ -152,25 +162,25 @@ def _distance2(tables, foot, point, h):
 
 @inner()
 def _edge_foot(tables, home, reach, point, nearest, h):
-    """Return where a tracked foot that ran out of the face `home` leaves it: the face's closest
-    point.
+    """Return where a tracked foot leaves the face `home`: the closest point of that face.
 
-    One is known at the distance `reach`. Returns (open border?, element, s, t).
+    A point of the face is at the distance `reach`. Returns (is it on an open border, element, s,
+    t).
     """
-    no_farther(tables, point, on_patch(home), reach, nearest, h)
+    closest_within(tables, point, on_patch(home), reach, nearest, h)
     if nearest[ELEMENT] < 0:
         polish(tables, nearest, point, h)
-    near = surface_foot(tables, nearest, h)
+    foot = surface_foot(tables, nearest, h)
     is_open = nearest[ELEMENT] < 0 and tables.piece_open[int(-1 - nearest[ELEMENT])] != 0.0
-    return is_open, near[0], near[1], near[2]
+    return is_open, foot[0], foot[1], foot[2]
 
 
 @inner(linked=False)
 def _next_face(tables, edge, point, nearest, h):
-    """Foot on the face across the edge that lies closer to the point than the edge does.
+    """Return the foot on the face across an edge that is closer to the point than the edge.
 
-    Returns (status, element, s, t, feature, how far its face is if it is out of that, else
-    −1), element −1 where no adjoining face comes closer.
+    Returns (status, element, s, t, feature, distance of the face if the foot is outside of it, else
+    −1); element −1 where no adjoining face is closer.
     """
     elements = tables.elements
     grid = tables.grid
@@ -178,60 +188,61 @@ def _next_face(tables, edge, point, nearest, h):
     home = elements.table[e]["patch"]
     best = _distance2(tables, edge, point, h)
     best -= 1e-12 * best + tables.scale[1] ** 2
-    at = (
+    edge_point = (
         h[0, 0] + elements.table[e]["origin"][0],
         h[1, 0] + elements.table[e]["origin"][1],
         h[2, 0] + elements.table[e]["origin"][2],
     )
     result = (OK, -1, 0.0, 0.0, FACE, -1.0)
     reach = joint_reach(tables, e)
-    span = grid.patches[home]["adjacent"]
-    near = stack_int64(NEAR)
-    listed = patches_near(tables, at, reach, near)
-    for k in range(span[0] + 1, span[1]):
-        if not (grid.loose[k] and is_listed(near, listed, grid.adjacent[k])):
+    neighbours = grid.patches[home]["adjacent"]
+    nearby = stack_int64(MAX_PATCHES)
+    n_nearby = patches_near(tables, edge_point, reach, nearby)
+    for k in range(neighbours[0] + 1, neighbours[1]):
+        if not (grid.loose[k] and is_listed(nearby, n_nearby, grid.adjacent[k])):
             continue
-        if not math.isfinite(closest(tables, at, on_patch(grid.adjacent[k]), reach, nearest, h)):
+        scope = on_patch(grid.adjacent[k])
+        if not math.isfinite(closest(tables, edge_point, scope, reach, nearest, h)):
             continue
         start = surface_foot(tables, nearest, h)
-        status, e2, s2, t2, feature = walk(elements, start, point, tables.scale[1], h)
-        inside = in_face(elements, tables.trims, e2, s2, t2)
-        square = _distance2(tables, (e2, s2, t2), point, h)
+        status, e1, s1, t1, feature = walk(elements, start, point, tables.scale[1], h)
+        inside = in_face(elements, tables.trims, e1, s1, t1)
+        square = _distance2(tables, (e1, s1, t1), point, h)
         if not inside:
-            face = elements.table[e2]["patch"]
-            known = math.sqrt(_distance2(tables, start, point, h))
-            _, e3, s3, t3 = _edge_foot(tables, face, known, point, nearest, h)
-            square = _distance2(tables, (e3, s3, t3), point, h)
+            face = elements.table[e1]["patch"]
+            start_distance = math.sqrt(_distance2(tables, start, point, h))
+            _, e2, s2, t2 = _edge_foot(tables, face, start_distance, point, nearest, h)
+            square = _distance2(tables, (e2, s2, t2), point, h)
         if square < best:
             best = square
-            result = (status, e2, s2, t2, feature, -1.0 if inside else math.sqrt(square))
+            result = (status, e1, s1, t1, feature, -1.0 if inside else math.sqrt(square))
     return result
 
 
 @inner(linked=False)
 def continued_foot(tables, start, point, nearest, h):
-    """The foot continued from `start` = (element, s, t): (status, element, s, t, feature).
+    """Continue the foot `start` = (element, s, t); return (status, element, s, t, feature).
 
-    Over linked sides the walk goes on by itself; at an edge where faces meet without lining up,
-    or at a trimmed edge, the adjoining faces are tried from the point where the foot arrives.
+    Over linked sides the walk goes on by itself. At an edge where the sides of the faces do not
+    coincide, or at a trimmed edge, the adjoining faces are tried from the point on the edge.
     """
     elements = tables.elements
     reach = math.sqrt(_distance2(tables, start, point, h))
     status, e, s, t, feature = walk(elements, start, point, tables.scale[1], h)
     inside = in_face(elements, tables.trims, e, s, t)
-    for _ in range(HOPS):
+    for _ in range(MAX_FACES):
         if status == MAX_ITERATIONS or (inside and feature == FACE):
             break
-        at = (e, s, t)
+        edge = (e, s, t)
         is_open = False
         if not inside:
             home = elements.table[e]["patch"]
             is_open, e0, s0, t0 = _edge_foot(tables, home, reach, point, nearest, h)
-            at = (e0, s0, t0)
-        new = _next_face(tables, at, point, nearest, h)
+            edge = (e0, s0, t0)
+        new = _next_face(tables, edge, point, nearest, h)
         if new[1] < 0:
             if not inside:
-                e, s, t = at
+                e, s, t = edge
                 feature = EDGE
                 status = TRIMMED if is_open else OK
                 inside = True
@@ -243,7 +254,7 @@ def continued_foot(tables, start, point, nearest, h):
 
 @inner(linked=False)
 def tracked_foot(tables, k, start, point, out, nearest, h):
-    """Fill row k of `out` with the foot continued from `start` = (element, s, t)."""
+    """Write row k of `out`: the foot continued from `start` = (element, s, t)."""
     status, e, s, t, feature = continued_foot(tables, start, point, nearest, h)
     write_foot(tables, k, (e, s, t), status, feature, point, out, h)
     if feature != FACE and status == OK:

@@ -12,20 +12,23 @@ from contiga.elements.kernels.element_nb import evaluate
 from contiga.jit import inner
 from contiga.search.closest.closest_records import Expansion
 
-POINT = 1e-24
-"""|S_s|² below this share of |S_t|² (or the other way round): the side through here is a point."""
-INDEFINITE = 1e-12
+COLLAPSED = 1e-24
+"""Ratio of |S_s|² to |S_t|², or the reverse, below which the side through a place is one point."""
+MIN_EIGENVALUE = 1e-12
+"""Smallest eigenvalue of a definite Hessian in the metric, as a share of the largest."""
 SHIFT = 1e-3
+"""Smallest eigenvalue of a shifted Hessian, likewise."""
 ARMIJO = 1e-4
-HALVINGS = 40
+"""Share of the predicted decrease of f that a step must reach."""
+MAX_HALVINGS = 40
 
 
 @inner()
 def expand(elements, e, s, t, point, h):
-    """The `Expansion` at (s, t) of element e.
+    """Return the `Expansion` at (s, t) of element e.
 
-    `h` is left with the derivatives of S. All lengths are measured from the element's origin: no
-    digits are lost far from the world's.
+    `h` then holds the derivatives of S. Lengths are relative to the element's origin, so that no
+    digits are lost far from the origin of the body.
     """
     evaluate(elements, e, s, t, h)
     origin = elements.table[e]["origin"]
@@ -45,7 +48,7 @@ def expand(elements, e, s, t, point, h):
 
 @inner()
 def newton(q):
-    """Newton's step for the expansion q, shifted to be positive definite in the metric."""
+    """Return Newton's step for the expansion q, shifted to be positive definite in the metric."""
     g_s, g_t, h_ss, h_st, h_tt = q.f_s, q.f_t, q.f_ss, q.f_st, q.f_tt
     a, b = q.square_s, q.square_t
     x = h_ss / a
@@ -54,7 +57,7 @@ def newton(q):
     low = 0.5 * (x + z) - spread
     top = max(1.0, 0.5 * (x + z) + spread)
     shift = 0.0
-    if low < INDEFINITE * top:
+    if low < MIN_EIGENVALUE * top:
         shift = SHIFT * top - 1.5 * min(low, 0.0)
     p = h_ss + shift * a
     r = h_tt + shift * b
@@ -64,8 +67,9 @@ def newton(q):
 
 @inner()
 def newton_along(g, curvature, metric):
-    """Newton's step of one variable; the metric stands in for a curvature that is not positive."""
-    return -g / (curvature if curvature > INDEFINITE * metric else metric)
+    """Return Newton's step of one variable; the metric replaces a curvature that is not
+    positive."""
+    return -g / (curvature if curvature > MIN_EIGENVALUE * metric else metric)
 
 
 @inner()
@@ -76,7 +80,8 @@ def leaves(x, d):
 
 @inner()
 def direction(q, s, t, free_s, free_t):
-    """A step (d_s, d_t) down, along the free variables and not out of the square at once."""
+    """Return a descent step (d_s, d_t) of the free variables that does not leave the square at
+    once."""
     g_s, g_t = q.f_s, q.f_t
     d_s = newton_along(g_s, q.f_ss, q.square_s) if free_s else 0.0
     d_t = newton_along(g_t, q.f_tt, q.square_t) if free_t else 0.0
@@ -86,7 +91,7 @@ def direction(q, s, t, free_s, free_t):
         out_t = leaves(t, n_t)
         if not out_s and not out_t:
             return n_s, n_t
-        # A step out through a side where the foot stands is bent along it.
+        # A step across the side on which the foot lies is turned along that side.
         if out_s and not out_t and not leaves(t, d_t) and g_t * d_t < ARMIJO * g_s * d_s:
             return 0.0, d_t
         if out_t and not out_s and not leaves(s, d_s) and g_s * d_s < ARMIJO * g_t * d_t:
@@ -96,14 +101,14 @@ def direction(q, s, t, free_s, free_t):
     if leaves(t, d_t):
         d_t = 0.0
     if free_s and free_t and d_s != 0.0 and d_t != 0.0:
-        # Two steps of one variable each, together at most half as long: still down.
+        # Half of each one-variable step: their sum still lowers f.
         return 0.5 * d_s, 0.5 * d_t
     return d_s, d_t
 
 
 @inner()
 def _to_side(x, d):
-    """Share of the step d at which x meets an end of [-1/2, 1/2]; 1 if it does not."""
+    """Return the share of the step d at which x meets an end of [−1/2, 1/2]; 1 if it does not."""
     if x + d < -0.5:
         return (-0.5 - x) / d
     if x + d > 0.5:
@@ -113,7 +118,7 @@ def _to_side(x, d):
 
 @inner()
 def _moved(x, d, reach, ends):
-    """x + reach d, exactly on the side when the step ends there."""
+    """Return x + reach d, exactly on the side if the step ends there."""
     if ends:
         return math.copysign(0.5, d)
     return min(max(x + reach * d, -0.5), 0.5)
@@ -121,10 +126,10 @@ def _moved(x, d, reach, ends):
 
 @inner()
 def line_search(elements, e, foot, step, q, target, h):
-    """Go along `step` to the first side at most, less while f does not fall enough.
+    """Step along `step`, to the first side at most, and halve it until f decreases enough.
 
-    `target` is (point, noise): changes of f below the noise are its rounding. Returns (moved, s,
-    t, expansion there).
+    `target` is (point, noise): changes of f below the noise are its rounding. Returns (whether the
+    foot moved, s, t, expansion there).
     """
     point, noise = target
     s, t = foot
@@ -134,7 +139,7 @@ def line_search(elements, e, foot, step, q, target, h):
     reach_s = _to_side(s, d_s)
     reach_t = _to_side(t, d_t)
     reach = min(reach_s, reach_t)
-    for k in range(HALVINGS):
+    for k in range(MAX_HALVINGS):
         first = k == 0
         new_s = _moved(s, d_s, reach, first and reach_s <= reach and reach_s < 1.0)
         new_t = _moved(t, d_t, reach, first and reach_t <= reach and reach_t < 1.0)

@@ -1,13 +1,13 @@
-"""Closest points of a body: guessed by Newton's method, and the guess proved; else searched for.
+"""Closest points of a body: a guess by Newton's method, and its proof; otherwise a search.
 
-Newton's method starts from the leaf kept for the point's voxel, so that the guess is a function of
-the point alone. It is the closest point
+Newton's method starts from the leaf cached for the point's voxel, so that the guess is a function
+of the point alone. It is the closest point
 
-* if it is no farther off than the radius of a ball that touches the body there and holds no more of
-  it (Federer 1959, reach of a set; see `ball_nb`);
+* if it is no farther away than the radius of a ball that touches the body there and holds no other
+  point of it (Federer 1959, reach of a set; see `ball_nb`);
 * or if branch and bound, which starts with the guess's distance, finds nothing closer.
 
-Both lead to the same numbers: balls only spare work. One of many shapes of a body has no balls:
+Both lead to the same numbers: balls only save work. One of many shapes of a body has no balls;
 there Newton's method starts from a foot on another shape, and `proof_nb` proves the result.
 """
 
@@ -22,9 +22,9 @@ from contiga.jit import inner, kernel
 from contiga.jit.scratch import scratch, stack_int64
 from contiga.search.balls.kernels.ball_nb import radius_at
 from contiga.search.closest.closest_records import FootRecord, Guess
-from contiga.search.closest.kernels.foot_nb import no_farther, write_nearest
-from contiga.search.closest.kernels.global_among_nb import anywhere
-from contiga.search.closest.kernels.global_nb import GIVEN_UP, PRUNE, closest
+from contiga.search.closest.kernels.foot_nb import closest_within, write_nearest
+from contiga.search.closest.kernels.global_nb import MIN_GAIN, OVER_BUDGET, closest
+from contiga.search.closest.kernels.global_scope_nb import all_patches
 from contiga.search.closest.kernels.one_foot_nb import foot_from, parameters_of, write_proved
 from contiga.search.closest.kernels.proof_nb import is_closest
 from contiga.search.hierarchy.kernels.curve_nb import LEFT_OUT
@@ -32,16 +32,17 @@ from contiga.search.hierarchy.kernels.face_nb import in_face
 from contiga.search.hierarchy.kernels.plates_nb import on_plate
 from contiga.search.hierarchy.kernels.tree_nb import next_leaves
 
-FAR = 1e12
-"""In sizes of the body: farther than this a foot no longer depends on how far a point is."""
-WITHIN = 0.99
-"""Share of a touching ball's radius up to which a foot counts as proved: rounding, with much to
-spare."""
+MAX_DISTANCE = 1e12
+"""Distance beyond which a foot no longer depends on the distance of its point, in sizes of the
+body."""
+BALL_SHARE = 0.99
+"""Share of a touching ball's radius up to which a foot counts as proved: rounding, with a wide
+margin."""
 
 
 @inner(linked=False)
 def nearest_leaf(tables, point):
-    """The leaf of a face whose plate is nearest to a point, −1 where the body has none."""
+    """Return the leaf of a face whose plate is nearest to a point; −1 where the body has none."""
     tree = tables.tree
     leaves = tables.leaves
     nodes = stack_int64(128)
@@ -66,35 +67,36 @@ def nearest_leaf(tables, point):
 
 @inner()
 def _seed(tables, point):
-    """The leaf kept for the voxel that holds a point: nearest to its middle, or to a point beyond.
+    """Return the leaf nearest to the middle of the voxel of a point, or to a point beyond the
+    voxels.
 
-    Whoever asks first finds it; all find the same.
+    The first query of a voxel stores its leaf; every query would find the same one.
     """
     seeds = tables.seeds
     voxels = seeds.voxels
-    at = 0
+    voxel = 0
     for c in range(3):
         x = (point[c] - seeds.low[c]) * seeds.scale[0]
         if not 0.0 <= x < voxels[c]:
             return nearest_leaf(tables, point)
-        at = at * voxels[c] + int(x)
-    leaf = seeds.leaf[at]
+        voxel = voxel * voxels[c] + int(x)
+    leaf = seeds.leaf[voxel]
     if leaf < 0:
         side = 1.0 / seeds.scale[0]
-        i = at // (voxels[1] * voxels[2])
-        j = at // voxels[2] % voxels[1]
-        k = at % voxels[2]
+        i = voxel // (voxels[1] * voxels[2])
+        j = voxel // voxels[2] % voxels[1]
+        k = voxel % voxels[2]
         x = seeds.low[0] + (i + 0.5) * side
         y = seeds.low[1] + (j + 0.5) * side
         z = seeds.low[2] + (k + 0.5) * side
         leaf = nearest_leaf(tables, (x, y, z))
-        seeds.leaf[at] = leaf
+        seeds.leaf[voxel] = leaf
     return leaf
 
 
 @inner(linked=False)
 def _guess(tables, point):
-    """A foot inside a face near a point, element −1 where none is found."""
+    """Return a foot inside a face near a point, of element −1 if none is found."""
     k = _seed(tables, point)
     if k < 0:
         return Guess(-1, (0.0, 0.0), FootRecord(point, point, 0.0))
@@ -111,24 +113,24 @@ def _guess(tables, point):
 
 
 @inner(linked=False)
-def _searched(tables, k, point, within, guess, out, nearest, h):
+def _search(tables, k, point, within, guess, out, nearest, h):
     """Write row k of `out`: the closest point, which is the `Guess` if nothing is closer.
 
-    The body has a point at the distance `within`.
+    The body has a point within the distance `within`.
     """
     e, uv, record = guess.element, guess.uv, guess.record
     if e >= 0:
         distance = abs(record.gap)
-        closer = closest(tables, point, anywhere(), distance, nearest, h)
-        if closer < distance - PRUNE * tables.scale[1]:
+        closest_distance = closest(tables, point, all_patches(), distance, nearest, h)
+        if closest_distance < distance - MIN_GAIN * tables.scale[1]:
             write_nearest(tables, k, point, out, nearest, h)
             return
-        if nearest[LEFT_OUT] != GIVEN_UP:
+        if nearest[LEFT_OUT] != OVER_BUDGET:
             write_proved(out, k, tables.elements.table[e]["patch"], uv, record)
             out.certified[k] = 1 if nearest[LEFT_OUT] == 0.0 else 0
             return
         within = min(within, distance)
-    if math.isfinite(no_farther(tables, point, anywhere(), within, nearest, h)):
+    if math.isfinite(closest_within(tables, point, all_patches(), within, nearest, h)):
         write_nearest(tables, k, point, out, nearest, h)
     else:
         blank_foot(out, k, MAX_ITERATIONS)
@@ -136,40 +138,41 @@ def _searched(tables, k, point, within, guess, out, nearest, h):
 
 @inner()
 def _is_finite(point):
+    """Return whether all coordinates of a point are finite."""
     return math.isfinite(point[0] + point[1] + point[2])
 
 
 @inner()
-def _come_near(tables, point):
-    """The point, and whether it has been moved: from farther than FAR sizes to there.
+def _limit_distance(tables, point):
+    """Return the point, moved to `MAX_DISTANCE` if it is beyond, and whether it was moved.
 
-    Distances of farther ones round to one number, and their squares may overflow.
+    Distances of points beyond round to one number, and their squares may overflow.
     """
-    far = FAR * tables.scale[0]
-    about = tables.elements.table[0]["origin"]
-    x, y, z = point[0] - about[0], point[1] - about[1], point[2] - about[2]
-    if x * x + y * y + z * z <= far * far:
+    limit = MAX_DISTANCE * tables.scale[0]
+    origin = tables.elements.table[0]["origin"]
+    x, y, z = point[0] - origin[0], point[1] - origin[1], point[2] - origin[2]
+    if x * x + y * y + z * z <= limit * limit:
         return point, False
-    most = max(abs(x), abs(y), abs(z))
-    x, y, z = x / most, y / most, z / most
-    r = far / math.sqrt(x * x + y * y + z * z)
-    return (about[0] + r * x, about[1] + r * y, about[2] + r * z), True
+    largest = max(abs(x), abs(y), abs(z))
+    x, y, z = x / largest, y / largest, z / largest
+    r = limit / math.sqrt(x * x + y * y + z * z)
+    return (origin[0] + r * x, origin[1] + r * y, origin[2] + r * z), True
 
 
 @inner(linked=False)
-def _measure(out, k, point):
-    """Give row k, found for a point that was moved, the distance of where it is."""
+def _correct_gap(out, k, point):
+    """Set the gap of row k, found for a point that was moved, to the point's own distance."""
     x, y, z = point[0] - out.point[k, 0], point[1] - out.point[k, 1], point[2] - out.point[k, 2]
-    most = max(abs(x), abs(y), abs(z))
-    x, y, z = x / most, y / most, z / most
-    out.gap[k] = math.copysign(most * math.sqrt(x * x + y * y + z * z), out.gap[k])
+    largest = max(abs(x), abs(y), abs(z))
+    x, y, z = x / largest, y / largest, z / largest
+    out.gap[k] = math.copysign(largest * math.sqrt(x * x + y * y + z * z), out.gap[k])
 
 
 @kernel()
 def project_global(tables, points, rows, within, out, start, stop):
-    """Closest points of points[rows[start:stop]] into the same rows of `out`.
+    """Write the closest points of points[rows[start:stop]] to the same rows of `out`.
 
-    `within` (one a row of `rows`) are distances of the body known not to be less than theirs.
+    `within` (one for each of `rows`) are upper bounds of their distances.
     """
     h = scratch(4, 6)
     nearest = scratch(4)
@@ -179,15 +182,15 @@ def project_global(tables, points, rows, within, out, start, stop):
         if not _is_finite(point):
             blank_foot(out, k, NOT_FINITE)
             continue
-        near, moved = _come_near(tables, point)
-        _searched(tables, k, near, within[i], _guess(tables, near), out, nearest, h)
-        if moved:
-            _measure(out, k, point)
+        query, is_moved = _limit_distance(tables, point)
+        _search(tables, k, query, within[i], _guess(tables, query), out, nearest, h)
+        if is_moved:
+            _correct_gap(out, k, point)
 
 
 @kernel()
 def project_proved(tables, balls, points, rows, within, out, start, stop):
-    """Do as `project_global`, with the touching balls of the body."""
+    """Write the same as `project_global`, with the touching balls of the body."""
     h = scratch(4, 6)
     nearest = scratch(4)
     for i in range(start, stop):
@@ -196,26 +199,26 @@ def project_proved(tables, balls, points, rows, within, out, start, stop):
         if not _is_finite(point):
             blank_foot(out, k, NOT_FINITE)
             continue
-        near, moved = _come_near(tables, point)
-        guess = _guess(tables, near)
+        query, is_moved = _limit_distance(tables, point)
+        guess = _guess(tables, query)
         if guess.element >= 0:
             (u, v), gap = guess.uv, guess.record.gap
             patch = tables.elements.table[guess.element]["patch"]
-            rho = radius_at(balls, tables.grid, patch, u, v, 1 if gap > 0.0 else 0)
-            if not moved and abs(gap) <= WITHIN * rho:
+            radius = radius_at(balls, tables.grid, patch, u, v, 1 if gap > 0.0 else 0)
+            if not is_moved and abs(gap) <= BALL_SHARE * radius:
                 write_proved(out, k, patch, guess.uv, guess.record)
                 continue
-        _searched(tables, k, near, within[i], guess, out, nearest, h)
-        if moved:
-            _measure(out, k, point)
+        _search(tables, k, query, within[i], guess, out, nearest, h)
+        if is_moved:
+            _correct_gap(out, k, point)
 
 
 @kernel()
 def project_from(tables, surroundings, points, starts, out, start, stop):
-    """Write the closest points of points[start:stop] into the same rows of `out`.
+    """Write the closest points of points[start:stop] to the same rows of `out`.
 
-    Newton's method from the feet `starts` (patch, uv) on another shape of the body, patch −1 for
-    none, gives a guess. Points without a guess, or whose guess is not proved, are searched for.
+    Newton's method from the feet `starts` (patch, uv; patch −1 for none) on another shape of the
+    body gives a guess. A point without a guess, or whose guess is not proved, is searched for.
     """
     h = scratch(4, 6)
     nearest = scratch(4)
@@ -224,10 +227,10 @@ def project_from(tables, surroundings, points, starts, out, start, stop):
         if not _is_finite(point):
             blank_foot(out, k, NOT_FINITE)
             continue
-        near, moved = _come_near(tables, point)
+        query, is_moved = _limit_distance(tables, point)
         guess = Guess(-1, (0.0, 0.0), FootRecord(point, point, 0.0))
         patch = starts.patch[k]
-        if patch >= 0 and not moved:
+        if patch >= 0 and not is_moved:
             uv = starts.uv[k, 0], starts.uv[k, 1]
             e = locate(tables.grid, patch, uv[0], uv[1])[0]
             e, place, uv, record = foot_from(tables, e, uv, point)
@@ -238,7 +241,7 @@ def project_from(tables, surroundings, points, starts, out, start, stop):
                     continue
                 guess = Guess(e, uv, record)
         if guess.element < 0:
-            guess = _guess(tables, near)
-        _searched(tables, k, near, math.inf, guess, out, nearest, h)
-        if moved:
-            _measure(out, k, point)
+            guess = _guess(tables, query)
+        _search(tables, k, query, math.inf, guess, out, nearest, h)
+        if is_moved:
+            _correct_gap(out, k, point)

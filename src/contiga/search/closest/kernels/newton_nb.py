@@ -1,7 +1,7 @@
 """One round of Newton's method on one point, and the record of its foot: scalar mathematics.
 
-Lanes of a vector unit (`lanes_nb`) and threads of a GPU (`row_nb`) go through the same text; it has
-no branches, conditions choose values.
+Lanes of a vector unit (`lanes_nb`) and threads of a GPU (`row_nb`) run the same text. It has no
+branches: conditions choose values.
 """
 
 from __future__ import annotations
@@ -13,12 +13,12 @@ from contiga.elements.kernels.element_nb import bicubic, quotient
 from contiga.jit import inlined
 
 ROUNDS = 6
-"""More are left to the careful walk."""
+"""Largest number of rounds; points that need more are left to the safeguarded walk."""
 ACTIVE, DONE, GIVEN_BACK, LEFT = 0.0, 1.0, 2.0, 3.0
-"""States of a point: under way, at its foot, to be walked with care, beyond its element."""
-LAST = 1e10
-"""A step shorter than the root of this many tolerances (1e-7 of the body's size) is the last:
-Newton squares the miss, which is measured where the step ends."""
+"""States of a point: iterating, at its foot, to be walked with safeguards, outside its element."""
+LAST_STEP = 1e10
+"""A step shorter than the root of this many tolerances (1e-7 of the body's size) is the last one:
+Newton's method squares the miss, which is measured where the step ends."""
 
 
 @inlined()
@@ -28,28 +28,30 @@ def _dot(a, b, c, x, y, z):
 
 @inlined()
 def local_place(u, u0, scale):
-    """s of the parameter u in an element that starts at u0 and is 1/scale long, no farther out
-    than its side."""
+    """Return s of the parameter u in an element that starts at u0 and has the length 1/scale,
+    clipped to its sides."""
     return min(max((u - u0) * scale - 0.5, -0.5), 0.5)
 
 
 @inlined()
 def polynomial_at(k, o, n, s, t):
-    """Derivatives of the coordinates x, y, z at (s, t), from where powers are about, six each, of
-    coefficients that are each n-th number from k[o]."""
+    """Return the derivatives (six each) of the coordinates x, y, z at (s, t).
+
+    (s, t) are relative to the centre of expansion; coefficients are every n-th number from k[o].
+    """
     x = bicubic(k, o, n, s, t)
     return x, bicubic(k, o + 16 * n, n, s, t), bicubic(k, o + 32 * n, n, s, t)
 
 
 @inlined()
 def weight_at(k, o, n, s, t):
-    """The weight and its derivatives, whose coefficients are behind those of the coordinates."""
+    """Return the weight and its derivatives, whose coefficients follow those of the coordinates."""
     return bicubic(k, o + 48 * n, n, s, t)
 
 
 @inlined()
 def rational_at(k, o, n, s, t):
-    """Do as `polynomial_at`, of a rational element."""
+    """Return the same as `polynomial_at` for a rational element."""
     w = weight_at(k, o, n, s, t)
     x = quotient(bicubic(k, o, n, s, t), w)
     y = quotient(bicubic(k, o + 16 * n, n, s, t), w)
@@ -58,14 +60,14 @@ def rational_at(k, o, n, s, t):
 
 
 @inlined()
-def newton_step(place, so_far, p, x, y, z, tolerance):
-    """One round of the point p from place = (s, t), with the derivatives x, y, z there.
+def newton_step(place, progress, p, x, y, z, tolerance):
+    """Run one round for the point p from place = (s, t), with the derivatives x, y, z there.
 
-    `so_far` is (square of the distance that may not be exceeded, state), `tolerance` the square of
-    the accepted tangential miss. Returns s, t, the square of the distance and the state.
+    `progress` is (square of the distance that may not be exceeded, state), `tolerance` the square
+    of the accepted tangential miss. Returns s, t, the square of the distance, and the state.
     """
     s, t = place
-    best, state = so_far
+    best, state = progress
     r_x = x[0] - p[0]
     r_y = y[0] - p[1]
     r_z = z[0] - p[2]
@@ -79,29 +81,32 @@ def newton_step(place, so_far, p, x, y, z, tolerance):
     h_st = fma(r_z, z[4], fma(r_y, y[4], fma(r_x, x[4], m)))
     h_tt = fma(r_z, z[5], fma(r_y, y[5], fma(r_x, x[5], b)))
     det = fma(h_ss, h_tt, -h_st * h_st)
-    regular = (a > 1e-12 * b) & (b > 1e-12 * a)  # away from poles
-    sound = regular & (det > 1e-6 * a * b) & (h_ss > 0.0) & (f <= best + tolerance)
+    is_regular = (a > 1e-12 * b) & (b > 1e-12 * a)  # away from poles
+    sound = is_regular & (det > 1e-6 * a * b) & (h_ss > 0.0) & (f <= best + tolerance)
     i = 1.0 / (det if det != 0.0 else 1.0)  # zero at a pole, which is not sound
     new_s = fma(fma(g_t, h_st, -g_s * h_tt), i, s)
     new_t = fma(fma(g_s, h_st, -g_t * h_ss), i, t)
     step_s = new_s - s
     step_t = new_t - t
-    last = fma(step_s * step_s, a, step_t * step_t * b) <= LAST * tolerance
+    last = fma(step_s * step_s, a, step_t * step_t * b) <= LAST_STEP * tolerance
     inside = (new_s >= -0.5) & (new_s <= 0.5) & (new_t >= -0.5) & (new_t <= 0.5)
-    now = GIVEN_BACK if not sound else (LEFT if not inside else (DONE if last else ACTIVE))
-    active = state == ACTIVE
-    step = active & (now != GIVEN_BACK)
-    next_s = new_s if step else s
-    next_t = new_t if step else t
-    next_best = f * (1.0 + 1e-12) if active else best
-    next_state = now if active else state
+    new_state = GIVEN_BACK if not sound else (LEFT if not inside else (DONE if last else ACTIVE))
+    is_active = state == ACTIVE
+    takes_step = is_active & (new_state != GIVEN_BACK)
+    next_s = new_s if takes_step else s
+    next_t = new_t if takes_step else t
+    next_best = f * (1.0 + 1e-12) if is_active else best
+    next_state = new_state if is_active else state
     return next_s, next_t, next_best, next_state
 
 
 @inlined()
 def foot_record(p, state, x, y, z, tolerance):
-    """Normal (three numbers), gap and state of the point p, with the derivatives x, y, z at its
-    foot; it is given back if it misses by more than tolerated."""
+    """Return normal (three numbers), gap and state of the point p, by the derivatives x, y, z at
+    its foot.
+
+    A foot that misses by more than the tolerance is GIVEN_BACK.
+    """
     r_x = x[0] - p[0]
     r_y = y[0] - p[1]
     r_z = z[0] - p[2]
@@ -109,14 +114,16 @@ def foot_record(p, state, x, y, z, tolerance):
     g_t = _dot(r_x, r_y, r_z, x[2], y[2], z[2])
     a = _dot(x[1], y[1], z[1], x[1], y[1], z[1])
     b = _dot(x[2], y[2], z[2], x[2], y[2], z[2])
-    missed = (g_s * g_s > tolerance * a) | (g_t * g_t > tolerance * b)
-    now = GIVEN_BACK if (state == DONE) & missed else state
+    is_missed = (g_s * g_s > tolerance * a) | (g_t * g_t > tolerance * b)
+    new_state = GIVEN_BACK if (state == DONE) & is_missed else state
     n_x = fma(y[1], z[2], -z[1] * y[2])
     n_y = fma(z[1], x[2], -x[1] * z[2])
     n_z = fma(x[1], y[2], -y[1] * x[2])
     square = _dot(n_x, n_y, n_z, n_x, n_y, n_z)
-    i = 1.0 / math.sqrt(square if square != 0.0 else 1.0)  # at a pole its point is given back
+    i = 1.0 / math.sqrt(
+        square if square != 0.0 else 1.0
+    )  # zero at a pole, whose point is given back
     n_x *= i
     n_y *= i
     n_z *= i
-    return n_x, n_y, n_z, -_dot(r_x, r_y, r_z, n_x, n_y, n_z), now
+    return n_x, n_y, n_z, -_dot(r_x, r_y, r_z, n_x, n_y, n_z), new_state

@@ -1,7 +1,7 @@
 """The foot of one point by Newton's method, in an element or the next one of its patch.
 
-The mathematics are those of the lanes, so the results are the same numbers; threads of a GPU and
-the search for closest points come by here.
+The mathematics are those of the lanes, so the results have the same bits; threads of a GPU and the
+search for closest points use it.
 """
 
 from __future__ import annotations
@@ -25,15 +25,15 @@ from contiga.search.closest.kernels.newton_nb import (
     weight_at,
 )
 
-FARTHEST = 1.0
-"""How far from its middle, in elements, a foot may have left its element to be gone on with."""
+MAX_OVERSHOOT = 1.0
+"""Largest |s| and |t| of a step out of an element that is continued in the next element."""
 
 
 @inner()
 def may_go_on(elements, e, s, t):
-    """Return whether (s, t) beyond the element is not far, and across smooth sides within its
+    """Return whether (s, t) outside the element is near it, and across smooth sides within its
     patch."""
-    if not (abs(s) <= FARTHEST and abs(t) <= FARTHEST):
+    if not (abs(s) <= MAX_OVERSHOOT and abs(t) <= MAX_OVERSHOOT):
         return False
     element = elements.table[e]
     for side, beyond in ((0, s < -0.5), (1, s > 0.5), (2, t < -0.5), (3, t > 0.5)):
@@ -41,7 +41,7 @@ def may_go_on(elements, e, s, t):
             if element["kind"][side] != SMOOTH:
                 return False
             other = elements.table[element["neighbour"][side]]
-            # Across a seam the parameters do not go on.
+            # Across a seam the parameters are not continuous.
             if other["patch"] != element["patch"] or other["box"][side ^ 1] != element["box"][side]:
                 return False
     return True
@@ -49,24 +49,24 @@ def may_go_on(elements, e, s, t):
 
 @inner(linked=False)
 def _newton(element, place, best, p, tolerance):
-    """Newton's method in the element `element` from place = (s, t), `p` relative to its origin.
+    """Run Newton's method in one element from place = (s, t); `p` is relative to its origin.
 
-    Returns (s, t), the square of the distance so far, the state, and the foot's `FootRecord`.
+    Returns (s, t), the square of the distance, the state, and the foot's `FootRecord`.
     """
-    k, about = element["cubic"], element["about"]
+    k, centre = element["cubic"], element["about"]
     rational = element["form"] == RATIONAL_CUBIC
     s, t = place
     state = ACTIVE
-    left = ROUNDS
-    while True:  # the text of what is worked out here is long, and stands here once
-        a, b = s - about[0], t - about[1]
+    rounds = ROUNDS
+    while True:  # one evaluation in the text, because its code is long
+        a, b = s - centre[0], t - centre[1]
         x, y, z = polynomial_at(k, 0, 1, a, b)
         if rational:
             w = weight_at(k, 0, 1, a, b)
             x, y, z = quotient(x, w), quotient(y, w), quotient(z, w)
-        if state != ACTIVE or left == 0:
+        if state != ACTIVE or rounds == 0:
             break
-        left -= 1
+        rounds -= 1
         s, t, best, state = newton_step((s, t), (best, state), p, x, y, z, tolerance)
     n_x, n_y, n_z, gap, state = foot_record(p, state, x, y, z, tolerance)
     return (s, t), best, state, FootRecord((x[0], y[0], z[0]), (n_x, n_y, n_z), gap)
@@ -74,7 +74,7 @@ def _newton(element, place, best, p, tolerance):
 
 @inner()
 def _in_element(tables, e, foot, best, point):
-    """Do as `_newton` in element e from the parameters foot = (u, v), for a point of the body."""
+    """Run `_newton` in element e from the parameters foot = (u, v), for a point of the body."""
     element = tables.elements.table[e]
     box = element["box"]
     origin = element["origin"]
@@ -96,10 +96,11 @@ def parameters_of(box, place):
 
 @inner()
 def foot_from(tables, e, start, point):
-    """The foot in element e, or in the one that Newton's method goes on to from start = (u, v).
+    """Return the foot in element e, or in the element where Newton's method from start = (u, v)
+    ends.
 
-    Returns its element, −1 where there is none, its (s, t), its (u, v) and its `FootRecord`.
-    Whether trims leave it is not asked.
+    Returns its element, −1 for none, its (s, t), its (u, v), and its `FootRecord`. Trims are not
+    checked.
     """
     elements = tables.elements
     place, best, state, record = _in_element(tables, e, start, math.inf, point)
@@ -116,7 +117,7 @@ def foot_from(tables, e, start, point):
 
 @inner()
 def write_proved(out, k, patch, uv, record):
-    """Write row k of the projection `out`: a foot inside a face, proved to be what was asked for.
+    """Write row k of the projection `out`: a certified foot inside a face.
 
     `record` is a `FootRecord`.
     """

@@ -6,7 +6,7 @@ Around a foot, with the exact Hessian H there,
 
 where d bound the changes of the second derivatives up to Δ, by bounds of the surface's derivatives.
 So no point of a nearby leaf is closer than the foot if H minus a third of d is positive definite.
-Distant leaves are excluded by their plates, as in a search. Leaves that neither proves, such as
+Distant leaves are excluded by their plates, as in a search. Leaves that neither excludes, such as
 leaves across a kink, are searched cell by cell.
 """
 
@@ -15,8 +15,8 @@ from __future__ import annotations
 from contiga.elements.kernels.element_nb import evaluate
 from contiga.jit import inner
 from contiga.jit.scratch import scratch, stack_int64
-from contiga.search.closest.kernels.global_among_nb import SearchLimits, anywhere
-from contiga.search.closest.kernels.global_nb import PRUNE, search_leaf
+from contiga.search.closest.kernels.global_nb import MIN_GAIN, search_leaf
+from contiga.search.closest.kernels.global_scope_nb import SearchLimits, all_patches
 from contiga.search.hierarchy.kernels.closest_cell_nb import (
     Hessian,
     convex,
@@ -31,7 +31,7 @@ from contiga.search.hierarchy.kernels.tree_nb import next_leaves
 THIRD = 1.0 / 3.0
 MAX_OPENED = 64
 """Number of cells after which a search that begins with the nearest leaves is faster."""
-BORDER = 1e-9
+BORDER_TOL = 1e-9
 """Rounding error of an element's borders in the parameters of the next element."""
 
 
@@ -61,9 +61,9 @@ def _rises_over(tables, surroundings, foot, leaf, local, h):
         box, reach = table[e]["box"], surroundings.reach[e]
         s0, s1 = _local_interval(box, table[other]["box"], 0, s0, s1)
         t0, t1 = _local_interval(box, table[other]["box"], 2, t0, t1)
-        if s0 < reach[0] - BORDER or s1 > reach[1] + BORDER:
+        if s0 < reach[0] - BORDER_TOL or s1 > reach[1] + BORDER_TOL:
             return False
-        if t0 < reach[2] - BORDER or t1 > reach[3] + BORDER:
+        if t0 < reach[2] - BORDER_TOL or t1 > reach[3] + BORDER_TOL:
             return False
     x, y = max(s - s0, s1 - s), max(t - t0, t1 - t)
     f = hessian(middle(h, local, x, y), scaled(surroundings.bound[e], x, y), x, y)
@@ -76,7 +76,7 @@ def is_closest(tables, surroundings, foot, point, distance):
     to a point; False if the proof fails or takes more than MAX_OPENED cells."""
     nodes, bounds, h = stack_int64(128), scratch(128), scratch(4, 6)
     nearest, stack, h_cell = scratch(4), scratch(64, 4), scratch(4, 6)
-    slack = PRUNE * tables.scale[1]
+    slack = MIN_GAIN * tables.scale[1]
     limit = distance - slack
     if limit <= 0.0:
         return True
@@ -100,7 +100,7 @@ def is_closest(tables, surroundings, foot, point, distance):
                 continue
             if _rises_over(tables, surroundings, foot, leaf, local, h):
                 continue
-            limits = SearchLimits(distance, slack, opened, anywhere())
+            limits = SearchLimits(distance, slack, opened, all_patches())
             best, cells = search_leaf(
                 tables.elements, tables.trims, leaf, point, limits, nearest, stack, h_cell
             )

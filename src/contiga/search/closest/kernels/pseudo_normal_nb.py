@@ -1,8 +1,7 @@
 """The sum of the normals around a kink, weighted by angle: it decides the side of a point there.
 
-Every face at an edge or vertex counts with the angle it takes there (Baerentzen & Aanaes 2005,
-doi 10.1109/TVCG.2005.49): half a turn inside an edge, the angle between its two borders at a
-corner.
+Every face at an edge or vertex counts with the angle that it subtends there (Baerentzen & Aanaes
+2005, doi 10.1109/TVCG.2005.49): π inside an edge, the angle between its two borders at a corner.
 """
 
 from __future__ import annotations
@@ -17,8 +16,8 @@ from contiga.geometry.kernels.trim_nb import point_in_trim
 from contiga.jit import inner
 from contiga.jit.scratch import scratch, stack_int64
 from contiga.search.closest.kernels.around_nb import MAX_AROUND, around, collapsed_side
-from contiga.search.closest.kernels.global_among_nb import on_patch
-from contiga.search.closest.kernels.global_nb import PRUNE, SEEN, closest
+from contiga.search.closest.kernels.global_nb import DISTANCE_MARGIN, MIN_GAIN, closest
+from contiga.search.closest.kernels.global_scope_nb import on_patch
 from contiga.search.hierarchy.kernels.curve_nb import (
     ELEMENT,
     S,
@@ -29,27 +28,32 @@ from contiga.search.hierarchy.kernels.curve_nb import (
 from contiga.search.hierarchy.kernels.face_nb import in_face
 from contiga.search.hierarchy.kernels.tree_nb import box_distance2
 
-JOIN = 1e-7
-"""Faces closer than this share of the body's size at a common edge meet, however narrow it is."""
-AT_END = 1e-6
-"""A foot this close (share of a trimming piece) to its end may be a corner."""
-LOOK = 1e-5
-"""How far from a corner, as a share of the patch, its inside is told from its outside."""
+JOINT_TOL = 1e-7
+"""Distance below which faces at a common edge meet, however narrow it is, as a share of the body's
+size."""
+END_TOL = 1e-6
+"""Distance to an end of a trimming piece, as a share of it, below which a foot may be a corner."""
+CORNER_STEP = 1e-5
+"""Distance from a corner, as a share of the patch, at which inside and outside are told apart."""
 POLE_ARCS = 4
-NEAR = 32
-"""Patches listed near one point."""
-CORNER = 1e-7
-"""Places of a patch this close (share of it) to a corner of its loops are the corner: where faces
-are cut along splines, their corners miss each other by more than rounding, or have a tiny edge."""
+"""Number of arcs into which a collapsed side is divided."""
+MAX_PATCHES = 32
+"""Largest number of patches listed near one point."""
+CORNER_TOL = 1e-7
+"""Distance to a corner of a loop, as a share of the patch, below which a place is that corner:
+where faces are cut along splines, their corners miss each other by more than rounding, or have a
+tiny edge."""
 MAX_TINY_EDGES = 4
-"""Tiny edges in a row that are passed over."""
-SNAP = 1e-7
-SQUARELY = 0.99
-"""Cosine of the angle to its normal from which a point sees a face squarely."""
+"""Largest number of consecutive tiny edges that are skipped."""
+SNAP_TOL = 1e-7
+"""Distance to a side of an element (local parameters) below which a place is moved onto it."""
+FRONTAL = 0.99
+"""Cosine of the angle to its normal from which on a point sees a face frontally."""
 
 
 @inner()
 def _angle(ax, ay, az, bx, by, bz):
+    """Return the angle between two vectors."""
     cross = math.sqrt(
         (ay * bz - az * by) ** 2 + (az * bx - ax * bz) ** 2 + (ax * by - ay * bx) ** 2
     )
@@ -58,9 +62,9 @@ def _angle(ax, ay, az, bx, by, bz):
 
 @inner()
 def _add_elements(tables, foot, only, total, h):
-    """Add the normals of the elements around a foot, of patch `only` or (−1) of all.
+    """Add the normals of the elements around a foot, of patch `only`, or of all (−1).
 
-    Only elements that the trims leave count. Returns their number and their list.
+    Elements outside the trims do not count. Returns the number of elements and their list.
     """
     elements = tables.elements
     list_e = np.empty(MAX_AROUND, np.int64)
@@ -75,7 +79,7 @@ def _add_elements(tables, foot, only, total, h):
         if not in_face(elements, tables.trims, e, s, t):
             continue
         pole = collapsed_side(elements, e, s, t)
-        if pole >= 0:  # along the collapsed side, each normal with its share of the angle
+        if pole >= 0:  # along the collapsed side each normal has its share of the angle
             column = 1 if pole < 2 else 2
             px = py = pz = 0.0
             for arc in range(POLE_ARCS + 1):
@@ -107,46 +111,47 @@ def _add_elements(tables, foot, only, total, h):
 
 @inner()
 def _is_point(trims, patch, p, q):
-    """Return whether two places (u, v) of a patch are one: see `CORNER`."""
+    """Return whether two places (u, v) of a patch are one: see `CORNER_TOL`."""
     domain = trims.domain[patch]
     u = abs(q[0] - p[0])
     v = abs(q[1] - p[1])
-    return u <= CORNER * (domain[1] - domain[0]) and v <= CORNER * (domain[3] - domain[2])
+    return u <= CORNER_TOL * (domain[1] - domain[0]) and v <= CORNER_TOL * (domain[3] - domain[2])
 
 
 @inner()
 def _is_short(trims, piece):
-    """Return whether a piece is a point of its patch."""
+    """Return whether a trimming piece is a point of its patch."""
     ends = trims.piece_ends[piece]
     return _is_point(trims, trims.piece_patch[piece], (ends[0], ends[1]), (ends[2], ends[3]))
 
 
 @inner()
 def _joined_piece(trims, piece, end):
-    """The piece of the same loop that goes on from the end (0 or 1) of a piece, or −1.
+    """Return the piece of the same loop that continues a piece at its end (0 or 1), or −1.
 
-    Pieces that are points are passed over.
+    Pieces that are points are skipped.
     """
     patch = trims.piece_patch[piece]
     for _ in range(MAX_TINY_EDGES):
-        at = trims.piece_ends[piece]
-        x = at[2 * end]
-        y = at[2 * end + 1]
-        joined = -1
+        ends = trims.piece_ends[piece]
+        x = ends[2 * end]
+        y = ends[2 * end + 1]
+        next_piece = -1
         for k in range(trims.patch_start[patch], trims.patch_start[patch + 1]):
             other = trims.piece_ends[k]
             if k != piece and other[2 - 2 * end] == x and other[3 - 2 * end] == y:
-                joined = k
+                next_piece = k
                 break
-        if joined < 0 or not _is_short(trims, joined):
-            return joined
-        piece = joined
+        if next_piece < 0 or not _is_short(trims, next_piece):
+            return next_piece
+        piece = next_piece
     return -1
 
 
 @inner()
-def _face_angle(tables, nearest, h):
-    """Angle a trimmed face takes at its border point `nearest`: π but at the corners of a loop."""
+def _corner_angle(tables, nearest, h):
+    """Return the angle of a trimmed face at its border point `nearest`: π except at corners of a
+    loop."""
     piece = int(-1 - nearest[ELEMENT])
     t = nearest[S]
     trims = tables.trims
@@ -156,17 +161,17 @@ def _face_angle(tables, nearest, h):
         end = 1
         if piece < 0:
             return math.pi
-    elif AT_END < t < 1.0 - AT_END:
+    elif END_TOL < t < 1.0 - END_TOL:
         return math.pi
-    other = _joined_piece(trims, piece, end)
-    if other < 0:
+    next_piece = _joined_piece(trims, piece, end)
+    if next_piece < 0:
         return math.pi
     d = scratch(3, 3)
     c = scratch(3, 3)
     sign = -1.0 if end == 1 else 1.0  # both tangents away from the corner
     curve_point(tables.elements, tables.grid, trims, piece, float(end), h, d)
     ax, ay, az = sign * d[1, 0], sign * d[1, 1], sign * d[1, 2]
-    curve_point(tables.elements, tables.grid, trims, other, float(1 - end), h, d)
+    curve_point(tables.elements, tables.grid, trims, next_piece, float(1 - end), h, d)
     bx, by, bz = -sign * d[1, 0], -sign * d[1, 1], -sign * d[1, 2]
     angle = _angle(ax, ay, az, bx, by, bz)
     domain = tables.trims.domain[trims.piece_patch[piece]]
@@ -175,7 +180,7 @@ def _face_angle(tables, nearest, h):
     piece_parameters(trims, piece, float(end), c)
     u, v = c[0, 0], c[0, 1]
     au, av = sign * c[1, 0] / wide, sign * c[1, 1] / high
-    piece_parameters(trims, other, float(1 - end), c)
+    piece_parameters(trims, next_piece, float(1 - end), c)
     bu, bv = -sign * c[1, 0] / wide, -sign * c[1, 1] / high
     a = math.hypot(au, av)
     b = math.hypot(bu, bv)
@@ -185,31 +190,34 @@ def _face_angle(tables, nearest, h):
     m = math.hypot(mu, mv)
     if m < 1e-6:
         return math.pi
-    u += LOOK * mu / m * wide
-    v += LOOK * mv / m * high
-    inside = point_in_trim(trims, trims.piece_patch[piece], u, v) == 1
-    return angle if inside else 2.0 * math.pi - angle
+    u += CORNER_STEP * mu / m * wide
+    v += CORNER_STEP * mv / m * high
+    is_convex = point_in_trim(trims, trims.piece_patch[piece], u, v) == 1
+    return angle if is_convex else 2.0 * math.pi - angle
 
 
 @inner()
 def _snapped(x):
-    if x < SNAP - 0.5:
+    """Return a parameter, moved onto a side of its element if it is that near."""
+    if x < SNAP_TOL - 0.5:
         return -0.5
-    return 0.5 if x > 0.5 - SNAP else x
+    return 0.5 if x > 0.5 - SNAP_TOL else x
 
 
 @inner()
 def joint_reach(tables, e):
-    """Return how far from a foot at an edge of element `e` the faces that meet there may be."""
-    return max(tables.elements.table[e]["edge_tolerance"], JOIN * tables.scale[0])
+    """Return the largest distance of the faces that meet at an edge of element `e` from a foot
+    there."""
+    return max(tables.elements.table[e]["edge_tolerance"], JOINT_TOL * tables.scale[0])
 
 
 @inner()
-def patches_near(tables, point, reach, near):
-    """Patches that may come closer to a point than `reach`, into near[NEAR]; how many they are.
+def patches_near(tables, point, reach, patches):
+    """List the patches that may be within `reach` of a point in patches[MAX_PATCHES]; return their
+    number.
 
-    −1: more than fit. A face of many holes has an edge with a hundred others: to search each of
-    them for what is near takes longer than to ask the hierarchy once.
+    Returns −1 if there are more. A face with many holes has an edge with a hundred others: to
+    search each of them takes longer than one query of the hierarchy.
     """
     tree = tables.tree
     leaves = tables.leaves
@@ -217,7 +225,7 @@ def patches_near(tables, point, reach, near):
     nodes = stack_int64(128)
     nodes[0] = 0
     top = 1 if leaves.shape[0] > 0 else 0
-    n = 0
+    n_patches = 0
     while top > 0:
         top -= 1
         node = nodes[top]
@@ -231,35 +239,36 @@ def patches_near(tables, point, reach, near):
             top += 2
         for k in range(first, first + count):
             patch = leaves[k]["patch"]
-            if not is_listed(near, n, patch):
-                if n == NEAR:
+            if not is_listed(patches, n_patches, patch):
+                if n_patches == MAX_PATCHES:
                     return -1
-                near[n] = patch
-                n += 1
-    return n
+                patches[n_patches] = patch
+                n_patches += 1
+    return n_patches
 
 
 @inner()
-def is_listed(near, n, patch):
-    """Return whether a patch is among the first n of `near`; any may be where n is −1."""
-    for i in range(n):
-        if near[i] == patch:
+def is_listed(patches, n_patches, patch):
+    """Return whether a patch is among the first n_patches of a list; True for any patch if that
+    is −1."""
+    for i in range(n_patches):
+        if patches[i] == patch:
             return True
-    return n < 0
+    return n_patches < 0
 
 
 @inner()
 def _add_face(tables, patch, place, nearest, total, h):
-    """Add the normal of the face `patch` if it passes through `place` = (point, how near)."""
+    """Add the normal of the face `patch` if it passes through place = (point, tolerance)."""
     if math.isfinite(closest(tables, place[0], on_patch(patch), place[1], nearest, h)):
-        _add_found(tables, patch, nearest, total, h)
+        _add_normal_at(tables, patch, nearest, total, h)
 
 
 @inner(linked=False)
-def _add_found(tables, patch, nearest, total, h):
-    """Add the normal of the face `patch` at the place `nearest` of it, on a kink."""
+def _add_normal_at(tables, patch, nearest, total, h):
+    """Add the normal of the face `patch` at its place `nearest` on a kink."""
     e, s, t = surface_foot(tables, nearest, h)
-    # At a corner of its loops a face counts with the angle that it takes there, not as a whole.
+    # At a corner of its loops a face counts with the angle that it subtends there.
     trims, uv = tables.trims, parameters(tables.elements, e, s, t)
     for k in range(trims.patch_start[patch], trims.patch_start[patch + 1]):
         ends = trims.piece_ends[k]
@@ -268,14 +277,14 @@ def _add_found(tables, patch, nearest, total, h):
             nearest[S] = 0.0
             break
     if nearest[ELEMENT] >= 0:
-        at = (e, _snapped(s), _snapped(t))
-        # The side of the element may lie outside a trimmed face that comes as near to it as a disc
-        # does to its square.
-        if not in_face(tables.elements, tables.trims, *at):
-            at = (e, s, t)
-        _add_elements(tables, at, patch, total, h)
+        place = (e, _snapped(s), _snapped(t))
+        # The side of the element may be outside a trimmed face that touches it, as a disc touches
+        # the sides of its square.
+        if not in_face(tables.elements, tables.trims, *place):
+            place = (e, s, t)
+        _add_elements(tables, place, patch, total, h)
         return
-    weight = _face_angle(tables, nearest, h)
+    weight = _corner_angle(tables, nearest, h)
     x, y, z = normal_at(tables.elements, e, s, t, h)
     total[0] += weight * x
     total[1] += weight * y
@@ -284,10 +293,10 @@ def _add_found(tables, patch, nearest, total, h):
 
 @inner(linked=False)
 def pseudo_normal(tables, foot, nearest, total, h):
-    """Angle-weighted sum of the normals of all faces at a foot on a kink, into total[3].
+    """Write the angle-weighted sum of the normals of all faces at a foot on a kink to total[3].
 
-    `nearest` is the foot if it is on a trimming piece and was found by a search, and is written
-    over; its element is 0 or more where that is not so.
+    `nearest` is that foot if a search has found it on a trimming piece, and is overwritten;
+    otherwise its element is 0 or more.
     """
     elements = tables.elements
     total[:] = 0.0
@@ -298,62 +307,62 @@ def pseudo_normal(tables, foot, nearest, total, h):
     place = (point, joint_reach(tables, e))
     grid = tables.grid
     home = elements.table[e]["patch"]
-    span = grid.patches[home]["adjacent"]
-    near = stack_int64(NEAR)
-    listed = patches_near(tables, point, place[1], near)
+    neighbours = grid.patches[home]["adjacent"]
+    nearby = stack_int64(MAX_PATCHES)
+    n_nearby = patches_near(tables, point, place[1], nearby)
     if tables.trims.trimmed[home] != 0:
-        first = span[0]
-        if nearest[ELEMENT] < 0.0:  # on its own face it has been found: a third of the time
-            _add_found(tables, home, nearest, total, h)
-            first += 1
-        for k in range(first, span[1]):
-            if is_listed(near, listed, grid.adjacent[k]):
+        first_neighbour = neighbours[0]
+        if nearest[ELEMENT] < 0.0:  # the search has found it on its own face, a third of the time
+            _add_normal_at(tables, home, nearest, total, h)
+            first_neighbour += 1
+        for k in range(first_neighbour, neighbours[1]):
+            if is_listed(nearby, n_nearby, grid.adjacent[k]):
                 _add_face(tables, grid.adjacent[k], place, nearest, total, h)
         return
     n, list_e = _add_elements(tables, foot, -1, total, h)
-    for k in range(span[0] + 1, span[1]):
-        known = not (grid.loose[k] and is_listed(near, listed, grid.adjacent[k]))
+    for k in range(neighbours[0] + 1, neighbours[1]):
+        is_counted = not (grid.loose[k] and is_listed(nearby, n_nearby, grid.adjacent[k]))
         for i in range(n):
-            known = known or elements.table[list_e[i]]["patch"] == grid.adjacent[k]
-        if not known:
+            is_counted = is_counted or elements.table[list_e[i]]["patch"] == grid.adjacent[k]
+        if not is_counted:
             _add_face(tables, grid.adjacent[k], place, nearest, total, h)
 
 
 @inner(linked=False)
-def side_of_squarest(tables, home, place, nearest, h):
-    """Return on which side of the face that it sees most squarely a point lies: positive is free.
+def side_of_most_frontal(tables, home, place, nearest, h):
+    """Return the side of the face that a point sees most frontally, positive on the free side.
 
-    `place` is (point, how far its foot on an edge of the patch `home` is), `nearest` is work. Where
-    the faces at an edge do not fit, one that reaches past the other is seen from behind. Of faces
-    that are seen squarely the nearest counts: beyond the end of an edge may lie one that has no
-    part in it. Zero where no face is found.
+    `place` is (point, distance of its foot on an edge of the element `home`), `nearest` is work.
+    Where the faces at an edge do not fit, a face that reaches past the other is seen from behind.
+    Of several faces that are seen frontally the nearest counts: beyond the end of an edge may be
+    one that has no part in it. Zero where no face is found.
     """
     point, distance = place
     edge_tolerance = tables.elements.table[home]["edge_tolerance"]
-    limit = distance * SEEN + edge_tolerance + 2.0 * PRUNE * tables.scale[1]
+    limit = distance * DISTANCE_MARGIN + edge_tolerance + 2.0 * MIN_GAIN * tables.scale[1]
     patch = tables.elements.table[home]["patch"]
-    span = tables.grid.patches[patch]["adjacent"]
-    near = stack_int64(NEAR)
-    listed = patches_near(tables, point, limit, near)
-    best = least = 0.0
+    neighbours = tables.grid.patches[patch]["adjacent"]
+    nearby = stack_int64(MAX_PATCHES)
+    n_nearby = patches_near(tables, point, limit, nearby)
+    best_cosine = best_square = 0.0
     side = 0.0
-    for k in range(span[0], span[1]):
+    for k in range(neighbours[0], neighbours[1]):
         other = tables.grid.adjacent[k]
-        if not is_listed(near, listed, other):
+        if not is_listed(nearby, n_nearby, other):
             continue
         if not math.isfinite(closest(tables, point, on_patch(other), limit, nearest, h)):
             continue
         e, s, t = surface_foot(tables, nearest, h)
         n = normal_at(tables.elements, e, s, t, h)
         origin = tables.elements.table[e]["origin"]
-        square = along = 0.0
+        square = height = 0.0
         for c in range(3):
             r = point[c] - origin[c] - h[c, 0]
             square += r * r
-            along += r * n[c]
-        cosine = min(abs(along) / math.sqrt(square), SQUARELY) if square > 0.0 else 0.0
-        if cosine > best or (cosine == best == SQUARELY and square < least):
-            best = cosine
-            least = square
-            side = along
+            height += r * n[c]
+        cosine = min(abs(height) / math.sqrt(square), FRONTAL) if square > 0.0 else 0.0
+        if cosine > best_cosine or (cosine == best_cosine == FRONTAL and square < best_square):
+            best_cosine = cosine
+            best_square = square
+            side = height
     return side

@@ -1,4 +1,4 @@
-"""Bound how far a point can go before it can touch: a lower bound of its distance."""
+"""Lower bound of the distance of a point: how far it can go before it can touch."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from contiga.search.hierarchy.kernels.tree_nb import next_leaves
 
 @kernel()
 def box_distance(tree, points, rows, safe_distance, start, stop):
-    """Distance of points[rows] to the nearest box of a leaf into safe_distance[rows]."""
+    """Write the distance of points[rows] to the nearest box of a leaf to safe_distance[rows]."""
     nodes = stack_int64(128)
     bounds = scratch(128)
     for i in range(start, stop):

@@ -1,7 +1,7 @@
-"""Find which cells of a grid hold surface, and which of the others are connected.
+"""Find which cells of a grid contain surface, and which of the others are connected.
 
-The grid has two levels: cells, and in those that may hold surface 4 × 4 × 4 small ones, kept as
-the bits of a word (bit 16 i + 4 j + k), so that a flood in them is a handful of shifts.
+The grid has two levels: cells, and in those that may contain surface 4 × 4 × 4 small ones, kept as
+the bits of a word (bit 16 i + 4 j + k), so that a flood fill in them is a few shifts.
 """
 
 from __future__ import annotations
@@ -12,77 +12,79 @@ import numpy as np
 
 from contiga.arrays.kernels.union_nb import root, unite
 from contiga.jit import inner, kernel
-from contiga.search.sides.kernels.side_pieces_nb import HIGH, LEAST, LOW, MOST, NORMAL
+from contiga.search.sides.kernels.side_pieces_nb import HIGH, LOW, NORMAL, SLAB_HIGH, SLAB_LOW
 
 SPLIT = 4
-"""Small cells along a cell."""
+"""Number of small cells along a cell."""
 ONE = np.uint64(1)
-NONE = np.uint64(0)
-ALL = np.uint64(0xFFFFFFFFFFFFFFFF)
+NO_BITS = np.uint64(0)
 I_LAST = np.uint64(0xFFFF000000000000)
 J_LAST = np.uint64(0xF000F000F000F000)
 K_LAST = np.uint64(0x8888888888888888)
 I_FIRST = np.uint64(0x000000000000FFFF)
 J_FIRST = np.uint64(0x000F000F000F000F)
 K_FIRST = np.uint64(0x1111111111111111)
-HAIR = 1e-9
-"""Rounding of a place in the grid, in small cells, with much to spare."""
+PLACE_TOL = 1e-9
+"""Rounding of a place in the grid, in small cells, with a wide margin."""
 
 
 @inner()
-def _first_and_last(piece, c, small, count):
-    """First and last small cell that the piece's box meets along axis c."""
-    first = max(math.floor(piece[LOW + c] / small - HAIR), 0)
-    last = min(math.floor(piece[HIGH + c] / small + HAIR), count - 1)
+def _cell_range(piece, c, small, count):
+    """Return the first and last small cell that the piece's box meets along axis c."""
+    first = max(math.floor(piece[LOW + c] / small - PLACE_TOL), 0)
+    last = min(math.floor(piece[HIGH + c] / small + PLACE_TOL), count - 1)
     return first, last
 
 
 @kernel()
-def paint(pieces, small, shape, words, near, name):
-    """Mark the cells that pieces meet in words (flat). With `near`, whose rows `words` then holds:
-    the small cells, and in `name` a piece for each cell."""
+def paint(pieces, small, shape, words, surface_bits, piece_of_word):
+    """Mark in `words` (flat) the cells that pieces meet.
+
+    If `surface_bits` has rows, `words` holds the row of each cell: then set the bits of the small
+    cells in `surface_bits`, and a piece of each cell in `piece_of_word`.
+    """
     for p in range(pieces.shape[0]):
-        # Columns of small cells run along the axis that the piece's normal is nearest to: the slab
-        # says which of them it meets.
+        # Columns of small cells run along the axis nearest to the piece's normal; the slab bounds
+        # the cells of each column that the piece meets.
         piece = pieces[p]
-        along = 0
+        axis = 0
         for c in range(1, 3):
-            if abs(piece[NORMAL + c]) > abs(piece[NORMAL + along]):
-                along = c
-        a = (along + 1) % 3
-        b = (along + 2) % 3
+            if abs(piece[NORMAL + c]) > abs(piece[NORMAL + axis]):
+                axis = c
+        a = (axis + 1) % 3
+        b = (axis + 2) % 3
         strides = (shape[1] * shape[2], shape[2], 1)
         bits = (16, 4, 1)
-        n_a, n_b, n_c = piece[NORMAL + a], piece[NORMAL + b], piece[NORMAL + along]
+        n_a, n_b, n_c = piece[NORMAL + a], piece[NORMAL + b], piece[NORMAL + axis]
         radius = 0.5 * small * (abs(n_a) + abs(n_b) + abs(n_c))
-        a0, a1 = _first_and_last(piece, a, small, SPLIT * shape[a])
-        b0, b1 = _first_and_last(piece, b, small, SPLIT * shape[b])
-        c0, c1 = _first_and_last(piece, along, small, SPLIT * shape[along])
+        a0, a1 = _cell_range(piece, a, small, SPLIT * shape[a])
+        b0, b1 = _cell_range(piece, b, small, SPLIT * shape[b])
+        c0, c1 = _cell_range(piece, axis, small, SPLIT * shape[axis])
         for i in range(a0, a1 + 1):
             for j in range(b0, b1 + 1):
                 first, last = c0, c1
                 if n_c != 0.0:
-                    rest = n_a * (i + 0.5) * small + n_b * (j + 0.5) * small
-                    x = (piece[LEAST] - radius - rest) / (n_c * small) - 0.5
-                    y = (piece[MOST] + radius - rest) / (n_c * small) - 0.5
-                    first = max(first, math.ceil(min(x, y) - HAIR))
-                    last = min(last, math.floor(max(x, y) + HAIR))
+                    offset = n_a * (i + 0.5) * small + n_b * (j + 0.5) * small
+                    bound_0 = (piece[SLAB_LOW] - radius - offset) / (n_c * small) - 0.5
+                    bound_1 = (piece[SLAB_HIGH] + radius - offset) / (n_c * small) - 0.5
+                    first = max(first, math.ceil(min(bound_0, bound_1) - PLACE_TOL))
+                    last = min(last, math.floor(max(bound_0, bound_1) + PLACE_TOL))
                 base = (i >> 2) * strides[a] + (j >> 2) * strides[b]
-                if near.shape[0] == 0:
+                if surface_bits.shape[0] == 0:
                     for k in range(first >> 2, (last >> 2) + 1 if last >= first else 0):
-                        words[base + k * strides[along]] = 1
+                        words[base + k * strides[axis]] = 1
                     continue
                 bit = (i & 3) * bits[a] + (j & 3) * bits[b]
                 for k in range(first, last + 1):
-                    word = words[base + (k >> 2) * strides[along]]
-                    near[word] |= ONE << np.uint64(bit + (k & 3) * bits[along])
-                    name[word] = p
+                    word = words[base + (k >> 2) * strides[axis]]
+                    surface_bits[word] |= ONE << np.uint64(bit + (k & 3) * bits[axis])
+                    piece_of_word[word] = p
 
 
 @kernel()
-def labelled(clear):
-    """Number the joined regions of clear cells from 1, in the order of their first cells; 0 in
-    cells that are not clear. Cells are joined by faces."""
+def label_regions(clear):
+    """Number the connected regions of clear cells from 1, in the order of their first cells; 0 in
+    other cells. Cells are connected by faces."""
     shape = clear.shape
     parent = np.arange(shape[0] * shape[1] * shape[2]).astype(np.int32)
     label = np.zeros(shape, np.int32)
@@ -115,10 +117,10 @@ def labelled(clear):
 
 @kernel()
 def depths(clear):
-    """Count the cells from each cell to the next one that is not clear, diagonal steps counted as
-    one; 0 there, and more than any way is long where there is none.
+    """Return the number of cells from each cell to the next one that is not clear, diagonal steps
+    counted as one; 0 there, and more than any path is long if there is none.
 
-    Forth, then back (Rosenfeld & Pfaltz 1968, doi 10.1016/0031-3203(68)90013-7).
+    Forward and backward pass (Rosenfeld & Pfaltz 1968, doi 10.1016/0031-3203(68)90013-7).
     """
     n_i, n_j, n_k = clear.shape
     depth = np.zeros(clear.shape, np.int32)
@@ -131,23 +133,23 @@ def depths(clear):
                     k = n_k - 1 - at_k if back else at_k
                     if clear[i, j, k]:
                         # One more than the least depth of the cells around that come before it.
-                        way = 1 if back else -1
-                        least = depth[i, j, k] if back else n_i + n_j + n_k
+                        step = 1 if back else -1
+                        min_depth = depth[i, j, k] if back else n_i + n_j + n_k
                         for di in range(2):
                             for dj in range(-1, 2):
                                 for dk in range(-1, 2):
                                     if di == 0 and (dj < 0 or (dj == 0 and dk < 1)):
                                         continue
-                                    a, b, c = i + way * di, j + way * dj, k + way * dk
+                                    a, b, c = i + step * di, j + step * dj, k + step * dk
                                     if 0 <= a < n_i and 0 <= b < n_j and 0 <= c < n_k:
-                                        least = min(least, depth[a, b, c] + 1)
-                        depth[i, j, k] = least
+                                        min_depth = min(min_depth, depth[a, b, c] + 1)
+                        depth[i, j, k] = min_depth
     return depth
 
 
 @inner()
 def _flood(seed, clear):
-    """The bits of `clear` that are joined to the bit `seed`."""
+    """Return the bits of `clear` that are connected to the bit `seed`."""
     x = seed
     while True:
         y = x | ((x & ~K_LAST) << ONE) | ((x & ~K_FIRST) >> ONE)
@@ -160,19 +162,20 @@ def _flood(seed, clear):
 
 
 @kernel()
-def parts_of(near):
-    """The joined sets of small cells without surface in each word: first (n + 1,), mask (m,)."""
-    first = np.zeros(near.shape[0] + 1, np.int64)
-    mask = np.empty(4 * near.shape[0] + 64, np.uint64)
+def parts_of(surface_bits):
+    """Return the connected sets of small cells without surface in each word: first (n + 1,), mask
+    (m,)."""
+    first = np.zeros(surface_bits.shape[0] + 1, np.int64)
+    mask = np.empty(4 * surface_bits.shape[0] + 64, np.uint64)
     count = 0
-    for w in range(near.shape[0]):
-        clear = ~near[w]
+    for w in range(surface_bits.shape[0]):
+        clear = ~surface_bits[w]
         if count + 64 > mask.shape[0]:
             more = np.empty(2 * mask.shape[0], np.uint64)
             for p in range(count):
                 more[p] = mask[p]
             mask = more
-        while clear != NONE:
+        while clear != NO_BITS:
             part = _flood(clear & (~clear + ONE), clear)
             clear &= ~part
             mask[count] = part
@@ -183,10 +186,11 @@ def parts_of(near):
 
 @kernel()
 def join(labels, words, places, first, mask):
-    """Root of every joined region: of the labelled cells, label − 1, then of the parts.
+    """Return the root of every connected region: of the labelled cells, label − 1, then of the
+    parts.
 
     `labels` (cells,) are 1 … of cells without surface, 0 in others; `words` (cells,) the words of
-    those, −1 elsewhere; `places` (words, 3) their cells.
+    the latter, −1 elsewhere; `places` (words, 3) their cells.
     """
     shape = labels.shape
     count = 0
@@ -207,69 +211,61 @@ def join(labels, words, places, first, mask):
                 other = words[i, j, k]
                 if other < 0:
                     for p in range(first[w], first[w + 1]):
-                        if mask[p] & face != NONE:
+                        if mask[p] & face != NO_BITS:
                             unite(parent, count + p, labels[i, j, k] - 1)
                 elif step > 0:
                     shift = np.uint64((48, 12, 3)[axis])
                     for p in range(first[w], first[w + 1]):
                         facing = (mask[p] & face) >> shift
-                        if facing == NONE:
+                        if facing == NO_BITS:
                             continue
                         for q in range(first[other], first[other + 1]):
-                            if mask[q] & facing != NONE:
+                            if mask[q] & facing != NO_BITS:
                                 unite(parent, count + p, count + q)
     for k in range(parent.shape[0]):
         parent[k] = root(parent, k)
     return parent
 
 
-@inner()
-def _lowest(x):
-    """Number of the lowest bit that is set."""
-    n = 0
-    while x & ONE == NONE:
-        x >>= ONE
-        n += 1
-    return n
-
-
 @kernel()
 def sizes_and_samples(parent, labels, depth, places, first, mask):
-    """Count the small cells joined to every root, and choose three of their middles.
+    """Return the number of small cells connected to every root, and three sample points of each.
 
-    The middles (3 a root) are in cells: of three next to cells that may hold surface, spread over
-    the region; of small ones where it has no whole cell. `depth` (cells,) is the way in cells to
-    the next that may hold surface.
+    The points (3 a root) are in cells: middles of three cells next to cells that may contain
+    surface, spread over the region; of small cells where it has no whole cell. `depth` (cells,) is
+    the number of cells to the next that may contain surface.
     """
     n = parent.shape[0]
     size = np.zeros(n, np.int64)
-    beside = np.zeros(n, np.int64)
+    n_border = np.zeros(n, np.int64)
     samples = np.empty((n, 3, 3))
     shape = labels.shape
     count = n - mask.shape[0]
-    for last in (False, True):
-        seen = np.zeros(n, np.int64)
+    for is_second in (False, True):
+        n_seen = np.zeros(n, np.int64)
         for i in range(shape[0]):
             for j in range(shape[1]):
                 for k in range(shape[2]):
                     if labels[i, j, k] == 0:
                         continue
                     r = parent[labels[i, j, k] - 1]
-                    if not last:
+                    if not is_second:
                         size[r] += SPLIT**3
-                        beside[r] += 1 if depth[i, j, k] == 1 else 0
+                        n_border[r] += 1 if depth[i, j, k] == 1 else 0
                     elif depth[i, j, k] == 1:
                         for q in range(3):
-                            if seen[r] == (2 * q + 1) * beside[r] // 6:
+                            if n_seen[r] == (2 * q + 1) * n_border[r] // 6:
                                 samples[r, q, 0] = i + 0.5
                                 samples[r, q, 1] = j + 0.5
                                 samples[r, q, 2] = k + 0.5
-                        seen[r] += 1
+                        n_seen[r] += 1
     for w in range(places.shape[0]):
         for p in range(first[w], first[w + 1]):
             r = parent[count + p]
-            if beside[r] == 0:
-                bit = _lowest(mask[p])
+            if n_border[r] == 0:
+                bit = 0
+                while (mask[p] >> np.uint64(bit)) & ONE == NO_BITS:
+                    bit += 1
                 middle = (
                     places[w, 0] + ((bit >> 4) + 0.5) / SPLIT,
                     places[w, 1] + (((bit >> 2) & 3) + 0.5) / SPLIT,
@@ -278,19 +274,19 @@ def sizes_and_samples(parent, labels, depth, places, first, mask):
                 for q in range(0 if size[r] == 0 else 2, 3):
                     for c in range(3):
                         samples[r, q, c] = middle[c]
-            left = mask[p]
-            while left != NONE:  # a small cell a bit
-                left &= left - ONE
+            bits = mask[p]
+            while bits != NO_BITS:  # each bit is a small cell
+                bits &= bits - ONE
                 size[r] += 1
     return size, samples
 
 
 @kernel()
 def known_sides(parent, sign, labels, depth, words, first, mask):
-    """Return the tables that a look-up of sides needs.
+    """Return the tables for queries of sides.
 
-    They are (cells,) side times way, or FIRST_WORD + word, and (words, 2) masks of the small cells
-    inside and outside. `sign` (roots,) is 1 outside, −1 inside, 0 not known.
+    They are (cells,) side times depth, or FIRST_WORD + word, and (words, 2) masks of the small
+    cells inside and outside. `sign` (roots,) is 1 outside, −1 inside, 0 unknown.
     """
     shape = labels.shape
     cell = np.empty(shape, np.int32)
@@ -314,4 +310,4 @@ def known_sides(parent, sign, labels, depth, words, first, mask):
 
 
 FIRST_WORD = 1 << 20
-"""Entries of cells from this on name a word."""
+"""Smallest entry of a cell that refers to a word."""

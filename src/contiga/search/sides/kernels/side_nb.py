@@ -1,8 +1,8 @@
-"""Looking up a grid of known sides: the side of a point, and whether a way is clear of surface.
+"""Query a grid of known sides: the side of a point, and whether a path is clear of the surface.
 
-A cell without surface is convex and holds none within `skin` of it either: as far as a point in it
-is from the cell's sides, and `skin`, and as many cells as the next that may hold surface is away,
-so far it is from the surface. A way that is in such cells all along crosses nothing.
+A cell without surface is convex, and no surface is within `skin` of it either. A lower bound of the
+distance from a point in it to the surface is the distance to the cell's sides, plus `skin`, plus
+the cells to the next one that may contain surface. A path that stays in such cells crosses nothing.
 """
 
 from __future__ import annotations
@@ -12,36 +12,39 @@ import math
 import numpy as np
 
 from contiga.jit import inner, kernel
-from contiga.search.sides.kernels.side_grid_nb import FIRST_WORD, NONE, ONE, SPLIT
+from contiga.search.sides.kernels.side_grid_nb import FIRST_WORD, NO_BITS, ONE, SPLIT
 
-STEPS = 64
-"""Cells that a way may pass; then nothing is said of it."""
+MAX_STEPS = 64
+"""Number of cells of a path above which it does not count as clear."""
 
 
 @inner()
-def _place(grid, p):
-    """A point in cells of the grid."""
+def _in_cells(grid, p):
+    """Return the coordinates of a point in cells of the grid."""
     o = grid.origin
     return (p[0] - o[0]) / grid.size, (p[1] - o[1]) / grid.size, (p[2] - o[2]) / grid.size
 
 
 @inner()
-def _to_side(x, parts):
-    """Way (in cells) from a place to the nearest side of its cell's part, `parts` a cell."""
-    least = 1.0
+def _distance_to_side(x, parts):
+    """Return the distance (in cells) from a place to the nearest side of its part of a cell.
+
+    `parts` is the number of parts along a cell.
+    """
+    distance = 1.0
     for c in range(3):
         y = x[c] * parts
         y -= math.floor(y)
-        least = min(least, y, 1.0 - y)
-    return least / parts
+        distance = min(distance, y, 1.0 - y)
+    return distance / parts
 
 
 @inner()
 def side_at(grid, x):
-    """Look up the side of a place x, in units of cells: 1 outside, −1 inside, 0 not known.
+    """Return the side of a place x, in units of cells: 1 outside, −1 inside, 0 unknown.
 
-    Also returns a lower bound of the distance to the surface, in cells, before `skin` is taken off;
-    the number of parts that the cell is divided into; and its word, −1 if it has none.
+    Also returns a lower bound of the distance to the surface, in cells, without `skin`; the number
+    of parts along the cell; and its word, −1 if it has none.
     """
     if not (
         0.0 <= x[0] < grid.cell.shape[0]
@@ -50,54 +53,55 @@ def side_at(grid, x):
     ):
         square = 0.0
         for c in range(3):
-            away = max(-x[c], x[c] - grid.cell.shape[c], 0.0)
-            square += away * away
-        return grid.far, math.sqrt(square), 0.0, -1
+            gap = max(-x[c], x[c] - grid.cell.shape[c], 0.0)
+            square += gap * gap
+        return grid.outer_side, math.sqrt(square), 0.0, -1
     i, j, k = int(x[0]), int(x[1]), int(x[2])
     value = grid.cell[i, j, k]
     if value < FIRST_WORD:
         if value == 0:
             return 0, 0.0, 1.0, -1
         side = 1 if value > 0 else -1
-        return side, abs(value) - 1.0 + _to_side(x, 1.0), 1.0, -1
+        return side, abs(value) - 1.0 + _distance_to_side(x, 1.0), 1.0, -1
     word = value - FIRST_WORD
     bit = 16 * int((x[0] - i) * SPLIT) + 4 * int((x[1] - j) * SPLIT) + int((x[2] - k) * SPLIT)
-    at = ONE << np.uint64(bit)
-    if grid.masks[word, 0] & at != NONE:
-        return -1, _to_side(x, float(SPLIT)), float(SPLIT), word
-    if grid.masks[word, 1] & at != NONE:
-        return 1, _to_side(x, float(SPLIT)), float(SPLIT), word
+    mask = ONE << np.uint64(bit)
+    if grid.masks[word, 0] & mask != NO_BITS:
+        return -1, _distance_to_side(x, float(SPLIT)), float(SPLIT), word
+    if grid.masks[word, 1] & mask != NO_BITS:
+        return 1, _distance_to_side(x, float(SPLIT)), float(SPLIT), word
     return 0, 0.0, float(SPLIT), word
 
 
 @kernel()
 def sides(grid, points, rows, side, reach, start, stop):
-    """Sides of points[rows[start:stop]], and lower bounds of their distance to the surface."""
+    """Write the sides of points[rows[start:stop]], and lower bounds of their distance to the
+    surface."""
     for i in range(start, stop):
         k = rows[i]
         p = (points[k, 0], points[k, 1], points[k, 2])
         side[i] = 0
         reach[i] = 0.0
         if math.isfinite(p[0] + p[1] + p[2]):
-            known, way, _, _ = side_at(grid, _place(grid, p))
-            side[i] = known
-            if known != 0:
-                reach[i] = way * grid.size + grid.skin
+            point_side, distance, _, _ = side_at(grid, _in_cells(grid, p))
+            side[i] = point_side
+            if point_side != 0:
+                reach[i] = distance * grid.size + grid.skin
 
 
 @kernel()
-def places(grid, points, rows, known, near, start, stop):
-    """Write the `sides` of points[rows[start:stop]] into `known` (KnownSides), and a piece of the
-    surface near each into `near` (SurfacePlaces), patch −1 if the grid has none there."""
-    side, reach = known.side, known.reach
-    patch, uv = near.patch, near.uv
+def places(grid, points, rows, out_sides, out_places, start, stop):
+    """Write the `sides` of points[rows[start:stop]] to `out_sides` (KnownSides), and a piece of the
+    surface near each to `out_places` (SurfacePlaces), patch −1 if the grid has none there."""
+    side, reach = out_sides.side, out_sides.reach
+    patch, uv = out_places.patch, out_places.uv
     sides(grid, points, rows, side, reach, start, stop)
     for i in range(start, stop):
         k = rows[i]
         p = (points[k, 0], points[k, 1], points[k, 2])
         piece = -1
         if side[i] == 0 and math.isfinite(p[0] + p[1] + p[2]):
-            word = side_at(grid, _place(grid, p))[3]
+            word = side_at(grid, _in_cells(grid, p))[3]
             if word >= 0:
                 piece = grid.piece[word]
         patch[i] = -1
@@ -109,13 +113,13 @@ def places(grid, points, rows, known, near, start, stop):
 
 @kernel()
 def clear_ways(grid, before, now, rows, clear, start, stop):
-    """Return whether the ways before[rows] → now[rows] are known to meet no surface."""
+    """Write whether the paths before[rows] → now[rows] are known to meet no surface to `clear`."""
     skin = grid.skin / grid.size
     for i in range(start, stop):
         k = rows[i]
         clear[i] = False
-        a = _place(grid, (before[k, 0], before[k, 1], before[k, 2]))
-        b = _place(grid, (now[k, 0], now[k, 1], now[k, 2]))
+        a = _in_cells(grid, (before[k, 0], before[k, 1], before[k, 2]))
+        b = _in_cells(grid, (now[k, 0], now[k, 1], now[k, 2]))
         d = (b[0] - a[0], b[1] - a[1], b[2] - a[2])
         length = math.sqrt(d[0] ** 2 + d[1] ** 2 + d[2] ** 2)
         if not math.isfinite(length):
@@ -123,22 +127,22 @@ def clear_ways(grid, before, now, rows, clear, start, stop):
         if length > 0.0:
             d = (d[0] / length, d[1] / length, d[2] / length)
         t = 0.0
-        for _ in range(STEPS):
+        for _ in range(MAX_STEPS):
             x = (a[0] + t * d[0], a[1] + t * d[1], a[2] + t * d[2])
-            side, way, parts, _ = side_at(grid, x)
+            side, distance, parts, _ = side_at(grid, x)
             if side == 0:
                 break
-            # To the part's end it is clear, and for `skin` more.
+            # It is clear to the end of the part, and for `skin` beyond it.
             if parts > 0.0:
-                far = math.inf
+                exit = math.inf
                 for c in range(3):
                     low = math.floor(x[c] * parts) / parts
                     if d[c] > 0.0:
-                        far = min(far, (low + 1.0 / parts - x[c]) / d[c])
+                        exit = min(exit, (low + 1.0 / parts - x[c]) / d[c])
                     elif d[c] < 0.0:
-                        far = min(far, (low - x[c]) / d[c])
-                way = max(way, max(far, 0.0))
-            t += way + 0.5 * skin
+                        exit = min(exit, (low - x[c]) / d[c])
+                distance = max(distance, max(exit, 0.0))
+            t += distance + 0.5 * skin
             if t >= length:
                 clear[i] = True
                 break

@@ -1,7 +1,7 @@
-"""Pieces of a surface, small and flat enough to tell which cells of a grid they meet.
+"""Pieces of a surface, small and flat enough to decide which cells of a grid they meet.
 
-Each is known by a box and a slab that hold it: those of its Bernstein coefficients, widened by
-the width of its edges. Pieces that are trimmed away are left out.
+Each has a box and a slab that contain it: those of its Bernstein coefficients, widened by the width
+of its edges. Pieces that are trimmed away are left out.
 """
 
 from __future__ import annotations
@@ -17,30 +17,32 @@ from contiga.elements.kernels.bounds_nb import restrict
 from contiga.geometry.kernels.trim_nb import box_state
 from contiga.jit import inner, kernel
 
-LOW, HIGH, NORMAL, LEAST, MOST = 0, 3, 6, 9, 10
+LOW, HIGH, NORMAL, SLAB_LOW, SLAB_HIGH = 0, 3, 6, 9, 10
 """Columns of a piece: its box, and the slab LEAST ≤ normal · x ≤ MOST."""
 COLUMNS = 11
-STACK = 128
-SHORTEST = 2.0**-24
-"""Side of a piece (local parameters) that is not halved further."""
+"""Number of columns of a piece."""
+MAX_PENDING = 128
+"""Largest number of pending parts of an element."""
+MIN_SIZE = 2.0**-24
+"""Side of a piece (local parameters) below which it is not halved."""
 
 
 class PieceLimits(NamedTuple):
-    """Sizes at which pieces are small enough, lengths."""
+    """Limits on the size and number of pieces, lengths."""
 
-    whole: float
-    """How long one may be where nothing is trimmed away,"""
-    cut: float
-    """and where it is cut by a trim."""
-    thin: float
-    """How thick it may be."""
-    most: float
-    """Number of pieces above which nothing is halved any more."""
+    max_length: float
+    """Largest length of a piece that no trim cuts."""
+    max_trimmed_length: float
+    """Largest length of a piece that a trim cuts."""
+    max_thickness: float
+    """Largest thickness."""
+    max_pieces: float
+    """Number of pieces above which none is halved."""
 
 
 @inner()
-def _normal(net, degree):
-    """Unit normal of the diagonals of a control net, zero where they are parallel."""
+def _net_normal(net, degree):
+    """Return the unit normal of the diagonals of a control net, zero where they are parallel."""
     p, q = degree
     last = (p + 1) * (q + 1) - 1
     x = (net[last, 0] - net[0, 0], net[last, 1] - net[0, 1], net[last, 2] - net[0, 2])
@@ -55,8 +57,9 @@ def _normal(net, degree):
 
 
 @inner()
-def _longest_line(net, lines, steps):
-    """Length of the longest line of a control net; `lines` and `steps` are (count, stride)."""
+def _longest_row(net, lines, steps):
+    """Return the length of the longest row of a control net; `lines` and `steps` are (count,
+    stride)."""
     longest = 0.0
     for i in range(lines[0]):
         total = 0.0
@@ -74,43 +77,44 @@ def _longest_line(net, lines, steps):
 
 @inner()
 def hull(net, count, n, piece):
-    """Write box and slab along `n` of net[:count] into `piece`; return the slab's thickness."""
+    """Write the box and the slab along `n` of net[:count] to `piece`; return the slab's
+    thickness."""
     for c in range(3):
         piece[LOW + c] = math.inf
         piece[HIGH + c] = -math.inf
         piece[NORMAL + c] = n[c]
-    piece[LEAST] = math.inf
-    piece[MOST] = -math.inf
+    piece[SLAB_LOW] = math.inf
+    piece[SLAB_HIGH] = -math.inf
     for k in range(count):
         height = 0.0
         for c in range(3):
             piece[LOW + c] = min(piece[LOW + c], net[k, c])
             piece[HIGH + c] = max(piece[HIGH + c], net[k, c])
             height += n[c] * net[k, c]
-        piece[LEAST] = min(piece[LEAST], height)
-        piece[MOST] = max(piece[MOST], height)
-    return piece[MOST] - piece[LEAST]
+        piece[SLAB_LOW] = min(piece[SLAB_LOW], height)
+        piece[SLAB_HIGH] = max(piece[SLAB_HIGH], height)
+    return piece[SLAB_HIGH] - piece[SLAB_LOW]
 
 
 @inner()
 def widen(piece, margin):
-    """Widen a piece's box and slab."""
+    """Widen the box and slab of a piece by a margin."""
     for c in range(3):
         piece[LOW + c] -= margin
         piece[HIGH + c] += margin
-    piece[LEAST] -= margin
-    piece[MOST] += margin
+    piece[SLAB_LOW] -= margin
+    piece[SLAB_HIGH] += margin
 
 
 @kernel()
 def surface_pieces(elements, trims, origin, margins, limits):
-    """Pieces (n, 11) about `origin`, and where their middles are: (n, 3) element, s, t.
+    """Return pieces (n, 11) about `origin`, and their middles (n, 3): element, s, t.
 
-    `margins` (elements,) is what each is widened by, `limits` are `PieceLimits`.
+    `margins` (elements,) widen the pieces of each element, `limits` are `PieceLimits`.
     """
     pieces = np.empty((4096, COLUMNS))
     middles = np.empty((4096, 3))
-    stack = np.empty((STACK, 5))
+    stack = np.empty((MAX_PENDING, 5))
     n_pieces = 0
     for e in range(elements.table.shape[0]):
         row = elements.table[e]
@@ -138,20 +142,21 @@ def surface_pieces(elements, trims, origin, margins, limits):
             for k in range(n):
                 for c in range(3):
                     net[k, c] = net[k, c] / net[k, 3] + (row["origin"][c] - origin[c])
-            # How long it is at most along s and along t, by its control net.
+            # Bounds of its length along s and along t, by its control net.
             p, q = degree
-            along_s = _longest_line(net, (q + 1, 1), (p, q + 1))
-            along_t = _longest_line(net, (p + 1, q + 1), (q, 1))
+            along_s = _longest_row(net, (q + 1, 1), (p, q + 1))
+            along_t = _longest_row(net, (p + 1, q + 1), (q, 1))
             longest = max(along_s, along_t)
             if n_pieces == pieces.shape[0]:
                 pieces = doubled(pieces)
                 middles = doubled(middles)
-            thick = hull(net, n, _normal(net, degree), pieces[n_pieces])
-            fine = longest <= (limits.cut if state == CUT else limits.whole)
-            fine = fine and min(thick, longest) <= limits.thin
+            thickness = hull(net, n, _net_normal(net, degree), pieces[n_pieces])
+            is_small = longest <= (limits.max_trimmed_length if state == CUT else limits.max_length)
+            is_small = is_small and min(thickness, longest) <= limits.max_thickness
             side = 0 if along_s >= along_t else 2
             width = box[side + 1] - box[side]
-            if fine or width <= SHORTEST or top + 2 > STACK or n_pieces > limits.most:
+            is_full = top + 2 > MAX_PENDING or n_pieces > limits.max_pieces
+            if is_small or width <= MIN_SIZE or is_full:
                 widen(pieces[n_pieces], margins[e])
                 put(middles, n_pieces, (float(e), 0.5 * (box[0] + box[1]), 0.5 * (box[2] + box[3])))
                 n_pieces += 1

@@ -1,4 +1,4 @@
-"""Kernels, in reading order: crossings of paths. Each uses those before it.
+"""Kernels of path crossings, in reading order: each uses those before it.
 
 - flat_cell_nb: crossing of a cell that is a point, or flat along the path, by the path's ends
 - crossing_nb: crossings of a straight path with one leaf, cell by cell, with tolerances that are

@@ -11,23 +11,23 @@ from contiga.jit import inner
 
 @inner(error_model="numpy")
 def _passage(box, line, pad):
-    """Return the range of x, low to high, in which a line is over a rectangle `box` (s0, s1, t0,
-    t1) widened by `pad` (2,); low > high if there is none.
+    """Return the range of x (low, high) in which a line is over a rectangle `box` (s0, s1, t0, t1)
+    widened by `pad` (2,); low > high for none.
 
     `line` (4,) is (s, t) at x = 0 and their derivatives by x.
     """
     low, high = -math.inf, math.inf
     for c in range(2):
-        at, grows = line[c], line[2 + c]
-        least, most = box[2 * c] - pad[c], box[2 * c + 1] + pad[c]
-        if grows == 0.0:
-            if at < least or at > most:
+        start, rate = line[c], line[2 + c]
+        box_low, box_high = box[2 * c] - pad[c], box[2 * c + 1] + pad[c]
+        if rate == 0.0:
+            if start < box_low or start > box_high:
                 return math.inf, -math.inf
         else:
-            first = (least - at) / grows
-            last = (most - at) / grows
-            low = max(low, min(first, last))
-            high = min(high, max(first, last))
+            x_low = (box_low - start) / rate
+            x_high = (box_high - start) / rate
+            low = max(low, min(x_low, x_high))
+            high = min(high, max(x_low, x_high))
     return low, high
 
 
@@ -36,7 +36,7 @@ def over_plane(h, r, d):
     """Project the line r + x d onto the tangent plane, in (s, t) from the place of `h`.
 
     Returns whether there is a plane; (s, t) at x = 0 and their derivatives by x; the largest
-    changes of s and t by a displacement of length one.
+    changes of s and t per length of a displacement.
     """
     a = column(h, 1)
     b = column(h, 2)
@@ -58,39 +58,39 @@ def over_plane(h, r, d):
 @inner(linked=False, error_model="numpy")
 def touch(elements, e, cell, path, length, h):
     """Find the crossing of a cell that is a point, or flat along the path, by the sides of its
-    tangent plane on which the ends of the path lie.
+    tangent plane on which the ends of the path are.
 
-    Returns x and the steps in (s, t) from the middle to the place over the cell that is nearest to
-    where the path meets the plane, and the slope −1, 0 (no crossing) or 1. Places beyond sides of
-    the element by no more than their room count as over the cell.
+    Returns x; the steps in (s, t) from the middle to the place of the cell nearest to where the
+    path meets the plane; and the slope −1, 0 (no crossing) or 1. Places beyond a side of the
+    element within its room count as in the cell.
     """
     s, t = 0.5 * (cell[0] + cell[1]), 0.5 * (cell[2] + cell[3])
     normal = normal_at(elements, e, s, t, h)
     r = minus(path.p, column(h, 0))
-    first = dot(r, normal)
-    falls = dot(path.d, normal)
-    return meet_plane(cell, path, length, h, r, (first, falls))
+    height = dot(r, normal)
+    slope = dot(path.d, normal)
+    return meet_plane(cell, path, length, h, r, (height, slope))
 
 
 @inner(error_model="numpy")
 def meet_plane(cell, path, length, h, r, heights):
-    """Intersect a path with the tangent plane of a cell; returns as `touch`.
+    """Intersect a path with the tangent plane of a cell; return the same as `touch`.
 
     `r` (3,) is the vector from the cell's middle, whose derivatives are `h`, to the start of the
     path; `heights` are the height of the start above the plane and its slope along the path.
     """
     s, t = 0.5 * (cell[0] + cell[1]), 0.5 * (cell[2] + cell[3])
     d, slack, room = path.d, path.slack, path.room
-    first, falls = heights
-    last = first + length * falls
-    if first >= -slack and last < 0.0 and last < first:
+    start_height, height_slope = heights
+    end_height = start_height + length * height_slope
+    if start_height >= -slack and end_height < 0.0 and end_height < start_height:
         slope = -1.0
-    elif first <= slack and last > 0.0 and last > first:
+    elif start_height <= slack and end_height > 0.0 and end_height > start_height:
         slope = 1.0
     else:
         return 0.0, 0.0, 0.0, 0.0
-    flat, line, per = over_plane(h, r, d)
-    if not flat:
+    has_plane, line, per = over_plane(h, r, d)
+    if not has_plane:
         return min(max(-dot(r, d), 0.0), length), 0.0, 0.0, slope
     box = (
         cell[0] - s - (room[0] * per[0] if cell[0] <= -0.5 else 0.0),
@@ -100,10 +100,10 @@ def meet_plane(cell, path, length, h, r, heights):
     )
     low, high = _passage(box, line, (2.0 * slack * per[0], 2.0 * slack * per[1]))
     low, high = max(low, 0.0), min(high, length)
-    meets = -first / falls
-    x = min(max(meets, low), high)
-    # Neighbouring cells find where it meets their planes up to slack along the normal.
-    if low > high or abs(x - meets) * abs(falls) > 2.0 * slack:
+    plane_x = -start_height / height_slope
+    x = min(max(plane_x, low), high)
+    # Neighbouring cells find where the path meets their planes, to within slack along the normal.
+    if low > high or abs(x - plane_x) * abs(height_slope) > 2.0 * slack:
         return 0.0, 0.0, 0.0, 0.0
     ds = min(max(line[0] + x * line[2], box[0]), box[1])
     dt = min(max(line[1] + x * line[3], box[2]), box[3])

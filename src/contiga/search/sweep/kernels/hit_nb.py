@@ -15,7 +15,7 @@ from contiga.arrays.kernels.query_nb import begin_path
 from contiga.arrays.path_records import Segment
 from contiga.elements.kernels.element_nb import evaluate, parameters
 from contiga.jit import inner, kernel
-from contiga.search.closest.kernels.edge_width_nb import BESIDE, edge_width
+from contiga.search.closest.kernels.edge_width_nb import OUTSIDE, edge_width
 from contiga.search.hierarchy.kernels.face_nb import has_pole
 from contiga.search.hierarchy.kernels.plates_nb import is_passed
 from contiga.search.sweep.kernels.crossing_nb import MAX_PENDING, next_crossing
@@ -25,18 +25,18 @@ from contiga.search.sweep.sweep_records import CellWork, Ends, LeafPath, Queue
 GRAZING = 32.0
 """Largest distance beyond an edge at which a path may cross the carrier of the face, in widths of
 the edge."""
-X, ELEMENT, S, T, EDGE, OVER = 0, 1, 2, 3, 4, 5
-"""Columns of a crossing: x, element, s, t, width of an edge beside it, uncertainty of x."""
+X, ELEMENT, S, T, EDGE, X_TOL = 0, 1, 2, 3, 4, 5
+"""Columns of a crossing: x, element, s, t, width of an edge near it, uncertainty of x."""
 
 
 @inner()
 def meets_box(node, p, inverse, span, slack):
-    """Tell whether p + x d, near ≤ x ≤ far, meets the box of a node, widened by `slack`; also
-    return the least such x.
+    """Return whether p + x d, x_min ≤ x ≤ x_max, meets the box of a node widened by `slack`, and
+    the least such x.
 
-    `span` is (near, far), `inverse` is one over d, component by component.
+    `span` is (x_min, x_max), `inverse` is one over d, component by component.
     """
-    near, far = span
+    x_min, x_max = span
     for c in range(3):
         low = node["low"][c] - slack - p[c]
         high = node["high"][c] + slack - p[c]
@@ -46,14 +46,14 @@ def meets_box(node, p, inverse, span, slack):
         else:
             a = low * inverse[c]
             b = high * inverse[c]
-            near = max(near, min(a, b))
-            far = min(far, max(a, b))
-    return near <= far * (1.0 + 1e-12) + 1e-300, near
+            x_min = max(x_min, min(a, b))
+            x_max = min(x_max, max(a, b))
+    return x_min <= x_max * (1.0 + 1e-12) + 1e-300, x_min
 
 
 @inner()
 def reciprocal(x):
-    """Return 1/x; infinity where x is too small for it."""
+    """Return 1/x, or infinity if x is too small."""
     return 1.0 / x if abs(x) > 1e-290 else math.inf
 
 
@@ -72,39 +72,40 @@ def next_leaves(tree, p, inverse, span, slack, queue, top):
             leaf_node = node
             continue
         first = tree[node]["first"]
-        a, near_a = meets_box(tree[first], p, inverse, span, slack)
-        b, near_b = meets_box(tree[first + 1], p, inverse, span, slack)
-        swap = 1 if a and b and near_a <= near_b else 0  # the nearer child goes on top
+        meets_a, entry_a = meets_box(tree[first], p, inverse, span, slack)
+        meets_b, entry_b = meets_box(tree[first + 1], p, inverse, span, slack)
+        # The nearer child goes on top.
+        order = 1 if meets_a and meets_b and entry_a <= entry_b else 0
         for i in range(2):
-            child = i ^ swap
-            if (a, b)[child]:
+            child = i ^ order
+            if (meets_a, meets_b)[child]:
                 nodes[top] = first + child
-                entry[top] = (near_a, near_b)[child]
+                entry[top] = (entry_a, entry_b)[child]
                 top += 1
     return leaf_node, top
 
 
 @inner()
 def _room_beside(elements, e, side, slack):
-    """Return the largest distance beyond a side of an element at which a crossing is its own.
+    """Return the largest distance beyond a side of an element at which a crossing belongs to it.
 
-    Beyond a smooth joint it is the neighbour's, unless all of the neighbour is trimmed away.
+    Beyond a smooth joint it belongs to the neighbour, unless all of the neighbour is trimmed away.
     """
     row = elements.table[e]
     across = row["neighbour"][side]
-    inner = across >= 0 and elements.table[across]["patch"] == row["patch"]
-    cut_off = inner and elements.table[across]["trim"] == OUT
+    in_patch = across >= 0 and elements.table[across]["patch"] == row["patch"]
+    cut_off = in_patch and elements.table[across]["trim"] == OUT
     room = row["edge_tolerance"] if cut_off else row["width"][side]
     return room if room > slack else 0.0
 
 
 @inner(error_model="numpy")
-def _on_element(elements, e, place, path, x, h):
+def _place_on_element(elements, e, place, path, x, h):
     """Return the place of an element that stands for a crossing at `place`, and x there.
 
-    A crossing beside the element by rounding, seen along the path, is far beside it if it is flat
-    along the path: it is put where the side is nearest to the path. `h` holds the derivatives at
-    the crossing.
+    A crossing that is outside the element by rounding, as seen along the path, is far outside if
+    the element is flat along the path: it is moved to where the side is nearest to the path. `h`
+    holds the derivatives at the crossing.
     """
     if abs(place[0]) <= 0.5 and abs(place[1]) <= 0.5:
         return place, x
@@ -132,10 +133,10 @@ def _on_element(elements, e, place, path, x, h):
 
 
 @inner()
-def keep_first(crossings, e, place, x, slope, over, width):
-    """Keep a crossing of element e at `place` (s, t) if it is the first entry, or the first exit.
+def keep_first(crossings, e, place, x, slope, x_tol, width):
+    """Store a crossing of element e at `place` (s, t) if it is the first entry, or the first exit.
 
-    `slope` is below zero where it enters, `over` the doubt about x, `width` that of an edge beside
+    `slope` is negative for an entry, `x_tol` is the uncertainty of x, `width` that of an edge near
     it.
     """
     side = 0 if slope < 0.0 else 1
@@ -145,7 +146,7 @@ def keep_first(crossings, e, place, x, slope, over, width):
         crossings[side, S] = min(max(place[0], -0.5), 0.5)
         crossings[side, T] = min(max(place[1], -0.5), 0.5)
         crossings[side, EDGE] = width
-        crossings[side, OVER] = over
+        crossings[side, X_TOL] = x_tol
 
 
 @inner(linked=False)
@@ -166,13 +167,13 @@ def _search(tables, segment, loose, sense, crossings, queue, work):
     crossings[1, X] = math.inf
     count[0] = 0
     count[1] = 0
-    far = length + spare
+    max_x = length + spare
     beyond = spare if sense == EITHER else 0.0
     queue.nodes[0] = 0
     queue.entry[0] = -spare
-    top = 1 if meets_box(tree[0], p, inverse, (-spare, far), slack)[0] else 0
+    top = 1 if meets_box(tree[0], p, inverse, (-spare, max_x), slack)[0] else 0
     while top > 0:
-        node, top = next_leaves(tree, p, inverse, (-spare, far), slack, queue, top)
+        node, top = next_leaves(tree, p, inverse, (-spare, max_x), slack, queue, top)
         if node < 0:
             break
         for i in range(tree[node]["first"], tree[node]["first"] + tree[node]["count"]):
@@ -180,54 +181,55 @@ def _search(tables, segment, loose, sense, crossings, queue, work):
             e = leaf["element"]
             if e < 0:
                 continue
-            # Skip leaves that the path meets neither inside their edges nor beside them.
+            # Skip leaves that the path meets neither inside their edges nor within their width.
             plate, row = tables.plates[i], elements.table[e]
-            beside = max(spare, GRAZING * plate["edge_tolerance"])
-            span = (-beside, min(far + beside, length + beside))
+            reach = max(spare, GRAZING * plate["edge_tolerance"])
+            span = (-reach, min(max_x + reach, length + reach))
             if is_passed(plate, p, d, span, slack + plate["edge_tolerance"]):
                 continue
-            origin, own = row["origin"], slack + row["noise"]
+            origin, leaf_slack = row["origin"], slack + row["noise"]
             local = (p[0] - origin[0], p[1] - origin[1], p[2] - origin[2])
-            path = LeafPath(local, d, own, 0.0, (0.0, 0.0, 0.0, 0.0))
-            if row["edge_tolerance"] > own:
+            path = LeafPath(local, d, leaf_slack, 0.0, (0.0, 0.0, 0.0, 0.0))
+            if row["edge_tolerance"] > leaf_slack:
                 room = (
-                    _room_beside(elements, e, 0, own),
-                    _room_beside(elements, e, 1, own),
-                    _room_beside(elements, e, 2, own),
-                    _room_beside(elements, e, 3, own),
+                    _room_beside(elements, e, 0, leaf_slack),
+                    _room_beside(elements, e, 1, leaf_slack),
+                    _room_beside(elements, e, 2, leaf_slack),
+                    _room_beside(elements, e, 3, leaf_slack),
                 )
-                path = LeafPath(local, d, own, row["edge_tolerance"], room)
-            thin_s = leaf["bound"][0] * (leaf["box"][1] - leaf["box"][0]) <= slack
-            thin_t = leaf["bound"][1] * (leaf["box"][3] - leaf["box"][2]) <= slack
-            if thin_s or thin_t:
-                continue  # narrower than rounding: its neighbours reach over it
+                path = LeafPath(local, d, leaf_slack, row["edge_tolerance"], room)
+            is_thin_s = leaf["bound"][0] * (leaf["box"][1] - leaf["box"][0]) <= slack
+            is_thin_t = leaf["bound"][1] * (leaf["box"][3] - leaf["box"][2]) <= slack
+            if is_thin_s or is_thin_t:
+                continue  # narrower than rounding: its neighbours extend over it
             for c in range(4):
                 stack[0, c] = leaf["box"][c]
             cells = 1
             pole = has_pole(elements, e)
-            flat = GRAZING * path.wide
+            edge_extra = GRAZING * path.wide
             while cells > 0:
-                ends = Ends(length, max(spare, flat), far + flat, sense)
+                ends = Ends(length, max(spare, edge_extra), max_x + edge_extra, sense)
                 x, s, t, slope, cells = next_crossing(elements, leaf, pole, path, ends, work, cells)
                 if x == math.inf:
                     continue
-                least = 3.0 * path.slack if sense == EITHER else 0.0
-                width, place, on = edge_width(
-                    elements, trims, piece_width, e, (s, t), path, least, h
+                min_width = 3.0 * path.slack if sense == EITHER else 0.0
+                width, place, shift = edge_width(
+                    elements, trims, piece_width, e, (s, t), path, min_width, h
                 )
-                if width == BESIDE:
+                if width == OUTSIDE:
                     continue
-                # A face that is met beyond its edge is crossed where the path passes the edge.
-                over = min(path.slack / abs(slope), spare)
-                if on != 0.0:
-                    x += on
+                # A face that the path meets beyond an edge is crossed where the path passes the
+                # edge.
+                x_tol = min(path.slack / abs(slope), spare)
+                if shift != 0.0:
+                    x += shift
                     x = max(x, min(x + loose[0] * width, 0.0))
                     x = min(x, max(x - loose[1] * width, length))
                 else:
-                    place, x = _on_element(elements, e, place, path, x, h)
-                if x < far and -over <= x <= length + over:
-                    keep_first(crossings, e, place, x, slope, over, width)
-                    far = min(far, x + beyond)
+                    place, x = _place_on_element(elements, e, place, path, x, h)
+                if x < max_x and -x_tol <= x <= length + x_tol:
+                    keep_first(crossings, e, place, x, slope, x_tol, width)
+                    max_x = min(max_x, x + beyond)
 
 
 @inner()
@@ -244,10 +246,10 @@ def write_crossing(elements, out, i, crossing, length, h):
 
 @inner()
 def write_last(elements, out, verdict, i, crossings, lengths, h):
-    """Write the crossing that was found first, going backwards, into row i of the hits, if there is
-    one, and what `verdict` is to say of it; see `last_crossings`.
+    """Write the first crossing of a backward search to row i of the hits, if there is one, and its
+    `verdict`; see `last_crossings`.
 
-    `lengths` are that of the path in units of x, and that below which lengths count as zero.
+    `lengths` are the length of the path in units of x, and the slack.
     """
     side = 0 if crossings[0, X] <= crossings[1, X] else 1
     last, other = crossings[side], crossings[1 - side]
@@ -258,7 +260,7 @@ def write_last(elements, out, verdict, i, crossings, lengths, h):
         out.status[i] = AT_START if last[X] >= length else OK
         verdict[i, 0] = 2.0 * side - 1.0
         verdict[i, 1] = last[EDGE]
-        if other[X] - other[OVER] <= last[X] + last[OVER]:
+        if other[X] - other[X_TOL] <= last[X] + last[X_TOL]:
             verdict[i, 1] = max(verdict[i, 1], slack)
 
 
@@ -273,10 +275,10 @@ def search_memory():
 
 @kernel(error_model="numpy")
 def first_hits(tables, lists, p0, p1, rows, out, start, stop):
-    """Write the first entry of each segment p0[rows[i]] → p1[rows[i]] into row i of `out`.
+    """Write the first entry of each segment p0[rows[i]] → p1[rows[i]] to row i of `out`.
 
-    `p0` and `p1` are (n, 3). `lists` are `PieceLists`: they make the search faster, with the same
-    results.
+    `p0` and `p1` are (n, 3). `lists` are `PieceLists`, which make the search faster and do not
+    change the results.
     """
     elements = tables.elements
     crossings, queue, work = search_memory()
@@ -302,18 +304,19 @@ def first_hits(tables, lists, p0, p1, rows, out, start, stop):
 
 @kernel(error_model="numpy")
 def last_crossings(tables, lists, p0, p1, loose, out, verdict, start, stop):
-    """Write the crossing nearest the end of each segment p0[i] → p1[i] into row i of `out`.
+    """Write the crossing nearest the end of each segment p0[i] → p1[i] to row i of `out`.
 
     `p0` and `p1` are (n, 3); `loose` (2,) is the largest distance beyond p0 and p1 of a crossing at
-    an edge, in widths of that edge; `lists` as for `first_hits`. `verdict` (n, 2) takes the sense,
-    1 for an entry, −1 for an exit, 0 for none; and the width within which the answer depends on
-    rounding: that of an edge at the crossing, or of a place that is crossed both ways; else zero.
+    an edge, in widths of that edge; `lists` as for `first_hits`. Writes to `verdict` (n, 2) the
+    sense, 1 for an entry, −1 for an exit, 0 for none; and the width within which the result depends
+    on rounding: that of an edge at the crossing, or of a place with an entry and an exit; otherwise
+    zero.
     """
     elements = tables.elements
     crossings, queue, work = search_memory()
     size = tables.scale[0]
     for i in range(start, stop):
-        # Searched backwards: an entry there is an exit in fact.
+        # The search goes backwards: what it finds as an entry is an exit.
         p = (p1[i, 0], p1[i, 1], p1[i, 2])
         q = (p0[i, 0], p0[i, 1], p0[i, 2])
         verdict[i] = 0.0

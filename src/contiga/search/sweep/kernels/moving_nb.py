@@ -1,7 +1,7 @@
 """Crossings of swept points with a surface whose control points move in the same time.
 
-The surface moves linearly from one shape to the other, S(s, t, τ) = S₀ + τ (S₁ − S₀), and the
-point on a straight line. A cell is judged like one of a surface at rest (`crossing_nb`), in axes
+The surface moves linearly from one shape to the other, S(s, t, τ) = S₀ + τ (S₁ − S₀), and the point
+moves on a straight line. A cell is judged like one of a surface at rest (`crossing_nb`), in axes
 that move with its middle: there the point moves straight relative to the mid-shape, and the cell
 departs from that shape by no more than half of the variation of its displacement S₁ − S₀ over the
 cell. Bounds of the displacement's derivatives bound this variation; it is added to the bounds of
@@ -27,18 +27,18 @@ from contiga.elements.kernels.bounds_nb import cell_bounds
 from contiga.elements.kernels.element_nb import evaluate
 from contiga.elements.kernels.sides_nb import normal_at
 from contiga.jit import inner, kernel
-from contiga.search.closest.kernels.edge_width_nb import BESIDE, edge_width
+from contiga.search.closest.kernels.edge_width_nb import OUTSIDE, edge_width
 from contiga.search.hierarchy.kernels.plates_nb import is_passed
-from contiga.search.sweep.kernels.crossing_nb import BESIDE as MISSED
 from contiga.search.sweep.kernels.crossing_nb import (
     DROP,
-    ENDLESS,
     HALVE,
     MAX_CELLS,
     MAX_PENDING,
     MAX_STEPS,
     MIN_SIZE,
+    MISSED,
     NO_ROOM,
+    NOT_CONVERGED,
     ON,
     POINT,
     SOLVE,
@@ -80,10 +80,10 @@ def _shapes_at(surface, e, place, shares, work):
 
 @inner()
 def _bounds_over(surface, e, cell, shares, work):
-    """Write bounds of the derivatives over a cell, in all shapes between `shares`, to work.bound.
+    """Bound the derivatives over a cell in all shapes between `shares`; write them to work.bound.
 
     The bounds of the second derivatives include the variation of the displacement over the cell.
-    Returns whether that variation exceeds the curvature: then halving in time pays.
+    Returns whether that variation exceeds the curvature: then the cell is better halved in time.
     """
     bound, change = work.bound, work.change
     box = (cell[0], cell[1], cell[2], cell[3])
@@ -101,12 +101,12 @@ def _bounds_over(surface, e, cell, shares, work):
 
 
 @inner(error_model="numpy")
-def _meet(surface, e, box, start, segment, work):
+def _newton_crossing(surface, e, box, start, segment, work):
     """Find a crossing by Newton's method from `start` (s, t, τ), kept in `box` (s0, s1, t0, t1).
 
-    Returns ON if it converged, MISSED if the box holds no root, or ENDLESS if the steps ran out;
-    s, t, τ; and the speed of the point along the normal, length per τ, negative where it enters.
-    work.mid holds the derivatives there.
+    Returns ON if it converged, MISSED if the box holds no root, or NOT_CONVERGED if the steps ran
+    out; s, t, τ; and the speed of the point along the normal, length per τ, negative where it
+    enters. work.mid holds the derivatives there.
     """
     p, q, slack, shares = segment.p, segment.q, segment.slack, segment.shares
     begin, end, mid = work.begin, work.end, work.mid
@@ -117,11 +117,11 @@ def _meet(surface, e, box, start, segment, work):
         for c in range(3):
             for k in range(6):
                 mid[c, k] = (1.0 - tau) * begin[c, k] + tau * end[c, k]
-        rest = 1.0 - tau
+        share = 1.0 - tau
         miss = (
-            mid[0, 0] - rest * p[0] - tau * q[0],
-            mid[1, 0] - rest * p[1] - tau * q[1],
-            mid[2, 0] - rest * p[2] - tau * q[2],
+            mid[0, 0] - share * p[0] - tau * q[0],
+            mid[1, 0] - share * p[1] - tau * q[1],
+            mid[2, 0] - share * p[2] - tau * q[2],
         )
         v = (
             end[0, 0] - begin[0, 0] - q[0] + p[0],
@@ -132,15 +132,15 @@ def _meet(surface, e, box, start, segment, work):
         n = cross(a, b)
         c = dot(n, v)
         if c == 0.0:
-            return ENDLESS, s, t, tau, speed
+            return NOT_CONVERGED, s, t, tau, speed
         speed = -c / math.sqrt(dot(n, n))
         ds = min(max(s - dot(miss, cross(b, v)) / c, box[0]), box[1]) - s
         dt = min(max(t - dot(miss, cross(v, a)) / c, box[2]), box[3]) - t
-        new = min(max(tau - dot(miss, n) / c, -1.0), 2.0)
-        step = new - tau
+        new_tau = min(max(tau - dot(miss, n) / c, -1.0), 2.0)
+        step = new_tau - tau
         s += ds
         t += dt
-        tau = new
+        tau = new_tau
         if math.sqrt(dot(miss, miss)) <= slack:
             return ON, s, t, tau, speed
         change = (
@@ -150,7 +150,7 @@ def _meet(surface, e, box, start, segment, work):
         )
         if math.sqrt(dot(change, change)) <= 0.0625 * slack:
             return MISSED, s, t, tau, speed
-    return ENDLESS, s, t, tau, speed
+    return NOT_CONVERGED, s, t, tau, speed
 
 
 @inner(error_model="numpy")
@@ -165,11 +165,11 @@ def _unit_normal(surface, e, place, h, work):
 
 
 @inner(error_model="numpy")
-def _touch(surface, e, cell, segment, path, length, work):
+def _touch_plane(surface, e, cell, segment, path, length, work):
     """Intersect a path with the tangent plane of a cell, which rotates with the surface.
 
     `path` and its `length` are in the axes of the cell's middle, whose derivatives work.begin,
-    work.end and work.mid hold. Returns as `flat_cell_nb.touch`.
+    work.end and work.mid hold. Returns the same as `flat_cell_nb.touch`.
     """
     if length == 0.0:
         return 0.0, 0.0, 0.0, 0.0
@@ -185,7 +185,7 @@ def _touch(surface, e, cell, segment, path, length, work):
 
 
 @inner()
-def _halve(stack, top, cell, h, in_time):
+def _halve(stack, top, cell, h, halve_time):
     """Push the halves of a cell onto the stack, cut in time or along the longer side; return its
     new top."""
     hs, ht = 0.5 * (cell[1] - cell[0]), 0.5 * (cell[3] - cell[2])
@@ -194,7 +194,7 @@ def _halve(stack, top, cell, h, in_time):
     put(stack, top, cell)
     put(stack, top + 1, cell)
     axis = 2
-    if in_time:
+    if halve_time:
         axis = 4
     elif ht < MIN_SIZE or (hs >= MIN_SIZE and along_s * hs * hs >= along_t * ht * ht):
         axis = 0
@@ -211,7 +211,7 @@ def _between(p, q, share):
 
 @inner(error_model="numpy")
 def _face_edge_width(surface, e, place, d, slack, mid):
-    """Return the width of an edge near a crossing in direction `d`, or BESIDE if the crossing is
+    """Return the width of an edge near a crossing in direction `d`, or OUTSIDE if the crossing is
     outside the face; `mid` holds the derivatives there."""
     line = LeafPath(column(mid, 0), d, slack, 0.0, NO_ROOM)
     tables = surface.now
@@ -256,7 +256,7 @@ def _cross_leaf(surface, leaf, segment, crossings, work):
             slack,
             spare,
         )
-        in_time = _bounds_over(surface, e, cell, part.shares, work)
+        halve_time = _bounds_over(surface, e, cell, part.shares, work)
         _shapes_at(surface, e, place, part.shares, work)
         # The path in axes that move with the middle of the cell.
         shift = minus(column(work.end, 0), column(work.begin, 0))
@@ -271,25 +271,25 @@ def _cross_leaf(surface, leaf, segment, crossings, work):
             x = min(max(-dot(minus(p, column(mid, 0)), d), 0.0), length)
             start = (place[0] + ds, place[1] + dt, x / length)
             limits = held_cell(rect, size, path, NO_ROOM, mid)
-            state, s, t, tau, speed = _meet(surface, e, limits, start, part, work)
+            state, s, t, tau, speed = _newton_crossing(surface, e, limits, start, part, work)
             if state == ON:
                 x = cell[4] + duration * tau  # share of the whole segment
-                over = duration * min(slack / abs(speed), spare / length)
-                if -over <= x <= 1.0 + over:
+                x_tol = duration * min(slack / abs(speed), spare / length)
+                if -x_tol <= x <= 1.0 + x_tol:
                     width = _face_edge_width(surface, e, (s, t), d, slack, mid)
-                    if width != BESIDE:
-                        keep_first(crossings, e, (s, t), x, speed, over, width)
-            if state != ENDLESS:
+                    if width != OUTSIDE:
+                        keep_first(crossings, e, (s, t), x, speed, x_tol, width)
+            if state != NOT_CONVERGED:
                 continue
             verdict = HALVE if max(size[0], size[1]) > MIN_SIZE else POINT
             _shapes_at(surface, e, place, part.shares, work)
         if verdict == POINT:
-            x, ds, dt, slope = _touch(surface, e, rect, part, path, length, work)
+            x, ds, dt, slope = _touch_plane(surface, e, rect, part, path, length, work)
             if slope != 0.0:
                 s, t = place[0] + ds, place[1] + dt
                 _shapes_at(surface, e, (s, t), part.shares, work)
                 width = _face_edge_width(surface, e, (s, t), d, slack, mid)
-                if width != BESIDE:
+                if width != OUTSIDE:
                     x = cell[4] + duration * x / length
                     keep_first(crossings, e, (s, t), x, slope, duration * slack / length, width)
             continue
@@ -304,7 +304,7 @@ def _cross_leaf(surface, leaf, segment, crossings, work):
             put(stack, top, (rect[0], rect[1], rect[2], rect[3], cell[4], cell[5]))
             top += 1
         else:
-            top = _halve(stack, top, cell, mid, in_time)
+            top = _halve(stack, top, cell, mid, halve_time)
 
 
 @inner(linked=False)
@@ -316,21 +316,21 @@ def _search(surface, segment, crossings, queue, work):
     p, slack, spare = segment.p, segment.slack, segment.spare
     length, d = direction(p, segment.q)
     inverse = (reciprocal(d[0]), reciprocal(d[1]), reciprocal(d[2]))
-    span, wide = (-spare, length + spare), slack + surface.way
+    span, width = (-spare, length + spare), slack + surface.max_displacement
     crossings[0, X] = math.inf
     crossings[1, X] = math.inf
     work.counts[0] = 0
     work.counts[1] = 0
     queue.nodes[0] = 0
     queue.entry[0] = -spare
-    top = 1 if meets_box(tree[0], p, inverse, span, wide)[0] else 0
+    top = 1 if meets_box(tree[0], p, inverse, span, width)[0] else 0
     while top > 0:
-        node, top = next_leaves(tree, p, inverse, span, wide, queue, top)
+        node, top = next_leaves(tree, p, inverse, span, width, queue, top)
         if node < 0:
             break
         for i in range(tree[node]["first"], tree[node]["first"] + tree[node]["count"]):
             e = leaves[i]["element"]
-            if e < 0 or is_passed(tables.plates[i], p, d, span, wide):
+            if e < 0 or is_passed(tables.plates[i], p, d, span, width):
                 continue
             row = elements.table[e]
             origin = (row["origin"][0], row["origin"][1], row["origin"][2])
@@ -361,7 +361,7 @@ def last_moving_crossings(surface, p0, p1, between, out, verdict, start, stop):
     work = MovingWork(tables[0], tables[1], tables[2], bounds[0], bounds[1], stack, counts)
     size = surface.now.scale[0]
     for i in range(start, stop):
-        # Searched backwards in time: an entry there is an exit in fact.
+        # The search goes backwards in time: what it finds as an entry is an exit.
         p = (p1[i, 0], p1[i, 1], p1[i, 2])
         q = (p0[i, 0], p0[i, 1], p0[i, 2])
         verdict[i] = 0.0

@@ -1,7 +1,7 @@
-"""Pieces of a surface near every voxel of a grid, and whether a short path is clear of them.
+"""Pieces of a surface near every voxel of a grid, and a test that a short path is clear of them.
 
-Pieces are those of `side_pieces_nb`: boxes and slabs that hold the surface with its widened edges.
-A path that is clear of the pieces near its voxels crosses nothing.
+Pieces are those of `side_pieces_nb`: boxes and slabs that contain the surface with its widened
+edges. A path that is clear of the pieces near its voxels crosses nothing.
 """
 
 from __future__ import annotations
@@ -9,12 +9,12 @@ from __future__ import annotations
 import math
 
 from contiga.jit import inner, kernel
-from contiga.search.sides.kernels.side_pieces_nb import HIGH, LEAST, LOW, MOST, NORMAL
+from contiga.search.sides.kernels.side_pieces_nb import HIGH, LOW, NORMAL, SLAB_HIGH, SLAB_LOW
 
 MAX_VOXELS = 8
-"""Number of voxels of a path above which its pieces are not looked at."""
+"""Number of voxels of a path above which its pieces are not examined."""
 MAX_PIECES = 64
-"""Number of pieces of a voxel above which they are not looked at."""
+"""Number of pieces of a voxel above which they are not examined."""
 
 
 @inner()
@@ -30,8 +30,8 @@ def list_pieces(pieces, side, voxels, first, listed):
     """Add the number of pieces that may meet each voxel v to first[v + 1]; or list them in
     `listed`, if that has rows.
 
-    Then first[v] is the row at which those of voxel v begin, and becomes the one past their end.
-    `side` is the length of a voxel; the grid begins at the origin of the pieces.
+    Then first[v] is the row at which the pieces of voxel v begin, and becomes the row past their
+    end. `side` is the length of a voxel; the grid begins at the origin of the pieces.
     """
     listing = listed.shape[0] > 0
     half = 0.5 * side
@@ -48,7 +48,8 @@ def list_pieces(pieces, side, voxels, first, listed):
                         n = piece[NORMAL + c]
                         height += n * ((i, j, k)[c] * side + half)
                         spread += abs(n) * half
-                    if not (height - spread <= piece[MOST] and height + spread >= piece[LEAST]):
+                    low, high = height - spread, height + spread
+                    if not (low <= piece[SLAB_HIGH] and high >= piece[SLAB_LOW]):
                         continue  # the slab of the piece misses the voxel
                     v = (i * voxels[1] + j) * voxels[2] + k
                     if listing:
@@ -59,8 +60,9 @@ def list_pieces(pieces, side, voxels, first, listed):
 
 
 @inner()
-def _is_clear_of(piece, a, b, spare):
-    """Tell whether a segment from a to b, widened by `spare`, is clear of a piece."""
+def _misses_piece(piece, a, b, spare):
+    """Return whether a segment from a to b, widened by `spare`, misses the box or slab of a
+    piece."""
     for c in range(3):
         if min(a[c], b[c]) - spare > piece[HIGH + c] or max(a[c], b[c]) + spare < piece[LOW + c]:
             return True
@@ -68,12 +70,13 @@ def _is_clear_of(piece, a, b, spare):
     for c in range(3):
         at_a += piece[NORMAL + c] * a[c]
         at_b += piece[NORMAL + c] * b[c]
-    return min(at_a, at_b) - spare > piece[MOST] or max(at_a, at_b) + spare < piece[LEAST]
+    low, high = min(at_a, at_b) - spare, max(at_a, at_b) + spare
+    return low > piece[SLAB_HIGH] or high < piece[SLAB_LOW]
 
 
 @inner()
 def is_clear(lists, p, q, spare):
-    """Tell whether the path p → q is known to cross nothing, to `spare` beyond its ends."""
+    """Return whether the path p → q is known to cross nothing, to `spare` beyond its ends."""
     if not spare <= lists.reach:
         return False
     o = lists.origin
@@ -87,7 +90,7 @@ def is_clear(lists, p, q, spare):
     x1 = (max(a[0], b[0]) + spare) * scale
     y1 = (max(a[1], b[1]) + spare) * scale
     z1 = (max(a[2], b[2]) + spare) * scale
-    # Beyond the grid, and of a path that is not finite, nothing is known.
+    # Outside the grid, and for a path that is not finite, nothing is known.
     if not (x0 >= 0.0 and y0 >= 0.0 and z0 >= 0.0 and x1 < n[0] and y1 < n[1] and z1 < n[2]):
         return False
     i0, j0, k0 = int(x0), int(y0), int(z0)
@@ -102,6 +105,6 @@ def is_clear(lists, p, q, spare):
                 if end - begin > MAX_PIECES:
                     return False
                 for m in range(begin, end):
-                    if not _is_clear_of(lists.pieces[lists.listed[m]], a, b, spare):
+                    if not _misses_piece(lists.pieces[lists.listed[m]], a, b, spare):
                         return False
     return True

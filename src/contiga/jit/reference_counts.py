@@ -1,9 +1,9 @@
-"""A compiler pass: kernels that make no arrays do not count references to their arguments.
+"""A compiler pass: kernels that allocate no arrays do not count references to their arguments.
 
-numba counts the references to an array wherever a variable takes it or lets it go, in tuples of
-tables those of every one of its arrays: in kernels that hand tables on, half of their time. Arrays
-that a kernel is handed live until it returns, as whoever calls it holds them. So where all its
-arrays are of these, or parts of them, there is nothing to count.
+numba counts the references to an array wherever a variable gets or releases it, and in tuples of
+tables those of every array: half of the time of kernels that pass tables on. The arguments of a
+kernel live until it returns, since the caller holds them. So if all its arrays are arguments, or
+parts of them, there is nothing to count.
 """
 
 from __future__ import annotations
@@ -20,17 +20,17 @@ from numba.core.errors import TypingError
 from contiga.jit.scratch import SCRATCH
 
 types: Any = numba_types
-BORROWED = (
+BORROWING_OPS = (
     *("getattr", "getitem", "static_getitem", "typed_getitem", "build_tuple", "cast", "phi"),
     *("getiter", "iternext", "pair_first", "exhaust_iter"),
 )
-"""Expressions whose arrays are those of their operands, unless an array is the index."""
-PARTS = types.Integer, types.SliceType, types.EllipsisType, types.StringLiteral
-WRITTEN = ir.SetItem, ir.StaticSetItem
+"""Expressions whose arrays belong to their operands, unless an array is the index."""
+BASIC_INDICES = types.Integer, types.SliceType, types.EllipsisType, types.StringLiteral
+SLICE_WRITES = ir.SetItem, ir.StaticSetItem
 
 
 @register_pass(mutates_CFG=False, analysis_only=True)
-class Uncounted(AnalysisPass):  # type: ignore[misc]
+class SkipReferenceCounts(AnalysisPass):  # type: ignore[misc]
     """Pass that compiles a kernel that owns no array without reference counts."""
 
     _name = "contiga_uncounted"
@@ -39,21 +39,21 @@ class Uncounted(AnalysisPass):  # type: ignore[misc]
         AnalysisPass.__init__(self)
 
     def run_pass(self, state: Any) -> bool:
-        """Inspect the typed kernel; nothing of it is changed.
+        """Inspect the typed kernel, which is not changed.
 
-        Raises numba's TypingError for a kernel that answers an array of its stack.
+        Raises numba's TypingError for a kernel that returns an array of its stack.
         """
-        _check_stays(state)
-        if not _owns(state):
+        _check_returned(state)
+        if not _owns_arrays(state):
             context = state.targetctx.subtarget(enable_nrt=False)
-            context.__dict__.pop("nrt", None)  # kept by numba, for a context that counts
+            context.__dict__.pop("nrt", None)  # numba's, for a context that counts
             state.targetctx = context
         return False
 
 
-def _owns(state: Any) -> bool:
-    """Return whether a kernel makes an array, gets one from a call, or returns one."""
-    holds = _holder(state)
+def _owns_arrays(state: Any) -> bool:
+    """Return whether a kernel allocates an array, gets one from a call, or returns one."""
+    holds = _array_test(state)
     if holds(state.return_type):
         return True
     for block in state.func_ir.blocks.values():
@@ -62,33 +62,33 @@ def _owns(state: Any) -> bool:
                 counted = holds(state.typemap[line.target.name])
                 if counted and not _is_borrowed(line.value, state.typemap):
                     return True
-            # A slice written from an array that may overlap with it is written from a copy.
-            elif isinstance(line, WRITTEN) and holds(state.typemap[line.value.name]):
+            # A slice is written from a copy if the array may overlap with it.
+            elif isinstance(line, SLICE_WRITES) and holds(state.typemap[line.value.name]):
                 return True
     return False
 
 
-def _check_stays(state: Any) -> None:
+def _check_returned(state: Any) -> None:
     """Refuse a kernel that returns an array of its stack, which has ended by then."""
-    holds = _holder(state)
+    holds = _array_test(state)
     blocks = state.func_ir.blocks.values()
-    made = [line for block in blocks for line in block.find_insts(ir.Assign)]
-    arrays = [line for line in made if holds(state.typemap[line.target.name])]
+    assignments = [line for block in blocks for line in block.find_insts(ir.Assign)]
+    arrays = [line for line in assignments if holds(state.typemap[line.target.name])]
     on_stack = {line.target.name for line in arrays if _is_scratch(line.value, state.typemap)}
     count = 0
     while count != len(on_stack):
         count = len(on_stack)
         on_stack |= {
-            line.target.name for line in arrays if on_stack & _parts(line.value, state.typemap)
+            line.target.name for line in arrays if on_stack & _sources(line.value, state.typemap)
         }
     for block in blocks:
         for line in block.find_insts(ir.Return):
             if line.value.name in on_stack:
-                raise TypingError("a kernel answers an array of its stack", loc=line.loc)
+                raise TypingError("a kernel returns an array of its stack", loc=line.loc)
 
 
-def _holder(state: Any) -> Callable[[Any], bool]:
-    """Return a function that says whether a type is an array, or contains one."""
+def _array_test(state: Any) -> Callable[[Any], bool]:
+    """Return a function that tests whether a type is an array, or contains one."""
     models = state.targetctx.data_model_manager
 
     @cache
@@ -105,8 +105,8 @@ def _is_scratch(value: Any, typemap: Any) -> bool:
     return getattr(typemap[value.func.name], "typing_key", None) in SCRATCH
 
 
-def _parts(value: Any, typemap: Any) -> set[str]:
-    """Return the names of the variables that a value is, is a part of, or is made of."""
+def _sources(value: Any, typemap: Any) -> set[str]:
+    """Return the names of the variables that a value is, is a part of, or consists of."""
     if isinstance(value, ir.Var):
         return {value.name}
     if isinstance(value, ir.Expr) and _is_borrowed(value, typemap):
@@ -124,11 +124,11 @@ def _is_borrowed(value: Any, typemap: Any) -> bool:
         return _is_basic(typemap[value.index.name])
     if value.op == "static_getitem" and value.index_var is not None:
         return _is_basic(typemap[value.index_var.name])
-    return value.op in BORROWED
+    return value.op in BORROWING_OPS
 
 
 def _is_basic(index: Any) -> bool:
     """Return whether an index selects a view, and not a copy."""
     if isinstance(index, types.BaseTuple):
         return all(_is_basic(part) for part in index.types)
-    return isinstance(index, PARTS)
+    return isinstance(index, BASIC_INDICES)
