@@ -32,7 +32,7 @@ class CoupledFolder:
     def __init__(self, folder: Path, model: Model) -> None:
         require("an output folder", "h5py")
         require_packages()
-        open_folder(folder, names.OURS, "run")
+        open_folder(folder, names.RUN_FILES, "run")
         self._folder, self._model = folder, model
         self._time = math.nan
         self._lock = FolderLock(folder / names.LOCK, "run")

@@ -12,7 +12,7 @@ from contiga.errors import InputError
 from contiga.io.out.history import write_history
 from contiga.records import FloatArray
 from contiga.simulation.clock import Clock
-from contiga.simulation.energy_balance import LARGE, balance_of, energy_text, worst_step
+from contiga.simulation.energy_balance import ERROR_TOL, balance_of, energy_text, worst_step
 from contiga.simulation.history_over_time import table_of
 from contiga.simulation.model import Model
 from contiga.simulation.summary import summarise
@@ -45,7 +45,7 @@ class MujocoResult(Displayed):
     def warnings(self) -> tuple[str, ...]:
         """Defects of the run: an energy balance error above 1 % of the largest energy."""
         balance = balance_of(self.history)
-        if balance["relative"] <= LARGE:
+        if balance["relative"] <= ERROR_TOL:
             return ()
         time = float(self.history["time"][worst_step(self.history)])
         return (energy_text(balance, time, _CAUSE),)

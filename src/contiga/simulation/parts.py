@@ -1,4 +1,4 @@
-"""Make the parts of a simulation from what a user gives: bodies, slaves, contacts, each checked."""
+"""Make the parts of a simulation from user input, each checked."""
 
 from __future__ import annotations
 
@@ -23,14 +23,14 @@ Part = TypeVar("Part")
 
 
 def by_name(where: str, given: Any) -> Mapping[str, Any]:
-    """Return bodies or slaves as they were given; refuse those without names."""
+    """Return bodies or slaves, which must be given by name."""
     if not isinstance(given, Mapping):
         raise InputError("must be given by name", where=where, found=given, allowed="a dict")
     return given
 
 
 def body_part(name: str, given: Any) -> BodyPart:
-    """Return a body with its motion; one that is given alone stays where it is."""
+    """Return a body with its motion; a body without one stays in place."""
     body, motion = _with_motion(given)
     if not is_master(body):
         raise InputError(
@@ -53,7 +53,10 @@ def body_part(name: str, given: Any) -> BodyPart:
 
 
 def slave_part(name: str, given: Any) -> SlavePart:
-    """Return a slave with its motion; one given alone stays. A body's motion carries its points."""
+    """Return a slave with its motion; without one it stays in place.
+
+    The motion of a body carries all points of the slave.
+    """
     slave, motion = _with_motion(given)
     if not isinstance(slave, Slave):
         raise InputError(
@@ -79,7 +82,7 @@ def slave_part(name: str, given: Any) -> SlavePart:
 
 
 def _with_motion(given: Any) -> tuple[Any, Any]:
-    """Return what was given and its motion. A tuple of another length is taken for neither."""
+    """Return an object and its motion; one that is not a pair is at rest."""
     if isinstance(given, tuple) and len(given) == 2:
         return given
     return given, Fixed()
@@ -100,7 +103,7 @@ def _check_motion(where: str, motion: object, *methods: str) -> None:
 def contact_parts(
     given: Any, bodies: Mapping[str, BodyPart], slaves: Mapping[str, SlavePart]
 ) -> tuple[ContactPart, ...]:
-    """Return contacts with the names of their sides, found by the objects in them."""
+    """Return contacts with the names of their sides, by the identity of master and slave."""
     if not isinstance(given, Mapping | Sequence):
         raise InputError(
             "must be several", where="contacts", found=given, allowed="a list, or a dict by name"
@@ -131,22 +134,22 @@ def _name_of(role: str, contact: Any, known: Iterable[tuple[str, object]]) -> st
 
 
 def spring_parts(given: Any) -> dict[str, Spring]:
-    """Return springs by name: from a dict, or from a list, in which they have names or numbers."""
+    """Return springs by name, from a dict, or from a list by their names or numbers."""
     return _named_parts("springs", given, Spring)
 
 
 def slip_ring_parts(given: Any) -> dict[str, SlipRing]:
-    """Return slip rings by name: from a dict, or from a list in which each has its own."""
+    """Return slip rings by name, from a dict or a list."""
     return _named_parts("slip_rings", given, SlipRing)
 
 
 def joint_parts(given: Any) -> dict[str, Joint]:
-    """Return joints by name: from a dict, or from a list in which each has its own."""
+    """Return joints by name, from a dict or a list."""
     return _named_parts("joints", given, Joint)
 
 
 def gas_parts(given: Any) -> dict[str, Chamber]:
-    """Return chambers of gas by name: from a dict, or from a list in which each has its own."""
+    """Return chambers of gas by name, from a dict or a list."""
     named = _named_parts("gas", given, Chamber)
     return {name: one.called(name) for name, one in named.items()}
 
@@ -183,7 +186,7 @@ def _named_parts(kind: str, given: Any, of: type[Part]) -> dict[str, Part]:
 
 
 def parts_of_kind(where: str, given: Any, *kinds: type[Part]) -> tuple[Part, ...]:
-    """Return loads or sensors as they were given, each checked to be one."""
+    """Return loads or sensors as a tuple, with checked types."""
     parts = tuple(given) if isinstance(given, Sequence) else (given,)
     allowed = f"a list of contiga.{' or contiga.'.join(kind.__name__ for kind in kinds)}"
     all_of(kinds, parts, where, f"must be {where}", allowed)

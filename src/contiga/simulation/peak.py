@@ -1,4 +1,4 @@
-"""Keep the step with the greatest force of a run until it is written."""
+"""Track the step with the greatest force of a run until it is written."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ class Peak(NamedTuple):
     row: int = -1
     """Of the history; −1 before there is any force."""
     state: SystemState | None = None
-    """To be written before the next that is; None where it is written already."""
+    """State that is still to be written; None once written."""
 
     def after(self, state: SystemState, force: float, row: int, *, written: bool) -> Peak:
-        """Return the peak after one more step, which is `written` anyway or not."""
+        """Return the peak after one more step; `written` if its fields are written anyway."""
         if not force > self.force:  # nor where it is NaN
             return self
         return Peak(force, row, None if written else state)

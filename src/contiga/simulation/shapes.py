@@ -32,7 +32,7 @@ class Motions:
             return slaves[motion.slave].matter["q_velocity"]
         return None if motion is None else motion.control_velocity(time)
 
-    def is_told(self, body: str) -> bool:
+    def is_prescribed(self, body: str) -> bool:
         """Return whether a table moves the control points of a body, and does work by that."""
         return isinstance(self.of.get(body), ControlPoints)
 

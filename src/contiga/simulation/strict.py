@@ -1,4 +1,4 @@
-"""Stop a run at the first point whose search is not proved."""
+"""Stop a run at the first point whose foot is not certified."""
 
 from __future__ import annotations
 
@@ -16,13 +16,7 @@ DOUBTFUL = {
 
 
 def check_proved(state: SystemState) -> None:
-    """Refuse to go on where a point of any contact is not certified.
-
-    Raises
-    ------
-    RunError
-        Names the contact, the time, the first such point and what is the matter with it.
-    """
+    """Raise `RunError` with contact, time, point and status if a point is not certified."""
     for name, contact in state.contacts.items():
         doubts = []
         for status, text in DOUBTFUL.items():

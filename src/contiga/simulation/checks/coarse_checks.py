@@ -80,10 +80,10 @@ def check_coarse(scene: Scene) -> Iterator[Finding]:
                 _ends(pair, float(times[i]), shape[inside[i, k]], corners[k])
                 for i in spread(span, _LOOKS).tolist()
             ]
-            farthest = np.array([ends.max(axis=1) for ends in looks])
+            largest_paths = np.array([ends.max(axis=1) for ends in looks])
             # Once it is in, that end of the body is the nearer one that has come through.
-            first = int(np.argmax(farthest.min(axis=1) > 0.0))
-            reach = float(farthest[:, np.argmin(farthest[first])].max())
+            first = int(np.argmax(largest_paths.min(axis=1) > 0.0))
+            reach = float(largest_paths[:, np.argmin(largest_paths[first])].max())
             facet = pair.slave.points[corners[k]]
             longest = float(row_lengths(facet - np.roll(facet, 1, axis=0)).max())
             deepest = float(depth[span, k].max())
