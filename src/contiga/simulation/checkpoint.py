@@ -24,7 +24,6 @@ from contiga.simulation.checks.finding import Finding
 from contiga.simulation.fingerprint import fingerprint_of
 from contiga.simulation.gas import ChamberState
 from contiga.simulation.model import ContactPart, Model
-from contiga.simulation.peak import Peak
 from contiga.simulation.settle import Rest
 from contiga.simulation.system_state import BodyStates, Energy, SystemState
 from contiga.simulation.trigger import TriggerState
@@ -32,6 +31,22 @@ from contiga.simulation.trigger import TriggerState
 FORMAT = 18
 _STATE_NUMBERS = ("step", "peak_energy", "shaking", "leak", "place_error", "speed_error")
 """Numbers of a state."""
+
+
+class Peak(NamedTuple):
+    """The greatest force so far, of all contacts together."""
+
+    force: float = 0.0
+    row: int = -1
+    """Of the history; −1 before there is any force."""
+    state: SystemState | None = None
+    """State that is still to be written; None once written."""
+
+    def after(self, state: SystemState, force: float, row: int, *, written: bool) -> Peak:
+        """Return the peak after one more step; `written` if its fields are written anyway."""
+        if not force > self.force:  # nor where it is NaN
+            return self
+        return Peak(force, row, None if written else state)
 
 
 class Onward(NamedTuple):

@@ -54,7 +54,7 @@ class Rates(NamedTuple):
     def __add__(self, other: Rates) -> Rates:  # type: ignore[override]
         return Rates(self.square + other.square, self.decay + other.decay)
 
-    def most(self, other: Rates) -> Rates:
+    def largest(self, other: Rates) -> Rates:
         """Return the higher frequency and the faster decay of both."""
         return Rates(max(self.square, other.square), max(self.decay, other.decay))
 
@@ -86,7 +86,7 @@ whose stiffness follows the step, which are stable at any step or at none."""
 
 
 _KNOWN: dict[int, dict[Of, tuple[tuple[object, ...], Limit]]] = {}
-"""Limits of recent states, by the identity of the state's array of free bodies, which ends them."""
+"""Limits of recent states by the id of the state's array of free bodies, removed with that array."""
 
 
 def limit_of(model: Model, state: SystemState, of: Of = "all") -> Limit:
@@ -98,12 +98,12 @@ def limit_of(model: Model, state: SystemState, of: Of = "all") -> Limit:
     if key not in _KNOWN:
         _KNOWN[key] = {}
         weakref.finalize(rigid, _KNOWN.pop, key, None)
-    what = model, state.contacts, state.springs, state.joints, state.slaves, state.bodies
-    known = _KNOWN[key].get(of)
-    if known is not None and all(map(is_, known[0], what)):
-        return known[1]
+    inputs = model, state.contacts, state.springs, state.joints, state.slaves, state.bodies
+    stored = _KNOWN[key].get(of)
+    if stored is not None and all(map(is_, stored[0], inputs)):
+        return stored[1]
     limit = find_limit(model, state, of)
-    _KNOWN[key][of] = what, limit
+    _KNOWN[key][of] = inputs, limit
     return limit
 
 
@@ -135,9 +135,9 @@ def find_limit(model: Model, state: SystemState, of: Of = "all") -> Limit:
             if pair_rates > fastest_rates:
                 fastest_text, fastest_rates = text, pair_rates
         if side_of in model.mechanism.masses:
-            nodes = nodes.most(rates)
+            nodes = nodes.largest(rates)
         else:
-            bodies = bodies.most(whole)
+            bodies = bodies.largest(whole)
         if rates.square > SINGLE_RATIO * whole.square:
             points = max(points, rates.square)
         if rates.critical < critical:
@@ -173,21 +173,21 @@ def _coupling_rates(model: Model, state: SystemState, of: Of) -> list[tuple[str,
                 couplings.append((text, [_EndRates(row, Rates(square), Rates())]))
     for name, now in state.springs.items():
         spring, ends = system.springs[name], []
-        along, across = map(float, spring.stiffness_bound(now))
-        way = now.ends[1:] - now.ends[:1]
-        axis = way / now.length if now.length > 0.0 else np.array([[1.0, 0.0, 0.0]])
+        axial, lateral = map(float, spring.stiffness_bound(now))
+        arm = now.ends[1:] - now.ends[:1]
+        axis = arm / now.length if now.length > 0.0 else np.array([[1.0, 0.0, 0.0]])
         for k, row in system.free_ends(name):
             body = state.rigid[row], system.fixed[row]
             at = now.ends[k : k + 1], axis
             rates = Rates(
-                straight(fastest)(*at, np.array([along]), np.array([across]), *body),
+                straight(fastest)(*at, np.array([axial]), np.array([lateral]), *body),
                 straight(fastest)(*at, np.array([float(spring.damping)]), np.zeros(1), *body),
             )
             ends.append(_EndRates(row, rates, rates))
         for end in system.ends[name]:
             if end.slave is not None and end.slave in system.masses:
                 mover = system.nodes[end.slave]
-                square = mover.fastest(end.nodes, max(along, across) * end.shares)
+                square = mover.fastest(end.nodes, max(axial, lateral) * end.shares)
                 decay = mover.fastest(end.nodes, float(spring.damping) * end.shares)
                 ends.append(_EndRates(end.slave, Rates(square, decay), Rates()))
         if ends:

@@ -213,13 +213,13 @@ def _body_mesh(name: str, body: Master, size: float | None) -> TriMesh:
     mesh = body.tessellate(DRAWING_TOL * body.size)
     if size is None or body.faces is None:
         return mesh
-    least = least_size(mesh, MAX_TRIANGLES)
-    if size < least:
+    min_size = least_size(mesh, MAX_TRIANGLES)
+    if size < min_size:
         raise InputError(
             f"would draw {name} by more than {MAX_TRIANGLES:,} triangles in every set of fields",
             where="output.size",
             found=size,
-            allowed=f"{least:.3g} or more",
+            allowed=f"{min_size:.3g} or more",
         )
     return refined(body, mesh, size)
 

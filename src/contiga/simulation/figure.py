@@ -72,10 +72,12 @@ def _channel_panels(
     channels = [channel_of(history, summary, name, "y") for name in names]
     panels = []
     for unit in dict.fromkeys(channel.unit for channel in channels):
-        drawn = [channel for channel in channels if channel.unit == unit]
-        label = with_unit(drawn[0].name if len(drawn) == 1 else "", unit)
-        lines = tuple(Line(one.name, across.values, one.values) for one in drawn)
-        panels.append(Panel(with_unit(across.name, across.unit), label, lines, (), len(drawn) > 1))
+        of_unit = [channel for channel in channels if channel.unit == unit]
+        label = with_unit(of_unit[0].name if len(of_unit) == 1 else "", unit)
+        lines = tuple(Line(one.name, across.values, one.values) for one in of_unit)
+        panels.append(
+            Panel(with_unit(across.name, across.unit), label, lines, (), len(of_unit) > 1)
+        )
     return panels
 
 
@@ -132,8 +134,8 @@ def _panel(time: _Time, label: str, unit: str, lines: Mapping[str, FloatArray]) 
 
 
 def _over_time(time: _Time, label: str, unit: str, lines: Mapping[str, FloatArray]) -> Panel:
-    drawn = tuple(Line(name, time.values, values) for name, values in lines.items())
-    return Panel(time.label, with_unit(label, unit), drawn, (), list(lines) != [label])
+    curves = tuple(Line(name, time.values, values) for name, values in lines.items())
+    return Panel(time.label, with_unit(label, unit), curves, (), list(lines) != [label])
 
 
 def _column_panels(

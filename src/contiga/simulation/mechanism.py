@@ -120,17 +120,17 @@ class Mechanism:
     @cached_property
     def carried(self) -> Mapping[str, int]:
         """Bodies by number that carry attached slaves, by the slaves' names."""
-        return {k: one.host for k, one in self.nodes.items() if one.host is not None}
+        return {k: mover.host for k, mover in self.nodes.items() if mover.host is not None}
 
     @cached_property
     def riding(self) -> tuple[str, ...]:
         """Slaves with nodes that bodies carry, all or some."""
-        return tuple(k for k, one in self.nodes.items() if one.host is not None or one.joints)
+        return tuple(k for k, mover in self.nodes.items() if mover.host is not None or mover.joints)
 
     @cached_property
     def masses(self) -> Mapping[str, FloatArray]:
         """Nodal masses (n,) of slaves whose nodes forces move."""
-        return {k: one.mass for k, one in self.nodes.items() if one.mass is not None}
+        return {k: mover.mass for k, mover in self.nodes.items() if mover.mass is not None}
 
     @cached_property
     def loose(self) -> Mapping[str, FloatArray]:
@@ -140,7 +140,7 @@ class Mechanism:
     @cached_property
     def joined(self) -> Mapping[str, NodeMover]:
         """Movers of the nodes of slaves that are made of elements."""
-        return {name: one for name, one in self.nodes.items() if one.joined}
+        return {name: mover for name, mover in self.nodes.items() if mover.joined}
 
     @cached_property
     def deforms(self) -> bool:
@@ -352,10 +352,10 @@ def _ends_of(
             at[k] = points[node]
             ends.append(SpringEnd(None, part, np.array([node], np.int32), np.ones(1)))
         else:
-            known = dict(index)
+            names = dict(index)
             if part not in index:
-                known |= dict.fromkeys(slaves, 0)
-            ends.append(SpringEnd(int(root[_body_number(where, part, known)])))
+                names |= dict.fromkeys(slaves, 0)
+            ends.append(SpringEnd(int(root[_body_number(where, part, names)])))
     return (ends[0], ends[1]), at
 
 
@@ -454,16 +454,16 @@ def _segments(
     return segments
 
 
-def _body_number(where: str, name: str, known: Mapping[str, int]) -> int:
+def _body_number(where: str, name: str, numbers: Mapping[str, int]) -> int:
     """Return the number of a named body."""
-    if name not in known:
+    if name not in numbers:
         raise InputError(
             "no body of this name is there",
             where=where,
             found=name,
-            allowed=", ".join(map(repr, known)),
+            allowed=", ".join(map(repr, numbers)),
         )
-    return known[name]
+    return numbers[name]
 
 
 def _root_of_body(name: str, bodies: Mapping[str, Any]) -> str:

@@ -20,9 +20,10 @@ from contiga.dynamics.joints import Joint
 from contiga.dynamics.kinks import united
 from contiga.dynamics.linkage import OPEN, Fit, Linkage, check_fit, joint_ends
 from contiga.dynamics.loads import Load
+from contiga.dynamics.nodes import SlaveState
 from contiga.dynamics.prescribed import BodyMotion, SlaveMotion, kinks_in, pose_at
 from contiga.dynamics.pulses import check_covers
-from contiga.dynamics.shapes import ControlPoints
+from contiga.dynamics.shapes import ControlPoints, ControlPointsOf
 from contiga.dynamics.slip_rings import SlipRing
 from contiga.dynamics.springs import Spring
 from contiga.dynamics.stepping import Stepping
@@ -42,11 +43,11 @@ from contiga.simulation.sensor import (
     Sensor,
 )
 from contiga.simulation.settle import Settle
-from contiga.simulation.shapes import Motions
 from contiga.simulation.slave_sensor import NodeSensor, SlaveSensor, nodes_of, slave_of
 from contiga.slaves.slave import Slave
 
 AnySensor = Sensor | RelativeSensor | SlaveSensor
+COLUMN_NAME = "must have a name of its own: columns of the history are called by it"
 
 
 class BodyPart(NamedTuple):
@@ -98,6 +99,39 @@ class OutputOptions(NamedTuple):
     """Time from one set of fields to the next, in place of `every`."""
 
 
+class ShapeMotions:
+    """Motions of the control points of bodies: by a table, or with a slave of splines."""
+
+    def __init__(self, motions: Mapping[str, object]) -> None:
+        kinds = ControlPoints | ControlPointsOf
+        self.of = {name: motion for name, motion in motions.items() if isinstance(motion, kinds)}
+
+    def points(self, body: str, time: float, slaves: Mapping[str, SlaveState]) -> FloatArray | None:
+        """Return the control points (m, 3) of a body at a time; None if it keeps its shape."""
+        motion = self.of.get(body)
+        if isinstance(motion, ControlPointsOf):
+            return slaves[motion.slave].matter["q"]
+        return None if motion is None else motion.control_points(time)
+
+    def velocity(
+        self, body: str, time: float, slaves: Mapping[str, SlaveState]
+    ) -> FloatArray | None:
+        """Return the velocities (m, 3) of the control points."""
+        motion = self.of.get(body)
+        if isinstance(motion, ControlPointsOf):
+            return slaves[motion.slave].matter["q_velocity"]
+        return None if motion is None else motion.control_velocity(time)
+
+    def is_prescribed(self, body: str) -> bool:
+        """Return whether a table moves the control points of a body, and so does work."""
+        return isinstance(self.of.get(body), ControlPoints)
+
+    def slave_of(self, body: str) -> str | None:
+        """Return the slave whose degrees of freedom are the control points; None without."""
+        motion = self.of.get(body)
+        return motion.slave if isinstance(motion, ControlPointsOf) else None
+
+
 @dataclass(frozen=True, kw_only=True, repr=False)
 class Model(Displayed):
     """The checked input of a run. `contiga.Simulation` makes it and runs it.
@@ -143,14 +177,14 @@ class Model(Displayed):
             "slip_rings": self.slip_rings,
             "joints": self.joints,
             "gas": self.gas,
-            "sensors": [one.name for one in self.sensors],
+            "sensors": [sensor.name for sensor in self.sensors],
         }
         for kind, named in parts.items():
             for name in named:
                 check_name(name, f"{kind}: name")
         pulled = self.mechanism.masses and self.springs
-        moved = len(self.mechanism.free) or self.mechanism.deforms or pulled or self.gas
-        if not (names or moved) or len(set(names)) < len(names):
+        has_moving_parts = len(self.mechanism.free) or self.mechanism.deforms or pulled or self.gas
+        if not (names or has_moving_parts) or len(set(names)) < len(names):
             raise InputError(
                 "there must be contacts, each with a name of its own", where="contacts", found=names
             )
@@ -183,30 +217,32 @@ class Model(Displayed):
         )
 
     @cached_property
-    def shapes(self) -> Motions:
+    def shapes(self) -> ShapeMotions:
         """Motions of the control points of bodies."""
-        return Motions({name: part.motion for name, part in self.bodies.items()})
+        return ShapeMotions({name: part.motion for name, part in self.bodies.items()})
 
     @cached_property
     def point_sensors(self) -> tuple[Sensor, ...]:
         """Sensors of points of one body."""
-        return tuple(one for one in self.sensors if isinstance(one, Sensor))
+        return tuple(sensor for sensor in self.sensors if isinstance(sensor, Sensor))
 
     @cached_property
     def relative(self) -> tuple[RelativeSensor, ...]:
         """Sensors between two bodies."""
-        return tuple(one for one in self.sensors if isinstance(one, RelativeSensor))
+        return tuple(sensor for sensor in self.sensors if isinstance(sensor, RelativeSensor))
 
     @cached_property
     def triggered(self) -> tuple[Sensor | RelativeSensor, ...]:
         """Sensors that have a trigger."""
         every: list[Sensor | RelativeSensor] = [*self.point_sensors, *self.relative]
-        return tuple(one for one in every if one.trigger is not None)
+        return tuple(sensor for sensor in every if sensor.trigger is not None)
 
     @cached_property
     def fired_kinks(self) -> Mapping[str, FloatArray]:
         """Times after a sensor's trigger at which a device that it fires has a kink."""
-        kinks: dict[str, list[FloatArray]] = {one.name: [np.zeros(1)] for one in self.triggered}
+        kinks: dict[str, list[FloatArray]] = {
+            sensor.name: [np.zeros(1)] for sensor in self.triggered
+        }
         for spring in self.springs.values():
             if (pretensioner := spring.devices.pretensioner) is not None:
                 kinks[pretensioner.trigger].append(pretensioner.kinks)
@@ -218,14 +254,14 @@ class Model(Displayed):
     @cached_property
     def slave_sensors(self) -> tuple[SlaveSensor, ...]:
         """Sensors of slaves."""
-        return tuple(one for one in self.sensors if isinstance(one, SlaveSensor))
+        return tuple(sensor for sensor in self.sensors if isinstance(sensor, SlaveSensor))
 
     @cached_property
     def sensor_nodes(self) -> Mapping[str, IndexArray]:
         """Nodes (k,) that each sensor of a slave measures, by its name."""
         return {
-            one.name: nodes_of(one, self.slaves[slave_of(one)].slave.points)
-            for one in self.slave_sensors
+            sensor.name: nodes_of(sensor, self.slaves[slave_of(sensor)].slave.points)
+            for sensor in self.slave_sensors
         }
 
     @cached_property
@@ -296,6 +332,14 @@ def _check_name(role: str, name: str, names: Iterable[str], where: str = "") -> 
             found=name,
             allowed=", ".join(map(repr, names)),
         )
+
+
+def _check_column_name(
+    name: str, used_names: Iterable[str], where: str, allowed: str, message: str = COLUMN_NAME
+) -> None:
+    """Raise `InputError` for a name in use: columns of the history have it as their prefix."""
+    if name in used_names:
+        raise InputError(message, where=where, found=name, allowed=allowed)
 
 
 def check_settle(model: Model) -> None:
@@ -375,22 +419,13 @@ def check_springs(model: Model) -> None:
     used_names = {*model.bodies, *(part.name for part in model.contacts), "energy"}
     used_names |= {sensor.name for sensor in model.sensors}
     for name in model.slip_rings:
-        if name in used_names | model.springs.keys():
-            raise InputError(
-                "must have a name of its own: columns of the history are called by it",
-                where=f"slip_rings[{name!r}]: name",
-                found=name,
-                allowed="not that of a body, a contact, a sensor or a spring",
-            )
+        allowed = "not that of a body, a contact, a sensor or a spring"
+        where = f"slip_rings[{name!r}]: name"
+        _check_column_name(name, used_names | model.springs.keys(), where, allowed)
     for name, spring in model.springs.items():
         where = f"springs[{name!r}]"
-        if name in used_names:
-            raise InputError(
-                "must have a name of its own: columns of the history are called by it",
-                where=f"{where}: name",
-                found=name,
-                allowed="not that of a body, a contact or a sensor",
-            )
+        allowed = "not that of a body, a contact or a sensor"
+        _check_column_name(name, used_names, f"{where}: name", allowed)
         if spring.filter and not all(model.units):
             raise InputError(
                 "needs units: seconds must be known",
@@ -405,13 +440,8 @@ def check_gas(model: Model) -> None:
     used_names |= {*model.springs, *model.slip_rings}
     used_names |= {sensor.name for sensor in model.sensors}
     for name in model.gas:
-        if name in used_names:
-            raise InputError(
-                "must have a name of its own: columns of the history are called by it",
-                where=f"gas[{name!r}]: name",
-                found=name,
-                allowed="not that of a body, a contact, a spring, a slip ring or a sensor",
-            )
+        allowed = "not that of a body, a contact, a spring, a slip ring or a sensor"
+        _check_column_name(name, used_names, f"gas[{name!r}]: name", allowed)
     assert model.chambers.physics is not None
 
 
@@ -429,13 +459,9 @@ def check_joints(model: Model) -> None:
     used_names |= {*model.springs, *model.slip_rings, *model.gas}
     used_names |= {sensor.name for sensor in model.sensors}
     for name in model.joints:
-        if name in used_names:
-            raise InputError(
-                "must have a name of its own: it names columns of the history",
-                where=f"joint {name!r}: name",
-                found=name,
-                allowed="a name that no body, contact, spring, slip ring, gas or sensor has",
-            )
+        allowed = "a name that no body, contact, spring, slip ring, gas or sensor has"
+        message = "must have a name of its own: it names columns of the history"
+        _check_column_name(name, used_names, f"joint {name!r}: name", allowed, message)
     fit = model.joint_fit
     check_fit(model.linkage, fit)
     if model.settling is None:
@@ -467,8 +493,8 @@ def check_triggers(model: Model) -> None:
         for place, device in chamber.waiting.items()
     ]
     sensor_names, trigger_names = (
-        {one.name for one in model.sensors},
-        {one.name for one in model.triggered},
+        {sensor.name for sensor in model.sensors},
+        {sensor.name for sensor in model.triggered},
     )
     for where, trigger in waiting:
         if trigger not in trigger_names:
@@ -520,13 +546,8 @@ def check_sensors(model: Model) -> None:
                 where=f"{where}: {'criteria' if sensor.criteria else 'filter'}",
                 remedy='Give the simulation its units, as units=("mm", "g", "ms")',
             )
-        if sensor.name in used_names:
-            raise InputError(
-                "must have a name of its own: columns of the history are called by it",
-                where=f"{where}: name",
-                found=sensor.name,
-                allowed="not that of a body, a contact or another sensor",
-            )
+        allowed = "not that of a body, a contact or another sensor"
+        _check_column_name(sensor.name, used_names, f"{where}: name", allowed)
         used_names.append(sensor.name)
 
 

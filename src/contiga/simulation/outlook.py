@@ -68,7 +68,7 @@ class Outlook:
 def _duration_text(seconds: float) -> str:
     """Return a duration in words.
 
-    >>> _long(7200.0), _long(400000.0), _long(float("inf"))
+    >>> _duration_text(7200.0), _duration_text(400000.0), _duration_text(float("inf"))
     ('2 hours', '4.6 days', 'for ever')
     """
     hours = seconds / 3600.0

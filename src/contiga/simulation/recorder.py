@@ -24,6 +24,7 @@ from contiga.simulation import output_folder as names
 from contiga.simulation.checkpoint import (
     Checkpoint,
     Onward,
+    Peak,
     read_checkpoint,
     write_checkpoint,
 )
@@ -39,7 +40,6 @@ from contiga.simulation.history import (
     unmeasured_names,
 )
 from contiga.simulation.model import Model
-from contiga.simulation.peak import Peak
 from contiga.simulation.step import StepResult
 from contiga.simulation.summary import summary_so_far
 from contiga.simulation.system_state import SystemState
@@ -307,8 +307,8 @@ class Recorder:
 
 def as_column(name: str, values: list[float]) -> FloatArray:
     """Return a column of the history; counts that are not measured at every step hold NaN."""
-    whole = np.array(values, np.float64)
-    return whole.astype(np.int64) if is_count(name) and np.isfinite(whole).all() else whole
+    column = np.array(values, np.float64)
+    return column.astype(np.int64) if is_count(name) and np.isfinite(column).all() else column
 
 
 def is_count(column: str) -> bool:

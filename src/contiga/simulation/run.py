@@ -8,7 +8,10 @@ from pathlib import Path
 from time import perf_counter
 from typing import Any, NamedTuple
 
-from contiga.errors import InputError, OutputError
+import numpy as np
+
+from contiga.errors import InputError, OutputError, RunError
+from contiga.records import ContactStatus
 from contiga.simulation.checks.finding import Finding, merged, raise_findings
 from contiga.simulation.checks.model_checks import check_model
 from contiga.simulation.checks.run_checks import check_run
@@ -22,9 +25,15 @@ from contiga.simulation.settling import OnSettle, come_to_rest
 from contiga.simulation.signals import filtered_columns
 from contiga.simulation.step import advance
 from contiga.simulation.step_size import next_step
-from contiga.simulation.strict import check_proved
 from contiga.simulation.summary import summarise
 from contiga.simulation.system_state import SystemState
+
+DOUBTFUL = {
+    ContactStatus.LOST: "could not be solved",
+    ContactStatus.FOUND: "lies inside and was not seen to come in",
+    ContactStatus.REACQUIRED: "has lost its foot, which was found again elsewhere",
+}
+"""Statuses of points that are not certified, with their meaning."""
 
 
 class RunOptions(NamedTuple):
@@ -126,3 +135,20 @@ def carry_out(model: Model, out: str | Path | None, options: RunOptions) -> Resu
         return Result(history, recorder.folder, state, tuple(kept_states), summary)
     finally:
         recorder.release()
+
+
+def check_proved(state: SystemState) -> None:
+    """Raise `RunError` with contact, time, point and status if a point is not certified."""
+    for name, contact in state.contacts.items():
+        doubts = []
+        for status, text in DOUBTFUL.items():
+            rows = np.flatnonzero(contact.status == status)
+            if len(rows):
+                doubts.append(f"point {rows[0]} {text} ({status.name}, {len(rows)} points)")
+        rows = np.flatnonzero(contact.in_contact & (contact.certified == 0))
+        if len(rows):
+            what = "is converged but not proved"
+            doubts.append(f"the foot of point {rows[0]} {what} ({len(rows)} points)")
+        if doubts:
+            remedy = "Take smaller steps, or run without --strict"
+            raise RunError(f"{name}: at t = {state.time:g} {doubts[0]}. {remedy}")

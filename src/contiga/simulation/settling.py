@@ -165,7 +165,9 @@ def _resting_model(model: Model, settle: Settle) -> Model:
     def settles(end: str) -> bool:
         return end != GROUND and names[system.root_of(end)] in settle.bodies
 
-    joints = {name: one for name, one in model.joints.items() if any(map(settles, one.between))}
+    joints = {
+        name: joint for name, joint in model.joints.items() if any(map(settles, joint.between))
+    }
     return Model(
         bodies=bodies,
         slaves=slaves,
@@ -200,9 +202,9 @@ def _imbalance(model: Model, state: SystemState) -> Imbalance:
     force = load = reaction = rounding = 0.0
     for name, nodes in system.nodes.items():
         acting = NodalForces(model, name, state.acting)
-        one = nodes.imbalance(state.slaves[name], acting, model.gravity)
-        force, load = force + one.force, load + one.load
-        reaction, rounding = reaction + one.reaction, rounding + one.rounding
+        of_slave = nodes.imbalance(state.slaves[name], acting, model.gravity)
+        force, load = force + of_slave.force, load + of_slave.load
+        reaction, rounding = reaction + of_slave.reaction, rounding + of_slave.rounding
     weight = math.sqrt(float((model.gravity**2).sum()))
     names = list(model.bodies)
     for row, fixed, i in zip(state.rigid, system.fixed, system.free, strict=True):
@@ -229,22 +231,22 @@ def _first_state(
     """Return the first state of a run that starts at rest: its energies begin from there."""
     system, start = model.mechanism, model.stepping.start
     at_rest = _stopped(resting, state)
-    standing = place(model, None, start)
-    placed = Placed(*(array.copy() for array in standing.free))
+    placement = place(model, None, start)
+    placed = Placed(*(array.copy() for array in placement.free))
     for k, i in enumerate(system.free):
         at = resting.mechanism.row.get(int(i))
         if at is not None:
             placed.rows[k], placed.twists[k] = at_rest.rigid[at], 0.0
             placed.poses[k] = at_rest.bodies.poses[i]
-    poses, twists = standing.bodies.poses.copy(), standing.bodies.twists.copy()
+    poses, twists = placement.bodies.poses.copy(), placement.bodies.twists.copy()
     poses[system.free], twists[system.free] = placed.poses, placed.twists
     poses, twists = poses[system.root], twists[system.root]
-    now = standing.now._replace(poses=poses, twists=twists)
+    now = placement.now._replace(poses=poses, twists=twists)
     slaves = {
         name: nodes.taken_up(at_rest.slaves[name], now) for name, nodes in system.nodes.items()
     }
     bodies = BodyStates(system.index, poses, twists)
-    standing = standing._replace(bodies=bodies, slaves=slaves, free=placed, now=now)
+    placement = placement._replace(bodies=bodies, slaves=slaves, free=placed, now=now)
     contacts = {}
     for part in model.contacts:  # at rest: without rates, and without losses so far
         points = at_rest.slaves[part.slave].points
@@ -277,17 +279,17 @@ def _first_state(
             if (law := settled_laws.get((entry.joint, entry.coordinate))) is not None:
                 at_standstill = law._replace(force=law.force - law.damper, damper=0.0)
                 joints.laws[k] = entry.law.begun(at_standstill)
-    between = Acting(contacts, springs, gas, rings, joints)
-    acting = wrenches(model, between, standing)
+    forces = Acting(contacts, springs, gas, rings, joints)
+    acting = wrenches(model, forces, placement)
     kinetic = kicked(placed, system.fixed, acting[system.free], 0.0)
     if joints is not None:
         kinetic, joints = react_joints(model, None, joints, placed, bodies, start, acting)
-        between = between._replace(joints=joints)
+        forces = forces._replace(joints=joints)
     inside = [nodes.energy(slaves[name]) for name, nodes in system.nodes.items()]
-    energy = energy_of(between, inside, kinetic, 0.0, None)
-    begun = SystemState(
+    energy = energy_of(forces, inside, kinetic, 0.0, None)
+    first_state = SystemState(
         start,
-        kicked_bodies(system, standing),
+        kicked_bodies(system, placement),
         slaves,
         contacts,
         energy,
@@ -300,5 +302,5 @@ def _first_state(
         peak_energy=energy.total,
         rest=rest,
     )
-    begun = replace(begun, triggers=trigger_states(model, None, begun))
-    return StepResult(begun, dict.fromkeys(contacts, 0.0))
+    first_state = replace(first_state, triggers=trigger_states(model, None, first_state))
+    return StepResult(first_state, dict.fromkeys(contacts, 0.0))

@@ -136,10 +136,10 @@ class Simulation(Model):
         findings: Sequence[Finding] = (),
     ) -> None:
         body_parts = {
-            name: body_part(name, given) for name, given in by_name("bodies", bodies).items()
+            name: body_part(name, part) for name, part in by_name("bodies", bodies).items()
         }
         slave_parts = {
-            name: slave_part(name, given) for name, given in by_name("slaves", slaves).items()
+            name: slave_part(name, part) for name, part in by_name("slaves", slaves).items()
         }
         if isinstance(settling, bool):
             settling = Settle() if settling else None

@@ -195,10 +195,10 @@ def spring_columns(model: Model, state: SystemState) -> dict[str, float]:
                 if slave is not None:
                     speeds.append(shares @ state.slaves[slave].velocities[nodes])
                 else:
-                    at = now.ends[k]
-                    speeds.append(np.zeros(3) if i is None else point_velocity(state, i, at))
-            along = (now.ends[1] - now.ends[0]) / now.length
-            rate = float(np.sum(along * (speeds[1] - speeds[0])))
+                    devices = now.ends[k]
+                    speeds.append(np.zeros(3) if i is None else point_velocity(state, i, devices))
+            axis = (now.ends[1] - now.ends[0]) / now.length
+            rate = float(np.sum(axis * (speeds[1] - speeds[0])))
         values = (
             now.force,
             spring.elongation(now),
@@ -209,9 +209,18 @@ def spring_columns(model: Model, state: SystemState) -> dict[str, float]:
         )
         columns |= {f"{name}.{c}": float(v) for c, v in zip(OF_SPRINGS, values, strict=True)}
         if any(spring.devices):
-            at = now.devices
-            locked, released = (float(since <= state.time) for since in (at.locked, at.released))
-            of_devices = at.paid_out, at.travel, at.pulled_in, locked, released, at.work
+            devices = now.devices
+            locked, released = (
+                float(since <= state.time) for since in (devices.locked, devices.released)
+            )
+            of_devices = (
+                devices.paid_out,
+                devices.travel,
+                devices.pulled_in,
+                locked,
+                released,
+                devices.work,
+            )
             columns |= {f"{name}.{c}": v for c, v in zip(OF_DEVICES, of_devices, strict=True)}
     for name, ring in state.slip_rings.items():
         columns |= {

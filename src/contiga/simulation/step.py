@@ -145,7 +145,7 @@ def advance(
     step.
     """
     if fired is None:
-        fired = {} if last is None else firing_times(last.triggers)
+        fired = firing_times(last.triggers) if last is not None and model.triggered else {}
     begin = perf_counter()
     placement = place(model, last, time)
     clock.add("motion", begin)

@@ -196,9 +196,9 @@ def next_step(model: Model, last: SystemState, clock: Clock) -> StepResult:
     else:
         time = stepping.after(last.time)
         if model.mechanism.moved and not model.allow_unstable:
-            begun = perf_counter()
+            begin = perf_counter()
             limit, step = find_limit(model, last), time - last.time
-            clock.add("motion", begun)
+            clock.add("motion", begin)
             if step > limit.critical:
                 raise RunError(
                     f"t = {last.time:g}: the step of {step:.4g} is longer than the critical one of "
@@ -276,15 +276,15 @@ def _automatic_step(
 
 def propose_step(model: Model, stepping: AutoSteps, start: Start) -> Cut:
     """Return the longest step that is expected to be accepted, and why it is not longer."""
-    last, most = start.state, start.most
-    cuts = [Cut(most, Reason.LARGEST)]
+    last, longest = start.state, start.most
+    cuts = [Cut(longest, Reason.LARGEST)]
     if model.sensors or model.springs:
         cuts.append(Cut(longest_sample(model), Reason.SAMPLE))
     for part in model.contacts:
         # Points that a motion drives may go as far as allowed.
         if part.name in model.driven_contacts and (speed := _max_speed(model, part, last)) > 0.0:
             before = last.contacts[part.name]
-            travel = np.full(len(before.patch), most * speed / RETRY_SAFETY)
+            travel = np.full(len(before.patch), longest * speed / RETRY_SAFETY)
             allowed = _allowed_travel(model, part, before, travel)
             step = RETRY_SAFETY * float(allowed.min(initial=math.inf)) / speed
             cuts.append(Cut(step, Reason.WAY, f"contact {part.name!r}"))
@@ -482,9 +482,9 @@ def shaking_of(model: Model, last: SystemState, state: SystemState, limit: Limit
     rates = np.zeros((len(system.free), 6))
     for part in model.contacts:
         if part.name not in model.mechanism.followers and model.mechanism.sides[part.name].free:
-            for felt in _force_rates(part, last, state, decay):
-                places = state.contacts[part.name].held_W.points.at(felt.rows)
-                _add_forces(rates, model, part, places, felt.forces, state)
+            for point_rates in _force_rates(part, last, state, decay):
+                places = state.contacts[part.name].held_W.points.at(point_rates.rows)
+                _add_forces(rates, model, part, places, point_rates.forces, state)
     for name in state.springs:
         both = (last.springs[name], -1.0, last), (state.springs[name], 1.0, state)
         for end, k in system.free_ends(name):
@@ -523,9 +523,11 @@ def shaking_of(model: Model, last: SystemState, state: SystemState, limit: Limit
             if part.slave != name or part.name in model.mechanism.followers:
                 continue
             decay = DECAY_WEIGHT * DECAY_WEIGHT * limit.nodes.decay
-            for felt in _force_rates(part, last, state, decay):
-                for k, values in enumerate(felt.forces.T):
-                    nodes, sums = part.contact.nodal_sum(felt.rows, np.ascontiguousarray(values))
+            for point_rates in _force_rates(part, last, state, decay):
+                for k, values in enumerate(point_rates.forces.T):
+                    nodes, sums = part.contact.nodal_sum(
+                        point_rates.rows, np.ascontiguousarray(values)
+                    )
                     rates[nodes, k] += sums
         root = math.sqrt(float((np.square(rates).sum(axis=1) / mass).sum()))
         of_nodes = max(of_nodes, root)
@@ -537,8 +539,8 @@ def shaking_of(model: Model, last: SystemState, state: SystemState, limit: Limit
             rate = _friction_rates(last.contacts[part.name], now, state.step).forces
             bound = friction.coefficient * float(now.normal_force.sum())
             if bound > 0.0:
-                whole = float(np.sqrt(np.square(rate).sum(axis=1)).sum())
-                dragged = max(dragged, whole / bound)
+                total_rate = float(np.sqrt(np.square(rate).sum(axis=1)).sum())
+                dragged = max(dragged, total_rate / bound)
     decay = max(limit.bodies.decay, limit.nodes.decay)
     dragged = decay * dragged * math.sqrt(2.0 * state.peak_energy)
     return max(math.hypot(of_bodies, turning), NODE_WEIGHT * of_nodes, DRAG_WEIGHT * dragged)

@@ -195,8 +195,8 @@ def _statuses(model: Model, history: dict[str, FloatArray]) -> dict[str, dict[st
 
 def _layers(model: Model) -> dict[str, float]:
     """Return the thickness of the layer of each contact with a stress law, by name."""
-    found = {part.name: thickness_of(part.contact) for part in model.contacts}
-    return {name: thickness for name, thickness in found.items() if thickness is not None}
+    thicknesses = {part.name: thickness_of(part.contact) for part in model.contacts}
+    return {name: thickness for name, thickness in thicknesses.items() if thickness is not None}
 
 
 def _depths(model: Model, history: dict[str, FloatArray]) -> dict[str, str]:

@@ -128,9 +128,9 @@ class Things(Digest):
             self._add_object(value, depth)
 
     def _add_all(self, values: Iterable[Any], depth: int) -> None:
-        things = list(values)
-        self.text(f"{len(things)} things")
-        for value in things:
+        items = list(values)
+        self.text(f"{len(items)} things")
+        for value in items:
             self._add(value, depth + 1)
 
     def _add_object(self, value: Any, depth: int) -> None:
@@ -139,7 +139,7 @@ class Things(Digest):
             self.text(_trial_result(value))
         kind = type(value)
         self._add_class(kind)
-        names = {name for one in kind.__mro__ if one is not object for name in vars(one)}
+        names = {name for base in kind.__mro__ if base is not object for name in vars(base)}
         # Objects of packages may define their own state for pickling.
         has_reduce = not _is_user_module(kind.__module__) and names & {
             "__reduce__",
@@ -152,7 +152,7 @@ class Things(Digest):
                 for name, attribute in getattr(value, "__dict__", {}).items()
                 if not isinstance(getattr(kind, name, None), cached_property)
             }
-            slots = (name for one in kind.__mro__ for name, m in vars(one).items() if _is_slot(m))
+            slots = (name for base in kind.__mro__ for name, m in vars(base).items() if _is_slot(m))
             attributes |= {name: getattr(value, name) for name in slots if hasattr(value, name)}
             self._add_all(chain.from_iterable(sorted(attributes.items())), depth)
         else:  # the state as pickling sees it (PEP 307)
@@ -170,12 +170,12 @@ class Things(Digest):
 
     def _add_class(self, kind: type) -> None:
         """Add a class and its bases."""
-        for one in kind.__mro__:
-            if _is_user_module(one.__module__):
-                self.text(one.__qualname__)
-                self._postpone(one)
-            elif one is not object:
-                self._add_package(one.__module__)
+        for base in kind.__mro__:
+            if _is_user_module(base.__module__):
+                self.text(base.__qualname__)
+                self._postpone(base)
+            elif base is not object:
+                self._add_package(base.__module__)
 
     def _postpone(self, value: FunctionType | type) -> None:
         """Postpone a function or class; its number is added in its place."""

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from contiga import Simulation
+from contiga.simulation.checkpoint import Peak
 from contiga.simulation.history import history_row, measured_columns, total_force
 from contiga.simulation.model import ContactPart
-from contiga.simulation.peak import Peak
 from contiga.simulation.step import StepResult
 from contiga.simulation.system_state import SystemState
 

@@ -37,12 +37,12 @@ def merged(of_model: tuple[Finding, ...], of_run: tuple[Finding, ...]) -> tuple[
 
 def raise_findings(findings: tuple[Finding, ...]) -> NoReturn:
     """Raise `InputError` with the first finding and the number of the others."""
-    first, more = findings[0], len(findings) - 1
-    also = f" ({more} more like this)" if more else ""
-    raise InputError(f"{first.text}{also}", where=first.where, remedy=first.remedy)
+    first, n_others = findings[0], len(findings) - 1
+    suffix = f" ({n_others} more like this)" if n_others else ""
+    raise InputError(f"{first.text}{suffix}", where=first.where, remedy=first.remedy)
 
 
-class Said:
+class Quantities:
     """Format quantities for messages, with the names of their units if these are known.
 
     Parameters
