@@ -86,7 +86,7 @@ whose stiffness follows the step, which are stable at any step or at none."""
 
 
 _KNOWN: dict[int, dict[Of, tuple[tuple[object, ...], Limit]]] = {}
-"""Limits of recent states by the id of the state's array of free bodies, removed with that array."""
+"""Limits of recent states by the id of the state's array of free bodies; both end together."""
 
 
 def limit_of(model: Model, state: SystemState, of: Of = "all") -> Limit:
