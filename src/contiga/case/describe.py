@@ -11,7 +11,7 @@ from contiga.dynamics.stepping import EqualSteps
 from contiga.masters.protocol import Master
 from contiga.placement.sample import extent_at
 from contiga.records import FloatArray
-from contiga.simulation.checks.finding import Said
+from contiga.simulation.checks.finding import Quantities
 from contiga.simulation.simulation import Simulation
 from contiga.simulation.step import place
 from contiga.slaves.slave import box_of
@@ -89,7 +89,7 @@ def describe(case: Case) -> list[tuple[str, str]]:
 
 def placed_parts(simulation: Simulation) -> list[tuple[str, str]]:
     """Return rows (part, size and place at the start) of a built case."""
-    said = Said(simulation.units)
+    said = Quantities(simulation.units)
     start = place(simulation, None, simulation.stepping.start)
     rows = []
     for name, (body, _) in simulation.bodies.items():
@@ -105,7 +105,7 @@ def placed_parts(simulation: Simulation) -> list[tuple[str, str]]:
     return rows
 
 
-def _box(said: Said, bounds: FloatArray) -> str:
+def _box(said: Quantities, bounds: FloatArray) -> str:
     """Return the size and the corners of a box in words."""
     size = " × ".join(f"{x:.4g}" for x in np.ptp(bounds, axis=0))
     unit = said.unit("length") if said.known else ""

@@ -1,4 +1,4 @@
-"""Check what a contact is given, and what its law answers, before anything is computed."""
+"""Check the parts and options of a contact, and the states given to it."""
 
 from __future__ import annotations
 
@@ -12,12 +12,13 @@ from contiga.laws.by_face import FaceLaws
 from contiga.laws.combined import CombinedLaw, forces_in_series
 from contiga.laws.normal import ForceLaw, Law, StressLaw
 from contiga.masters.protocol import Master, is_master
+from contiga.slaves.sampling import QUADRATURES
 from contiga.slaves.slave import Slave
 
 
 def check_methods(law: object, area: object) -> None:
-    """Refuse what is no law or no area method."""
-    wanted = ("respond", "n_memory", "needs_mass", "needs_thickness")
+    """Raise `InputError` for an object that is no law or no area method."""
+    attributes = ("respond", "n_memory", "needs_mass", "needs_thickness")
     if hasattr(law, "forces") and not hasattr(law, "respond"):
         raise InputError(
             "the law answers by `forces`; a contact asks it to `respond`",
@@ -26,7 +27,7 @@ def check_methods(law: object, area: object) -> None:
             allowed="respond(LawInput) -> LawOutput(force, stiffness, stored, memory)",
             remedy="Rename it respond, answer LawOutput, and set n_memory = 0",
         )
-    if isinstance(law, type) or not all(hasattr(law, name) for name in wanted):
+    if isinstance(law, type) or not all(hasattr(law, name) for name in attributes):
         raise InputError(
             "expected a force law, such as PenaltyLaw(100.0)",
             where="law",
@@ -44,7 +45,7 @@ def check_methods(law: object, area: object) -> None:
 
 
 def check_master(master: Master, area: AreaMethod | None) -> None:
-    """Refuse what is no master or cannot serve as one, and areas that need patches it lacks."""
+    """Raise `InputError` for an object that is no master, or areas that need patches it lacks."""
     if not is_master(master):
         raise InputError(
             "the master must be a Body or a TriMesh",
@@ -63,7 +64,7 @@ def check_master(master: Master, area: AreaMethod | None) -> None:
 
 
 def check_friction(friction: object) -> None:
-    """Refuse what is no friction."""
+    """Raise `InputError` for an object that is no friction."""
     if friction is None:
         return
     if isinstance(friction, type) or not all(
@@ -80,14 +81,14 @@ def check_friction(friction: object) -> None:
 
 
 def check_sampling(quadrature: str | int, weights: str, law: Law, area: AreaMethod) -> None:
-    """Refuse what does not go with quadrature points."""
+    """Raise `InputError` for options that exclude quadrature points."""
     error = None if quadrature == "nodes" else unfit_for_facets(weights, law, area)
     if error is not None:
         raise error
 
 
 def unfit_for_facets(weights: str, law: Law, area: AreaMethod) -> InputError | None:
-    """Return why a contact cannot have its points on facets; None where it can."""
+    """Return the error if a contact cannot have quadrature points; None if it can."""
     if weights != "rest":
         return InputError(
             "quadrature points weigh the force by their share of the facets at rest",
@@ -113,7 +114,7 @@ def unfit_for_facets(weights: str, law: Law, area: AreaMethod) -> InputError | N
 
 
 def check_shell(thickness: object, contact_type: str, area: AreaMethod) -> None:
-    """Refuse what is measured on the master, off which a shell with a thickness stands."""
+    """Raise `InputError` for a thickness together with areas measured on the master."""
     if thickness is None:
         return
     if contact_type != "slave":
@@ -133,22 +134,22 @@ def check_shell(thickness: object, contact_type: str, area: AreaMethod) -> None:
         )
 
 
-def kind(name: str, value: object, *wanted: type) -> None:
-    """Refuse a value of another type."""
-    if not isinstance(value, wanted):
+def kind(name: str, value: object, *types: type) -> None:
+    """Raise `InputError` for a value of another type."""
+    if not isinstance(value, types):
         raise InputError(
-            f"the {name} must be a {' or a '.join(type_.__name__ for type_ in wanted)}",
+            f"the {name} must be a {' or a '.join(type_.__name__ for type_ in types)}",
             where=name,
             found=type(value).__name__,
         )
 
 
 MasterLaw = StressLaw | ForceLaw | FaceLaws
-"""What the master's side of a combined contact may have."""
+"""Laws of the master's side of a combined contact."""
 
 
 def law_of(law: Law, master_law: MasterLaw | None, contact_type: str) -> Law:
-    """The law of a contact: that of both sides for type "combined"."""
+    """Return the law of a contact: that of both sides for type "combined"."""
     if contact_type == "combined":
         if isinstance(law, CombinedLaw) and master_law is None:
             return law
@@ -182,29 +183,26 @@ REMEDIES = {
 
 
 def check_needs(law: Law, slave: Slave, master: Master) -> None:
-    """Refuse a slave without the nodal values the law needs, and a master without its faces."""
+    """Raise `InputError` for a slave or master that lacks what the law needs."""
     if isinstance(law, FaceLaws) and (master.faces is None or law.largest() >= master.n_pieces):
-        there = "CAD" if master.faces is None else f"up to {master.n_pieces - 1}"
-        raise InputError("no such face", where="law: faces", found=law.largest(), allowed=there)
+        allowed = "CAD" if master.faces is None else f"up to {master.n_pieces - 1}"
+        raise InputError("no such face", where="law: faces", found=law.largest(), allowed=allowed)
     for name in ("thickness", "mass"):
         if not getattr(law, f"needs_{name}"):
             continue
         values = getattr(slave, name)
-        bare = len(slave) if values is None else int((values[slave.active] <= 0.0).sum())
-        if bare:
+        n_missing = len(slave) if values is None else int((values[slave.active] <= 0.0).sum())
+        if n_missing:
             raise InputError(
                 f"the law needs the slave's nodal {name}",
                 where="law",
-                found=f"{bare} points without {name}",
+                found=f"{n_missing} points without {name}",
                 remedy=REMEDIES[name],
             )
 
 
 def check_state(state: State, n_points: int, memories: tuple[int, int]) -> None:
-    """Refuse a state of another contact.
-
-    It has other than `n_points`, or other `memories` of law and friction.
-    """
+    """Raise `InputError` for a state of another contact: its points or memories differ."""
     kind("state", state, State)
     if len(state.status) != n_points:
         raise InputError(
@@ -213,14 +211,54 @@ def check_state(state: State, n_points: int, memories: tuple[int, int]) -> None:
             found=len(state.status),
             allowed=f"{n_points} points",
         )
-    for name, whose, columns in zip(
+    for name, owner, columns in zip(
         ("memory", "friction_memory"), ("law", "friction"), memories, strict=True
     ):
         shape = getattr(state, name).shape
         if shape[1] != columns:
             raise InputError(
-                f"the state belongs to another {whose}",
+                f"the state belongs to another {owner}",
                 where=f"state.{name}",
                 found=shape,
                 allowed=f"({n_points}, {columns})",
             )
+
+
+OPTIONS: dict[str, tuple[str | int, ...]] = {
+    "search": ("intersection", "penetration"),
+    "contact_type": ("slave", "master", "combined"),
+    "on_edge": ("release", "hold"),
+    "weights": ("rest", "area"),
+    "quadrature": QUADRATURES,
+    "through": ("release", "hold"),
+    "foot": ("nearest", "tracked"),
+}
+"""Allowed values of each option."""
+
+
+def check_choices(options: dict[str, str | int], has_thickness: bool) -> None:
+    """Raise `InputError` for unknown values of options, and options that exclude each other."""
+    for name, value in options.items():
+        choice(name, value, OPTIONS[name])
+    if options["through"] == "hold" and options["search"] == "penetration":
+        raise InputError(
+            "a search by penetration does not know where points enter, and cannot hold them there",
+            where="through",
+            found=options["through"],
+            allowed='through="release", or search="intersection"',
+        )
+    if has_thickness and (options["foot"] == "tracked" or options["through"] == "hold"):
+        raise InputError(
+            "a shell with a thickness is pushed by the nearest wall",
+            where="shell_thickness",
+            found='foot="tracked"' if options["foot"] == "tracked" else 'through="hold"',
+            allowed='no shell_thickness, or foot="nearest" and through="release"',
+        )
+
+
+def choice(name: str, value: str | int, allowed: tuple[str | int, ...]) -> None:
+    """Raise `InputError` for a value that is not one of `allowed`."""
+    if isinstance(value, bool) or value not in allowed:
+        raise InputError(
+            f"unknown {name}", where=name, found=value, allowed=", ".join(map(repr, allowed))
+        )

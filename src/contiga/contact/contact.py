@@ -1,4 +1,8 @@
-"""A contact between a rigid master and a slave: from positions to forces, step by step."""
+"""Define a contact between a master and a slave: from positions to forces, step by step.
+
+`Contact.step` is one step: checks, the search (`detect`), rates, laws and friction (`respond`), and
+the new state.
+"""
 
 from __future__ import annotations
 
@@ -14,6 +18,7 @@ from contiga.area.method import AreaInput, AreaMethod, Areas, Outlines, Rest, pr
 from contiga.arrays.layout import as_points, locked, positive, read_only
 from contiga.contact.checks import (
     MasterLaw,
+    check_choices,
     check_friction,
     check_master,
     check_methods,
@@ -24,41 +29,39 @@ from contiga.contact.checks import (
     kind,
     law_of,
 )
-from contiga.contact.choices import check_choices
 from contiga.contact.curved import detect_on_curves, is_turned
 from contiga.contact.detect import detect, detect_at_start
 from contiga.contact.dry_run import DryRun, dry_run
 from contiga.contact.kernels.totals_nb import WORK
-from contiga.contact.loads import NO_FORCES, NOWHERE, Column, Kept, holds_of
+from contiga.contact.loads import NO_FORCES, NOWHERE, Column, guard_states_of
 from contiga.contact.measured import Measure
 from contiga.contact.points import default_area, half_of, pressure_of, sampling_of
 from contiga.contact.respond import (
-    PLAIN,
+    TRUSTED_LAWS,
     ContactRows,
     Frame,
     PreviousStep,
     Velocities,
-    feet_carried,
+    carried_feet,
+    contact_rows,
     forces,
+    kept_columns,
     relative_velocity,
     respond,
-    touching,
 )
-from contiga.contact.reused import given_up
+from contiga.contact.reused import reusable_arrays
 from contiga.contact.search_records import (
-    BoolArray,
     Columns,
-    Detected,
+    Detection,
     Last,
     Options,
-    Workspace,
-    Workspaces,
+    WorkspacePool,
     options_of,
 )
 from contiga.contact.shape import Shape, shape_of
 from contiga.contact.state import State, own_arrays, state_of
 from contiga.contact.tangent import (
-    Asked,
+    ContactSetup,
     Linearisation,
     StepInputs,
     kinks_of,
@@ -70,7 +73,15 @@ from contiga.errors import InputError
 from contiga.laws.friction import Friction
 from contiga.laws.normal import Law
 from contiga.masters.protocol import Master, Surface
-from contiga.records import FloatArray, IndexArray, IntArray, LawInput, SurfacePlaces, rows_of
+from contiga.records import (
+    FloatArray,
+    IndexArray,
+    IntArray,
+    LawInput,
+    Projection,
+    SurfacePlaces,
+    rows_of,
+)
 from contiga.rigid.frames import standing, to_body, turn_to_world
 from contiga.rigid.pose import identity
 from contiga.rigid.transform import PoseLike, vector
@@ -80,12 +91,12 @@ if TYPE_CHECKING:
     from scipy.sparse import csr_array
 
 StageClock = Callable[[str], AbstractContextManager[None]]
-"""Called with the name of a stage, gives a context that times it."""
+"""Function from the name of a stage to a context that times it."""
 _NO_CLOCK: AbstractContextManager[None] = nullcontext()
 
 
 def untimed(_: str) -> AbstractContextManager[None]:
-    """Give a context that times nothing."""
+    """Return a context that times nothing."""
     return _NO_CLOCK
 
 
@@ -190,20 +201,20 @@ class Contact(Displayed):
         self.quadrature = quadrature
         check_sampling(quadrature, weights, self.law, self.area)
         check_shell(shell_thickness, contact_type, self.area)
-        rest = Rest(slave.points, slave.facets, slave.area, master)
-        kept = prepared(self.area, rest)
+        rest_input = Rest(slave.points, slave.facets, slave.area, master)
+        prepared_data = prepared(self.area, rest_input)
         side = "master" if contact_type == "master" else "slave"
         self._sampling = sampling_of(
-            slave, quadrature, weights, weights_of(self.area, rest, kept), self.law
+            slave, quadrature, weights, weights_of(self.area, rest_input, prepared_data), self.law
         )
         self.half_thickness = half = half_of(shell_thickness, slave, self._sampling)
-        self._measure = Measure(master, self.area, side, slave.area, kept, half)
+        self._measure = Measure(master, self.area, side, slave.area, prepared_data, half)
         self.search = search
         self.on_edge = on_edge
         self.through = through
         self.foot = foot
         self.depth = None if depth is None else positive(depth, "depth", finite=False)
-        self._workspaces = Workspaces()
+        self._workspaces = WorkspacePool()
 
     def _facts(self) -> Facts:
         return [
@@ -224,7 +235,7 @@ class Contact(Displayed):
         return self.master.surface
 
     def __getstate__(self) -> dict[str, Any]:
-        # Copies, and what is written to files, ask the master for it themselves.
+        # Copies and pickles get the surface from the master again.
         return {name: value for name, value in vars(self).items() if name != "_surface"}
 
     @cached_property
@@ -238,12 +249,12 @@ class Contact(Displayed):
 
     @cached_property
     def _options(self) -> Options:
-        # Kept: size and borders of a mesh cost as much as a small step.
+        # Cached: size and borders of a mesh cost as much as a small step.
         through = self.through == "hold"
-        nearest = self.foot == "nearest" and not through  # what is held must be followed
-        how = self.search == "penetration", self.on_edge == "hold", through, nearest
+        nearest = self.foot == "nearest" and not through  # held points need tracked feet
+        flags = self.search == "penetration", self.on_edge == "hold", through, nearest
         half = self.half_thickness
-        return options_of(how, self.depth, self._surface.closed, self.master, half)
+        return options_of(flags, self.depth, self._surface.closed, self.master, half)
 
     def start(
         self,
@@ -253,17 +264,17 @@ class Contact(Displayed):
         control_points: ArrayLike | None = None,
         clock: StageClock = untimed,
     ) -> State:
-        """The state at the start.
+        """Return the state at the start.
 
-        Search by intersection starts without contact: a point that begins inside has not come in
-        from the free side, and would make a force at once. Search by penetration takes it.
+        A search by intersection starts without contact: a point inside has not entered from the
+        free side, and would have a force at once. A search by penetration takes it into contact.
 
         Parameters
         ----------
         points : (n, 3) slave points, world axes
         pose : X_WB of the master, (4, 4), a scipy `Rotation` or a pair (R, t); the identity if
             omitted
-        control_points : (m, 3) of the master, as of `step`
+        control_points : (m, 3) of the master, as in `step`
         clock : times the stages
 
         Raises
@@ -272,15 +283,15 @@ class Contact(Displayed):
             Points that do not fit the slave, a pose that is not one, control points that do not fit
             the master.
         """
-        p_W, X_WB = self._checked(points, pose)
+        p_W, X_WB = self._checked_places(points, pose)
         shape = None
         if control_points is not None:
             shape = shape_of(self.master, self.follows_feet, control_points)
         with clock("search"):
             p_B, surface = to_body(X_WB, p_W), self._surface if shape is None else shape.surface
             detected = detect_at_start(surface, p_B, self._sampling.active, self._options)
-        held = touching(detected, p_B, None)
-        return self._respond(detected, held, (p_B, X_WB), None, clock, shape=shape)
+        touching = contact_rows(detected, p_B, None)
+        return self._respond(detected, touching, (p_B, X_WB), None, clock, shape=shape)
 
     def step(
         self,
@@ -296,33 +307,33 @@ class Contact(Displayed):
         clock: StageClock = untimed,
         out: State | None = None,
     ) -> State:
-        """The state after a step that takes the slave to `points` and the master to `pose`.
+        """Return the state after a step that moves the slave to `points` and the master to `pose`.
 
         Pure: `state` is not changed, and the same arguments give the same bits.
 
         Parameters
         ----------
-        state : of the last step
+        state : state after the last step
         points : (n, 3) slave points, world axes
         pose : X_WB of the master, (4, 4), a scipy `Rotation` or a pair (R, t); the identity if
             omitted
-        dt : length of the step, > 0; or 0 in statics, where there are no rates, and laws and
-            friction remember and slide all the same; `AdaptiveLaw` has no force there, and refuses
-            it. May be omitted where no force depends on it: without damping, friction that depends
-            on the velocity and `AdaptiveLaw`, or with `velocity`
-        velocity : (n, 3) of the slave points, world axes. Damping and friction take rates and
-            slip from it and `twist`, exact; without, from the step's change
+        dt : length of the step, > 0; or 0 in statics, without rates: laws and friction still have
+            memory and slip, and `AdaptiveLaw`, which would have no force, refuses it. It may be
+            omitted if no force depends on it: without damping, velocity-dependent friction and
+            `AdaptiveLaw`, or with `velocity`
+        velocity : (n, 3) of the slave points, world axes. With it and `twist` the rates of damping
+            and friction are exact; without, they are changes over the step
         twist : (v, w) of the master, each (3,), world axes: velocity of its frame's origin and
-            spin in radians a time. May be omitted of a master that stands still
-        control_points : (m, 3) of the master, body axes, in the order of `body.net`: it changes its
-            shape. `state.control_force` are the forces on them. Not with `foot="tracked"` or
-            `through="hold"`. If omitted the master keeps the shape that it has in `state`
-        control_velocity : (m, 3) of the control points, body axes; needed beside `velocity` where
+            spin in radians per time. It may be omitted for a master at rest
+        control_points : (m, 3) of the master, body axes, in the order of `body.net`, which change
+            its shape; the forces on them are `state.control_force`. Not with `foot="tracked"` or
+            `through="hold"`. If omitted the master keeps its shape in `state`
+        control_velocity : (m, 3) of the control points, body axes; needed with `velocity` if
             control points are given
         clock : times the stages
-        out : a state of this contact that nobody needs any more, of an earlier step than `state`:
-            its arrays are written over, which saves asking for new ones, and it becomes the answer.
-            Of a step that then fails nothing is left in it
+        out : a state of this contact before `state` that is no longer needed: its arrays are
+            overwritten, which saves their allocation, and it becomes the result. If the step fails
+            nothing is left in it
 
         Raises
         ------
@@ -332,51 +343,59 @@ class Contact(Displayed):
             `out` that is not another state of this contact with arrays of its own, control points
             that do not fit the master, or without the velocities that go with them.
         """
-        p_W, X_WB = self._checked(points, pose)
+        p_W, X_WB = self._checked_places(points, pose)
+        dt = self._checked_step(dt, velocity)
+        state = self._checked_state(state)
+        speed = relative_velocity(self._sampling, p_W, (state.pose, X_WB), velocity, twist)
+        shape = self._changed_shape(state, control_points, control_velocity, speed is not None)
+        past = PreviousStep(state, dt, speed, shape)
+        if out is None:
+            columns, p_B = Columns.of(len(p_W)), np.empty(p_W.shape)
+        else:
+            columns, p_B = reusable_arrays(out, state, p_W, self)
+        workspace = self._workspaces.take(len(p_W))
+        try:
+            with clock("search"):
+                surface = self._surface if shape is None else shape.surface
+                active, options, memory = self._sampling.active, self._options, (workspace, columns)
+                last = last_of(state)
+                if is_turned((state.pose, X_WB)) and options.half is None and shape is None:
+                    to_body(X_WB, p_W, p_B)
+                    poses = state.pose, X_WB
+                    detected = detect_on_curves(surface, p_B, last, active, options, poses, memory)
+                else:
+                    moved = p_W, X_WB
+                    detected = detect(surface, p_B, last, active, options, memory, moved, shape)
+                touching = contact_rows(detected, p_B, past)
+            return self._respond(detected, touching, (p_B, X_WB), past, clock, out, shape)
+        finally:
+            self._workspaces.give(workspace)
+
+    def _checked_step(self, dt: float | None, velocity: ArrayLike | None) -> float:
+        """Return the length of a step; 0 in statics, and 1 if no force depends on it."""
         laws = self.law, self.friction
         follows_step = any(getattr(law, "stiffness_follows_step", False) for law in laws)
         if dt is not None:
             is_number = isinstance(dt, int | float | np.number) and not isinstance(dt, bool)
-            static = is_number and dt == 0 and not follows_step
-            dt = 0.0 if static else positive(dt, "dt")
-        elif follows_step or (
-            velocity is None and any(getattr(law, "has_rate", False) for law in laws)
-        ):
+            is_static = is_number and dt == 0 and not follows_step
+            return 0.0 if is_static else positive(dt, "dt")
+        has_rate = velocity is None and any(getattr(law, "has_rate", False) for law in laws)
+        if follows_step or has_rate:
             raise InputError(
                 "is missing: forces of this contact depend on rates",
                 where="dt",
                 allowed="the length of the step, > 0",
             )
-        else:
-            dt = 1.0
-        state = self._checked_state(state)
-        poses, active = (state.pose, X_WB), self._sampling.active
-        speed = relative_velocity(self._sampling, p_W, poses, velocity, twist)
-        shape = self._shape(state, control_points, control_velocity, speed is not None)
-        past = PreviousStep(state, dt, speed, shape)
-        if out is None:
-            columns, p_B = Columns.of(len(p_W)), np.empty(p_W.shape)
-        else:
-            columns, p_B = given_up(out, state, p_W, self)
-        memory = workspace, _ = self._workspaces.take(len(p_W)), columns
-        try:
-            with clock("search"):
-                surface = self._surface if shape is None else shape.surface
-                detected, held = detect_moved(
-                    surface, (p_W, X_WB, p_B), past, active, self._options, memory
-                )
-            return self._respond(detected, held, (p_B, X_WB), past, clock, out, shape)
-        finally:
-            self._workspaces.give(workspace)
+        return 1.0
 
-    def _shape(
+    def _changed_shape(
         self,
         state: State,
         control_points: ArrayLike | None,
         velocity: ArrayLike | None,
-        with_velocities: bool,
+        has_velocities: bool,
     ) -> Shape | None:
-        """The shape of the master after a step from `state`; None of one that keeps its own."""
+        """Return the shape of the master after a step from `state`; None for a constant shape."""
         if control_points is None and velocity is not None:
             raise InputError(
                 "the velocity of control points is given and these are not",
@@ -387,8 +406,8 @@ class Contact(Displayed):
             return None
         if control_points is None:
             control_points = state.control_points
-            velocity = np.zeros(state.control_points.shape) if with_velocities else None
-        if with_velocities != (velocity is not None):
+            velocity = np.zeros(state.control_points.shape) if has_velocities else None
+        if has_velocities != (velocity is not None):
             raise InputError(
                 "goes with the velocity of the slave",
                 where="control_velocity",
@@ -402,26 +421,26 @@ class Contact(Displayed):
     def dry_run(
         self, placements: Iterable[tuple[ArrayLike, PoseLike | None]], *, most: int | None = None
     ) -> Iterator[DryRun]:
-        """The search alone, without forces, over a series of poses. Raises as `start` does.
+        """Return the results of the search alone over a series of poses. Raises as `start` does.
 
-        `placements` are slave points (n, 3), world axes, and poses of the master, as of `start`.
-        Of the points in contact after the start `most` are followed, spread evenly; all if omitted.
+        `placements` are slave points (n, 3), world axes, and poses of the master, as in `start`. At
+        most `most` points are followed after the start, evenly spread; all if omitted.
         """
-        checked = (self._checked(points, pose) for points, pose in placements)
+        checked = (self._checked_places(points, pose) for points, pose in placements)
         return dry_run(self._surface, checked, (self._sampling.active, most), self._options)
 
     def tangent(self, state: State) -> csr_array:
         """Return ∂force/∂points (3 n, 3 n), sparse: how forces on the slave change with its points.
 
-        Of the step that has made `state`, whose own past stays as it was; exact but where areas
-        are measured (`weights="area"`), which are held. Of a point that only just touches it is
-        that of going deeper. Rows and columns are x, y, z of point after point, world axes.
-        Without contact there are no entries.
+        The derivative is that of the step that made `state`, with a constant state before it. It is
+        exact, except that measured areas (`weights="area"`) are constant. For a point that just
+        touches it is the derivative towards larger penetration. Rows and columns are x, y, z of
+        point after point, world axes. Without contact there are no entries.
 
         Raises
         ------
         InputError
-            The state was not made by a start or a step, or the law has no derivatives.
+            The state is not the result of a start or a step, or the law has no derivatives.
 
         >>> import contiga as cg
         >>> ball = cg.Body([cg.shapes.sphere(radius=1.0)])
@@ -431,27 +450,23 @@ class Contact(Displayed):
         >>> contact.tangent(state).toarray().diagonal().round(9).tolist()
         [11.111111111, 11.111111111, -100.0]
         """
-        return tangent_of(*self._asked(state))
+        return tangent_of(*self._derivative_input(state))
 
     def linearise(self, state: State) -> Linearisation:
-        """All first derivatives of the step that has made `state`.
+        """Return all first derivatives of the step that made `state`. Raises as `tangent` does.
 
-        Those of the forces on the slave's points and of the wrench on the master, over the points,
-        over the pose of the master, and over velocities where the step was given some; and of the
-        forces on points and on control points over both where it was given control points. Raises
-        as `tangent` does.
+        They are derivatives of the forces on the slave's points and of the wrench on the master,
+        over points, pose of the master, and given velocities; with given control points also of the
+        forces on these, and over these.
         """
-        return linearisation_of(*self._asked(state))
+        return linearisation_of(*self._derivative_input(state))
 
     def kinks(self, state: State) -> IntArray:
-        """Return (k,) rows of `State.kinks`. Raises as `tangent` does of the state."""
-        return kinks_of(*self._asked(state))
+        """Return the rows (k,) of `State.kinks`. Raises as `tangent` does for the state."""
+        return kinks_of(*self._derivative_input(state))
 
-    def _asked(self, state: State) -> tuple[Asked, State, StepInputs]:
-        """Return this contact as its derivatives need it, a state, and the laws' input.
-
-        The input is that of the step which made the state.
-        """
+    def _derivative_input(self, state: State) -> tuple[ContactSetup, State, StepInputs]:
+        """Return this contact for derivatives, the state, and the inputs of its step."""
         state = self._checked_state(state)
         if state._maker not in (None, self):
             raise InputError(
@@ -473,65 +488,65 @@ class Contact(Displayed):
             shape = shape_of(self.master, self.follows_feet, state.control_points, *change)
             surface = shape.surface
         laws = surface, shape, self.law, self.friction
-        asked = Asked(*laws, self._sampling, self.half_thickness, self._reference_point)
-        return asked, state, inputs
+        setup = ContactSetup(*laws, self._sampling, self.half_thickness, self._reference_point)
+        return setup, state, inputs
 
     def area_input(self, state: State) -> AreaInput:
-        """The nodes in contact in `state`, as area methods see them."""
+        """Return the nodes in contact in `state` as input of area methods."""
         return self._measure.input_of(self._checked_state(state))
 
     def areas(self, state: State) -> Areas:
-        """Contact areas and regions of the nodes in contact in `state`, one row each.
+        """Return contact areas and regions of the nodes in contact in `state`, one row each.
 
-        `state.area`, `state.total_area` and what else is about areas come from here.
+        `state.area`, `state.total_area` and other properties on areas use this.
         """
-        return self._measure.areas(self._seen(state))
+        return self._measure.areas(self._cached_area_input(state))
 
-    def _seen(self, state: State) -> AreaInput:
-        """`area_input`, looked up once."""
+    def _cached_area_input(self, state: State) -> AreaInput:
+        """Return `area_input`, cached in the state."""
         arrays = vars(state)
-        if "_seen" not in arrays:
-            arrays["_seen"] = self.area_input(state)
-        seen: AreaInput = arrays["_seen"]
-        return seen
+        if "_area_input" not in arrays:
+            arrays["_area_input"] = self.area_input(state)
+        area_input: AreaInput = arrays["_area_input"]
+        return area_input
 
     def pressure(self, state: State) -> FloatArray:
-        """Return (n,) pressure at each node: normal force over its contact area."""
+        """Return the pressure (n,) at each node: normal force over its contact area."""
         return pressure_of(self._sampling, state)
 
     def slid(self, state: State) -> FloatArray:
-        """Return (m, 3) sliding distance of each point in contact since it came in, body axes."""
+        """Return the slip (m, 3) of each point in contact since it entered, body axes."""
         if self.friction is None:
             return np.zeros((len(state.status), 3))
         return self.friction.slid(state.friction_memory)
 
     def outlines(self, state: State, pose: PoseLike | None = None) -> Outlines | None:
-        """Closed lines around the regions of contact of `state`, world axes.
+        """Return closed lines around the regions of contact of `state`, world axes.
 
         Parameters
         ----------
         state : of this contact
-        pose : X_WB of the master to draw them at, as of `start`; that of the state if omitted
+        pose : X_WB of the master for the lines, as in `start`; that of the state if omitted
 
         Returns
         -------
         Outlines
-            On the slave or the master, whichever the area is measured on; None for area methods
-            that do not tell where contact ends (constant nodal areas).
+            On the slave or the master, on which the area is measured; None for area methods without
+            a limit of contact (constant nodal areas).
         """
         state = self._checked_state(state)
         X_WB = state.pose if pose is None else standing(pose)
-        return self._measure.outlines(self._seen(state), X_WB)
+        return self._measure.outlines(self._cached_area_input(state), X_WB)
 
     def nodal_sum(self, rows: IndexArray, values: FloatArray) -> Column:
-        """At the slave's nodes, of `values` (k,) at the points of contact `rows` (k,)."""
+        """Return the nodal sums of `values` (k,) at the points of contact `rows` (k,)."""
         if self._sampling.first == 0:  # the points are nodes
             return Column(rows, values)
         sums = self._sampling.nodal_sum(rows, values)
         return Column(np.arange(len(sums)), sums)
 
     def covered(self, state: State) -> FloatArray:
-        """Return the share (f,) of each facet that the points that push stand for, by area at rest.
+        """Return the share (f,) of each facet, by area at rest, of points with a normal force.
 
         The slave must have facets.
         """
@@ -542,8 +557,10 @@ class Contact(Displayed):
         """Whether the area method has outlines of the regions of contact."""
         return hasattr(self.area, "outlines")
 
-    def _checked(self, points: ArrayLike, pose: PoseLike | None) -> tuple[FloatArray, FloatArray]:
-        """Points of contact and pose."""
+    def _checked_places(
+        self, points: ArrayLike, pose: PoseLike | None
+    ) -> tuple[FloatArray, FloatArray]:
+        """Return points of contact and pose, checked."""
         p_W = as_points(points)
         if len(p_W) != self._sampling.n_nodes:
             raise InputError(
@@ -557,11 +574,11 @@ class Contact(Displayed):
         return p_W, identity() if pose is None else standing(pose)
 
     def _checked_state(self, state: State) -> State:
-        """The state, with arrays as kernels take them. One of another contact is refused."""
+        """Return the state with arrays for kernels; refuse a state of another contact."""
         if getattr(state, "_maker", None) is not self:
             grip = 0 if self.friction is None else self.friction.n_memory
             check_state(state, self._sampling.n_points, (self.law.n_memory, grip))
-        for name in ("patch", "last_patch"):  # somebody may have written to them
+        for name in ("patch", "last_patch"):  # a user may have written to them
             highest = int(getattr(state, name).max(initial=-1))
             if highest >= self._n_pieces:
                 raise InputError(
@@ -574,53 +591,39 @@ class Contact(Displayed):
 
     def _respond(
         self,
-        detected: Detected,
-        held: ContactRows,
+        detected: Detection,
+        touching: ContactRows,
         places: tuple[FloatArray, FloatArray],
         past: PreviousStep | None,
         clock: StageClock,
         out: State | None = None,
         shape: Shape | None = None,
     ) -> State:
-        """Forces and sums of what the search has found, points `held` in contact.
+        """Return the state with the forces on the points in contact.
 
-        `places` are those of all points, body axes, and the pose; `out` is a state that was given
-        up, to become the answer; `shape` that of a master whose control points were given.
+        `places` are all points, body axes, and the pose; `out` is a state to be overwritten;
+        `shape` is that of a master whose control points were given.
         """
         sampling, law, (p_B, X_WB), feet = self._sampling, self.law, places, detected.feet
-        points = held.since(sampling.first) if sampling.first else held
-        rows, depth = points.rows, points.depth
-        seen = areas = None
+        points = touching.from_point(sampling.first) if sampling.first else touching
+        rows = points.rows
+        area_input = areas = None
         if self.weights == "area":
             with clock("area"):
-                seen = self._measure.input(p_B, feet.patch, rows_of(feet, rows))
-                areas = self._measure.areas(seen)
+                area_input = self._measure.input(p_B, feet.patch, rows_of(feet, rows))
+                areas = self._measure.areas(area_input)
         with clock("forces"):
             if areas is not None:
                 area = areas.area
             else:
                 area = np.ones(len(rows)) if sampling.weight is None else sampling.weight[rows]
-            if type(law) not in PLAIN:  # laws that are not ours cannot write to what they see
-                depth, area = locked(depth), locked(area)
-            thickness, mass = sampling.thickness, sampling.mass
-            inp = LawInput(
-                depth,
-                points.rate,
-                area,
-                None if thickness is None else thickness[rows],
-                None if mass is None else mass[rows],
-                0.0 if past is None else past.dt,
-                np.zeros((len(rows), law.n_memory))
-                if past is None or law.n_memory == 0
-                else past.state.kept.memory.at(rows),
-                feet.patch[rows] if getattr(law, "needs_patch", False) else None,
-            )
-            response = respond(law, self.friction, points, inp, past)
-            # The forces act where the slave's points are: so those on slave and master balance,
-            # with their moments, whatever friction adds along the surface.
+            law_input = self._law_input(points, area, feet, past)
+            response = respond(law, self.friction, points, law_input, past)
+            # The forces act at the slave's points, so that those on slave and master balance with
+            # their moments, whatever friction adds along the surface.
             frame = Frame(X_WB, self._reference_point)
             felt, is_damped = forces(points, response, p_B, past, frame)
-        whole: dict[str, Any] = {
+        fields: dict[str, Any] = {
             "status": detected.status,
             "feature": feet.feature,
             "patch": feet.patch,
@@ -639,74 +642,60 @@ class Contact(Displayed):
             force_B = response.normal.force[:, None] * points.normal
             if response.friction is not None:
                 force_B = force_B + response.friction.force
-            at = SurfacePlaces(feet.patch[rows], detected.uv[rows])
-            back = shape.spread(at, p_B[rows], -force_B)
-            whole |= {"control_points": shape.now, "control_force": turn_to_world(X_WB, back)}
-        if areas is not None:  # measured as the state was made, and not to be measured again
-            whole |= {"_seen": seen, "areas": areas}
+            at_feet = SurfacePlaces(feet.patch[rows], detected.uv[rows])
+            on_net = shape.spread(at_feet, p_B[rows], -force_B)
+            fields |= {"control_points": shape.now, "control_force": turn_to_world(X_WB, on_net)}
+        if areas is not None:  # not to be measured again
+            fields |= {"_area_input": area_input, "areas": areas}
         force = Column(rows, felt.force)
         if sampling.first:
-            whole["force"] = nodal = sampling.nodal(rows, felt.force)
-            whole["wrench"][:3] = 0.0 - nodal.sum(axis=0)
+            fields["force"] = nodal = sampling.nodal(rows, felt.force)
+            fields["wrench"][:3] = 0.0 - nodal.sum(axis=0)
             force = Column(np.arange(len(nodal), dtype=np.int32), nodal)
-        answer, grip, seen_by_friction = response
-        whole["inputs"] = StepInputs(
+        fields["inputs"] = StepInputs(
             points,
-            inp,
-            seen_by_friction,
-            NO_FORCES if past is None else feet_carried(past),
+            law_input,
+            response.inputs,
+            NO_FORCES if past is None else carried_feet(past),
             None if past is None or past.velocity is None else past.velocity.twist,
             None if shape is None else shape.before,
             None if shape is None else shape.velocity,
         )
-        damping = answer.damping if is_damped else None
-        kept = Kept(
-            penetration=Column(held.rows, held.depth),
-            normal_B=Column(held.rows, held.normal),
-            foot_B=Column(held.rows, held.foot),
-            guard_B=detected.opposed,
-            normal_force=Column(rows, answer.force),
-            stiffness=Column(rows, answer.stiffness),
-            memory=Column(rows, answer.memory),
-            force=force,
-            stiffness_bound=None
-            if answer.stiffness_bound is None
-            else Column(rows, answer.stiffness_bound),
-            damping=None if damping is None else Column(rows, damping),
-            viscosity=None if damping is None else Column(rows, felt.viscosity),
-            # Copies: whoever worked these out may go on with theirs.
-            friction_memory=None
-            if grip is None
-            else Column(rows, np.array(grip.memory, np.float64)),
-            traction_B=None if grip is None else Column(rows, grip.force),
-            tangential=None if grip is None else Column(rows, np.array(grip.stiffness, np.float64)),
+        kept = kept_columns(touching, rows, response, felt, is_damped)
+        kept = kept._replace(force=force, guard_B=detected.guards)
+        return state_of(fields, kept, self, out)
+
+    def _law_input(
+        self,
+        points: ContactRows,
+        area: FloatArray,
+        feet: Projection,
+        past: PreviousStep | None,
+    ) -> LawInput:
+        """Return the input of the law for the points that carry forces."""
+        sampling, law, rows, depth = self._sampling, self.law, points.rows, points.depth
+        if type(law) not in TRUSTED_LAWS:  # other laws must not write to these arrays
+            depth, area = locked(depth), locked(area)
+        thickness, mass = sampling.thickness, sampling.mass
+        memory = np.zeros((len(rows), law.n_memory))
+        if past is not None and law.n_memory:
+            memory = past.state.kept.memory.at(rows)
+        return LawInput(
+            depth,
+            points.rate,
+            area,
+            None if thickness is None else thickness[rows],
+            None if mass is None else mass[rows],
+            0.0 if past is None else past.dt,
+            memory,
+            feet.patch[rows] if getattr(law, "needs_patch", False) else None,
         )
-        return state_of(whole, kept, self, out)
 
 
-def detect_moved(
-    surface: Surface,
-    moved: tuple[FloatArray, FloatArray, FloatArray],
-    past: PreviousStep,
-    active: BoolArray,
-    options: Options,
-    memory: tuple[Workspace, Columns],
-) -> tuple[Detected, ContactRows]:
-    """One step of a body that goes from the pose of `past` to that it is `moved` to; see `detect`.
-
-    `moved` are (p_W, X_WB, p_B): points in the world, the pose, and what body axes are written
-    into.
-    """
-    p_W, X_WB, p_B = moved
-    state = past.state
-    place = state.patch, state.uv, state.last_patch
-    holds = holds_of(state.kept.penetration, state.kept.normal_B.values, state.kept.guard_B)
-    last = Last(state.points_B, *place, state.safe_distance, holds)
-    poses = state.pose, X_WB
-    if is_turned(poses) and options.half is None and past.shape is None:
-        to_body(X_WB, p_W, p_B)
-        detected = detect_on_curves(surface, p_B, last, active, options, poses, memory)
-    else:
-        moving = (p_W, X_WB), past.shape
-        detected = detect(surface, p_B, last, active, options, memory, *moving)
-    return detected, touching(detected, p_B, past)
+def last_of(state: State) -> Last:
+    """Return what the search of a step needs of the state before it."""
+    guard_states = guard_states_of(
+        state.kept.penetration, state.kept.normal_B.values, state.kept.guard_B
+    )
+    feet = state.patch, state.uv, state.last_patch
+    return Last(state.points_B, *feet, state.safe_distance, guard_states)

@@ -1,10 +1,10 @@
-"""Search and detailed search of one step: which points touch, and where their feet are.
+"""Search of one step: which points are in contact, and where their feet are.
 
-Free points: a point that cannot have come as far as the surface is left alone (distance is
-1-Lipschitz); the others are looked at, and those whose path enters come into contact there. Points
-in contact are pushed by the nearest wall that their guard allows (`nearest`), or keep the one that
-they came in by (`followed`). Nearly all are settled by one call of a kernel (`settle`); those that
-it leaves are looked at one by one.
+A free point that cannot have reached the surface stays free (distance is 1-Lipschitz); the others
+are examined, and those whose path enters come into contact. Points in contact are pushed by the
+nearest wall that their guard allows (`nearest`), or keep the wall by which they entered
+(`followed`). One call of a kernel settles nearly all of them (`settle`); the rest is examined point
+by point.
 """
 
 from __future__ import annotations
@@ -16,17 +16,16 @@ import numpy as np
 from contiga.arrays.layout import locked
 from contiga.arrays.threads import run_ranges
 from contiga.contact import followed, nearest, settle, thick, through
-from contiga.contact.foot_rows import closest, free_distance, remember, take_inside
+from contiga.contact.foot_rows import closest, free_distance, store_feet, take_into_contact
 from contiga.contact.kernels import place_nb
-from contiga.contact.loads import Holds
 from contiga.contact.search_records import (
     CHUNK,
     ChangedShape,
     Columns,
-    Detected,
+    Detection,
     Last,
     Options,
-    Placing,
+    PlacementArrays,
     Rows,
     Step,
     StepSearch,
@@ -41,17 +40,17 @@ from contiga.rigid.frames import to_world
 
 def detect_at_start(
     surface: Surface, p_B: FloatArray, active: np.ndarray, options: Options
-) -> Detected:
-    """Search at the start: nothing is in contact, or, by penetration, what already lies inside."""
+) -> Detection:
+    """Search at the start: by penetration points inside are in contact, else no point is."""
     n, finite = len(p_B), np.isfinite(p_B).all(axis=1)
-    detected = Detected.into(Workspace.of(n), Columns.of(n))
+    detected = Detection.into(Workspace.of(n), Columns.of(n))
     detected.status[~finite] = ContactStatus.NOT_FINITE
     detected.safe_distance[~active] = np.inf
     rows = np.flatnonzero(finite & active).astype(np.int32)
+    all_rows = Rows(rows, rows[:0])
     if options.half is not None:
         thick.detect_at_start(surface, p_B, rows, detected, options)
-        return with_feet(detected, Rows(rows, rows[:0]))
-    listed_rows = Rows(rows, rows[:0])
+        return with_feet(detected, all_rows)
     if options.closed:
         side, reach = surface.sides(p_B, rows)
         detected.safe_distance[rows] = side * (reach - options.band)
@@ -59,13 +58,13 @@ def detect_at_start(
     else:
         surface.safe_distance(p_B, rows, detected.safe_distance)
     if options.penetration:
-        take_inside(surface, p_B, rows, detected, options)
+        take_into_contact(surface, p_B, rows, detected, options)
     elif options.closed:
-        # Points that lie inside are not in contact until they have been outside.
-        out = closest(surface, p_B, rows)
-        detected.safe_distance[rows] = free_distance(out, options)
-        remember(detected, rows, out, np.ones(len(rows), np.bool_))
-    return with_feet(detected, listed_rows)
+        # Points inside are not in contact until they have been outside.
+        feet = closest(surface, p_B, rows)
+        detected.safe_distance[rows] = free_distance(feet, options)
+        store_feet(detected, rows, feet, np.ones(len(rows), np.bool_))
+    return with_feet(detected, all_rows)
 
 
 def detect(
@@ -77,37 +76,40 @@ def detect(
     memory: tuple[Workspace, Columns] | None = None,
     moved: tuple[FloatArray, FloatArray] | None = None,
     shape: ChangedShape | None = None,
-) -> Detected:
-    """Search one step, from the points of the last step to those of this one, body axes.
+) -> Detection:
+    """Search one step, from the points of the last step to the points `now`, body axes.
 
-    What is found lies in `memory`; the next step in it overwrites the workspace. With `moved`, the
-    points in world axes and the pose of the body, `now` is filled in. `shape` tells how the surface
-    has changed, None of one that keeps its shape.
+    The results lie in `memory`; the next step with it overwrites the workspace. With `moved`,
+    points in world axes and the pose of the body, `now` is filled in. `shape` is the change of the
+    surface, None for a constant shape.
     """
     workspace, columns = memory or (Workspace.of(len(now)), Columns.of(len(now)))
-    detected = Detected.into(workspace, columns)
-    if shape is not None:
-        last = last._replace(holds=_turn_guards(last, shape))
-    old = last.last_patch, last.uv, last.holds
-    step = Step(last.points_B, now, workspace.way, workspace.ignored, *old)
+    detected = Detection.into(workspace, columns)
+    if shape is not None:  # guards rotate with the surface
+        guarded, guard = last.guard_states.rows, last.guard_states.guard
+        feet = SurfacePlaces(last.patch[guarded], last.uv[guarded])
+        guard = shape.turned(feet, last.points_B[guarded], guard)
+        last = last._replace(guard_states=last.guard_states._replace(guard=guard))
+    step = Step(
+        last.points_B,
+        now,
+        workspace.path_length,
+        workspace.inside_since_start,
+        last.last_patch,
+        last.uv,
+        last.guard_states,
+    )
     rows = _place(step, last, active, columns, workspace.rows, moved, shape)
-    places = SurfacePlaces(last.patch, last.uv)
-    search = StepSearch(surface, step, places, detected, options, shape)
+    search = StepSearch(surface, step, SurfacePlaces(last.patch, last.uv), detected, options, shape)
     if options.half is not None:
         thick.detect(search, rows)
         return with_feet(detected, rows)
-    left = settle.left(search, through.detect(search, rows) if options.through else rows)
-    if len(left.touching) or len(left.near):
-        which = nearest if options.nearest else followed
-        detected = detected._replace(opposed=which.detect(search, left))
+    open_rows = through.detect(search, rows) if options.through else rows
+    open_rows = settle.settle_points(search, open_rows)
+    if len(open_rows.touching) or len(open_rows.free):
+        point_by_point = nearest if options.nearest else followed
+        detected = detected._replace(guards=point_by_point.detect(search, open_rows))
     return with_feet(detected, rows)
-
-
-def _turn_guards(last: Last, shape: ChangedShape) -> Holds:
-    """Return the holds of the points in contact, with guards rotated with the surface."""
-    rows, guard = last.holds.rows, last.holds.guard
-    feet = SurfacePlaces(last.patch[rows], last.uv[rows])
-    return last.holds._replace(guard=shape.turned(feet, last.points_B[rows], guard))
 
 
 def _place(
@@ -115,33 +117,42 @@ def _place(
     last: Last,
     active: np.ndarray,
     columns: Columns,
-    rows: IntArray,
+    lists: IntArray,
     moved: tuple[FloatArray, FloatArray] | None,
     shape: ChangedShape | None,
 ) -> Rows:
-    """List the points that were in contact, and the free ones that may have come to the surface.
+    """List the points that were in contact, and the free ones that may have reached the surface.
 
-    Fills in what is known of all of them. `rows` (2, n) is where they are listed. Where the surface
-    has changed its shape, ways are those beside its rigid motion.
+    It fills in path lengths and safe distances, and uses `lists` (2, n) as memory. If the surface
+    has changed its shape, path lengths are relative to its rigid motion.
     """
-    before, surface_way = step.before, 0.0
+    before, surface_travel = step.before, 0.0
     if shape is not None:
-        before, surface_way = to_world(shape.rigid, before), shape.way
+        before, surface_travel = to_world(shape.rigid, before), shape.travel
     chunks = ceil(len(step.now) / CHUNK)
     counts = np.zeros((chunks, 2), np.int64)
-    ways = step.way, step.ignored
-    told = before, step.now, last, locked(active), columns
-    placing = Placing(*told, *ways, rows, counts, surface_way)
+    arrays = PlacementArrays(
+        before,
+        step.now,
+        last,
+        locked(active),
+        columns,
+        step.path_length,
+        step.inside_since_start,
+        lists,
+        counts,
+        surface_travel,
+    )
     if moved is None:
-        run_ranges(straight(place_nb.place), chunks, 1, placing, CHUNK)
+        run_ranges(straight(place_nb.place), chunks, 1, arrays, CHUNK)
     else:
-        given = placing, locked(moved[0]), moved[1], CHUNK
-        run_ranges(straight(place_nb.move_and_place), chunks, 1, *given)
-    return Rows(listed(rows[0], counts[:, 0]), listed(rows[1], counts[:, 1]))
+        p_W, pose = moved
+        run_ranges(straight(place_nb.move_and_place), chunks, 1, arrays, locked(p_W), pose, CHUNK)
+    return Rows(listed(lists[0], counts[:, 0]), listed(lists[1], counts[:, 1]))
 
 
-def with_feet(detected: Detected, rows: Rows) -> Detected:
-    """Return `detected` with the feet of points in contact among `rows`, and their parameters."""
-    held = np.empty(len(rows.touching) + len(rows.near), np.int32)
-    n = straight(place_nb.held)(*rows, detected, held)
-    return detected._replace(held=held[:n])
+def with_feet(detected: Detection, rows: Rows) -> Detection:
+    """Return `detected` with the list of points in contact among `rows`, and their parameters."""
+    touching = np.empty(len(rows.touching) + len(rows.free), np.int32)
+    n = straight(place_nb.list_touching)(*rows, detected, touching)
+    return detected._replace(touching=touching[:n])

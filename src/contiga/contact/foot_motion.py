@@ -1,4 +1,4 @@
-"""Derive how a point's foot moves on a master that deforms: one chain rule for all that follows.
+"""Derive the motion of a point's foot on a master that deforms: the chain rule for derivatives.
 
 A point sees of the master no more than the motion of its surface at the foot S: the displacement
 s = Σ N_i dP_i and its gradient L = Σ dP_i ⊗ ∇N_i, with the basis functions N_i of the control
@@ -91,7 +91,7 @@ def foot_motion(feet: Feet, m: int) -> FootMotion:
 
 
 def input_change(feet: Feet, motion: FootMotion, shape: Shape) -> InputChange:
-    """Return the changes of what laws and friction are given of the points."""
+    """Return the changes of the input of laws and friction."""
     m = motion.depth.shape[1]
     path = np.eye(3, m) - _carried(feet, motion, feet.net.jet(shape.change), follows=True)
     velocity = np.zeros((0, 3, m))
@@ -102,10 +102,10 @@ def input_change(feet: Feet, motion: FootMotion, shape: Shape) -> InputChange:
 
 
 def _carried(feet: Feet, motion: FootMotion, jet: Jet, *, follows: bool) -> FloatArray:
-    """Return the changes (k, 3, m) of how the surface carries the points along.
+    """Return the changes (k, 3, m) of the displacements or velocities of points carried along.
 
-    `jet` is that of the change of the control points in the step, which `follows` them, or of
-    their velocities, which do not.
+    `jet` is that of the change of the control points in the step, which `follows` them, or of their
+    velocities, which do not depend on them.
     """
     E, own, nu = jet.gradient, float(follows), feet.net.normal[:, :, None]
     turned = own * motion.gradient - np.einsum("kab,bcm->kacm", E, motion.gradient, optimize=False)
@@ -131,14 +131,14 @@ def spin(E: FloatArray, a: FloatArray, b: FloatArray) -> FloatArray:
 def lever(c: FloatArray, a: FloatArray, b: FloatArray) -> FloatArray:
     """Return the transpose (k, 3, 3, m) of `spin`.
 
-    A couple c (k, 3, m) does on the spin the work that these do on the gradient.
+    A couple c (k, 3, m) does the same work on the spin as these do on the gradient.
     """
     parts = []
-    for one, other in ((a, b), (b, a)):
-        parts.append(one[:, :, None] * cross(other, c)[:, None])
-        x, y, z = np.moveaxis(0.5 * _dot(one, c) * other, 1, 0)
-        none = np.zeros(x.shape)
-        parts.append(np.stack([[none, -z, y], [z, none, -x], [-y, x, none]]).transpose(2, 0, 1, 3))
+    for first, second in ((a, b), (b, a)):
+        parts.append(first[:, :, None] * cross(second, c)[:, None])
+        x, y, z = np.moveaxis(0.5 * _dot(first, c) * second, 1, 0)
+        zero = np.zeros(x.shape)
+        parts.append(np.stack([[zero, -z, y], [z, zero, -x], [-y, x, zero]]).transpose(2, 0, 1, 3))
     return np.asarray(0.5 * sum(parts))
 
 

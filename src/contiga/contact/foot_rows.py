@@ -1,4 +1,4 @@
-"""These functions ask for feet of some rows of points, and copy them between records."""
+"""Search feet for some rows of points, and copy feet between records."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import numpy as np
 
 from contiga.arrays import codes
 from contiga.arrays.ordered import row_lengths
-from contiga.contact.search_records import BoolArray, Detected, Options
+from contiga.contact.search_records import BoolArray, Detection, Options
 from contiga.masters.protocol import Surface
 from contiga.records import (
     ByteArray,
@@ -21,22 +21,22 @@ from contiga.statuses import Status
 
 
 def blank(n: int) -> Projection:
-    """Make the feet of n points that have none."""
+    """Return records for n points without feet."""
     feet = Projection._make(map(np.zeros_like, empty_projection(n)))
     feet.patch[:] = feet.feature[:] = -1
     return feet
 
 
-def take(feet: Projection, rows: IndexArray, out: Projection, keep: BoolArray) -> None:
-    """Write the rows of `out` that are kept into `rows` of `feet`."""
+def copy_feet(feet: Projection, rows: IndexArray, source: Projection, mask: BoolArray) -> None:
+    """Copy the masked rows of `source` (k,) to the corresponding `rows` (k,) of `feet`."""
     for name in Projection._fields:
-        getattr(feet, name)[rows[keep]] = getattr(out, name)[keep]
+        getattr(feet, name)[rows[mask]] = getattr(source, name)[mask]
 
 
 def closest(
     surface: Surface, p_B: FloatArray, rows: IntArray, within: FloatArray | None = None
 ) -> Projection:
-    """Find the closest points of p_B[rows], one row an entry of `rows`; see `Surface.closest`."""
+    """Return the closest points of p_B[rows], one row per row; see `Surface.closest`."""
     out = empty_projection(len(rows))
     points = np.ascontiguousarray(p_B[rows])
     surface.closest(points, np.arange(len(rows), dtype=np.int32), out, within)
@@ -46,9 +46,9 @@ def closest(
 def follow(
     surface: Surface, path: tuple[FloatArray | None, FloatArray], start: tuple[IntArray, FloatArray]
 ) -> Projection:
-    """Continue feet of points that went along `path` = (before, now) from `start` = (patch, uv).
+    """Continue feet of points along `path` = (before, now) from `start` = (patch, uv).
 
-    Without a before feet are not certified. Those that fail are the closest points.
+    Feet are certified only with positions before. Where this fails the closest points are searched.
     """
     before, p_B = path
     patch, uv = start
@@ -61,61 +61,63 @@ def follow(
 
 
 def at_border(feet: Projection) -> BoolArray:
-    """Tell which feet have come to a border, or to the edge of a hole."""
-    there: BoolArray = (feet.status == Status.BORDER) | (feet.status == Status.TRIMMED)
-    return there
+    """Return which feet are at a border, or at the edge of a hole."""
+    is_at_border: BoolArray = (feet.status == Status.BORDER) | (feet.status == Status.TRIMMED)
+    return is_at_border
 
 
-def continued(feet: Projection) -> ByteArray:
+def kept_statuses(feet: Projection) -> ByteArray:
     """Return the `ContactStatus` of points in contact whose feet are kept."""
     status = np.where(at_border(feet), ContactStatus.HELD, ContactStatus.OLD)
     status[feet.status == Status.BRANCH_EVENT] = ContactStatus.REACQUIRED
     return status.astype(np.int8)
 
 
-def apart(one: Projection, other: Projection) -> FloatArray:
-    """Return how far feet of the same points are apart, (n,) length."""
-    return row_lengths(one.point - other.point)
+def distance_between(first: Projection, second: Projection) -> FloatArray:
+    """Return the distances (n,) between two feet of each point, length."""
+    return row_lengths(first.point - second.point)
 
 
-def within_depth(out: Projection, options: Options) -> BoolArray:
-    """Tell which points a search by penetration takes."""
-    inside: BoolArray = (out.status == Status.OK) & (out.gap <= 0.0) & (out.gap >= -options.depth)
-    return inside
+def within_depth(feet: Projection, options: Options) -> BoolArray:
+    """Return which points a search by penetration takes into contact."""
+    is_inside: BoolArray = (
+        (feet.status == Status.OK) & (feet.gap <= 0.0) & (feet.gap >= -options.depth)
+    )
+    return is_inside
 
 
-def free_distance(out: Projection, options: Options) -> FloatArray:
-    """Return `safe_distance` of free points by their closest points: zero where none was found.
+def free_distance(feet: Projection, options: Options) -> FloatArray:
+    """Return the `safe_distance` of free points from their closest points; zero if unknown.
 
-    By penetration what lies too deep is as far from contact as from that depth.
+    In a search by penetration a point that is too deep is as far from contact as from that depth.
     """
     skip = max(options.band, options.depth if options.penetration else 0.0)
     safe_distance = np.where(
-        out.gap > 0.0,
-        np.maximum(out.gap - options.band, 0.0),
-        -np.maximum(-out.gap - skip, 0.0),
+        feet.gap > 0.0,
+        np.maximum(feet.gap - options.band, 0.0),
+        -np.maximum(-feet.gap - skip, 0.0),
     )
-    return np.where(out.status == Status.OK, safe_distance, 0.0)
+    return np.where(feet.status == Status.OK, safe_distance, 0.0)
 
 
-def take_inside(
-    surface: Surface, p_B: FloatArray, rows: IntArray, detected: Detected, options: Options
+def take_into_contact(
+    surface: Surface, p_B: FloatArray, rows: IntArray, detected: Detection, options: Options
 ) -> None:
-    """Take points that lie inside, by penetration, with their feet at the closest points."""
-    out = closest(surface, p_B, rows)
-    keep = within_depth(out, options)
+    """Take points inside into contact, in a search by penetration, at their closest points."""
+    feet = closest(surface, p_B, rows)
+    is_inside = within_depth(feet, options)
     if options.closed:
-        detected.safe_distance[rows] = np.where(keep, -out.gap, free_distance(out, options))
-        remember(detected, rows[~keep], out, ~keep)
+        detected.safe_distance[rows] = np.where(is_inside, -feet.gap, free_distance(feet, options))
+        store_feet(detected, rows[~is_inside], feet, ~is_inside)
     else:
         # On either side of an open surface a point is as far from contact as from its reach: in
-        # front of one sheet it may lie behind another. A foot not found is looked for again.
-        detected.safe_distance[rows] = np.fmax(np.abs(out.gap) - options.depth, 0.0)
-    detected.status[rows[keep]] = ContactStatus.NEW
-    take(detected.feet, rows, out, keep)
+        # front of one sheet it may be behind another. A foot that is not found is searched again.
+        detected.safe_distance[rows] = np.fmax(np.abs(feet.gap) - options.depth, 0.0)
+    detected.status[rows[is_inside]] = ContactStatus.NEW
+    copy_feet(detected.feet, rows, feet, is_inside)
 
 
-def remember(detected: Detected, rows: IndexArray, feet: Projection, which: BoolArray) -> None:
-    """Store the feet of free points, by which the next step proves their sides."""
-    detected.last_patch[rows] = feet.patch[which]
-    detected.uv[rows] = feet.uv[which]
+def store_feet(detected: Detection, rows: IndexArray, feet: Projection, mask: BoolArray) -> None:
+    """Store the masked feet of free points `rows`, by which the next step proves their sides."""
+    detected.last_patch[rows] = feet.patch[mask]
+    detected.uv[rows] = feet.uv[mask]

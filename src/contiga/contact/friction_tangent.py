@@ -1,8 +1,8 @@
-"""Derivatives of friction's forces, of each point for itself or of all as one.
+"""Compute the derivatives of friction forces, of single points or of all points as one.
 
-Traction follows from the normal force, the stiffness of the law, the normal, the path and the
-velocity of a point; each of these changes with the variables of points, and friction says how its
-force changes with them.
+Traction depends on the normal force, the stiffness of the law, the normal, the path and the
+velocity of a point. Each of these depends on the variables of points, and friction gives the change
+of its force with them.
 """
 
 from __future__ import annotations
@@ -13,14 +13,14 @@ import numpy as np
 
 from contiga.arrays.layout import as_numbers
 from contiga.arrays.ordered import length, product
-from contiga.contact.respond import ContactRows, Seen
+from contiga.contact.respond import ContactRows, FrictionInputs
 from contiga.errors import InputError
 from contiga.laws.friction import Friction, FrictionChange, FrictionInput
 from contiga.records import DepthSlopes, FloatArray, LawOutput, LawTangent
 
 
 class Terms(NamedTuple):
-    """Derivatives of forces on k points over m variables of each: blocks, and what couples them.
+    """Derivatives of forces on k points over m variables of each: blocks, and couplings.
 
     dF_i = blocks_i dy_i + left_i Σ_j right_jᵀ dy_j.
     """
@@ -49,11 +49,11 @@ class Terms(NamedTuple):
         blocks, right = self.blocks[:, :, variables], self.right[:, variables]
         return Terms(np.ascontiguousarray(blocks), self.left, right)
 
-    def applied(self, ways: FloatArray) -> FloatArray:
-        """Return (k, 3, n) dF of points whose variables change in n ways (k, m, n)."""
-        along = np.einsum("kbr,kbm->rm", self.right, ways, optimize=False)
-        own = np.einsum("kab,kbm->kam", self.blocks, ways, optimize=False)
-        return np.asarray(own + product(self.left, along))
+    def applied(self, changes: FloatArray) -> FloatArray:
+        """Return dF (k, 3, n) for n changes (k, m, n) of the variables of points."""
+        coupled = np.einsum("kbr,kbm->rm", self.right, changes, optimize=False)
+        direct = np.einsum("kab,kbm->kam", self.blocks, changes, optimize=False)
+        return np.asarray(direct + product(self.left, coupled))
 
     def summed(self, factors: FloatArray | None = None) -> FloatArray:
         """Return derivatives (k, 3, m) of Σ_i F_i by each point; (k, 3, 3) of Σ_i factors_i F_i."""
@@ -72,13 +72,13 @@ class InputChange(NamedTuple):
     normal: FloatArray
     """(k, 3, m)."""
     path: FloatArray
-    """(k, 3, m); (1, 3, m) of points that are all alike."""
+    """(k, 3, m); (1, 3, m) if the same for all points."""
     velocity: FloatArray
-    """(k, 3, m) of velocities that the step was given, (1, 3, m) of points that are all alike;
-    (0, 3, m) where they stay, or follow from the path."""
+    """(k, 3, m) of given velocities, (1, 3, m) if the same for all points; (0, 3, m) if constant,
+    or derived from the path."""
 
 
-class Carried(NamedTuple):
+class CarryingPoints(NamedTuple):
     """Points that carry forces, and the derivatives of their normal forces."""
 
     points: ContactRows
@@ -88,29 +88,29 @@ class Carried(NamedTuple):
     grown: FloatArray
     """(k, m) derivatives of each normal force over the variables of its own point."""
     dt: float
-    """Length of the step; infinite where it has none."""
+    """Length of the step; infinite in statics."""
 
-    def pulled(self, of: DepthSlopes) -> FloatArray:
-        """Return (k, m, r) right sides of a coupling of depths, over the variables of points."""
+    def right_sides(self, of: DepthSlopes) -> FloatArray:
+        """Return the right sides (k, m, r) of a coupling of depths over the variables."""
         assert of.right is not None
         return self.change.depth[:, :, None] * of.right[:, None, :]
 
-    def friction_change(self, seen: FrictionInput, has_rate: bool) -> FrictionChange:
+    def friction_change(self, inputs: FrictionInput, has_rate: bool) -> FrictionChange:
         """Return the change of friction's input with the variables of each point.
 
         Velocities change where friction depends on them, `has_rate`.
         """
         points, change, output = self.points, self.change, self.output
         k, m = change.depth.shape
-        # The path counts behind the entry: all of it, but of new points the share that is below.
+        # The path counts from the entry: for new points only the share below the surface.
         path = points.inside[:, None, None] * change.path
-        new = np.flatnonzero(~points.old & (points.inside > 0.0) & (points.inside < 1.0))
-        if len(new):
-            n, way = points.normal[new, :, None], points.path[new, :, None]
-            along = np.broadcast_to(change.path, (k, 3, m))[new]
-            approach = (way * change.normal[new] + n * along).sum(axis=1)
-            share = change.depth[new] + points.inside[new, None] * approach
-            path[new] -= way * (share / (way * n).sum(axis=1))[:, None]
+        new_rows = np.flatnonzero(~points.old & (points.inside > 0.0) & (points.inside < 1.0))
+        if len(new_rows):
+            n, path_now = points.normal[new_rows, :, None], points.path[new_rows, :, None]
+            path_change = np.broadcast_to(change.path, (k, 3, m))[new_rows]
+            approach = (path_now * change.normal[new_rows] + n * path_change).sum(axis=1)
+            share = change.depth[new_rows] + points.inside[new_rows, None] * approach
+            path[new_rows] -= path_now * (share / (path_now * n).sum(axis=1))[:, None]
         velocity = change.velocity
         if not has_rate:
             velocity = np.zeros((0, 3, m))
@@ -118,22 +118,22 @@ class Carried(NamedTuple):
             velocity = change.path / self.dt
         if len(velocity):
             velocity = np.broadcast_to(velocity, (k, 3, m))
-        # The stiffness of a point without a slope is the secant.
+        # Points without a slope have the secant as stiffness.
         slopes = self.tangent.stiffness
         grown = np.zeros(k) if slopes is None else np.where(output.stiffness > 0, slopes.own, 0.0)
-        secant = (output.stiffness <= 0.0) & (points.depth > 0.0) & (seen.stiffness > 0.0)
-        grown[secant] = (output.stiffness - seen.stiffness)[secant] / points.depth[secant]
+        secant = (output.stiffness <= 0.0) & (points.depth > 0.0) & (inputs.stiffness > 0.0)
+        grown[secant] = (output.stiffness - inputs.stiffness)[secant] / points.depth[secant]
         springs = grown[:, None] * change.depth
         return FrictionChange(self.grown, springs, change.normal, path, velocity)
 
 
-def friction_terms(friction: Friction, seen: Seen, carried: Carried) -> Terms:
-    """Derivatives of friction's forces over the variables of points.
+def friction_terms(friction: Friction, inputs: FrictionInputs, points: CarryingPoints) -> Terms:
+    """Return the derivatives of friction forces over the variables of points.
 
     Raises
     ------
     InputError
-        The friction has none.
+        The friction has no derivatives.
     """
     if not hasattr(friction, "changes"):
         raise InputError(
@@ -143,16 +143,16 @@ def friction_terms(friction: Friction, seen: Seen, carried: Carried) -> Terms:
             allowed="Coulomb, ViscousFriction, or an object with changes",
             remedy="Give it changes(FrictionInput, FrictionChange), (n, 3, m) of its forces",
         )
-    own = carried.friction_change(seen.points, getattr(friction, "has_rate", True))
-    if seen.whole is None:
-        return _of_points(friction, seen.points, carried, own)
-    return _of_whole(friction, seen, seen.whole, carried, own)
+    change = points.friction_change(inputs.points, getattr(friction, "has_rate", True))
+    if inputs.common is None:
+        return _terms_of_points(friction, inputs.points, points, change)
+    return _terms_of_common_friction(friction, inputs, inputs.common, points, change)
 
 
-def _changes(friction: Any, seen: FrictionInput, change: FrictionChange) -> FloatArray:
-    """Return the changes (n, 3, m) of friction's forces, checked."""
+def _checked_changes(friction: Any, inputs: FrictionInput, change: FrictionChange) -> FloatArray:
+    """Return the changes (n, 3, m) of friction forces, checked."""
     where = "friction: changes"
-    answer = as_numbers(friction.changes(seen, change), where, "friction must answer numbers")
+    answer = as_numbers(friction.changes(inputs, change), where, "friction must answer numbers")
     n, m = change.force.shape
     if answer.shape != (n, 3, m):
         raise InputError(
@@ -164,35 +164,40 @@ def _changes(friction: Any, seen: FrictionInput, change: FrictionChange) -> Floa
     return answer
 
 
-def _of_points(friction: Any, seen: FrictionInput, carried: Carried, own: FrictionChange) -> Terms:
-    """Differentiate friction that sees each point for itself."""
-    blocks, k = _changes(friction, seen, own), len(seen.force)
+def _terms_of_points(
+    friction: Any, inputs: FrictionInput, carried: CarryingPoints, own: FrictionChange
+) -> Terms:
+    """Return the derivatives of friction that acts on single points."""
+    blocks, k = _checked_changes(friction, inputs, own), len(inputs.force)
     couplings = carried.tangent.force, carried.tangent.stiffness
     terms = Terms.of(blocks)
     if all(one is None or one.left is None for one in couplings):
         return terms
-    # How each force changes with the normal force and the stiffness, which other points change.
+    # Derivatives of each force over normal force and stiffness, which depend on other points.
     stays, one, none = np.zeros((k, 3, 2)), np.ones(k), np.zeros(k)
     by_force, by_stiffness = np.stack([one, none], axis=1), np.stack([none, one], axis=1)
     change = FrictionChange(by_force, by_stiffness, stays, stays, stays)
-    partial = _changes(friction, seen, change)
+    partial = _checked_changes(friction, inputs, change)
     nothing = np.zeros(blocks.shape)
     for j, slopes in enumerate(couplings):
         if slopes is not None and slopes.left is not None:
             left = partial[:, :, j, None] * slopes.left[:, None, :]
-            terms = terms.plus(Terms(nothing, left, carried.pulled(slopes)))
+            terms = terms.plus(Terms(nothing, left, carried.right_sides(slopes)))
     return terms
 
 
-def _of_whole(
-    friction: Any, seen: Seen, whole: FrictionInput, carried: Carried, own: FrictionChange
+def _terms_of_common_friction(
+    friction: Any,
+    inputs: FrictionInputs,
+    whole: FrictionInput,
+    carried: CarryingPoints,
+    own: FrictionChange,
 ) -> Terms:
-    """Differentiate friction that sees all points as one.
+    """Return the derivatives of friction that acts on all points as one.
 
-    Its force is shared as the normal force is: d(s_i T) = T ds_i + s_i dT of the shares s_i =
-    F_i/ΣF.
+    Its force T is shared as the normal force: d(s_i T) = T ds_i + s_i dT with shares s_i = F_i/ΣF.
     """
-    points, force = seen.points, carried.tangent.force
+    points, force = inputs.points, carried.tangent.force
     (k, m), total = own.force.shape, float(points.force.sum())
     shares = points.force / total if total > 0.0 else np.full(k, 1.0 / k)
 
@@ -200,7 +205,7 @@ def _of_whole(
         """Return Σ_i weights_i dv_i (d, k, m) over all points; over its own, v is `grown`."""
         change: FloatArray = weights.T[:, :, None] * grown
         if of is not None and of.left is not None:
-            change += np.einsum("dr,jcr->djc", product(weights.T, of.left), carried.pulled(of))
+            change += np.einsum("dr,jcr->djc", product(weights.T, of.left), carried.right_sides(of))
         return change
 
     def shifted(values: FloatArray) -> FloatArray:
@@ -221,7 +226,7 @@ def _of_whole(
     normal = shifted(points.normal) + weighted(shares, own.normal)
     if size > 0.0:
         normal = (normal - np.einsum("a,b,bkc->akc", mean, mean, normal) / size**2) / size
-    path = seen.present * shifted(points.path) + weighted(seen.ways, own.path)
+    path = inputs.present * shifted(points.path) + weighted(inputs.path_weights, own.path)
     velocity = shifted(points.velocity)
     if len(own.velocity):
         velocity += weighted(shares, own.velocity)
@@ -230,7 +235,7 @@ def _of_whole(
         springs.reshape(1, -1),
         *(np.ascontiguousarray(v.reshape(1, 3, -1)) for v in (normal, path, velocity)),
     )
-    turned = _changes(friction, whole, change)[0].reshape(3, k, m)
+    turned = _checked_changes(friction, whole, change)[0].reshape(3, k, m)
     traction = np.asarray(friction.respond(whole).force)[0]
     none = np.zeros((k, 3, m))
     terms = Terms(none, shares[:, None, None] * np.eye(3), np.moveaxis(turned, 0, 2))
@@ -241,5 +246,5 @@ def _of_whole(
     terms = terms.plus(Terms(sharing, of_all, total_grown[0][:, :, None]))
     if force.left is not None:
         left = (traction / total)[:, None] * force.left[:, None, :]
-        terms = terms.plus(Terms(none, left, carried.pulled(force)))
+        terms = terms.plus(Terms(none, left, carried.right_sides(force)))
     return terms

@@ -1,4 +1,4 @@
-"""Keep arrays of a state for the points in contact only: all other rows are zero."""
+"""Define arrays of a state with rows for the points in contact only; other rows are zero."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from contiga.records import FloatArray, IndexArray
 
 
 class Column(NamedTuple):
-    """Values of some points; of others they are zero.
+    """Values of some points; those of other points are zero.
 
     >>> some = Column(np.array([1, 3]), np.array([5.0, 0.0]))
     >>> some.at(np.array([0, 1])).tolist(), some.nonzero().rows.tolist()
@@ -24,14 +24,14 @@ class Column(NamedTuple):
     """(k, …)."""
 
     def at(self, rows: IndexArray) -> FloatArray:
-        """Return (len(rows), …) values of other points."""
+        """Return the values (len(rows), …) of any points, zero for rows that are not listed."""
         if len(rows) == len(self.rows) and (rows is self.rows or (rows == self.rows).all()):
             return np.array(self.values)
         out = np.zeros((len(rows), *self.values.shape[1:]))
         if len(self.rows):
-            place = np.minimum(np.searchsorted(self.rows, rows), len(self.rows) - 1)
-            there = self.rows[place] == rows
-            out[there] = self.values[place[there]]
+            position = np.minimum(np.searchsorted(self.rows, rows), len(self.rows) - 1)
+            is_listed = self.rows[position] == rows
+            out[is_listed] = self.values[position[is_listed]]
         return out
 
     def add_to(self, total: FloatArray) -> None:
@@ -42,7 +42,7 @@ class Column(NamedTuple):
             total[self.rows] += self.values
 
     def nonzero(self) -> Column:
-        """The points whose value (k,) is not zero."""
+        """Return the points whose value (k,) is not zero."""
         if np.count_nonzero(self.values) == len(self.values):  # nearly always
             return self
         rows = np.flatnonzero(self.values)
@@ -50,32 +50,32 @@ class Column(NamedTuple):
 
 
 NOWHERE = np.zeros((0, 3))
-"""Velocities that are not told, and forces there are none of."""
+"""No vectors: velocities that are not given, forces without points."""
 NONE = np.zeros(0)
 NO_ROWS = np.zeros(0, np.int32)
 NO_SIZES, NO_FORCES = Column(NO_ROWS, NONE), Column(NO_ROWS, NOWHERE)
 
 
-class Holds(NamedTuple):
+class GuardStates(NamedTuple):
     """The guards and depths of points in contact, one row each, body axes."""
 
     rows: IndexArray
     """(k,) the points, ascending."""
     guard: FloatArray
-    """(k, 3) outward normals that tell which walls are opposite."""
+    """(k, 3) outward normals by which walls are opposite or not."""
     depth: FloatArray
-    """(k,) how deep they are."""
-    opposed: NDArray[np.bool_]
-    """(k,) whose nearest wall is opposite."""
+    """(k,) penetrations."""
+    is_opposed: NDArray[np.bool_]
+    """(k,) whether the nearest wall is opposite."""
 
     def at(self, rows: IndexArray) -> tuple[FloatArray, FloatArray, NDArray[np.bool_]]:
-        """Guards (len(rows), 3), depths and opposed of these points, zero where there is none."""
+        """Return guards (len(rows), 3), depths and `is_opposed` of points, zero if not listed."""
         guard, depth = (Column(self.rows, each).at(rows) for each in (self.guard, self.depth))
-        return guard, depth, np.isin(rows, self.rows[self.opposed])
+        return guard, depth, np.isin(rows, self.rows[self.is_opposed])
 
 
 class Guards(NamedTuple):
-    """Outward normals that tell which walls are opposite for some points, body axes."""
+    """Guards of some points, body axes: outward normals by which walls are opposite or not."""
 
     rows: IndexArray
     """(k,) the points, ascending."""
@@ -86,21 +86,21 @@ class Guards(NamedTuple):
 UNGUARDED = Guards(NO_ROWS, NOWHERE)
 
 
-def holds_of(held: Column, normal: FloatArray, opposed: Guards) -> Holds:
-    """Make the `Holds` of points `held` = (rows, depth).
+def guard_states_of(depths: Column, normal: FloatArray, opposed: Guards) -> GuardStates:
+    """Return the `GuardStates` of points `depths` = (rows, depth).
 
-    Guards are those `opposed`, else `normal` (k, 3).
+    Guards are those in `opposed`, else `normal` (k, 3).
     """
-    rows, depth = held
-    marked = np.zeros(len(rows), np.bool_)
+    rows, depth = depths
+    is_opposed = np.zeros(len(rows), np.bool_)
     if len(opposed.rows):
-        at, normal = np.searchsorted(rows, opposed.rows), normal.copy()
-        normal[at], marked[at] = opposed.normal, True
-    return Holds(rows, normal, depth, marked)
+        rows_opposed, normal = np.searchsorted(rows, opposed.rows), normal.copy()
+        normal[rows_opposed], is_opposed[rows_opposed] = opposed.normal, True
+    return GuardStates(rows, normal, depth, is_opposed)
 
 
 def merged(first: Guards, second: Guards) -> Guards:
-    """Both, of different points."""
+    """Return the guards of two sets of different points."""
     if len(first.rows) == 0 or len(second.rows) == 0:
         return first if len(second.rows) == 0 else second
     rows = np.concatenate((first.rows, second.rows))
@@ -109,39 +109,39 @@ def merged(first: Guards, second: Guards) -> Guards:
 
 
 class Kept(NamedTuple):
-    """Rows of the arrays of a `State` that say nothing without contact, by their names."""
+    """Rows, for points in contact, of those arrays of a `State` that are zero without contact."""
 
     penetration: Column
-    """With the two that follow, of all points in contact."""
+    """Rows of all points in contact, as in the two fields that follow."""
     normal_B: Column
     foot_B: Column
     guard_B: Guards
     normal_force: Column
-    """With all that follows, of those that carry forces."""
+    """Rows of the points that carry forces, as in all fields that follow."""
     stiffness: Column
     memory: Column
     force: Column
-    """Of nodes: of all where the points that carry are others."""
+    """Rows of nodes: all nodes if other points than nodes carry forces."""
     stiffness_bound: Column | None
-    """None where the law gives none."""
+    """None if the law has none."""
     damping: Column | None
-    """None, with the next, where nothing is damped."""
+    """None without damping, as the next field."""
     viscosity: Column | None
     friction_memory: Column | None
-    """None, with the two that follow, without friction."""
+    """None without friction, as the two fields that follow."""
     traction_B: Column | None
     tangential: Column | None
 
     @property
     def springs(self) -> Column:
-        """Springs that bound the slope of the normal forces."""
+        """Springs, force/length, that bound the slopes of the normal forces."""
         bound = self.stiffness_bound
         return (self.stiffness if bound is None else bound).nonzero()
 
     def whole(self, name: str, p_B: FloatArray) -> FloatArray:
-        """The array `name` of a state of points p_B (n, 3)."""
+        """Return the whole array `name` of a state of points p_B (n, 3)."""
         column: Column | Guards | None = getattr(self, name)
-        if column is None:  # there is no such thing
+        if column is None:
             shape = {"friction_memory": (len(p_B), 0), "traction_B": (0, 3)}
             return np.zeros(shape.get(name, (0,)))
         rows, values = column

@@ -1,4 +1,4 @@
-"""Contact areas of a state, measured when somebody looks at them."""
+"""Measure the contact areas of a state, on first use."""
 
 from __future__ import annotations
 
@@ -16,28 +16,28 @@ from contiga.statuses import Status
 
 
 class Measure(NamedTuple):
-    """The way in which the contact area of a contact is measured."""
+    """The area method of a contact with its fixed input."""
 
     master: Master
     method: AreaMethod
     side: str
-    """Whose area is wanted, "slave" or "master"."""
+    """Side whose area is measured, "slave" or "master"."""
     own: FloatArray | None
-    """(n,) tributary areas of the slave, where it has them."""
+    """(n,) tributary areas of the slave, if it has any."""
     prepared: Any
-    """What the method keeps about the slave."""
+    """Data of the slave that the method prepared."""
     half: FloatArray | None
     """(m,) half the thickness of a shell, the nodes first."""
 
     def input(self, nodes: FloatArray, patch: np.ndarray, feet: Projection) -> AreaInput:
-        """Make what the method sees of nodes (n, 3), body axes; patch ≥ 0 are in contact."""
+        """Return the input of the method for nodes (n, 3), body axes, in contact with patch ≥ 0."""
         rows = np.flatnonzero(patch >= 0).astype(np.int32)
         return AreaInput(
             self.master, rows, nodes, feet, self.own, self.side, self.prepared, {}, self.half
         )
 
     def input_of(self, state: State) -> AreaInput:
-        """Make what the method sees of a state."""
+        """Return the input of the method for a state."""
         n = len(state.force)
         rows = np.flatnonzero(state.patch[:n] >= 0)
         feet = Projection(
@@ -53,13 +53,13 @@ class Measure(NamedTuple):
         return self.input(state.points_B[:n], state.patch[:n], feet)
 
     def areas(self, inp: AreaInput) -> Areas:
-        """Nodal areas on the side that is wanted."""
+        """Return nodal areas on the side of this contact."""
         areas = self.method.measure(inp)
         if self.side == "slave" or areas.on == "master":
             return areas
         return areas._replace(area=areas.area / offset_ratio(self.master, inp.feet))
 
     def outlines(self, inp: AreaInput, pose: FloatArray) -> Outlines | None:
-        """Return the lines where contact ends, world axes; None for methods that do not say."""
+        """Return the outlines of contact, world axes; None for methods without."""
         lines = outlines_of(self.method, inp)
         return None if lines is None else lines._replace(points=to_world(pose, lines.points))

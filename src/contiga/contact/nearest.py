@@ -1,10 +1,10 @@
-"""Points whose feet and sides do not tell what becomes of them, where the nearest wall pushes.
+"""Decide on points that the kernels of `settle` leave, where the nearest wall pushes.
 
-In contact means come in, and not come out since. Of a closed body the side of every point is
-proved: it has come in where its path enters last, and one that did not come in anywhere is taken
-into contact all the same, at its closest point, and marked FOUND. An open body has no inside: its
-points come in where their paths cross it last, from the front, and come out where their walls let
-go of them (`ways`).
+A point is in contact if it has entered the body and not left it since. On a closed body the side of
+every point is proved: a point enters where its path crosses the surface last; a point inside
+without such a crossing is taken into contact at its closest point and marked FOUND. An open body
+has no inside: points enter where their paths cross it last, from the front, and leave where their
+walls release them (`deep_paths`).
 """
 
 from __future__ import annotations
@@ -13,24 +13,24 @@ from typing import NamedTuple
 
 import numpy as np
 
-from contiga.contact import ways
+from contiga.contact import deep_paths
+from contiga.contact.deep_paths import DeepPaths, WallStates
 from contiga.contact.foot_rows import (
-    apart,
     at_border,
     blank,
     closest,
+    copy_feet,
+    distance_between,
     follow,
     free_distance,
-    remember,
-    take,
-    take_inside,
+    store_feet,
+    take_into_contact,
     within_depth,
 )
-from contiga.contact.kernels import settle_nb, way_nb
+from contiga.contact.kernels import deep_path_nb, settle_nb
 from contiga.contact.loads import UNGUARDED, Guards, merged
 from contiga.contact.search_records import BoolArray, Options, Rows, Step, StepSearch
-from contiga.contact.settle_records import Asked
-from contiga.contact.ways import Start, Ways
+from contiga.contact.settle_records import Candidates
 from contiga.jit import straight
 from contiga.records import (
     ByteArray,
@@ -44,7 +44,7 @@ from contiga.records import (
 )
 from contiga.statuses import Status
 
-BECOMES = np.array(
+STATUS_OF_OUTCOME = np.array(
     [
         ContactStatus.OLD,
         ContactStatus.OLD,
@@ -55,293 +55,326 @@ BECOMES = np.array(
     ],
     np.int8,
 )
-"""What becomes of points in contact, by the outcome of their ways."""
+"""Statuses of points that were in contact, by the outcomes of their paths: see `deep_path_nb`."""
 
 
-def asked_of(search: StepSearch, feet: Projection | None, rows: Rows) -> Asked:
-    """Collect the points of which it is not known what becomes of them.
+def candidates_of(search: StepSearch, feet: Projection | None, rows: Rows) -> Candidates:
+    """Collect the points whose status is still open; decide on the others.
 
-    Points of a closed body that are known to be outside are released or stay free, and so do those
-    that lie inside since the start and whose ways cross nothing. `feet` are those continued of the
-    points that were in contact; None where they are not needed.
+    On a closed body points known to be outside are released or stay free, and points inside since
+    the start whose paths cross nothing stay free. `feet` are the continued feet of points that were
+    in contact; None if they are not needed.
     """
     surface, step, _, detected, options, _ = search
-    both = np.concatenate(rows)
-    was = np.arange(len(both)) < len(rows.touching)
-    side, reach = surface.sides(step.now, both)
-    out = side > 0
-    detected.status[both[out & was]] = ContactStatus.RELEASED
-    free = out | _stay_inside(search, both, ~was & (side < 0))
-    detected.safe_distance[both[free]] = side[free] * (reach[free] - options.band)
-    detected.last_patch[both[side != 0]] = -1
-    left = np.flatnonzero(~free)
-    n, both, was = len(left), both[left], was[left]
-    truth, own = blank(n), blank(n)
-    truth.status[:] = settle_nb.NOT_ASKED
+    points = np.concatenate(rows)
+    was_touching = np.arange(len(points)) < len(rows.touching)
+    side, reach = surface.sides(step.now, points)
+    outside = side > 0
+    detected.status[points[outside & was_touching]] = ContactStatus.RELEASED
+    is_free = outside | _stay_inside(search, points, ~was_touching & (side < 0))
+    detected.safe_distance[points[is_free]] = side[is_free] * (reach[is_free] - options.band)
+    detected.last_patch[points[side != 0]] = -1
+    open_rows = np.flatnonzero(~is_free)
+    n, points, was_touching = len(open_rows), points[open_rows], was_touching[open_rows]
+    closest_points, kept_feet = blank(n), blank(n)
+    closest_points.status[:] = settle_nb.NOT_SEARCHED
     if feet is not None:
-        held = np.flatnonzero(was)
-        take(own, held, rows_of(feet, left[held]), np.ones(len(held), np.bool_))
-    none = np.zeros(n, np.bool_)
-    within, status = np.full(n, np.inf), np.full(n, ContactStatus.OLD, np.int8)
-    known = side[left], reach[left], within, *step.holds.at(both)
-    return Asked(both, was, none, status, *known, own, truth)
+        rows_before = np.flatnonzero(was_touching)
+        every = np.ones(len(rows_before), np.bool_)
+        copy_feet(kept_feet, rows_before, rows_of(feet, open_rows[rows_before]), every)
+    guard, depth, is_opposed = step.guard_states.at(points)
+    return Candidates(
+        rows=points,
+        was_touching=was_touching,
+        is_kept=np.zeros(n, np.bool_),
+        status=np.full(n, ContactStatus.OLD, np.int8),
+        side=side[open_rows],
+        safe_distance=reach[open_rows],
+        max_distance=np.full(n, np.inf),
+        guard=guard,
+        depth=depth,
+        is_opposed=is_opposed,
+        feet=kept_feet,
+        closest=closest_points,
+    )
 
 
 def _stay_inside(search: StepSearch, rows: IntArray, inside: BoolArray) -> BoolArray:
-    """Tell which free points lie inside since the start: they have not come in.
+    """Return which free points inside since the start have not entered the body in the step.
 
-    A search by penetration asks how deep they are.
+    In a search by penetration none stays: their depths decide.
     """
     surface, step = search.surface, search.step
-    stay = np.zeros(len(rows), dtype=bool)
-    unsure = np.flatnonzero(inside & step.ignored[rows] & np.isfinite(step.way[rows]))
+    stays = np.zeros(len(rows), dtype=bool)
+    has_past = np.isfinite(step.path_length[rows])
+    unsure = np.flatnonzero(inside & step.inside_since_start[rows] & has_past)
     if len(unsure) and not search.options.penetration:
-        stay[unsure] = surface.clear_ways(step.before, step.now, rows[unsure])
-        rest = unsure[~stay[unsure]]
-        _, sense = search.last_crossings(rows[rest])
-        stay[rest] = sense == 0
-    return stay
+        stays[unsure] = surface.clear_ways(step.before, step.now, rows[unsure])
+        unsure = unsure[~stays[unsure]]
+        _, sense = search.last_crossings(rows[unsure])
+        stays[unsure] = sense == 0
+    return stays
 
 
-def find(search: StepSearch, asked: Asked, which: IndexArray) -> None:
-    """Ask for the closest points of some rows, where they are not known yet."""
-    which = which[asked.truth.status[which] == settle_nb.NOT_ASKED]
-    if len(which):
-        out = closest(search.surface, search.step.now, asked.rows[which])
-        take(asked.truth, which, out, np.ones(len(which), dtype=bool))
+def find_closest(search: StepSearch, candidates: Candidates, chosen: IndexArray) -> None:
+    """Search the closest points of the chosen candidates, unless they are known."""
+    chosen = chosen[candidates.closest.status[chosen] == settle_nb.NOT_SEARCHED]
+    if len(chosen):
+        found = closest(search.surface, search.step.now, candidates.rows[chosen])
+        copy_feet(candidates.closest, chosen, found, np.ones(len(chosen), dtype=bool))
 
 
 def detect(search: StepSearch, rows: Rows) -> Guards:
-    """Tell what becomes of `rows`; returns those that another wall than the nearest pushes."""
+    """Decide on `rows`; return the guards of points that another wall than the nearest pushes."""
     feet, touching = None, rows.touching
     if len(touching):
         start = search.last.patch[touching], search.last.uv[touching]
         now = np.ascontiguousarray(search.step.now[touching])
         feet = follow(search.surface, (None, now), start)
     if search.options.closed:
-        return judge(search, asked_of(search, feet, rows))
+        return decide(search, candidates_of(search, feet, rows))
     return _detect_open(search, feet, rows)
 
 
-class PointsFound(NamedTuple):
-    """The classes of points of a closed body by closest points and sides, a row each."""
+class PointClasses(NamedTuple):
+    """Classes of candidates on a closed body, one row each."""
 
-    needed: BoolArray
-    """Whose closest points were looked for."""
+    needs_closest: BoolArray
+    """Whether the closest point was needed."""
     solved: BoolArray
-    """Whose place is known."""
+    """Whether the side is known."""
     inside: BoolArray
     deep: BoolArray
-    """Inside by more than rounding."""
-    free: BoolArray
-    """Free points that need not have come in: inside since the start, or without a past."""
+    """Whether a point is inside by more than rounding."""
+    may_be_free: BoolArray
+    """Whether a free point may be inside without an entry: since the start, or without a past."""
 
 
-def found_of(step: Step, asked: Asked, needed: BoolArray, options: Options) -> PointsFound:
-    """Classify points by the closest points of those that are `needed`."""
-    truth, sided = asked.truth, asked.side != 0
-    solved = ~needed | (truth.status == Status.OK)
-    inside = solved & np.where(sided, asked.side < 0, truth.gap <= 0.0)
-    deep = inside & (sided | (truth.gap < -options.band))
-    past = np.isfinite(step.way[asked.rows])
-    free = ~asked.was & (step.ignored[asked.rows] | ~past)
-    return PointsFound(needed, solved, inside, deep, free)
+def classify(
+    step: Step, candidates: Candidates, needs_closest: BoolArray, options: Options
+) -> PointClasses:
+    """Classify candidates by sides and closest points."""
+    feet, has_side = candidates.closest, candidates.side != 0
+    solved = ~needs_closest | (feet.status == Status.OK)
+    inside = solved & np.where(has_side, candidates.side < 0, feet.gap <= 0.0)
+    deep = inside & (has_side | (feet.gap < -options.band))
+    has_past = np.isfinite(step.path_length[candidates.rows])
+    may_be_free = ~candidates.was_touching & (step.inside_since_start[candidates.rows] | ~has_past)
+    return PointClasses(needs_closest, solved, inside, deep, may_be_free)
 
 
-def judge(search: StepSearch, asked: Asked) -> Guards:
-    """Tell what becomes of points of a closed body."""
+def decide(search: StepSearch, candidates: Candidates) -> Guards:
+    """Decide on points of a closed body; return the guards of points as `detect` does."""
     step, detected, options = search.step, search.detected, search.options
-    rows, was = asked.rows, asked.was
-    needed = (asked.side <= 0) | (~was & options.penetration)
-    find(search, asked, np.flatnonzero(needed))
-    straight(settle_nb.take_nearest)(asked, step.way, options.limits)
-    if straight(settle_nb.judge_plain)(asked, step, options.limits, detected):
+    rows, was_touching = candidates.rows, candidates.was_touching
+    needs_closest = (candidates.side <= 0) | (~was_touching & options.penetration)
+    find_closest(search, candidates, np.flatnonzero(needs_closest))
+    straight(settle_nb.take_closest)(candidates, step.path_length, options.limits)
+    if straight(settle_nb.decide_all)(candidates, step, options.limits, detected):
         return UNGUARDED
-    standing = found_of(step, asked, needed, options)
-    _, solved, inside, deep, free = standing
-    begin = _begin(search, rows)
-    entered = _entries(search, asked, standing, begin)
-    missed = deep & ~was & ~entered & ~free & (not options.penetration)
-    touching = inside & ((was & (asked.kept | deep)) | entered | missed)
-    moved = np.flatnonzero(touching & ~asked.kept)
-    gone = _gone(search, asked, begin, moved)
-    take(asked.feet, moved, gone.feet, np.ones(len(moved), dtype=bool))
-    status = np.where(was, ContactStatus.RELEASED, ContactStatus.FREE).astype(np.int8)
-    status[asked.kept & touching] = asked.status[asked.kept & touching]
-    status[moved] = BECOMES[gone.outcome]
+    classes = classify(step, candidates, needs_closest, options)
+    _, solved, inside, deep, may_be_free = classes
+    starts = _path_starts(search, rows)
+    entered = _find_entries(search, candidates, classes, starts)
+    missed = deep & ~was_touching & ~entered & ~may_be_free & (not options.penetration)
+    touching = inside & ((was_touching & (candidates.is_kept | deep)) | entered | missed)
+    followed = np.flatnonzero(touching & ~candidates.is_kept)
+    paths = _follow_paths(search, candidates, starts, followed)
+    copy_feet(candidates.feet, followed, paths.feet, np.ones(len(followed), dtype=bool))
+    status = np.where(was_touching, ContactStatus.RELEASED, ContactStatus.FREE).astype(np.int8)
+    status[candidates.is_kept & touching] = candidates.status[candidates.is_kept & touching]
+    status[followed] = STATUS_OF_OUTCOME[paths.outcome]
     status[entered] = ContactStatus.NEW
     status[missed] = ContactStatus.FOUND
     status[~solved] = ContactStatus.LOST
-    write(search, asked, standing, Judged(status, touching, ~solved))
-    return _guards(rows[moved], gone, touching[moved])
+    write_decision(search, candidates, classes, Decision(status, touching, ~solved))
+    return _guards(rows[followed], paths, touching[followed])
 
 
-class Begin(NamedTuple):
-    """The places where the ways of points begin, one row each, and their feet there."""
+class PathStarts(NamedTuple):
+    """Starting points of the paths of points inside, one row each, with their feet there."""
 
     point: FloatArray
     patch: IntArray
     uv: FloatArray
 
 
-def _begin(search: StepSearch, rows: IntArray) -> Begin:
-    """Return where points were at the last step, on the surface as it is now."""
-    return Begin(search.begins(rows), search.last.patch[rows], search.last.uv[rows])
+def _path_starts(search: StepSearch, rows: IntArray) -> PathStarts:
+    """Return the positions at the last step, relative to the surface in its present shape."""
+    return PathStarts(search.path_starts(rows), search.last.patch[rows], search.last.uv[rows])
 
 
-def _gone(search: StepSearch, asked: Asked, begin: Begin, which: IndexArray) -> Ways:
-    """Go along the ways of some points, from where they begin to where the points are."""
-    held = asked.guard[which], asked.depth[which], asked.opposed[which]
-    start = Start(*held, begin.patch[which], begin.uv[which])
-    path = begin.point[which], search.step.now[asked.rows[which]]
-    return ways.gone(search.surface, path, start, rows_of(asked.truth, which), search.options)
+def _follow_paths(
+    search: StepSearch, candidates: Candidates, starts: PathStarts, chosen: IndexArray
+) -> DeepPaths:
+    """Follow the paths of the chosen candidates from their starts to their present positions."""
+    guards = candidates.guard[chosen], candidates.depth[chosen], candidates.is_opposed[chosen]
+    walls = WallStates(*guards, starts.patch[chosen], starts.uv[chosen])
+    ends = starts.point[chosen], search.step.now[candidates.rows[chosen]]
+    nearest = rows_of(candidates.closest, chosen)
+    return deep_paths.follow_paths(search.surface, ends, walls, nearest, search.options)
 
 
-def _guards(rows: IntArray, gone: Ways, pushed: BoolArray) -> Guards:
+def _guards(rows: IntArray, paths: DeepPaths, pushed: BoolArray) -> Guards:
     """Return the guards of points that end in contact with another wall than the nearest."""
-    opposed = np.flatnonzero(gone.opposed & pushed)
+    opposed = np.flatnonzero(paths.is_opposed & pushed)
     order = np.argsort(rows[opposed])
-    return Guards(rows[opposed][order], gone.guard[opposed][order])
+    return Guards(rows[opposed][order], paths.guard[opposed][order])
 
 
-def _entries(search: StepSearch, asked: Asked, standing: PointsFound, begin: Begin) -> BoolArray:
-    """Tell which of the points inside have come in within the step.
+def _find_entries(
+    search: StepSearch, candidates: Candidates, classes: PointClasses, starts: PathStarts
+) -> BoolArray:
+    """Return which of the points inside have entered the body in the step.
 
-    Where their ways inside begin, and what holds them there, is written: the wall where their path
-    enters last. It is looked at for free points, and for those whose nearest wall is opposite: they
-    may have left by one wall and come in by another.
+    The place of their last entry and its wall replace their rows in `starts` and their guards.
+    Paths are examined for free points, and for points whose nearest wall is opposite, as they may
+    have left by one wall and entered by another.
     """
     surface, step, options = search.surface, search.step, search.options
-    rows, was = asked.rows, asked.was
+    rows, was_touching = candidates.rows, candidates.was_touching
     if options.penetration:
-        entered = standing.inside & ~was & within_depth(asked.truth, options)
-        asked.guard[~was] = 0.0
+        entered = classes.inside & ~was_touching & within_depth(candidates.closest, options)
+        candidates.guard[~was_touching] = 0.0
     else:
         entered = np.zeros(len(rows), dtype=bool)
-    unsure = standing.inside & ~asked.kept & np.isfinite(step.way[rows])
-    which = np.flatnonzero(unsure & (was | (not options.penetration)))
-    if len(which):
-        hits, sense = search.last_crossings(rows[which])
+    unsure = classes.inside & ~candidates.is_kept & np.isfinite(step.path_length[rows])
+    chosen = np.flatnonzero(unsure & (was_touching | (not options.penetration)))
+    if len(chosen):
+        hits, sense = search.last_crossings(rows[chosen])
         back = np.flatnonzero(sense > 0)
-        came, there = which[back], np.ascontiguousarray(hits.point[back])
-        entered[came], begin.point[came] = True, there
-        begin.patch[came], begin.uv[came] = hits.patch[back], hits.uv[back]
-        asked.depth[came], asked.opposed[came] = -np.inf, False
-        asked.guard[came] = closest(surface, there, np.arange(len(back), dtype=np.int32)).normal
+        new, places = chosen[back], np.ascontiguousarray(hits.point[back])
+        entered[new], starts.point[new] = True, places
+        starts.patch[new], starts.uv[new] = hits.patch[back], hits.uv[back]
+        candidates.depth[new], candidates.is_opposed[new] = -np.inf, False
+        candidates.guard[new] = closest(
+            surface, places, np.arange(len(back), dtype=np.int32)
+        ).normal
     return entered
 
 
-class Judged(NamedTuple):
-    """Statuses that the search gives points, one row each."""
+class Decision(NamedTuple):
+    """Statuses of candidates, one row each."""
 
     status: ByteArray
     touching: BoolArray
     lost: BoolArray
 
 
-def write(search: StepSearch, asked: Asked, standing: PointsFound, become: Judged) -> None:
-    """Write what becomes of points of a closed body into `search.detected`."""
-    detected, rows, truth, touching = search.detected, asked.rows, asked.truth, become.touching
-    detected.status[rows] = become.status
-    take(detected.feet, rows, asked.feet, touching)
-    remember(detected, rows[~touching], truth, ~touching)
-    sided = np.where(asked.side != 0, asked.safe_distance, np.abs(truth.gap))
-    known = sided - search.options.band
-    free_way = free_distance(truth, search.options)
-    free_way = np.where(standing.needed, free_way, asked.side * known)
-    held = np.where(standing.inside, np.fmax(known, 0.0), 0.0)
-    distance = np.where(become.lost, 0.0, np.where(touching, held, free_way))
-    detected.safe_distance[rows] = distance
+def write_decision(
+    search: StepSearch, candidates: Candidates, classes: PointClasses, decision: Decision
+) -> None:
+    """Write the decision on points of a closed body into `search.detected`."""
+    detected, rows, touching = search.detected, candidates.rows, decision.touching
+    detected.status[rows] = decision.status
+    copy_feet(detected.feet, rows, candidates.feet, touching)
+    store_feet(detected, rows[~touching], candidates.closest, ~touching)
+    distance = np.where(
+        candidates.side != 0, candidates.safe_distance, np.abs(candidates.closest.gap)
+    )
+    distance = distance - search.options.band
+    if_free = free_distance(candidates.closest, search.options)
+    if_free = np.where(classes.needs_closest, if_free, candidates.side * distance)
+    if_touching = np.where(classes.inside, np.fmax(distance, 0.0), 0.0)
+    safe_distance = np.where(decision.lost, 0.0, np.where(touching, if_touching, if_free))
+    detected.safe_distance[rows] = safe_distance
 
 
 def _detect_open(search: StepSearch, feet: Projection | None, rows: Rows) -> Guards:
-    """Tell what becomes of points of an open body."""
+    """Decide on points of an open body."""
     surface, step, _, detected, options, _ = search
-    touching, near = rows
-    asked = asked_of(search, feet, Rows(touching, near[:0]))
-    find(search, asked, np.arange(len(touching)))
-    straight(settle_nb.take_nearest)(asked, step.way, options.limits)
-    status, at, kept = asked.status.copy(), np.ones(len(touching)), asked.kept
-    # Beyond a border the nearest wall is the border: the foot followed there keeps its normal.
-    on_border = at_border(asked.feet) & (asked.feet.gap <= 0.0) & options.hold
-    by_border = on_border & ~kept & (asked.truth.status != Status.OK)
-    came_out = ~kept & ~by_border & _have_come_out(search, asked)
+    touching, free = rows
+    candidates = candidates_of(search, feet, Rows(touching, free[:0]))
+    find_closest(search, candidates, np.arange(len(touching)))
+    straight(settle_nb.take_closest)(candidates, step.path_length, options.limits)
+    status, share, is_kept = candidates.status.copy(), np.ones(len(touching)), candidates.is_kept
+    # Beyond a border the nearest wall is the border: the foot that was followed keeps its normal.
+    on_border = at_border(candidates.feet) & (candidates.feet.gap <= 0.0) & options.hold
+    at_hold = on_border & ~is_kept & (candidates.closest.status != Status.OK)
+    came_out = ~is_kept & ~at_hold & _are_in_front(search, candidates)
     status[came_out] = ContactStatus.RELEASED
-    which = np.flatnonzero(~kept & ~by_border & ~came_out)
-    gone = _gone(search, asked, _begin(search, touching), which)
-    status[which], at[which] = BECOMES[gone.outcome], gone.at
-    pushed = gone.outcome <= way_nb.ANEW
-    take(asked.feet, which, gone.feet, pushed)
+    followed = np.flatnonzero(~is_kept & ~at_hold & ~came_out)
+    paths = _follow_paths(search, candidates, _path_starts(search, touching), followed)
+    status[followed], share[followed] = STATUS_OF_OUTCOME[paths.outcome], paths.progress
+    pushed = paths.outcome <= deep_path_nb.RESTARTED
+    copy_feet(candidates.feet, followed, paths.feet, pushed)
     slid_off = status == ContactStatus.SLID_OFF
-    by_border |= on_border & slid_off
+    at_hold |= on_border & slid_off
     if options.hold:  # they come out beside the border that held them
         status[slid_off] = ContactStatus.RELEASED
-    status[by_border] = ContactStatus.HELD
-    held = kept | by_border
-    held[which[pushed]] = True
+    status[at_hold] = ContactStatus.HELD
+    stays = is_kept | at_hold
+    stays[followed[pushed]] = True
     detected.status[touching], detected.safe_distance[touching] = status, 0.0
-    take(detected.feet, touching, asked.feet, held)
-    guards = _guards(touching[which], gone, pushed)
+    copy_feet(detected.feet, touching, candidates.feet, stays)
+    guards = _guards(touching[followed], paths, pushed)
     if options.penetration:
-        take_inside(surface, step.now, near, detected, options)
+        take_into_contact(surface, step.now, free, detected, options)
         return guards
-    # Whoever is let go of may come through another sheet on the rest of the way.
-    left = np.flatnonzero(~held & ~came_out & (status != ContactStatus.LOST))
-    new = _come_in(search, touching[left], at[left], near)
-    rest = near[detected.feet.patch[near] < 0]
-    surface.safe_distance(step.now, rest, detected.safe_distance)
-    return merged(guards, new)
+    # A released point may enter through another sheet on the rest of its path.
+    released = np.flatnonzero(~stays & ~came_out & (status != ContactStatus.LOST))
+    new_guards = _enter_open(search, touching[released], share[released], free)
+    still_free = free[detected.feet.patch[free] < 0]
+    surface.safe_distance(step.now, still_free, detected.safe_distance)
+    return merged(guards, new_guards)
 
 
-def _have_come_out(search: StepSearch, asked: Asked) -> BoolArray:
-    """Tell which points are in front of the wall that was nearest.
+def _are_in_front(search: StepSearch, candidates: Candidates) -> BoolArray:
+    """Return which points are in front of their wall and have crossed no other sheet since.
 
-    The foot that was followed leads them there, and they have come through no other sheet since.
+    Their followed feet are the closest points.
     """
     step, options = search.step, search.options
-    truth, out = asked.truth, np.zeros(len(asked.rows), np.bool_)
-    front = (truth.status == Status.OK) & (truth.gap > 0.0) & ~asked.opposed
-    front &= apart(asked.feet, truth) <= options.limits.same_foot
-    which = np.flatnonzero(front & (asked.depth - step.way[asked.rows] <= 2.0 * options.band))
-    hits, sense = search.last_crossings(asked.rows[which])
-    out[which] = (sense <= 0) & (hits.status != Status.BUDGET)
-    return out
+    feet, in_front = candidates.closest, np.zeros(len(candidates.rows), np.bool_)
+    may_be = (feet.status == Status.OK) & (feet.gap > 0.0) & ~candidates.is_opposed
+    may_be &= distance_between(candidates.feet, feet) <= options.limits.same_foot
+    # A deeper point cannot have come out within its path.
+    depth_left = candidates.depth - step.path_length[candidates.rows]
+    chosen = np.flatnonzero(may_be & (depth_left <= 2.0 * options.band))
+    hits, sense = search.last_crossings(candidates.rows[chosen])
+    in_front[chosen] = (sense <= 0) & (hits.status != Status.BUDGET)
+    return in_front
 
 
-def _come_in(search: StepSearch, let_go: IntArray, share: FloatArray, free: IntArray) -> Guards:
-    """Take the points of an open body into contact whose paths enter last.
+def _enter_open(
+    search: StepSearch, released: IntArray, share: FloatArray, free: IntArray
+) -> Guards:
+    """Take points of an open body into contact whose last crossings enter it.
 
     They are points released after a `share` (k,) of their paths, and free points.
     """
     surface, step, _, detected, options, _ = search
-    rows = np.concatenate((let_go, free))
-    end, all_of_them = step.now[rows], np.arange(len(rows), dtype=np.int32)
+    rows = np.concatenate((released, free))
+    ends, numbers = step.now[rows], np.arange(len(rows), dtype=np.int32)
     hits, sense = search.last_crossings(free)
-    if len(let_go):
-        start = search.begins(let_go)
-        start += share[:, None] * (step.now[let_go] - start)
-        first, turn = surface.last_crossings(start, step.now[let_go], all_of_them[: len(let_go)])
+    if len(released):
+        start = search.path_starts(released)
+        start += share[:, None] * (step.now[released] - start)
+        first, first_sense = surface.last_crossings(
+            start, step.now[released], numbers[: len(released)]
+        )
         both = ((getattr(first, name), getattr(hits, name)) for name in Hit._fields)
         hits = Hit._make(map(np.concatenate, both))
-        sense = np.concatenate((turn, sense))
+        sense = np.concatenate((first_sense, sense))
     detected.status[rows[hits.status == Status.BUDGET]] = ContactStatus.LOST
-    came = np.flatnonzero(sense > 0).astype(np.int32)
-    if len(came) == 0:
+    entering = np.flatnonzero(sense > 0).astype(np.int32)
+    n = len(entering)
+    if n == 0:
         return UNGUARDED
-    rows, there, n = rows[came], np.ascontiguousarray(hits.point[came]), len(came)
-    guard = closest(surface, there, all_of_them[:n]).normal
-    place = hits.patch[came], np.ascontiguousarray(hits.uv[came])
-    begin = Start(guard, np.zeros(n), np.zeros(n, np.bool_), *place)
+    rows, ends, places = rows[entering], ends[entering], np.ascontiguousarray(hits.point[entering])
+    guard = closest(surface, places, numbers[:n]).normal
+    foot = hits.patch[entering], np.ascontiguousarray(hits.uv[entering])
+    walls = WallStates(guard, np.zeros(n), np.zeros(n, np.bool_), *foot)
     nearest = closest(surface, step.now, rows)
-    gone = ways.gone(surface, (there, end[came]), begin, nearest, options)
-    pushed, feet = gone.outcome <= way_nb.ANEW, gone.feet
+    paths = deep_paths.follow_paths(surface, (places, ends), walls, nearest, options)
+    pushed = paths.outcome <= deep_path_nb.RESTARTED
     status = np.where(pushed, np.int8(ContactStatus.NEW), detected.status[rows])
     if options.hold:
-        followed = follow(surface, (None, end[came]), place)
+        followed = follow(surface, (None, ends), foot)
         held = ~pushed & at_border(followed) & (followed.gap <= 0.0)
         status[held] = ContactStatus.HELD
-        take(detected.feet, rows, followed, held)
-    status[gone.outcome == way_nb.GIVEN_UP] = ContactStatus.LOST
+        copy_feet(detected.feet, rows, followed, held)
+    status[paths.outcome == deep_path_nb.GIVEN_UP] = ContactStatus.LOST
     detected.status[rows] = status
-    take(detected.feet, rows, feet, pushed)
-    return _guards(rows, gone, pushed)
+    copy_feet(detected.feet, rows, paths.feet, pushed)
+    return _guards(rows, paths, pushed)

@@ -1,4 +1,4 @@
-"""Choose which points of a slave carry contact, and over what area."""
+"""Choose the points of a slave that carry contact, and their areas."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ from contiga.slaves.checks import as_nodal
 from contiga.slaves.sampling import Sampling
 from contiga.slaves.slave import Slave
 
-_ALL_CORNERS = 1e-9
+_COVER_TOL = 1e-9
 """Rounding of shape functions that add up to one."""
 
 
 def default_area(slave: Slave) -> AreaMethod:
-    """Return how contact areas are measured where nothing is said."""
+    """Return the default area method of a slave."""
     has_facets = slave.facets is not None and len(slave.facets) > 0
     return FacetArea() if has_facets else NodalArea()
 
@@ -30,7 +30,7 @@ def default_area(slave: Slave) -> AreaMethod:
 def sampling_of(
     slave: Slave, quadrature: str | int, weights: str, fixed: FloatArray | None, law: Law
 ) -> Sampling:
-    """The points of contact and their fixed areas, which only laws that need none do without."""
+    """Return the points of contact and their fixed areas, which most laws need."""
     if quadrature != "nodes":
         return Sampling(slave, None, int(quadrature))
     if weights == "rest" and fixed is None and getattr(law, "needs_area", True):
@@ -46,15 +46,15 @@ def sampling_of(
 
 
 def half_of(thickness: ArrayLike | None, slave: Slave, sampling: Sampling) -> FloatArray | None:
-    """Return (m,) half the thickness of a shell at the points of contact; None of what is none.
+    """Return half the thickness (m,) of a shell at the points of contact; None without thickness.
 
-    Points on facets have that between their corners, where all of these have one: facets of solids
-    beside a shell have none.
+    Quadrature points interpolate between the corners of their facet, if all of these have a
+    thickness: facets of solids beside a shell have none.
 
     Raises
     ------
     InputError
-        Not a number, or one for each point; below zero, or nowhere above.
+        Neither a number nor one per point; negative values; zero everywhere.
     """
     if thickness is None:
         return None
@@ -68,7 +68,7 @@ def half_of(thickness: ArrayLike | None, slave: Slave, sampling: Sampling) -> Fl
         )
     corners = np.stack([0.5 * nodal, nodal > 0.0, nodal], axis=1)
     half, covered, _ = sampling.points(corners).T
-    return read_only(np.where(covered > 1.0 - _ALL_CORNERS, half, 0.0))
+    return read_only(np.where(covered > 1.0 - _COVER_TOL, half, 0.0))
 
 
 def pressure_of(sampling: Sampling, state: State) -> FloatArray:

@@ -1,4 +1,4 @@
-"""The kernels that a contact with CAD needs before its first step, loaded while the CAD is read."""
+"""Load the kernels for the first step of a contact with CAD while the CAD is read."""
 
 from __future__ import annotations
 
@@ -24,9 +24,9 @@ KERNELS = (
     *(surface_leaves, curve_leaves, build, fill_plates),
     *(surface_pieces, project_global, last_crossings, track_chunks),
 )
-"""In the order they are called: faces, trims, elements, hierarchy, sides, search."""
+"""Kernels in calling order: faces, trims, elements, hierarchy, sides, search."""
 
 
 def preload_search() -> None:
-    """Load `KERNELS` from their cache. That takes as long as reading a small part of CAD."""
+    """Load `KERNELS` from their cache, which takes as long as reading a small CAD part."""
     preload(KERNELS)

@@ -1,10 +1,10 @@
-"""From what the search has found to forces: rates, laws, friction, and where the work went.
+"""Compute forces from the results of the search: rates, laws, friction, and energies.
 
-Points that carry as one are those of a law that gives one force for all of them. The point that
-carries passes from node to node as bodies slide and roll; what friction holds must not stay behind
-with the nodes. It is that of one point: with the sum of the normal forces, their mean normal, and
-the mean way of the points, weighted by their shares at both ends of the step, so that its work is
-that of its forces on the points, to second order.
+Some laws give one common force for all points. The points that carry it change from node to node as
+bodies slide and roll, so that friction must not remember single nodes. It then acts on one
+fictitious point with the sum of the normal forces, their mean normal, and the mean path of the
+points, weighted by their shares at both ends of the step: its work is the work of its forces on the
+points, to second order.
 """
 
 from __future__ import annotations
@@ -20,8 +20,17 @@ from contiga.arrays.layout import as_numbers, as_points, locked, real
 from contiga.arrays.ordered import length, product
 from contiga.arrays.threads import run_ranges
 from contiga.contact.kernels import carrying_nb, relative_nb, totals_nb
-from contiga.contact.loads import NO_FORCES, NO_ROWS, NO_SIZES, NONE, NOWHERE, Column
-from contiga.contact.search_records import BoolArray, Detected
+from contiga.contact.loads import (
+    NO_FORCES,
+    NO_ROWS,
+    NO_SIZES,
+    NONE,
+    NOWHERE,
+    UNGUARDED,
+    Column,
+    Kept,
+)
+from contiga.contact.search_records import BoolArray, Detection
 from contiga.contact.shape import Shape
 from contiga.contact.state import State
 from contiga.errors import InputError
@@ -46,10 +55,10 @@ from contiga.records import (
 from contiga.rigid.frames import POINTS
 from contiga.slaves.sampling import Sampling
 
-PLAIN = frozenset({PenaltyLaw, AdaptiveLaw})
-"""Laws of this package, and none derived from them, that ask nothing of users' curves."""
-OWN_FRICTION = frozenset({Coulomb, ViscousFriction})
-"""Frictions of this package, and none derived from them, which write to none of their input."""
+TRUSTED_LAWS = frozenset({PenaltyLaw, AdaptiveLaw})
+"""Laws of this package without user curves, not derived ones: their output needs no checks."""
+TRUSTED_FRICTION = frozenset({Coulomb, ViscousFriction})
+"""Frictions of this package, not derived ones: they do not write to their input."""
 NO_ENERGIES = np.zeros(5)
 
 Velocities: TypeAlias = tuple[ArrayLike, ArrayLike]
@@ -57,7 +66,7 @@ Velocities: TypeAlias = tuple[ArrayLike, ArrayLike]
 
 
 class RelativeVelocity(NamedTuple):
-    """Velocities of points against a body, which are worked out of those that are asked for."""
+    """Velocities of points relative to a body, computed for given rows."""
 
     sampling: Sampling
     nodes: FloatArray
@@ -69,7 +78,7 @@ class RelativeVelocity(NamedTuple):
     """(2, 3) velocity of the body's origin and its spin, world axes."""
 
     def at(self, rows: IndexArray) -> FloatArray:
-        """Return (k, 3) of points `rows`, ascending, body axes."""
+        """Return the velocities (k, 3) of points `rows`, ascending, body axes."""
         p_W, v_W = self.points.take(rows, axis=0), self.nodes
         v_W = self.sampling.points_at(rows, v_W) if self.sampling.first else v_W.take(rows, axis=0)
         v_B = np.empty(v_W.shape)
@@ -85,7 +94,7 @@ def relative_velocity(
     velocity: ArrayLike | None,
     twist: Velocities | FloatArray | None,
 ) -> RelativeVelocity | None:
-    """Return how the points p_W (m, 3) go against the body; None where no velocity is given.
+    """Return the velocities of points p_W (m, 3) relative to the body; None if not given.
 
     `poses` are those of the body before and now.
     """
@@ -113,7 +122,7 @@ def relative_velocity(
             found=len(v_W),
             allowed=str(sampling.n_nodes),
         )
-    first = straight(relative_nb.first_unknown)(v_W, p_W)
+    first = straight(relative_nb.first_without_velocity)(v_W, p_W)
     if first >= 0:
         raise InputError(
             "a point that has a place has no velocity",
@@ -140,20 +149,20 @@ def relative_velocity(
 
 @dataclass(frozen=True, eq=False)
 class PreviousStep:
-    """The step before, from which points came where they are."""
+    """The previous step of a contact, with the velocities and the shape of this one."""
 
     state: State
-    """Of the last step."""
+    """State after the last step."""
     dt: float
-    """Zero in statics, where there are no rates."""
+    """Length of this step; zero in statics, where there are no rates."""
     velocity: RelativeVelocity | None
-    """Against the body, where it is known exactly."""
+    """Given velocities relative to the body; None without."""
     shape: Shape | None = None
-    """How the body has changed; None of one that keeps its shape."""
+    """Change of the body in this step; None for a constant shape."""
 
     @cached_property
     def points(self) -> FloatArray:
-        """Points (n, 3) before, body axes; those in contact carried along with their feet since."""
+        """Points (n, 3) before, body axes; points in contact are carried along with their feet."""
         state = self.state
         if self.shape is None:
             return state.points_B
@@ -163,8 +172,8 @@ class PreviousStep:
         return points
 
 
-def feet_carried(past: PreviousStep) -> Column:
-    """Return where the surface has carried the feet of the last step, (n, 3) in body axes."""
+def carried_feet(past: PreviousStep) -> Column:
+    """Return the feet of the last step, carried along with the surface, (n, 3) in body axes."""
     rows, feet = past.state.kept.foot_B
     if past.shape is not None:
         feet = feet + (past.points[rows] - past.state.points_B[rows])
@@ -180,37 +189,37 @@ class ContactRows(NamedTuple):
     normal: FloatArray
     foot: FloatArray
     path: FloatArray
-    """(k, 3) against the surface in the step; zero at the start and of points without a past."""
+    """(k, 3) path relative to the surface in the step; zero at the start or without a past."""
     inside: FloatArray
-    """(k,) share of that path that a point has gone in contact: of a new one what is below the
-    tangent plane at its foot, and nothing of a path that leads away from there."""
+    """(k,) share of that path in contact: for a new point the share below the tangent plane at its
+    foot, zero for a path away from there."""
     old: BoolArray
     """(k,) whether each was in contact before."""
     switched: BoolArray
-    """(k,) whether its foot was on another patch or another feature, or nowhere."""
+    """(k,) whether its foot was on another patch or another feature, or did not exist."""
     rate: FloatArray
-    """(k,) dλ/dt: exact where velocities are given, else of old contacts the change of λ over the
-    step and of new ones their speed of approach; zero at the start."""
+    """(k,) dλ/dt: exact if velocities are given, else the change of λ over the step for old
+    contacts and the speed of approach for new ones; zero at the start."""
     velocity: FloatArray
-    """(k, 3) against the body; (0, 3) where velocities are not given."""
+    """(k, 3) relative to the body; (0, 3) if velocities are not given."""
 
     @classmethod
     def of(cls, rows: IntArray, velocity: FloatArray = NOWHERE) -> ContactRows:
-        """Make one of these rows, with nothing else filled in."""
+        """Return a record for these rows with uninitialised columns."""
         k = len(rows)
         normal, foot, path = np.empty((k, 3)), np.empty((k, 3)), np.empty((k, 3))
         depth, inside, rate = np.empty(k), np.empty(k), np.empty(k)
         old, switched = np.empty((2, k), np.bool_)
         return cls(rows, depth, normal, foot, path, inside, old, switched, rate, velocity)
 
-    def since(self, first: int) -> ContactRows:
-        """Return those of them from the point `first` on: the ones that carry forces."""
+    def from_point(self, first: int) -> ContactRows:
+        """Return the rows from the point `first` on, which carry forces."""
         k = int(np.searchsorted(self.rows, first))
         return ContactRows._make(values[k:] for values in self)
 
 
 class LastDepths(NamedTuple):
-    """The places and depths of points at the last step."""
+    """Feet, positions and depths of points at the last step."""
 
     patch: IntArray
     """(n,) patch of their feet, −1 without contact."""
@@ -221,12 +230,12 @@ class LastDepths(NamedTuple):
     rows: IndexArray
     """(k,) the points in contact, ascending."""
     depth: FloatArray
-    """(k,) how deep they were."""
+    """(k,) their penetrations."""
 
 
-def touching(detected: Detected, p_B: FloatArray, past: PreviousStep | None) -> ContactRows:
-    """Collect what is known of the points in contact before forces."""
-    rows, gather = detected.held, straight(carrying_nb.gather)
+def contact_rows(detected: Detection, p_B: FloatArray, past: PreviousStep | None) -> ContactRows:
+    """Return the points in contact with depths, normals, feet, paths and rates."""
+    rows, gather = detected.touching, straight(carrying_nb.gather)
     if past is None:
         points = ContactRows.of(rows)
         n = len(p_B)
@@ -235,39 +244,39 @@ def touching(detected: Detected, p_B: FloatArray, past: PreviousStep | None) -> 
         gather(detected.feet, p_B, last, 1.0, points)
         points.rate.fill(0.0)
         return points
-    state, there = past.state, past.state.points_B
+    state, last_points = past.state, past.state.points_B
     velocity = NOWHERE if past.velocity is None else past.velocity.at(rows)
-    if past.shape is not None:  # paths and velocities are those against the surface at the foot
+    if past.shape is not None:  # paths and velocities are relative to the surface at the foot
         feet, points_B = SurfacePlaces(detected.feet.patch[rows], detected.uv[rows]), p_B[rows]
-        there = there.copy()
-        there[rows] += past.shape.carried(feet, points_B)
+        last_points = last_points.copy()
+        last_points[rows] += past.shape.carried(feet, points_B)
         if past.velocity is not None:
             velocity = velocity - past.shape.velocities(feet, points_B)
-    last = LastDepths(state.patch, state.feature, there, *state.kept.penetration)
+    last = LastDepths(state.patch, state.feature, last_points, *state.kept.penetration)
     points = ContactRows.of(rows, velocity)
     gather(detected.feet, p_B, last, past.dt or np.inf, points)
     return points
 
 
-class Seen(NamedTuple):
-    """Input of friction, of the points that carry forces."""
+class FrictionInputs(NamedTuple):
+    """Input of friction, for single points and for all points as one."""
 
     points: FrictionInput
-    whole: FrictionInput | None = None
-    """Input of all points as one, if they carry as one."""
-    ways: FloatArray = NONE
-    """(k,) what each point's way counts in that of the whole."""
+    common: FrictionInput | None = None
+    """Input of one point for all, if the law gives a common force."""
+    path_weights: FloatArray = NONE
+    """(k,) weights of the paths of points in the common path."""
     present: float = 1.0
-    """Part of that which is the present share of its normal force."""
+    """Part of these weights that is the present share of the normal force."""
 
 
-class Response(NamedTuple):
-    """The answers of law and friction for the points that carry."""
+class Responses(NamedTuple):
+    """Output of law and friction for the points that carry forces."""
 
     normal: LawOutput
     friction: FrictionOutput | None
-    seen: Seen | None
-    """By friction."""
+    inputs: FrictionInputs | None
+    """Input of friction."""
 
 
 def respond(
@@ -276,36 +285,35 @@ def respond(
     points: ContactRows,
     inp: LawInput,
     past: PreviousStep | None,
-) -> Response:
-    """Ask law and friction, and return their answers in arrays of their own."""
-    answer = checked_answer(law, inp)
+) -> Responses:
+    """Evaluate law and friction; the output is in arrays of its own."""
+    output = checked_output(law, inp)
     if friction is None:
-        return Response(answer, None, None)
+        return Responses(output, None, None)
     rows, normal = points.rows, points.normal
     if past is None:
-        before, memory = np.zeros_like(normal), np.zeros((len(rows), friction.n_memory))
+        normal_before, memory = np.zeros_like(normal), np.zeros((len(rows), friction.n_memory))
         velocity = np.zeros_like(normal)
     else:
         kept = past.state.kept
-        before, velocity = kept.normal_B.at(rows), points.velocity
+        normal_before, velocity = kept.normal_B.at(rows), points.velocity
         memory = np.zeros((len(rows), friction.n_memory))
         if kept.friction_memory is not None:
             memory = kept.friction_memory.at(rows)
         if past.velocity is None:
             velocity = points.path / (past.dt or np.inf)
-    # The stiffness is that of the normal force over the penetration; on a plateau of its curve it
-    # is the secant.
-    elastic = answer.force if answer.damping is None else answer.force - answer.damping
+    # Stiffness of the normal force over the penetration; the secant on a plateau of its curve.
+    elastic = output.force if output.damping is None else output.force - output.damping
     secant = np.zeros(len(rows))
     np.divide(elastic, points.depth, out=secant, where=points.depth > 0.0)
-    stiffness = np.where(answer.stiffness > 0.0, answer.stiffness, np.maximum(secant, 0.0))
+    stiffness = np.where(output.stiffness > 0.0, output.stiffness, np.maximum(secant, 0.0))
     area = inp.area
-    if type(friction) not in OWN_FRICTION:  # others cannot write to what is the contact's
+    if type(friction) not in TRUSTED_FRICTION:  # it must not write to arrays of the contact
         normal, area = locked(normal), locked(area)
-    seen = FrictionInput(
+    inputs = FrictionInput(
         normal=normal,
-        normal_before=before,
-        force=answer.force,
+        normal_before=normal_before,
+        force=output.force,
         stiffness=stiffness,
         area=area,
         path=points.path * points.inside[:, None],
@@ -314,37 +322,37 @@ def respond(
         memory=memory,
     )
     if getattr(law, "acts_as_one", False) and len(rows):
-        gripped, handed = _grip_as_one(friction, points, seen, past)
+        friction_output, friction_inputs = _common_friction(friction, points, inputs, past)
     else:
-        gripped, handed = friction.respond(seen), Seen(seen)
+        friction_output, friction_inputs = friction.respond(inputs), FrictionInputs(inputs)
     force = np.empty(normal.shape)
-    force[...] = gripped.force
-    return Response(answer, gripped._replace(force=force), handed)
+    force[...] = friction_output.force
+    return Responses(output, friction_output._replace(force=force), friction_inputs)
 
 
-def checked_answer(law: Law, inp: LawInput) -> LawOutput:
-    """Return a law's answer, checked: one row for each point in contact.
+def checked_output(law: Law, inp: LawInput) -> LawOutput:
+    """Return the output of a law, checked: one row per point in contact.
 
-    Without any point the law is not asked.
+    Without points the law is not evaluated.
 
-    A row too few or an axis too many would be spread over the points without a word. The arrays are
-    copies: whoever worked them out may go on with theirs. Those of `PLAIN` laws are right, and new.
+    Output of a wrong shape would be broadcast silently. The arrays are copied, as the law may reuse
+    them; those of `TRUSTED_LAWS` are new.
     """
     n = len(inp.penetration)
     if n == 0:
         return LawOutput(np.zeros(0), np.zeros(0), np.zeros(0), np.zeros((0, law.n_memory)))
-    if type(law) in PLAIN:
+    if type(law) in TRUSTED_LAWS:
         return law.respond(inp)
-    answer: object = law.respond(inp)
-    if not isinstance(answer, LawOutput):
+    output: object = law.respond(inp)
+    if not isinstance(output, LawOutput):
         raise InputError(
             "the law must answer a LawOutput",
             where="law",
-            found=type(answer).__name__,
+            found=type(output).__name__,
             allowed="LawOutput(force, stiffness, stored, memory)",
         )
     checked: list[FloatArray | None] = []
-    for name, values in zip(LawOutput._fields, answer._replace(tangent=None), strict=True):
+    for name, values in zip(LawOutput._fields, output._replace(tangent=None), strict=True):
         if values is None and name in LawOutput._field_defaults:
             checked.append(None)
             continue
@@ -361,57 +369,57 @@ def checked_answer(law: Law, inp: LawInput) -> LawOutput:
     return LawOutput(*checked)  # type: ignore[arg-type]  # those without a default are not None
 
 
-def _grip_as_one(
+def _common_friction(
     friction: Friction, points: ContactRows, inp: FrictionInput, past: PreviousStep | None
-) -> tuple[FrictionOutput, Seen]:
-    """Return friction's answer for the whole; `inp` is its input for each point."""
+) -> tuple[FrictionOutput, FrictionInputs]:
+    """Return friction of all points as one, shared among them; `inp` is the input of points."""
     shares = _shares(inp.force)
     before, memory = np.zeros((1, 3)), np.zeros((1, friction.n_memory))
-    ways, present = shares, 1.0
+    path_weights, present = shares, 1.0
     if past is not None and points.old.any():
         last = past.state.kept
         rows, force = last.normal_force
         before = _unit(product(_shares(force), last.normal_B.at(rows)))
-        memory[0] = inp.memory[np.argmax(points.old)]  # all that were in contact have the same
-        carried = last.normal_force.at(points.rows)
-        if carried.any():  # else all that carried have left
-            ways, present = _shares(shares + _shares(carried)), 0.5
-    seen = FrictionInput(
+        memory[0] = inp.memory[np.argmax(points.old)]  # the same for all old points
+        last_force = last.normal_force.at(points.rows)
+        if last_force.any():  # else all of these have left
+            path_weights, present = _shares(shares + _shares(last_force)), 0.5
+    common_input = FrictionInput(
         normal=_unit(product(shares, inp.normal)),
         normal_before=before,
         force=inp.force.sum(keepdims=True),
         stiffness=inp.stiffness.sum(keepdims=True),
         area=inp.area.sum(keepdims=True),
-        path=product(ways, inp.path)[None],
+        path=product(path_weights, inp.path)[None],
         velocity=product(shares, inp.velocity)[None],
         dt=inp.dt,
         memory=memory,
     )
-    whole, column = friction.respond(seen), shares[:, None]
-    each = FrictionOutput(
-        column * whole.force,
-        shares * whole.stiffness,
-        shares * whole.stored,
-        shares * whole.lost,
-        np.repeat(whole.memory, len(shares), axis=0),
+    common, column = friction.respond(common_input), shares[:, None]
+    of_points = FrictionOutput(
+        column * common.force,
+        shares * common.stiffness,
+        shares * common.stored,
+        shares * common.lost,
+        np.repeat(common.memory, len(shares), axis=0),
     )
-    return each, Seen(inp, seen, ways, present)
+    return of_points, FrictionInputs(inp, common_input, path_weights, present)
 
 
 def _shares(force: FloatArray) -> FloatArray:
-    """Shares (k,) of a sum, alike where there is none."""
-    whole = force.sum()
-    return force / whole if whole > 0.0 else np.full(len(force), 1.0 / max(len(force), 1))
+    """Return the shares (k,) of a sum; equal shares if it is zero."""
+    total = force.sum()
+    return force / total if total > 0.0 else np.full(len(force), 1.0 / max(len(force), 1))
 
 
 def _unit(vector: FloatArray) -> FloatArray:
-    """Return (1, 3) of length one; zero stays."""
+    """Return a unit vector (1, 3); zero stays zero."""
     size = length(vector)
     return (vector / size if size > 0.0 else vector)[None]
 
 
-class Answer(NamedTuple):
-    """The answers of law and friction for k points that carry; no rows of what is not told."""
+class LawForces(NamedTuple):
+    """Output of law and friction for k points; optional arrays are empty without."""
 
     force: FloatArray
     """(k,) along the normals."""
@@ -420,9 +428,11 @@ class Answer(NamedTuple):
     damping: FloatArray
     """(k,) the part of `force` that is due to the rate."""
     friction: FloatArray
-    """(k, 3) forces across the normals, with energies stored and lost by them."""
+    """(k, 3) forces across the normals."""
     held: FloatArray
+    """(k,) energies stored in friction's springs."""
     lost: FloatArray
+    """(k,) energies lost by friction."""
 
 
 class LastForces(NamedTuple):
@@ -433,9 +443,9 @@ class LastForces(NamedTuple):
     traction: Column
     damping: Column
     energies: FloatArray
-    """(5,) as `ContactEnergy` has them."""
+    """(5,) energies, as in `ContactEnergy`."""
     points: FloatArray
-    """(n, 3) `PreviousStep.points` of all."""
+    """(n, 3) all `PreviousStep.points`."""
     none: Column
     """Forces of no points."""
 
@@ -446,46 +456,51 @@ class Frame(NamedTuple):
     pose: FloatArray
     """(4, 4) X_WB."""
     reference_point: FloatArray
-    """(3,) that moments are about, body axes."""
+    """(3,) reference point of moments, body axes."""
 
 
-class Felt(NamedTuple):
-    """The forces that k points that carry feel, and their sums."""
+class PointForces(NamedTuple):
+    """Forces on k points, and their sums."""
 
     force: FloatArray
-    """(k, 3) on them, world axes."""
+    """(k, 3) forces, world axes."""
     viscosity: FloatArray
     """(k,) damping over the rate of penetration."""
     totals: FloatArray
-    """The wrench on the body, and the energies with what the step adds; see `totals_nb`."""
+    """Wrench on the body, and energies after the step; see `totals_nb`."""
 
 
 def forces(
     points: ContactRows,
-    response: Response,
+    response: Responses,
     p_B: FloatArray,
     past: PreviousStep | None,
     frame: Frame,
-) -> tuple[Felt, bool]:
-    """Return forces of the points that carry, the ledger of work on the contact, and damping.
-
-    The ledger is up to now; the last says whether any force is damped.
+) -> tuple[PointForces, bool]:
+    """Return forces and energies of the points, and whether any force is damped.
 
     `p_B` (m, 3) are all points.
     """
-    (force, _, stored, _, hysteresis, damping, *_), grip, _ = response
+    (force, _, stored, _, hysteresis, damping, *_), friction_output, _ = response
     k = len(points.rows)
-    felt = Felt(np.empty((k, 3)), np.empty(k), np.empty(totals_nb.TOTALS))
-    gripped = NOWHERE, NONE, NONE
-    if grip is not None:  # what is only summed may have any shape
-        held, lost = np.array(grip.stored, np.float64), np.array(grip.lost, np.float64)
-        gripped = grip.force, held.reshape(-1), lost.reshape(-1)
-    answer = Answer(
+    out = PointForces(np.empty((k, 3)), np.empty(k), np.empty(totals_nb.TOTALS))
+    friction_arrays = NOWHERE, NONE, NONE
+    if friction_output is not None:  # energies are only summed: they may have any shape
+        stored_by_friction, lost_by_friction = (
+            np.array(friction_output.stored, np.float64),
+            np.array(friction_output.lost, np.float64),
+        )
+        friction_arrays = (
+            friction_output.force,
+            stored_by_friction.reshape(-1),
+            lost_by_friction.reshape(-1),
+        )
+    answer = LawForces(
         force,
         stored,
         NONE if hysteresis is None else hysteresis,
         NONE if damping is None else damping,
-        *gripped,
+        *friction_arrays,
     )
     if past is None:
         last = LastForces(NO_SIZES, NO_FORCES, NO_FORCES, NO_SIZES, NO_ENERGIES, p_B, NO_FORCES)
@@ -500,8 +515,37 @@ def forces(
             past.points,
             NO_FORCES,
         )
-    viscous = straight(totals_nb.forces)(points, answer, last, p_B, frame, felt)
+    is_damped = straight(totals_nb.forces)(points, answer, last, p_B, frame, out)
     if past is None:
-        all_stored = felt.totals[totals_nb.STORED]
-        felt.totals[totals_nb.WORK :] = all_stored, all_stored, 0.0, 0.0, 0.0
-    return felt, viscous
+        all_stored = out.totals[totals_nb.STORED]
+        out.totals[totals_nb.WORK :] = all_stored, all_stored, 0.0, 0.0, 0.0
+    return out, is_damped
+
+
+def kept_columns(
+    touching: ContactRows, rows: IntArray, response: Responses, out: PointForces, is_damped: bool
+) -> Kept:
+    """Return the columns of a state for the points in contact; forces are those on `rows`."""
+    normal, friction, _ = response
+    bound, damping = normal.stiffness_bound, normal.damping if is_damped else None
+    # Friction's memory and stiffness are copied, as it may reuse its arrays.
+    return Kept(
+        penetration=Column(touching.rows, touching.depth),
+        normal_B=Column(touching.rows, touching.normal),
+        foot_B=Column(touching.rows, touching.foot),
+        guard_B=UNGUARDED,
+        normal_force=Column(rows, normal.force),
+        stiffness=Column(rows, normal.stiffness),
+        memory=Column(rows, normal.memory),
+        force=Column(rows, out.force),
+        stiffness_bound=None if bound is None else Column(rows, bound),
+        damping=None if damping is None else Column(rows, damping),
+        viscosity=None if damping is None else Column(rows, out.viscosity),
+        friction_memory=None
+        if friction is None
+        else Column(rows, np.array(friction.memory, np.float64)),
+        traction_B=None if friction is None else Column(rows, friction.force),
+        tangential=None
+        if friction is None
+        else Column(rows, np.array(friction.stiffness, np.float64)),
+    )

@@ -1,4 +1,4 @@
-"""Arrays of a state that nobody needs any more, for the next one to be written into."""
+"""Reuse the arrays of a state that is no longer needed for the next one."""
 
 from __future__ import annotations
 
@@ -15,17 +15,19 @@ from contiga.errors import InputError
 from contiga.records import FloatArray
 
 _arrays: Any = attrgetter(*Columns._fields, "points_B")
-"""Those of a state that are written over."""
+"""Arrays of a state that are overwritten."""
 
 
-def given_up(out: State, state: State, p_W: FloatArray, owner: Owner) -> tuple[Columns, FloatArray]:
-    """The arrays of `out` that say something of all points, and its points, which it has no more.
+def reusable_arrays(
+    out: State, state: State, p_W: FloatArray, owner: Owner
+) -> tuple[Columns, FloatArray]:
+    """Return the arrays of `out` for all points, and its array of points; `out` loses them.
 
     Raises
     ------
     InputError
-        It is no state of `owner`, or the one that is stepped from, or its arrays are not its own,
-        or are those of the points p_W (n, 3) or of `state`.
+        `out` is not a state of `owner`, or is `state` itself, or shares arrays with `state`, the
+        points p_W (n, 3) or other objects.
     """
     kind("out", out, State)
     if out is state:
@@ -39,7 +41,7 @@ def given_up(out: State, state: State, p_W: FloatArray, owner: Owner) -> tuple[C
             "out must be a state of this contact", where="out", allowed="what its steps answered"
         )
     arrays = _arrays(out)
-    if not _plainly_apart(out, state, arrays, p_W):
+    if not _are_obviously_separate(out, state, arrays, p_W):
         n = len(p_W)
         likes: tuple[Any, ...] = Columns.of(0)
         for name, array, like in zip(Columns._fields, arrays, likes, strict=False):
@@ -47,16 +49,16 @@ def given_up(out: State, state: State, p_W: FloatArray, owner: Owner) -> tuple[C
         check_fillable(arrays[-1], (n, 3), np.float64, "out.points_B")
         read = [p_W, *_arrays(state)]
         check_apart(arrays, read, "a state whose arrays are not those of state or points")
-    vars(out).clear()  # its arrays are going to be written over
+    vars(out).clear()  # its arrays will be overwritten
     return Columns._make(arrays[:-1]), arrays[-1]
 
 
-def _plainly_apart(out: State, state: State, columns: Any, p_W: FloatArray) -> bool:
-    """Return whether `own`, the arrays of `out`, can be written over, and it is plain to see.
+def _are_obviously_separate(out: State, state: State, columns: Any, p_W: FloatArray) -> bool:
+    """Return whether the arrays of `out` obviously share no memory with others.
 
-    It is of states that steps have made: they are right but for a user who locked one, each lies
-    apart from all others and from what users made, and only copies of a state share some, whole.
-    To look at all pairs of two states takes longer than a small step.
+    That holds for states made by steps: their arrays are separate from each other and from arrays
+    of users, unless a user locked one, and only copies of a state share whole arrays. Comparing all
+    pairs of arrays of two states would take longer than a small step.
     """
     if out._maker is None or state._maker is None:
         return False

@@ -1,4 +1,4 @@
-"""Records that the search of a step hands on: its options, the last step, and its findings."""
+"""Define the records of the search of a step: options, last step, work arrays and results."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from contiga.arrays.layout import as_numbers
-from contiga.contact.loads import UNGUARDED, Column, Guards, Holds, holds_of
+from contiga.contact.loads import UNGUARDED, Column, Guards, GuardStates, guard_states_of
 from contiga.masters.protocol import Master, Surface
 from contiga.records import (
     ByteArray,
@@ -24,76 +24,75 @@ from contiga.records import (
 
 BoolArray = NDArray[np.bool_]
 
-# Share of its size an open body reaches behind its faces when nothing else is said.
+# Default depth of contact behind the faces of an open body, as a share of its size.
 OPEN_DEPTH = 0.1
-# Share of the body's size by which a path may be off its chord. A point that comes in no deeper
-# than that and leaves again within the step may be missed; what is in contact at its end is not.
+# Share of the body's size by which a path may deviate from its chord. A point that enters no deeper
+# and leaves again within the step may be missed; one that is in contact at the end is not.
 BULGE = 1e-5
-# Distance from the surface below which a point counts as on it: a share of the body's size (feet
-# are that exact) and one of its coordinates (they are rounded).
+# Distance from the surface below which a point counts as on it: a share of the body's size (the
+# accuracy of feet) and of its coordinates (their rounding).
 SAME_PLACE = 4e-12
 ROUNDING = 32.0 * np.finfo(np.float64).eps
-# A point that went no farther than this share of the body's size has its last foot near by.
-SHORT = 2e-3
-# Feet closer than this share of the body's size are one.
+# Share of the body's size up to which a path is short: the last foot is then near the new one.
+SHORT_PATH = 2e-3
+# Share of the body's size within which feet are the same.
 SAME_FOOT = 1e-9
-# Points that a thread goes through at once.
+# Points per chunk of a thread.
 CHUNK = 32768
 
 
 class Limits(NamedTuple):
-    """The options and lengths that decide what becomes of points, as kernels are handed them."""
+    """Options and lengths of the search, as kernels need them."""
 
     closed: bool
-    """Whether the body is closed: a point is inside or outside, whatever its foot."""
+    """Whether the body is closed, so that points are inside or outside."""
     nearest: bool
-    """The nearest wall that is not opposite pushes; else the one that a point came in by."""
+    """Whether the nearest wall that is not opposite pushes; else the wall of entry pushes."""
     hold: bool
-    """Keep points that slide over a border on its closest point."""
+    """Whether points that slide over a border stay in contact at its closest point."""
     penetration: bool
-    """Search by penetration: points count as in contact where they lie inside."""
+    """Whether the search is by penetration: points inside are in contact."""
     band: float
     """Distance below which rounding decides whether a point is inside, length."""
-    far: float
-    """Way beyond which the last foot of a point is no longer near by, length."""
+    short_path: float
+    """Longest path after which the last foot is still near the new one, length."""
     depth: float
-    """Deepest penetration that a search by penetration takes for one, length."""
+    """Largest penetration that a search by penetration accepts, length."""
     same_foot: float
-    """How far feet that are one may be apart, length."""
+    """Distance within which feet are the same, length."""
 
 
 @dataclass(frozen=True)
 class Options:
-    """The options of the search of a contact; as of `Limits`."""
+    """Options of the search of a contact; see `Limits`."""
 
     penetration: bool
     hold: bool
     through: bool
-    """Hold points that tunnelled on the wall they came in by."""
+    """Whether points that tunnelled are held at the wall of entry."""
     nearest: bool
     depth: float
     closed: bool
     size: float
-    """Of the body, length."""
+    """Size of the body, length."""
     band: float
     balls: bool = True
-    """Ask the balls that touch at feet, which take a while to build and save closest points."""
+    """Whether touching balls at feet are used: building them takes time and saves searches."""
     bulge: float = BULGE
-    """How far a path may be off the chords it is followed by, share of the size."""
+    """Allowed deviation of a path from its chords, as a share of the size."""
     half: FloatArray | None = None
-    """(n,) half the thickness of shells, from which on points are in contact; None where contact
-    begins at the surface."""
+    """(n,) half the thickness of shells, the distance of contact; None without thickness."""
 
     @cached_property
     def limits(self) -> Limits:
-        """The options that kernels are handed."""
+        """The options for kernels."""
         return Limits(
             closed=self.closed,
             nearest=self.nearest,
             hold=self.hold,
             penetration=self.penetration,
             band=self.band,
-            far=SHORT * self.size,
+            short_path=SHORT_PATH * self.size,
             depth=self.depth,
             same_foot=SAME_FOOT * self.size,
         )
@@ -106,7 +105,7 @@ def options_of(
     master: Master,
     half: FloatArray | None,
 ) -> Options:
-    """Make the options of a contact with `master`; `how` are the first four of them."""
+    """Make the options of a contact with `master`; `how` are the first four options."""
     size, bounds = master.size, as_numbers(master.bounds(), "bounds")
     depth = reach_of(depth, closed, size)
     band = SAME_PLACE * size + ROUNDING * float(np.abs(bounds).max())
@@ -114,58 +113,57 @@ def options_of(
 
 
 def reach_of(depth: float | None, closed: bool, size: float) -> float:
-    """Return how deep contact reaches into a body of this size, length; `depth` if it is given."""
+    """Return the largest depth of contact in a body of this size, length; `depth` if given."""
     if depth is not None:
         return depth
     return np.inf if closed else OPEN_DEPTH * size
 
 
 class Last(NamedTuple):
-    """The part of the last step that the search needs."""
+    """The state after the last step, as far as the search needs it."""
 
     points_B: FloatArray
     patch: IntArray
     uv: FloatArray
     last_patch: IntArray
     safe_distance: FloatArray
-    holds: Holds
-    """Of the points in contact."""
+    guard_states: GuardStates
+    """Guards and depths of the points in contact."""
 
 
 class Step(NamedTuple):
-    """The way of n points in a step, body axes."""
+    """Paths of n points in a step, body axes, with their state before it."""
 
     before: FloatArray
     now: FloatArray
-    way: FloatArray
-    """(n,) length; beside the rigid motion of a surface that changes its shape, with the way of
-    its points beside that; infinite where the point was not finite before."""
-    ignored: BoolArray
-    """(n,) True of free points that lie inside since the start."""
+    path_length: FloatArray
+    """(n,) length; infinite if the point was not finite before. On a surface that changes its
+    shape, relative to its rigid motion, plus the largest travel of the surface beside that."""
+    inside_since_start: BoolArray
+    """(n,) True for free points that have been inside since the start."""
     last_patch: IntArray
-    """(n,) patch of the foot last known of free points, −1 none."""
+    """(n,) patch of the last known foot of free points, −1 without one."""
     uv: FloatArray
     """(n, 2) its parameters."""
-    holds: Holds
-    """Of the points that were in contact."""
+    guard_states: GuardStates
+    """Guards and depths of the points that were in contact."""
 
 
 class Workspace(NamedTuple):
-    """Memory that the search of a step over n points works in, and of which nothing is kept.
+    """Work arrays of the search of a step over n points: 90 bytes per point, kept by the contact.
 
-    90 bytes a point, which a contact holds from its first step on.
-    Rows of points that are not looked at, or have no foot, mean nothing.
+    Rows of points that are not examined, or have no foot, are undefined.
     """
 
     uv: FloatArray
-    """(n, 2), with the four that follow, of feet."""
+    """(n, 2) parameters of feet; the next four fields also describe feet."""
     point: FloatArray
     normal: FloatArray
     gap: FloatArray
     status: ByteArray
-    way: FloatArray
-    """(n,), with the next, of a `Step`."""
-    ignored: BoolArray
+    path_length: FloatArray
+    """(n,), see `Step`, as the next field."""
+    inside_since_start: BoolArray
     rows: IntArray
     """(2, n) lists of points."""
 
@@ -173,41 +171,41 @@ class Workspace(NamedTuple):
     def of(cls, n: int) -> Workspace:
         """Allocate a new one."""
         point, normal = np.empty((2, n, 3))
-        gap, way = np.empty((2, n))
-        status, ignored = np.empty(n, np.int8), np.empty(n, np.bool_)
+        gap, path_length = np.empty((2, n))
+        status, inside = np.empty(n, np.int8), np.empty(n, np.bool_)
         uv, rows = np.empty((n, 2)), np.empty((2, n), np.int32)
-        return cls(uv, point, normal, gap, status, way, ignored, rows)
+        return cls(uv, point, normal, gap, status, path_length, inside, rows)
 
 
-class Workspaces:
-    """Workspaces of one size that are free: steps take one and give it back, each thread its own.
+class WorkspacePool:
+    """A pool of workspaces of one size; each step takes one and gives it back.
 
-    To ask the system for new memory at every step takes longer than much of what is done in it.
+    Allocating new memory at every step takes longer than much of the work in it.
     """
 
     def __init__(self) -> None:
         self._free: list[Workspace] = []
 
-    def __reduce__(self) -> tuple[type[Workspaces], tuple[()]]:
-        return Workspaces, ()  # copies, and what is written to files, start without
+    def __reduce__(self) -> tuple[type[WorkspacePool], tuple[()]]:
+        return WorkspacePool, ()  # copies and pickles start empty
 
     def take(self, n: int) -> Workspace:
-        """Lend a workspace for n points."""
+        """Return a workspace for n points."""
         try:
             return self._free.pop()
         except IndexError:
             return Workspace.of(n)
 
     def give(self, workspace: Workspace) -> None:
-        """Take a workspace back when nothing in it is needed any more."""
+        """Take back a workspace that is no longer needed."""
         self._free.append(workspace)
 
 
 class Columns(NamedTuple):
-    """The results of a search that a state keeps of all of n points: new arrays, or old ones.
+    """Results of a search for all n points that a state keeps, in new or reused arrays.
 
-    Wherever it is not being written to, last_patch, patch and feature are −1 and the rest is zero,
-    or what a search has said of an earlier step.
+    Rows that are not written hold −1 (last_patch, patch, feature) and zero, or the results of an
+    earlier step.
     """
 
     status: ByteArray
@@ -227,10 +225,10 @@ class Columns(NamedTuple):
         return cls(status, np.zeros(n), last_patch, uv, patch, feature, certified)
 
 
-class Placing(NamedTuple):
-    """Memory in which n points are placed once they have moved, and a list of those to look at.
+class PlacementArrays(NamedTuple):
+    """Input and output of the kernels that place n moved points and list those to examine.
 
-    What is said of an earlier step in the columns is taken back; as in all states, parameters of
+    The kernels reset results of an earlier step in the columns: as in all states, parameters of
     points without a patch are zero.
     """
 
@@ -240,64 +238,65 @@ class Placing(NamedTuple):
     """(n, 3) the points in body axes."""
     last: Last
     active: BoolArray
-    """(n,) whether a point takes part."""
+    """(n,) whether each point takes part."""
     columns: Columns
-    """Filled in."""
-    way: FloatArray
-    """(n,) with the next, of a `Step`; told of points that are listed."""
-    ignored: BoolArray
+    """Results, filled in."""
+    path_length: FloatArray
+    """(n,), see `Step`, as the next field; filled in for points that are listed."""
+    inside_since_start: BoolArray
     rows: IntArray
-    """(2, n) lists that each chunk fills from its own place: of points in contact, and of free ones
-    that may have come to the surface."""
+    """(2, n) lists that each chunk fills from its own first row: points in contact, and free points
+    that may have reached the surface."""
     counts: IndexArray
-    """(chunks, 2) how many each has listed."""
-    surface_way: float = 0.0
-    """Largest way of any point of the surface beside its rigid motion, length: zero of one that
-    keeps its shape."""
+    """(chunks, 2) lengths of the lists."""
+    surface_travel: float = 0.0
+    """Largest travel of a surface point relative to the rigid motion, length; zero for a constant
+    shape."""
 
 
-class Detected(NamedTuple):
-    """Outcome of the search for n points.
+class Detection(NamedTuple):
+    """Results of the search for n points.
 
-    Feet in body axes; of points without contact patch and feature are −1, certified is 0, and the
-    rest means nothing.
+    Feet are in body axes. Points without contact have patch and feature −1 and certified 0; their
+    other values are undefined.
     """
 
     status: ByteArray
     feet: Projection
     safe_distance: FloatArray
-    """(n,) way each point can go before it has to be looked at; see `State.safe_distance`."""
+    """(n,) path length up to which each point need not be examined; see `State.safe_distance`."""
     last_patch: IntArray
-    """(n,) patch of the foot last known of free points, −1 none; its parameters are in `uv`."""
+    """(n,) patch of the last known foot of free points, −1 without one; `uv` has its parameters."""
     uv: FloatArray
-    """(n, 2) parameters of all feet, those of free points included; zeros where there is none."""
-    held: IntArray
+    """(n, 2) parameters of all feet, free points included; zero without a foot."""
+    touching: IntArray
     """(k,) the points in contact, ascending."""
-    opposed: Guards = UNGUARDED
-    """Those of them that another wall than the nearest pushes."""
+    guards: Guards = UNGUARDED
+    """Guards of the points in contact that another wall than the nearest pushes."""
 
     @classmethod
-    def into(cls, workspace: Workspace, columns: Columns) -> Detected:
-        """Lay the outcome of points without feet into that memory."""
+    def into(cls, workspace: Workspace, columns: Columns) -> Detection:
+        """Make the results for points without feet in these arrays."""
         status, safe_distance, last_patch, uv, patch, feature, certified = columns
         own_uv, point, normal, gap, own_status, *_ = workspace
         feet = Projection(patch, own_uv, point, normal, gap, feature, own_status, certified)
         return cls(status, feet, safe_distance, last_patch, uv, workspace.rows[0, :0])
 
     @property
-    def holds(self) -> Holds:
-        """The holds of the points in contact."""
-        deep = Column(self.held, np.maximum(-self.feet.gap[self.held], 0.0))
-        return holds_of(deep, self.feet.normal[self.held], self.opposed)
+    def guard_states(self) -> GuardStates:
+        """Guards and depths of the points in contact."""
+        rows = self.touching
+        depth = Column(rows, np.maximum(-self.feet.gap[rows], 0.0))
+        return guard_states_of(depth, self.feet.normal[rows], self.guards)
 
 
 class Rows(NamedTuple):
-    """The points that a step has to look at, ascending."""
+    """The points that a step must examine, ascending."""
 
     touching: IntArray
-    """In contact before."""
-    near: IntArray
-    """Free before, and near enough to the surface to reach it."""
+    """Points in contact before the step."""
+    free: IntArray
+    """Free points that may have reached the surface."""
 
 
 class ShapedSurface(Protocol):
@@ -315,19 +314,19 @@ class ChangedShape(Protocol):
 
     @property
     def surface(self) -> ShapedSurface:
-        """The surface as it is."""
+        """The surface at the end of the step."""
 
     @property
     def surface_before(self) -> ShapedSurface:
-        """The surface as it was."""
+        """The surface before the step."""
 
     @property
     def rigid(self) -> FloatArray:
         """The rigid part (4, 4) of its motion in the step, body axes, by 90° at most."""
 
     @property
-    def way(self) -> float:
-        """Largest distance of any of its points from where `rigid` takes it, length."""
+    def travel(self) -> float:
+        """Largest distance of a surface point from its place by `rigid` alone, length."""
 
     def moved(self, feet: SurfacePlaces, points: FloatArray) -> FloatArray:
         """Return points (k, 3), given before the step, after the surface has carried them along."""
@@ -343,29 +342,29 @@ class ChangedShape(Protocol):
 
 
 class StepSearch(NamedTuple):
-    """The search of one step: what is asked, of what, and where the answers are written."""
+    """The search of one step: surface, paths, last feet and results."""
 
     surface: Surface
     step: Step
     last: SurfacePlaces
     """Feet of all points at the last step."""
-    detected: Detected
-    """Filled row by row, by whichever stage decides what becomes of a point."""
+    detected: Detection
+    """Results, filled in by the stages that decide on points."""
     options: Options
     shape: ChangedShape | None = None
-    """How the surface has changed; None of one that keeps its shape."""
+    """Change of the surface in the step; None for a constant shape."""
 
     def last_crossings(self, rows: IntArray) -> tuple[Hit, ByteArray]:
-        """Return the last crossings of some points with the surface, which may change meanwhile."""
+        """Return the last crossings of points `rows` with the surface, which may change shape."""
         before, now = self.step.before, self.step.now
         if self.shape is None:
             return self.surface.last_crossings(before, now, rows)
         return self.shape.last_crossings(before[rows], now[rows])
 
-    def begins(self, rows: IndexArray) -> FloatArray:
-        """Return points (len(rows), 3) before the step, carried along to where their feet are now.
+    def path_starts(self, rows: IndexArray) -> FloatArray:
+        """Return points (len(rows), 3) before the step, carried along with their feet.
 
-        Their paths relative to the surface in its shape now begin there.
+        Paths relative to the surface at the end of the step begin there.
         """
         before = self.step.before[rows]
         if self.shape is None:
@@ -375,7 +374,7 @@ class StepSearch(NamedTuple):
 
 
 def listed(rows: IntArray, counts: IndexArray) -> IntArray:
-    """Join the rows that chunks have listed, so many each, each chunk from its place in `rows`."""
+    """Join the lists of rows of chunks, with these lengths, each from its own first row."""
     if len(counts) == 1:
         return rows[: counts[0]]
     parts = [rows[c * CHUNK : c * CHUNK + count] for c, count in enumerate(counts)]

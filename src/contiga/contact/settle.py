@@ -1,8 +1,8 @@
-"""Points that are settled by one call of a kernel for a chunk of them: nearly all of a step.
+"""Settle nearly all points of a step by kernels, one call for each chunk of points.
 
-Their sides and feet, and balls that touch there, tell what becomes of them, or their closest
-points, where they lie deeper. Those that are left are looked at one by one (`nearest`, `followed`),
-as all are of surfaces whose tables kernels do not have.
+The kernels decide by the side of a point, its continued foot and the ball that touches there, or by
+its closest point if it lies deeper. The remaining points are left to `nearest` or `followed`, as
+are all points on surfaces without tables for kernels.
 """
 
 from __future__ import annotations
@@ -23,21 +23,21 @@ from contiga.records import IntArray
 from contiga.search.certify.neighbourhoods import with_neighbourhoods
 from contiga.search.track.project import rows_of_a_chunk
 
-DEEP = 256
-"""Rows of a chunk whose closest points are asked for, which take a hundred times as long."""
+DEEP_CHUNK = 256
+"""Rows of a chunk whose closest points are searched, which takes a hundred times as long."""
 Settle = Callable[[IntArray, Work, IntArray], int]
-"""Settles rows, working in memory, and lists those left; how many."""
+"""Function that settles rows with work arrays, lists the unsettled ones, returns their number."""
 
 
 class ThreadMemory(threading.local):
-    """Memory for rows whose feet are certified or not, and for deep ones, kept by the thread."""
+    """Work arrays of each thread, for rows with certified feet or not, and for deep rows."""
 
     def __init__(self) -> None:
         self._work: dict[bool, Work] = {}
-        self.deep = DeepRows.of(DEEP)
+        self.deep = DeepRows.of(DEEP_CHUNK)
 
     def of(self, n: int, certify: bool) -> Work:
-        """Memory for n rows at least, the thread's until it asks for the next."""
+        """Return work arrays for at least n rows, valid until the thread's next call."""
         work = self._work.get(certify)
         if work is None or len(work.rows) < n:
             work = self._work[certify] = Work.of(n, certify)
@@ -47,58 +47,58 @@ class ThreadMemory(threading.local):
 _memory = ThreadMemory()
 
 
-def left(search: StepSearch, rows: Rows) -> Rows:
-    """Settle the usual ones of `rows`; returns the others."""
+def settle_points(search: StepSearch, rows: Rows) -> Rows:
+    """Settle the points that kernels can decide; return the others."""
     surface, step, feet, detected, options, _ = search
-    followed = not options.nearest
-    tells = options.balls and (options.closed or not followed)
-    tables = surface.contact_tables if tells else None
+    tracked = not options.nearest
+    has_kernels = options.balls and (options.closed or not tracked)
+    tables = surface.contact_tables if has_kernels else None
     if tables is None:
         return rows
-    if followed:
+    if tracked:
         tables = tables._replace(body=with_neighbourhoods(tables.body))
     limits = options.limits
     touching, free = rows
     if len(touching):
         kernel = straight(settle_nb.settle_touching)
 
-        def settle(some: IntArray, work: Work, left: IntArray) -> int:
-            return int(kernel(tables, step, feet, some, limits, work, detected, left))
+        def settle(chunk: IntArray, work: Work, unsettled: IntArray) -> int:
+            return int(kernel(tables, step, feet, chunk, limits, work, detected, unsettled))
 
         size = rows_of_a_chunk(len(touching), surface.n_elements)
-        touching = _left(settle, touching, size, followed)
-    if len(touching) and not followed:
+        touching = _settle_chunks(settle, touching, size, tracked)
+    if len(touching) and not tracked:
         deep_kernel = straight(settle_nb.settle_deep)
 
-        def settle_deep(some: IntArray, work: Work, left: IntArray) -> int:
-            deep = _memory.deep
-            return int(deep_kernel(tables, step, feet, some, limits, work, deep, detected, left))
+        def settle_deep(chunk: IntArray, work: Work, unsettled: IntArray) -> int:
+            memory = limits, work, _memory.deep
+            return int(deep_kernel(tables, step, feet, chunk, *memory, detected, unsettled))
 
-        touching = _left(settle_deep, touching, DEEP, False)
+        touching = _settle_chunks(settle_deep, touching, DEEP_CHUNK, False)
     if len(free) and options.closed:
         free_kernel = straight(settle_nb.settle_free)
 
-        def settle_free(some: IntArray, work: Work, left: IntArray) -> int:
-            return int(free_kernel(tables, step, some, limits, work, detected, left))
+        def settle_free(chunk: IntArray, work: Work, unsettled: IntArray) -> int:
+            return int(free_kernel(tables, step, chunk, limits, work, detected, unsettled))
 
         size = rows_of_a_chunk(len(free), surface.n_elements)
-        free = _left(settle_free, free, size, False)
+        free = _settle_chunks(settle_free, free, size, False)
     return Rows(touching, free)
 
 
-def _left(settle: Settle, rows: IntArray, size: int, certify: bool) -> IntArray:
-    """The rows that are left, ascending, of chunks of `size` rows."""
+def _settle_chunks(settle: Settle, rows: IntArray, size: int, certify: bool) -> IntArray:
+    """Settle `rows` in chunks of `size`; return the unsettled ones, ascending."""
     n = len(rows)
-    left = np.empty(n, np.int32)
+    unsettled = np.empty(n, np.int32)
     if n <= size:
-        return left[: settle(rows, _memory.of(n, certify), left)]
+        return unsettled[: settle(rows, _memory.of(n, certify), unsettled)]
     parts: list[Any] = [None] * ceil(n / size)
 
-    def chunks(first: int, last: int) -> None:
+    def settle_range(first: int, last: int) -> None:
         for c in range(first, last):
             chunk = slice(c * size, (c + 1) * size)
-            count = settle(rows[chunk], _memory.of(size, certify), left[chunk])
-            parts[c] = left[chunk][:count]
+            count = settle(rows[chunk], _memory.of(size, certify), unsettled[chunk])
+            parts[c] = unsettled[chunk][:count]
 
-    run_ranges(chunks, len(parts), 1)
+    run_ranges(settle_range, len(parts), 1)
     return np.concatenate(parts)

@@ -1,4 +1,4 @@
-"""Records of arrays that the search of a step hands its kernels, and these each other."""
+"""Define records of arrays for the kernels of the search of a step."""
 
 from __future__ import annotations
 
@@ -24,33 +24,33 @@ from contiga.search.track.track_records import Left, Path, room_for
 
 
 class TouchingRows(NamedTuple):
-    """Points in contact that are not outside, one row each."""
+    """Points that were in contact and are not outside, one row each."""
 
     rows: IntArray
     side: ByteArray
     reach: FloatArray
     patch: IntArray
-    """Of the foot that each had, with the next."""
+    """Patch of the last foot; `uv` are its parameters."""
     uv: FloatArray
     before: FloatArray
-    """(n, 3) where they were, body frame; no rows where nobody asks."""
+    """(n, 3) positions before the step, body frame; no rows if not needed."""
     now: FloatArray
 
 
 class FreeRows(NamedTuple):
-    """Free points whose feet are looked for, one row each."""
+    """Free points whose feet are searched, one row each."""
 
     which: IntArray
-    """Which of the rows that were asked for."""
+    """Numbers of the points among those of the call."""
     patch: IntArray
-    """Where each foot is looked for from, with the next."""
+    """Patch where the search of a foot starts; `uv` are its parameters."""
     uv: FloatArray
     now: FloatArray
     """(n, 3) body frame."""
 
 
-class AskedFeet(NamedTuple):
-    """Feet that balls may tell of."""
+class BallQueries(NamedTuple):
+    """Feet at which touching balls are looked up."""
 
     which: IntArray
     side: ByteArray
@@ -58,15 +58,15 @@ class AskedFeet(NamedTuple):
 
 
 class FootBalls(NamedTuple):
-    """Balls that touch at feet."""
+    """Radii of the balls that touch at feet."""
 
     which: IntArray
-    """Of the feet, ascending."""
+    """Numbers of the feet, ascending."""
     radius: FloatArray
 
 
 class Motion(NamedTuple):
-    """The places where points were and are."""
+    """Positions of points before and after a step."""
 
     before: FloatArray
     """(n, 3) length, body frame."""
@@ -77,7 +77,7 @@ class LastPlaces(NamedTuple):
     """The patches and safe distances of points at the last step."""
 
     patch: IntArray
-    """(n,) −1 out of contact."""
+    """(n,) patch of the foot, −1 without contact."""
     safe_distance: FloatArray
     """(n,)."""
     active: NDArray[np.bool_]
@@ -85,115 +85,129 @@ class LastPlaces(NamedTuple):
 
 
 class ChunkLists(NamedTuple):
-    """Rows that chunks list, each from its own place on."""
+    """Lists of rows that chunks fill, each from its own first row."""
 
     rows: IntArray
     """(n,)."""
     counts: IndexArray
-    """(chunks,) how many each has listed."""
+    """(chunks,) number of rows in each list."""
 
 
-class Asked(NamedTuple):
-    """Points to be judged, one row each."""
+class Candidates(NamedTuple):
+    """Points whose status is to be decided, one row each."""
 
     rows: IntArray
-    was: NDArray[np.bool_]
-    """In contact before."""
-    kept: NDArray[np.bool_]
-    """In contact before, with a foot that would do."""
+    was_touching: NDArray[np.bool_]
+    """Whether each was in contact before."""
+    is_kept: NDArray[np.bool_]
+    """Whether each was in contact before, with a foot that may be kept."""
     status: ByteArray
-    """What the foot would make of a point that is kept."""
+    """`ContactStatus` of a point whose foot is kept."""
     side: ByteArray
-    """1 outside, −1 inside, 0 not known."""
+    """1 outside, −1 inside, 0 unknown."""
     safe_distance: FloatArray
-    """Way to the surface at least, where the side is known."""
-    within: FloatArray
-    """Distance to a point of the surface, infinite where none is known."""
+    """Lower bound of the distance to the surface, if the side is known."""
+    max_distance: FloatArray
+    """Upper bound of the distance to the surface, infinite if unknown."""
     guard: FloatArray
-    """(n, 3) normals that tell which walls are opposite to those that were in contact, else 0."""
+    """(n, 3) guards of points that were in contact; zero for others."""
     depth: FloatArray
-    """(n,) how deep those were, else 0."""
-    opposed: NDArray[np.bool_]
-    """(n,) whose nearest walls were opposite to those that held them."""
+    """(n,) penetrations of points that were in contact; zero for others."""
+    is_opposed: NDArray[np.bool_]
+    """(n,) whether the nearest wall was opposite to the one that held the point."""
     feet: Projection
-    """The feet that would do; then those of all points inside."""
-    truth: Projection
-    """The closest points, of the rows that are asked for them; status −1 in others."""
+    """Feet that may be kept; at the end those of all points inside."""
+    closest: Projection
+    """Closest points of the rows that were searched; status −1 in others."""
 
 
 class Work(NamedTuple):
-    """Memory for n rows, of which nothing is kept."""
+    """Work arrays for n rows."""
 
     rows: IntArray
     side: ByteArray
     reach: FloatArray
     path: Path
-    """Of rows that have a foot to start from."""
+    """Paths of rows with a starting foot."""
     starts: SurfacePlaces
-    near: SurfacePlaces
-    """Pieces of surface in the cells of points."""
+    cell_places: SurfacePlaces
+    """Places on the surface near the cells of points."""
     feet: Projection
-    left: Left
+    unsolved: Left
     """Rows that lanes leave to other stages."""
     records: FloatArray
     mark: ByteArray
-    asked: IntArray
-    """Feet that balls are asked about."""
-    which: ByteArray
-    """On which side."""
+    ball_feet: IntArray
+    """Feet at which touching balls are looked up."""
+    ball_sides: ByteArray
+    """Sides of these balls, INNER or OUTER."""
     radius: FloatArray
-    chosen: IntArray
-    clear: NDArray[np.bool_]
-    within: FloatArray
+    unsettled: IntArray
+    """Rows that are not settled."""
+    is_clear: NDArray[np.bool_]
+    max_distance: FloatArray
     none: NDArray[np.bool_]
     """False throughout."""
 
     @classmethod
     def of(cls, n: int, certify: bool) -> Work:
-        """Allocate memory for n rows, whose feet are certified or not."""
+        """Allocate work arrays for n rows, whose feet are certified or not."""
         before, now = np.empty((2, n, 3))
-        path = Path(before if certify else NOWHERE, now, NO_FEET)
-        (rows, asked, chosen), (side, mark, which) = np.empty((3, n), np.int32), _bytes(3, n)
-        reach, radius, within = np.empty((3, n))
+        rows, ball_feet, unsettled = np.empty((3, n), np.int32)
+        side, mark, ball_sides = np.empty((3, n), np.int8)
+        reach, radius, max_distance = np.empty((3, n))
+        starts, cell_places = (
+            SurfacePlaces(np.empty(n, np.int32), np.empty((n, 2))) for _ in range(2)
+        )
         return cls(
-            *(rows, side, reach, path, _starts(n), _starts(n), empty_projection(n), room_for(n)),
-            *(
-                Workspace().rows(n, RECORD),
-                mark,
-                asked,
-                which,
-                radius,
-                chosen,
-                np.empty(n, np.bool_),
-            ),
-            *(within, np.zeros(n, np.bool_)),
+            rows=rows,
+            side=side,
+            reach=reach,
+            path=Path(before if certify else NOWHERE, now, NO_FEET),
+            starts=starts,
+            cell_places=cell_places,
+            feet=empty_projection(n),
+            unsolved=room_for(n),
+            records=Workspace().rows(n, RECORD),
+            mark=mark,
+            ball_feet=ball_feet,
+            ball_sides=ball_sides,
+            radius=radius,
+            unsettled=unsettled,
+            is_clear=np.empty(n, np.bool_),
+            max_distance=max_distance,
+            none=np.zeros(n, np.bool_),
         )
 
 
 class DeepRows(NamedTuple):
-    """Memory for n rows whose closest points are asked for, of which nothing is kept."""
+    """Work arrays for n rows whose closest points are searched."""
 
-    asked: Asked
+    candidates: Candidates
     now: FloatArray
     """(n, 3) the points, body frame."""
-    which: IntArray
+    rows: IntArray
     """0 to n − 1."""
 
     @classmethod
     def of(cls, n: int) -> DeepRows:
-        """Allocate memory for n rows."""
-        (was, kept, opposed), (status, side) = np.empty((3, n), np.bool_), _bytes(2, n)
-        (safe, within, depth), (guard, now) = np.empty((3, n)), np.empty((2, n, 3))
-        rows = np.empty(n, np.int32)
-        feet, truth = empty_projection(n), empty_projection(n)
-        held = guard, depth, opposed
-        asked = Asked(rows, was, kept, status, side, safe, within, *held, feet, truth)
-        return cls(asked, now, np.arange(n, dtype=np.int32))
-
-
-def _bytes(count: int, n: int) -> ByteArray:
-    return np.empty((count, n), np.int8)
-
-
-def _starts(n: int) -> SurfacePlaces:
-    return SurfacePlaces(np.empty(n, np.int32), np.empty((n, 2)))
+        """Allocate work arrays for n rows."""
+        was_touching, is_kept, is_opposed = np.empty((3, n), np.bool_)
+        status, side = np.empty((2, n), np.int8)
+        safe_distance, max_distance, depth = np.empty((3, n))
+        guard, now = np.empty((2, n, 3))
+        candidates = Candidates(
+            rows=np.empty(n, np.int32),
+            was_touching=was_touching,
+            is_kept=is_kept,
+            status=status,
+            side=side,
+            safe_distance=safe_distance,
+            max_distance=max_distance,
+            guard=guard,
+            depth=depth,
+            is_opposed=is_opposed,
+            feet=empty_projection(n),
+            closest=empty_projection(n),
+        )
+        return cls(candidates, now, np.arange(n, dtype=np.int32))

@@ -1,4 +1,4 @@
-"""A master whose control points move, over one step."""
+"""Describe a master whose control points move in a step."""
 
 from __future__ import annotations
 
@@ -23,29 +23,29 @@ CARRY_ITERATIONS = 5
 """Fixed-point iterations that carry points; each reduces the error by a factor of half the angle
 that the surface rotates by in the step."""
 REGULAR = 1e-12
-"""Share of the moments of inertia that is added to them, for points on a line."""
+"""Relative regularisation of the moments of inertia, for points on a line."""
 
 
 @dataclass(frozen=True, eq=False)
 class Shape:
-    """The shape of a master at the end of a step, and how it came to it; body axes."""
+    """The shape of a master at the end of a step, and its change in the step; body axes."""
 
     body: Faces
     deformable: Deformable
     before: FloatArray
-    """(m, 3) control points before the step; those of now at the start."""
+    """(m, 3) control points before the step; the present ones at the start."""
     now: FloatArray
     velocity: FloatArray | None = None
-    """(m, 3) of the control points now; None where it is not given."""
+    """(m, 3) velocities of the control points; None if not given."""
 
     @cached_property
     def surface(self) -> DeformedSurface:
-        """The search on the surface as it is now."""
+        """The search on the present surface."""
         return self.deformable.at(self.now)
 
     @cached_property
     def surface_before(self) -> DeformedSurface:
-        """The search on the shape before the step, which few steps ask for."""
+        """The search on the shape before the step, which few steps need."""
         return self.deformable.at(self.before)
 
     @property
@@ -59,19 +59,19 @@ class Shape:
         return rigid_part(self.before, self.now)
 
     @property
-    def way(self) -> float:
-        """Largest distance, length, of any surface point after the step from `rigid`'s place.
+    def travel(self) -> float:
+        """Upper bound of the distance of a surface point from its place by `rigid` alone, length.
 
-        It is no larger than that of the control points, as their weights are above zero.
+        It is the largest distance of a control point, as their weights are positive.
         """
         return float(row_lengths(self.now - to_world(self.rigid, self.before)).max())
 
     def carried(self, feet: SurfacePlaces, points: FloatArray) -> FloatArray:
-        """Return how the surface carries points (k, 3) along in the step, by feet on it now."""
+        """Return displacements of points (k, 3) carried along in the step, by present feet."""
         return NetMotion(self.body, self.now, self.change).carry(feet, points)
 
     def carried_before(self, feet: SurfacePlaces, points: FloatArray) -> FloatArray:
-        """Return how the surface carries points along, by feet on it before the step."""
+        """Return displacements of points carried along, by their feet before the step."""
         return NetMotion(self.body, self.before, self.change).carry(feet, points)
 
     def moved(self, feet: SurfacePlaces, points: FloatArray) -> FloatArray:
@@ -99,7 +99,7 @@ class Shape:
         return self.surface.last_crossings_from(self.surface_before, a_B, b_B)
 
     def velocities(self, feet: SurfacePlaces, points: FloatArray) -> FloatArray:
-        """Return (k, 3) of points (k, 3) carried along."""
+        """Return velocities (k, 3) of points (k, 3) carried along."""
         assert self.velocity is not None
         return NetMotion(self.body, self.now, self.velocity).carry(feet, points)
 
@@ -137,9 +137,9 @@ def shape_of(
     before: FloatArray | None = None,
     velocity: ArrayLike | None = None,
 ) -> Shape:
-    """The shape of a master with these control points, checked.
+    """Return the shape of a master with these control points, checked.
 
-    `before` are those before the step, none of a state that has never been told any, None at the
+    `before` are the control points before the step: an empty array for a state without, None at the
     start.
 
     Raises

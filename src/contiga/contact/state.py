@@ -1,4 +1,4 @@
-"""The state of a contact: a record of arrays, new at every step."""
+"""Define the state of a contact: a record of arrays, new at every step."""
 
 from __future__ import annotations
 
@@ -19,32 +19,32 @@ from contiga.records import IN_CONTACT, ByteArray, FloatArray, IntArray
 from contiga.rigid.frames import to_world, turn_to_world
 
 _TOUCHES = np.zeros(256, dtype=bool)
-"""Which statuses, whatever number of a byte, are of points in contact."""
+"""Whether each number of a byte is a status of points in contact."""
 _TOUCHES[list(IN_CONTACT)] = True
 
 
 class ContactEnergy(NamedTuple):
-    """Energies of a contact since its start. Only `stored` is a state; the others add up."""
+    """Energies of a contact since its start: `stored` is the present one, the others are sums."""
 
     work: float
-    """Done on the contact by what moves its two sides, by the trapezoidal rule over each step, just
-    the work by which a central difference or Verlet integrator moves bodies; what was stored at the
-    start counts as done."""
+    """Work done on the contact by the motion of its two sides, by the trapezoidal rule over each
+    step, as in a central difference or Verlet integrator; it includes the energy stored at the
+    start."""
     stored: float
-    """What the law and sticking friction would give back."""
+    """Energy that the law and sticking friction would return."""
     hysteresis: float
-    """Lost as the law unloads by another curve than it loads."""
+    """Loss by a separate unloading curve of the law."""
     damping: float
-    """Taken by the law's damping."""
+    """Loss by damping of the law."""
     friction: float
-    """Taken by sliding."""
+    """Loss by sliding."""
 
     @property
     def error(self) -> float:
         """Error of the energy balance.
 
-        It is that of integrating over steps, which falls with their square, and what forces that
-        are no gradient make or lose.
+        It is the error of integration, which falls with the square of the step, and the energy that
+        forces gain or lose if they are not the gradient of an energy.
         """
         return self.work - self.stored - self.hysteresis - self.damping - self.friction
 
@@ -57,11 +57,11 @@ class HeldInWorld(NamedTuple):
 
 
 class Owner(Protocol):
-    """The questions that a state asks of its contact."""
+    """The methods of its contact that a state uses."""
 
     @property
     def weights(self) -> str:
-        """The weights of the force: areas at "rest", or the contact "area" as it is measured."""
+        """The weights of the force: areas at "rest", or the measured contact "area"."""
 
     def area_input(self, state: State) -> AreaInput:
         """The nodes in contact, as area methods see them."""
@@ -70,25 +70,25 @@ class Owner(Protocol):
         """Nodal contact areas, one row a node in contact."""
 
     def pressure(self, state: State) -> FloatArray:
-        """Return (n,) that of the law at each node, zero without contact."""
+        """Return the pressure (n,) of the law at each node, zero without contact."""
 
     def slid(self, state: State) -> FloatArray:
-        """Return what each point has slid, body axes (m, 3)."""
+        """Return the slip (m, 3) of each point, body axes."""
 
     def kinks(self, state: State) -> IntArray:
-        """Return (k,) points that another piece of the master pushes than before."""
+        """Return the points (k,) that another piece of the master pushes than before."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class State(Displayed):
     """The state of contact of n slave nodes after a step; world axes unless stated otherwise.
 
-    A contact with quadrature points has m rows where (m,) is said: the nodes come first, and after
-    them the points of each facet. Without, m = n. The arrays take 179 bytes a point, and
-    eight for each number that the laws remember; of those that say nothing without contact only
-    the rows in contact are kept, and the array is made when it is asked for. What laws were handed
-    in the step is kept as well, for its derivatives: 50 bytes a point in contact, and 140 more with
-    friction. What is not an array here is worked out when it is asked for: areas most of all.
+    Arrays (m,) have a row for each point of contact: the nodes, followed by the quadrature points
+    of each facet; without these m = n. The arrays take 179 bytes per point, and eight for each
+    number in the memory of laws. Arrays that are zero without contact are stored for points in
+    contact only, and made when first used. The inputs of the laws in the step are stored as well,
+    for its derivatives: 50 bytes per point in contact, and 140 more with friction. Properties,
+    areas above all, are computed when first used.
 
     >>> import contiga as cg
     >>> ball = cg.Body([cg.shapes.sphere(radius=1.0)])
@@ -108,71 +108,70 @@ class State(Displayed):
     patch: IntArray
     """(m,) patch of the foot, −1 without contact."""
     uv: FloatArray
-    """(m, 2) parameters of the foot; of a free point those on `last_patch`."""
+    """(m, 2) parameters of the foot; for a free point those on `last_patch`."""
     last_patch: IntArray
-    """(m,) patch of the foot that proved which side a free point is on, −1 where none did."""
+    """(m,) patch of the foot that proved the side of a free point, −1 without one."""
     penetration: FloatArray
     """(m,) λ ≥ 0."""
     normal_B: FloatArray
-    """(m, 3) unit normal at the foot, body axes, to the free side; zero without contact."""
+    """(m, 3) unit normal at the foot towards the free side, body axes; zero without contact."""
     guard_B: FloatArray
-    """(m, 3) of a point whose nearest wall is opposite to the one that holds it, the outward normal
-    that tells so, body axes; zero of others, where it is that of the foot."""
+    """(m, 3) guard of a point whose nearest wall is opposite to the one that holds it, body axes;
+    zero for other points, whose guard is the normal at the foot."""
     foot_B: FloatArray
     """(m, 3) foot, body axes; the point itself without contact."""
     points_B: FloatArray
-    """(m, 3) the slave points in the body's axes."""
+    """(m, 3) the slave points, body axes."""
     pose: FloatArray
     """(4, 4) X_WB of the master."""
     normal_force: FloatArray
-    """(m,) along the normal, on the points that carry; zero without contact."""
+    """(m,) force along the normal; zero without contact."""
     force: FloatArray
-    """(n, 3) on the slave's nodes, friction with it."""
+    """(n, 3) force on the slave's nodes, friction included."""
     stiffness: FloatArray
-    """(m,) of the normal force over the penetration, zero without contact."""
+    """(m,) slope of the normal force over the penetration, zero without contact."""
     stiffness_bound: FloatArray
-    """(m,) `LawOutput.stiffness_bound`, zero without contact; (0,) of laws without."""
+    """(m,) `LawOutput.stiffness_bound`, zero without contact; (0,) for laws without."""
     damping: FloatArray
-    """(m,) the part of `normal_force` that is due to the rate; (0,) of laws without."""
+    """(m,) the part of `normal_force` that is due to the rate; (0,) for laws without."""
     viscosity: FloatArray
-    """(m,) `damping` over the rate of penetration; (0,) of laws without."""
+    """(m,) `damping` over the rate of penetration; (0,) for laws without."""
     memory: FloatArray
-    """(m, k) what the law remembers, zero without contact."""
+    """(m, k) memory of the law, zero without contact."""
     friction_memory: FloatArray
-    """(m, k) what friction remembers, body axes; k = 0 without."""
+    """(m, k) memory of friction, body axes; k = 0 without."""
     traction_B: FloatArray
     """(m, 3) friction forces on the points, body axes; (0, 3) without friction."""
     tangential: FloatArray
     """(m,) stiffness of friction's springs; (0,) without friction."""
     certified: ByteArray
-    """(m,) 1 where the foot of a point in contact is proved: continued without a jump, or the
-    closest point."""
+    """(m,) 1 if the foot of a point in contact is proved: continued without a jump, or the closest
+    point."""
     safe_distance: FloatArray
-    """(m,) way a free point can go before it can touch, and a point in a closed body before it
-    can have left. Negative of points that lie inside since the start: they have not come in."""
+    """(m,) path length up to which a free point cannot touch, and a point in a closed body cannot
+    leave. It is negative for points inside since the start, which have not entered."""
     wrench: FloatArray
-    """(6,) force and moment about the body's reference point, on the master: the opposite of the
-    forces on the slave's points, where they are."""
+    """(6,) force and moment on the master about its reference point: the opposite of the forces at
+    the slave's points."""
     energies: FloatArray
     """(5,) `energy` as an array."""
     control_points: FloatArray = field(default_factory=lambda: NOWHERE)
-    """(m, 3) of the master, body axes, in the order of `body.net`; (0, 3) where none were given: it
-    keeps its shape."""
+    """(m, 3) of the master, body axes, in the order of `body.net`; (0, 3) for a constant shape."""
     control_force: FloatArray = field(default_factory=lambda: NOWHERE)
-    """(m, 3) on the master's control points: with the forces on the slave's points their sum is
-    zero, and so is that of their moments; (0, 3) where none were given."""
+    """(m, 3) forces on the master's control points, in balance with the forces on the slave's
+    points and their moments; (0, 3) for a constant shape."""
     of: InitVar[Owner | None] = None
-    """The contact that this is a state of."""
+    """The contact of the state."""
     _maker: ClassVar[Owner | None] = None
-    """The contact whose start or step has made it; None where somebody has by hand."""
+    """The contact whose start or step made the state; None for a state made by hand."""
 
     def __post_init__(self, of: Owner | None) -> None:
         self.__dict__["_contact"] = of
 
-    if not TYPE_CHECKING:  # it would answer to any name
+    if not TYPE_CHECKING:  # mypy would accept any name
 
         def __getattr__(self, name: str) -> Any:
-            """An array of which only some rows are kept, made when first asked for."""
+            """Return an array that is stored for some rows only, made on first use."""
             kept: Kept | None = self.__dict__.get("kept")
             if kept is not None and name in Kept._fields:
                 whole = self.__dict__[name] = kept.whole(name, self.points_B)
@@ -182,12 +181,12 @@ class State(Displayed):
 
     @property
     def contact(self) -> Owner:
-        """The contact that this is a state of.
+        """The contact of the state.
 
         Raises
         ------
         InputError
-            The state was made by hand, of none.
+            The state was made by hand, without a contact.
         """
         owner: Owner | None = self.__dict__["_contact"]
         if owner is None:
@@ -200,26 +199,28 @@ class State(Displayed):
 
     @property
     def arrays(self) -> dict[str, NDArray[Any]]:
-        """All that the next step needs, by name: `State(**arrays, of=contact)` is the state."""
+        """All arrays for the next step, by name: `State(**arrays, of=contact)` is the state."""
         return {f.name: getattr(self, f.name) for f in fields(self)}
 
     @cached_property
     def kept(self) -> Kept:
-        """Rows of the arrays that say nothing without contact, for what goes on from the state.
+        """Rows, for points in contact, of the arrays that are zero without contact.
 
-        Steps make these and no whole arrays; here they are made of those.
+        Steps store them; for a state made by hand they follow from the whole arrays.
         """
-        held = np.flatnonzero(self.patch >= 0).astype(np.int32)
+        touching = np.flatnonzero(self.patch >= 0).astype(np.int32)
         rows: dict[str, Any] = {}
         for name in Kept._fields:
-            whole = getattr(self, name)
-            rows[name] = Column(held, whole[held]) if len(whole) == len(self.patch) else None
-        if rows["force"] is None:  # of nodes, and points between them carry
+            array = getattr(self, name)
+            rows[name] = (
+                Column(touching, array[touching]) if len(array) == len(self.patch) else None
+            )
+        if rows["force"] is None:  # at nodes, while quadrature points carry forces
             rows["force"] = Column(np.arange(len(self.force), dtype=np.int32), self.force)
         if self.friction_memory.shape[1] == 0 and len(self.traction_B) == 0:
             rows["friction_memory"] = None
         guarded = rows["guard_B"].values.any(axis=1)
-        rows["guard_B"] = Guards(held[guarded], rows["guard_B"].values[guarded])
+        rows["guard_B"] = Guards(touching[guarded], rows["guard_B"].values[guarded])
         return Kept(**rows)
 
     @cached_property
@@ -289,9 +290,9 @@ class State(Displayed):
 
     @cached_property
     def slip(self) -> FloatArray:
-        """Way (m, 3) that each point in contact has slid over the body since it came in.
+        """Slip (m, 3) of each point in contact over the body since it entered.
 
-        It is carried along with the foot; zero without friction that remembers it.
+        It is carried along with the foot, and is zero without friction with a memory.
         """
         return turn_to_world(self.pose, self.contact.slid(self))
 
@@ -299,22 +300,22 @@ class State(Displayed):
     def kinks(self) -> IntArray:
         """Rows (k,), ascending, of points that another piece of the master pushes than before.
 
-        Of points in contact before and after the step: their feet have passed to another patch, to
-        or from an edge or a vertex, or have jumped to another wall, more than twice as far as their
-        derivative says. Between the two states the derivative of their force jumps, and from wall
-        to wall the force itself: Newton's method may go to and fro there. Points that come in or
-        leave are told by `status`.
+        These points are in contact before and after the step, and their feet have passed to another
+        patch, to or from an edge or a vertex, or have jumped to another wall, more than twice as
+        far as their derivative allows. Between the two states the derivative of their force jumps,
+        and from wall to wall the force itself: Newton's method may oscillate there. For points that
+        enter or leave see `status`.
 
         Raises
         ------
         InputError
-            The state was not made by a start or a step.
+            The state is not the result of a start or a step.
         """
         return self.contact.kinks(self)
 
     @cached_property
     def areas(self) -> Areas:
-        """Contact areas and regions of the nodes in contact, measured when first asked for."""
+        """Contact areas and regions of the nodes in contact, measured on first use."""
         return self.contact.areas(self)
 
     @cached_property
@@ -373,13 +374,15 @@ class State(Displayed):
         return self.contact.pressure(self)
 
 
-def state_of(whole: dict[str, Any], kept: Kept, owner: Owner, spent: State | None = None) -> State:
-    """A state of some fields by name, the others of which are made when asked for.
+def state_of(
+    fields_by_name: dict[str, Any], kept: Kept, owner: Owner, spent: State | None = None
+) -> State:
+    """Return a state with these fields; other arrays are made on first use.
 
-    The arrays are its own, and right for that contact. One that is `spent` becomes it.
+    The state owns the arrays. A `spent` state is overwritten.
     """
     state: State = object.__new__(State) if spent is None else spent
-    vars(state).update(whole, _contact=owner, kept=kept, _maker=owner)
+    vars(state).update(fields_by_name, _contact=owner, kept=kept, _maker=owner)
     return state
 
 
@@ -387,7 +390,7 @@ _TYPES = {"ByteArray": np.int8, "IntArray": np.int32, "FloatArray": np.float64}
 
 
 def own_arrays(state: State) -> State:
-    """The state with arrays as kernels take them: itself, where a contact has made it."""
+    """Return the state with arrays for kernels: itself if a contact made it."""
     if state._maker is not None:
         return state
     arrays = {

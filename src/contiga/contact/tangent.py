@@ -1,10 +1,10 @@
-"""Derivatives of the forces of a step: what Newton's method in an implicit code asks for.
+"""Compute the derivatives of the forces of a step for Newton's method in an implicit code.
 
-A step is a function of where the slave's points and the master are at its end; the state before it
-stays as it is, with all that laws and friction remember. Of a point with the normal n and the force
-F(λ, λ̇) the derivative is n dFᵀ + F H, with H = dn/dp of the foot (`contiga.search.slopes`), and so
-K = −k (n nᵀ + g H) of a spring. Rates are changes over the step: dλ̇ = dλ/Δt. What is common to
-several points, as one force that they share, couples them: Σ_j L_i R_jᵀ beside the blocks.
+The forces are a function of the positions of slave and master at the end of the step; the state
+before it is constant, with the memory of laws and friction. The derivative of the force on a point
+with the normal n and the force F(λ, λ̇) is n dFᵀ + F H, with H = dn/dp of the foot
+(`contiga.search.slopes`), so that a spring has K = −k (n nᵀ + g H). Rates are changes over the
+step: dλ̇ = dλ/Δt. A force shared by several points couples them by Σ_j L_i R_jᵀ beside the blocks.
 """
 
 from __future__ import annotations
@@ -18,10 +18,10 @@ from contiga.arrays.ordered import product, row_lengths, row_products
 from contiga.arrays.threads import run_ranges
 from contiga.contact.control_tangent import control_slopes, no_slopes
 from contiga.contact.foot_motion import VARIABLES, Feet, FootMotion, foot_motion, input_change
-from contiga.contact.friction_tangent import Carried, InputChange, Terms, friction_terms
+from contiga.contact.friction_tangent import CarryingPoints, InputChange, Terms, friction_terms
 from contiga.contact.kernels import tangent_nb
 from contiga.contact.loads import Column
-from contiga.contact.respond import ContactRows, Seen
+from contiga.contact.respond import ContactRows, FrictionInputs
 from contiga.contact.shape import Shape
 from contiga.contact.state import State
 from contiga.errors import InputError
@@ -46,39 +46,39 @@ from contiga.slaves.sampling import Sampling
 if TYPE_CHECKING:
     from scipy.sparse import csr_array
 
-# Points below which a second thread does not pay.
-POINTS = 2048
-# Of a matrix that is full between points: what scipy's indices reach.
-MOST_NUMBERS = 2**31 - 1
-# Factor on the movement that its derivative allows, beyond which a foot has jumped.
-JUMP = 2.0
+# Number of points per thread from which threads pay.
+POINTS_PER_THREAD = 2048
+# Largest number of entries of a matrix that scipy can index.
+MAX_NUMBERS = 2**31 - 1
+# A foot has jumped if it moved by more than this factor times the bound by its derivative.
+JUMP_FACTOR = 2.0
 
 
 class StepInputs(NamedTuple):
-    """Inputs that laws were handed in the step that has made a state."""
+    """Inputs of law and friction in the step that made a state."""
 
     points: ContactRows
     """Points that carry forces."""
     law: LawInput
-    friction: Seen | None
+    friction: FrictionInputs | None
     foot_before: Column
-    """Feet at the state before, body axes; none at the start."""
+    """Feet before the step, body axes; none at the start."""
     twist: FloatArray | None
-    """(2, 3) velocity of the body's origin and its spin, world axes, where velocities were given:
-    then they stay as they are."""
+    """(2, 3) velocity of the body's origin and its spin, world axes, if velocities were given: they
+    are then constant."""
     control_before: FloatArray | None
-    """(m, 3) control points of the master before the step; None, with the next, of one that keeps
-    its shape."""
+    """(m, 3) control points of the master before the step; None for a constant shape, as the next
+    field."""
     control_velocity: FloatArray | None
-    """(m, 3) of them where velocities were given."""
+    """(m, 3) velocities of the control points, if given."""
 
 
-class Asked(NamedTuple):
-    """A contact that is asked for the derivatives of its forces."""
+class ContactSetup(NamedTuple):
+    """The parts of a contact that its derivatives need."""
 
     surface: Surface
     shape: Shape | None
-    """Change of the master's shape in the step, if its control points were given."""
+    """Change of the master's shape in the step; None for a constant shape."""
     law: Law
     friction: Friction | None
     sampling: Sampling
@@ -91,11 +91,11 @@ class Asked(NamedTuple):
 class Linearisation(NamedTuple):
     """Derivatives of the forces of a step on a slave's n points, and of the wrench on the master.
 
-    In world axes; rows and columns of points are x, y, z of point after point. A small motion of
-    the master is six numbers: how its frame's origin goes, and the angle by which it turns about
-    that, in radians.
+    All derivatives are in world axes; rows and columns are x, y, z of point after point. A small
+    motion of the master has six components: the displacement of its frame's origin, and the
+    rotation about it, in radians.
 
-    A ball that goes up takes 100 a length off the force on a point below, which points down:
+    A ball that moves up reduces the force on a point below, which points down, by 100 per length:
 
     >>> import contiga as cg
     >>> ball = cg.Body([cg.shapes.sphere(radius=1.0)])
@@ -116,11 +116,11 @@ class Linearisation(NamedTuple):
     wrench_by_pose: FloatArray
     """(6, 6)."""
     force_by_velocity: csr_array
-    """(3 n, 3 n) over velocities that a step was given; without entries where it was given none, as
-    rates then follow from the points."""
+    """(3 n, 3 n) over velocities given to the step; empty without, as rates then follow from the
+    points."""
     force_by_control: csr_array
-    """(3 n, 3 m) over the master's m control points, body axes; m = 0 if the step was given none.
-    Velocities of control points that the step was given stay as they are."""
+    """(3 n, 3 m) over the master's m control points, body axes; m = 0 without. Given velocities of
+    control points are constant."""
     control_by_points: csr_array
     """(3 m, 3 n) derivatives of `State.control_force` over the slave's points."""
     control_by_control: csr_array
@@ -128,7 +128,7 @@ class Linearisation(NamedTuple):
 
 
 class _NormalTangent(NamedTuple):
-    """The forces of k points and their slopes, as the kernel reads them."""
+    """Forces of k points and their slopes for the kernel."""
 
     force: FloatArray
     """(k,)."""
@@ -137,12 +137,12 @@ class _NormalTangent(NamedTuple):
     rate: FloatArray
     """(k,) ∂F/∂λ̇."""
     dt: float
-    """Length of the step; infinite where it has none, and no rates."""
+    """Length of the step; infinite in statics, without rates."""
     grown: FloatArray
-    """(k, m) the derivatives of each force over the variables of its own point, filled in."""
+    """(k, m) derivatives of each force over the variables of its own point, filled in."""
 
 
-class _Deformed(NamedTuple):
+class _DeformedFeet(NamedTuple):
     """Points in contact with a master that deforms."""
 
     feet: Feet
@@ -153,24 +153,24 @@ class _Tangents(NamedTuple):
     """Derivatives of the forces on the points that carry, body axes."""
 
     terms: Terms
-    """Over the variables of points: their places and, on a master that deforms, those of the
-    surface below, where asked for; velocities that were given stay, world axes."""
+    """Derivatives over the variables of points: their positions and, on a master that deforms, the
+    variables of the surface below. Given velocities are constant in world axes."""
     velocities: Terms
-    """Over velocities that were given; zero without."""
-    deformed: _Deformed | None
-    """None of a master that keeps its shape."""
+    """Derivatives over given velocities; zero without."""
+    deformed: _DeformedFeet | None
+    """None for a master of constant shape."""
 
 
-def tangent_of(asked: Asked, state: State, inputs: StepInputs) -> csr_array:
+def tangent_of(contact: ContactSetup, state: State, inputs: StepInputs) -> csr_array:
     """Return ∂F/∂x of the nodes of a slave (3 n, 3 n)."""
-    places = _in_world(_tangents(asked, state, inputs, 3).terms, state.pose)
-    return _matrix_of(inputs.points.rows, places, asked.sampling)
+    places = _in_world(_tangents(contact, state, inputs, 3).terms, state.pose)
+    return _matrix_of(inputs.points.rows, places, contact.sampling)
 
 
-def linearisation_of(asked: Asked, state: State, inputs: StepInputs) -> Linearisation:
+def linearisation_of(contact: ContactSetup, state: State, inputs: StepInputs) -> Linearisation:
     """Return all derivatives of the forces of a step."""
-    rows, sampling, pose = inputs.points.rows, asked.sampling, state.pose
-    terms, velocities, deformed = _tangents(asked, state, inputs, VARIABLES)
+    rows, sampling, pose = inputs.points.rows, contact.sampling, state.pose
+    terms, velocities, deformed = _tangents(contact, state, inputs, VARIABLES)
     force = inputs.points.normal * state.normal_force[rows, None]
     if len(state.traction_B):
         force = force + state.traction_B[rows]
@@ -181,18 +181,18 @@ def linearisation_of(asked: Asked, state: State, inputs: StepInputs) -> Linearis
         control = control_slopes(*deformed, force, terms, weights, pose[:3, :3], m)
     places, velocities = (_in_world(each, pose) for each in (terms.over(slice(0, 3)), velocities))
     force_W, p_W = turn_to_world(pose, force), to_world(pose, state.points_B[rows])
-    at_W, reference = p_W - pose[:3, 3], product(pose[:3, :3], asked.reference_point)
+    at_W, reference = p_W - pose[:3, 3], product(pose[:3, :3], contact.reference_point)
     force_x, at_x, arm_x = (_cross_matrices(v) for v in (force_W, at_W, at_W - reference))
-    # Seen from a body that turns by θ the slave turns the other way; forces turn along with it.
+    # Relative to a body that rotates by θ the slave rotates by −θ; forces rotate with the body.
     by_pose = np.empty((len(rows), 3, 6))
     by_pose[:, :, :3] = -places.applied(np.broadcast_to(np.eye(3), at_x.shape))
     by_pose[:, :, 3:] = places.applied(at_x) - force_x
     if inputs.twist is not None:
-        moving = inputs.points.velocity
-        if asked.shape is not None:
+        velocity = inputs.points.velocity
+        if contact.shape is not None:
             places_on = SurfacePlaces(state.patch[rows], state.uv[rows])
-            moving = moving + asked.shape.velocities(places_on, state.points_B[rows])
-        turned = _cross_matrices(turn_to_world(pose, moving))
+            velocity = velocity + contact.shape.velocities(places_on, state.points_B[rows])
+        turned = _cross_matrices(turn_to_world(pose, velocity))
         turned += np.einsum(
             "ab,kbc->kac", _cross_matrices(inputs.twist[1:])[0], at_x, optimize=False
         )
@@ -204,46 +204,46 @@ def linearisation_of(asked: Asked, state: State, inputs: StepInputs) -> Linearis
     wrench_by_pose[3:] = -np.einsum("kab,kbq->aq", arm_x, by_pose, optimize=False)
     wrench_by_pose[3:] += product(whole, np.concatenate([-np.eye(3), lever], axis=1))
     nodal = np.stack([sampling.nodal(rows, by_pose[:, :, q]) for q in range(6)], axis=2)
-    across = np.stack([sampling.nodal(rows, by_points[:, q]) for q in range(6)])
-    told = rows if inputs.twist is not None else rows[:0]
+    by_nodes = np.stack([sampling.nodal(rows, by_points[:, q]) for q in range(6)])
+    velocity_rows = rows if inputs.twist is not None else rows[:0]
     return Linearisation(
         _matrix_of(rows, places, sampling),
         nodal.reshape(3 * n, 6),
-        across.reshape(6, 3 * n),
+        by_nodes.reshape(6, 3 * n),
         wrench_by_pose,
-        _matrix_of(told, velocities, sampling),
+        _matrix_of(velocity_rows, velocities, sampling),
         *control,
     )
 
 
-def kinks_of(asked: Asked, state: State, inputs: StepInputs) -> IntArray:
-    """Return points in contact before and now whose derivative may not hold.
+def kinks_of(contact: ContactSetup, state: State, inputs: StepInputs) -> IntArray:
+    """Return points in contact before and now whose derivative may not be valid.
 
-    Another piece of the master pushes them, or the foot has gone farther than its derivative says.
+    Another piece of the master pushes them, or the foot moved farther than its derivative allows.
     """
     points = inputs.points
     normal, moved = points.normal, points.foot - inputs.foot_before.at(points.rows)
-    slopes = _foot_slopes(asked, state, points)
+    slopes = _foot_slopes(contact, state, points)
     stretch = np.eye(3) - normal[:, :, None] * normal[:, None, :]
     stretch += points.depth[:, None, None] * slopes.normal
-    allowed = JUMP * np.sqrt(np.square(stretch).sum(axis=(1, 2))) * row_lengths(points.path)
+    allowed = JUMP_FACTOR * np.sqrt(np.square(stretch).sum(axis=(1, 2))) * row_lengths(points.path)
     kinked: IntArray = points.rows[points.old & (points.switched | (row_lengths(moved) > allowed))]
     return kinked
 
 
-def _tangents(asked: Asked, state: State, inputs: StepInputs, m: int) -> _Tangents:
-    """Return the derivatives of the forces on the points that carry, over their places.
+def _tangents(contact: ContactSetup, state: State, inputs: StepInputs, m: int) -> _Tangents:
+    """Return the derivatives of the forces over the positions of points.
 
-    On a master that deforms they are over the first m of their variables.
+    On a master that deforms they are over the first m variables of each point.
 
     Raises
     ------
     InputError
         Law or friction has no derivatives, or not one row a point.
     """
-    points, friction, seen = inputs.points, asked.friction, inputs.friction
+    points, friction, seen = inputs.points, contact.friction, inputs.friction
     k, dt = len(points.rows), inputs.law.dt or np.inf
-    output, tangent = _law_tangent(asked.law, inputs.law)
+    output, tangent = _checked_law_tangent(contact.law, inputs.law)
     rate = np.zeros(k) if tangent.rate is None else tangent.rate
     force = state.kept.normal_force.at(points.rows)
 
@@ -251,26 +251,33 @@ def _tangents(asked: Asked, state: State, inputs: StepInputs, m: int) -> _Tangen
         """Return the derivatives of the forces by the chain rule."""
         normal = _NormalTangent(force, tangent.force.own, rate, dt, np.empty(change.depth.shape))
         blocks = np.empty(change.normal.shape)
-        run_ranges(tangent_nb.normal_blocks, k, POINTS, points, change, normal, blocks)
+        run_ranges(tangent_nb.normal_blocks, k, POINTS_PER_THREAD, points, change, normal, blocks)
         terms = Terms.of(blocks)
-        carried = Carried(points, output, tangent, change, normal.grown, dt)
+        carried = CarryingPoints(points, output, tangent, change, normal.grown, dt)
         if tangent.force.left is not None:
             left = points.normal[:, :, None] * tangent.force.left[:, None, :]
-            terms = Terms(blocks, left, carried.pulled(tangent.force))
+            terms = Terms(blocks, left, carried.right_sides(tangent.force))
         if friction is not None and seen is not None and k:
             terms = terms.plus(friction_terms(friction, seen, carried))
         return terms
 
-    slopes, one = _foot_slopes(asked, state, points), np.eye(3)[None]
+    slopes, one = _foot_slopes(contact, state, points), np.eye(3)[None]
     deformed, velocities = None, Terms.of(np.zeros((k, 3, 3)))
     change = InputChange(slopes.depth, slopes.normal, one, np.zeros((0, 3, 3)))
-    # How the surface carries points along matters to friction and to rates alone.
-    if asked.shape is not None and (m == VARIABLES or friction is not None or rate.any()):
-        feet = _feet_on(asked, asked.shape, state, points, slopes)
-        deformed = _Deformed(feet, foot_motion(feet, m))
-        change = input_change(*deformed, asked.shape)
+    # The motion of the surface matters only for friction and for rates.
+    if contact.shape is not None and (m == VARIABLES or friction is not None or rate.any()):
+        rows, shape = points.rows, contact.shape
+        net = dependence_of(shape.body, shape.now, SurfacePlaces(state.patch[rows], state.uv[rows]))
+        gap = _gaps(state, points)
+        if contact.half is not None:
+            gap = gap + contact.half[rows]
+        hessian = net.jet(shape.now).hessian
+        curvature = np.einsum("ka,kabc->kbc", net.normal, hessian, optimize=False)
+        feet = Feet(points.normal, gap, slopes, net, curvature)
+        deformed = _DeformedFeet(feet, foot_motion(feet, m))
+        change = input_change(*deformed, contact.shape)
     if inputs.twist is not None:
-        # Points go by −ω × dx against a body that turns by the spin ω.
+        # A displacement dx changes the velocity relative to a body with the spin ω by −ω × dx.
         turning = np.zeros((1, 3, change.depth.shape[1]))
         turning[0, :, :3] = -_cross_matrices(product(inputs.twist[1:], state.pose[:3, :3]))[0]
         if deformed is not None:
@@ -280,23 +287,10 @@ def _tangents(asked: Asked, state: State, inputs: StepInputs, m: int) -> _Tangen
     return _Tangents(terms_over(change), velocities, deformed)
 
 
-def _feet_on(
-    asked: Asked, shape: Shape, state: State, points: ContactRows, slopes: FootSlopes
-) -> Feet:
-    """Return the feet of points on a master that deforms."""
-    rows = points.rows
-    net = dependence_of(shape.body, shape.now, SurfacePlaces(state.patch[rows], state.uv[rows]))
-    gap = _gaps(state, points)
-    if asked.half is not None:
-        gap = gap + asked.half[rows]
-    curvature = np.einsum("ka,kabc->kbc", net.normal, net.jet(shape.now).hessian, optimize=False)
-    return Feet(points.normal, gap, slopes, net, curvature)
-
-
 def _in_world(terms: Terms, pose: FloatArray) -> Terms:
-    """Return the blocks in world axes; they are turned in place."""
+    """Return the terms in world axes; blocks are rotated in place."""
     turn = pose[:3, :3]
-    run_ranges(tangent_nb.to_world, len(terms.blocks), POINTS, terms.blocks, pose)
+    run_ranges(tangent_nb.to_world, len(terms.blocks), POINTS_PER_THREAD, terms.blocks, pose)
     left, right = (
         np.einsum("ab,kbr->kar", turn, side, optimize=False) for side in (terms.left, terms.right)
     )
@@ -312,12 +306,12 @@ def _cross_matrices(v: FloatArray) -> FloatArray:
 
 
 def _matrix_of(rows: IntArray, terms: Terms, sampling: Sampling) -> csr_array:
-    """Return (3 n, 3 n) of the n nodes of a slave, three rows each, of points `rows`.
+    """Return the matrix (3 n, 3 n) over the n nodes of a slave from terms at points `rows`.
 
     Raises
     ------
     InputError
-        So many points share a force that the matrix, full between them, cannot be held.
+        Too many points share a force: the matrix is full between them.
     """
     from scipy.sparse import csr_array
 
@@ -325,12 +319,12 @@ def _matrix_of(rows: IntArray, terms: Terms, sampling: Sampling) -> csr_array:
     if terms.left.shape[2] == 0 or len(rows) == 0:
         return matrix
     acting, felt = (int(side.any(axis=(1, 2)).sum()) for side in (terms.left, terms.right))
-    if 9 * acting * felt > MOST_NUMBERS:
+    if 9 * acting * felt > MAX_NUMBERS:
         raise InputError(
             "the derivatives are full between points that share a force",
             where="law",
             found=f"{felt} points, {9 * acting * felt:.2g} numbers",
-            allowed=f"up to {MOST_NUMBERS:.2g}",
+            allowed=f"up to {MAX_NUMBERS:.2g}",
             remedy='Take ForceLaw with share = "deepest", which few points share, or a StressLaw',
         )
     left, right = (
@@ -345,21 +339,21 @@ def _matrix_of(rows: IntArray, terms: Terms, sampling: Sampling) -> csr_array:
 
 
 def _gaps(state: State, points: ContactRows) -> FloatArray:
-    """Return (k,) signed distances to where contact begins."""
+    """Return the signed distances (k,) from the surface of contact."""
     if points.depth.all():
         return -points.depth
     beside = row_products(state.points_B[points.rows] - points.foot, points.normal)
     return np.where(points.depth > 0.0, -points.depth, beside)
 
 
-def _foot_slopes(asked: Asked, state: State, points: ContactRows) -> FootSlopes:
-    """Derivatives of depth and normal of the points; of shells at feet on the body itself."""
+def _foot_slopes(contact: ContactSetup, state: State, points: ContactRows) -> FootSlopes:
+    """Return the derivatives of depths and normals; for shells at feet on the body itself."""
     rows = points.rows
     k = len(rows)
     p_B, foot, normal, gap = state.points_B[rows], points.foot, points.normal, _gaps(state, points)
     in_front = gap > 0.0
-    if asked.half is not None:
-        off = asked.half[rows]
+    if contact.half is not None:
+        off = contact.half[rows]
         foot, gap = foot - off[:, None] * normal, gap + off
     feet = Projection(
         state.patch[rows],
@@ -373,18 +367,18 @@ def _foot_slopes(asked: Asked, state: State, points: ContactRows) -> FootSlopes:
     )
     slopes = FootSlopes(np.empty((k, 3)), np.empty((k, 3, 3)))
     if k:
-        asked.surface.slopes(p_B, feet, slopes)
+        contact.surface.slopes(p_B, feet, slopes)
     slopes.depth[in_front] = 0.0
     return slopes
 
 
-def _law_tangent(law: Law, inp: LawInput) -> tuple[LawOutput, LawTangent]:
-    """Return a law's answer with its derivatives, checked.
+def _checked_law_tangent(law: Law, inp: LawInput) -> tuple[LawOutput, LawTangent]:
+    """Return the output of a law with its derivatives, checked.
 
     Raises
     ------
     InputError
-        It answers none, or not one row a point.
+        There are no derivatives, or not one row per point.
     """
     n = len(inp.penetration)
     if n == 0:
@@ -410,17 +404,17 @@ def _law_tangent(law: Law, inp: LawInput) -> tuple[LawOutput, LawTangent]:
     )
 
 
-def _checked_slopes(given: Any, n: int, name: str) -> DepthSlopes:
-    """Slopes of n points; what is no `DepthSlopes` are those over a point's own penetration."""
-    slopes = given if isinstance(given, DepthSlopes) else DepthSlopes(given)
+def _checked_slopes(values: Any, n: int, name: str) -> DepthSlopes:
+    """Return slopes of n points, checked; plain arrays are slopes over the own penetration."""
+    slopes = values if isinstance(values, DepthSlopes) else DepthSlopes(values)
     own = _checked(slopes.own, (n,), f"{name}.own")
-    one: Any = slopes.left
-    if one is None and slopes.right is None:
+    left_given: Any = slopes.left
+    if left_given is None and slopes.right is None:
         return DepthSlopes(own)
-    r = np.shape(one)[1] if np.ndim(one) == 2 else 1
+    r = np.shape(left_given)[1] if np.ndim(left_given) == 2 else 1
     left, right = (
         _checked(side, (n, r), f"{name}.{at}")
-        for at, side in (("left", one), ("right", slopes.right))
+        for at, side in (("left", left_given), ("right", slopes.right))
     )
     return DepthSlopes(own, left, right)
 

@@ -1,14 +1,14 @@
-"""The search for points of shells with a thickness: in contact where half of it reaches.
+"""Search for points of shells with a thickness: contact begins at half the thickness.
 
-A point x of the mid-surface is in contact where its distance d(x) from the body, negative inside,
-is below half the thickness h there, and h − d is the penetration. So a shell is what balls of
-radius h sweep over: it has no front, stands off edges as off faces, and the energy of contact is a
-function of the places alone. What decides is where points are at the end of a step, not the way
-they came: their walls are the nearest ones. Of an open body, which has a front but no inside, a
-search by intersection takes only points that come from in front of it, out of reach.
+A point x of the mid-surface is in contact if its distance d(x) from the body, negative inside, is
+below half the thickness h; its penetration is h − d. The shell is thus the union of balls of radius
+h: it has no front, stands off edges as off faces, and the energy of contact depends on positions
+alone. Positions at the end of a step decide, not paths, and the nearest walls push. On an open
+body, which has a front but no inside, a search by intersection takes only points that come from in
+front of it, from out of reach.
 
-Feet are told on the surface that is h off the body, so that all that follows the search is as of
-points without a thickness.
+Feet are returned on the surface at the distance h from the body, so that everything after the
+search works as for points without a thickness.
 """
 
 from __future__ import annotations
@@ -18,8 +18,8 @@ from typing import NamedTuple
 import numpy as np
 
 from contiga.area.offset import off_surface
-from contiga.contact.foot_rows import closest, take
-from contiga.contact.search_records import BoolArray, Detected, Options, Rows, StepSearch
+from contiga.contact.foot_rows import closest, copy_feet
+from contiga.contact.search_records import BoolArray, Detection, Options, Rows, StepSearch
 from contiga.masters.protocol import Surface
 from contiga.records import (
     ContactStatus,
@@ -32,88 +32,98 @@ from contiga.records import (
 from contiga.statuses import Status
 
 
-class Reached(NamedTuple):
-    """Points, one row each, and what half the thickness there reaches."""
+class Reach(NamedTuple):
+    """Distances of points from contact, one row each."""
 
     feet: Projection
-    """On the surface that is half the thickness off."""
+    """Feet on the surface at half the thickness from the body."""
     within: BoolArray
-    """Near enough for contact."""
+    """Whether a point is near enough for contact."""
     solved: BoolArray
-    """Whose closest point is known."""
+    """Whether the closest point is known."""
     on_border: BoolArray
-    """Whose closest point is on a border of an open body."""
+    """Whether the closest point is on a border of an open body."""
     behind: BoolArray
-    """That lie behind the body, or inside."""
+    """Whether a point is behind the body, or inside."""
     room: FloatArray
-    """Least way to contact, length; for points within reach minus the least way out of it."""
+    """Distance from contact, length; for points in reach minus the distance to leave it."""
 
 
 def detect_at_start(
-    surface: Surface, p_B: FloatArray, rows: IntArray, detected: Detected, options: Options
+    surface: Surface, p_B: FloatArray, rows: IntArray, detected: Detection, options: Options
 ) -> None:
     """Search at the start.
 
-    By intersection, points within reach are not in contact until they have been out of it; by
-    penetration they are.
+    In a search by intersection points within reach are not in contact until they have been out of
+    reach; in a search by penetration they are.
     """
-    near = _near(surface, p_B, rows, detected, options)
-    reached = reach(closest(surface, p_B, near), p_B, near, options)
-    detected.safe_distance[near] = reached.room
+    rows_near = _rows_within_reach(surface, p_B, rows, detected, options)
+    reached = measure_reach(closest(surface, p_B, rows_near), p_B, rows_near, options)
+    detected.safe_distance[rows_near] = reached.room
     if options.penetration:
         touching = reached.within & (options.hold | ~reached.on_border)
-        detected.status[near[touching]] = ContactStatus.NEW
-        detected.safe_distance[near[reached.within]] = 0.0
-        take(detected.feet, near, reached.feet, touching)
+        detected.status[rows_near[touching]] = ContactStatus.NEW
+        detected.safe_distance[rows_near[reached.within]] = 0.0
+        copy_feet(detected.feet, rows_near, reached.feet, touching)
 
 
 def detect(search: StepSearch, rows: Rows) -> None:
-    """Tell what becomes of the points that were in contact and the free ones that are near."""
+    """Decide on the points that were in contact and on the free points that are near."""
     surface, step, _, detected, options, _ = search
-    were, free = rows
-    near = np.concatenate((were, _near(surface, step.now, free, detected, options)))
-    was = np.arange(len(near)) < len(were)
-    reached = reach(_feet(search, near), step.now, near, options)
-    beside = reached.on_border & (not options.hold)
-    touching = reached.within & ~beside
-    past = np.isfinite(step.way[near]) | options.penetration
-    touching &= was | (past & ~step.ignored[near])
+    touching_before, free = rows
+    rows_near = np.concatenate(
+        (touching_before, _rows_within_reach(surface, step.now, free, detected, options))
+    )
+    was_touching = np.arange(len(rows_near)) < len(touching_before)
+    reached = measure_reach(_closest_points(search, rows_near), step.now, rows_near, options)
+    slides_off = reached.on_border & (not options.hold)
+    touching = reached.within & ~slides_off
+    has_past = np.isfinite(step.path_length[rows_near]) | options.penetration
+    touching &= was_touching | (has_past & ~step.inside_since_start[rows_near])
     if not options.closed:
-        _leave_from_behind(search, near, was, reached, touching)
-    # By penetration they are in contact as soon as they are over a face.
-    seen = reached.within & beside & options.penetration
-    held = touching & reached.on_border
-    status = np.where(was, ContactStatus.RELEASED, ContactStatus.FREE).astype(np.int8)
-    status[was & reached.within & beside] = ContactStatus.SLID_OFF
-    status[touching] = np.where(was[touching], ContactStatus.OLD, ContactStatus.NEW)
-    status[held] = ContactStatus.HELD
+        _exclude_from_behind(search, rows_near, was_touching, reached, touching)
+    # In a search by penetration these are in contact as soon as they are over a face.
+    is_near_edge = reached.within & slides_off & options.penetration
+    is_held = touching & reached.on_border
+    status = np.where(was_touching, ContactStatus.RELEASED, ContactStatus.FREE).astype(np.int8)
+    status[was_touching & reached.within & slides_off] = ContactStatus.SLID_OFF
+    status[touching] = np.where(was_touching[touching], ContactStatus.OLD, ContactStatus.NEW)
+    status[is_held] = ContactStatus.HELD
     status[~reached.solved] = ContactStatus.LOST
-    detected.status[near] = status
-    detected.safe_distance[near] = np.where(touching | seen, 0.0, reached.room)
-    take(detected.feet, near, reached.feet, touching)
+    detected.status[rows_near] = status
+    detected.safe_distance[rows_near] = np.where(touching | is_near_edge, 0.0, reached.room)
+    copy_feet(detected.feet, rows_near, reached.feet, touching)
 
 
-def _leave_from_behind(
-    search: StepSearch, near: IntArray, was: BoolArray, reached: Reached, touching: BoolArray
+def _exclude_from_behind(
+    search: StepSearch,
+    rows_near: IntArray,
+    was_touching: BoolArray,
+    reached: Reach,
+    touching: BoolArray,
 ) -> None:
-    """Take those points out of `touching` that came to an open body from behind or beside it.
+    """Exclude points from `touching` that came to an open body from behind or beside it.
 
-    New ones must have been in front, out of reach. Those in contact must not come behind the
-    surface from beyond its border, where they were as deep as they are now far.
+    New points must have been in front, out of reach. Points in contact must not come behind the
+    surface from beyond its border.
     """
     options = search.options
-    new = touching & ~was & (not options.penetration)
-    unsure = np.flatnonzero(new | (touching & was & reached.behind & ~reached.on_border))
+    is_new = touching & ~was_touching & (not options.penetration)
+    unsure = np.flatnonzero(
+        is_new | (touching & was_touching & reached.behind & ~reached.on_border)
+    )
     if len(unsure) == 0:
         return
-    rows = near[unsure]
-    before = reach(_feet(search, rows, before=True), search.step.before, rows, options)
-    ahead = before.solved & ~before.behind & (before.room >= 0.0)
-    touching[unsure] = np.where(was[unsure], ~before.on_border, ahead)
+    rows = rows_near[unsure]
+    before = measure_reach(
+        _closest_points(search, rows, before=True), search.step.before, rows, options
+    )
+    was_in_front = before.solved & ~before.behind & (before.room >= 0.0)
+    touching[unsure] = np.where(was_touching[unsure], ~before.on_border, was_in_front)
 
 
-def _feet(search: StepSearch, rows: IntArray, *, before: bool = False) -> Projection:
-    """Find the closest points of points `rows`, now or before the step.
+def _closest_points(search: StepSearch, rows: IntArray, *, before: bool = False) -> Projection:
+    """Return the closest points of points `rows`, now or before the step.
 
     On a surface that changes its shape the search starts from the feet of the last step.
     """
@@ -126,37 +136,39 @@ def _feet(search: StepSearch, rows: IntArray, *, before: bool = False) -> Projec
     return out
 
 
-def reach(feet: Projection, p_B: FloatArray, rows: IntArray, options: Options) -> Reached:
-    """Find from the closest points of p_B[rows] which points are within half the thickness."""
+def measure_reach(feet: Projection, p_B: FloatArray, rows: IntArray, options: Options) -> Reach:
+    """Return the distances from contact of p_B[rows] by their closest points."""
     assert options.half is not None
     half = options.half[rows]
     on_border = (feet.status == Status.BORDER) | (feet.status == Status.TRIMMED)
     solved = (feet.status == Status.OK) | on_border
-    # Beside a border there is no inside.
+    # Beyond a border there is no inside.
     distance = np.where(on_border, np.abs(feet.gap), feet.gap)
     within = solved & (distance <= half) & (distance >= -options.depth)
     room = np.maximum(distance - half, -distance - options.depth)
-    # By no more than rounding within reach is as good as out of it.
+    # Within reach by no more than rounding counts as out of reach.
     deep = within & (room < -options.band)
     room[~deep] = np.maximum(room[~deep] - options.band, 0.0)
     room[~solved] = 0.0
-    off = off_surface(feet, p_B[rows], half, options.band)
-    return Reached(off, within, solved, on_border, solved & (feet.gap < 0.0), room)
+    shifted = off_surface(feet, p_B[rows], half, options.band)
+    return Reach(shifted, within, solved, on_border, solved & (feet.gap < 0.0), room)
 
 
-def _near(
-    surface: Surface, p_B: FloatArray, rows: IntArray, detected: Detected, options: Options
+def _rows_within_reach(
+    surface: Surface, p_B: FloatArray, rows: IntArray, detected: Detection, options: Options
 ) -> IntArray:
-    """Return the rows whose closest points are needed; write the others' distance from contact."""
+    """Return the rows whose closest points are needed; store safe distances of the others."""
     assert options.half is not None
     if options.closed:
-        known = surface.sides(p_B, rows)
-        outside, length = known.side > 0, known.reach
+        sides = surface.sides(p_B, rows)
+        outside, distance = sides.side > 0, sides.reach
     else:
-        length = np.zeros(len(p_B))
-        surface.safe_distance(p_B, rows, length)
-        length, outside = length[rows], np.ones(len(rows), np.bool_)
-        length = length - np.maximum(options.depth - options.half[rows], 0.0)
-    clear = outside & (length > options.half[rows] + options.band)
-    detected.safe_distance[rows[clear]] = (length - options.half[rows])[clear] - options.band
-    return rows[~clear]
+        distance = np.zeros(len(p_B))
+        surface.safe_distance(p_B, rows, distance)
+        distance, outside = distance[rows], np.ones(len(rows), np.bool_)
+        distance = distance - np.maximum(options.depth - options.half[rows], 0.0)
+    is_clear = outside & (distance > options.half[rows] + options.band)
+    detected.safe_distance[rows[is_clear]] = (distance - options.half[rows])[
+        is_clear
+    ] - options.band
+    return rows[~is_clear]

@@ -1,8 +1,8 @@
-"""Couplings: contiga's contacts inside the steps of other codes.
+"""Couple contacts of contiga with the steps of other codes.
 
-Question: what do contacts of contiga do to a model that another code moves? Read `mujoco` (the
-class, and its step), `scene` and `parts` (what contiga has of the model), `carriers`, `kick` (the
-forces in a step), `stability` (its length), `result` and `folder`.
+Question: how do contacts of contiga act in a model that another code moves? Read `mujoco` (the
+class and its step), `scene` and `parts` (contiga's part of the model), `carriers`, `kick` (forces
+in a step), `stability` (its length), `result` and `folder`.
 """
 
 from contiga.couple.mujoco import MujocoCoupling

@@ -1,6 +1,6 @@
-"""Bodies of a MuJoCo model that carry masters and slaves, and how they stand and move.
+"""Find the bodies of a MuJoCo model that carry masters and slaves, with their poses and motions.
 
-What is asked of a model or its data has MuJoCo's own names; a body is named by its number.
+Fields of a model and its data have MuJoCo's own names; bodies are given by number.
 """
 
 from __future__ import annotations
@@ -15,21 +15,21 @@ from contiga.errors import InputError
 from contiga.records import FloatArray
 from contiga.rigid.twist import Twist
 
-_WRONG = {"4.0.0": "has a wrong Hessian in its constraint solver"}
-"""Versions of MuJoCo that move bodies wrongly, and why."""
+_FAULTY_VERSIONS = {"4.0.0": "has a wrong Hessian in its constraint solver"}
+"""Versions of MuJoCo with wrong motions of bodies, and the reasons."""
 
 
 class Carrier(NamedTuple):
-    """A body of MuJoCo with what it carries."""
+    """A body of MuJoCo with the master or slave that it carries."""
 
     body: int
-    """Its number; 0 is the world."""
+    """Number of the body; 0 is the world."""
     carried: Any
     """A master or a slave, in the axes of the body's frame."""
 
 
 class Frame(NamedTuple):
-    """The position and the motion of a body."""
+    """The pose and the motion of a body."""
 
     pose: FloatArray
     """(4, 4) X_WB."""
@@ -37,20 +37,20 @@ class Frame(NamedTuple):
 
 
 def check_model(model: Any, data: Any) -> None:
-    """Refuse what cannot be coupled.
+    """Check that a model with its data can be coupled.
 
     Raises
     ------
     InputError
-        No model, data of another model, an integrator that has no step in two halves; a version of
-        MuJoCo whose forces are wrong.
+        No model, data of another model, an integrator without a step in two halves; a version of
+        MuJoCo with wrong forces.
     """
     import mujoco
 
     version = mujoco.mj_versionString()
-    if version in _WRONG:
+    if version in _FAULTY_VERSIONS:
         raise InputError(
-            f"this version of MuJoCo {_WRONG[version]}",
+            f"this version of MuJoCo {_FAULTY_VERSIONS[version]}",
             where="mujoco",
             found=version,
             allowed="another version",
@@ -78,7 +78,7 @@ def check_model(model: Any, data: Any) -> None:
 
 
 def check_integrator(model: Any) -> None:
-    """Refuse an integrator that asks for forces several times a step."""
+    """Raise `InputError` for an integrator that evaluates forces several times in a step."""
     import mujoco
 
     if model.opt.integrator == mujoco.mjtIntegrator.mjINT_RK4:
@@ -92,36 +92,36 @@ def check_integrator(model: Any) -> None:
         )
 
 
-def carriers(model: Any, where: str, given: Mapping[str, Any]) -> dict[str, Carrier]:
-    """Return which things stand on which body, given as ``name: thing`` or ``(thing, body)``.
+def carriers(model: Any, where: str, things: Mapping[str, Any]) -> dict[str, Carrier]:
+    """Return masters or slaves with their bodies, from ``name: thing`` or ``name: (thing, body)``.
 
-    In the first form the body has that name.
+    In the first form the body has the same name.
 
     Raises
     ------
     InputError
-        MuJoCo knows no such body, or its motion has no velocity (mocap).
+        The model has no such body, or its motion has no velocity (mocap).
     """
-    by_slave = {}
-    for name, one in given.items():
-        pair = one if isinstance(one, tuple) and len(one) == 2 else (one, name)
-        by_slave[name] = Carrier(_body(model, f"{where}[{name!r}]", pair[1]), pair[0])
-    return by_slave
+    by_name = {}
+    for name, thing in things.items():
+        pair = thing if isinstance(thing, tuple) and len(thing) == 2 else (thing, name)
+        by_name[name] = Carrier(_body_number(model, f"{where}[{name!r}]", pair[1]), pair[0])
+    return by_name
 
 
-def _body(model: Any, where: str, name: Any) -> int:
-    """The number of a body."""
+def _body_number(model: Any, where: str, name: Any) -> int:
+    """Return the number of a body."""
     import mujoco
 
     kind = mujoco.mjtObj.mjOBJ_BODY
     body = mujoco.mj_name2id(model, kind, name) if isinstance(name, str) else -1
     if body < 0:
-        known = [mujoco.mj_id2name(model, kind, i) for i in range(model.nbody)]
+        names = [mujoco.mj_id2name(model, kind, i) for i in range(model.nbody)]
         raise InputError(
             "the MuJoCo model has no body of this name",
             where=where,
             found=name,
-            allowed=", ".join(repr(one) for one in known if one),
+            allowed=", ".join(repr(one) for one in names if one),
         )
     if model.body_mocapid[model.body_rootid[body]] >= 0:
         raise InputError(
@@ -133,28 +133,28 @@ def _body(model: Any, where: str, name: Any) -> int:
     return body
 
 
-def moving(model: Any, bodies: Iterable[int]) -> dict[str, int]:
-    """Those of `bodies` that can move, by their names."""
+def moving_bodies(model: Any, bodies: Iterable[int]) -> dict[str, int]:
+    """Return those of `bodies` that can move, by name."""
     numbers = dict.fromkeys(body for body in bodies if model.body_weldid[body] != 0)
     return {model.body(body).name: body for body in numbers}
 
 
 def frame_of(model: Any, data: Any, body: int, speed: FloatArray) -> Frame:
-    """Return where a body stands, and how it moves at the joint velocities `speed` (nv,)."""
+    """Return the pose of a body, and its motion at the joint velocities `speed` (nv,)."""
     import mujoco
 
     pose = np.eye(4)
     pose[:3, :3] = data.xmat[body].reshape(3, 3)
     pose[:3, 3] = data.xpos[body]
-    along, about = np.zeros((3, model.nv)), np.zeros((3, model.nv))
-    mujoco.mj_jac(model, data, along, about, pose[:3, 3], body)
-    return Frame(pose, Twist(product(along, speed), product(about, speed)))
+    linear, angular = np.zeros((3, model.nv)), np.zeros((3, model.nv))
+    mujoco.mj_jac(model, data, linear, angular, pose[:3, 3], body)
+    return Frame(pose, Twist(product(linear, speed), product(angular, speed)))
 
 
 def motion_of(
     model: Any, data: Any, body: int, speed: FloatArray, acceleration: FloatArray
 ) -> tuple[float, ...]:
-    """Centre of mass, its velocity and acceleration, orientation and spin: 16 numbers.
+    """Return centre of mass, its velocity and acceleration, orientation and spin: 16 numbers.
 
     `speed` and `acceleration` (nv,) are those of the joints.
     """
@@ -172,10 +172,10 @@ def point_rates(
     speed: FloatArray,
     acceleration: FloatArray,
 ) -> tuple[FloatArray, FloatArray]:
-    """Velocity and acceleration (3,) of a point of a body, world axes; the rest as `motion_of`."""
+    """Return velocity and acceleration (3,) of a point of a body, world axes; see `motion_of`."""
     import mujoco
 
-    along, about, along_rate, about_rate = (np.zeros((3, model.nv)) for _ in range(4))
-    mujoco.mj_jac(model, data, along, about, point, body)
-    mujoco.mj_jacDot(model, data, along_rate, about_rate, point, body)
-    return product(along, speed), product(along, acceleration) + product(along_rate, speed)
+    linear, angular, linear_rate, angular_rate = (np.zeros((3, model.nv)) for _ in range(4))
+    mujoco.mj_jac(model, data, linear, angular, point, body)
+    mujoco.mj_jacDot(model, data, linear_rate, angular_rate, point, body)
+    return product(linear, speed), product(linear, acceleration) + product(linear_rate, speed)

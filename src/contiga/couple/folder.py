@@ -1,4 +1,4 @@
-"""The output folder of a coupled run: the files of a Simulation's, and its report."""
+"""Write the output folder of a coupled run: the files of a simulation, and a report."""
 
 from __future__ import annotations
 
@@ -19,20 +19,20 @@ from contiga.simulation.system_state import SystemState
 
 
 class CoupledFolder:
-    """Takes what is to be written as it comes; `close` it whatever happens.
+    """The output folder of a coupled run; it must be closed in any case.
 
     Raises
     ------
     OutputError
-        The folder is somebody's own, another run writes to it, or it cannot be written.
+        The folder has other files, another run writes to it, or it cannot be written.
     MissingPackageError
-        What fields or the report are written with is not installed.
+        A package for fields or the report is not installed.
     """
 
     def __init__(self, folder: Path, model: Model) -> None:
         require("an output folder", "h5py")
         require_packages()
-        open_folder(folder, names.OURS, "run")
+        open_folder(folder, names.RUN_FILES, "run")
         self._folder, self._model = folder, model
         self._time = math.nan
         self._lock = FolderLock(folder / names.LOCK, "run")
@@ -52,7 +52,7 @@ class CoupledFolder:
             self._time = state.time
 
     def finish(self, history: dict[str, FloatArray], summary: dict[str, Any]) -> None:
-        """Write all under its final names, and the report."""
+        """Write all files under their final names, and the report."""
         self._fields.close()
         names.clear_stale(self._folder, ("csv", "vtkhdf"))
         write_history(self._folder / names.HISTORY, history, summary["columns"])
@@ -61,7 +61,7 @@ class CoupledFolder:
         write_report(self._folder)
 
     def close(self) -> None:
-        """Let others write to the folder; of a run that failed nothing is left half-written."""
+        """Release the folder; remove unfinished files of a run that failed."""
         try:
             if (self._folder / names.UNFINISHED).exists():
                 self._fields.close()

@@ -1,4 +1,4 @@
-"""MuJoCo and contiga together: joints, actuators and gravity there, contacts here."""
+"""Couple MuJoCo and contiga: joints, actuators and gravity there, contacts here."""
 
 from __future__ import annotations
 
@@ -18,10 +18,10 @@ from contiga.couple.carriers import (
     check_model,
     frame_of,
     motion_of,
-    moving,
+    moving_bodies,
 )
 from contiga.couple.folder import CoupledFolder
-from contiga.couple.kick import Account, Kick, Push, bad_states, gravity_of, kick, opened
+from contiga.couple.kick import Account, Kick, Push, bad_states, first_account, gravity_of, kick
 from contiga.couple.own_contacts import switch_off
 from contiga.couple.parts import parts_of
 from contiga.couple.result import MujocoResult, summary_of
@@ -122,15 +122,15 @@ class MujocoCoupling(Displayed):
         self._parts = parts_of(model, self._masters, self._slaves, contacts)
         switch_off(model, map(self._pair, self._parts))
         carrying = [*self._masters.values(), *self._slaves.values()]
-        self._moving = moving(model, [one.body for one in carrying])
+        self._moving = moving_bodies(model, [carrier.body for carrier in carrying])
         self._sensors, self._units = tuple(sensors), units
-        self._forget()
-        self._scene = self._made_scene()  # so that what is wrong is told at once
+        self._reset()
+        self._scene = self._make_scene()  # to raise errors at once
 
-    def _forget(self) -> None:
+    def _reset(self) -> None:
         self._contacts: dict[str, State] = {}
-        self._before: dict[str, State] = {}
-        self._walls: dict[str, float] = {}
+        self._last_contacts: dict[str, State] = {}
+        self._wall_times: dict[str, float] = {}
         self._rows: dict[str, list[float]] = {}
         self._time = math.nan
         self._account: Account | None = None
@@ -147,15 +147,12 @@ class MujocoCoupling(Displayed):
 
     @property
     def contacts(self) -> dict[str, State]:
-        """By name, where MuJoCo's data stand; empty before the start."""
+        """States of the contacts at the time of MuJoCo's data; empty before the start."""
         return dict(self._contacts)
 
     @property
     def critical_step(self) -> float:
-        """The longest stable step of what touches now; infinite where nothing does.
-
-        That of all contacts together is not longer than one, and not shorter than what is said.
-        """
+        """Lower bound of the longest stable step of the present contacts; infinite without any."""
         rates = Rates()
         for part in self._parts:
             state = self._contacts[part.name]
@@ -164,20 +161,20 @@ class MujocoCoupling(Displayed):
         return rates.critical
 
     def start(self) -> None:
-        """Take the contacts where MuJoCo's data stand, and forget what was before."""
+        """Start the contacts at the time of MuJoCo's data, and reset the history."""
         import mujoco
 
-        self._forget()
+        self._reset()
         mujoco.mj_step1(self.model, self.data)
-        self._scene = self._made_scene()
-        self._touch(None)
+        self._scene = self._make_scene()
+        self._step_contacts(None)
 
-    def _made_scene(self) -> Scene:
+    def _make_scene(self) -> Scene:
         carriers = Carriers(self._masters, self._slaves, self._moving)
         return Scene((self.model, self.data), carriers, self._parts, self._sensors, self._units)
 
     def step(self) -> None:
-        """One step of `model.opt.timestep`.
+        """Make one step of `model.opt.timestep`.
 
         Raises
         ------
@@ -185,18 +182,24 @@ class MujocoCoupling(Displayed):
             The integrator was changed to RK4.
         RunError
             The step is longer than the critical one, or MuJoCo has found its state to be bad and
-            begun anew.
+            reset it.
         """
         import mujoco
 
         if not self._contacts:
             self.start()
         check_integrator(self.model)
-        self._check_step()
-        step, bad = self.model.opt.timestep, bad_states(self.data)
+        step, critical = float(self.model.opt.timestep), self.critical_step
+        if step > critical and not self.allow_unstable:
+            raise RunError(
+                f"t = {self._time:g}: the step of {step:.4g} is longer than the critical one of "
+                f"the contacts, {critical:.4g}: their vibrations would grow without bound. Take a "
+                f"timestep below {0.9 * critical:.3g}; allow_unstable lets it pass"
+            )
+        bad = bad_states(self.data)
         now = kick(self.model, self.data, self._pushes(), self._gravity)
-        self._account = self._booked(now)
-        self._write(self.data, now, due=self._is_due())
+        self._account = self._next_account(now)
+        self._write(self.data, now, due=self._is_output_step())
         for name, value in self._row(self.data, now, self._account).items():
             self._rows.setdefault(name, []).append(value)
         mujoco.mj_step1(self.model, self.data)
@@ -205,7 +208,7 @@ class MujocoCoupling(Displayed):
                 f"t = {self._time:g}: MuJoCo found its state to be bad (not finite, or too large), "
                 "or it was set back. Take smaller steps, and start() after setting back"
             )
-        self._touch(now)
+        self._step_contacts(now)
 
     def run(
         self,
@@ -215,11 +218,11 @@ class MujocoCoupling(Displayed):
         out: str | Path | None = None,
         title: str = "MuJoCo and contiga",
     ) -> MujocoResult:
-        """Go on step by step to `end`, from the start if nothing was started.
+        """Step to `end`, from the start if nothing was started.
 
         Parameters
         ----------
-        end : when to end: at the step next to it
+        end : end time: the run ends at the nearest step
         on_step : called with the coupling after the start and after every step, when its `data`
             may be read and controls set
         out : folder for history, fields of every so many steps, summary and report, as a
@@ -236,9 +239,9 @@ class MujocoCoupling(Displayed):
         InputError
             The end has passed, or is no number.
         RunError
-            As of `step`; nothing is left in the folder then.
+            As in `step`; the folder is then left empty.
         OutputError
-            The folder is somebody's own, or cannot be written.
+            The folder has other files, or cannot be written.
 
         Warns
         -----
@@ -258,36 +261,29 @@ class MujocoCoupling(Displayed):
             self.start()
             if on_step is not None:
                 on_step(self)
-        result = self._run_to(end, on_step, None if out is None else Path(out), title)
-        for text in result.warnings:
-            warnings.warn(text, ContigaWarning, stacklevel=2)
-        return result
-
-    def _run_to(
-        self, end: float, on_step: OnStep | None, out: Path | None, title: str
-    ) -> MujocoResult:
-        """The steps of a run, and what is written of them."""
-        self._folder = None if out is None else CoupledFolder(out, self._scene.model)
-        begun = perf_counter()
+        folder = self._folder = None if out is None else CoupledFolder(Path(out), self._scene.model)
+        begin = perf_counter()
         try:
             while self.data.time < end - 0.5 * self.model.opt.timestep:
                 self.step()
                 if on_step is not None:
                     on_step(self)
             result = self._result(write=True)
-            if self._folder is not None:
-                summary = summary_of(result, self._scene.model, title, perf_counter() - begun)
-                self._folder.finish(result.history, summary)
+            if folder is not None:
+                summary = summary_of(result, self._scene.model, title, perf_counter() - begin)
+                folder.finish(result.history, summary)
         finally:
-            if self._folder is not None:
-                self._folder.close()
+            if folder is not None:
+                folder.close()
             self._folder = None
+        for text in result.warnings:
+            warnings.warn(text, ContigaWarning, stacklevel=2)
         return result
 
     def result(self) -> MujocoResult:
-        """Return what there is so far, up to the time of MuJoCo's data.
+        """Return the result so far, up to the time of MuJoCo's data.
 
-        What the forces there do is tried on a copy of the data.
+        A copy of the data is kicked by the forces at that time.
 
         Raises
         ------
@@ -304,7 +300,7 @@ class MujocoCoupling(Displayed):
         copy = mujoco.MjData(self.model)
         mujoco.mj_copyData(copy, self.model, self.data)
         now = kick(self.model, copy, self._pushes(), self._gravity)
-        account = self._booked(now)
+        account = self._next_account(now)
         self._write(copy, now, due=write)
         last = self._row(copy, now, account)
         history = {n: as_column(n, [*self._rows.get(n, []), value]) for n, value in last.items()}
@@ -313,42 +309,44 @@ class MujocoCoupling(Displayed):
         return MujocoResult(history, self.contacts, account.energy(self._contacts), sensors)
 
     def _pair(self, part: ContactPart) -> tuple[int, int]:
-        """Bodies of the master and of the slave."""
+        """Return the bodies of the master and of the slave."""
         return self._masters[part.master].body, self._slaves[part.slave].body
 
     def _reference(self, part: ContactPart, state: State) -> FloatArray:
-        """Return (3,) where the wrench on the master acts, world axes."""
+        """Return the reference point (3,) of the wrench on the master, world axes."""
         return product(state.pose[:3, :3], part.contact.master.reference_point) + state.pose[:3, 3]
 
-    def _touch(self, last: Kick | None) -> None:
-        """All contacts where the data stand. Speeds there are foreseen from the last kick."""
+    def _step_contacts(self, last_kick: Kick | None) -> None:
+        """Step all contacts to the data, with velocities predicted from the last kick."""
         self._gravity = gravity_of(self.model)
         speed = self.data.qvel.copy()
-        if last is not None:
-            speed += 0.5 * self.model.opt.timestep * last.acceleration
+        if last_kick is not None:
+            speed += 0.5 * self.model.opt.timestep * last_kick.acceleration
         dt = float(self.data.time) - self._time
-        self._before = dict(self._contacts)
+        self._last_contacts = dict(self._contacts)
         for part in self._parts:
-            begun = perf_counter()
-            ours, under = (frame_of(self.model, self.data, b, speed) for b in self._pair(part))
-            points = to_world(under.pose, part.contact.slave.points)
-            if last is None:
-                state = part.contact.start(points, ours.pose)
+            begin = perf_counter()
+            master_frame, slave_frame = (
+                frame_of(self.model, self.data, b, speed) for b in self._pair(part)
+            )
+            points = to_world(slave_frame.pose, part.contact.slave.points)
+            if last_kick is None:
+                state = part.contact.start(points, master_frame.pose)
             else:
                 state = part.contact.step(
                     self._contacts[part.name],
                     points,
-                    ours.pose,
+                    master_frame.pose,
                     dt,
-                    velocity=under.twist.at(under.pose[:3, 3], points),
-                    twist=ours.twist,
+                    velocity=slave_frame.twist.at(slave_frame.pose[:3, 3], points),
+                    twist=master_frame.twist,
                 )
             self._contacts[part.name] = state
-            self._walls[part.name] = perf_counter() - begun
+            self._wall_times[part.name] = perf_counter() - begin
         self._time = float(self.data.time)
 
     def _pushes(self) -> list[Push]:
-        """Return what the contacts do: forces on both sides that balance to the bit."""
+        """Return the forces of the contacts on both sides, which balance to the bit."""
         pushes = []
         for part in self._parts:
             state = self._contacts[part.name]
@@ -358,45 +356,36 @@ class MujocoCoupling(Displayed):
                 pushes += [Push(first, point, force, moment), Push(second, point, -force, -moment)]
         return pushes
 
-    def _booked(self, now: Kick) -> Account:
+    def _next_account(self, now: Kick) -> Account:
         if self._account is None:
-            return opened(self._time, now, self._contacts)
+            return first_account(self._time, now, self._contacts)
         return self._account.after(self._time, now)
 
-    def _is_due(self) -> bool:
-        """Return whether areas are measured, and fields written, where the data stand."""
+    def _is_output_step(self) -> bool:
+        """Return whether areas are measured and fields written in this step."""
         return len(self._rows.get("time", ())) % self.every == 0
 
     def _write(self, data: Any, now: Kick, *, due: bool) -> None:
-        """Fields, where they are asked for; `data` have had the kick."""
+        """Write fields if they are due; `data` are after the kick."""
         if self._folder is not None and due:
             physics = self.model, data
             self._folder.append(self._scene.state(physics, now.speed, self._contacts, self._time))
 
     def _row(self, data: Any, now: Kick, account: Account) -> dict[str, float]:
-        """Return a row of the history from `data`, as they are after the kick."""
+        """Return a row of the history from `data` after the kick."""
         row = {"time": self._time}
-        measured = self._is_due()
+        is_measured = self._is_output_step()
         for part in self._parts:
             prefix = "" if len(self._parts) == 1 else f"{part.name}."
-            state, wall = self._contacts[part.name], self._walls[part.name]
-            before = self._before.get(part.name)
-            columns = contact_columns(state, before, wall, measured=measured)
+            state, wall = self._contacts[part.name], self._wall_times[part.name]
+            before = self._last_contacts.get(part.name)
+            columns = contact_columns(state, before, wall, measured=is_measured)
             row |= {prefix + name: value for name, value in columns.items()}
         for name, body in self._moving.items():
             values = motion_of(self.model, data, body, now.speed, now.acceleration)
             row |= {f"{name}.{c}": float(v) for c, v in zip(OF_BODIES, values, strict=True)}
         if self._sensors:
             physics = self.model, data
-            stands = self._scene.state(physics, now.speed, self._contacts, self._time)
-            row |= self._scene.columns(physics, now, stands)
+            state_now = self._scene.state(physics, now.speed, self._contacts, self._time)
+            row |= self._scene.columns(physics, now, state_now)
         return row | energy_columns(account.energy(self._contacts))
-
-    def _check_step(self) -> None:
-        step, critical = float(self.model.opt.timestep), self.critical_step
-        if step > critical and not self.allow_unstable:
-            raise RunError(
-                f"t = {self._time:g}: the step of {step:.4g} is longer than the critical one of "
-                f"the contacts, {critical:.4g}: their vibrations would grow without bound. Take a "
-                f"timestep below {0.9 * critical:.3g}; allow_unstable lets it pass"
-            )

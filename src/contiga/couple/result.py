@@ -12,7 +12,7 @@ from contiga.errors import InputError
 from contiga.io.out.history import write_history
 from contiga.records import FloatArray
 from contiga.simulation.clock import Clock
-from contiga.simulation.energy_balance import LARGE, balance_of, energy_text, worst_step
+from contiga.simulation.energy_balance import ERROR_TOL, balance_of, energy_text, worst_step
 from contiga.simulation.history_over_time import table_of
 from contiga.simulation.model import Model
 from contiga.simulation.summary import summarise
@@ -33,42 +33,42 @@ class MujocoResult(Displayed):
     """The results of a coupled run."""
 
     history: dict[str, FloatArray]
-    """Columns by name, one row a step: those of a `Simulation`."""
+    """Columns by name, one row per step, as in a `Simulation`."""
     contacts: dict[str, State]
-    """At the end, by name."""
+    """Contacts at the end, by name."""
     energy: Energy
-    """At the end."""
+    """Energies at the end."""
     criteria: dict[str, dict[str, Any]] = field(default_factory=dict)
-    """What sensors say of the whole run, by name: filter, and criteria with values and windows."""
+    """Results of sensors by name: filter, and criteria with values and time windows."""
 
     @property
     def warnings(self) -> tuple[str, ...]:
         """Defects of the run: an energy balance error above 1 % of the largest energy."""
         balance = balance_of(self.history)
-        if balance["relative"] <= LARGE:
+        if balance["relative"] <= ERROR_TOL:
             return ()
         time = float(self.history["time"][worst_step(self.history)])
         return (energy_text(balance, time, _CAUSE),)
 
     def of(self, name: str) -> dict[str, FloatArray]:
-        """Columns of a contact, a body, a sensor or "energy", by their own names.
+        """Return the columns of a contact, a body, a sensor or "energy", by their own names.
 
         Raises
         ------
         InputError
             The history has nothing of that name.
         """
-        columns = {whole.rpartition("."): values for whole, values in self.history.items()}
+        columns = {full_name.rpartition("."): values for full_name, values in self.history.items()}
         chosen = {column: values for (of, _, column), values in columns.items() if of == name}
         if not chosen and list(self.contacts) == [name]:  # the only one: not prefixed
             chosen = {column: values for (of, _, column), values in columns.items() if not of}
         if not chosen:
-            known = dict.fromkeys(of for of, _, _ in columns if of)
+            names = dict.fromkeys(of for of, _, _ in columns if of)
             raise InputError(
                 "the history has nothing of this name",
                 where="name",
                 found=name,
-                allowed=", ".join(map(repr, {*self.contacts, *known})),
+                allowed=", ".join(map(repr, {*self.contacts, *names})),
             )
         return chosen
 
@@ -82,7 +82,7 @@ class MujocoResult(Displayed):
         ]
 
     def to_pandas(self) -> DataFrame:
-        """The history as a table of pandas, by time.
+        """Return the history as a pandas DataFrame by time.
 
         Raises
         ------
@@ -103,7 +103,7 @@ class MujocoResult(Displayed):
 
 
 def summary_of(result: MujocoResult, model: Model, title: str, seconds: float) -> dict[str, Any]:
-    """The summary of a coupled run for its folder; `seconds` of wall-clock time."""
+    """Return the summary of a coupled run for its folder; `seconds` are wall-clock time."""
     clock = Clock()
     clock.seconds["total"] = seconds
     summary = summarise(model, result.history, clock)

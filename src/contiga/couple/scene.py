@@ -1,4 +1,4 @@
-"""Hold contiga's part of a coupled run: masters, slaves, contacts and sensors, by their names."""
+"""Hold contiga's part of a coupled run: masters, slaves, contacts and sensors, by name."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import numpy as np
 
 from contiga.arrays.ordered import length
 from contiga.contact.state import State
-from contiga.couple.carriers import Carrier, Frame, frame_of, point_rates
+from contiga.couple.carriers import Carrier, frame_of, point_rates
 from contiga.couple.kick import Kick
 from contiga.dynamics.nodes import SlaveState
 from contiga.dynamics.prescribed import Fixed, Moved
@@ -25,26 +25,26 @@ from contiga.simulation.sensor import RelativeSensor, Sensor
 from contiga.simulation.sensors import on_axes
 from contiga.simulation.system_state import BodyStates, Energy, SystemState
 
-_TOLD = {"acceleration": "a", "velocity": "v", "displacement": "", "spin": "w"}
-_SUMMED = ("acceleration", "velocity")
+_LETTERS = {"acceleration": "a", "velocity": "v", "displacement": "", "spin": "w"}
+_WITH_MAGNITUDE = ("acceleration", "velocity")
 
 
 class Carriers(NamedTuple):
-    """The things on bodies of a MuJoCo model, by name."""
+    """Masters and slaves on bodies of a MuJoCo model, by name."""
 
     masters: Mapping[str, Carrier]
     slaves: Mapping[str, Carrier]
     moving: Mapping[str, int]
-    """Bodies that can move, by their own names."""
+    """Bodies that can move, by name."""
 
 
-class _Standing(NamedTuple):
-    """A motion that MuJoCo makes: told of it is where it begins."""
+class _FixedMotion(NamedTuple):
+    """Placeholder for a motion by MuJoCo: only its start is known."""
 
     first: FloatArray
 
     def pose(self, t: float) -> FloatArray:
-        """The pose at the start."""
+        """Return the pose at the start."""
         return self.first
 
     def twist(self, t: float) -> Twist:
@@ -53,13 +53,13 @@ class _Standing(NamedTuple):
 
 
 class Scene:
-    """Made where a run starts.
+    """Masters, slaves, contacts and sensors at the start of a run.
 
     Raises
     ------
     InputError
-        Sensors of what is no master, of one name, with criteria and no units, or that measure what
-        only MuJoCo knows.
+        Sensors that are not on masters, with the same name, with criteria but no units, or with
+        measures that only MuJoCo knows.
     """
 
     def __init__(
@@ -73,49 +73,55 @@ class Scene:
         self._masters, self._slaves, moving = carriers
         model, data = physics
         rest = np.zeros(model.nv)
-        frames = {n: frame_of(model, data, one.body, rest) for n, one in self._masters.items()}
+        frames = {n: frame_of(model, data, item.body, rest) for n, item in self._masters.items()}
         self.model = Model(
             bodies={
-                n: BodyPart(one.carried, _Standing(frames[n].pose))
-                for n, one in self._masters.items()
+                n: BodyPart(item.carried, _FixedMotion(frames[n].pose))
+                for n, item in self._masters.items()
             },
             slaves={
-                n: SlavePart(one.carried, Moved(one.carried.points, Fixed()))
-                for n, one in self._slaves.items()
+                n: SlavePart(item.carried, Moved(item.carried.points, Fixed()))
+                for n, item in self._slaves.items()
             },
             contacts=parts,
             stepping=EqualSteps(0.0, 1.0, 1.0),
-            sensors=tuple(self._placed(one, physics) for one in sensors),
+            sensors=tuple(self._with_points(item, physics) for item in sensors),
             units=units,
         )
         self._points = {}
         for sensor in self.model.point_sensors:
-            _check(sensor, moving)
-            point = _own_point(physics, self._masters[sensor.body].body)
+            _check_sensor(sensor, moving)
+            point = _default_point(physics, self._masters[sensor.body].body)
             first = np.array(point if sensor.at is None else sensor.at)
             at = to_body(frames[sensor.body].pose, first[None])[0]
             self._points[sensor.name] = at, first
         for pair in self.model.relative:
-            _check_rates(pair)
+            if "acceleration" in pair.measures:
+                raise InputError(
+                    "the acceleration between two bodies of MuJoCo is not measured here",
+                    where=f"sensor {pair.name!r}: measures",
+                    found="acceleration",
+                    remedy="Take a Sensor on each of them",
+                )
 
-    def _placed(
-        self, one: Sensor | RelativeSensor, physics: tuple[Any, Any]
+    def _with_points(
+        self, item: Sensor | RelativeSensor, physics: tuple[Any, Any]
     ) -> Sensor | RelativeSensor:
-        """A sensor between two bodies with its points: centres of mass where it names none."""
-        if not isinstance(one, Sensor | RelativeSensor):
+        """Return a sensor; one between two bodies gets their centres of mass as default points."""
+        if not isinstance(item, Sensor | RelativeSensor):
             raise InputError(
                 "is no sensor of masters",
                 where="sensors",
-                found=type(one).__name__,
+                found=type(item).__name__,
                 allowed="Sensor and RelativeSensor: slaves are moved by MuJoCo here",
             )
-        if not isinstance(one, RelativeSensor) or one.at is not None:
-            return one
-        known = one.between
-        if not set(known) <= set(self._masters):
-            return one
-        at = [_own_point(physics, self._masters[name].body) for name in known]
-        return replace(one, at=np.array(at))
+        if not isinstance(item, RelativeSensor) or item.at is not None:
+            return item
+        masters = item.between
+        if not set(masters) <= set(self._masters):
+            return item
+        at = [_default_point(physics, self._masters[name].body) for name in masters]
+        return replace(item, at=np.array(at))
 
     def state(
         self,
@@ -124,8 +130,13 @@ class Scene:
         contacts: Mapping[str, State],
         time: float,
     ) -> SystemState:
-        """Return where everything stands, at the joint velocities `speed`."""
-        bodies = [frame_of(*physics, one.body, speed) for one in self._masters.values()]
+        """Return the state of all parts at the joint velocities `speed`."""
+        bodies = [frame_of(*physics, item.body, speed) for item in self._masters.values()]
+        slaves = {}
+        for name, item in self._slaves.items():
+            frame = frame_of(*physics, item.body, speed)
+            points = to_world(frame.pose, item.carried.points)
+            slaves[name] = SlaveState(points, frame.twist.at(frame.pose[:3, 3], points))
         return SystemState(
             time,
             BodyStates(
@@ -133,16 +144,13 @@ class Scene:
                 np.array([frame.pose for frame in bodies]),
                 np.array([np.concatenate(frame.twist) for frame in bodies]),
             ),
-            {
-                name: _slave(one, frame_of(*physics, one.body, speed))
-                for name, one in self._slaves.items()
-            },
+            slaves,
             dict(contacts),
             Energy(0.0),
         )
 
     def columns(self, physics: tuple[Any, Any], now: Kick, state: SystemState) -> dict[str, float]:
-        """Return what the sensors measure."""
+        """Return the columns of all sensors."""
         columns: dict[str, float] = {}
         for sensor in self.model.point_sensors:
             at, first = self._points[sensor.name]
@@ -153,45 +161,30 @@ class Scene:
             values = {"acceleration": a, "velocity": v, "displacement": place - first, "spin": spin}
             origin = self.model.origins[self.model.mechanism.root_of(sensor.body)]
             for measure in sensor.measures:
-                vector, letter = values[measure], _TOLD[measure]
+                vector, letter = values[measure], _LETTERS[measure]
                 if sensor.turns:
                     vector = on_axes(sensor, pose, origin, vector)
                 named = zip("xyz", vector, strict=True)
                 columns |= {f"{sensor.name}.{letter}{axis}": float(x) for axis, x in named}
-                if measure in _SUMMED:
+                if measure in _WITH_MAGNITUDE:
                     columns[f"{sensor.name}.{letter}"] = length(vector)
         return columns | relative_columns(self.model, state, None)
 
 
-def _own_point(physics: tuple[Any, Any], body: int) -> FloatArray:
+def _default_point(physics: tuple[Any, Any], body: int) -> FloatArray:
     """Return the centre of mass (3,) of a body that can move, else its frame's origin."""
     model, data = physics
     return np.array(data.xipos[body] if model.body_weldid[body] != 0 else data.xpos[body])
 
 
-def _slave(one: Carrier, frame: Frame) -> SlaveState:
-    points = to_world(frame.pose, one.carried.points)
-    return SlaveState(points, frame.twist.at(frame.pose[:3, 3], points))
-
-
-def _check_rates(sensor: RelativeSensor) -> None:
-    if "acceleration" in sensor.measures:
-        raise InputError(
-            "the acceleration between two bodies of MuJoCo is not measured here",
-            where=f"sensor {sensor.name!r}: measures",
-            found="acceleration",
-            remedy="Take a Sensor on each of them",
-        )
-
-
-def _check(sensor: Sensor, moving: Mapping[str, int]) -> None:
-    unknown = [measure for measure in sensor.measures if measure not in _TOLD]
+def _check_sensor(sensor: Sensor, moving: Mapping[str, int]) -> None:
+    unknown = [measure for measure in sensor.measures if measure not in _LETTERS]
     if unknown:
         raise InputError(
             "what acts on a body of MuJoCo is not measured here",
             where=f"sensor {sensor.name!r}: measures",
             found=", ".join(unknown),
-            allowed=", ".join(map(repr, _TOLD)),
+            allowed=", ".join(map(repr, _LETTERS)),
             remedy="Put a <force> or <torque> sensor into the MuJoCo model",
         )
     if sensor.name in moving:

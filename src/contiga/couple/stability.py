@@ -1,4 +1,4 @@
-"""The critical step of contacts between bodies of a MuJoCo model."""
+"""Compute rates for the critical step of contacts between bodies of a MuJoCo model."""
 
 from __future__ import annotations
 
@@ -15,46 +15,48 @@ from contiga.simulation.critical import Rates
 def rates_of(
     model: Any, data: Any, state: State, point: FloatArray, bodies: tuple[int, int]
 ) -> Rates:
-    """Return how fast a contact makes its two bodies vibrate, with all that hangs on them.
+    """Return the rates of the vibration of two bodies on a contact, with all bodies joined to them.
 
-    The springs of the contact are a stiffness K (6, 6) of the way that one body goes against the
-    other at `point` (3,), world axes; J M⁻¹ Jᵀ says how far unit forces there drive them apart, J
-    their relative Jacobian and M the inertia of the joints. The largest eigenvalue of the product
-    is that of the whole system.
+    The springs of the contact form a stiffness K (6, 6) for relative motions at `point` (3,), world
+    axes. The mobility J M⁻¹ Jᵀ, with the relative Jacobian J and the inertia M of the joints, is
+    the relative acceleration by unit forces. The largest eigenvalue of their product is ω² of the
+    whole system.
     """
     kept = state.kept
-    rows, along = kept.springs
+    rows, axial = kept.springs
     if len(rows) == 0 or model.nv == 0:
         return Rates()
     arms, normals = state.held_W.points.at(rows) - point, state.held_W.normals.at(rows)
-    across = np.zeros(len(rows)) if kept.tangential is None else kept.tangential.at(rows)
+    lateral = np.zeros(len(rows)) if kept.tangential is None else kept.tangential.at(rows)
     mobility = _mobility(model, data, point, bodies)
-    square = _largest(mobility, _springs(arms, normals, along, across))
+    square = _largest_eigenvalue(mobility, _stiffness_matrix(arms, normals, axial, lateral))
     decay = 0.0
     if kept.viscosity is not None and kept.viscosity.values.any():
         none = np.zeros(len(rows))
-        decay = _largest(mobility, _springs(arms, normals, kept.viscosity.at(rows), none))
+        decay = _largest_eigenvalue(
+            mobility, _stiffness_matrix(arms, normals, kept.viscosity.at(rows), none)
+        )
     return Rates(square, decay)
 
 
-def _springs(
-    arms: FloatArray, normals: FloatArray, along: FloatArray, across: FloatArray
+def _stiffness_matrix(
+    arms: FloatArray, normals: FloatArray, axial: FloatArray, lateral: FloatArray
 ) -> FloatArray:
-    """Return force and moment (6, 6) over a small way and turn, of springs along and across."""
-    total = _added(arms, normals, along - across)
-    if across.any():
+    """Return the stiffness (6, 6) for small displacements and rotations, of springs at points."""
+    total = _stiffness_along(arms, normals, axial - lateral)
+    if lateral.any():
         for axis in np.eye(3):
-            total += _added(arms, np.broadcast_to(axis, arms.shape), across)
+            total += _stiffness_along(arms, np.broadcast_to(axis, arms.shape), lateral)
     return total
 
 
-def _added(arms: FloatArray, ways: FloatArray, stiffness: FloatArray) -> FloatArray:
-    felt = np.concatenate((ways, np.cross(arms, ways)), axis=1)
-    return product((stiffness[:, None] * felt).T, felt)
+def _stiffness_along(arms: FloatArray, directions: FloatArray, stiffness: FloatArray) -> FloatArray:
+    wrenches = np.concatenate((directions, np.cross(arms, directions)), axis=1)
+    return product((stiffness[:, None] * wrenches).T, wrenches)
 
 
 def _mobility(model: Any, data: Any, point: FloatArray, bodies: tuple[int, int]) -> FloatArray:
-    """Return the acceleration (6, 6) of the second body against the first by a wrench between."""
+    """Return the relative acceleration (6, 6) of two bodies by a wrench between them."""
     import mujoco
 
     relative = np.zeros((6, model.nv))
@@ -67,6 +69,6 @@ def _mobility(model: Any, data: Any, point: FloatArray, bodies: tuple[int, int])
     return product(relative, solved.T)
 
 
-def _largest(mobility: FloatArray, stiffness: FloatArray) -> float:
-    """The largest eigenvalue of the product, which has none below zero."""
+def _largest_eigenvalue(mobility: FloatArray, stiffness: FloatArray) -> float:
+    """Return the largest eigenvalue of the product, which has no negative ones."""
     return max(0.0, float(np.linalg.eigvals(product(mobility, stiffness)).real.max()))

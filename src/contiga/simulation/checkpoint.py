@@ -1,4 +1,4 @@
-"""Write and read where a run stands, in one HDF5 file, so that it goes on with the same bits."""
+"""Write and read the checkpoint of a run: one HDF5 file to go on from with the same bits."""
 
 from __future__ import annotations
 
@@ -24,58 +24,73 @@ from contiga.simulation.checks.finding import Finding
 from contiga.simulation.fingerprint import fingerprint_of
 from contiga.simulation.gas import ChamberState
 from contiga.simulation.model import ContactPart, Model
-from contiga.simulation.peak import Peak
 from contiga.simulation.settle import Rest
 from contiga.simulation.system_state import BodyStates, Energy, SystemState
 from contiga.simulation.trigger import TriggerState
 
 FORMAT = 18
-_NUMBERS = ("step", "peak_energy", "shaking", "leak", "place_error", "speed_error")
-"""Of a state."""
+_STATE_NUMBERS = ("step", "peak_energy", "shaking", "leak", "place_error", "speed_error")
+"""Numbers of a state."""
+
+
+class Peak(NamedTuple):
+    """The greatest force so far, of all contacts together."""
+
+    force: float = 0.0
+    row: int = -1
+    """Of the history; −1 before there is any force."""
+    state: SystemState | None = None
+    """State that is still to be written; None once written."""
+
+    def after(self, state: SystemState, force: float, row: int, *, written: bool) -> Peak:
+        """Return the peak after one more step; `written` if its fields are written anyway."""
+        if not force > self.force:  # nor where it is NaN
+            return self
+        return Peak(force, row, None if written else state)
 
 
 class Onward(NamedTuple):
-    """State of a run that goes on beyond its end: its last step is no end then."""
+    """Values for a run that goes on beyond its end, whose last step is then not the last."""
 
     written: int
-    """Steps in the fields file: the last is written for being the last."""
+    """Steps in the fields file without the last, which is written only because it is the last."""
     peak: Peak
-    """The greatest force so far, which may wait to be written."""
+    """The greatest force so far, whose state may still have to be written."""
     unmeasured: tuple[int, ...]
-    """Rows of the history that were measured because they were written so."""
+    """Rows of the history whose areas were measured only because their fields were written."""
 
 
 class Checkpoint(NamedTuple):
     """A run after `done` of its steps."""
 
     fingerprint: str
-    """Of the case and everything read for it."""
+    """Digest of the case and of everything read for it."""
     end: float
-    """When the run was to end."""
+    """End of the run, time."""
     ends: tuple[float, ...]
-    """When it had ended before, by steps that are not those of one run."""
+    """Earlier ends of the run whose steps differ from those of a single run."""
     done: int
-    """Steps carried out, the start counted."""
+    """Steps done, the start counted."""
     written: int
     """Steps in the fields file."""
     state: SystemState
-    """After the last of them."""
+    """State after the last of them."""
     history: dict[str, FloatArray]
     """Columns so far."""
     peak: Peak
     """The greatest force so far."""
     crest: tuple[Finding, ...]
-    """What the step of that showed of the model."""
+    """Findings about the model from that step."""
     onward: Onward | None = None
-    """None where it makes no difference."""
+    """None if there is no difference."""
 
 
 def write_checkpoint(
-    path: Path, checkpoint: Checkpoint, told: dict[str, Any], before: Path | None = None
+    path: Path, checkpoint: Checkpoint, summary: dict[str, Any], before: Path | None = None
 ) -> None:
-    """Write the file whole, in place of an older one, which is kept as `before`.
+    """Write the file atomically in place of an older one, which is kept as `before`.
 
-    `told` is what it says of the run so far.
+    `summary` is the summary of the run so far.
     """
     with whole_file(path, sealed=True, before=before) as file:
         file.attrs["format"] = FORMAT
@@ -84,9 +99,9 @@ def write_checkpoint(
         file.attrs["ends"] = np.array(checkpoint.ends, np.float64)
         file.attrs["done"] = checkpoint.done
         file.attrs["written"] = checkpoint.written
-        file[TOLD] = json.dumps(told)
+        file[TOLD] = json.dumps(summary)
         _write_state(file, checkpoint.state)
-        # Columns stay in their order: a resumed run writes the same file.
+        # Keep the order of columns: a resumed run writes the same file.
         history = file.create_group("history", track_order=True)
         for name, column in checkpoint.history.items():
             history.create_dataset(name, data=column)
@@ -141,7 +156,7 @@ def _write_state(file: Any, state: SystemState) -> None:
     file["energy"] = np.array(state.energy)
     if state.rest is not None:
         file["rest"] = np.array(state.rest, np.float64)
-    for name in _NUMBERS:
+    for name in _STATE_NUMBERS:
         file[name] = getattr(state, name)
     file["rigid"], file["wrenches"] = state.rigid, state.wrenches
 
@@ -162,10 +177,10 @@ def _read_state(file: Any, contacts: Iterable[ContactPart]) -> SystemState:
             slaves[name] = ElementState.of(*both, inside)
     springs = {}
     for name, group in file["springs"].items():
-        kept = {key: np.asarray(group[key]) for key in SpringState._fields}
-        devices = DeviceState(*map(float, kept.pop("devices")))
-        numbers = {key: float(value) for key, value in kept.items() if key != "ends"}
-        springs[name] = SpringState(ends=kept["ends"], devices=devices, **numbers)
+        columns = {key: np.asarray(group[key]) for key in SpringState._fields}
+        devices = DeviceState(*map(float, columns.pop("devices")))
+        numbers = {key: float(value) for key, value in columns.items() if key != "ends"}
+        springs[name] = SpringState(ends=columns["ends"], devices=devices, **numbers)
     gas = {}
     for name, group in file["gas"].items():
         contents: dict[str, Any] = {}
@@ -206,7 +221,7 @@ def _read_state(file: Any, contacts: Iterable[ContactPart]) -> SystemState:
             name: TriggerState(*map(float, trigger)) for name, trigger in file["triggers"].items()
         },
         rest=rest,
-        **{name: float(file[name][()]) for name in _NUMBERS},
+        **{name: float(file[name][()]) for name in _STATE_NUMBERS},
     )
 
 
@@ -216,8 +231,8 @@ def read_checkpoint(path: Path, model: Model) -> Checkpoint:
     Raises
     ------
     CheckpointError
-        Missing, damaged, of an older version or another format, of another case, or of a run to a
-        later end.
+        The checkpoint is missing or damaged, of another format, of another case, or of a run with
+        a later end.
     """
     if not path.is_file():
         raise CheckpointError(
@@ -257,11 +272,11 @@ def read_checkpoint(path: Path, model: Model) -> Checkpoint:
             where=str(path),
             remedy="Run the case again without --resume",
         ) from error
-    try:  # whether the steps so far are those of the model, whenever it ends
-        is_of = checkpoint.fingerprint == fingerprint_of(model, checkpoint.end)
-    except InputError:  # its steps would not have fitted into the time until then
-        is_of = False
-    if not is_of:
+    try:  # compare the steps so far: the model may end later
+        is_same_case = checkpoint.fingerprint == fingerprint_of(model, checkpoint.end)
+    except InputError:  # its steps do not fit into the time until that end
+        is_same_case = False
+    if not is_same_case:
         raise CheckpointError(
             "the checkpoint is of another case, or its files have changed since",
             where=str(path),

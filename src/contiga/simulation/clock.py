@@ -1,4 +1,4 @@
-"""Measure where the time of a run goes: seconds by stage."""
+"""Measure the time of a run: wall-clock seconds by stage."""
 
 from __future__ import annotations
 
@@ -8,10 +8,7 @@ from time import perf_counter
 
 
 class Stage:
-    """A context that times one stage of a run.
-
-    A step times ten of them, and a generator takes twice as long for each.
-    """
+    """A context that times one stage; a class, as a generator takes twice as long per use."""
 
     __slots__ = ("_name", "_seconds", "_start")
 
@@ -27,7 +24,7 @@ class Stage:
 
 
 class Clock:
-    """Wall-clock seconds by stage, and those that numba spends compiling.
+    """Wall-clock seconds by stage, and seconds of compiling by numba.
 
     >>> clock = Clock()
     >>> with clock("reading"):
@@ -58,6 +55,6 @@ class Clock:
             self._stages[stage] = Stage(self.seconds, stage)
         return self._stages[stage]
 
-    def add(self, stage: str, begun: float) -> None:
-        """Add the time since `begun`, as `perf_counter` has it, to `stage`."""
-        self.seconds[stage] = self.seconds.get(stage, 0.0) + perf_counter() - begun
+    def add(self, stage: str, begin: float) -> None:
+        """Add the time since `begin`, a value of `perf_counter`, to `stage`."""
+        self.seconds[stage] = self.seconds.get(stage, 0.0) + perf_counter() - begin

@@ -1,10 +1,10 @@
 """Find the critical step: the longest one at which vibrations do not grow.
 
-A leapfrog with damping that is foreseen by half a step is stable for a vibration ω with the decay
-rate γ = c/m while ω² h²/4 + γ h ≤ 1 (the step matrix has the eigenvalue −1 at the end of that).
-The fastest vibration of all that a contact connects is bounded from each side alone: what a spring
-does to two bodies is at most the sum of what it does to each with the other held, and what several
-do to one body at most the sum of that.
+A leapfrog with damping forces at predicted velocities is stable for a vibration ω with the decay
+rate γ = c/m while ω² h²/4 + γ h ≤ 1 (the step matrix has the eigenvalue −1 at the limit). The
+fastest vibration of coupled bodies is bounded by each side alone: ω² of a spring between two bodies
+is at most the sum of its ω² with either body held, and ω² of several springs on one body at most
+the sum of theirs.
 """
 
 from __future__ import annotations
@@ -33,13 +33,14 @@ from contiga.simulation.system_state import SystemState
 from contiga.slaves.sampling import more_points
 from contiga.slaves.skin import facet_width
 
-GAINED = 100.0
-"""Times the energy that came in: near the critical step what is stable holds some times as much."""
-SHAKEN = 1e-3
-"""Part of the size of a slave that its fastest node goes in a step before anything is said: the
-energies of what hardly moves are rounding."""
-FASTER = 4.0
-"""Times ω² of whole bodies that that of single points is, for them to swing by themselves."""
+MAX_GAIN = 100.0
+"""Largest energy from nowhere, as a multiple of the energy supplied: near the critical step a
+stable model holds a few times as much."""
+MIN_TRAVEL = 1e-3
+"""Smallest travel of the fastest node in a step, as a share of the slave's size, for a slave to
+count as unstable: with less motion the energies are rounding."""
+SINGLE_RATIO = 4.0
+"""Ratio of ω² of single points to that of their body from which the points swing by themselves."""
 
 
 class Rates(NamedTuple):
@@ -53,7 +54,7 @@ class Rates(NamedTuple):
     def __add__(self, other: Rates) -> Rates:  # type: ignore[override]
         return Rates(self.square + other.square, self.decay + other.decay)
 
-    def most(self, other: Rates) -> Rates:
+    def largest(self, other: Rates) -> Rates:
         """Return the higher frequency and the faster decay of both."""
         return Rates(max(self.square, other.square), max(self.decay, other.decay))
 
@@ -65,90 +66,89 @@ class Rates(NamedTuple):
 
 
 class Limit(NamedTuple):
-    """The critical step, and what has it."""
+    """The critical step and its cause."""
 
     critical: float
     """Length of the critical step."""
     of: str
-    """What has it, in words; empty where nothing does."""
+    """The contact, spring or slave with this step, in words; empty if the step is infinite."""
     bodies: Rates
-    """The fastest of whole bodies; nodes may be faster."""
+    """Fastest rates of whole bodies; nodes may be faster."""
     points: float = 0.0
-    """ω² of nodes, and of points that share a force, where they are faster than their bodies."""
+    """ω² of nodes, and of points that share a force, if they are faster than their bodies."""
     nodes: Rates = Rates()
-    """The fastest of free nodes."""
+    """Fastest rates of free nodes."""
 
 
 Of = Literal["all", "lasting", "following"]
-"""All that touches and pulls; that whose stiffness a shorter step does not change; normal forces
-alone whose stiffness follows the step, of which no step is short enough if one is not."""
+"""Couplings that count: all; those whose stiffness does not depend on the step; only normal forces
+whose stiffness follows the step, which are stable at any step or at none."""
 
 
 _KNOWN: dict[int, dict[Of, tuple[tuple[object, ...], Limit]]] = {}
-"""Limits of states that steps ask for again, by the state's array of free bodies, with which they
-are forgotten."""
+"""Limits of recent states by the id of the state's array of free bodies; both end together."""
 
 
 def limit_of(model: Model, state: SystemState, of: Of = "all") -> Limit:
-    """`find_limit`, found once for each state that is asked for again and again.
+    """Return `find_limit`, computed once for each state.
 
-    A state that differs in what steps know of one another has the same limit.
+    States that differ only in fields that one step hands to the next share their limit.
     """
     key, rigid = id(state.rigid), state.rigid
     if key not in _KNOWN:
         _KNOWN[key] = {}
         weakref.finalize(rigid, _KNOWN.pop, key, None)
-    what = model, state.contacts, state.springs, state.joints, state.slaves, state.bodies
-    known = _KNOWN[key].get(of)
-    if known is not None and all(map(is_, known[0], what)):
-        return known[1]
+    inputs = model, state.contacts, state.springs, state.joints, state.slaves, state.bodies
+    stored = _KNOWN[key].get(of)
+    if stored is not None and all(map(is_, stored[0], inputs)):
+        return stored[1]
     limit = find_limit(model, state, of)
-    _KNOWN[key][of] = what, limit
+    _KNOWN[key][of] = inputs, limit
     return limit
 
 
-class _End(NamedTuple):
-    """The effect of a coupling on one body or slave with its other end held."""
+class _EndRates(NamedTuple):
+    """Rates of a coupling at one body or slave with its other end held."""
 
     of: object
     """Row of the body, or name of the slave."""
     rates: Rates
     whole: Rates
-    """Those of it as one body."""
+    """Rates of that end as one whole body."""
 
 
 def find_limit(model: Model, state: SystemState, of: Of = "all") -> Limit:
-    """Find the critical step of what touches and pulls in `state`."""
-    felt: dict[object, list[tuple[str, Rates, Rates]]] = {}
-    for text, ends in _couplings(model, state, of):
-        both, whole = ends[0].rates, ends[0].whole
-        for end in ends[1:]:
-            both, whole = both + end.rates, whole + end.whole
-        for end in ends:
-            felt.setdefault(end.of, []).append((text, both, whole))
-    critical, who, bodies, points, nodes = math.inf, "", Rates(), 0.0, Rates()
-    for of_end, couplings in felt.items():
-        fastest_text, rates, whole = couplings[0]
+    """Find the critical step of all contacts, springs, joints, gas and elements in `state`."""
+    rates_at: dict[object, list[tuple[str, Rates, Rates]]] = {}
+    for text, sides in _coupling_rates(model, state, of):
+        pair_rates, whole = sides[0].rates, sides[0].whole
+        for side in sides[1:]:
+            pair_rates, whole = pair_rates + side.rates, whole + side.whole
+        for side in sides:
+            rates_at.setdefault(side.of, []).append((text, pair_rates, whole))
+    critical, cause, bodies, points, nodes = math.inf, "", Rates(), 0.0, Rates()
+    for side_of, of_side in rates_at.items():
+        fastest_text, rates, whole = of_side[0]
         fastest_rates = rates
-        for text, both, of_whole in couplings[1:]:
-            rates, whole = rates + both, whole + of_whole
-            if both > fastest_rates:
-                fastest_text, fastest_rates = text, both
-        if of_end in model.mechanism.masses:
-            nodes = nodes.most(rates)
+        for text, pair_rates, of_whole in of_side[1:]:
+            rates, whole = rates + pair_rates, whole + of_whole
+            if pair_rates > fastest_rates:
+                fastest_text, fastest_rates = text, pair_rates
+        if side_of in model.mechanism.masses:
+            nodes = nodes.largest(rates)
         else:
-            bodies = bodies.most(whole)
-        if rates.square > FASTER * whole.square:
+            bodies = bodies.largest(whole)
+        if rates.square > SINGLE_RATIO * whole.square:
             points = max(points, rates.square)
         if rates.critical < critical:
-            critical, who = rates.critical, fastest_text
-    return Limit(critical, who, bodies, points, nodes)
+            critical, cause = rates.critical, fastest_text
+    return Limit(critical, cause, bodies, points, nodes)
 
 
-def _couplings(model: Model, state: SystemState, of: Of) -> list[tuple[str, list[_End]]]:
+def _coupling_rates(model: Model, state: SystemState, of: Of) -> list[tuple[str, list[_EndRates]]]:
     """Return each contact and spring with its rates on the free bodies and slaves at its ends."""
     system = model.mechanism
-    couplings: list[tuple[str, list[_End]]] = []
+    couplings: list[tuple[str, list[_EndRates]]] = []
     for part in model.contacts:
         if of != "all" and (part.name in model.mechanism.followers) == (of == "lasting"):
             continue
@@ -161,35 +161,35 @@ def _couplings(model: Model, state: SystemState, of: Of) -> list[tuple[str, list
         rates = Rates(*nodes.rates(state.slaves[name]))
         text = f"the elements of slave {name!r}"
         if rates.square > 0.0:
-            couplings.append((text, [_End(name, rates, rates)]))
-        # Row sums bound the elements' energy node by node: what their nodes do to a body adds
-        # nothing to what they do to one another.
+            couplings.append((text, [_EndRates(name, rates, rates)]))
+        # Row sums bound the elements' energy node by node: the coupling of nodes to a body adds
+        # nothing to their coupling to one another.
         for joint in nodes.springs_to_bodies(state.slaves[name]):
             if joint.host in system.row:
                 _, points, stiffness = joint
                 row = system.row[joint.host]
                 body = state.rigid[row], system.fixed[row]
                 square = straight(fastest)(points, points, stiffness, stiffness, *body)
-                couplings.append((text, [_End(row, Rates(square), Rates())]))
+                couplings.append((text, [_EndRates(row, Rates(square), Rates())]))
     for name, now in state.springs.items():
         spring, ends = system.springs[name], []
-        along, across = map(float, spring.stiffness_bound(now))
-        way = now.ends[1:] - now.ends[:1]
-        axis = way / now.length if now.length > 0.0 else np.array([[1.0, 0.0, 0.0]])
+        axial, lateral = map(float, spring.stiffness_bound(now))
+        arm = now.ends[1:] - now.ends[:1]
+        axis = arm / now.length if now.length > 0.0 else np.array([[1.0, 0.0, 0.0]])
         for k, row in system.free_ends(name):
             body = state.rigid[row], system.fixed[row]
             at = now.ends[k : k + 1], axis
             rates = Rates(
-                straight(fastest)(*at, np.array([along]), np.array([across]), *body),
+                straight(fastest)(*at, np.array([axial]), np.array([lateral]), *body),
                 straight(fastest)(*at, np.array([float(spring.damping)]), np.zeros(1), *body),
             )
-            ends.append(_End(row, rates, rates))
+            ends.append(_EndRates(row, rates, rates))
         for end in system.ends[name]:
             if end.slave is not None and end.slave in system.masses:
                 mover = system.nodes[end.slave]
-                square = mover.fastest(end.nodes, max(along, across) * end.shares)
+                square = mover.fastest(end.nodes, max(axial, lateral) * end.shares)
                 decay = mover.fastest(end.nodes, float(spring.damping) * end.shares)
-                ends.append(_End(end.slave, Rates(square, decay), Rates()))
+                ends.append(_EndRates(end.slave, Rates(square, decay), Rates()))
         if ends:
             couplings.append((f"spring {name!r}", ends))
     _add_joint_laws(couplings, model, state)
@@ -197,12 +197,12 @@ def _couplings(model: Model, state: SystemState, of: Of) -> list[tuple[str, list
 
 
 def _add_joint_laws(
-    couplings: list[tuple[str, list[_End]]], model: Model, state: SystemState
+    couplings: list[tuple[str, list[_EndRates]]], model: Model, state: SystemState
 ) -> None:
     """Add the laws of joints.
 
-    Constraints raise no highest frequency: that of a constrained system is at most that of the free
-    one (Rayleigh).
+    Constraints do not raise the highest frequency: that of a constrained system is at most that of
+    the free one (Rayleigh).
     """
     if state.joints is None:
         return
@@ -221,25 +221,29 @@ def _add_joint_laws(
                     state.joints.ways[c],
                 )
                 rates = Rates(stiffness * mobility, entry.law.damping * mobility)
-                ends.append(_End(row, rates, rates))
+                ends.append(_EndRates(row, rates, rates))
         couplings.append((f"{entry.coordinate} of joint {entry.joint!r}", ends))
 
 
-def _mobility(row: FloatArray, fixed: FloatArray, point: FloatArray, way: FloatArray) -> float:
-    """Return the acceleration along `way` (6,), a force and a moment at a point, by a unit of it.
+def _mobility(
+    row: FloatArray, fixed: FloatArray, point: FloatArray, direction: FloatArray
+) -> float:
+    """Return the acceleration along `direction` (6,), a force and a moment, by its unit load.
 
-    It is JᵀM⁻¹J at a point (3,) of a free body with lanes `row` (19,) and `fixed` (22,). Held
-    rotations are ignored, which can only make it too large.
+    It is JᵀM⁻¹J at a point (3,) of a free body with lanes `row` (19,) and `fixed` (22,). Locked
+    rotations are ignored, so the result may be too large.
     """
-    moment = way[3:] + cross(point - row[CENTRE : CENTRE + 3], way[:3])
+    moment = direction[3:] + cross(point - row[CENTRE : CENTRE + 3], direction[:3])
     turn = quaternion.to_matrix(row[TURN : TURN + 4])
     principal = product(fixed[AXES : AXES + 9].reshape(3, 3).T, product(turn.T, moment))
-    linear = np.square(way[:3] * fixed[WAYS : WAYS + 3]).sum() / fixed[MASS]
+    linear = np.square(direction[:3] * fixed[WAYS : WAYS + 3]).sum() / fixed[MASS]
     return float(linear + (principal * principal / fixed[MOMENTS : MOMENTS + 3]).sum())
 
 
-def _add_gas(couplings: list[tuple[str, list[_End]]], model: Model, state: SystemState) -> None:
-    """Add the chambers: gas is a spring on their volumes, and a pressure turns with its facets."""
+def _add_gas(
+    couplings: list[tuple[str, list[_EndRates]]], model: Model, state: SystemState
+) -> None:
+    """Add the chambers: gas is a spring on their volumes, and pressure turns with the facets."""
     system, chambers = model.mechanism, model.chambers
     for name, (gas, _) in state.gas.items():
         chamber, skin = chambers.chambers[name], chambers.skins[name]
@@ -253,17 +257,17 @@ def _add_gas(couplings: list[tuple[str, list[_End]]], model: Model, state: Syste
         square = gamma * gas.pressure / gas.volume * mover.swing(nodal)
         excess = abs(gas.pressure - chamber.surroundings.pressure)
         square += mover.fastest(skin.rows, excess * stiffness)
-        couplings.append((f"gas {name!r}", [_End(chamber.slave, Rates(square), Rates())]))
+        couplings.append((f"gas {name!r}", [_EndRates(chamber.slave, Rates(square), Rates())]))
 
 
 def _add_contact(
-    couplings: list[tuple[str, list[_End]]],
+    couplings: list[tuple[str, list[_EndRates]]],
     model: Model,
     part: ContactPart,
     state: SystemState,
     of: Of,
 ) -> None:
-    """Add a contact where it does something to a free body or slave at its two ends."""
+    """Add a contact with its rates on the free bodies and slaves at its two sides."""
     system, contact, ends = model.mechanism, state.contacts[part.name], []
     kept, bodies = contact.kept, model.mechanism.sides[part.name].free
     rows, along = kept.springs
@@ -276,7 +280,7 @@ def _add_contact(
     if kept.viscosity is not None:
         damping = kept.viscosity.at(rows)
     if (viscosity := getattr(part.contact.friction, "viscosity", None)) is not None:
-        # Over the sliding speed; of points between nodes over none, at which it is stiffest.
+        # Viscosity at the sliding speed; points between nodes count at speed zero, the stiffest.
         speed, (pose, twist) = np.zeros(len(rows)), state.bodies[part.master]
         slave = state.slaves[part.slave]
         nodes = rows[rows < len(slave.points)]
@@ -294,10 +298,10 @@ def _add_contact(
             straight(fastest)(points, normals, damping, dragging, *body) if damped else 0.0,
         )
         if kept.stiffness_bound is not None:
-            # Steps follow the swing on the curve; what shares its force is kept stable alone.
+            # Steps follow the swing of the body; points sharing its force are only kept stable.
             single = kept.stiffness.at(rows)
             whole = Rates(straight(fastest)(points, normals, single, across, *body), rates.decay)
-        ends.append(_End(row, rates, whole))
+        ends.append(_EndRates(row, rates, whole))
     if part.slave in system.masses:
         nodes, stiffness = part.contact.nodal_sum(rows, np.maximum(along, across))
         mover, decay = system.nodes[part.slave], 0.0
@@ -305,8 +309,8 @@ def _add_contact(
         if damped:
             viscosity = part.contact.nodal_sum(rows, np.maximum(damping, dragging)).values
             decay = mover.fastest(nodes, viscosity)
-        ends.append(_End(part.slave, Rates(square, decay), Rates()))
-    if host is not None:  # whose degrees of freedom are the master's control points
+        ends.append(_EndRates(part.slave, Rates(square, decay), Rates()))
+    if host is not None:  # its degrees of freedom are the master's control points
         degrees = system.nodes[host]
         assert isinstance(degrees, MappedNodes)
         sums = _sums_at_control_points(part, contact, rows, np.maximum(along, across))
@@ -314,7 +318,7 @@ def _add_contact(
         if damped:
             sums = _sums_at_control_points(part, contact, rows, np.maximum(damping, dragging))
             decay = degrees.fastest_of_degrees(sums)
-        ends.append(_End(host, Rates(square, decay), Rates()))
+        ends.append(_EndRates(host, Rates(square, decay), Rates()))
     drags = dragging.any() and all(end.rates.decay**2 > end.rates.square for end in ends)
     couplings.append((f"{'viscous friction of ' if drags else ''}contact {part.name!r}", ends))
 
@@ -330,7 +334,7 @@ def _sums_at_control_points(
     assert body is not None
     feet, along = SurfacePlaces(state.patch[rows], state.uv[rows]), np.zeros((len(rows), 3))
     along[:, 0] = values
-    # On the surface itself: a force there has no couple.
+    # Points on the surface itself: a force there has no couple.
     half = part.contact.half_thickness
     assert half is not None
     points = state.kept.foot_B.at(rows) - half[rows, None] * state.kept.normal_B.at(rows)
@@ -338,39 +342,39 @@ def _sums_at_control_points(
 
 
 def check_stable(model: Model, state: SystemState) -> None:
-    """Refuse to go on where elements have more energy than ever came in.
+    """Refuse to go on if elements have more energy than was supplied.
 
     Raises
     ------
     RunError
-        Names the slave, the time, its fastest node and where that is, and what to do.
+        The message names the slave, the time, the fastest node with its position, and a remedy.
     """
     energy = state.energy
-    gained, came = -energy.error, max(energy.initial + energy.external, 0.0)
+    gain, supplied = -energy.error, max(energy.initial + energy.external, 0.0)
     joined = model.mechanism.joined
     for name, nodes in joined.items():
-        # What counts as their kinetic energy is kept by unstable steps, too.
+        # Unstable steps conserve the usual kinetic energy: take that of the shaking instead.
         slave = state.slaves[name]
-        gained += nodes.shaken(slave) - nodes.energy(slave).kinetic
-    if gained <= GAINED * came:
+        gain += nodes.shaken(slave) - nodes.energy(slave).kinetic
+    if gain <= MAX_GAIN * supplied:
         return
     for name in joined:
         slave = state.slaves[name]
         speeds = np.sqrt(np.square(slave.velocities).sum(axis=1))
         node = int(np.argmax(np.where(np.isfinite(speeds), speeds, np.inf)))
         size = length(np.ptp(model.slaves[name].slave.points, axis=0))
-        if speeds[node] * state.step <= SHAKEN * size:
+        if speeds[node] * state.step <= MIN_TRAVEL * size:
             continue
         place = ", ".join(f"{x:.6g}" for x in slave.points[node])
         raise RunError(
-            f"t = {state.time:g}: slave {name!r} is unstable: {gained:.4g} of energy came from "
-            f"nothing, and {came:.4g} from outside. Node {node} at ({place}) goes at "
+            f"t = {state.time:g}: slave {name!r} is unstable: {gain:.4g} of energy came from "
+            f"nothing, and {supplied:.4g} from outside. Node {node} at ({place}) goes at "
             f"{speeds[node]:.4g}. {remedy(model, state, name)}"
         )
 
 
 def remedy(model: Model, state: SystemState, slave: str) -> str:
-    """Return advice about a slave that is unstable."""
+    """Return advice on a slave that is unstable."""
     critical = limit_of(model, state).critical
     if state.step > critical:
         return f'Take steps below {0.9 * critical:.3g}, or step = "auto"'

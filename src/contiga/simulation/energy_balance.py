@@ -1,4 +1,4 @@
-"""Judge the energy balance of a run: how large its error is, and its likely cause."""
+"""Evaluate the energy balance of a run: the size of its error, and the likely cause."""
 
 from __future__ import annotations
 
@@ -11,14 +11,14 @@ from contiga.simulation.mechanism import has_energy
 from contiga.simulation.model import Model, column_prefixes
 from contiga.simulation.step_columns import ENERGY_ERROR
 
-LARGE = 0.01
-"""Energy balance error, over the largest energy, that needs no warning."""
+ERROR_TOL = 0.01
+"""Energy balance error, over the largest energy, up to which there is no warning."""
 
 
 def energy_summary(model: Model, history: dict[str, FloatArray]) -> dict[str, float]:
     """Return the largest energy of a system that forces move, and the error of its balance.
 
-    Empty where nothing is moved by forces.
+    The result is empty if forces move nothing.
 
     Keys: `most` kinetic, stored and lost together, `error` at the end, `worst` the largest
     departure at any step, and `relative`, that over `most`.
@@ -45,17 +45,20 @@ def balance_of(history: dict[str, FloatArray]) -> dict[str, float]:
 def energy_warnings(model: Model, history: dict[str, FloatArray]) -> list[str]:
     """Return messages about the likely cause of an energy balance error, if it is large."""
     balance = energy_summary(model, history)
-    if not balance or balance["relative"] <= LARGE:
+    if not balance or balance["relative"] <= ERROR_TOL:
         return []
     at = worst_step(history)
-    cause = _blamed(model, history, at) or f"the step is too long there: {_shorter(model)}"
+    cause = (
+        _likely_cause(model, history, at)
+        or f"the step is too long there: {_advice_on_steps(model)}"
+    )
     passed = int(np.count_nonzero(history.get(ENERGY_ERROR, ())))
     if passed:
         cause += f". {passed} steps have an error that shorter ones would not reduce"
     return [energy_text(balance, float(history["time"][at]), cause)]
 
 
-def _shorter(model: Model) -> str:
+def _advice_on_steps(model: Model) -> str:
     """Return advice on how to get shorter steps."""
     if isinstance(model.stepping, AutoSteps):
         return 'give shorter ones, as time.largest or a number in place of "auto"'
@@ -69,15 +72,15 @@ def worst_step(history: dict[str, FloatArray]) -> int:
 
 
 def energy_text(balance: dict[str, float], time: float, cause: str) -> str:
-    """Return the message: how large the error is, when most of it arose, and its likely cause."""
+    """Return a message on the error, the time when most of it arose, and its likely cause."""
     return (
         f"energy balance: the error reaches {100.0 * balance['relative']:.3g} % of the largest "
         f"energy of {balance['most']:.4g}, most of it at t = {time:g}; {cause}"
     )
 
 
-def _blamed(model: Model, history: dict[str, FloatArray], at: int) -> str:
-    """Return the contact that is the likely cause, and what about it; empty where none is."""
+def _likely_cause(model: Model, history: dict[str, FloatArray], at: int) -> str:
+    """Return the contact that is the likely cause, with the reason; empty without one."""
     prefixes = column_prefixes(model)
     for part in model.contacts:
         if part.contact.weights == "area":
@@ -102,12 +105,13 @@ def _blamed(model: Model, history: dict[str, FloatArray], at: int) -> str:
         works[part.name] = abs(float(work[at] - work[max(at - 1, 0)]))
     if works and max(works.values()) > 0.0:
         name = max(works, key=lambda key: works[key])
-        return f"contact {name} works most there: {_no_gradient(model, name) or _shorter(model)}"
+        cause = _reason_without_energy(model, name) or _advice_on_steps(model)
+        return f"contact {name} works most there: {cause}"
     return ""
 
 
-def _no_gradient(model: Model, name: str) -> str:
-    """Return why the forces of a contact conserve no energy at any step; empty where they do."""
+def _reason_without_energy(model: Model, name: str) -> str:
+    """Return why the forces of a contact conserve no energy at any step; empty if they do."""
     part = next(part for part in model.contacts if part.name == name)
     facts, law = part.contact.master.facts(), part.contact.law
     if facts.get("normals") == "vertex":

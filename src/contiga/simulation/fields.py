@@ -1,6 +1,6 @@
 """Write fields of a run for ParaView, with all bodies and slaves in one data set.
 
-Beside it stand the outlines of the regions of contact, where an area method tells them.
+The outlines of contact regions are a second file, if an area method has them.
 """
 
 from __future__ import annotations
@@ -26,11 +26,11 @@ from contiga.slaves.slave import Slave, own_nodes
 from contiga.triangles.trimesh import TriMesh
 
 # Largest departure of the drawn triangles from a body, relative to its size.
-DRAWN = 2e-3
+DRAWING_TOL = 2e-3
 MAX_TRIANGLES = 1_000_000
 """Largest number of triangles of a body in fields with a given size."""
-_BYTES_A_POINT = 200
-"""Of points and fields, and of lines around regions."""
+_BYTES_PER_POINT = 200
+"""Bytes of a point with its fields, and of the outlines per point."""
 
 
 class Fields:
@@ -39,28 +39,32 @@ class Fields:
     Parameters
     ----------
     model : what is run
-    path, outlines : of the two files
-    written : steps already in it, which are kept; None starts a new file
+    path, outlines : the two files
+    written : number of steps in existing files, which are kept; None starts new files
     """
 
     def __init__(
         self, model: Model, path: Path, outlines: Path, written: int | None = None
     ) -> None:
         self._model = model
-        self._of_elements = model.output.fields if model.mechanism.deforms else ()
-        self._cells = bool(self._of_elements) and model.output.cells
+        self._element_fields = model.output.fields if model.mechanism.deforms else ()
+        self._cells = bool(self._element_fields) and model.output.cells
         self._meshes: dict[str, TriMesh] = {
-            name: _drawn(name, part.body, model.output.size) for name, part in model.bodies.items()
+            name: _body_mesh(name, part.body, model.output.size)
+            for name, part in model.bodies.items()
         }
         self._shapes = {
             name: DrawnShape(model.bodies[name].body, self._meshes[name])
             for name in model.shapes.of
         }
-        self._own = {name: own_nodes(part.slave) for name, part in model.slaves.items()}
+        self._node_rows = {name: own_nodes(part.slave) for name, part in model.slaves.items()}
         parts = [
             Part(name, "body", len(mesh.vertices), mesh.triangles)
             for name, mesh in self._meshes.items()
-        ] + [_part(name, part.slave, self._own[name]) for name, part in model.slaves.items()]
+        ] + [
+            _slave_part(name, part.slave, self._node_rows[name])
+            for name, part in model.slaves.items()
+        ]
         self._part = np.repeat(np.arange(len(parts), dtype=np.int32), [p.n_points for p in parts])
         outlined = has_outlines(model)
         if written is None:
@@ -82,10 +86,10 @@ class Fields:
 
     @property
     def n_bytes(self) -> int:
-        """Bytes of a step at most, before compression."""
-        columns = sum(6 if field in TENSORS else 1 for field in self._of_elements)
+        """Largest number of bytes of a step, before compression."""
+        columns = sum(6 if field in TENSORS else 1 for field in self._element_fields)
         of_cells = self._writer.n_cells if self._cells else 0
-        return (_BYTES_A_POINT + 8 * columns) * len(self._part) + 8 * columns * of_cells
+        return (_BYTES_PER_POINT + 8 * columns) * len(self._part) + 8 * columns * of_cells
 
     def append(self, state: SystemState) -> None:
         """Write one step."""
@@ -95,7 +99,7 @@ class Fields:
             vertices = mesh.vertices if shape is None else self._shapes[name].at(shape)
             bodies.append(to_world(state.bodies[name].pose, vertices))
         first = sum(len(b) for b in bodies)
-        slaves = [state.slaves[name].points[self._own[name]] for name in self._model.slaves]
+        slaves = [state.slaves[name].points[self._node_rows[name]] for name in self._model.slaves]
         points = np.concatenate(bodies + slaves)
         k = len(points)
         data: dict[str, NDArray[np.generic]] = {
@@ -109,30 +113,30 @@ class Fields:
             "pressure": np.zeros(k),
             "cluster": np.full(k, -1, np.int32),
         }
-        for field in self._of_elements:
+        for field in self._element_fields:
             data[field] = np.full((k, 6) if field in TENSORS else k, np.nan)
         cells: list[dict[str, FloatArray]] = []
         for name, slave in self._model.slaves.items():
-            own = self._own[name]
-            n = len(own)
-            data["contact_status"][first : first + n][~slave.slave.active[own]] = -1
-            inside = self._model.mechanism.nodes[name].inside(state.slaves[name])
-            if inside:
-                means = at_nodes(inside, len(slave.slave))
-                for field in self._of_elements:
-                    data[field][first : first + n] = FIELDS[field](means)[own]
+            node_rows = self._node_rows[name]
+            n = len(node_rows)
+            data["contact_status"][first : first + n][~slave.slave.active[node_rows]] = -1
+            element_values = self._model.mechanism.nodes[name].inside(state.slaves[name])
+            if element_values:
+                means = at_nodes(element_values, len(slave.slave))
+                for field in self._element_fields:
+                    data[field][first : first + n] = FIELDS[field](means)[node_rows]
             if self._cells and slave.slave.facets is not None:
-                behind = at_facets(inside, slave.slave.facets)
-                cells.append({field: FIELDS[field](behind) for field in self._of_elements})
+                facet_values = at_facets(element_values, slave.slave.facets)
+                cells.append({field: FIELDS[field](facet_values) for field in self._element_fields})
             for part in self._model.contacts:
                 if part.slave == name:
-                    # Lay a contact's fields over those of other contacts of the same slave.
+                    # Write over the fields of other contacts of the same slave.
                     rows, contact = slice(first, first + n), state.contacts[part.name]
-                    on: NDArray[np.bool_] = contact.in_contact[own]
+                    is_touching: NDArray[np.bool_] = contact.in_contact[node_rows]
                     status = data["contact_status"][rows]
-                    where = on | (status == 0)
-                    status[where] = contact.status[own][where]
-                    laid: dict[str, NDArray[np.generic]] = {
+                    is_shown = is_touching | (status == 0)
+                    status[is_shown] = contact.status[node_rows][is_shown]
+                    contact_fields: dict[str, NDArray[np.generic]] = {
                         "penetration": contact.penetration,
                         "gap": -contact.penetration,
                         "normal": contact.normal,
@@ -140,39 +144,39 @@ class Fields:
                         "pressure": contact.pressure,
                         "cluster": contact.clusters,
                     }
-                    for field, values in laid.items():
-                        data[field][rows][on] = values[own][on]
+                    for field, values in contact_fields.items():
+                        data[field][rows][is_touching] = values[node_rows][is_touching]
                     total = data["force"][rows]
-                    total += contact.force[own]  # type: ignore[misc]  # float arrays, both
+                    total += contact.force[node_rows]  # type: ignore[misc]  # float arrays, both
             first += n
-        # Outlines first: a stop between the two leaves one too many there, which resuming drops.
+        # Outlines first: a stop between the two leaves one step too many, which resuming drops.
         if self._outlines is not None:
             lines, counts = [np.zeros((0, 3))], [np.zeros(0, np.int64)]
             clusters, contacts = [np.zeros(0, np.int32)], [np.zeros(0, np.int32)]
             for k, part in enumerate(self._model.contacts):
-                found = part.contact.outlines(state.contacts[part.name])
-                if found is not None:
-                    lines.append(found.points)
-                    counts.append(np.diff(found.first))
-                    clusters.append(found.clusters)
-                    contacts.append(np.full(len(found.clusters), k, np.int32))
+                outlines = part.contact.outlines(state.contacts[part.name])
+                if outlines is not None:
+                    lines.append(outlines.points)
+                    counts.append(np.diff(outlines.first))
+                    clusters.append(outlines.clusters)
+                    contacts.append(np.full(len(outlines.clusters), k, np.int32))
             begin = np.concatenate(([0], np.cumsum(np.concatenate(counts)))).astype(np.int64)
             of_lines = np.concatenate(clusters), np.concatenate(contacts)
             self._outlines.append(state.time, Loops(np.concatenate(lines), begin, *of_lines))
         stacked = {}
-        if self._cells:  # of all: points of clouds, then triangles of bodies, then facets of slaves
-            before = self._writer.n_cells - sum(len(next(iter(each.values()))) for each in cells)
-            for field in self._of_elements:
-                none = np.full((before, 6) if field in TENSORS else before, np.nan)
-                stacked[field] = np.concatenate([none, *(each[field] for each in cells)])
+        if self._cells:  # rows: points of clouds, triangles of bodies, facets of slaves
+            n_before = self._writer.n_cells - sum(len(next(iter(each.values()))) for each in cells)
+            for field in self._element_fields:
+                nan_rows = np.full((n_before, 6) if field in TENSORS else n_before, np.nan)
+                stacked[field] = np.concatenate([nan_rows, *(each[field] for each in cells)])
         self._writer.append(state.time, points, data, stacked)
 
     def flush(self) -> None:
-        """Write to the disk what was appended."""
+        """Write the appended steps to the disk."""
         self._writer.flush()
 
     def close(self) -> None:
-        """End writing."""
+        """Close both files."""
         try:
             if self._outlines is not None:
                 self._outlines.close()
@@ -181,7 +185,7 @@ class Fields:
 
 
 class DrawnShape:
-    """The vertices that a body which changes its shape is drawn by."""
+    """The vertices of a drawn body that changes its shape."""
 
     def __init__(self, body: Master, mesh: TriMesh) -> None:
         assert body.faces is not None
@@ -196,30 +200,30 @@ class DrawnShape:
         return self._rest + change.carry(self._feet, self._rest)
 
 
-def _part(name: str, slave: Slave, own: IndexArray) -> Part:
+def _slave_part(name: str, slave: Slave, node_rows: IndexArray) -> Part:
     facets = slave.facets
     if facets is not None:
-        lower = np.zeros(len(slave), facets.dtype)
-        lower[own] = np.arange(len(own))
-        facets = lower[facets]
-    return Part(name, "slave", len(own), facets)
+        new_index = np.zeros(len(slave), facets.dtype)
+        new_index[node_rows] = np.arange(len(node_rows))
+        facets = new_index[facets]
+    return Part(name, "slave", len(node_rows), facets)
 
 
-def _drawn(name: str, body: Master, size: float | None) -> TriMesh:
-    mesh = body.tessellate(DRAWN * body.size)
+def _body_mesh(name: str, body: Master, size: float | None) -> TriMesh:
+    mesh = body.tessellate(DRAWING_TOL * body.size)
     if size is None or body.faces is None:
         return mesh
-    least = least_size(mesh, MAX_TRIANGLES)
-    if size < least:
+    min_size = least_size(mesh, MAX_TRIANGLES)
+    if size < min_size:
         raise InputError(
             f"would draw {name} by more than {MAX_TRIANGLES:,} triangles in every set of fields",
             where="output.size",
             found=size,
-            allowed=f"{least:.3g} or more",
+            allowed=f"{min_size:.3g} or more",
         )
     return refined(body, mesh, size)
 
 
 def has_outlines(model: Model) -> bool:
-    """Return whether any contact measures where its regions end."""
+    """Return whether any contact has outlines of its regions."""
     return any(part.contact.has_outlines for part in model.contacts)

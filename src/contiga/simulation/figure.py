@@ -1,4 +1,4 @@
-"""Draw a history by `Result.plot`: forces, penetration, energies and motion over time."""
+"""Draw a history for `Result.plot`: forces, penetration, energies and motion over time."""
 
 from __future__ import annotations
 
@@ -20,9 +20,9 @@ if TYPE_CHECKING:
     from contiga.io.out.shown_figure import ShownFigure
 
 MAX_LINES = 8
-"""Largest number of lines of a panel, by size: more could not be told apart."""
-_ENERGIES = ("kinetic", "strain", "contact", "friction", "damping", "hysteresis", "total")
-_OF_CONTACT = ("stored", "friction", "damping", "hysteresis")
+"""Largest number of lines in a panel; the largest curves are drawn."""
+_ENERGY_NAMES = ("kinetic", "strain", "contact", "friction", "damping", "hysteresis", "total")
+_CONTACT_ENERGIES = ("stored", "friction", "damping", "hysteresis")
 _VECTORS = (("v", "speed"), ("a", "acceleration"))
 
 
@@ -54,15 +54,17 @@ def plot_history(
             "a curve is one of y over x", where="y", found=y, allowed="y, and x if it is not time"
         )
     if y is not None:
-        panels = _over(history, summary, x or "time", [y] if isinstance(y, str) else list(y))
+        panels = _channel_panels(
+            history, summary, x or "time", [y] if isinstance(y, str) else list(y)
+        )
     elif columns is not None:
-        panels = list(_chosen(history, units, columns))
+        panels = list(_column_panels(history, units, columns))
     else:
-        panels = list(_standard(history, units))
+        panels = list(_standard_panels(history, units))
     return draw_panels(panels, str(summary.get("title") or ""), path)
 
 
-def _over(
+def _channel_panels(
     history: Mapping[str, FloatArray], summary: Mapping[str, Any], x: str, names: Sequence[str]
 ) -> list[Panel]:
     """Draw channels over another channel, with a panel for each unit."""
@@ -70,34 +72,38 @@ def _over(
     channels = [channel_of(history, summary, name, "y") for name in names]
     panels = []
     for unit in dict.fromkeys(channel.unit for channel in channels):
-        drawn = [channel for channel in channels if channel.unit == unit]
-        label = with_unit(drawn[0].name if len(drawn) == 1 else "", unit)
-        lines = tuple(Line(one.name, across.values, one.values) for one in drawn)
-        panels.append(Panel(with_unit(across.name, across.unit), label, lines, (), len(drawn) > 1))
+        of_unit = [channel for channel in channels if channel.unit == unit]
+        label = with_unit(of_unit[0].name if len(of_unit) == 1 else "", unit)
+        lines = tuple(Line(one.name, across.values, one.values) for one in of_unit)
+        panels.append(
+            Panel(with_unit(across.name, across.unit), label, lines, (), len(of_unit) > 1)
+        )
     return panels
 
 
-def _standard(history: Mapping[str, FloatArray], units: Mapping[str, str]) -> Iterator[Panel]:
-    """Yield the panels of a history without chosen columns: all that is not zero throughout."""
+def _standard_panels(
+    history: Mapping[str, FloatArray], units: Mapping[str, str]
+) -> Iterator[Panel]:
+    """Yield the default panels of a history, without curves that are zero throughout."""
     over = _Time(history["time"], with_unit("time", units.get("time", "")))
-    # Springs and sensors have a force, too: contacts are those with a penetration, and the one
-    # without a name where there is one only.
+    # Springs and sensors also have a force: contacts are the owners of a penetration. A single
+    # contact has no name in its columns.
     contacts = {n.rpartition(".")[0] for n in history if n.endswith("max_penetration")}
     for column, label in (("force", "contact force"), ("max_penetration", "deepest penetration")):
         names = [name for name in history if name.rpartition(".")[2] == column]
         names = [n for n in names if n.rpartition(".")[0] in contacts]
         lines = {n.rpartition(".")[0] or label: history[n] for n in names}
         yield from _panel(over, label, units.get(names[0], "") if names else "", lines)
-    energies = {n: history[f"energy.{n}"] for n in _ENERGIES if f"energy.{n}" in history}
+    energies = {n: history[f"energy.{n}"] for n in _ENERGY_NAMES if f"energy.{n}" in history}
     unit = units.get("energy.total", "")
-    if not energies:  # nothing is moved by forces: where the work on the contacts went
-        for name in _OF_CONTACT:
+    if not energies:  # forces move nothing: draw the energies of the contacts
+        for name in _CONTACT_ENERGIES:
             parts = [history[n] for n in history if n.rpartition(".")[2] == f"energy_{name}"]
             energies[name] = np.sum(parts, axis=0) if parts else np.zeros(len(history["time"]))
         unit = next((units[n] for n in units if n.endswith("energy_stored")), "")
     yield from _panel(over, "energy", unit, energies)
     for letter, label in _VECTORS:
-        lines = {}  # of each body and sensor that has the vector
+        lines = {}  # by body or sensor with this vector
         for name in history:
             owner, _, column = name.rpartition(".")
             axes = [f"{owner}.{letter}{axis}" for axis in "xyz"]
@@ -116,38 +122,38 @@ class _Time(NamedTuple):
 
 
 def _panel(time: _Time, label: str, unit: str, lines: Mapping[str, FloatArray]) -> Iterator[Panel]:
-    """Yield a panel of the lines that are not zero throughout, if there are any."""
+    """Yield a panel of the lines that are not zero throughout, if any."""
     sizes = {
         name: float(np.abs(values[np.isfinite(values)]).max(initial=0.0))
         for name, values in lines.items()
     }
     largest = sorted((name for name in sizes if sizes[name] > 0.0), key=lambda n: -sizes[n])
-    kept = {name: lines[name] for name in lines if name in largest[:MAX_LINES]}
-    if kept:
-        yield _over_time(time, label, unit, kept)
+    drawn = {name: lines[name] for name in lines if name in largest[:MAX_LINES]}
+    if drawn:
+        yield _over_time(time, label, unit, drawn)
 
 
 def _over_time(time: _Time, label: str, unit: str, lines: Mapping[str, FloatArray]) -> Panel:
-    drawn = tuple(Line(name, time.values, values) for name, values in lines.items())
-    return Panel(time.label, with_unit(label, unit), drawn, (), list(lines) != [label])
+    curves = tuple(Line(name, time.values, values) for name, values in lines.items())
+    return Panel(time.label, with_unit(label, unit), curves, (), list(lines) != [label])
 
 
-def _chosen(
+def _column_panels(
     history: Mapping[str, FloatArray], units: Mapping[str, str], columns: Sequence[str]
 ) -> Iterator[Panel]:
     """Yield a panel for each unit among the columns."""
-    given = [columns] if isinstance(columns, str) else list(columns)
-    for name in given:
+    names = [columns] if isinstance(columns, str) else list(columns)
+    for name in names:
         if name not in history:
-            near = get_close_matches(name, history, n=1)
+            matches = get_close_matches(name, history, n=1)
             raise InputError(
                 "the history has no such column",
                 where="columns",
                 found=name,
                 allowed=", ".join(list(history)[:12]) + (", …" if len(history) > 12 else ""),
-                remedy=f"Did you mean {near[0]}?" if near else "",
+                remedy=f"Did you mean {matches[0]}?" if matches else "",
             )
     over = _Time(history["time"], with_unit("time", units.get("time", "")))
-    for unit in dict.fromkeys(units.get(name, "") for name in given):
-        lines = {name: history[name] for name in given if units.get(name, "") == unit}
+    for unit in dict.fromkeys(units.get(name, "") for name in names):
+        lines = {name: history[name] for name in names if units.get(name, "") == unit}
         yield _over_time(over, ", ".join(lines) if len(lines) == 1 else "", unit, lines)

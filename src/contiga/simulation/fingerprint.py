@@ -19,10 +19,10 @@ from contiga.simulation.model import Model
 from contiga.simulation.things import Things
 from contiga.slaves.slave import Slave
 
-# The end of a run does not tell a case from another: the times do, as far as they go.
-_END = re.compile(r"^(\[time\]\n(?:(?!\[).*\n)*?)end = .*\n", re.M)
-# Nor does what is only told or drawn of it.
-_TOLD = re.compile(
+# The end of a run does not distinguish cases: its times do, as far as they go.
+_END_LINE = re.compile(r"^(\[time\]\n(?:(?!\[).*\n)*?)end = .*\n", re.M)
+# Nor do entries that concern only reports and plots.
+_PRESENTATION = re.compile(
     r"^title = .*\n|^report = (true|false)\n|^(plot|reference) = \[\]\n"
     r"|\n\[\[(plot|reference)\]\]\n((?!\[).+\n)*",
     re.M,
@@ -30,11 +30,11 @@ _TOLD = re.compile(
 
 
 class Identity(NamedTuple):
-    """The digest of a simulation, and what could not be read for it."""
+    """The digest of a simulation, with parts that it could not include."""
 
     fingerprint: str
     unknown: tuple[str, ...]
-    """What decides its results and says nothing of itself, by name: compiled code."""
+    """Names of compiled code that affects the results and cannot be read."""
 
 
 def fingerprint_of(model: Model, end: float | None = None) -> str:
@@ -45,15 +45,15 @@ def fingerprint_of(model: Model, end: float | None = None) -> str:
 def identity_of(model: Model, end: float | None = None) -> Identity:
     """Return the digest of case, times, geometry, slaves, motions, contacts and output.
 
-    `end` is taken for that of the run: a case that goes on for longer is the same until then.
+    `end` replaces that of the run: a case that goes on for longer is the same until then.
     """
     digest = _Digest()
     times = (model.stepping if end is None else ended(model.stepping, end)).planned()
-    # The text of the case, its folder left out of the names of files.
+    # The text of the case, with file names relative to its folder.
     folder = model.base_folder.resolve().as_posix()
     quoted = json.dumps(folder, ensure_ascii=False)[:-1]  # as the text has it: "/a/b
     text = model.case_text.replace(f"{quoted.rstrip('/')}/", '"')
-    digest.text(_TOLD.sub("", _END.sub(r"\1", text)))
+    digest.text(_PRESENTATION.sub("", _END_LINE.sub(r"\1", text)))
     digest.arrays("times", times)
     output = model.output
     inside = tuple(output.fields), output.cells, output.interval
@@ -95,7 +95,7 @@ def identity_of(model: Model, end: float | None = None) -> Identity:
 
 
 class _Digest(Things):
-    """A digest that keeps neighbours apart: each item is added with its type and shape."""
+    """A digest of a model; items enter with type and shape, so that none can pass for another."""
 
     def slave(self, slave: Slave) -> None:
         """Add all that a contact uses of a slave."""

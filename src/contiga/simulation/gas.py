@@ -26,13 +26,13 @@ from contiga.records import FloatArray, IntArray
 from contiga.slaves.slave import Slave
 
 OF_GAS = ("pressure", "temperature", "volume", "mass", "flow_in", "flow_out")
-"""Columns of a chamber; the last two are the enthalpies that came in and went out so far."""
+"""Columns of a chamber; the last two are the enthalpies that have flowed in and out so far."""
 BLOCKS, NODES = 32, 4096
 """Fewest blocks of facets, and nodes, for one thread."""
 MAX_PLACES = 4
 """Largest number of places that a message names."""
-Covered = Callable[[str], FloatArray]
-"""(f,) share of each facet of a slave, by its name, that bodies touch."""
+CoveredShares = Callable[[str], FloatArray]
+"""Function from the name of a slave to the share (f,) of each of its facets that bodies cover."""
 
 
 class ChamberState(NamedTuple):
@@ -56,10 +56,10 @@ class Closed(NamedTuple):
 
 
 class SkinTables(NamedTuple):
-    """Tables of the facets around a chamber for kernels."""
+    """Connectivity of the facets around a chamber, as kernels need it."""
 
     corners: IntArray
-    """(b, 3, LANES) nodes of the slave; the last block is filled up with facets of one node."""
+    """(b, 3, LANES) nodes of the slave; degenerate facets fill up the last block."""
     sums: NodeSums
     """Facets at each node."""
 
@@ -73,7 +73,7 @@ class Skin:
     corners: IntArray
     """(f, 3) rows of these."""
     vents: tuple[NDArray[np.bool_] | None, ...] = ()
-    """(f,) of each vent the facets it is in; None where it is in none."""
+    """(f,) mask of the facets of each vent; None for a vent without facets."""
 
     @cached_property
     def _tables(self) -> SkinTables:
@@ -100,11 +100,12 @@ class Skin:
 
     def exposed(self, areas: FloatArray, covered: FloatArray) -> Exposed:
         """Return the open part of facets with areas (f,), of which shares (f,) are covered."""
-        free = areas * (1.0 - covered)
+        open_areas = areas * (1.0 - covered)
         shares = [
-            1.0 if on is None else float(free[on].sum() / areas[on].sum()) for on in self.vents
+            1.0 if in_vent is None else float(open_areas[in_vent].sum() / areas[in_vent].sum())
+            for in_vent in self.vents
         ]
-        return Exposed(float(free.sum()), np.array(shares))
+        return Exposed(float(open_areas.sum()), np.array(shares))
 
 
 class GasSystem:
@@ -113,24 +114,26 @@ class GasSystem:
     Raises
     ------
     InputError
-        No slave of this name, facets that do not close a space or whose normals point into it, two
-        chambers in the same facets, a vent where no facets are.
+        An unknown slave, facets that do not close a space or whose normals point into it, two
+        chambers in the same facets, a vent without facets.
     """
 
     def __init__(self, chambers: Mapping[str, Chamber], slaves: Mapping[str, Slave]) -> None:
         self.chambers = dict(chambers)
         self.names = tuple(chambers)
-        filled: dict[str, str] = {}
+        gas_of_slave: dict[str, str] = {}
         for name, chamber in chambers.items():
-            if chamber.slave in filled:
+            if chamber.slave in gas_of_slave:
                 raise InputError(
-                    f"gas {filled[chamber.slave]!r} fills these facets already",
+                    f"gas {gas_of_slave[chamber.slave]!r} fills these facets already",
                     where=f"gas {name!r}: slave",
                     found=chamber.slave,
                     remedy="Give each chamber a slave of its own, or one chamber both inflators",
                 )
-            filled[chamber.slave] = name
-        self.skins = {name: _skin(name, chamber, slaves) for name, chamber in self.chambers.items()}
+            gas_of_slave[chamber.slave] = name
+        self.skins = {
+            name: _make_skin(name, chamber, slaves) for name, chamber in self.chambers.items()
+        }
         self._last: dict[str, tuple[FloatArray, Closed]] = {}
 
     @cached_property
@@ -149,7 +152,7 @@ class GasSystem:
     def closed(self, name: str, points: FloatArray) -> Closed:
         """Measure the volume that the facets of a chamber enclose.
 
-        It is done once for the nodes of a state; the step and its bound ask for it.
+        The last result is kept: a step and its critical length need it for the same nodes.
         """
         last = self._last.get(name)
         if last is None or last[0] is not points:
@@ -160,14 +163,14 @@ class GasSystem:
         self,
         last: Mapping[str, ChamberState] | None,
         slaves: Mapping[str, SlaveState],
-        covered: Covered,
+        covered: CoveredShares,
         time: float,
         dt: float,
         fired: Mapping[str, float],
     ) -> dict[str, ChamberState]:
-        """Return all chambers where their nodes are now, after the `last` states.
+        """Return all chambers after a step from their `last` states; None at the start.
 
-        `fired` are the times at which triggers fire, by their sensors.
+        `fired` are the times at which triggers fire, by sensor.
         """
         volumes, gradients, exposed = [], [], []
         for name, skin in self.skins.items():
@@ -197,18 +200,18 @@ class GasSystem:
             states[name] = ChamberState(state, excess * gradient)
         return states
 
-    def taken_up(self, rested: Mapping[str, ChamberState]) -> dict[str, ChamberState]:
+    def first_states(self, at_rest: Mapping[str, ChamberState]) -> dict[str, ChamberState]:
         """Return the chambers at the start of a run that begins from a state at rest."""
         states = {}
-        for name, (gas, force) in rested.items():
+        for name, (gas, force) in at_rest.items():
             chamber = self.chambers[name]
-            whole = gas.energy + chamber.surroundings.pressure * gas.volume
-            begun = gas._replace(is_open=chamber.open_at_start, stored=0.0, at_start=whole)
-            states[name] = ChamberState(begun, force)
+            enthalpy = gas.energy + chamber.surroundings.pressure * gas.volume
+            first = gas._replace(is_open=chamber.open_at_start, stored=0.0, at_start=enthalpy)
+            states[name] = ChamberState(first, force)
         return states
 
     def came(self, last: Mapping[str, ChamberState], now: Mapping[str, ChamberState]) -> float:
-        """Return the enthalpy that has come in within a step, less what went out."""
+        """Return the enthalpy that has flowed in within a step, less that flowed out."""
         return sum(
             (now[name].gas.came - last[name].gas.came) - (now[name].gas.left - last[name].gas.left)
             for name in self.names
@@ -230,7 +233,7 @@ class GasSystem:
         return columns
 
 
-def _skin(name: str, chamber: Chamber, slaves: Mapping[str, Slave]) -> Skin:
+def _make_skin(name: str, chamber: Chamber, slaves: Mapping[str, Slave]) -> Skin:
     where = f"gas {name!r}: slave"
     if chamber.slave not in slaves:
         raise InputError(
@@ -273,12 +276,12 @@ def _skin(name: str, chamber: Chamber, slaves: Mapping[str, Slave]) -> Skin:
 
 
 def _check_closed(where: str, slave: str, corners: IntArray, points: FloatArray) -> None:
-    """Refuse facets with sides that are open, that more than two share, or whose normals disagree.
+    """Refuse facets with edges that are open, shared by more than two, or with opposing normals.
 
     Raises
     ------
     InputError
-        Says how many there are and where.
+        The message gives their number and places.
     """
     from scipy.sparse import coo_array
     from scipy.sparse.csgraph import connected_components
@@ -287,24 +290,25 @@ def _check_closed(where: str, slave: str, corners: IntArray, points: FloatArray)
     ends, kind = np.unique(np.sort(sides, axis=1), axis=0, return_inverse=True)
     count = np.bincount(kind.ravel(), minlength=len(ends))
     forward = np.bincount(kind.ravel()[sides[:, 0] < sides[:, 1]], minlength=len(ends))
-    for wrong, what, remedy in (
+    for is_wrong, defect, remedy in (
         (count == 1, "are open", "Sew the facets together, or choose a part that is closed"),
         (count > 2, "join more than two facets", "Leave out what is there twice or inside"),
         (forward * 2 != count, "join facets whose normals disagree", "Turn facets outward"),
     ):
-        if not wrong.any():
+        if not is_wrong.any():
             continue
         _, holes = connected_components(
-            coo_array((np.ones(wrong.sum()), ends[wrong].T), shape=(len(points),) * 2)
+            coo_array((np.ones(is_wrong.sum()), ends[is_wrong].T), shape=(len(points),) * 2)
         )
-        label = holes[ends[wrong, 0]]
-        places = [ends[wrong][label == one] for one in np.unique(label)]
-        told = [f"{len(some)} {box_told(points[some.ravel()])}" for some in places[:MAX_PLACES]]
-        more = (
+        label = holes[ends[is_wrong, 0]]
+        places = [ends[is_wrong][label == one] for one in np.unique(label)]
+        texts = [f"{len(some)} {box_told(points[some.ravel()])}" for some in places[:MAX_PLACES]]
+        more_text = (
             f", and at {len(places) - MAX_PLACES} more places" if len(places) > MAX_PLACES else ""
         )
         raise InputError(
-            f"its facets do not close a space: {wrong.sum()} sides {what}: {'; '.join(told)}{more}",
+            f"its facets do not close a space: {is_wrong.sum()} sides {defect}: "
+            f"{'; '.join(texts)}{more_text}",
             where=where,
             found=slave,
             remedy=f"{remedy}, all normals outward",

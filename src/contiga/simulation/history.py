@@ -1,4 +1,4 @@
-"""Make the history of a run: one row a step, one column a quantity."""
+"""Make the rows of the history of a run: one row per step, one column per quantity."""
 
 from __future__ import annotations
 
@@ -20,12 +20,12 @@ from contiga.simulation.sensors import (
     vector_columns,
 )
 from contiga.simulation.springs import spring_columns
-from contiga.simulation.step import Stepped
+from contiga.simulation.step import StepResult
 from contiga.simulation.step_columns import step_columns
 from contiga.simulation.system_state import Energy, SystemState
 from contiga.simulation.triggers import trigger_columns
 
-# Columns of the history that count points by what became of them in the step.
+# Columns of the history that count the points of each status after the step.
 COUNTED = {
     "n_new": ContactStatus.NEW,
     "n_old": ContactStatus.OLD,
@@ -39,14 +39,14 @@ COUNTED = {
     "n_through": ContactStatus.THROUGH,
 }
 
-_MEASURED = ("area", "n_clusters", "mean_pressure")
+_AREA_COLUMNS = ("area", "n_clusters", "mean_pressure")
 _OF_SYSTEM = (
     *("kinetic", "strain", "contact", "friction", "damping", "hysteresis"),
     *("external", "total", "error"),
 )
 """Energies of a system, in the order of their columns."""
 _OF_CONTACT = ("stored", "hysteresis", "damping", "friction", "error")
-"""And of a contact."""
+"""Energies of a contact, in the order of their columns."""
 OF_BODIES = (
     *("x", "y", "z", "vx", "vy", "vz", "ax", "ay", "az"),
     *("qw", "qx", "qy", "qz", "wx", "wy", "wz"),
@@ -55,18 +55,19 @@ OF_BODIES = (
 
 
 def history_row(
-    model: Model, stepped: Stepped, last: SystemState | None, *, measured: bool
+    model: Model, stepped: StepResult, last: SystemState | None, *, measured: bool
 ) -> dict[str, float]:
-    """Return one row of the history; columns carry the contact's name where there are several.
+    """Return one row of the history; columns have the contact's name if there are several.
 
-    `last` is the state before the step, None at the start. Contact areas are measured where
-    `measured` is said; else they are NaN.
+    `last` is the state before the step, None at the start. Contact areas are NaN unless `measured`.
     """
     row: dict[str, float] = {"time": stepped.state.time}
     for contact, prefix in column_prefixes(model).items():
-        now = stepped.state.contacts[contact]
+        contact_state = stepped.state.contacts[contact]
         before = None if last is None else last.contacts[contact]
-        columns = contact_columns(now, before, stepped.walls[contact], measured=measured)
+        columns = contact_columns(
+            contact_state, before, stepped.wall_times[contact], measured=measured
+        )
         row |= {prefix + name: value for name, value in columns.items()}
     row |= sensor_columns(model, stepped.state, last)
     row |= relative_columns(model, stepped.state, last)
@@ -81,12 +82,12 @@ def history_row(
         # Centre of mass, velocity, acceleration, orientation and spin of each free body.
         system, names = model.mechanism, list(model.bodies)
         for k, i in enumerate(system.free):
-            one, fixed = stepped.state.rigid[k], system.fixed[k]
+            rigid, fixed = stepped.state.rigid[k], system.fixed[k]
             values = (
-                *one[lanes.CENTRE : lanes.CENTRE + 3],
-                *one[lanes.VELOCITY : lanes.VELOCITY + 3],
-                *centre_acceleration(one, fixed),
-                *one[lanes.TURN : lanes.TURN + 4],
+                *rigid[lanes.CENTRE : lanes.CENTRE + 3],
+                *rigid[lanes.VELOCITY : lanes.VELOCITY + 3],
+                *centre_acceleration(rigid, fixed),
+                *rigid[lanes.TURN : lanes.TURN + 4],
                 *stepped.state.bodies[names[i]].twist.spin,
             )
             row |= {f"{names[i]}.{c}": float(v) for c, v in zip(OF_BODIES, values, strict=True)}
@@ -99,22 +100,22 @@ def history_row(
 
 
 def measured_columns(model: Model, state: SystemState) -> dict[str, float]:
-    """Return the columns that a row of `history_row` lacks, as it was not measured."""
+    """Return the columns of contact areas, which `history_row` leaves NaN if not measured."""
     return {
         prefix + name: value
         for contact, prefix in column_prefixes(model).items()
-        for name, value in _measured(state.contacts[contact]).items()
+        for name, value in _area_columns(state.contacts[contact]).items()
     }
 
 
 def unmeasured_names(model: Model) -> list[str]:
-    """Return the columns that are NaN in a row that was not measured."""
+    """Return the names of the columns that are NaN in a row that was not measured."""
     prefixes = column_prefixes(model)
     return [
         prefixes[part.name] + name
         for part in model.contacts
         if part.contact.weights != "area"
-        for name in _MEASURED
+        for name in _AREA_COLUMNS
     ]
 
 
@@ -129,7 +130,7 @@ def energy_columns(energy: Energy) -> dict[str, float]:
 
 
 def element_columns(energy: Energy) -> dict[str, float]:
-    """Return the energies that only elements have."""
+    """Return the energies that only models with elements have."""
     return {"energy.hourglass": energy.hourglass, "energy.viscosity": energy.viscosity}
 
 
@@ -138,26 +139,26 @@ def contact_columns(
 ) -> dict[str, float]:
     """Return the columns of one contact.
 
-    `last` is its state before the step, None at the start; `wall` are the seconds the step took;
-    contact areas are NaN where not `measured`.
+    `last` is its state before the step, None at the start; `wall` is the wall-clock time of the
+    step, seconds; contact areas are NaN unless `measured`.
     """
-    # The same bits as of whole arrays: rows are added one after the other, others are zero.
+    # The same bits as the sum of whole arrays: rows are added one by one, and others are zero.
     force = state.kept.force.values.sum(axis=0) + 0.0
     friction = {}
     if state.kept.traction_B is not None:
-        total = turn_to_world(state.pose, state.kept.traction_B.values).sum(axis=0)
-        friction = vector_columns("friction_", total + 0.0)
+        friction_force = turn_to_world(state.pose, state.kept.traction_B.values).sum(axis=0)
+        friction = vector_columns("friction_", friction_force + 0.0)
     measured = measured or state.contact.weights == "area"
     counts = np.bincount(state.status, minlength=len(ContactStatus)).tolist()
-    touching = sum(counts[status] for status in IN_CONTACT)
+    n_touching = sum(counts[status] for status in IN_CONTACT)
     columns: dict[str, float] = {
-        "n_contact": touching,
+        "n_contact": n_touching,
         "max_penetration": state.max_penetration,
         **vector_columns("force_", force),
         "force": length(force),
         **vector_columns("moment_", state.wrench[3:]),
         **friction,
-        **(_measured(state) if measured else dict.fromkeys(_MEASURED, np.nan)),
+        **(_area_columns(state) if measured else dict.fromkeys(_AREA_COLUMNS, np.nan)),
         "max_pressure": state.max_pressure,
         **vector_columns("centre_", state.centre_of_pressure),
         "work": state.energy.work,
@@ -165,16 +166,16 @@ def contact_columns(
         "wall_time": wall,
     }
     columns |= {name: counts[status] for name, status in COUNTED.items()}
-    columns["n_unproved"] = state.n_unproved if touching else 0
+    columns["n_unproved"] = state.n_unproved if n_touching else 0
     columns["n_tunnelled"] = 0 if last is None else tunnelled(last, state)
     return columns
 
 
 def tunnelled(last: State, now: State) -> int:
-    """Return how many points a step released through another wall than the one that held them.
+    """Return the number of points that a step released through another wall than their own.
 
-    A point that leaves by its own wall comes out in front of it; these are behind it by more than
-    half of their depth.
+    A point that leaves by its own wall comes out in front of it; one that tunnels is behind it by
+    more than half of its depth.
     """
     rows = np.flatnonzero(now.status == ContactStatus.RELEASED)
     if len(rows) == 0:
@@ -184,7 +185,7 @@ def tunnelled(last: State, now: State) -> int:
     return int((behind > 0.5 * kept.penetration.at(rows)).sum())
 
 
-def _measured(state: State) -> dict[str, float]:
-    """Return what is measured only on request, in the order of `_MEASURED`."""
+def _area_columns(state: State) -> dict[str, float]:
+    """Return the columns that need contact areas, in the order of `_AREA_COLUMNS`."""
     values = state.total_area, state.n_clusters, state.mean_pressure
-    return dict(zip(_MEASURED, values, strict=True))
+    return dict(zip(_AREA_COLUMNS, values, strict=True))

@@ -1,4 +1,4 @@
-"""Offer the data of a history, whether its run has ended here or was read from a folder."""
+"""Convert and plot the history of a run, in memory or from a folder."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ class HistoryOverTime(Displayed):
     ) -> Figure:
         """Draw contact forces, penetration, energies, speeds and accelerations over time.
 
-        Drawn with matplotlib, without a window; a notebook shows what is returned.
+        matplotlib draws without a window; a notebook shows the returned figure.
 
         Parameters
         ----------

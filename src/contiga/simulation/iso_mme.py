@@ -1,4 +1,4 @@
-"""Turn what sensors, springs and joints have measured into channels of ISO/TS 13499 (ISO-MME)."""
+"""Convert columns of sensors, springs and joints into channels of ISO/TS 13499 (ISO-MME)."""
 
 from __future__ import annotations
 
@@ -17,10 +17,10 @@ from contiga.io.units import Quantity, base_factor, consistent_size
 from contiga.records import FloatArray
 from contiga.simulation.resampling import FINE, even_times, means, trapezoids
 
-_FASTEST = 1000
-"""Channel frequency class whose fine rate steps that differ are brought to."""
-_OF_INTEGRALS = ("AC", "FO", "MO")
-"""Dimensions that act by their integral: of a short pulse it must be kept."""
+_MAX_CLASS = 1000
+"""Channel frequency class whose sampling rate unequal steps are resampled to."""
+_INTEGRATED = ("AC", "FO", "MO")
+"""Dimensions whose integral resampling must conserve, also for a short pulse."""
 _CLASSES = {"CFC1000": "A", "CFC600": "B", "CFC180": "C", "CFC60": "D"}
 _UNFILTERED = "0"
 
@@ -35,7 +35,7 @@ class _Kind(NamedTuple):
     """In SI, as the format writes it."""
 
 
-_KINDS = (
+_PATTERNS = (
     (r"(?:filtered_)?a([xyz]?)", _Kind("AC", "acceleration", "m/(s*s)")),
     (r"v([xyz]?)|rate()", _Kind("VE", "velocity", "m/s")),
     (r"([xyz])|distance()|elongation()|travel()", _Kind("DS", "length", "m")),
@@ -45,26 +45,26 @@ _KINDS = (
     (r"angle(?:_([xyz12]))?|cone|twist", _Kind("AN", "angle", "rad")),
 )
 _NUMBERS = {"cone": "1", "twist": "2", "cone_force": "1", "twist_force": "2"}
-"""Directions of coordinates that a joint has two of."""
+"""Directions of the second kind of coordinate of a joint."""
 _RESULTANTS = ("a", "v", "f", "filtered_a")
 
 
 def channels_of(history: Mapping[str, FloatArray], summary: Mapping[str, Any]) -> list[MmeChannel]:
     """Return the channels of all sensors, springs and joints, in SI units, at even times.
 
-    Steps that differ are brought to the fine rate of CFC 1000, no finer than the shortest of them
-    unless half of them are. Accelerations, forces and moments keep their integral, the rest goes
-    straight from step to step.
+    Unequal steps are resampled at the fine rate of CFC 1000, no finer than the shortest step unless
+    half of the steps are. Accelerations, forces and moments keep their integrals; other quantities
+    are interpolated linearly.
 
     Warns
     -----
     ContigaWarning
-        Columns are left out as they are not finite.
+        Columns that are not finite are left out.
 
     Raises
     ------
     InputError
-        The run has no units, or nobody who measures.
+        The run has no units, or no sensors, springs and joints.
     """
     units = summary.get("units") or {}
     if not all(units.get(key) for key in ("length", "mass", "time")):
@@ -80,18 +80,18 @@ def channels_of(history: Mapping[str, FloatArray], summary: Mapping[str, Any]) -
             where="sensor",
             remedy="Add a [[sensor]] to the case",
         )
-    times, codes = history["time"], _codes(owners)
+    times, codes = history["time"], _location_codes(owners)
     shortest = float(np.diff(times).min(initial=np.inf))
-    grid = even_times(times, max(1.0 / (FINE * _FASTEST * second), shortest))
+    grid = even_times(times, max(1.0 / (FINE * _MAX_CLASS * second), shortest))
     channels = []
     left_out = []
     for name, owner in owners.items():
-        for column, kind, direction in _columns(history, name):
+        for column, kind, direction in _channel_columns(history, name):
             if not np.isfinite(history[f"{name}.{column}"]).all():
                 left_out.append(f"{name}.{column}")
                 continue
             values = history[f"{name}.{column}"]
-            if grid is not times and kind.dimension in _OF_INTEGRALS:
+            if grid is not times and kind.dimension in _INTEGRATED:
                 impulses = trapezoids(times, values[:, None])
                 values = means(grid, times, values[:, None], impulses)[:, 0]
             elif grid is not times:
@@ -109,34 +109,36 @@ def channels_of(history: Mapping[str, FloatArray], summary: Mapping[str, Any]) -
     return channels
 
 
-def _columns(history: Mapping[str, FloatArray], name: str) -> Iterator[tuple[str, _Kind, str]]:
+def _channel_columns(
+    history: Mapping[str, FloatArray], name: str
+) -> Iterator[tuple[str, _Kind, str]]:
     """Yield the columns of an owner that channels can hold, with their kind and direction."""
-    for whole in history:
-        owner, _, column = whole.rpartition(".")
+    for full_name in history:
+        owner, _, column = full_name.rpartition(".")
         if owner != name:
             continue
-        for pattern, kind in _KINDS:
+        for pattern, kind in _PATTERNS:
             if match := re.fullmatch(pattern, column):
                 axis = next((found for found in match.groups() if found), "").upper()
-                other = "R" if column in _RESULTANTS else _NUMBERS.get(column, "0")
-                yield column, kind, axis or other
+                default = "R" if column in _RESULTANTS else _NUMBERS.get(column, "0")
+                yield column, kind, axis or default
 
 
-def _codes(owners: Mapping[str, Mapping[str, Any]]) -> dict[str, str]:
+def _location_codes(owners: Mapping[str, Mapping[str, Any]]) -> dict[str, str]:
     """Return the first twelve characters of the codes: as given, else made from the name.
 
-    Names that begin alike are counted in the fine locations, the first of them first.
+    Names with the same first letters are numbered in the fine locations, in order.
     """
     codes: dict[str, str] = {
         name: owner["code"] for name, owner in owners.items() if owner.get("code")
     }
-    taken = set(codes.values())
+    used_codes = set(codes.values())
     numbers: defaultdict[str, Iterator[int]] = defaultdict(count)
     for name in owners:
         place = re.sub(r"[^A-Z0-9]", "", name.upper())[:4].ljust(4, "0")
         while name not in codes:
             high, low = divmod(next(numbers[place]), 100)
             code = f"10{place}{low:02d}{high:04d}"
-            if code not in taken:
+            if code not in used_codes:
                 codes[name] = code
     return codes

@@ -1,4 +1,4 @@
-"""Joints of a simulation: their part in a step, and their columns in the history."""
+"""Advance the joints of a simulation in a step, and write their columns of the history."""
 
 from __future__ import annotations
 
@@ -28,8 +28,8 @@ START_STEP = 1e-6
 at the start."""
 
 
-class Reacted(NamedTuple):
-    """Joints at the end of a step."""
+class JointReactions(NamedTuple):
+    """Joints and kinetic energy at the end of a step."""
 
     kinetic: float
     """Kinetic energy of the free bodies."""
@@ -40,9 +40,9 @@ class Reacted(NamedTuple):
 def close_joints(
     model: Model, last: SystemState, free: Placed, poses: FloatArray, time: float
 ) -> None:
-    """Correct the drift of the free bodies from `last`, in place, until joints are closed.
+    """Correct the drift of the free bodies from `last` to `time`, in place, so that joints close.
 
-    That is at `time`; `poses` (n, 4, 4) are those of driven bodies then.
+    `poses` (n, 4, 4) are those of driven bodies at `time`.
 
     Raises
     ------
@@ -60,10 +60,10 @@ def close_joints(
 
 
 def joint_states(model: Model, last: SystemState | None, bodies: BodyStates) -> JointStates:
-    """Return all joints with their bodies as now and their laws advanced.
+    """Return all joints at the present poses of their bodies, with their laws advanced.
 
-    Reactions are those of `last`. Without laws the state of `last` is returned: no force depends on
-    it.
+    Reactions are those of `last`. Without laws the state of `last` is returned, as no force depends
+    on it.
     """
     before = None if last is None else last.joints
     if before is not None and not model.linkage.laws:
@@ -80,7 +80,7 @@ def react_joints(
     bodies: BodyStates,
     time: float,
     total: FloatArray,
-) -> Reacted:
+) -> JointReactions:
     """End the kick of a step: project velocities of `free` bodies onto the constraints.
 
     Reactions are added to the wrenches `total` (n, 6).
@@ -95,7 +95,7 @@ def react_joints(
     now = linkage.measured(states, bodies.poses, twists[system.root])
     now = now._replace(reactions=reaction.reactions)
     linkage.add_reactions(now, bodies.poses, total)
-    return Reacted(reaction.kinetic, now)
+    return JointReactions(reaction.kinetic, now)
 
 
 def driven_acceleration(
@@ -160,10 +160,8 @@ def joint_summary(model: Model) -> dict[str, dict[str, Any]]:
 def joint_lines(model: Model) -> dict[str, FloatArray]:
     """Return the lines (k, 2, 3) that draw each joint at the start, by name.
 
-    They are its axis through the marker on its second body, both axes of a universal joint, a cross
-    without an axis.
-
-    They are as long as the smaller of its bodies.
+    The lines are its axis through the marker on its second body, both axes of a universal joint, or
+    a cross for a joint without an axis. They are as long as the smaller of its bodies.
     """
     if not model.joints:
         return {}

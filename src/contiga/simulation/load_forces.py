@@ -1,8 +1,8 @@
-"""Apply loads to bodies, and foresee the velocities that they cause by the end of a step.
+"""Apply loads to bodies, and predict the velocities that they cause by the end of a step.
 
-Loads are known beforehand, unlike the forces of what touches and pulls: dampers and friction, which
-are asked with foreseen velocities, see those that the loads of then give. They may come and go
-within few steps, so that their work by the trapezoidal rule has no error that comes back.
+Loads are known in advance, unlike the forces of contacts and springs. Dampers and friction are
+evaluated at predicted velocities, which include the loads at the end of the step. Loads may act for
+a few steps only, so that the error of their work by the trapezoidal rule is not recovered later.
 """
 
 from __future__ import annotations
@@ -23,31 +23,31 @@ from contiga.simulation.system_state import SystemState
 
 
 def point_of(pose: FloatArray, origin: FloatArray, at: FloatArray) -> FloatArray:
-    """Return where a point of a body is that was at `at` (3,) when its frame stood at `origin`."""
-    own = turned(origin[:3, :3].T, at - origin[:3, 3])
-    return turned(pose[:3, :3], own) + pose[:3, 3]
+    """Return the position of a point of a body that was `at` (3,) with its frame at `origin`."""
+    in_body = rotated(origin[:3, :3].T, at - origin[:3, 3])
+    return rotated(pose[:3, :3], in_body) + pose[:3, 3]
 
 
-def turned(R: FloatArray, v: FloatArray) -> FloatArray:
+def rotated(R: FloatArray, v: FloatArray) -> FloatArray:
     """Return a vector (3,) rotated by a matrix (3, 3)."""
     return np.asarray(R[:, 0] * v[0] + R[:, 1] * v[1] + R[:, 2] * v[2])
 
 
-def loaded(
+def load_on_body(
     load: Load, pose: FloatArray, origin: FloatArray, time: float
 ) -> tuple[FloatArray, FloatArray]:
-    """Return force and moment of a load on a body that first stood at `origin`; world axes."""
+    """Return force and moment of a load on a body that started at `origin`; world axes."""
     force, moment = load.force_at(time), load.moment_at(time)
     if load.follow:
         R = product(pose[:3, :3], origin[:3, :3].T)
-        force, moment = turned(R, force), turned(R, moment)
+        force, moment = rotated(R, force), rotated(R, moment)
     return force, moment
 
 
 def load_point(model: Model, load: Load, i: int, pose: FloatArray, rows: FloatArray) -> FloatArray:
-    """Return the point where a load acts.
+    """Return the point where a load acts on body `i` at `pose`.
 
-    It is a point of body `i` at `pose`, or the centre of mass by the `rows` (b, 19) of free bodies.
+    Without a point given it is the centre of mass of a free body, from their `rows` (b, 19).
     """
     system = model.mechanism
     if load.at is not None:
@@ -66,7 +66,7 @@ def add_loads(
     """
     for load in model.mechanism.loads:
         i = model.mechanism.root_of(load.body)
-        force, moment = loaded(load, poses[i], model.origins[i], time)
+        force, moment = load_on_body(load, poses[i], model.origins[i], time)
         arm = load_point(model, load, i, poses[i], rows) - poses[i, :3, 3]
         total[i, :3] += force
         total[i, 3:] += cross(arm, force)
@@ -76,15 +76,15 @@ def add_loads(
 def foresee_loads(model: Model, last: SystemState, free: Placed, time: float) -> None:
     """Change the twists of drifted bodies to those that the loads at `time` will cause.
 
-    `last` has what else acts.
+    All other forces stay as in `last`.
     """
     change = np.zeros((len(free.rows), 6))
     for load in model.mechanism.loads:
         i = model.mechanism.root_of(load.body)
         k = model.mechanism.row.get(i)
         if k is not None:
-            now = _about_centre(model, load, i, free.poses[k], free.rows, time)
-            before = _about_centre(model, load, i, last.bodies.poses[i], last.rigid, last.time)
+            now = _load_about_centre(model, load, i, free.poses[k], free.rows, time)
+            before = _load_about_centre(model, load, i, last.bodies.poses[i], last.rigid, last.time)
             change[k] += now - before
     if change.any():
         acting = free.rows[:, FORCE : TORQUE + 3] + change
@@ -94,11 +94,11 @@ def foresee_loads(model: Model, last: SystemState, free: Placed, time: float) ->
         kicked(ended, model.mechanism.fixed, acting, time - last.time)
 
 
-def _about_centre(
+def _load_about_centre(
     model: Model, load: Load, i: int, pose: FloatArray, rows: FloatArray, time: float
 ) -> FloatArray:
     """Return force and moment (6,) about the centre of mass of a free body."""
-    force, moment = loaded(load, pose, model.origins[i], time)
+    force, moment = load_on_body(load, pose, model.origins[i], time)
     k = model.mechanism.row[i]
     arm = load_point(model, load, i, pose, rows) - rows[k, CENTRE : CENTRE + 3]
     return np.concatenate([force, moment + cross(arm, force)])
@@ -109,7 +109,7 @@ def work_of_loads(
 ) -> float:
     """Return the work of loads on free bodies in a step.
 
-    On other bodies, what moves them takes it back.
+    On other bodies the prescribed motion takes the work back.
     """
     system, work = model.mechanism, 0.0
     for load in system.loads:
@@ -117,24 +117,24 @@ def work_of_loads(
         if i not in system.row:
             continue
         X0, X1 = last.bodies.poses[i], poses[i]
-        force0, moment0 = loaded(load, X0, model.origins[i], last.time)
-        force1, moment1 = loaded(load, X1, model.origins[i], now.time)
-        way = load_point(model, load, i, X1, rows)
-        way = way - load_point(model, load, i, X0, last.rigid)
-        work += 0.5 * float(((force0 + force1) * way).sum())
+        force0, moment0 = load_on_body(load, X0, model.origins[i], last.time)
+        force1, moment1 = load_on_body(load, X1, model.origins[i], now.time)
+        path = load_point(model, load, i, X1, rows)
+        path = path - load_point(model, load, i, X0, last.rigid)
+        work += 0.5 * float(((force0 + force1) * path).sum())
         if moment0.any() or moment1.any():
             turn = quaternion.rotation_vector(to_quaternion(X0), to_quaternion(X1))
             work += 0.5 * float(((moment0 + moment1) * turn).sum())
-    return work + load_work_beyond_way(model, last, rows, poses, now.time)
+    return work + unrealised_load_work(model, last, rows, poses, now.time)
 
 
-def load_work_beyond_way(
+def unrealised_load_work(
     model: Model, last: SystemState, rows: FloatArray, poses: FloatArray, time: float
 ) -> float:
-    """Return the work of loads by the mean velocity of centres in a step, less that along the way.
+    """Return the work of loads by the mean velocity of centres in a step, less that along the path.
 
-    The kinetic energy changes by just the mean force times the mean velocity. Along the way a force
-    that sets in within the step does hardly any work yet: it comes with the next steps, as it ends.
+    The kinetic energy changes by the mean force times the mean velocity. A force that sets in
+    within the step does hardly any work along the path yet: it does so later, until it ends.
     """
     system, work = model.mechanism, 0.0
     for load in system.loads:
@@ -142,9 +142,9 @@ def load_work_beyond_way(
         if i not in system.row:
             continue
         a, b = last.rigid[system.row[i]], rows[system.row[i]]
-        before, _ = loaded(load, last.bodies.poses[i], model.origins[i], last.time)
-        now, _ = loaded(load, poses[i], model.origins[i], time)
+        before, _ = load_on_body(load, last.bodies.poses[i], model.origins[i], last.time)
+        now, _ = load_on_body(load, poses[i], model.origins[i], time)
         mean = 0.5 * (a[VELOCITY : VELOCITY + 3] + b[VELOCITY : VELOCITY + 3])
-        way = b[CENTRE : CENTRE + 3] - a[CENTRE : CENTRE + 3]
-        work += 0.5 * float(((before + now) * ((time - last.time) * mean - way)).sum())
+        path = b[CENTRE : CENTRE + 3] - a[CENTRE : CENTRE + 3]
+        work += 0.5 * float(((before + now) * ((time - last.time) * mean - path)).sum())
     return work

@@ -1,10 +1,10 @@
-"""Sort out who moves what: free bodies, attached bodies and slaves, and nodes."""
+"""Derive from a model what forces move: free bodies, attached bodies and slaves, and nodes."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from contiga.dynamics.free import Attached, Dependent, Free, is_driven
 from contiga.dynamics.loads import Load
 from contiga.dynamics.nodes import DrivenNodes, NodeMover
-from contiga.dynamics.prescribed import BodyMotion, SlaveMotion
+from contiga.dynamics.prescribed import BodyMotion
 from contiga.dynamics.rigid_bodies import fixed_of, row_of, with_attached
 from contiga.dynamics.slip_rings import SlipRing
 from contiga.dynamics.springs import GROUND, Spring
@@ -21,14 +21,13 @@ from contiga.errors import InputError
 from contiga.records import FloatArray, IntArray
 from contiga.rigid.inertia import of_points
 from contiga.rigid.rigid_lanes import FIXED, STATE
-from contiga.slaves.slave import Slave
 
-NEAR_NODE = 0.02
+NODE_TOL = 0.02
 """How far a spring's end may be from the node that it is put on, as a share of the slave's size."""
 
 NO_NODES, NO_SHARES = np.zeros(0, np.int32), np.zeros(0)
 
-MEETING = 1e-6
+RING_TOL = 1e-6
 """How far apart the ends of two segments may be at a slip ring, as a share of their length."""
 
 
@@ -38,22 +37,22 @@ class Sides(NamedTuple):
     master: int
     """Number of the body that its master is fixed to."""
     slave: int | None
-    """Of the one that carries its slave, None where none does."""
+    """Number of the body that carries its slave; None without one."""
     free: tuple[int, ...]
-    """Rows of those of them that are free."""
+    """Rows of the free ones among these bodies."""
     signs: tuple[float, ...]
-    """Of what acts on them, where 1 is what acts on the slave."""
+    """Sign of the force on each of these: 1 on the slave's side, −1 on the master's."""
     about: FloatArray
     """(3,) reference point of the master, body axes."""
     size: float
-    """Of the master, length."""
+    """Size of the master, length."""
 
 
 class SpringEnd(NamedTuple):
     """An end of a spring, on a body, on a slave, or on the ground where neither is named."""
 
     body: int | None = None
-    """Number of the body, in the end."""
+    """Number of the body that the end is fixed to."""
     slave: str | None = None
     nodes: IntArray = NO_NODES
     """(k,) nodes of the slave that share the end."""
@@ -88,7 +87,7 @@ class RingSide(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Mechanism:
-    """All that forces move, worked out once from the parts of a simulation."""
+    """All that forces move, derived once from the parts of a simulation."""
 
     index: Mapping[str, int]
     """Number of each body, in their order."""
@@ -99,19 +98,19 @@ class Mechanism:
     row: Mapping[int, int]
     """Row of a free body, by its number."""
     fixed: FloatArray
-    """(b, 22) what never changes of free bodies."""
+    """(b, 22) constants of free bodies: see `contiga.rigid.rigid_lanes`."""
     start: FloatArray
-    """(b, 19) how they start."""
+    """(b, 19) states of free bodies at the start."""
     driven: Mapping[int, BodyMotion]
-    """Motions that drive bodies, by their number; those that stand still are not there."""
+    """Motions that drive bodies, by number; bodies at rest have none."""
     nodes: Mapping[str, NodeMover]
-    """What moves the nodes of each slave."""
+    """Mover of the nodes of each slave."""
     contacts: tuple[Any, ...]
-    """As `contiga.simulation.model.ContactPart`."""
+    """Contacts: `contiga.simulation.model.ContactPart`."""
     springs: Mapping[str, Spring]
-    """Those on slaves end at nodes."""
+    """Springs by name, with ends on slaves moved to their nodes."""
     ends: Mapping[str, tuple[SpringEnd, SpringEnd]]
-    """Of each spring."""
+    """Both ends of each spring."""
     rings: Mapping[str, tuple[RingSide, RingSide]]
     """The segments of each slip ring."""
     loads: tuple[Load, ...]
@@ -121,27 +120,27 @@ class Mechanism:
     @cached_property
     def carried(self) -> Mapping[str, int]:
         """Bodies by number that carry attached slaves, by the slaves' names."""
-        return {k: one.host for k, one in self.nodes.items() if one.host is not None}
+        return {k: mover.host for k, mover in self.nodes.items() if mover.host is not None}
 
     @cached_property
     def riding(self) -> tuple[str, ...]:
-        """Slaves of which bodies carry some or all nodes."""
-        return tuple(k for k, one in self.nodes.items() if one.host is not None or one.joints)
+        """Slaves with nodes that bodies carry, all or some."""
+        return tuple(k for k, mover in self.nodes.items() if mover.host is not None or mover.joints)
 
     @cached_property
     def masses(self) -> Mapping[str, FloatArray]:
         """Nodal masses (n,) of slaves whose nodes forces move."""
-        return {k: one.mass for k, one in self.nodes.items() if one.mass is not None}
+        return {k: mover.mass for k, mover in self.nodes.items() if mover.mass is not None}
 
     @cached_property
     def loose(self) -> Mapping[str, FloatArray]:
-        """Nodal masses (n,) of slaves whose nodes forces move and nothing joins."""
+        """Nodal masses (n,) of slaves of free nodes without elements."""
         return {name: mass for name, mass in self.masses.items() if not self.nodes[name].joined}
 
     @cached_property
     def joined(self) -> Mapping[str, NodeMover]:
         """Movers of the nodes of slaves that are made of elements."""
-        return {name: one for name, one in self.nodes.items() if one.joined}
+        return {name: mover for name, mover in self.nodes.items() if mover.joined}
 
     @cached_property
     def deforms(self) -> bool:
@@ -184,13 +183,13 @@ class Mechanism:
     @cached_property
     def sides(self) -> Mapping[str, Sides]:
         """The two sides of each contact."""
-        found: dict[str, Sides] = {}
+        sides: dict[str, Sides] = {}
         for part in self.contacts:
             i, host = self.root_of(part.master), self.carried.get(part.slave)
             free = [(self.row[i], -1.0)] if i in self.row else []
             if host is not None and host in self.row:
                 free.append((self.row[host], 1.0))
-            found[part.name] = Sides(
+            sides[part.name] = Sides(
                 i,
                 host,
                 tuple(row for row, _ in free),
@@ -198,7 +197,7 @@ class Mechanism:
                 np.array(part.contact.master.reference_point, np.float64),
                 part.contact.master.size,
             )
-        return found
+        return sides
 
     @cached_property
     def followers(self) -> frozenset[str]:
@@ -211,9 +210,9 @@ class Mechanism:
 
     @cached_property
     def keeps_energy(self) -> bool:
-        """Whether the forces of all contacts have an energy.
+        """Whether the forces of all contacts are the gradient of an energy.
 
-        Forces that are the gradient of none leave an error at any step.
+        Other forces leave an energy error at any step.
         """
         return all(
             part.contact.weights != "area" and has_energy(part.contact.law)
@@ -222,7 +221,7 @@ class Mechanism:
 
 
 def has_energy(law: object) -> bool:
-    """Return whether a law's forces have an energy, by which a step can be judged."""
+    """Return whether a law's forces are the gradient of an energy."""
     return bool(getattr(law, "has_energy", True))
 
 
@@ -241,16 +240,23 @@ def mechanism_of(
     Raises
     ------
     InputError
-        What is attached to nothing, to itself in a circle, a free body without mass, springs and
-        loads of bodies that are not there, a body called "ground" beside springs to the ground,
-        slip rings whose segments do not meet, or at an end that has a device.
+        A body attached to nothing or, in a circle, to itself; a free body without mass; springs and
+        loads of unknown bodies; a body called "ground" beside springs to the ground; slip rings
+        whose segments do not meet, or at an end with a device.
     """
     index = {name: i for i, name in enumerate(bodies)}
-    root = np.array([index[_root(name, bodies)] for name in bodies], dtype=np.intp)
-    nodes = {
-        name: _mover(f"slaves[{name!r}]: motion", part.slave, part.motion, (root, index))
-        for name, part in slaves.items()
-    }
+    root = np.array([index[_root_of_body(name, bodies)] for name in bodies], dtype=np.intp)
+
+    def root_number(where: str, body: str) -> int:
+        return int(root[_body_number(where, body, index)])
+
+    nodes: dict[str, NodeMover] = {}
+    for name, part in slaves.items():
+        where = f"slaves[{name!r}]: motion"
+        if isinstance(part.motion, Dependent):
+            nodes[name] = part.motion.nodes(where, part.slave, partial(root_number, where))
+        else:
+            nodes[name] = DrivenNodes(where, part.motion, part.slave.points.shape)
     names = [name for name, part in bodies.items() if isinstance(part.motion, Free)]
     joints = [joint for mover in nodes.values() for joint in mover.joints]
     motions = []
@@ -270,7 +276,7 @@ def mechanism_of(
     rings = _ring_sides(slip_rings, placed)
     placed |= _segments(rings, placed)
     for i, load in enumerate(loads):
-        _host(f"load[{i}]: body", load.body, index)
+        _body_number(f"load[{i}]: body", load.body, index)
     return Mechanism(
         index,
         root,
@@ -296,75 +302,75 @@ def _ends_of(
     slaves: Mapping[str, Any],
     nodes: Mapping[str, NodeMover],
 ) -> tuple[tuple[SpringEnd, SpringEnd], FloatArray]:
-    """Return what the ends of a spring are on, and where (2, 3) they are at the start.
+    """Return the bodies or nodes at the ends of a spring, and their positions (2, 3) at the start.
 
     Raises
     ------
     InputError
-        No body or slave of this name, one called "ground", a point far from all nodes of its slave.
+        An unknown body or slave, one called "ground", a point far from all nodes of its slave.
     """
     (root, index), ends, at = bodies, [], spring.at.copy()
-    for k, of in enumerate(spring.between):
+    for k, part in enumerate(spring.between):
         where = f"spring {name!r}: between"
-        if of == GROUND and (of in index or of in slaves):
+        if part == GROUND and (part in index or part in slaves):
             raise InputError(
                 "means the world, and is also the name of a body or slave",
                 where=where,
                 found=GROUND,
                 remedy="Rename the body or slave",
             )
-        if of in index and of in slaves:
+        if part in index and part in slaves:
             raise InputError(
                 "is the name of a body and of a slave",
                 where=where,
-                found=of,
+                found=part,
                 remedy="Rename one of them",
             )
-        if of == GROUND:
+        if part == GROUND:
             ends.append(SpringEnd())
-        elif of in slaves and of not in index:
-            host = nodes[of].host
+        elif part in slaves and part not in index:
+            host = nodes[part].host
             if host is not None:  # a body carries all of it
                 ends.append(SpringEnd(host))
                 continue
-            points = slaves[of].slave.points
+            points = slaves[part].slave.points
             spread = spring.spread[k]
             if spread is not None:
                 at[k] = spread.shares @ points[spread.nodes]
-                ends.append(SpringEnd(None, of, spread.nodes, spread.shares))
+                ends.append(SpringEnd(None, part, spread.nodes, spread.shares))
                 continue
-            off = np.sqrt(np.square(points - at[k]).sum(axis=1))
-            node = int(np.argmin(off))
-            if not off[node] <= NEAR_NODE * float(np.ptp(points, axis=0).max()):
+            distances = np.sqrt(np.square(points - at[k]).sum(axis=1))
+            node = int(np.argmin(distances))
+            if not distances[node] <= NODE_TOL * float(np.ptp(points, axis=0).max()):
                 raise InputError(
-                    f"no node of slave {of!r} is there: the nearest, node {node}, is "
-                    f"{off[node]:.4g} away at {points[node].tolist()}",
+                    f"no node of slave {part!r} is there: the nearest, node {node}, is "
+                    f"{distances[node]:.4g} away at {points[node].tolist()}",
                     where=f"spring {name!r}: at[{k}]",
                     found=at[k].tolist(),
-                    allowed=f"no farther from a node than {NEAR_NODE:g} of the slave's size",
+                    allowed=f"no farther from a node than {NODE_TOL:g} of the slave's size",
                 )
             at[k] = points[node]
-            ends.append(SpringEnd(None, of, np.array([node], np.int32), np.ones(1)))
+            ends.append(SpringEnd(None, part, np.array([node], np.int32), np.ones(1)))
         else:
-            known = dict(index)
-            if of not in index:
-                known |= dict.fromkeys(slaves, 0)
-            ends.append(SpringEnd(int(root[_host(where, of, known)])))
+            names = dict(index)
+            if part not in index:
+                names |= dict.fromkeys(slaves, 0)
+            ends.append(SpringEnd(int(root[_body_number(where, part, names)])))
     return (ends[0], ends[1]), at
 
 
 def _ring_sides(
     rings: Mapping[str, SlipRing], springs: Mapping[str, Spring]
 ) -> dict[str, tuple[RingSide, RingSide]]:
-    """Return the ends of segments that are at slip rings.
+    """Return the two segments at each slip ring, with the end that is at the ring.
 
     Raises
     ------
     InputError
-        No spring of a name, two segments that do not meet or meet twice, an end in two slip rings.
+        An unknown spring, two segments that do not meet or meet twice, an end in two slip rings.
     """
     sides: dict[str, tuple[RingSide, RingSide]] = {}
-    taken: dict[RingSide, str] = {}
+    ring_at: dict[RingSide, str] = {}
     for name, ring in rings.items():
         where = f"slip_ring {name!r}: between"
         for segment in ring.between:
@@ -375,35 +381,37 @@ def _ring_sides(
                     found=segment,
                     allowed=", ".join(map(repr, springs)),
                 )
-        one, two = (springs[segment] for segment in ring.between)
-        size = max(float(np.ptp(spring.at, axis=0).max()) for spring in (one, two))
-        apart = {
-            (i, j): float(np.abs(one.at[i] - two.at[j]).max())
+        first, second = (springs[segment] for segment in ring.between)
+        size = max(float(np.ptp(spring.at, axis=0).max()) for spring in (first, second))
+        distances = {
+            (i, j): float(np.abs(first.at[i] - second.at[j]).max())
             for i in (0, 1)
             for j in (0, 1)
-            if one.between[i] == two.between[j]
+            if first.between[i] == second.between[j]
         }
-        met = [pair for pair, off in apart.items() if off <= MEETING * size]
-        if len(met) != 1:
-            ends = " and ".join(f"{s.between[0]!r}-{s.between[1]!r}" for s in (one, two))
-            what = "meet twice" if met else "do not meet"
+        meeting_pairs = [
+            pair for pair, distance in distances.items() if distance <= RING_TOL * size
+        ]
+        if len(meeting_pairs) != 1:
+            ends = " and ".join(f"{s.between[0]!r}-{s.between[1]!r}" for s in (first, second))
+            defect = "meet twice" if meeting_pairs else "do not meet"
             raise InputError(
-                f"its segments {what}: they end at {ends}",
+                f"its segments {defect}: they end at {ends}",
                 where=where,
                 found=list(ring.between),
                 allowed="two springs with one end in common: one body or slave, one point",
             )
-        (i, j) = met[0]
+        (i, j) = meeting_pairs[0]
         pair = RingSide(ring.between[0], i), RingSide(ring.between[1], j)
         for side in pair:
-            if side in taken:
+            if side in ring_at:
                 raise InputError(
-                    f"{side.spring!r} is in slip ring {taken[side]!r} with this end already",
+                    f"{side.spring!r} is in slip ring {ring_at[side]!r} with this end already",
                     where=where,
                     found=side.spring,
                     allowed="one device at an end",
                 )
-            taken[side] = name
+            ring_at[side] = name
         sides[name] = pair
     return sides
 
@@ -416,8 +424,8 @@ def _segments(
     Raises
     ------
     InputError
-        No webbing; or one with devices, and slip rings at both ends, or at that which is not the
-        belt's.
+        A spring that is no webbing; one with devices and slip rings at both ends, or with one at
+        its anchor.
     """
     ends: dict[str, int] = {}
     for side in (side for pair in rings.values() for side in pair):
@@ -446,42 +454,29 @@ def _segments(
     return segments
 
 
-def _mover(
-    where: str,
-    slave: Slave,
-    motion: SlaveMotion | Dependent,
-    bodies: tuple[NDArray[np.intp], Mapping[str, int]],
-) -> NodeMover:
-    """Return the mover of a slave's nodes; `bodies` are their roots and numbers."""
-    root, index = bodies
-    if isinstance(motion, Dependent):
-        return motion.nodes(where, slave, lambda name: int(root[_host(where, name, index)]))
-    return DrivenNodes(where, motion, slave.points.shape)
-
-
-def _host(where: str, name: str, known: Mapping[str, int]) -> int:
+def _body_number(where: str, name: str, numbers: Mapping[str, int]) -> int:
     """Return the number of a named body."""
-    if name not in known:
+    if name not in numbers:
         raise InputError(
             "no body of this name is there",
             where=where,
             found=name,
-            allowed=", ".join(map(repr, known)),
+            allowed=", ".join(map(repr, numbers)),
         )
-    return known[name]
+    return numbers[name]
 
 
-def _root(name: str, bodies: Mapping[str, Any]) -> str:
-    """Return the body that a body is fixed to in the end."""
-    way = [name]
-    while isinstance(motion := bodies[way[-1]].motion, Attached):
-        _host(f"bodies[{way[-1]!r}]: motion", motion.body, dict.fromkeys(bodies, 0))
-        if motion.body in way:
+def _root_of_body(name: str, bodies: Mapping[str, Any]) -> str:
+    """Return the name of the body that a chain of attachments ends at."""
+    chain = [name]
+    while isinstance(motion := bodies[chain[-1]].motion, Attached):
+        _body_number(f"bodies[{chain[-1]!r}]: motion", motion.body, dict.fromkeys(bodies, 0))
+        if motion.body in chain:
             raise InputError(
                 "bodies are attached in a circle: none of them says where they go",
                 where=f"bodies[{name!r}]: motion",
-                found=" -> ".join([*way, motion.body]),
+                found=" -> ".join([*chain, motion.body]),
                 remedy="Give one of them a motion of its own",
             )
-        way.append(motion.body)
-    return way[-1]
+        chain.append(motion.body)
+    return chain[-1]

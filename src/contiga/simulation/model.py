@@ -1,4 +1,4 @@
-"""Define what a simulation is made of: bodies, slaves, contacts, steps. No run changes it."""
+"""Define the model of a simulation: bodies, slaves, contacts and steps. Runs do not change it."""
 
 from __future__ import annotations
 
@@ -20,9 +20,10 @@ from contiga.dynamics.joints import Joint
 from contiga.dynamics.kinks import united
 from contiga.dynamics.linkage import OPEN, Fit, Linkage, check_fit, joint_ends
 from contiga.dynamics.loads import Load
+from contiga.dynamics.nodes import SlaveState
 from contiga.dynamics.prescribed import BodyMotion, SlaveMotion, kinks_in, pose_at
 from contiga.dynamics.pulses import check_covers
-from contiga.dynamics.shapes import ControlPoints
+from contiga.dynamics.shapes import ControlPoints, ControlPointsOf
 from contiga.dynamics.slip_rings import SlipRing
 from contiga.dynamics.springs import Spring
 from contiga.dynamics.stepping import Stepping
@@ -36,17 +37,17 @@ from contiga.simulation.checks.finding import Finding
 from contiga.simulation.gas import GasSystem
 from contiga.simulation.mechanism import Mechanism, mechanism_of
 from contiga.simulation.sensor import (
-    CUT,
     RELATIVE_MEASURES,
+    SPRING_MEASURES,
     RelativeSensor,
     Sensor,
 )
 from contiga.simulation.settle import Settle
-from contiga.simulation.shapes import Motions
 from contiga.simulation.slave_sensor import NodeSensor, SlaveSensor, nodes_of, slave_of
 from contiga.slaves.slave import Slave
 
 AnySensor = Sensor | RelativeSensor | SlaveSensor
+COLUMN_NAME = "must have a name of its own: columns of the history are called by it"
 
 
 class BodyPart(NamedTuple):
@@ -73,7 +74,7 @@ class ContactPart(NamedTuple):
 
 
 class OutputOptions(NamedTuple):
-    """Files that a run writes, and how often: ``Simulation(output=…)``.
+    """The files that a run writes, and how often: ``Simulation(output=…)``.
 
     Examples
     --------
@@ -88,14 +89,47 @@ class OutputOptions(NamedTuple):
     formats: tuple[str, ...] = ("vtkhdf", "csv")
     report: bool = True
     size: float | None = None
-    """Longest side of the triangles that bodies are drawn by in fields, length; as few triangles as
-    keep to the surface if omitted."""
+    """Longest side of the triangles of bodies in fields, length; as few triangles as follow the
+    surface if omitted."""
     fields: tuple[str, ...] = tuple(FIELDS)
-    """What fields have of the inside of slaves that deform."""
+    """Element quantities in the fields of deforming slaves."""
     cells: bool = False
-    """Whether facets have it, too, as it is in the elements behind them: not the means at nodes."""
+    """Whether facets also have these quantities, of the elements behind them, not nodal means."""
     interval: float | None = None
     """Time from one set of fields to the next, in place of `every`."""
+
+
+class ShapeMotions:
+    """Motions of the control points of bodies: by a table, or with a slave of splines."""
+
+    def __init__(self, motions: Mapping[str, object]) -> None:
+        kinds = ControlPoints | ControlPointsOf
+        self.of = {name: motion for name, motion in motions.items() if isinstance(motion, kinds)}
+
+    def points(self, body: str, time: float, slaves: Mapping[str, SlaveState]) -> FloatArray | None:
+        """Return the control points (m, 3) of a body at a time; None if it keeps its shape."""
+        motion = self.of.get(body)
+        if isinstance(motion, ControlPointsOf):
+            return slaves[motion.slave].matter["q"]
+        return None if motion is None else motion.control_points(time)
+
+    def velocity(
+        self, body: str, time: float, slaves: Mapping[str, SlaveState]
+    ) -> FloatArray | None:
+        """Return the velocities (m, 3) of the control points."""
+        motion = self.of.get(body)
+        if isinstance(motion, ControlPointsOf):
+            return slaves[motion.slave].matter["q_velocity"]
+        return None if motion is None else motion.control_velocity(time)
+
+    def is_prescribed(self, body: str) -> bool:
+        """Return whether a table moves the control points of a body, and so does work."""
+        return isinstance(self.of.get(body), ControlPoints)
+
+    def slave_of(self, body: str) -> str | None:
+        """Return the slave whose degrees of freedom are the control points; None without."""
+        motion = self.of.get(body)
+        return motion.slave if isinstance(motion, ControlPointsOf) else None
 
 
 @dataclass(frozen=True, kw_only=True, repr=False)
@@ -105,7 +139,7 @@ class Model(Displayed):
     Raises
     ------
     InputError
-        Contacts that name nothing or share a name.
+        Contacts with unknown sides or with the same name; parts that do not fit together.
     """
 
     bodies: Mapping[str, BodyPart]
@@ -113,7 +147,7 @@ class Model(Displayed):
     contacts: tuple[ContactPart, ...]
     stepping: Stepping
     gravity: FloatArray = field(default_factory=lambda: np.zeros(3))
-    """(3,) acceleration of what is free, world axes."""
+    """(3,) acceleration of free bodies and nodes, world axes."""
     springs: Mapping[str, Spring] = field(default_factory=dict)
     slip_rings: Mapping[str, SlipRing] = field(default_factory=dict)
     joints: Mapping[str, Joint] = field(default_factory=dict)
@@ -121,19 +155,19 @@ class Model(Displayed):
     gas: Mapping[str, Chamber] = field(default_factory=dict)
     sensors: tuple[AnySensor, ...] = ()
     allow_unstable: bool = False
-    """Go on with a step that is longer than the critical one."""
+    """Whether steps longer than the critical one are allowed."""
     title: str = ""
     units: tuple[str, str, str] = ("", "", "")
-    """Names of the length, mass and time units; empty where not said."""
+    """Names of the length, mass and time units; empty if unknown."""
     output: OutputOptions = field(default_factory=OutputOptions)
     case_text: str = ""
     """The resolved case, written beside the results."""
     base_folder: Path = Path()
-    """Of the case file."""
+    """Folder of the case file."""
     findings: tuple[Finding, ...] = ()
-    """What was found out about its files as they were read: `check` tells it."""
+    """Findings about its files from reading them; `check` reports them."""
     settling: Settle | None = None
-    """How it comes to rest before it runs; None where it does not."""
+    """How the model comes to rest before a run; None if it does not."""
 
     def __post_init__(self) -> None:
         names = [part.name for part in self.contacts]
@@ -143,14 +177,14 @@ class Model(Displayed):
             "slip_rings": self.slip_rings,
             "joints": self.joints,
             "gas": self.gas,
-            "sensors": [one.name for one in self.sensors],
+            "sensors": [sensor.name for sensor in self.sensors],
         }
         for kind, named in parts.items():
             for name in named:
                 check_name(name, f"{kind}: name")
         pulled = self.mechanism.masses and self.springs
-        moved = len(self.mechanism.free) or self.mechanism.deforms or pulled or self.gas
-        if not (names or moved) or len(set(names)) < len(names):
+        has_moving_parts = len(self.mechanism.free) or self.mechanism.deforms or pulled or self.gas
+        if not (names or has_moving_parts) or len(set(names)) < len(names):
             raise InputError(
                 "there must be contacts, each with a name of its own", where="contacts", found=names
             )
@@ -172,7 +206,7 @@ class Model(Displayed):
 
     @cached_property
     def driven_contacts(self) -> frozenset[str]:
-        """Names of the contacts with a side that a prescribed motion moves."""
+        """Names of the contacts with a side that a prescribed motion drives."""
         system = self.mechanism
         return frozenset(
             part.name
@@ -183,30 +217,32 @@ class Model(Displayed):
         )
 
     @cached_property
-    def shapes(self) -> Motions:
+    def shapes(self) -> ShapeMotions:
         """Motions of the control points of bodies."""
-        return Motions({name: part.motion for name, part in self.bodies.items()})
+        return ShapeMotions({name: part.motion for name, part in self.bodies.items()})
 
     @cached_property
     def point_sensors(self) -> tuple[Sensor, ...]:
         """Sensors of points of one body."""
-        return tuple(one for one in self.sensors if isinstance(one, Sensor))
+        return tuple(sensor for sensor in self.sensors if isinstance(sensor, Sensor))
 
     @cached_property
     def relative(self) -> tuple[RelativeSensor, ...]:
         """Sensors between two bodies."""
-        return tuple(one for one in self.sensors if isinstance(one, RelativeSensor))
+        return tuple(sensor for sensor in self.sensors if isinstance(sensor, RelativeSensor))
 
     @cached_property
     def triggered(self) -> tuple[Sensor | RelativeSensor, ...]:
         """Sensors that have a trigger."""
         every: list[Sensor | RelativeSensor] = [*self.point_sensors, *self.relative]
-        return tuple(one for one in every if one.trigger is not None)
+        return tuple(sensor for sensor in every if sensor.trigger is not None)
 
     @cached_property
     def fired_kinks(self) -> Mapping[str, FloatArray]:
-        """Times after a sensor's trigger at which what it fires has a kink."""
-        kinks: dict[str, list[FloatArray]] = {one.name: [np.zeros(1)] for one in self.triggered}
+        """Times after a sensor's trigger at which a device that it fires has a kink."""
+        kinks: dict[str, list[FloatArray]] = {
+            sensor.name: [np.zeros(1)] for sensor in self.triggered
+        }
         for spring in self.springs.values():
             if (pretensioner := spring.devices.pretensioner) is not None:
                 kinks[pretensioner.trigger].append(pretensioner.kinks)
@@ -218,14 +254,14 @@ class Model(Displayed):
     @cached_property
     def slave_sensors(self) -> tuple[SlaveSensor, ...]:
         """Sensors of slaves."""
-        return tuple(one for one in self.sensors if isinstance(one, SlaveSensor))
+        return tuple(sensor for sensor in self.sensors if isinstance(sensor, SlaveSensor))
 
     @cached_property
     def sensor_nodes(self) -> Mapping[str, IndexArray]:
-        """Nodes (k,) that each sensor of a slave looks at, by its name."""
+        """Nodes (k,) that each sensor of a slave measures, by its name."""
         return {
-            one.name: nodes_of(one, self.slaves[slave_of(one)].slave.points)
-            for one in self.slave_sensors
+            sensor.name: nodes_of(sensor, self.slaves[slave_of(sensor)].slave.points)
+            for sensor in self.slave_sensors
         }
 
     @cached_property
@@ -265,10 +301,10 @@ class Model(Displayed):
 
     @cached_property
     def kinks(self) -> tuple[float, ...]:
-        """Times of kinks and jumps of loads, inflators and motions, where automatic steps end."""
+        """Times of kinks and jumps of loads, inflators and motions: automatic steps end there."""
         bodies, slaves = self.bodies.values(), self.slaves.values()
-        of_parts = [*(p.motion for p in bodies), *(p.motion for p in slaves)]
-        movers: list[object] = [*of_parts, *self.loads, *self.gas.values()]
+        motions = [*(p.motion for p in bodies), *(p.motion for p in slaves)]
+        movers: list[object] = [*motions, *self.loads, *self.gas.values()]
         return united(map(kinks_in, movers), self.stepping.start, self.stepping.end)
 
     def _facts(self) -> Facts:
@@ -283,29 +319,31 @@ class Model(Displayed):
 
 
 def column_prefixes(model: Model) -> dict[str, str]:
-    """Return what stands before the names of a contact's columns, by contact."""
+    """Return the prefix of the history columns of each contact, empty for a single contact."""
     several = len(model.contacts) > 1
     return {part.name: f"{part.name}." if several else "" for part in model.contacts}
 
 
-def _check_name(role: str, name: str, known: Iterable[str], where: str = "") -> None:
-    if name not in list(known):
+def _check_name(role: str, name: str, names: Iterable[str], where: str = "") -> None:
+    if name not in list(names):
         raise InputError(
             f"names a {role} that is not there",
             where=where or f"contacts: {role}",
             found=name,
-            allowed=", ".join(map(repr, known)),
+            allowed=", ".join(map(repr, names)),
         )
 
 
-def check_settle(model: Model) -> None:
-    """Refuse bodies to come to rest that are not free, are not there, or are set in motion.
+def _check_column_name(
+    name: str, used_names: Iterable[str], where: str, allowed: str, message: str = COLUMN_NAME
+) -> None:
+    """Raise `InputError` for a name in use: columns of the history have it as their prefix."""
+    if name in used_names:
+        raise InputError(message, where=where, found=name, allowed=allowed)
 
-    Raises
-    ------
-    InputError
-        As said.
-    """
+
+def check_settle(model: Model) -> None:
+    """Raise `InputError` for bodies to come to rest that are unknown, not free, or moving."""
     for name in model.settling.bodies if model.settling is not None else ():
         _check_name("body", name, model.bodies, "settle: bodies")
         motion = model.bodies[name].motion
@@ -323,13 +361,7 @@ def check_settle(model: Model) -> None:
 
 
 def check_shapes(model: Model) -> None:
-    """Refuse bodies that cannot change their shape as their motion prescribes.
-
-    Raises
-    ------
-    InputError
-        As said.
-    """
+    """Raise `InputError` for bodies that cannot change their shape as their motion prescribes."""
     for name, motion in model.shapes.of.items():
         where = f"bodies[{name!r}]: motion"
         parts = [part for part in model.contacts if part.master == name]
@@ -367,47 +399,33 @@ def _control_points_at_rest(model: Model, name: str) -> FloatArray:
             allowed="motion.Deforming(material=assemble_shell(…)) of the slave, and a body of the "
             "same patches",
         )
-    own = net_of(body)
-    same = len(own.control) == len(net.control) and all(
-        np.array_equal(one, other) for one, other in zip(own.control, net.control, strict=True)
+    body_net = net_of(body)
+    is_same = len(body_net.control) == len(net.control) and all(
+        np.array_equal(first, second)
+        for first, second in zip(body_net.control, net.control, strict=True)
     )
-    if not same or not np.allclose(own.points, net.points, rtol=0.0, atol=1e-9 * body.size):
+    if not is_same or not np.allclose(body_net.points, net.points, rtol=0.0, atol=1e-9 * body.size):
         raise InputError(
             "the body must have the patches that the shell of the slave has",
             where=where,
-            found=f"{len(own.points)} control points, and {len(net.points)} of the shell",
+            found=f"{len(body_net.points)} control points, and {len(net.points)} of the shell",
             allowed="cg.Body of the surfaces that assemble_shell was given",
         )
     return net.points
 
 
 def check_springs(model: Model) -> None:
-    """Refuse springs that share a name with other columns of the history.
-
-    Raises
-    ------
-    InputError
-        As said.
-    """
-    taken = {*model.bodies, *(part.name for part in model.contacts), "energy"}
-    taken |= {sensor.name for sensor in model.sensors}
+    """Raise `InputError` for springs and slip rings that share a name with other columns."""
+    used_names = {*model.bodies, *(part.name for part in model.contacts), "energy"}
+    used_names |= {sensor.name for sensor in model.sensors}
     for name in model.slip_rings:
-        if name in taken | model.springs.keys():
-            raise InputError(
-                "must have a name of its own: columns of the history are called by it",
-                where=f"slip_rings[{name!r}]: name",
-                found=name,
-                allowed="not that of a body, a contact, a sensor or a spring",
-            )
+        allowed = "not that of a body, a contact, a sensor or a spring"
+        where = f"slip_rings[{name!r}]: name"
+        _check_column_name(name, used_names | model.springs.keys(), where, allowed)
     for name, spring in model.springs.items():
         where = f"springs[{name!r}]"
-        if name in taken:
-            raise InputError(
-                "must have a name of its own: columns of the history are called by it",
-                where=f"{where}: name",
-                found=name,
-                allowed="not that of a body, a contact or a sensor",
-            )
+        allowed = "not that of a body, a contact or a sensor"
+        _check_column_name(name, used_names, f"{where}: name", allowed)
         if spring.filter and not all(model.units):
             raise InputError(
                 "needs units: seconds must be known",
@@ -417,48 +435,33 @@ def check_springs(model: Model) -> None:
 
 
 def check_gas(model: Model) -> None:
-    """Refuse chambers whose names are taken, that nodes do not enclose, or that nothing moves.
-
-    Raises
-    ------
-    InputError
-        As said.
-    """
-    taken = {*model.bodies, *(part.name for part in model.contacts), "energy"}
-    taken |= {*model.springs, *model.slip_rings}
-    taken |= {sensor.name for sensor in model.sensors}
+    """Raise `InputError` for chambers with a name in use, or that facets do not enclose."""
+    used_names = {*model.bodies, *(part.name for part in model.contacts), "energy"}
+    used_names |= {*model.springs, *model.slip_rings}
+    used_names |= {sensor.name for sensor in model.sensors}
     for name in model.gas:
-        if name in taken:
-            raise InputError(
-                "must have a name of its own: columns of the history are called by it",
-                where=f"gas[{name!r}]: name",
-                found=name,
-                allowed="not that of a body, a contact, a spring, a slip ring or a sensor",
-            )
+        allowed = "not that of a body, a contact, a spring, a slip ring or a sensor"
+        _check_column_name(name, used_names, f"gas[{name!r}]: name", allowed)
     assert model.chambers.physics is not None
 
 
 def check_joints(model: Model) -> None:
-    """Refuse joints whose names are taken, without a free body, or that cannot be closed.
+    """Refuse joints with a name in use, without a free body, or that cannot be closed.
 
     Raises
     ------
     InputError
-        Such a joint; a body that its joints move at the start, though it is not to settle.
+        Such a joint; a body that its joints move at the start, although it must not settle.
     """
     if not model.joints:
         return
-    other_names = {*model.bodies, *(part.name for part in model.contacts), "energy"}
-    other_names |= {*model.springs, *model.slip_rings, *model.gas}
-    other_names |= {sensor.name for sensor in model.sensors}
+    used_names = {*model.bodies, *(part.name for part in model.contacts), "energy"}
+    used_names |= {*model.springs, *model.slip_rings, *model.gas}
+    used_names |= {sensor.name for sensor in model.sensors}
     for name in model.joints:
-        if name in other_names:
-            raise InputError(
-                "must have a name of its own: it names columns of the history",
-                where=f"joint {name!r}: name",
-                found=name,
-                allowed="a name that no body, contact, spring, slip ring, gas or sensor has",
-            )
+        allowed = "a name that no body, contact, spring, slip ring, gas or sensor has"
+        message = "must have a name of its own: it names columns of the history"
+        _check_column_name(name, used_names, f"joint {name!r}: name", allowed, message)
     fit = model.joint_fit
     check_fit(model.linkage, fit)
     if model.settling is None:
@@ -478,13 +481,7 @@ def check_joints(model: Model) -> None:
 
 
 def check_triggers(model: Model) -> None:
-    """Refuse devices that wait for an unknown sensor, or for one without a trigger.
-
-    Raises
-    ------
-    InputError
-        As said.
-    """
+    """Raise `InputError` for devices that wait for an unknown sensor, or one without a trigger."""
     waiting = [
         (f"spring {name!r}: {device}", trigger)
         for name, spring in model.springs.items()
@@ -495,35 +492,33 @@ def check_triggers(model: Model) -> None:
         for name, chamber in model.gas.items()
         for place, device in chamber.waiting.items()
     ]
-    there, fire = {one.name for one in model.sensors}, {one.name for one in model.triggered}
+    sensor_names, trigger_names = (
+        {sensor.name for sensor in model.sensors},
+        {sensor.name for sensor in model.triggered},
+    )
     for where, trigger in waiting:
-        if trigger not in fire:
+        if trigger not in trigger_names:
             raise InputError(
-                "has no trigger" if trigger in there else "no sensor of this name is there",
+                "has no trigger" if trigger in sensor_names else "no sensor of this name is there",
                 where=f"{where}: trigger",
                 found=trigger,
-                allowed=", ".join(map(repr, sorted(fire))) or "the name of a sensor with a trigger",
-                remedy="Give that sensor a trigger" if trigger in there else None,
+                allowed=", ".join(map(repr, sorted(trigger_names)))
+                or "the name of a sensor with a trigger",
+                remedy="Give that sensor a trigger" if trigger in sensor_names else None,
             )
 
 
 def check_sensors(model: Model) -> None:
-    """Refuse sensors of parts that are not there, of equal names, or criteria without units.
-
-    Raises
-    ------
-    InputError
-        As said.
-    """
-    taken = [*model.bodies, *(part.name for part in model.contacts), "energy"]
+    """Raise `InputError` for sensors of unknown parts or the same name, criteria without units."""
+    used_names = [*model.bodies, *(part.name for part in model.contacts), "energy"]
     for i, sensor in enumerate(model.sensors):
         where = f"sensors[{i}]"
         if isinstance(sensor, RelativeSensor):
             for body in sensor.between:
                 _check_name("body", body, model.bodies, f"{where}: between")
-            # What two bodies do to each other is measured in the springs between them.
+            # Force and moment between two bodies are those of the springs between them.
             joined = (set(spring.between) for spring in model.springs.values())
-            if set(CUT) & set(sensor.measures) and set(sensor.between) not in joined:
+            if set(SPRING_MEASURES) & set(sensor.measures) and set(sensor.between) not in joined:
                 raise InputError(
                     "force and moment are those of springs, and none is between the two",
                     where=f"{where}: measures",
@@ -531,7 +526,7 @@ def check_sensors(model: Model) -> None:
                     allowed=", ".join(map(repr, RELATIVE_MEASURES)),
                 )
         elif isinstance(sensor, SlaveSensor):
-            # Sections are of elements, and have nodes on both sides.
+            # A section needs elements, and nodes on both sides.
             key = "node" if isinstance(sensor, NodeSensor) else "section"
             name = slave_of(sensor)
             _check_name("slave", name, model.slaves, f"{where}: {key}")
@@ -551,24 +546,13 @@ def check_sensors(model: Model) -> None:
                 where=f"{where}: {'criteria' if sensor.criteria else 'filter'}",
                 remedy='Give the simulation its units, as units=("mm", "g", "ms")',
             )
-        if sensor.name in taken:
-            raise InputError(
-                "must have a name of its own: columns of the history are called by it",
-                where=f"{where}: name",
-                found=sensor.name,
-                allowed="not that of a body, a contact or another sensor",
-            )
-        taken.append(sensor.name)
+        allowed = "not that of a body, a contact or another sensor"
+        _check_column_name(sensor.name, used_names, f"{where}: name", allowed)
+        used_names.append(sensor.name)
 
 
 def check_movers(model: Model) -> None:
-    """Refuse contacts whose sides move as one, and pulses and loads that end before the run.
-
-    Raises
-    ------
-    InputError
-        As said.
-    """
+    """Raise `InputError` for contacts within one body, and for tables that end before the run."""
     system = model.mechanism
     for part in model.contacts:
         host = system.carried.get(part.slave)
@@ -593,7 +577,8 @@ def check_movers(model: Model) -> None:
         loads += [(f"slaves[{name!r}]: loads[{i}]", load) for i, load in enumerate(on_nodes)]
         driven = getattr(slave.motion, "driven", ())
         loads += [
-            (f"slaves[{name!r}]: driven[{i}]", one.get("motion")) for i, one in enumerate(driven)
+            (f"slaves[{name!r}]: driven[{i}]", table.get("motion"))
+            for i, table in enumerate(driven)
         ]
     for where, mover in (*movers, *loads):
         covered = getattr(mover, "span", None)

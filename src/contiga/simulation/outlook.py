@@ -1,4 +1,4 @@
-"""Say after a minute of a run how long it will take, if that is very long, and what would help."""
+"""Estimate after a minute the remaining time of a run, and warn with advice if it is very long."""
 
 from __future__ import annotations
 
@@ -6,69 +6,69 @@ from collections import Counter
 from collections.abc import Callable
 
 from contiga.simulation.reasons import Reason
-from contiga.simulation.step import Stepped
+from contiga.simulation.step import StepResult
 
 PATIENCE = 60.0
-"""Seconds of the clock that a pace is taken over."""
-LONG = 3600.0
-"""Seconds still to go from which on the end is out of reach."""
+"""Seconds of wall-clock time over which the pace is measured."""
+LONG_RUN = 3600.0
+"""Remaining seconds from which a run counts as very long."""
 
 
 class Outlook:
-    """The remaining time of a run at the pace of its last minute. It speaks once.
+    """The remaining time of a run at the pace of its last minute; it warns once.
 
     Parameters
     ----------
-    end : of the run
-    now : seconds of the clock
+    end : end of the run
+    now : clock, seconds
     """
 
     def __init__(self, end: float, now: Callable[[], float]) -> None:
         self._end = end
         self._now = now
-        self._spoken = False
-        self._from: tuple[float, float] | None = None
+        self._has_warned = False
+        self._begin: tuple[float, float] | None = None
         self._cuts: Counter[tuple[Reason, str]] = Counter()
 
-    def after(self, stepped: Stepped) -> str | None:
-        """Return what there is to say after a step; None where there is nothing."""
-        if self._spoken:
+    def after(self, stepped: StepResult) -> str | None:
+        """Return a warning after a step, or None."""
+        if self._has_warned:
             return None
         now, time = self._now(), stepped.state.time
-        if self._from is None:
-            self._from = now, time
+        if self._begin is None:
+            self._begin = now, time
             return None
         if stepped.choice is not None:
             cut = stepped.choice.cut
             self._cuts[cut.reason, cut.of] += 1
-        passed = now - self._from[0]
-        if passed < PATIENCE:
+        elapsed = now - self._begin[0]
+        if elapsed < PATIENCE:
             return None
-        gone = time - self._from[1]
-        left = passed * (self._end - time) / gone if gone > 0.0 else float("inf")
-        if left < LONG:
-            self._from = now, time
+        progress = time - self._begin[1]
+        seconds_left = elapsed * (self._end - time) / progress if progress > 0.0 else float("inf")
+        if seconds_left < LONG_RUN:
+            self._begin = now, time
             self._cuts.clear()
             return None
-        self._spoken = True
+        self._has_warned = True
         if stepped.choice is None or not self._cuts:
-            why = 'Its steps are as given: longer ones, fewer points, or step = "auto" end sooner'
-        else:  # what makes them short most often, and what would let them be longer
+            cause = 'Its steps are as given: longer ones, fewer points, or step = "auto" end sooner'
+        else:  # the most frequent reason for short steps, with its remedy
             (reason, of), count = self._cuts.most_common(1)[0]
             cut, share = stepped.choice.cut, 100.0 * count / self._cuts.total()
-            said = cut._replace(reason=reason, of=of).said()
-            why = f"What sets {share:.0f} % of its steps, now of {cut.step:.3g}: {said}"
-            why += f". Longer ones need {reason.remedy}" if reason.remedy else ""
+            cut_text = cut._replace(reason=reason, of=of).text()
+            cause = f"What sets {share:.0f} % of its steps, now of {cut.step:.3g}: {cut_text}"
+            cause += f". Longer ones need {reason.remedy}" if reason.remedy else ""
         return (
-            f"t = {time:.6g} of {self._end:g}: at the pace of the last {passed:.0f} s the run "
-            f"takes {_long(left)} more. {why}"
+            f"t = {time:.6g} of {self._end:g}: at the pace of the last {elapsed:.0f} s the run "
+            f"takes {_duration_text(seconds_left)} more. {cause}"
         )
 
 
-def _long(seconds: float) -> str:
+def _duration_text(seconds: float) -> str:
     """Return a duration in words.
 
-    >>> _long(7200.0), _long(400000.0), _long(float("inf"))
+    >>> _duration_text(7200.0), _duration_text(400000.0), _duration_text(float("inf"))
     ('2 hours', '4.6 days', 'for ever')
     """
     hours = seconds / 3600.0

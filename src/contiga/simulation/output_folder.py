@@ -1,4 +1,4 @@
-"""Name the files in the output folder of a run, and clear what an earlier run left there."""
+"""Define the files in the output folder of a run, and remove those of an earlier run."""
 
 from __future__ import annotations
 
@@ -28,8 +28,8 @@ __all__ = [
     "FIELDS",
     "HISTORY",
     "LOCK",
-    "OURS",
     "OUTLINES",
+    "RUN_FILES",
     "SUMMARY",
     "UNFINISHED",
     "UNFINISHED_OUTLINES",
@@ -37,54 +37,54 @@ __all__ = [
 ]
 
 LOCK = "run.lock"
-"""There while a run writes to the folder; it says which."""
-# Not the copy of the case: a folder that holds a case.toml and nothing else is somebody's own.
+"""File that exists while a run writes to the folder; it names the run."""
+# Without the copy of the case: a folder that holds only a case.toml may be the user's own.
 _CHECKPOINTS = (CHECKPOINT, CHECKPOINT_BEFORE)
 _UNFINISHED = (UNFINISHED, UNFINISHED_OUTLINES)
-OURS = (HISTORY, FIELDS, OUTLINES, SUMMARY, *_CHECKPOINTS, *_UNFINISHED, LOCK)
+RUN_FILES = (HISTORY, FIELDS, OUTLINES, SUMMARY, *_CHECKPOINTS, *_UNFINISHED, LOCK)
 REPORT = ("report.html", "peak.png")
 
 
 def clear_last_run(folder: Path) -> None:
-    """Remove what would be taken for a part of the new run."""
+    """Remove checkpoints and unfinished fields of an earlier run."""
     for name in (*_CHECKPOINTS, *_UNFINISHED):
         (folder / name).unlink(missing_ok=True)
 
 
 def clear_killed(folder: Path) -> None:
-    """Remove the half-written files of runs that were killed.
+    """Remove temporary files of runs that were killed.
 
-    Those of reports stay: somebody may just be writing one, who need not have locked the folder.
+    Those of reports stay: another process may be writing a report without locking the folder.
     """
-    clear_temporaries(folder, (*OURS, CASE))
+    clear_temporaries(folder, (*RUN_FILES, CASE))
 
 
 def finish_fields(folder: Path, *, outlines: bool) -> None:
-    """Give fields and outlines their final names, each that has not got it yet."""
+    """Rename unfinished fields and outlines to their final names."""
     if (folder / UNFINISHED).exists() and not outlines:
         (folder / OUTLINES).unlink(missing_ok=True)
-    for unfinished, finished in _series(outlines):
+    for unfinished, finished in _field_names(outlines):
         if (folder / unfinished).exists():
             (folder / unfinished).replace(folder / finished)
 
 
-def _series(outlines: bool) -> tuple[tuple[str, str], ...]:
-    """Names of fields and outlines while a run goes on and after it."""
+def _field_names(outlines: bool) -> tuple[tuple[str, str], ...]:
+    """Return the names of fields and outlines during a run, and after it."""
     fields = (UNFINISHED, FIELDS)
     return ((UNFINISHED_OUTLINES, OUTLINES), fields) if outlines else (fields,)
 
 
-def take_up_fields(folder: Path, *, outlines: bool) -> None:
-    """Open the unfinished fields and outlines of a run, to go on with them.
+def reopen_fields(folder: Path, *, outlines: bool) -> None:
+    """Provide unfinished fields and outlines for a run that goes on.
 
-    Where it had gone through these are copies of the finished ones, which stay until it has again.
+    If the run had ended, they are copies of the finished files, which stay until it ends again.
 
     Raises
     ------
     CheckpointError
-        The fields are gone.
+        The fields are missing.
     """
-    for unfinished, finished in _series(outlines):
+    for unfinished, finished in _field_names(outlines):
         if (folder / finished).is_file() and not (folder / unfinished).is_file():
             with atomic_write(folder / unfinished) as temporary:
                 shutil.copyfile(folder / finished, temporary)
@@ -97,9 +97,9 @@ def take_up_fields(folder: Path, *, outlines: bool) -> None:
 
 
 def clear_stale(folder: Path, formats: Iterable[str]) -> None:
-    """Remove what an earlier run left and this one does not write: results do not mix.
+    """Remove files of an earlier run that this one does not write, so that results do not mix.
 
-    The report goes in any case: it is made anew from the other files.
+    The report is always removed: it is made again from the other files.
     """
     stale: list[str] = list(REPORT)
     if "csv" not in formats:
@@ -116,7 +116,7 @@ def keep_case_file(folder: Path, case_file: Path, case_text: str) -> None:
     Raises
     ------
     OutputError
-        The case stands in `folder` under the name of the copy, and says it in other words.
+        The case file is in `folder` under the name of the copy, with a different text.
     """
     copy = folder / CASE
     if not (copy.is_file() and case_file.is_file() and copy.samefile(case_file)):

@@ -1,4 +1,4 @@
-"""Make the parts of a simulation from what a user gives: bodies, slaves, contacts, each checked."""
+"""Make the parts of a simulation from user input, each checked."""
 
 from __future__ import annotations
 
@@ -22,16 +22,16 @@ from contiga.slaves.slave import Slave
 Part = TypeVar("Part")
 
 
-def by_name(where: str, given: Any) -> Mapping[str, Any]:
-    """Return bodies or slaves as they were given; refuse those without names."""
-    if not isinstance(given, Mapping):
-        raise InputError("must be given by name", where=where, found=given, allowed="a dict")
-    return given
+def by_name(where: str, parts: Any) -> Mapping[str, Any]:
+    """Return bodies or slaves, which must be given by name."""
+    if not isinstance(parts, Mapping):
+        raise InputError("must be given by name", where=where, found=parts, allowed="a dict")
+    return parts
 
 
-def body_part(name: str, given: Any) -> BodyPart:
-    """Return a body with its motion; one that is given alone stays where it is."""
-    body, motion = _with_motion(given)
+def body_part(name: str, body_or_pair: Any) -> BodyPart:
+    """Return a body with its motion; a body without one stays in place."""
+    body, motion = _with_motion(body_or_pair)
     if not is_master(body):
         raise InputError(
             "expected a Body or TriMesh",
@@ -52,9 +52,12 @@ def body_part(name: str, given: Any) -> BodyPart:
     return BodyPart(body, motion)
 
 
-def slave_part(name: str, given: Any) -> SlavePart:
-    """Return a slave with its motion; one given alone stays. A body's motion carries its points."""
-    slave, motion = _with_motion(given)
+def slave_part(name: str, slave_or_pair: Any) -> SlavePart:
+    """Return a slave with its motion; without one it stays in place.
+
+    The motion of a body carries all points of the slave.
+    """
+    slave, motion = _with_motion(slave_or_pair)
     if not isinstance(slave, Slave):
         raise InputError(
             "expected a Slave",
@@ -78,11 +81,11 @@ def slave_part(name: str, given: Any) -> SlavePart:
     return SlavePart(slave, motion)
 
 
-def _with_motion(given: Any) -> tuple[Any, Any]:
-    """Return what was given and its motion. A tuple of another length is taken for neither."""
-    if isinstance(given, tuple) and len(given) == 2:
-        return given
-    return given, Fixed()
+def _with_motion(part_or_pair: Any) -> tuple[Any, Any]:
+    """Return an object and its motion; one that is not a pair is at rest."""
+    if isinstance(part_or_pair, tuple) and len(part_or_pair) == 2:
+        return part_or_pair
+    return part_or_pair, Fixed()
 
 
 def _check_motion(where: str, motion: object, *methods: str) -> None:
@@ -98,14 +101,16 @@ def _check_motion(where: str, motion: object, *methods: str) -> None:
 
 
 def contact_parts(
-    given: Any, bodies: Mapping[str, BodyPart], slaves: Mapping[str, SlavePart]
+    contacts: Any, bodies: Mapping[str, BodyPart], slaves: Mapping[str, SlavePart]
 ) -> tuple[ContactPart, ...]:
-    """Return contacts with the names of their sides, found by the objects in them."""
-    if not isinstance(given, Mapping | Sequence):
+    """Return contacts with the names of their sides, by the identity of master and slave."""
+    if not isinstance(contacts, Mapping | Sequence):
         raise InputError(
-            "must be several", where="contacts", found=given, allowed="a list, or a dict by name"
+            "must be several", where="contacts", found=contacts, allowed="a list, or a dict by name"
         )
-    named = given.items() if isinstance(given, Mapping) else ((None, one) for one in given)
+    named = (
+        contacts.items() if isinstance(contacts, Mapping) else ((None, item) for item in contacts)
+    )
     parts = []
     for name, contact in named:
         if isinstance(contact, ContactPart):
@@ -117,10 +122,10 @@ def contact_parts(
     return tuple(parts)
 
 
-def _name_of(role: str, contact: Any, known: Iterable[tuple[str, object]]) -> str:
+def _name_of(role: str, contact: Any, parts: Iterable[tuple[str, object]]) -> str:
     part = getattr(contact, role, None)
-    for name, one in known:
-        if part is not None and one is part:
+    for name, candidate in parts:
+        if part is not None and candidate is part:
             return name
     raise InputError(
         f"its {role} is none of the simulation's",
@@ -130,28 +135,28 @@ def _name_of(role: str, contact: Any, known: Iterable[tuple[str, object]]) -> st
     )
 
 
-def spring_parts(given: Any) -> dict[str, Spring]:
-    """Return springs by name: from a dict, or from a list, in which they have names or numbers."""
-    return _named_parts("springs", given, Spring)
+def spring_parts(parts: Any) -> dict[str, Spring]:
+    """Return springs by name, from a dict, or from a list by their names or numbers."""
+    return _named_parts("springs", parts, Spring)
 
 
-def slip_ring_parts(given: Any) -> dict[str, SlipRing]:
-    """Return slip rings by name: from a dict, or from a list in which each has its own."""
-    return _named_parts("slip_rings", given, SlipRing)
+def slip_ring_parts(parts: Any) -> dict[str, SlipRing]:
+    """Return slip rings by name, from a dict or a list."""
+    return _named_parts("slip_rings", parts, SlipRing)
 
 
-def joint_parts(given: Any) -> dict[str, Joint]:
-    """Return joints by name: from a dict, or from a list in which each has its own."""
-    return _named_parts("joints", given, Joint)
+def joint_parts(parts: Any) -> dict[str, Joint]:
+    """Return joints by name, from a dict or a list."""
+    return _named_parts("joints", parts, Joint)
 
 
-def gas_parts(given: Any) -> dict[str, Chamber]:
-    """Return chambers of gas by name: from a dict, or from a list in which each has its own."""
-    named = _named_parts("gas", given, Chamber)
-    return {name: one.called(name) for name, one in named.items()}
+def gas_parts(parts: Any) -> dict[str, Chamber]:
+    """Return chambers of gas by name, from a dict or a list."""
+    named = _named_parts("gas", parts, Chamber)
+    return {name: chamber.called(name) for name, chamber in named.items()}
 
 
-def _named_parts(kind: str, given: Any, of: type[Part]) -> dict[str, Part]:
+def _named_parts(kind: str, parts: Any, of: type[Part]) -> dict[str, Part]:
     """Return parts of one type by name.
 
     Raises
@@ -159,20 +164,20 @@ def _named_parts(kind: str, given: Any, of: type[Part]) -> dict[str, Part]:
     InputError
         Parts of another type, or two of one name.
     """
-    if isinstance(given, Mapping):
-        named = list(given.items())
-    elif isinstance(given, Sequence):
+    if isinstance(parts, Mapping):
+        named = list(parts.items())
+    elif isinstance(parts, Sequence):
         named = [
-            (getattr(one, "name", "") or f"{kind[:-1]}_{i}", one) for i, one in enumerate(given)
+            (getattr(part, "name", "") or f"{kind[:-1]}_{i}", part) for i, part in enumerate(parts)
         ]
     else:
-        named = [("", given)]
-    for name, one in named:
-        if not isinstance(one, of):
+        named = [("", parts)]
+    for name, part in named:
+        if not isinstance(part, of):
             raise InputError(
                 f"must be {kind}",
                 where=f"{kind}[{name!r}]",
-                found=type(one).__name__,
+                found=type(part).__name__,
                 allowed=f"a list of contiga.{of.__name__}, or a dict by name",
             )
     if len({name for name, _ in named}) < len(named):
@@ -182,9 +187,9 @@ def _named_parts(kind: str, given: Any, of: type[Part]) -> dict[str, Part]:
     return dict(named)
 
 
-def parts_of_kind(where: str, given: Any, *kinds: type[Part]) -> tuple[Part, ...]:
-    """Return loads or sensors as they were given, each checked to be one."""
-    parts = tuple(given) if isinstance(given, Sequence) else (given,)
+def parts_of_kind(where: str, items: Any, *kinds: type[Part]) -> tuple[Part, ...]:
+    """Return loads or sensors as a tuple, with checked types."""
+    parts = tuple(items) if isinstance(items, Sequence) else (items,)
     allowed = f"a list of contiga.{' or contiga.'.join(kind.__name__ for kind in kinds)}"
     all_of(kinds, parts, where, f"must be {where}", allowed)
     return parts

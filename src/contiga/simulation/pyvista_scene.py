@@ -7,9 +7,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from contiga.extras import require
-from contiga.records import FloatArray
 from contiga.rigid.frames import to_world
-from contiga.simulation.fields import DRAWN, DrawnShape
+from contiga.simulation.fields import DRAWING_TOL, DrawnShape
 from contiga.simulation.model import Model
 from contiga.simulation.system_state import SystemState
 from contiga.triangles.pyvista_mesh import pyvista_mesh
@@ -21,7 +20,7 @@ if TYPE_CHECKING:
 
 
 def scene_of_state(purpose: str, model: Model, state: SystemState) -> pyvista.MultiBlock:
-    """Return bodies as they stand, and slaves with "penetration" (n,) and "force" (n, 3).
+    """Return bodies in their poses, and slaves with "penetration" (n,) and "force" (n, 3).
 
     Raises
     ------
@@ -33,27 +32,23 @@ def scene_of_state(purpose: str, model: Model, state: SystemState) -> pyvista.Mu
 
     blocks = pyvista.MultiBlock()
     for name, part in model.bodies.items():
-        mesh = part.body.tessellate(DRAWN * part.body.size)
+        mesh = part.body.tessellate(DRAWING_TOL * part.body.size)
         shape = model.shapes.points(name, state.time, state.slaves)
         placed = mesh.vertices if shape is None else DrawnShape(part.body, mesh).at(shape)
         points = to_world(state.bodies[name].pose, placed)
         blocks[name] = pyvista_mesh(purpose, points, mesh.triangles)
     for name, slave in model.slaves.items():
-        data = _contact_data(model, state, name)
-        blocks[name] = pyvista_mesh(purpose, state.slaves[name].points, slave.slave.facets, data)
+        # The deepest penetration and the sum of forces over all contacts of the slave.
+        points = state.slaves[name].points
+        penetration, force = np.zeros(len(points)), np.zeros((len(points), 3))
+        for contact in model.contacts:
+            if contact.slave == name:
+                touched = state.contacts[contact.name]
+                np.maximum(penetration, touched.penetration[: len(points)], out=penetration)
+                force += touched.force
+        data = {"penetration": penetration, "force": force}
+        blocks[name] = pyvista_mesh(purpose, points, slave.slave.facets, data)
     return blocks
-
-
-def _contact_data(model: Model, state: SystemState, slave: str) -> dict[str, FloatArray]:
-    """Return the deepest penetration and the sum of forces over all contacts at slave points."""
-    n = len(state.slaves[slave].points)
-    penetration, force = np.zeros(n), np.zeros((n, 3))
-    for part in model.contacts:
-        if part.slave == slave:
-            contact = state.contacts[part.name]
-            np.maximum(penetration, contact.penetration[:n], out=penetration)
-            force += contact.force
-    return {"penetration": penetration, "force": force}
 
 
 def scene_of_fields(purpose: str, series: FieldSeries, step: int) -> pyvista.MultiBlock:

@@ -1,4 +1,4 @@
-"""Name what cuts a step short, and choose the shortest of the steps proposed."""
+"""Define the reasons for the length of an automatic step, and the choice of a step."""
 
 from __future__ import annotations
 
@@ -7,10 +7,7 @@ from typing import NamedTuple
 
 
 class Reason(IntEnum):
-    """The reason why a step was no longer than it was.
-
-    Numbers stand in histories: they never change.
-    """
+    """The reason why a step is not longer. Histories contain the numbers: they never change."""
 
     LARGEST = 0
     GROWTH = 1
@@ -27,17 +24,17 @@ class Reason(IntEnum):
     SHORTEST = 12
 
     @property
-    def told(self) -> str:
+    def text(self) -> str:
         """The reason in words."""
-        return _TOLD[self]
+        return _TEXTS[self]
 
     @property
     def remedy(self) -> str:
-        """Advice that would let steps be longer."""
-        return _REMEDY.get(self, "")
+        """Advice for longer steps."""
+        return _REMEDIES.get(self, "")
 
 
-_TOLD = {
+_TEXTS = {
     Reason.LARGEST: "no step is longer",
     Reason.GROWTH: "growth from the step before",
     Reason.SAMPLE: "samples for the filter of a sensor",
@@ -52,7 +49,7 @@ _TOLD = {
     Reason.ENERGY: "energy balance error too large",
     Reason.SHORTEST: "the shortest step that anything but stability may ask for",
 }
-_REMEDY = {
+_REMEDIES = {
     Reason.SAMPLE: "a lower class of filter",
     Reason.CRITICAL: "a softer law, less damping, or more mass where it is least",
     Reason.SWING: "a softer law or spring, or damping that brings what swings to rest",
@@ -72,28 +69,28 @@ class Cut(NamedTuple):
     step: float
     reason: Reason
     of: str = ""
-    """The contact, spring or body that asks for it; empty where none does."""
+    """The contact, spring or body that limits the step; empty without one."""
 
-    def said(self) -> str:
+    def text(self) -> str:
         """Return the choice in words.
 
-        >>> Cut(0.1, Reason.TURN, "body 'wheel'").said()
+        >>> Cut(0.1, Reason.TURN, "body 'wheel'").text()
         "a body turns (body 'wheel')"
         """
-        return self.reason.told + (f" ({self.of})" if self.of else "")
+        return self.reason.text + (f" ({self.of})" if self.of else "")
 
 
 class Choice(NamedTuple):
-    """Choice of the length of a step."""
+    """The choice of the length of a step, with its errors."""
 
     cut: Cut
     tries: int = 1
-    """Steps that were worked out for it, this one among them."""
+    """Number of steps computed, this one included."""
     energy_error: float = 0.0
-    """Energy balance error that was let pass: shorter steps have not reduced it."""
+    """Accepted energy balance error, which shorter steps have not reduced."""
     single: float = 0.0
-    """ω h of single points that swing in it, and that it does not follow."""
+    """ω h of single points whose swing the step does not follow."""
     lag: float = 0.0
-    """Radians of phase by which single points that swing are off in it."""
+    """Phase error of swinging single points in the step, radians."""
     late: float = 0.0
-    """Time by which free nodes hand on a force that they share early or late."""
+    """Time by which free nodes hand over a shared force early or late."""

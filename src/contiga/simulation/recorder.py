@@ -1,4 +1,4 @@
-"""Keep what a run makes: its history and last states, and fields and checkpoints on disk."""
+"""Record a run: its history and last states in memory, fields and checkpoints on disk."""
 
 from __future__ import annotations
 
@@ -24,6 +24,7 @@ from contiga.simulation import output_folder as names
 from contiga.simulation.checkpoint import (
     Checkpoint,
     Onward,
+    Peak,
     read_checkpoint,
     write_checkpoint,
 )
@@ -39,43 +40,42 @@ from contiga.simulation.history import (
     unmeasured_names,
 )
 from contiga.simulation.model import Model
-from contiga.simulation.peak import Peak
-from contiga.simulation.step import Stepped
+from contiga.simulation.step import StepResult
 from contiga.simulation.summary import summary_so_far
 from contiga.simulation.system_state import SystemState
 
-# Seconds from one checkpoint to the next, at least.
+# Minimum seconds from one checkpoint to the next.
 CHECKPOINT_SECONDS = 5.0
-_ROUNDING = 1e-9
-"""Share of an interval that a time may fall short of its end."""
-_STATE_BYTES = 2000
-"""Of a state and that of the peak, for each point."""
+_TIME_TOL = 1e-9
+"""Share of an interval by which a time may fall short of its end."""
+_BYTES_PER_POINT = 2000
+"""Bytes per point of a state and the state at the peak in a checkpoint."""
 
 Progress = Callable[[int, int, int], Any]
 
 
-class _Stand(NamedTuple):
-    """Progress of a run.
+class _Progress(NamedTuple):
+    """The recorded part of a run.
 
-    It is replaced as one, so that a stop at any line leaves a whole step.
+    The record is replaced as a whole, so that a stop at any line leaves complete steps.
     """
 
     done: int
     """Steps recorded, the start counted."""
     written: int
-    """Of them with measured areas, and in the fields file if there is one."""
+    """Number of these with measured areas, which are in the fields file if there is one."""
     state: SystemState | None
-    """After the last of them."""
+    """State after the last of them."""
     peak: Peak = Peak()
     """The greatest force so far."""
     crest: SystemState | None = None
-    """When that was, if it was since the run began or was taken up."""
+    """State at the greatest force, if it came since the run began or was resumed."""
     onward: Onward | None = None
-    """At the end: what would be other if it were none."""
+    """At the end of the run: values for a run that goes on beyond it."""
 
 
 class Recorder:
-    """The recorder of a run: it takes the steps as they come.
+    """The recorder of a run, called after each step.
 
     Parameters
     ----------
@@ -88,35 +88,35 @@ class Recorder:
         self.model = model
         self._planned = len(model.stepping.planned())
         self.folder: Path | None = None
-        self._stand = _Stand(0, 0, None)
+        self._record = _Progress(0, 0, None)
         self._rows: dict[str, list[float]] = {}
-        self._told: tuple[Finding, ...] = ()
+        self._old_findings: tuple[Finding, ...] = ()
         self._ends: tuple[float, ...] = ()
         self._fields: Fields | None = None
         self._lock: FolderLock | None = None
-        self._made = False
+        self._made_folder = False
         self._fingerprint = ""
-        self._saved = perf_counter()
+        self._last_checkpoint = perf_counter()
         self._clock = clock
         self._progress = progress
 
     @property
     def done(self) -> int:
         """Steps recorded, the start counted."""
-        return self._stand.done
+        return self._record.done
 
     @property
     def state(self) -> SystemState | None:
         """The state after the last step recorded."""
-        return self._stand.state
+        return self._record.state
 
     @property
     def ends(self) -> tuple[float, ...]:
-        """Times at which the run had ended before, by steps that are not those of one run."""
+        """Earlier ends of the run whose steps differ from those of a single run."""
         return self._ends
 
     def open(self, folder: Path, *, resume: bool) -> None:
-        """Write to `folder` from now on, or go on from what is there."""
+        """Write to `folder` from now on; with `resume`, go on from its checkpoint."""
         require("an output folder", "h5py")
         self._fingerprint, unknown = identity_of(self.model)
         checkpoint = None
@@ -125,17 +125,17 @@ class Recorder:
             for name in unknown:
                 text = f"{name} is compiled: whether it is what it was before cannot be known"
                 warnings.warn(text, ContigaWarning, stacklevel=6)
-        self._made = open_folder(folder, names.OURS, "run")
+        self._made_folder = open_folder(folder, names.RUN_FILES, "run")
         self._lock = FolderLock(folder / names.LOCK, "run")
         self.folder = folder
         names.clear_killed(folder)
         if checkpoint is None:
             names.clear_last_run(folder)
         else:
-            # Stand where a checkpoint does; behind the end of its run, as if that were none.
+            # Continue from the checkpoint; beyond the end of its run, as if that were no end.
             done, stepping = checkpoint.done, self.model.stepping
             self._rows = {name: list(column) for name, column in checkpoint.history.items()}
-            self._ends, self._told = checkpoint.ends, checkpoint.crest
+            self._ends, self._old_findings = checkpoint.ends, checkpoint.crest
             steps, peak, onward = checkpoint.written, checkpoint.peak, checkpoint.onward
             if checkpoint.end < stepping.end:
                 same = stepping.planned()[done - 1 : done] == checkpoint.state.time
@@ -147,14 +147,14 @@ class Recorder:
                         for row in onward.unmeasured:
                             self._rows[name][row] = np.nan
                     onward = None
-            self._stand = _Stand(done, steps, checkpoint.state, peak, None, onward)
+            self._record = _Progress(done, steps, checkpoint.state, peak, None, onward)
         finished = self.state is not None and self._is_last(self.state)
         if "vtkhdf" in self.model.output.formats and not finished:
             with self._clock("output"):
                 if checkpoint is not None:
-                    names.take_up_fields(folder, outlines=has_outlines(self.model))
+                    names.reopen_fields(folder, outlines=has_outlines(self.model))
                 files = folder / names.UNFINISHED, folder / names.UNFINISHED_OUTLINES
-                written = None if checkpoint is None else self._stand.written
+                written = None if checkpoint is None else self._record.written
                 self._fields = Fields(self.model, *files, written)
         if checkpoint is not None and checkpoint.end < self.model.stepping.end:
             # The fields may be of fewer steps now than the old checkpoint says.
@@ -163,40 +163,40 @@ class Recorder:
     def _is_last(self, state: SystemState) -> bool:
         return state.time >= self.model.stepping.end
 
-    def take(self, stepped: Stepped) -> None:
-        """Record one step; before one that is written, that of the greatest force."""
+    def take(self, stepped: StepResult) -> None:
+        """Record one step; before writing its fields, write those at the greatest force."""
         state = stepped.state
-        done, written = self._stand.done, self._stand.written
-        peak, crest = self._stand.peak, self._stand.crest
+        done, n_written = self._record.done, self._record.written
+        peak, crest = self._record.peak, self._record.crest
         # Whether fields of this step are written: by steps or by time.
         output, before = self.model.output, self.state
-        due = self.done % output.every == 0
+        is_due = self.done % output.every == 0
         if output.interval is not None and before is not None:
             start, times = self.model.stepping.start, (before.time, state.time)
-            passed = [floor((t - start) / output.interval + _ROUNDING) for t in times]
-            due = passed[1] > passed[0]
-        recorded = self._is_last(state) or due
+            intervals = [floor((t - start) / output.interval + _TIME_TOL) for t in times]
+            is_due = intervals[1] > intervals[0]
+        is_recorded = self._is_last(state) or is_due
         with self._clock("area"):
-            row = history_row(self.model, stepped, self.state, measured=recorded)
+            row = history_row(self.model, stepped, self.state, measured=is_recorded)
         force = total_force(self.model, row)
         onward = None
-        if recorded and not due:
-            waiting = peak.after(state, force, done, written=False)
-            rows = (done,) if waiting.state is None else (waiting.row, done)
-            onward = Onward(written, waiting, rows)
-        peak = peak.after(state, force, done, written=recorded)
+        if is_recorded and not is_due:
+            pending_peak = peak.after(state, force, done, written=False)
+            rows = (done,) if pending_peak.state is None else (pending_peak.row, done)
+            onward = Onward(n_written, pending_peak, rows)
+        peak = peak.after(state, force, done, written=is_recorded)
         crest = state if peak.row == done else crest
-        if recorded:
+        if is_recorded:
             if peak.state is not None:
-                # With what was not measured when it came.
+                # Contact areas were not measured in that step.
                 with self._clock("area"):
                     measured = measured_columns(self.model, peak.state)
                 for name, value in measured.items():
                     self._rows[name][peak.row] = value
                 self._write(peak.state)
-                peak, written = peak._replace(state=None), written + 1
+                peak, n_written = peak._replace(state=None), n_written + 1
             self._write(state)
-            written += 1
+            n_written += 1
         for name, value in row.items():
             column = self._rows.get(name)
             if column is None:
@@ -204,29 +204,29 @@ class Recorder:
             elif len(column) > done:
                 del column[done:]
             column.append(value)
-        self._stand = _Stand(done + 1, written, state, peak, crest, onward)
-        if perf_counter() - self._saved > CHECKPOINT_SECONDS:
+        self._record = _Progress(done + 1, n_written, state, peak, crest, onward)
+        if perf_counter() - self._last_checkpoint > CHECKPOINT_SECONDS:
             self._checkpoint()
         if self._progress is not None:
-            # Steps done of those planned; of automatic steps the share of the time.
-            part, stepping = self.done, self.model.stepping
+            # Steps done of those planned; for automatic steps the share of the time.
+            n_done, stepping = self.done, self.model.stepping
             if isinstance(stepping, AutoSteps):
                 share = (state.time - stepping.start) / (stepping.end - stepping.start)
-                part = 1 + round(share * (self._planned - 1))
-            self._progress(part, self._planned, state.n_contact)
+                n_done = 1 + round(share * (self._planned - 1))
+            self._progress(n_done, self._planned, state.n_contact)
 
     def crest(self) -> tuple[Finding, ...]:
-        """Findings about the model in the step of the greatest force."""
-        crest = self._stand.crest
-        return self._told if crest is None else check_crest(self.model, crest)
+        """Findings about the model from the step with the greatest force."""
+        crest = self._record.crest
+        return self._old_findings if crest is None else check_crest(self.model, crest)
 
     def _write(self, state: SystemState) -> None:
         if self._fields is not None and self.folder is not None:
             with self._clock("output"):
-                # A checkpoint has the history, and the state twice, with that of the peak.
+                # A checkpoint has the history, the state, and the state at the peak.
                 points = sum(len(part.slave) for part in self.model.slaves.values())
                 room = self._fields.n_bytes + 8 * (self.done + 1) * len(self._rows)
-                check_room(self.folder / names.UNFINISHED, room + _STATE_BYTES * points)
+                check_room(self.folder / names.UNFINISHED, room + _BYTES_PER_POINT * points)
                 self._fields.append(state)
 
     def columns(self) -> dict[str, FloatArray]:
@@ -234,12 +234,12 @@ class Recorder:
         return {name: as_column(name, values[: self.done]) for name, values in self._rows.items()}
 
     def save(self) -> None:
-        """Write a checkpoint of the last whole step; nothing where there is none.
+        """Write a checkpoint of the last complete step, if there is one.
 
         Raises
         ------
         OutputError
-            The disk is full. What there is of earlier steps stays, if they can be gone on from.
+            The disk is full. Earlier files stay if a run can be resumed from them.
         """
         if self.folder is None:
             return
@@ -252,9 +252,9 @@ class Recorder:
                     self._checkpoint(stopped=True)
             finally:
                 if not names.newest_checkpoint(self.folder).is_file():
-                    # Nothing is left of a run that cannot be gone on with.
+                    # A run that cannot be resumed leaves no files.
                     names.clear_last_run(self.folder)
-                    if self._made:
+                    if self._made_folder:
                         self.release()
                         with suppress(OSError):
                             self.folder.rmdir()
@@ -265,7 +265,7 @@ class Recorder:
             self._lock.release()
 
     def finish(self, summary: dict[str, Any], history: dict[str, FloatArray]) -> None:
-        """Write what belongs to a complete run, under its final names."""
+        """Write the files of a complete run under their final names."""
         if self.folder is None:
             return
         names.clear_stale(self.folder, self.model.output.formats)
@@ -273,7 +273,7 @@ class Recorder:
             write_history(self.folder / names.HISTORY, history, summary["columns"])
         if self.model.case_text:
             write_text(self.folder / names.CASE, self.model.case_text)
-        # Also where a run was stopped after its last step, or killed here, and goes on from it.
+        # Also needed if a run was stopped after its last step, or killed here, and is resumed.
         names.finish_fields(self.folder, outlines=has_outlines(self.model))
         write_json(self.folder / names.SUMMARY, summary)
         (self.folder / names.CHECKPOINT_BEFORE).unlink(missing_ok=True)
@@ -292,23 +292,23 @@ class Recorder:
                     self.model.stepping.end,
                     self._ends,
                     self.done,
-                    self._stand.written,
+                    self._record.written,
                     self.state,
                     history,
-                    self._stand.peak,
+                    self._record.peak,
                     self.crest(),
-                    self._stand.onward,
+                    self._record.onward,
                 ),
                 summary_so_far(self.model, history, self._clock, stopped=stopped),
                 before=self.folder / names.CHECKPOINT_BEFORE,
             )
-            self._saved = perf_counter()
+            self._last_checkpoint = perf_counter()
 
 
 def as_column(name: str, values: list[float]) -> FloatArray:
     """Return a column of the history; counts that are not measured at every step hold NaN."""
-    whole = np.array(values, np.float64)
-    return whole.astype(np.int64) if is_count(name) and np.isfinite(whole).all() else whole
+    column = np.array(values, np.float64)
+    return column.astype(np.int64) if is_count(name) and np.isfinite(column).all() else column
 
 
 def is_count(column: str) -> bool:

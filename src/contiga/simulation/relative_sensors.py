@@ -1,4 +1,4 @@
-"""Measure between two bodies: distances, relative motion, turns, and the springs between them."""
+"""Measure between two bodies: distance, relative motion, rotation, and the springs between them."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from contiga.records import FloatArray
 from contiga.rigid.frames import cross
 from contiga.simulation.load_forces import point_of
 from contiga.simulation.model import Model
-from contiga.simulation.sensor import CUT, RATES, RelativeSensor
+from contiga.simulation.sensor import RATES, SPRING_MEASURES, RelativeSensor
 from contiga.simulation.sensors import (
     acceleration,
     first_place,
@@ -26,7 +26,7 @@ from contiga.simulation.system_state import SystemState
 def relative_columns(
     model: Model, state: SystemState, last: SystemState | None
 ) -> dict[str, float]:
-    """Return what sensors between two bodies measure in `state`; `last` comes before it."""
+    """Return the columns of sensors between two bodies; `last` is the state before `state`."""
     columns: dict[str, float] = {}
     for sensor in model.relative:
         columns |= between_columns(model, sensor, state, last)
@@ -46,35 +46,35 @@ def between_columns(
     ]
     places = [point_of(poses[k], starts[k], firsts[k]) for k in (0, 1)]
     values: dict[str, float] = {}
-    way = places[1] - places[0]
+    arm = places[1] - places[0]
     if "distance" in sensor.measures:
         speeds = [point_velocity(state, roots[k], places[k]) for k in (0, 1)]
-        # The rate is that of the approach where the distance is zero.
-        far, speed = length(way), speeds[1] - speeds[0]
-        rate = float((way * speed).sum()) / far if far > 0.0 else length(speed)
-        values |= {"distance": far, "rate": rate}
+        # At distance zero the rate is the speed of separation.
+        distance, speed = length(arm), speeds[1] - speeds[0]
+        rate = float((arm * speed).sum()) / distance if distance > 0.0 else length(speed)
+        values |= {"distance": distance, "rate": rate}
     if "displacement" in sensor.measures:
-        now, before = way, firsts[1] - firsts[0]
+        now, before = arm, firsts[1] - firsts[0]
         if sensor.turns:
             now = on_axes(sensor, poses[0], starts[0], now)
             before = on_axes(sensor, starts[0], starts[0], before)
         values |= measure_columns("", "displacement", now - before)
     if "angle" in sensor.measures:
         now, before = (product(pair[0][:3, :3].T, pair[1][:3, :3]) for pair in (poses, starts))
-        turn = _turned(product(now, before.T))
+        turn = _rotation_vector(product(now, before.T))
         values["angle"] = length(turn)
         values |= vector_columns("angle_", from_body(sensor, starts[0], turn))
-    values |= _rates(model, sensor, (roots, places), (last, state))
-    # What the springs between the two carry: on the first of them, world axes.
+    values |= _relative_rates(model, sensor, (roots, places), (last, state))
+    # Force and moment of the springs between the two on the first body, world axes.
     force, moment = np.zeros(3), np.zeros(3)
     for name, spring in model.springs.items():
-        carried = state.springs.get(name)
-        if carried is not None and set(spring.between) == set(sensor.between):
+        spring_state = state.springs.get(name)
+        if spring_state is not None and set(spring.between) == set(sensor.between):
             end = spring.between.index(sensor.between[0])
-            pull = -carried.pull if end else carried.pull
+            pull = -spring_state.pull if end else spring_state.pull
             force = force + pull
-            moment = moment + cross(carried.ends[end] - places[0], pull)
-    for measure, world in zip(CUT, (force, moment), strict=True):
+            moment = moment + cross(spring_state.ends[end] - places[0], pull)
+    for measure, world in zip(SPRING_MEASURES, (force, moment), strict=True):
         if measure in sensor.measures:
             if sensor.turns:
                 world = on_axes(sensor, poses[0], starts[0], world)
@@ -82,48 +82,52 @@ def between_columns(
     return {f"{sensor.name}.{name}": value for name, value in values.items()}
 
 
-_Step = tuple[SystemState | None, SystemState]
+_StatePair = tuple[SystemState | None, SystemState]
 
 
-def _rates(
-    model: Model, sensor: RelativeSensor, ends: tuple[list[int], list[FloatArray]], step: _Step
+def _relative_rates(
+    model: Model, sensor: RelativeSensor, ends: tuple[list[int], list[FloatArray]], step: _StatePair
 ) -> dict[str, float]:
     """Return the velocity and acceleration of the second point relative to the first.
 
-    In the axes of the first body they are those that an observer on it sees, who turns with it;
-    along those of the world they are the differences of the two.
+    In axes of the first body they are those that an observer rotating with it sees; in world axes
+    they are the differences between the two points.
     """
-    ((i, j), (here, there)), state = ends, step[1]
+    ((i, j), (first_point, second_point)), state = ends, step[1]
     values: dict[str, float] = {}
-    on_body = sensor.turns
-    spin = state.bodies.twists[i, 3:] if on_body else np.zeros(3)
-    velocity = point_velocity(state, j, there) - point_velocity(state, i, here)
-    velocity = velocity - cross(spin, there - here)
+    in_body_axes = sensor.turns
+    spin = state.bodies.twists[i, 3:] if in_body_axes else np.zeros(3)
+    velocity = point_velocity(state, j, second_point) - point_velocity(state, i, first_point)
+    velocity = velocity - cross(spin, second_point - first_point)
     for measure in RATES:
         if measure not in sensor.measures:
             continue
         value = velocity
         if measure == "acceleration":
-            value = point_acceleration(model, j, there, step)
-            value = value - point_acceleration(model, i, here, step) - 2.0 * cross(spin, velocity)
-            if on_body:
-                turning = acceleration(model, i, state, step[0])[1]
-                way = there - here
-                value = value - cross(turning, way) - cross(spin, cross(spin, way))
-        if on_body:
+            value = point_acceleration(model, j, second_point, step)
+            value = (
+                value
+                - point_acceleration(model, i, first_point, step)
+                - 2.0 * cross(spin, velocity)
+            )
+            if in_body_axes:
+                spin_rate = acceleration(model, i, state, step[0])[1]
+                arm = second_point - first_point
+                value = value - cross(spin_rate, arm) - cross(spin, cross(spin, arm))
+        if in_body_axes:
             value = on_axes(sensor, state.bodies.poses[i], model.origins[i], value)
         values |= measure_columns("", measure, value)
     return values
 
 
-def _turned(R: FloatArray) -> FloatArray:
+def _rotation_vector(R: FloatArray) -> FloatArray:
     """Return the rotation vector (3,): the axis times the angle, from 0 to π."""
     axis = 0.5 * np.array([R[2, 1] - R[1, 2], R[0, 2] - R[2, 0], R[1, 0] - R[0, 1]])
     sine, cosine = length(axis), 0.5 * (float(np.trace(R)) - 1.0)
     if sine > 1e-8 or cosine > 0.0:
         angle = float(np.arctan2(sine, cosine))
         return axis * (angle / sine) if sine > 0.0 else axis
-    # Half a turn: its axis is the column of (R + 1) that is longest.
+    # Half a turn: the axis is the longest column of R + 1.
     both = R + np.eye(3)
     column = both[:, int(np.argmax(np.diag(both)))]
     return np.asarray(np.pi * column / length(column))

@@ -1,4 +1,4 @@
-"""Resample signals of a run, whose steps may differ, at even times."""
+"""Resample signals of a run with unequal steps at even times."""
 
 from __future__ import annotations
 
@@ -8,17 +8,17 @@ from contiga.criteria.filters import LEAST_RATE
 from contiga.records import FloatArray
 
 FINE = 8 * LEAST_RATE
-"""Samples a second for each Hz of a filter's class, where steps are of several lengths. The mean
-over one of them is less than the signal by a part in 4,000 where the filter takes 3 dB."""
+"""Samples per second for each Hz of a filter's class, for unequal steps. Averaging over a sample
+attenuates by a part in 4,000 at the frequency where the filter attenuates by 3 dB."""
 MAX_SAMPLES = 2_000_000
 """Largest number of samples of a resampled signal."""
 _EQUAL_TOL = 1e-6
 
 
 def even_times(times: FloatArray, longest: float) -> FloatArray:
-    """Return times (m,) one step apart: the given ones (n,) themselves, if they are even.
+    """Return even times (m,): `times` themselves, if they are even.
 
-    Else the step is their median one, `longest` at most.
+    Otherwise the interval is their median one, at most `longest`.
     """
     steps = np.diff(times)
     if len(steps) == 0 or np.ptp(steps) <= _EQUAL_TOL * steps.max():
@@ -36,11 +36,11 @@ def trapezoids(times: FloatArray, signal: FloatArray) -> FloatArray:
 def means(
     grid: FloatArray, times: FloatArray, signal: FloatArray, impulses: FloatArray
 ) -> FloatArray:
-    """Return the means (m, k) of a signal about other times, half way to the neighbours of each.
+    """Return the means (m, k) of a signal over the intervals half way to the neighbouring times.
 
-    So that none of its integral is lost, however short a part of it is: the trapezoidal rule has
-    it again. Between its own times the signal (n, k) goes straight, moved by what its impulse
-    (n - 1, k) over the step says more.
+    They conserve the integral of the signal, which the trapezoidal rule of the means reproduces.
+    Between its own times the signal (n, k) is linear, shifted so that its integral over each step
+    is the impulse (n - 1, k).
     """
     borders = np.concatenate([grid[:1], 0.5 * (grid[1:] + grid[:-1]), grid[-1:]])
     row = np.clip(np.searchsorted(times, borders, side="right") - 1, 0, len(times) - 2)
@@ -48,6 +48,6 @@ def means(
     slope = np.diff(signal, axis=0) / steps
     first = impulses / steps - 0.5 * slope * steps
     before = np.concatenate([np.zeros((1, signal.shape[1])), np.cumsum(impulses, axis=0)])
-    into = (borders - times[row])[:, None]
-    total = before[row] + into * (first[row] + 0.5 * into * slope[row])
+    offset = (borders - times[row])[:, None]
+    total = before[row] + offset * (first[row] + 0.5 * offset * slope[row])
     return np.asarray(np.diff(total, axis=0) / np.diff(borders)[:, None])

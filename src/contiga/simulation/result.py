@@ -24,11 +24,11 @@ class Result(HistoryOverTime):
     history: dict[str, FloatArray]
     """Columns by name, one row a step."""
     out: Path | None
-    """Output folder, None where nothing was written."""
+    """Output folder; None without one."""
     state: SystemState
-    """At the end."""
+    """State at the end."""
     states: tuple[SystemState, ...]
-    """Those that were to be kept, in the order of time."""
+    """States kept by the option `keep`, in order of time."""
     summary: dict[str, Any]
     """Counts, timings, statuses: the content of summary.json."""
 
@@ -38,7 +38,7 @@ class Result(HistoryOverTime):
         Raises
         ------
         InputError
-            Nothing was written, or no fields.
+            The run has no output folder, or no fields.
         MissingPackageError
             pyvista is not installed.
         """

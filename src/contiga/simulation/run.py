@@ -1,4 +1,4 @@
-"""Carry out a whole run: step by step to the end, with history, fields and checkpoints."""
+"""Carry out a whole run, step by step, with history, fields and checkpoints."""
 
 from __future__ import annotations
 
@@ -8,8 +8,11 @@ from pathlib import Path
 from time import perf_counter
 from typing import Any, NamedTuple
 
-from contiga.errors import InputError, OutputError
-from contiga.simulation.checks.finding import Finding, raise_findings, together
+import numpy as np
+
+from contiga.errors import InputError, OutputError, RunError
+from contiga.records import ContactStatus
+from contiga.simulation.checks.finding import Finding, merged, raise_findings
 from contiga.simulation.checks.model_checks import check_model
 from contiga.simulation.checks.run_checks import check_run
 from contiga.simulation.clock import Clock
@@ -18,13 +21,19 @@ from contiga.simulation.outlook import Outlook
 from contiga.simulation.output_folder import newest_checkpoint
 from contiga.simulation.recorder import Progress, Recorder
 from contiga.simulation.result import Result
-from contiga.simulation.settling import OnSettle, settled
+from contiga.simulation.settling import OnSettle, come_to_rest
 from contiga.simulation.signals import filtered_columns
 from contiga.simulation.step import advance
-from contiga.simulation.step_size import following
-from contiga.simulation.strict import check_proved
+from contiga.simulation.step_size import next_step
 from contiga.simulation.summary import summarise
 from contiga.simulation.system_state import SystemState
+
+DOUBTFUL = {
+    ContactStatus.LOST: "could not be solved",
+    ContactStatus.FOUND: "lies inside and was not seen to come in",
+    ContactStatus.REACQUIRED: "has lost its foot, which was found again elsewhere",
+}
+"""Statuses of points that are not certified, with their meaning."""
 
 
 class RunOptions(NamedTuple):
@@ -40,22 +49,22 @@ class RunOptions(NamedTuple):
     """Called with the output folder once all is written, before a strict run is refused."""
     clock: Clock | None = None
     on_pace: Callable[[str], Any] | None = None
-    """Called with what set each step that chose itself."""
+    """Called with the reason for the length of each automatic step."""
     on_slow: Callable[[str], Any] | None = None
-    """Called once, where the end is out of reach."""
+    """Called once with a message, if the end is hours away."""
     on_settle: OnSettle | None = None
-    """Called with the number of each step to rest, and the residual after it."""
+    """Called with the number of each settling step and the residual after it."""
     settle_only: bool = False
-    """End where the run would begin, once all is at rest."""
+    """End at the start of the run, once the model is at rest."""
     now: Callable[[], float] = perf_counter
-    """Seconds of the clock that the end is reckoned by."""
+    """Clock for the estimate of the remaining time, seconds."""
 
 
 def carry_out(model: Model, out: str | Path | None, options: RunOptions) -> Result:
     """Run `model` to its end.
 
-    When the run is stopped (an exception, Ctrl-C) a checkpoint of the last whole step is left;
-    before the first one nothing is. Nobody else writes to `out` until the run has ended.
+    When the run is stopped (an exception, Ctrl-C) a checkpoint of the last complete step remains;
+    before the first one nothing remains. No other run writes to `out` until this one has ended.
     """
     keep = options.keep
     if keep is not None and (isinstance(keep, bool) or not isinstance(keep, int) or keep < 1):
@@ -70,7 +79,7 @@ def carry_out(model: Model, out: str | Path | None, options: RunOptions) -> Resu
                 raise_findings(findings)
             if options.on_check is not None:
                 options.on_check(findings)
-            kept: list[SystemState] = []
+            kept_states: list[SystemState] = []
             outlook = Outlook(model.stepping.end, options.now)
             try:
                 if out is not None:
@@ -80,27 +89,27 @@ def carry_out(model: Model, out: str | Path | None, options: RunOptions) -> Resu
                     state.time < model.stepping.end and not options.settle_only
                 ):
                     if state is not None:
-                        stepped = following(model, state, clock)
+                        stepped = next_step(model, state, clock)
                     elif model.settling is None and not options.settle_only:
                         stepped = advance(model, None, model.stepping.start, clock)
                     else:
                         with clock("settle"):
-                            stepped = settled(model, clock, options.on_settle)
+                            stepped = come_to_rest(model, clock, options.on_settle)
                     state = stepped.state
                     if options.strict:
                         check_proved(state)
                     if options.on_pace is not None and stepped.choice is not None:
                         cut = stepped.choice.cut
-                        options.on_pace(f"steps of {state.step:.2g}: {cut.said()}")
+                        options.on_pace(f"steps of {state.step:.2g}: {cut.text()}")
                     if options.on_slow is not None and (text := outlook.after(stepped)) is not None:
                         options.on_slow(text)
                     recorder.take(stepped)
                     if options.keep is not None and (recorder.done - 1) % options.keep == 0:
-                        kept.append(state)
+                        kept_states.append(state)
                     if options.on_step is not None:
                         options.on_step(state)
             except OutputError as error:
-                with suppress(OutputError):  # of the same full disk: once is enough
+                with suppress(OutputError):  # of the same full disk: report it once
                     recorder.save()
                 if recorder.folder is None or not newest_checkpoint(recorder.folder).is_file():
                     raise
@@ -115,14 +124,31 @@ def carry_out(model: Model, out: str | Path | None, options: RunOptions) -> Resu
             recorder.save()
         history = recorder.columns()
         history |= filtered_columns(model, history)
-        shown = (*check_run(model, history, state), *recorder.crest())
-        told = together(findings, shown)
-        summary = summarise(model, history, clock, told, recorder.ends, state.rest)
+        run_findings = (*check_run(model, history, state), *recorder.crest())
+        all_findings = merged(findings, run_findings)
+        summary = summarise(model, history, clock, all_findings, recorder.ends, state.rest)
         recorder.finish(summary, history)
         if options.on_finish is not None and recorder.folder is not None:
             options.on_finish(recorder.folder)
-        if options.strict and shown:
-            raise_findings(shown)
-        return Result(history, recorder.folder, state, tuple(kept), summary)
+        if options.strict and run_findings:
+            raise_findings(run_findings)
+        return Result(history, recorder.folder, state, tuple(kept_states), summary)
     finally:
         recorder.release()
+
+
+def check_proved(state: SystemState) -> None:
+    """Raise `RunError` with contact, time, point and status if a point is not certified."""
+    for name, contact in state.contacts.items():
+        doubts = []
+        for status, text in DOUBTFUL.items():
+            rows = np.flatnonzero(contact.status == status)
+            if len(rows):
+                doubts.append(f"point {rows[0]} {text} ({status.name}, {len(rows)} points)")
+        rows = np.flatnonzero(contact.in_contact & (contact.certified == 0))
+        if len(rows):
+            what = "is converged but not proved"
+            doubts.append(f"the foot of point {rows[0]} {what} ({len(rows)} points)")
+        if doubts:
+            remedy = "Take smaller steps, or run without --strict"
+            raise RunError(f"{name}: at t = {state.time:g} {doubts[0]}. {remedy}")

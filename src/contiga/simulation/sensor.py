@@ -1,4 +1,4 @@
-"""Define sensors of bodies: motion of a point, and forces, in the world or relative to a body."""
+"""Define sensors of bodies: motion of a point and forces, in the world or relative to a body."""
 
 from __future__ import annotations
 
@@ -23,11 +23,11 @@ from contiga.simulation.trigger import Trigger
 
 MEASURES = ("acceleration", "velocity", "displacement", "force", "moment", "spin")
 RELATIVE_MEASURES = ("distance", "displacement", "angle")
-"""What a sensor between two bodies measures if not asked."""
+"""Default measures of a sensor between two bodies."""
 RATES = ("velocity", "acceleration")
-"""What it may measure beside that: how the second point moves, as the first body sees it."""
-CUT = ("force", "moment")
-"""And of the springs between them."""
+"""Further measures: the motion of the second point as seen from the first body."""
+SPRING_MEASURES = ("force", "moment")
+"""Further measures: those of the springs between the two bodies."""
 OF_SENSORS = {
     "acceleration": ("ax", "ay", "az", "a"),
     "velocity": ("vx", "vy", "vz", "v"),
@@ -41,20 +41,20 @@ OF_RELATIVE = {
     "distance": ("distance", "rate"),
     "displacement": ("x", "y", "z"),
     "angle": ("angle", "angle_x", "angle_y", "angle_z"),
-    **{measure: OF_SENSORS[measure] for measure in (*RATES, *CUT)},
+    **{measure: OF_SENSORS[measure] for measure in (*RATES, *SPRING_MEASURES)},
 }
-"""And of a `RelativeSensor`."""
+"""Columns of the measures of a `RelativeSensor`."""
 
 
 class Criterion(NamedTuple):
-    """Requirements of a criterion on its sensor; by default those of the resultant acceleration."""
+    """Requirements of a criterion; the default is a criterion of the resultant acceleration."""
 
     measures: tuple[str, ...] = ("acceleration",)
-    """Quantity that the sensor must measure."""
+    """Measures that the sensor must have."""
     columns: tuple[str, ...] = ()
     """Columns of the sensor that it is computed from, each filtered by `filter`."""
     filter: str | None = None
-    """Class of the filter that its source asks for; None where the sensor's own filter counts."""
+    """Filter class that its source specifies; None for the sensor's own filter."""
     unit: str = ""
     in_body_axes: bool = False
     """Whether its components are in axes that turn with a body."""
@@ -71,13 +71,13 @@ CRITERIA = {
 """The criteria of a `Sensor`, by name."""
 RELATIVE_CRITERIA = {
     "VC": Criterion(("distance",), ("distance",), "CFC180", unit="m/s"),
-    "Nij": Criterion(CUT, ("fz", "my"), "CFC600", in_body_axes=True),
+    "Nij": Criterion(SPRING_MEASURES, ("fz", "my"), "CFC600", in_body_axes=True),
     "femur": Criterion(("force",), ("fx", "fy", "fz"), "CFC600", in_body_axes=True),
 }
 """The criteria of a `RelativeSensor`, by name."""
 ALL_CRITERIA = {**CRITERIA, **RELATIVE_CRITERIA}
-_SKEW = 1e-6
-"""Departure of axes from unit vectors at right angles, at most."""
+_AXES_TOL = 1e-6
+"""Tolerance of axes from unit vectors at right angles."""
 _CODE = re.compile(r"[A-Z0-9?]{12}")
 
 
@@ -150,9 +150,9 @@ class Sensor:
         put(self, "body", body)
         put(self, "at", None if at is None else read_only(vector(at, "at")))
         put(self, "axes", _checked_axes(axes))
-        put(self, "measures", _several("measures", measures, MEASURES))
+        put(self, "measures", _checked_names("measures", measures, MEASURES))
         put(self, "filter", None if filter is None else one_of("filter", filter, FILTERS))
-        put(self, "criteria", _several("criteria", criteria, tuple(CRITERIA)))
+        put(self, "criteria", _checked_names("criteria", criteria, tuple(CRITERIA)))
         put(self, "bands", dict(bands or {}))
         put(self, "code", _checked_code(code))
         put(self, "trigger", trigger)
@@ -242,8 +242,12 @@ class RelativeSensor:
         put(self, "between", pair)
         put(self, "at", None if at is None else _two_points(at))
         put(self, "axes", _checked_axes(axes))
-        put(self, "measures", _several("measures", measures, (*RELATIVE_MEASURES, *RATES, *CUT)))
-        put(self, "criteria", _several("criteria", criteria, tuple(RELATIVE_CRITERIA)))
+        put(
+            self,
+            "measures",
+            _checked_names("measures", measures, (*RELATIVE_MEASURES, *RATES, *SPRING_MEASURES)),
+        )
+        put(self, "criteria", _checked_names("criteria", criteria, tuple(RELATIVE_CRITERIA)))
         put(self, "bands", dict(bands or {}))
         put(self, "dummy", one_of("dummy", dummy, tuple(DUMMIES)))
         put(self, "code", _checked_code(code))
@@ -267,14 +271,14 @@ class RelativeSensor:
 
 
 def _check_criteria(sensor: Sensor | RelativeSensor) -> None:
-    """Refuse bands of what is not asked for, and criteria without their signal."""
+    """Refuse bands of other criteria, and criteria without their measures."""
     for which in sensor.bands:
         one_of("bands", which, sensor.criteria)
-    for one in sensor.criteria:
-        _check_measured(sensor, "criteria", ALL_CRITERIA[one].measures)
-        if ALL_CRITERIA[one].in_body_axes and not sensor.turns:
+    for criterion in sensor.criteria:
+        _check_measured(sensor, "criteria", ALL_CRITERIA[criterion].measures)
+        if ALL_CRITERIA[criterion].in_body_axes and not sensor.turns:
             raise InputError(
-                f"{one} is of components in the axes of a body",
+                f"{criterion} is of components in the axes of a body",
                 where=f"sensor {sensor.name!r}: axes",
                 found="world",
                 allowed='"body", or three axes',
@@ -282,9 +286,9 @@ def _check_criteria(sensor: Sensor | RelativeSensor) -> None:
 
 
 def channel_of(sensor: Sensor | RelativeSensor) -> str:
-    """Return the column of a sensor that its trigger looks at."""
-    given = None if sensor.trigger is None else sensor.trigger.channel
-    return given or ("a" if isinstance(sensor, Sensor) else "distance")
+    """Return the column of a sensor that its trigger reads."""
+    channel = None if sensor.trigger is None else sensor.trigger.channel
+    return channel or ("a" if isinstance(sensor, Sensor) else "distance")
 
 
 def _check_trigger(sensor: Sensor | RelativeSensor) -> None:
@@ -292,8 +296,8 @@ def _check_trigger(sensor: Sensor | RelativeSensor) -> None:
         return
     where = f"sensor {sensor.name!r}: trigger"
     all_of(Trigger, (sensor.trigger,), where, "must be a trigger", "contiga.Trigger")
-    told = OF_SENSORS if isinstance(sensor, Sensor) else OF_RELATIVE
-    columns = [column for measure in sensor.measures for column in told[measure]]
+    columns_of = OF_SENSORS if isinstance(sensor, Sensor) else OF_RELATIVE
+    columns = [column for measure in sensor.measures for column in columns_of[measure]]
     if channel_of(sensor) not in columns:
         raise InputError(
             "the sensor has no such column",
@@ -330,7 +334,7 @@ def _checked_axes(axes: str | ArrayLike) -> str | FloatArray:
         return one_of("axes", axes, ("world", "body"))
     rows = as_numbers(axes, "axes", "must be three unit vectors", "(3, 3), one a row")
     square = rows.shape == (3, 3) and np.isfinite(rows).all()
-    if not square or np.abs(product(rows, rows.T) - np.eye(3)).max() > _SKEW:
+    if not square or np.abs(product(rows, rows.T) - np.eye(3)).max() > _AXES_TOL:
         raise InputError(
             "must be three unit vectors at right angles",
             where="axes",
@@ -349,7 +353,7 @@ def _two_points(at: ArrayLike, where: str = "at") -> FloatArray:
     return read_only(np.array([vector(point, where) for point in points]))
 
 
-def _several(where: str, values: Iterable[str], allowed: tuple[str, ...]) -> tuple[str, ...]:
+def _checked_names(where: str, values: Iterable[str], allowed: tuple[str, ...]) -> tuple[str, ...]:
     given = (values,) if isinstance(values, str) else tuple(values)
     chosen = [one_of(where, value, allowed) for value in given]
     return tuple(name for name in allowed if name in chosen)

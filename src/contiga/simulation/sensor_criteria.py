@@ -1,4 +1,4 @@
-"""Evaluate injury criteria of a whole run, each on the signal that its source asks for."""
+"""Evaluate injury criteria of a whole run, each on the signal that its source specifies."""
 
 from __future__ import annotations
 
@@ -26,24 +26,27 @@ from contiga.simulation.slave_sensor import slave_of
 from contiga.simulation.springs import first_time
 
 History = dict[str, FloatArray]
-Found = dict[str, Any]
-"""`value`, and `start` and `end` of when it holds, seconds."""
-_HELD = 0.003
+Value = dict[str, Any]
+"""`value` of a criterion, with `start` and `end` of its time window, seconds."""
+_CLIP_TIME = 0.003
 
 
 def sensor_summary(model: Model, history: History) -> dict[str, dict[str, Any]]:
     """Return the criteria of all sensors over the whole run, by name.
 
-    They have values, bands, and the times when they hold, in the time unit of the case.
+    They have values, bands, and their time windows in the time unit of the case.
     """
-    summary = sensors_told(model, history)
-    judged: list[Sensor | RelativeSensor] = [*model.point_sensors, *model.relative]
-    if len(history["time"]) < 2:
+    summary = sensors_without_criteria(model, history)
+    sensors: list[Sensor | RelativeSensor] = [*model.point_sensors, *model.relative]
+    if len(history["time"]) < 2 or not any(sensor.criteria for sensor in sensors):
         return summary
-    for sensor in judged:
+    units = tuple(map(base_factor, model.units, ("length", "mass", "time")))
+    for sensor in sensors:
         if not sensor.criteria:
             continue
-        found = dict(_of_acceleration(model, sensor, history)) if isinstance(sensor, Sensor) else {}
+        results: dict[str, Value] = {}
+        if isinstance(sensor, Sensor):
+            results.update(_acceleration_criteria(model, sensor, history))
         for name in sensor.criteria:
             cls = ALL_CRITERIA[name].filter
             if cls is None or too_coarse(model, cls, history):
@@ -52,26 +55,26 @@ def sensor_summary(model: Model, history: History) -> dict[str, dict[str, Any]]:
             if not all(np.isfinite(history[column]).all() for column in columns):
                 continue
             grid, values = smooth(model, columns, cls, history)
-            one = OF_SIGNALS[name](_signal(model, sensor, grid, values))
-            if one is not None:
-                found[name] = one
-        unit, criteria = base_factor(model.units[2], "time"), summary[sensor.name]["criteria"]
+            result = OF_SIGNALS[name](Signal(model, sensor, grid * units[2], values, *units))
+            if result is not None:
+                results[name] = result
+        unit, criteria = units[2], summary[sensor.name]["criteria"]
         for name in sensor.criteria:
-            if name not in found:
+            if name not in results:
                 continue
-            one = found[name]
-            criteria[name] = {**one, "start": one["start"] / unit, "end": one["end"] / unit}
+            window = {key: results[name][key] / unit for key in ("start", "end")}
+            criteria[name] = {**results[name], **window}
             if ALL_CRITERIA[name].unit:
                 criteria[name]["unit"] = ALL_CRITERIA[name].unit
             if name in sensor.bands:
-                criteria[name]["band"] = sensor.bands[name].of(one["value"])
+                criteria[name]["band"] = sensor.bands[name].of(results[name]["value"])
     return summary
 
 
-def sensors_told(model: Model, history: History) -> dict[str, dict[str, Any]]:
+def sensors_without_criteria(model: Model, history: History) -> dict[str, dict[str, Any]]:
     """Return the summary of sensors for a run that has no criteria yet.
 
-    A trigger has the time of the first row that finds it fired, None where it never does.
+    A trigger has the time of the first row in which it has fired, or None.
     """
     summary: dict[str, dict[str, Any]] = {
         one.name: {"body": one.body, "filter": one.filter} for one in model.point_sensors
@@ -89,10 +92,12 @@ def sensors_told(model: Model, history: History) -> dict[str, dict[str, Any]]:
     return summary
 
 
-def _of_acceleration(model: Model, sensor: Sensor, history: History) -> Iterator[tuple[str, Found]]:
-    """Yield criteria of the resultant acceleration, as the sensor filters it."""
-    asked = [name for name in sensor.criteria if name in OF_ACCELERATION]
-    if not asked or f"{sensor.name}.a" not in history:
+def _acceleration_criteria(
+    model: Model, sensor: Sensor, history: History
+) -> Iterator[tuple[str, Value]]:
+    """Yield the criteria of the resultant acceleration with the sensor's own filter."""
+    names = [name for name in sensor.criteria if name in OF_ACCELERATION]
+    if not names or f"{sensor.name}.a" not in history:
         return
     if sensor.filter is None:
         times, acceleration = history["time"], history[f"{sensor.name}.a"]
@@ -107,31 +112,31 @@ def _of_acceleration(model: Model, sensor: Sensor, history: History) -> Iterator
     t = times * base_factor(time_unit, "time")
     if not np.isfinite(a).all():
         return
-    for name in asked:
-        one = OF_ACCELERATION[name](a, t)
-        if one is not None:
-            yield name, one
+    for name in names:
+        value = OF_ACCELERATION[name](a, t)
+        if value is not None:
+            yield name, value
 
 
-def _hic(a: FloatArray, t: FloatArray, longest: float) -> Found:
+def _hic(a: FloatArray, t: FloatArray, longest: float) -> Value:
     value, start, end = hic(a, t, longest)
     return {"value": value, "start": start, "end": end}
 
 
-def _hicd(a: FloatArray, t: FloatArray) -> Found:
-    found = _hic(a, t, 0.036)
-    return {**found, "value": hicd(found["value"])}
+def _hicd(a: FloatArray, t: FloatArray) -> Value:
+    result = _hic(a, t, 0.036)
+    return {**result, "value": hicd(result["value"])}
 
 
-def _clip(a: FloatArray, t: FloatArray, cumulative: bool) -> Found | None:
-    """Return the 3 ms value; None of a run that is shorter than that."""
-    if t[-1] - t[0] < _HELD:
+def _clip(a: FloatArray, t: FloatArray, cumulative: bool) -> Value | None:
+    """Return the 3 ms value; None for a shorter run."""
+    if t[-1] - t[0] < _CLIP_TIME:
         return None
-    value, start, end = clip(a, t, _HELD, cumulative=cumulative)[:3]
+    value, start, end = clip(a, t, _CLIP_TIME, cumulative=cumulative)[:3]
     return {"value": value, "start": start, "end": end}
 
 
-OF_ACCELERATION: dict[str, Callable[[FloatArray, FloatArray], Found | None]] = {
+OF_ACCELERATION: dict[str, Callable[[FloatArray, FloatArray], Value | None]] = {
     "HIC15": partial(_hic, longest=0.015),
     "HIC36": partial(_hic, longest=0.036),
     "HICd": _hicd,
@@ -142,7 +147,7 @@ OF_ACCELERATION: dict[str, Callable[[FloatArray, FloatArray], Found | None]] = {
 
 
 class Signal(NamedTuple):
-    """The signal of a criterion over a run, filtered as its source asks."""
+    """The signal of a criterion over a run, filtered as its source specifies."""
 
     model: Model
     sensor: Sensor | RelativeSensor
@@ -162,48 +167,43 @@ class Signal(NamedTuple):
 
     @property
     def pair(self) -> RelativeSensor:
-        """The sensor, of a criterion of a `RelativeSensor`."""
+        """The sensor, for a criterion of a `RelativeSensor`."""
         assert isinstance(self.sensor, RelativeSensor)
         return self.sensor
 
 
-def _signal(
-    model: Model, sensor: Sensor | RelativeSensor, grid: FloatArray, values: FloatArray
-) -> Signal:
-    """Return columns (m, k) at even times (m,) of the case as a signal."""
-    metre, kilogram, second = (
-        base_factor(unit, kind)
-        for unit, kind in zip(model.units, ("length", "mass", "time"), strict=True)
-    )
-    return Signal(model, sensor, grid * second, values, metre, kilogram, second)
-
-
-def _bric(signal: Signal) -> Found:
+def _bric(signal: Signal) -> Value:
     w = signal.values / signal.second
     time = signal.times[int(np.argmax((np.abs(w) / CRITICAL).max(axis=1)))]
     return {"value": bric(w).value, "start": time, "end": time}
 
 
-def _vc(signal: Signal) -> Found | None:
-    """Return the viscous criterion; None of a run of fewer samples than it takes."""
+def _vc(signal: Signal) -> Value | None:
+    """Return the viscous criterion; None for a run with too few samples."""
     if len(signal.times) < LEAST:
         return None
     dummy, distance, t = DUMMIES[signal.pair.dummy], signal.values[:, 0], signal.times
-    pressed = (distance[0] - distance) * signal.metre
-    value, after = vc(pressed, float(t[1] - t[0]), scale=dummy.chest_scale, depth=dummy.chest_depth)
-    return {"value": value, "start": t[0] + after, "end": t[0] + after}
+    compression = (distance[0] - distance) * signal.metre
+    value, delay = vc(
+        compression, float(t[1] - t[0]), scale=dummy.chest_scale, depth=dummy.chest_depth
+    )
+    return {"value": value, "start": t[0] + delay, "end": t[0] + delay}
 
 
-def _nij(signal: Signal) -> Found:
+def _nij(signal: Signal) -> Value:
     limits, (force, moment) = DUMMIES[signal.pair.dummy].neck, signal.values.T
     assert limits is not None
     value, k, mode = nij(force * signal.newton, moment * signal.newton * signal.metre, limits)
     return {"value": value, "start": signal.times[k], "end": signal.times[k], "mode": mode}
 
 
-def _femur(signal: Signal) -> Found:
-    along = signal.values @ _first_axis(signal.model, signal.pair)
-    force, time = femur_force(along * signal.newton, signal.times), signal.times[np.argmin(along)]
+def _femur(signal: Signal) -> Value:
+    sensor = signal.pair
+    assert sensor.at is not None
+    origin = signal.model.origins[signal.model.mechanism.root_of(sensor.between[0])]
+    axis = on_axes(sensor, origin, origin, sensor.at[1] - sensor.at[0])
+    axial = signal.values @ np.asarray(axis / length(axis))
+    force, time = femur_force(axial * signal.newton, signal.times), signal.times[np.argmin(axial)]
     return {
         "value": force.ratio,
         "start": time,
@@ -213,18 +213,10 @@ def _femur(signal: Signal) -> Found:
     }
 
 
-OF_SIGNALS: dict[str, Callable[[Signal], Found | None]] = {
+OF_SIGNALS: dict[str, Callable[[Signal], Value | None]] = {
     "BrIC": _bric,
     "VC": _vc,
     "Nij": _nij,
     "femur": _femur,
 }
 """Criteria with a filter of their own."""
-
-
-def _first_axis(model: Model, sensor: RelativeSensor) -> FloatArray:
-    """Return the direction (3,) from the first point to the second at the start, sensor axes."""
-    origin = model.origins[model.mechanism.root_of(sensor.between[0])]
-    assert sensor.at is not None
-    way = on_axes(sensor, origin, origin, sensor.at[1] - sensor.at[0])
-    return np.asarray(way / length(way))

@@ -1,4 +1,4 @@
-"""Measure at each step: how points move, what acts on bodies, what elements carry."""
+"""Measure at each step: motions of points, forces on bodies, and forces in elements."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from contiga.simulation.sensor import RelativeSensor, Sensor
 from contiga.simulation.slave_sensor import NodeSensor, slave_of
 from contiga.simulation.system_state import SystemState
 
-_COLUMNS = {
+_LETTERS = {
     "acceleration": "a",
     "velocity": "v",
     "displacement": "",
@@ -24,11 +24,11 @@ _COLUMNS = {
     "moment": "m",
     "spin": "w",
 }
-_SUMMED = ("acceleration", "velocity", "force")
+_WITH_MAGNITUDE = ("acceleration", "velocity", "force")
 
 
 def sensor_columns(model: Model, state: SystemState, last: SystemState | None) -> dict[str, float]:
-    """Return what all sensors measure in `state`; `last` is the state before it."""
+    """Return the columns of all sensors of one body; `last` is the state before `state`."""
     columns: dict[str, float] = {}
     for sensor in model.point_sensors:
         columns |= point_columns(model, sensor, state, last)
@@ -74,18 +74,20 @@ def on_axes(
     return from_body(sensor, origin, product(pose[:3, :3].T, vector))
 
 
-def from_body(sensor: Sensor | RelativeSensor, origin: FloatArray, own: FloatArray) -> FloatArray:
+def from_body(
+    sensor: Sensor | RelativeSensor, origin: FloatArray, vector: FloatArray
+) -> FloatArray:
     """Return the components (3,) along a sensor's axes of a vector in the frame of its body.
 
     The frame was at `origin` (4, 4) at the start.
     """
     if isinstance(sensor.axes, str):
-        return own
-    return product(sensor.axes, product(origin[:3, :3], own))
+        return vector
+    return product(sensor.axes, product(origin[:3, :3], vector))
 
 
 def slave_columns(model: Model, state: SystemState) -> dict[str, float]:
-    """Return what all sensors of slaves measure in `state`."""
+    """Return the columns of all sensors of slaves."""
     columns: dict[str, float] = {}
     for sensor in model.slave_sensors:
         name, nodes = slave_of(sensor), model.sensor_nodes[sensor.name]
@@ -107,10 +109,10 @@ def slave_columns(model: Model, state: SystemState) -> dict[str, float]:
 
 
 def measure_columns(owner: str, measure: str, values: FloatArray) -> dict[str, float]:
-    """Return the columns of a vector (3,), named after `owner`, with its magnitude for most."""
-    name = owner + _COLUMNS[measure]
+    """Return the columns of a vector (3,) with the prefix `owner`, and its magnitude for some."""
+    name = owner + _LETTERS[measure]
     columns = vector_columns(name, values)
-    return columns | {name: length(values)} if measure in _SUMMED else columns
+    return columns | {name: length(values)} if measure in _WITH_MAGNITUDE else columns
 
 
 def vector_columns(name: str, values: FloatArray) -> dict[str, float]:
@@ -119,7 +121,7 @@ def vector_columns(name: str, values: FloatArray) -> dict[str, float]:
 
 
 def first_place(model: Model, i: int, at: FloatArray | None) -> FloatArray:
-    """Return where the point of a sensor is at the start: `at`, else the centre or the origin."""
+    """Return the point of a sensor at the start: `at`, else the centre of mass or the origin."""
     if at is not None:
         return at
     row = model.mechanism.row.get(i)
@@ -137,7 +139,7 @@ def point_velocity(state: SystemState, i: int, place: FloatArray) -> FloatArray:
 def point_acceleration(
     model: Model, i: int, place: FloatArray, step: tuple[SystemState | None, SystemState]
 ) -> FloatArray:
-    """Return the acceleration (3,) of a point of a body, world axes; None at the start."""
+    """Return the acceleration (3,) of a point of a body, world axes."""
     last, state = step
     linear, angular = acceleration(model, i, state, last)
     spin, arm = state.bodies.twists[i, 3:], place - state.bodies.poses[i, :3, 3]
@@ -147,30 +149,32 @@ def point_acceleration(
 def acceleration(
     model: Model, i: int, state: SystemState, last: SystemState | None
 ) -> tuple[FloatArray, FloatArray]:
-    """Return the acceleration (3,) of the origin of a body's frame, and its angular one.
+    """Return the linear acceleration (3,) of the origin of a body's frame, and the angular one.
 
-    Of a free body from the forces on it. Of a prescribed one as its motion tells, else from the
-    change of its velocity over the step; zero at the start.
+    It follows from the forces on a free body. For a prescribed one its motion gives it, else the
+    change of velocity over the step; zero at the start.
     """
     if i in model.mechanism.row:
         k = model.mechanism.row[i]
-        row, one = state.rigid[k], model.mechanism.fixed[k]
+        row, fixed = state.rigid[k], model.mechanism.fixed[k]
         spin = state.bodies.twists[i, 3:]
         R = quaternion.to_matrix(row[lanes.TURN : lanes.TURN + 4])
-        axes = product(R, one[lanes.AXES : lanes.AXES + 9].reshape(3, 3))
-        moments = one[lanes.MOMENTS : lanes.MOMENTS + 3]
+        axes = product(R, fixed[lanes.AXES : lanes.AXES + 9].reshape(3, 3))
+        moments = fixed[lanes.MOMENTS : lanes.MOMENTS + 3]
         momentum = product(axes, moments * product(axes.T, spin))
         torque = row[lanes.TORQUE : lanes.TORQUE + 3] - cross(spin, momentum)
-        if one[lanes.SPINS : lanes.SPINS + 3].all():
+        if fixed[lanes.SPINS : lanes.SPINS + 3].all():
             angular = product(axes, product(axes.T, torque) / moments)
         else:
-            free: NDArray[np.intp] = np.flatnonzero(one[lanes.SPINS : lanes.SPINS + 3])
+            free: NDArray[np.intp] = np.flatnonzero(fixed[lanes.SPINS : lanes.SPINS + 3])
             angular = np.zeros(3)
             if len(free):
                 inertia = product(axes * moments, axes.T)
                 angular[free] = solve(inertia[np.ix_(free, free)], torque[free])
         arm = state.bodies.poses[i, :3, 3] - row[lanes.CENTRE : lanes.CENTRE + 3]
-        linear = centre_acceleration(row, one) + cross(angular, arm) + cross(spin, cross(spin, arm))
+        linear = (
+            centre_acceleration(row, fixed) + cross(angular, arm) + cross(spin, cross(spin, arm))
+        )
         return linear, angular
     motion = model.mechanism.driven.get(i)
     if motion is not None and hasattr(motion, "acceleration"):
@@ -181,7 +185,7 @@ def acceleration(
     return change[:3], change[3:]
 
 
-def centre_acceleration(row: FloatArray, one: FloatArray) -> FloatArray:
-    """Return the acceleration (3,) of the centre of a free body; held ways have none."""
-    force, ways = row[lanes.FORCE : lanes.FORCE + 3], one[lanes.WAYS : lanes.WAYS + 3]
-    return np.asarray(force / one[lanes.MASS] * ways)
+def centre_acceleration(row: FloatArray, fixed: FloatArray) -> FloatArray:
+    """Return the acceleration (3,) of the centre of a free body, zero along locked axes."""
+    force, free_axes = row[lanes.FORCE : lanes.FORCE + 3], fixed[lanes.WAYS : lanes.WAYS + 3]
+    return np.asarray(force / fixed[lanes.MASS] * free_axes)

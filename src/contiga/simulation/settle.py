@@ -1,4 +1,4 @@
-"""Define how a simulation comes to rest before it runs, and what came of it."""
+"""Define how a simulation comes to rest before a run, and the outcome."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ class Settle:
 
     Parameters
     ----------
-    tolerance : residual at which it rests: the sum of the lengths of unbalanced forces of nodes,
-        over that of the loads, or of the reactions where there are none
-    steps : most steps that may take
+    tolerance : residual at rest: the sum of the magnitudes of unbalanced nodal forces, over that
+        of the loads, or of the reactions if there are no loads
+    steps : largest number of steps
     bodies : names of free bodies that come to rest as well; others stay where they start
 
     Raises
@@ -52,6 +52,6 @@ class Rest(NamedTuple):
     """The outcome of coming to rest."""
 
     steps: int
-    """It took."""
+    """Number of steps."""
     residual: float
-    """At its end."""
+    """Residual at the end, see `Settle.tolerance`."""

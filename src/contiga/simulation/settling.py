@@ -1,12 +1,12 @@
 """Bring a simulation to rest before a run: dynamic relaxation with kinetic damping.
 
-Time stands still for all that is prescribed. What deforms, and free bodies that are named, move by
-the forces on them in steps near the critical one, and lose their velocities whenever their kinetic
-energy has passed a peak, which is where forces balance (P. A. Cundall, 1976; M. R. Barnes, Int. J.
-Space Struct. 14, 1999). So nothing swings far beyond its place, which materials would remember.
-In between their velocities turn towards the forces, a little less each step: fast vibrations that
-every stop meets at their turn would stay else (E. Bitzek et al., Phys. Rev. Lett. 97, 2006). It
-takes a quarter of the steps of stops alone.
+Prescribed motions are stopped. Deforming slaves, and free bodies that are named, move by the forces
+on them in steps near the critical one. Their velocities are set to zero whenever the kinetic energy
+has passed a peak, which is where forces balance (P. A. Cundall, 1976; M. R. Barnes, Int. J. Space
+Struct. 14, 1999), so that nothing swings far beyond equilibrium, which materials would remember.
+Between stops the velocities are steered towards the forces, a little less each step; otherwise fast
+vibrations that every stop meets at their turning point would remain (E. Bitzek et al., Phys. Rev.
+Lett. 97, 2006). This takes a quarter of the steps of stops alone.
 """
 
 from __future__ import annotations
@@ -37,48 +37,49 @@ from contiga.simulation.joints import joint_states, react_joints
 from contiga.simulation.model import BodyPart, Model, SlavePart
 from contiga.simulation.settle import Rest, Settle
 from contiga.simulation.step import (
-    ForcesOn,
-    Stepped,
+    NodalForces,
+    StepResult,
     advance,
     energy_of,
-    frames,
+    kicked_bodies,
     place,
     wrenches,
 )
-from contiga.simulation.step_size import gone_too_far
+from contiga.simulation.step_size import unnoticed_passage
 from contiga.simulation.system_state import Acting, BodyStates, SystemState
 from contiga.simulation.triggers import trigger_states
 
 SAFETY = 0.7
-"""Part of the critical step that steps take: near it the fastest vibrations outlast the stops, and
-what begins far from its place goes astray."""
-STEERED, FADING = 0.1, 0.99
-"""Share of the velocities that turns to the forces in the step after a stop, and what of it is left
-for the next one."""
-JOINTED_SAFETY = 0.2
+"""Step as a share of the critical one: near 1 the fastest vibrations outlast the stops, and nodes
+that begin far from equilibrium go astray."""
+STEERING_SHARE, STEERING_DECAY = 0.1, 0.99
+"""Share of the velocities that is turned towards the forces in the step after a stop, and the
+factor on that share from step to step."""
+JOINT_SAFETY = 0.2
 """Share of the critical step with joints: a mechanism has few modes, and each must be stopped close
 to its peak of kinetic energy."""
 MAX_ROTATION = 0.2
 """Largest rotation in a step with joints, radians: beyond it the joints may not close."""
-GRAINS = 200
-"""Parts of the time of the run that a step takes where nothing bounds it."""
+STEPS_PER_RUN = 200
+"""Number of steps in the duration of the run if nothing bounds the step."""
 
 OnSettle = Callable[[int, float], Any]
 """Called with the number of each step and the residual after it."""
 
 
-def settled(model: Model, clock: Clock, on_settle: OnSettle | None = None) -> Stepped:
-    """Return the state at the start of `model`, once it has come to rest as `settling` asks.
+def come_to_rest(model: Model, clock: Clock, on_settle: OnSettle | None = None) -> StepResult:
+    """Return the state at the start of `model` after it has come to rest by `model.settling`.
 
     Raises
     ------
     InputError
-        Nothing is there that could settle.
+        The model has nothing that could come to rest.
     RunError
-        It has not come to rest in so many steps, or elements are unstable or inside out.
+        The model is not at rest after the largest number of steps, or elements are unstable or
+        inside out.
     """
-    settle = model.settling or Settle()
-    resting = _resting(model, settle)
+    options = model.settling or Settle()
+    resting = _resting_model(model, options)
     if not (resting.mechanism.deforms or len(resting.mechanism.free)):
         raise InputError(
             "nothing can come to rest: no slave deforms",
@@ -86,57 +87,57 @@ def settled(model: Model, clock: Clock, on_settle: OnSettle | None = None) -> St
             remedy="Name the free bodies that are to come to rest as its `bodies`",
         )
     state = advance(resting, None, model.stepping.start, clock).state
-    most = (model.stepping.end - model.stepping.start) / GRAINS
-    first = balance = _balance(resting, state)
-    residual = _residual(balance, first)
-    swing, share = 0.0, STEERED
-    for step in range(settle.steps):
-        if residual <= settle.tolerance:
-            return _taken_up(model, resting, state, Rest(step, residual), clock)
+    longest = (model.stepping.end - model.stepping.start) / STEPS_PER_RUN
+    first = imbalance = _imbalance(resting, state)
+    residual = _residual(imbalance, first)
+    swing, share = 0.0, STEERING_SHARE
+    for step in range(options.steps):
+        if residual <= options.tolerance:
+            return _first_state(model, resting, state, Rest(step, residual), clock)
         before = state
         # A step near the critical one, shorter where points go too far.
         critical = limit_of(resting, before).critical
-        safety = JOINTED_SAFETY if resting.joints else SAFETY
-        length_of_step = safety * critical if math.isfinite(critical) else most
+        safety = JOINT_SAFETY if resting.joints else SAFETY
+        length_of_step = safety * critical if math.isfinite(critical) else longest
         if resting.joints and (spin := float(row_lengths(before.bodies.twists[:, 3:]).max())) > 0.0:
             length_of_step = min(length_of_step, MAX_ROTATION / spin)
         while True:
             state = advance(resting, before, before.time + length_of_step, clock).state
-            shorter = gone_too_far(resting, before, state)
+            shorter = unnoticed_passage(resting, before, state)
             if shorter is None:
                 break
             length_of_step = shorter.step
         check_stable(resting, state)
-        balance = _balance(resting, state)
-        residual = _residual(balance, first)
+        imbalance = _imbalance(resting, state)
+        residual = _residual(imbalance, first)
         if on_settle is not None:
             on_settle(step + 1, residual)
-        # The kinetic energy in the middle of the step: at its ends that of the fastest vibrations,
-        # which go to and fro within two steps, is not what they have.
+        # The kinetic energy in the middle of the step: at the ends of a step it is wrong for the
+        # fastest vibrations, whose period is two steps.
         kinetic = state.energy.kinetic
         for name in resting.mechanism.masses:
             nodes, now = resting.mechanism.nodes[name], state.slaves[name]
-            moved = nodes.kinetic_between(before.slaves[name], now, state.step)
-            kinetic += moved - nodes.energy(now).kinetic
+            mid_kinetic = nodes.kinetic_between(before.slaves[name], now, state.step)
+            kinetic += mid_kinetic - nodes.energy(now).kinetic
         last_swing, swing = swing, kinetic
         if swing < last_swing:
-            state, swing, share = _stopped(resting, state), 0.0, STEERED
+            state, swing, share = _stopped(resting, state), 0.0, STEERING_SHARE
         else:
-            # A share of the velocities of nodes is turned to where the forces pull.
+            # A share of the velocities of nodes is turned towards the forces.
             slaves = {}
             for name, nodes in resting.mechanism.nodes.items():
-                acting = ForcesOn(resting, name, state.acting)
+                acting = NodalForces(resting, name, state.acting)
                 slaves[name] = nodes.steered(state.slaves[name], acting, resting.gravity, share)
-            state, share = replace(state, slaves=slaves), FADING * share
+            state, share = replace(state, slaves=slaves), STEERING_DECAY * share
     raise RunError(
-        f"it has not come to rest: after {settle.steps} steps the unbalanced forces are "
-        f"{residual:.3g} of the loads, and {settle.tolerance:g} were asked for. Is something held "
+        f"it has not come to rest: after {options.steps} steps the unbalanced forces are "
+        f"{residual:.3g} of the loads, and {options.tolerance:g} were asked for. Is something held "
         "by nothing? Else allow more steps, or a larger tolerance"
     )
 
 
-def _resting(model: Model, settle: Settle) -> Model:
-    """Return the model with nothing in motion but what is to come to rest."""
+def _resting_model(model: Model, settle: Settle) -> Model:
+    """Return the model in which only the parts that are to come to rest move."""
     start = model.stepping.start
     bodies, slaves = {}, {}
     resting: Any
@@ -150,13 +151,13 @@ def _resting(model: Model, settle: Settle) -> Model:
             assert not isinstance(motion, Dependent)
             resting = Stopped(motion, start)
         bodies[name] = BodyPart(body, resting)
-    for name, (slave, way) in model.slaves.items():
-        resting = way
-        if isinstance(way, Deforming):
-            resting = way.resting(start)
-        elif not isinstance(way, Dependent):
-            resting = Moved(way.points(start), Fixed())
-        elif isinstance(way, Free):
+    for name, (slave, slave_motion) in model.slaves.items():
+        resting = slave_motion
+        if isinstance(slave_motion, Deforming):
+            resting = slave_motion.resting(start)
+        elif not isinstance(slave_motion, Dependent):
+            resting = Moved(slave_motion.points(start), Fixed())
+        elif isinstance(slave_motion, Free):
             resting = Moved(slave.points, Fixed())
         slaves[name] = SlavePart(slave, resting)
     names, system = list(model.bodies), model.mechanism
@@ -164,7 +165,9 @@ def _resting(model: Model, settle: Settle) -> Model:
     def settles(end: str) -> bool:
         return end != GROUND and names[system.root_of(end)] in settle.bodies
 
-    joints = {name: one for name, one in model.joints.items() if any(map(settles, one.between))}
+    joints = {
+        name: joint for name, joint in model.joints.items() if any(map(settles, joint.between))
+    }
     return Model(
         bodies=bodies,
         slaves=slaves,
@@ -181,7 +184,7 @@ def _resting(model: Model, settle: Settle) -> Model:
 
 
 def _stopped(model: Model, state: SystemState) -> SystemState:
-    """Return the state without velocities."""
+    """Return the state with all velocities zero."""
     nodes = model.mechanism.nodes
     slaves = {name: nodes[name].stopped(slave) for name, slave in state.slaves.items()}
     rows, twists = state.rigid.copy(), state.bodies.twists.copy()
@@ -193,15 +196,15 @@ def _stopped(model: Model, state: SystemState) -> SystemState:
     return replace(state, slaves=slaves, rigid=rows, bodies=bodies, energy=energy)
 
 
-def _balance(model: Model, state: SystemState) -> Imbalance:
-    """Return how far the model is from rest."""
+def _imbalance(model: Model, state: SystemState) -> Imbalance:
+    """Return the unbalanced forces of the model."""
     system = model.mechanism
     force = load = reaction = rounding = 0.0
     for name, nodes in system.nodes.items():
-        acting = ForcesOn(model, name, state.acting)
-        one = nodes.imbalance(state.slaves[name], acting, model.gravity)
-        force, load = force + one.force, load + one.load
-        reaction, rounding = reaction + one.reaction, rounding + one.rounding
+        acting = NodalForces(model, name, state.acting)
+        of_slave = nodes.imbalance(state.slaves[name], acting, model.gravity)
+        force, load = force + of_slave.force, load + of_slave.load
+        reaction, rounding = reaction + of_slave.reaction, rounding + of_slave.rounding
     weight = math.sqrt(float((model.gravity**2).sum()))
     names = list(model.bodies)
     for row, fixed, i in zip(state.rigid, system.fixed, system.free, strict=True):
@@ -216,36 +219,36 @@ def _balance(model: Model, state: SystemState) -> Imbalance:
 def _residual(now: Imbalance, first: Imbalance) -> float:
     """Return the unbalanced forces over the loads.
 
-    Over the reactions where there are no loads; over those of the start where there are neither.
+    Without loads they are divided by the reactions; without these too, by their own initial value.
     """
     scale = now.load or now.reaction or first.force
     return now.force / scale if now.force > now.rounding else 0.0
 
 
-def _taken_up(
+def _first_state(
     model: Model, resting: Model, state: SystemState, rest: Rest, clock: Clock
-) -> Stepped:
-    """Return the run's own first state from one at rest: the ledger begins with it."""
+) -> StepResult:
+    """Return the first state of a run that starts at rest: its energies begin from there."""
     system, start = model.mechanism, model.stepping.start
     at_rest = _stopped(resting, state)
-    standing = place(model, None, start)
-    placed = Placed(*(array.copy() for array in standing.free))
+    placement = place(model, None, start)
+    placed = Placed(*(array.copy() for array in placement.free))
     for k, i in enumerate(system.free):
         at = resting.mechanism.row.get(int(i))
         if at is not None:
             placed.rows[k], placed.twists[k] = at_rest.rigid[at], 0.0
             placed.poses[k] = at_rest.bodies.poses[i]
-    poses, twists = standing.bodies.poses.copy(), standing.bodies.twists.copy()
+    poses, twists = placement.bodies.poses.copy(), placement.bodies.twists.copy()
     poses[system.free], twists[system.free] = placed.poses, placed.twists
     poses, twists = poses[system.root], twists[system.root]
-    now = standing.now._replace(poses=poses, twists=twists)
+    now = placement.now._replace(poses=poses, twists=twists)
     slaves = {
         name: nodes.taken_up(at_rest.slaves[name], now) for name, nodes in system.nodes.items()
     }
     bodies = BodyStates(system.index, poses, twists)
-    standing = standing._replace(bodies=bodies, slaves=slaves, free=placed, now=now)
+    placement = placement._replace(bodies=bodies, slaves=slaves, free=placed, now=now)
     contacts = {}
-    for part in model.contacts:  # as they rest: without rates, and with nothing lost yet
+    for part in model.contacts:  # at rest: without rates, and without losses so far
         points = at_rest.slaves[part.slave].points
         touched = part.contact.step(
             at_rest.contacts[part.name],
@@ -264,7 +267,7 @@ def _taken_up(
         for name, one in at_rest.springs.items()
     }
     rings = {name: one._replace(friction=0.0) for name, one in at_rest.slip_rings.items()}
-    gas = model.chambers.taken_up(at_rest.gas)
+    gas = model.chambers.first_states(at_rest.gas)
     joints = None
     if model.joints:
         joints = joint_states(model, None, bodies)
@@ -276,17 +279,17 @@ def _taken_up(
             if (law := settled_laws.get((entry.joint, entry.coordinate))) is not None:
                 at_standstill = law._replace(force=law.force - law.damper, damper=0.0)
                 joints.laws[k] = entry.law.begun(at_standstill)
-    between = Acting(contacts, springs, gas, rings, joints)
-    acting = wrenches(model, between, standing)
+    forces = Acting(contacts, springs, gas, rings, joints)
+    acting = wrenches(model, forces, placement)
     kinetic = kicked(placed, system.fixed, acting[system.free], 0.0)
     if joints is not None:
         kinetic, joints = react_joints(model, None, joints, placed, bodies, start, acting)
-        between = between._replace(joints=joints)
+        forces = forces._replace(joints=joints)
     inside = [nodes.energy(slaves[name]) for name, nodes in system.nodes.items()]
-    energy = energy_of(between, inside, kinetic, 0.0, None)
-    begun = SystemState(
+    energy = energy_of(forces, inside, kinetic, 0.0, None)
+    first_state = SystemState(
         start,
-        frames(system, standing),
+        kicked_bodies(system, placement),
         slaves,
         contacts,
         energy,
@@ -299,5 +302,5 @@ def _taken_up(
         peak_energy=energy.total,
         rest=rest,
     )
-    begun = replace(begun, triggers=trigger_states(model, None, begun))
-    return Stepped(begun, dict.fromkeys(contacts, 0.0))
+    first_state = replace(first_state, triggers=trigger_states(model, None, first_state))
+    return StepResult(first_state, dict.fromkeys(contacts, 0.0))

@@ -23,7 +23,7 @@ def filtered_columns(model: Model, history: dict[str, FloatArray]) -> dict[str, 
     """Return filtered accelerations of sensors, their resultants, and filtered spring forces."""
     columns: dict[str, FloatArray] = {}
     times = history["time"]
-    for name, (cls, raw) in _filtered(model).items():
+    for name, (cls, raw) in _filter_requests(model).items():
         if too_coarse(model, cls, history):
             continue
         grid, filtered = smooth(model, [f"{name}.{c}" for c in raw], cls, history)
@@ -35,38 +35,42 @@ def filtered_columns(model: Model, history: dict[str, FloatArray]) -> dict[str, 
     return columns
 
 
-def _filtered(model: Model) -> dict[str, tuple[str, tuple[str, ...]]]:
-    """Return who asks for a filter: its class, and the columns to be filtered."""
+def _filter_requests(model: Model) -> dict[str, tuple[str, tuple[str, ...]]]:
+    """Return the filter class and the columns to filter of each sensor and spring with a filter."""
     accelerations = ("ax", "ay", "az")
     sensors = {s.name: (s.filter, accelerations) for s in model.point_sensors if s.filter}
     springs = {name: (s.filter, ("force",)) for name, s in model.springs.items() if s.filter}
     return {**sensors, **springs}
 
 
-def _classes(model: Model) -> dict[str, list[str]]:
-    """Return who asks for filters, with the classes of its own and of its criteria."""
-    asked = {name: [cls] for name, (cls, _) in _filtered(model).items()}
+def _filter_classes(model: Model) -> dict[str, list[str]]:
+    """Return the filter classes of each sensor and spring, its own and those of its criteria."""
+    classes = {name: [cls] for name, (cls, _) in _filter_requests(model).items()}
     for sensor in model.sensors:
-        filters = [ALL_CRITERIA[one].filter for one in sensor.criteria]
+        filters = [ALL_CRITERIA[criterion].filter for criterion in sensor.criteria]
         of_criteria = [cls for cls in filters if cls is not None]
         if of_criteria:
-            asked[sensor.name] = list(dict.fromkeys([*asked.get(sensor.name, []), *of_criteria]))
-    return asked
+            classes[sensor.name] = list(
+                dict.fromkeys([*classes.get(sensor.name, []), *of_criteria])
+            )
+    return classes
 
 
 def too_coarse(model: Model, cls: str, history: Mapping[str, FloatArray]) -> bool:
-    """Return whether the steps are too long for a filter."""
+    """Return whether steps are too long for a filter class."""
     times = history["time"]
-    return len(times) < 2 or float(np.diff(times).max()) > (1.0 + _EQUAL_TOL) * _sample(model, cls)
+    return len(times) < 2 or float(np.diff(times).max()) > (1.0 + _EQUAL_TOL) * _longest_sample_of(
+        model, cls
+    )
 
 
 def longest_sample(model: Model) -> float:
     """Return the longest step that all filters allow; infinite without any."""
-    asked = (cls for classes in _classes(model).values() for cls in classes)
-    return min((_sample(model, cls) for cls in asked), default=np.inf)
+    all_classes = (cls for classes in _filter_classes(model).values() for cls in classes)
+    return min((_longest_sample_of(model, cls) for cls in all_classes), default=np.inf)
 
 
-def _sample(model: Model, cls: str) -> float:
+def _longest_sample_of(model: Model, cls: str) -> float:
     hertz = LEAST_RATE * int(cls.removeprefix("CFC"))
     return 1.0 / (hertz * base_factor(model.units[2], "time"))
 
@@ -74,51 +78,52 @@ def _sample(model: Model, cls: str) -> float:
 def smooth(
     model: Model, columns: Sequence[str], cls: str, history: Mapping[str, FloatArray]
 ) -> tuple[FloatArray, FloatArray]:
-    """Return times one step apart (m,) and columns of a history filtered there (m, k)."""
+    """Return even times (m,) and columns of a history filtered at these times (m, k)."""
     times, unit = history["time"], base_factor(model.units[2], "time")
     signal = np.stack([history[column] for column in columns], axis=1)
     grid = even_times(times, 1.0 / (FINE * int(cls.removeprefix("CFC"))) / unit)
     if grid is times:
         return times, _filtered_evenly(times, signal, (unit, cls))
-    # Integrals over each step, (n - 1, k): of an acceleration the change of velocity, which is
-    # exact; where that is not measured, and of all else, by the trapezoidal rule: for the centre of
-    # a free body the same.
-    along = {f"{sensor.name}.a" for sensor in model.point_sensors if not sensor.turns}
+    # Integrals over each step (n − 1, k): for an acceleration the exact change of velocity, if that
+    # is measured; otherwise by the trapezoidal rule, which is the same for the centre of a body.
+    in_world_axes = {f"{sensor.name}.a" for sensor in model.point_sensors if not sensor.turns}
     velocities = [f"{column[:-2]}v{column[-1]}" for column in columns]
-    if {column[:-1] for column in columns} <= along and all(v in history for v in velocities):
+    if {column[:-1] for column in columns} <= in_world_axes and all(
+        v in history for v in velocities
+    ):
         impulses = np.diff(np.stack([history[column] for column in velocities], axis=1), axis=0)
     else:
         impulses = trapezoids(times, signal)
-    even = means(grid, times, signal, impulses)
-    return grid, _filtered_evenly(grid, even, (unit, cls))
+    resampled = means(grid, times, signal, impulses)
+    return grid, _filtered_evenly(grid, resampled, (unit, cls))
 
 
 def _filtered_evenly(times: FloatArray, signal: FloatArray, how: tuple[float, str]) -> FloatArray:
-    """Filter a signal (n, k) at even times; `how` is (time unit in seconds, class)."""
+    """Return a signal (n, k) at even times, filtered; `how` is (time unit in seconds, class)."""
     unit, cls = how
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore", ContigaWarning)  # `signal_warnings` says it of the run
+        warnings.simplefilter("ignore", ContigaWarning)  # `signal_warnings` reports it
         return cfc(signal, float(times[1] - times[0]) * unit, cls)
 
 
 def signal_warnings(model: Model, history: dict[str, FloatArray]) -> list[str]:
-    """Return warnings: filters that the steps are too long for, or the run too short."""
-    warnings = []
-    for name, cls in ((n, cls) for n, classes in _classes(model).items() for cls in classes):
+    """Return warnings about filters for which the steps are too long or the run too short."""
+    texts = []
+    for name, cls in ((n, cls) for n, classes in _filter_classes(model).items() for cls in classes):
         if too_coarse(model, cls, history):
-            warnings.append(
+            texts.append(
                 f"{name}: the steps are too long for {cls}, which needs "
                 f"{LEAST_RATE} samples a second for each Hz of its class; nothing is filtered and "
                 'its criteria are left out. Take smaller steps, or step = "auto" with a shorter '
                 "largest one"
             )
             continue
-        kept = memory(int(cls.removeprefix("CFC"))) / base_factor(model.units[2], "time")
-        lasts = float(np.ptp(history["time"]))
-        if lasts < kept:
-            warnings.append(
-                f"{name}: the run lasts {lasts:.4g} {model.units[2]}, less than the memory of "
-                f"{cls}, {kept:.4g}: what is filtered may be off by a fifth of its size at the "
-                "ends, and its criteria with it"
+        memory_time = memory(int(cls.removeprefix("CFC"))) / base_factor(model.units[2], "time")
+        duration = float(np.ptp(history["time"]))
+        if duration < memory_time:
+            texts.append(
+                f"{name}: the run lasts {duration:.4g} {model.units[2]}, less than the memory of "
+                f"{cls}, {memory_time:.4g}: what is filtered may be off by a fifth of its size at "
+                "the ends, and its criteria with it"
             )
-    return warnings
+    return texts

@@ -40,10 +40,10 @@ from contiga.simulation.result import Result
 from contiga.simulation.run import RunOptions, carry_out
 from contiga.simulation.sensor import RelativeSensor, Sensor
 from contiga.simulation.settle import Settle
-from contiga.simulation.settling import settled
+from contiga.simulation.settling import come_to_rest
 from contiga.simulation.slave_sensor import NodeSensor, SectionSensor
 from contiga.simulation.step import advance
-from contiga.simulation.step_size import following
+from contiga.simulation.step_size import next_step
 from contiga.simulation.system_state import SystemState
 
 if TYPE_CHECKING:
@@ -55,17 +55,17 @@ class Simulation(Model):
 
     Parameters
     ----------
-    bodies : by name; a body alone stays where it is, ``(body, motion)`` moves: as prescribed,
-        `contiga.motion.Free` by the forces on it, `contiga.motion.Attached` with another body
-    slaves : by name; a slave alone stays, ``(slave, motion)`` moves: carried by the motion of a
-        body, by one with ``points(t)`` and ``velocities(t)``, attached to a body, or each node free
+    bodies : by name; a body alone is at rest, ``(body, motion)`` moves: as prescribed, by the
+        forces on it (`contiga.motion.Free`), or with another body (`contiga.motion.Attached`)
+    slaves : by name; a slave alone is at rest, ``(slave, motion)`` moves: with the motion of a
+        body, by ``points(t)`` and ``velocities(t)``, attached to a body, or with free nodes
     contacts : a list, or by name; each made with one of the bodies and one of the slaves
-    end, step : when to end, and how long a step is; the last one may be shorter. "auto": as long
-        as contacts, springs and turns allow, each step anew
-    start : when to begin
+    end, step : end time and length of a step; the last one may be shorter. "auto": each step as
+        long as contacts, springs and rotations allow
+    start : start time
     times : (n,) the times of all steps, in place of start, end and step
-    stepping : an object that tells the times, in place of all of them
-    safety : share of the critical step that "auto" takes at most
+    stepping : an object that gives the times, in place of all of these
+    safety : largest step of "auto", as a share of the critical one
     gravity : (3,) acceleration of free bodies and nodes
     springs : `contiga.Spring`, a list or by name
     slip_rings : `contiga.belts.SlipRing`, a list or by name: between springs, by their names
@@ -73,18 +73,18 @@ class Simulation(Model):
     loads : a list of `contiga.Load`
     gas : `contiga.gas.Chamber`, a list or by name
     sensors : a list of `contiga.Sensor`, `RelativeSensor`, `NodeSensor` and `SectionSensor`
-    allow_unstable : go on with steps longer than the critical one
-    settling : come to rest first: True, or how, as `contiga.Settle`
+    allow_unstable : allow steps longer than the critical one
+    settling : come to rest first: True, or options as `contiga.Settle`
     title, units : for reports; units are the names of length, mass and time
-    output : what a run writes
-    case_text, base_folder : the case it comes from, and the folder of that
-    findings : what was found out about its files as they were read; `check` tells it
+    output : files that a run writes
+    case_text, base_folder : text of the case, and its folder
+    findings : findings about its files from reading them; `check` reports them
 
     Raises
     ------
     InputError
-        Times that do not rise, a motion without its velocity, contacts of other bodies or slaves,
-        two of one name.
+        Times that do not increase, a motion without its velocity, contacts of other bodies or
+        slaves, two parts of the same name.
 
     Examples
     --------
@@ -135,11 +135,11 @@ class Simulation(Model):
         base_folder: Path | None = None,
         findings: Sequence[Finding] = (),
     ) -> None:
-        own_bodies = {
-            name: body_part(name, given) for name, given in by_name("bodies", bodies).items()
+        body_parts = {
+            name: body_part(name, part) for name, part in by_name("bodies", bodies).items()
         }
-        own_slaves = {
-            name: slave_part(name, given) for name, given in by_name("slaves", slaves).items()
+        slave_parts = {
+            name: slave_part(name, part) for name, part in by_name("slaves", slaves).items()
         }
         if isinstance(settling, bool):
             settling = Settle() if settling else None
@@ -151,9 +151,9 @@ class Simulation(Model):
                 allowed="contiga.Settle(…)",
             )
         super().__init__(
-            bodies=own_bodies,
-            slaves=own_slaves,
-            contacts=contact_parts(contacts, own_bodies, own_slaves),
+            bodies=body_parts,
+            slaves=slave_parts,
+            contacts=contact_parts(contacts, body_parts, slave_parts),
             stepping=_stepping(stepping, times, (start, end, step), safety),
             gravity=vector(gravity, "gravity"),
             springs=spring_parts(springs),
@@ -181,10 +181,10 @@ class Simulation(Model):
     def check(self) -> tuple[Finding, ...]:
         """Return doubts about the model, as `contiga check` lists them; empty if there are none.
 
-        Sizes, units, sides, placement, masses and laws are looked at, and the motion is gone
-        through by the search alone, in few steps, as far as it is foretold: wholly where it is
-        prescribed, to the first touch where bodies are free. `run` does it first, and adds what
-        the run itself shows; see `docs/checks.md`.
+        It checks sizes, units, sides, placement, masses and laws, and follows the motion by the
+        search alone, in a few steps, as far as it is known: to the end if it is prescribed, to the
+        first touch if bodies are free. `run` begins with this check and adds findings from the run
+        itself; see `docs/checks.md`.
         """
         return check_model(self)
 
@@ -193,16 +193,16 @@ class Simulation(Model):
         return advance(self, None, self.stepping.start, Clock()).state
 
     def settle(self) -> SystemState:
-        """Return the state at the start once all has come to rest: see `contiga.Settle`.
+        """Return the state at the start after settling: see `contiga.Settle`.
 
-        `run` begins with it where the simulation was made with `settling`.
+        `run` begins with it if the simulation was made with `settling`.
 
         Raises
         ------
         InputError
             No slave deforms, and no body is to settle.
         RunError
-            It has not come to rest in as many steps as are allowed.
+            The model is not at rest after the largest number of steps.
 
         Examples
         --------
@@ -225,7 +225,7 @@ class Simulation(Model):
         >>> state.rest.residual < 1e-3, state.slaves["block"].points[3].round(3).tolist()
         (True, [0.0, 0.0, -1.006])
         """
-        return settled(self, Clock()).state
+        return come_to_rest(self, Clock()).state
 
     def step(self, state: SystemState, *, dt: float | None = None) -> SystemState:
         """Return the state one step after `state`, which stays as it is.
@@ -258,7 +258,7 @@ class Simulation(Model):
                 allowed=f"< {self.stepping.end:g}",
                 remedy="Give dt to go on",
             )
-        return following(self, state, Clock()).state
+        return next_step(self, state, Clock()).state
 
     def to_pyvista(self, state: SystemState) -> pyvista.MultiBlock:
         """Return bodies and slaves of `state`, a block each, in a `pyvista.MultiBlock`.
@@ -291,16 +291,16 @@ class Simulation(Model):
         Parameters
         ----------
         out : folder for history, fields, checkpoint and summary; None keeps all in memory
-        resume : go on from the checkpoint in `out`; the results are the same bits as of one run
-        strict : refuse a model that looks wrong (see `check`); stop at a point that is not proved
-        settle_only : end where the run would begin, at rest
-        keep : keep the states of every so many steps in the result, the start counted; None none
+        resume : go on from the checkpoint in `out`; the results have the same bits as one run
+        strict : refuse a model with findings (see `check`); stop at a point that is not proved
+        settle_only : end at the start of the run, at rest
+        keep : keep the state of every `keep`-th step in the result, the start counted; None: none
         progress : called with steps done, steps in all, points in contact
-        on_check : called before the first step with what looks wrong about the model
+        on_check : called before the first step with the findings about the model
         on_step : called with the state of every step
-        on_slow : called once, with why and what would help, where at the pace of a minute the end
-            is more than an hour away
-        clock : goes on counting from what was spent before (reading, building)
+        on_slow : called once with a reason and advice, if the run will take more than an hour at
+            the pace of its last minute
+        clock : clock with the time spent before (reading, building)
 
         Raises
         ------
@@ -311,14 +311,14 @@ class Simulation(Model):
         MissingPackageError
             An output folder is asked for, and h5py is not installed.
         InputError
-            With `strict`, a model that looks wrong, before its first step or by what it has shown.
+            With `strict`, findings about the model, before its first step or after the run.
         RunError
             With `strict`, a point that is not certified.
 
         Notes
         -----
-        When the run is stopped (an exception, Ctrl-C) a checkpoint of the last whole step is left;
-        before the first one nothing is.
+        When the run is stopped (an exception, Ctrl-C) a checkpoint of the last complete step
+        remains; before the first one nothing remains.
         """
         options = RunOptions(
             resume=resume,
@@ -335,32 +335,32 @@ class Simulation(Model):
 
 
 def _stepping(
-    own: Stepping | None,
+    stepping: Stepping | None,
     times: ArrayLike | None,
-    equal: tuple[float, float | None, float | str | None],
+    interval: tuple[float, float | None, float | str | None],
     safety: float,
 ) -> Stepping:
-    """Return the way of stepping that was given: exactly one is allowed."""
-    start, end, step = equal
-    named = {"stepping": own, "times": times, "end": end, "step": step}
-    given = [name for name, value in named.items() if value is not None]
-    if own is not None and given == ["stepping"]:
-        missing = [n for n in ("start", "end", "after", "planned") if not hasattr(own, n)]
+    """Return the stepping from exactly one of `stepping`, `times`, or end and step."""
+    start, end, step = interval
+    named = {"stepping": stepping, "times": times, "end": end, "step": step}
+    names_given = [name for name, value in named.items() if value is not None]
+    if stepping is not None and names_given == ["stepping"]:
+        missing = [n for n in ("start", "end", "after", "planned") if not hasattr(stepping, n)]
         if missing:
             raise InputError(
                 f"has no {missing[0]}",
                 where="stepping",
-                found=own,
+                found=stepping,
                 allowed="an object with start, end, after(time) and planned()",
             )
-        return own
-    if times is not None and given == ["times"]:
+        return stepping
+    if times is not None and names_given == ["times"]:
         return GivenTimes(times)
-    if end is None or step is None or len(given) > 2:
+    if end is None or step is None or len(names_given) > 2:
         raise InputError(
             "give one of end+step, times, stepping",
             where="times",
-            found=", ".join(given) or None,
+            found=", ".join(names_given) or None,
         )
     if isinstance(step, str):
         if step != "auto":

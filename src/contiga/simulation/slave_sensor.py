@@ -16,12 +16,12 @@ from contiga.dynamics.places import box_told
 from contiga.errors import InputError
 from contiga.records import FloatArray, IndexArray
 from contiga.rigid.transform import vector
-from contiga.simulation.sensor import CUT, _checked_code, _several, _two_points
+from contiga.simulation.sensor import SPRING_MEASURES, _checked_code, _checked_names, _two_points
 
 NODE_MEASURES = ("displacement", "velocity")
-SECTION_MEASURES = CUT
-ASIDE = 0.5
-"""Of the diagonal of a slave's box that a node may be from where it is looked for."""
+SECTION_MEASURES = SPRING_MEASURES
+MAX_DISTANCE = 0.5
+"""Largest distance of a node from the place of its sensor, as a share of the slave's diagonal."""
 
 
 @dataclass(frozen=True, init=False, eq=False)
@@ -72,7 +72,7 @@ class NodeSensor:
         put(self, "name", name)
         put(self, "node", node)
         put(self, "at", read_only(vector(at, "at")))
-        put(self, "measures", _several("measures", measures, NODE_MEASURES))
+        put(self, "measures", _checked_names("measures", measures, NODE_MEASURES))
         put(self, "code", _checked_code(code))
 
 
@@ -80,10 +80,10 @@ class NodeSensor:
 class SectionSensor:
     """A sensor of the force that elements carry through a plane section of a slave.
 
-    The nodes beyond the plane, on the side that its normal points to, stay those of the section as
-    they move. The force is that of all elements on these nodes together, and so what the rest does
-    on what is beyond: of a slave that is pulled it points against the normal. Contacts, loads,
-    weight and damping of the nodes are no part of it.
+    The nodes beyond the plane, on the side of its normal, belong to the section throughout the run.
+    The force is the sum of all element forces on these nodes: the force of the remaining part on
+    the part beyond. In a slave in tension it points against the normal. Contacts, loads, weight and
+    damping of the nodes are not included.
 
     Parameters
     ----------
@@ -137,7 +137,7 @@ class SectionSensor:
                 allowed="a point and a direction that is not zero",
             )
         put(self, "plane", both)
-        put(self, "measures", _several("measures", measures, SECTION_MEASURES))
+        put(self, "measures", _checked_names("measures", measures, SECTION_MEASURES))
         put(self, "code", _checked_code(code))
 
 
@@ -150,7 +150,7 @@ def slave_of(sensor: SlaveSensor) -> str:
 
 
 def nodes_of(sensor: SlaveSensor, points: FloatArray) -> IndexArray:
-    """Return the numbers (k,) of the nodes of a slave with points (n, 3) that a sensor looks at.
+    """Return the numbers (k,) of the nodes of a slave with points (n, 3) that a sensor measures.
 
     Raises
     ------
@@ -161,13 +161,13 @@ def nodes_of(sensor: SlaveSensor, points: FloatArray) -> IndexArray:
         away = points - sensor.at
         nearest = np.argmin(row_products(away, away), keepdims=True)
         distance, size = length(away[nearest[0]]), length(np.ptp(points, axis=0))
-        if len(points) > 1 and distance > ASIDE * size:
+        if len(points) > 1 and distance > MAX_DISTANCE * size:
             raise InputError(
                 f"no node is near: the nearest one, {nearest[0]}, is {distance:.6g} away",
                 where=f"sensor {sensor.name!r}: at",
                 found=sensor.at.tolist(),
-                allowed=f"a place within {ASIDE * size:.6g} of a node of the slave, which reaches "
-                + box_told(points),
+                allowed=f"a place within {MAX_DISTANCE * size:.6g} of a node of the slave, which "
+                f"reaches {box_told(points)}",
             )
         return nearest
     point, normal = sensor.plane

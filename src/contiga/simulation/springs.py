@@ -1,4 +1,4 @@
-"""Take springs through a step, and write them into the history and the summary."""
+"""Advance springs and slip rings in a step, and write them into the history and the summary."""
 
 from __future__ import annotations
 
@@ -28,25 +28,25 @@ OF_SPRINGS = (
     *("force", "elongation", "rate"),
     *("energy_stored", "energy_hysteresis", "energy_damping"),
 )
-"""Columns of a spring: tension with its damper, how much longer it is than at rest and how fast it
-lengthens, what it would give back, and what it has lost since the start."""
+"""Columns of a spring: tension with its damper, elongation beyond the length at rest and its rate,
+stored energy, and energies lost since the start."""
 
 
 OF_DEVICES = ("paid_out", "travel", "pulled_in", "locked", "released", "energy_pretension")
-"""And of one with devices: length paid out since the start, travel of film and limiter under load,
-length pulled in; 1 from when the retractor has locked, and from when the end is released; and the
-work of the pretensioner."""
+"""Columns of a spring with devices: length paid out since the start, travel of film and limiter
+under load, length pulled in; 1 once the retractor has locked, and once the end is released; work of
+the pretensioner."""
 OF_SLIP_RINGS = ("slipped", "angle", "energy_friction")
-"""Of a slip ring: length that went from its first segment into the second, the angle by which the
-webbing turns, and the energy lost."""
-SWEEPS = 1000
-"""Times that all slip rings of a belt are gone through, one after the other."""
-SETTLED = 1e-15
-"""Part of the length of segments by which no ring slips any more."""
+"""Columns of a slip ring: length that slipped from its first segment into the second, wrap angle of
+the webbing, and energy lost."""
+MAX_SWEEPS = 1000
+"""Largest number of sweeps over all slip rings of a belt."""
+SLIP_TOL = 1e-15
+"""Slip in a sweep, as a share of the length of segments, at which the sweeps end."""
 
 
 class Ends(NamedTuple):
-    """Places of the ends of a spring."""
+    """Positions and velocities of the ends of a spring."""
 
     places: FloatArray
     """(2, 3) world."""
@@ -54,7 +54,7 @@ class Ends(NamedTuple):
     """(2, 3)."""
 
 
-class Pulled(NamedTuple):
+class SpringStates(NamedTuple):
     """Springs and slip rings at the end of a step."""
 
     springs: dict[str, SpringState]
@@ -67,8 +67,8 @@ def spring_states(
     bodies: BodyStates,
     slaves: Mapping[str, SlaveState],
     moment: Moment,
-) -> Pulled:
-    """Return all springs where their ends are now, after the state `last`; None at the start."""
+) -> SpringStates:
+    """Return all springs and slip rings at the end of a step from `last`; None at the start."""
     system = model.mechanism
     before: dict[str, SpringState] = {}
     ends: dict[str, Ends] = {}
@@ -86,7 +86,7 @@ def spring_states(
                 velocities[k] = shares @ state.velocities[nodes]
         ends[name] = Ends(places, velocities)
         before[name] = spring.at_rest if last is None else last.springs[name]
-    slips = _slips(model, before, ends, moment) if system.rings else {}
+    slips = _ring_slips(model, before, ends, moment) if system.rings else {}
     fed = dict.fromkeys(system.springs, 0.0)
     for name, sides in system.rings.items():
         fed[sides[0].spring] -= slips[name]
@@ -97,30 +97,31 @@ def spring_states(
         springs[name] = spring.begun(now) if last is None else now
     rings = {}
     for name, sides in system.rings.items():
-        old = SlipRingState() if last is None else last.slip_rings[name]
+        last_ring = SlipRingState() if last is None else last.slip_rings[name]
         differences = [
             states[sides[1].spring].force - states[sides[0].spring].force
             for states in (before, springs)
         ]
         lost = 0.0 if last is None else 0.5 * sum(differences) * slips[name]
-        angle = _angle(sides, ends)
-        rings[name] = SlipRingState(old.slipped + slips[name], old.friction + lost, angle)
-    return Pulled(springs, rings)
+        angle = _wrap_angle(sides, ends)
+        rings[name] = SlipRingState(
+            last_ring.slipped + slips[name], last_ring.friction + lost, angle
+        )
+    return SpringStates(springs, rings)
 
 
-def _slips(
+def _ring_slips(
     model: Model, before: Mapping[str, SpringState], ends: Mapping[str, Ends], moment: Moment
 ) -> dict[str, float]:
-    """Return how far webbing slips in each ring in a step.
+    """Return the length that slips through each ring in a step.
 
-    It slips until no tension is more than e^{μ θ} times the one on the other side.
-
-    Rings that share a segment are gone through one after the other until none slips any more.
+    Webbing slips until no tension is more than e^{μ θ} times the tension on the other side. Rings
+    that share a segment are solved one after the other, in sweeps, until none slips any more.
 
     Raises
     ------
     RunError
-        That does not come to an end.
+        The sweeps do not converge.
     """
     system = model.mechanism
     lengths = {}
@@ -129,7 +130,7 @@ def _slips(
             lengths[name] = math.dist(*ends[name].places.tolist())
     size = max(lengths.values())
     ratios = {
-        name: model.slip_rings[name].ratio(_angle(sides, ends))
+        name: model.slip_rings[name].ratio(_wrap_angle(sides, ends))
         for name, sides in system.rings.items()
     }
     fed = dict.fromkeys(lengths, 0.0)
@@ -139,7 +140,7 @@ def _slips(
         spring = system.springs[segment]
         return spring.moved(before[segment], lengths[segment], fed[segment] + more, moment).axial
 
-    for _ in range(SWEEPS):
+    for _ in range(MAX_SWEEPS):
         change = 0.0
         for name, (first, second) in system.rings.items():
             fed[first.spring] += slips[name]
@@ -151,7 +152,7 @@ def _slips(
             fed[second.spring] += slipped
             change = max(change, abs(slipped - slips[name]))
             slips[name] = slipped
-        if len(system.rings) == 1 or change <= SETTLED * size:
+        if len(system.rings) == 1 or change <= SLIP_TOL * size:
             return slips
     raise RunError(
         f"t = {moment.time:g}: the slip rings {', '.join(map(repr, slips))} do not settle: their "
@@ -159,14 +160,14 @@ def _slips(
     )
 
 
-def _angle(sides: tuple[RingSide, RingSide], ends: Mapping[str, Ends]) -> float:
-    """Return the angle by which the webbing turns between two segments, radians from 0 to π."""
-    ways = []
+def _wrap_angle(sides: tuple[RingSide, RingSide], ends: Mapping[str, Ends]) -> float:
+    """Return the wrap angle of the webbing between two segments, radians from 0 to π."""
+    directions = []
     for name, end in sides:
         places = ends[name].places
-        ways.append(places[1 - end] - places[end])
-    a, b = ways
-    # Straight on is where the two point away from each other.
+        directions.append(places[1 - end] - places[end])
+    a, b = directions
+    # The angle is zero where the two directions are opposite.
     return float(np.arctan2(length(cross(a, b)), -float((a * b).sum())))
 
 
@@ -188,16 +189,16 @@ def spring_columns(model: Model, state: SystemState) -> dict[str, float]:
     columns: dict[str, float] = {}
     for name, spring in model.mechanism.springs.items():
         now, rate = state.springs[name], 0.0
-        if now.length > 0.0:  # how fast it lengthens, at the end of the step; the ground stands
+        if now.length > 0.0:  # rate of elongation at the end of the step; the ground is at rest
             speeds = []
             for k, (i, slave, nodes, shares) in enumerate(model.mechanism.ends[name]):
                 if slave is not None:
                     speeds.append(shares @ state.slaves[slave].velocities[nodes])
                 else:
-                    at = now.ends[k]
-                    speeds.append(np.zeros(3) if i is None else point_velocity(state, i, at))
-            along = (now.ends[1] - now.ends[0]) / now.length
-            rate = float(np.sum(along * (speeds[1] - speeds[0])))
+                    devices = now.ends[k]
+                    speeds.append(np.zeros(3) if i is None else point_velocity(state, i, devices))
+            axis = (now.ends[1] - now.ends[0]) / now.length
+            rate = float(np.sum(axis * (speeds[1] - speeds[0])))
         values = (
             now.force,
             spring.elongation(now),
@@ -208,9 +209,18 @@ def spring_columns(model: Model, state: SystemState) -> dict[str, float]:
         )
         columns |= {f"{name}.{c}": float(v) for c, v in zip(OF_SPRINGS, values, strict=True)}
         if any(spring.devices):
-            at = now.devices
-            locked, released = (float(since <= state.time) for since in (at.locked, at.released))
-            of_devices = at.paid_out, at.travel, at.pulled_in, locked, released, at.work
+            devices = now.devices
+            locked, released = (
+                float(since <= state.time) for since in (devices.locked, devices.released)
+            )
+            of_devices = (
+                devices.paid_out,
+                devices.travel,
+                devices.pulled_in,
+                locked,
+                released,
+                devices.work,
+            )
             columns |= {f"{name}.{c}": v for c, v in zip(OF_DEVICES, of_devices, strict=True)}
     for name, ring in state.slip_rings.items():
         columns |= {
@@ -221,19 +231,18 @@ def spring_columns(model: Model, state: SystemState) -> dict[str, float]:
 
 
 def spring_summary(model: Model, history: Mapping[str, FloatArray]) -> dict[str, dict[str, Any]]:
-    """Return what a reader of the files needs of the springs, by name.
+    """Return the bodies, points and filter of each spring for the summary, by name.
 
-    Devices have the times of the first rows that find them locked and released, None where they
-    never are.
+    Devices have the times of the first rows in which they are locked and released, or None.
     """
     springs: dict[str, dict[str, Any]] = {}
     for name, spring in model.springs.items():
-        told = {"between": list(spring.between), "at": spring.at.tolist(), "filter": spring.filter}
+        entry = {"between": list(spring.between), "at": spring.at.tolist(), "filter": spring.filter}
         if spring.devices.retractor is not None:
-            told["locked"] = first_time(history, f"{name}.locked")
+            entry["locked"] = first_time(history, f"{name}.locked")
         if spring.devices.release is not None:
-            told["released"] = first_time(history, f"{name}.released")
-        springs[name] = told
+            entry["released"] = first_time(history, f"{name}.released")
+        springs[name] = entry
     return springs
 
 
@@ -244,7 +253,7 @@ def first_time(history: Mapping[str, FloatArray], column: str) -> float | None:
 
 
 def slip_ring_summary(model: Model) -> dict[str, dict[str, Any]]:
-    """Return what a reader of the files needs to know of slip rings, by name."""
+    """Return the segments and friction of slip rings for the summary, by name."""
     return {
         name: {"between": list(ring.between), "friction": ring.friction}
         for name, ring in model.slip_rings.items()

@@ -1,7 +1,10 @@
 """Take one step of a simulation: place what moves, then every contact, then apply their forces.
 
-Work is counted by the trapezoidal rule over each step, which is what a leapfrog does: its kinetic
-energy changes by just that, up to a term in the square of the step that comes back.
+Work is integrated by the trapezoidal rule over each step, which suits a leapfrog: its kinetic
+energy changes by exactly that work, up to a term in the square of the step that is recovered later.
+
+`advance` is one step: `place`, `contact_states`, `acting_forces`, the kick of bodies and nodes by
+these, and the energies.
 """
 
 from __future__ import annotations
@@ -16,7 +19,6 @@ import numpy as np
 from contiga.contact.loads import Column
 from contiga.contact.state import State
 from contiga.dynamics.belt_devices import Moment
-from contiga.dynamics.linkage import JointStates
 from contiga.dynamics.nodes import Instant, Pushes, SlaveState, Stored
 from contiga.dynamics.rigid_bodies import (
     Placed,
@@ -48,18 +50,18 @@ from contiga.simulation.system_state import Acting, BodyStates, Energy, SystemSt
 from contiga.simulation.triggers import firing_times, trigger_states
 
 
-class Stepped(NamedTuple):
-    """The outcome of a step."""
+class StepResult(NamedTuple):
+    """The state after a step, and how the step was made."""
 
     state: SystemState
-    walls: dict[str, float]
-    """Seconds each contact took, by contact."""
+    wall_times: dict[str, float]
+    """Wall-clock seconds of each contact, by name."""
     choice: Choice | None = None
-    """How its length was chosen; None where it was given."""
+    """Choice of an automatic step length; None for a given one."""
 
 
 class Placement(NamedTuple):
-    """Positions of all parts before the forces there are known: free velocities are foreseen."""
+    """Positions of all parts at the end of a step, with predicted velocities of free ones."""
 
     bodies: BodyStates
     slaves: dict[str, SlaveState]
@@ -67,8 +69,8 @@ class Placement(NamedTuple):
     now: Instant
 
 
-class ForcesOn(NamedTuple):
-    """Forces of contacts, springs and gas on a slave's nodes: see `Forces`."""
+class NodalForces(NamedTuple):
+    """Forces of contacts, springs and gas on the nodes of one slave; see `Forces`."""
 
     model: Model
     name: str
@@ -79,7 +81,7 @@ class ForcesOn(NamedTuple):
         return nodal_force(*self)
 
     def on_degrees(self) -> FloatArray | None:
-        """Return the forces (m, 3) on the degrees of freedom of a slave that is a master, too."""
+        """Return the forces (m, 3) on the degrees of freedom of a slave that is also a master."""
         forces = [
             self.acting.contacts[part.name].control_force
             for part in self.model.contacts
@@ -88,7 +90,7 @@ class ForcesOn(NamedTuple):
         return np.array(sum(forces[1:], forces[0])) if forces else None
 
     def listed(self) -> Pushes:
-        """Return the forces on those nodes that any act on."""
+        """Return the forces on the nodes on which any force acts."""
         columns = []
         for part in self.model.contacts:
             if part.slave == self.name:
@@ -135,25 +137,91 @@ def advance(
     time: float,
     clock: Clock,
     fired: Mapping[str, float] | None = None,
-) -> Stepped:
-    """Return the simulation at `time`, advanced from the state `last`; None at the start.
+) -> StepResult:
+    """Advance the simulation from the state `last` to `time`; None at the start.
 
-    `fired` are the times at which triggers fire, by sensor; those known in `last` if omitted. If
-    another trigger fires within the step, the step is repeated with it, so that its devices act in
-    the same step.
+    `fired` are the times at which triggers fire, by sensor; those of `last` if omitted. If another
+    trigger fires within the step, the step is repeated with it, so that its devices act in the same
+    step.
     """
     if fired is None:
-        fired = {} if last is None else firing_times(last.triggers)
-    begun = perf_counter()
-    standing = place(model, last, time)
-    clock.add("motion", begun)
-    system, now = model.mechanism, standing.now
+        fired = firing_times(last.triggers) if last is not None and model.triggered else {}
+    begin = perf_counter()
+    placement = place(model, last, time)
+    clock.add("motion", begin)
+    contacts, wall_times = contact_states(model, last, placement, clock)
+    system, now = model.mechanism, placement.now
+    bodies, slaves = placement.bodies, placement.slaves
+    if not (system.moved or model.sensors):
+        energy = contact_energy(contacts)
+        return StepResult(SystemState(time, bodies, slaves, contacts, energy, now.dt), wall_times)
+    begin = perf_counter()
+    acting = acting_forces(model, last, placement, contacts, fired)
+    if last is not None:
+        for name in system.masses:
+            forces = NodalForces(model, name, acting)
+            slaves[name] = system.nodes[name].kick(last.slaves[name], slaves[name], forces, now)
+    total = wrenches(model, acting, placement)
+    kinetic = kicked(placement.free, system.fixed, total[system.free], now.dt)
+    if acting.joints is not None:
+        kinetic, joints = react_joints(
+            model, last, acting.joints, placement.free, bodies, time, total
+        )
+        acting = acting._replace(joints=joints)
+    external, initial, peak = 0.0, None, 0.0
+    if last is not None:
+        external = last.energy.external + external_work(model, last, placement, acting, total)
+        initial, peak = last.energy.initial, last.peak_energy
+    of_slaves = [system.nodes[name].energy(slaves[name]) for name in system.masses]
+    energy = energy_of(acting, of_slaves, kinetic, external, initial)
+    # Twists of free bodies are now those after the kick, and what rides on bodies follows them.
+    bodies = kicked_bodies(system, placement)
+    now = now._replace(twists=bodies.twists)
+    for name in system.riding:
+        slaves[name] = system.nodes[name].carried(slaves[name], now)
+    state = SystemState(
+        time,
+        bodies,
+        slaves,
+        contacts,
+        energy,
+        step=now.dt,
+        rigid=placement.free.rows,
+        wrenches=total,
+        springs=acting.springs,
+        gas=acting.gas,
+        slip_rings=acting.rings,
+        joints=acting.joints,
+        rest=None if last is None else last.rest,
+        peak_energy=max(peak, energy.total + energy.lost),
+    )
+    if model.triggered:
+        triggers = trigger_states(model, last, state)
+        new_times = {
+            name: fires
+            for name, fires in firing_times(triggers).items()
+            if name not in fired and fires <= time
+        }
+        if new_times:
+            return advance(model, last, time, clock, {**fired, **new_times})
+        for name, fires in fired.items():
+            triggers[name] = triggers[name]._replace(fires=fires)
+        state = replace(state, triggers=triggers)
+    clock.add("motion", begin)
+    return StepResult(state, wall_times)
+
+
+def contact_states(
+    model: Model, last: SystemState | None, placement: Placement, clock: Clock
+) -> tuple[dict[str, State], dict[str, float]]:
+    """Return all contacts where their sides stand now, and the seconds that each took, by name."""
+    system, now = model.mechanism, placement.now
     contacts: dict[str, State] = {}
-    walls: dict[str, float] = {}
+    wall_times: dict[str, float] = {}
     for part in model.contacts:
-        begun = perf_counter()
-        i, slave = system.index[part.master], standing.slaves[part.slave]
-        points = model.shapes.points(part.master, time, standing.slaves)
+        begin = perf_counter()
+        i, slave = system.index[part.master], placement.slaves[part.slave]
+        points = model.shapes.points(part.master, now.time, placement.slaves)
         if last is None:
             state = part.contact.start(
                 slave.points, now.poses[i], control_points=points, clock=clock
@@ -167,22 +235,28 @@ def advance(
                 velocity=slave.velocities,
                 twist=now.twists[i].reshape(2, 3),
                 control_points=points,
-                control_velocity=model.shapes.velocity(part.master, time, standing.slaves),
+                control_velocity=model.shapes.velocity(part.master, now.time, placement.slaves),
                 clock=clock,
             )
         contacts[part.name] = state
-        walls[part.name] = perf_counter() - begun
-    if not (system.moved or model.sensors):
-        energy = contact_energy(contacts)
-        bodies, slaves = standing.bodies, standing.slaves
-        return Stepped(SystemState(time, bodies, slaves, contacts, energy, now.dt), walls)
-    begun = perf_counter()
-    system, now = model.mechanism, standing.now
-    moment = Moment(now.time, now.dt, fired)
+        wall_times[part.name] = perf_counter() - begin
+    return contacts, wall_times
+
+
+def acting_forces(
+    model: Model,
+    last: SystemState | None,
+    placement: Placement,
+    contacts: dict[str, State],
+    fired: Mapping[str, float],
+) -> Acting:
+    """Return the forces of contacts, springs, gas and joints where all parts stand now."""
+    now, slaves = placement.now, placement.slaves
     springs: dict[str, SpringState] = {}
     rings: dict[str, SlipRingState] = {}
-    if system.springs:
-        springs, rings = spring_states(model, last, standing.bodies, standing.slaves, moment)
+    if model.mechanism.springs:
+        moment = Moment(now.time, now.dt, fired)
+        springs, rings = spring_states(model, last, placement.bodies, slaves, moment)
     gas: dict[str, ChamberState] = {}
     if model.gas:
 
@@ -194,69 +268,10 @@ def advance(
             ]
             return covered_by(touching, model.slaves[slave].slave)
 
-        filled = None if last is None else last.gas
-        gas = model.chambers.states(
-            filled, standing.slaves, covered, now.time, now.dt, moment.fired
-        )
-    joints: JointStates | None = None
-    if model.joints:
-        joints = joint_states(model, last, standing.bodies)
-    acting = Acting(contacts, springs, gas, rings, joints)
-    if last is not None:
-        for name in system.masses:
-            before, there = last.slaves[name], standing.slaves[name]
-            forces = ForcesOn(model, name, acting)
-            standing.slaves[name] = system.nodes[name].kick(before, there, forces, now)
-    total = wrenches(model, acting, standing)
-    kinetic = kicked(standing.free, system.fixed, total[system.free], now.dt)
-    if joints is not None:
-        kinetic, joints = react_joints(
-            model, last, joints, standing.free, standing.bodies, now.time, total
-        )
-        acting = acting._replace(joints=joints)
-    external, initial, peak = 0.0, None, 0.0
-    if last is not None:
-        external = last.energy.external
-        external += external_work(model, last, standing, acting, total)
-        initial, peak = last.energy.initial, last.peak_energy
-    inside = []
-    for name in system.masses:
-        inside.append(system.nodes[name].energy(standing.slaves[name]))
-    energy = energy_of(acting, inside, kinetic, external, initial)
-    bodies = frames(system, standing)
-    now = now._replace(twists=bodies.twists)
-    for name in system.riding:
-        standing.slaves[name] = system.nodes[name].carried(standing.slaves[name], now)
-    moved = SystemState(
-        now.time,
-        bodies,
-        standing.slaves,
-        contacts,
-        energy,
-        step=now.dt,
-        rigid=standing.free.rows,
-        wrenches=total,
-        springs=springs,
-        gas=gas,
-        slip_rings=rings,
-        joints=joints,
-        rest=None if last is None else last.rest,
-        peak_energy=max(peak, energy.total + energy.lost),
-    )
-    if model.triggered:
-        triggers = trigger_states(model, last, moved)
-        within = {
-            name: fires
-            for name, fires in firing_times(triggers).items()
-            if name not in fired and fires <= time
-        }
-        if within:
-            return advance(model, last, time, clock, {**fired, **within})
-        for name, fires in fired.items():
-            triggers[name] = triggers[name]._replace(fires=fires)
-        moved = replace(moved, triggers=triggers)
-    clock.add("motion", begun)
-    return Stepped(moved, walls)
+        last_gas = None if last is None else last.gas
+        gas = model.chambers.states(last_gas, slaves, covered, now.time, now.dt, fired)
+    joints = joint_states(model, last, placement.bodies) if model.joints else None
+    return Acting(contacts, springs, gas, rings, joints)
 
 
 def place(model: Model, last: SystemState | None, time: float) -> Placement:
@@ -298,31 +313,27 @@ def place(model: Model, last: SystemState | None, time: float) -> Placement:
         if last is None:
             slaves[name] = nodes.start(now)
         else:
-            acting = ForcesOn(model, name, last.acting)
+            acting = NodalForces(model, name, last.acting)
             slaves[name] = nodes.drift(last.slaves[name], acting, now)
     return Placement(BodyStates(system.index, poses, twists), slaves, free, now)
 
 
-def frames(system: Mechanism, standing: Placement) -> BodyStates:
-    """Return the bodies with the twists that free ones have once they are kicked."""
-    twists = standing.bodies.twists.copy()
-    twists[system.free] = standing.free.twists
+def kicked_bodies(system: Mechanism, placement: Placement) -> BodyStates:
+    """Return the bodies with the twists that free ones have after the kick."""
+    twists = placement.bodies.twists.copy()
+    twists[system.free] = placement.free.twists
     if system.attached:
         twists = twists[system.root]
-    return BodyStates(system.index, standing.bodies.poses, twists)
+    return BodyStates(system.index, placement.bodies.poses, twists)
 
 
-def wrenches(
-    model: Model,
-    acting: Acting,
-    standing: Placement,
-) -> FloatArray:
+def wrenches(model: Model, acting: Acting, placement: Placement) -> FloatArray:
     """Return force and moment (n, 6) on each body about the origin of its frame, world axes.
 
-    Of a body that others are attached to, with those on these; zero of what is attached. Slaves
-    are to be at the end of the step, elements with their forces there.
+    A body carries what acts on the bodies attached to it, whose own rows are zero. Slaves must be
+    at the end of the step, elements with their forces there.
     """
-    system, poses = model.mechanism, standing.bodies.poses
+    system, poses = model.mechanism, placement.bodies.poses
     total = np.zeros((len(system.index), 6))
     for part in model.contacts:
         state, sides = acting.contacts[part.name], model.mechanism.sides[part.name]
@@ -330,11 +341,11 @@ def wrenches(
         straight(add_wrench)(state.wrench, sides.about, poses[i], total[i])
         if host is not None:
             rows, force = state.kept.force
-            points = standing.slaves[part.slave].points[rows]
+            points = placement.slaves[part.slave].points[rows]
             add_forces(total[host], points, force, poses[host, :3, 3])
     for name, nodes in system.nodes.items():
         for host, points, force in nodes.pulls(
-            standing.slaves[name], ForcesOn(model, name, acting)
+            placement.slaves[name], NodalForces(model, name, acting)
         ):
             add_forces(total[host], points, force, poses[host, :3, 3])
     if acting.springs:
@@ -342,9 +353,9 @@ def wrenches(
     if acting.joints is not None:
         model.linkage.add_laws(acting.joints, poses, total)
     if system.loads:
-        add_loads(model, poses, standing.free.rows, standing.now.time, total)
+        add_loads(model, poses, placement.free.rows, placement.now.time, total)
     if len(system.free) and model.gravity.any():
-        add_gravity(standing.free, system.fixed, model.gravity, system.free, total)
+        add_gravity(placement.free, system.fixed, model.gravity, system.free, total)
     return total
 
 
@@ -357,7 +368,7 @@ def add_forces(
 
 
 def contact_energy(contacts: Mapping[str, State]) -> Energy:
-    """Return the energies of the contacts alone: what moves them does their work."""
+    """Return the energies of the contacts alone; the work on them counts as external."""
     stored = hysteresis = damping = friction = work = 0.0
     for state in contacts.values():
         energy = state.energy
@@ -378,8 +389,8 @@ def energy_of(
 ) -> Energy:
     """Return the energies of a system.
 
-    `kinetic` is that of its bodies, `external` the work since the start, `initial` the energy then,
-    None at the start itself.
+    `kinetic` is the energy of its bodies, `external` the work done on the system since the start,
+    and `initial` the energy at the start, None at the start itself.
     """
     of_contacts = contact_energy(acting.contacts)
     strain, hysteresis, damping = 0.0, of_contacts.hysteresis, of_contacts.damping
@@ -415,41 +426,42 @@ def energy_of(
 def external_work(
     model: Model,
     last: SystemState,
-    standing: Placement,
+    placement: Placement,
     acting: Acting,
     wrenches: FloatArray,
 ) -> float:
-    """Return the work done from outside in a step.
+    """Return the work done on the system in a step.
 
-    Gravity, loads, pretensioners and what moves prescribed bodies and points do it, and the
-    enthalpy of gas that comes and goes counts.
+    Gravity, loads, pretensioners and prescribed motions do work; the enthalpy of inflowing gas,
+    less that of outflowing gas, is added.
     """
-    system, slaves, work = model.mechanism, standing.slaves, 0.0
+    system, slaves, work = model.mechanism, placement.slaves, 0.0
     if model.gravity.any():
-        rows = standing.free.rows
+        rows = placement.free.rows
         work += work_of_gravity(last.rigid, rows, system.fixed, model.gravity)
         for name in system.masses:
             nodes = system.nodes[name]
             work += nodes.by_gravity(last.slaves[name], slaves[name], model.gravity)
     if system.loads:
-        work += work_of_loads(model, last, standing.bodies.poses, standing.free.rows, standing.now)
+        poses, rows = placement.bodies.poses, placement.free.rows
+        work += work_of_loads(model, last, poses, rows, placement.now)
     of_bodies = of_points = 0.0
     for i in system.driven:
         both = last.wrenches[i] + wrenches[i]
         if not both.any():
             continue
-        X0, X1 = last.bodies.poses[i], standing.bodies.poses[i]
+        X0, X1 = last.bodies.poses[i], placement.bodies.poses[i]
         turn = quaternion.rotation_vector(to_quaternion(X0), to_quaternion(X1))
         of_bodies -= 0.5 * float((both[:3] * (X1[:3, 3] - X0[:3, 3])).sum())
         of_bodies -= 0.5 * float((both[3:] * turn).sum())
     for part in model.contacts:
-        if model.shapes.is_told(part.master):
-            was, now = last.contacts[part.name], acting.contacts[part.name]
-            both = was.control_force + now.control_force
-            of_bodies -= 0.5 * float((both * (now.control_points - was.control_points)).sum())
+        if model.shapes.is_prescribed(part.master):
+            old, new = last.contacts[part.name], acting.contacts[part.name]
+            both = old.control_force + new.control_force
+            of_bodies -= 0.5 * float((both * (new.control_points - old.control_points)).sum())
     for name, nodes in system.nodes.items():
-        if nodes.host is None:  # else the body has their forces
-            before, after = (ForcesOn(model, name, each) for each in (last.acting, acting))
+        if nodes.host is None:  # else their forces act on the host
+            before, after = (NodalForces(model, name, each) for each in (last.acting, acting))
             of_points += nodes.by_motion(last.slaves[name], slaves[name], before, after)
     for name, spring in acting.springs.items():
         work += spring.devices.work - last.springs[name].devices.work

@@ -1,4 +1,4 @@
-"""Write into the history why each step was as long as it was."""
+"""Write the reasons for the lengths of automatic steps into the history and the summary."""
 
 from __future__ import annotations
 
@@ -13,24 +13,24 @@ from contiga.simulation.reasons import Choice, Cut, Reason
 REASON, OF, TRIES, ENERGY_ERROR = "step.reason", "step.of", "step.tries", "step.energy_error"
 SINGLE, LAG, LATE = "step.single", "step.lag", "step.late"
 COLUMNS = (REASON, OF, TRIES, ENERGY_ERROR, SINGLE, LAG, LATE)
-"""Columns of automatic steps: number of the `Reason`, of its part in `names_of` (−1 for none),
-steps worked out, energy balance error that no shorter one would have reduced, ω h of single
-points that swing and are not followed, radians of phase that they are off by, and the time by which
-free nodes hand on a force that they share early or late."""
+"""Columns of automatic steps: number of the `Reason`, number of its part in `names_of` or −1,
+steps computed, energy balance error that shorter steps have not reduced, ω h of single points whose
+swing is not followed, their phase error in radians, and the time by which free nodes hand over a
+shared force early or late."""
 
-LAGGED = 0.02
-"""Radians of phase, all in all, from on which it is told: 2 % of the largest force in mid-swing."""
-SHIFTED = 1e-3
-"""Of the run: by so much or by a step, the longer, what is handed on may be early or late."""
+LAG_TOL = 0.02
+"""Total phase error, radians, up to which there is no warning: 2 % of the force in mid-swing."""
+LATE_TOL = 1e-3
+"""Allowed error of the time of a hand-over, as a share of the run; at least one step."""
 
-FOLLOWED = 0.3
-"""ω h up to which a swing is right to about 1 % over half of it."""
-RIGHT = 0.01
-"""Radians of phase that a swing is right to 1 % with."""
+FOLLOWED_SWING = 0.3
+"""ω h up to which half a swing is accurate to about 1 %."""
+PHASE_TOL = 0.01
+"""Phase error, radians, with which a swing is accurate to 1 %."""
 
 
 def names_of(model: Model) -> list[str]:
-    """Return what asks for short steps, in words, by its number in histories."""
+    """Return the parts that may limit steps, in words, by their numbers in histories."""
     return [
         *(f"contact {part.name!r}" for part in model.contacts),
         *(f"viscous friction of contact {part.name!r}" for part in model.contacts),
@@ -40,7 +40,7 @@ def names_of(model: Model) -> list[str]:
 
 
 def step_columns(model: Model, choice: Choice | None) -> dict[str, float]:
-    """Return the columns of one step; at the start those of none."""
+    """Return the columns of one step; default values at the start."""
     if choice is None:
         return dict(zip(COLUMNS, (float(Reason.LARGEST), -1.0, *5 * (0.0,)), strict=True))
     names = names_of(model)
@@ -53,31 +53,32 @@ def step_columns(model: Model, choice: Choice | None) -> dict[str, float]:
 def single_warnings(history: dict[str, FloatArray]) -> list[str]:
     """Return warnings about single points that steps do not follow.
 
-    They swing faster than steps follow, or so long that their phase is off, or forces on them come
-    early or late.
+    The points swing too fast for the steps, or so long that their phase is wrong, or forces on them
+    come early or late.
     """
     if SINGLE not in history:
         return []
     warnings: list[str] = []
     time, single, lag, late = (history[name] for name in ("time", SINGLE, LAG, LATE))
-    off = float(lag.sum())
+    total_lag = float(lag.sum())
     at = int(np.argmax(single if single.any() else lag))
     step = time[at] - time[at - 1]
     if single.any():
-        how = f"swing faster than steps follow, most at t = {time[at]:g} (ω h = {single[at]:.2g})"
-        largest = step * FOLLOWED / single[at]
-    elif off > LAGGED:
-        how = f"swing for so long that they are {off:.2g} rad off, most of it at t = {time[at]:g}"
-        largest = step * np.sqrt(RIGHT / off)
-    if single.any() or off > LAGGED:
+        text = f"swing faster than steps follow, most at t = {time[at]:g} (ω h = {single[at]:.2g})"
+        largest = step * FOLLOWED_SWING / single[at]
+    elif total_lag > LAG_TOL:
+        text = f"swing for so long that they are {total_lag:.2g} rad off, "
+        text += f"most of it at t = {time[at]:g}"
+        largest = step * np.sqrt(PHASE_TOL / total_lag)
+    if single.any() or total_lag > LAG_TOL:
         warnings.append(
-            f"step: single nodes, or points that share one force, {how}: what one of them does, "
+            f"step: single nodes, or points that share one force, {text}: what one of them does, "
             "and how what stands on them rocks, is stable there and not right to phase; sums and "
             f"ways of whole bodies are. A time.largest of {largest:.2g} follows them"
         )
-    # Points that hand on a force early or late by more than a step.
+    # Points that hand over a force early or late by more than a step.
     steps = np.diff(time, prepend=time[0])
-    excess = late / np.maximum(steps, SHIFTED * (time[-1] - time[0])) if late.any() else late
+    excess = late / np.maximum(steps, LATE_TOL * (time[-1] - time[0])) if late.any() else late
     at = int(np.argmax(excess))
     if excess[at] > 1.0:
         largest = float(steps[: at + 1].max()) / np.sqrt(excess[at])
@@ -90,35 +91,35 @@ def single_warnings(history: dict[str, FloatArray]) -> list[str]:
 
 
 def steps_summary(model: Model, history: dict[str, FloatArray]) -> dict[str, Any]:
-    """Return how often each reason, by its part, determined an automatic step.
+    """Return how often each reason, with its part, determined an automatic step.
 
-    Keys: `least` step and `when`, `tries` worked out, `let_pass` steps with an energy
+    Keys: `shortest` step and `when`, `tries` worked out, `let_pass` steps with an energy
     balance error that shorter ones would not reduce, its sum `energy_error`, and `reasons`, a list
-    with the most frequent first: `number` (as columns have it), `reason`, `of`, `told`, `steps`,
-    `time`. Empty of other steps.
+    with the most frequent first: `number` (as in the columns), `reason`, `of`, `told`, `steps`,
+    `time`. The result is empty for steps that are not automatic.
     """
     if REASON not in history or len(history["time"]) < 2:
         return {}
     lengths, names = np.diff(history["time"]), names_of(model)
     reasons, of, tries, error = (history[name][1:] for name in (REASON, OF, TRIES, ENERGY_ERROR))
     entries = []
-    for reason, who in sorted({*zip(reasons.tolist(), of.tolist(), strict=True)}):
-        rows = (reasons == reason) & (of == who)
-        cut = Cut(0.0, Reason(int(reason)), names[int(who)] if who >= 0 else "")
+    for reason, part in sorted({*zip(reasons.tolist(), of.tolist(), strict=True)}):
+        rows = (reasons == reason) & (of == part)
+        cut = Cut(0.0, Reason(int(reason)), names[int(part)] if part >= 0 else "")
         entries.append(
             {
-                "number": [int(reason), int(who)],
+                "number": [int(reason), int(part)],
                 "reason": cut.reason.name.lower(),
                 "of": cut.of,
-                "told": cut.said(),
+                "told": cut.text(),
                 "steps": int(rows.sum()),
                 "time": float(lengths[rows].sum()),
             }
         )
-    least = int(np.argmin(lengths))
+    shortest = int(np.argmin(lengths))
     return {
-        "least": float(lengths[least]),
-        "when": float(history["time"][least + 1]),
+        "least": float(lengths[shortest]),
+        "when": float(history["time"][shortest + 1]),
         "tries": int(tries.sum()),
         "let_pass": int(np.count_nonzero(error)),
         "energy_error": float(error.sum()),

@@ -1,29 +1,29 @@
-"""Choose how long the next step is: as given, or as long as named reasons allow.
+"""Choose the length of the next step: a given one, or as long as named reasons allow.
 
-An automatic step is proposed by what is known before it: the critical step, how fast
-forces change, turns, rows of tables, the step before. Then it is worked out and judged by what
-happened in it: how far points went, whether one went in and out, what is stiffer than foreseen, its
-energy balance error. What objects has it taken again, shorter; for energy only where that helps,
-and never below the shortest step. Every choice follows from the states alone.
+An automatic step is proposed from the state before it: the critical step, the rate of change of
+forces, rotations, rows of tables, and the step before. The step is then computed and judged: how
+far points went, whether one passed in and out, whether a contact became stiffer, and its energy
+balance error. A rejected step is repeated, shorter; for energy only if that helps, and never below
+the shortest step. Every choice follows from the states alone.
 
-*What changes.* In a step h a leapfrog's velocity is off by about h²/12 of the rate at which the
-acceleration changes. A body that swings at ω on what it touches changes it by ω² v: so steps that
-are to be right to a share ε of the largest velocity take h = √(12 ε)/ω in an impact, and any length
-that is stable at rest, in steady sliding and in rolling, where the forces of single points change
-and their sum does not. Elastic forces and friction count, as far as they change smoothly; how hard
-damping pulls counts as a swing of a part of its decay. Free nodes count all together, and are
-followed less closely: there may be many, and what each does is seldom asked for.
+*Change of forces.* In a step h the velocity of a leapfrog has an error of about h²/12 times the
+rate of change of the acceleration. A body that swings at ω on a contact changes its acceleration
+by ω² v. An error of ε times the largest velocity therefore allows h = √(12 ε)/ω in an impact, and
+any stable length at rest, in steady sliding and in rolling, where the forces of single points
+change and their sum does not. Elastic forces and friction count as far as they change smoothly;
+damping counts as a swing at a fraction of its decay rate. Free nodes count all together and are
+followed less closely: there may be many, and single ones are seldom of interest.
 
-*What is handed over.* The deepest point carries the force of a law that acts as one; those nearly
-as deep share it. Two nodes change over while the difference of their depths goes through a small
-part of the depth: so small errors of place make large ones of what each carries, and a node that is
-let go too early leaves with another velocity. Each hand-over multiplies what was wrong before it,
+*Hand-over of a shared force.* The deepest points carry the force of a law that acts as one. Two
+nodes change over while the difference of their depths passes through a small part of the depth.
+Small errors of position therefore become large errors of the force on each node, and a node that
+is released too early leaves with another velocity. Each hand-over multiplies the errors before it,
 at any step. With a the acceleration of a node and d the speed at which depths part, a step h leaves
-bounds of
+the bounds
 
-    place     x ← x + h v + h² |Δa|/24        the error of a leapfrog itself: ω²h²/24 in phase
+    position  x ← x + h v + h² |Δa|/24        the error of a leapfrog itself: ω²h²/24 in phase
     time      τ = x/d                         by which the hand-over is early or late
-    velocity  v ← v + |Δa| min(τ, h)          what was handed over, for so long
+    velocity  v ← v + |Δa| min(τ, h)          the wrong acceleration over that time
 
 (small errors carried along; Hairer, Lubich, Wanner, Geometric Numerical Integration, ch. IX, has
 the first).
@@ -52,135 +52,136 @@ from contiga.rigid.frames import cross, to_world, turn_to_world
 from contiga.rigid.rigid_lanes import AXES, CENTRE, FORCE, MASS, MOMENTS, SPINS, TORQUE, WAYS
 from contiga.simulation.clock import Clock
 from contiga.simulation.critical import Limit, Rates, check_stable, find_limit, limit_of
-from contiga.simulation.load_forces import load_work_beyond_way
+from contiga.simulation.load_forces import unrealised_load_work
 from contiga.simulation.mechanism import Mechanism
 from contiga.simulation.model import ContactPart, Model
 from contiga.simulation.reasons import Choice, Cut, Reason
 from contiga.simulation.signals import longest_sample
-from contiga.simulation.step import ForcesOn, Stepped, add_forces, advance, nodal_force
+from contiga.simulation.step import NodalForces, StepResult, add_forces, advance, nodal_force
 from contiga.simulation.system_state import SystemState
 from contiga.simulation.triggers import kinks_of_triggers
 
-RESOLVED = 0.018
-"""Part of 1/ω of a body's fastest vibration that a step takes where that has all the energy: its
-phase is right to ω²h²/24 then, its amplitude to ω²h²/8."""
-OF_NODES = 0.0144
-"""What the shaking of free nodes counts for: steps of 0.15/ω, eight times as long, follow them."""
-OF_DRAG = 0.0162
-"""The same of a decay γ by viscous friction that changes as fast: steps of 0.14/γ follow it."""
-DAMPED = 0.25
-"""A decay γ counts as a vibration of so much of it: it has no phase to be right."""
-TURNED, DRIVEN = 0.025, 0.1
-"""Of a radian, that a free body turns in a step, and one whose turns a motion says exactly."""
-SHORTEST = 0.002
-"""Part of the critical step below which nothing but stability, ways and kinks shortens one: a fifth
-of what follows a swing that has all the energy."""
-SHORTEST_OF_ELEMENTS = 0.05
-"""The same where elements ring: from there steps grow slowly."""
+SWING_STEP = 0.018
+"""Step times ω of a body's fastest vibration if that has all the energy: the error of its phase is
+ω²h²/24 then, that of its amplitude ω²h²/8."""
+NODE_WEIGHT = 0.0144
+"""Weight of the force rate of free nodes: steps of 0.15/ω, eight times as long, follow them."""
+DRAG_WEIGHT = 0.0162
+"""Weight of the rate of viscous friction with a decay γ: steps of 0.14/γ follow it."""
+DECAY_WEIGHT = 0.25
+"""Frequency, as a fraction of a decay rate γ, as which damping counts: a decay has no phase."""
+MAX_TURN, MAX_DRIVEN_TURN = 0.025, 0.1
+"""Largest rotation in a step, radians, of a free body, and of one that a motion turns exactly."""
+SHORTEST_SHARE = 0.002
+"""Share of the critical step below which only stability, travel and kinks shorten a step: a fifth
+of the step that follows a swing with all the energy."""
+ELEMENT_SHORTEST_SHARE = 0.05
+"""The same for models with elements: from there steps grow slowly."""
 GROWTH = 1.5
-GROWTH_OF_ELEMENTS, GAINED = 1.1, 2e-6
-"""What a leapfrog keeps of elements is E − h² Σ F²/(8 m), so that a step which is cut while a
-contact pushes and grows while it does not adds energy every time. It grows by so little, and
-changes that by no more than a part of the largest energy."""
-LOST = 4e-6
-"""Part of the largest energy so far that a step may miss in the balance: a thousandth in all where
-each of 250 steps leaves so much, and hardly any does."""
-LOST_OF_ELEMENTS = 2e-5
-"""The same where elements ring: what many steps miss has both signs, and is a thousandth in all."""
-LEAKED = 2.0
-"""So many times the energy a time that shorter steps have not kept is let pass."""
-LEARNT = 0.25
-"""Part by which one step that does not help is believed: a force that jumps looks the same once."""
-JUMPS = 0.2
-"""Weight of work that may be missing, or too much, as chance has it."""
-COARSER = 2.0
-"""A step that ends where one so much shorter would be taken is too long: it met something stiff."""
-SAME = 1.05
-"""Times the shortest step that a step may be and need not be taken again."""
-LEAST = 1e-9
-"""Part of the longest step below which nothing shortens one."""
-FORGOTTEN = 0.05
-"""Part of ω that a swing is forgotten by."""
-UNFOLLOWED = (0.5, 1e-4), (0.3, 1e-3)
-"""ω h from which on single points that swing are not followed, and the part of the velocity of all
-the energy that the kick of a step must change by for that to show: a rebound is off by (ω h)²/8."""
-PHASED = 0.05
-"""ω h up to which single points are right to phase for a while: fifteen swings take 0.01 rad."""
-SWUNG = 1e-3
-"""Part of the velocity of all the energy that single points swing with where their phase counts."""
-PARTED = 1e-4
-"""And with which depths of points that share a force part; less where they turn round."""
-HANDED = 1e-4
-"""Minimum change of velocity in a step, as a fraction of that of all the energy, for the hand-over
-error to count."""
-OWN = 1.0 / 24.0
-"""Of h² |Δa|: what the place of a node is off by after a step."""
-SPAN = 0.02
-"""Part of its master's size that a slave may go in a step, where it may touch."""
-AIM = 0.9
-"""Part of the way that was allowed which the next try takes."""
-LEAST_PART = 0.1
-"""Part of a step that the next try takes at least."""
-CLIPPED = 0.01
-"""Part of its way in the step: a point that grazes no deeper has felt nothing."""
-STEEP = 0.05
-"""Part of its way inside: one that is so deep half way does not graze, however short that is."""
+ELEMENT_GROWTH, ELEMENT_ENERGY_GAIN = 1.1, 2e-6
+"""A leapfrog conserves E − h² Σ F²/(8 m) of elements, so that a step which shrinks while a contact
+pushes and grows while it does not adds energy every time. Steps therefore grow by at most this
+factor, and change that term by at most this share of the largest energy."""
+ENERGY_TOL = 4e-6
+"""Energy balance error allowed in a step, as a share of the largest energy so far: a thousandth in
+all if each of 250 steps has it, and hardly any does."""
+ELEMENT_ENERGY_TOL = 2e-5
+"""The same for models with elements: errors of many steps have both signs, a thousandth in all."""
+LEAK_FACTOR = 2.0
+"""Allowed error, as a multiple of the energy per time that shorter steps have not conserved."""
+LEAK_GAIN = 0.25
+"""Weight of one unsuccessful retry in the leak: a force that jumps looks the same once."""
+JUMP_WEIGHT = 0.2
+"""Weight of work whose error has a random sign."""
+MAX_STEP_RATIO = 2.0
+"""Largest ratio of a step to the one that its end state allows: beyond, something stiff was met."""
+SHORTEST_MARGIN = 1.05
+"""Multiple of the shortest step up to which a step is not repeated."""
+MIN_STEP_SHARE = 1e-9
+"""Share of the longest step below which nothing shortens a step."""
+FORGETTING_RATE = 0.05
+"""Decay rate of the memory of a swing, as a fraction of its ω."""
+UNFOLLOWED_SWINGS = (0.5, 1e-4), (0.3, 1e-3)
+"""Pairs of ω h above which swings of single points are not followed, and of the velocity change in
+a step, over √(2 E_peak), from which it matters: a rebound has an error of (ω h)²/8."""
+PHASE_LIMIT = 0.05
+"""ω h up to which single points keep their phase for a while: fifteen swings lose 0.01 rad."""
+SWING_SHARE = 1e-3
+"""Velocity amplitude of single points, over √(2 E_peak), from which their phase counts."""
+PARTING_SHARE = 1e-4
+"""The same for the speed at which depths of points that share a force part."""
+HAND_OVER_SHARE = 1e-4
+"""Minimum change of velocity in a step, as a fraction of √(2 E_peak), for the hand-over error to
+count."""
+PLACE_ERROR = 1.0 / 24.0
+"""Error of the position of a node after a step, as a fraction of h² |Δa|."""
+MAX_TRAVEL = 0.02
+"""Largest travel of a slave in a step where it may touch, as a share of the master's size."""
+RETRY_SAFETY = 0.9
+"""Share of the allowed travel that the next trial uses."""
+MIN_RETRY = 0.1
+"""Shortest next trial, as a share of the rejected step."""
+GRAZING_DEPTH = 0.01
+"""Depth up to which a point only grazes a body, as a share of its travel in the step."""
+STEEP_DEPTH = 0.05
+"""Depth half way inside, as a share of the path inside, from which a point does not graze."""
 
 
 NO_LIMIT = Limit(math.inf, "", Rates())
-"""Of what no forces move."""
+"""Limit of a model that no forces move."""
 
 
 class HandOver(NamedTuple):
-    """The motion in a step of points that share a force, and their error after it."""
+    """Errors of points that share a force after a step, and the timing of a hand-over in it."""
 
     place: float = 0.0
     """Error of the depths of nodes, length."""
     speed: float = 0.0
-    """And of how fast these change, length/time."""
+    """Error of the rate of these depths, length/time."""
     late: float = 0.0
-    """Time by which a hand-over in this step is early or late; 0 where there is none."""
+    """Time by which a hand-over in this step is early or late; 0 without one."""
     parting: float = math.inf
-    """√m times the speed at which depths of points that share a force part, m the mass of what they
-    move; infinite where none share."""
+    """√m times the speed at which depths of points that share a force part, with m the mass that
+    they move; infinite if no points share a force."""
 
 
 class Start(NamedTuple):
-    """The state where a step begins, and what is known of it."""
+    """The state at the start of a step, with its limits."""
 
     state: SystemState
     most: float
-    """The longest step there is."""
+    """The longest step allowed at all."""
     limit: Limit
-    """Of what lasts in it."""
+    """Critical step of what does not depend on the step."""
     kicks: float
     """Σ F²/(8 m) over the nodes of elements."""
 
 
-class Try(NamedTuple):
-    """A step that was computed, and what it shows."""
+class Trial(NamedTuple):
+    """A computed step with the quantities by which it is judged."""
 
-    stepped: Stepped
+    stepped: StepResult
     limit: Limit
-    """Of what lasts at its end."""
+    """Critical step at its end of what does not depend on the step."""
     shaking: float = 0.0
+    """Rate of change of forces over √mass, see `shaking_of`."""
     missing: float = 0.0
-    """Its energy balance error."""
-    bearable: float = math.inf
-    """What that may be: as much as in those before it, however short."""
+    """Energy balance error of the step."""
+    allowed: float = math.inf
+    """Largest allowed energy balance error."""
     least: float = 0.0
-    """The shortest step that it may be cut to, but for stability."""
+    """The shortest step that it may be cut to, except for stability."""
     single: float = 0.0
-    """ω h of single points that swing in it, and that it does not follow."""
+    """ω h of single points whose swing the step does not follow."""
     lag: float = 0.0
-    """Radians of phase by which those are off in it that swing and show."""
+    """Phase error, radians, of single points whose swing matters."""
     handed: HandOver = HandOver()
-    """How points that share a force hand it on."""
+    """Hand-over between points that share a force."""
     late: float = 0.0
-    """Time by which they hand it on early or late, where that shows."""
+    """Time by which the hand-over is early or late, if that matters."""
 
 
-def following(model: Model, last: SystemState, clock: Clock) -> Stepped:
+def next_step(model: Model, last: SystemState, clock: Clock) -> StepResult:
     """Return the step after `last`.
 
     Raises
@@ -191,13 +192,13 @@ def following(model: Model, last: SystemState, clock: Clock) -> Stepped:
     """
     stepping = model.stepping
     if isinstance(stepping, AutoSteps):
-        stepped = _chosen(model, stepping, last, clock)
+        stepped = _automatic_step(model, stepping, last, clock)
     else:
         time = stepping.after(last.time)
         if model.mechanism.moved and not model.allow_unstable:
-            begun = perf_counter()
+            begin = perf_counter()
             limit, step = find_limit(model, last), time - last.time
-            clock.add("motion", begun)
+            clock.add("motion", begin)
             if step > limit.critical:
                 raise RunError(
                     f"t = {last.time:g}: the step of {step:.4g} is longer than the critical one of "
@@ -211,9 +212,11 @@ def following(model: Model, last: SystemState, clock: Clock) -> Stepped:
     return stepped
 
 
-def _chosen(model: Model, stepping: AutoSteps, last: SystemState, clock: Clock) -> Stepped:
-    """Return a step as long as it may be."""
-    begun = perf_counter()
+def _automatic_step(
+    model: Model, stepping: AutoSteps, last: SystemState, clock: Clock
+) -> StepResult:
+    """Return a step that is as long as allowed."""
+    begin = perf_counter()
     if model.mechanism.followers and model.mechanism.moved and not model.allow_unstable:
         limit = limit_of(model, last, "following")
         if last.step > limit.critical:
@@ -225,84 +228,86 @@ def _chosen(model: Model, stepping: AutoSteps, last: SystemState, clock: Clock) 
     limit = limit_of(model, last, "lasting") if model.mechanism.moved else NO_LIMIT
     kicks = 0.0
     for name, nodes in model.mechanism.joined.items():
-        acting = ForcesOn(model, name, last.acting)
+        acting = NodalForces(model, name, last.acting)
         kicks += nodes.kick_energy(last.slaves[name], acting, model.gravity)
     start = Start(last, stepping.most, limit, kicks)
-    cut = proposed(model, stepping, start)
-    clock.add("motion", begun)
-    longer: Try | None = None
-    # The last two steps before a kink share what is left, so that none is tiny.
+    cut = propose_step(model, stepping, start)
+    clock.add("motion", begin)
+    rejected: Trial | None = None
+    # The last two steps before a kink share the time left, so that none is tiny.
     kinks = [*model.kinks, *kinks_of_triggers(model, last)]
-    until = min((time for time in kinks if time > last.time), default=stepping.end)
-    at_end = not until < stepping.end
-    until = min(until, stepping.end)
-    left, reason = until - last.time, Reason.END if at_end else Reason.KINK
-    for tries in count(1):
+    next_end = min((time for time in kinks if time > last.time), default=stepping.end)
+    at_end = not next_end < stepping.end
+    next_end = min(next_end, stepping.end)
+    time_left, reason = next_end - last.time, Reason.END if at_end else Reason.KINK
+    for n_tries in count(1):
         time = last.time + cut.step
-        if cut.step >= left:
-            time, cut = until, Cut(left, reason) if cut.step > left else cut
-        elif 2.0 * cut.step > left:
-            time, cut = last.time + 0.5 * left, Cut(0.5 * left, reason)
+        if cut.step >= time_left:
+            time, cut = next_end, Cut(time_left, reason) if cut.step > time_left else cut
+        elif 2.0 * cut.step > time_left:
+            time, cut = last.time + 0.5 * time_left, Cut(0.5 * time_left, reason)
         stepped = advance(model, last, time, clock)
-        begun = perf_counter()
-        now = Try(stepped, NO_LIMIT)
+        begin = perf_counter()
+        trial = Trial(stepped, NO_LIMIT)
         if model.mechanism.moved:
-            now = tried(model, stepping, start, stepped)
-        loses = model.mechanism.keeps_energy and now.missing > now.bearable
-        shorter = objection(model, stepping, start, now, loses=loses)
-        clock.add("motion", begun)
+            trial = judge_step(model, stepping, start, stepped)
+        loses_energy = model.mechanism.keeps_energy and trial.missing > trial.allowed
+        shorter = rejection(model, stepping, start, trial, loses_energy=loses_energy)
+        clock.add("motion", begin)
         if shorter is None:
-            handed, missed = now.handed, 0.0
-            judged = model.mechanism.keeps_energy and not loses
-            if judged and now.missing > _lost(model, stepped.state):
-                missed = now.missing  # let pass: shorter steps have not reduced it
+            accepted_error = 0.0
+            is_judged = model.mechanism.keeps_energy and not loses_energy
+            if is_judged and trial.missing > _energy_tolerance(model, stepped.state):
+                accepted_error = trial.missing  # accepted: shorter steps have not reduced it
             state = replace(
                 stepped.state,
-                shaking=now.shaking,
-                leak=leak_of(last, now, longer),
-                place_error=handed.place,
-                speed_error=handed.speed,
+                shaking=trial.shaking,
+                leak=leak_of(last, trial, rejected),
+                place_error=trial.handed.place,
+                speed_error=trial.handed.speed,
             )
-            choice = Choice(cut, tries, missed, now.single, now.lag, now.late)
+            choice = Choice(cut, n_tries, accepted_error, trial.single, trial.lag, trial.late)
             return stepped._replace(state=state, choice=choice)
-        if loses and shorter.reason in (Reason.ENERGY, Reason.SHORTEST):
-            longer = now
+        if loses_energy and shorter.reason in (Reason.ENERGY, Reason.SHORTEST):
+            rejected = trial
         cut = shorter
-    raise AssertionError("there is always another step")
+    raise AssertionError("the loop always returns")
 
 
-def proposed(model: Model, stepping: AutoSteps, start: Start) -> Cut:
-    """Return the longest step that is foreseen to be right, and why it is not longer."""
-    last, most = start.state, start.most
-    cuts = [Cut(most, Reason.LARGEST)]
+def propose_step(model: Model, stepping: AutoSteps, start: Start) -> Cut:
+    """Return the longest step that is expected to be accepted, and why it is not longer."""
+    last, longest = start.state, start.most
+    cuts = [Cut(longest, Reason.LARGEST)]
     if model.sensors or model.springs:
         cuts.append(Cut(longest_sample(model), Reason.SAMPLE))
     for part in model.contacts:
-        # Points that a motion drives go as far as they may.
-        if part.name in model.driven_contacts and (speed := _speed(model, part, last)) > 0.0:
+        # Points that a motion drives may go as far as allowed.
+        if part.name in model.driven_contacts and (speed := _max_speed(model, part, last)) > 0.0:
             before = last.contacts[part.name]
-            room = _room(model, part, before, np.full(len(before.patch), most * speed / AIM))
-            step = AIM * float(room.min(initial=math.inf)) / speed
+            travel = np.full(len(before.patch), longest * speed / RETRY_SAFETY)
+            allowed = _allowed_travel(model, part, before, travel)
+            step = RETRY_SAFETY * float(allowed.min(initial=math.inf)) / speed
             cuts.append(Cut(step, Reason.WAY, f"contact {part.name!r}"))
     shaking = last.shaking
-    if not last.step:  # nothing is known of changes: as if all there is swung
-        bodies, nodes = _fastest(start.limit.bodies), _fastest(start.limit.nodes)
-        shaking = max(bodies**2, OF_NODES * nodes**2) * math.sqrt(2.0 * last.peak_energy)
-    cut = min([*cuts, *_met(model, stepping, start, last, start.limit, shaking)])
-    if not 0.0 < last.step < cut.step:  # of others nothing grows
+    if not last.step:  # no rates of change yet: assume that all the energy swings
+        bodies = _highest_frequency(start.limit.bodies)
+        nodes = _highest_frequency(start.limit.nodes)
+        shaking = max(bodies**2, NODE_WEIGHT * nodes**2) * math.sqrt(2.0 * last.peak_energy)
+    cut = min([*cuts, *_cuts_in_state(model, stepping, start, last, start.limit, shaking)])
+    if not 0.0 < last.step < cut.step:
         return cut
     if not model.mechanism.deforms:
         grown = GROWTH * last.step
     else:
         square = last.step * last.step
         if start.kicks > 0.0:
-            gained = square + GAINED * last.peak_energy / start.kicks
-            square = min(gained, GROWTH_OF_ELEMENTS**2 * square)
+            gained = square + ELEMENT_ENERGY_GAIN * last.peak_energy / start.kicks
+            square = min(gained, ELEMENT_GROWTH**2 * square)
         grown = math.sqrt(square)
     return min(cut, Cut(grown, Reason.GROWTH))
 
 
-def _met(
+def _cuts_in_state(
     model: Model,
     stepping: AutoSteps,
     start: Start,
@@ -310,153 +315,154 @@ def _met(
     limit: Limit,
     shaking: float,
 ) -> list[Cut]:
-    """Limit steps by what may be met without being foreseen at their start: turns and stiffness."""
+    """Return the longest steps by rotations, stability and swings in one state."""
     cuts: list[Cut] = []
     system = model.mechanism
     for i in (*system.free.tolist(), *system.driven):
         spin = length(state.bodies.twists[i, 3:])
         if spin > 0.0:
-            part = TURNED if i in system.row else DRIVEN
+            part = MAX_TURN if i in system.row else MAX_DRIVEN_TURN
             cuts.append(Cut(part / spin, Reason.TURN, f"body {list(model.bodies)[i]!r}"))
     if system.moved:
         cuts.append(Cut(stepping.safety * limit.critical, Reason.CRITICAL, limit.of))
         if shaking > 0.0:
-            followed = RESOLVED * math.sqrt(math.sqrt(2.0 * state.peak_energy) / shaking)
-            least = _shortest(model, stepping, start.most, limit.critical)
+            followed = SWING_STEP * math.sqrt(math.sqrt(2.0 * state.peak_energy) / shaking)
+            least = _shortest_step(model, stepping, start.most, limit.critical)
             cuts.append(Cut(max(followed, least), Reason.SWING, limit.of))
     return cuts
 
 
-def _shortest(model: Model, stepping: AutoSteps, most: float, critical: float) -> float:
-    """Return the step that only stability, ways and kinks go below."""
-    part = SHORTEST_OF_ELEMENTS if model.mechanism.deforms else SHORTEST
+def _shortest_step(model: Model, stepping: AutoSteps, most: float, critical: float) -> float:
+    """Return the length below which only stability, travel and kinks shorten a step."""
+    part = ELEMENT_SHORTEST_SHARE if model.mechanism.deforms else SHORTEST_SHARE
     return stepping.shortest or part * min(critical, most)
 
 
-def _fastest(rates: Rates) -> float:
+def _highest_frequency(rates: Rates) -> float:
     """Return the highest ω of any vibration, 1/time."""
-    return max(math.sqrt(rates.square), DAMPED * rates.decay)
+    return max(math.sqrt(rates.square), DECAY_WEIGHT * rates.decay)
 
 
-def tried(model: Model, stepping: AutoSteps, start: Start, stepped: Stepped) -> Try:
-    """Return a step with what it shows."""
+def judge_step(model: Model, stepping: AutoSteps, start: Start, stepped: StepResult) -> Trial:
+    """Return a computed step with the quantities by which it is judged."""
     last, state = start.state, stepped.state
     limit = limit_of(model, state, "lasting")
     energetic = math.sqrt(2.0 * state.peak_energy)
     shaking = shaking_of(model, last, state, limit)
-    least = _shortest(model, stepping, start.most, min(limit.critical, start.limit.critical))
-    missing = missing_of(model, start, state)
-    bearable = _lost(model, state) + LEAKED * last.leak * state.step
-    handed = hand_over(model, last, state)
-    now = Try(stepped, limit, shaking, missing, bearable, least, handed=handed)
-    swings = math.sqrt(limit.points) * state.step
-    if swings <= PHASED and not handed.late:
-        return now
-    # What single points are off by, as far as that shows.
+    least = _shortest_step(model, stepping, start.most, min(limit.critical, start.limit.critical))
+    missing = missing_energy(model, start, state)
+    allowed = _energy_tolerance(model, state) + LEAK_FACTOR * last.leak * state.step
+    handing = hand_over(model, last, state)
+    trial = Trial(stepped, limit, shaking, missing, allowed, least, handed=handing)
+    swing = math.sqrt(limit.points) * state.step
+    if swing <= PHASE_LIMIT and not handing.late:
+        return trial
+    # Errors of single points, as far as they matter.
     kick = changes_of_points(model, last, state) * state.step
-    shown = kick / energetic if kick > 0.0 else 0.0
-    followed = all(swings <= most or shown <= share for most, share in UNFOLLOWED)
-    lags = swings > PHASED and shown > SWUNG * swings * swings  # a kick is v (ω h)² at most
-    # What shares a force swings by itself only where its depths part.
-    lags = lags and handed.parting > PARTED * energetic
-    return now._replace(
-        single=0.0 if followed else swings,
-        lag=swings**3 / 24.0 if lags else 0.0,
-        late=handed.late if shown > HANDED else 0.0,
+    kick_share = kick / energetic if kick > 0.0 else 0.0
+    is_followed = all(swing <= most or kick_share <= share for most, share in UNFOLLOWED_SWINGS)
+    # A kick is at most v (ω h)². Points that share a force swing only where their depths part.
+    is_lagging = swing > PHASE_LIMIT and kick_share > SWING_SHARE * swing * swing
+    is_lagging = is_lagging and handing.parting > PARTING_SHARE * energetic
+    return trial._replace(
+        single=0.0 if is_followed else swing,
+        lag=swing**3 / 24.0 if is_lagging else 0.0,
+        late=handing.late if kick_share > HAND_OVER_SHARE else 0.0,
     )
 
 
-def objection(
-    model: Model, stepping: AutoSteps, start: Start, now: Try, *, loses: bool
+def rejection(
+    model: Model, stepping: AutoSteps, start: Start, trial: Trial, *, loses_energy: bool
 ) -> Cut | None:
-    """Return the step to take in place of one, and why; None where it may pass.
+    """Return the step to take instead of the trial, and why; None if it is accepted.
 
-    It `loses` where its energy balance error is larger than allowed.
+    It `loses_energy` if its energy balance error is larger than allowed.
     """
-    last, state, step = start.state, now.stepped.state, now.stepped.state.step
-    if step > LEAST * start.most:
-        further = gone_too_far(model, last, state)
-        if further is not None:
-            return further
+    last, state, step = start.state, trial.stepped.state, trial.stepped.state.step
+    if step > MIN_STEP_SHARE * start.most:
+        passage = unnoticed_passage(model, last, state)
+        if passage is not None:
+            return passage
     if not model.mechanism.moved:
         return None
-    foreseen = _met(model, stepping, start, state, now.limit, now.shaking)
-    next_cut = min(foreseen, default=Cut(math.inf, Reason.END))
-    if step > COARSER * next_cut.step:
-        shorter = Cut(min(0.5 * step, COARSER * next_cut.step), Reason.STIFFER, next_cut.of)
+    cuts_at_end = _cuts_in_state(model, stepping, start, state, trial.limit, trial.shaking)
+    next_cut = min(cuts_at_end, default=Cut(math.inf, Reason.END))
+    if step > MAX_STEP_RATIO * next_cut.step:
+        shorter = Cut(min(0.5 * step, MAX_STEP_RATIO * next_cut.step), Reason.STIFFER, next_cut.of)
         if next_cut.reason == Reason.CRITICAL:
             return shorter
-    elif loses:
+    elif loses_energy:
         # The contact whose own balance has changed most.
-        off = {
+        error_of_contact = {
             name: abs(at.energy.error - last.contacts[name].energy.error)
             for name, at in state.contacts.items()
         }
-        name = max(off, key=lambda key: off[key], default="")
-        loser = f"contact {name!r}" if name and off[name] > 0.0 else ""
-        part = min(0.5, max(0.05, 0.7 * math.sqrt(now.bearable / now.missing)))
+        name = max(error_of_contact, key=lambda key: error_of_contact[key], default="")
+        loser = f"contact {name!r}" if name and error_of_contact[name] > 0.0 else ""
+        part = min(0.5, max(0.05, 0.7 * math.sqrt(trial.allowed / trial.missing)))
         shorter = Cut(part * step, Reason.ENERGY, loser)
     else:
         return None
-    if step <= SAME * now.least:  # about as short already as it may be
+    if step <= SHORTEST_MARGIN * trial.least:  # already about as short as allowed
         return None
-    return Cut(now.least, Reason.SHORTEST, shorter.of) if now.least > shorter.step else shorter
+    return Cut(trial.least, Reason.SHORTEST, shorter.of) if trial.least > shorter.step else shorter
 
 
-def _lost(model: Model, state: SystemState) -> float:
-    """Return the energy that a step may miss in the balance, if shorter ones keep it."""
-    return (LOST_OF_ELEMENTS if model.mechanism.deforms else LOST) * state.peak_energy
+def _energy_tolerance(model: Model, state: SystemState) -> float:
+    """Return the energy balance error that a step may have if shorter ones have less."""
+    return (ELEMENT_ENERGY_TOL if model.mechanism.deforms else ENERGY_TOL) * state.peak_energy
 
 
-def leak_of(last: SystemState, now: Try, longer: Try | None) -> float:
-    """Return the energy balance error per time that steps have however short they are.
+def leak_of(last: SystemState, now: Trial, rejected: Trial | None) -> float:
+    """Return the energy balance error per time that steps have at any length.
 
-    Of what points leave that come in, half as long a step leaves half the energy a time, or less;
-    of forces that are the gradient of none all. Between the two lies 1/√2. `longer` is a step that
-    was too long by its energy, from the same start.
+    If points come into contact, half the step has half the error per time, or less; forces that
+    are no gradient of an energy have the same. Between the two lies 1/√2. `rejected` is a longer
+    step from the same start that was rejected for its energy.
     """
     step = now.stepped.state.step
     rate = now.missing / step
-    if longer is not None:
-        before = longer.stepped.state.step
-        if rate > math.sqrt(step / before) * (longer.missing / before):
-            return last.leak + LEARNT * (rate - last.leak)
+    if rejected is not None:
+        before = rejected.stepped.state.step
+        if rate > math.sqrt(step / before) * (rejected.missing / before):
+            return last.leak + LEAK_GAIN * (rate - last.leak)
     return max(0.5 * last.leak, min(rate, last.leak))
 
 
-def missing_of(model: Model, start: Start, state: SystemState) -> float:
-    """Return the energy balance error of a step, but for what a leapfrog owes until the next one.
+def missing_energy(model: Model, start: Start, state: SystemState) -> float:
+    """Return the energy balance error of a step, less the term that a leapfrog recovers later.
 
-    The kinetic energy of bodies stands h² F²/(8 m) above what the work of its forces has made it,
-    but for the loads', which is told as it is; that of elements does as far as h has changed.
+    The kinetic energy of bodies is h² F²/(8 m) above the work of their forces, except for that of
+    loads, which is exact; for elements the same holds for the change of h.
     """
-    last, owed = start.state, 0.0
+    last, recovered = start.state, 0.0
     if model.mechanism.loads:
-        owed = -load_work_beyond_way(model, last, state.rigid, state.bodies.poses, state.time)
-    for k, one in enumerate(model.mechanism.fixed):
+        recovered = -unrealised_load_work(model, last, state.rigid, state.bodies.poses, state.time)
+    for k, fixed in enumerate(model.mechanism.fixed):
         a, b = last.rigid[k, FORCE : FORCE + 3], state.rigid[k, FORCE : FORCE + 3]
-        owed += float((b * b - a * a).sum()) * state.step * state.step / (8.0 * one[MASS])
+        recovered += float((b * b - a * a).sum()) * state.step * state.step / (8.0 * fixed[MASS])
     if state.step != last.step:
-        owed += (last.step * last.step - state.step * state.step) * start.kicks
-    # Work that may or may not have been done by damping that set in within the step: a damping
-    # force is there at once when a point comes in at a speed. The step counts half of its work over
-    # the whole step, wherever in it that was; of many points the errors are independent.
+        recovered += (last.step * last.step - state.step * state.step) * start.kicks
+    # Damping acts at once when a point comes into contact at a speed. The step counts half of its
+    # work over the whole step, whenever contact began; errors of many points are independent.
     squares = 0.0
     for part in model.contacts:
         now = state.contacts[part.name]
         if now.kept.damping is None:
             continue
         rows, damping = now.kept.damping.nonzero()
-        new = now.status[rows] == ContactStatus.NEW
-        rows, damping = rows[new], damping[new]
-        way = _ways(part, last.contacts[part.name], now, rows)
-        work = 0.5 * damping * row_products(way, now.kept.normal_B.at(rows))
+        is_new = now.status[rows] == ContactStatus.NEW
+        rows, damping = rows[is_new], damping[is_new]
+        path = _relative_paths(part, last.contacts[part.name], now, rows)
+        work = 0.5 * damping * row_products(path, now.kept.normal_B.at(rows))
         squares += float((work * work).sum())
-    return abs(state.energy.error - last.energy.error + owed) + JUMPS * math.sqrt(squares)
+    return abs(state.energy.error - last.energy.error + recovered) + JUMP_WEIGHT * math.sqrt(
+        squares
+    )
 
 
-class _Felt(NamedTuple):
-    """Forces, or their rates, at some points of a contact."""
+class _PointForces(NamedTuple):
+    """Forces, or their rates, at points of a contact."""
 
     rows: IndexArray
     """(k,) points of contact."""
@@ -467,18 +473,18 @@ class _Felt(NamedTuple):
 def shaking_of(model: Model, last: SystemState, state: SystemState, limit: Limit) -> float:
     """Return how fast the forces on bodies and nodes change in the step from `last`, over √mass.
 
-    Where a body turns round, and forces do not change, a swing at ω shakes it by ω F; by no more
-    than before, so that a force which stays, as in steady sliding, is forgotten.
+    At the turning point of a swing at ω, where forces do not change, the rate is ω F, but no more
+    than before: so a constant force, as in steady sliding, is forgotten.
     """
     system, turning = model.mechanism, 0.0
-    # Rates of turning count by what they would do to the kinetic energy alike.
-    decay = DAMPED * DAMPED * limit.bodies.decay
+    # Moments count by their effect on the kinetic energy, as forces do.
+    decay = DECAY_WEIGHT * DECAY_WEIGHT * limit.bodies.decay
     rates = np.zeros((len(system.free), 6))
     for part in model.contacts:
         if part.name not in model.mechanism.followers and model.mechanism.sides[part.name].free:
-            for felt in _rates(part, last, state, decay):
-                places = state.contacts[part.name].held_W.points.at(felt.rows)
-                _add_felt(rates, model, part, places, felt.forces, state)
+            for point_rates in _force_rates(part, last, state, decay):
+                places = state.contacts[part.name].held_W.points.at(point_rates.rows)
+                _add_forces(rates, model, part, places, point_rates.forces, state)
     for name in state.springs:
         both = (last.springs[name], -1.0, last), (state.springs[name], 1.0, state)
         for end, k in system.free_ends(name):
@@ -501,85 +507,86 @@ def shaking_of(model: Model, last: SystemState, state: SystemState, limit: Limit
         about = state.rigid[:, CENTRE : CENTRE + 3] - state.bodies.poses[system.free, :3, 3]
         rates[:, :3] += of_joints[:, :3]
         rates[:, 3:] += of_joints[:, 3:] - cross(about, of_joints[:, :3])
-    of_bodies = max([0.0, *(_over_mass(system, k, rate, state) for k, rate in enumerate(rates))])
-    fastest = _fastest(limit.bodies)
+    of_bodies = max(
+        [0.0, *(_over_root_mass(system, k, rate, state) for k, rate in enumerate(rates))]
+    )
+    fastest = _highest_frequency(limit.bodies)
     if fastest > 0.0:
-        turning = last.shaking * math.exp(-FORGOTTEN * fastest * state.step)
+        turning = last.shaking * math.exp(-FORGETTING_RATE * fastest * state.step)
         forces = state.rigid[:, FORCE : FORCE + 6]
-        pulls = [_over_mass(system, k, force, state) for k, force in enumerate(forces)]
+        pulls = [_over_root_mass(system, k, force, state) for k, force in enumerate(forces)]
         turning = min(turning, fastest * max(pulls, default=0.0))
     of_nodes = dragged = 0.0
-    for name, mass in system.loose.items():  # of a slave all together
+    for name, mass in system.loose.items():  # all nodes of a slave together
         rates = np.zeros((len(mass), 3))
         for part in model.contacts:
             if part.slave != name or part.name in model.mechanism.followers:
                 continue
-            decay = DAMPED * DAMPED * limit.nodes.decay
-            for felt in _rates(part, last, state, decay):
-                for k, values in enumerate(felt.forces.T):
-                    nodes, sums = part.contact.nodal_sum(felt.rows, np.ascontiguousarray(values))
+            decay = DECAY_WEIGHT * DECAY_WEIGHT * limit.nodes.decay
+            for point_rates in _force_rates(part, last, state, decay):
+                for k, values in enumerate(point_rates.forces.T):
+                    nodes, sums = part.contact.nodal_sum(
+                        point_rates.rows, np.ascontiguousarray(values)
+                    )
                     rates[nodes, k] += sums
         root = math.sqrt(float((np.square(rates).sum(axis=1) / mass).sum()))
         of_nodes = max(of_nodes, root)
     for part in model.contacts:
-        # The rate at which viscous friction changes, over what it can be at most.
+        # The rate at which viscous friction changes, over its largest value.
         friction: Any = part.contact.friction
         now = state.contacts[part.name]
         if getattr(friction, "viscosity", None) is not None:
-            rate = _gripped(last.contacts[part.name], now, state.step).forces
+            rate = _friction_rates(last.contacts[part.name], now, state.step).forces
             bound = friction.coefficient * float(now.normal_force.sum())
             if bound > 0.0:
-                whole = float(np.sqrt(np.square(rate).sum(axis=1)).sum())
-                dragged = max(dragged, whole / bound)
+                total_rate = float(np.sqrt(np.square(rate).sum(axis=1)).sum())
+                dragged = max(dragged, total_rate / bound)
     decay = max(limit.bodies.decay, limit.nodes.decay)
     dragged = decay * dragged * math.sqrt(2.0 * state.peak_energy)
-    return max(math.hypot(of_bodies, turning), OF_NODES * of_nodes, OF_DRAG * dragged)
+    return max(math.hypot(of_bodies, turning), NODE_WEIGHT * of_nodes, DRAG_WEIGHT * dragged)
 
 
-def _over_mass(system: Mechanism, k: int, rate: FloatArray, state: SystemState) -> float:
+def _over_root_mass(system: Mechanism, k: int, rate: FloatArray, state: SystemState) -> float:
     """Return √(ṗᵀ M⁻¹ ṗ) for the rate (6,) of force and moment about the centre of a body."""
-    one, turn = system.fixed[k], state.bodies.poses[int(system.free[k]), :3, :3]
-    torque = product(turn.T, rate[3:] * one[SPINS : SPINS + 3])
-    moment = product(one[AXES : AXES + 9].reshape(3, 3).T, torque)
-    square = np.square(rate[:3] * one[WAYS : WAYS + 3]).sum() / one[MASS]
-    return math.sqrt(float(square + (moment * moment / one[MOMENTS : MOMENTS + 3]).sum()))
+    fixed, turn = system.fixed[k], state.bodies.poses[int(system.free[k]), :3, :3]
+    torque = product(turn.T, rate[3:] * fixed[SPINS : SPINS + 3])
+    moment = product(fixed[AXES : AXES + 9].reshape(3, 3).T, torque)
+    square = np.square(rate[:3] * fixed[WAYS : WAYS + 3]).sum() / fixed[MASS]
+    return math.sqrt(float(square + (moment * moment / fixed[MOMENTS : MOMENTS + 3]).sum()))
 
 
-def _rates(
+def _force_rates(
     part: ContactPart, last: SystemState, state: SystemState, decay: float
-) -> tuple[_Felt, ...]:
-    """Return the rates of a contact's forces on its slave: normal ones by stiffness, and friction.
-
-    What sets in at once has no stiffness.
-    """
+) -> tuple[_PointForces, ...]:
+    """Return the rates of a contact's forces on its slave: elastic normal forces, and friction."""
     before, now = last.contacts[part.name], state.contacts[part.name]
     rows, stiffness = now.kept.stiffness.nonzero()
     if len(rows) == 0 and now.kept.traction_B is None:
         return ()
     normals = now.kept.normal_B.at(rows)
-    inward = -row_products(_ways(part, before, now, rows), normals) / state.step
+    inward = -row_products(_relative_paths(part, before, now, rows), normals) / state.step
     rate = stiffness * np.where(np.isfinite(inward), inward, 0.0)
     if now.kept.damping is not None:
         rate = rate + decay * now.kept.damping.at(rows)
-    elastic = _Felt(rows, turn_to_world(now.pose, rate[:, None] * normals))
+    elastic = _PointForces(rows, turn_to_world(now.pose, rate[:, None] * normals))
     if now.kept.traction_B is None:
         return (elastic,)
-    return elastic, _gripped(before, now, state.step)
+    return elastic, _friction_rates(before, now, state.step)
 
 
-def _gripped(before: State, now: State, step: float) -> _Felt:
-    """Return the rates of friction at points that carried in the last step, too."""
+def _friction_rates(before: State, now: State, step: float) -> _PointForces:
+    """Return the rates of friction at points that carry force at both ends of the step."""
     kept, last = now.kept, before.kept
     if kept.traction_B is None or last.traction_B is None:
-        return _Felt(kept.normal_force.rows[:0], np.zeros((0, 3)))
+        return _PointForces(kept.normal_force.rows[:0], np.zeros((0, 3)))
     rows, traction = kept.traction_B
     carried = (kept.normal_force.at(rows) > 0.0) & (last.normal_force.at(rows) > 0.0)
     rows, traction = rows[carried], traction[carried]
     rate = (traction - last.traction_B.at(rows)) / step
-    return _Felt(rows, turn_to_world(now.pose, rate))
+    return _PointForces(rows, turn_to_world(now.pose, rate))
 
 
-def _add_felt(
+def _add_forces(
     rates: FloatArray,
     model: Model,
     part: ContactPart,
@@ -587,7 +594,7 @@ def _add_felt(
     forces: FloatArray,
     state: SystemState,
 ) -> None:
-    """Add what acts on the slave at places (k, 3), and the reverse on the master, where free."""
+    """Add forces on the slave at places (k, 3), and the opposite ones on the master, if free."""
     sides = model.mechanism.sides[part.name]
     for k, sign in zip(sides.free, sides.signs, strict=True):
         add_forces(rates[k], places, sign * forces, state.rigid[k, CENTRE : CENTRE + 3])
@@ -596,7 +603,7 @@ def _add_felt(
 def changes_of_points(model: Model, last: SystemState, state: SystemState) -> float:
     """Return the largest change of forces on single points in a step, over √mass.
 
-    These are nodes of a free slave, or points that share a force on the body they stand on.
+    The points are nodes of a free slave, or points that share a force on a body.
     """
     system, most = model.mechanism, 0.0
     for name, mass in system.loose.items():
@@ -611,8 +618,8 @@ def changes_of_points(model: Model, last: SystemState, state: SystemState) -> fl
                 forces.append(kept.normal_force.at(rows)[:, None] * kept.normal_B.at(rows))
             shared = turn_to_world(now.pose, forces[1] - forces[0])
             places = to_world(now.pose, now.points_B[rows])
-            _add_felt(changes, model, part, places, shared, state)
-    return max([most, *(_over_mass(system, k, own, state) for k, own in enumerate(changes))])
+            _add_forces(changes, model, part, places, shared, state)
+    return max([most, *(_over_root_mass(system, k, own, state) for k, own in enumerate(changes))])
 
 
 def _change_of_nodes(model: Model, name: str, last: SystemState, state: SystemState) -> FloatArray:
@@ -627,7 +634,7 @@ def _sharing(before: State, now: State) -> IndexArray:
 
 
 def hand_over(model: Model, last: SystemState, state: SystemState) -> HandOver:
-    """Return the errors after a step from `last`, which holds those before it."""
+    """Return the errors of shared forces after a step; `last` holds those before it."""
     system, step = model.mechanism, state.step
     place = last.place_error + step * last.speed_error
     speed, late, parts = last.speed_error, 0.0, []
@@ -636,22 +643,22 @@ def hand_over(model: Model, last: SystemState, state: SystemState) -> HandOver:
             continue
         before, now = last.contacts[part.name], state.contacts[part.name]
         bodies = model.mechanism.sides[part.name].free
-        # How fast the depths of points part that share a force, or hand it on.
+        # The speed at which depths of points that share a force part.
         parting, rows = math.inf, _sharing(before, now)
         rows = rows[now.in_contact[rows]]
-        if len(rows) > 1:  # else one has it alone
-            way = _ways(part, before, now, rows)
+        if len(rows) > 1:
+            way = _relative_paths(part, before, now, rows)
             parting = float(np.ptp(row_products(way, now.kept.normal_B.at(rows)) / step))
         if math.isfinite(parting):
-            # The least mass that the contact moves at either side; 0 where it moves none.
+            # The smaller mass that the contact moves; 0 if it moves none.
             masses = [float(system.fixed[row, MASS]) for row in bodies]
             if part.slave in system.masses:
                 masses.append(float(system.masses[part.slave].sum()))
             parts.append(parting * math.sqrt(min(masses, default=0.0)))
         if not (before.n_contact or now.n_contact):
             continue
-        # The largest change in the step of the acceleration of a point, by what is free at either
-        # side of the contact: of a body by its force, and by its torque.
+        # The largest change of the acceleration of a point in the step, by the forces and torques
+        # on the free bodies and nodes at both sides of the contact.
         changes = [0.0]
         for row in bodies:
             fixed, lanes = system.fixed[row], state.rigid[row]
@@ -666,79 +673,82 @@ def hand_over(model: Model, last: SystemState, state: SystemState) -> HandOver:
         change_of_all = sum(changes)
         if change_of_all == 0.0:
             continue
-        place += OWN * step * step * change_of_all
+        place += PLACE_ERROR * step * step * change_of_all
         if 0.0 < parting < math.inf:
             late = max(late, place / parting)
             speed += change_of_all * min(late, step)
     return HandOver(place, speed, late, max(parts, default=math.inf))
 
 
-def gone_too_far(model: Model, last: SystemState, state: SystemState) -> Cut | None:
-    """Return the step to take in place of one in which points pass through a wall unnoticed.
+def unnoticed_passage(model: Model, last: SystemState, state: SystemState) -> Cut | None:
+    """Return the step to take instead of one in which points may pass a wall unnoticed.
 
-    They go past a wall that never pushed them, or in and out; None where they do not.
-
-    They may go a small part of the master's size, or as far as they cannot touch it.
+    Points may travel a small part of the master's size, or as far as they cannot touch it, and must
+    not go in and out within the step. None if both hold.
     """
-    worst, of = 1.0, ""
-    gone: dict[str, FloatArray] = {}
+    worst_ratio, contact_text = 1.0, ""
+    travels: dict[str, FloatArray] = {}
     for part in model.contacts:
         before, now = last.contacts[part.name], state.contacts[part.name]
-        gone[part.name] = ways = _lengths(now.points_B - before.points_B)
+        travels[part.name] = travel_of_points = _lengths(now.points_B - before.points_B)
         if part.name in model.driven_contacts:
-            # What a table drives may turn round, or whole turns, between the ends of a step; and
-            # a surface that changes its shape goes past points that stand.
-            fastest = max(_speed(model, part, last), _speed(model, part, state))
-            ways = np.maximum(ways, fastest * state.step)
-        room = _room(model, part, before, ways)
-        if (far := float(np.max(ways / room, initial=0.0))) > worst:
-            worst, of = far, f"contact {part.name!r}"
-    if worst > 1.0:
-        return Cut(state.step * max(LEAST_PART, AIM / worst), Reason.WAY, of)
-    least = 1.0
+            # A driven body may reverse, or turn by whole turns, between the ends of a step, and a
+            # surface that changes its shape passes points at rest.
+            fastest = max(_max_speed(model, part, last), _max_speed(model, part, state))
+            travel_of_points = np.maximum(travel_of_points, fastest * state.step)
+        allowed = _allowed_travel(model, part, before, travel_of_points)
+        if (ratio := float(np.max(travel_of_points / allowed, initial=0.0))) > worst_ratio:
+            worst_ratio, contact_text = ratio, f"contact {part.name!r}"
+    if worst_ratio > 1.0:
+        return Cut(
+            state.step * max(MIN_RETRY, RETRY_SAFETY / worst_ratio), Reason.WAY, contact_text
+        )
+    first_share = 1.0
     for part in model.contacts:
         before, now = last.contacts[part.name], state.contacts[part.name]
         if len(now.control_points):
             continue  # `_room` alone keeps the ways short of points beside it
         free = (before.patch < 0) & (now.patch < 0) & (before.safe_distance >= 0.0)
-        way = gone[part.name]
-        rows = np.flatnonzero(free & (way > before.safe_distance)).astype(np.int32)
+        travel = travels[part.name]
+        rows = np.flatnonzero(free & (travel > before.safe_distance)).astype(np.int32)
         if len(rows):
             surface = model.bodies[part.master].body.surface
-            share = _first_inside(surface, before.points_B, now.points_B, way, rows)
-            if share < least:
-                least, of = share, f"contact {part.name!r}"
-    if not of:
+            share = _first_inside_share(surface, before.points_B, now.points_B, travel, rows)
+            if share < first_share:
+                first_share, contact_text = share, f"contact {part.name!r}"
+    if not contact_text:
         return None
-    return Cut(state.step * max(LEAST_PART, least), Reason.CROSSING, of)
+    return Cut(state.step * max(MIN_RETRY, first_share), Reason.CROSSING, contact_text)
 
 
-def _room(model: Model, part: ContactPart, before: State, wanted: FloatArray) -> FloatArray:
-    """Return how far (m,) each point may go; those that want to go farther are measured."""
-    known = np.where(before.patch >= 0, 0.0, before.safe_distance)
-    # Points that lie inside since the start touch nothing.
+def _allowed_travel(
+    model: Model, part: ContactPart, before: State, travel: FloatArray
+) -> FloatArray:
+    """Return how far (m,) each point may travel; distances of those beyond it are measured."""
+    safe_distance = np.where(before.patch >= 0, 0.0, before.safe_distance)
+    # Points that are inside from the start touch nothing: their safe distance is negative.
     half = part.contact.half_thickness
-    span = np.full(len(known), SPAN * model.mechanism.sides[part.name].size)
+    span = np.full(len(safe_distance), MAX_TRAVEL * model.mechanism.sides[part.name].size)
     if len(before.control_points) and half is not None:
-        # A point that half a thickness did not reach cannot pass the wall within that length.
+        # A point farther off than half a thickness cannot pass the wall within that length.
         span = np.where(half > 0.0, np.minimum(half, span), span)
-    room = np.where(known < 0.0, math.inf, np.maximum(span, known))
-    rows = np.flatnonzero((wanted > room) & (before.patch < 0)).astype(np.int32)
+    allowed = np.where(safe_distance < 0.0, math.inf, np.maximum(span, safe_distance))
+    rows = np.flatnonzero((travel > allowed) & (before.patch < 0)).astype(np.int32)
     if len(rows):
-        # What is left of a distance known once lessens on any way, also on one that leads away.
-        clear = np.zeros(len(room))
+        # The safe distance shrinks with any travel, also with one that leads away.
+        distance = np.zeros(len(allowed))
         surface = model.bodies[part.master].body.surface
         if len(before.control_points):
             follows, net = part.contact.follows_feet, before.control_points
             surface = shape_of(part.contact.master, follows, net).surface
-        surface.safe_distance(before.points_B, rows, clear)
+        surface.safe_distance(before.points_B, rows, distance)
         if half is not None:
-            clear -= half
-        room = np.maximum(room, clear)
-    return room
+            distance -= half
+        allowed = np.maximum(allowed, distance)
+    return allowed
 
 
-def _speed(model: Model, part: ContactPart, at: SystemState) -> float:
+def _max_speed(model: Model, part: ContactPart, at: SystemState) -> float:
     """Return an upper bound of the speed of all nodes relative to the master."""
     slave, body = at.slaves[part.slave], at.bodies[part.master]
     against = slave.velocities - body.twist.at(body.pose[:3, 3], slave.points)
@@ -747,44 +757,44 @@ def _speed(model: Model, part: ContactPart, at: SystemState) -> float:
     return fastest + float(np.max(_lengths(against), initial=0.0))
 
 
-def _ways(part: ContactPart, before: State, now: State, rows: IndexArray) -> FloatArray:
+def _relative_paths(part: ContactPart, before: State, now: State, rows: IndexArray) -> FloatArray:
     """Return displacements (k, 3) of points in contact relative to the surface, body axes."""
     points = now.points_B[rows]
-    ways = points - before.points_B[rows]
+    paths = points - before.points_B[rows]
     if len(now.control_points):
         body, change = part.contact.master.faces, now.control_points - before.control_points
         assert body is not None
         feet = SurfacePlaces(now.patch[rows], now.uv[rows])
-        ways = ways - NetMotion(body, now.control_points, change).carry(feet, points)
-    return ways
+        paths = paths - NetMotion(body, now.control_points, change).carry(feet, points)
+    return paths
 
 
-def _lengths(ways: FloatArray) -> FloatArray:
+def _lengths(vectors: FloatArray) -> FloatArray:
     """Return the lengths (n,) of the rows, zero for those that are not finite."""
-    square = row_products(ways, ways)
+    square = row_products(vectors, vectors)
     return np.asarray(np.sqrt(np.where(np.isfinite(square), square, 0.0)))
 
 
-def _first_inside(
-    surface: Surface, a: FloatArray, b: FloatArray, way: FloatArray, rows: IntArray
+def _first_inside_share(
+    surface: Surface, a: FloatArray, b: FloatArray, travel: FloatArray, rows: IntArray
 ) -> float:
-    """Return the first part of its way, from a to b (n, 3), at which a point is inside.
+    """Return the first share of the paths from a to b (n, 3) at which a point is inside.
 
-    Only points count that are outside at both ends.
+    All points are outside at both ends.
     """
     entry = surface.entries(a, b, rows)
     rows, start = rows[entry.patch >= 0], entry.point[entry.patch >= 0]
     if len(rows) == 0:
         return 1.0
     leaving, sense = surface.last_crossings(a, b, rows)
-    out = sense < 0
-    rows, start, end = rows[out], start[out], leaving.point[out]
+    is_leaving = sense < 0
+    rows, start, end = rows[is_leaving], start[is_leaving], leaving.point[is_leaving]
     if len(rows) == 0:
         return 1.0
     middle = 0.5 * (start + end)
     depth = -closest(surface, middle, np.arange(len(rows), dtype=np.int32)).gap
-    aim = np.where((depth > 0.0)[:, None], middle, start + CLIPPED * (end - start))
-    gone = _lengths(aim - a[rows]) / way[rows]
-    # As deep as its way inside is long, or outside again between two walls: through one.
-    least = np.minimum(CLIPPED * way[rows], STEEP * _lengths(end - start))
-    return float(np.min(gone, initial=1.0, where=(depth > least) | (depth <= 0.0)))
+    target = np.where((depth > 0.0)[:, None], middle, start + GRAZING_DEPTH * (end - start))
+    share = _lengths(target - a[rows]) / travel[rows]
+    # The point is deep for the length of its path inside, or outside half way: it passed a wall.
+    grazing = np.minimum(GRAZING_DEPTH * travel[rows], STEEP_DEPTH * _lengths(end - start))
+    return float(np.min(share, initial=1.0, where=(depth > grazing) | (depth <= 0.0)))

@@ -1,4 +1,4 @@
-"""Read what a run has left in its folder (`contiga.open_result`), during it and afterwards."""
+"""Read the output folder of a run, during the run and afterwards (`contiga.open_result`)."""
 
 from __future__ import annotations
 
@@ -25,19 +25,19 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class StoredResult(HistoryOverTime):
-    """The results in the output folder of a run. They do not change: `open_result` reads anew."""
+    """The results in the output folder of a run when `open_result` read them."""
 
     out: Path
     finished: bool
-    """Whether the run has ended; else all is as of its last checkpoint."""
+    """Whether the run has ended; otherwise the results are those of its last checkpoint."""
     history: dict[str, FloatArray]
-    """Columns (n,) by name, one row a step. Filtered ones are there once the run has ended."""
+    """Columns (n,) by name, one row per step; filtered columns only once the run has ended."""
     summary: dict[str, Any]
     """The content of summary.json (counts, timings, statuses, criteria)."""
 
     @cached_property
     def fields(self) -> FieldSeries | None:
-        """Points and fields of the recorded steps, read when asked for; None where there are none.
+        """Points and fields of the recorded steps, read on first use; None without any.
 
         `fields.times` (k,), `fields.parts`, `fields.names`, `fields.points(i)` (N, 3) of all parts,
         `fields.data(i, "pressure")` (N,) and `fields.rows("pad")`, the rows of one part.
@@ -55,14 +55,14 @@ class StoredResult(HistoryOverTime):
     def sensors(self) -> dict[str, dict[str, FloatArray]]:
         """Columns (n,) of each sensor, by its name and theirs."""
         names = self.summary.get("sensors") or {}
-        return {name: self._of(name) for name in names}
+        return {name: self._columns_of(name) for name in names}
 
     @property
     def springs(self) -> dict[str, dict[str, FloatArray]]:
         """Columns (n,) of each spring, by its name and theirs."""
-        return {name: self._of(name) for name in self.summary.get("springs") or {}}
+        return {name: self._columns_of(name) for name in self.summary.get("springs") or {}}
 
-    def _of(self, owner: str) -> dict[str, FloatArray]:
+    def _columns_of(self, owner: str) -> dict[str, FloatArray]:
         columns = {name.rpartition("."): values for name, values in self.history.items()}
         return {name: values for (of, _, name), values in columns.items() if of == owner}
 
@@ -83,7 +83,7 @@ class StoredResult(HistoryOverTime):
         InputError
             The run has no units, no sensors and no springs; codes of two sensors are the same.
         OutputError
-            There is such a test already, or it cannot be written.
+            The test exists already, or cannot be written.
         """
         channels = channels_of(self.history, self.summary)
         title, of = str(self.summary.get("title", "")), f"contiga {self.summary.get('version', '')}"
@@ -117,19 +117,16 @@ class StoredResult(HistoryOverTime):
         step = len(self.fields.times) - 1 if time is None else self.at(time)
         return scene_of_fields("StoredResult.to_pyvista", self.fields, step)
 
-    def _recorded(self) -> int | str:
-        """Return the number of recorded steps; without h5py, which reads fields, it is unknown."""
-        try:
-            return 0 if self.fields is None else len(self.fields.times)
-        except MissingPackageError:
-            return "unknown"
-
     def _facts(self) -> Facts:
+        try:
+            recorded: int | str = 0 if self.fields is None else len(self.fields.times)
+        except MissingPackageError:  # h5py, which reads fields
+            recorded = "unknown"
         return [
             ("steps", len(self.history["time"])),
             ("time", self.time),
             ("finished", self.finished),
-            ("recorded", self._recorded()),
+            ("recorded", recorded),
             ("warnings", len(self.summary.get("warnings") or [])),
             ("folder", self.out),
         ]
@@ -138,8 +135,8 @@ class StoredResult(HistoryOverTime):
 def open_result(folder: str | Path) -> StoredResult:
     """Open the output folder of a run: history, summary, and fields by time.
 
-    It may be asked for while the run goes on and after it was stopped (Ctrl-C): then all is as of
-    the last checkpoint, which a run leaves every few seconds and when it stops.
+    During a run, or after it was stopped (Ctrl-C), the results are those of the last checkpoint,
+    which a run writes every few seconds and when it stops.
 
     Parameters
     ----------
@@ -148,7 +145,7 @@ def open_result(folder: str | Path) -> StoredResult:
     Raises
     ------
     FileError
-        There is no such folder, no run in it, or one that has just begun.
+        There is no such folder, no run in it, or the run has only just begun.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""Summarise a run: counts, timings, statuses. This is the content of summary.json."""
+"""Summarise a run: counts, timings and statuses, the content of summary.json."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from contiga.simulation.energy_balance import energy_summary, energy_warnings
 from contiga.simulation.history import COUNTED
 from contiga.simulation.joints import joint_summary
 from contiga.simulation.model import Model, column_prefixes
-from contiga.simulation.sensor_criteria import sensor_summary, sensors_told
+from contiga.simulation.sensor_criteria import sensor_summary, sensors_without_criteria
 from contiga.simulation.settle import Rest
 from contiga.simulation.signals import filtered_columns, signal_warnings
 from contiga.simulation.springs import slip_ring_summary, spring_summary
@@ -28,15 +28,15 @@ from contiga.simulation.step_columns import single_warnings, steps_summary
 from contiga.version import __version__
 
 NOTED = (ContactStatus.SLID_OFF, ContactStatus.HELD, ContactStatus.THROUGH)
-"""Statuses that are in order, where they were meant to come."""
+"""Statuses that may be intended: they are noted."""
 WARNED = (
     ContactStatus.LOST,
     ContactStatus.FOUND,
     ContactStatus.NOT_FINITE,
 )
-FEW = 1e-3
-"""Share of all feet that may have been found again elsewhere before it is warned of: where points
-go deeper than a nose or a fold is wide their feet have nowhere else to go."""
+REACQUIRED_SHARE = 1e-3
+"""Share of reacquired feet up to which there is no warning: points deeper than a nose or a fold is
+wide lose their feet."""
 
 
 def summarise(
@@ -47,13 +47,13 @@ def summarise(
     ends: tuple[float, ...] = (),
     rest: Rest | None = None,
 ) -> dict[str, Any]:
-    """Return the summary of a finished run, of whose model there are `findings`.
+    """Return the summary of a finished run with the `findings` about its model.
 
-    `ends` are times at which it had ended before, by steps that are not those of one run; `rest`
-    how it had come to rest before it.
+    `ends` are earlier ends whose steps differ from those of a single run; `rest` is the outcome of
+    settling before the run.
     """
     statuses = _statuses(model, history)
-    # Feet of points in contact over all steps, and how many of them were merely converged.
+    # Feet of points in contact over all steps, and how many of them converged without a proof.
     proved = {
         name: {
             "feet": int(np.sum(history[prefix + "n_contact"])),
@@ -61,28 +61,28 @@ def summarise(
         }
         for name, prefix in column_prefixes(model).items()
     }
-    few: list[str] = []
-    many: list[str] = []
+    notes_on_feet: list[str] = []
+    warnings_on_feet: list[str] = []
     for name, counts in statuses.items():
-        text = _told({name: counts}, (ContactStatus.REACQUIRED,))
-        rare = counts[ContactStatus.REACQUIRED.name] <= FEW * proved[name]["feet"]
-        (few if rare else many).extend(text)
-    # By slave what mass scaling gave its parts, where it was asked for.
+        text = _status_texts({name: counts}, (ContactStatus.REACQUIRED,))
+        is_rare = counts[ContactStatus.REACQUIRED.name] <= REACQUIRED_SHARE * proved[name]["feet"]
+        (notes_on_feet if is_rare else warnings_on_feet).extend(text)
+    # Mass added to the parts of each slave by mass scaling.
     scaled: dict[str, list[dict[str, Any]]] = {}
     for name, nodes in model.mechanism.nodes.items():
         if added := added_masses(nodes):
             scaled[name] = [one._asdict() | {"share": one.share} for one in added]
-    gone_on = [
+    notes_on_ends = [
         f"the run went on from one to t = {end:g}, and took its steps until then for that end: "
         f"its numbers are not bit for bit those of one run to t = {model.stepping.end:g}"
         for end in ends
     ]
-    # What is wrong with how the faces of bodies meet, unless it is told already.
-    told = {finding.where for finding in findings if finding.rule == OPEN}
+    # Flaws in the joints between faces of bodies, unless a finding reports them.
+    places_of_open = {finding.where for finding in findings if finding.rule == OPEN}
     flaws = [
         f"{name}: {text}"
         for name, part in model.bodies.items()
-        if f"body {name}" not in told
+        if f"body {name}" not in places_of_open
         for text in part.body.flaws
     ]
     measured_weights = []
@@ -130,14 +130,14 @@ def summarise(
         "depths": _depths(model, history),
         "inputs": _inputs(model),
         "notes": joint_notes(model)
-        + _told(statuses, NOTED)
-        + few
+        + _status_texts(statuses, NOTED)
+        + notes_on_feet
         + notes_on(model, history)
-        + gone_on,
+        + notes_on_ends,
         "findings": [finding._asdict() for finding in findings],
         "warnings": [str(finding) for finding in findings]
-        + _told(statuses, WARNED)
-        + many
+        + _status_texts(statuses, WARNED)
+        + warnings_on_feet
         + not_finite
         + flaws
         + measured_weights
@@ -150,10 +150,7 @@ def summarise(
 def summary_so_far(
     model: Model, history: dict[str, FloatArray], clock: Clock, *, stopped: bool
 ) -> dict[str, Any]:
-    """Return the summary of a run that has not ended.
-
-    It has criteria of sensors only where the run has `stopped`.
-    """
+    """Return the summary of a run that has not ended, with criteria only if it has `stopped`."""
     if stopped:
         history = history | filtered_columns(model, history)
     statuses = _statuses(model, history)
@@ -170,7 +167,9 @@ def summary_so_far(
         "statuses": statuses,
         "advice": _advice(statuses),
         "energy": energy_summary(model, history),
-        "sensors": sensor_summary(model, history) if stopped else sensors_told(model, history),
+        "sensors": sensor_summary(model, history)
+        if stopped
+        else sensors_without_criteria(model, history),
         "springs": spring_summary(model, history),
         "slip_rings": slip_ring_summary(model),
         "joints": joint_summary(model),
@@ -185,7 +184,7 @@ def summary_so_far(
 
 
 def _statuses(model: Model, history: dict[str, FloatArray]) -> dict[str, dict[str, int]]:
-    """Return how many points took each status, summed over the steps, by contact."""
+    """Return the number of points with each status, summed over the steps, by contact."""
     return {
         name: {
             status.name: int(np.sum(history[prefix + column])) for column, status in COUNTED.items()
@@ -195,15 +194,15 @@ def _statuses(model: Model, history: dict[str, FloatArray]) -> dict[str, dict[st
 
 
 def _layers(model: Model) -> dict[str, float]:
-    """Return the thickness of the layer that a contact presses by stress over strain, by name."""
-    found = {part.name: thickness_of(part.contact) for part in model.contacts}
-    return {name: thickness for name, thickness in found.items() if thickness is not None}
+    """Return the thickness of the layer of each contact with a stress law, by name."""
+    thicknesses = {part.name: thickness_of(part.contact) for part in model.contacts}
+    return {name: thickness for name, thickness in thicknesses.items() if thickness is not None}
 
 
 def _depths(model: Model, history: dict[str, FloatArray]) -> dict[str, str]:
-    """Return the channel of the depth of a body in a slave that deforms, by contact.
+    """Return the channel of the depth of a body in a deforming slave, by contact.
 
-    The penetration of such a contact is what its own law gives way, far less than the slave does.
+    The penetration of such a contact is only the compression of its own law.
     """
     return {
         part.name: f"{part.master}.travel"
@@ -227,8 +226,10 @@ def _inputs(model: Model) -> dict[str, dict[str, Any]]:
     return inputs
 
 
-def _told(statuses: dict[str, dict[str, int]], which: tuple[ContactStatus, ...]) -> list[str]:
-    """Return what the counted statuses mean, and what to do."""
+def _status_texts(
+    statuses: dict[str, dict[str, int]], which: tuple[ContactStatus, ...]
+) -> list[str]:
+    """Return the counts of some statuses with advice."""
     return [
         f"{name}: {counts[status.name]} times {status.name}. {status.advice}"
         for name, counts in statuses.items()

@@ -1,4 +1,4 @@
-"""Hold the state of a run: where everything stands at one time, and how it moves."""
+"""Define the state of a simulation at one time: positions, velocities, contacts and energies."""
 
 from __future__ import annotations
 
@@ -60,31 +60,31 @@ class BodyStates(Mapping[str, BodyState]):
 
 
 class Energy(NamedTuple):
-    """Energies of a system, and where they went since the start."""
+    """Energies of a system, stored and lost since the start."""
 
     contact: float
-    """Stored in the contacts: what their laws and sticking friction would give back."""
+    """Energy stored in the contacts, which their laws and sticking friction would return."""
     hysteresis: float = 0.0
-    """Lost in laws, springs, joints and materials that unload by another curve than they load."""
+    """Hysteresis loss of laws, springs, joints and materials with a separate unloading curve."""
     damping: float = 0.0
-    """Taken by the damping of laws, springs, joints and nodes."""
+    """Loss by damping of laws, springs, joints and nodes."""
     friction: float = 0.0
-    """Taken by sliding, of contacts, of webbing in slip rings and of joints."""
+    """Loss by friction of contacts, of webbing in slip rings and of joints."""
     kinetic: float = 0.0
-    """Of free bodies and nodes."""
+    """Kinetic energy of free bodies and nodes."""
     strain: float = 0.0
-    """Stored in springs, laws of joints and in what deforms."""
+    """Energy stored in springs, in laws of joints and in deforming slaves."""
     external: float = 0.0
-    """Work done since the start by gravity, loads, pretensioners and what moves prescribed bodies,
-    and the enthalpy of gas that came, less that of gas that went."""
+    """Work done since the start by gravity, loads, pretensioners and prescribed motions, and the
+    enthalpy of inflowing gas, less that of outflowing gas."""
     initial: float = 0.0
     """Kinetic and stored energy at the start."""
     hourglass: float = 0.0
-    """Stored against shapes of elements that their strains do not see."""
+    """Energy of hourglass modes: shapes of elements without strain at their points."""
     viscosity: float = 0.0
-    """Taken by what is viscous in elements."""
+    """Loss by viscosity of elements."""
     gas: float = 0.0
-    """Stored in gas since the start: its own, and the work of the surroundings on it."""
+    """Energy stored in gas since the start, with the work of the surroundings on it."""
 
     @property
     def total(self) -> float:
@@ -93,14 +93,14 @@ class Energy(NamedTuple):
 
     @property
     def lost(self) -> float:
-        """Energy taken since the start by friction, damping, viscosity and hysteresis."""
+        """Energy lost since the start by friction, damping, viscosity and hysteresis."""
         return self.hysteresis + self.damping + self.friction + self.viscosity
 
     @property
     def error(self) -> float:
-        """Error of the energy balance: what came in, less what is there and what is lost.
+        """Error of the energy balance: initial and external, less stored and lost energy.
 
-        It falls with the square of the step, but where forces are no gradient.
+        It falls with the square of the step, unless forces are no gradient of an energy.
         """
         total = self.kinetic + self.strain + self.contact + self.hourglass + self.gas
         lost = self.hysteresis + self.damping + self.friction + self.viscosity
@@ -110,17 +110,17 @@ class Energy(NamedTuple):
 class Acting(NamedTuple):
     """The forces between the parts of a model at one time, each by name."""
 
-    contacts: Mapping[str, State]
-    springs: Mapping[str, SpringState]
-    gas: Mapping[str, ChamberState]
-    rings: Mapping[str, SlipRingState] = {}
+    contacts: dict[str, State]
+    springs: dict[str, SpringState]
+    gas: dict[str, ChamberState]
+    rings: dict[str, SlipRingState]
     joints: JointStates | None = None
-    """None where there are none."""
+    """None without joints."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class SystemState(Displayed):
-    """The state of a simulation at one time: all that its next step needs."""
+    """The state of a simulation at one time, with all that its next step needs."""
 
     time: float
     bodies: BodyStates
@@ -131,13 +131,12 @@ class SystemState(Displayed):
     """By name."""
     energy: Energy
     step: float = 0.0
-    """Length of the step that came here; 0 at the start."""
+    """Length of the step that led here; 0 at the start."""
     rigid: FloatArray = field(default_factory=lambda: np.zeros((0, STATE)))
     """(b, 19) free bodies, columns by `contiga.rigid.rigid_lanes`."""
     wrenches: FloatArray = field(default_factory=lambda: np.zeros((0, 6)))
-    """(n, 6) force and moment on each body about the origin of its frame, world axes: contacts,
-    springs, joints, loads and weight, with those of what is attached to it. None where nothing is
-    moved by forces."""
+    """(n, 6) force and moment on each body about the origin of its frame, world axes, of contacts,
+    springs, joints, loads and weight, attached bodies included; no rows if forces move nothing."""
     springs: dict[str, SpringState] = field(default_factory=dict)
     """By name."""
     gas: dict[str, ChamberState] = field(default_factory=dict)
@@ -145,22 +144,22 @@ class SystemState(Displayed):
     slip_rings: dict[str, SlipRingState] = field(default_factory=dict)
     """By name."""
     joints: JointStates | None = None
-    """The states of all joints; None where there are none."""
+    """The states of all joints; None without joints."""
     triggers: dict[str, TriggerState] = field(default_factory=dict)
     """By the name of their sensor."""
     peak_energy: float = 0.0
     """The largest energy so far: kinetic, stored and lost."""
     shaking: float = 0.0
-    """How fast forces on bodies change, of late: `contiga.simulation.step_size`. Of
-    automatic steps, with the next."""
+    """Recent rate of change of forces over √mass; with the next field, of automatic steps: see
+    `contiga.simulation.step_size`."""
     leak: float = 0.0
-    """Energy balance error a time that shorter steps would not reduce."""
+    """Energy balance error per time that shorter steps would not reduce."""
     rest: Rest | None = None
-    """How it came to rest before the run; None where it did not."""
+    """How the simulation came to rest before the run; None if it did not."""
     place_error: float = 0.0
-    """What depths of points that share a force are off by: `contiga.simulation.step_size`."""
+    """Error of depths of points that share a force, length: `contiga.simulation.step_size`."""
     speed_error: float = 0.0
-    """And how fast these change."""
+    """Error of the rate of these depths, length/time."""
 
     def _facts(self) -> Facts:
         return [
@@ -174,7 +173,7 @@ class SystemState(Displayed):
 
     @property
     def acting(self) -> Acting:
-        """The forces between the parts."""
+        """The forces between the parts of the model."""
         return Acting(self.contacts, self.springs, self.gas, self.slip_rings, self.joints)
 
     @property

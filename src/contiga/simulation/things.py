@@ -1,9 +1,9 @@
-"""Add laws, methods and what stands in them to a fingerprint: numbers, arrays and code.
+"""Add laws and methods, with all that they refer to, to a fingerprint: numbers, arrays and code.
 
-Code is followed wherever it is the user's own: methods, constants of classes, slots, closures, and
-the functions and constants of modules that it names, however far away. Of packages that are
-installed the name and the version stand for their code, and of their objects that are only named
-(a logger, a cache) the kind. What is left says nothing of itself, and is told to be `unknown`.
+User code is followed everywhere: methods, constants of classes, slots, closures, and the functions
+and constants of modules that it names. An installed package enters by its name and version, and an
+object of it that is only named (a logger, a cache) by its type. Anything else cannot be read, and
+is listed as `unknown`.
 """
 
 from __future__ import annotations
@@ -32,37 +32,37 @@ import numpy as np
 
 from contiga.arrays.digest import Digest
 
-# Arguments a function is tried at, beside its code: strains, penetrations and rates.
-_TRIED = np.array([0.0, 1e-6, 1e-3, 0.03, 0.3])
-# Objects inside objects, inside objects…: beyond this data tell their kind only.
-_DEEPEST = 8
-# Data of Python that hold others.
-_PLAIN = (tuple, list, dict, set, frozenset, range, MappingProxyType)
-_KNOWN = {*sys.stdlib_module_names, "contiga", "numpy", "numba", "scipy"}
-_INSTALLED = {Path(sysconfig.get_path(kind)).resolve() for kind in ("purelib", "platlib")}
-# What Python itself puts into a class beside what stands in it.
-_OF_PYTHON = {
+# Arguments of a trial call of a function: strains, penetrations and rates.
+_TRIAL_VALUES = np.array([0.0, 1e-6, 1e-3, 0.03, 0.3])
+# Nesting depth of objects beyond which only types are added.
+_MAX_DEPTH = 8
+# Containers of Python.
+_CONTAINERS = (tuple, list, dict, set, frozenset, range, MappingProxyType)
+_KNOWN_PACKAGES = {*sys.stdlib_module_names, "contiga", "numpy", "numba", "scipy"}
+_SITE_FOLDERS = {Path(sysconfig.get_path(kind)).resolve() for kind in ("purelib", "platlib")}
+# Members that Python itself adds to a class.
+_PYTHON_MEMBERS = {
     *("__module__", "__doc__", "__dict__", "__weakref__", "__slots__", "__annotations__"),
     *("__firstlineno__", "__static_attributes__", "__annotate__", "__annotate_func__"),
     *("__abstractmethods__", "_abc_impl", "__parameters__", "__orig_bases__"),
 }
 
 
-class _Manner(IntEnum):
-    """How something enters a fingerprint, the more narrowly the higher."""
+class _Scope(IntEnum):
+    """How fully an object enters a fingerprint; higher values include less."""
 
-    WHOLLY = 0
+    FULL = 0
     UNCALLED = 1
-    """Who knows what code does that nobody has called yet."""
+    """Code is not called: it may have effects that no run has."""
     NAMED = 2
-    """And what others' objects keep changes by itself: loggers, counters, caches."""
+    """Objects of packages enter by type only: loggers, counters and caches change by themselves."""
 
 
-class _Met(NamedTuple):
-    """A function or class, and how it enters."""
+class _Pending(NamedTuple):
+    """A function or class that is still to be added."""
 
     value: Any
-    manner: _Manner
+    scope: _Scope
 
 
 class Things(Digest):
@@ -71,33 +71,33 @@ class Things(Digest):
     def __init__(self) -> None:
         super().__init__()
         self.unknown: set[str] = set()
-        # Functions and classes in the order in which they were met: each is taken once.
-        self._met: list[_Met] = []
+        # Functions and classes in order of appearance; each is added once.
+        self._pending: list[_Pending] = []
         self._numbers: dict[int, int] = {}
-        self._taken = 0
-        self._manner = _Manner.WHOLLY
+        self._n_added = 0
+        self._scope = _Scope.FULL
 
     def thing(self, value: Any) -> None:
-        """Add a law, a method or what stands in one: numbers, arrays, functions, objects."""
-        self._thing(value, 0)
-        while self._taken < len(self._met):
-            met, self._taken = self._met[self._taken], self._taken + 1
-            with self._as(met.manner):
-                if isinstance(met.value, type):
-                    for name, value in sorted(vars(met.value).items()):
-                        if name in _OF_PYTHON or _is_slot(value):
+        """Add a law or a method with its contents: numbers, arrays, functions, objects."""
+        self._add(value, 0)
+        while self._n_added < len(self._pending):
+            pending, self._n_added = self._pending[self._n_added], self._n_added + 1
+            with self._in_scope(pending.scope):
+                if isinstance(pending.value, type):
+                    for name, value in sorted(vars(pending.value).items()):
+                        if name in _PYTHON_MEMBERS or _is_slot(value):
                             continue
                         self.text(name)
                         if isinstance(value, property):
-                            self._only_named([value.fget, value.fset])
+                            self._add_named([value.fget, value.fset])
                         elif isinstance(value, cached_property):
-                            self._only_named(value.func)
+                            self._add_named(value.func)
                         else:
-                            self._only_named(getattr(value, "__func__", value))
+                            self._add_named(getattr(value, "__func__", value))
                 else:
-                    self._code(met.value)
+                    self._add_code(pending.value)
 
-    def _thing(self, value: Any, depth: int) -> None:
+    def _add(self, value: Any, depth: int) -> None:
         function = value if callable(value) else None
         for name in ("__func__", "py_func", "__wrapped__"):
             function = getattr(function, name, function)
@@ -107,163 +107,174 @@ class Things(Digest):
         elif isinstance(value, np.ndarray | np.generic):
             self.arrays("array", np.asarray(value))
         elif isinstance(value, ModuleType):
-            self._installed(value.__name__)
+            self._add_package(value.__name__)
         elif isinstance(value, type):
-            self._class(value)
-        elif function is not None:  # of Python: itself, a method, what is wrapped or compiled
-            self.text(_name_of(value))
-            self._later(function)
+            self._add_class(value)
+        elif function is not None:  # a Python function, method, or wrapped or compiled function
+            self.text(_qualified_name(value))
+            self._postpone(function)
             if isinstance(value, MethodType):
-                self._thing(value.__self__, depth + 1)
-            if self._manner == _Manner.WHOLLY:
-                self.text(_tried(value))
-        elif depth >= _DEEPEST or (self._manner == _Manner.NAMED and _is_others(value)):
-            self.text(_name_of(value))
+                self._add(value.__self__, depth + 1)
+            if self._scope == _Scope.FULL:
+                self.text(_trial_result(value))
+        elif depth >= _MAX_DEPTH or (self._scope == _Scope.NAMED and _is_foreign_object(value)):
+            self.text(_qualified_name(value))
         elif isinstance(value, Mapping):
-            self._things(chain.from_iterable(value.items()), depth)
+            self._add_all(chain.from_iterable(value.items()), depth)
         elif isinstance(value, Sequence | set | frozenset):
             ordered = value if isinstance(value, Sequence) else sorted(value, key=repr)
-            self._things(ordered, depth)
+            self._add_all(ordered, depth)
         else:
-            self._object(value, depth)
+            self._add_object(value, depth)
 
-    def _things(self, values: Iterable[Any], depth: int) -> None:
-        things = list(values)
-        self.text(f"{len(things)} things")
-        for value in things:
-            self._thing(value, depth + 1)
+    def _add_all(self, values: Iterable[Any], depth: int) -> None:
+        items = list(values)
+        self.text(f"{len(items)} things")
+        for value in items:
+            self._add(value, depth + 1)
 
-    def _object(self, value: Any, depth: int) -> None:
-        self.text(_name_of(value))
-        if callable(value) and self._manner == _Manner.WHOLLY:
-            self.text(_tried(value))
+    def _add_object(self, value: Any, depth: int) -> None:
+        self.text(_qualified_name(value))
+        if callable(value) and self._scope == _Scope.FULL:
+            self.text(_trial_result(value))
         kind = type(value)
-        self._class(kind)
-        names = {name for one in kind.__mro__ if one is not object for name in vars(one)}
-        # Of others' objects some know best what of them is kept.
-        knows = not _is_own(kind.__module__) and names & {"__reduce__", "__reduce_ex__"}
-        if not knows and names & {"__dict__", "__slots__"}:  # all of it stands where Python sees it
-            # Attributes and slots. What follows from the rest, and is there only once it was asked
-            # for, tells nothing.
-            kept = {
-                name: inner
-                for name, inner in getattr(value, "__dict__", {}).items()
+        self._add_class(kind)
+        names = {name for base in kind.__mro__ if base is not object for name in vars(base)}
+        # Objects of packages may define their own state for pickling.
+        has_reduce = not _is_user_module(kind.__module__) and names & {
+            "__reduce__",
+            "__reduce_ex__",
+        }
+        if not has_reduce and names & {"__dict__", "__slots__"}:
+            # Attributes and slots, without cached properties, which follow from the others.
+            attributes = {
+                name: attribute
+                for name, attribute in getattr(value, "__dict__", {}).items()
                 if not isinstance(getattr(kind, name, None), cached_property)
             }
-            slots = (name for one in kind.__mro__ for name, m in vars(one).items() if _is_slot(m))
-            kept |= {name: getattr(value, name) for name in slots if hasattr(value, name)}
-            self._things(chain.from_iterable(sorted(kept.items())), depth)
-        else:  # what is not seen in Python, as it would be kept in a file (PEP 307)
+            slots = (name for base in kind.__mro__ for name, m in vars(base).items() if _is_slot(m))
+            attributes |= {name: getattr(value, name) for name in slots if hasattr(value, name)}
+            self._add_all(chain.from_iterable(sorted(attributes.items())), depth)
+        else:  # the state as pickling sees it (PEP 307)
             try:
                 reduced = value.__reduce_ex__(2)
             except Exception:
                 reduced = None
-            code = isinstance(value, BuiltinFunctionType) and value.__module__ is not None
-            if reduced is None or (code and _top(value.__module__) not in _KNOWN):
-                self.unknown.add(_name_of(value))
-            with self._as(_Manner.UNCALLED):
-                self._thing(reduced, depth + 1)
+            is_builtin = isinstance(value, BuiltinFunctionType) and value.__module__ is not None
+            if reduced is None or (
+                is_builtin and _top_package(value.__module__) not in _KNOWN_PACKAGES
+            ):
+                self.unknown.add(_qualified_name(value))
+            with self._in_scope(_Scope.UNCALLED):
+                self._add(reduced, depth + 1)
 
-    def _class(self, kind: type) -> None:
+    def _add_class(self, kind: type) -> None:
         """Add a class and its bases."""
-        for one in kind.__mro__:
-            if _is_own(one.__module__):
-                self.text(one.__qualname__)
-                self._later(one)
-            elif one is not object:
-                self._installed(one.__module__)
+        for base in kind.__mro__:
+            if _is_user_module(base.__module__):
+                self.text(base.__qualname__)
+                self._postpone(base)
+            elif base is not object:
+                self._add_package(base.__module__)
 
-    def _later(self, value: FunctionType | type) -> None:
-        """Postpone a function or class; its number stands here for it."""
-        number = self._numbers.setdefault(id(value), len(self._met))
-        if number == len(self._met):
-            self._met.append(_Met(value, self._manner))
+    def _postpone(self, value: FunctionType | type) -> None:
+        """Postpone a function or class; its number is added in its place."""
+        number = self._numbers.setdefault(id(value), len(self._pending))
+        if number == len(self._pending):
+            self._pending.append(_Pending(value, self._scope))
         self.text(f"number {number}")
 
-    def _code(self, function: FunctionType) -> None:
-        """Add what a Python function does: its code, constants, defaults, closure and names."""
+    def _add_code(self, function: FunctionType) -> None:
+        """Add a Python function: its code, constants, defaults, closure and names."""
         cells = []
         for cell in function.__closure__ or ():
-            with suppress(ValueError):  # what is named in it was not made yet
+            with suppress(ValueError):  # the cell is empty
                 cells.append(cell.cell_contents)
-        for code in _codes(function.__code__):
+        for code in _nested_codes(function.__code__):
             self.text(code.co_code.hex() + repr(code.co_names))
-            self._things([c for c in code.co_consts if not isinstance(c, CodeType)], 0)
-        self._things([function.__defaults__, function.__kwdefaults__, cells], 0)
-        if _is_own(function.__module__):
-            # What it names in its module, and in modules of the user's that it names.
-            codes = list(_codes(function.__code__))
+            self._add_all([c for c in code.co_consts if not isinstance(c, CodeType)], 0)
+        self._add_all([function.__defaults__, function.__kwdefaults__, cells], 0)
+        if _is_user_module(function.__module__):
+            # Objects that it names in its module, and in user modules.
+            codes = list(_nested_codes(function.__code__))
             names = {str(step.argval) for code in codes for step in dis.get_instructions(code)
                      if step.opname in ("LOAD_GLOBAL", "LOAD_NAME")}  # fmt: skip
-            inner = {name for code in codes for name in code.co_names}
+            code_names = {name for code in codes for name in code.co_names}
             for name in sorted(names & set(function.__globals__)):
                 value = function.__globals__[name]
-                found = {name: value}
-                if isinstance(value, ModuleType) and _is_own(value.__name__):
-                    own = vars(value)
-                    found = {f"{name}.{k}": own[k] for k in sorted(inner & set(own))}
-                for inner_name, one in found.items():
+                members = {name: value}
+                if isinstance(value, ModuleType) and _is_user_module(value.__name__):
+                    module_members = vars(value)
+                    members = {
+                        f"{name}.{k}": module_members[k]
+                        for k in sorted(code_names & set(module_members))
+                    }
+                for inner_name, member in members.items():
                     self.text(inner_name)
-                    self._only_named(one)
+                    self._add_named(member)
 
-    def _only_named(self, value: Any) -> None:
-        with self._as(_Manner.NAMED):
-            self._thing(value, 0)
+    def _add_named(self, value: Any) -> None:
+        with self._in_scope(_Scope.NAMED):
+            self._add(value, 0)
 
     @contextmanager
-    def _as(self, manner: _Manner) -> Iterator[None]:
-        before, self._manner = self._manner, max(manner, self._manner)
+    def _in_scope(self, scope: _Scope) -> Iterator[None]:
+        before, self._scope = self._scope, max(scope, self._scope)
         yield
-        self._manner = before
+        self._scope = before
 
-    def _installed(self, module: str) -> None:
-        """Add a package by its name, and by its version where results may depend on it."""
-        top = _top(module)
-        version = "" if top in _KNOWN else getattr(sys.modules.get(top), "__version__", "")
+    def _add_package(self, module: str) -> None:
+        """Add a package by its name, and by its version if results may depend on it."""
+        top = _top_package(module)
+        version = "" if top in _KNOWN_PACKAGES else getattr(sys.modules.get(top), "__version__", "")
         self.text(f"{module} {version}")
 
 
-def _top(module: str | None) -> str:
+def _top_package(module: str | None) -> str:
     return str(module or "builtins").partition(".")[0]
 
 
-def _name_of(value: Any) -> str:
+def _qualified_name(value: Any) -> str:
     named = value if callable(value) and hasattr(value, "__qualname__") else type(value)
     return f"{named.__module__}.{named.__qualname__}"
 
 
-def _is_others(value: Any) -> bool:
-    """Return whether an object is Python's or an installed package's, and neither data nor code."""
+def _is_foreign_object(value: Any) -> bool:
+    """Return whether an object belongs to Python or a package, and is neither data nor code."""
     kind = type(value)
-    data = kind in _PLAIN or isinstance(value, Number) or _top(kind.__module__) == "contiga"
-    return not (data or callable(value) or _is_own(kind.__module__))
+    data = (
+        kind in _CONTAINERS
+        or isinstance(value, Number)
+        or _top_package(kind.__module__) == "contiga"
+    )
+    return not (data or callable(value) or _is_user_module(kind.__module__))
 
 
 def _is_slot(member: Any) -> bool:
     return type(member).__name__ == "member_descriptor"
 
 
-def _codes(code: CodeType) -> Iterator[CodeType]:
-    """Yield a code and those of the functions inside it."""
+def _nested_codes(code: CodeType) -> Iterator[CodeType]:
+    """Yield a code object and those of the functions inside it."""
     yield code
     for constant in code.co_consts:
         if isinstance(constant, CodeType):
-            yield from _codes(constant)
+            yield from _nested_codes(constant)
 
 
-def _is_own(module: str | None) -> bool:
-    """Return whether a module is the user's: none of Python, of contiga or of a package."""
-    top = _top(module)
-    if top in _KNOWN:
+def _is_user_module(module: str | None) -> bool:
+    """Return whether a module is the user's own, not of Python, contiga or a package."""
+    top = _top_package(module)
+    if top in _KNOWN_PACKAGES:
         return False
     file = getattr(sys.modules.get(top), "__file__", None)
-    return file is None or not _INSTALLED & set(Path(file).resolve().parents)
+    return file is None or not _SITE_FOLDERS & set(Path(file).resolve().parents)
 
 
-def _tried(function: Callable[..., Any]) -> str:
-    """Return what a function answers, or the name of the error where it takes other arguments."""
+def _trial_result(function: Callable[..., Any]) -> str:
+    """Return the result of a trial call, or the name of its error."""
     try:
         with np.errstate(all="ignore"):
-            return repr(np.asarray(function(_TRIED.copy()), dtype=np.float64).tobytes())
+            return repr(np.asarray(function(_TRIAL_VALUES.copy()), dtype=np.float64).tobytes())
     except Exception as error:
         return type(error).__name__

@@ -1,4 +1,4 @@
-"""Define triggers: the channel of a sensor that fires something, and the state of one."""
+"""Define triggers: thresholds of sensor channels that fire devices, and their states."""
 
 from __future__ import annotations
 
@@ -10,24 +10,24 @@ from contiga.arrays.layout import not_negative, positive, real
 from contiga.errors import InputError
 
 OF_TRIGGERS = ("trigger", "fired")
-"""Columns of a trigger: its channel as it sees it, and 1 from when it has fired."""
+"""Columns of a trigger: its filtered channel, and 1 once it has fired."""
 CORNER = 2.0775
-"""Corner of SAE J211's filters in a single pass, in their class: their 3 dB are of both passes."""
+"""Corner frequency of one pass of SAE J211's filters over their class: 3 dB are of two passes."""
 
 
 class TriggerState(NamedTuple):
     """The state of a trigger at one time."""
 
     raw: float
-    """The channel."""
+    """Value of the channel."""
     value: float
-    """The channel as it is filtered."""
+    """Filtered value of the channel."""
     slope: float
-    """Rate of that; zero without a filter."""
+    """Rate of the filtered value; zero without a filter."""
     since: float
-    """Time since which the value has been beyond the threshold; infinite where it is not."""
+    """Time since when the value has been beyond the threshold; infinite if it is not."""
     fires: float
-    """Time at which it fires; infinite as long as that is not known. Then it never changes."""
+    """Firing time; infinite until it is known, and constant from then on."""
 
 
 @dataclass(frozen=True, init=False, eq=False)
@@ -69,7 +69,7 @@ class Trigger:
     channel: str | None
     level: float
     sign: float
-    """1 of a threshold that is passed upward, −1 of one that is passed downward."""
+    """1 for a threshold that is passed upward, −1 downward."""
     lasting: float
     delay: float
 
@@ -100,8 +100,8 @@ class Trigger:
     def start(self, raw: float, time: float) -> TriggerState:
         """Return the state at the start."""
         beyond = self.sign * (raw - self.level) > 0.0
-        begun = TriggerState(raw, raw, 0.0, time if beyond else math.inf, math.inf)
-        return self._fired(begun, time)
+        state = TriggerState(raw, raw, 0.0, time if beyond else math.inf, math.inf)
+        return self._fired(state, time)
 
     def step(
         self, last: TriggerState, raw: float, time: float, dt: float, corner: float | None
@@ -121,21 +121,21 @@ class Trigger:
             w, half = positive(corner, "corner"), 0.5 * dt
             damping = math.sqrt(2.0) * w
             before = w * w * (last.raw - last.value) - damping * last.slope
-            foreseen = w * w * (raw - last.value - half * last.slope)
-            slope = (last.slope + half * (before + foreseen)) / (
+            after = w * w * (raw - last.value - half * last.slope)
+            slope = (last.slope + half * (before + after)) / (
                 1.0 + half * damping + half * half * w * w
             )
             value = last.value + half * (last.slope + slope)
-        was, now = (self.sign * (v - self.level) for v in (last.value, value))
+        old_excess, new_excess = (self.sign * (v - self.level) for v in (last.value, value))
         since = math.inf
-        if now > 0.0:
+        if new_excess > 0.0:
             since = last.since
-            if not was > 0.0:
-                since = time - dt * now / (now - was)
+            if not old_excess > 0.0:
+                since = time - dt * new_excess / (new_excess - old_excess)
         return self._fired(TriggerState(raw, value, slope, since, last.fires), time)
 
     def _fired(self, state: TriggerState, time: float) -> TriggerState:
-        done = state.since + self.lasting
-        if math.isfinite(state.fires) or not done <= time:
+        held_until = state.since + self.lasting
+        if math.isfinite(state.fires) or not held_until <= time:
             return state
-        return state._replace(fires=done + self.delay)
+        return state._replace(fires=held_until + self.delay)

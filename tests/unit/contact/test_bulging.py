@@ -38,9 +38,9 @@ def test_the_farthest_way_and_coordinate_are_those_of_points_that_are_somewhere(
     before[30, axis] = now[30, axis] = 40.0 * sign
     before[130, axis], now[231, axis] = 50.0 * sign, 60.0 * sign
     most = np.full((3, 2), np.nan)
-    bulging_nb.farthest(Motion(before, now), most, size, 0, 2)
+    bulging_nb.largest_paths(Motion(before, now), most, size, 0, 2)
     assert np.isnan(most[2]).all()
-    bulging_nb.farthest(Motion(before, now), most, size, 2, 3)
+    bulging_nb.largest_paths(Motion(before, now), most, size, 2, 3)
     way = ways(before, now)
     for c in range(3):
         own = np.flatnonzero(np.isfinite(way[c * size : (c + 1) * size])) + c * size
@@ -50,7 +50,7 @@ def test_the_farthest_way_and_coordinate_are_those_of_points_that_are_somewhere(
 
 def test_nothing_is_farthest_of_no_points():
     most, none = np.ones((1, 2)), np.full((3, 3), np.nan)
-    bulging_nb.farthest(Motion(none, none), most, 10, 0, 1)
+    bulging_nb.largest_paths(Motion(none, none), most, 10, 0, 1)
     assert most.tolist() == [[0.0, 0.0]]
 
 
@@ -68,7 +68,7 @@ def test_points_within_reach_are_listed(size):
     chunks = -(-n // size)
     lists = ChunkLists(np.full(n, -7, np.int32), np.full(chunks, -7))
     known = LastPlaces(patch, distance, locked(active))
-    bulging_nb.within_reach(Motion(before, now), known, bulge, lists, size, 0, chunks)
+    bulging_nb.list_within_reach(Motion(before, now), known, bulge, lists, size, 0, chunks)
     room = np.where(patch >= 0, 0.0, np.abs(distance))
     wanted = np.isfinite(way) & (active | (patch >= 0)) & (room <= way + bulge)
     parts = [lists.rows[c * size : c * size + count] for c, count in enumerate(lists.counts)]

@@ -63,4 +63,4 @@ def test_those_that_carry_are_the_later_ones() -> None:
     points = ContactRows.of(np.array([2, 5, 9, 11], np.int32))
     points.depth[:] = [1.0, 2.0, 3.0, 4.0]
     for first, wanted in ((5, [2.0, 3.0, 4.0]), (6, [3.0, 4.0]), (12, [])):
-        assert points.since(first).depth.tolist() == wanted
+        assert points.from_point(first).depth.tolist() == wanted

@@ -13,9 +13,9 @@ from tests.scenes import box
 import contiga as cg
 from contiga.contact import contact as search_of_step
 from contiga.contact import curved
-from contiga.contact.curved import Path, Story, bulge_of
+from contiga.contact.curved import Path, StepHistory, bulge_of
 from contiga.contact.foot_rows import blank
-from contiga.contact.search_records import BULGE, Detected
+from contiga.contact.search_records import BULGE, Detection
 from contiga.records import ContactStatus as Is
 from contiga.rigid import pose
 from contiga.rigid.frames import to_world
@@ -183,7 +183,7 @@ class _Counted:
         self.points: list[int] = []
         inner = curved.detect
 
-        def counted(surface: object, now: np.ndarray, *others: object) -> Detected:
+        def counted(surface: object, now: np.ndarray, *others: object) -> Detection:
             self.points.append(len(now))
             return inner(surface, now, *others)  # type: ignore[arg-type]
 
@@ -244,9 +244,9 @@ def test_pieces_are_as_straight_as_is_asked(
     contact = _contact("blade", len(points))
     state = contact.start(points)
     seen: list[float] = []
-    inner = curved._follow
+    inner = curved._follow_pieces
 
-    def followed(*given: object) -> Detected:
+    def followed(*given: object) -> Detection:
         path, pieces = given[1], given[4]
         assert isinstance(path, Path)
         assert isinstance(pieces, int)
@@ -255,7 +255,7 @@ def test_pieces_are_as_straight_as_is_asked(
             seen.append(float(np.linalg.norm(m - 0.5 * (a + b), axis=1).max()))
         return inner(*given)  # type: ignore[arg-type]
 
-    monkeypatch.setattr(curved, "_follow", followed)
+    monkeypatch.setattr(curved, "_follow_pieces", followed)
     contact.step(state, end, pose_at(1.0))
     assert 0.0 < max(seen) <= BULGE * contact.master.size
 
@@ -268,15 +268,15 @@ def test_points_far_from_the_surface_are_not_followed(monkeypatch: pytest.Monkey
     contact = cg.Contact(ball, slave, law=cg.PenaltyLaw(4e3), search="penetration")
     low = pose.translation([0.0, 0.0, 0.972])
     state, seen = contact.start(points, low), [0]
-    inner = curved._follow
+    inner = curved._follow_pieces
 
-    def followed(*given: object) -> Detected:
+    def followed(*given: object) -> Detection:
         path = given[1]
         assert isinstance(path, Path)
         seen[-1] += len(path.now)
         return inner(*given)  # type: ignore[arg-type]
 
-    monkeypatch.setattr(curved, "_follow", followed)
+    monkeypatch.setattr(curved, "_follow_pieces", followed)
     for k in range(12):
         turned = pose.rotation([1.0, 0.0, 0.0], 0.05 * (k + 1))
         state = contact.step(state, points, pose.compose(low, turned), dt=1e-3)
@@ -285,13 +285,13 @@ def test_points_far_from_the_surface_are_not_followed(monkeypatch: pytest.Monkey
     assert max(seen) < 0.2 * len(points)
 
 
-def _found(status: Is, certified: int = 1) -> Detected:
+def _found(status: Is, certified: int = 1) -> Detection:
     feet = blank(1)
     feet.patch[:] = 0 if status in cg.records.IN_CONTACT else -1
     feet.certified[:] = certified
     none = np.zeros(1)
     held = np.flatnonzero(feet.patch >= 0).astype(np.int32)
-    return Detected(np.array([status], np.int8), feet, none, np.full(1, -1, np.int32), none, held)
+    return Detection(np.array([status], np.int8), feet, none, np.full(1, -1, np.int32), none, held)
 
 
 STORIES = [
@@ -318,14 +318,14 @@ STORIES = [
 
 @pytest.mark.parametrize(("began", "pieces", "whole"), STORIES)
 def test_what_became_of_a_point_in_a_step(began: bool, pieces: list[Is], whole: Is) -> None:
-    story = Story.begin(np.array([began]))
+    story = StepHistory.begin(np.array([began]))
     for status in pieces:
         story = story.after(_found(status))
     assert Is(int(story.status(np.array([pieces[-1]], np.int8))[0])) is whole
 
 
 def test_a_foot_is_proved_if_it_is_in_all_pieces_since_it_was_taken() -> None:
-    story = Story.begin(np.array([True]))
+    story = StepHistory.begin(np.array([True]))
     proved = []
     for status, certified in [(Is.OLD, 1), (Is.OLD, 0), (Is.OLD, 1), (Is.REACQUIRED, 1),
                               (Is.OLD, 1), (Is.RELEASED, 0)]:  # fmt: skip

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import contiga as cg
-from contiga.contact.respond import checked_answer
+from contiga.contact.respond import checked_output
 from contiga.errors import InputError
 
 PLANE = cg.Body([cg.shapes.plane()])
@@ -67,7 +67,7 @@ def test_plain_laws_answer_arrays_of_their_own() -> None:
     seen = cg.LawInput(*np.full((3, 4), 0.25), None, np.ones(4), 0.0, np.zeros((4, 0)))
     for law in (cg.AdaptiveLaw(), cg.PenaltyLaw(2.0), cg.PenaltyLaw(2.0, per_area=True)):
         for inp in (seen, seen._replace(dt=0.5)):
-            answer = checked_answer(law, inp)
+            answer = checked_output(law, inp)
             kept = [answer.force, answer.stiffness, answer.stored, answer.memory]
             assert all(array.flags.carray for array in kept)
             assert [array.shape for array in kept] == [(4,), (4,), (4,), (4, 0)]

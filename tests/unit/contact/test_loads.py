@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import contiga as cg
-from contiga.contact.loads import Column, Guards, Kept, holds_of
+from contiga.contact.loads import Column, Guards, Kept, guard_states_of
 from contiga.contact.state import State
 
 N = 400
@@ -151,7 +151,7 @@ def test_of_what_there_is_not_the_arrays_are_empty() -> None:
 def test_what_holds_points_is_told_of_other_points_too_and_zero_of_those_not_held():
     held = Column(np.array([1, 4, 6]), np.array([0.1, 0.2, 0.3]))
     normal, guard = np.eye(3), np.array([[0.0, 0.6, 0.8]])
-    holds = holds_of(held, normal, Guards(np.array([4]), guard))
+    holds = guard_states_of(held, normal, Guards(np.array([4]), guard))
     guards, depth, opposed = holds.at(np.array([0, 1, 4, 7, 6]))
     none = np.zeros(3)
     np.testing.assert_array_equal(guards, [none, normal[0], guard[0], none, normal[2]])

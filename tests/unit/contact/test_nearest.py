@@ -1,4 +1,4 @@
-"""Points that their closest points judge, by one kernel: as the whole of `judge` has it."""
+"""Points that their closest points judge, by one kernel: as the whole of `decide` has it."""
 
 from __future__ import annotations
 
@@ -11,15 +11,15 @@ from tests.sample import FULL, few
 from contiga.contact import followed, nearest
 from contiga.contact.foot_rows import blank
 from contiga.contact.kernels import settle_nb
-from contiga.contact.loads import NO_SIZES, NOWHERE, UNGUARDED, holds_of
-from contiga.contact.search_records import Detected, Limits, Options, Step, StepSearch
-from contiga.contact.settle_records import Asked
+from contiga.contact.loads import NO_SIZES, NOWHERE, UNGUARDED, guard_states_of
+from contiga.contact.search_records import Detection, Limits, Options, Step, StepSearch
+from contiga.contact.settle_records import Candidates
 from contiga.records import ContactStatus, Hit, Projection, SurfacePlaces, empty_hit, rows_of
 from contiga.statuses import Status
 
 pytestmark = pytest.mark.interpreted
 
-UNHELD = holds_of(NO_SIZES, NOWHERE, UNGUARDED)
+UNHELD = guard_states_of(NO_SIZES, NOWHERE, UNGUARDED)
 
 N = few(1500 if FULL else 500, 150)
 BAND = 0.01
@@ -67,8 +67,8 @@ def feet_of(rng: np.random.Generator, n: int, status: list[int]) -> Projection:
     )
 
 
-def scene(seed: int, is_nearest: bool) -> tuple[Asked, Step]:
-    """Points to be judged, and their ways."""
+def scene(seed: int, is_nearest: bool) -> tuple[Candidates, Step]:
+    """Points to be decided on, and their paths."""
     rng = np.random.default_rng(seed)
     truth = feet_of(rng, N, [Status.OK, Status.OK, Status.MAX_ITERATIONS])
     feet = feet_of(rng, N, [Status.OK, Status.BORDER])
@@ -78,16 +78,16 @@ def scene(seed: int, is_nearest: bool) -> tuple[Asked, Step]:
     feet.point[same] = truth.point[same]
     side = rng.integers(-1, 2, N).astype(np.int8)
     was = rng.random(N) < 0.5
-    # As `judge` has it, who asks for the closest points that it needs.
+    # As `decide` has it, who asks for the closest points that it needs.
     spared = (side != 0) & was & (rng.random(N) < 0.5)
     spared &= (side > 0) | (not is_nearest)
-    truth.status[spared], truth.patch[spared] = settle_nb.NOT_ASKED, -1
+    truth.status[spared], truth.patch[spared] = settle_nb.NOT_SEARCHED, -1
     rows = np.sort(rng.choice(2 * N, N, replace=False)).astype(np.int32)
     becomes = rng.choice([ContactStatus.OLD, ContactStatus.HELD], N).astype(np.int8)
     kept = was & (rng.random(N) < 0.6)
     guard = rng.normal(size=(N, 3)) * (rng.random((N, 1)) < 0.7)
     known = side, rng.random(N), rng.random(N), guard, rng.normal(size=N) + 0.5
-    asked = Asked(rows, was, kept, becomes, *known, rng.random(N) < 0.1, feet, truth)
+    asked = Candidates(rows, was, kept, becomes, *known, rng.random(N) < 0.1, feet, truth)
     way, ignored = rng.random(2 * N), rng.random(2 * N) < 0.3
     way[::7] = np.inf
     points, near = rng.normal(size=(2 * N, 3)), np.zeros(2 * N, np.int32)
@@ -96,22 +96,22 @@ def scene(seed: int, is_nearest: bool) -> tuple[Asked, Step]:
     return asked, Step(points - gone, points, way, ignored, *old)
 
 
-def rows_of_asked(asked: Asked, which: np.ndarray) -> Asked:
+def rows_of_asked(asked: Candidates, which: np.ndarray) -> Candidates:
     columns: Any = [column[which] for column in asked[:-2]]
-    return Asked(*columns, rows_of(asked.feet, which), rows_of(asked.truth, which))
+    return Candidates(*columns, rows_of(asked.feet, which), rows_of(asked.closest, which))
 
 
-def found_by(asked: Asked, step: Step, options: Options) -> tuple[Detected, int]:
-    """What `judge` makes of them, and how often it asked the surface."""
-    n, surface = len(step.way), Told()
+def found_by(asked: Candidates, step: Step, options: Options) -> tuple[Detection, int]:
+    """What `decide` makes of them, and how often it asked the surface."""
+    n, surface = len(step.path_length), Told()
     none = np.zeros((0,), np.int32)
-    found = Detected(
+    found = Detection(
         *(np.full(n, -9, np.int8), blank(n), np.full(n, -7.0), np.full(n, -5, np.int32)),
         *(np.full((n, 2), -3.0), none),
     )
     last = SurfacePlaces(np.zeros(n, np.int32), np.zeros((n, 2)))
     search = StepSearch(surface, step, last, found, options)  # type: ignore[arg-type]
-    (nearest if options.nearest else followed).judge(search, asked)
+    (nearest if options.nearest else followed).decide(search, asked)
     return found, surface.asked
 
 
@@ -127,7 +127,7 @@ def test_plain_points_are_judged_as_all_are(
     asked, step = scene(3, is_nearest)
     options = options_of(penetration, is_nearest, depth)
     plain = np.zeros(N, bool)
-    kernel = settle_nb.judge_plain
+    kernel = settle_nb.decide_all
 
     def seen(*given: Any) -> bool:
         own = kernel(*given)
@@ -135,7 +135,7 @@ def test_plain_points_are_judged_as_all_are(
             plain[np.searchsorted(asked.rows, given[0].rows[0])] = own
         return bool(own)
 
-    monkeypatch.setattr(settle_nb, "judge_plain", seen)
+    monkeypatch.setattr(settle_nb, "decide_all", seen)
     for i in range(N):
         found, questions = found_by(rows_of_asked(asked, np.array([i])), step, options)
         if not plain[i]:
@@ -145,7 +145,7 @@ def test_plain_points_are_judged_as_all_are(
             assert questions == 0
     assert 0.2 * N < plain.sum() < 0.9 * N
     now, _ = found_by(rows_of_asked(asked, np.flatnonzero(plain)), step, options)
-    monkeypatch.setattr(settle_nb, "judge_plain", lambda *_: False)
+    monkeypatch.setattr(settle_nb, "decide_all", lambda *_: False)
     own = rows_of_asked(asked, np.flatnonzero(plain))
     wanted, questions = found_by(own, step, options)
     assert questions == 0
@@ -158,11 +158,11 @@ def test_plain_points_are_judged_as_all_are(
 
 def test_where_one_is_not_plain_nothing_is_written() -> None:
     asked, step = scene(4, False)
-    n = len(step.way)
+    n = len(step.path_length)
     into = np.zeros(n, np.int8), np.zeros(n), np.zeros(n, np.int32), np.zeros((n, 2))
     status, safe_distance, near, uv = into
-    found = Detected(status, blank(n), safe_distance, near, uv, near[:0])
+    found = Detection(status, blank(n), safe_distance, near, uv, near[:0])
     limits = Limits(True, False, False, False, BAND, 0.0, np.inf, 1e-9)
-    assert not settle_nb.judge_plain(asked, step, limits, found)
+    assert not settle_nb.decide_all(asked, step, limits, found)
     assert not any(array.any() for array in into)
     assert (found.feet.patch == -1).all()

@@ -8,14 +8,14 @@ import pytest
 from contiga.arrays.layout import locked
 from contiga.contact.foot_rows import blank
 from contiga.contact.kernels import place_nb
-from contiga.contact.loads import NO_SIZES, NOWHERE, UNGUARDED, holds_of
-from contiga.contact.search_records import Columns, Detected, Last, Placing
+from contiga.contact.loads import NO_SIZES, NOWHERE, UNGUARDED, guard_states_of
+from contiga.contact.search_records import Columns, Detection, Last, PlacementArrays
 from contiga.records import ContactStatus
 from contiga.rigid.frames import to_body
 
 pytestmark = pytest.mark.interpreted
 
-UNHELD = holds_of(NO_SIZES, NOWHERE, UNGUARDED)
+UNHELD = guard_states_of(NO_SIZES, NOWHERE, UNGUARDED)
 
 
 @pytest.mark.filterwarnings("ignore::RuntimeWarning")
@@ -57,7 +57,9 @@ def test_every_point_is_placed_as_plain_numpy_says(chunks, calm, surface_way):
     columns = Columns(status, safe_distance, found_near, found_uv, old, feature, certified)
     size = -(-n // chunks)
     last = Last(before, patch, uv, near, distance, UNHELD)
-    placing = Placing(before, now, last, locked(active), columns, way, ignored, *lists, surface_way)
+    placing = PlacementArrays(
+        before, now, last, locked(active), columns, way, ignored, *lists, surface_way
+    )
     place_nb.place(placing, size, 0, chunks)
     touching, free = (
         np.concatenate([own[c * size : c * size + count] for c, count in enumerate(lists[1][:, i])])
@@ -102,8 +104,8 @@ def test_what_is_held_is_listed_and_the_rest_forgets_its_parameters():
     for order in (lists, lists[::-1], [np.flatnonzero(asked).astype(np.int32), lists[0][:0]]):
         own, rows = uv.copy(), np.empty(n, np.int32)
         feet = blank(n)._replace(patch=patch, uv=foot_uv)
-        found = Detected(np.zeros(n, np.int8), feet, np.zeros(n), near, own, rows[:0])
-        count = place_nb.held(*order, found, rows)
+        found = Detection(np.zeros(n, np.int8), feet, np.zeros(n), near, own, rows[:0])
+        count = place_nb.list_touching(*order, found, rows)
         np.testing.assert_array_equal(rows[:count], np.flatnonzero(patch >= 0))
         wanted = np.where((patch >= 0)[:, None], foot_uv, uv)
         wanted[asked & (patch < 0) & (near < 0)] = 0.0
@@ -124,7 +126,9 @@ def test_points_that_are_moved_are_placed_as_those_that_were(chunks):
         last = Last(before, none, np.zeros((n, 2)), none, distance, UNHELD)
         lists = np.zeros((2, n), np.int32), np.zeros((chunks, 2), np.int64)
         columns, ways = Columns.of(n), (np.zeros(n), np.zeros(n, bool))
-        placing = Placing(before, points, last, locked(np.ones(n, bool)), columns, *ways, *lists)
+        placing = PlacementArrays(
+            before, points, last, locked(np.ones(n, bool)), columns, *ways, *lists
+        )
         kernel(placing, *world, size, 0, chunks)
         return *columns, *ways, *lists
 

@@ -12,7 +12,7 @@ import pytest
 from tests.sample import full
 
 import contiga as cg
-from contiga.contact.search_records import Workspaces
+from contiga.contact.search_records import WorkspacePool
 from contiga.contact.state import State
 
 N = 3000
@@ -110,7 +110,7 @@ def test_later_steps_change_no_state_whatever_they_work_in(closed: bool, through
 
 
 def test_rooms_are_taken_by_one_step_at_a_time_and_given_back() -> None:
-    rooms = Workspaces()
+    rooms = WorkspacePool()
     first, second = rooms.take(4), rooms.take(4)
     assert not any(np.shares_memory(a, b) for a in first for b in second)
     assert {len(array) for array in first} == {4, 2}

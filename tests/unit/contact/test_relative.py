@@ -43,8 +43,8 @@ def turned(spin: np.ndarray, time: float) -> np.ndarray:
 @pytest.mark.interpreted
 def test_the_first_point_with_a_place_and_no_velocity_is_told() -> None:
     points, velocity = np.zeros((6, 3)), np.zeros((5, 3))  # quadrature points follow the nodes
-    assert relative_nb.first_unknown(velocity, points) == -1
+    assert relative_nb.first_without_velocity(velocity, points) == -1
     points[1], velocity[1] = np.nan, np.nan
-    assert relative_nb.first_unknown(velocity, points) == -1
+    assert relative_nb.first_without_velocity(velocity, points) == -1
     velocity[3, 2], velocity[4, 0] = np.inf, np.nan
-    assert relative_nb.first_unknown(velocity, points) == 3
+    assert relative_nb.first_without_velocity(velocity, points) == 3

@@ -90,7 +90,7 @@ def test_nothing_changes_where_kernels_settle_points(
     seen = moved(contact, points)
     settled = sum(calls)
     assert settled > 300 or (name, foot) == ("bowl", "tracked")
-    monkeypatch.setattr(settle, "left", lambda _, rows: rows)
+    monkeypatch.setattr(settle, "settle_points", lambda _, rows: rows)
     wanted = moved(contact, points)
     assert sum(calls) == settled
     assert wanted[-1].n_contact > 0
@@ -120,5 +120,5 @@ def test_rows_of_many_chunks_are_left_in_their_order() -> None:
         left[: len(odd)] = odd
         return len(odd)
 
-    left = settle._left(settled, rows, 1000, False)
+    left = settle._settle_chunks(settled, rows, 1000, False)
     np.testing.assert_array_equal(left, rows[rows % 7 == 3])

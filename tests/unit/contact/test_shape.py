@@ -346,8 +346,8 @@ def test_no_point_of_a_surface_leaves_its_rigid_motion_by_more_than_is_said() ->
             for net in (before, now)
         ]
         off = places[1] - cg.motion.pose.apply(shape.rigid, places[0])
-        assert np.linalg.norm(off, axis=1).max() <= shape.way
+        assert np.linalg.norm(off, axis=1).max() <= shape.travel
         bend = np.linalg.norm(bent(body, 4, by) - before, axis=1).max()
         if angle < np.pi / 2.0:
-            assert shape.way <= 1.2 * bend + 0.5 * angle**2
-    assert shape_of(body, False, rest, rest).way == 0.0
+            assert shape.travel <= 1.2 * bend + 0.5 * angle**2
+    assert shape_of(body, False, rest, rest).travel == 0.0

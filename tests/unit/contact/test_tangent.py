@@ -225,7 +225,7 @@ def test_more_that_share_than_a_matrix_can_hold_are_refused(
     contact = contact_of(EGG, 4, law=cg.ForceLaw(TABLE, share="penetration"))
     state = contact.start(points)
     assert contact.tangent(state).nnz == 144
-    monkeypatch.setattr(tangent, "MOST_NUMBERS", 143)
+    monkeypatch.setattr(tangent, "MAX_NUMBERS", 143)
     with pytest.raises(InputError, match=r"full between points.*4 points, 1\.4e\+02 numbers"):
         contact.tangent(state)
 

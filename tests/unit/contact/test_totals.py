@@ -10,7 +10,7 @@ import pytest
 import contiga as cg
 from contiga.contact.kernels import totals_nb
 from contiga.contact.loads import NO_FORCES, NONE, NOWHERE, Column
-from contiga.contact.respond import Answer, ContactRows, Felt, Frame, LastForces
+from contiga.contact.respond import ContactRows, Frame, LastForces, LawForces, PointForces
 
 pytestmark = pytest.mark.interpreted
 
@@ -33,8 +33,10 @@ def half_work(force: np.ndarray, way: np.ndarray) -> float:
     return float(-0.5 * (force * way).sum())
 
 
-def unfilled(k: int) -> Felt:
-    return Felt(np.full((k, 3), np.nan), np.full(k, np.nan), np.full(totals_nb.TOTALS, np.nan))
+def unfilled(k: int) -> PointForces:
+    return PointForces(
+        np.full((k, 3), np.nan), np.full(k, np.nan), np.full(totals_nb.TOTALS, np.nan)
+    )
 
 
 @pytest.fixture
@@ -74,7 +76,7 @@ def test_forces_wrench_and_energies_are_those_of_plain_numpy(
     friction = scene["friction"] if rubbed else (NOWHERE, NONE, NONE)
     now, before = scene["now"], last.points
     out = unfilled(len(rows))
-    answer = Answer(size, stored, lost, damping if damped else NONE, *friction)
+    answer = LawForces(size, stored, lost, damping if damped else NONE, *friction)
     assert totals_nb.forces(carrying, answer, last, now, frame, out) == damped
 
     force = size[:, None] * normal + (friction[0] if rubbed else 0.0)
@@ -103,6 +105,6 @@ def test_forces_wrench_and_energies_are_those_of_plain_numpy(
 
 def test_a_law_that_damps_nothing_has_no_viscosity(scene: dict[str, Any]) -> None:
     size, stored, lost, damping = scene["answer"]
-    answer = Answer(size, stored, lost, 0.0 * damping, NOWHERE, NONE, NONE)
+    answer = LawForces(size, stored, lost, 0.0 * damping, NOWHERE, NONE, NONE)
     out, given = unfilled(len(size)), (scene["now"], scene["frame"])
     assert not totals_nb.forces(scene["carrying"], answer, scene["last"], *given, out)

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from contiga import Simulation
+from contiga.simulation.checkpoint import Peak
 from contiga.simulation.history import history_row, measured_columns, total_force
 from contiga.simulation.model import ContactPart
-from contiga.simulation.peak import Peak
-from contiga.simulation.step import Stepped
+from contiga.simulation.step import StepResult
 from contiga.simulation.system_state import SystemState
 
 
@@ -48,10 +48,10 @@ def test_the_force_is_that_of_all_contacts(make: Callable[..., Simulation]) -> N
         for _ in range(6):
             state = simulation.step(state)
         walls = dict.fromkeys(state.contacts, 0.0)
-        row = history_row(simulation, Stepped(state, walls), None, measured=False)
+        row = history_row(simulation, StepResult(state, walls), None, measured=False)
         forces.append(total_force(simulation, row))
         measured = measured_columns(simulation, state)
         assert set(measured) == {name for name in row if np.isnan(row[name])}
-        whole = history_row(simulation, Stepped(state, walls), None, measured=True)
+        whole = history_row(simulation, StepResult(state, walls), None, measured=True)
         assert measured == {name: whole[name] for name in measured}
     assert forces[1] == 2.0 * forces[0] > 0.0

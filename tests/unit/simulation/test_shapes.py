@@ -153,7 +153,7 @@ def test_points_beside_a_shape_that_changes_go_half_a_thickness_at_most() -> Non
         step="auto",
     )
     (part,), (before,) = simulation.contacts, simulation.start().contacts.values()
-    room = step_size._room(simulation, part, before, np.full(2, 10.0))
+    room = step_size._allowed_travel(simulation, part, before, np.full(2, 10.0))
     np.testing.assert_allclose(room, [0.01, 0.5], atol=1e-6)
 
 

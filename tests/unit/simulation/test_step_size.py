@@ -301,7 +301,7 @@ def test_reasons_keep_their_numbers() -> None:
         "LARGEST GROWTH SAMPLE CRITICAL SWING TURN KINK END WAY CROSSING STIFFER ENERGY SHORTEST"
     )
     assert [reason.name for reason in Reason] == names.split()
-    assert all(reason.told for reason in Reason)
+    assert all(reason.text for reason in Reason)
 
 
 def flat_at_rest(step: float | str) -> cg.Simulation:

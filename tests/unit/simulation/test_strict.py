@@ -10,7 +10,7 @@ import pytest
 import contiga as cg
 from contiga.errors import RunError
 from contiga.records import ContactStatus as Is
-from contiga.simulation.strict import check_proved
+from contiga.simulation.run import check_proved
 from contiga.simulation.system_state import Energy
 
 PLANE = cg.Body([cg.shapes.plane()])

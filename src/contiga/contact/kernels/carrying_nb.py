@@ -1,4 +1,4 @@
-"""Collect what is known of the points in contact before forces: one pass over them."""
+"""Collect depths, normals, paths and rates of the points in contact: one pass over them."""
 
 from __future__ import annotations
 
@@ -8,17 +8,17 @@ from contiga.jit import inner, kernel
 
 
 @inner()
-def way_of(now, before, k, c):
+def displacement(now, before, k, c):
     """Return the displacement of point k along axis c; zero if a coordinate is not finite."""
-    way = now[k, c] - before[k, c]
-    return way if math.isfinite(way) else 0.0
+    value = now[k, c] - before[k, c]
+    return value if math.isfinite(value) else 0.0
 
 
 @inner()
-def at(rows, k, j):
-    """Return where row k stands in ascending `rows`, or would, searched from place j on.
+def row_position(rows, k, j):
+    """Return the position of row k in ascending `rows`, or where it would be, searched from j on.
 
-    Asked of ascending rows one after the other, each going on from the last answer.
+    For ascending rows each search continues from the last result.
     """
     while j < rows.shape[0] and rows[j] < k:
         j += 1
@@ -29,11 +29,11 @@ def at(rows, k, j):
 def gather(feet, now, last, dt, out):
     """Fill the columns of `ContactRows` for the points that they list.
 
-    `feet` are those of all points, which are `now` (n, 3). `last` is what was at the last step,
-    `LastDepths`. Where velocities are not known the rate is the change over the step `dt` of old
-    contacts, and of new ones the speed of approach.
+    `feet` are the feet and `now` (n, 3) the positions of all points; `last` are `LastDepths`.
+    Without given velocities the rate is the change over the step `dt` for old contacts, and the
+    speed of approach for new ones.
     """
-    place, deep, velocity = 0, last.rows, out.velocity
+    place, last_rows, velocity = 0, last.rows, out.velocity
     for i in range(out.rows.shape[0]):
         k = out.rows[i]
         below = -feet.gap[k]
@@ -44,7 +44,7 @@ def gather(feet, now, last, dt, out):
         for c in range(3):
             out.normal[i, c] = feet.normal[k, c]
             out.foot[i, c] = feet.point[k, c]
-            out.path[i, c] = way_of(now, last.points, k, c)
+            out.path[i, c] = displacement(now, last.points, k, c)
             approach += out.path[i, c] * out.normal[i, c]
             if velocity.shape[0] > 0:
                 speed += velocity[i, c] * out.normal[i, c]
@@ -52,11 +52,11 @@ def gather(feet, now, last, dt, out):
         if not out.old[i]:
             inside = min(out.depth[i], -approach) / -approach if approach < 0.0 else 0.0
         out.inside[i] = inside
-        place = at(deep, k, place)
-        there = place < deep.shape[0] and deep[place] == k
+        place = row_position(last_rows, k, place)
+        was_listed = place < last_rows.shape[0] and last_rows[place] == k
         if velocity.shape[0] > 0:
             out.rate[i] = -speed
         elif out.old[i]:
-            out.rate[i] = (out.depth[i] - (last.depth[place] if there else 0.0)) / dt
+            out.rate[i] = (out.depth[i] - (last.depth[place] if was_listed else 0.0)) / dt
         else:
             out.rate[i] = -approach / dt

@@ -8,29 +8,29 @@ from contiga.jit import inner, kernel
 
 
 @inner()
-def is_known(rows, k):
-    """Tell whether row k of (n, 3) is three finite numbers."""
+def is_finite_row(rows, k):
+    """Return whether row k of (n, 3) has three finite numbers."""
     return math.isfinite(rows[k, 0]) and math.isfinite(rows[k, 1]) and math.isfinite(rows[k, 2])
 
 
 @kernel()
-def first_unknown(velocity, points):
-    """Return the first of `points` (m, 3) that has no velocity (n, 3), n ≤ m; −1 if none.
+def first_without_velocity(velocity, points):
+    """Return the first of `points` (m, 3) without a velocity (n, 3), n ≤ m; −1 if none.
 
-    Points that are not finite need none.
+    Points that are not finite need no velocity.
     """
     for k in range(velocity.shape[0]):
-        if not is_known(velocity, k) and is_known(points, k):
+        if not is_finite_row(velocity, k) and is_finite_row(points, k):
             return k
     return -1
 
 
 @kernel()
 def relative(velocity, points, pose, twist, out, start, stop):
-    """Compute Rᵀ (v − v_B − ω × (p − t)) of points start … stop: body axes.
+    """Compute Rᵀ (v − v_B − ω × (p − t)) of points start … stop, body axes.
 
-    `velocity` v and `points` p (m, 3) in world axes; `pose` (4, 4) of the body, `twist` (2, 3) its
-    (v_B, ω).
+    `velocity` v and `points` p (m, 3) are in world axes; `pose` (4, 4) and `twist` (2, 3), its
+    (v_B, ω), are those of the body.
     """
     bx, by, bz = twist[0, 0], twist[0, 1], twist[0, 2]
     wx, wy, wz = twist[1, 0], twist[1, 1], twist[1, 2]

@@ -1,11 +1,10 @@
-"""Points in contact, and free ones near the surface, settled a chunk at a time in one call.
+"""Settle points in contact, and free points near the surface, a chunk per call.
 
-A point lies on the free side or behind the surface, and its foot is the closest point or not. Four
-things tell, the cheapest first: the cell that it lies in (closed bodies), the ball that touches at
-the foot followed from the last one, how far it has gone since its distance was known, and a search
-for its closest point. Points of which these do not tell enough are listed and left to
-`contiga.contact.nearest` or `contiga.contact.followed`, and nothing is said of them here: their
-paths have to be looked at, or another wall than the nearest may push them.
+The side of a point, and whether its foot is the closest point, follow from four tests, the cheapest
+first: the cell of the point (closed bodies), the ball that touches at its continued foot, its path
+since its distance was known, and a search for its closest point. Points that these do not decide
+are listed, without results, for `contiga.contact.nearest` or `contiga.contact.followed`: their
+paths have to be examined, or another wall than the nearest may push them.
 """
 
 from __future__ import annotations
@@ -14,9 +13,15 @@ import math
 
 from contiga.arrays.codes import AT_BORDER, BRANCH_EVENT, FACE, MAX_ITERATIONS, OK, TRIMMED
 from contiga.arrays.kernels.query_nb import blank_foot
-from contiga.contact.kernels.carrying_nb import at
+from contiga.contact.kernels.carrying_nb import row_position
 from contiga.contact.kernels.status_nb import FREE, HELD, LOST, OLD, REACQUIRED, RELEASED
-from contiga.contact.settle_records import Asked, AskedFeet, FootBalls, FreeRows, TouchingRows
+from contiga.contact.settle_records import (
+    BallQueries,
+    Candidates,
+    FootBalls,
+    FreeRows,
+    TouchingRows,
+)
 from contiga.jit import inner, kernel
 from contiga.records import KnownSides, SurfacePlaces
 from contiga.search.balls.kernels.ball_nb import radii
@@ -24,103 +29,101 @@ from contiga.search.closest.kernels.nearest_nb import project_proved
 from contiga.search.sides.kernels.side_nb import clear_ways, places, sides
 from contiga.search.track.kernels.track_nb import track_chunks
 
-KEEP, KEPT = 1, 2
-"""Marks of a row: its foot would do, and it is sure that it does."""
+MAY_KEEP, IS_KEPT = 1, 2
+"""Marks of a row: its foot may be kept; its foot is certainly kept."""
 OPPOSITE = 160.0
-"""Degrees between the outward normals of walls that are opposite, as in a wedge of less than 20°.
+"""Angle in degrees from which outward normals belong to opposite walls, as in a wedge of 20°.
 
-Walls of a wedge of 30° are not: a point that its edge has run over goes out by either. Those of
-ribs and plates are, with the few degrees that they taper by to come out of a mould."""
+A wedge of 30° has no opposite walls: a point that its edge has run over leaves by either. Ribs and
+plates have opposite walls, also with a draft angle of a few degrees."""
 OPPOSITE_COSINE = math.cos(math.radians(OPPOSITE))
-ANOTHER = 0.7
-"""Cosine of the normals of walls below which one is another than the other."""
-PART = 1.0 / 16.0
-"""Share of its depth that a point may go by in one look, where it comes to another wall: others may
-have been the nearest on the way."""
+OTHER_WALL_COSINE = 0.7
+"""Cosine between normals below which they belong to different walls."""
+LOOK_SHARE = 1.0 / 16.0
+"""Largest part of a path that ends at another wall, as a share of the depth: other walls may have
+been the nearest in between."""
 INNER, OUTER = 0, 1
-"""Sides on which balls touch."""
+"""Sides of the surface on which balls touch."""
 
 
 @inner()
 def is_at_border(status):
-    """Tell whether the foot stands at a border, or at the edge of a hole."""
+    """Return whether the foot is at a border, or at the edge of a hole."""
     return status in (AT_BORDER, TRIMMED)
 
 
 @inner()
 def _is_foot(status):
-    """Tell whether the foot is a stationary point."""
+    """Return whether the foot is a stationary point of the distance."""
     return status in (OK, BRANCH_EVENT)
 
 
 @inner()
 def _is_sound(feet, i, band):
-    """Tell whether a ball that touches at the foot may prove the side of its point."""
+    """Return whether a ball that touches at the foot may prove the side of its point."""
     return _is_foot(feet.status[i]) and feet.feature[i] == FACE and abs(feet.gap[i]) > band
 
 
 @inner()
-def length_between(one, other, i):
+def length_between(first, second, i):
     """Return the distance between rows i of two arrays of points (n, 3)."""
-    x, y, z = one[i, 0] - other[i, 0], one[i, 1] - other[i, 1], one[i, 2] - other[i, 2]
+    x, y, z = first[i, 0] - second[i, 0], first[i, 1] - second[i, 1], first[i, 2] - second[i, 2]
     return math.sqrt(x * x + y * y + z * z)
 
 
 @inner()
-def distance(feet, i, points):
-    """Return the distance from point i to its foot; infinite where that may be off the surface."""
+def distance_to_foot(feet, i, points):
+    """Return the distance from point i to its foot; infinite if the foot may be off the surface."""
     return length_between(points, feet.point, i) if _is_foot(feet.status[i]) else math.inf
 
 
 @inner()
-def _ask_ball(feet, i, asked, m):
-    """List foot i as the m-th that a ball is asked for, with its side; return how many there are.
-
-    `asked` are `AskedFeet`.
-    """
-    asked.which[m] = i
-    asked.side[m] = OUTER if feet.gap[i] > 0.0 else INNER
+def _add_ball_query(feet, i, queries, m):
+    """List foot i and its side as the m-th of the `BallQueries`; return their number."""
+    queries.which[m] = i
+    queries.side[m] = OUTER if feet.gap[i] > 0.0 else INNER
     return m + 1
 
 
 @inner()
-def _by_ball(feet, i, radius, band, side, reach):
-    """Improve a side and a lower bound of the distance by the ball that touches at the foot; also
-    return whether the ball proves the foot to be the closest point.
+def _apply_ball(feet, i, radius, band, side, reach):
+    """Return side and bound of the distance, improved by the touching ball, and its proof.
 
-    The ball holds no surface: a point is on its side up to 2ρ from the foot, and no wall is nearer
-    than the ball's nearer end.
+    The ball at the foot contains no surface: a point up to 2ρ from the foot is on its side, and no
+    wall is nearer than the nearer end of the ball. It may prove the foot to be the closest point.
     """
     sign = 1 if feet.gap[i] > 0.0 else -1
     height = abs(feet.gap[i])
-    way = min(height, 2.0 * radius - height)
-    if way > band and side != -sign:
+    distance = min(height, 2.0 * radius - height)
+    if distance > band and side != -sign:
         side = sign
-        reach = max(reach, way)
+        reach = max(reach, distance)
     return side, reach, height + band <= radius
 
 
 @inner()
 def is_opposite(feet, i, guard, j):
-    """Tell whether the wall at foot i is opposite to the guard of row j; none is to a zero."""
+    """Return whether the wall at foot i is opposite to the guard of row j; false without guard."""
     n = feet.normal
     return n[i, 0] * guard[j, 0] + n[i, 1] * guard[j, 1] + n[i, 2] * guard[j, 2] < OPPOSITE_COSINE
 
 
 @inner()
-def holds_on(feet, i, guard, j, least, band):
-    """Tell whether foot i may push: it is not opposite to the guard of row j, and no less deep than
-    `least`, so that it has become as near within the step."""
-    return -feet.gap[i] >= least - 2.0 * band and not is_opposite(feet, i, guard, j)
+def may_push(feet, i, guard, j, min_depth, band):
+    """Return whether foot i may push: not opposite to the guard of row j, and deep enough.
+
+    With a depth of `min_depth` it can have become the nearest within the step.
+    """
+    return -feet.gap[i] >= min_depth - 2.0 * band and not is_opposite(feet, i, guard, j)
 
 
 @inner()
-def turns(feet, i, guard, j):
-    """Tell whether the wall at foot i is another than the one that held row j."""
+def is_other_wall(feet, i, guard, j):
+    """Return whether the wall at foot i differs from the one that held row j."""
     n = feet.normal
     g = guard[j, 0], guard[j, 1], guard[j, 2]
-    along = n[i, 0] * g[0] + n[i, 1] * g[1] + n[i, 2] * g[2]
-    return along < ANOTHER and g[0] * g[0] + g[1] * g[1] + g[2] * g[2] > 0.0
+    cosine = n[i, 0] * g[0] + n[i, 1] * g[1] + n[i, 2] * g[2]
+    return cosine < OTHER_WALL_COSINE and g[0] * g[0] + g[1] * g[1] + g[2] * g[2] > 0.0
 
 
 @inner()
@@ -140,21 +143,21 @@ def take_foot(feet, k, source, i):
 
 @inner()
 def remember_foot(detected, k, feet, i):
-    """Store the foot of a free point: the next step proves the side of the point by it."""
+    """Store the foot of a free point, by which the next step proves its side."""
     detected.last_patch[k] = feet.patch[i]
     detected.uv[k, 0] = feet.uv[i, 0]
     detected.uv[k, 1] = feet.uv[i, 1]
 
 
 @inner()
-def stay(rows, known, step, last, detected, band, staying):
-    """Release points in contact that are outside; list what is known of the others in `staying`.
+def release_outside(rows, known_sides, step, last, detected, band, touching_rows):
+    """Release points in contact that are outside; list the others, and return their number.
 
-    `known` are `KnownSides`, `step` a `Step`, `last` the `SurfacePlaces` of the feet of all points,
-    `detected` what was `Detected`; `staying` are `TouchingRows`, which may be where it is read
-    from. No `before` is filled in that has no rows. Returns how many there are.
+    `known_sides` are `KnownSides`, `step` a `Step`, `last` the `SurfacePlaces` of the feet of all
+    points, `detected` a `Detection`. `touching_rows` are `TouchingRows`, which may share arrays
+    with `known_sides`; their positions `before` are filled in if they have rows.
     """
-    side, reach, before = known.side, known.reach, staying.before
+    side, reach, before = known_sides.side, known_sides.reach, touching_rows.before
     n = 0
     for i in range(rows.shape[0]):
         k = rows[i]
@@ -162,11 +165,11 @@ def stay(rows, known, step, last, detected, band, staying):
             detected.status[k] = RELEASED
             detected.safe_distance[k] = reach[i] - band
             continue
-        staying.rows[n], staying.side[n], staying.reach[n] = k, side[i], reach[i]
-        staying.patch[n] = last.patch[k]
-        staying.uv[n, 0], staying.uv[n, 1] = last.uv[k, 0], last.uv[k, 1]
+        touching_rows.rows[n], touching_rows.side[n], touching_rows.reach[n] = k, side[i], reach[i]
+        touching_rows.patch[n] = last.patch[k]
+        touching_rows.uv[n, 0], touching_rows.uv[n, 1] = last.uv[k, 0], last.uv[k, 1]
         for c in range(3):
-            staying.now[n, c] = step.now[k, c]
+            touching_rows.now[n, c] = step.now[k, c]
         if before.shape[0] > 0:
             for c in range(3):
                 before[n, c] = step.before[k, c]
@@ -175,434 +178,487 @@ def stay(rows, known, step, last, detected, band, staying):
 
 
 @inner()
-def look(rows, feet, side, safe_distance, limits, mark, ways, asked):
-    """Mark points in contact by their feet; list those whose ways must be examined, and those whose
-    side a ball may prove, with that side. Returns how many there are of each.
+def mark_followed(rows, feet, side, safe_distance, limits, mark, paths, queries):
+    """Mark points in contact by their feet; return the numbers of `paths` and of `queries`.
 
-    `limits` are `Limits`, `safe_distance` is of all points; `asked` are `AskedFeet` to be filled.
+    `paths` lists points whose paths must be examined, `queries` (`BallQueries`) feet whose balls
+    may prove sides. `limits` are `Limits`, `safe_distance` is that of all points.
     """
     hold, band = limits.hold, limits.band
     n = m = 0
     for i in range(rows.shape[0]):
         status = feet.status[i]
-        solved = _is_foot(status) or (hold and is_at_border(status))
+        has_foot = _is_foot(status) or (hold and is_at_border(status))
         mark[i] = 0
-        if solved and feet.gap[i] <= 0.0:
-            mark[i] = KEEP
-            # What is no deeper than rounding is on the surface.
+        if has_foot and feet.gap[i] <= 0.0:
+            mark[i] = MAY_KEEP
+            # A point no deeper than rounding is on the surface.
             if safe_distance[rows[i]] > 0.0 or -feet.gap[i] <= band:
-                mark[i] = KEEP | KEPT
+                mark[i] = MAY_KEEP | IS_KEPT
                 continue
             if side[i] < 0:
-                ways[n] = i
+                paths[n] = i
                 n += 1
         if _is_sound(feet, i, band):
-            m = _ask_ball(feet, i, asked, m)
+            m = _add_ball_query(feet, i, queries, m)
     return n, m
 
 
 @inner()
-def face(rows, feet, holds, way, band, mark, asked):
-    """Do as `look` where the nearest wall pushes that is not opposite: no way must be examined.
+def mark_nearest(rows, feet, guard_states, path_length, band, mark, queries):
+    """Mark points as `mark_followed` does, if the nearest wall pushes: no paths are examined.
 
-    `holds` are those of the last step, `way` is that of all points.
+    `guard_states` are those of the last step, `path_length` is that of all points. Returns the
+    number of `queries`.
     """
     m = j = 0
     for i in range(rows.shape[0]):
         mark[i] = 0
-        j = at(holds.rows, rows[i], j)
-        held = j < holds.rows.shape[0] and holds.rows[j] == rows[i]
-        # What could not be followed is a closest point, which is proved: its way is looked at.
-        sound = feet.certified[i] == 0 and _is_foot(feet.status[i]) and feet.gap[i] <= 0.0
-        if sound and held:
-            least = holds.depth[j] - way[rows[i]]
-            sound = not holds.opposed[j] and holds_on(feet, i, holds.guard, j, least, band)
-        if sound:
-            mark[i] = KEEP
-            # What is no deeper than rounding is on the surface.
+        j = row_position(guard_states.rows, rows[i], j)
+        has_guard = j < guard_states.rows.shape[0] and guard_states.rows[j] == rows[i]
+        # A foot that could not be continued is a certified closest point: its path is examined.
+        is_kept = feet.certified[i] == 0 and _is_foot(feet.status[i]) and feet.gap[i] <= 0.0
+        if is_kept and has_guard:
+            least = guard_states.depth[j] - path_length[rows[i]]
+            is_kept = not guard_states.is_opposed[j] and may_push(
+                feet, i, guard_states.guard, j, least, band
+            )
+        if is_kept:
+            mark[i] = MAY_KEEP
+            # A point no deeper than rounding is on the surface.
             if -feet.gap[i] <= band:
-                mark[i] = KEEP | KEPT
+                mark[i] = MAY_KEEP | IS_KEPT
                 feet.certified[i] = 1
                 continue
         if feet.certified[i] == 0 and _is_sound(feet, i, band):
-            m = _ask_ball(feet, i, asked, m)
+            m = _add_ball_query(feet, i, queries, m)
     return m
 
 
 @inner()
-def settle(rows, feet, known, mark, balls, limits, detected, left):
-    """Decide what becomes of points in contact that are marked; returns how many are left.
+def settle_marked(rows, feet, known_sides, mark, balls, limits, detected, unsettled):
+    """Settle marked points in contact; list the others in `unsettled`, and return their number.
 
-    `known` are `KnownSides`, `balls` are `FootBalls` of those that were asked for one, `detected`
-    is what was `Detected`. Those left are listed in `left`, and nothing is said of them. In front
-    of an open body a point may be behind another sheet of it.
+    `known_sides` are `KnownSides`, `balls` the `FootBalls` of the queries, `detected` a
+    `Detection`. In front of an open body a point may be behind another sheet of it, and is not
+    settled.
     """
     band, closed = limits.band, limits.closed
-    side, reach = known.side, known.reach
-    index, radius = balls.which, balls.radius
+    side, reach = known_sides.side, known_sides.reach
+    ball_rows, radius = balls.which, balls.radius
     status, safe_distance = detected.status, detected.safe_distance
     j = n = 0
     for i in range(rows.shape[0]):
         k = rows[i]
-        nearest = False
-        if j < index.shape[0] and index[j] == i:
-            if not mark[i] & KEPT:
-                side[i], reach[i], nearest = _by_ball(feet, i, radius[j], band, side[i], reach[i])
+        is_nearest = False
+        if j < ball_rows.shape[0] and ball_rows[j] == i:
+            if not mark[i] & IS_KEPT:
+                side[i], reach[i], is_nearest = _apply_ball(
+                    feet, i, radius[j], band, side[i], reach[i]
+                )
             j += 1
-        if nearest and mark[i] & KEEP:
-            mark[i] |= KEPT
+        if is_nearest and mark[i] & MAY_KEEP:
+            mark[i] |= IS_KEPT
             feet.certified[i] = 1
         if side[i] > 0 and closed:
             status[k] = RELEASED
             safe_distance[k] = reach[i] - band
             remember_foot(detected, k, feet, i)
-        elif side[i] <= 0 and mark[i] & KEPT:
-            way = reach[i] - band if side[i] < 0 and closed else 0.0
-            if not safe_distance[k] >= way:
-                safe_distance[k] = way
-            status[k] = becomes(feet.status[i])
+        elif side[i] <= 0 and mark[i] & IS_KEPT:
+            distance = reach[i] - band if side[i] < 0 and closed else 0.0
+            if not safe_distance[k] >= distance:
+                safe_distance[k] = distance
+            status[k] = status_of_kept(feet.status[i])
             take_foot(detected.feet, k, feet, i)
         else:
-            left[n] = i
+            unsettled[n] = i
             n += 1
     return n
 
 
 @inner()
-def becomes(status):
-    """Return the `ContactStatus` of a point in contact whose foot, of this status, is kept."""
+def status_of_kept(status):
+    """Return the `ContactStatus` of a point in contact whose foot with this status is kept."""
     if status == BRANCH_EVENT:
         return REACQUIRED
     return HELD if is_at_border(status) else OLD
 
 
 @inner()
-def starts(rows, side, place, step, last_patch, far, begun):
-    """List the free points of unknown side and the starting points of the search for their feet:
-    the last foot, or a place near by for points that have moved farther than `far`.
+def list_starts(rows, side, cell_place, step, last_patch_out, short_path, start_rows):
+    """List free points of unknown side with starts for their feet, and return their number.
 
-    `place` are `SurfacePlaces` in the points' cells, `step` is a `Step`, `last_patch` that of the
-    last feet of all points; `begun` are `FreeRows`, to be filled. Returns how many have a start.
+    The start is the last foot, or the place in the cell for points that moved more than
+    `short_path`. `cell_place` are `SurfacePlaces`, `step` is a `Step`, `last_patch_out` belongs to
+    the detection, and `start_rows` are `FreeRows` to be filled.
     """
-    patch, uv = place.patch, place.uv
-    way, old_patch, old_uv = step.way, step.last_patch, step.uv
+    patch, uv = cell_place.patch, cell_place.uv
+    path_length, last_patch, last_uv = step.path_length, step.last_patch, step.uv
     n = 0
     for i in range(rows.shape[0]):
         k = rows[i]
         if side[i] != 0:
-            last_patch[k] = -1
+            last_patch_out[k] = -1
             continue
-        if old_patch[k] >= 0 and (way[k] <= far or patch[i] < 0):
-            begun.patch[n] = old_patch[k]
-            begun.uv[n, 0], begun.uv[n, 1] = old_uv[k, 0], old_uv[k, 1]
+        if last_patch[k] >= 0 and (path_length[k] <= short_path or patch[i] < 0):
+            start_rows.patch[n] = last_patch[k]
+            start_rows.uv[n, 0], start_rows.uv[n, 1] = last_uv[k, 0], last_uv[k, 1]
         elif patch[i] >= 0:
-            begun.patch[n] = patch[i]
-            begun.uv[n, 0], begun.uv[n, 1] = uv[i, 0], uv[i, 1]
+            start_rows.patch[n] = patch[i]
+            start_rows.uv[n, 0], start_rows.uv[n, 1] = uv[i, 0], uv[i, 1]
         else:
             continue
-        begun.which[n] = i
+        start_rows.which[n] = i
         for c in range(3):
-            begun.now[n, c] = step.now[k, c]
+            start_rows.now[n, c] = step.now[k, c]
         n += 1
     return n
 
 
 @inner()
-def askable(feet, count, band, asked):
-    """List in `asked` (AskedFeet) the first feet that touching balls apply to; return how many."""
+def list_ball_queries(feet, count, band, queries):
+    """List the first `count` feet that have touching balls in `queries`; return their number."""
     m = 0
     for i in range(count):
         if _is_sound(feet, i, band):
-            m = _ask_ball(feet, i, asked, m)
+            m = _add_ball_query(feet, i, queries, m)
     return m
 
 
 @inner()
-def tell(index, feet, points, balls, band, known, within):
-    """Fill in the sides that balls at feet prove, and how far points are from their feet.
+def apply_balls(rows_of_feet, feet, points, balls, band, known_sides, max_distance):
+    """Fill in the sides that balls at feet prove, and the distances of points from their feet.
 
-    Foot m is that of points[m]; `index` says in which rows of `known` (KnownSides) and `within`,
-    the distance to a point of the surface, that is filled in. `balls` are `FootBalls` of the feet
-    that were asked for one.
+    Foot m is that of points[m]; `rows_of_feet` are its rows in `known_sides` (`KnownSides`) and in
+    `max_distance`, the upper bound of the distance to the surface. `balls` are `FootBalls`.
     """
-    side, reach = known.side, known.reach
-    asked, radius = balls.which, balls.radius
+    side, reach = known_sides.side, known_sides.reach
+    ball_feet, radius = balls.which, balls.radius
     j = 0
-    for m in range(index.shape[0]):
-        i = index[m]
-        within[i] = distance(feet, m, points)
-        if j < asked.shape[0] and asked[j] == m:
-            side[i], reach[i], _ = _by_ball(feet, m, radius[j], band, side[i], reach[i])
+    for m in range(rows_of_feet.shape[0]):
+        i = rows_of_feet[m]
+        max_distance[i] = distance_to_foot(feet, m, points)
+        if j < ball_feet.shape[0] and ball_feet[j] == m:
+            side[i], reach[i], _ = _apply_ball(feet, m, radius[j], band, side[i], reach[i])
             j += 1
 
 
 @inner()
-def leave(rows, known, held, band, safe_distance, left):
-    """Keep points free that are outside, or `held` inside; list the others and return how many."""
-    side, reach = known.side, known.reach
+def keep_free(rows, known_sides, stays_inside, band, safe_distance, unsettled):
+    """Keep points free that are outside or `stays_inside`; list the others, return their number."""
+    side, reach = known_sides.side, known_sides.reach
     n = 0
     for i in range(rows.shape[0]):
-        if side[i] > 0 or held[i]:
+        if side[i] > 0 or stays_inside[i]:
             safe_distance[rows[i]] = side[i] * (reach[i] - band)
         else:
-            left[n] = i
+            unsettled[n] = i
             n += 1
     return n
 
 
-NOT_ASKED = -1
-"""Status of closest points that were not asked for."""
+NOT_SEARCHED = -1
+"""Status of closest points that were not searched."""
 
 
 @inner()
 def _above_zero(x):
-    """Return x, or zero where x is negative or no number."""
+    """Return x, or zero if x is negative or not a number."""
     return x if x > 0.0 else 0.0
 
 
 @inner()
-def is_needed(was, side, penetration, nearest):
-    """Tell whether a point needs its closest point: for its side, for the depth of one that comes
-    in, or, where the nearest wall pushes, of any that is not outside."""
-    return side == 0 or (nearest and side < 0) or (not was and penetration)
+def needs_closest(was_touching, side, penetration, nearest):
+    """Return whether a point needs its closest point.
+
+    That is for its side, for the depth of an entering point, or for any point that is not outside
+    if the nearest wall pushes.
+    """
+    return side == 0 or (nearest and side < 0) or (not was_touching and penetration)
 
 
 @kernel()
-def take_nearest(asked, way, limits):
-    """Make closest points the feet of points that were in contact, where those may push and the
-    points have not left meanwhile: followed feet lead there, or they have gone less far than any
-    surface is off.
+def take_closest(candidates, path_length, limits):
+    """Make closest points the feet of points that were in contact, if they may push.
 
-    `asked` are `Asked`, of which feet, `kept` and `status` are filled in; `way` is that of all
-    points, `limits` are `Limits`.
+    The points must not have left in between: either the followed feet lead to the closest points,
+    or the paths are shorter than the distance to any surface. `candidates` are `Candidates`, whose
+    feet, `is_kept` and `status` are filled in; `path_length` is that of all points, `limits` are
+    `Limits`.
     """
-    kept, feet, truth, band = asked.kept, asked.feet, asked.truth, limits.band
-    for i in range(asked.rows.shape[0]):
-        if kept[i] and feet.certified[i] == 1:
-            continue  # it has its closest point already
-        kept[i] = False
-        may = asked.was[i] and not asked.opposed[i]
-        if may and truth.status[i] == OK and truth.gap[i] <= 0.0:
-            gone, depth = way[asked.rows[i]], -truth.gap[i] - band
-            there = not math.isfinite(gone) or depth > gone
-            if there and turns(truth, i, asked.guard, i):
-                # On an open body a wall entered around its border must not take over, and on no
-                # body a wall opposite to the rotated guard.
-                there = gone <= PART * depth and limits.closed
-                there = there and not is_opposite(truth, i, feet.normal, i)
-            # What could not be followed is a closest point already.
-            led = (
+    is_kept, feet, closest, band = (
+        candidates.is_kept,
+        candidates.feet,
+        candidates.closest,
+        limits.band,
+    )
+    for i in range(candidates.rows.shape[0]):
+        if is_kept[i] and feet.certified[i] == 1:
+            continue  # its foot is the closest point already
+        is_kept[i] = False
+        may_take = candidates.was_touching[i] and not candidates.is_opposed[i]
+        if may_take and closest.status[i] == OK and closest.gap[i] <= 0.0:
+            path, depth = path_length[candidates.rows[i]], -closest.gap[i] - band
+            is_reached = not math.isfinite(path) or depth > path
+            if is_reached and is_other_wall(closest, i, candidates.guard, i):
+                # On an open body a wall reached around its border must not take over; on no body
+                # may a wall do so that is opposite to the rotated guard.
+                is_reached = path <= LOOK_SHARE * depth and limits.closed
+                is_reached = is_reached and not is_opposite(closest, i, feet.normal, i)
+            # A foot that could not be continued is a closest point already.
+            same_foot = (
                 feet.certified[i] == 0
-                and length_between(feet.point, truth.point, i) <= limits.same_foot
+                and length_between(feet.point, closest.point, i) <= limits.same_foot
             )
-            there = there or led
-            least = asked.depth[i] - gone
-            kept[i] = there and holds_on(truth, i, asked.guard, i, least, band)
-        if kept[i]:
-            asked.status[i] = OLD
-            take_foot(feet, i, truth, i)
+            is_reached = is_reached or same_foot
+            least = candidates.depth[i] - path
+            is_kept[i] = is_reached and may_push(closest, i, candidates.guard, i, least, band)
+        if is_kept[i]:
+            candidates.status[i] = OLD
+            take_foot(feet, i, closest, i)
 
 
 @inner()
-def _kind(asked, limits, i):
-    """Classify row i: closest point needed, position known, inside, inside beyond rounding."""
-    truth, side = asked.truth, asked.side[i]
-    needed = is_needed(asked.was[i], side, limits.penetration, limits.nearest)
-    solved = not needed or truth.status[i] == OK
-    inside = solved and (side < 0 if side != 0 else truth.gap[i] <= 0.0)
-    deep = inside and (side != 0 or truth.gap[i] < -limits.band)
+def _classify(candidates, limits, i):
+    """Return for row i: closest point needed, side known, inside, inside by more than rounding."""
+    closest, side = candidates.closest, candidates.side[i]
+    needed = needs_closest(candidates.was_touching[i], side, limits.penetration, limits.nearest)
+    solved = not needed or closest.status[i] == OK
+    inside = solved and (side < 0 if side != 0 else closest.gap[i] <= 0.0)
+    deep = inside and (side != 0 or closest.gap[i] < -limits.band)
     return needed, solved, inside, deep
 
 
 @inner(error_model="numpy")
-def is_plain(asked, step, limits, i):
-    """Tell whether row i needs neither a look at its path nor another foot."""
-    k, was, kept, truth = asked.rows[i], asked.was[i], asked.kept[i], asked.truth
+def is_decided(candidates, step, limits, i):
+    """Return whether row i can be decided without examining its path or searching another foot."""
+    k, was_touching, is_kept, closest = (
+        candidates.rows[i],
+        candidates.was_touching[i],
+        candidates.is_kept[i],
+        candidates.closest,
+    )
     if not limits.closed:
-        return kept
-    _, solved, inside, deep = _kind(asked, limits, i)
-    has_past = math.isfinite(step.way[k])
-    known = kept and truth.status[i] != NOT_ASKED
-    same = known and length_between(asked.feet.point, truth.point, i) <= limits.same_foot
-    if inside and not same and has_past and (was or not limits.penetration):
+        return is_kept
+    _, solved, inside, deep = _classify(candidates, limits, i)
+    has_past = math.isfinite(step.path_length[k])
+    has_both = is_kept and closest.status[i] != NOT_SEARCHED
+    is_same = (
+        has_both and length_between(candidates.feet.point, closest.point, i) <= limits.same_foot
+    )
+    if inside and not is_same and has_past and (was_touching or not limits.penetration):
         return False
-    near = truth.status[i] == OK and truth.gap[i] <= 0.0 and truth.gap[i] >= -limits.depth
-    if limits.penetration and not was and near:
+    is_within_depth = (
+        closest.status[i] == OK and closest.gap[i] <= 0.0 and closest.gap[i] >= -limits.depth
+    )
+    if limits.penetration and not was_touching and is_within_depth:
         return False
-    old = kept and (inside or not solved)
-    free = not was and (step.ignored[k] or not has_past)
-    return not (deep and not old and (was or (not free and not limits.penetration)))
+    stays = is_kept and (inside or not solved)
+    may_be_free = not was_touching and (step.inside_since_start[k] or not has_past)
+    return not (
+        deep and not stays and (was_touching or (not may_be_free and not limits.penetration))
+    )
 
 
 @inner(error_model="numpy")
-def write_plain(asked, limits, detected, i):
-    """Write what becomes of row i, which `is_plain`, into `detected`."""
-    truth, status, safe_distance = asked.truth, detected.status, detected.safe_distance
-    k, was, kept, side = asked.rows[i], asked.was[i], asked.kept[i], asked.side[i]
-    needed, solved, inside, _ = _kind(asked, limits, i)
-    known = (asked.safe_distance[i] if side != 0 else abs(truth.gap[i])) - limits.band
-    if kept and (inside or not solved):
-        status[k] = asked.status[i]
-        # A point may slide off an open body without having crossed it.
-        safe_distance[k] = _above_zero(known) if inside and limits.closed else 0.0
-        take_foot(detected.feet, k, asked.feet, i)
+def write_decided(candidates, limits, detected, i):
+    """Write the decision on row i, which `is_decided`, into `detected`."""
+    closest, status, safe_distance = candidates.closest, detected.status, detected.safe_distance
+    k, was_touching, is_kept, side = (
+        candidates.rows[i],
+        candidates.was_touching[i],
+        candidates.is_kept[i],
+        candidates.side[i],
+    )
+    needed, solved, inside, _ = _classify(candidates, limits, i)
+    distance = (candidates.safe_distance[i] if side != 0 else abs(closest.gap[i])) - limits.band
+    if is_kept and (inside or not solved):
+        status[k] = candidates.status[i]
+        # A point may slide off an open body without crossing it.
+        safe_distance[k] = _above_zero(distance) if inside and limits.closed else 0.0
+        take_foot(detected.feet, k, candidates.feet, i)
     else:
-        status[k] = LOST if not solved and not kept else RELEASED if was else FREE
-        way = 0.0  # of a free point: see `foot_rows.free_distance`
-        if truth.status[i] == OK and truth.gap[i] > 0.0:
-            way = _above_zero(truth.gap[i] - limits.band)
-        elif truth.status[i] == OK:
+        status[k] = LOST if not solved and not is_kept else RELEASED if was_touching else FREE
+        free_distance = 0.0  # of a free point: see `foot_rows.free_distance`
+        if closest.status[i] == OK and closest.gap[i] > 0.0:
+            free_distance = _above_zero(closest.gap[i] - limits.band)
+        elif closest.status[i] == OK:
             reach = limits.depth if limits.penetration else 0.0
-            way = -_above_zero(-truth.gap[i] - max(limits.band, reach))
-        safe_distance[k] = way if needed else side * known
-        remember_foot(detected, k, truth, i)
+            free_distance = -_above_zero(-closest.gap[i] - max(limits.band, reach))
+        safe_distance[k] = free_distance if needed else side * distance
+        remember_foot(detected, k, closest, i)
 
 
 @kernel(error_model="numpy")
-def judge_plain(asked, step, limits, detected):
-    """Write what becomes of the points that are `asked` for; tell whether all of them are plain.
+def decide_all(candidates, step, limits, detected):
+    """Write the decisions on all candidates, if all can be decided; return whether they can.
 
-    If one is not, nothing is written. `step` is a `Step`, `limits` are `Limits`.
+    `candidates` are `Candidates`, `step` is a `Step`, `limits` are `Limits`.
     """
-    for i in range(asked.rows.shape[0]):
-        if not is_plain(asked, step, limits, i):
+    for i in range(candidates.rows.shape[0]):
+        if not is_decided(candidates, step, limits, i):
             return False
-    for i in range(asked.rows.shape[0]):
-        write_plain(asked, limits, detected, i)
+    for i in range(candidates.rows.shape[0]):
+        write_decided(candidates, limits, detected, i)
     return True
 
 
 @inner(linked=False)
-def _follow(tables, work, n):
-    """Follow the feet of the first n rows of `work` in lanes; those that need more have none."""
-    start = work.starts
+def _follow_feet(tables, work, n):
+    """Continue the feet of the first n rows of `work` in lanes; rows that lanes leave get none."""
+    starts = work.starts
     m = track_chunks(
-        tables.body, work.path, start, n, work.records, work.left, work.feet, (0, 1 if n else 0)
+        tables.body,
+        work.path,
+        starts,
+        n,
+        work.records,
+        work.unsolved,
+        work.feet,
+        (0, 1 if n else 0),
     )
     for j in range(m):
-        blank_foot(work.feet, work.left.rows[j], MAX_ITERATIONS)
+        blank_foot(work.feet, work.unsolved.rows[j], MAX_ITERATIONS)
 
 
 @inner(linked=False)
-def _ask_balls(tables, work, m):
-    """Look up the radii of the balls at the first m feet that are asked for."""
+def _find_radii(tables, work, m):
+    """Look up the radii of the touching balls at the first m feet of the queries."""
     feet = SurfacePlaces(work.feet.patch, work.feet.uv)
-    radii(tables.balls, tables.body.grid, feet, work.asked, work.which, work.radius, 0, m)
+    radii(tables.balls, tables.body.grid, feet, work.ball_feet, work.ball_sides, work.radius, 0, m)
 
 
 @inner(linked=False)
-def settled(tables, step, last, rows, limits, work, detected, left):
-    """Settle points that were in contact, `rows`; returns how many of `work.rows` are left, listed
-    in `work.chosen`. `left` is memory. The rest is as of `settle_touching`."""
+def settle_by_feet(tables, step, last, rows, limits, work, detected, path_rows):
+    """Settle points that were in contact, `rows`; return the number of `work.unsettled` rows.
+
+    `path_rows` is memory for rows; for the other arguments see `settle_touching`.
+    """
     n, band = rows.shape[0], limits.band
     side, reach = work.side, work.reach
     sides(tables.grid, step.now, rows, side, reach, 0, n)
-    known, begun, path = KnownSides(side, reach), work.starts, work.path
-    columns = TouchingRows(work.rows, side, reach, begun.patch, begun.uv, path.before, path.now)
-    n = stay(rows, known, step, last, detected, band, columns)
-    _follow(tables, work, n)
-    staying, feet, mark = work.rows[:n], work.feet, work.mark
-    asked = AskedFeet(work.asked, work.which)
+    known_sides, starts, path = KnownSides(side, reach), work.starts, work.path
+    touching_rows = TouchingRows(
+        work.rows, side, reach, starts.patch, starts.uv, path.before, path.now
+    )
+    n = release_outside(rows, known_sides, step, last, detected, band, touching_rows)
+    _follow_feet(tables, work, n)
+    remaining, feet, mark = work.rows[:n], work.feet, work.mark
+    queries = BallQueries(work.ball_feet, work.ball_sides)
     if limits.nearest:
-        m = face(staying, feet, step.holds, step.way, band, mark, asked)
+        m = mark_nearest(remaining, feet, step.guard_states, step.path_length, band, mark, queries)
     else:
-        ways, m = look(
-            staying, feet, side, detected.safe_distance, limits, mark, work.chosen, asked
+        n_paths, m = mark_followed(
+            remaining, feet, side, detected.safe_distance, limits, mark, work.unsettled, queries
         )
-        for j in range(ways):
-            left[j] = staying[work.chosen[j]]
-        clear_ways(tables.grid, step.before, step.now, left, work.clear, 0, ways)
-        for j in range(ways):
-            if work.clear[j]:
-                mark[work.chosen[j]] |= KEPT
-    _ask_balls(tables, work, m)
-    balls = FootBalls(work.asked[:m], work.radius[:m])
-    return settle(staying, feet, known, mark, balls, limits, detected, work.chosen)
+        for j in range(n_paths):
+            path_rows[j] = remaining[work.unsettled[j]]
+        clear_ways(tables.grid, step.before, step.now, path_rows, work.is_clear, 0, n_paths)
+        for j in range(n_paths):
+            if work.is_clear[j]:
+                mark[work.unsettled[j]] |= IS_KEPT
+    _find_radii(tables, work, m)
+    balls = FootBalls(work.ball_feet[:m], work.radius[:m])
+    return settle_marked(
+        remaining, feet, known_sides, mark, balls, limits, detected, work.unsettled
+    )
 
 
 @kernel()
-def settle_touching(tables, step, last, rows, limits, work, detected, left):
-    """Settle points that were in contact, `rows`; returns how many are `left`, listed there.
+def settle_touching(tables, step, last, rows, limits, work, detected, unsettled):
+    """Settle points that were in contact, `rows`; list the others and return their number.
 
     `tables` are `ContactTables`, `step` a `Step`, `last` the `SurfacePlaces` of all points,
-    `limits` are `Limits`, `work` is `Work` for as many rows or more, `detected` is what was
-    `Detected`.
+    `limits` are `Limits`, `work` is `Work` for at least as many rows, `detected` a `Detection`.
     """
-    n = settled(tables, step, last, rows, limits, work, detected, left)
+    n = settle_by_feet(tables, step, last, rows, limits, work, detected, unsettled)
     for j in range(n):
-        left[j] = work.rows[work.chosen[j]]
+        unsettled[j] = work.rows[work.unsettled[j]]
     return n
 
 
 @kernel()
-def settle_free(tables, step, rows, limits, work, detected, left):
-    """Settle free points near the surface that stay free; the rest as of `settle_touching`."""
+def settle_free(tables, step, rows, limits, work, detected, unsettled):
+    """Settle free points near the surface that stay free; for arguments see `settle_touching`."""
     n, band = rows.shape[0], limits.band
-    known = KnownSides(work.side, work.reach)
-    places(tables.grid, step.now, rows, known, work.near, 0, n)
-    columns = FreeRows(work.rows, work.starts.patch, work.starts.uv, work.path.now)
-    m = starts(rows, work.side, work.near, step, detected.last_patch, limits.far, columns)
-    _follow(tables, work, m)
+    known_sides = KnownSides(work.side, work.reach)
+    places(tables.grid, step.now, rows, known_sides, work.cell_places, 0, n)
+    free_rows = FreeRows(work.rows, work.starts.patch, work.starts.uv, work.path.now)
+    m = list_starts(
+        rows, work.side, work.cell_places, step, detected.last_patch, limits.short_path, free_rows
+    )
+    _follow_feet(tables, work, m)
     for j in range(m):
         k = rows[work.rows[j]]
         detected.last_patch[k] = work.feet.patch[j]
         detected.uv[k, 0], detected.uv[k, 1] = work.feet.uv[j, 0], work.feet.uv[j, 1]
-    asked = askable(work.feet, m, band, AskedFeet(work.asked, work.which))
-    _ask_balls(tables, work, asked)
-    balls = FootBalls(work.asked[:asked], work.radius[:asked])
-    tell(work.rows[:m], work.feet, work.path.now, balls, band, known, work.within)
-    n = leave(rows, known, work.none, band, detected.safe_distance, work.chosen)
+    n_queries = list_ball_queries(work.feet, m, band, BallQueries(work.ball_feet, work.ball_sides))
+    _find_radii(tables, work, n_queries)
+    balls = FootBalls(work.ball_feet[:n_queries], work.radius[:n_queries])
+    apply_balls(
+        work.rows[:m], work.feet, work.path.now, balls, band, known_sides, work.max_distance
+    )
+    n = keep_free(rows, known_sides, work.none, band, detected.safe_distance, work.unsettled)
     for j in range(n):
-        left[j] = rows[work.chosen[j]]
+        unsettled[j] = rows[work.unsettled[j]]
     return n
 
 
 @kernel()
-def settle_deep(tables, step, last, rows, limits, work, deep, detected, left):
-    """Settle points as `settle_touching`, by closest points too, where the nearest wall pushes.
+def settle_deep(tables, step, last, rows, limits, work, deep, detected, unsettled):
+    """Settle points as `settle_touching` does, also by closest points, if the nearest wall pushes.
 
-    `deep` are `DeepRows` for as many rows or more.
+    `deep` are `DeepRows` for at least as many rows.
     """
-    n = settled(tables, step, last, rows, limits, work, detected, left)
-    # Kernels go by how many `rows` there are.
-    of = deep.asked
-    asked = Asked(
-        of.rows[:n],
-        of.was,
-        of.kept,
-        of.status,
-        of.side,
-        of.safe_distance,
-        of.within,
-        of.guard,
-        of.depth,
-        of.opposed,
-        of.feet,
-        of.truth,
+    n = settle_by_feet(tables, step, last, rows, limits, work, detected, unsettled)
+    # The length of `rows` is the number of candidates for the kernels.
+    arrays = deep.candidates
+    candidates = Candidates(
+        arrays.rows[:n],
+        arrays.was_touching,
+        arrays.is_kept,
+        arrays.status,
+        arrays.side,
+        arrays.safe_distance,
+        arrays.max_distance,
+        arrays.guard,
+        arrays.depth,
+        arrays.is_opposed,
+        arrays.feet,
+        arrays.closest,
     )
-    holds, j = step.holds, 0
+    guard_states, j = step.guard_states, 0
     for a in range(n):
-        i = work.chosen[a]
-        asked.rows[a], asked.side[a] = work.rows[i], work.side[i]
-        asked.safe_distance[a] = work.reach[i]
-        asked.was[a], asked.kept[a] = True, work.mark[i] & KEEP > 0
-        asked.status[a] = becomes(work.feet.status[i])
-        asked.within[a] = distance(work.feet, i, work.path.now)
-        j = at(holds.rows, work.rows[i], j)
-        is_held = j < holds.rows.shape[0] and holds.rows[j] == work.rows[i]
-        asked.depth[a] = holds.depth[j] if is_held else 0.0
-        asked.opposed[a] = is_held and holds.opposed[j]
+        i = work.unsettled[a]
+        candidates.rows[a], candidates.side[a] = work.rows[i], work.side[i]
+        candidates.safe_distance[a] = work.reach[i]
+        candidates.was_touching[a], candidates.is_kept[a] = True, work.mark[i] & MAY_KEEP > 0
+        candidates.status[a] = status_of_kept(work.feet.status[i])
+        candidates.max_distance[a] = distance_to_foot(work.feet, i, work.path.now)
+        j = row_position(guard_states.rows, work.rows[i], j)
+        has_guard = j < guard_states.rows.shape[0] and guard_states.rows[j] == work.rows[i]
+        candidates.depth[a] = guard_states.depth[j] if has_guard else 0.0
+        candidates.is_opposed[a] = has_guard and guard_states.is_opposed[j]
         for c in range(3):
-            asked.guard[a, c] = holds.guard[j, c] if is_held else 0.0
+            candidates.guard[a, c] = guard_states.guard[j, c] if has_guard else 0.0
             deep.now[a, c] = work.path.now[i, c]
-        take_foot(asked.feet, a, work.feet, i)
-    project_proved(tables.body, tables.balls, deep.now, deep.which, asked.within, asked.truth, 0, n)
-    take_nearest(asked, step.way, limits)
+        take_foot(candidates.feet, a, work.feet, i)
+    project_proved(
+        tables.body,
+        tables.balls,
+        deep.now,
+        deep.rows,
+        candidates.max_distance,
+        candidates.closest,
+        0,
+        n,
+    )
+    take_closest(candidates, step.path_length, limits)
     k = 0
     for a in range(n):
-        if is_plain(asked, step, limits, a):
-            write_plain(asked, limits, detected, a)
+        if is_decided(candidates, step, limits, a):
+            write_decided(candidates, limits, detected, a)
         else:
-            left[k] = work.rows[work.chosen[a]]
+            unsettled[k] = work.rows[work.unsettled[a]]
             k += 1
     return k

@@ -1,4 +1,4 @@
-"""Number the events of points as kernels write them: `ContactStatus`."""
+"""Define the numbers of `ContactStatus` for kernels."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Sums in one order: in halves down to blocks, and in those in eight strands, as NumPy sums rows.
+"""Sum in a fixed order: halves down to blocks, and eight strands in a block, as NumPy sums rows.
 
 The error grows with the logarithm of their number (Higham, The accuracy of floating point
 summation, 1993), and the bits are those of ``values.sum()``.
@@ -11,13 +11,13 @@ import numpy as np
 from contiga.jit import inner
 
 BLOCK = 128
-"""Numbers that are not halved any more."""
+"""Largest number of terms that is not halved."""
 STRANDS = 8
 MAX_HALVINGS = 64
 
 
 @inner(linked=False)
-def _of_block(values, first, n):
+def _sum_block(values, first, n):
     """Sum n numbers from `first` on, no more than a block."""
     if n < STRANDS:
         total = 0.0
@@ -43,16 +43,16 @@ def _of_block(values, first, n):
 
 
 @inner(linked=False)
-def _of_halves(values, n):
+def _sum_halves(values, n):
     """Sum n numbers, more than a block."""
     first, count = np.zeros(MAX_HALVINGS, np.int64), np.zeros(MAX_HALVINGS, np.int64)
     left, is_summed = np.zeros(MAX_HALVINGS), np.zeros(MAX_HALVINGS, np.bool_)
     count[0], top, total = n, 0, 0.0
     while top >= 0:
         if count[top] <= BLOCK:
-            total = _of_block(values, first[top], count[top])
+            total = _sum_block(values, first[top], count[top])
             top -= 1
-            # What was waiting for this, its second half, is done with it, and so on up.
+            # This completes every sum that waited for its second half.
             while top >= 0 and is_summed[top]:
                 total = left[top] + total
                 top -= 1
@@ -72,4 +72,4 @@ def _of_halves(values, n):
 @inner()
 def sum_of(values, n):
     """Sum the first n of `values` (m,)."""
-    return 0.0 + (_of_block(values, 0, n) if n <= BLOCK else _of_halves(values, n))
+    return 0.0 + (_sum_block(values, 0, n) if n <= BLOCK else _sum_halves(values, n))

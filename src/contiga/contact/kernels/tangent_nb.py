@@ -1,4 +1,4 @@
-"""Derivatives of the forces on points, one 3 × 3 block each."""
+"""Compute the derivatives of the forces on points, one block each."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ def normal_blocks(points, change, tangent, blocks, start, stop):
 
     `points` are `ContactRows`, `change` is an `InputChange`, `tangent` is a `NormalTangent`.
     """
-    way, velocity = points.path, points.velocity
+    path, velocity = points.path, points.velocity
     paths, velocities = change.path.shape[0], change.velocity.shape[0]
     for i in range(start, stop):
         own, damped, force = tangent.own[i], tangent.rate[i], tangent.force[i]
@@ -32,7 +32,7 @@ def normal_blocks(points, change, tangent, blocks, start, stop):
                     approach = 0.0
                     for b in range(3):
                         approach += points.normal[i, b] * change.path[min(i, paths - 1), b, c]
-                        approach += way[i, b] * change.normal[i, b, c]
+                        approach += path[i, b] * change.normal[i, b, c]
                     grown -= damped * approach / tangent.dt
             tangent.grown[i, c] = grown
             for b in range(3):

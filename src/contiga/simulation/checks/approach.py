@@ -1,9 +1,9 @@
-"""Bound the least distance between a slave and a body over a whole motion.
+"""Bound the smallest distance between a slave and a body over a whole motion.
 
-Distance is 1-Lipschitz: at another time a point is nearer by at most the way that it has gone in
-between, as the body sees it, and no point of a rigid slave goes farther than a corner of its box.
-So a few exact distances, taken where they can be least, bound all others. Ways are those along the
-path, by velocities: what comes back to where it was, or turns round wholly, has gone far.
+Distance is 1-Lipschitz: between two times it changes by at most the path length of a point relative
+to the body, and no point of a rigid slave moves farther than a corner of its box. So a few exact
+distances, at times where they can be smallest, bound all others. Path lengths are integrals of
+speeds: a point that returns, or makes a full turn, has a long path.
 """
 
 from __future__ import annotations
@@ -19,34 +19,34 @@ from contiga.rigid.frames import to_body
 from contiga.simulation.checks.scene import INSTANT, Pair
 
 # Parts of a span between two planned times.
-_FINER = 8
-# Distances that are worked out at most, and the share of the least by which it may be off; a bound
-# above that other share of it shows that there is a distance.
+_PARTS_PER_SPAN = 8
+# Largest number of exact distances, relative error of the smallest distance, and the share of it
+# above which a bound proves a distance.
 _MAX_ITERATIONS = 60
-_CLOSE = 1e-3
-_SURE = 0.5
-# Share by which a distance may be off that is looked for, and times the least that was seen from
-# which on a bound is as good: far from a body all points are about as near, and each takes long.
-_SEEN = 0.25 * _CLOSE
-_PLAIN = 2.0
-# What the turns in a span add to a way at most.
-_TURNING = 1.001
+_DISTANCE_TOL = 1e-3
+_BOUND_SHARE = 0.5
+# Relative error of a computed distance, and the multiple of the smallest distance so far from which
+# a bound is enough: far from a body all points are equally near, and each takes long.
+_SEARCH_TOL = 0.25 * _DISTANCE_TOL
+_FAR_FACTOR = 2.0
+# Factor on path lengths for the rotation within a span.
+_ROTATION_FACTOR = 1.001
 
 
 class Approach(NamedTuple):
     """The nearest approach of a slave to a body."""
 
     distance: float
-    """The least that was seen."""
+    """Smallest distance found."""
     point: int
     """Row of the slave."""
     time: float
     bound: float = 0.0
-    """No point is ever nearer, but for a thousandth; 0 of a sample, which shows none."""
+    """Lower bound over the whole run, within a thousandth; 0 for a sample, which proves none."""
 
 
-class _Ways:
-    """Upper bounds of how far points of a slave go in the body's axes, and their distances."""
+class _PathBounds:
+    """Upper bounds of path lengths of a slave's points in the body's axes, and their distances."""
 
     def __init__(self, pair: Pair) -> None:
         self._pair = pair
@@ -57,114 +57,117 @@ class _Ways:
         self._box = np.where(pick == 1, high, low)
 
     def along(self, times: FloatArray) -> FloatArray:
-        """Return upper bounds (k,) of the way of any point from the first of `times` to each one.
+        """Return upper bounds (k,) of the path length of any point from the first of `times`.
 
-        The way is that of the corner of the slave's box that goes farthest.
-
-        Between two of them no table has a row and nothing turns far, so that a velocity v is about
-        quadratic: ∫|v| dt is at most h (|v₀| + |v₁|)/2 + 2/3 h |v_½ − (v₀ + v₁)/2|.
+        They are those of the corner of the slave's box with the longest path. Between two times no
+        table has a row and rotations are small, so that a velocity v is about quadratic: ∫|v| dt is
+        at most h (|v₀| + |v₁|)/2 + 2/3 h |v_½ − (v₀ + v₁)/2|.
         """
         spans = np.diff(times)
-        least = INSTANT * spans
-        first, half, last = (
-            (self._corners(at + least) - self._corners(at)) / least[:, None, None]
-            for at in (times[:-1], 0.5 * (times[:-1] + times[1:]), times[1:] - least)
+        instant = INSTANT * spans
+        speed_start, speed_middle, speed_end = (
+            (self._corners(at + instant) - self._corners(at)) / instant[:, None, None]
+            for at in (times[:-1], 0.5 * (times[:-1] + times[1:]), times[1:] - instant)
         )
-        mean, off = 0.5 * (_lengths(first) + _lengths(last)), half - 0.5 * (first + last)
-        speeds = (mean + 2.0 / 3.0 * _lengths(off)).max(axis=1)
-        return np.concatenate([[0.0], np.cumsum(_TURNING * spans * speeds)])
+        mean, deviation = (
+            0.5 * (_lengths(speed_start) + _lengths(speed_end)),
+            speed_middle - 0.5 * (speed_start + speed_end),
+        )
+        speeds = (mean + 2.0 / 3.0 * _lengths(deviation)).max(axis=1)
+        return np.concatenate([[0.0], np.cumsum(_ROTATION_FACTOR * spans * speeds)])
 
     def _corners(self, times: FloatArray) -> FloatArray:
         """Return the corners of the slave's box (k, 8, 3) in the body's axes."""
         poses = [self._pair.relative_at(time) for time in times.tolist()]
         return np.array([pose.apply(X, self._box) for X in poses if X is not None])
 
-    def nearest(self, time: float, gone: float, guess: int, least: float = np.inf) -> Approach:
+    def nearest(
+        self, time: float, path_length: float, guess: int, least_so_far: float = np.inf
+    ) -> Approach:
         """Return the nearest point at `time`, with a lower bound of all distances at that time.
 
-        `gone` is the way of points since the first time asked for, `guess` a point that is
-        near. Where all points are clearly farther than `least`, the bound stands in place
-        of the distance.
+        `path_length` is that of points since the first call, `guess` a point that is near. If all
+        points are clearly farther than `least_so_far`, the bound replaces the distance.
         """
-        points, X_WB = self._pair.standing(time)
+        points, X_WB = self._pair.placement(time)
         p_B, surface = to_body(X_WB, points), self._pair.body.surface
         rows = self._rows
-        if least < np.inf:
+        if least_so_far < np.inf:
             bounds = lower_bounds(surface, p_B, rows, None)[rows]
-            at = int(bounds.argmin())
-            if bounds[at] > _PLAIN * least:
-                return Approach(float(bounds[at]), int(rows[at]), time, float(bounds[at]))
+            row = int(bounds.argmin())
+            if bounds[row] > _FAR_FACTOR * least_so_far:
+                return Approach(float(bounds[row]), int(rows[row]), time, float(bounds[row]))
         if len(self._bounds):
-            near = nearest(surface, p_B, np.array([guess], np.int32)).gap
-            rows = rows[self._bounds[rows] - gone <= near]
-        closest = nearest(surface, p_B, rows, share=_SEEN)
+            guess_distance = nearest(surface, p_B, np.array([guess], np.int32)).gap
+            rows = rows[self._bounds[rows] - path_length <= guess_distance]
+        closest = nearest(surface, p_B, rows, share=_SEARCH_TOL)
         if len(self._bounds) == 0:
             self._bounds = closest.bounds
-        return Approach(closest.gap, closest.row, time, (1.0 - _SEEN) * closest.gap)
+        return Approach(closest.gap, closest.row, time, (1.0 - _SEARCH_TOL) * closest.gap)
 
 
 class _Span(NamedTuple):
     """A part of the run, with lower bounds of the distances at its two ends."""
 
     times: FloatArray
-    """(k,) between which the way is taken for even."""
-    gone: FloatArray
-    """(k,) way gone since the start of the run."""
+    """(k,) times, between which the path length is taken as linear."""
+    path_lengths: FloatArray
+    """(k,) path lengths since the start of the run."""
     first: float
     last: float
 
     @property
     def least(self) -> float:
-        """Lower bound of all distances between the two times, from the way gone."""
-        return 0.5 * (self.first + self.last - (self.gone[-1] - self.gone[0]))
+        """Lower bound of all distances between the two times, by the path lengths."""
+        return 0.5 * (self.first + self.last - (self.path_lengths[-1] - self.path_lengths[0]))
 
-    def parted(self, ways: _Ways) -> tuple[FloatArray, FloatArray, int]:
-        """Return times and ways with one at least in between, and the row at half of the way."""
-        times, gone = self.times, self.gone
+    def split(self, path_bounds: _PathBounds) -> tuple[FloatArray, FloatArray, int]:
+        """Return times and path lengths with one in between, and the row at half of the path."""
+        times, path_lengths = self.times, self.path_lengths
         if len(times) == 2:
-            times = np.linspace(times[0], times[1], _FINER + 1)
-            gone = gone[0] + ways.along(times)
-        middle = int(np.searchsorted(gone, 0.5 * (gone[0] + gone[-1])))
-        return times, gone, min(max(middle, 1), len(times) - 2)
+            times = np.linspace(times[0], times[1], _PARTS_PER_SPAN + 1)
+            path_lengths = path_lengths[0] + path_bounds.along(times)
+        middle = int(np.searchsorted(path_lengths, 0.5 * (path_lengths[0] + path_lengths[-1])))
+        return times, path_lengths, min(max(middle, 1), len(times) - 2)
 
 
 def closest_approach(pair: Pair) -> Approach | None:
-    """Return where the slave's active points are nearest to the body in the whole run.
+    """Return the nearest approach of the slave's active points to the body in the whole run.
 
-    None where they may touch, since no bound shows that they do not. Where points move apart
-    from each other, it is a sample.
-
-    None where they may touch: where no bound shows that they do not. A sample where points move
-    apart from each other.
+    None if they may touch, as no bound excludes it. For a slave that deforms it is a sample.
     """
-    ways, times = _Ways(pair), pair.times
+    path_bounds, times = _PathBounds(pair), pair.times
     if pair.relative_at(float(times[0])) is None:
-        # Where they are read: nobody knows how they go in between.
-        seen = (ways.nearest(time, np.inf, 0) for time in pair.shown_times.tolist())
-        return min(seen)._replace(bound=0.0)
+        # Points read from a file: their paths in between are unknown.
+        samples = (path_bounds.nearest(time, np.inf, 0) for time in pair.shown_times.tolist())
+        return min(samples)._replace(bound=0.0)
     if not pair.followed:
         return None
-    gone = ways.along(times)
-    start = ways.nearest(float(times[0]), 0.0, 0)
-    end = ways.nearest(float(times[-1]), float(gone[-1]), start.point, start.distance)
+    path_lengths = path_bounds.along(times)
+    start = path_bounds.nearest(float(times[0]), 0.0, 0)
+    end = path_bounds.nearest(
+        float(times[-1]), float(path_lengths[-1]), start.point, start.distance
+    )
     best = min(start, end)
-    spans = [_Span(times, gone, start.bound, end.bound)]
+    spans = [_Span(times, path_lengths, start.bound, end.bound)]
     for _ in range(_MAX_ITERATIONS):
         if best.distance <= 0.0:
             return None
-        widest = int(np.argmin([one.least for one in spans]))
-        if spans[widest].least > (1.0 - _CLOSE) * best.distance:
+        least_span = int(np.argmin([one.least for one in spans]))
+        if spans[least_span].least > (1.0 - _DISTANCE_TOL) * best.distance:
             break
-        span = spans.pop(widest)
-        times, gone, m = span.parted(ways)
-        now = ways.nearest(float(times[m]), float(gone[m]), best.point, best.distance)
+        span = spans.pop(least_span)
+        times, path_lengths, m = span.split(path_bounds)
+        now = path_bounds.nearest(
+            float(times[m]), float(path_lengths[m]), best.point, best.distance
+        )
         best = min(best, now)
-        spans.append(_Span(times[: m + 1], gone[: m + 1], span.first, now.bound))
-        spans.append(_Span(times[m:], gone[m:], now.bound, span.last))
+        spans.append(_Span(times[: m + 1], path_lengths[: m + 1], span.first, now.bound))
+        spans.append(_Span(times[m:], path_lengths[m:], now.bound, span.last))
     bound = min(one.least for one in spans)
-    if bound > (1.0 - _CLOSE) * best.distance:
+    if bound > (1.0 - _DISTANCE_TOL) * best.distance:
         return best._replace(bound=best.distance)
-    return best._replace(bound=bound) if bound > _SURE * best.distance else None
+    return best._replace(bound=bound) if bound > _BOUND_SHARE * best.distance else None
 
 
 def _lengths(vectors: FloatArray) -> FloatArray:

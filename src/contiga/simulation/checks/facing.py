@@ -15,24 +15,24 @@ from contiga.slaves.cells import SOLIDS
 from contiga.slaves.slave import Slave
 from contiga.triangles.facet_tables import unit_normals, vertex_normals
 
-# Of the force at a contact's greatest one: what points whose own side faces away may carry.
-_OTHER_SIDE = 0.1
-_SAME_SIDE = 0.9
+# Shares of the force, at the peak, on facets that face away: in between both sides are in contact.
+_MIN_SHARE = 0.1
+_MAX_SHARE = 0.9
 
 
 def check_facing(scene: Scene) -> Iterator[Finding]:
-    """Report skins of solids that are first touched from within."""
+    """Report skins of solids that are first touched from inside."""
     for pair in scene.pairs:
         if not any(kind in SOLIDS for kind in pair.slave.cells):
             continue
-        for time, seen in zip(pair.shown_times.tolist(), pair.dry_runs, strict=False):
-            rows = seen.rows < len(pair.slave)
+        for time, result in zip(pair.shown_times.tolist(), pair.dry_runs, strict=False):
+            rows = result.rows < len(pair.slave)
             if not rows.any() or pair.slave.facets is None:
                 continue
-            points, X_WB = pair.standing(time)
-            outward = _normals(pair.slave, to_body(X_WB, points), seen.rows[rows])
-            away = (outward * seen.normal_B[rows]).sum(axis=1) > 0.0
-            if away.mean() > _SAME_SIDE:
+            points, X_WB = pair.placement(time)
+            outward = _normals(pair.slave, to_body(X_WB, points), result.rows[rows])
+            faces_away = (outward * result.normal_B[rows]).sum(axis=1) > 0.0
+            if faces_away.mean() > _MAX_SHARE:
                 yield Finding(
                     "side",
                     pair.where,
@@ -46,23 +46,25 @@ def check_facing(scene: Scene) -> Iterator[Finding]:
 
 
 def two_layers(pair: Pair, state: State) -> Iterator[Finding]:
-    """Report slaves both of whose sides are in contact."""
+    """Report slaves with both sides in contact."""
     slave, rows = pair.slave, np.flatnonzero(state.in_contact[: len(pair.slave)])
     if slave.facets is None or len(rows) == 0 or pair.contact.quadrature != "nodes":
         return
     outward = _normals(slave, state.points_B, rows)
-    faced = (outward * state.kept.normal_B.at(rows)).sum(axis=1) > 0.0
-    carried = state.normal_force[rows]
-    away = float(carried[faced].sum()) / max(float(carried.sum()), np.finfo(np.float64).tiny)
-    # Both ways along the slave itself: points of one layer may lie on two sides of a body.
-    turned = outward[faced].sum(axis=0) @ outward[~faced].sum(axis=0)
-    if turned < 0.0 and _OTHER_SIDE < away < _SAME_SIDE:
-        less = min(away, 1.0 - away)
+    faces_away = (outward * state.kept.normal_B.at(rows)).sum(axis=1) > 0.0
+    forces = state.normal_force[rows]
+    share_away = float(forces[faces_away].sum()) / max(
+        float(forces.sum()), np.finfo(np.float64).tiny
+    )
+    # The two groups must face in opposite directions: one layer may touch two sides of a body.
+    alignment = outward[faces_away].sum(axis=0) @ outward[~faces_away].sum(axis=0)
+    if alignment < 0.0 and _MIN_SHARE < share_away < _MAX_SHARE:
+        minority = min(share_away, 1.0 - share_away)
         yield Finding(
             "layers",
             pair.where,
-            f"both sides of {pair.part.slave} are in contact: {100.0 * less:.3g} % of the force is "
-            "on facets that face the other way than the rest",
+            f"both sides of {pair.part.slave} are in contact: {100.0 * minority:.3g} % of the "
+            "force is on facets that face the other way than the rest",
             "Choose the side that is to touch (parts, sets or a box of the slave), or make sure "
             "that the layer behind belongs to it",
         )

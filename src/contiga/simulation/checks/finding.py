@@ -1,4 +1,4 @@
-"""Define a finding: something about a model that its author most likely did not mean."""
+"""Define a finding: a property of a model that its author most likely did not intend."""
 
 from __future__ import annotations
 
@@ -10,50 +10,44 @@ from contiga.io.units import base_factor, derived_units
 
 
 class Finding(NamedTuple):
-    """A doubt about a model: what looks wrong, where, and what to do.
+    """A doubt about a model: the problem, its place, and a remedy.
 
     >>> print(Finding("apart", "contact pad-head", "never closer than 3 mm", "Move the pad"))
     contact pad-head: never closer than 3 mm. Move the pad
     """
 
     rule: str
-    """What was looked at: a word of `docs/checks.md`."""
+    """Name of the rule, as in `docs/checks.md`."""
     where: str
-    """Which part of the model."""
+    """Part of the model."""
     text: str
-    """What about it, with the numbers."""
+    """Description of the problem, with numbers."""
     remedy: str
-    """What to do."""
+    """Advice."""
 
     def __str__(self) -> str:
         return f"{self.where}: {self.text}. {self.remedy}"
 
 
-def together(told: tuple[Finding, ...], shown: tuple[Finding, ...]) -> tuple[Finding, ...]:
-    """Join findings of the model with those of its run that are new."""
-    known = {(one.rule, one.where) for one in told}
-    return told + tuple(one for one in shown if (one.rule, one.where) not in known)
+def merged(of_model: tuple[Finding, ...], of_run: tuple[Finding, ...]) -> tuple[Finding, ...]:
+    """Return findings of the model, and those of its run whose rule and place are new."""
+    places = {(finding.rule, finding.where) for finding in of_model}
+    return of_model + tuple(new for new in of_run if (new.rule, new.where) not in places)
 
 
 def raise_findings(findings: tuple[Finding, ...]) -> NoReturn:
-    """Refuse a model because of its first finding.
-
-    Raises
-    ------
-    InputError
-        Tells that one, and how many there are.
-    """
-    first, more = findings[0], len(findings) - 1
-    also = f" ({more} more like this)" if more else ""
-    raise InputError(f"{first.text}{also}", where=first.where, remedy=first.remedy)
+    """Raise `InputError` with the first finding and the number of the others."""
+    first, n_others = findings[0], len(findings) - 1
+    suffix = f" ({n_others} more like this)" if n_others else ""
+    raise InputError(f"{first.text}{suffix}", where=first.where, remedy=first.remedy)
 
 
-class Said:
-    """Quantities in the words of messages, with the names of their units where these are known.
+class Quantities:
+    """Format quantities for messages, with the names of their units if these are known.
 
     Parameters
     ----------
-    units : names of length, mass and time; empty where not said
+    units : names of length, mass and time; empty if unknown
     """
 
     def __init__(self, units: Sequence[str]) -> None:
@@ -62,11 +56,11 @@ class Said:
         self._names = derived_units(*units) if self.known else {}
 
     def __call__(self, value: float, quantity: str = "length") -> str:
-        """Return `value` with its unit; `quantity` is "length", "time", "force" and so on."""
+        """Return `value` with the unit of a `quantity` such as "length", "time" or "force"."""
         return f"{value:.4g} {self._name(quantity)}".rstrip()
 
     def si(self, length: int, mass: int, time: int) -> float:
-        """Return how many SI units one unit of these powers is; 1 where the units are not known."""
+        """Return the unit of these powers of base units in SI units; 1 if the units are unknown."""
         if not self.known:
             return 1.0
         factors = [

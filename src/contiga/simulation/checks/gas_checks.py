@@ -9,12 +9,11 @@ from contiga.dynamics.gases import Gas, Mixture, parts_of
 from contiga.simulation.checks.finding import Finding
 from contiga.simulation.checks.scene import Scene
 
-COLDEST = 150.0
-"""Kelvin, below any filled bag; temperatures given in degrees Celsius are lower."""
-SOUND_SPEEDS = (100.0, 2000.0)
-"""Range of the speed of sound at room temperature, m/s: from heavy refrigerants to beyond
-hydrogen."""
-ROOM = 293.15
+MIN_TEMPERATURE = 150.0
+"""Kelvin, below the temperature of any bag; a value in degrees Celsius is lower."""
+SOUND_SPEED_RANGE = (100.0, 2000.0)
+"""Range of the speed of sound at room temperature, m/s: from refrigerants to above hydrogen."""
+ROOM_TEMPERATURE = 293.15
 """Room temperature, kelvin."""
 
 
@@ -28,27 +27,27 @@ def check_gas(scene: Scene) -> Iterator[Finding]:
             if inflator.gas is not None:
                 gases[f"the gas of inflator[{k}]"] = inflator.gas
         where = f"gas {name}"
-        for what, temperature in temperatures.items():
-            if temperature < COLDEST:
+        for subject, temperature in temperatures.items():
+            if temperature < MIN_TEMPERATURE:
                 yield Finding(
-                    "gas", where, f"{what} is {temperature:.4g} K", "Give temperatures in kelvin"
+                    "gas", where, f"{subject} is {temperature:.4g} K", "Give temperatures in kelvin"
                 )
-        if not scene.said.known:
+        if not scene.fmt.known:
             continue
-        for what, gas in gases.items():
-            speed = _sound_speed(gas) * scene.said.si(1, 0, -1)
-            if not SOUND_SPEEDS[0] <= speed <= SOUND_SPEEDS[1]:
-                square = f"{scene.said.unit('velocity')} squared"
+        for subject, gas in gases.items():
+            speed = sound_speed(gas) * scene.fmt.si(1, 0, -1)
+            if not SOUND_SPEED_RANGE[0] <= speed <= SOUND_SPEED_RANGE[1]:
+                square = f"{scene.fmt.unit('velocity')} squared"
                 yield Finding(
                     "gas",
                     where,
-                    f"sound in {what} would go at {speed:.3g} m/s",
+                    f"sound in {subject} would go at {speed:.3g} m/s",
                     f"Give gas constants and c_p in {square} by kelvin",
                 )
 
 
-def _sound_speed(gas: Gas | Mixture) -> float:
+def sound_speed(gas: Gas | Mixture) -> float:
     """Return the speed of sound at room temperature, √(γ R T)."""
-    heat = sum(share * part.heat_capacity(ROOM) for part, share in parts_of(gas))
+    heat = sum(share * part.heat_capacity(ROOM_TEMPERATURE) for part, share in parts_of(gas))
     gamma = heat / (heat - gas.constant)
-    return math.sqrt(gamma * gas.constant * ROOM)
+    return math.sqrt(gamma * gas.constant * ROOM_TEMPERATURE)

@@ -1,4 +1,4 @@
-"""Checks of joints: bodies that they move at the start, and notes of redundant constraints."""
+"""Check joints: bodies that they move at the start, and redundant constraints."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from contiga.simulation.step import advance
 
 def check_joints(scene: Scene) -> Iterator[Finding]:
     """Report bodies that joints move or set in motion at the start."""
-    model, said = scene.model, scene.said
+    model, fmt = scene.model, scene.fmt
     if not model.joints:
         return
     fit, names = model.joint_fit, list(model.bodies)
@@ -29,33 +29,33 @@ def check_joints(scene: Scene) -> Iterator[Finding]:
     worst = int(np.argmax(displacement))
     if displacement[worst] > OPEN:
         count = int((displacement > OPEN).sum())
-        moved = "1 free body" if count == 1 else f"{count} free bodies"
+        moved_text = "1 free body" if count == 1 else f"{count} free bodies"
         yield Finding(
             "joint",
             f"body {bodies[worst]}",
-            f"closing the joints moves {moved} from the places given; this one "
-            f"is moved by {said(float(fit.moved[worst]))} and turned by "
+            f"closing the joints moves {moved_text} from the places given; this one "
+            f"is moved by {fmt(float(fit.moved[worst]))} and turned by "
             f"{np.degrees(fit.turned[worst]):.3g}°",
             "Place them so that the points and axes of their joints meet, if that was not intended",
         )
-    given = started(fit.rows, model.mechanism.fixed)
-    begun = advance(model, None, model.stepping.start, Clock()).state
-    changes = begun.rigid[:, VELOCITY : VELOCITY + 3] - given.rows[:, VELOCITY : VELOCITY + 3]
+    initial = started(fit.rows, model.mechanism.fixed)
+    state = advance(model, None, model.stepping.start, Clock()).state
+    changes = state.rigid[:, VELOCITY : VELOCITY + 3] - initial.rows[:, VELOCITY : VELOCITY + 3]
     speeds = [length(change) for change in changes]
-    fastest = float(np.sqrt(np.square(given.rows[:, VELOCITY : VELOCITY + 3]).sum(axis=1)).max())
+    fastest = float(np.sqrt(np.square(initial.rows[:, VELOCITY : VELOCITY + 3]).sum(axis=1)).max())
     worst = int(np.argmax(speeds))
     if speeds[worst] > OPEN * fastest:
         yield Finding(
             "joint",
             f"body {bodies[worst]}",
             "its joints do not allow the velocities and spins given to it and its neighbours: "
-            f"the velocity of its centre at the start differs by {said(speeds[worst], 'velocity')}",
+            f"the velocity of its centre at the start differs by {fmt(speeds[worst], 'velocity')}",
             "Give compatible velocities and spins, if that was not intended",
         )
 
 
 def joint_notes(model: Model) -> list[str]:
-    """Return a note of redundant constraints, which planar loops of revolute joints always have."""
+    """Return a note on redundant constraints, which planar loops of revolute joints always have."""
     if not model.joints or not model.joint_fit.redundant:
         return []
     fit = model.joint_fit

@@ -1,4 +1,4 @@
-"""Find stresses, thicknesses and weights that laws can hardly have."""
+"""Find stresses, thicknesses and weights of laws that are unlikely."""
 
 from __future__ import annotations
 
@@ -13,29 +13,29 @@ from contiga.laws.friction import Coulomb
 from contiga.laws.normal import PenaltyLaw
 from contiga.laws.stress import StressLaw
 from contiga.records import FloatArray
-from contiga.simulation.checks.finding import Finding, Said
+from contiga.simulation.checks.finding import Finding, Quantities
 from contiga.simulation.checks.layers import layers_of, strength
 from contiga.simulation.checks.scene import Pair, Scene
 
-# A layer that gives way by that strain is foam, rubber or honeycomb; what those carry at half
-# their thickness, in Pa.
-_STRAIN = 0.3
+# Strain from which a layer is foam, rubber or honeycomb, and the range of its stress at half the
+# thickness, Pa.
+_SOFT_STRAIN = 0.3
 _HALF = 0.5
-_SOFT_LAYER = (500.0, 5e7)
-# Of the most that a curve gives: what it is to give at its end.
-_FALLEN = 0.25
-# Strain that tables of what is pressed together stop before, with a margin.
-PRESSED = 1.5
-# Strain at which tables of layers go on.
-_SHORT_TABLE = 0.02
-# A layer's thickness over the size of the slave that has it.
-_THICK = 10.0
-# Of the share of the area that a point of a cloud stands for, by its neighbours' distance.
-_ODD_AREA = 20.0
+_STRESS_RANGE = (500.0, 5e7)
+# Smallest value at the end of a curve, as a share of its maximum.
+_MIN_END_SHARE = 0.25
+# Largest strain of tables of compression, with a margin.
+MAX_STRAIN = 1.5
+# Smallest last strain of a table.
+_MIN_TABLE_END = 0.02
+# Largest thickness of a layer over the size of its slave.
+_MAX_THICKNESS = 10.0
+# Largest ratio between the area of a point of a cloud and the square of the spacing.
+_MAX_AREA_RATIO = 20.0
 _MAX_POINTS = 2000
-# Coefficients and ratios above which percents are meant.
-_ROUGHEST = 2.0
-_OVERDAMPED = 2.0
+# Coefficients and ratios above which a percentage is likely.
+_MAX_FRICTION = 2.0
+_MAX_DAMPING_RATIO = 2.0
 
 
 def check_laws(scene: Scene) -> Iterator[Finding]:
@@ -46,22 +46,22 @@ def check_laws(scene: Scene) -> Iterator[Finding]:
             if not layer.curve.is_table:
                 continue
             kind = "force" if layer.thickness is None else "stress"
-            most = float(y.max())
-            if not y[-1] > _FALLEN * most:
-                how = (
+            largest = float(y.max())
+            if not y[-1] > _MIN_END_SHARE * largest:
+                fault = (
                     "never pushes"
-                    if most <= 0.0
-                    else f"falls from {scene.said(most, kind)} at most"
+                    if largest <= 0.0
+                    else f"falls from {scene.fmt(largest, kind)} at most"
                 )
                 yield Finding(
                     "curve",
                     pair.where,
-                    f"its curve {how}: at its end it gives {scene.said(float(y[-1]), kind)}, and "
+                    f"its curve {fault}: at its end it gives {scene.fmt(float(y[-1]), kind)}, and "
                     "contact only pushes",
                     "Give pressures as positive numbers, over penetrations or strains that are, "
                     "too",
                 )
-            elif layer.thickness is not None and len(x) > 2 and x[-1] < _SHORT_TABLE:
+            elif layer.thickness is not None and len(x) > 2 and x[-1] < _MIN_TABLE_END:
                 yield Finding(
                     "curve",
                     pair.where,
@@ -69,7 +69,7 @@ def check_laws(scene: Scene) -> Iterator[Finding]:
                     "way",
                     "Give strains as shares of the thickness: 0.5 is half of it, and 50 %",
                 )
-            elif layer.thickness is not None and in_percent(x, PRESSED):
+            elif layer.thickness is not None and in_percent(x, MAX_STRAIN):
                 yield Finding(
                     "curve",
                     pair.where,
@@ -81,21 +81,21 @@ def check_laws(scene: Scene) -> Iterator[Finding]:
             curve, thickness = layer.curve, layer.thickness
             if thickness is None or pair.contact.contact_type == "combined":
                 continue
-            if scene.said.known and curve.is_table and len(curve.x) > 2:
+            if scene.fmt.known and curve.is_table and len(curve.x) > 2:
                 end, stress = float(curve.x[-1]), strength(curve, _HALF)
-                yield from odd_strength(end, stress, pair.where, "its curve", scene.said)
+                yield from odd_strength(end, stress, pair.where, "its curve", scene.fmt)
             size = pair.slave_size if pair.contact.contact_type == "slave" else pair.body.size
-            if size > 0.0 and thickness > _THICK * size:
+            if size > 0.0 and thickness > _MAX_THICKNESS * size:
                 yield Finding(
                     "thickness",
                     pair.where,
-                    f"its layer is {scene.said(thickness)} thick, and all of {pair.part.slave} "
-                    f"{scene.said(size)} large",
-                    f"Give the thickness in {scene.said.unit('length')}",
+                    f"its layer is {scene.fmt(thickness)} thick, and all of {pair.part.slave} "
+                    f"{scene.fmt(size)} large",
+                    f"Give the thickness in {scene.fmt.unit('length')}",
                 )
-        yield from _weights(pair, scene.said)
+        yield from _check_weights(pair, scene.fmt)
         friction, ratio = pair.contact.friction, getattr(pair.contact.law, "damping_ratio", 0.0)
-        if isinstance(friction, Coulomb) and friction.static > _ROUGHEST:
+        if isinstance(friction, Coulomb) and friction.static > _MAX_FRICTION:
             yield Finding(
                 "friction",
                 pair.where,
@@ -103,7 +103,7 @@ def check_laws(scene: Scene) -> Iterator[Finding]:
                 "has about 1",
                 "Give a coefficient, not percents",
             )
-        if ratio > _OVERDAMPED:
+        if ratio > _MAX_DAMPING_RATIO:
             yield Finding(
                 "damping",
                 pair.where,
@@ -112,34 +112,41 @@ def check_laws(scene: Scene) -> Iterator[Finding]:
             )
 
 
-def in_percent(strains: FloatArray, most: float) -> bool:
-    """Return whether the strains of a table are most likely percents.
+def in_percent(strains: FloatArray, max_strain: float) -> bool:
+    """Return whether the strains of a table are most likely percentages.
 
-    More of them than the last have to be beyond `most`: the last row may stand far off to say
-    how the table goes on.
+    More rows than the last must be beyond `max_strain`: the last row may be far off to define the
+    continuation of the table.
     """
-    return len(strains) > 2 and bool(strains[-2] > most)
+    return len(strains) > 2 and bool(strains[-2] > max_strain)
 
 
-def odd_strength(end: float, stress: float, where: str, what: str, said: Said) -> Iterator[Finding]:
-    """Report a curve of a layer or foam that is too strong or too weak for any.
+def odd_strength(
+    end: float, stress: float, where: str, subject: str, fmt: Quantities
+) -> Iterator[Finding]:
+    """Report a curve of a layer or foam that is too strong or too weak.
 
-    `stress` is that at half the thickness, or at `end`, the strain at which the curve ends.
+    `stress` is its value at half the thickness, or at `end`, the last strain of the curve.
     """
-    pascal = said.si(-1, 1, -2)
-    if end >= _STRAIN and not _SOFT_LAYER[0] <= stress * pascal <= _SOFT_LAYER[1] and stress > 0.0:
+    pascal = fmt.si(-1, 1, -2)
+    if (
+        end >= _SOFT_STRAIN
+        and not _STRESS_RANGE[0] <= stress * pascal <= _STRESS_RANGE[1]
+        and stress > 0.0
+    ):
         yield Finding(
             "stress",
             where,
-            f"{what} gives {said(stress, 'stress')} at a strain of {min(_HALF, end):g}, and layers "
-            f"that give way so far are hardly that {'stiff' if stress * pascal > 1e6 else 'soft'}: "
-            f"with these units stresses are in {said.unit('stress')}",
+            f"{subject} gives {fmt(stress, 'stress')} at a strain of {min(_HALF, end):g}, and "
+            f"layers that give way so far are hardly that "
+            f"{'stiff' if stress * pascal > 1e6 else 'soft'}: "
+            f"with these units stresses are in {fmt.unit('stress')}",
             "Give the curve in that unit, or say which it is in",
         )
 
 
-def _weights(pair: Pair, said: Said) -> Iterator[Finding]:
-    """Report areas of a cloud's points that do not fit the distances between them."""
+def _check_weights(pair: Pair, fmt: Quantities) -> Iterator[Finding]:
+    """Report areas of points of a cloud that do not fit their spacing."""
     contact, slave = pair.contact, pair.slave
     law, method = contact.law, contact.area
     by_area = isinstance(law, StressLaw | FaceLaws) or (
@@ -156,20 +163,20 @@ def _weights(pair: Pair, said: Said) -> Iterator[Finding]:
         area = float(np.median(slave.area[slave.active]))
     else:
         return
-    from scipy.spatial import cKDTree  # which takes as long to load as numba
+    from scipy.spatial import cKDTree  # its import takes as long as that of numba
 
     tree = cKDTree(points)
     neighbours, _ = tree.query(spread(points, _MAX_POINTS), k=2)
-    apart = float(np.median(neighbours[:, 1]))
-    if not (apart > 0.0 and area > 0.0):
+    spacing = float(np.median(neighbours[:, 1]))
+    if not (spacing > 0.0 and area > 0.0):
         return
-    ratio = area / apart**2
-    if ratio > _ODD_AREA or ratio < 1.0 / _ODD_AREA:
+    ratio = area / spacing**2
+    if ratio > _MAX_AREA_RATIO or ratio < 1.0 / _MAX_AREA_RATIO:
         yield Finding(
             "weights",
             pair.where,
-            f"each point of {pair.part.slave} stands for {said(area, 'area')}, and its neighbours "
-            f"are {said(apart)} away: some {said(apart * apart, 'area')} would be its own",
+            f"each point of {pair.part.slave} stands for {fmt(area, 'area')}, and its neighbours "
+            f"are {fmt(spacing)} away: some {fmt(spacing * spacing, 'area')} would be its own",
             'Give the points their share of the surface, or take areas by { kind = "cloud" }; a '
             "mesh with facets has them by itself",
         )

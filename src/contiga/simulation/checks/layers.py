@@ -1,4 +1,4 @@
-"""Describe the layers that the law of a contact deforms: thickness, and end of the table."""
+"""Describe the layers that the law of a contact compresses: thickness and end of the table."""
 
 from __future__ import annotations
 
@@ -21,20 +21,20 @@ BEYOND = {
 
 
 class Layer(NamedTuple):
-    """The layer that a contact presses."""
+    """The layer that a contact compresses."""
 
     thickness: float | None
-    """Of the layer, the greatest where it differs; None where the law knows of none."""
+    """Largest thickness of the layer; None for a law without."""
     end: float | None
-    """Penetration at which the table of the law ends; None of laws that go on as they are."""
+    """Penetration at the end of the law's table; None for a law without end."""
     beyond: str
-    """What happens beyond that, in words."""
+    """Continuation beyond the end, in words."""
     curve: Characteristic
-    """Of the law: a stress over strain where there is a thickness, else a force."""
+    """Curve of the law: stress over strain with a thickness, else a force."""
 
 
 def layers_of(contact: Contact) -> list[Layer]:
-    """Return the layers of one contact: one for each law of those by face, none without a curve."""
+    """Return the layers of a contact: one per law by face, none for laws without a curve."""
     if isinstance(contact.law, FaceLaws):
         return [layer for law in contact.law.laws for layer in _layers(law, contact)]
     return _layers(contact.law, contact)
@@ -42,7 +42,7 @@ def layers_of(contact: Contact) -> list[Layer]:
 
 def _layers(law: object, contact: Contact) -> list[Layer]:
     if isinstance(law, CombinedLaw):
-        # What each side takes of the penetration is the law's: together they have both.
+        # The law divides the penetration between the sides, so their thicknesses add up.
         slave, master = _layer(law.slave, contact), _layer(law.master, contact)
         if slave is None or master is None or slave.thickness is None or master.thickness is None:
             return []
@@ -85,13 +85,13 @@ def thickness_of(contact: Contact) -> float | None:
 
 
 def end_of(curve: Characteristic) -> float | None:
-    """Return where a table ends; None for a straight line, which goes on beyond its rows."""
+    """Return the end of a table; None for a straight line, which continues."""
     if not curve.is_table or (len(curve.x) == 2 and curve.extrapolation == "linear"):
         return None
     return float(curve.x[-1])
 
 
 def strength(curve: Characteristic, strain: float) -> float:
-    """Return what a curve gives at a strain, or at the end of its table before that."""
+    """Return the value of a curve at a strain, or at the end of its table if that comes first."""
     at = min(strain, float(curve.x[-1])) if curve.is_table else strain
     return float(np.asarray(curve(at)))

@@ -1,4 +1,4 @@
-"""Find parts of a model that do nothing, and contacts that are there twice."""
+"""Find parts of a model without effect, and contacts that are defined twice."""
 
 from __future__ import annotations
 
@@ -12,14 +12,14 @@ from contiga.dynamics.stepping import AutoSteps, EqualSteps
 from contiga.simulation.checks.finding import Finding
 from contiga.simulation.checks.scene import Scene
 
-# Of the run: a table of motion that covers less is most likely in another unit.
-_SHORT = 0.05
-# More steps than runs are made of: one is most likely in another unit.
-_MANY_STEPS = 150_000
+# Smallest share of the run that a table of motion should cover; less suggests another unit.
+_MIN_COVERAGE = 0.05
+# Largest plausible number of steps; more suggest another unit.
+_MAX_STEPS = 150_000
 
 
 def check_layout(scene: Scene) -> Iterator[Finding]:
-    """Report what has no effect or twice the effect, tables outside the run, many steps."""
+    """Report parts without effect or with a double effect, tables outside the run, many steps."""
     model = scene.model
     used = {part.slave for part in model.contacts} | model.mechanism.tied.keys()
     for name, slave in model.slaves.items():
@@ -56,8 +56,8 @@ def check_layout(scene: Scene) -> Iterator[Finding]:
                 "no contact, spring, joint, load or sensor has it",
                 f'Give it a [[contact]] with master = "{name}", or take it out',
             )
-    # Tables of motion that are over, or not begun, in most of the run.
-    said = scene.said
+    # Tables of motion outside most of the run.
+    fmt = scene.fmt
     start, end = model.stepping.start, model.stepping.end
     motions = [(f"body {name}", part.motion) for name, part in model.bodies.items()]
     motions += [
@@ -69,38 +69,38 @@ def check_layout(scene: Scene) -> Iterator[Finding]:
         if not isinstance(motion, Translate | Rotate | Poses):
             continue
         first, last = float(motion.times[0]), float(motion.times[-1])
-        if min(last, end) - max(first, start) < _SHORT * (end - start):
+        if min(last, end) - max(first, start) < _MIN_COVERAGE * (end - start):
             yield Finding(
                 "span",
                 where,
-                f"its table goes from t = {first:.4g} to {said(last, 'time')}, and the run from "
-                f"{start:.4g} to {said(end, 'time')}: outside the table it stands still",
-                f"Give times in {said.unit('time')}, or let the run end with the table",
+                f"its table goes from t = {first:.4g} to {fmt(last, 'time')}, and the run from "
+                f"{start:.4g} to {fmt(end, 'time')}: outside the table it stands still",
+                f"Give times in {fmt.unit('time')}, or let the run end with the table",
             )
-    # Steps so short that a run takes many more than any that is meant.
+    # Steps so short that the run has an implausible number of them.
     stepping = scene.model.stepping
     if isinstance(stepping, EqualSteps | AutoSteps):
         longest = stepping.most if isinstance(stepping, AutoSteps) else stepping.step
         count = (stepping.end - stepping.start) / longest
-        if count > _MANY_STEPS:
+        if count > _MAX_STEPS:
             yield Finding(
                 "steps",
                 "time",
-                f"its steps are no longer than {scene.said(longest, 'time')}: until "
-                f"{scene.said(stepping.end, 'time')} they are {count:.3g} or more",
+                f"its steps are no longer than {scene.fmt(longest, 'time')}: until "
+                f"{scene.fmt(stepping.end, 'time')} they are {count:.3g} or more",
                 'Look at the unit of step and largest; step = "auto" takes as many as are needed',
             )
-    seen: dict[tuple[str, str], str] = {}
+    pair_names: dict[tuple[str, str], str] = {}
     for pair in scene.pairs:
         key = pair.part.master, pair.part.slave
-        if key in seen:
+        if key in pair_names:
             yield Finding(
                 "twice",
                 pair.where,
-                f"{seen[key]} has the same body and the same slave: both push",
+                f"{pair_names[key]} has the same body and the same slave: both push",
                 "Take one of them out, or give them different parts of the slave",
             )
-        seen.setdefault(key, pair.part.name)
+        pair_names.setdefault(key, pair.part.name)
         if pair.free or not pair.foretold or pair.relative is None or pair.touches:
             continue
         if (np.ptp(pair.relative, axis=0) == 0.0).all():

@@ -1,4 +1,4 @@
-"""Find steps that are too long for elements, and nodes that belong to none."""
+"""Find steps that are too long for elements, and nodes without elements."""
 
 from __future__ import annotations
 
@@ -15,31 +15,31 @@ from contiga.simulation.checks.scene import Scene
 from contiga.simulation.critical import Rates
 from contiga.simulation.step import place
 
-MUCH = 0.05
-"""Share of its mass that a part may be given before it is told."""
+ADDED_MASS_TOL = 0.05
+"""Added mass of a part, as a share of its mass, up to which there is no finding."""
 
 
 def added_masses(nodes: NodeMover) -> tuple[AddedMass, ...]:
-    """Return the mass that mass scaling gave each part of a slave; empty without any."""
+    """Return the mass that mass scaling added to each part of a slave; empty without."""
     matter = getattr(nodes, "matter", None)
     added: tuple[AddedMass, ...] = getattr(matter, "added", ())
     return added
 
 
 def check_matter(scene: Scene) -> Iterator[Finding]:
-    """Report what a run would refuse at its first step, and nodes that nothing moves."""
+    """Report errors that would end a run at its first step, and nodes that nothing moves."""
     model, stepping = scene.model, scene.model.stepping
     if not model.mechanism.deforms:
         return
-    standing = place(model, None, stepping.start)
+    placement = place(model, None, stepping.start)
     for name, part in model.slaves.items():
-        # Places at which no way of a node is held or driven, though they are given.
+        # Tables of held or driven nodes that name no direction.
         if not isinstance(part.motion, Deforming):
             continue
         for key in ("fixed", "driven"):
-            given = getattr(part.motion, key)
-            several = isinstance(given, Sequence) and not isinstance(given, str)
-            for table in given if several else [given]:
+            tables = getattr(part.motion, key)
+            several = isinstance(tables, Sequence) and not isinstance(tables, str)
+            for table in tables if several else [tables]:
                 if isinstance(table, Mapping) and len(table.get("hold", "x")) == 0:
                     yield Finding(
                         "held",
@@ -49,7 +49,7 @@ def check_matter(scene: Scene) -> Iterator[Finding]:
                         "them",
                     )
     for name, nodes in model.mechanism.joined.items():
-        critical = Rates(*nodes.rates(standing.slaves[name])).critical
+        critical = Rates(*nodes.rates(placement.slaves[name])).critical
         step = stepping.step if isinstance(stepping, EqualSteps) else 0.0
         if step > critical and not model.allow_unstable:
             yield Finding(
@@ -60,13 +60,13 @@ def check_matter(scene: Scene) -> Iterator[Finding]:
                 f'Take a step below {0.9 * critical:.3g}, or "auto"',
             )
         added = added_masses(nodes)
-        for one in added:
-            if one.share > MUCH:
+        for addition in added:
+            if addition.share > ADDED_MASS_TOL:
                 yield Finding(
                     "scaled",
                     f"slave {name}",
-                    f"mass scaling gives {one.part} {100.0 * one.share:.3g} % more mass than its "
-                    f"{one.mass:.4g}: it weighs and resists as much more",
+                    f"mass scaling gives {addition.part} {100.0 * addition.share:.3g} % more mass "
+                    f"than its {addition.mass:.4g}: it weighs and resists as much more",
                     "Ask for a shorter step, or mesh it more evenly",
                 )
         slave = model.slaves[name].slave

@@ -14,12 +14,12 @@ from contiga.simulation.checks.material_checks import elements_of
 from contiga.simulation.checks.scene import Scene
 from contiga.simulation.system_state import SystemState
 
-# Of the length of a table: what a strain may be past its end by rounding.
-_PAST = 1e-9
-# Of the energy that elements take: what hourglass modes may have of it.
-_HOURGLASS = 0.1
-# And of the largest energy of any kind: below it all of theirs is next to nothing.
-_NOTHING = 1e-4
+# Strain past the end of a table by rounding, relative.
+_TABLE_TOL = 1e-9
+# Largest share of hourglass energy in the energy of elements.
+_MAX_HOURGLASS_SHARE = 0.1
+# Energies below this share of the largest one are negligible.
+_NEGLIGIBLE = 1e-4
 
 
 def check_matter_ran(
@@ -28,12 +28,12 @@ def check_matter_ran(
     """Report strains beyond the tables of materials, and much energy in hourglass modes."""
     for name, nodes in scene.model.mechanism.nodes.items():
         if isinstance(nodes, DeformingNodes):
-            # The largest strain of each part, by the table that it is farthest beyond.
-            reached = nodes.reached(last.slaves[name])
+            # The largest strain of each part, relative to the end of its table.
+            largest_strains = nodes.reached(last.slaves[name])
             for part in dict.fromkeys(part.name for part in nodes.parts):
-                own = [one for one in reached if one.part == part]
-                worst = max(own, key=lambda one: one.strain / one.end, default=None)
-                if worst is not None and worst.strain > (1.0 + _PAST) * worst.end:
+                of_part = [one for one in largest_strains if one.part == part]
+                worst = max(of_part, key=lambda one: one.strain / one.end, default=None)
+                if worst is not None and worst.strain > (1.0 + _TABLE_TOL) * worst.end:
                     yield Finding(
                         "table",
                         f"slave {name}",
@@ -43,20 +43,26 @@ def check_matter_ran(
                         "Let the table go as far as the matter does",
                     )
     if "energy.hourglass" in history:
-        # Hourglass modes that have much of what elements take, lost or stored, at the most of both.
-        of = {name: history[f"energy.{name}"] for name in ("strain", "hysteresis", "viscosity")}
-        taken = float(np.max(sum(of.values())))
+        # Large hourglass energy relative to the energy of elements, lost or stored.
+        energies = {
+            name: history[f"energy.{name}"] for name in ("strain", "hysteresis", "viscosity")
+        }
+        element_energy = float(np.max(sum(energies.values())))
         modes = float(np.max(history["energy.hourglass"]))
-        others = [*of, "kinetic", "contact", "external"]
-        largest = max(float(np.abs(history[f"energy.{name}"]).max()) for name in others)
-        if taken > 0.0 and modes > _HOURGLASS * taken and modes > _NOTHING * largest:
-            said = scene.said
+        names = [*energies, "kinetic", "contact", "external"]
+        largest = max(float(np.abs(history[f"energy.{name}"]).max()) for name in names)
+        if (
+            element_energy > 0.0
+            and modes > _MAX_HOURGLASS_SHARE * element_energy
+            and modes > _NEGLIGIBLE * largest
+        ):
+            fmt = scene.fmt
             yield Finding(
                 "hourglass",
                 "elements",
-                f"hourglass modes of hexahedra take {said(modes, 'energy')}, "
-                f"{100.0 * modes / taken:.3g} % of the {said(taken, 'energy')} of their strain: "
-                "they are pushed at single nodes, or too coarse for how they bend",
+                f"hourglass modes of hexahedra take {fmt(modes, 'energy')}, "
+                f"{100.0 * modes / element_energy:.3g} % of the {fmt(element_energy, 'energy')} of "
+                "their strain: they are pushed at single nodes, or too coarse for how they bend",
                 "Mesh it finer where it is bent and pushed, spread forces over facets, or raise "
                 "hourglass",
             )

@@ -13,8 +13,8 @@ from contiga.records import FloatArray
 from contiga.simulation.checks.finding import Finding
 from contiga.simulation.checks.scene import Scene
 
-# Of the shortest edge of an element: nodes that are nearer to each other are at one place.
-_ONE_PLACE = 1e-4
+# Distance of nodes at the same place, as a share of the shortest edge of an element.
+_PLACE_TOL = 1e-4
 
 
 def check_meshes(scene: Scene) -> Iterator[Finding]:
@@ -23,75 +23,75 @@ def check_meshes(scene: Scene) -> Iterator[Finding]:
         if isinstance(nodes, DeformingNodes) and nodes.parts:
             points = scene.model.slaves[name].slave.points
             where = f"slave {name}"
-            yield from _torn(where, points, nodes)
-            # Elements of the same corners: membranes only those that face the same way, as two
-            # sheets that are sewn together may have the three corners of one of their ends in
-            # common.
+            yield from _unjoined_pieces(where, points, nodes)
+            # Elements with the same corners; for membranes only with the same orientation, as two
+            # sheets that are sewn together may share the three corners of an end.
             for part in nodes.parts:
                 corners = np.sort(part.elements, axis=1)
                 if part.kind == "tri3":
                     turn = part.elements.argmin(axis=1)[:, None]
                     corners = np.take_along_axis(part.elements, (turn + np.arange(3)) % 3, axis=1)
-                _, kept, count = np.unique(corners, axis=0, return_index=True, return_counts=True)
-                again = int((count - 1).sum())
-                if again:
-                    first = part.elements[kept[np.argmax(count > 1)]]
+                _, first_rows, count = np.unique(
+                    corners, axis=0, return_index=True, return_counts=True
+                )
+                n_repeated = int((count - 1).sum())
+                if n_repeated:
+                    first = part.elements[first_rows[np.argmax(count > 1)]]
                     yield Finding(
                         "twice",
                         where,
-                        f"{again} of its elements ({part.kind}) are given again, the first at "
-                        f"{_place(points[first].mean(axis=0))}: they weigh and resist twice",
+                        f"{n_repeated} of its elements ({part.kind}) are given again, the first at "
+                        f"{_point_text(points[first].mean(axis=0))}: they weigh and resist twice",
                         "Take them out of the mesh",
                     )
 
 
-def _torn(where: str, points: FloatArray, nodes: DeformingNodes) -> Iterator[Finding]:
+def _unjoined_pieces(where: str, points: FloatArray, nodes: DeformingNodes) -> Iterator[Finding]:
     """Report pieces of a mesh that lie face to face, edge to edge or end to end, but not joined.
 
-    They have as many nodes at the same places as a face, an edge or an end has.
+    They have as many nodes at the same places as a face, an edge or an end.
     """
-    # The piece that each node is in, by elements that share nodes, and of each piece the dimension
-    # of its elements, the least where they differ.
-    ways = [
+    # The connected piece of each node, and the smallest dimension of the elements of each piece.
+    node_pairs = [
         np.stack(
             [np.repeat(part.elements[:, 0], part.elements.shape[1]), part.elements.ravel()], axis=1
         )
         for part in nodes.parts
     ]
-    first, second = np.concatenate(ways).T.astype(np.int64)
+    first, second = np.concatenate(node_pairs).T.astype(np.int64)
     piece = np.asarray(groups_of(first, second, len(points)))
     dimension = np.full(piece.max() + 1, 3)
     for part in nodes.parts:
         np.minimum.at(dimension, piece[part.elements[:, 0]], DIMENSION[part.kind])
     if piece.max() == 0:
         return
-    from scipy.spatial import cKDTree  # which takes as long to load as numba
+    from scipy.spatial import cKDTree  # its import takes as long as that of numba
 
-    # Pairs of nodes of elements that lie together.
+    # Pairs of nodes at the same place.
     rows = np.unique(np.concatenate([part.elements.ravel() for part in nodes.parts]))
     edges = [
         points[part.elements] - points[np.roll(part.elements, 1, axis=1)] for part in nodes.parts
     ]
     shortest = min(float(np.sqrt(np.square(edge).sum(axis=2)).min()) for edge in edges)
-    pairs = cKDTree(points[rows]).query_pairs(_ONE_PLACE * shortest, output_type="ndarray")
+    pairs = cKDTree(points[rows]).query_pairs(_PLACE_TOL * shortest, output_type="ndarray")
     first, second = rows[pairs[:, 0]], rows[pairs[:, 1]]
-    led = np.asarray(nodes.held.all(axis=1))  # by something else than forces
-    apart = (piece[first] != piece[second]) & ~(led[first] & led[second])
-    first, second = first[apart], second[apart]
+    is_prescribed = np.asarray(nodes.held.all(axis=1))
+    is_apart = (piece[first] != piece[second]) & ~(is_prescribed[first] & is_prescribed[second])
+    first, second = first[is_apart], second[is_apart]
     both = np.sort(np.stack([piece[first], piece[second]], axis=1), axis=1)
-    for one, other in np.unique(both, axis=0).tolist():
-        rows = first[(both == [one, other]).all(axis=1)]
-        if len(rows) >= min(dimension[one], dimension[other]):
+    for first_piece, second_piece in np.unique(both, axis=0).tolist():
+        rows = first[(both == [first_piece, second_piece]).all(axis=1)]
+        if len(rows) >= min(dimension[first_piece], dimension[second_piece]):
             yield Finding(
                 "torn",
                 where,
                 f"it is in pieces that share no node: {len(rows)} nodes of one lie where nodes of "
-                f"another are, the first at {_place(points[rows[0]])}, and nothing holds them "
+                f"another are, the first at {_point_text(points[rows[0]])}, and nothing holds them "
                 "together",
                 "Merge these nodes, or make a slave of each piece",
             )
             return
 
 
-def _place(point: FloatArray) -> str:
+def _point_text(point: FloatArray) -> str:
     return "(" + ", ".join(f"{x:.6g}" for x in point) + ")"

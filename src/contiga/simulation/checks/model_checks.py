@@ -1,4 +1,4 @@
-"""Run all checks of a model before it is run."""
+"""Run all checks of a model before its run."""
 
 from __future__ import annotations
 
@@ -43,12 +43,12 @@ _CHECKS: tuple[Callable[[Scene], Iterator[Finding]], ...] = (
 
 
 def check_model(model: Model) -> tuple[Finding, ...]:
-    """Return what the author of `model` most likely did not mean.
+    """Return findings about `model`: properties that its author most likely did not intend.
 
-    The motion is gone through by the search alone, in few steps, as far as it is foretold: wholly
-    where it is prescribed, to the first touch where bodies are free.
+    The search alone follows the motion in a few steps, as far as it is known: to the end if it is
+    prescribed, to the first touch if bodies are free.
     """
-    # What answers wrongly is refused here as it would be by the first step.
+    # Motions with wrong output raise here as in the first step.
     place(model, None, model.stepping.start)
     scene = Scene(model)
     findings = (finding for check in _CHECKS for finding in check(scene))

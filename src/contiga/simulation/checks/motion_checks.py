@@ -1,4 +1,4 @@
-"""Find slaves that start inside, and slaves that never come near."""
+"""Find slaves that start inside a body, and slaves that never come near it."""
 
 from __future__ import annotations
 
@@ -7,30 +7,35 @@ from collections.abc import Iterator
 import numpy as np
 
 from contiga.simulation.checks.approach import closest_approach
-from contiga.simulation.checks.finding import Finding, Said
+from contiga.simulation.checks.finding import Finding, Quantities
 from contiga.simulation.checks.scene import Pair, Scene
-from contiga.simulation.checks.turned import behind, from_behind, mostly_behind, out_from_behind
+from contiga.simulation.checks.turned import (
+    behind_finding,
+    comes_from_behind,
+    comes_out_from_behind,
+    starts_behind,
+)
 
 # Share of the body's size that counts as touching.
-_TOUCHING = 1e-6
+_TOUCH_TOL = 1e-6
 
 
 def check_motion(scene: Scene) -> Iterator[Finding]:
-    """Report who starts inside, and who never comes near."""
+    """Report slaves that start inside, and slaves that never come near."""
     for pair in scene.pairs:
-        yield from _starts(pair, scene.said)
-        yield from from_behind(pair, scene.said)
-        # Whether what is free here is first turned aside by another contact.
+        yield from _starts_inside(pair, scene.fmt)
+        yield from comes_from_behind(pair, scene.fmt)
+        # Another contact may deflect the free parts first.
         turned_aside = pair.free and any(
             other is not pair and other.free and other.foretold and other.touches
             for other in scene.pairs
         )
         if pair.foretold and not pair.touches and not turned_aside:
-            yield from _never(pair, scene.said)
+            yield from _never_meets(pair, scene.fmt)
 
 
-def _inward(pair: Pair) -> bool:
-    """Return whether the normals of a closed body point into it: outside counts as inside then."""
+def _normals_point_inward(pair: Pair) -> bool:
+    """Return whether the normals of a closed body point inward: its outside then is inside."""
     if not pair.body.closed:
         return False
     low, high = pair.body.bounds()
@@ -38,40 +43,40 @@ def _inward(pair: Pair) -> bool:
     return bool(pair.body.contains(outside[None, :])[0])
 
 
-def _starts(pair: Pair, said: Said) -> Iterator[Finding]:
-    """Report points that are on the contact side from the start."""
+def _starts_inside(pair: Pair, fmt: Quantities) -> Iterator[Finding]:
+    """Report points that are on the contact side at the start."""
     start = pair.dry_runs[0]
     rows = start.inside
     if len(rows) == 0:
-        # Search by penetration has taken what lies inside.
-        if len(start.rows) and _inward(pair):
-            yield _turned(pair, len(start.rows))
-        yield from out_from_behind(pair, said)
+        # A search by penetration has taken points inside into contact.
+        if len(start.rows) and _normals_point_inward(pair):
+            yield _inward_finding(pair, len(start.rows))
+        yield from comes_out_from_behind(pair, fmt)
         return
     slave, body = pair.part.slave, pair.part.master
     active = max(int(pair.slave.active.sum()), len(rows))
     deepest = start.deepest
     number = f"{len(rows)} of {active} points of {slave}"
-    if _inward(pair):
-        yield _turned(pair, len(rows))
+    if _normals_point_inward(pair):
+        yield _inward_finding(pair, len(rows))
         return
-    if mostly_behind(pair):
-        yield behind(
-            pair, f"{number} start behind {body}, an open face, up to {said(deepest)} from it"
+    if starts_behind(pair):
+        yield behind_finding(
+            pair, f"{number} start behind {body}, an open face, up to {fmt(deepest)} from it"
         )
         return
-    there = "inside" if pair.contact.half_thickness is None else "within half their thickness of"
+    relation = "inside" if pair.contact.half_thickness is None else "within half their thickness of"
     yield Finding(
         "inside",
         pair.where,
-        f"{number} start {there} {body}, up to {said(deepest)} deep, and make no force: search by "
-        "intersection takes what comes in from the free side",
-        f"Start {said(deepest)} further away, or take them from the start with search = "
+        f"{number} start {relation} {body}, up to {fmt(deepest)} deep, and make no force: search "
+        "by intersection takes what comes in from the free side",
+        f"Start {fmt(deepest)} further away, or take them from the start with search = "
         '"penetration"',
     )
 
 
-def _turned(pair: Pair, count: int) -> Finding:
+def _inward_finding(pair: Pair, count: int) -> Finding:
     return Finding(
         "inward",
         f"body {pair.part.master}",
@@ -82,20 +87,22 @@ def _turned(pair: Pair, count: int) -> Finding:
     )
 
 
-def _never(pair: Pair, said: Said) -> Iterator[Finding]:
-    """Report sides that never meet, and how near they come."""
+def _never_meets(pair: Pair, fmt: Quantities) -> Iterator[Finding]:
+    """Report sides that never meet, with their smallest distance."""
     if len(pair.dry_runs[0].inside) or not pair.slave.active.any():
         return
     closest = closest_approach(pair)
     if closest is None:
         return
     slave, body = pair.part.slave, pair.part.master
-    when = f"at t = {said(closest.time, 'time')}"
-    if closest.distance > _TOUCHING * pair.body.size:
+    when = f"at t = {fmt(closest.time, 'time')}"
+    if closest.distance > _TOUCH_TOL * pair.body.size:
         flight = " in free flight" if pair.free else ""
-        near, distance = f"{slave} never comes closer to {body} than", closest.bound
+        statement, distance = f"{slave} never comes closer to {body} than", closest.bound
         if distance == 0.0:
-            near = f"{slave}, looked at {len(pair.shown_times)} times, is no closer to {body} than"
+            statement = (
+                f"{slave}, looked at {len(pair.shown_times)} times, is no closer to {body} than"
+            )
             distance = closest.distance
         size = min(pair.body.size, pair.slave_size or np.inf)
         wide = ""
@@ -112,7 +119,7 @@ def _never(pair: Pair, said: Said) -> Iterator[Finding]:
         yield Finding(
             "apart",
             pair.where,
-            f"{near} {said(distance)}{flight}, {when}{wide}",
+            f"{statement} {fmt(distance)}{flight}, {when}{wide}",
             "Look at where they are placed, at their units and at the direction of their motion"
             + hint,
         )

@@ -1,4 +1,4 @@
-"""Find in a run contact that never came, went too deep, or lay on few nodes."""
+"""Find contacts of a run that never began, went too deep, or have too few nodes."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from contiga.laws.force import ForceLaw
 from contiga.masters.nearness import nearest
 from contiga.records import FloatArray
 from contiga.simulation.checks.depth_checks import (
-    STEP_OF_LAYER,
+    STEP_PER_LAYER,
     deeper_than,
     deeper_than_elements,
 )
@@ -22,36 +22,36 @@ from contiga.simulation.checks.layers import layers_of
 from contiga.simulation.checks.matter_ran import check_matter_ran
 from contiga.simulation.checks.scene import Pair, Scene
 from contiga.simulation.checks.spring_checks import check_springs_ran
-from contiga.simulation.checks.turned import ran_from_behind
-from contiga.simulation.checks.wall_checks import jump_columns, jumped
+from contiga.simulation.checks.turned import met_from_behind
+from contiga.simulation.checks.wall_checks import force_jumps, jump_columns
 from contiga.simulation.model import Model, column_prefixes
 from contiga.simulation.system_state import SystemState
 from contiga.slaves.sampling import more_points
 from contiga.slaves.skin import facet_width
 
 Columns = Mapping[str, FloatArray]
-# Facets across a region of contact below which its forces depend on where the nodes happen to lie.
-_ACROSS = 2.0
-# Of the largest energy of a contact: what damping may take.
-_DAMPED = 0.75
-# Of the greatest penetration: what points that are let go have left of it at most.
-_DEEP = 0.4
-# Times the longest step further in: how deep what was let in is at first.
-_STEPS = 2.0
-# Of the points in contact at most: the last so many may leave as they like.
-_LAST = 0.1
-# Of a distance that is told: by how much another point may be nearer.
-_SEEN = 1e-3
-# Of the force of an impact: what is left of it where it is over.
-_PRESSED = 0.2
-# Of the time since the first contact: its end, and of the penetration what may change in it.
-_LATE, _GROWN = 0.2, 0.01
-# Of its curve's force: what the resultant may lack without a word.
-_APART = 0.02
+# Smallest number of facets across a region of contact: with fewer the force depends on the mesh.
+_MIN_FACETS_ACROSS = 2.0
+# Largest share of a contact's energy that damping may take.
+_MAX_DAMPED_SHARE = 0.75
+# Penetration of released points, as a share of the greatest, from which they tunnelled.
+_RELEASE_DEPTH = 0.4
+# First penetration, as a multiple of the largest later increase, from which the mesh is too coarse.
+_MAX_STEPS_DEEP = 2.0
+# Share of the largest number of points in contact below which their release does not matter.
+_LAST_SHARE = 0.1
+# Relative error of a reported distance.
+_SEARCH_TOL = 1e-3
+# Force at the end of an impact, as a share of the peak, at which it is over.
+_END_FORCE = 0.2
+# Last share of the time since first contact, and the change of penetration in it that counts.
+_LATE_SHARE, _CHANGE_TOL = 0.2, 0.01
+# Difference between the resultant and the curve's force without a note, relative.
+_RESULTANT_TOL = 0.02
 
 
 def check_run(model: Model, history: Columns, last: SystemState) -> tuple[Finding, ...]:
-    """Return what the history and the last state of a run show of its model."""
+    """Return findings about a model from the history and the last state of its run."""
     scene = Scene(model)
     findings: list[Finding] = []
     for pair in scene.pairs:
@@ -78,33 +78,34 @@ def check_crest(model: Model, state: SystemState) -> tuple[Finding, ...]:
             corners = contact.points_B[facets[touched]]
             sides = corners - np.roll(corners, 1, axis=1)
             edge = float(np.sqrt(np.square(sides).sum(axis=2)).mean())
-            across = length(np.ptp(contact.points_B[rows], axis=0)) / edge
-            if across < _ACROSS:
+            n_across = length(np.ptp(contact.points_B[rows], axis=0)) / edge
+            if n_across < _MIN_FACETS_ACROSS:
                 text = (
-                    f"at the greatest force {len(rows)} nodes are in contact, {across:.2g} facets "
-                    f"of {scene.said(edge)} across: the force depends on where the nodes happen to "
-                    "lie"
+                    f"at the greatest force {len(rows)} nodes are in contact, {n_across:.2g} "
+                    f"facets of {scene.fmt(edge)} across: the force depends on where the nodes "
+                    "happen to lie"
                 )
-                finer = f"Take a finer mesh there{more_points(pair.contact.quadrature)}"
-                findings.append(Finding("coarse", pair.where, text, finer))
+                remedy = f"Take a finer mesh there{more_points(pair.contact.quadrature)}"
+                findings.append(Finding("coarse", pair.where, text, remedy))
         findings += two_layers(pair, contact)
     return tuple(findings)
 
 
 def notes_on(model: Model, history: Columns) -> list[str]:
-    """Return remarks on numbers that a reader may take for something else.
-
-    The force that a law sets is a sum of magnitudes, and what is printed is their resultant.
-    """
+    """Return notes on forces: a law sets the sum of magnitudes, the history has the resultant."""
     scene, notes = Scene(model), []
     for pair in scene.pairs:
-        own = _columns(model, pair, history)
-        law, at = pair.contact.law, int(np.argmax(own["force"]))
+        columns = _columns(model, pair, history)
+        law, at = pair.contact.law, int(np.argmax(columns["force"]))
         if not isinstance(law, ForceLaw) or law.hysteresis is not None:
             continue
-        resultant = float(law.curve(own["max_penetration"][at]))
-        printed = float(own["force"][at])
-        if printed > 0.0 and resultant > (1.0 + _APART) * printed and pair.contact.friction is None:
+        resultant = float(law.curve(columns["max_penetration"][at]))
+        printed = float(columns["force"][at])
+        if (
+            printed > 0.0
+            and resultant > (1.0 + _RESULTANT_TOL) * printed
+            and pair.contact.friction is None
+        ):
             remedy = (
                 "elements of a tenth of the radius that presses bring it nearer"
                 if law.share == "deepest"
@@ -112,8 +113,8 @@ def notes_on(model: Model, history: Columns) -> list[str]:
             )
             notes.append(
                 f"{pair.part.name}: its curve sets the sum of the nodal forces, "
-                f"{scene.said(resultant, 'force')} at the peak; printed is their resultant, "
-                f"{scene.said(printed, 'force')}, as they do not all point one way; {remedy}"
+                f"{scene.fmt(resultant, 'force')} at the peak; printed is their resultant, "
+                f"{scene.fmt(printed, 'force')}, as they do not all point one way; {remedy}"
             )
     return notes
 
@@ -129,13 +130,12 @@ def _columns(model: Model, pair: Pair, history: Columns) -> dict[str, FloatArray
     return {"time": history["time"]} | columns | jump_columns(history, prefix)
 
 
-def _no_contact(scene: Scene, pair: Pair, own: Columns, last: SystemState) -> Iterator[Finding]:
-    """Report contacts in which nothing ever touched, unless that was known before the run.
-
-    So it reports open faces that were met or passed from behind.
-    """
-    met = bool(own["n_contact"].any())
-    from_behind = list(ran_from_behind(pair, last, met=met))
+def _check_contact(
+    scene: Scene, pair: Pair, columns: Columns, last: SystemState
+) -> Iterator[Finding]:
+    """Report contacts without any touch, and open faces that were met or passed from behind."""
+    met = bool(columns["n_contact"].any())
+    from_behind = list(met_from_behind(pair, last, met=met))
     yield from from_behind
     if met or from_behind:
         return
@@ -144,109 +144,125 @@ def _no_contact(scene: Scene, pair: Pair, own: Columns, last: SystemState) -> It
     finite = np.isfinite(points[rows]).all(axis=1)
     if not finite.any():
         return
-    apart = nearest(pair.body.surface, points, rows[finite], share=_SEEN).gap
+    distance = nearest(pair.body.surface, points, rows[finite], share=_SEARCH_TOL).gap
     yield Finding(
         "apart",
         pair.where,
         f"no point of {pair.part.slave} came into contact in the whole run; at its end they are "
-        f"{scene.said(apart)} from {pair.part.master}",
+        f"{scene.fmt(distance)} from {pair.part.master}",
         "Look at where they are placed, at their units and at what moves them",
     )
 
 
-def _deep(scene: Scene, pair: Pair, own: Columns, last: SystemState) -> Iterator[Finding]:
-    """Report penetrations beyond a law's table, and steps in which points went in too far."""
-    at = int(np.nanargmax(own["max_penetration"]))
-    reached = float(own["max_penetration"][at]), float(own["time"][at])
+def _check_depth(
+    scene: Scene, pair: Pair, columns: Columns, last: SystemState
+) -> Iterator[Finding]:
+    """Report penetrations beyond a law's table, and steps with a large increase of penetration."""
+    at = int(np.nanargmax(columns["max_penetration"]))
+    peak = float(columns["max_penetration"][at]), float(columns["time"][at])
     for layer in layers_of(pair.contact):
-        yield from deeper_than(layer, pair.where, reached, scene.said)
-    yield from deeper_than_elements(pair, own, scene.said)
-    ways = np.diff(own["max_penetration"])
+        yield from deeper_than(layer, pair.where, peak, scene.fmt)
+    yield from deeper_than_elements(pair, columns, scene.fmt)
+    increases = np.diff(columns["max_penetration"])
     layers = [layer.thickness for layer in layers_of(pair.contact) if layer.thickness]
-    if len(ways) == 0 or not layers or not ways.max() > STEP_OF_LAYER * min(layers):
+    if len(increases) == 0 or not layers or not increases.max() > STEP_PER_LAYER * min(layers):
         return
-    at = int(np.argmax(ways))
+    at = int(np.argmax(increases))
     yield Finding(
         "step",
         pair.where,
-        f"in the one step to t = {scene.said(own['time'][at + 1], 'time')} points went "
-        f"{scene.said(ways[at])} deeper into a layer of {scene.said(min(layers))}",
+        f"in the one step to t = {scene.fmt(columns['time'][at + 1], 'time')} points went "
+        f"{scene.fmt(increases[at])} deeper into a layer of {scene.fmt(min(layers))}",
         'Take shorter steps, or step = "auto" where forces move the bodies',
     )
 
 
-def _sudden(scene: Scene, pair: Pair, own: Columns, last: SystemState) -> Iterator[Finding]:
-    """Report contacts that begin deeper than a facet is wide: the mesh had let the body in."""
-    touched = np.flatnonzero(own["n_contact"] > 0)
+def _check_first_depth(
+    scene: Scene, pair: Pair, columns: Columns, last: SystemState
+) -> Iterator[Finding]:
+    """Report contacts that begin deeper than the width of a facet: the mesh let the body in."""
+    touched = np.flatnonzero(columns["n_contact"] > 0)
     if pair.slave.facets is None or len(touched) == 0 or touched[0] == 0:
         return
     first = int(touched[0])
-    deep, width = own["max_penetration"], facet_width(pair.slave.points, pair.slave.facets)
-    further = np.diff(deep[first:]).max(initial=0.0)
-    if deep[first] > max(width, _STEPS * further):
+    depths, width = columns["max_penetration"], facet_width(pair.slave.points, pair.slave.facets)
+    largest_increase = np.diff(depths[first:]).max(initial=0.0)
+    if depths[first] > max(width, _MAX_STEPS_DEEP * largest_increase):
         yield Finding(
             "coarse",
             pair.where,
-            f"contact begins at t = {scene.said(float(own['time'][first]), 'time')} with points "
-            f"{scene.said(float(deep[first]))} deep, and facets of {pair.part.slave} are "
-            f"{scene.said(width)} wide: too coarse, they let {pair.part.master} in before a point "
+            f"contact begins at t = {scene.fmt(float(columns['time'][first]), 'time')} with points "
+            f"{scene.fmt(float(depths[first]))} deep, and facets of {pair.part.slave} are "
+            f"{scene.fmt(width)} wide: too coarse, they let {pair.part.master} in before a point "
             "of theirs was touched",
             f"Take a finer mesh there{more_points(pair.contact.quadrature)}; "
             "where one step went so far, shorter steps",
         )
 
 
-def _damped(scene: Scene, pair: Pair, own: Columns, last: SystemState) -> Iterator[Finding]:
-    """Report damping that does most of the work of a contact."""
-    parts = [own[f"energy_{name}"] for name in ("stored", "damping", "hysteresis", "friction")]
+def _check_damping(
+    scene: Scene, pair: Pair, columns: Columns, last: SystemState
+) -> Iterator[Finding]:
+    """Report damping that takes most of the energy of a contact."""
+    parts = [columns[f"energy_{name}"] for name in ("stored", "damping", "hysteresis", "friction")]
     most = float(np.max(sum(parts)))
-    lost = float(own["energy_damping"][-1])
-    if most > 0.0 and lost > _DAMPED * most:
+    lost = float(columns["energy_damping"][-1])
+    if most > 0.0 and lost > _MAX_DAMPED_SHARE * most:
         yield Finding(
             "damping",
             pair.where,
             f"its damping takes {100.0 * lost / most:.3g} % of the work done on it, "
-            f"{scene.said(lost, 'energy')}: the curve hardly matters",
+            f"{scene.fmt(lost, 'energy')}: the curve hardly matters",
             "Look at the unit of the damping; damping_ratio is a share of the critical one",
         )
 
 
-def _unfinished(scene: Scene, pair: Pair, own: Columns, last: SystemState) -> Iterator[Finding]:
-    """Report impacts that are cut off before the free side comes back.
+def _check_end(scene: Scene, pair: Pair, columns: Columns, last: SystemState) -> Iterator[Finding]:
+    """Report impacts that are cut off before the rebound.
 
-    What rests does not move, and what swings to and fro has come back before.
+    Parts at rest do not move, and oscillating parts have rebounded before.
     """
-    deep, force, time = own["max_penetration"], own["force"], own["time"]
-    if not pair.free or force[-1] <= _PRESSED * force.max():
+    deep, force, time = columns["max_penetration"], columns["force"], columns["time"]
+    if not pair.free or force[-1] <= _END_FORCE * force.max():
         return
-    began = float(time[np.argmax(deep > 0.0)])
-    late = deep[time >= time[-1] - _LATE * (time[-1] - began)]
-    once = deep[-1] <= (1.0 + _GROWN) * deep[np.argmax(deep) :].min()
-    if once and np.ptp(late) > _GROWN * deep.max():
-        left, most = (scene.said(float(value), "force") for value in (force[-1], force.max()))
+    first_time = float(time[np.argmax(deep > 0.0)])
+    late_depths = deep[time >= time[-1] - _LATE_SHARE * (time[-1] - first_time)]
+    is_single = deep[-1] <= (1.0 + _CHANGE_TOL) * deep[np.argmax(deep) :].min()
+    if is_single and np.ptp(late_depths) > _CHANGE_TOL * deep.max():
+        last_force, peak_force = (
+            scene.fmt(float(value), "force") for value in (force[-1], force.max())
+        )
         yield Finding(
             "unfinished",
             pair.where,
-            f"when the run ends the impact is not over: the force is {left}, {most} at its "
-            "greatest; criteria and peaks are those of a part of the impact",
+            f"when the run ends the impact is not over: the force is {last_force}, {peak_force} at "
+            "its greatest; criteria and peaks are those of a part of the impact",
             "Let the run end later; --resume goes on from here",
         )
 
 
-def _let_go(scene: Scene, pair: Pair, own: Columns, last: SystemState) -> Iterator[Finding]:
+def _check_tunnelling(
+    scene: Scene, pair: Pair, columns: Columns, last: SystemState
+) -> Iterator[Finding]:
     """Report steps in which most points in contact leave through another wall."""
-    count, deep, gone = own["n_contact"], own["max_penetration"], own["n_tunnelled"]
-    lost = (gone[1:] >= 0.5 * count[:-1]) & (count[:-1] > _LAST * count.max(initial=0.0))
-    lost &= deep[:-1] > _DEEP * deep.max()
-    if not lost.any():
+    count, depth, tunnelled = (
+        columns["n_contact"],
+        columns["max_penetration"],
+        columns["n_tunnelled"],
+    )
+    is_lost = (tunnelled[1:] >= 0.5 * count[:-1]) & (
+        count[:-1] > _LAST_SHARE * count.max(initial=0.0)
+    )
+    is_lost &= depth[:-1] > _RELEASE_DEPTH * depth.max()
+    if not is_lost.any():
         return
-    at = int(np.argmax(lost))
+    at = int(np.argmax(is_lost))
     yield Finding(
         "through",
         pair.where,
-        f"in the one step to t = {scene.said(own['time'][at + 1], 'time')} "
-        f"{int(gone[at + 1])} of {int(count[at])} points leave "
-        f"{pair.part.master} from up to {scene.said(float(deep[at]))} deep: they went through it, "
+        f"in the one step to t = {scene.fmt(columns['time'][at + 1], 'time')} "
+        f"{int(tunnelled[at + 1])} of {int(count[at])} points leave "
+        f"{pair.part.master} from up to {scene.fmt(float(depth[at]))} deep: they went through it, "
         "to another wall than they came in by",
         'Take through = "hold" where they are to be pushed back; else a shorter way or a stiffer '
         "law",
@@ -254,11 +270,11 @@ def _let_go(scene: Scene, pair: Pair, own: Columns, last: SystemState) -> Iterat
 
 
 _CHECKS: tuple[Callable[[Scene, Pair, Columns, SystemState], Iterator[Finding]], ...] = (
-    _no_contact,
-    _deep,
-    _sudden,
-    _damped,
-    _let_go,
-    jumped,
-    _unfinished,
+    _check_contact,
+    _check_depth,
+    _check_first_depth,
+    _check_damping,
+    _check_tunnelling,
+    force_jumps,
+    _check_end,
 )

@@ -11,8 +11,8 @@ from contiga.simulation.checks.finding import Finding
 from contiga.simulation.checks.layers import BEYOND, end_of
 from contiga.simulation.checks.scene import Scene
 
-# Of the length of a table: what an elongation may be past its end by rounding.
-_PAST = 1e-9
+# Elongation past the end of a table by rounding, relative.
+_TABLE_TOL = 1e-9
 
 
 def check_springs_ran(scene: Scene, history: Mapping[str, FloatArray]) -> Iterator[Finding]:
@@ -24,21 +24,21 @@ def check_springs_ran(scene: Scene, history: Mapping[str, FloatArray]) -> Iterat
             if curve is None or end_of(curve) is None:
                 continue
             first, last = float(curve.x[0]), float(curve.x[-1])
-            rounding = _PAST * (last - first)
-            at, end, what = int(np.argmax(elongation)), last, "ends"
-            if elongation[at] <= last + rounding:
-                at, end, what = int(np.argmin(elongation)), first, "begins"
-                # Below its start a spring may carry nothing, as one that is slack there does.
-                slack = spring.hysteresis is not None or float(curve(elongation[at])) == 0.0
-                if slack or elongation[at] >= first - rounding:
+            rounding = _TABLE_TOL * (last - first)
+            row, end, verb = int(np.argmax(elongation)), last, "ends"
+            if elongation[row] <= last + rounding:
+                row, end, verb = int(np.argmin(elongation)), first, "begins"
+                # Below its first row a spring may be slack.
+                slack = spring.hysteresis is not None or float(curve(elongation[row])) == 0.0
+                if slack or elongation[row] >= first - rounding:
                     continue
-            said = scene.said
+            fmt = scene.fmt
             yield Finding(
                 "table",
                 f"spring {name}",
-                f"the elongation reaches {said(float(elongation[at]))} at t = "
-                f"{said(float(history['time'][at]), 'time')}, and its {curve.name} {what} at "
-                f"{said(end)}: beyond that it is {BEYOND[curve.extrapolation]}",
+                f"the elongation reaches {fmt(float(elongation[row]))} at t = "
+                f"{fmt(float(history['time'][row]), 'time')}, and its {curve.name} {verb} at "
+                f"{fmt(end)}: beyond that it is {BEYOND[curve.extrapolation]}",
                 "Let the table go as far as the spring does; what is to be slack or to hold its "
                 'force has rows that say so, or extrapolation = "constant"',
             )

@@ -1,4 +1,4 @@
-"""Find bodies that count as open because of a flaw."""
+"""Find bodies that are open because of a flaw."""
 
 from __future__ import annotations
 
@@ -9,13 +9,13 @@ from contiga.simulation.checks.finding import Finding
 from contiga.simulation.checks.scene import Scene
 
 OPEN = "open"
-"""The rule of what is found here: such a model runs, but not as it is meant."""
-# Flaws told of one body.
-_SOME = 3
+"""Name of the rule: such a model runs, but most likely not as intended."""
+# Largest number of flaws reported for a body.
+_MAX_FLAWS = 3
 
 
 def check_surfaces(scene: Scene) -> Iterator[Finding]:
-    """Report bodies in contact that a flaw makes open; sheets, which end, are no flaw."""
+    """Report bodies in contact that are open because of a flaw; intended sheets are none."""
     for name in dict.fromkeys(pair.part.master for pair in scene.pairs):
         body = scene.model.bodies[name].body
         if body.faces is None or body.closed:
@@ -30,12 +30,12 @@ def check_surfaces(scene: Scene) -> Iterator[Finding]:
             or openings.crossing is not None
         ):
             flaws = body.flaws
-            more = f"; and {len(flaws) - _SOME} more" if len(flaws) > _SOME else ""
+            more = f"; and {len(flaws) - _MAX_FLAWS} more" if len(flaws) > _MAX_FLAWS else ""
             yield Finding(
                 OPEN,
                 f"body {name}",
                 "contact takes it for an open surface, which has no inside, because of "
-                f"{'; '.join(flaws[:_SOME])}{more}",
+                f"{'; '.join(flaws[:_MAX_FLAWS])}{more}",
                 "Mend it in the program that wrote the file, or choose parts or faces that are "
                 "sound (parts, solids)",
             )
