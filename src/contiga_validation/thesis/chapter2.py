@@ -70,13 +70,13 @@ def _bases() -> Outcome:
     rows: list[tuple[int, float, float, float, float]] = []
     for p in range(1, 8):
         knots = kv.open_knots(p, p + 6)
-        ours = kv.basis(knots, p, u, order=1)
-        sums = np.abs(ours[:, 0].sum(axis=1) - 1.0).max()
-        printed = np.abs(ours[:, 0] - cox_de_boor(knots, p, u)).max()
-        slopes = np.abs(ours[:, 1].sum(axis=1)).max() / np.abs(ours[:, 1]).max()
-        rows.append((p, float(sums), float(ours[:, 0].min()), float(printed), float(slopes)))
+        basis = kv.basis(knots, p, u, order=1)
+        sums = np.abs(basis[:, 0].sum(axis=1) - 1.0).max()
+        printed = np.abs(basis[:, 0] - cox_de_boor(knots, p, u)).max()
+        slopes = np.abs(basis[:, 1].sum(axis=1)).max() / np.abs(basis[:, 1]).max()
+        rows.append((p, float(sums), float(basis[:, 0].min()), float(printed), float(slopes)))
     worst = [max(row[k] for row in rows) for k in (1, 3, 4)]
-    least = min(row[2] for row in rows)
+    smallest = min(row[2] for row in rows)
     return Outcome(
         tables=(
             Table(
@@ -101,7 +101,7 @@ def _bases() -> Outcome:
                 (8.2, 2.5),
             ),
         ),
-        claims=_bases_claims(least, u, worst),
+        claims=_bases_claims(smallest, u, worst),
         difference=(
             "The thesis gives no numbers here. Its list of properties repeats the recursion in a "
             "form that is right without interior knots only; the recursion of Eq. 2.2 is used."
@@ -109,11 +109,11 @@ def _bases() -> Outcome:
     )
 
 
-def _bases_claims(least: float, u: FloatArray, worst: list[float]) -> tuple[Claim, ...]:
+def _bases_claims(smallest: float, u: FloatArray, worst: list[float]) -> tuple[Claim, ...]:
     bernstein = _bernstein_error(u)
     return (
         Claim("The functions add up to 1.", worst[0] <= 1e-15, f"largest miss {worst[0]:.1e}"),
-        Claim("No function is negative.", least >= 0.0, f"smallest value {least:.1e}"),
+        Claim("No function is negative.", smallest >= 0.0, f"smallest value {smallest:.1e}"),
         Claim(
             "They are those of the Cox–de Boor recursion (Eq. 2.2).",
             worst[1] <= 1e-14,
@@ -147,8 +147,8 @@ def _draw_bases(figure: Figure) -> None:
         u = np.linspace(0.0, 5.0, 1001)
         values = cox_de_boor(_UNIFORM, p, u)
         for i in range(min(3, values.shape[1])):
-            shown = values[:, i] if p else np.where(values[:, i] > 0.0, 1.0, np.nan)
-            axes.plot(u, shown, color=LINES[i], label=f"$B_{{{i},{p}}}$", lw=2.2 if p == 0 else 1.6)
+            curve = values[:, i] if p else np.where(values[:, i] > 0.0, 1.0, np.nan)
+            axes.plot(u, curve, color=LINES[i], label=f"$B_{{{i},{p}}}$", lw=2.2 if p == 0 else 1.6)
         plane(axes, equal=False, labels=("u", ""))
         axes.set_title(f"degree {p}")
         axes.set_ylim(-0.03, 1.08)
@@ -249,10 +249,10 @@ def _variation() -> Outcome:
         curve = NurbsCurve(p, kv.open_knots(p, 8), polygon)
         # what is sampled crosses at most as often as the curve, the fine polygon at least
         fine = curve.insert_knots(np.linspace(0.0, 1.0, 402)[1:-1])
-        most = _crossings(normal @ fine.control_points[:, :2].T - offset[:, None])
-        least = _crossings(normal @ curve.evaluate(_FINE_U)[:, :2].T - offset[:, None])
-        more = int((most > cuts).sum())
-        rows.append((p, float(cuts.mean()), float(least.mean()), float(most.mean()), more))
+        upper = _crossings(normal @ fine.control_points[:, :2].T - offset[:, None])
+        lower = _crossings(normal @ curve.evaluate(_FINE_U)[:, :2].T - offset[:, None])
+        n_more = int((upper > cuts).sum())
+        rows.append((p, float(cuts.mean()), float(lower.mean()), float(upper.mean()), n_more))
     return Outcome(
         tables=(
             Table(

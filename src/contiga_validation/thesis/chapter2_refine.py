@@ -51,10 +51,10 @@ def _moved(curve: NurbsCurve, other: NurbsCurve) -> float:
     "nor its parameters. Its example is the cubic knot vector 0 0 0 0 1 1 1 1 with 0.5.",
 )
 def _insertion() -> Outcome:
-    one, several = CUBIC.insert_knots(0.5), CUBIC.insert_knots(SEVERAL)
+    inserted, several = CUBIC.insert_knots(0.5), CUBIC.insert_knots(SEVERAL)
     through = CUBIC.insert_knots([0.5, 0.5, 0.5])
     rows = [
-        ("0.5", len(one.control_points), _moved(one, CUBIC)),
+        ("0.5", len(inserted.control_points), _moved(inserted, CUBIC)),
         (", ".join(map(str, SEVERAL)), len(several.control_points), _moved(several, CUBIC)),
         ("0.5 three times", len(through.control_points), _moved(through, CUBIC)),
     ]
@@ -70,7 +70,7 @@ def _insertion() -> Outcome:
                 "2.4 new points",
                 "Control points of the curve before and after 0.5 is inserted.",
                 ("point", "before, x", "before, y", "after, x", "after, y"),
-                _points_beside(CUBIC, one),
+                _points_beside(CUBIC, inserted),
             ),
         ),
         pictures=(
@@ -90,7 +90,7 @@ def _insertion() -> Outcome:
                 (7.4, 4.4),
             ),
         ),
-        claims=_insertion_claims(one, rows, through),
+        claims=_insertion_claims(inserted, rows, through),
         difference=(
             "The thesis shows pictures only. Its steps are garbled (weights swapped, a "
             "denominator of p + 1 knots, ranges that overlap, span 4 for 3, the worked formula "
@@ -101,10 +101,10 @@ def _insertion() -> Outcome:
 
 
 def _insertion_claims(
-    one: NurbsCurve, rows: list[tuple[str, int, float]], through: NurbsCurve
+    inserted: NurbsCurve, rows: list[tuple[str, int, float]], through: NurbsCurve
 ) -> tuple[Claim, ...]:
     on_curve = np.abs(through.control_points[3] - CUBIC.evaluate(0.5)[0]).max()
-    by_hand = np.abs(one.control_points - boehm(CUBIC, 0.5).control_points).max()
+    by_hand = np.abs(inserted.control_points - boehm(CUBIC, 0.5).control_points).max()
     printed = _moved(boehm(CUBIC, 0.25, as_printed=True), CUBIC)
     right = _moved(boehm(CUBIC, 0.25), CUBIC)
     worst = max(row[2] for row in rows)
@@ -176,8 +176,8 @@ def _elevation() -> Outcome:
     ):
         inner = kv.multiplicity(curve.knots, 0.5)
         smooth = f"C{curve.degree - inner}" if inner else "–"
-        moved = _moved(curve, CUBIC)
-        rows.append((name, curve.degree, len(curve.control_points), smooth, moved))
+        distance = _moved(curve, CUBIC)
+        rows.append((name, curve.degree, len(curve.control_points), smooth, distance))
     return Outcome(
         tables=(
             Table(

@@ -11,7 +11,7 @@ from contiga.report.view import View
 from contiga_validation.engine.arrays import FloatArray, IntArray
 from contiga_validation.engine.drawing import BODY, INK, LINES, MUTED
 from contiga_validation.engine.experiment import Cell, Claim, Experiments, Outcome, Picture, Table
-from contiga_validation.thesis.play import Played, played
+from contiga_validation.thesis.play import SceneRun, run_simulation
 from contiga_validation.thesis.variants import ring_facets, simulation_of, slave_of, variant
 
 if TYPE_CHECKING:
@@ -37,7 +37,7 @@ RADIUS, LENGTH = 0.2, 1.0
 class Pair(NamedTuple):
     """Two cylinders side by side, one entry a step."""
 
-    run: Played
+    run: SceneRun
     gap: FloatArray
     """Between the two regions, NaN without contact."""
     auto: FloatArray
@@ -51,10 +51,10 @@ class Pair(NamedTuple):
 def two_cylinders() -> Pair:
     """The regions and areas of two cylinders that sink into a flat master."""
     simulation = simulation_of("two_cylinders")
-    run = played(simulation)
+    run = run_simulation(simulation)
     areas = {"auto": run.history["area"]}
     for k in (1, 2):
-        areas[f"k = {k}"] = played(variant(simulation, area=HullArea(k))).history["area"]
+        areas[f"k = {k}"] = run_simulation(variant(simulation, area=HullArea(k))).history["area"]
     gap, true = [], []
     for state in run.states:
         x, y = state.foot[state.in_contact, 0], state.foot[state.in_contact, 1]
@@ -204,7 +204,7 @@ def area_table() -> AreaTable:
     simulation = simulation_of("cylinder_flat")
     slave = skin(slave_of(simulation).points)
     runs = {
-        name: played(variant(simulation, area=area, slave=slave))
+        name: run_simulation(variant(simulation, area=area, slave=slave))
         for name, area in methods().items()
     }
     first = runs["hull, linear map"]
@@ -257,21 +257,21 @@ def _table_5_1() -> Outcome:
     )
 
 
-def _table_5_1_claims(found: AreaTable, names: tuple[str, ...]) -> tuple[Claim, ...]:
-    exact = [found.areas[n] for n in ("hull, linear map", "hull, exact map", names[2])]
+def _table_5_1_claims(table: AreaTable, names: tuple[str, ...]) -> tuple[Claim, ...]:
+    exact = [table.areas[n] for n in ("hull, linear map", "hull, exact map", names[2])]
     miss = max(float(np.abs(area - TRUE).max()) for area in exact)
-    near = float(np.abs(found.strip - TRUE).max())
+    deviation = float(np.abs(table.strip - TRUE).max())
     worst = np.abs(np.array(THESIS) / TRUE - 1.0)
     return (
         Claim(
             "20, 60, 80, 100, 100, 100, 100, 60, 40 points are in contact at steps 6 to 14.",
-            tuple(found.counts.astype(int)) == COUNTS,
-            ", ".join(f"{n:.0f}" for n in found.counts),
+            tuple(table.counts.astype(int)) == COUNTS,
+            ", ".join(f"{n:.0f}" for n in table.counts),
         ),
         Claim(
             "The true areas are 0.08, 0.40 (seven times) and 0.24.",
-            near < 1e-3,
-            f"the cylinder's own strip differs by at most {near:.1e}",
+            deviation < 1e-3,
+            f"the cylinder's own strip differs by at most {deviation:.1e}",
         ),
         Claim(
             "The thesis' hulls, on exact feet, and the facets give the true area.",
@@ -292,17 +292,17 @@ _CAPTION_SECTION = (
 )
 
 
-def _draw_areas(figure: Figure, found: AreaTable) -> None:
+def _draw_areas(figure: Figure, table: AreaTable) -> None:
     axes = figure.subplots()
     steps = np.array(STEPS)
     axes.step(steps, TRUE, where="mid", color=INK, lw=1.2, label="true")
     axes.plot(steps, THESIS, "s", color=LINES[1], label="thesis")
-    axes.plot(steps, found.areas["hull, linear map"], "o", color=LINES[0], label="hull on feet")
+    axes.plot(steps, table.areas["hull, linear map"], "o", color=LINES[0], label="hull on feet")
     axes.plot(
-        steps, found.areas["facets, on the master"], "+", color=LINES[2], ms=9, mew=1.4,
+        steps, table.areas["facets, on the master"], "+", color=LINES[2], ms=9, mew=1.4,
         label="facets, on the master",
     )  # fmt: skip
-    slave = found.areas["facets, on the slave"]
+    slave = table.areas["facets, on the slave"]
     axes.plot(steps, slave, "_", color=MUTED, ms=9, mew=1.4, label="facets, on the slave")
     for step, n in zip(steps, COUNTS, strict=True):
         axes.annotate(f"{n}", (step, 0.0), (0, 4), textcoords="offset points", ha="center",
@@ -312,10 +312,10 @@ def _draw_areas(figure: Figure, found: AreaTable) -> None:
 
 
 def _draw_section(figure: Figure) -> None:
-    run = played(simulation_of("cylinder_flat"))
-    shown = (6, 14, 7, 10)
+    run = run_simulation(simulation_of("cylinder_flat"))
+    window = (6, 14, 7, 10)
     angle = np.linspace(0.0, 2.0 * np.pi, 200)
-    for axes, k in zip(figure.subplots(1, len(shown), sharey=True), shown, strict=True):
+    for axes, k in zip(figure.subplots(1, len(window), sharey=True), window, strict=True):
         points, state = run.places[k], run.states[k]
         height = points[:, 2].mean()
         on = state.in_contact

@@ -14,7 +14,7 @@ from contiga.report.view import View
 from contiga_validation.engine.arrays import FloatArray
 from contiga_validation.engine.drawing import LINES, plane
 from contiga_validation.engine.experiment import Claim, Experiments, Outcome, Picture, Table
-from contiga_validation.thesis.play import Played, play
+from contiga_validation.thesis.play import SceneRun, run_scene
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -27,7 +27,7 @@ TABLE_5_1 = (20, 60, 80, 100, 100, 100, 100, 60, 40)
 """Points in contact at steps 6 to 14, as the thesis counts them."""
 
 
-def foot_errors(run: Played) -> tuple[float, float]:
+def foot_errors(run: SceneRun) -> tuple[float, float]:
     """How far feet are from orthogonal (per length), and penetrations from distances; at most."""
     aside = length = 0.0
     for k, state in enumerate(run.states):
@@ -51,7 +51,7 @@ def foot_errors(run: Played) -> tuple[float, float]:
     "at steps 6 to 14. Points that move up again are released.",
 )
 def _flat() -> Outcome:
-    run = play("cylinder_flat")
+    run = run_scene("cylinder_flat")
     counts = [int(n) for n in run.history["n_contact"]]
     miss = 0.0
     for k, state in enumerate(run.states):
@@ -131,7 +131,7 @@ BumpyRow = tuple[int, int, int, int, float, int]
     "right. Some points are outside the boundary, have no projection and are not in contact.",
 )
 def _bumpy() -> Outcome:
-    run = play("out_of_boundary")
+    run = run_scene("out_of_boundary")
     states = run.states
     beyond = [_beyond(run.places[k]) for k in range(len(states))]
     touched = sum(int((s.in_contact & b).sum()) for s, b in zip(states, beyond, strict=True))
@@ -180,7 +180,7 @@ def _bumpy() -> Outcome:
     )
 
 
-def _bumpy_claims(run: Played, rows: tuple[BumpyRow, ...], touched: int) -> tuple[Claim, ...]:
+def _bumpy_claims(run: SceneRun, rows: tuple[BumpyRow, ...], touched: int) -> tuple[Claim, ...]:
     states = run.states
     changed = sum(int((_side(a) * _side(b) < 0.0).sum()) for a, b in pairwise(states))
     aside, length = foot_errors(run)
@@ -218,7 +218,7 @@ def _between(state: State) -> float:
 
 
 def _draw_feet(figure: Figure) -> None:
-    run = play("out_of_boundary")
+    run = run_scene("out_of_boundary")
     k = int(np.argmax(run.history["n_contact"]))
     state, points = run.states[k], run.places[k]
     axes = plane(figure.subplots())
@@ -248,7 +248,7 @@ def _frame(corner: tuple[float, float], width: float, height: float) -> Any:
     "no projection within the master any more and 66 are left.",
 )
 def _sliding() -> Outcome:
-    run = play("sideways_sliding")
+    run = run_scene("sideways_sliding")
     counts = [int(n) for n in run.history["n_contact"]]
     left = [int((s.status == ContactStatus.SLID_OFF).sum()) for s in run.states]
     force = run.history["force"]
@@ -276,7 +276,7 @@ def _sliding() -> Outcome:
     )
 
 
-def _sliding_claims(counts: list[int], force: FloatArray, run: Played) -> tuple[Claim, ...]:
+def _sliding_claims(counts: list[int], force: FloatArray, run: SceneRun) -> tuple[Claim, ...]:
     gone = np.flatnonzero(run.states[14].status == ContactStatus.SLID_OFF)
     still = run.places[14][gone]
     over = bool((still[:, 0] < -1.0).all() and (still[:, 2] < 0.0).all())
@@ -300,7 +300,7 @@ def _sliding_claims(counts: list[int], force: FloatArray, run: Played) -> tuple[
 
 
 def _draw_sliding(figure: Figure) -> None:
-    run = play("sideways_sliding")
+    run = run_scene("sideways_sliding")
     gone = run.states[14].status == ContactStatus.SLID_OFF
     for axes, k in zip(figure.subplots(1, 2), (13, 14), strict=True):
         plane(axes, equal=False)
@@ -327,7 +327,7 @@ def _square(axes: Axes, points: FloatArray) -> None:
 
 def _panels(figure: Figure, name: str, steps: Sequence[int]) -> None:
     """The scene at some steps, in two rows."""
-    run = play(name)
+    run = run_scene(name)
     flat = name == "cylinder_flat"
     towards = (-0.5, 0.8, -0.28) if flat else (-0.35, 0.75, -0.55)
     everywhere = [run.places[k] for k in steps]

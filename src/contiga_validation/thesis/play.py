@@ -9,7 +9,7 @@ from contiga_validation.engine.arrays import FloatArray
 from contiga_validation.thesis.variants import simulation_of
 
 
-class Played(NamedTuple):
+class SceneRun(NamedTuple):
     """A scene with one contact, and all its steps."""
 
     simulation: Simulation
@@ -48,7 +48,7 @@ def patches_of(simulation: Simulation) -> tuple[NurbsSurface, ...]:
     return part.body.faces.patches
 
 
-def play(name: str) -> Played:
+def run_scene(name: str) -> SceneRun:
     """Run the scene `name` (a case file with one contact) in memory.
 
     Raises
@@ -56,10 +56,10 @@ def play(name: str) -> Played:
     FileError
         No such scene.
     """
-    return played(simulation_of(name))
+    return run_simulation(simulation_of(name))
 
 
-def played(simulation: Simulation) -> Played:
+def run_simulation(simulation: Simulation) -> SceneRun:
     """Run a simulation in memory and keep every step."""
     result = simulation.run(keep=1)
-    return Played(simulation, result.states, result.history)
+    return SceneRun(simulation, result.states, result.history)

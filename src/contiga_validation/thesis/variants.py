@@ -26,11 +26,15 @@ def variant(simulation: Simulation, *, master: Any = None, **options: Any) -> Si
     options : of `Contact`, and `slave`, whose points must be the same
     """
     (part,) = simulation.contacts
-    own = part.contact
-    slave = options.pop("slave", own.slave)
-    chosen: dict[str, Any] = {"law": own.law, "area": own.area, "search": own.search}
-    chosen |= {"weights": own.weights, "foot": own.foot, **options}
-    contact = Contact(own.master if master is None else master, slave, **chosen)
+    original = part.contact
+    slave = options.pop("slave", original.slave)
+    arguments: dict[str, Any] = {
+        "law": original.law,
+        "area": original.area,
+        "search": original.search,
+    }
+    arguments |= {"weights": original.weights, "foot": original.foot, **options}
+    contact = Contact(original.master if master is None else master, slave, **arguments)
     return replace(simulation, contacts=(part._replace(contact=contact),))
 
 
