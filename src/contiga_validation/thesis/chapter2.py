@@ -1,4 +1,4 @@
-"""Chapter 2: bases, their properties, and refinement that leaves the shape."""
+"""Chapter 2: bases, their properties, and refinement that does not change the shape."""
 
 from __future__ import annotations
 
@@ -37,9 +37,9 @@ _FINE_U = np.linspace(0.0, 1.0, 4001)
 
 
 def cox_de_boor(knots: FloatArray, degree: int, u: FloatArray) -> FloatArray:
-    """(k, n) basis functions by the recursion as it is printed (Eq. 2.2), 0/0 taken as 0.
+    """Return (k, n) basis functions by the printed recursion (Eq. 2.2), with 0/0 = 0.
 
-    Kept apart from the kernels on purpose: it is what they are checked against.
+    Independent of the kernels on purpose: they are checked against it.
     """
     basis = ((knots[:-1] <= u[:, None]) & (u[:, None] < knots[1:])).astype(np.float64)
     # the last span with a length is closed, so that the right end belongs to the curve
@@ -53,9 +53,10 @@ def cox_de_boor(knots: FloatArray, degree: int, u: FloatArray) -> FloatArray:
     return basis
 
 
-def _ratio(above: FloatArray, below: FloatArray) -> FloatArray:
-    out = np.zeros(np.broadcast_shapes(above.shape, below.shape))
-    return np.divide(above, below, out=out, where=below > 0.0)
+def _ratio(numerator: FloatArray, denominator: FloatArray) -> FloatArray:
+    """Return the quotient, 0 where the denominator is 0."""
+    out = np.zeros(np.broadcast_shapes(numerator.shape, denominator.shape))
+    return np.divide(numerator, denominator, out=out, where=denominator > 0.0)
 
 
 @EXPERIMENTS.add(
@@ -131,7 +132,7 @@ def _bases_claims(smallest: float, u: FloatArray, worst: list[float]) -> tuple[C
 
 
 def _bernstein_error(u: FloatArray) -> tuple[float, float]:
-    """Largest miss of the short recursion without and with an interior knot, degree 2."""
+    """Return the largest error of the short recursion without and with an interior knot."""
     misses = []
     for inner in ([], [0.5]):
         knots = [np.concatenate([np.zeros(p + 1), inner, np.ones(p + 1)]) for p in (1, 2)]
@@ -224,7 +225,7 @@ def _draw_hull(figure: Figure) -> None:
 
 
 def _crossings(values: FloatArray) -> NDArray[np.intp]:
-    """(k,) sign changes along each row of (k, n) `values`."""
+    """Return (k,) sign changes along each row of (k, n) `values`."""
     signs = np.sign(values)
     return np.asarray((signs[:, 1:] * signs[:, :-1] < 0.0).sum(axis=1))
 
@@ -247,7 +248,7 @@ def _variation() -> Outcome:
     rows = []
     for p in (1, 2, 3, 5, 7):
         curve = NurbsCurve(p, kv.open_knots(p, 8), polygon)
-        # what is sampled crosses at most as often as the curve, the fine polygon at least
+        # samples cross at most as often as the curve, the fine polygon at least as often
         fine = curve.insert_knots(np.linspace(0.0, 1.0, 402)[1:-1])
         upper = _crossings(normal @ fine.control_points[:, :2].T - offset[:, None])
         lower = _crossings(normal @ curve.evaluate(_FINE_U)[:, :2].T - offset[:, None])

@@ -26,7 +26,7 @@ CONTACT, FREE, OTHER = LINES[1], LINES[0], LINES[2]
 
 
 def _closest(run: SceneRun) -> tuple[list[FloatArray], list[FloatArray]]:
-    """Per step (n, 3) closest points and (n,) depths by them, for the points in contact."""
+    """Return by step (n, 3) closest points and (n,) depths of the points in contact."""
     points, depths = [], []
     for k, state in enumerate(run.states):
         feet = run.body.project(run.places[k])
@@ -36,19 +36,21 @@ def _closest(run: SceneRun) -> tuple[list[FloatArray], list[FloatArray]]:
 
 
 def _leaps(run: SceneRun) -> tuple[float, float, float]:
-    """Per way a node went in a step, at most: change of its depth, of its foot, of its closest
-    point, over the steps in which it was in contact before and after."""
+    """Return the largest changes of depth, foot and closest point in a step, over the displacement.
+
+    Of nodes that are in contact before and after the step.
+    """
     closest, _ = _closest(run)
     worst = np.zeros(3)
     for k, (last, state) in enumerate(pairwise(run.states), start=1):
-        both = state.in_contact & last.in_contact
-        way = np.linalg.norm(run.places[k] - run.places[k - 1], axis=1)[both]
+        in_contact = state.in_contact & last.in_contact
+        displacement = np.linalg.norm(run.places[k] - run.places[k - 1], axis=1)[in_contact]
         changes = (
-            np.abs(state.penetration - last.penetration)[both],
-            np.linalg.norm(state.foot - last.foot, axis=1)[both],
-            np.linalg.norm(closest[k] - closest[k - 1], axis=1)[both],
+            np.abs(state.penetration - last.penetration)[in_contact],
+            np.linalg.norm(state.foot - last.foot, axis=1)[in_contact],
+            np.linalg.norm(closest[k] - closest[k - 1], axis=1)[in_contact],
         )
-        worst = np.maximum(worst, [(change / way).max(initial=0.0) for change in changes])
+        worst = np.maximum(worst, [(change / displacement).max(initial=0.0) for change in changes])
     return float(worst[0]), float(worst[1]), float(worst[2])
 
 

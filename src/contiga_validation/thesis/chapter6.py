@@ -56,23 +56,23 @@ class Rivals(NamedTuple):
 
 
 def masters() -> tuple[Simulation, dict[str, TriMesh]]:
-    """The scene and the meshes of its master by the thesis' tessellation."""
+    """Return the scene and meshes of its master by the thesis' tessellation."""
     simulation = simulation_of("bumpy_master")
     (surface,) = patches_of(simulation)
     return simulation, {f"tol {tol}": surface.tessellate(tol, method="net") for tol in TOLERANCES}
 
 
 def simulations() -> dict[str, Simulation]:
-    """The scene as the thesis runs it: areas by hulls on the exact master, constant on meshes."""
+    """Return the thesis' simulations: areas by hulls on the exact master, constant on meshes."""
     simulation, meshes = masters()
-    made = {"IGA": simulation}
+    by_name = {"IGA": simulation}
     for name, mesh in meshes.items():
-        made[name] = variant(simulation, master=mesh, area=NodalArea(NODAL))
-    return made
+        by_name[name] = variant(simulation, master=mesh, area=NodalArea(NODAL))
+    return by_name
 
 
 def rivals() -> Rivals:
-    """Penetrations and counts with every master."""
+    """Compute penetrations and counts with every master."""
     simulation, meshes = masters()
     (surface,) = patches_of(simulation)
     runs = {name: run_simulation(made) for name, made in simulations().items()}
@@ -82,14 +82,14 @@ def rivals() -> Rivals:
 
 
 def step_times(repeats: int = REPEATS) -> dict[str, FloatArray]:
-    """(15,) seconds of each step, warm, by master: the least of `repeats` runs.
+    """Return (15,) seconds of each step, warm, by master: the least of `repeats` runs.
 
-    Runs of the masters alternate, so that a machine that slows down slows all of them.
+    The masters alternate, so that a slow moment of the machine hits all of them.
     """
-    made = simulations()
-    best = {name: np.full(len(one.stepping.planned()), np.inf) for name, one in made.items()}
+    by_name = simulations()
+    best = {name: np.full(len(s.stepping.planned()), np.inf) for name, s in by_name.items()}
     for _ in range(repeats):
-        for name, simulation in made.items():
+        for name, simulation in by_name.items():
             state: SystemState | None = None
             for k in range(len(best[name])):
                 start = perf_counter()

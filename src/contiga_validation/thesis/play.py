@@ -1,4 +1,4 @@
-"""Scenes run step by step with the state of every step kept, which experiments look into."""
+"""Runs of scenes that keep the state of every step for the experiments."""
 
 from __future__ import annotations
 
@@ -19,13 +19,13 @@ class SceneRun(NamedTuple):
 
     @property
     def states(self) -> list[State]:
-        """One a step."""
+        """State of the contact after each step."""
         (contact,) = self.simulation.contacts
         return [snapshot.contacts[contact.name] for snapshot in self.snapshots]
 
     @property
     def places(self) -> list[FloatArray]:
-        """(n, 3) slave points after each step, world axes."""
+        """Slave points (n, 3) after each step, world axes."""
         (contact,) = self.simulation.contacts
         return [snapshot.slaves[contact.slave].points for snapshot in self.snapshots]
 
@@ -42,7 +42,7 @@ class SceneRun(NamedTuple):
 
 
 def patches_of(simulation: Simulation) -> tuple[NurbsSurface, ...]:
-    """The exact geometry of the one master of a scene."""
+    """Return the exact geometry of the one master of a scene."""
     (part,) = simulation.bodies.values()
     assert part.body.faces is not None
     return part.body.faces.patches
@@ -54,7 +54,7 @@ def run_scene(name: str) -> SceneRun:
     Raises
     ------
     FileError
-        No such scene.
+        There is no such scene.
     """
     return run_simulation(simulation_of(name))
 

@@ -1,4 +1,4 @@
-"""A scene with one contact, run with another area, law or slave than its case file says."""
+"""Variants of a scene with one contact: another area, law or slave than in its case file."""
 
 from __future__ import annotations
 
@@ -13,16 +13,16 @@ from contiga_validation.thesis.scenes import scene
 
 
 def simulation_of(name: str) -> Simulation:
-    """The simulation of a scene."""
+    """Build the simulation of a scene."""
     return build(load_case(scene(name)))
 
 
 def variant(simulation: Simulation, *, master: Any = None, **options: Any) -> Simulation:
-    """`simulation` with its one contact made anew.
+    """Return `simulation` with its one contact changed.
 
     Parameters
     ----------
-    master : what takes the body's place in the contact; it must be at rest
+    master : replaces the body in the contact; it must be at rest
     options : of `Contact`, and `slave`, whose points must be the same
     """
     (part,) = simulation.contacts
@@ -39,17 +39,17 @@ def variant(simulation: Simulation, *, master: Any = None, **options: Any) -> Si
 
 
 def slave_of(simulation: Simulation) -> Slave:
-    """The slave of the one contact."""
+    """Return the slave of the one contact."""
     (part,) = simulation.contacts
     return part.contact.slave
 
 
 def ring_facets(rows: int, columns: int, keep: range | None = None) -> IntArray:
-    """(m, 3) triangles of a tube of points, `rows` around it and `columns` along it.
+    """Return (m, 3) triangles of a tube of points, `rows` around it and `columns` along it.
 
     Parameters
     ----------
-    keep : the strips between a row and the next that are meshed; all of them if omitted
+    keep : numbers of the strips between rows to mesh; all if omitted
     """
     facets = []
     for i in range(rows) if keep is None else keep:
