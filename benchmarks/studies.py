@@ -148,7 +148,8 @@ def main(count: int) -> None:
         print(f"{KILLS} workers killed: the table is {'the same' if same else 'ANOTHER'}")
         page_bytes, data_bytes = page_of_many(folder / "page")
         print(
-            f"page of {ROWS} rows: {page_bytes / 1e6:.1f} MB, {data_bytes / 1e6:.2f} MB without plotly.js"
+            f"page of {ROWS} rows: {page_bytes / 1e6:.1f} MB, "
+            f"{data_bytes / 1e6:.2f} MB without plotly.js"
         )
 
 
