@@ -73,11 +73,11 @@ TABLES = {
 
 def main(arguments: list[str] | None = None) -> None:
     """Measure, print the table, write the file."""
-    given = _parsed(arguments)
-    size = SMALL if given.small else FULL
-    parts = [n for n in given.parts if n in PARTS]
-    if not given.parts:
-        parts = [name for name in PARTS if given.all or name not in SLOW]
+    options = _parsed(arguments)
+    size = SMALL if options.small else FULL
+    parts = [n for n in options.parts if n in PARTS]
+    if not options.parts:
+        parts = [name for name in PARTS if options.all or name not in SLOW]
     rows: list[Row] = []
     for name in parts:
         for row in PARTS[name](size):
@@ -85,26 +85,26 @@ def main(arguments: list[str] | None = None) -> None:
             print(*lines_of([row])[1:], flush=True)
     if rows:
         print("", *lines_of(rows), sep="\n")
-        _write(given, rows, size)
-        print(f"{sum(row.passed is True for row in rows)} of {len(rows)} goals; {given.out}")
-    for name in given.parts:
+        _write(options, rows, size)
+        print(f"{sum(row.passed is True for row in rows)} of {len(rows)} goals; {options.out}")
+    for name in options.parts:
         if name in TABLES:
             print(f"\n{name}", *(f"  {line}" for line in TABLES[name].run()), sep="\n")
 
 
-def _write(given: argparse.Namespace, rows: list[Row], size: Sizes) -> None:
-    """All of a whole run; of a run of some parts what is new."""
-    path, here = given.out, machine.described()
-    found: dict[str, Any] = {"machine": here, "limits": {}, "rows": []}
-    if given.parts and path.is_file():
-        found |= json.loads(path.read_text(encoding="utf-8")) | {"machine": here}
-    known = {row["work"]: row for row in found["rows"]}
-    told = known | {row.work: row.as_json() | {"load": here["load"]} for row in rows}
-    order = [row.work for row in GOALS if row.work in told]
-    found["rows"] = [told[work] for work in order]
-    found["limits"] = found["limits"] or machine.limits(size)
+def _write(options: argparse.Namespace, rows: list[Row], size: Sizes) -> None:
+    """Write all rows of a full run; of a run of some parts, update their rows."""
+    path, machine_facts = options.out, machine.described()
+    content: dict[str, Any] = {"machine": machine_facts, "limits": {}, "rows": []}
+    if options.parts and path.is_file():
+        content |= json.loads(path.read_text(encoding="utf-8")) | {"machine": machine_facts}
+    earlier = {row["work"]: row for row in content["rows"]}
+    by_work = earlier | {row.work: row.as_json() | {"load": machine_facts["load"]} for row in rows}
+    order = [row.work for row in GOALS if row.work in by_work]
+    content["rows"] = [by_work[work] for work in order]
+    content["limits"] = content["limits"] or machine.limits(size)
     path.parent.mkdir(parents=True, exist_ok=True)
-    path.write_text(json.dumps(found, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
+    path.write_text(json.dumps(content, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
 
 
 def _parsed(arguments: list[str] | None) -> argparse.Namespace:
@@ -114,11 +114,11 @@ def _parsed(arguments: list[str] | None) -> argparse.Namespace:
     parser.add_argument("--all", action="store_true", help="the first run, too")
     parser.add_argument("--small", action="store_true", help="few points: does it run at all")
     parser.add_argument("-o", "--out", type=Path, default=Path("out/bench.json"))
-    given = parser.parse_args(arguments)
-    unknown = [name for name in given.parts if name not in names]
+    options = parser.parse_args(arguments)
+    unknown = [name for name in options.parts if name not in names]
     if unknown:
         parser.error(f"no part is called {unknown[0]!r}; allowed: {', '.join(names)}")
-    return given
+    return options
 
 
 if __name__ == "__main__":

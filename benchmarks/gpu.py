@@ -83,24 +83,24 @@ def patch_scene(points: int, order: str) -> Scene:
 
 
 def measured(scene: Scene) -> Iterator[str]:
-    """Lines of one scene: speed, and how far the feet are from those of the processor."""
+    """Yield the lines of a scene: speed, and differences from the processor's feet."""
     n = len(scene.points)
-    there = on_device(scene)
+    steps = on_device(scene)
     sent = from_host(scene)
     feet, alone = by_the_cpu(scene)
-    kernel, whole = median(there.kernel[1:]), median(there.whole[1:])
-    share = there.rows / n
+    kernel, total = median(steps.kernel[1:]), median(steps.whole[1:])
+    share = steps.rows / n
     yield (
         f"{scene.name}: {n:,} points, {n / kernel:.3g} a second by the launch alone, "
-        f"{n / whole:.3g} with the {100 * share:.2g} % left to the CPU, {n / sent:.3g} with points "
-        f"from the host; the CPU {n / alone:.3g}: {alone / kernel:.3g}, {alone / whole:.3g} and "
+        f"{n / total:.3g} with the {100 * share:.2g} % left to the CPU, {n / sent:.3g} with points "
+        f"from the host; the CPU {n / alone:.3g}: {alone / kernel:.3g}, {alone / total:.3g} and "
         f"{alone / sent:.3g} times"
     )
-    yield f"{scene.name}: {differences(device.feet_of(there.tracked), feet)}"
+    yield f"{scene.name}: {differences(device.feet_of(steps.tracked), feet)}"
 
 
 def on_device(scene: Scene) -> Steps:
-    """Steps of points that are moved on the device."""
+    """Run steps of points that are moved on the device."""
     from numba import cuda
 
     start = resident(scene.points)
@@ -111,13 +111,13 @@ def on_device(scene: Scene) -> Steps:
         launch(shifted, len(now), start, resident(moved(np.zeros((1, 3)), k, scene.step)), now)
         cuda.synchronize()
         before, after = cuda.event(), cuda.event()
-        begun = perf_counter()
+        started = perf_counter()
         before.record()
         device.track_there(steps.tracked, now)
         after.record()
         tracked, rows = device.track_left(steps.tracked, now)
         cuda.synchronize()
-        steps.whole.append(perf_counter() - begun)
+        steps.whole.append(perf_counter() - started)
         steps.kernel.append(cuda.event_elapsed_time(before, after) / 1e3)
         steps = steps._replace(tracked=tracked, rows=len(rows))
     return steps
@@ -125,43 +125,44 @@ def on_device(scene: Scene) -> Steps:
 
 @numba.njit  # type: ignore[untyped-decorator]
 def shifted(start: Any, by: Any, now: Any, k: int) -> None:
-    """Row k of the points one step on: what a thread does."""
+    """Move point k by a step; the work of one thread."""
     for c in range(3):
         now[k, c] = start[k, c] + by[0, c]
 
 
 def from_host(scene: Scene) -> float:
-    """Median of seconds of the same steps, of points that are sent each time."""
+    """Return the median seconds of the same steps with points sent from the host."""
     tracked = device.start(scene.tables, scene.feet, scene.points)
     times = []
     for k in range(1, STEPS + 1):
         now = moved(scene.points, k, scene.step)
-        begun = perf_counter()
+        started = perf_counter()
         tracked, _ = device.track(tracked, now)
-        times.append(perf_counter() - begun)
+        times.append(perf_counter() - started)
     return median(times[1:])
 
 
 def by_the_cpu(scene: Scene) -> tuple[Projection, float]:
-    """Feet of the last step by all threads of the processor, and the median of seconds."""
+    """Return feet of the last step by all threads of the processor, and the median seconds."""
     feet, before = scene.feet, scene.points
     out = empty_projection(len(before))
     times = []
     for k in range(1, STEPS + 1):
         now = moved(scene.points, k, scene.step)
-        begun = perf_counter()
+        started = perf_counter()
         project.track(scene.tables, now, SurfacePlaces(feet.patch, feet.uv), out, before)
-        times.append(perf_counter() - begun)
+        times.append(perf_counter() - started)
         feet, before = out, now
     return feet, median(times[1:])
 
 
-def differences(found: Projection, wanted: Projection) -> str:
-    """How far the feet of the two are apart, and in how many rows their codes differ."""
-    other = {name: int(np.sum(getattr(found, name) != getattr(wanted, name))) for name in EXACT}
-    far = {
-        name: float(np.max(np.abs(getattr(found, name) - getattr(wanted, name)))) for name in CLOSE
+def differences(actual: Projection, expected: Projection) -> str:
+    """Return the largest differences of feet, and the numbers of rows whose codes differ."""
+    n_rows = {name: int(np.sum(getattr(actual, name) != getattr(expected, name))) for name in EXACT}
+    largest = {
+        name: float(np.max(np.abs(getattr(actual, name) - getattr(expected, name))))
+        for name in CLOSE
     }
-    told = [f"{name} {value:.1e}" for name, value in far.items()]
-    told += [f"{name} {count} rows" for name, count in other.items()]
-    return "largest differences: " + ", ".join(told)
+    texts = [f"{name} {value:.1e}" for name, value in largest.items()]
+    texts += [f"{name} {count} rows" for name, count in n_rows.items()]
+    return "largest differences: " + ", ".join(texts)

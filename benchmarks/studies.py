@@ -49,47 +49,49 @@ def study(count: int) -> StudySpec:
     return study_of(data, EXAMPLES / "study.toml")
 
 
-def base_of(found: StudySpec, folder: Path) -> Base:
+def base_of(spec: StudySpec, folder: Path) -> Base:
     """What the cases have in common."""
-    assert found.base is not None
-    text = Path(found.base).read_text(encoding="utf-8")
+    assert spec.base is not None
+    text = Path(spec.base).read_text(encoding="utf-8")
     folder.mkdir()
-    return Base(text, found.base, str(folder), found.quantities)
+    return Base(text, spec.base, str(folder), spec.quantities)
 
 
-def alone(found: StudySpec, case: StudyCase, folder: Path) -> float:
-    """Seconds of a case by a command of its own."""
+def alone(spec: StudySpec, case: StudyCase, folder: Path) -> float:
+    """Return the seconds of a case run by its own command."""
     settings = [f"--set={key}={json.dumps(value)}" for key, value in case.settings.items()]
-    run = [sys.executable, "-m", "contiga", "run", str(found.base), "--quiet", *settings]
-    begun = time.perf_counter()
+    run = [sys.executable, "-m", "contiga", "run", str(spec.base), "--quiet", *settings]
+    started = time.perf_counter()
     subprocess.run([*run, "-o", str(folder / case.name)], check=True)
-    return time.perf_counter() - begun
+    return time.perf_counter() - started
 
 
-def in_turn(found: StudySpec, folder: Path) -> tuple[list[Row], float, float, float]:
-    """The rows of all cases; seconds to start the workers, and seconds a case: on the workers, and
-    alone of every fifth."""
-    base, rows, cases = base_of(found, folder / "study"), list[Row](), cases_of(found)
+def in_turn(spec: StudySpec, folder: Path) -> tuple[list[Row], float, float, float]:
+    """Return the rows of all cases, seconds to start workers, seconds a case on them, and alone.
+
+    Every fifth case is also run alone.
+    """
+    base, rows, cases = base_of(spec, folder / "study"), list[Row](), cases_of(spec)
     together, single = 0.0, list[float]()
-    begun = time.perf_counter()
+    started = time.perf_counter()
     with local_client(WORKERS) as client:
-        engine = OnDask(client, base, found.retries)
-        start = time.perf_counter() - begun
+        engine = OnDask(client, base, spec.retries)
+        start = time.perf_counter() - started
         for first in range(0, len(cases), BLOCK):
             block = cases[first : first + BLOCK]
-            begun = time.perf_counter()
+            started = time.perf_counter()
             rows += engine.run(block)
-            together += time.perf_counter() - begun
-            single += [alone(found, case, folder / "alone") for case in block[::5]]
+            together += time.perf_counter() - started
+            single += [alone(spec, case, folder / "alone") for case in block[::5]]
     return rows, start, together / len(cases), float(np.mean(single))
 
 
-def killed(found: StudySpec, folder: Path) -> list[Row]:
-    """The rows while workers are killed, one after the other and evenly."""
-    base, rows, kills = base_of(found, folder), list[Row](), 0
-    cases = cases_of(found)
+def killed(spec: StudySpec, folder: Path) -> list[Row]:
+    """Return the rows while workers are killed one after the other, at even intervals."""
+    base, rows, kills = base_of(spec, folder), list[Row](), 0
+    cases = cases_of(spec)
     with local_client(WORKERS) as client:
-        for row in OnDask(client, base, found.retries).run(cases):
+        for row in OnDask(client, base, spec.retries).run(cases):
             rows.append(row)
             if kills < KILLS and len(rows) * KILLS >= len(cases) * (kills + 0.5):
                 pids = list(client.run(os.getpid).values())
@@ -100,39 +102,39 @@ def killed(found: StudySpec, folder: Path) -> list[Row]:
 
 
 def seconds_of_run(folder: Path) -> float:
-    """That a run took by itself."""
+    """Return the seconds of a run from its summary."""
     summary = json.loads((folder / "summary.json").read_text(encoding="utf-8"))
     return float(summary["timings"]["total"])
 
 
-def table(found: StudySpec, rows: list[Row]) -> Table:
-    """Of the rows."""
-    return table_of(rows, found.labels, list(found.quantities))
+def table(spec: StudySpec, rows: list[Row]) -> Table:
+    """Return the table of the rows."""
+    return table_of(rows, spec.labels, list(spec.quantities))
 
 
 def page_of_many(folder: Path) -> tuple[int, int]:
-    """Bytes of a page of so many rows, and of what is in it beside the script of the figures."""
+    """Return the bytes of a page of `ROWS` rows, and those without the script of the figures."""
     from plotly.offline import get_plotlyjs
 
-    found, rng = study(2), np.random.default_rng(1)
-    base = base_of(found, folder)
+    spec, rng = study(2), np.random.default_rng(1)
+    base = base_of(spec, folder)
     rows = [
-        Row(k + 1, DONE, "", {"speed": s}, dict.fromkeys(found.quantities, s * 100.0), 1.0)
+        Row(k + 1, DONE, "", {"speed": s}, dict.fromkeys(spec.quantities, s * 100.0), 1.0)
         for k, s in enumerate(rng.uniform(-8.0, -4.0, ROWS).tolist())
     ]
-    page = page_of(found, page_data(found, base, table(found, rows), rows), rows, b"")
+    page = page_of(spec, page_data(spec, base, table(spec, rows), rows), rows, b"")
     (folder / "study.html").write_text(page, encoding="utf-8")
     return len(page.encode()), len(page.encode()) - len(get_plotlyjs().encode())
 
 
 def main(count: int) -> None:
-    """Print all of it."""
-    found = study(count)
+    """Print all measurements."""
+    spec = study(count)
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        run_one(base_of(found, folder / "warm"), cases_of(found)[0])  # kernels compiled or loaded
+        run_one(base_of(spec, folder / "warm"), cases_of(spec)[0])  # kernels compiled or loaded
         print(f"load of the machine {os.getloadavg()[0]:.1f}", flush=True)
-        rows, start, together, single = in_turn(found, folder)
+        rows, start, together, single = in_turn(spec, folder)
         share = (together + start / count) / single
         print(f"workers started in {start:.1f} s")
         print(f"a case by contiga run {single:.2f} s, of {WORKERS} workers {together:.2f} s")
@@ -142,10 +144,13 @@ def main(count: int) -> None:
         print(
             f"a run by itself {busy:.2f} s; overhead {WORKERS * together - busy:.3f} s", flush=True
         )
-        same = table(found, killed(found, folder / "killed")) == table(found, rows)
+        same = table(spec, killed(spec, folder / "killed")) == table(spec, rows)
         print(f"{KILLS} workers killed: the table is {'the same' if same else 'ANOTHER'}")
-        whole, own = page_of_many(folder / "page")
-        print(f"page of {ROWS} rows: {whole / 1e6:.1f} MB, {own / 1e6:.2f} MB without plotly.js")
+        page_bytes, data_bytes = page_of_many(folder / "page")
+        print(
+            f"page of {ROWS} rows: {page_bytes / 1e6:.1f} MB, "
+            f"{data_bytes / 1e6:.2f} MB without plotly.js"
+        )
 
 
 if __name__ == "__main__":

@@ -1,9 +1,9 @@
-"""Named tuples of arrays that compiled kernels are handed by their place in memory.
+"""Named tuples of arrays that compiled kernels get by pointer.
 
-numba hands a tuple by its members: each array is seven to eleven numbers, and the tables of a body
-are forty arrays, so that every call from one kernel to the next would carry four hundred arguments
-that the compiler has to take apart and put together again. Of a tuple marked here kernels get one
-pointer. They read it as any other: `tables.elements.coefs`.
+numba passes a tuple by its members: each array is seven to eleven numbers, and the tables of a body
+are forty arrays, so that every call from one kernel to the next would pass four hundred arguments
+that the compiler has to unpack and pack again. Kernels get one pointer to a tuple marked here, and
+read it as any other: `tables.elements.coefs`.
 """
 
 from __future__ import annotations
@@ -21,8 +21,8 @@ _LISTENERS: list[Callable[[type], object]] = []
 def pass_by_pointer(tuple_class: Class) -> Class:
     """Mark a class of named tuples; a decorator.
 
-    Kernels may read the attributes of such a tuple, hand it on and put it into other tuples. They
-    cannot make one, and must not return its arrays.
+    Kernels may read the attributes of such a tuple, pass it on and put it into other tuples. They
+    cannot create one, and must not return its arrays.
     """
     PASSED_BY_POINTER.add(tuple_class)
     for listener in _LISTENERS:
@@ -31,9 +31,9 @@ def pass_by_pointer(tuple_class: Class) -> Class:
 
 
 def for_each_marked(listener: Callable[[type], object]) -> None:
-    """Call `listener` with every class that is marked, now and from now on.
+    """Call `listener` with every marked class, including classes that are marked later.
 
-    So the compiler's type of a class is told where there is a compiler, and classes need none.
+    The compiler registers its type of a class by this, so that records do not import the compiler.
     """
     _LISTENERS.append(listener)
     for tuple_class in tuple(PASSED_BY_POINTER):

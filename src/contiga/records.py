@@ -1,4 +1,4 @@
-"""The records that rooms hand to each other. Arrays inside are one row a point."""
+"""Records passed between rooms. Their arrays have one row a point."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ IndexArray = NDArray[np.integer[Any]]
 
 
 class ContactStatus(Advised):
-    """Standing of a slave point after a step."""
+    """Contact status of a slave point after a step."""
 
     FREE = 0, "Not in contact."
     NEW = 1, "Came into contact in this step."
@@ -83,7 +83,7 @@ class Projection(NamedTuple):
     """
 
     patch: IntArray
-    """(n,) index of the patch, −1 where there is no foot."""
+    """(n,) index of the patch, −1 without a foot."""
     uv: FloatArray
     """(n, 2) parameters on that patch."""
     point: FloatArray
@@ -97,10 +97,9 @@ class Projection(NamedTuple):
     status: ByteArray
     """(n,) `Status`."""
     certified: ByteArray
-    """(n,) 1 where the foot is proved, not merely converged: of a search over the whole body, that
-    no other point is closer (up to tolerance); of a tracked foot, that it is on the branch of
-    stationary points continued from its start along the straight motion of the point. 0 where that
-    could not be shown."""
+    """(n,) 1 if the foot is proved, not merely converged: after a search over the whole body, that
+    no other point is closer (up to tolerance); for a tracked foot, that it is on the branch of
+    stationary points continued from its start along the straight motion of the point. Else 0."""
 
     def _facts(self) -> Facts:
         proved = int(np.count_nonzero(self.certified))
@@ -111,13 +110,13 @@ class FootSlopes(NamedTuple):
     """Derivatives of depths and normals at feet by their points, one row a point."""
 
     depth: FloatArray
-    """(n, 3) of the depth, which is minus the signed distance."""
+    """(n, 3) of the depth, the negative signed distance."""
     normal: FloatArray
-    """(n, 3, 3) of the unit normal; its components by row."""
+    """(n, 3, 3) of the unit normal, components by row."""
 
 
 class SurfacePlaces(NamedTuple):
-    """Places on a surface, one row each."""
+    """Places on a surface, one a row."""
 
     patch: IntArray
     """(n,) int32; −1 where there is none."""
@@ -126,27 +125,27 @@ class SurfacePlaces(NamedTuple):
 
 
 class KnownSides(NamedTuple):
-    """On which side of a closed surface points lie, as far as it is known."""
+    """Sides of points by a closed surface, if known."""
 
     side: ByteArray
-    """(n,) 1 outside, −1 inside, 0 not known."""
+    """(n,) 1 outside, −1 inside, 0 unknown."""
     reach: FloatArray
-    """(n,) length greater than rounding that leads to no surface, where the side is known."""
+    """(n,) distance, length, within which there is no surface; for points with a known side."""
 
     def at(self, rows: IndexArray) -> KnownSides:
-        """Return the rows of some of the points."""
+        """Return some of the rows."""
         return KnownSides(self.side[rows], self.reach[rows])
 
 
 class FacingLimits(NamedTuple):
-    """Limits on feet that do not face away from a guard."""
+    """Limits of a search for feet whose normals do not face away from a guard."""
 
     cosine: float
-    """Of their normals and the guard, at least."""
+    """Lower bound of the cosine between normal and guard."""
     near: FloatArray
-    """(n,) how near they may be, length."""
+    """(n,) lower bound of their distance, length."""
     far: FloatArray
-    """(n,) how far they may be, length; infinite where that is not known. A search ends there."""
+    """(n,) upper bound of their distance, length, infinite if unknown. A search ends there."""
 
 
 @displayed
@@ -163,13 +162,13 @@ class Hit(NamedTuple):
     """
 
     fraction: FloatArray
-    """(n,) of the way from start to end, in [0, 1]; NaN where there is no hit."""
+    """(n,) fraction of the path from start to end, in [0, 1]; NaN without a hit."""
     patch: IntArray
-    """(n,) index of the patch, −1 where there is no hit."""
+    """(n,) index of the patch, −1 without a hit."""
     uv: FloatArray
     """(n, 2) parameters on that patch."""
     point: FloatArray
-    """(n, 3) on the surface, where the path enters."""
+    """(n, 3) point of the surface where the path enters."""
     status: ByteArray
     """(n,) `Status`."""
 
@@ -179,7 +178,7 @@ class Hit(NamedTuple):
 
 @displayed
 class RayHit(NamedTuple):
-    """First hits of n rays, on whichever side.
+    """First hits of n rays, on either side of the surface.
 
     >>> import contiga as cg
     >>> ball = cg.Body([cg.shapes.sphere(radius=1.0)])
@@ -189,13 +188,13 @@ class RayHit(NamedTuple):
     """
 
     distance: FloatArray
-    """(n,) from the origin, NaN where there is no hit."""
+    """(n,) from the origin, length; NaN without a hit."""
     patch: IntArray
-    """(n,) index of the patch, −1 where there is no hit."""
+    """(n,) index of the patch, −1 without a hit."""
     uv: FloatArray
     """(n, 2) parameters on that patch."""
     point: FloatArray
-    """(n, 3) on the surface."""
+    """(n, 3) point of the surface."""
     normal: FloatArray
     """(n, 3) unit normals there, to the free side."""
     status: ByteArray
@@ -206,12 +205,12 @@ class RayHit(NamedTuple):
 
 
 def _statuses(codes: ByteArray) -> Facts:
-    """How many rows have each status that occurs."""
+    """Return the number of rows of each status that occurs."""
     return counted((status.name for status in Status), np.bincount(codes, minlength=len(Status)))
 
 
 class LawInput(NamedTuple):
-    """Points in contact as a force law sees them.
+    """Points in contact, the input of a force law.
 
     >>> one = np.array([0.1])
     >>> seen = LawInput(one, 0.0 * one, area=one, thickness=None, mass=None, dt=0.0)
@@ -223,29 +222,29 @@ class LawInput(NamedTuple):
     penetration: FloatArray
     """(n_c,) λ ≥ 0."""
     rate: FloatArray
-    """(n_c,) dλ/dt, zero for points without a past."""
+    """(n_c,) dλ/dt, zero for points that are new in contact."""
     area: FloatArray
     """(n_c,) nodal contact areas."""
     thickness: FloatArray | None
-    """(n_c,) slave thickness where the slave has one."""
+    """(n_c,) slave thickness, if the slave has one."""
     mass: FloatArray | None
-    """(n_c,) nodal mass where the slave has one."""
+    """(n_c,) nodal mass, if the slave has one."""
     dt: float
     """Step length, zero at the start and in statics."""
     memory: FloatArray = np.zeros((0, 0))
-    """(n_c, m) what the law left of each point at the last step, zero of a point without a past."""
+    """(n_c, m) state that the law returned for each point at the last step; zero for new points."""
     patch: IntArray | None = None
-    """(n_c,) face of the master that each foot is on, for laws with `needs_patch`."""
+    """(n_c,) face of the master at each foot, for laws with `needs_patch`."""
     wants_tangent: bool = False
-    """Whether `LawOutput.tangent` is asked for, as by `Contact.tangent`. Steps do not need it."""
+    """Whether to compute `LawOutput.tangent`, for `Contact.tangent`. Steps do not need it."""
 
 
 class DepthSlopes(NamedTuple):
-    """Derivatives of a value of n_c points by their penetrations.
+    """Derivatives of one value a point by the penetrations of n_c points.
 
     ∂y_i/∂λ_j = own_i δ_ij + Σ_k left_ik right_jk.
 
-    Two points with springs of 5, whose forces both fall by 2 for the depth of either:
+    Two points with springs of 5, where the depth of either reduces both forces by 2:
 
     >>> both = DepthSlopes(np.array([5.0, 5.0]), np.ones((2, 1)), np.full((2, 1), -2.0))
     >>> (np.diag(both.own) + both.left @ both.right.T).tolist()
@@ -253,14 +252,14 @@ class DepthSlopes(NamedTuple):
     """
 
     own: FloatArray
-    """(n_c,) of each value over its own penetration."""
+    """(n_c,) derivative of each value by its own penetration."""
     left: FloatArray | None = None
-    """(n_c, r), with `right` of the same shape; None where no value depends on other points."""
+    """(n_c, r), and `right` of the same shape; None if no value depends on other points."""
     right: FloatArray | None = None
 
 
 class LawTangent(NamedTuple):
-    """Derivatives of a law's answer, areas and memory of the last step held.
+    """Derivatives of a law's output at fixed areas and memory of the last step.
 
     >>> import contiga as cg
     >>> one = np.array([0.1])
@@ -273,34 +272,34 @@ class LawTangent(NamedTuple):
     force: DepthSlopes
     """Of the forces, at fixed rates."""
     rate: FloatArray | None = None
-    """(n_c,) of each force over its own rate; None where no force depends on it."""
+    """(n_c,) derivative of each force by its own rate; None if no force depends on it."""
     stiffness: DepthSlopes | None = None
-    """Of `LawOutput.stiffness`, by which friction's springs grow; None where it is constant."""
+    """Of `LawOutput.stiffness`, which scales friction's springs; None if it is constant."""
 
 
 class LawOutput(NamedTuple):
-    """Answer of a force law for n_c points in contact."""
+    """Output of a force law for n_c points in contact."""
 
     force: FloatArray
-    """(n_c,) magnitudes along the master's normal, never negative."""
+    """(n_c,) magnitudes along the master's normal, zero or positive."""
     stiffness: FloatArray
     """(n_c,) elastic force over penetration, its slope for more of it."""
     stored: FloatArray
-    """(n_c,) elastic energy that the force would give back."""
+    """(n_c,) elastic energy that unloading returns."""
     memory: FloatArray
-    """(n_c, m) what the law wants to see of each point at the next step."""
+    """(n_c, m) state of each point for the next step: its `LawInput.memory`."""
     hysteresis: FloatArray | None = None
-    """(n_c,) energy lost in the step since the law's unloading differs from its loading; None of
-    laws that are elastic."""
+    """(n_c,) energy lost in the step because unloading differs from loading; None for elastic
+    laws."""
     damping: FloatArray | None = None
-    """(n_c,) the part of `force` that is due to the rate; None of laws without."""
+    """(n_c,) the part of `force` due to the rate; None for laws without damping."""
     stiffness_bound: FloatArray | None = None
-    """(n_c,) springs at least as stiff as the slope of all elastic forces over all penetrations,
-    whatever way points go: vᵀ (∂F_i/∂λ_j) v ≤ Σ bound_i v_i². The critical step goes by it. None
-    of laws whose force on a point depends on its own penetration alone: that is `stiffness`."""
+    """(n_c,) upper bound of the elastic stiffness, coupling included, for the critical step:
+    vᵀ (∂F_i/∂λ_j) v ≤ Σ bound_i v_i² for all v. None for laws whose force on a point depends on its
+    own penetration alone: then it is `stiffness`."""
     tangent: FloatArray | LawTangent | None = None
-    """Derivatives of the forces, which `Contact.tangent` needs: a `LawTangent`, or (n_c,) slopes of
-    laws whose force depends on its own penetration alone, and not on the rate."""
+    """Derivatives of the forces for `Contact.tangent`: a `LawTangent`, or (n_c,) slopes for laws
+    whose force depends on its own penetration alone, and not on the rate."""
 
 
 @displayed
@@ -318,8 +317,8 @@ class MassProperties(NamedTuple):
     centre: FloatArray
     """(3,) centre of mass, body axes and origin, length."""
     inertia: FloatArray
-    """(3, 3) inertia about the centre, body axes, mass times length². Entries off the diagonal are
-    those of the tensor: I_xy = −∫ x y dm."""
+    """(3, 3) inertia tensor about the centre, body axes, mass times length²; off the diagonal
+    I_xy = −∫ x y dm."""
 
     def _facts(self) -> Facts:
         I = self.inertia
@@ -332,7 +331,7 @@ class MassProperties(NamedTuple):
 
 
 def empty_projection(n: int) -> Projection:
-    """A projection of n rows to be filled."""
+    """Return a projection of n rows to be filled."""
     return Projection(
         np.empty(n, np.int32),
         np.empty((n, 2)),
@@ -346,18 +345,18 @@ def empty_projection(n: int) -> Projection:
 
 
 def rows_of(feet: Projection, rows: IndexArray) -> Projection:
-    """Some rows of a projection."""
+    """Return some rows of a projection."""
     return Projection._make(values.take(rows, axis=0) for values in feet)
 
 
-def stacked(one: Projection, other: Projection) -> Projection:
-    """The rows of one projection, and after them those of another."""
+def stacked(first: Projection, second: Projection) -> Projection:
+    """Return the rows of two projections in one."""
     fields = Projection._fields
-    return Projection(*(np.concatenate([getattr(one, f), getattr(other, f)]) for f in fields))
+    return Projection(*(np.concatenate([getattr(first, f), getattr(second, f)]) for f in fields))
 
 
 def empty_hit(n: int) -> Hit:
-    """A record of n hits to be filled."""
+    """Return a record of n hits to be filled."""
     return Hit(
         np.empty(n), np.empty(n, np.int32), np.empty((n, 2)), np.empty((n, 3)), np.empty(n, np.int8)
     )

@@ -22,9 +22,9 @@ MODULES = (
     "chapter6",
     "chapter7",
 )
-"""Modules of the thesis' suite, each with its `EXPERIMENTS`."""
+"""Modules of the thesis suite, each with its `EXPERIMENTS`."""
 COMPARISON = "contiga_validation.rivals.comparison_page"
-"""The module whose experiments take options."""
+"""Module whose experiments take options."""
 
 CHAPTERS = {
     2: "Chapter 2 · B-splines, NURBS and their refinement",
@@ -41,31 +41,31 @@ DEFAULT = Options()
 
 
 def experiments(options: Options = DEFAULT) -> tuple[Experiment, ...]:
-    """All of them."""
-    found = [
+    """Return all experiments, by chapter."""
+    all_experiments = [
         experiment
         for name in MODULES
         for experiment in import_module(f"contiga_validation.thesis.{name}").EXPERIMENTS
     ]
-    found += import_module(COMPARISON).experiments(options)
-    return tuple(sorted(found, key=lambda experiment: experiment.chapter))
+    all_experiments += import_module(COMPARISON).experiments(options)
+    return tuple(sorted(all_experiments, key=lambda experiment: experiment.chapter))
 
 
 def chapter_title(chapter: int) -> str:
-    """Heading of a chapter on the page; what follows the thesis' own goes under one."""
+    """Return the heading of a chapter on the page; chapters beyond the thesis share one."""
     return CHAPTERS[min(chapter, max(CHAPTERS))]
 
 
-def chosen(only: Sequence[str] | None, options: Options = DEFAULT) -> tuple[Experiment, ...]:
-    """The experiments named in `only`, all of them for None.
+def selected(only: Sequence[str] | None, options: Options = DEFAULT) -> tuple[Experiment, ...]:
+    """Return the experiments named in `only`, all of them for None.
 
-    An entry is the key of an experiment or the start of keys: "5" is all of chapter 5, "5.1" all
-    of its section 5.1.
+    A word is the key of an experiment or the start of keys: "5" is all of chapter 5, "5.1" all of
+    section 5.1.
 
     Raises
     ------
     InputError
-        An entry that names no experiment, or no entries.
+        A word names no experiment, or there are no words.
     """
     remedy = "A chapter or section such as 5 or 5.1 stands for all of it"
-    return suite.chosen(experiments(options), only, ".-", "experiment", remedy)
+    return suite.selected(experiments(options), only, ".-", "experiment", remedy)

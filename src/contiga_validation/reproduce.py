@@ -1,4 +1,4 @@
-"""The whole reproduction: every experiment run, its page, tables and pictures written."""
+"""The reproduction of the thesis: run all experiments, write page, tables and pictures."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ from contiga.errors import FileError, RunError
 from contiga.extras import require
 from contiga.io.out import files
 from contiga.simulation.clock import Clock
-from contiga_validation.ahead import BEFORE, compiling_ahead
-from contiga_validation.catalogue import chapter_title, chosen
+from contiga_validation.ahead import FIRST_TIMED_CHAPTER, compiling_ahead
+from contiga_validation.catalogue import chapter_title, selected
 from contiga_validation.engine.drawing import png
-from contiga_validation.engine.experiment import Experiment, Found, Options
+from contiga_validation.engine.experiment import Experiment, ExperimentResult, Options
 from contiga_validation.engine.page import page
-from contiga_validation.engine.suite import Progress, in_turn, opened, told_in
+from contiga_validation.engine.suite import Progress, reading, results_folder, with_progress
 from contiga_validation.engine.table_files import as_json, machine, tidy_csv
 
 PAGE, CSV, JSON, FIGURES = "report.html", "tables.csv", "tables.json", "figures"
@@ -31,71 +31,71 @@ def reproduce(
     data: str | Path | None = None,
     progress: Progress | None = None,
 ) -> Path:
-    """Run the experiments of the thesis and write what they find into the folder `out`.
+    """Run the experiments of the thesis and write their results to the folder `out`.
 
     Parameters
     ----------
     out : folder for ``report.html``, ``tables.csv``, ``tables.json`` and ``figures``
     only : keys of experiments, or chapters and sections; all of them if omitted
-    full : in the comparison the finest meshes that memory allows, which takes tens of minutes
-    cad : CAD file of the comparison's third body; one of `data`, or one made, if omitted
-    data : folder of public CAD files; none is looked for if omitted
-    progress : called with what is done, how much there is, and what comes next
+    full : use the finest meshes that memory allows in the comparison: tens of minutes
+    cad : CAD file of the comparison's third body; from `data`, or a generated one, if omitted
+    data : folder of public CAD files, if any
+    progress : called with the number done, the total, and the title of the next one
 
     Returns
     -------
     Path
-        The page. Nothing is written before all experiments are done; each file is written under
-        another name and renamed whole, the page last.
+        The page. Nothing is written before all experiments are done; files are written
+        atomically, the page last.
 
     Raises
     ------
     InputError
-        An unknown experiment, or a folder that cannot be written or is somebody else's.
+        The experiment is unknown, or the folder cannot be written or holds other files.
     FileError
-        No such CAD file.
+        The CAD file is missing.
     MissingPackageError
-        A package that the experiments use is not installed.
+        A package of the experiments is not installed.
     RunError
-        An experiment could not be carried through.
+        An experiment failed.
     """
     require("a reproduction", "matplotlib", "pydantic", "sklearn", "OCP")
     part = None if cad is None else Path(cad)
     if part is not None and not part.is_file():
         raise FileError("no such file", where=str(part))
-    wanted = chosen(only, Options(full, part, None if data is None else Path(data)))
-    with opened(out, (CSV, JSON), "reproduction") as folder:
-        return _write(folder, run_all(wanted, progress))
+    experiments = selected(only, Options(full, part, None if data is None else Path(data)))
+    with results_folder(out, (CSV, JSON), "reproduction") as folder:
+        return _write(folder, run_all(experiments, progress))
 
 
 def run_all(
     experiments: Sequence[Experiment], progress: Progress | None = None
-) -> tuple[Found, ...]:
+) -> tuple[ExperimentResult, ...]:
     """Run experiments and draw their pictures, in memory.
 
     Raises
     ------
     RunError
-        One could not be carried through; the message says which.
+        An experiment failed; the message names it.
     """
-    found = []
+    results = []
     with compiling_ahead(experiments) as wait:
-        for experiment in in_turn(experiments, progress, lambda one: f"{one.key} {one.title}"):
-            if experiment.chapter >= BEFORE:
+        for experiment in with_progress(experiments, progress, lambda e: f"{e.key} {e.title}"):
+            if experiment.chapter >= FIRST_TIMED_CHAPTER:
                 wait()
-            found.append(_run(experiment))
-    return tuple(found)
+            results.append(_run(experiment))
+    return tuple(results)
 
 
 def broken_claims(folder: str | Path) -> list[str]:
-    """Claims that did not hold in the reproduction left in `folder`, a line each.
+    """Return the claims that did not hold in the reproduction in `folder`, one line each.
 
     Raises
     ------
     FileError
         The folder holds no reproduction.
     """
-    with told_in(Path(folder) / JSON, "the tables of a reproduction") as content:
+    with reading(Path(folder) / JSON, "the tables of a reproduction") as content:
         return [
             f"{experiment['key']}: {claim['text']} ({claim['measured']})"
             for experiment in content["experiments"]
@@ -104,7 +104,7 @@ def broken_claims(folder: str | Path) -> list[str]:
         ]
 
 
-def _run(experiment: Experiment) -> Found:
+def _run(experiment: Experiment) -> ExperimentResult:
     clock = Clock()
     start = perf_counter()
     try:
@@ -113,15 +113,15 @@ def _run(experiment: Experiment) -> Found:
             pictures = tuple(png(picture) for picture in outcome.pictures)
     except Exception as error:
         raise RunError(f"experiment {experiment.key}: {type(error).__name__}: {error}") from error
-    return Found(experiment, outcome, pictures, perf_counter() - start, clock.compiled)
+    return ExperimentResult(experiment, outcome, pictures, perf_counter() - start, clock.compiled)
 
 
-def _write(folder: Path, found: tuple[Found, ...]) -> Path:
-    """The files of the folder; pictures that only an earlier reproduction had are removed."""
+def _write(folder: Path, results: tuple[ExperimentResult, ...]) -> Path:
+    """Write the files of the folder; remove pictures that only an earlier reproduction had."""
     figures = folder / FIGURES
     figures.mkdir(exist_ok=True)
     names = set()
-    for entry in found:
+    for entry in results:
         for picture, content in zip(entry.outcome.pictures, entry.pictures, strict=True):
             names.add(f"{picture.key}.png")
             with files.atomic_write(figures / f"{picture.key}.png") as path:
@@ -129,15 +129,15 @@ def _write(folder: Path, found: tuple[Found, ...]) -> Path:
     for name in _pictures_of(folder) - names:
         (figures / name).unlink(missing_ok=True)
     facts = machine()
-    files.write_text(folder / CSV, tidy_csv(found))
-    files.write_json(folder / JSON, as_json(found, facts))
-    files.write_text(folder / PAGE, page(found, facts, chapter_title))
+    files.write_text(folder / CSV, tidy_csv(results))
+    files.write_json(folder / JSON, as_json(results, facts))
+    files.write_text(folder / PAGE, page(results, facts, chapter_title))
     return folder / PAGE
 
 
 def _pictures_of(folder: Path) -> set[str]:
     """Names of the pictures an earlier reproduction says it has written."""
-    with suppress(FileError), told_in(folder / JSON, "the tables of a reproduction") as content:
+    with suppress(FileError), reading(folder / JSON, "the tables of a reproduction") as content:
         listed = [p["file"] for e in content["experiments"] for p in e["pictures"]]
         return {Path(file).name for file in listed}
     return set()

@@ -1,4 +1,4 @@
-"""The suite of closed forms: every case run, its page and its numbers written."""
+"""The suite of closed forms: run all cases, write their page and numbers."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ from contiga.errors import RunError
 from contiga.extras import require
 from contiga.io.out import files
 from contiga_validation.closed_forms.case import Case
-from contiga_validation.closed_forms.catalogue import chosen
-from contiga_validation.closed_forms.page import SIZE, Shown, page
+from contiga_validation.closed_forms.catalogue import selected
+from contiga_validation.closed_forms.page import SIZE, CaseResult, page
 from contiga_validation.engine.drawing import png
 from contiga_validation.engine.experiment import Picture
-from contiga_validation.engine.suite import Progress, in_turn, opened, told_in
+from contiga_validation.engine.suite import Progress, reading, results_folder, with_progress
 from contiga_validation.engine.table_files import machine, plain
 
 PAGE, JSON = "verification.html", "verification.json"
@@ -25,53 +25,53 @@ PAGE, JSON = "verification.html", "verification.json"
 def verify(
     out: str | Path, *, only: Sequence[str] | None = None, progress: Progress | None = None
 ) -> Path:
-    """Run the cases of the suite and write what they find into the folder `out`.
+    """Run the cases of the suite and write their results to the folder `out`.
 
     Parameters
     ----------
     out : folder for ``verification.html`` and ``verification.json``
     only : keys of cases, or their first words; all of them if omitted
-    progress : called with what is done, how much there is, and what comes next
+    progress : called with the number done, the total, and the title of the next one
 
     Returns
     -------
     Path
-        The page. Nothing is written before all cases are done; each file is written under another
-        name and renamed whole, the page last.
+        The page. Nothing is written before all cases are done; files are written atomically, the
+        page last.
 
     Raises
     ------
     InputError
-        An unknown case, or a folder that cannot be written or is somebody else's.
+        The case is unknown, or the folder cannot be written or holds other files.
     MissingPackageError
-        A package that pictures need is not installed.
+        A package of the pictures is not installed.
     RunError
-        A case could not be carried through.
+        A case failed.
     """
     require("a verification", "matplotlib")
-    wanted = chosen(only)
-    with opened(out, (JSON,), "verification") as folder:
-        shown = [_run(case) for case in in_turn(wanted, progress, lambda case: case.title)]
+    cases = selected(only)
+    with results_folder(out, (JSON,), "verification") as folder:
+        results = [_run(case) for case in with_progress(cases, progress, lambda case: case.title)]
         facts = machine()
-        files.write_json(folder / JSON, {**facts, "cases": [_entry(entry) for entry in shown]})
-        files.write_text(folder / PAGE, page(shown, facts))
+        files.write_json(folder / JSON, {**facts, "cases": [_entry(entry) for entry in results]})
+        files.write_text(folder / PAGE, page(results, facts))
         return folder / PAGE
 
 
 def broken_cases(folder: str | Path) -> list[str]:
-    """Cases that did not hold in the verification left in `folder`, a line each.
+    """Return the cases that did not hold in the verification in `folder`, one line each.
 
     Raises
     ------
     FileError
         The folder holds no verification.
     """
-    with told_in(Path(folder) / JSON, "the numbers of a verification") as content:
-        return [_said(case) for case in content["cases"] if not case["holds"]]
+    with reading(Path(folder) / JSON, "the numbers of a verification") as content:
+        return [_failure(case) for case in content["cases"] if not case["holds"]]
 
 
-def _said(case: dict[str, Any]) -> str:
-    """What is broken about a case."""
+def _failure(case: dict[str, Any]) -> str:
+    """Return a case's key and its checks that do not hold."""
     parts = [
         f"{check['what']} {check['error']} > {check['tolerance']:g}"
         for check in case["checks"]
@@ -83,17 +83,19 @@ def _said(case: dict[str, Any]) -> str:
     return f"{case['key']} ({', '.join(parts)})"
 
 
-def _run(case: Case) -> Shown:
+def _run(case: Case) -> CaseResult:
+    """Run a case and draw its picture."""
     start = perf_counter()
     try:
         answer = case.run()
         picture = png(Picture(case.key, case.title, answer.draw, SIZE))
     except Exception as error:
         raise RunError(f"case {case.key}: {type(error).__name__}: {error}") from error
-    return Shown(case, answer, picture, perf_counter() - start)
+    return CaseResult(case, answer, picture, perf_counter() - start)
 
 
-def _entry(entry: Shown) -> dict[str, Any]:
+def _entry(entry: CaseResult) -> dict[str, Any]:
+    """Return the results of a case for JSON."""
     case, answer = entry.case, entry.answer
     order = answer.order
     return {

@@ -24,7 +24,7 @@ from contiga.report.comparison import compare
 from contiga.report.comparison_page import write_comparison
 from contiga.report.style import INK, PAPER, SLAVE, inverted
 from contiga_validation.closed_forms.case import Answer, Case, Check
-from contiga_validation.closed_forms.page import Shown
+from contiga_validation.closed_forms.page import CaseResult
 from contiga_validation.closed_forms.page import page as verified
 from contiga_validation.engine.table_files import machine
 
@@ -74,7 +74,7 @@ def verification() -> str:
     for key, error in (("good", 0.0), ("bad", 1.0)):
         answer = Answer((Check("speed", 1.0 + error, 1.0, error, 1e-4),), lambda figure: None)
         case = Case(key, "Motion", f"A {key} case", "v = 1", "A scene.", no_answer)
-        shown.append(Shown(case, answer, b"", 0.5))
+        shown.append(CaseResult(case, answer, b"", 0.5))
     return verified(shown, machine())
 
 

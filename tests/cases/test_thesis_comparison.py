@@ -11,7 +11,7 @@ import contiga as cg
 from contiga.statuses import Feature
 from contiga_validation.engine.experiment import Options
 from contiga_validation.rivals import cad_body, comparison
-from contiga_validation.rivals.comparison_page import claims, compare, most_triangles
+from contiga_validation.rivals.comparison_page import claims, compare, max_triangles
 from contiga_validation.rivals.rival_meshes import ERRORS, hausdorff
 from contiga_validation.rivals.turning import noise
 
@@ -31,13 +31,13 @@ def test_exact_penetrations_are_right_to_1e_10_and_those_of_meshes_to_their_erro
     assert exact.master == comparison.NURBS
     assert exact.depth_error is not None
     assert exact.depth_error <= 1e-10
-    assert [row.wanted for row in meshes] == list(ERRORS)
+    assert [row.target for row in meshes] == list(ERRORS)
     built = [row for row in meshes if row.seconds is not None]
     assert len(built) == 3
     for row in built:
         # measured at samples: a point may come upon a little more
         assert exact.depth_error < row.depth_error <= row.worst_error <= 1.1 * row.error
-        assert row.error <= 1.25 * row.wanted
+        assert row.error <= 1.25 * row.target
         assert row.fewest < row.elements
         assert row.exact_seconds > 0.0
     assert all(claim.holds for claim in claims([exact, *meshes]))
@@ -48,7 +48,7 @@ def test_meshes_that_are_not_built_are_extrapolated(
 ) -> None:
     """Ten times the triangles and the memory for a tenth of the error, and nothing measured."""
     for found in rows.values():
-        *_, last, left, further = [row for row in found if row.wanted >= 1e-6]
+        *_, last, left, further = [row for row in found if row.target >= 1e-6]
         assert (last.seconds is None, left.seconds, further.seconds) == (False, None, None)
         for coarse, fine in ((last, left), (left, further)):
             assert fine.elements == pytest.approx(10 * coarse.elements, rel=1e-3)
@@ -70,7 +70,7 @@ def test_a_broken_exact_side_breaks_its_claim(rows: dict[str, list[comparison.Ro
     exact, *meshes = rows["torus"]
     off = exact._replace(depth_error=2e-10, worst_error=2e-10)
     assert [claim.holds for claim in claims([off, *meshes])][:1] == [False]
-    coarse = [meshes[0]._replace(error=2.0 * meshes[0].wanted), *meshes[1:]]
+    coarse = [meshes[0]._replace(error=2.0 * meshes[0].target), *meshes[1:]]
     assert [claim.holds for claim in claims([exact, *coarse])][2:3] == [False]
 
 
@@ -137,7 +137,7 @@ def test_the_page_says_which_cad_body_it_was(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, data_dir: Path
 ) -> None:
     """Three bodies in table and picture, six meshes each."""
-    monkeypatch.setattr("contiga_validation.rivals.comparison_page.MOST_TRIANGLES", 1000)
+    monkeypatch.setattr("contiga_validation.rivals.comparison_page.MAX_TRIANGLES", 1000)
     monkeypatch.setattr("contiga_validation.rivals.comparison_page.POINTS", 1000)
     outcome = compare(Options(cad=data_dir / "utah_teapot_32bezier_gismo.xml"))
     assert "utah_teapot_32bezier_gismo.xml, named by the user" in outcome.difference
@@ -148,4 +148,4 @@ def test_the_page_says_which_cad_body_it_was(
 
 
 def test_full_builds_more_than_the_short_run() -> None:
-    assert most_triangles(Options(full=True)) > most_triangles(Options())
+    assert max_triangles(Options(full=True)) > max_triangles(Options())

@@ -16,7 +16,7 @@ def _no_fine_meshes(monkeypatch: pytest.MonkeyPatch) -> None:
     """Those of the comparison take most of a minute, and show no more than the coarse ones; nor do
     more points."""
     monkeypatch.setattr("contiga_validation.rivals.comparison_page.POINTS", 5_000)
-    monkeypatch.setattr("contiga_validation.rivals.comparison_page.MOST_TRIANGLES", 70_000)
+    monkeypatch.setattr("contiga_validation.rivals.comparison_page.MAX_TRIANGLES", 70_000)
 
 
 @pytest.mark.parametrize(

@@ -49,7 +49,7 @@ class Extraction(NamedTuple):
     breaks: tuple[FloatArray, FloatArray]
 
     def of(self, homogeneous: FloatArray) -> BezierGrid:
-        """The elements of the control points (n, m, 4)."""
+        """Return the elements of the control points (n, m, 4)."""
         points = homogeneous
         for axis, rows in enumerate(self.rows):
             points = refine.mapped(rows, points, axis)
@@ -61,10 +61,10 @@ class Extraction(NamedTuple):
 def extract(
     surface: SurfaceLike, u: FloatArray | None = None, v: FloatArray | None = None
 ) -> BezierGrid:
-    """Bernstein coefficients of every element (knot span) of `surface`.
+    """Return Bernstein coefficients of every element (knot span) of `surface`.
 
     Every interior knot is raised to the multiplicity of the degree by knot insertion (The NURBS
-    Book, 5.3), which leaves the shape.
+    Book, 5.3), which does not change the shape.
 
     Parameters
     ----------
@@ -77,7 +77,7 @@ def extract(
 def extraction_of(
     surface: SurfaceLike, u: FloatArray | None = None, v: FloatArray | None = None
 ) -> Extraction:
-    """The map of `surface`, which depends on its degrees and knots alone; see `extract`."""
+    """Return the map of `surface`, which depends on its degrees and knots alone; see `extract`."""
     counts = surface.homogeneous.shape
     rows, windows, breaks = [], [], []
     for axis, extra in enumerate((u, v)):
@@ -90,7 +90,7 @@ def extraction_of(
 
 
 def extract_curve(curve: CurveLike) -> BezierCurve:
-    """Bernstein coefficients of every element (knot span) of `curve`."""
+    """Return Bernstein coefficients of every element (knot span) of `curve`."""
     knots, borders = _cut(curve.knots, curve.degree, None)
     points = refine.refine_points(curve.knots, curve.degree, curve.homogeneous, knots)
     coefs = points[_windows(len(borders) - 1, curve.degree)]
@@ -98,7 +98,7 @@ def extract_curve(curve: CurveLike) -> BezierCurve:
 
 
 def _cut(knots: FloatArray, degree: int, extra: FloatArray | None) -> tuple[FloatArray, FloatArray]:
-    """Knots with every border `degree` times (one more at the ends), and the borders."""
+    """Return knots with every border `degree` times (once more at the ends), and the borders."""
     borders = np.unique(knots if extra is None else np.concatenate([knots, extra]))
     times = np.full(borders.size, degree)
     times[[0, -1]] += 1

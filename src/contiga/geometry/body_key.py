@@ -1,4 +1,4 @@
-"""Identify a body on the disk, where what was computed from it is kept."""
+"""Key of a body in the disk caches of results computed from it."""
 
 from __future__ import annotations
 
@@ -6,15 +6,14 @@ from contiga.arrays.digest import Digest
 from contiga.arrays.once import once
 from contiga.geometry.faces_like import FacesLike
 
-PATCHES, POINTS = 8, 1_000
-"""Patches, or control points of all, from which on to read what was kept takes less time than to
-work it out anew."""
+MIN_PATCHES, MIN_POINTS = 8, 1_000
+"""Numbers of patches and of control points from which the disk cache is faster than to compute."""
 
 
 def key_of(body: FacesLike) -> str | None:
-    """Digest of all that a body is made of; None of a small one, of which nothing is kept."""
+    """Return a digest of the whole body; None for a small one, for which nothing is cached."""
     points = sum(patch.control_points[..., 0].size for patch in body.patches)
-    return None if len(body.patches) < PATCHES and points < POINTS else _digest_of(body)
+    return None if len(body.patches) < MIN_PATCHES and points < MIN_POINTS else _digest_of(body)
 
 
 @once

@@ -1,9 +1,9 @@
 """One mesh of all faces of a body, closed where the body is.
 
-Every edge gets its vertices once, as many as the distance asks for; both faces at it take them.
+Every edge gets its vertices once, as many as the tolerance needs, and both faces at it use them.
 Each face is then triangulated between them and refined inside only, so the faces fit whatever
-they are. Where borders of a face cross because the vertices are too few for its width, the edges
-in question get more, for all their faces.
+they are. Where the borders of a face cross because the vertices are too few for its width, the
+edges involved get more vertices, for all their faces.
 """
 
 from __future__ import annotations
@@ -13,14 +13,15 @@ import warnings
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from contiga.arrays.disk_cache import DiskCache
 from contiga.arrays.threads import map_threads
 from contiga.errors import ContigaWarning, GeometryError
 from contiga.geometry.body_key import key_of
-from contiga.geometry.border import NEAR, Borders, Side, borders_of, corners, path_points
+from contiga.geometry.border import POINT_TOL, Borders, Side, borders_of, edge_corners, path_points
 from contiga.geometry.chains import EdgeShape, chain_shares, pole_shares
-from contiga.geometry.face_mesh import ANYWHERE, FaceMesh, Ints, Polygons
+from contiga.geometry.face_mesh import ANY_DISTANCE, FaceMesh, Ints, Polygons
 from contiga.geometry.faces_like import FacesLike
 from contiga.geometry.tessellate import MAX_CELLS, check_request, net_grid
 from contiga.geometry.trim import LARGEST_GAP, parameter_box
@@ -30,21 +31,21 @@ from contiga.triangles.trimesh import TriMesh
 
 MAX_TRIANGLES = 2 * MAX_CELLS
 """Largest number of triangles of a mesh."""
-COARSE = 6
-"""Places in each direction of a patch from which the number of triangles is estimated."""
-ROUNDS = 16
-"""Refinements of edges whose parts are in each other's way."""
-REPAIRS = 8
-"""Rounds of parting triangles of different faces that fall on each other."""
-ALONG = 0.9
-"""Share of the tolerance that is used along edges, so that triangles beside them keep it."""
-MEET = 1e-9
-"""Ends of p-curves closer than this share of the domain are one place of the polygon."""
+N_SAMPLES = 6
+"""Samples in each direction of a patch for the estimate of the number of triangles."""
+MAX_SPLITS = 16
+"""Largest number of rounds that split edges whose polygons cross."""
+MAX_REPAIRS = 8
+"""Largest number of rounds that separate coincident triangles of different faces."""
+EDGE_TOL_SHARE = 0.9
+"""Share of the tolerance that is used along edges, so that the triangles next to them keep it."""
+MEET_TOL = 1e-9
+"""Ends of p-curves closer than this share of the domain are one vertex of the polygon."""
 _MESHES = DiskCache("meshes", __file__)
 
 
-class _Meshed(NamedTuple):
-    """The parts of a mesh, as they are kept on the disk."""
+class _MeshParts(NamedTuple):
+    """The parts of a mesh, as the disk cache keeps them."""
 
     points: FloatArray
     triangles: IntArray
@@ -53,7 +54,7 @@ class _Meshed(NamedTuple):
 
 
 def body_mesh(body: FacesLike, tol: float, method: str = "chord") -> TriMesh:
-    """One mesh of all faces of `body`; faces that share an edge share its vertices.
+    """Return one mesh of all faces of `body`; faces that share an edge share its vertices.
 
     Parameters
     ----------
@@ -65,14 +66,14 @@ def body_mesh(body: FacesLike, tol: float, method: str = "chord") -> TriMesh:
     Raises
     ------
     InputError
-        `tol` is not positive, an unknown method.
+        `tol` is not positive, or the method is unknown.
     GeometryError
-        a tolerance that would take more than 40 million triangles.
+        The tolerance needs more than 40 million triangles.
 
     Warns
     -----
     ContigaWarning
-        the borders of a face cross each other: it gets triangles, but none inside.
+        The borders of a face cross each other: it gets triangles, but none inside.
     """
     check_request(tol, method)
     if method == "chord":
@@ -95,26 +96,28 @@ def body_mesh(body: FacesLike, tol: float, method: str = "chord") -> TriMesh:
     return TriMesh(points, triangles)
 
 
-class Line(NamedTuple):
-    """Vertices of a side of a face."""
+class Polyline(NamedTuple):
+    """Vertices along one side of a face."""
 
     uv: FloatArray
+    """(n, 2)."""
     ids: Ints
+    """(n,) vertex of the mesh."""
     parts: Ints
     """(n, 2) edge and number of its part from each vertex to the next."""
 
 
 class _Mesher:
-    """The steps from a body to its mesh, and what they share."""
+    """The steps from a body to its mesh, and their common data."""
 
     def __init__(self, body: FacesLike, tol: float, net: bool = False) -> None:
         self.body, self.tol = body, tol
         self.borders: Borders = borders_of(body)
-        self.ends: Ints = corners(self.borders).astype(np.int64)
+        self.corners: Ints = edge_corners(self.borders).astype(np.int64)
         self.grids = [net_grid(patch, tol) for patch in body.patches] if net else None
-        # An area over the patch's extent is the length that the edges of a net may miss.
+        # For a net the tolerance is an area: over the patch's extent it is a length for edges.
         self.sags = [
-            tol / max(math.sqrt(patch.net_area()), 1e-300) if net else ALONG * tol
+            tol / max(math.sqrt(patch.net_area()), 1e-300) if net else EDGE_TOL_SHARE * tol
             for patch in body.patches
         ]
         self.edges = {
@@ -122,210 +125,216 @@ class _Mesher:
             for e, sides in enumerate(self.borders.sides)
             if sides and not self.borders.pole[e]
         }
-        self.shares = {e: self._share(e) for e in self.edges}
+        self.shares: dict[int, FloatArray] = {}
+        """By edge, the shares of its range at which it has vertices."""
+        for e, edge in self.edges.items():
+            share = chain_shares(edge, edge.sag, bool(self.corners[e, 0] == self.corners[e, 1]))
+            self.shares[e] = share
+            if self.grids is None:
+                continue
+            # The grid lines of a net end in vertices of its natural sides.
+            for side in edge.sides:
+                if side.path.curve is None:
+                    grid = self.grids[side.path.patch][1 - side.path.side // 2]
+                    t = (grid - side.path.start) / (side.path.end - side.path.start)
+                    t = 1.0 - t if side.reversed else t
+                    share = np.concatenate([share, t[(t > MEET_TOL) & (t < 1.0 - MEET_TOL)]])
+            share = np.unique(share)
+            self.shares[e] = share[np.append(np.diff(share) > MEET_TOL, True)]
 
-    def _share(self, e: int) -> FloatArray:
-        """Return where an edge gets vertices, by the distance and by grids of a net."""
-        edge = self.edges[e]
-        share = chain_shares(edge, edge.sag, bool(self.ends[e, 0] == self.ends[e, 1]))
-        if self.grids is None:
-            return share
-        for side in edge.sides:
-            if side.path.curve is None:
-                grid = self.grids[side.path.patch][1 - side.path.side // 2]
-                at = (grid - side.path.start) / (side.path.end - side.path.start)
-                at = 1.0 - at if side.reversed else at
-                share = np.concatenate([share, at[(at > MEET) & (at < 1.0 - MEET)]])
-        share = np.unique(share)
-        return share[np.append(np.diff(share) > MEET, True)]
-
-    def mesh(self) -> _Meshed:
-        """Triangles of all faces over one set of vertices."""
-        faces = self._bordered()
-        crossed = [k for k, face in enumerate(faces) if not face.whole]
+    def mesh(self) -> _MeshParts:
+        """Triangulate all faces over one set of vertices."""
+        faces = self._triangulate_borders()
+        crossed = [k for k, face in enumerate(faces) if not face.is_valid]
         for k in crossed:
             faces[k].cut_ears()
-        map_threads(lambda k: self._fill(k, faces[k]), range(len(faces)))
+        map_threads(lambda k: self._refine_face(k, faces[k]), range(len(faces)))
         if sum(len(face.triangles()) for face in faces) > MAX_TRIANGLES:
             raise too_many(self.tol, MAX_TRIANGLES)
-        for _ in range(REPAIRS):
-            triangles, places = self._joined(faces)
-            if not _parted(faces, triangles, places):
+        border_points = self._border_points()
+        for _ in range(MAX_REPAIRS):
+            n_points, blocks, owner_blocks = len(border_points), [], []
+            for k, face in enumerate(faces):
+                n_interior = len(face.interior_points())
+                ids = [face.polygons.ids, np.arange(n_points, n_points + n_interior)]
+                n_points += n_interior
+                local = face.triangles()
+                blocks.append(np.concatenate(ids)[local])
+                owner_blocks.append(
+                    np.stack([np.full(len(local), k), np.arange(len(local))], axis=1)
+                )
+            triangles = np.concatenate(blocks)
+            if not _separate_coincident(faces, triangles, np.concatenate(owner_blocks)):
                 break
-        points = np.concatenate([self._border_points(), *(face.own_points() for face in faces)])
-        whole = (triangles != np.roll(triangles, 1, axis=1)).all(axis=1)
-        mesh = TriMesh(points, triangles[whole].astype(np.int32)).compact()
-        return _Meshed(mesh.vertices, mesh.triangles, crossed)
+        points = np.concatenate([border_points, *(face.interior_points() for face in faces)])
+        mesh = TriMesh(points, triangles[_has_area(triangles)].astype(np.int32)).compact()
+        return _MeshParts(mesh.vertices, mesh.triangles, crossed)
 
-    def _fill(self, k: int, face: FaceMesh) -> None:
-        """Put vertices in a face: where it misses, or those of its net's grid."""
+    def _triangulate_borders(self) -> list[FaceMesh]:
+        """Triangulate the faces between their polygons; split edges until none of these cross."""
+        faces: list[FaceMesh | None] = [None] * len(self.body.patches)
+        for attempt in range(MAX_SPLITS + 1):
+            ids_by_edge = self._vertex_ids()
+            crossing_parts: dict[int, set[int]] = {}
+            for k, face in enumerate(faces):
+                polygons = self._polygons(k, ids_by_edge)
+                if face is not None and len(face.polygons.uv) == len(polygons.uv):
+                    face.renumber(polygons)
+                else:
+                    face = faces[k] = FaceMesh(self.body.patches[k], polygons)
+                if not face.is_valid:
+                    for e, part in polygons.parts[face.is_crossing].tolist():
+                        crossing_parts.setdefault(e, set()).add(part)
+            if attempt == MAX_SPLITS or not self._halve_parts(crossing_parts):
+                break
+        return [face for face in faces if face is not None]
+
+    def _halve_parts(self, parts_by_edge: dict[int, set[int]]) -> bool:
+        """Halve parts of edges that are longer than rounding; False if there are none."""
+        point_tol = POINT_TOL * self.body.size
+        any_halved = False
+        for e, parts in parts_by_edge.items():
+            if e not in self.shares:
+                continue
+            share = self.shares[e]
+            points = self.edges[e].evaluate(share)
+            rows = np.array([p for p in sorted(parts) if 0 <= p < len(share) - 1], dtype=int)
+            rows = rows[np.linalg.norm(points[rows + 1] - points[rows], axis=1) > point_tol]
+            middles = 0.5 * (share[rows] + share[rows + 1])
+            self.shares[e] = np.sort(np.concatenate([share, middles]))
+            any_halved = any_halved or len(rows) > 0
+        return any_halved
+
+    def _refine_face(self, k: int, face: FaceMesh) -> None:
+        """Insert vertices in a face: where it misses the surface, or at its net's grid."""
         if face.ears is not None:
             return
         if self.grids is None:
             face.prepare(self.tol)
-            if not face.refined(MAX_TRIANGLES):
+            if not face.refine(MAX_TRIANGLES):
                 raise too_many(self.tol, MAX_TRIANGLES)
             return
         face.prepare(math.inf)
         grid = np.stack(np.meshgrid(*self.grids[k], indexing="ij"), axis=-1).reshape(-1, 2)
         for x, y in ((grid - face.low) / face.extent).tolist():
             if 0.0 < x < 1.0 and 0.0 < y < 1.0:
-                face.put(x, y, ANYWHERE)
+                face.insert(x, y, ANY_DISTANCE)
 
-    def _bordered(self) -> list[FaceMesh]:
-        """Faces between their polygons, edges refined until these do not cross."""
-        faces: list[FaceMesh | None] = [None] * len(self.body.patches)
-        for attempt in range(ROUNDS + 1):
-            number = self._numbered()
-            crossed: dict[int, set[int]] = {}
-            for k, face in enumerate(faces):
-                polygons = self._polygons(k, number)
-                if face is not None and len(face.polygons.uv) == len(polygons.uv):
-                    face.renumber(polygons)
-                else:
-                    face = faces[k] = FaceMesh(self.body.patches[k], polygons)
-                if not face.whole:
-                    for e, part in polygons.parts[face.in_the_way].tolist():
-                        crossed.setdefault(e, set()).add(part)
-            if attempt == ROUNDS or not self._cut(crossed):
-                break
-        return [face for face in faces if face is not None]
-
-    def _numbered(self) -> dict[int, Ints]:
-        """Vertices of the mesh along each edge."""
-        at = int(self.ends.max(initial=-1)) + 1
-        number = {}
+    def _vertex_ids(self) -> dict[int, Ints]:
+        """Return by edge the vertices of the mesh along it."""
+        n_points = int(self.corners.max(initial=-1)) + 1
+        ids_by_edge = {}
         for e, share in self.shares.items():
-            inner = len(share) - 2
-            a, b = self.ends[e]
-            number[e] = np.concatenate([[a], np.arange(at, at + inner), [b]])
-            at += inner
-        return number
+            n_inner = len(share) - 2
+            first, last = self.corners[e]
+            inner = np.arange(n_points, n_points + n_inner)
+            ids_by_edge[e] = np.concatenate([[first], inner, [last]])
+            n_points += n_inner
+        return ids_by_edge
 
-    def _cut(self, crossed: dict[int, set[int]]) -> bool:
-        """Halve parts of edges; False if none can be."""
-        near = NEAR * self.body.size
-        done = False
-        for e, parts in crossed.items():
-            if e not in self.shares:
-                continue
-            share = self.shares[e]
-            points = self.edges[e].evaluate(share)
-            chosen = np.array([p for p in sorted(parts) if 0 <= p < len(share) - 1], dtype=int)
-            chosen = chosen[np.linalg.norm(points[chosen + 1] - points[chosen], axis=1) > near]
-            middles = 0.5 * (share[chosen] + share[chosen + 1])
-            self.shares[e] = np.sort(np.concatenate([share, middles]))
-            done = done or len(chosen) > 0
-        return done
-
-    def _polygons(self, k: int, number: dict[int, Ints]) -> Polygons:
-        near = MEET * np.ptp(np.array(self.body.patches[k].domain), axis=1)
-        loops = []
+    def _polygons(self, k: int, ids_by_edge: dict[int, Ints]) -> Polygons:
+        """Return the border of face k."""
+        tol = MEET_TOL * np.ptp(np.array(self.body.patches[k].domain), axis=1)
+        gap_tol = tol / MEET_TOL * LARGEST_GAP
+        lines, lengths = [], []
         for loop in self.borders.loops[k]:
-            lines = [self._line(side, number) for side in loop]
-            # A gap that a short p-curve closes may run back over its neighbours.
-            lines = [line for line in lines if not _is_gap(line, near)] or lines
-            ends = zip(lines, lines[1:] + lines[:1], strict=True)
-            loops.append([_without_end(line, after, near) for line, after in ends])
-        starts = np.cumsum([0, *(sum(len(line.uv) for line in loop) for loop in loops)])
-        flat = [line for loop in loops for line in loop]
-        uv, ids, parts = (np.concatenate([line[i] for line in flat]) for i in range(3))
-        return Polygons(uv, ids, parts, starts)
+            sides = [self._polyline(side, ids_by_edge) for side in loop]
+            # A short p-curve that closes a gap may run back over its neighbours.
+            is_gap = [
+                (np.ptp(side.uv, axis=0) <= gap_tol).all() and (side.ids == side.ids[0]).all()
+                for side in sides
+            ]
+            sides = [side for side, gap in zip(sides, is_gap, strict=True) if not gap] or sides
+            n_vertices = 0
+            for side, following in zip(sides, sides[1:] + sides[:1], strict=True):
+                # The last vertex goes where the next side starts at it, or within a gap of it.
+                distance = np.abs(side.uv[-1] - following.uv[0])
+                meets = (distance <= tol).all() or (
+                    side.ids[-1] == following.ids[0] and (distance <= gap_tol).all()
+                )
+                n = len(side.ids) - 1 if meets else len(side.ids)
+                lines.append(Polyline(side.uv[:n], side.ids[:n], side.parts[:n]))
+                n_vertices += n
+            lengths.append(n_vertices)
+        uv, ids, parts = (np.concatenate(columns) for columns in zip(*lines, strict=True))
+        return Polygons(uv, ids, parts, np.cumsum([0, *lengths]))
 
-    def _line(self, side: Side, number: dict[int, Ints]) -> Line:
-        """The vertices along a side, in the sense of its loop."""
+    def _polyline(self, side: Side, ids_by_edge: dict[int, Ints]) -> Polyline:
+        """Return the vertices along a side, in the sense of its loop."""
         e, patch = side.edge, self.body.patches[side.path.patch]
         if self.borders.pole[e]:
             share = pole_shares(side, patch)
             uv = path_points(side.path, patch, share)
-            ids, part = np.full(len(share), self.ends[e, 0]), np.arange(len(share))
+            ids, part = np.full(len(share), self.corners[e, 0]), np.arange(len(share))
         else:
             edge = self.edges[e]
-            uv, ids = edge.parameters(edge.sides.index(side), self.shares[e]), number[e]
+            uv, ids = edge.parameters(edge.sides.index(side), self.shares[e]), ids_by_edge[e]
             part = np.arange(len(ids))
             if side.reversed:
                 uv, ids, part = uv[::-1], ids[::-1], part[::-1] - 1
-        return Line(uv, ids, np.stack([np.full(len(ids), e), part], axis=1))
+        return Polyline(uv, ids, np.stack([np.full(len(ids), e), part], axis=1))
 
     def _border_points(self) -> FloatArray:
-        """Return places (n, 3) of vertices on edges; corners have the first edge's."""
-        number = self._numbered()
-        count = max((int(ids.max()) + 1 for ids in number.values()), default=0)
-        points = np.zeros((max(count, int(self.ends.max(initial=-1)) + 1), 3))
+        """Return (n, 3) points of vertices on edges; a corner has its first edge's point."""
+        ids_by_edge = self._vertex_ids()
+        count = max((int(ids.max()) + 1 for ids in ids_by_edge.values()), default=0)
+        points = np.zeros((max(count, int(self.corners.max(initial=-1)) + 1), 3))
         for loops, patch in zip(self.borders.loops, self.body.patches, strict=True):
             for side in (side for loop in loops for side in loop if self.borders.pole[side.edge]):
-                place = path_points(side.path, patch, np.array([0.0]))
-                points[self.ends[side.edge, 0]] = patch.evaluate(place)[0]
-        for e in sorted(number, reverse=True):
-            points[number[e]] = self.edges[e].evaluate(self.shares[e])
+                uv = path_points(side.path, patch, np.array([0.0]))
+                points[self.corners[side.edge, 0]] = patch.evaluate(uv)[0]
+        for e in sorted(ids_by_edge, reverse=True):
+            points[ids_by_edge[e]] = self.edges[e].evaluate(self.shares[e])
         return points
 
-    def _joined(self, faces: list[FaceMesh]) -> tuple[Ints, Ints]:
-        """Triangles (m, 3) of all faces in vertices of the mesh, and (m, 2) face and own number."""
-        at = len(self._border_points())
-        triangles, places = [], []
-        for k, face in enumerate(faces):
-            count = len(face.own_points())
-            ids = np.concatenate([face.polygons.ids, np.arange(at, at + count)])
-            at += count
-            local = face.triangles()
-            triangles.append(ids[local])
-            places.append(np.stack([np.full(len(local), k), np.arange(len(local))], axis=1))
-        return np.concatenate(triangles), np.concatenate(places)
+
+def _has_area(triangles: Ints) -> NDArray[np.bool_]:
+    """Return (m,) whether the three vertices of each triangle differ."""
+    return np.asarray((triangles != np.roll(triangles, 1, axis=1)).all(axis=1))
 
 
-def _is_gap(line: Line, near: FloatArray) -> bool:
-    """Return whether a side only closes a gap between two others."""
-    small = np.ptp(line.uv, axis=0) <= near / MEET * LARGEST_GAP
-    return bool(small.all() and (line.ids == line.ids[0]).all())
+def _separate_coincident(faces: list[FaceMesh], triangles: Ints, owners: Ints) -> bool:
+    """Insert vertices where triangles or inner sides of faces coincide; False if none do.
 
+    Coarse faces that meet at a sharp edge may have the same corners, or an inner side of one may
+    be a side of another.
 
-def _without_end(line: Line, after: Line, near: FloatArray) -> Line:
-    """A side without its last vertex, where the next one starts there or just beside."""
-    apart = np.abs(line.uv[-1] - after.uv[0])
-    meets = (apart <= near).all() or (
-        line.ids[-1] == after.ids[0] and (apart <= near / MEET * LARGEST_GAP).all()
-    )
-    return Line(line.uv[:-1], line.ids[:-1], line.parts[:-1]) if meets else line
-
-
-def _parted(faces: list[FaceMesh], triangles: Ints, places: Ints) -> bool:
-    """Put vertices where triangles or inner sides of faces fall on others; False if none do.
-
-    Coarse faces that meet at a sharp edge may have the same corners, or one a side inside that
-    another has too.
+    Parameters
+    ----------
+    faces : all faces
+    triangles : (m, 3) of all faces, in vertices of the mesh
+    owners : (m, 2) face, and number of the triangle in it
     """
-    rows = np.flatnonzero((triangles != np.roll(triangles, 1, axis=1)).all(axis=1))
-    whole, n = triangles[rows], int(triangles.max(initial=0)) + 1
-    numbers, times = side_numbers(whole, n)
-    # A triangle is its side of the lowest number, and the corner across from that.
-    first = numbers.argmin(axis=1)
-    number = np.arange(len(whole))
-    _, place, copies = np.unique(
-        numbers[number, first] * n + whole[number, (first + 2) % 3],
+    rows = np.flatnonzero(_has_area(triangles))
+    corners, n = triangles[rows], int(triangles.max(initial=0)) + 1
+    numbers, times = side_numbers(corners, n)
+    # The side of the lowest number and the corner opposite to it identify a triangle.
+    first, at = numbers.argmin(axis=1), np.arange(len(corners))
+    _, group, n_copies = np.unique(
+        numbers[at, first] * n + corners[at, (first + 2) % 3],
         return_inverse=True,
         return_counts=True,
     )
-    done = False
-    for k, i in places[rows[copies[place] > 1]].tolist():
-        done |= faces[k].put_inside(i)
-    crowded, j = np.nonzero(times[numbers] > 2)
+    any_inserted = False
+    for k, i in owners[rows[n_copies[group] > 1]].tolist():
+        any_inserted |= faces[k].insert_at_centre(i)
+    crowded, sides = np.nonzero(times[numbers] > 2)
     middles = [
-        (k, faces[k].middle_of(i, (side + 2) % 3))
-        for (k, i), side in zip(places[rows[crowded]].tolist(), j.tolist(), strict=True)
+        (k, faces[k].side_middle(i, (side + 2) % 3))
+        for (k, i), side in zip(owners[rows[crowded]].tolist(), sides.tolist(), strict=True)
     ]
     for k, middle in middles:
         if middle is not None:
-            done |= faces[k].put(*middle, apart=ANYWHERE)
-    return done
+            any_inserted |= faces[k].insert(*middle, ANY_DISTANCE)
+    return any_inserted
 
 
 def fewest_triangles(body: FacesLike, tol: float) -> float:
-    """About the fewest triangles that a tolerance takes, before any is made.
+    """Estimate the fewest triangles that a tolerance needs: ∫ √|K| dA / (2.6 tol).
 
-    √|K| dA over 2.6 tol (Pottmann et al. 2000); nothing of faces that bend one way or not at all.
+    Pottmann et al. (2000). Faces that bend in one direction or not at all add nothing.
     """
-    share = (np.arange(COARSE) + 0.5) / COARSE
+    share = (np.arange(N_SAMPLES) + 0.5) / N_SAMPLES
     total = 0.0
     for patch, loops in zip(body.patches, body.trims, strict=True):
         low, high = parameter_box(patch, loops)
@@ -341,7 +350,7 @@ def fewest_triangles(body: FacesLike, tol: float) -> float:
 
 
 def too_many(tol: float, number: float) -> GeometryError:
-    """Return the message about a tolerance that is too fine."""
+    """Return the error for a tolerance that is too fine."""
     return GeometryError(
         f"this tolerance needs about {number:.2g} triangles or more, "
         f"and {MAX_TRIANGLES:.2g} are the most",

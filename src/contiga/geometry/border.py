@@ -2,7 +2,7 @@
 
 A side is a p-curve of a loop, one side of a patch's natural rectangle, or the part of either that
 one edge runs along. Sides of one edge get the same vertices; a side that is a single point in
-space (a pole) gets one. What meets at a corner follows from the order in the loops alone, so
+space (a pole) gets one. The order in the loops alone decides which sides meet at a corner, so
 faces that share an edge fit whatever the gap between them is.
 """
 
@@ -18,14 +18,15 @@ from contiga.geometry.faces_like import FacesLike
 from contiga.geometry.surface import NurbsSurface
 from contiga.records import FloatArray, IntArray
 
-NEAR = 1e-9
-"""Places closer than this share of the body's size are one."""
-GAP = 1e-5
+POINT_TOL = 1e-9
+"""Points closer than this share of the body's size are one."""
+GAP_TOL = 1e-5
 """p-curves without an edge that are shorter (share of the size) only close a gap in a loop."""
-SNAP = 1e-9
+PARAMETER_TOL = 1e-9
 """Parameters closer than this share of a curve's domain are one."""
-SAMPLES = 9
-NATURAL = ((2, False), (1, False), (3, True), (0, True))
+N_SAMPLES = 9
+"""Samples of a side that are compared with another side."""
+NATURAL_SIDES = ((2, False), (1, False), (3, True), (0, True))
 """Natural sides around the rectangle, and whether each runs against its parameter."""
 NO_EDGE = -1
 
@@ -39,7 +40,7 @@ class Path(NamedTuple):
     side: int
     """0 … 3 = u0, u1, v0, v1 of a natural side."""
     start: float
-    """Parameter where it starts in the sense of the loop; above `end` where it runs backwards."""
+    """Parameter at the start in the sense of the loop; above `end` if the path runs backwards."""
     end: float
 
 
@@ -59,7 +60,7 @@ class Borders(NamedTuple):
     loops: list[list[list[Side]]]
     """By patch and loop."""
     curves: list[NurbsCurve | None]
-    """By edge its curve in space; None where its first side stands for it."""
+    """By edge its curve in space; None if its first side defines it."""
     tolerances: list[float]
     """By edge, length."""
     sides: list[list[Side]]
@@ -84,145 +85,136 @@ def path_points(path: Path, patch: NurbsSurface, share: FloatArray) -> FloatArra
     return uv
 
 
-def borders_of(body: FacesLike) -> Borders:
-    """Sides of all faces, those along one edge of `body` put together.
-
-    Of a body that names no edges, natural sides that coincide are one edge.
-    """
-    uses = _uses(body)
-    n = len(body.edges)
-    tolerances = [max(edge.tolerance, edge.stated) for edge in body.edges]
-    curves: list[NurbsCurve | None] = [edge.curve for edge in body.edges]
-    result = Borders([], curves, tolerances, [[] for _ in range(n)], [False] * n)
-    for k, (patch, loops) in enumerate(zip(body.patches, body.trims, strict=True)):
-        if loops is None:
-            whole = [Path(k, None, s, *_ends(patch, s, back)) for s, back in NATURAL]
-            paths = [[(p, (-1, p.side)) for p in whole]]
-        else:
-            paths = [
-                [(Path(k, c, -1, *c.domain), (m, i)) for i, c in enumerate(loop)]
-                for m, loop in enumerate(loops)
-            ]
-        result.loops.append(
-            [
-                [s for p, key in loop for s in _cut(p, uses.get((k, *key), []), result)]
-                for loop in paths
-            ]
-        )
-    _mark_poles(body, result)
-    if not body.edges:
-        _pair(body, result)
-    return result
-
-
-def _ends(patch: NurbsSurface, side: int, back: bool) -> tuple[float, float]:
-    low, high = patch.domain[1 - side // 2]
-    return (high, low) if back else (low, high)
-
-
 Use = tuple[int, bool, tuple[float, float] | None]
+"""Edge, whether the path runs against its curve, and the parameters it runs along; None: all."""
 
 
-def _uses(body: FacesLike) -> dict[tuple[int, int, int], list[Use]]:
+def borders_of(body: FacesLike) -> Borders:
+    """Return the sides of all faces, grouped by the edge of `body` they run along.
+
+    If the body names no edges, natural sides that coincide are one edge.
+    """
     uses: dict[tuple[int, int, int], list[Use]] = {}
     for e, edge in enumerate(body.edges):
         for i, use in enumerate(edge.uses):
-            given = e, use.reversed, edge.span(i)
-            uses.setdefault((use.patch, use.loop, use.index), []).append(given)
-    return uses
+            uses_of_path = uses.setdefault((use.patch, use.loop, use.index), [])
+            uses_of_path.append((e, use.reversed, edge.span(i)))
+    n = len(body.edges)
+    tolerances = [max(edge.tolerance, edge.stated) for edge in body.edges]
+    curves: list[NurbsCurve | None] = [edge.curve for edge in body.edges]
+    borders = Borders([], curves, tolerances, [[] for _ in range(n)], [False] * n)
+    for k, (patch, loops) in enumerate(zip(body.patches, body.trims, strict=True)):
+        if loops is None:
+            paths = []
+            for side, is_backward in NATURAL_SIDES:
+                low, high = patch.domain[1 - side // 2]
+                path = Path(k, None, side, *((high, low) if is_backward else (low, high)))
+                paths.append((path, (-1, side)))
+            path_loops = [paths]
+        else:
+            path_loops = [
+                [(Path(k, c, -1, *c.domain), (m, i)) for i, c in enumerate(loop)]
+                for m, loop in enumerate(loops)
+            ]
+        borders.loops.append(
+            [
+                [s for p, key in loop for s in _split_path(p, uses.get((k, *key), []), borders)]
+                for loop in path_loops
+            ]
+        )
+    for e, sides in enumerate(borders.sides):
+        if borders.curves[e] is None and sides:
+            size = np.ptp(_samples(body, sides[0]), axis=0).max()
+            tol = (POINT_TOL if sides[0].path.curve is None else GAP_TOL) * body.size
+            borders.pole[e] = bool(size <= tol)
+    if not body.edges:
+        _pair_natural_sides(body, borders)
+    return borders
 
 
-def _cut(path: Path, uses: list[Use], result: Borders) -> list[Side]:
-    """Sides along a path: parts that edges run along, and what is between these."""
+def _split_path(path: Path, uses: list[Use], borders: Borders) -> list[Side]:
+    """Split a path into the parts that edges run along and the parts between these.
+
+    Each part between gets an edge of its own.
+    """
     low, high = sorted((path.start, path.end))
-    backward = path.start > path.end
-    near = SNAP * (high - low)
+    is_backward = path.start > path.end
+    tol = PARAMETER_TOL * (high - low)
     parts: list[tuple[float, float, int, bool]] = []
-    at = low
+    end = low
     for e, against, span in sorted(uses, key=lambda use: use[2] or (low, high)):
         a, b = span or (low, high)
-        a, b = max(a, at), min(b, high)
-        if b - a <= near:
+        a, b = max(a, end), min(b, high)
+        if b - a <= tol:
             continue
-        if a - at > near:
-            parts.append((at, a, NO_EDGE, False))
+        if a - end > tol:
+            parts.append((end, a, NO_EDGE, False))
         else:
-            a = at
-        b = high if high - b <= near else b
+            a = end
+        b = high if high - b <= tol else b
         parts.append((a, b, e, against))
-        at = b
-    if high - at > near:
-        parts.append((at, high, NO_EDGE, False))
+        end = b
+    if high - end > tol:
+        parts.append((end, high, NO_EDGE, False))
     sides = []
-    for a, b, e, against in reversed(parts) if backward else parts:
-        part = path._replace(start=b, end=a) if backward else path._replace(start=a, end=b)
+    for a, b, e, against in reversed(parts) if is_backward else parts:
+        part = path._replace(start=b, end=a) if is_backward else path._replace(start=a, end=b)
         if e == NO_EDGE:
-            e, against = _new_edge(result), backward
-        side = Side(part, e, against != backward)
-        result.sides[e].append(side)
+            e, against = len(borders.sides), is_backward
+            borders.curves.append(None)
+            borders.tolerances.append(0.0)
+            borders.sides.append([])
+            borders.pole.append(False)
+        side = Side(part, e, against != is_backward)
+        borders.sides[e].append(side)
         sides.append(side)
     return sides
 
 
-def _new_edge(result: Borders) -> int:
-    result.curves.append(None)
-    result.tolerances.append(0.0)
-    result.sides.append([])
-    result.pole.append(False)
-    return len(result.sides) - 1
-
-
-def _sampled(body: FacesLike, side: Side) -> FloatArray:
+def _samples(body: FacesLike, side: Side) -> FloatArray:
+    """Return (N_SAMPLES, 3) points of a side."""
     patch = body.patches[side.path.patch]
-    return patch.evaluate(path_points(side.path, patch, np.linspace(0.0, 1.0, SAMPLES)))
+    return patch.evaluate(path_points(side.path, patch, np.linspace(0.0, 1.0, N_SAMPLES)))
 
 
-def _mark_poles(body: FacesLike, result: Borders) -> None:
-    for e, sides in enumerate(result.sides):
-        if result.curves[e] is None and sides:
-            small = (NEAR if sides[0].path.curve is None else GAP) * body.size
-            result.pole[e] = bool(np.ptp(_sampled(body, sides[0]), axis=0).max() <= small)
-
-
-def _pair(body: FacesLike, result: Borders) -> None:
+def _pair_natural_sides(body: FacesLike, borders: Borders) -> None:
     """Make one edge of natural sides that run along each other, parameter by parameter."""
-    near = NEAR * body.size
-    alone = [
-        (e, sides[0], _sampled(body, sides[0]))
-        for e, sides in enumerate(result.sides)
-        if not result.pole[e] and sides[0].path.curve is None
+    tol = POINT_TOL * body.size
+    natural = [
+        (e, sides[0], _samples(body, sides[0]))
+        for e, sides in enumerate(borders.sides)
+        if not borders.pole[e] and sides[0].path.curve is None
     ]
-    kept: list[tuple[int, FloatArray]] = []
-    new: dict[int, tuple[int, bool]] = {}
-    for e, side, points in alone:
-        for other, q in kept:
-            same = np.abs(points - q).max() <= near
-            if same or np.abs(points - q[::-1]).max() <= near:
-                joined = side._replace(edge=other, reversed=not same)
-                result.sides[other].append(joined)
-                result.sides[e].clear()
-                new[e] = (other, not same)
+    unpaired: list[tuple[int, FloatArray]] = []
+    new_edges: dict[int, tuple[int, bool]] = {}
+    for e, side, points in natural:
+        for partner, q in unpaired:
+            same_sense = np.abs(points - q).max() <= tol
+            if same_sense or np.abs(points - q[::-1]).max() <= tol:
+                paired = side._replace(edge=partner, reversed=not same_sense)
+                borders.sides[partner].append(paired)
+                borders.sides[e].clear()
+                new_edges[e] = (partner, not same_sense)
                 break
         else:
-            kept.append((e, points))
-            new[e] = (e, False)
-            result.sides[e][0] = side._replace(reversed=False)
-    for loops in result.loops:
-        for loop in loops:
-            loop[:] = [
-                s._replace(edge=new[s.edge][0], reversed=new[s.edge][1]) if s.edge in new else s
-                for s in loop
-            ]
+            unpaired.append((e, points))
+            new_edges[e] = (e, False)
+            borders.sides[e][0] = side._replace(reversed=False)
+    for loop in (loop for loops in borders.loops for loop in loops):
+        for i, side in enumerate(loop):
+            if side.edge in new_edges:
+                e, is_reversed = new_edges[side.edge]
+                loop[i] = side._replace(edge=e, reversed=is_reversed)
 
 
-def corners(result: Borders) -> IntArray:
-    """Return (e, 2) number of the corner at the start and the end of each edge.
+def edge_corners(borders: Borders) -> IntArray:
+    """Return (e, 2) the corners at the start and the end of each edge.
 
-    A corner is where one side of a loop ends and the next one starts.
+    At a corner one side of a loop ends and the next one starts.
     """
-    met = [(2 * e, 2 * e + 1) for e, is_pole in enumerate(result.pole) if is_pole]
-    for loop in (loop for loops in result.loops for loop in loops):
+    meeting = [(2 * e, 2 * e + 1) for e, is_pole in enumerate(borders.pole) if is_pole]
+    for loop in (loop for loops in borders.loops for loop in loops):
         for side, after in zip(loop, loop[1:] + loop[:1], strict=True):
-            met.append((2 * side.edge + (not side.reversed), 2 * after.edge + after.reversed))
-    first, second = np.array(met, np.int64).reshape(-1, 2).T
-    return groups_of(first, second, 2 * len(result.sides)).reshape(-1, 2)
+            meeting.append((2 * side.edge + (not side.reversed), 2 * after.edge + after.reversed))
+    first, second = np.array(meeting, np.int64).reshape(-1, 2).T
+    return groups_of(first, second, 2 * len(borders.sides)).reshape(-1, 2)

@@ -1,4 +1,4 @@
-"""Vertices along the edges of a body: as many as the distance asks for, the same for all faces."""
+"""Vertices along the edges of a body: as many as the tolerance needs, the same for all faces."""
 
 from __future__ import annotations
 
@@ -8,56 +8,70 @@ import numpy as np
 from numpy.typing import NDArray
 
 from contiga.geometry.border import Borders, Side, path_points
-from contiga.geometry.curve import NurbsCurve
 from contiga.geometry.curve_foot import CurveFeet
 from contiga.geometry.faces_like import FacesLike
-from contiga.geometry.kernels.shape_nb import TURN
+from contiga.geometry.kernels.shape_nb import MAX_TURN
 from contiga.geometry.surface import NurbsSurface
 from contiga.records import FloatArray
 
-PER_SPAN = 12
-"""Samples of each knot span from which the bend is taken, times the degree."""
+SAMPLES_PER_SPAN = 12
+"""Samples of each knot span for the curvature, times the degree."""
 MAX_SAMPLES = 4000
-ROUNDS = 30
-"""Halvings of sides that still miss."""
-LOOSE = 3.0
-"""Images of an edge may be off by this many of its tolerances before parameters are matched."""
-ASTRAY = 0.1
-"""Or by this share of the distance that is asked for."""
-KINK = 1e-3
-"""Change of direction at a knot, radians, that is a corner of the edge."""
+MAX_HALVINGS = 30
+"""Largest number of rounds that halve the sides which still miss."""
+MATCH_TOL_FACTOR = 3.0
+"""Images of an edge may miss it by this many of its tolerances before parameters are matched."""
+MATCH_SAG_SHARE = 0.1
+"""Or by this share of the sag."""
+KINK_ANGLE = 1e-3
+"""Smallest change of direction at a knot, radians, that is a corner of the edge."""
 POLE_ANGLE = np.pi / 4
 """Largest angle at a pole between two of its places in (u, v)."""
-MATCHED = 513
-"""Places from which the parameter of an edge is carried over to a patch's."""
-EVEN = 0.96
-"""Share of the distance for which vertices are spread, which never come out quite even."""
-WITHIN = np.array([0.25, 0.5, 0.75])
-INSIDE = (0.03, 0.1, 0.2)
-"""How far inside a face, as a share of the way to its middle, its bend counts for its border."""
+N_MATCHES = 513
+"""Samples by which the parameter of an edge is mapped to a patch's."""
+SPREAD_SHARE = 0.96
+"""Share of the sag for which vertices are spread: the misses never come out quite equal."""
+CHORD_SHARES = np.array([0.25, 0.5, 0.75])
+"""Places on a chord at which its distance from the edge is measured."""
+INWARD_SHARES = (0.03, 0.1, 0.2)
+"""Distances from the border at which a face's curvature counts, shares of the way to its middle."""
 
 
 class EdgeShape:
     """An edge as its own curve and as the images of its sides.
 
-    An edge of one face alone is the image of its side: no other face asks for the file's curve.
+    An edge of a single face is the image of its side: no other face needs the file's curve.
 
     Parameters
     ----------
     body, borders : faces, and the loops of their sides
     e : number of the edge
-    sag : how far its chords may miss, length
+    sag : largest distance of its chords from it, length
     """
 
     def __init__(self, body: FacesLike, borders: Borders, e: int, sag: float) -> None:
         self.sides, self.sag = borders.sides[e], sag
         self.patches = [body.patches[side.path.patch] for side in self.sides]
         self.curve = borders.curves[e] if len(self.sides) > 1 else None
-        loose = min(LOOSE * borders.tolerances[e], ASTRAY * sag)
-        self.loose = max(loose, 1e-7 * body.size)
-        self._match: list[tuple[FloatArray, FloatArray] | None] = [None] * len(self.sides)
-        for i in range(len(self.sides)):
-            self._match[i] = self._matched(i)
+        self._maps: list[tuple[FloatArray, FloatArray] | None] = [None] * len(self.sides)
+        """By side the parameter of the edge and of the side's path; None where they agree."""
+        if self.curve is None:
+            return
+        match_tol = min(MATCH_TOL_FACTOR * borders.tolerances[e], MATCH_SAG_SHARE * sag)
+        match_tol = max(match_tol, 1e-7 * body.size)
+        for i, patch in enumerate(self.patches):
+            grid = np.linspace(0.0, 1.0, 9)
+            image = patch.evaluate(self.parameters(i, grid))
+            if np.linalg.norm(image - self.evaluate(grid), axis=1).max() <= match_tol:
+                continue
+            grid = np.linspace(0.0, 1.0, N_MATCHES)
+            image = patch.evaluate(self.parameters(i, grid))
+            low, high = self.curve.domain
+            share = (CurveFeet(self.curve)(image)[0] - low) / (high - low)
+            share[0], share[-1] = 0.0, 1.0
+            share = np.maximum.accumulate(np.clip(share, 0.0, 1.0))
+            is_ascending = np.append(np.diff(share) > 0.0, True)
+            self._maps[i] = share[is_ascending], grid[is_ascending]
 
     def evaluate(self, share: FloatArray) -> FloatArray:
         """Points (n, 3) at shares of the edge's range."""
@@ -68,63 +82,47 @@ class EdgeShape:
 
     def parameters(self, i: int, share: FloatArray) -> FloatArray:
         """Return (n, 2) parameters of the patch of side i at shares of the edge's range."""
-        match = self._match[i]
-        shares = share if match is None else np.interp(share, *match)
+        parameter_map = self._maps[i]
+        shares = share if parameter_map is None else np.interp(share, *parameter_map)
         if self.sides[i].reversed:
             shares = 1.0 - shares
         return path_points(self.sides[i].path, self.patches[i], shares)
 
-    def _matched(self, i: int) -> tuple[FloatArray, FloatArray] | None:
-        """Return the parameter of a side by that of the edge; None where they agree."""
-        if self.curve is None:
-            return None
-        grid = np.linspace(0.0, 1.0, 9)
-        image = self.patches[i].evaluate(self.parameters(i, grid))
-        if np.linalg.norm(image - self.evaluate(grid), axis=1).max() <= self.loose:
-            return None
-        grid = np.linspace(0.0, 1.0, MATCHED)
-        image = self.patches[i].evaluate(self.parameters(i, grid))
-        low, high = self.curve.domain
-        share = (CurveFeet(self.curve)(image)[0] - low) / (high - low)
-        share[0], share[-1] = 0.0, 1.0
-        share = np.maximum.accumulate(np.clip(share, 0.0, 1.0))
-        keep = np.append(np.diff(share) > 0.0, True)
-        return share[keep], grid[keep]
-
-    def missed(self, share: FloatArray, sag: float) -> NDArray[np.bool_]:
-        """Return which sides (n − 1,) between neighbours are off the edge or its image."""
-        between = share[:-1, None] + np.diff(share)[:, None] * WITHIN
-        bad = _off(self.evaluate(share), self.evaluate(between.ravel())) > sag
+    def misses(self, share: FloatArray, sag: float) -> NDArray[np.bool_]:
+        """Return (n − 1,) whether each chord is more than `sag` off the edge or an image of it."""
+        between = share[:-1, None] + np.diff(share)[:, None] * CHORD_SHARES
+        bad = _chord_distance(self.evaluate(share), self.evaluate(between.ravel())) > sag
         for i, patch in enumerate(self.patches):
             if not _is_flat(patch):
                 uv = self.parameters(i, share)
-                across = uv[:-1, None] + np.diff(uv, axis=0)[:, None] * WITHIN[:, None]
-                off = _off(patch.evaluate(uv), patch.evaluate(across.reshape(-1, 2)))
-                bad |= off > sag
+                uv_between = uv[:-1, None] + np.diff(uv, axis=0)[:, None] * CHORD_SHARES[:, None]
+                points = patch.evaluate(uv_between.reshape(-1, 2))
+                bad |= _chord_distance(patch.evaluate(uv), points) > sag
         return bad
 
-    def bend_inside(self, share: FloatArray) -> FloatArray:
-        """Return (n,) largest curvature (1/length) along an open border of the face inside it.
+    def inner_curvature(self, share: FloatArray) -> FloatArray:
+        """Return (n,) largest curvature, 1/length, along an open border just inside its face.
 
-        A border that is straight while the face beside it is not would be one side for many
-        triangles: thin as needles. Zero for edges of several faces, whose bend is the edge's.
+        If the border is straight and the face next to it is curved, one long side would get many
+        triangles as thin as needles. Zero for edges of several faces: there the edge decides.
         """
-        bend = np.zeros(len(share))
+        curvature = np.zeros(len(share))
         if self.curve is not None or len(share) < 2 or _is_flat(self.patches[0]):
-            return bend
+            return curvature
         patch = self.patches[0]
         uv = self.parameters(0, share)
-        along = np.gradient(uv, axis=0)
+        tangent = np.gradient(uv, axis=0)
         middle = np.array(patch.domain).mean(axis=1)
-        for part in INSIDE:
-            bend = np.maximum(bend, _bend_along(patch, uv + part * (middle - uv), along))
-        return bend
+        for inward in INWARD_SHARES:
+            inner_uv = uv + inward * (middle - uv)
+            curvature = np.maximum(curvature, _normal_curvature(patch, inner_uv, tangent))
+        return curvature
 
 
-def _bend_along(patch: NurbsSurface, uv: FloatArray, along: FloatArray) -> FloatArray:
-    """Return (n,) normal curvature, without its sign, at (n, 2) parameters in directions (n, 2)."""
+def _normal_curvature(patch: NurbsSurface, uv: FloatArray, direction: FloatArray) -> FloatArray:
+    """Return (n,) absolute normal curvature at (n, 2) parameters in directions (n, 2)."""
     d = patch.derivatives(uv, 2)
-    x, y = along.T[:, :, None]
+    x, y = direction.T[:, :, None]
     normal = np.cross(d[:, 1, 0], d[:, 0, 1])
     normal /= np.maximum(np.sqrt((normal * normal).sum(axis=1)), 1e-300)[:, None]
     slope = x * d[:, 1, 0] + y * d[:, 0, 1]
@@ -133,13 +131,13 @@ def _bend_along(patch: NurbsSurface, uv: FloatArray, along: FloatArray) -> Float
     return np.asarray(np.abs((second * normal).sum(axis=1)) / square)
 
 
-def _off(ends: FloatArray, between: FloatArray) -> FloatArray:
-    """Return (n − 1,) largest distance of the places between from the side they belong to."""
-    a, step = ends[:-1, None], np.diff(ends, axis=0)[:, None]
-    away = between.reshape(len(ends) - 1, -1, 3) - a
+def _chord_distance(vertices: FloatArray, points: FloatArray) -> FloatArray:
+    """Return (n − 1,) largest distance from each chord of the points that belong to it."""
+    start, step = vertices[:-1, None], np.diff(vertices, axis=0)[:, None]
+    offset = points.reshape(len(vertices) - 1, -1, 3) - start
     square = np.maximum((step * step).sum(axis=-1), 1e-300)
-    t = np.clip((away * step).sum(axis=-1) / square, 0.0, 1.0)
-    return np.asarray(np.linalg.norm(away - t[..., None] * step, axis=-1).max(axis=1))
+    t = np.clip((offset * step).sum(axis=-1) / square, 0.0, 1.0)
+    return np.asarray(np.linalg.norm(offset - t[..., None] * step, axis=-1).max(axis=1))
 
 
 def _is_flat(patch: NurbsSurface) -> bool:
@@ -151,28 +149,13 @@ def _is_flat(patch: NurbsSurface) -> bool:
 
 
 def chain_shares(edge: EdgeShape, sag: float, closed: bool) -> FloatArray:
-    """Shares of the vertices along an edge so that no side misses by more than `sag`.
+    """Return shares of the vertices along an edge so that no chord misses by more than `sag`.
 
-    They are spread so that all sides miss by about as much (density √(bend / 8 sag)), then those
-    that miss are halved.
+    They are spread so that all chords miss by about as much (density √(bend / 8 sag)), then the
+    chords that miss by more are halved.
     """
-    corners = _kinks(edge.curve)
-    parts = [_spread(edge, a, b, EVEN * sag) for a, b in pairwise(corners)]
-    share = np.append(np.concatenate([part[:-1] for part in parts]), 1.0)
-    least = 3 if closed else 1
-    if len(share) <= least:
-        share = np.linspace(0.0, 1.0, least + 1)
-    for _ in range(ROUNDS):
-        bad = edge.missed(share, sag)
-        if not bad.any():
-            break
-        share = np.sort(np.concatenate([share, 0.5 * (share[:-1] + share[1:])[bad]]))
-    return share
-
-
-def _kinks(curve: NurbsCurve | None) -> FloatArray:
-    """Shares 0, 1 and those at which the direction of the curve jumps."""
     kinks = [0.0, 1.0]
+    curve = edge.curve
     if curve is not None:
         low, high = curve.domain
         knots, times = np.unique(curve.knots, return_counts=True)
@@ -180,28 +163,38 @@ def _kinks(curve: NurbsCurve | None) -> FloatArray:
             step = 1e-7 * (high - low)
             d = curve.derivatives([t - step, t + step], 1)[:, 1]
             d /= np.maximum(np.linalg.norm(d, axis=1, keepdims=True), 1e-300)
-            if np.linalg.norm(d[1] - d[0]) > KINK:
+            if np.linalg.norm(d[1] - d[0]) > KINK_ANGLE:
                 kinks.append((t - low) / (high - low))
-    return np.sort(kinks)
+    parts = [_spread(edge, a, b, SPREAD_SHARE * sag) for a, b in pairwise(np.sort(kinks))]
+    share = np.append(np.concatenate([part[:-1] for part in parts]), 1.0)
+    min_chords = 3 if closed else 1
+    if len(share) <= min_chords:
+        share = np.linspace(0.0, 1.0, min_chords + 1)
+    for _ in range(MAX_HALVINGS):
+        bad = edge.misses(share, sag)
+        if not bad.any():
+            break
+        share = np.sort(np.concatenate([share, 0.5 * (share[:-1] + share[1:])[bad]]))
+    return share
 
 
 def _spread(edge: EdgeShape, a: float, b: float, sag: float) -> FloatArray:
-    """Shares from a to b, dense where the edge is bent."""
+    """Return shares from a to b, dense where the edge is curved."""
     curve = edge.curve
     if curve is not None and curve.degree == 1 and len(curve.knots) == 4:
         return np.array([a, b])
     spans = 8 if curve is None else (len(np.unique(curve.knots)) - 1) * curve.degree
-    grid = np.linspace(a, b, min(PER_SPAN * spans, MAX_SAMPLES) + 1)
+    grid = np.linspace(a, b, min(SAMPLES_PER_SPAN * spans, MAX_SAMPLES) + 1)
     points = edge.evaluate(grid)
     slope = 0.5 * (points[2:] - points[:-2])
     second = points[2:] - 2.0 * points[1:-1] + points[:-2]
     speed = np.maximum((slope * slope).sum(axis=1), 1e-300)
-    along = (second * slope).sum(axis=1) / speed
-    bend = np.linalg.norm(second - along[:, None] * slope, axis=1)
-    # Within a step: √(bend / 8 sag) sides, and no more than about a quarter of a turn a side.
-    density = np.sqrt(np.maximum(bend / (8.0 * sag), bend * bend / speed / (8.0 * TURN)))
-    beside = np.sqrt(speed * edge.bend_inside(grid[1:-1]) / (8.0 * sag))
-    density = np.maximum(density, beside)
+    tangential = (second * slope).sum(axis=1) / speed
+    bend = np.linalg.norm(second - tangential[:, None] * slope, axis=1)
+    # Within a step: √(bend / 8 sag) chords, and at most about a quarter of a turn a chord.
+    density = np.sqrt(np.maximum(bend / (8.0 * sag), bend * bend / speed / (8.0 * MAX_TURN)))
+    inner_density = np.sqrt(speed * edge.inner_curvature(grid[1:-1]) / (8.0 * sag))
+    density = np.maximum(density, inner_density)
     density = np.concatenate([density[:1], density, density[-1:]])
     total = np.concatenate([[0.0], np.cumsum(0.5 * (density[:-1] + density[1:]))])
     n = max(1, int(np.ceil(total[-1] * (1.0 - 1e-9))))
@@ -214,11 +207,11 @@ def _spread(edge: EdgeShape, a: float, b: float, sag: float) -> FloatArray:
 
 
 def pole_shares(side: Side, patch: NurbsSurface) -> FloatArray:
-    """Shares along a side that is one point, by the angle between the lines that leave it."""
+    """Return shares along a side that is a pole, by the angle between the lines that leave it."""
     share = np.linspace(0.0, 1.0, 33)
     uv = path_points(side.path, patch, share)
     middle = np.array(patch.domain).mean(axis=1)
-    away = patch.evaluate(uv + 1e-4 * (middle - uv)) - patch.evaluate(uv)
-    away /= np.maximum(np.linalg.norm(away, axis=1, keepdims=True), 1e-300)
-    turned = np.linalg.norm(np.diff(away, axis=0), axis=1).sum()
-    return np.linspace(0.0, 1.0, max(1, int(np.ceil(turned / POLE_ANGLE - 1e-3))) + 1)
+    direction = patch.evaluate(uv + 1e-4 * (middle - uv)) - patch.evaluate(uv)
+    direction /= np.maximum(np.linalg.norm(direction, axis=1, keepdims=True), 1e-300)
+    angle = np.linalg.norm(np.diff(direction, axis=0), axis=1).sum()
+    return np.linspace(0.0, 1.0, max(1, int(np.ceil(angle / POLE_ANGLE - 1e-3))) + 1)

@@ -19,9 +19,9 @@ from contiga.rigid import transform
 __all__ = ["random_in_box", "random_on", "sample"]
 
 MAX_CLOUD_POINTS = 50_000_000
-"""Largest number of points of a cloud; more are taken for a typing error."""
+"""Largest number of points of a cloud; a larger one is treated as a typing error."""
 _BATCH = 1024
-# Parts of an element in each direction that are bounded apart: few points are rejected then.
+# Parts of an element in each direction with bounds of their own: then few points are rejected.
 _PARTS = 4
 
 
@@ -37,19 +37,19 @@ def sample(surface: NurbsSurface, nu: int, nv: int) -> FloatArray:
 
 
 def check_grid(nu: int, nv: int) -> None:
-    """Refuse numbers of points along u and v that are none, or make too many points.
+    """Check the numbers of points along u and v.
 
     Raises
     ------
     InputError
-        As said.
+        A number is not whole or below 2, or both make more than `MAX_CLOUD_POINTS` points.
     """
-    most = max((_count(nu, "nu", 2), "nu"), (_count(nv, "nv", 2), "nv"))
+    larger, name = max((_count(nu, "nu", 2), "nu"), (_count(nv, "nv", 2), "nv"))
     if int(nu) * int(nv) > MAX_CLOUD_POINTS:
         raise InputError(
             f"makes {float(nu) * float(nv):.3g} points",
-            where=most[1],
-            found=most[0],
+            where=name,
+            found=larger,
             allowed=f"at most {MAX_CLOUD_POINTS} points",
         )
 
@@ -57,8 +57,9 @@ def check_grid(nu: int, nv: int) -> None:
 def random_on(surface: NurbsSurface, n: int, *, seed: int = 0) -> FloatArray:
     """`n` random points (n, 3) on `surface`, uniform in its area; the same seed, the same points.
 
-    By rejection: cells are drawn with a rigorous bound on their area, and a point in one is kept
-    with the share of that bound its area element `|S_u × S_v|` has. Nothing is approximated.
+    By rejection: a cell is drawn with a probability proportional to a rigorous bound on its area,
+    and a point in it is accepted with the probability of its area element `|S_u × S_v|` over that
+    bound. Nothing is approximated.
     """
     count = _count(n, "n", 0)
     if not surface.area(1e-3) > 0.0:
@@ -67,7 +68,7 @@ def random_on(surface: NurbsSurface, n: int, *, seed: int = 0) -> FloatArray:
     (bound_u, bound_v), u, v = first_derivative_bounds(surface, _PARTS)
     largest = bound_u * bound_v
     shares = largest / largest.sum()
-    kept: list[FloatArray] = []
+    batches: list[FloatArray] = []
     missing = count
     while missing > 0:
         size = max(_BATCH, 2 * missing)
@@ -76,11 +77,13 @@ def random_on(surface: NurbsSurface, n: int, *, seed: int = 0) -> FloatArray:
         uv = np.empty((size, 2))
         uv[:, 0] = u[i] + (u[i + 1] - u[i]) * rng.random(size)
         uv[:, 1] = v[j] + (v[j + 1] - v[j]) * rng.random(size)
-        size_here = _jacobian(surface, uv) * np.diff(u)[i] * np.diff(v)[j]
-        good = uv[rng.random(size) * largest[i, j] < size_here][:missing]
-        kept.append(surface.evaluate(good))
-        missing -= len(good)
-    return np.concatenate([np.zeros((0, 3)), *kept])
+        first = surface.derivatives(uv, 1)
+        jacobian = np.linalg.norm(np.cross(first[:, 1, 0], first[:, 0, 1]), axis=1)
+        area = jacobian * np.diff(u)[i] * np.diff(v)[j]
+        accepted = uv[rng.random(size) * largest[i, j] < area][:missing]
+        batches.append(surface.evaluate(accepted))
+        missing -= len(accepted)
+    return np.concatenate([np.zeros((0, 3)), *batches])
 
 
 def random_in_box(lo: ArrayLike, hi: ArrayLike, n: int, *, seed: int = 0) -> FloatArray:
@@ -95,13 +98,8 @@ def random_in_box(lo: ArrayLike, hi: ArrayLike, n: int, *, seed: int = 0) -> Flo
     return np.asarray(low + (high - low) * rng.random((_count(n, "n", 0), 3)))
 
 
-def _jacobian(surface: NurbsSurface, uv: FloatArray) -> FloatArray:
-    """Area element |S_u × S_v| (k,)."""
-    first = surface.derivatives(uv, 1)
-    return np.asarray(np.linalg.norm(np.cross(first[:, 1, 0], first[:, 0, 1]), axis=1))
-
-
 def _count(value: int, name: str, least: int) -> int:
+    """Return a number of points from `least` to `MAX_CLOUD_POINTS`."""
     good = isinstance(value, int | np.integer) and not isinstance(value, bool)
     if not good or not least <= value <= MAX_CLOUD_POINTS:
         raise InputError(

@@ -67,9 +67,9 @@ class NurbsCurve(Spline[CurveArrays]):
         net[:, : points.shape[1]] = points
         net[:, 3] = 1.0 if factors is None else factors
         if not kv.is_clamped(U, p, n):
-            inner = kv.clamped(U, p, float(U[p]), float(U[n]))
-            net = cartesian(refine.refine_points(U, p, homogeneous(net), inner))
-            U = inner
+            new_U = kv.clamped(U, p, float(U[p]), float(U[n]))
+            net = cartesian(refine.refine_points(U, p, homogeneous(net), new_U))
+            U = new_U
         self._set(p, U, net, factors is not None)
 
     @classmethod
@@ -105,7 +105,7 @@ class NurbsCurve(Spline[CurveArrays]):
 
     @classmethod
     def _from_net(cls, degree: int, knots: FloatArray, net: FloatArray, rational: bool) -> Self:
-        """A curve from parts that are known to fit: clamped knots and (n, 4) (x, y, z, w)."""
+        """Return a curve from clamped knots and a net (n, 4) of (x, y, z, w), unchecked."""
         curve = cls.__new__(cls)
         curve._set(degree, knots, net, rational)
         return curve
@@ -166,10 +166,10 @@ class NurbsCurve(Spline[CurveArrays]):
 
         Several may be inserted at once, and existing ones again.
         """
-        refined = refine.with_inserted(self.knots, self.degree, u, "u")
-        return self._refined(refined)
+        return self._refined(refine.with_inserted(self.knots, self.degree, u, "u"))
 
     def _refined(self, refined: FloatArray) -> Self:
+        """Return the same curve, or a part of it, on finer clamped knots."""
         points = refine.refine_points(self.knots, self.degree, self.homogeneous, refined)
         return self._from_homogeneous(self.degree, refined, points, self.is_rational)
 
@@ -182,11 +182,11 @@ class NurbsCurve(Spline[CurveArrays]):
         return self._from_homogeneous(self.degree + t, knots, points, self.is_rational)
 
     def k_refined(self, t: int, u: ArrayLike = ()) -> Self:
-        """The degree raised by `t`, then the knots `u` inserted (k-refinement)."""
+        """Return the same curve elevated by `t`, then refined by knots `u` (k-refinement)."""
         return self.elevate(t).insert_knots(u)
 
     def restricted(self, low: float, high: float) -> Self:
-        """The part over ``[low, high]``, with its parameters unchanged."""
+        """Return the part over ``[low, high]``, with its parameters unchanged."""
         a, b = self.domain
         if not a <= low < high <= b:
             raise GeometryError(
@@ -195,7 +195,7 @@ class NurbsCurve(Spline[CurveArrays]):
         return self._refined(kv.clamped(self.knots, self.degree, float(low), float(high)))
 
     def split(self, u: float) -> tuple[Self, Self]:
-        """The parts before and after the parameter `u`."""
+        """Return the parts before and after the parameter `u`."""
         t = kv.check_inner_parameter(u, self.domain, "u")
         a, b = self.domain
         return self.restricted(a, t), self.restricted(t, b)

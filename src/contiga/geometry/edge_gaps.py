@@ -1,7 +1,7 @@
 """Measure how well faces meet along the edges of a body, on their own images of each edge.
 
-A face ends at its p-curves. What they are in space, on the face's surface, may miss the curve of
-the edge, and so the next face, by as much as the file's tolerance allows or more.
+A face ends at its p-curves. Their images in space, on the face's surface, may miss the curve of the
+edge, and so the next face, by as much as the file's tolerance allows or more.
 """
 
 from __future__ import annotations
@@ -17,12 +17,12 @@ from contiga.geometry.kernels.edge_gap_nb import image_gap
 from contiga.geometry.surface import NurbsSurface
 from contiga.geometry.trim import Loop
 
-BELIEVED = 1e-6
-"""Misses up to this share of an edge's box are not looked at twice."""
-CHORDS = 256
-"""Of an image whose length is measured: whole circles come out 3e-5 short."""
-MORE = 1.02
-"""Between samples an image may be a little farther off."""
+RECHECK_SHARE = 1e-6
+"""Gaps above this share of an edge's box are measured a second time, on finer samples."""
+N_CHORDS = 256
+"""Chords by which the length of an image is measured: full circles come out 3e-5 short."""
+GAP_MARGIN = 1.02
+"""Factor on the measured gap, which may be a little larger between samples."""
 
 Trims = Sequence[tuple[Loop, ...] | None]
 
@@ -33,21 +33,21 @@ class Image(NamedTuple):
     gap: float
     """Largest distance to the edge's curve, length."""
     point: tuple[float, float, float]
-    """Point of the image where it is so far off."""
+    """Point of the image at that distance."""
 
 
 def image_of(edge: BodyEdge, k: int, patches: Sequence[NurbsSurface], trims: Trims) -> Image:
-    """The image of `edge` by its use `k`, measured at samples refined around the worst."""
+    """Measure the image of `edge` by its use `k` at samples, refined around the farthest."""
     patch = patches[edge.uses[k].patch]
     (u0, u1), (v0, v1) = patch.domain
-    near = BELIEVED * float(np.ptp(edge.curve.bounds(), axis=0).max())
+    recheck = RECHECK_SHARE * float(np.ptp(edge.curve.bounds(), axis=0).max())
     out = np.empty(4)
     image_gap(
         patch.arrays,
         image_curve(edge, k, patches, trims).arrays,
         edge.curve.arrays,
         np.array([u0, u1, v0, v1]),
-        near,
+        recheck,
         out,
     )
     gap, x, y, z = out.tolist()
@@ -55,11 +55,11 @@ def image_of(edge: BodyEdge, k: int, patches: Sequence[NurbsSurface], trims: Tri
 
 
 def image_length(edge: BodyEdge, k: int, patches: Sequence[NurbsSurface], trims: Trims) -> float:
-    """Length of the image of `edge` by its use `k`, by chords."""
+    """Return the length of the image of `edge` by its use `k`, by chords."""
     patch = patches[edge.uses[k].patch]
     curve = image_curve(edge, k, patches, trims)
     low, high = np.transpose(patch.domain)
-    uv = curve.evaluate(np.linspace(*curve.domain, CHORDS + 1))[:, :2]
+    uv = curve.evaluate(np.linspace(*curve.domain, N_CHORDS + 1))[:, :2]
     points = patch.evaluate(np.clip(uv, low, high))
     return float(np.linalg.norm(np.diff(points, axis=0), axis=1).sum())
 
@@ -67,7 +67,7 @@ def image_length(edge: BodyEdge, k: int, patches: Sequence[NurbsSurface], trims:
 def image_curve(
     edge: BodyEdge, k: int, patches: Sequence[NurbsSurface], trims: Trims
 ) -> NurbsCurve:
-    """The p-curve of use `k`; of a natural side the line between the ends of its span."""
+    """Return the p-curve of use `k`; for a natural side the line between the ends of its span."""
     use = edge.uses[k]
     loops, domain = trims[use.patch], patches[use.patch].domain
     if loops is not None:
@@ -80,10 +80,10 @@ def image_curve(
     return NurbsCurve(1, [low, low, high, high], points)
 
 
-def measured(
+def with_measured_gaps(
     edges: Sequence[BodyEdge], patches: Sequence[NurbsSurface], trims: Trims
 ) -> tuple[BodyEdge, ...]:
-    """`edges` with their gap measured where it was not, and no tolerance below it."""
+    """Return `edges` with all gaps measured and no tolerance below them."""
     result = []
     for edge in edges:
         if np.isnan(edge.gap):
@@ -91,7 +91,7 @@ def measured(
             gap = max((image.gap for image in images), default=0.0)
             edge = edge._replace(
                 gap=gap,
-                tolerance=max(MORE * gap, edge.tolerance),
+                tolerance=max(GAP_MARGIN * gap, edge.tolerance),
                 stated=max(edge.stated, edge.tolerance),
             )
         result.append(edge)

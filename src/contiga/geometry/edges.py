@@ -36,27 +36,27 @@ class BodyEdge(NamedTuple):
     curve: NurbsCurve
     tolerance: float
     """Bound on the distance between the curve and the patches' own images of it, length.
-    `Body.edges` has measured it: where the images are farther off, it says so."""
+    `Body.edges` raises it where the measured gap is larger."""
     uses: tuple[EdgeUse, ...]
     """One use: a free border. Two: the patches join (twice the same patch: a seam)."""
     spans: tuple[tuple[float, float], ...] = ()
     """Per use the parameter interval on the p-curve or side, low to high."""
     stated: float = 0.0
-    """What the file says of the distance, length; 0 where it says nothing."""
+    """Tolerance that the file states for the distance, length; 0 if none."""
     corner: float = 0.0
-    """What the file says of how far ends of images may be from the corner they meet at, length."""
+    """Tolerance that the file states from ends of images to their corner, length; 0 if none."""
     gap: float = math.nan
-    """The distance as `Body.edges` has measured it, length."""
+    """Distance measured by `Body.edges`, length; NaN before."""
 
     def span(self, k: int) -> tuple[float, float] | None:
-        """The interval of its use `k`; None where that is all of the p-curve or side."""
+        """Return the interval of its use `k`; None for the full p-curve or side."""
         return self.spans[k] if self.spans else None
 
 
 def moved_edge(edge: BodyEdge, matrix: FloatArray) -> BodyEdge:
     """Return `edge` moved by an affine (4, 4) matrix, its tolerances grown with it.
 
-    Where lengths grow unevenly its gap has to be measured anew.
+    If lengths do not scale evenly, the gap becomes NaN and is measured anew.
     """
     factors = np.linalg.svd(matrix[:3, :3], compute_uv=False)
     even = factors[0] - factors[-1] <= 1e-9 * factors[0]
@@ -71,16 +71,16 @@ def moved_edge(edge: BodyEdge, matrix: FloatArray) -> BodyEdge:
 
 
 def mirrored(curve: NurbsCurve, domain: tuple[float, float]) -> NurbsCurve:
-    """A p-curve with u replaced by u0 + u1 − u, its direction kept."""
+    """Return a p-curve with u replaced by u0 + u1 − u, in the same direction."""
     reflection = np.diag([-1.0, 1.0, 1.0, 1.0])
     reflection[0, 3] = domain[0] + domain[1]
     return curve.transformed(reflection)
 
 
 def flipped_edge(edge: BodyEdge, patches: Sequence[NurbsSurface]) -> BodyEdge:
-    """`edge` after all its patches had their u direction reversed.
+    """Return `edge` for patches whose u direction is reversed.
 
-    Sides u0 and u1 trade places; along v0 and v1 the growing parameter now runs the other way.
+    Sides u0 and u1 are exchanged; along v0 and v1 the parameter runs in the opposite direction.
     """
     uses: list[EdgeUse] = []
     spans: list[tuple[float, float]] = []

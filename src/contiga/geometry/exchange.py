@@ -1,6 +1,6 @@
 """Curves and surfaces to and from the objects of geomdl, splinepy and scipy, without a file.
 
-geomdl keeps the control points of a rational spline multiplied by their weights. Of these the
+geomdl keeps the control points of a rational spline multiplied by their weights. There the
 control points come back rounded once more; everything else comes back to the last bit.
 """
 
@@ -18,7 +18,7 @@ from contiga.records import FloatArray
 Array = NDArray[Any]
 
 KINDS = {1: "curve", 2: "surface"}
-"""The number of parameters of a spline tells which of these it is."""
+"""Kind of spline, by its number of parameters."""
 ACCEPTED = {
     1: "NurbsCurve; BSpline.Curve or NURBS.Curve of geomdl; BSpline, NURBS, Bezier or "
     "RationalBezier of splinepy with one parameter; BSpline of scipy; points in 2 or 3 dimensions",
@@ -27,7 +27,7 @@ ACCEPTED = {
     "in 2 or 3 dimensions",
 }
 _GEOMDL_AXES = {1: ("",), 2: ("_u", "_v")}
-"""How geomdl ends the names of what each parameter has."""
+"""Suffixes of geomdl's attributes for each parameter, by the number of parameters."""
 
 
 class SplineParts(NamedTuple):
@@ -52,7 +52,7 @@ def parts_of(spline: object, n_parameters: int) -> SplineParts:
         It is none of `ACCEPTED`, is trimmed, or has no control points yet.
     """
     packages = {kind.__module__.partition(".")[0] for kind in type(spline).__mro__}
-    readers = {"geomdl": _of_geomdl, "splinepy": _of_splinepy, "scipy": _of_scipy}
+    readers = {"geomdl": _from_geomdl, "splinepy": _from_splinepy, "scipy": _from_scipy}
     reader = next((readers[name] for name in readers if name in packages), None)
     parts = None if reader is None else reader(spline, n_parameters)
     if parts is None or parts.control_points.shape[n_parameters:] not in ((2,), (3,)):
@@ -67,7 +67,8 @@ def parts_of(spline: object, n_parameters: int) -> SplineParts:
     return parts._replace(control_points=points)
 
 
-def _of_geomdl(spline: Any, n_parameters: int) -> SplineParts | None:
+def _from_geomdl(spline: Any, n_parameters: int) -> SplineParts | None:
+    """Return the parts of a spline of geomdl; None if it has another number of parameters."""
     axes = _GEOMDL_AXES[n_parameters]
     if getattr(spline, "pdimension", None) != n_parameters:
         return None
@@ -90,7 +91,8 @@ def _of_geomdl(spline: Any, n_parameters: int) -> SplineParts | None:
     )
 
 
-def _of_splinepy(spline: Any, n_parameters: int) -> SplineParts | None:
+def _from_splinepy(spline: Any, n_parameters: int) -> SplineParts | None:
+    """Return the parts of a spline of splinepy; None if it has another number of parameters."""
     if getattr(spline, "para_dim", None) != n_parameters:
         return None
     degrees = tuple(int(degree) for degree in spline.degrees)
@@ -109,14 +111,15 @@ def _of_splinepy(spline: Any, n_parameters: int) -> SplineParts | None:
     )
 
 
-def _of_scipy(spline: Any, n_parameters: int) -> SplineParts | None:
+def _from_scipy(spline: Any, n_parameters: int) -> SplineParts | None:
+    """Return the parts of a spline of scipy; None if it has another number of parameters."""
     if not all(hasattr(spline, name) for name in "tck"):
         return None
     knots = spline.t if isinstance(spline.t, tuple) else (spline.t,)
     degrees = tuple(int(k) for k in np.atleast_1d(spline.k))
     if len(knots) != n_parameters:
         return None
-    # SciPy allows coefficients beyond those that the knots have use for.
+    # SciPy allows more coefficients than the knots need.
     used = tuple(slice(len(t) - k - 1) for t, k in zip(knots, degrees, strict=True))
     return SplineParts(degrees, tuple(map(np.array, knots)), np.array(spline.c)[used], None)
 
@@ -127,7 +130,7 @@ def _first_slowest(rows: Array, shape: tuple[int, ...]) -> Array:
 
 
 def _swapped(net: Array) -> Array:
-    """A net with the order of its indices reversed, that of the coordinates excepted."""
+    """Return a net with the order of its indices reversed, except that of the coordinates."""
     return net.transpose(*range(net.ndim - 2, -1, -1), net.ndim - 1)
 
 
@@ -142,17 +145,17 @@ def to_geomdl(parts: SplineParts) -> Any:
     axes, shape = _GEOMDL_AXES[len(parts.degrees)], parts.control_points.shape[:-1]
     rational = parts.weights is not None
     module = imported("to_geomdl", "geomdl.NURBS" if rational else "geomdl.BSpline")
-    made = getattr(module, KINDS[len(parts.degrees)].capitalize())(normalize_kv=False)
+    spline = getattr(module, KINDS[len(parts.degrees)].capitalize())(normalize_kv=False)
     for axis, degree in zip(axes, parts.degrees, strict=True):
-        setattr(made, f"degree{axis}", degree)
+        setattr(spline, f"degree{axis}", degree)
     points = parts.control_points
     if parts.weights is not None:
         w = parts.weights[..., None]
         points = np.concatenate([points * w, w], axis=-1)
-    made.set_ctrlpts(points.reshape(-1, points.shape[-1]).tolist(), *shape)
+    spline.set_ctrlpts(points.reshape(-1, points.shape[-1]).tolist(), *shape)
     for axis, knots in zip(axes, parts.knots, strict=True):
-        setattr(made, f"knotvector{axis}", knots.tolist())
-    return made
+        setattr(spline, f"knotvector{axis}", knots.tolist())
+    return spline
 
 
 def to_splinepy(parts: SplineParts) -> Any:
@@ -168,11 +171,11 @@ def to_splinepy(parts: SplineParts) -> Any:
     def rows(net: FloatArray) -> FloatArray:
         return np.ascontiguousarray(_swapped(net)).reshape(-1, net.shape[-1])
 
-    given = {
+    arguments = {
         "degrees": list(parts.degrees),
         "knot_vectors": [knots.tolist() for knots in parts.knots],
         "control_points": rows(parts.control_points),
     }
     if parts.weights is None:
-        return splinepy.BSpline(**given)
-    return splinepy.NURBS(**given, weights=rows(parts.weights[..., None]))
+        return splinepy.BSpline(**arguments)
+    return splinepy.NURBS(**arguments, weights=rows(parts.weights[..., None]))

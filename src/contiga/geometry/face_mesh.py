@@ -1,4 +1,4 @@
-"""One face of a body as triangles over given vertices of its border."""
+"""One face of a body as triangles between the vertices of its border."""
 
 from __future__ import annotations
 
@@ -13,14 +13,20 @@ from contiga.geometry.kernels import border_nb
 from contiga.geometry.kernels.check_nb import refine
 from contiga.geometry.kernels.ears_nb import ears, one_ring
 from contiga.geometry.kernels.evaluate_nb import make_scratch
-from contiga.geometry.kernels.height_nb import DEPTH, Heights
-from contiga.geometry.kernels.refine_nb import USELESS, Front, enter_all, put_vertex, relax
+from contiga.geometry.kernels.height_nb import MAX_DEPTH, Heights
+from contiga.geometry.kernels.refine_nb import (
+    MIN_DISTANCE_SHARE,
+    Front,
+    hash_vertices,
+    insert_vertex,
+    relax,
+)
 from contiga.geometry.kernels.shape_nb import Face, shapes_at
 from contiga.geometry.kernels.triangulation_nb import (
     BORDER,
-    FRAME,
     FREE,
     GRID,
+    N_FRAME,
     TRIANGLES,
     VERTICES,
     Triangulation,
@@ -32,12 +38,12 @@ Ints = NDArray[np.int64]
 Flags = NDArray[np.bool_]
 
 GROWTH = 2
-RELAXED = 12
-"""Most rounds of turning sides before the first vertex goes in."""
-ANYWHERE = -1.0
-"""Distance to other vertices where a vertex is put in any case."""
-OWN = -1
-"""Instead of a vertex of the body's mesh: a vertex of this face alone."""
+MAX_RELAXATIONS = 12
+"""Largest number of rounds of turning sides before the first vertex goes in."""
+ANY_DISTANCE = -1.0
+"""Distance from other vertices at which a vertex is inserted whether it helps or not."""
+INTERIOR = -1
+"""Vertex of this face alone, in place of its number in the body's mesh."""
 
 
 class Polygons(NamedTuple):
@@ -54,7 +60,7 @@ class Polygons(NamedTuple):
 
 
 class FaceMesh:
-    """Triangles of a face: first those between its polygons, then what `refined` makes of them.
+    """Triangles of a face: at first between its polygons, then refined by `refine`.
 
     Parameters
     ----------
@@ -68,37 +74,44 @@ class FaceMesh:
         self.low = polygons.uv.min(axis=0)
         extent = polygons.uv.max(axis=0) - self.low
         self.extent = np.where(extent > 0.0, extent, 1.0)
-        first, n = FRAME, len(polygons.uv)
-        self.ids = np.concatenate([np.full(first, OWN), polygons.ids])
-        self.t = _room(first + n + 8)
+        first, n = N_FRAME, len(polygons.uv)
+        self.ids = np.concatenate([np.full(first, INTERIOR), polygons.ids])
+        self.t = _empty_triangulation(first + n + 8)
         places = (polygons.uv - self.low) / self.extent
         self.t.xy[first : first + n] = np.round(places / GRID) * GRID
         self.ears: Ints | None = None
-        self.in_the_way, self.whole = self._between()
+        self.is_crossing, self.is_valid = self._triangulate()
 
-    def _between(self) -> tuple[Flags, bool]:
-        """Triangles between the polygons: the segments that are in each other's way, and success.
+    def _triangulate(self) -> tuple[Flags, bool]:
+        """Triangulate between the polygons; return which segments cross, and success.
 
         Sides between two copies of one vertex (at a pole, over a gap) may vanish; others may not.
         """
-        t, first, n = self.t, FRAME, len(self.polygons.uv)
+        t, first, n = self.t, N_FRAME, len(self.polygons.uv)
         border_nb.open_frame(t)
         t.used[VERTICES] = first + n
+        # Vertices go in coarse to fine along the polygons, each from an earlier one near it.
+        i = np.arange(n)
+        step = np.where(i == 0, np.int64(1) << 60, i & -i)
+        order = np.lexsort((i, -step))
+        hint = np.where(order == 0, -1, order - step[order] + first)
         alias = np.arange(first + n)
-        at = border_nb.insert_all(t, *_order(n), self._mean_metric(), alias)
-        segments = _segments(self.polygons.starts) + first
-        twice, bad = np.zeros(n, dtype=np.bool_), np.zeros(n, dtype=np.bool_)
-        border_nb.make_segments(t, at, segments, alias, twice, bad)
+        at = border_nb.insert_vertices(t, order + first, hint, self._mean_metric(), alias)
+        loops = [np.arange(a, b) for a, b in pairwise(self.polygons.starts)]
+        sides = [np.stack([loop, np.roll(loop, -1)], axis=1) for loop in loops]
+        segments = np.concatenate(sides) + first
+        is_double, is_bad = np.zeros(n, dtype=np.bool_), np.zeros(n, dtype=np.bool_)
+        border_nb.recover_segments(t, at, segments, alias, is_double, is_bad)
         a, b = segments.T
-        bad &= (alias[a] != alias[b]) | (self.ids[a] != self.ids[b])
-        same = bool((self.ids[alias] == self.ids).all())
-        if bad.any() or not same:
-            return bad, False
-        inside = border_nb.flooded(t, twice, np.empty(len(t.corners), np.int64))
-        border_nb.carve(t, inside)
-        # Where nothing is between them, as of two chords with the same ends, all are in the way.
-        whole = bool(t.used[TRIANGLES] > 0)
-        return bad if whole else np.ones(n, dtype=np.bool_), whole
+        is_bad &= (alias[a] != alias[b]) | (self.ids[a] != self.ids[b])
+        aliases_agree = bool((self.ids[alias] == self.ids).all())
+        if is_bad.any() or not aliases_agree:
+            return is_bad, False
+        inside = border_nb.find_inside(t, is_double, np.empty(len(t.corners), np.int64))
+        border_nb.remove_outside(t, inside)
+        # If nothing is between them, as for two chords with the same ends, all cross.
+        is_valid = bool(t.used[TRIANGLES] > 0)
+        return is_bad if is_valid else np.ones(n, dtype=np.bool_), is_valid
 
     def _mean_metric(self) -> FloatArray:
         """Return (3,) squares of the mean lengths of S_u and S_v over the unit square."""
@@ -111,12 +124,12 @@ class FaceMesh:
         return np.array([mean[0] ** 2, 0.0, mean[1] ** 2])
 
     def cut_ears(self) -> None:
-        """Triangles between polygons that cross, none of them refined: see `ears_nb`."""
+        """Triangulate between polygons that cross, without refinement: see `ears_nb`."""
         xy = (self.polygons.uv - self.low) / self.extent
         self.ears = ears(xy, one_ring(xy, self.polygons.starts))
 
     def prepare(self, sag: float) -> None:
-        """Points and bend at the vertices so far; sides turned to fit the bend."""
+        """Compute points and curvature at the vertices so far; turn sides to fit the curvature."""
         p, q = self.surface.degrees
         frame = np.concatenate([self.low, self.extent])
         size = float(np.ptp(self.surface.evaluate(self.polygons.uv), axis=0).max())
@@ -124,99 +137,82 @@ class FaceMesh:
         self.face = Face(
             self.surface.arrays, frame, sag, floor, make_scratch(p, q, 2), np.empty((3, 3, 3))
         )
-        self.front = _front(self.t)
+        self.front = _empty_front(self.t)
         shapes_at(self.t, self.face, self.front.points, self.front.forms)
-        relax(self.t, self.front, RELAXED)
-        enter_all(self.t, self.front, USELESS * sag)
+        relax(self.t, self.front, MAX_RELAXATIONS)
+        hash_vertices(self.t, self.front, MIN_DISTANCE_SHARE * sag)
 
-    def refined(self, most: int) -> bool:
-        """Put vertices in until no triangle misses by more than the distance.
+    def refine(self, max_triangles: int) -> bool:
+        """Insert vertices until no triangle misses the surface by more than the sag.
 
-        False if there would be more than `most` triangles.
+        False if that takes more than `max_triangles`.
         """
-        heights = _heights(self.surface)
+        middle = self.surface.bounds().mean(axis=0)
+        coefs, u, v = extract(self.surface.translated(-middle))
+        n_stack = 3 * MAX_DEPTH + 4
+        stack = np.empty((n_stack, *coefs.shape[2:4], 2))
+        heights = Heights(coefs, u, v, middle, stack, np.empty((n_stack, 5)))
         while not refine(self.t, self.face, self.front, heights):
-            if self.t.used[TRIANGLES] > most:
+            if self.t.used[TRIANGLES] > max_triangles:
                 return False
             self._grow()
         return True
 
-    def put(self, x: float, y: float, apart: float) -> bool:
-        """A vertex at a place of the unit square; False if it is on the border or outside."""
+    def insert(self, x: float, y: float, distance: float) -> bool:
+        """Insert a vertex at (x, y) of the unit square; False on the border, outside or too near.
+
+        `distance` from other vertices is in the metric.
+        """
         if self.t.used[VERTICES] + 2 >= len(self.t.xy):
             self._grow()
-        return bool(put_vertex(self.t, self.face, self.front, 0, x, y, apart))
+        return bool(insert_vertex(self.t, self.face, self.front, 0, x, y, distance))
 
     def renumber(self, polygons: Polygons) -> None:
-        """Take other numbers for the same polygons."""
+        """Give the same polygons other vertex numbers."""
         self.polygons = polygons
-        self.ids[FRAME:] = polygons.ids
+        self.ids[N_FRAME:] = polygons.ids
 
-    def put_inside(self, triangle: int) -> bool:
-        """A vertex in the middle of a triangle; False if there is no place for one."""
+    def insert_at_centre(self, triangle: int) -> bool:
+        """Insert a vertex at the centre of a triangle; False if there is no room for it."""
         if self.ears is not None:
             return False
         x, y = self.t.xy[self.t.corners[triangle]].mean(axis=0)
-        return self.put(x, y, ANYWHERE)
+        return self.insert(x, y, ANY_DISTANCE)
 
-    def middle_of(self, triangle: int, k: int) -> tuple[float, float] | None:
-        """The middle of side k of a triangle; None on the border."""
-        if self.ears is not None or self.t.beside[triangle, k] == BORDER:
+    def side_middle(self, triangle: int, k: int) -> tuple[float, float] | None:
+        """Return the middle of side k of a triangle; None on the border."""
+        if self.ears is not None or self.t.neighbours[triangle, k] == BORDER:
             return None
         a, b = self.t.corners[triangle, [(k + 1) % 3, (k + 2) % 3]]
         x, y = 0.5 * (self.t.xy[a] + self.t.xy[b])
         return float(x), float(y)
 
     def _grow(self) -> None:
-        t = _room(GROWTH * len(self.t.xy) + 64)
+        """Move the triangulation and its front to larger arrays."""
+        t = _empty_triangulation(GROWTH * len(self.t.xy) + 64)
         for new, old in zip(t, self.t, strict=True):
             new[: len(old)] = old
-        front = _front(t)
+        front = _empty_front(t)
         front.points[: len(self.t.xy)] = self.front.points
         front.forms[: len(self.t.xy)] = self.front.forms
         self.t, self.front = t, front
-        enter_all(t, front, USELESS * self.face.sag)
+        hash_vertices(t, front, MIN_DISTANCE_SHARE * self.face.sag)
 
     def triangles(self) -> Ints:
-        """Return (m, 3) own vertices, the first of the polygons being 0."""
+        """Return (m, 3) vertices of this face, which number from the polygons' first one."""
         if self.ears is not None:
             return self.ears
-        return self.t.corners[: self.t.used[TRIANGLES]] - FRAME
+        return self.t.corners[: self.t.used[TRIANGLES]] - N_FRAME
 
-    def own_points(self) -> FloatArray:
-        """Return places (k, 3) of the face's own vertices, which follow the polygons'."""
+    def interior_points(self) -> FloatArray:
+        """Return (k, 3) points of the interior vertices, which follow the polygons' vertices."""
         if self.ears is not None:
             return np.empty((0, 3))
         return self.front.points[len(self.ids) : self.t.used[VERTICES]]
 
 
-def _heights(surface: NurbsSurface) -> Heights:
-    middle = surface.bounds().mean(axis=0)
-    coefs, u, v = extract(surface.translated(-middle))
-    room = 3 * DEPTH + 4
-    stack = np.empty((room, *coefs.shape[2:4], 2))
-    return Heights(coefs, u, v, middle, stack, np.empty((room, 5)))
-
-
-def _order(n: int) -> tuple[Ints, Ints]:
-    """Vertices coarse to fine along the polygons, and for each one that is near and earlier."""
-    i = np.arange(n)
-    step = np.where(i == 0, np.int64(1) << 60, i & -i)
-    order = np.lexsort((i, -step))
-    hint = np.where(order == 0, -1, order - step[order] + FRAME)
-    return order + FRAME, hint
-
-
-def _segments(starts: Ints) -> Ints:
-    """Return (n, 2) ends of the sides of all polygons."""
-    parts = []
-    for a, b in pairwise(starts):
-        k = np.arange(a, b)
-        parts.append(np.stack([k, np.roll(k, -1)], axis=1))
-    return np.concatenate(parts)
-
-
-def _room(n: int) -> Triangulation:
+def _empty_triangulation(n: int) -> Triangulation:
+    """Return memory for n vertices."""
     m = 2 * n + 8
     return Triangulation(
         np.zeros((n, 2)),
@@ -228,7 +224,8 @@ def _room(n: int) -> Triangulation:
     )
 
 
-def _front(t: Triangulation) -> Front:
+def _empty_front(t: Triangulation) -> Front:
+    """Return memory for the front of a triangulation."""
     n, m = len(t.xy), len(t.corners)
     return Front(
         np.zeros((n, 3)),

@@ -19,7 +19,7 @@ from contiga.extras import require
 from contiga.geometry import face_box, trim
 from contiga.geometry.body_key import key_of
 from contiga.geometry.curve import NurbsCurve
-from contiga.geometry.edge_gaps import measured
+from contiga.geometry.edge_gaps import with_measured_gaps
 from contiga.geometry.edges import (
     SIDES,
     UNTRIMMED,
@@ -84,6 +84,7 @@ class Faces(Displayed, Movable):
     def _checked_trims(
         self, trims: Sequence[Sequence[Sequence[NurbsCurve]] | None] | None
     ) -> Trims:
+        """Return the trims as tuples; raise GeometryError unless they fit the patches."""
         if trims is None:
             return (None,) * len(self._patches)
         if len(trims) != len(self._patches):
@@ -109,14 +110,15 @@ class Faces(Displayed, Movable):
         return tuple(result)
 
     def _checked_edges(self, edges: Sequence[BodyEdge]) -> tuple[BodyEdge, ...]:
+        """Return the edges; raise GeometryError unless their uses name sides of the patches."""
         for k, edge in enumerate(edges):
             for use in edge.uses:
                 loops = self._trims[use.patch] if 0 <= use.patch < len(self._patches) else ()
                 if loops is None:
-                    known = use.loop == UNTRIMMED and 0 <= use.index < len(SIDES)
+                    exists = use.loop == UNTRIMMED and 0 <= use.index < len(SIDES)
                 else:
-                    known = 0 <= use.loop < len(loops) and 0 <= use.index < len(loops[use.loop])
-                if not known:
+                    exists = 0 <= use.loop < len(loops) and 0 <= use.index < len(loops[use.loop])
+                if not exists:
                     raise GeometryError(
                         "an edge names a side that is not there",
                         where=f"{self._name}, edge {k}",
@@ -144,7 +146,7 @@ class Faces(Displayed, Movable):
     def edges(self) -> tuple[BodyEdge, ...]:
         """The known edges with the patches that use them, their gaps measured."""
         if not self._measured:
-            self._edges = measured(self._edges, self._patches, self._trims)
+            self._edges = with_measured_gaps(self._edges, self._patches, self._trims)
             self._measured = True
         return self._edges
 
@@ -188,9 +190,9 @@ class Faces(Displayed, Movable):
         return self._tables
 
     def bounds(self) -> FloatArray:
-        """Return (2, 3) low and high corner of the box of all faces, trims obeyed.
+        """Return (2, 3) lower and upper corner of the box of the surface, trims obeyed.
 
-        It is that of the surface, not of control points, up to rounding.
+        Exact up to rounding: not the box of control points.
         """
         if self._bounds is None:
             faces = self._patches, self._trims, lambda: self.trim_tables
@@ -198,29 +200,26 @@ class Faces(Displayed, Movable):
         return self._bounds
 
     def area(self, rtol: float = 1e-9) -> float:
-        """Area of the trimmed faces, length². Adaptive Gauss quadrature to about `rtol`."""
+        """Return the area of the trimmed faces, length², by Gauss quadrature to about `rtol`."""
         if self._area is None or rtol < 1e-9:
             self._area = body_area(self, rtol)
         return self._area
 
     def volume(self) -> float:
-        """Volume the body encloses, length³: positive if its normals point outward.
-
-        Means something for closed bodies only.
-        """
+        """Return the volume of a closed body, length³, positive if normals point outward."""
         return body_volume(self)
 
     def tessellate(self, tol: float, *, method: str = "chord") -> TriMesh:
-        """Triangles of the faces, trims obeyed, without cracks at shared edges.
+        """Return triangles of the faces, trims obeyed, without cracks at shared edges.
 
         `tol` is a length for "chord" and an area by patch for "net", as for patches.
         """
-        from contiga.geometry.body_mesh import body_mesh  # its kernels are not few
+        from contiga.geometry.body_mesh import body_mesh  # loads many kernels
 
         return body_mesh(self, tol, method).like(self.name, self.unit, self.reference_point)
 
     def to_pyvista(self, tol: float | None = None) -> pyvista.PolyData:
-        """The faces as triangles in a `pyvista.PolyData`.
+        """Return the faces as triangles in a `pyvista.PolyData`.
 
         Parameters
         ----------
@@ -244,7 +243,7 @@ class Faces(Displayed, Movable):
         reference_point: FloatArray | None = None,
         name: str | None = None,
     ) -> Self:
-        made = type(self)(
+        faces = type(self)(
             patches,
             name=self._name if name is None else name,
             trims=self._trims if trims is None else trims,
@@ -252,8 +251,8 @@ class Faces(Displayed, Movable):
             unit=self._unit,
             reference_point=self._reference_point if reference_point is None else reference_point,
         )
-        made._pieces_apart = self._pieces_apart
-        return made
+        faces._pieces_apart = self._pieces_apart
+        return faces
 
     def renamed(self, name: str) -> Self:
         """Return the same body under another name."""
@@ -261,9 +260,9 @@ class Faces(Displayed, Movable):
 
     def known_apart(self) -> Self:
         """Return the same body without the check that its pieces do not touch or overlap."""
-        made = self.renamed(self._name)
-        made._pieces_apart = True
-        return made
+        faces = self.renamed(self._name)
+        faces._pieces_apart = True
+        return faces
 
     def with_reference_point(self, point: ArrayLike) -> Self:
         """Return the same body with another reference point (3,)."""
@@ -275,7 +274,7 @@ class Faces(Displayed, Movable):
         return self._with([patch.flipped() for patch in self._patches], trims, edges)
 
     def _mirrored(self) -> tuple[Trims, list[BodyEdge]]:
-        """Trims and edges that fit the patches once their u runs backwards."""
+        """Return trims and edges for the patches with u reversed."""
         trims = tuple(
             None
             if loops is None
@@ -285,7 +284,7 @@ class Faces(Displayed, Movable):
         return trims, [flipped_edge(edge, self._patches) for edge in self.edges]
 
     def _moved(self, matrix: FloatArray) -> Self:
-        # A patch that is reflected has its u reversed, so what is drawn on it follows.
+        # A reflected patch has its u reversed, and so its trims and edges.
         trims, edges = self._mirrored() if transform.reflects(matrix) else (None, self.edges)
         return self._with(
             [patch.transformed(matrix) for patch in self._patches],

@@ -1,4 +1,4 @@
-"""Describe what measures and meshes read of faces: `Faces` stands above them and calls them."""
+"""Protocol of the faces that measures and meshes read: `Faces`, which imports them."""
 
 from __future__ import annotations
 

@@ -1,7 +1,8 @@
 """Find which faces of a body meet along its edges, and whether they agree on the free side.
 
-Every face goes round its edges with itself on the left. Two faces that meet and agree go along
-their edge in opposite senses; an edge that faces go along as far one way as the other is closed.
+Every face runs round its edges with itself on the left. Two faces that meet and agree run along
+their edge in opposite senses; an edge is closed if faces run along it as far in one sense as in
+the other.
 """
 
 from __future__ import annotations
@@ -13,26 +14,24 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from contiga.geometry.curve import NurbsCurve
 from contiga.geometry.curve_foot import CurveFeet
 from contiga.geometry.edge_gaps import image_length
-from contiga.geometry.edges import UNTRIMMED, EdgeUse
+from contiga.geometry.edges import UNTRIMMED
 from contiga.geometry.kernels.trim_area_nb import side_of_loop
 from contiga.geometry.slits import reach_of_points
 from contiga.geometry.trim import loop_pieces
-from contiga.records import FloatArray
 
 if TYPE_CHECKING:
     from contiga.geometry.faces import Faces
 
 N_SAMPLES = 9
-"""Points of an edge that are compared with another edge."""
-UNEVEN = 0.02
-"""Share of an edge by which the faces on its two sides may differ in length, as chords have it."""
+"""Samples of an edge that are compared with another edge."""
+LENGTH_TOL = 0.02
+"""Share of an edge by which the lengths of the faces on its two sides may differ, by chords."""
 
 
 class Joint(NamedTuple):
-    """Two patches that meet, and whether they call the same side free."""
+    """Two patches that meet, and whether they agree on the free side."""
 
     a: int
     b: int
@@ -44,17 +43,32 @@ class Joints(NamedTuple):
 
     joints: list[Joint]
     open: NDArray[np.bool_]
-    """(edges,) where one face ends and no other goes on."""
+    """(edges,) where a face ends and no other continues."""
     crowded: NDArray[np.bool_]
     """(edges,) where more than two faces meet, not in pairs."""
 
 
 def joints_of(body: Faces) -> Joints:
-    """The joints along the edges the body names, from how often and which way each is used."""
+    """Find the joints along the named edges, from how often and in which sense each is used."""
     edges = body.edges
-    trimmed = [k for k, loops in enumerate(body.trims) if loops is not None]
-    left = {patch: _loops_left(body, patch) for patch in trimmed}
-    senses = [[_sense(use, left.get(use.patch, [])) for use in edge.uses] for edge in edges]
+    is_left: dict[int, list[bool]] = {}
+    """By trimmed patch, whether its face lies to the left of each of its loops."""
+    for patch, loops in enumerate(body.trims):
+        if loops is not None:
+            pieces = loop_pieces(body.trim_tables, patch)
+            is_left[patch] = [side_of_loop(body.trim_tables, loop) > 0 for loop in pieces]
+    senses: list[list[bool]] = []
+    """By edge and use, whether the face runs along the edge's curve with itself on the left."""
+    for edge in edges:
+        sense = []
+        for use in edge.uses:
+            if use.loop == UNTRIMMED:
+                # Round a rectangle with it on the left: v0 and u1 upward, v1 and u0 downward.
+                runs_left = use.index in (1, 2)
+            else:
+                runs_left = is_left[use.patch][use.loop]
+            sense.append(runs_left != use.reversed)
+        senses.append(sense)
     mispaired = _mispaired(body, senses)
     joints: list[Joint] = []
     is_open = np.zeros(len(edges), dtype=bool)
@@ -71,89 +85,72 @@ def joints_of(body: Faces) -> Joints:
             length = np.array(
                 [image_length(edge, i, body.patches, body.trims) for i in range(len(uses))]
             )
-            opposite = _opposite(length)
-            joints += [
-                Joint(uses[i].patch, uses[j].patch, sense[i] != sense[j]) for i, j in opposite
-            ]
+            # A long face may meet several short ones, one after another.
+            longest = int(length.argmax())
+            shorter = [i for i in range(len(uses)) if i != longest]
+            shortfall = abs(float(length[shorter].sum()) - length[longest])
+            is_paired = shortfall <= LENGTH_TOL * length[longest]
+            if is_paired:
+                i = longest
+                joints += [
+                    Joint(uses[i].patch, uses[j].patch, sense[i] != sense[j]) for j in shorter
+                ]
             round_trip = float(np.where(sense, length, -length).sum())
-            crowded[k] = not opposite and abs(round_trip) > UNEVEN * length.max()
+            crowded[k] = not is_paired and abs(round_trip) > LENGTH_TOL * length.max()
     _close_points(body, is_open)
     return Joints(joints, is_open, crowded)
 
 
 def _mispaired(body: Faces, senses: list[list[bool]]) -> set[int]:
-    """Coincident edges, each used by two faces in one sense, the two edges in opposite senses.
+    """Return coincident edges, each used by two faces in one sense, the two in opposite senses.
 
-    Four faces meet there, in pairs that a reader has mixed up: as where a hole touches a wall in
-    a line. Which of them belong together is not known, but the surface ends nowhere.
+    Four faces meet there in pairs that a reader has mixed up, such as where a hole touches a wall
+    in a line. The right pairs are not known, but the surface does not end there.
     """
-    one_way = [k for k, sense in enumerate(senses) if len(sense) == 2 and sense[0] == sense[1]]
-    reach = reach_of_points(body) if len(one_way) > 1 else 0.0
+    one_sense = [k for k, sense in enumerate(senses) if len(sense) == 2 and sense[0] == sense[1]]
+    reach = reach_of_points(body) if len(one_sense) > 1 else 0.0
     mispaired: set[int] = set()
-    for i, j in combinations(one_way, 2):
-        if mispaired.isdisjoint((i, j)):
-            same_way = _coincide(body.edges[i].curve, body.edges[j].curve, reach)
-            if same_way is not None and (senses[i][0] == senses[j][0]) != same_way:
-                mispaired |= {i, j}
+    for i, j in combinations(one_sense, 2):
+        first, second = body.edges[i].curve, body.edges[j].curve
+        if not mispaired.isdisjoint((i, j)):
+            continue
+        if np.abs(first.bounds() - second.bounds()).max() > reach:
+            continue
+        low, high = second.domain
+        t = low + (high - low) * np.linspace(0.0, 1.0, N_SAMPLES)
+        feet, distance = CurveFeet(first)(second.evaluate(t))
+        if distance.max() > reach:
+            continue
+        middle = [N_SAMPLES // 2]
+        tangents = [
+            first.derivatives(feet[middle], 1)[0, 1],
+            second.derivatives(t[middle], 1)[0, 1],
+        ]
+        same_direction = bool(tangents[0] @ tangents[1] > 0.0)
+        if (senses[i][0] == senses[j][0]) != same_direction:
+            mispaired |= {i, j}
     return mispaired
 
 
-def _coincide(first: NurbsCurve, second: NurbsCurve, reach: float) -> bool | None:
-    """Return whether two curves run the same way, if they lie within `reach`; else None."""
-    if np.abs(first.bounds() - second.bounds()).max() > reach:
-        return None
-    low, high = second.domain
-    t = low + (high - low) * np.linspace(0.0, 1.0, N_SAMPLES)
-    there, off = CurveFeet(first)(second.evaluate(t))
-    if off.max() > reach:
-        return None
-    middle = N_SAMPLES // 2
-    ways = [first.derivatives(there[[middle]], 1)[0, 1], second.derivatives(t[[middle]], 1)[0, 1]]
-    return bool(ways[0] @ ways[1] > 0.0)
-
-
 def _close_points(body: Faces, is_open: NDArray[np.bool_]) -> None:
-    """Take for closed what the open edges of a loop leave open within the body's tolerance.
+    """Mark the open edges of a loop closed if together they are a point within the tolerance.
 
-    Such edges are a point: a reader has joined what they bound, as at the tip of a cone that is
-    cut off where the tolerance does not tell.
+    A reader has joined the faces there, such as at the tip of a cone that is cut off within the
+    tolerance.
     """
     reach = reach_of_points(body)
-    of_loop: defaultdict[tuple[int, int], list[int]] = defaultdict(list)
+    edges_of_loop: defaultdict[tuple[int, int], list[int]] = defaultdict(list)
     for k in np.flatnonzero(is_open).tolist():
         for use in body.edges[k].uses:
-            of_loop[use.patch, use.loop].append(k)
-    for some in of_loop.values():
-        ends = np.concatenate([body.edges[k].curve.bounds() for k in some])
+            edges_of_loop[use.patch, use.loop].append(k)
+    for edges in edges_of_loop.values():
+        ends = np.concatenate([body.edges[k].curve.bounds() for k in edges])
         if np.ptp(ends, axis=0).max() <= reach:
-            is_open[some] = False
-
-
-def _opposite(length: FloatArray) -> list[tuple[int, int]]:
-    """Uses that lie opposite each other on an edge: one face may meet several one by one."""
-    longest = int(length.argmax())
-    others = [i for i in range(len(length)) if i != longest]
-    if abs(float(length[others].sum()) - length[longest]) <= UNEVEN * length[longest]:
-        return [(longest, i) for i in others]
-    return []
-
-
-def _sense(use: EdgeUse, left: list[bool]) -> bool:
-    """Return whether a face goes along the edge's curve with itself on the left."""
-    if use.loop == UNTRIMMED:
-        # Round a rectangle with it on the left: v0 and u1 upward, v1 and u0 downward.
-        return (use.index in (1, 2)) != use.reversed
-    return left[use.loop] != use.reversed
-
-
-def _loops_left(body: Faces, patch: int) -> list[bool]:
-    """Return whether the face of a patch lies to the left of each of its loops."""
-    tables = body.trim_tables
-    return [side_of_loop(tables, pieces) > 0 for pieces in loop_pieces(tables, patch)]
+            is_open[edges] = False
 
 
 def turned_faces(n: int, joints: list[Joint]) -> tuple[tuple[int, ...], int]:
-    """Faces that call the other side free than the most they are joined to, and joints at odds.
+    """Return the faces whose free side is opposite to that of most of their piece, and conflicts.
 
     A flood over the joints of `n` patches gives each piece of the body one orientation; joints
     that contradict it (as on a Moebius strip) are counted.
@@ -162,19 +159,21 @@ def turned_faces(n: int, joints: list[Joint]) -> tuple[tuple[int, ...], int]:
     for joint in joints:
         links[joint.a].append((joint.b, joint.agree))
         links[joint.b].append((joint.a, joint.agree))
-    way: dict[int, bool] = {}
+    orientation: dict[int, bool] = {}
     turned: list[int] = []
     for first in range(n):
-        if first in way:
+        if first in orientation:
             continue
-        way[first] = True
+        orientation[first] = True
         piece = [first]
         for patch in piece:
-            for other, agree in links[patch]:
-                if other not in way:
-                    way[other] = way[patch] == agree
-                    piece.append(other)
-        odd = [patch for patch in piece if not way[patch]]
-        turned += odd if 2 * len(odd) <= len(piece) else [p for p in piece if way[p]]
-    at_odds = sum((way[j.a] == way[j.b]) != j.agree for j in joints)
-    return tuple(sorted(turned)), at_odds
+            for neighbour, agree in links[patch]:
+                if neighbour not in orientation:
+                    orientation[neighbour] = orientation[patch] == agree
+                    piece.append(neighbour)
+        opposite = [patch for patch in piece if not orientation[patch]]
+        if 2 * len(opposite) > len(piece):
+            opposite = [patch for patch in piece if orientation[patch]]
+        turned += opposite
+    n_conflicts = sum((orientation[j.a] == orientation[j.b]) != j.agree for j in joints)
+    return tuple(sorted(turned)), n_conflicts

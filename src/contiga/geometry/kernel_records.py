@@ -1,4 +1,4 @@
-"""Records of arrays that kernels of geometry hand each other."""
+"""Records of arrays passed between kernels of geometry."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ class ImageWork(NamedTuple):
     uv: FloatArray
     """(1, 1, 3) point of the p-curve."""
     bases: Scratch
-    """What `surface_point` works in."""
+    """Work arrays of `surface_point`."""
     point: FloatArray
     """(1, 1, 3) point of the surface there."""
 
@@ -41,17 +41,17 @@ class CurveWork(NamedTuple):
     derivatives: FloatArray
     """(1, 3, 3) C, C′, C″."""
     nearest: IndexArray
-    """(1,) the sample nearest to the point that was looked at last."""
+    """(1,) the sample nearest to the previous point."""
 
 
 class GaussRule(NamedTuple):
-    """A rule to integrate every element."""
+    """A quadrature rule for every element."""
 
     nodes: FloatArray
     """(n,) in [0, 1]."""
     weights: FloatArray
     """(n,)."""
     parts: int
-    """Equal parts that an element is integrated in."""
+    """Number of equal parts of an element in each direction."""
     kind: int
-    """AREA: |S_u × S_v|; FLUX: what `add_moments` does."""
+    """AREA: |S_u × S_v|; FLUX: see `add_moments`."""

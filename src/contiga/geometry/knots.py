@@ -1,8 +1,8 @@
 """Knot vectors and control nets: their checks, and the basis functions on them.
 
-Whatever comes in leaves as a *clamped* vector: both end knots ``degree + 1`` times, interior
-knots at most `degree` times. Unclamped vectors are clamped by knot insertion, which changes
-neither the curve nor its parameters.
+All splines have *clamped* vectors: both end knots ``degree + 1`` times, interior knots at most
+`degree` times. Unclamped vectors are clamped by knot insertion, which changes neither the curve nor
+its parameters.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ _SLACK = 1e-10
 
 
 def check_degree(degree: object, where: str) -> int:
-    """`degree` as an int from 1 to 15."""
+    """Return `degree` as an int from 1 to 15."""
     if (
         isinstance(degree, bool)
         or not isinstance(degree, int | np.integer)
@@ -37,7 +37,7 @@ def check_degree(degree: object, where: str) -> int:
 
 
 def check_numbers(values: ArrayLike, where: str) -> FloatArray:
-    """`values` as a new float64 array without NaN or infinity."""
+    """Return `values` as a new float64 array without NaN or infinity."""
     real(values, where)
     try:
         array = np.array(values, dtype=np.float64, order="C")
@@ -52,7 +52,7 @@ def check_numbers(values: ArrayLike, where: str) -> FloatArray:
 def check_weights(
     weights: ArrayLike | None, shape: tuple[int, ...], where: str
 ) -> FloatArray | None:
-    """`weights` of the control net's `shape`, all positive; None stays None."""
+    """Return positive `weights` of the control net's `shape`; None stays None."""
     if weights is None:
         return None
     array = check_numbers(weights, where)
@@ -72,10 +72,10 @@ def check_weights(
 
 
 def check_knots(knots: ArrayLike, degree: int, count: int, where: str) -> FloatArray:
-    """`knots` checked against `degree` and the number of control points, not yet clamped.
+    """Return `knots` checked against `degree` and the number of control points, not yet clamped.
 
     Knots that differ by less than four units in the last place are made equal: the sliver
-    between them is rounding, not geometry.
+    between them is rounding.
 
     Raises
     ------
@@ -83,49 +83,39 @@ def check_knots(knots: ArrayLike, degree: int, count: int, where: str) -> FloatA
         too few control points, a length other than ``count + degree + 1``, knots that decrease,
         an empty domain ``[U_p, U_n]``, or an interior knot more than `degree` times (a jump).
     """
-    array = check_numbers(knots, where)
-    _check_row(array, degree, count, where)
-    array = _snapped(array)
-    low, high = array[degree], array[count]
+    U = check_numbers(knots, where)
+    if U.ndim != 1:
+        raise GeometryError("expected a one-dimensional array of knots", where=where, found=U.shape)
+    if count < degree + 1:
+        raise GeometryError(
+            f"degree {degree} needs at least {degree + 1} control points", where=where, found=count
+        )
+    if U.size != count + degree + 1:
+        raise GeometryError(
+            f"{count} control points of degree {degree} need {count + degree + 1} knots",
+            where=where,
+            found=U.size,
+        )
+    decreases = np.diff(U) < 0.0
+    if decreases.any():
+        at = int(np.argmax(decreases)) + 1
+        raise GeometryError(
+            f"knots must not decrease, but knot {at} is below knot {at - 1}",
+            where=where,
+            found=(float(U[at - 1]), float(U[at])),
+        )
+    rounding = _ULPS * max(abs(U[0]), abs(U[-1]))
+    for i in range(1, U.size):
+        if U[i] - U[i - 1] <= rounding:
+            U[i] = U[i - 1]
+    low, high = U[degree], U[count]
     if not low < high:
         raise GeometryError(
             "the domain from knot p to knot n is empty",
             where=where,
             found=(float(low), float(high)),
         )
-    _check_interior(array[(array > low) & (array < high)], degree, where)
-    return array
-
-
-def _check_row(knots: FloatArray, degree: int, count: int, where: str) -> None:
-    """Refuse a row of another length than the control points need, or one that goes back."""
-    if knots.ndim != 1:
-        raise GeometryError(
-            "expected a one-dimensional array of knots", where=where, found=knots.shape
-        )
-    if count < degree + 1:
-        raise GeometryError(
-            f"degree {degree} needs at least {degree + 1} control points", where=where, found=count
-        )
-    if knots.size != count + degree + 1:
-        raise GeometryError(
-            f"{count} control points of degree {degree} need {count + degree + 1} knots",
-            where=where,
-            found=knots.size,
-        )
-    back = np.diff(knots) < 0.0
-    if back.any():
-        at = int(np.argmax(back)) + 1
-        raise GeometryError(
-            f"knots must not decrease, but knot {at} is below knot {at - 1}",
-            where=where,
-            found=(float(knots[at - 1]), float(knots[at])),
-        )
-
-
-def _check_interior(inside: FloatArray, degree: int, where: str) -> None:
-    """Refuse interior knots at which the geometry may jump."""
-    values, times = np.unique(inside, return_counts=True)
+    values, times = np.unique(U[(low < U) & (high > U)], return_counts=True)
     if (times > degree).any():
         at = int(np.argmax(times > degree))
         raise GeometryError(
@@ -135,20 +125,11 @@ def _check_interior(inside: FloatArray, degree: int, where: str) -> None:
             allowed=f"at most {degree} times at degree {degree}",
             remedy="Give the pieces as separate curves or patches",
         )
-
-
-def _snapped(knots: FloatArray) -> FloatArray:
-    """`knots` with runs that differ by rounding only made equal."""
-    close = _ULPS * max(abs(knots[0]), abs(knots[-1]))
-    out = knots.copy()
-    for i in range(1, out.size):
-        if out[i] - out[i - 1] <= close:
-            out[i] = out[i - 1]
-    return out
+    return U
 
 
 def breaks(knots: FloatArray) -> FloatArray:
-    """The distinct knots of a clamped vector: the borders of its elements."""
+    """Return the distinct knots of a clamped vector: the borders of its elements."""
     return np.unique(knots)
 
 
@@ -158,7 +139,7 @@ def multiplicity(knots: FloatArray, t: float) -> int:
 
 
 def clamped(knots: FloatArray, degree: int, low: float, high: float) -> FloatArray:
-    """The knots strictly between `low` and `high`, with both of these ``degree + 1`` times."""
+    """Return the knots between `low` and `high`, clamped at both of these."""
     inside = knots[(knots > low) & (knots < high)]
     return np.concatenate([np.full(degree + 1, low), inside, np.full(degree + 1, high)])
 
@@ -170,7 +151,7 @@ def is_clamped(knots: FloatArray, degree: int, count: int) -> bool:
 
 
 def check_parameters(values: FloatArray, domain: tuple[float, float], name: str) -> FloatArray:
-    """`values` (k,) clipped into `domain`; an excess beyond rounding is an error.
+    """Return `values` (k,) clipped into `domain`; an excess beyond rounding is an error.
 
     Raises
     ------
@@ -179,10 +160,10 @@ def check_parameters(values: FloatArray, domain: tuple[float, float], name: str)
     """
     low, high = domain
     slack = _SLACK * (high - low) + _ULPS * max(abs(low), abs(high))
-    # The least and the largest tell of all of them; NaN compares as false.
+    # Smallest and largest value stand for all; a comparison with NaN is false.
     if values.size and not (values.min() >= low - slack and values.max() <= high + slack):
-        good = (values >= low - slack) & (values <= high + slack)
-        at = int(np.argmax(~good))
+        is_inside = (values >= low - slack) & (values <= high + slack)
+        at = int(np.argmax(~is_inside))
         raise InputError(
             f"row {at} of {name} is outside the domain",
             found=float(values[at]),
@@ -192,7 +173,7 @@ def check_parameters(values: FloatArray, domain: tuple[float, float], name: str)
 
 
 def check_inner_parameter(t: float, domain: tuple[float, float], where: str) -> float:
-    """`t` as a float strictly inside `domain`."""
+    """Return `t` as a float strictly inside `domain`."""
     low, high = domain
     if not low < t < high:
         raise GeometryError(
@@ -205,7 +186,7 @@ def check_inner_parameter(t: float, domain: tuple[float, float], where: str) -> 
 
 
 def basis(knots: FloatArray, degree: int, parameters: ArrayLike, order: int = 0) -> FloatArray:
-    """All basis functions and derivatives at `parameters`, as a dense array.
+    """Return all basis functions and derivatives at `parameters`, as a dense array.
 
     Parameters
     ----------
@@ -226,28 +207,28 @@ def basis(knots: FloatArray, degree: int, parameters: ArrayLike, order: int = 0)
     t = check_parameters(t, (float(knots[degree]), float(knots[n])), "parameters")
     values = locked(knots)
     out = np.zeros((t.size, order + 1, n))
-    part = np.empty((order + 1, degree + 1))
+    nonzero = np.empty((order + 1, degree + 1))
     for row, value in enumerate(t):
         span = find_span(values, degree, n, value)
-        basis_derivatives(values, degree, span, value, order, part)
-        out[row, :, span - degree : span + 1] = part
+        basis_derivatives(values, degree, span, value, order, nonzero)
+        out[row, :, span - degree : span + 1] = nonzero
     return out
 
 
 def greville(knots: FloatArray, degree: int) -> FloatArray:
-    """The (n,) means of `degree` neighbouring knots: where control points 'sit'."""
+    """Return the Greville abscissae (n,): means of `degree` neighbouring knots."""
     n = knots.size - degree - 1
     return np.array([knots[i + 1 : i + degree + 1].mean() for i in range(n)])
 
 
 def open_knots(degree: int, count: int) -> FloatArray:
-    """Uniform clamped knots on [0, 1] for `count` control points."""
+    """Return uniform clamped knots on [0, 1] for `count` control points."""
     inner = np.linspace(0.0, 1.0, count - degree + 1)[1:-1]
     return np.concatenate([np.zeros(degree + 1), inner, np.ones(degree + 1)])
 
 
 def mirrored(knots: FloatArray) -> FloatArray:
-    """The knots of the same spline run backwards over the same domain."""
+    """Return the knots of the same spline reversed over the same domain."""
     low, high = knots[0], knots[-1]
     out = np.clip((low + high) - knots[::-1], low, high)
     out[knots[::-1] == high] = low
@@ -256,7 +237,7 @@ def mirrored(knots: FloatArray) -> FloatArray:
 
 
 def check_order(order: object) -> int:
-    """`order` as a whole number that is not negative."""
+    """Return `order` as an int, zero or more."""
     if isinstance(order, bool) or not isinstance(order, int | np.integer) or order < 0:
         raise InputError("must be a whole number", found=order, allowed="0, 1, 2, ...")
     return int(order)

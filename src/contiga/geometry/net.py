@@ -1,4 +1,4 @@
-"""The control points of a body in one array, those that patches have in common once."""
+"""The control points of a body in one array, with one row where patches share one."""
 
 from __future__ import annotations
 
@@ -20,25 +20,24 @@ from contiga.geometry.kernels.net_nb import Influence, NetPatch
 from contiga.jit import straight
 from contiga.records import FloatArray, IndexArray, IntArray, SurfacePlaces
 
-SAME = 1e-7
-"""Control points on borders of patches that are closer than this share of the body's size are
-one."""
+MERGE_TOL = 1e-7
+"""Control points on borders of patches closer than this share of the body's size are one."""
 Rows: TypeAlias = IndexArray | slice
 NO_ROWS = np.zeros(0, np.int64)
-POINTS = 1024
-"""Number of points below which a second thread does not pay."""
+MIN_POINTS = 1024
+"""Number of points from which a second thread pays."""
 
 
 class ControlNet(NamedTuple):
-    """The places of the patches' control points in one array (m, 3).
+    """The control points of all patches in one array (m, 3).
 
     They are numbered patch after patch, along v first. A control point on the border of a patch
-    that lies where an earlier one on a border does, of another patch, of a seam or of a pole, is
-    that one.
+    that coincides with an earlier one on a border (of another patch, a seam or a pole) is the same
+    row.
     """
 
     points: FloatArray
-    """(m, 3) where they are at rest, body axes; read-only."""
+    """(m, 3) at rest, body axes; read-only."""
     control: tuple[IntArray, ...]
     """For each patch the row (n, m) of each of its control points; read-only."""
 
@@ -73,31 +72,27 @@ class ControlNet(NamedTuple):
 
 @once
 def net_of(body: Faces) -> ControlNet:
-    """The control points of `body`, worked out at the first call."""
+    """Return the control points of `body`, computed at the first call."""
     nets = [patch.control_points for patch in body.patches]
-    every = np.concatenate([net.reshape(-1, 3) for net in nets])
-    on_border = np.concatenate([_border(*net.shape[:2]) for net in nets])
-    rows = np.flatnonzero(on_border)
-    pairs = near_pairs(every[rows], SAME * body.size)
-    group = groups_of(rows[pairs[:, 0]], rows[pairs[:, 1]], len(every))
+    points = np.concatenate([net.reshape(-1, 3) for net in nets])
+    masks = [np.ones(net.shape[:2], bool) for net in nets]
+    for is_border in masks:
+        is_border[1:-1, 1:-1] = False
+    rows = np.flatnonzero(np.concatenate([is_border.ravel() for is_border in masks]))
+    pairs = near_pairs(points[rows], MERGE_TOL * body.size)
+    group = groups_of(rows[pairs[:, 0]], rows[pairs[:, 1]], len(points))
     _, first = np.unique(group, return_index=True)
     ends = np.cumsum([net[..., 0].size for net in nets])[:-1]
     group.flags.writeable = False
     control = tuple(
         part.reshape(net.shape[:2]) for part, net in zip(np.split(group, ends), nets, strict=True)
     )
-    return ControlNet(read_only(every[first]), control)
-
-
-def _border(n: int, m: int) -> np.ndarray:
-    """Return which control points of a patch are on its border (n · m,)."""
-    border = np.ones((n, m), bool)
-    border[1:-1, 1:-1] = False
-    return border.ravel()
+    return ControlNet(read_only(points[first]), control)
 
 
 @once
 def _patches_of(body: Faces) -> tuple[NetPatch, ...]:
+    """Return the patches with the rows of their control points, for kernels."""
     control = net_of(body).control
     return tuple(
         NetPatch(patch.arrays, rows) for patch, rows in zip(body.patches, control, strict=True)
@@ -121,8 +116,8 @@ class NetMotion(NamedTuple):
         out, net = np.zeros((len(points), 3)), (locked(self.shape), locked(self.change))
         for patch, rows in _on_patches(self.body, feet):
             moved = np.empty((len(points[rows]), 3))
-            given = patch, *net, *_rows_of(rows, feet.uv, points), moved
-            run_ranges(straight(net_nb.carry), len(moved), POINTS, *given)
+            arguments = patch, *net, *_rows_of(rows, feet.uv, points), moved
+            run_ranges(straight(net_nb.carry), len(moved), MIN_POINTS, *arguments)
             out[rows] = moved
         return out
 
@@ -153,8 +148,8 @@ def spread(
     """
     out = np.zeros(shape.shape)
     for patch, rows in _on_patches(body, feet):
-        given = patch, locked(shape), *_rows_of(rows, feet.uv, points, forces)
-        straight(net_nb.spread)(*given, out)
+        arguments = patch, locked(shape), *_rows_of(rows, feet.uv, points, forces)
+        straight(net_nb.spread)(*arguments, out)
     return out
 
 
@@ -203,26 +198,30 @@ class Dependence(NamedTuple):
         """Return the field Σ N_i `vectors`_i, (m, 3) of the control points, at the places."""
         k = len(self.normal)
         jet = Jet(np.zeros((k, 3)), np.zeros((k, 3, 3)), np.zeros((k, 3, 3, 3)))
-        for rows, found in self.patches:
-            own = vectors[found.control]
-            jet.value[rows] = np.einsum("kca,kc->ka", own, found.value, optimize=False)
-            jet.gradient[rows] = np.einsum("kca,kcb->kab", own, found.gradient, optimize=False)
-            jet.hessian[rows] = np.einsum("kca,kcbd->kabd", own, found.hessian, optimize=False)
+        for rows, influence in self.patches:
+            values = vectors[influence.control]
+            jet.value[rows] = np.einsum("kca,kc->ka", values, influence.value, optimize=False)
+            jet.gradient[rows] = np.einsum(
+                "kca,kcb->kab", values, influence.gradient, optimize=False
+            )
+            jet.hessian[rows] = np.einsum(
+                "kca,kcbd->kabd", values, influence.hessian, optimize=False
+            )
         return jet
 
     @property
     def entries(self) -> Entries:
         """The entries of all places."""
-        every, none = np.arange(len(self.normal)), np.zeros(0)
-        parts: list[tuple[NDArray[Any], ...]]
-        parts = [(NO_ROWS, NO_ROWS, none, np.zeros((0, 3)), np.zeros((0, 3, 3)))]
-        for rows, found in self.patches:
-            k, c = found.control.shape
-            flat = (array.reshape(k * c, *array.shape[2:]) for array in found[:4])
-            parts.append((np.repeat(every[rows], c), *flat))
-        columns = [np.concatenate(one) for one in zip(*parts, strict=True)]
+        places = np.arange(len(self.normal))
+        blocks: list[tuple[NDArray[Any], ...]]
+        blocks = [(NO_ROWS, NO_ROWS, np.zeros(0), np.zeros((0, 3)), np.zeros((0, 3, 3)))]
+        for rows, influence in self.patches:
+            k, c = influence.control.shape
+            flat = (array.reshape(k * c, *array.shape[2:]) for array in influence[:4])
+            blocks.append((np.repeat(places[rows], c), *flat))
+        columns = [np.concatenate(arrays) for arrays in zip(*blocks, strict=True)]
         order = np.argsort(columns[0], kind="stable")
-        return Entries(*(one[order] for one in columns))
+        return Entries(*(column[order] for column in columns))
 
 
 def dependence_of(body: Faces, shape: FloatArray, feet: SurfacePlaces) -> Dependence:
@@ -232,8 +231,8 @@ def dependence_of(body: Faces, shape: FloatArray, feet: SurfacePlaces) -> Depend
         (uv,) = _rows_of(rows, feet.uv)
         k, c = len(uv), (patch.surface.p + 1) * (patch.surface.q + 1)
         per_control = np.empty((k, c)), np.empty((k, c, 3)), np.empty((k, c, 3, 3))
-        found = Influence(np.empty((k, c), np.int32), *per_control, np.empty((k, 3)))
-        run_ranges(straight(net_nb.influence), k, POINTS, patch, locked(shape), uv, found)
-        normal[rows] = found.normal
-        patches.append(OnPatch(rows, found))
+        influence = Influence(np.empty((k, c), np.int32), *per_control, np.empty((k, 3)))
+        run_ranges(straight(net_nb.influence), k, MIN_POINTS, patch, locked(shape), uv, influence)
+        normal[rows] = influence.normal
+        patches.append(OnPatch(rows, influence))
     return Dependence(patches, normal)

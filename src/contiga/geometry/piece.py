@@ -1,4 +1,4 @@
-"""Some faces of a body as one of their own."""
+"""Some faces of a body as a body of their own."""
 
 from __future__ import annotations
 
@@ -11,18 +11,18 @@ SomeFaces = TypeVar("SomeFaces", bound=Faces)
 
 
 def piece_of(body: SomeFaces, patches: Sequence[int]) -> SomeFaces:
-    """The faces `patches` of `body`, with the edges that only they use.
+    """Return the faces `patches` of `body`, with the edges that only they use.
 
     >>> from contiga.geometry import shapes
     >>> two = Faces([shapes.sphere(), shapes.plane()])
     >>> piece_of(two, [1]).bounds()[1].tolist()
     [0.5, 0.5, 0.0]
     """
-    place = {patch: k for k, patch in enumerate(patches)}
+    new_numbers = {patch: k for k, patch in enumerate(patches)}
     edges = []
     for edge in body.edges:
-        if all(use.patch in place for use in edge.uses):
-            uses = tuple(use._replace(patch=place[use.patch]) for use in edge.uses)
+        if all(use.patch in new_numbers for use in edge.uses):
+            uses = tuple(use._replace(patch=new_numbers[use.patch]) for use in edge.uses)
             edges.append(edge._replace(uses=uses))
     return type(body)(
         [body.patches[k] for k in patches],

@@ -1,9 +1,9 @@
 """Exact area and length: adaptive Gauss quadrature on each Bézier element.
 
 The integrand ``|S_u × S_v|`` is smooth inside an element, so Gauss rules converge at once there;
-boxes are quartered until four of them agree with one. The value returned is the finer one, whose
-error is far below the difference that was tested. Where the normal vanishes inside an element they
-may agree by chance: on random nets the error was up to 40 times the tolerance, once in a thousand.
+boxes are quartered until four of them agree with one. The finer value is returned, whose
+error is far below the tested difference. Where the normal vanishes inside an element the two may
+agree by chance: on random nets the error was up to 40 times the tolerance, once in a thousand.
 """
 
 from __future__ import annotations
@@ -18,14 +18,14 @@ from contiga.geometry.kernels.quadrature_nb import chain_length, grid_area
 from contiga.geometry.spline_like import CurveLike, SurfaceLike
 from contiga.records import FloatArray
 
-_FINEST = 1e-14
-# Points beyond the degree: a rational quarter circle then needs one level for ten digits.
-_EXTRA = 5
+_MIN_RTOL = 1e-14
+_EXTRA_POINTS = 5
+"""Points beyond the degree: a rational quarter circle then needs one level for ten digits."""
 
 
 @lru_cache(maxsize=32)
 def gauss(count: int) -> tuple[FloatArray, FloatArray]:
-    """Nodes and weights of the Gauss-Legendre rule with `count` points on [0, 1]."""
+    """Return nodes and weights of the Gauss-Legendre rule with `count` points on [0, 1]."""
     nodes, weights = np.polynomial.legendre.leggauss(count)
     return 0.5 * (nodes + 1.0), 0.5 * weights
 
@@ -36,11 +36,11 @@ def surface_area(surface: SurfaceLike, rtol: float = 1e-10) -> float:
     Raises
     ------
     InputError
-        a tolerance outside [1e-14, 1).
+        The tolerance is outside [1e-14, 1).
     """
     centre = surface.bounds().mean(axis=0)
     coefs = extract(surface.translated(-centre)).coefs
-    nodes, weights = gauss(max(surface.degrees) + _EXTRA)
+    nodes, weights = gauss(max(surface.degrees) + _EXTRA_POINTS)
     return float(grid_area(coefs, nodes, weights, _checked(rtol)))
 
 
@@ -50,15 +50,16 @@ def curve_length(curve: CurveLike, rtol: float = 1e-10) -> float:
     Raises
     ------
     InputError
-        a tolerance outside [1e-14, 1).
+        The tolerance is outside [1e-14, 1).
     """
     centre = curve.bounds().mean(axis=0)
     coefs = extract_curve(curve.translated(-centre)).coefs
-    nodes, weights = gauss(curve.degree + _EXTRA)
+    nodes, weights = gauss(curve.degree + _EXTRA_POINTS)
     return float(chain_length(coefs, nodes, weights, _checked(rtol)))
 
 
 def _checked(rtol: float) -> float:
-    if not _FINEST <= rtol < 1.0:
+    """Return a relative tolerance from 1e-14 to below 1."""
+    if not _MIN_RTOL <= rtol < 1.0:
         raise InputError("not a relative tolerance", where="rtol", found=rtol, allowed="[1e-14, 1)")
     return float(rtol)

@@ -1,4 +1,4 @@
-"""Refinement: maps of control points from one knot vector to another that leave the shape.
+"""Refinement: maps of control points between knot vectors that do not change the shape.
 
 Every map is a table of convex combinations (Oslo algorithm for knots, Prautzsch's for degrees),
 so it is as exact as rounding allows, keeps weights positive and serves insertion, splitting,
@@ -22,7 +22,7 @@ Rows = tuple[NDArray[np.int64], FloatArray]
 def refine_points(
     knots: FloatArray, degree: int, points: FloatArray, refined: FloatArray, axis: int = 0
 ) -> FloatArray:
-    """Control points on `refined`, a clamped vector that holds every knot of its range.
+    """Return control points on `refined`, a clamped vector with every knot of its range.
 
     Oslo algorithm (Cohen, Lyche and Riesenfeld 1980), any number of knots at once. `refined` may
     cover a part of the old domain only: that is how a spline is split.
@@ -39,14 +39,14 @@ def refine_points(
 
 
 def rows_to(knots: FloatArray, degree: int, count: int, refined: FloatArray) -> Rows:
-    """The map of `count` control points to those on `refined`, as of `refine_points`."""
+    """Return the map of `count` control points to `refined`, as in `refine_points`."""
     return refinement_rows(locked(knots), degree, count, refined)
 
 
 def elevate_points(
     knots: FloatArray, degree: int, points: FloatArray, axis: int = 0
 ) -> tuple[FloatArray, FloatArray]:
-    """Knots and control points of the same spline with the degree one higher."""
+    """Return knots and control points of the same spline with the degree one higher."""
     values, times = np.unique(knots, return_counts=True)
     elevated = np.repeat(values, times + 1)
     rows = elevation_rows(locked(knots), degree, points.shape[axis], elevated)
@@ -54,7 +54,7 @@ def elevate_points(
 
 
 def mapped(rows: Rows, points: FloatArray, axis: int) -> FloatArray:
-    """New control points of the old ones (..., n along `axis`, ..., 4)."""
+    """Map control points (..., n along `axis`, ..., 4) to new ones."""
     first, weights = rows
     moved = np.moveaxis(points, axis, 0)
     flat = np.ascontiguousarray(moved).reshape(moved.shape[0], -1)
@@ -63,12 +63,12 @@ def mapped(rows: Rows, points: FloatArray, axis: int) -> FloatArray:
 
 
 def with_inserted(knots: FloatArray, degree: int, new: ArrayLike, where: str) -> FloatArray:
-    """`knots` with the values `new` merged in (several at once, existing knots too).
+    """Return `knots` with the values `new` inserted (several at once, existing knots too).
 
     Raises
     ------
     GeometryError
-        a value outside the open domain, or one that would stand more than `degree` times.
+        A value is outside the open domain, or would stand more than `degree` times.
     """
     values = np.sort(np.atleast_1d(check_numbers(new, where)).ravel())
     low, high = float(knots[0]), float(knots[-1])

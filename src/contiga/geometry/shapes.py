@@ -91,9 +91,18 @@ def ruled(first: NurbsCurve, second: NurbsCurve) -> NurbsSurface:
 
     The curves are brought to one degree and one knot vector on [0, 1] first.
     """
-    knots, nets, rational = _compatible(_curve(first, "first"), _curve(second, "second"))
-    degree = max(first.degree, second.degree)
-    net = np.stack(nets, axis=1)
+    degree = max(_curve(first, "first").degree, _curve(second, "second").degree)
+    curves = []
+    for curve in (first, second):
+        raised = curve.elevate(degree - curve.degree)
+        low, high = raised.domain
+        knots = (raised.knots - low) / (high - low)
+        curves.append(NurbsCurve(degree, knots, raised.control_points, raised.weights))
+    values = np.union1d(curves[0].knots, curves[1].knots)
+    times = np.max([[kv.multiplicity(c.knots, t) for t in values] for c in curves], axis=0)
+    knots = np.repeat(values, times)
+    net = np.stack([curve._refined(knots).arrays.net for curve in curves], axis=1)
+    rational = first.is_rational or second.is_rational
     return NurbsSurface(
         (degree, 1), (knots, _LINE), net[..., :3], net[..., 3] if rational else None
     )
@@ -139,15 +148,14 @@ def revolved(
         raise GeometryError(reason, where="curve")
     knots, circle_points, circle_weights = _unit_arc(0.0, angle)
     from_centre = curve.control_points - centre
-    along = np.outer(product(from_centre, k), k)
-    out = from_centre - along
-    reach = np.linalg.norm(from_centre, axis=1, keepdims=True)
-    out[np.linalg.norm(out, axis=1) <= 1e-15 * reach[:, 0]] = 0.0
-    across = np.cross(k, out)
-    points = (
-        centre + along + circle_points[:, None, :1] * out + circle_points[:, None, 1:2] * across
-    )
-    factors = np.ones(len(along)) if curve.weights is None else curve.weights
+    axial = np.outer(product(from_centre, k), k)
+    radial = from_centre - axial
+    distance = np.linalg.norm(from_centre, axis=1, keepdims=True)
+    radial[np.linalg.norm(radial, axis=1) <= 1e-15 * distance[:, 0]] = 0.0
+    tangential = np.cross(k, radial)
+    cosine, sine = circle_points[:, None, :1], circle_points[:, None, 1:2]
+    points = centre + axial + cosine * radial + sine * tangential
+    factors = np.ones(len(axial)) if curve.weights is None else curve.weights
     return NurbsSurface(
         (2, curve.degree), (knots, curve.knots), points, np.outer(circle_weights, factors)
     )
@@ -279,52 +287,6 @@ def bumpy_plate(
     """
     a, b = _size(width, "width"), _size(length, "length")
     c = _size(amplitude, "amplitude")
-    m, n = _waves(waves)
-    U, x, across = _wave(m)
-    V, y, along = _wave(n)
-    net = np.empty((len(x), len(y), 3))
-    net[..., 0] = a * (x[:, None] - 0.5)
-    net[..., 1] = b * (y[None, :] - 0.5)
-    net[..., 2] = c * np.outer(across, along)
-    return NurbsSurface((3, 3), (U, V), net)._moved(transform.frame(axis, centre))
-
-
-# ---------------------------------------------------------------- parts
-
-
-def _curve(value: NurbsCurve, name: str) -> NurbsCurve:
-    if not isinstance(value, NurbsCurve):
-        raise GeometryError(
-            "must be a curve", where=name, found=type(value).__name__, allowed="NurbsCurve"
-        )
-    return value
-
-
-def _number(value: float, name: str) -> float:
-    """`value` if it is a number; text and truths are none."""
-    if not isinstance(real(value, name), int | float | np.number) or isinstance(value, bool):
-        raise GeometryError("must be a number", where=name, found=value)
-    return value
-
-
-def _size(value: float, name: str) -> float:
-    """A positive finite number."""
-    if not 0.0 < _number(value, name) <= _LARGEST:
-        raise GeometryError("a size must be positive", where=name, found=value, allowed="> 0")
-    return float(value)
-
-
-def _sizes(values: ArrayLike, count: int, name: str) -> FloatArray:
-    """`count` positive finite numbers."""
-    array = kv.check_numbers(values, name)
-    if array.shape != (count,) or (array <= 0.0).any():
-        raise GeometryError(
-            "sizes must be positive", where=name, found=values, allowed=f"{count} numbers > 0"
-        )
-    return array
-
-
-def _waves(waves: int | tuple[int, int]) -> tuple[int, int]:
     pair = tuple(waves) if isinstance(waves, tuple | list) else (waves, waves)
     if len(pair) != 2 or any(
         isinstance(w, bool) or not isinstance(w, int | np.integer) or not 1 <= w <= _MAX_WAVES
@@ -336,11 +298,53 @@ def _waves(waves: int | tuple[int, int]) -> tuple[int, int]:
             found=waves,
             allowed=f"1, 2, 3, ... {_MAX_WAVES} or a pair",
         )
-    return int(pair[0]), int(pair[1])
+    U, x, sine_x = _sine(int(pair[0]))
+    V, y, sine_y = _sine(int(pair[1]))
+    net = np.empty((len(x), len(y), 3))
+    net[..., 0] = a * (x[:, None] - 0.5)
+    net[..., 1] = b * (y[None, :] - 0.5)
+    net[..., 2] = c * np.outer(sine_x, sine_y)
+    return NurbsSurface((3, 3), (U, V), net)._moved(transform.frame(axis, centre))
+
+
+# ---------------------------------------------------------------- checks and parts
+
+
+def _curve(value: NurbsCurve, name: str) -> NurbsCurve:
+    """Return `value` if it is a curve."""
+    if not isinstance(value, NurbsCurve):
+        raise GeometryError(
+            "must be a curve", where=name, found=type(value).__name__, allowed="NurbsCurve"
+        )
+    return value
+
+
+def _number(value: float, name: str) -> float:
+    """Return `value` if it is a number, not text or a truth value."""
+    if not isinstance(real(value, name), int | float | np.number) or isinstance(value, bool):
+        raise GeometryError("must be a number", where=name, found=value)
+    return value
+
+
+def _size(value: float, name: str) -> float:
+    """Return `value` as a positive finite float."""
+    if not 0.0 < _number(value, name) <= _LARGEST:
+        raise GeometryError("a size must be positive", where=name, found=value, allowed="> 0")
+    return float(value)
+
+
+def _sizes(values: ArrayLike, count: int, name: str) -> FloatArray:
+    """Return `values` as `count` positive finite numbers."""
+    array = kv.check_numbers(values, name)
+    if array.shape != (count,) or (array <= 0.0).any():
+        raise GeometryError(
+            "sizes must be positive", where=name, found=values, allowed=f"{count} numbers > 0"
+        )
+    return array
 
 
 def _unit_arc(start: float, end: float) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Knots on [0, 1], (n, 2) points and weights of an arc of the unit circle."""
+    """Return knots on [0, 1], (n, 2) points and weights of an arc of the unit circle."""
     sweep = end - start
     if not (math.isfinite(sweep) and 0.0 < sweep <= 2.0 * math.pi * (1.0 + 1e-15)):
         raise GeometryError(
@@ -351,9 +355,9 @@ def _unit_arc(start: float, end: float) -> tuple[FloatArray, FloatArray, FloatAr
     weight = math.cos(0.5 * step) if pieces * 0.5 * math.pi != sweep else math.sqrt(0.5)
     points = np.empty((2 * pieces + 1, 2))
     for i in range(2 * pieces + 1):
-        far = 1.0 if i % 2 == 0 else 1.0 / weight
+        radius = 1.0 if i % 2 == 0 else 1.0 / weight
         cosine, sine = transform.cos_sin(start + 0.5 * i * step)
-        points[i] = (far * cosine, far * sine)
+        points[i] = (radius * cosine, radius * sine)
         if i % 2 == 1 and weight == math.sqrt(0.5):
             points[i] = points[i - 1] + product(points[i - 1], [[0.0, 1.0], [-1.0, 0.0]])
     if sweep >= 2.0 * math.pi:
@@ -363,40 +367,17 @@ def _unit_arc(start: float, end: float) -> tuple[FloatArray, FloatArray, FloatAr
     return np.concatenate([np.zeros(3), inner, np.ones(3)]), points, weights
 
 
-def _meridian(start: float, end: float, far: float, radius: float) -> NurbsCurve:
-    """Arc in the x-z plane about (`far`, 0, 0), the angle from x to z."""
+def _meridian(start: float, end: float, x0: float, radius: float) -> NurbsCurve:
+    """Return an arc in the x-z plane about (`x0`, 0, 0), the angle from x to z."""
     knots, points, weights = _unit_arc(start, end)
     x, z = points.T
-    return NurbsCurve(2, knots, np.column_stack([far + radius * x, 0.0 * x, radius * z]), weights)
+    return NurbsCurve(2, knots, np.column_stack([x0 + radius * x, 0.0 * x, radius * z]), weights)
 
 
-def _wave(count: int) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Cubic knots, Greville points and coefficients of sin(2π count t) on [0, 1]."""
+def _sine(count: int) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return cubic knots, Greville points and coefficients of sin(2π count t) on [0, 1]."""
     knots = kv.open_knots(3, 8 * count + 3)
     at = kv.greville(knots, 3)
     matrix = kv.basis(knots, 3, at)[:, 0]
     heights = solve(matrix, np.sin(2.0 * math.pi * count * at))
     return knots, at, np.asarray(heights, dtype=np.float64)
-
-
-def _compatible(first: NurbsCurve, second: NurbsCurve) -> tuple[FloatArray, list[FloatArray], bool]:
-    """One knot vector on [0, 1] and the two nets (n, 4) (x, y, z, w) on it."""
-    degree = max(first.degree, second.degree)
-    curves = [_on_unit(c.elevate(degree - c.degree)) for c in (first, second)]
-    values = np.union1d(curves[0].knots, curves[1].knots)
-    times = np.max([[kv.multiplicity(c.knots, t) for t in values] for c in curves], axis=0)
-    knots = np.repeat(values, times)
-    nets = []
-    for curve in curves:
-        refined = curve._refined(knots)
-        factors = (
-            np.ones(len(refined.control_points)) if refined.weights is None else refined.weights
-        )
-        nets.append(np.column_stack([refined.control_points, factors]))
-    return knots, nets, first.is_rational or second.is_rational
-
-
-def _on_unit(curve: NurbsCurve) -> NurbsCurve:
-    low, high = curve.domain
-    knots = (curve.knots - low) / (high - low)
-    return NurbsCurve(curve.degree, knots, curve.control_points, curve.weights)

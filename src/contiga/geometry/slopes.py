@@ -1,8 +1,8 @@
-"""Bound how fast a surface runs: rigorous bounds on its first derivatives.
+"""Rigorous bounds on the first derivatives of a surface.
 
-Those of a rational element are ``N / w²`` with a polynomial N. Its Bernstein coefficients are found
-by exact products, so the largest length is a true bound, with none of the cancellation lost that a
-bound term by term would lose.
+A first derivative of a rational element is ``N / w²`` with a polynomial N. The Bernstein
+coefficients of N come from exact products, so their largest length is a true bound, and the
+cancellation in N counts, which a bound term by term would lose.
 """
 
 from __future__ import annotations
@@ -19,14 +19,20 @@ from contiga.records import FloatArray
 def first_derivative_bounds(
     surface: NurbsSurface, parts: int
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Bounds (2, nu, nv) on |S_u| and |S_v| over elements cut in `parts` each way, and borders.
+    """Bound |S_u| and |S_v| over elements cut in `parts` in each direction.
 
     Returns
     -------
     bounds : (2, nu, nv), for parameters that run from 0 to 1 in each part
     u_breaks, v_breaks : (nu + 1,) and (nv + 1,) borders of the parts
     """
-    coefs, u_breaks, v_breaks = _elements(surface, parts)
+    centred = surface.translated(-surface.bounds().mean(axis=0))
+    shares = np.arange(1, parts) / parts
+    cuts = []
+    for knots in centred.knots:
+        borders = np.unique(knots)
+        cuts.append((borders[:-1, None] + np.diff(borders)[:, None] * shares).ravel())
+    coefs, u_breaks, v_breaks = extract(centred, cuts[0], cuts[1])
     A, w = coefs[..., :3], coefs[..., 3:]
     if not surface.is_rational:
         return np.array([_largest(_slope(A, 2)), _largest(_slope(A, 3))]), u_breaks, v_breaks
@@ -35,19 +41,8 @@ def first_derivative_bounds(
     return bounds, u_breaks, v_breaks
 
 
-def _elements(surface: NurbsSurface, parts: int) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Bernstein coefficients of all elements cut in `parts` each way, about a near origin."""
-    whole = surface.translated(-surface.bounds().mean(axis=0))
-    cuts = []
-    for knots in whole.knots:
-        borders = np.unique(knots)
-        shares = np.arange(1, parts) / parts
-        cuts.append((borders[:-1, None] + np.diff(borders)[:, None] * shares).ravel())
-    return extract(whole, cuts[0], cuts[1])
-
-
 def _slope(coefs: FloatArray, axis: int) -> FloatArray:
-    """Bernstein coefficients of the derivative along `axis`."""
+    """Return Bernstein coefficients of the derivative along `axis`."""
     degree = coefs.shape[axis] - 1
     if degree == 0:
         return np.zeros_like(coefs)
@@ -55,7 +50,7 @@ def _slope(coefs: FloatArray, axis: int) -> FloatArray:
 
 
 def _product(a: FloatArray, b: FloatArray) -> FloatArray:
-    """Bernstein coefficients of a product: (..., p+1, q+1, d) times (..., r+1, s+1, 1)."""
+    """Return Bernstein coefficients of a product: (..., p+1, q+1, d) by (..., r+1, s+1, 1)."""
     p, q, r, s = a.shape[-3] - 1, a.shape[-2] - 1, b.shape[-3] - 1, b.shape[-2] - 1
     scaled_a = a * _binomials(p, q)[..., None]
     scaled_b = b * _binomials(r, s)[..., None]
@@ -69,22 +64,23 @@ def _product(a: FloatArray, b: FloatArray) -> FloatArray:
 
 
 def _binomials(p: int, q: int) -> FloatArray:
-    of_u, of_v = ([float(math.comb(n, k)) for k in range(n + 1)] for n in (p, q))
-    return np.outer(of_u, of_v)
+    """Return (p + 1, q + 1) products of binomial coefficients."""
+    in_u, in_v = ([float(math.comb(n, k)) for k in range(n + 1)] for n in (p, q))
+    return np.outer(in_u, in_v)
 
 
 def _largest(coefs: FloatArray) -> FloatArray:
-    """Largest length of the coefficients of each element."""
+    """Return the largest length of the coefficients of each element."""
     return np.asarray(np.linalg.norm(coefs, axis=-1).max(axis=(-2, -1)))
 
 
 def numerator(A: FloatArray, w: FloatArray, axis: int) -> FloatArray:
-    """Coefficients of A_a w − A w_a, the numerator of a first derivative."""
+    """Return coefficients of A_a w − A w_a, the numerator of a first derivative."""
     slope = _product(_raised(_slope(A, axis), A), w)
     return slope - _product(A, _raised(_slope(w, axis), w))
 
 
 def _raised(coefs: FloatArray, like: FloatArray) -> FloatArray:
-    """`coefs` written in the degrees of `like`: a derivative is one degree short."""
+    """Return `coefs` elevated to the degrees of `like`: a derivative is one degree lower."""
     p, q = like.shape[-3] - coefs.shape[-3], like.shape[-2] - coefs.shape[-2]
     return _product(coefs, np.ones((p + 1, q + 1, 1))) if p or q else coefs

@@ -1,4 +1,4 @@
-"""The common part of curves and surfaces: a net of control points that never changes."""
+"""Common base of curves and surfaces: an immutable net of control points."""
 
 from __future__ import annotations
 

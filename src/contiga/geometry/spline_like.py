@@ -1,4 +1,4 @@
-"""Describe what lower files need of a curve and a surface: the classes stand above them."""
+"""Protocols of the curve and the surface that lower files read: the classes import these files."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from contiga.records import FloatArray
 
 
 class CurveLike(Protocol):
-    """The members of a `NurbsCurve` that are read."""
+    """The members of `NurbsCurve` that lower files read."""
 
     @property
     def degree(self) -> int: ...
@@ -21,7 +21,7 @@ class CurveLike(Protocol):
 
 
 class SurfaceLike(Protocol):
-    """The members of a `NurbsSurface` that are read."""
+    """The members of `NurbsSurface` that lower files read."""
 
     @property
     def degrees(self) -> tuple[int, int]: ...

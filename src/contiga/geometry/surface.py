@@ -24,8 +24,8 @@ from contiga.rigid import transform
 if TYPE_CHECKING:
     from contiga.triangles.trimesh import TriMesh
 
-# Below this many points one thread is faster than the start of several.
-POINTS = 2048
+MIN_POINTS = 2048
+"""Number of points from which several threads are faster than one."""
 
 Pair = tuple[FloatArray, FloatArray]
 
@@ -64,7 +64,12 @@ class NurbsSurface(Spline[nb.SurfaceArrays]):
         control_points: ArrayLike,
         weights: ArrayLike | None = None,
     ) -> None:
-        p, q = _checked_degrees(degrees)
+        if not isinstance(degrees, tuple | list) or len(degrees) != 2:
+            raise GeometryError(
+                "a surface needs two degrees (p, q)", where="degrees", found=degrees
+            )
+        p = kv.check_degree(degrees[0], "degree in u")
+        q = kv.check_degree(degrees[1], "degree in v")
         points = kv.check_numbers(control_points, "control_points")
         if points.ndim != 3 or points.shape[2] != 3:
             raise GeometryError(
@@ -83,7 +88,11 @@ class NurbsSurface(Spline[nb.SurfaceArrays]):
         net[..., :3] = points
         net[..., 3] = 1.0 if factors is None else factors
         if not (kv.is_clamped(U, p, n) and kv.is_clamped(V, q, m)):
-            U, V, net = _clamped_net(p, q, U, V, net)
+            new_U = kv.clamped(U, p, float(U[p]), float(U[n]))
+            new_V = kv.clamped(V, q, float(V[q]), float(V[m]))
+            points = refine.refine_points(U, p, homogeneous(net), new_U, 0)
+            net = cartesian(refine.refine_points(V, q, points, new_V, 1))
+            U, V = new_U, new_V
         self._set((p, q), (U, V), net, factors is not None)
 
     @classmethod
@@ -131,7 +140,7 @@ class NurbsSurface(Spline[nb.SurfaceArrays]):
     def _from_net(
         cls, degrees: tuple[int, int], knots: Pair, net: FloatArray, rational: bool
     ) -> Self:
-        """A surface from parts that are known to fit: clamped knots and (n, m, 4) (x, y, z, w)."""
+        """Return a surface from clamped knots and a net (n, m, 4) of (x, y, z, w), unchecked."""
         surface = cls.__new__(cls)
         surface._set(degrees, knots, net, rational)
         return surface
@@ -146,7 +155,7 @@ class NurbsSurface(Spline[nb.SurfaceArrays]):
         return f"<{kind} surface, degrees {self.degrees}, {n} x {m} points>"
 
     def _repr_png_(self) -> bytes:
-        """The surface as a notebook shows it."""
+        """Return the picture of the surface for a notebook."""
         from contiga.rendering.picture import TOLERANCE, picture_of  # kernels of its own
 
         low, high = self.bounds()
@@ -169,11 +178,11 @@ class NurbsSurface(Spline[nb.SurfaceArrays]):
         return (float(U[0]), float(U[-1])), (float(V[0]), float(V[-1]))
 
     def checked(self, uv: ArrayLike) -> FloatArray:
-        """`uv` as a new (k, 2) array inside the domain; raises if it is not."""
-        given = as_parameters(uv)
-        out = np.empty_like(given)
-        out[:, 0] = kv.check_parameters(given[:, 0], self.domain[0], "u")
-        out[:, 1] = kv.check_parameters(given[:, 1], self.domain[1], "v")
+        """Return `uv` as a new (k, 2) array; raise InputError outside the domain."""
+        pairs = as_parameters(uv)
+        out = np.empty_like(pairs)
+        out[:, 0] = kv.check_parameters(pairs[:, 0], self.domain[0], "u")
+        out[:, 1] = kv.check_parameters(pairs[:, 1], self.domain[1], "v")
         return out
 
     def evaluate(self, uv: ArrayLike) -> FloatArray:
@@ -198,20 +207,20 @@ class NurbsSurface(Spline[nb.SurfaceArrays]):
         pairs = self.checked(uv)
         k = kv.check_order(order) + 1
         out = np.zeros((len(pairs), k, k, 3))
-        run_ranges(nb.surface_range, len(pairs), POINTS, self._arrays, pairs, order, out)
+        run_ranges(nb.surface_range, len(pairs), MIN_POINTS, self._arrays, pairs, order, out)
         return out
 
     def normal(self, uv: ArrayLike) -> FloatArray:
         """Unit normals (k, 3) to the free side.
 
         Where ``S_u × S_v`` vanishes (a pole, a collapsed corner) it is the limit from inside the
-        domain. At the apex of a cone, where that limit depends on the way taken, it is the one
+        domain. At the apex of a cone, where that limit depends on the direction, it is the limit
         along the iso-line that runs into it: the normal of that generator. Rows are NaN only
         where the surface has no area around the point.
         """
         pairs = self.checked(uv)
         out = np.zeros((len(pairs), 3))
-        run_ranges(nb.normal_range, len(pairs), POINTS, self._arrays, pairs, out)
+        run_ranges(nb.normal_range, len(pairs), MIN_POINTS, self._arrays, pairs, out)
         return out
 
     def _refined(self, U: FloatArray, V: FloatArray) -> Self:
@@ -247,11 +256,11 @@ class NurbsSurface(Spline[nb.SurfaceArrays]):
         )
 
     def k_refined(self, degrees: tuple[int, int], u: ArrayLike = (), v: ArrayLike = ()) -> Self:
-        """The degrees raised by `degrees`, then knots inserted (k-refinement)."""
+        """Return the same surface elevated by `degrees`, then refined by knots (k-refinement)."""
         return self.elevate(*degrees).insert_knots(u, v)
 
     def restricted(self, u: tuple[float, float], v: tuple[float, float]) -> Self:
-        """The part over the box `u` × `v`, with its parameters unchanged."""
+        """Return the part over the box `u` × `v`, with its parameters unchanged."""
         for (low, high), (a, b), name in zip((u, v), self.domain, "uv", strict=True):
             if not a <= low < high <= b:
                 raise GeometryError(
@@ -266,16 +275,16 @@ class NurbsSurface(Spline[nb.SurfaceArrays]):
         )
 
     def split(self, *, u: float | None = None, v: float | None = None) -> tuple[Self, Self]:
-        """The two parts on either side of the iso-line at `u` or at `v`."""
+        """Return the two parts on either side of the iso-line at `u` or at `v`."""
         axis, t = _one_of(u, v)
         inner = kv.check_inner_parameter(t, self.domain[axis], "uv"[axis])
-        (a, b), whole = self.domain[axis], self.domain[1 - axis]
+        (a, b), full = self.domain[axis], self.domain[1 - axis]
         if axis == 0:
-            return self.restricted((a, inner), whole), self.restricted((inner, b), whole)
-        return self.restricted(whole, (a, inner)), self.restricted(whole, (inner, b))
+            return self.restricted((a, inner), full), self.restricted((inner, b), full)
+        return self.restricted(full, (a, inner)), self.restricted(full, (inner, b))
 
     def isocurve(self, *, u: float | None = None, v: float | None = None) -> NurbsCurve:
-        """The curve on the surface at a fixed `u` (running along v) or a fixed `v`."""
+        """Return the iso-curve at a fixed `u` (running along v) or a fixed `v`."""
         axis, t = _one_of(u, v)
         weights = kv.basis(self.knots[axis], self.degrees[axis], [t])[0, 0]
         net = np.moveaxis(self.homogeneous, axis, 0)
@@ -319,25 +328,8 @@ class NurbsSurface(Spline[nb.SurfaceArrays]):
         return tessellate.tessellate(self, tol, method)
 
 
-def _checked_degrees(degrees: object) -> tuple[int, int]:
-    if not isinstance(degrees, tuple | list) or len(degrees) != 2:
-        raise GeometryError("a surface needs two degrees (p, q)", where="degrees", found=degrees)
-    return kv.check_degree(degrees[0], "degree in u"), kv.check_degree(degrees[1], "degree in v")
-
-
-def _clamped_net(
-    p: int, q: int, U: FloatArray, V: FloatArray, net: FloatArray
-) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Knots clamped to the domain and the net that goes with them."""
-    n, m = net.shape[:2]
-    new_U = kv.clamped(U, p, float(U[p]), float(U[n]))
-    new_V = kv.clamped(V, q, float(V[q]), float(V[m]))
-    points = refine.refine_points(U, p, homogeneous(net), new_U, 0)
-    points = refine.refine_points(V, q, points, new_V, 1)
-    return new_U, new_V, cartesian(points)
-
-
 def _one_of(u: float | None, v: float | None) -> tuple[int, float]:
+    """Return the axis and the value of the parameter that is not None."""
     if (u is None) == (v is None):
         raise GeometryError("give either u or v", found={"u": u, "v": v})
     return (0, float(u)) if u is not None else (1, float(v))  # type: ignore[arg-type]

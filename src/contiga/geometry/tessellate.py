@@ -21,11 +21,12 @@ from contiga.records import FloatArray
 from contiga.triangles.trimesh import TriMesh
 
 MAX_CELLS = 20_000_000
-_WELD = 1e-12
-# Samples of the curvature in each direction of an element.
-_SAMPLES = 4
-# How much finer an element is cut where the proof fails.
-_STEP = 1.15
+"""Largest number of cells of a grid, two triangles each."""
+_WELD_TOL = 1e-12
+_N_SAMPLES = 4
+"""Samples of the curvature in each direction of an element."""
+_CUT_FACTOR = 1.15
+"""Factor on the cuts of an element for which the proof fails."""
 
 
 def tessellate(
@@ -43,17 +44,17 @@ def tessellate(
     Raises
     ------
     InputError
-        a tolerance that is not positive, an unknown method.
+        The tolerance is not positive, or the method unknown.
     GeometryError
-        a tolerance that would take more than 40 million triangles.
+        The tolerance needs more than 40 million triangles.
     """
     check_request(tol, method)
     return grid_mesh(surface, *GRIDS[method](surface, tol))
 
 
 def check_request(tol: float, method: str) -> None:
-    """Refuse a tolerance that is not positive and a method that is not known."""
-    _checked_tolerance(tol)
+    """Raise InputError for a tolerance that is not positive or an unknown method."""
+    _check_tolerance(tol)
     if method not in GRIDS:
         raise InputError("not a method", where="method", found=method, allowed="'net', 'chord'")
 
@@ -65,11 +66,24 @@ def grid_mesh(surface: SurfaceLike, u: FloatArray, v: FloatArray) -> TriMesh:
     patch gives a closed mesh.
     """
     points = surface.evaluate(np.stack(np.meshgrid(u, v, indexing="ij"), -1).reshape(-1, 2))
-    ids = _welded(points, np.arange(u.size * v.size).reshape(u.size, v.size))
+    ids = np.arange(u.size * v.size).reshape(u.size, v.size)
+    grid = points.reshape(*ids.shape, 3)
+    weld_distance = _WELD_TOL * float(np.abs(points).max())
+
+    def coincide(first: FloatArray, second: FloatArray) -> bool:
+        return bool(np.abs(first - second).max() <= weld_distance)
+
+    if coincide(grid[0], grid[-1]):
+        ids[-1] = ids[0]
+    if coincide(grid[:, 0], grid[:, -1]):
+        ids[:, -1] = ids[:, 0]
+    for side in (np.s_[0, :], np.s_[-1, :], np.s_[:, 0], np.s_[:, -1]):
+        if coincide(grid[side], grid[side][:1]):
+            ids[side] = ids[side].min()
     a, b, c, d = ids[:-1, :-1], ids[1:, :-1], ids[1:, 1:], ids[:-1, 1:]
     triangles = np.stack([np.stack([a, b, c], -1), np.stack([a, c, d], -1)], axis=2).reshape(-1, 3)
-    whole = (triangles != np.roll(triangles, 1, axis=1)).all(axis=1)
-    used, new = np.unique(triangles[whole], return_inverse=True)
+    has_area = (triangles != np.roll(triangles, 1, axis=1)).all(axis=1)
+    used, new = np.unique(triangles[has_area], return_inverse=True)
     return TriMesh(points[used], new.reshape(-1, 3).astype(np.int32))
 
 
@@ -81,56 +95,50 @@ def chord_grid(surface: SurfaceLike, tol: float) -> tuple[FloatArray, FloatArray
     which only parts across the surface and its iso-lines matter). Each cell is then proved to be
     within `tol` by its control points, and cut finer until it is.
     """
-    _checked_tolerance(tol)
+    _check_tolerance(tol)
     size = float(np.ptp(surface.bounds(), axis=0).max())
-    # Rounding of the proof itself, not to be mistaken for a miss.
+    # The proof's own rounding must not count as a miss.
     allowed = tol + 1e-13 * size
     coefs, u_breaks, v_breaks = extract(surface.translated(-surface.bounds().mean(axis=0)))
-    bend = _bends(surface, u_breaks, v_breaks)
-    rows, columns = _estimated(bend, tol)
-    missed = np.ones((rows.size, columns.size), dtype=np.bool_)
-    while True:
-        elements_within(coefs, rows.astype(np.int64), columns.astype(np.int64), allowed, missed)
-        if not missed.any():
-            return _subdivided(u_breaks, rows), _subdivided(v_breaks, columns)
-        uu, vv = bend[0] / rows[:, None] ** 2, bend[2] / columns**2
-        by_row = (missed & (uu >= vv)).any(axis=1)
-        by_column = (missed & (uu <= vv)).any(axis=0)
-        rows = np.where(by_row, np.maximum(rows + 1.0, np.floor(_STEP * rows)), rows)
-        columns = np.where(by_column, np.maximum(columns + 1.0, np.floor(_STEP * columns)), columns)
-        _checked_size(float(rows.sum()), float(columns.sum()), tol)
-        missed |= by_row[:, None] | by_column
-
-
-def _estimated(bend: FloatArray, tol: float) -> tuple[FloatArray, FloatArray]:
-    """Cuts of each element row and column that the sampled curvature asks for."""
+    bend = _sampled_bends(surface, u_breaks, v_breaks)
     rows, columns = np.ones(bend.shape[1]), np.ones(bend.shape[2])
     while True:
         uu, vv = bend[0] / rows[:, None] ** 2, bend[2] / columns**2
         excess = (uu + 2.0 * bend[1] / (rows[:, None] * columns) + vv) / (8.0 * tol)
         if (excess <= 1.0).all():
-            return rows, columns
+            break
         # The direction that adds more to a bad cell is cut finer, by about the missing factor.
         by_row = np.where((excess > 1.0) & (uu >= vv), excess, 0.0).max(axis=1)
         by_column = np.where((excess > 1.0) & (uu <= vv), excess, 0.0).max(axis=0)
         rows, columns = _finer(rows, by_row), _finer(columns, by_column)
-        _checked_size(float(rows.sum()), float(columns.sum()), tol)
+        _check_size(float(rows.sum()), float(columns.sum()), tol)
+    unproved = np.ones((rows.size, columns.size), dtype=np.bool_)
+    while True:
+        elements_within(coefs, rows.astype(np.int64), columns.astype(np.int64), allowed, unproved)
+        if not unproved.any():
+            return _subdivided(u_breaks, rows), _subdivided(v_breaks, columns)
+        uu, vv = bend[0] / rows[:, None] ** 2, bend[2] / columns**2
+        cut_row = (unproved & (uu >= vv)).any(axis=1)
+        cut_column = (unproved & (uu <= vv)).any(axis=0)
+        rows = np.where(cut_row, np.maximum(rows + 1.0, np.floor(_CUT_FACTOR * rows)), rows)
+        finer_columns = np.maximum(columns + 1.0, np.floor(_CUT_FACTOR * columns))
+        columns = np.where(cut_column, finer_columns, columns)
+        _check_size(float(rows.sum()), float(columns.sum()), tol)
+        unproved |= cut_row[:, None] | cut_column
 
 
-def _bends(surface: SurfaceLike, u: FloatArray, v: FloatArray) -> FloatArray:
-    """Return the largest sampled bend (3, nu, nv) of each element.
+def _sampled_bends(surface: SurfaceLike, u: FloatArray, v: FloatArray) -> FloatArray:
+    """Return (3, nu, nv) largest |S_uu| across u-lines, |n·S_uv| and |S_vv| across v-lines.
 
-    They are across the u-lines, n·S_uv, and across the v-lines.
-
-    For parameters that run from 0 to 1 in each element.
+    At samples of each element, for parameters that run from 0 to 1 in it.
     """
-    # Samples keep off the borders: derivatives there may belong to the next element.
-    shares = np.concatenate([[1e-6], np.arange(1, _SAMPLES) / _SAMPLES, [1.0 - 1e-6]])
-    at = [(b[:-1, None] + np.diff(b)[:, None] * shares).ravel() for b in (u, v)]
-    uv = np.stack(np.meshgrid(*at, indexing="ij"), -1).reshape(-1, 2)
+    # No samples on the borders: derivatives there may belong to the next element.
+    shares = np.concatenate([[1e-6], np.arange(1, _N_SAMPLES) / _N_SAMPLES, [1.0 - 1e-6]])
+    samples = [(b[:-1, None] + np.diff(b)[:, None] * shares).ravel() for b in (u, v)]
+    uv = np.stack(np.meshgrid(*samples, indexing="ij"), -1).reshape(-1, 2)
     D = surface.derivatives(uv, 2)
-    across = np.abs((surface.normal(uv) * D[:, 1, 1]).sum(axis=1))
-    values = np.array([_across(D[:, 2, 0], D[:, 1, 0]), across, _across(D[:, 0, 2], D[:, 0, 1])])
+    twist = np.abs((surface.normal(uv) * D[:, 1, 1]).sum(axis=1))
+    values = np.array([_across(D[:, 2, 0], D[:, 1, 0]), twist, _across(D[:, 0, 2], D[:, 0, 1])])
     values = np.nan_to_num(values, nan=0.0)
     blocks = values.reshape(3, u.size - 1, shares.size, v.size - 1, shares.size)
     a, b = np.diff(u)[:, None], np.diff(v)
@@ -138,10 +146,10 @@ def _bends(surface: SurfaceLike, u: FloatArray, v: FloatArray) -> FloatArray:
 
 
 def _across(second: FloatArray, first: FloatArray) -> FloatArray:
-    """Length (k,) of the part of `second` across the direction of `first`."""
+    """Return (k,) lengths of the components of `second` normal to `first`."""
     square = (first * first).sum(axis=1, keepdims=True)
-    along = (second * first).sum(axis=1, keepdims=True)
-    share = np.divide(along, square, out=np.zeros_like(along), where=square > 0.0)
+    dot_product = (second * first).sum(axis=1, keepdims=True)
+    share = np.divide(dot_product, square, out=np.zeros_like(dot_product), where=square > 0.0)
     return np.asarray(np.linalg.norm(second - share * first, axis=1))
 
 
@@ -151,10 +159,10 @@ def net_grid(surface: SurfaceLike, tol: float) -> tuple[FloatArray, FloatArray]:
     The surface is split into Bézier pieces and these again, by knot insertion (Algorithm 3);
     A_net and A_base (Algorithms 2 and 4) are taken of each piece and their differences summed,
     because those of one curved patch need not meet. Splits run through the whole patch, so the
-    mesh of the piece corners has no cracks. Note what the rule cannot see: a twisted bilinear
-    piece is its own net, so its difference is zero at any size.
+    mesh of the piece corners has no cracks. The rule cannot see a twist: a bilinear piece is its
+    own net, so its difference is zero at any size.
     """
-    _checked_tolerance(tol)
+    _check_tolerance(tol)
     grid = extract(surface)
     while True:
         net, base, bend_u, bend_v = _piece_measures(grid)
@@ -168,12 +176,12 @@ def net_grid(surface: SurfaceLike, tol: float) -> tuple[FloatArray, FloatArray]:
         worst = max(by_row.max(), by_column.max())
         u = _bisected(grid.u_breaks, by_row >= 0.25 * worst)
         v = _bisected(grid.v_breaks, by_column >= 0.25 * worst)
-        _checked_size(u.size, v.size, tol)
+        _check_size(u.size, v.size, tol)
         grid = extract(surface, u[1:-1], v[1:-1])
 
 
 GRIDS = {"chord": chord_grid, "net": net_grid}
-"""What gives the grid of parameters, by method."""
+"""Function that returns the grid of parameters, by method."""
 
 
 def net_area(surface: SurfaceLike) -> float:
@@ -193,7 +201,7 @@ def base_area(surface: SurfaceLike) -> float:
 def _piece_measures(
     grid: BezierGrid,
 ) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-    """Net area, base area, and how much longer the net is than its chords, in u and in v."""
+    """Return net area, base area, and the excess of the net over its chords in u and in v."""
     points = grid.coefs[..., :3] / grid.coefs[..., 3:]
     net = _triangulated(points).sum(axis=(-2, -1))
     base = _triangulated(points[:, :, :: points.shape[2] - 1, :: points.shape[3] - 1])
@@ -206,14 +214,14 @@ def _piece_measures(
 
 
 def _bend(points: FloatArray) -> FloatArray:
-    """Length of the net's lines along axis 2 beyond their chords, mean over the lines."""
+    """Return the mean excess of the net's lines along axis 2 over their chords, length."""
     legs = np.linalg.norm(np.diff(points, axis=2), axis=-1).sum(axis=2)
     chords = np.linalg.norm(points[:, :, -1] - points[:, :, 0], axis=-1)
     return np.asarray((legs - chords).mean(axis=-1))
 
 
 def _triangulated(points: FloatArray) -> FloatArray:
-    """Area of the two triangles of each cell of nets (..., n, m, 3), as (..., n - 1, m - 1)."""
+    """Return (..., n − 1, m − 1) areas of the two triangles of each cell of nets (..., n, m, 3)."""
     a, b = points[..., :-1, :-1, :], points[..., 1:, :-1, :]
     c, d = points[..., 1:, 1:, :], points[..., :-1, 1:, :]
     first = np.linalg.norm(np.cross(b - a, c - a), axis=-1)
@@ -221,31 +229,14 @@ def _triangulated(points: FloatArray) -> FloatArray:
     return np.asarray(0.5 * (first + second))
 
 
-def _welded(points: FloatArray, ids: NDArray[np.int64]) -> NDArray[np.int64]:
-    """`ids` with those of opposite sides that coincide, and of collapsed sides, made one."""
-    size = float(np.abs(points).max())
-    grid = points.reshape(*ids.shape, 3)
-    ids = ids.copy()
-
-    def same(first: FloatArray, second: FloatArray) -> bool:
-        return bool(np.abs(first - second).max() <= _WELD * size)
-
-    if same(grid[0], grid[-1]):
-        ids[-1] = ids[0]
-    if same(grid[:, 0], grid[:, -1]):
-        ids[:, -1] = ids[:, 0]
-    for side in (np.s_[0, :], np.s_[-1, :], np.s_[:, 0], np.s_[:, -1]):
-        if same(grid[side], grid[side][:1]):
-            ids[side] = ids[side].min()
-    return ids
-
-
 def _finer(counts: FloatArray, excess: FloatArray) -> FloatArray:
+    """Return more cuts where the error over the tolerance, `excess`, is not zero."""
     factor = np.clip(np.sqrt(excess), 1.0, 2.0)
     return np.where(excess > 0.0, np.maximum(counts + 1.0, np.floor(counts * factor)), counts)
 
 
 def _subdivided(breaks: FloatArray, counts: FloatArray) -> FloatArray:
+    """Return `breaks` with each interval divided in equal parts, `counts` of them."""
     parts = [
         np.linspace(low, high, int(n) + 1)[:-1]
         for low, high, n in zip(breaks[:-1], breaks[1:], counts, strict=True)
@@ -254,16 +245,19 @@ def _subdivided(breaks: FloatArray, counts: FloatArray) -> FloatArray:
 
 
 def _bisected(breaks: FloatArray, marked: NDArray[np.bool_]) -> FloatArray:
+    """Return `breaks` with the middles of the marked intervals."""
     middles = 0.5 * (breaks[:-1] + breaks[1:])
     return np.sort(np.concatenate([breaks, middles[marked]]))
 
 
-def _checked_tolerance(tol: float) -> None:
+def _check_tolerance(tol: float) -> None:
+    """Raise InputError unless `tol` is positive and finite."""
     if not (math.isfinite(tol) and tol > 0.0):
         raise InputError("a tolerance must be positive", where="tol", found=tol)
 
 
-def _checked_size(rows: float, columns: float, tol: float) -> None:
+def _check_size(rows: float, columns: float, tol: float) -> None:
+    """Raise GeometryError for a grid with too many cells."""
     if rows * columns > MAX_CELLS:
         raise GeometryError(
             f"this tolerance needs more than {2 * MAX_CELLS} triangles",

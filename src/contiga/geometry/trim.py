@@ -1,7 +1,7 @@
-"""Trim tables of a body: what of each patch is there, exactly and fast.
+"""Trim tables of a body: which part of each patch belongs to it, exactly and fast.
 
 Every p-curve is cut into rational Bézier segments, every segment into pieces monotone in u and
-in v. A grid of IN, OUT and CUT cells over each trimmed patch answers most questions at once; in a
+in v. A grid of IN, OUT and CUT cells over each trimmed patch decides most points at once; in a
 CUT cell the few pieces that meet it decide by a crossing test on the exact curve.
 """
 
@@ -25,12 +25,12 @@ from contiga.records import FloatArray
 Loop = tuple[NurbsCurve, ...]
 Domain = tuple[tuple[float, float], tuple[float, float]]
 
-SNAP = 1e-9
+SNAP_TOL = 1e-9
 """Gaps in a loop up to this share of the domain are rounding: the ends are moved together."""
 LARGEST_GAP = 1e-3
 """Gaps up to this share of the domain are closed by a straight piece; larger ones are errors."""
-OUTSIDE = 1e-2
-"""How far, as a share of the domain, a p-curve may reach over the rectangle, which cuts it off."""
+MAX_EXCESS = 1e-2
+"""Largest excess of a p-curve over the rectangle, which clips it, as a share of the domain."""
 
 
 class _Pieces(NamedTuple):
@@ -56,7 +56,7 @@ def check_loops(loops: tuple[Loop, ...], domain: Domain, where: str) -> None:
         place = f"{where}, loop {k}"
         if not loop:
             raise GeometryError("a trimming loop needs at least one p-curve", where=place)
-        ends = np.array([_end_points(curve) for curve in loop])
+        ends = np.array([curve.control_points[[0, -1], :2] for curve in loop])
         gaps = np.abs(np.roll(ends[:, 0], -1, axis=0) - ends[:, 1]) / span
         if gaps.max() > LARGEST_GAP:
             raise GeometryError(
@@ -66,7 +66,7 @@ def check_loops(loops: tuple[Loop, ...], domain: Domain, where: str) -> None:
                 allowed=f"gaps up to {LARGEST_GAP:g} of the patch's parameter range",
             )
         reach = (ends.reshape(-1, 2) - low) / span
-        if reach.min() < -OUTSIDE or reach.max() > 1.0 + OUTSIDE:
+        if reach.min() < -MAX_EXCESS or reach.max() > 1.0 + MAX_EXCESS:
             raise GeometryError(
                 "trimming loops must lie in the patch's parameter rectangle",
                 where=place,
@@ -78,7 +78,7 @@ def check_loops(loops: tuple[Loop, ...], domain: Domain, where: str) -> None:
 def parameter_box(
     patch: NurbsSurface, loops: tuple[Loop, ...] | None
 ) -> tuple[FloatArray, FloatArray]:
-    """Low and high (u, v) of what its loops reach of a patch, of all of one without."""
+    """Return the lower and upper (u, v) of a patch's loops, or of its domain without loops."""
     low, high = np.array(patch.domain).T
     if loops is None:
         return low, high
@@ -87,37 +87,32 @@ def parameter_box(
 
 
 def loop_pieces(tables: TrimTables, patch: int) -> list[np.ndarray]:
-    """The pieces of each loop of a patch, in order."""
+    """Return the pieces of each loop of a patch, in order."""
     first, last = tables.patch_start[patch], tables.patch_start[patch + 1]
     pieces = np.arange(first, last)
     loops = tables.piece_loop[first:last, 0]
     return [pieces[loops == number] for number in np.unique(loops)]
 
 
-def _end_points(curve: NurbsCurve) -> FloatArray:
-    points = curve.control_points
-    return np.array([points[0, :2], points[-1, :2]])
-
-
-def _loop_pieces(loop: Loop, low: FloatArray, high: FloatArray) -> _Pieces:
+def _monotone_pieces(loop: Loop, low: FloatArray, high: FloatArray) -> _Pieces:
     """Return the monotone pieces of one loop, each ending exactly where the next begins.
 
-    Straight pieces are added over gaps.
+    Straight pieces bridge gaps.
     """
-    parts = []
+    by_curve = []
     for curve in loop:
         segments = np.ascontiguousarray(extract_curve(curve).coefs[:, :, [0, 1, 3]])
         degrees = np.full(len(segments), segments.shape[1] - 1, dtype=np.int32)
-        parts.append(build_nb.monotone_pieces(segments, degrees)[0])
-    coefs = [piece for part in parts for piece in part]
-    curve_of = np.repeat(np.arange(len(parts)), [len(part) for part in parts]).tolist()
-    ends = np.concatenate([part[:, [0, -1]] for part in parts])
+        by_curve.append(build_nb.monotone_pieces(segments, degrees)[0])
+    coefs = [piece for pieces in by_curve for piece in pieces]
+    curve_of = np.repeat(np.arange(len(loop)), [len(pieces) for pieces in by_curve]).tolist()
+    ends = np.concatenate([pieces[:, [0, -1]] for pieces in by_curve])
     ends = np.clip(ends[..., :2] / ends[..., 2:], low, high)
     following = np.roll(ends[:, 0], -1, axis=0)
-    open_ends = (np.abs(following - ends[:, 1]) > SNAP * (high - low)).any(axis=1)
-    gaps = np.flatnonzero(open_ends)
+    has_gap = (np.abs(following - ends[:, 1]) > SNAP_TOL * (high - low)).any(axis=1)
+    gaps = np.flatnonzero(has_gap)
     bridges = np.stack([ends[gaps, 1], following[gaps]], axis=1)
-    ends[~open_ends, 1] = following[~open_ends]
+    ends[~has_gap, 1] = following[~has_gap]
     for k, bridge in zip(gaps[::-1] + 1, bridges[::-1], strict=True):
         coefs.insert(k, np.column_stack([bridge, np.ones(2)]))
         curve_of.insert(k, -1)
@@ -129,13 +124,13 @@ def build_trim_tables(
     trims: Sequence[tuple[Loop, ...] | None],
     edges: Sequence[BodyEdge] = (),
 ) -> TrimTables:
-    """Tables for `point_in_trim` and `box_state` over all patches of a body, or a few of them.
+    """Return tables for `point_in_trim` and `box_state` over all patches of a body, or a few.
 
     Parameters
     ----------
     patches : patches of the body
     trims : for each patch None, or its loops
-    edges : those that are known
+    edges : of the body, to name the edge of each piece
 
     Returns
     -------
@@ -146,49 +141,39 @@ def build_trim_tables(
     coefs: list[FloatArray] = []
     ends: list[FloatArray] = [np.empty((0, 4))]
     keys: list[tuple[int, int, int, int]] = []
+    """By piece patch, loop, p-curve and edge."""
     counts = np.zeros(len(patches), dtype=np.int64)
     for k, (patch, loops) in enumerate(zip(patches, trims, strict=True)):
         (u0, u1), (v0, v1) = patch.domain
         for m, loop in enumerate(loops or ()):
-            part = _loop_pieces(loop, np.array([u0, v0]), np.array([u1, v1]))
-            coefs += part.coefs
-            ends.append(part.ends)
-            keys += [(k, m, c, edge_of.get((k, m, c), -1)) for c in part.curve]
-            counts[k] += len(part.coefs)
+            pieces = _monotone_pieces(loop, np.array([u0, v0]), np.array([u1, v1]))
+            coefs += pieces.coefs
+            ends.append(pieces.ends)
+            keys += [(k, m, c, edge_of.get((k, m, c), -1)) for c in pieces.curve]
+            counts[k] += len(pieces.coefs)
     key_array = np.array(keys, dtype=np.int32).reshape(-1, 4)
-    padded, degree = _stack(coefs)
-    return _with_cells(
-        counts,
-        trimmed=np.array([loops is not None for loops in trims], dtype=np.int8),
-        domain=np.array([[*p.domain[0], *p.domain[1]] for p in patches]),
+    degree = np.array([len(c) - 1 for c in coefs], dtype=np.int32)
+    padded = np.zeros((len(coefs), int(degree.max(initial=1)) + 1, 3))
+    for row, c in zip(padded, coefs, strict=True):
+        row[: len(c)] = c
+    trimmed = np.array([loops is not None for loops in trims], dtype=np.int8)
+    # Grids grow with the number of pieces, so that few pieces meet in a cell.
+    side = [min(max(math.ceil(3.0 * math.sqrt(c)), 4), 512) if c else 0 for c in counts]
+    grid_shape = np.array([[s, s] for s in side], dtype=np.int64)
+    n_cells = np.where(trimmed > 0, grid_shape.prod(axis=1), 0)
+    total = int(n_cells.sum())
+    tables = TrimTables(
         piece_coefs=padded,
         piece_degree=degree,
         piece_ends=np.concatenate(ends),
         piece_patch=key_array[:, 0].copy(),
         piece_edge=key_array[:, 3].copy(),
         piece_loop=key_array[:, 1:3].copy(),
-    )
-
-
-def _stack(coefs: list[FloatArray]) -> tuple[FloatArray, np.ndarray]:
-    degree = np.array([len(c) - 1 for c in coefs], dtype=np.int32)
-    padded = np.zeros((len(coefs), int(degree.max(initial=1)) + 1, 3))
-    for row, c in zip(padded, coefs, strict=True):
-        row[: len(c)] = c
-    return padded, degree
-
-
-def _with_cells(counts: np.ndarray, **pieces: np.ndarray) -> TrimTables:
-    """The full tables: grids sized by the number of pieces, cells filled."""
-    side = [min(max(math.ceil(3.0 * math.sqrt(c)), 4), 512) if c else 0 for c in counts]
-    grid_shape = np.array([[s, s] for s in side], dtype=np.int64)
-    cells_of = np.where(pieces["trimmed"] > 0, grid_shape.prod(axis=1), 0)
-    total = int(cells_of.sum())
-    tables = TrimTables(
-        **pieces,
         patch_start=np.concatenate([[0], np.cumsum(counts)]),
+        trimmed=trimmed,
+        domain=np.array([[*p.domain[0], *p.domain[1]] for p in patches]),
         grid_shape=grid_shape,
-        grid_start=np.concatenate([[0], np.cumsum(cells_of)]),
+        grid_start=np.concatenate([[0], np.cumsum(n_cells)]),
         cell_state=np.zeros(total, dtype=np.int8),
         cell_parity=np.zeros(total, dtype=np.int8),
         cell_start=np.zeros(total + 1, dtype=np.int64),

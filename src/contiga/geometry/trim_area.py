@@ -26,22 +26,23 @@ from contiga.records import FloatArray
 T = TypeVar("T")
 
 MOMENTS = 10
-"""Of degree 0, 1 and 2: 1, x, y, z, xx, yy, zz, xy, yz, xz."""
+"""Number of moments of degree 0, 1 and 2: 1, x, y, z, xx, yy, zz, xy, yz, xz."""
 _DEGREE = np.repeat([0.0, 1.0, 2.0], [1, 3, 6])
 MAX_PARTS = 64
+"""Largest number of parts in each direction of an element."""
 _EXTRA_POINTS, _SECOND_EXTRA = 4, 3
-"""Points beyond the degree of the first rule, and what the second has on top."""
+"""Points of the first rule beyond the degree, and of the second rule beyond the first."""
 
 
 def body_area(body: FacesLike, rtol: float = 1e-9) -> float:
-    """Area of `body`, trims obeyed, to about the relative tolerance `rtol`; length²."""
+    """Return the area of `body`, trims obeyed, to about the relative tolerance `rtol`; length²."""
     return float(patch_areas(body, rtol).sum())
 
 
 def body_volume(body: FacesLike, rtol: float = 1e-9) -> float:
-    """Volume that `body` encloses, length³: ⅓ ∮ S · n dA, positive if normals point outward.
+    """Return the volume inside `body`, length³: ⅓ ∮ S · n dA, positive if normals point outward.
 
-    Positions count from the middle of the bounds, which leaves a closed body's volume as it is.
+    S is taken from the middle of the bounds, which does not change a closed body's volume.
     """
     return float(patch_volumes(body, body.bounds().mean(axis=0), rtol).sum())
 
@@ -49,9 +50,8 @@ def body_volume(body: FacesLike, rtol: float = 1e-9) -> float:
 def body_moments(body: FacesLike, origin: FloatArray, rtol: float = 1e-9) -> FloatArray:
     """Return moments (10,) about `origin` of the volume that `body` encloses.
 
-    They are positive where normals point outward.
-
-    ∫ f dV of f = 1, x, y, z, xx, yy, zz, xy, yz, xz; to about `rtol` in the scale of the body.
+    ∫ f dV of f = 1, x, y, z, xx, yy, zz, xy, yz, xz, positive if normals point outward; to about
+    `rtol` in the scale of the body.
     """
     total = np.zeros(MOMENTS)
     for flux in _fluxes(body, origin, MOMENTS, rtol):
@@ -77,7 +77,7 @@ def patch_volumes(body: FacesLike, origin: FloatArray, rtol: float = 1e-9) -> Fl
 
 
 def _fluxes(body: FacesLike, origin: FloatArray, count: int, rtol: float) -> list[FloatArray]:
-    """The first `count` of ∮ f (S · n) dA over every patch, S from `origin`."""
+    """Return the first `count` integrals ∮ f (S · n) dA over every patch, S from `origin`."""
     reach = np.abs(body.bounds() - origin).max()
 
     def flux(k: int) -> FloatArray:
@@ -89,18 +89,18 @@ def _fluxes(body: FacesLike, origin: FloatArray, count: int, rtol: float) -> lis
 
 
 def _of_patches(body: FacesLike, value: Callable[[int], T]) -> list[T]:
-    """`value` of every patch by its number, on the threads."""
-    _ = body.trim_tables  # made once, before the threads ask for them
+    """Return `value` of every patch number, computed on several threads."""
+    _ = body.trim_tables  # built once, before the threads use them
     return map_threads(value, range(len(body.patches)))
 
 
 def _integral(
     body: FacesLike, k: int, origin: FloatArray, kind: int, stop: tuple[FloatArray, float]
 ) -> FloatArray:
-    """The area or flux integrals over patch `k`, halving parts until two rules agree.
+    """Return the area or flux integrals over patch `k`; halve parts until two rules agree.
 
-    `stop` is how far apart they may be: in absolute terms, one number for each integral, or
-    relative to the value.
+    `stop` holds their largest absolute difference, by integral, and the relative one; the larger
+    counts.
     """
     floor, rtol = stop
     patch = body.patches[k]
@@ -119,7 +119,7 @@ def _integral(
     points = max(patch.degrees) + _EXTRA_POINTS
     parts = 1
     while True:
-        # Two rules on the same parts cost half of what one rule on halved parts does.
+        # Two rules on the same parts cost half as much as one rule on halved parts.
         coarse, fine = value(points, parts), value(points + _SECOND_EXTRA, parts)
         close = np.maximum(10.0 * rtol * np.abs(fine), floor)
         if np.all(np.abs(fine - coarse) <= close) or parts >= MAX_PARTS:

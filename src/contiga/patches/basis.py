@@ -34,7 +34,7 @@ class Patch(Protocol):
 
 
 class BasisAt(NamedTuple):
-    """Basis functions of a patch at k points, those that are not zero there."""
+    """The nonzero basis functions of a patch at k points."""
 
     control: IntArray
     """(k, c) control points: row i m + j of a net (n, m)."""
@@ -42,7 +42,7 @@ class BasisAt(NamedTuple):
     """(k, 6, c) N, N_u, N_v, N_uu, N_vv, N_uv."""
 
     def of(self, order: int, net: FloatArray) -> FloatArray:
-        """Return (k, 3) a derivative of the surface of control points (r, 3): `VALUE` to `UV`."""
+        """Return (k, 3) derivative `order` (`VALUE` to `UV`) of the surface with `net` (r, 3)."""
         return np.asarray((self.values[:, order, :, None] * net[self.control]).sum(axis=1))
 
 
@@ -50,72 +50,63 @@ class _Spans(NamedTuple):
     """Basis functions along one direction."""
 
     first: IndexArray
-    """(k,) the first that is not zero."""
+    """(k,) the first nonzero function."""
     values: FloatArray
     """(k, 3, p + 1) values, first and second derivatives."""
 
 
 def basis_at(patch: Patch, uv: FloatArray) -> BasisAt:
-    """Basis functions at parameters (k, 2); on a knot those of the element to its right."""
+    """Return the basis functions at parameters (k, 2), right-continuous at knots."""
     (p, q), (U_knots, V_knots) = patch.degrees, patch.knots
-    along, across = spans_at(U_knots, p, uv[:, 0]), spans_at(V_knots, q, uv[:, 1])
-    count = len(V_knots) - q - 1
-    rows = along.first[:, None] + np.arange(p + 1)
-    columns = across.first[:, None] + np.arange(q + 1)
-    control = (rows[:, :, None] * count + columns[:, None, :]).reshape(len(uv), -1)
-    products = [along.values[:, i, :, None] * across.values[:, j, None, :] for i, j in ORDERS]
-    values = np.stack([each.reshape(len(uv), -1) for each in products], axis=1)
+    in_u, in_v = spans_at(U_knots, p, uv[:, 0]), spans_at(V_knots, q, uv[:, 1])
+    n_columns = len(V_knots) - q - 1
+    rows = in_u.first[:, None] + np.arange(p + 1)
+    columns = in_v.first[:, None] + np.arange(q + 1)
+    control = (rows[:, :, None] * n_columns + columns[:, None, :]).reshape(len(uv), -1)
+    products = [in_u.values[:, i, :, None] * in_v.values[:, j, None, :] for i, j in ORDERS]
+    values = np.stack([product.reshape(len(uv), -1) for product in products], axis=1)
     if patch.weights is not None:
-        values = _rational(values * patch.weights.ravel()[control][:, None, :])
+        # Rational functions by the quotient rule: each derivative needs the lower ones.
+        values = values * patch.weights.ravel()[control][:, None, :]
+        sums = values.sum(axis=2, keepdims=True)
+        w, w_u, w_v, w_uu, w_vv, w_uv = (sums[:, k] for k in range(6))
+        n = values[:, VALUE] / w
+        n_u, n_v = (values[:, U] - n * w_u) / w, (values[:, V] - n * w_v) / w
+        n_uu = (values[:, UU] - 2.0 * n_u * w_u - n * w_uu) / w
+        n_vv = (values[:, VV] - 2.0 * n_v * w_v - n * w_vv) / w
+        n_uv = (values[:, UV] - n_u * w_v - n_v * w_u - n * w_uv) / w
+        values = np.stack([n, n_u, n_v, n_uu, n_vv, n_uv], axis=1)
     return BasisAt(control.astype(np.int32), values)
 
 
-def _rational(values: FloatArray) -> FloatArray:
-    """Return rational basis functions and derivatives from weighted ones, by the quotient rule."""
-    sums = values.sum(axis=2, keepdims=True)
-    w, w_u, w_v, w_uu, w_vv, w_uv = (sums[:, k] for k in range(6))
-    n = values[:, VALUE] / w
-    n_u, n_v = (values[:, U] - n * w_u) / w, (values[:, V] - n * w_v) / w
-    n_uu = (values[:, UU] - 2.0 * n_u * w_u - n * w_uu) / w
-    n_vv = (values[:, VV] - 2.0 * n_v * w_v - n * w_vv) / w
-    n_uv = (values[:, UV] - n_u * w_v - n_v * w_u - n * w_uv) / w
-    return np.stack([n, n_u, n_v, n_uu, n_vv, n_uv], axis=1)
-
-
 def spans_at(knots: FloatArray, degree: int, t: FloatArray) -> _Spans:
-    """Basis functions at parameters (k,) that lie in the domain.
+    """Return the basis functions at parameters (k,) in the domain.
 
-    Each derivative begins with the basis of a lower degree (The NURBS Book, Eq. 2.5 and 2.7).
+    Each derivative starts from the basis of a lower degree (The NURBS Book, Eq. 2.5 and 2.7).
     """
     last = len(knots) - degree - 2
     span = np.clip(np.searchsorted(knots, t, side="right") - 1, degree, last)
-    values = np.zeros((len(t), 3, degree + 1))
+    result = np.zeros((len(t), 3, degree + 1))
     for order in range(min(degree, 2) + 1):
-        values[:, order] = _derivative(knots, degree, span, t, order)
-    return _Spans(span - degree, values)
-
-
-def _derivative(
-    knots: FloatArray, degree: int, span: IndexArray, t: FloatArray, order: int
-) -> FloatArray:
-    """Return derivatives (k, degree + 1): the basis is raised, then differenced `order` times."""
-    values = np.ones((len(t), 1))
-    for j in range(1, degree + 1):
-        new = np.zeros((len(t), j + 1))
-        for r in range(j):
-            high, low = knots[span + r + 1], knots[span + r + 1 - j]
-            share = values[:, r] / (high - low)
-            if j <= degree - order:
-                new[:, r] += share * (high - t)
-                new[:, r + 1] += share * (t - low)
-            else:
-                new[:, r] -= j * share
-                new[:, r + 1] += j * share
-        values = new
-    return values
+        # The degree is raised from 0 up; the last `order` steps are differences.
+        values = np.ones((len(t), 1))
+        for j in range(1, degree + 1):
+            raised = np.zeros((len(t), j + 1))
+            for r in range(j):
+                high, low = knots[span + r + 1], knots[span + r + 1 - j]
+                share = values[:, r] / (high - low)
+                if j <= degree - order:
+                    raised[:, r] += share * (high - t)
+                    raised[:, r + 1] += share * (t - low)
+                else:
+                    raised[:, r] -= j * share
+                    raised[:, r + 1] += j * share
+            values = raised
+        result[:, order] = values
+    return _Spans(span - degree, result)
 
 
 def elements_of(knots: FloatArray) -> FloatArray:
-    """Return (e, 2) the intervals between different knots."""
+    """Return (e, 2) the nonempty knot spans."""
     breaks = np.unique(knots)
     return np.stack([breaks[:-1], breaks[1:]], axis=1)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,10 +20,10 @@ from contiga.patches.checks import (
 from contiga.patches.pieces import EDGES, Joint, Piece, edge_of, pieces_of, rows_from
 from contiga.records import FloatArray, IntArray
 
-NEAR = 1e-6
-"""Part of the size of all patches within which control points are the same, where none is given."""
-SAME = 1e-9
-"""Part by which knots and weights of two edges may differ and still be the same."""
+JOIN_TOL = 1e-6
+"""Default share of the size of all patches within which control points are the same."""
+KNOT_TOL = 1e-9
+"""Difference up to which knots and weights of two edges are the same."""
 
 
 class Net(NamedTuple):
@@ -36,44 +36,51 @@ class Net(NamedTuple):
     points: FloatArray
     """(d, 3) control points at rest."""
     sites: FloatArray
-    """(d, 3) where each control point has its place on the surface: at its Greville parameters."""
+    """(d, 3) point of the surface at the Greville parameters of each control point."""
     joints: tuple[Joint, ...]
 
     def edge(self, name: str, patch: int = 0, rows: int = 1) -> IntArray:
-        """Degrees of freedom of an edge of a patch, ascending.
+        """Return the degrees of freedom of an edge of a patch, ascending.
 
         Parameters
         ----------
-        name : "u0", "u1", "v0" or "v1": where u or v begins or ends
+        name : "u0", "u1", "v0" or "v1": the side on which u or v starts or ends
         patch : number of the patch
-        rows : of control points, from the edge on; two hold the slope there as well
+        rows : number of rows of control points from the edge on; two hold the slope as well
 
         Raises
         ------
         InputError
-            No such edge or patch, more rows than the patch has.
+            There is no such edge or patch, or `rows` is more than the patch has.
         """
-        net = self._control_of(patch)
-        way = rows_from(net, edge_name(name))
-        if not 1 <= rows <= len(way):
+        if not 0 <= patch < len(self.control):
             raise InputError(
-                f"patch {patch} has {len(way)} rows of control points from its edge {name} on",
+                "there is no such patch",
+                where="patch",
+                found=patch,
+                allowed=f"0 to {len(self.control) - 1}",
+            )
+        control_rows = rows_from(self.control[patch], edge_name(name))
+        if not 1 <= rows <= len(control_rows):
+            raise InputError(
+                f"patch {patch} has {len(control_rows)} rows of control points from its edge "
+                f"{name} on",
                 where="rows",
                 found=rows,
-                allowed=f"1 to {len(way)}",
+                allowed=f"1 to {len(control_rows)}",
             )
-        return np.unique(way[:rows]).astype(np.int32)
+        return np.unique(control_rows[:rows]).astype(np.int32)
 
     def box(self, low: Sequence[float], high: Sequence[float]) -> IntArray:
-        """Degrees of freedom whose place on the surface is in a box, ascending.
+        """Return the degrees of freedom whose points of the surface are in a box, ascending.
 
         Raises
         ------
         InputError
-            None is there.
+            There is none.
         """
-        near = NEAR * _size(self.sites)
-        inside = (self.sites >= np.asarray(low) - near) & (self.sites <= np.asarray(high) + near)
+        tol = JOIN_TOL * _size(self.sites)
+        inside = (self.sites >= np.asarray(low) - tol) & (self.sites <= np.asarray(high) + tol)
         rows = np.flatnonzero(inside.all(axis=1))
         if rows.size == 0:
             raise InputError(
@@ -85,31 +92,21 @@ class Net(NamedTuple):
             )
         return rows.astype(np.int32)
 
-    def _control_of(self, patch: int) -> IntArray:
-        if not 0 <= patch < len(self.control):
-            raise InputError(
-                "there is no such patch",
-                where="patch",
-                found=patch,
-                allowed=f"0 to {len(self.control) - 1}",
-            )
-        return self.control[patch]
-
 
 def join(surfaces: Sequence[Patch], tolerance: float | None = None) -> Net:
-    """Patches joined where their edges have the same control points.
+    """Join patches whose edges have the same control points.
 
     Parameters
     ----------
-    surfaces : of degrees 1 to 5, such as `contiga.NurbsSurface`
+    surfaces : patches of degrees 1 to 5, such as `contiga.NurbsSurface`
     tolerance : length within which control points are the same; a millionth of the size of all
         patches if omitted
 
     Raises
     ------
     InputError
-        No patch, a degree above 5, weights that are not positive, a pole or another edge along
-        which the surface has no normal, patches that do not meet, that meet along a part of an
+        There is no patch, a degree above 5, a weight that is not positive, a pole or another edge
+        along which the surface has no normal; patches do not meet, or meet along a part of an
         edge, or with other control points, knots or weights.
     """
     patches = tuple(surfaces)
@@ -118,24 +115,21 @@ def join(surfaces: Sequence[Patch], tolerance: float | None = None) -> Net:
     for k, patch in enumerate(patches):
         check_numbers(patch, f"surfaces[{k}]")
     size = _size(np.concatenate([patch.control_points.reshape(-1, 3) for patch in patches]))
-    near = NEAR * size if tolerance is None else float(tolerance)
+    tol = JOIN_TOL * size if tolerance is None else float(tolerance)
     starts = np.cumsum([0, *(patch.control_points[..., 0].size for patch in patches)])
     pieces = [
         piece for k, patch in enumerate(patches) for piece in pieces_of(patch, k, int(starts[k]))
     ]
     for piece in pieces:
-        check_edges(piece, near)
-    joints = _joints(pieces, near)
-    check_whole_edges(pieces, joints, near)
+        check_edges(piece, tol)
+    joints = _find_joints(pieces, tol)
+    check_whole_edges(pieces, joints, tol)
     check_connected(pieces, joints)
-    first, numbers = _shared(int(starts[-1]), pieces, joints)
-    points, sites = (
-        np.concatenate([part.reshape(-1, 3) for part in parts])[first]
-        for parts in (
-            [np.asarray(patch.control_points, np.float64) for patch in patches],
-            [_greville_points(patch) for patch in patches],
-        )
-    )
+    first, merged = merge_joined([piece.control for piece in pieces], joints, int(starts[-1]))
+    numbers = merged.astype(np.int32)
+    nets = [np.asarray(patch.control_points, np.float64).reshape(-1, 3) for patch in patches]
+    points = np.concatenate(nets)[first]
+    sites = np.concatenate([_greville_points(patch) for patch in patches])[first]
     control = tuple(
         numbers[start : start + patch.control_points[..., 0].size].reshape(
             patch.control_points.shape[:2]
@@ -146,73 +140,82 @@ def join(surfaces: Sequence[Patch], tolerance: float | None = None) -> Net:
     return Net(control, renumbered, points, sites, joints)
 
 
-def _shared(
-    count: int, pieces: Sequence[Piece], joints: Sequence[Joint]
-) -> tuple[NDArray[np.intp], IntArray]:
-    """The first control point of each degree of freedom, and the degree of freedom of each."""
+def merge_joined(
+    grids: Sequence[NDArray[Any]], joints: Sequence[Joint], count: int
+) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+    """Number `count` points anew so that the points of joined edges are one.
+
+    Parameters
+    ----------
+    grids : (n, m) points of each piece
+    joints : between edges of the pieces
+    count : number of points before
+
+    Returns
+    -------
+    first : (d,) first of the old points of each new one
+    numbers : (count,) new point of each old one
+    """
     lowest = np.arange(count)
     while True:
         before = lowest.copy()
         for joint in joints:
-            one, other = (
-                rows_from(pieces[piece].control, edge)[0]
+            first, second = (
+                rows_from(grids[piece], edge)[0]
                 for piece, edge in zip(joint.pieces, joint.edges, strict=True)
             )
-            other = other[::-1] if joint.turned else other
-            least = np.minimum(lowest[one], lowest[other])
-            np.minimum.at(lowest, one, least)
-            np.minimum.at(lowest, other, least)
+            second = second[::-1] if joint.turned else second
+            lower = np.minimum(lowest[first], lowest[second])
+            np.minimum.at(lowest, first, lower)
+            np.minimum.at(lowest, second, lower)
         if (before == lowest).all():
-            break
-    first, numbers = np.unique(lowest, return_inverse=True)
-    return first, numbers.astype(np.int32)
+            return np.unique(lowest, return_inverse=True)
 
 
-def _joints(pieces: Sequence[Piece], near: float) -> tuple[Joint, ...]:
-    """All pairs of edges with the same control points.
+def _find_joints(pieces: Sequence[Piece], tol: float) -> tuple[Joint, ...]:
+    """Return all pairs of edges with the same control points.
 
     Raises
     ------
     InputError
-        A pair of edges that is the same curve with other control points, knots or weights.
+        A pair of edges is the same curve with other control points, knots or weights.
     """
     edges = [(piece, name) for piece in range(len(pieces)) for name in EDGES]
     lines = [rows_from(pieces[piece].control_points, name)[0] for piece, name in edges]
     ends = np.stack([line[[0, -1]] for line in lines])
-    close = cKDTree(ends.mean(axis=1)).query_pairs(2.0 * near, output_type="ndarray")
+    close = cKDTree(ends.mean(axis=1)).query_pairs(2.0 * tol, output_type="ndarray")
     joints = []
     for a, b in close[np.lexsort(close.T[::-1])]:
         for turned in (False, True):
-            other = ends[b][::-1] if turned else ends[b]
-            if np.abs(ends[a] - other).max() > near:
+            if np.abs(ends[a] - (ends[b][::-1] if turned else ends[b])).max() > tol:
                 continue
             joint = Joint((edges[a][0], edges[b][0]), (edges[a][1], edges[b][1]), turned)
-            if _same_curve(pieces, joint, near):
+            if _is_same_curve(pieces, joint, tol):
                 joints.append(joint)
                 break
     return tuple(joints)
 
 
-def _same_curve(pieces: Sequence[Piece], joint: Joint, near: float) -> bool:
+def _is_same_curve(pieces: Sequence[Piece], joint: Joint, tol: float) -> bool:
     """Return whether two edges with the same ends are one, with the same control points."""
-    both = [(pieces[k], name) for k, name in zip(joint.pieces, joint.edges, strict=True)]
-    one, other = (edge_of(piece, name) for piece, name in both)
+    sides = [(pieces[k], name) for k, name in zip(joint.pieces, joint.edges, strict=True)]
+    first, second = (edge_of(piece, name) for piece, name in sides)
     if joint.turned:
-        other = other.turned()
-    if np.abs(one.samples - other.samples).max() > near:
+        second = second.reversed()
+    if np.abs(first.samples - second.samples).max() > tol:
         return False
-    for what, a, b, slack in (
-        ("degree", np.array([one.degree]), np.array([other.degree]), 0.5),
-        ("knots", one.knots, other.knots, SAME),
-        ("control points", one.points, other.points, near),
-        ("weights", one.weights, other.weights, SAME),
+    for quantity, a, b, allowed in (
+        ("degree", np.array([first.degree]), np.array([second.degree]), 0.5),
+        ("knots", first.knots, second.knots, KNOT_TOL),
+        ("control points", first.points, second.points, tol),
+        ("weights", first.weights, second.weights, KNOT_TOL),
     ):
-        if a.shape != b.shape or np.abs(a - b).max() > slack:
+        if a.shape != b.shape or np.abs(a - b).max() > allowed:
             raise InputError(
-                f"they meet, but their {what} there differ",
-                where=" and ".join(f"surfaces[{piece.patch}] {name}" for piece, name in both),
-                found=f"{len(one.points)} and {len(other.points)} control points, "
-                f"degrees {one.degree} and {other.degree}",
+                f"they meet, but their {quantity} there differ",
+                where=" and ".join(f"surfaces[{piece.patch}] {name}" for piece, name in sides),
+                found=f"{len(first.points)} and {len(second.points)} control points, "
+                f"degrees {first.degree} and {second.degree}",
                 allowed="the same degree, knots, control points and weights along the joint",
                 remedy="Refine both alike: NurbsSurface.insert_knots, elevate",
             )
@@ -230,7 +233,7 @@ def _greville_points(patch: Patch) -> FloatArray:
 
 
 def edge_name(name: str) -> str:
-    """An edge by its name, refused where there is none of that name."""
+    """Return the name of an edge; raise InputError for another name."""
     if name not in EDGES:
         raise InputError(
             "there is no such edge", where="edge", found=name, allowed=", ".join(EDGES)
@@ -239,10 +242,11 @@ def edge_name(name: str) -> str:
 
 
 def _size(points: FloatArray) -> float:
+    """Return the diagonal of the box of points (k, 3)."""
     return float(np.sqrt(np.sum(np.ptp(points, axis=0) ** 2)))
 
 
 def on_net(piece: Piece, uv: FloatArray) -> BasisAt:
-    """Basis functions at parameters (k, 2), with degrees of freedom of the net."""
+    """Return basis functions at parameters (k, 2), by degrees of freedom of the net."""
     at = basis_at(piece, uv)
     return BasisAt(piece.control.ravel()[at.control], at.values)

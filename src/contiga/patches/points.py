@@ -1,4 +1,4 @@
-"""Points of a shell that are asked for contact or drawn: x = N q, and Nᵀ f of forces on them."""
+"""Points of a shell for contact or pictures: x = N q, and forces Nᵀ f on its control points."""
 
 from __future__ import annotations
 
@@ -14,8 +14,8 @@ from contiga.patches.kernels.point_map_nb import map_rows
 from contiga.pointer_records import pass_by_pointer
 from contiga.records import FloatArray, IndexArray, IntArray
 
-POINTS = 4000
-"""Below so many a second thread does not pay."""
+MIN_POINTS = 4000
+"""Number of points from which a second thread pays."""
 
 
 @pass_by_pointer
@@ -23,17 +23,17 @@ class SparseRows(NamedTuple):
     """A sparse matrix by its rows (CSR)."""
 
     starts: IntArray
-    """(n + 1,) where rows begin."""
+    """(n + 1,) first entry of each row."""
     columns: IntArray
     """(e,)."""
     values: FloatArray
     """(e,)."""
 
-    def times(self, given: FloatArray) -> FloatArray:
-        """Return (n, 3) products with `given` (m, 3)."""
+    def times(self, vectors: FloatArray) -> FloatArray:
+        """Return (n, 3) products with `vectors` (m, 3)."""
         out = np.empty((len(self.starts) - 1, 3))
-        rows = locked(np.ascontiguousarray(given, np.float64))
-        run_ranges(straight(map_rows), len(out), POINTS, self, rows, out)
+        columns = locked(np.ascontiguousarray(vectors, np.float64))
+        run_ranges(straight(map_rows), len(out), MIN_POINTS, self, columns, out)
         return out
 
     def at(self, rows: IndexArray) -> SparseRows:
@@ -50,7 +50,7 @@ class SparseRows(NamedTuple):
         return csr_array((self.values, self.columns, self.starts), shape=shape)
 
     def turned(self, columns: int) -> SparseRows:
-        """The transpose of a matrix of so many columns, its rows in the order of these."""
+        """Return the transpose, for so many columns; entries stay in the order of rows."""
         order = np.argsort(self.columns, kind="stable")
         rows = np.repeat(np.arange(len(self.starts) - 1, dtype=np.int32), np.diff(self.starts))
         starts = np.zeros(columns + 1, np.int32)
@@ -59,7 +59,7 @@ class SparseRows(NamedTuple):
 
 
 class SplinePoints(NamedTuple):
-    """Points on a shell, with the area at rest that each stands for."""
+    """Points on a shell with their nodal areas at rest."""
 
     rows: SparseRows
     """N (n, m)."""
@@ -70,7 +70,7 @@ class SplinePoints(NamedTuple):
     along_v: SparseRows
     """S_v (n, m)."""
     measure: FloatArray
-    """(n,) area in the parameters; zero of points that are only drawn."""
+    """(n,) area in the parameters; zero for points of pictures."""
     weight: FloatArray
     """(n,) area at rest."""
     facets: IntArray
@@ -81,20 +81,19 @@ class SplinePoints(NamedTuple):
         return self.rows.times(q)
 
     def normals(self, q: FloatArray) -> FloatArray:
-        """S_u × S_v (n, 3): times `measure` it is the area that a point stands for, as a vector."""
+        """Return S_u × S_v (n, 3); times `measure` it is the area vector of a point."""
         return np.cross(self.along_u.times(q), self.along_v.times(q))
 
     def spread(self, f: FloatArray) -> FloatArray:
-        """Forces on the points (n, 3) as forces Nᵀ f (m, 3) on control points.
+        """Return forces on the points (n, 3) as forces Nᵀ f (m, 3) on control points.
 
-        The work of both is the same, and so are their sum and their moment, as the basis functions
-        sum to one.
+        Work, sum and moment stay the same, as the basis functions sum to one.
         """
         return self.columns.times(f)
 
 
 def sparse_rows(columns: list[IntArray], values: list[FloatArray]) -> SparseRows:
-    """A matrix of blocks of rows, each of (n, k) columns and values."""
+    """Return a matrix from blocks of rows, each with (n, k) columns and values."""
     counts = np.concatenate([np.full(len(block), block.shape[1]) for block in columns])
     starts = np.zeros(len(counts) + 1, np.int32)
     np.cumsum(counts, out=starts[1:])
@@ -103,7 +102,7 @@ def sparse_rows(columns: list[IntArray], values: list[FloatArray]) -> SparseRows
 
 
 def grid_facets(rows: int, columns: int, first: int) -> IntArray:
-    """Return triangles (f, 3) of a grid of points from `first` on; columns run first."""
+    """Return triangles (f, 3) of a grid of points numbered from `first`, along a row first."""
     corner = first + np.arange(rows * columns, dtype=np.int32).reshape(rows, columns)
     a, b = corner[:-1, :-1].ravel(), corner[1:, :-1].ravel()
     c, d = corner[1:, 1:].ravel(), corner[:-1, 1:].ravel()

@@ -1,4 +1,4 @@
-"""Spline patches as the surface of a slave: what they are, how they meet, and its nodes."""
+"""Spline patches as the surface of a slave: the patches, their joints and its nodes."""
 
 from __future__ import annotations
 
@@ -21,15 +21,15 @@ class Splines(NamedTuple):
     patches: tuple[Patch, ...]
     net: Net
     nodes: SurfaceNodes
-    """Points of the surface that contact sees."""
+    """Points of the surface at which contact acts."""
 
     @classmethod
     def of(cls, patches: Patch | Iterable[Patch]) -> Splines:
-        """Join patches; see `contiga.patches.net.join` for what is refused."""
-        given: Any = (patches,) if hasattr(patches, "knots") else patches
-        several = tuple(given)
-        net = join(several)
-        return cls(several, net, surface_nodes(net))
+        """Join patches; see `contiga.patches.net.join` for the errors."""
+        sequence: Any = (patches,) if hasattr(patches, "knots") else patches
+        surfaces = tuple(sequence)
+        net = join(surfaces)
+        return cls(surfaces, net, surface_nodes(net))
 
     @property
     def points(self) -> FloatArray:
@@ -37,22 +37,22 @@ class Splines(NamedTuple):
         return self.nodes.points(self.net.points)
 
     def transformed(self, matrix: FloatArray) -> Splines:
-        """Return the same patches moved by a (4, 4) matrix, nodes and edges in their order."""
-        given: Sequence[Any] = self.patches
-        moved = [patch.transformed(matrix) for patch in given]
+        """Return the same patches moved by a (4, 4) matrix; the order of nodes and edges stays."""
+        patches: Sequence[Any] = self.patches
+        moved = [patch.transformed(matrix) for patch in patches]
         if np.linalg.det(matrix[:3, :3]) < 0.0:
-            moved = [patch.flipped() for patch in moved]  # a mirrored surface comes turned round
+            moved = [patch.flipped() for patch in moved]  # reflection swaps the sides
         return Splines.of(moved)
 
     def edge(self, name: str, patch: int = 0) -> IntArray:
-        """Nodes on an edge of a patch, ascending.
+        """Return the nodes on an edge of a patch, ascending.
 
         Raises
         ------
         InputError
-            No such edge or patch.
+            There is no such edge or patch.
         """
-        self.net.edge(edge_name(name), patch)  # raises where there is none
+        self.net.edge(edge_name(name), patch)  # checks both
         sides = [
             side_of(grid, name)
             for piece, grid in zip(self.net.pieces, self.nodes.grids, strict=True)
@@ -61,7 +61,7 @@ class Splines(NamedTuple):
         return np.unique(np.concatenate(sides)).astype(np.int32)
 
     def edges_within(self, chosen: NDArray[np.bool_]) -> list[tuple[int, str]]:
-        """Patches and names of the edges all of whose nodes are among the chosen ones (n,)."""
+        """Return patches and names of the edges of which all nodes are chosen (n,)."""
         return [
             (patch, name)
             for patch in range(len(self.patches))

@@ -12,7 +12,7 @@ import numpy as np
 import contiga as cg
 from contiga_validation.closed_forms.case import Answer, Cases, order_of, relative, zero
 from contiga_validation.closed_forms.matter import GROUP, column
-from contiga_validation.closed_forms.pictures import compared
+from contiga_validation.closed_forms.pictures import comparison
 from contiga_validation.engine.arrays import FloatArray, IntArray
 
 CASES = Cases(GROUP)
@@ -71,14 +71,14 @@ def _hung() -> Answer:
     )  # fmt: skip
     z = np.linspace(0.0, length, 100)
     curve = -density * down * (length**2 - z**2) / (2.0 * young)
-    draw = compared(("z", "way"), [("formula", z, curve)], [("nodes", heights[::4], ways[::4])])
+    draw = comparison(("z", "way"), [("formula", z, curve)], [("nodes", heights[::4], ways[::4])])
     return Answer(checks, draw)
 
 
 def squares(cells: int) -> tuple[FloatArray, list[Any]]:
     """Points of the unit square, and the corners (cells, cells) of its cells in turn."""
     line = np.linspace(0.0, 1.0, cells + 1)
-    x, y = (one.ravel() for one in np.meshgrid(line, line, indexing="ij"))
+    x, y = (grid.ravel() for grid in np.meshgrid(line, line, indexing="ij"))
     rows = np.arange(len(x)).reshape(cells + 1, cells + 1)
     corners = [rows[:-1, :-1], rows[1:, :-1], rows[1:, 1:], rows[:-1, 1:]]
     return np.stack([x, y, np.zeros_like(x)], axis=1), corners
@@ -87,23 +87,23 @@ def squares(cells: int) -> tuple[FloatArray, list[Any]]:
 def _sheet(cells: int) -> tuple[FloatArray, IntArray]:
     """A square of side 1 of triangles."""
     points, corners = squares(cells)
-    a, b, c, d = (one.ravel() for one in corners)
+    a, b, c, d = (block.ravel() for block in corners)
     return points, np.concatenate([np.stack([a, b, c], axis=1), np.stack([a, c, d], axis=1)])
 
 
-def _pulled(stretch: float, *, both: bool) -> float:
+def _pulled(stretch: float, *, biaxial: bool) -> float:
     """Cauchy stress along x of a sheet stretched in x, or in x and y."""
-    rest, facets = _sheet(4)
-    sheet = cg.Slave(rest * [stretch, stretch if both else 1.0, 1.0], facets)
-    fixed = np.zeros(rest.shape, np.bool_)
+    rest_points, facets = _sheet(4)
+    sheet = cg.Slave(rest_points * [stretch, stretch if biaxial else 1.0, 1.0], facets)
+    fixed = np.zeros(rest_points.shape, np.bool_)
     fixed[:, 2] = True
-    fixed[(rest[:, 0] == 0.0) | (rest[:, 0] == 1.0), 0] = True
-    fixed[(rest[:, 1] == 0.0) | (both & (rest[:, 1] == 1.0)), 1] = True
+    fixed[(rest_points[:, 0] == 0.0) | (rest_points[:, 0] == 1.0), 0] = True
+    fixed[(rest_points[:, 1] == 0.0) | (biaxial & (rest_points[:, 1] == 1.0)), 1] = True
     motion = cg.motion.Deforming(
-        material=RUBBER, density=1.0, thickness=THIN, fixed=fixed, rest=rest
+        material=RUBBER, density=1.0, thickness=THIN, fixed=fixed, rest=rest_points
     )
     inside = resting(sheet, motion, 1e-5).slaves["it"].matter
-    nominal = -float(inside["force"][rest[:, 0] == 1.0, 0].sum()) / THIN
+    nominal = -float(inside["force"][rest_points[:, 0] == 1.0, 0].sum()) / THIN
     return stretch * nominal
 
 
@@ -125,24 +125,31 @@ def _in_two(stretch: FloatArray) -> FloatArray:
     "has them; force over the section as it is.",
 )
 def _rubber() -> Answer:
-    along = {False: _in_one_direction, True: _in_two}
+    laws = {False: _in_one_direction, True: _in_two}
     names = {False: "in one direction", True: "in two"}
     checks = tuple(
         relative(
-            f"stress at λ = 2, {names[both]}",
-            _pulled(2.0, both=both),
+            f"stress at λ = 2, {names[biaxial]}",
+            _pulled(2.0, biaxial=biaxial),
             MU * float(law(np.array(2.0))),
             1e-3,
         )
-        for both, law in along.items()
+        for biaxial, law in laws.items()
     )
-    stretches, some = np.linspace(1.0, 2.2, 100), np.array([1.1, 1.3, 1.6, 2.0])
-    draw = compared(
+    stretches, samples = np.linspace(1.0, 2.2, 100), np.array([1.1, 1.3, 1.6, 2.0])
+    draw = comparison(
         ("λ", "σ/μ"),
-        [(f"formula, {names[both]}", stretches, law(stretches)) for both, law in along.items()],
         [
-            (names[both], some, np.array([_pulled(float(x), both=both) for x in some]) / MU)
-            for both in along
+            (f"formula, {names[biaxial]}", stretches, law(stretches))
+            for biaxial, law in laws.items()
+        ],
+        [
+            (
+                names[biaxial],
+                samples,
+                np.array([_pulled(float(x), biaxial=biaxial) for x in samples]) / MU,
+            )
+            for biaxial in laws
         ],
     )
     return Answer(checks, draw)
@@ -153,14 +160,14 @@ def sphere(halved: int) -> tuple[FloatArray, IntArray]:
     golden = 0.5 * (1.0 + math.sqrt(5.0))
     top = [(0.0, s, t * golden) for s in (1.0, -1.0) for t in (1.0, -1.0)]
     points = np.array([np.roll(p, k) for k in range(3) for p in top]) / math.hypot(1.0, golden)
-    near = np.linalg.norm(points[:, None] - points, axis=2) < 1.2
+    is_neighbour = np.linalg.norm(points[:, None] - points, axis=2) < 1.2
     facets = np.array(
         [
             (a, b, c) if np.linalg.det(points[[a, b, c]]) > 0.0 else (a, c, b)
             for a in range(12)
             for b in range(a + 1, 12)
             for c in range(b + 1, 12)
-            if near[a, b] and near[b, c] and near[c, a]
+            if is_neighbour[a, b] and is_neighbour[b, c] and is_neighbour[c, a]
         ]
     )
     for _ in range(halved):
@@ -208,23 +215,23 @@ def _blown(pressure: float, halved: int) -> float:
     "A sphere of 1280 triangles, held by nothing, comes to rest under pressure on its facets.",
 )
 def _balloon() -> Answer:
-    given = float(_pressure(STRETCH))
-    stretch = _blown(given, 3)
+    pressure = float(_pressure(STRETCH))
+    stretch = _blown(pressure, 3)
     checks = (
-        relative("p R/(μ t) at the stretch it has", float(_pressure(stretch)), given, 5e-3),
+        relative("p R/(μ t) at the stretch it has", float(_pressure(stretch)), pressure, 5e-3),
         relative("stretch", stretch, STRETCH, 2e-3),
     )
     order = order_of(
         "stretch, by the length of edges", 0.25, lambda h: abs(
-            _blown(given, round(-math.log2(h))) - STRETCH), 3,
+            _blown(pressure, round(-math.log2(h))) - STRETCH), 3,
     )  # fmt: skip
-    curve, some = np.linspace(1.0, 1.35, 100), np.array([1.05, 1.1, 1.15, 1.2, 1.25])
-    asked = _pressure(some)
-    measured = np.array([_blown(float(p), 3) for p in asked])
-    draw = compared(
+    curve, samples = np.linspace(1.0, 1.35, 100), np.array([1.05, 1.1, 1.15, 1.2, 1.25])
+    pressures = _pressure(samples)
+    measured = np.array([_blown(float(p), 3) for p in pressures])
+    draw = comparison(
         ("λ", "p R/(μ t)"),
         [("formula", curve, _pressure(curve))],
-        [("1280 triangles", measured, asked)],
+        [("1280 triangles", measured, pressures)],
     )
     return Answer(checks, draw, order)
 
@@ -280,7 +287,7 @@ def _hencky() -> Answer:
     )  # fmt: skip
     series = _hencky_series()
     r = np.linspace(0.0, 1.0, 100)
-    draw = compared(
+    draw = comparison(
         ("r/a", "w/a (E h/q a)^⅓"), [("series", r, series(r))], [("8 rings", radii, rises)]
     )
     return Answer(checks, draw)

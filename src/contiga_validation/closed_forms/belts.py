@@ -10,7 +10,7 @@ from scipy.integrate import quad
 
 import contiga as cg
 from contiga_validation.closed_forms.case import Answer, Cases, order_of, relative
-from contiga_validation.closed_forms.pictures import compared
+from contiga_validation.closed_forms.pictures import comparison
 from contiga_validation.engine.arrays import FloatArray
 
 CASES = Cases("Strings and belts")
@@ -35,9 +35,9 @@ def _string(answer: float, body: cg.Body, ends: FloatArray, over: list[float]) -
     def missed(chord: float) -> float:
         return abs(path(round(answer / chord)).length - answer)
 
-    found = path(200)
-    checks = (relative("length", found.length, answer),)
-    draw = compared(("x", "z"), [], [("200 chords", found.points[:, 0], found.points[:, 2])])
+    string = path(200)
+    checks = (relative("length", string.length, answer),)
+    draw = comparison(("x", "z"), [], [("200 chords", string.points[:, 0], string.points[:, 2])])
     return Answer(checks, draw, order_of("length, by that of a chord", answer / 100.0, missed))
 
 
@@ -176,7 +176,7 @@ def _capstan() -> Answer:
         relative(f"{fine // 2} patches of degree 2", ratio(fine // 2, "membrane"), exact),
     )
     angle = np.linspace(0.0, math.pi, 100)
-    draw = compared(("angle", "T/T₁"), [("formula", angle, np.exp(MU * angle))], [])
+    draw = comparison(("angle", "T/T₁"), [("formula", angle, np.exp(MU * angle))], [])
     return Answer(checks, draw, order_of("ratio, by the length of a bar", math.pi / 12, missed))
 
 
@@ -189,9 +189,9 @@ def _ribbon(elements: int) -> cg.NurbsSurface:
     """Return one patch of degree 2 along the belt's path, with its Greville points on the path."""
     knots = np.concatenate([np.zeros(2), np.linspace(0.0, 1.0, elements + 1), np.ones(2)])
     at = cg.knots.greville(knots, 2)
-    way = (2.0 * DOWN + math.pi) * at - DOWN
-    angle = np.clip(way, 0.0, math.pi)
-    height = np.sin(angle) + np.minimum(way, 0.0) + np.minimum(math.pi - way, 0.0)
+    arc_length = (2.0 * DOWN + math.pi) * at - DOWN
+    angle = np.clip(arc_length, 0.0, math.pi)
+    height = np.sin(angle) + np.minimum(arc_length, 0.0) + np.minimum(math.pi - arc_length, 0.0)
     sites = np.stack([-np.cos(angle), height], axis=1)
     points = np.zeros((len(at), 2, 3))
     points[:, :, [0, 2]] = np.linalg.solve(cg.knots.basis(knots, 2, at)[:, 0], sites)[:, None]
@@ -266,7 +266,7 @@ def _capstan_of_splines() -> Answer:
     )
     angle = np.linspace(0.0, math.pi, 100)
     ends = np.array([0.0, math.pi])
-    draw = compared(
+    draw = comparison(
         ("angle", "T/T₁"),
         [("formula", angle, np.exp(MU * angle))],
         [("ends", ends, np.array([loose, held]) / loose)],
@@ -294,9 +294,9 @@ class Running(NamedTuple):
 def _running(bars: int) -> Running:
     """Run a belt of `bars` bars a half turn, that begins in its steady state."""
     bar = math.pi / bars
-    way = bar * np.arange(round((FED + math.pi + TAKEN) / bar) + 1)
+    arc_length = bar * np.arange(round((FED + math.pi + TAKEN) / bar) + 1)
     fed = bar * round(FED / bar)
-    angle = np.clip(way - fed, 0.0, math.pi)
+    angle = np.clip(arc_length - fed, 0.0, math.pi)
     # The flow of mass is the same everywhere: v grows with the stretch, T − ṁ v as on a drum.
     flow = DENSITY * SPEED / (1.0 + LOOSE / STIFF)
     moving = flow**2 / DENSITY
@@ -304,17 +304,17 @@ def _running(bars: int) -> Running:
     tension = (pressing + moving) / (1.0 - moving / STIFF)
     speed = flow / DENSITY * (1.0 + tension / STIFF)
     stiff = TAUT / WIDTH / DEPTH
-    wraps = (way > fed - 0.5 * bar) & (way < fed + math.pi + 0.5 * bar)
+    wraps = (arc_length > fed - 0.5 * bar) & (arc_length < fed + math.pi + 0.5 * bar)
     radius = np.where(wraps, 1.0 - pressing / (stiff * WIDTH), 1.0)
-    height = np.minimum(way - fed, 0.0) - np.maximum(way - fed - math.pi, 0.0)
-    nothing = np.zeros(len(way))
+    height = np.minimum(arc_length - fed, 0.0) - np.maximum(arc_length - fed - math.pi, 0.0)
+    zeros = np.zeros(len(arc_length))
     x, z = -radius * np.cos(angle), radius * np.sin(angle) + height
-    points = np.stack([x, nothing, z], axis=1)
-    along = np.stack([np.sin(angle), nothing, np.cos(angle)], axis=1)
+    points = np.stack([x, zeros, z], axis=1)
+    tangent = np.stack([np.sin(angle), zeros, np.cos(angle)], axis=1)
     chord = np.linalg.norm(np.diff(points, axis=0), axis=1)
     stretch = 1.0 + 0.5 * (tension[1:] + tension[:-1]) / STIFF
-    rest = np.stack([np.append(0.0, np.cumsum(chord / stretch)), nothing, nothing], axis=1)
-    node, last = np.arange(len(way)), len(way) - 1
+    rest_points = np.stack([np.append(0.0, np.cumsum(chord / stretch)), zeros, zeros], axis=1)
+    node, last = np.arange(len(arc_length)), len(arc_length) - 1
     area = WIDTH * bar * np.where((node == 0) | (node == last), 0.5, 1.0)
     belt = cg.Slave(points, elements={"line": np.stack([node[:-1], node[1:]], axis=1)}, area=area)
     end, section = RUN / SPEED, WIDTH * THICK
@@ -322,8 +322,8 @@ def _running(bars: int) -> Running:
         material=cg.materials.Elastic(young=STIFF / section),
         density=DENSITY / section,
         section=section,
-        rest=rest,
-        velocity=speed[:, None] * along,
+        rest=rest_points,
+        velocity=speed[:, None] * tangent,
         fixed=[{"nodes": [0, last], "hold": ["x"]}, {"nodes": node, "hold": ["y"]}],
         driven={
             "nodes": [last],
@@ -360,10 +360,10 @@ def _running(bars: int) -> Running:
     turn = 2.0 * math.pi * t / end
     power = -np.trapezoid(2.0 * math.pi / end * np.sin(turn) * work, t) / end
     pull = (power + LOOSE * speed[0]) / speed[-1]
-    both = LOOSE + tension[-1] - flow * (speed[0] + speed[-1])
+    resultant = LOOSE + tension[-1] - flow * (speed[0] + speed[-1])
     return Running(
         float((pull - flow * speed[-1]) / (LOOSE - flow * speed[0])),
-        float(np.trapezoid((1.0 - np.cos(turn)) * np.abs(push), t) / end / both),
+        float(np.trapezoid((1.0 - np.cos(turn)) * np.abs(push), t) / end / resultant),
     )
 
 
@@ -387,7 +387,7 @@ def _runs() -> Answer:
     )
     angle = np.linspace(0.0, math.pi, 100)
     moving = DENSITY * SPEED**2
-    draw = compared(
+    draw = comparison(
         ("angle", "T/T₁"),
         [
             ("ρ v² = 0.49 T₁", angle, moving + (1.0 - moving) * np.exp(MU * angle)),

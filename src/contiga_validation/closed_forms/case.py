@@ -1,4 +1,4 @@
-"""What a case of the suite is, and what it answers: numbers beside those of a formula."""
+"""Records of a case of the suite and of its answer: measured numbers and those of a formula."""
 
 from __future__ import annotations
 
@@ -12,24 +12,24 @@ if TYPE_CHECKING:
 TOLERANCE = 1e-4
 """Relative error allowed at the automatic step."""
 ROUNDING = 1e-11
-"""Relative error of what is exact but for rounding, over hundreds of steps."""
+"""Relative error of numbers that are exact up to rounding, over hundreds of steps."""
 LEAST_ORDER = 1.9
 """Least order of convergence by default; the method is of second order in the step."""
 
 
 class Check(NamedTuple):
-    """A number, and the one that a formula gives."""
+    """A measured number and the number of a formula."""
 
     what: str
     measured: float
     expected: float
     error: float
-    """Relative, or the difference itself where the formula gives zero."""
+    """Relative, or absolute if the formula gives zero."""
     tolerance: float
 
     @property
     def holds(self) -> bool:
-        """Whether the error is within the tolerance; what is not a number is not."""
+        """Whether the error is within the tolerance; false for NaN."""
         return self.error <= self.tolerance
 
 
@@ -38,13 +38,13 @@ class Order(NamedTuple):
 
     of: str
     steps: tuple[float, ...]
-    """Each half of the one before."""
+    """Each is half of the one before."""
     errors: tuple[float, ...]
     least: float = LEAST_ORDER
 
     @property
     def observed(self) -> float:
-        """Exponent of the step, from the longest to the shortest; NaN where an error is zero."""
+        """Order from the longest to the shortest step; NaN if an error is zero."""
         if not all(error > 0.0 for error in self.errors):
             return math.nan
         return math.log(self.errors[0] / self.errors[-1]) / math.log(self.steps[0] / self.steps[-1])
@@ -56,16 +56,16 @@ class Order(NamedTuple):
 
 
 class Answer(NamedTuple):
-    """What a case has found."""
+    """Checks, picture and order of convergence of a case."""
 
     checks: tuple[Check, ...]
     draw: Callable[[Figure], None]
     order: Order | None = None
-    """None where the step has no part in it, or the step is exact."""
+    """None if the step has no influence, or is exact."""
 
     @property
     def holds(self) -> bool:
-        """Whether all do."""
+        """Whether all checks and the order hold."""
         return all(check.holds for check in self.checks) and (
             self.order is None or self.order.holds
         )
@@ -83,16 +83,16 @@ class Case(NamedTuple):
     title: str
     formula: str
     scene: str
-    """What is set up and how it is measured, a sentence or two."""
+    """Setup and measurement, in a sentence or two."""
     run: Run
 
 
 class Cases(list[Case]):
-    """The cases of a module, in the order in which it finds their answers.
+    """The cases of a module, in their order.
 
     Parameters
     ----------
-    group : of all of them
+    group : name of the group of all cases
     """
 
     def __init__(self, group: str) -> None:
@@ -100,13 +100,13 @@ class Cases(list[Case]):
         self._group = group
 
     def add(self, key: str, title: str, formula: str, scene: str) -> Callable[[Run], Run]:
-        """Over a function that answers: the case is one of these."""
+        """Decorate a function that returns an answer: add it as a case."""
 
-        def added(run: Run) -> Run:
+        def register(run: Run) -> Run:
             self.append(Case(key, self._group, title, formula, scene, run))
             return run
 
-        return added
+        return register
 
 
 def relative(
@@ -117,20 +117,20 @@ def relative(
     *,
     scale: float | None = None,
 ) -> Check:
-    """A check of the error relative to what is expected, or to `scale`."""
+    """Check the error relative to the expected number, or to `scale`."""
     size = abs(expected) if scale is None else scale
     error = abs(float(measured) - float(expected)) / float(size)
     return Check(what, float(measured), float(expected), error, float(tolerance))
 
 
 def absolute(what: str, measured: float, expected: float, tolerance: float) -> Check:
-    """A check of the difference itself."""
+    """Check the absolute difference."""
     error = abs(float(measured) - float(expected))
     return Check(what, float(measured), float(expected), error, float(tolerance))
 
 
 def zero(what: str, measured: float, tolerance: float) -> Check:
-    """A check of what is to be zero."""
+    """Check a number that should be zero."""
     return absolute(what, measured, 0.0, tolerance)
 
 
@@ -142,6 +142,6 @@ def order_of(
     *,
     least: float = LEAST_ORDER,
 ) -> Order:
-    """The error at a step, at half of it, and so on."""
+    """Return the order from errors at a step, at half of it, and so on."""
     steps: Sequence[float] = [longest / 2**k for k in range(count)]
     return Order(of, tuple(steps), tuple(float(error_at(step)) for step in steps), least)

@@ -35,21 +35,21 @@ MODULES = (
 
 
 def cases() -> tuple[Case, ...]:
-    """All of them."""
-    found = [import_module(f"contiga_validation.closed_forms.{name}").CASES for name in MODULES]
-    return tuple(case for group in found for case in group)
+    """Return all cases."""
+    modules = [import_module(f"contiga_validation.closed_forms.{name}").CASES for name in MODULES]
+    return tuple(case for module in modules for case in module)
 
 
-def chosen(only: Sequence[str] | None) -> tuple[Case, ...]:
-    """The cases named in `only`, all of them for None.
+def selected(only: Sequence[str] | None) -> tuple[Case, ...]:
+    """Return the cases named in `only`, all of them for None.
 
-    An entry is the key of a case or the start of keys up to a dash: "mass" is "mass-box" and all
-    that begin so.
+    A word is the key of a case or the start of keys up to a dash: "mass" is all cases whose
+    keys start with "mass-".
 
     Raises
     ------
     InputError
-        An entry that names no case, or no entries.
+        A word names no case, or there are no words.
     """
     remedy = "The first word of names with a dash stands for all of them"
-    return suite.chosen(cases(), only, "-", "case", remedy)
+    return suite.selected(cases(), only, "-", "case", remedy)

@@ -11,7 +11,7 @@ import contiga as cg
 from contiga_validation.closed_forms.at_rest import resting
 from contiga_validation.closed_forms.case import Answer, Cases, absolute, order_of, relative
 from contiga_validation.closed_forms.matter import GROUP
-from contiga_validation.closed_forms.pictures import compared
+from contiga_validation.closed_forms.pictures import comparison
 from contiga_validation.engine.arrays import FloatArray
 
 CASES = Cases(GROUP)
@@ -96,7 +96,7 @@ def _catenary() -> Answer:
 
     x = np.linspace(-0.5 * SPAN, 0.5 * SPAN, 200)
     curve = a * (np.cosh(x / a) - math.cosh(0.5 * SPAN / a))
-    draw = compared(
+    draw = comparison(
         ("x", "z"), [("catenary", x, curve)], [(f"{BARS} bars", points[:, 0], points[:, 2])]
     )
     order = order_of("sag of a cable that stretches, by the length of bars", 0.3, missed)

@@ -11,9 +11,9 @@ import numpy as np
 
 import contiga as cg
 from contiga_validation.closed_forms.case import ROUNDING, TOLERANCE, Answer, Cases, relative, zero
-from contiga_validation.closed_forms.pictures import compared, errors_over
+from contiga_validation.closed_forms.pictures import comparison, errors_over
 from contiga_validation.closed_forms.scenes import (
-    STILL,
+    ROTATIONS,
     ball,
     positions,
     run_of,
@@ -42,11 +42,11 @@ def cap(line: FloatArray) -> cg.Slave:
     second = np.cross(line, first)
     height = 1.0 - (1.0 - math.cos(CAP)) * (np.arange(RINGS) + 0.5) / RINGS
     angle = 2.0 * math.pi * np.arange(RAYS) / RAYS
-    around = np.cos(angle)[:, None] * first + np.sin(angle)[:, None] * second
-    wide = np.sqrt(1.0 - height**2)
-    points = height[:, None, None] * line + wide[:, None, None] * around
-    whole = 2.0 * math.pi * RADIUS**2 * (1.0 - math.cos(CAP))
-    area = np.full(RINGS * RAYS, whole / (RINGS * RAYS))
+    direction = np.cos(angle)[:, None] * first + np.sin(angle)[:, None] * second
+    radius = np.sqrt(1.0 - height**2)
+    points = height[:, None, None] * line + radius[:, None, None] * direction
+    cap_area = 2.0 * math.pi * RADIUS**2 * (1.0 - math.cos(CAP))
+    area = np.full(RINGS * RAYS, cap_area / (RINGS * RAYS))
     return cg.Slave(RADIUS * points.reshape(-1, 3), area=area, name="cap")
 
 
@@ -80,7 +80,7 @@ class Meeting(NamedTuple):
 
 def meet(
     masses: tuple[float, float],
-    way: FloatArray,
+    velocity: FloatArray,
     line: FloatArray,
     *,
     step: float | str = "auto",
@@ -93,11 +93,11 @@ def meet(
     The second carries points and nothing else, the first is exact.
     """
     one, towards = ball(RADIUS), (2.0 * RADIUS + APART) * line
-    own = cap(-line) if points is None else points
-    slave = cg.Slave(own.points + towards, own.facets, area=own.area, name="points")
+    sampled = cap(-line) if points is None else points
+    slave = cg.Slave(sampled.points + towards, sampled.facets, area=sampled.area, name="points")
     law = cg.PenaltyLaw(STIFFNESS, per_area=True)
     free = [
-        solid_ball(masses[0], RADIUS, velocity=way, hold=hold),
+        solid_ball(masses[0], RADIUS, velocity=velocity, hold=hold),
         solid_ball(masses[1], RADIUS, centre=towards, hold=hold),
     ]
     run = run_of(
@@ -129,7 +129,7 @@ def _head_on(masses: tuple[float, float], speed: float = 2.0) -> Answer:
              abs(history["energy.error"][-1]) / (0.5 * m * speed**2), TOLERANCE),
     )  # fmt: skip
     ends = np.array([t[0], t[-1]])
-    draw = compared(
+    draw = comparison(
         ("t", "velocity along the line of centres"),
         [("first, after it", ends, np.full(2, expected[0])),
          ("second, after it", ends, np.full(2, expected[1]))],
@@ -167,7 +167,7 @@ def _unequal() -> Answer:
 def _oblique() -> Answer:
     speed, mass = 2.0, 1.5
     line = np.array([math.sin(ANGLE), 0.0, -math.cos(ANGLE)])
-    run = meet((mass, mass), speed * DOWN, line, hold=STILL)
+    run = meet((mass, mass), speed * DOWN, line, hold=ROTATIONS)
     one, two = velocities(run.history, "one"), velocities(run.history, "two")
     sizes = np.linalg.norm(one, axis=1), np.linalg.norm(two, axis=1)
     between = math.degrees(math.acos(one[-1] @ two[-1] / sizes[0][-1] / sizes[1][-1]))
@@ -179,7 +179,7 @@ def _oblique() -> Answer:
              ROUNDING),
     )  # fmt: skip
     t = run.history["time"]
-    draw = compared(
+    draw = comparison(
         ("t", "velocity"), [],
         [("first, along", t, -one[:, 2]), ("first, across", t, one[:, 0]),
          ("second, along", t, -two[:, 2]), ("second, across", t, two[:, 0])],

@@ -11,7 +11,7 @@ from contiga_validation.closed_forms.at_rest import resting
 from contiga_validation.closed_forms.case import Answer, Cases, relative
 from contiga_validation.closed_forms.foam import bricks
 from contiga_validation.closed_forms.matter import GROUP
-from contiga_validation.closed_forms.pictures import compared
+from contiga_validation.closed_forms.pictures import comparison
 
 CASES = Cases(GROUP)
 
@@ -75,7 +75,7 @@ def _elastic() -> Answer:
         relative("middle of the right side, 16 × 16 cells", raised[-1], MIDDLE, 8e-3),
         relative("from 8 × 8 and 16 × 16", (4.0 * raised[-1] - raised[-2]) / 3.0, MIDDLE, 2e-3),
     )
-    draw = compared(
+    draw = comparison(
         ("cells along a side", "way over load"),
         [("published", np.array([2.0, 16.0]), np.full(2, MIDDLE))],
         [("hexahedra", meshes.astype(np.float64), raised)],
@@ -98,7 +98,7 @@ def _kept() -> Answer:
         for k, name in enumerate(("middle of the right side", "its upper corner"))
     )
     ends = np.array([2.0, 6.0])
-    draw = compared(
+    draw = comparison(
         ("cells along a side", "way at F = 100"),
         [(f"published, {name}", ends, np.full(2, KEPT[k]))
          for k, name in enumerate(("middle", "corner"))],

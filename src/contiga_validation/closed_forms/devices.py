@@ -17,14 +17,14 @@ from contiga_validation.closed_forms.case import (
     relative,
     zero,
 )
-from contiga_validation.closed_forms.pictures import compared
-from contiga_validation.closed_forms.scenes import STILL, History, alone, ball, run_of
+from contiga_validation.closed_forms.pictures import comparison
+from contiga_validation.closed_forms.scenes import ROTATIONS, History, ball, free_body, run_of
 from contiga_validation.engine.arrays import FloatArray
 
 CASES = Cases("Devices of belts")
 EXACT = 1e-9
 """Relative error of forces."""
-ALONG_X = ("y", "z", *STILL)
+ALONG_X = ("y", "z", *ROTATIONS)
 ENDS = ((-1.0, 0.0, 0.0), (0.0, 0.0, 0.0))
 UNITS = ("m", "kg", "s")
 
@@ -42,7 +42,7 @@ def _stopped() -> History:
     """A mass that flies off from an anchor, on webbing with a load limiter."""
     motion = cg.motion.Free(MASS, velocity=(SPEED, 0.0, 0.0), hold=ALONG_X)
     belt = _belt("ground", "body", curve=WEBBING, limiter=LoadLimiter(LIMIT))
-    return alone(motion, springs=[belt], end=0.11, step="auto", units=UNITS).run().history
+    return free_body(motion, springs=[belt], end=0.11, step="auto", units=UNITS).run().history
 
 
 @CASES.add(
@@ -65,7 +65,9 @@ def _limiter() -> Answer:
     )  # fmt: skip
 
     fine = np.linspace(0.0, energy / LIMIT, 50)
-    draw = compared(("way", "force"), [("F", fine, np.full_like(fine, LIMIT))], [("run", x, force)])
+    draw = comparison(
+        ("way", "force"), [("F", fine, np.full_like(fine, LIMIT))], [("run", x, force)]
+    )
     return Answer(checks, draw)
 
 
@@ -79,7 +81,7 @@ def _pulled_out(step: float | str) -> History:
     away = cg.motion.Accelerated([[0.0, PULLED], [1.0, PULLED]], direction="x")
     film = [[0.0, 0.0], [0.01, 1000.0], [0.02, 6000.0]]
     belt = _belt("ground", "sled", curve=STIFF, retractor=Retractor(SPOOL, rate=RATE, film=film))
-    bodies = {"sled": (ball(), away), "other": (ball(), cg.motion.Free(1.0, hold=STILL))}
+    bodies = {"sled": (ball(), away), "other": (ball(), cg.motion.Free(1.0, hold=ROTATIONS))}
     return run_of(bodies=bodies, springs=[belt], end=0.05, step=step, units=UNITS).history
 
 
@@ -97,19 +99,19 @@ def _retractor() -> Answer:
     # Stretch of webbing and film over the tension.
     levels = np.array([0.0, 1000.0, 6000.0])
     stretch = levels / STIFF + np.array([0.0, 0.01, 0.02])
-    begun = float(np.interp(SPOOL, levels, stretch))
-    way = 0.5 * PULLED * np.maximum(t**2 - lock**2, 0.0)
-    exact = np.where(t > lock, np.interp(begun + way, stretch, levels), SPOOL)
-    within = way + begun < stretch[-1]
+    initial_stretch = float(np.interp(SPOOL, levels, stretch))
+    travel = 0.5 * PULLED * np.maximum(t**2 - lock**2, 0.0)
+    exact = np.where(t > lock, np.interp(initial_stretch + travel, stretch, levels), SPOOL)
+    on_film = travel + initial_stretch < stretch[-1]
     checks = (
         zero("time of the lock, by steps", max(0.0, lock - RATE / PULLED - step) / step, EXACT),
         zero("and not before", max(0.0, RATE / PULLED - lock) / step, EXACT),
-        zero("force, by its largest", np.abs(force - exact)[within].max() / force[within].max(),
+        zero("force, by its largest", np.abs(force - exact)[on_film].max() / force[on_film].max(),
              EXACT),
     )  # fmt: skip
-    draw = compared(
-        ("t", "force"), [("formula", t[within], exact[within])],
-        [("run", t[within], force[within])],
+    draw = comparison(
+        ("t", "force"), [("formula", t[on_film], exact[on_film])],
+        [("run", t[on_film], force[on_film])],
     )  # fmt: skip
     return Answer(checks, draw)
 
@@ -123,7 +125,7 @@ def _pulled_in(step: float, device: Pretensioner) -> History:
     sensor = cg.Sensor(
         "crash", "sled", trigger=cg.Trigger("ay", below=-10.0, lasting=0.002, delay=0.003)
     )
-    free = cg.motion.Free(1.0, hold=("x", "y", "z", *STILL))
+    free = cg.motion.Free(1.0, hold=("x", "y", "z", *ROTATIONS))
     belt = _belt("ground", "body", curve=STIFF, pretensioner=device)
     return run_of(
         bodies={"sled": (ball(), pulse), "body": (ball(), free)},
@@ -160,7 +162,7 @@ def _pretensioner() -> Answer:
         relative("work of a way", histories[0]["belt.energy_pretension"][-1],
                  0.5 * STIFF * 0.05**2, EXACT),
     )  # fmt: skip
-    draw = compared(
+    draw = comparison(
         ("t", "tension"),
         [("k u", t, exact[0]), ("P", t, exact[1])],
         [("way", t, histories[0]["belt.force"]), ("force", t, histories[1]["belt.force"])],
@@ -175,14 +177,18 @@ FRICTION = 0.3
 
 def _around(step: float | str, turn: float = math.pi) -> History:
     """A mass that flies off from a ring, on webbing that goes round it to an anchor."""
-    way = np.array([-math.cos(turn), math.sin(turn), 0.0])
-    motion = cg.motion.Free(MASS, velocity=5.0 * way, centre=way, hold=("z", *STILL))
+    direction = np.array([-math.cos(turn), math.sin(turn), 0.0])
+    motion = cg.motion.Free(
+        MASS, velocity=5.0 * direction, centre=direction, hold=("z", *ROTATIONS)
+    )
     segments = [
         cg.Spring(("ground", "ring"), at=[[1, 0, 0], [0, 0, 0]], curve=2e5, name="anchored"),
-        cg.Spring(("ring", "body"), at=np.array([np.zeros(3), way]), curve=3e5, name="pulled"),
+        cg.Spring(
+            ("ring", "body"), at=np.array([np.zeros(3), direction]), curve=3e5, name="pulled"
+        ),
     ]
     ring = SlipRing(("anchored", "pulled"), friction=FRICTION, name="slip")
-    bodies = {"ring": ball(0.1), "body": (ball(0.1, tuple(way.tolist())), motion)}
+    bodies = {"ring": ball(0.1), "body": (ball(0.1, tuple(direction.tolist())), motion)}
     return run_of(
         bodies=bodies, springs=segments, slip_rings=[ring], end=0.02, step=step, units=UNITS
     ).history
@@ -201,29 +207,29 @@ def _ring() -> Answer:
         history = _around("auto", math.radians(degrees))
         slips = np.diff(history["slip.slipped"], prepend=0.0) > 0.0
         ratio = history["pulled.force"][slips] / history["anchored.force"][slips]
-        off = np.abs(ratio / math.exp(FRICTION * math.radians(degrees)) - 1.0).max()
-        checks.append(zero(f"ratio of the tensions at {degrees:g}°", float(off), EXACT))
+        deviation = np.abs(ratio / math.exp(FRICTION * math.radians(degrees)) - 1.0).max()
+        checks.append(zero(f"ratio of the tensions at {degrees:g}°", float(deviation), EXACT))
     # What slips adds F e^{−μθ}/k₁ to F/k₂.
     stiffness = 1.0 / (1.0 / 3e5 + math.exp(-FRICTION * math.pi) / 2e5)
     omega = math.sqrt(stiffness / MASS)
     t = history["time"]
     pulling = t < 0.5 * math.pi / omega
     exact = 5.0 / omega * np.sin(omega * t)
-    moved = history["body.x"] - 1.0
-    lost = (1.0 - math.exp(-FRICTION * math.pi)) * math.exp(-FRICTION * math.pi) / 2e5
+    displacement = history["body.x"] - 1.0
+    loss = (1.0 - math.exp(-FRICTION * math.pi)) * math.exp(-FRICTION * math.pi) / 2e5
     checks += [
         zero("way of the mass, by its largest",
-             np.abs(moved - exact)[pulling].max() / exact.max(), TOLERANCE),
+             np.abs(displacement - exact)[pulling].max() / exact.max(), TOLERANCE),
         relative("energy lost in the ring, at the largest force",
                  history["slip.energy_friction"][int(np.argmax(history["pulled.force"]))],
-                 0.5 * lost * history["pulled.force"].max() ** 2),
+                 0.5 * loss * history["pulled.force"].max() ** 2),
     ]  # fmt: skip
 
     def error(step: float) -> float:
         run = _around(step)
         return float(np.abs(run["energy.error"]).max()) / (0.5 * MASS * 25.0)
 
-    draw = compared(
+    draw = comparison(
         ("T₁", "T₂"),
         [("e^{μθ} T₁", history["anchored.force"],
           math.exp(FRICTION * math.pi) * history["anchored.force"])],
@@ -243,7 +249,7 @@ def _let_go(step: float | str) -> History:
     motion = cg.motion.Free(MASS, velocity=(2.0, 0.0, 0.0), hold=ALONG_X)
     sensor = cg.Sensor("speed", "body", trigger=cg.Trigger("vx", below=-1.0))
     belt = _belt("ground", "body", curve=SPRING, release="speed")
-    return alone(
+    return free_body(
         motion, springs=[belt], sensors=[sensor], end=3.0 / omega, step=step, units=UNITS
     ).run().history  # fmt: skip
 
@@ -259,20 +265,20 @@ def _release() -> Answer:
     step = 2e-3 / omega
     history = _let_go(step)
     t, v = history["time"], history["body.vx"]
-    freed = 2.0 * math.pi / 3.0 / omega
+    release_time = 2.0 * math.pi / 3.0 / omega
     released = float(t[np.flatnonzero(history["belt.released"])[0]])
-    exact = 2.0 * np.cos(omega * np.minimum(t, freed))
-    way = 2.0 / omega * math.sin(2.0 * math.pi / 3.0)
+    exact = 2.0 * np.cos(omega * np.minimum(t, release_time))
+    displacement = 2.0 / omega * math.sin(2.0 * math.pi / 3.0)
     checks = (
-        zero("time of the release, by steps", abs(released - freed) / step, 2.0),
+        zero("time of the release, by steps", abs(released - release_time) / step, 2.0),
         zero("speed, by its largest", np.abs(v - exact).max() / 2.0, 2.0 * omega * step),
         zero("force after it", float(np.abs(history["belt.force"][t >= released]).max()), EXACT),
-        relative("energy lost", history["belt.energy_hysteresis"][-1], 0.5 * SPRING * way**2,
-                 4.0 * omega * step),
+        relative("energy lost", history["belt.energy_hysteresis"][-1],
+                 0.5 * SPRING * displacement**2, 4.0 * omega * step),
         zero("energy balance", float(np.abs(history["energy.error"]).max()) / (2.0 * MASS),
              (omega * step) ** 2),
     )  # fmt: skip
-    draw = compared(("t", "speed"), [("formula", t, exact)], [("run", t, v)])
+    draw = comparison(("t", "speed"), [("formula", t, exact)], [("run", t, v)])
     return Answer(checks, draw)
 
 
@@ -293,7 +299,7 @@ def _trigger() -> Answer:
         sensor = cg.Sensor(
             "crash", "sled", filter="CFC60", trigger=cg.Trigger("ax", above=0.25 * slope * 0.02)
         )
-        free = cg.motion.Free(1.0, hold=STILL)
+        free = cg.motion.Free(1.0, hold=ROTATIONS)
         bodies = {"sled": (ball(), pulse), "body": (ball(), free)}
         return run_of(bodies=bodies, sensors=[sensor], end=0.02, step=step, units=UNITS).history
 
@@ -303,23 +309,23 @@ def _trigger() -> Answer:
 
     def error(step: float) -> float:
         history = run(step)
-        off = np.abs(history["crash.trigger"] - formula(history["time"]))
-        return float(off.max()) / (slope * 0.02)
+        deviation = np.abs(history["crash.trigger"] - formula(history["time"]))
+        return float(deviation.max()) / (slope * 0.02)
 
     step = 2e-5
     history = run(step)
-    t, seen = history["time"], history["crash.trigger"]
+    t, filtered = history["time"], history["crash.trigger"]
     exact = formula(t)
-    fired = float(t[np.flatnonzero(history["crash.fired"])[0]])
+    fire_time = float(t[np.flatnonzero(history["crash.fired"])[0]])
     expected = float(np.interp(0.25 * slope * 0.02, exact, t))
     checks = (
-        zero("filtered channel, by its largest", np.abs(seen - exact).max() / exact.max(),
+        zero("filtered channel, by its largest", np.abs(filtered - exact).max() / exact.max(),
              TOLERANCE),
-        zero("time that it fires at, by steps", max(0.0, abs(fired - expected) / step - 1.0),
+        zero("time that it fires at, by steps", max(0.0, abs(fire_time - expected) / step - 1.0),
              1e-2),
     )  # fmt: skip
-    draw = compared(
+    draw = comparison(
         ("t", "acceleration"), [("formula", t, exact)],
-        [("filtered", t, seen), ("raw", t, history["crash.ax"])],
+        [("filtered", t, filtered), ("raw", t, history["crash.ax"])],
     )  # fmt: skip
     return Answer(checks, draw, order_of("filtered channel", 2e-4, error))

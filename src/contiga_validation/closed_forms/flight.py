@@ -8,15 +8,15 @@ import numpy as np
 
 import contiga as cg
 from contiga_validation.closed_forms.case import ROUNDING, Answer, Cases, order_of, relative, zero
-from contiga_validation.closed_forms.pictures import compared
+from contiga_validation.closed_forms.pictures import comparison
 from contiga_validation.closed_forms.rotation import about
 from contiga_validation.closed_forms.scenes import (
-    STILL,
-    alone,
+    ROTATIONS,
+    free_body,
     positions,
+    rotations,
     run_of,
     spins,
-    turns,
     velocities,
 )
 from contiga_validation.engine.arrays import FloatArray
@@ -35,14 +35,14 @@ def _ballistic() -> Answer:
     v, g = np.array([3.0, 1.0, 4.0]), np.array([0.0, 0.0, -G])
     spin = np.array([0.0, 6.0, 0.0])
     motion = cg.motion.Free(2.0, inertia=np.diag([1.0, 2.0, 3.0]), velocity=v, spin=spin)
-    history = alone(motion, end=1.0, step="auto", gravity=g).run().history
+    history = free_body(motion, end=1.0, step="auto", gravity=g).run().history
     t = history["time"][:, None]
-    way, exact = positions(history), v * t + 0.5 * g * t * t
-    turned = about(np.array([0.0, 1.0, 0.0]), 6.0 * t[:, 0])
+    path, exact = positions(history), v * t + 0.5 * g * t * t
+    orientation = about(np.array([0.0, 1.0, 0.0]), 6.0 * t[:, 0])
     checks = (
-        zero("way, all times", np.abs(way - exact).max(), ROUNDING),
+        zero("way, all times", np.abs(path - exact).max(), ROUNDING),
         zero("velocity, all times", np.abs(velocities(history) - v - g * t).max(), ROUNDING),
-        zero("orientation, all entries, all times", np.abs(turns(history) - turned).max(),
+        zero("orientation, all entries, all times", np.abs(rotations(history) - orientation).max(),
              ROUNDING),
         zero(
             "energy balance error, by the energy at the start",
@@ -50,8 +50,8 @@ def _ballistic() -> Answer:
             ROUNDING
         ),
     )  # fmt: skip
-    draw = compared(
-        ("x", "z"), [("parabola", exact[:, 0], exact[:, 2])], [("run", way[:, 0], way[:, 2])]
+    draw = comparison(
+        ("x", "z"), [("parabola", exact[:, 0], exact[:, 2])], [("run", path[:, 0], path[:, 2])]
     )
     return Answer(checks, draw)
 
@@ -63,7 +63,7 @@ def _push(step: float | str) -> dict[str, FloatArray]:
     rise = [[0.0, 0.0, 0.0, 0.0], [0.4, 60.0, 0.0, -20.0], [1.0, 20.0, 0.0, 0.0]]
     load = cg.Load("body", force=rise, moment=[0.0, 0.0, 3.0])
     motion = cg.motion.Free(2.0, inertia=np.diag([1.0, 1.0, 1.5]))
-    return alone(motion, end=1.0, step=step, loads=[load]).run().history
+    return free_body(motion, end=1.0, step=step, loads=[load]).run().history
 
 
 @CASES.add(
@@ -75,25 +75,25 @@ def _push(step: float | str) -> dict[str, FloatArray]:
 def _load() -> Answer:
     history = _push("auto")
     t, x = history["time"], history["body.x"]
-    along, aside, way = 36.0, -10.0, 8.6
+    momentum_x, momentum_z, displacement = 36.0, -10.0, 8.6
     fine = np.linspace(0.0, 1.0, 400)
-    late = fine - 0.4
+    after = fine - 0.4
     exact = np.where(
-        late < 0.0, 12.5 * fine**3, 0.8 + 6.0 * late + 15.0 * late**2 - 100.0 / 18.0 * late**3
+        after < 0.0, 12.5 * fine**3, 0.8 + 6.0 * after + 15.0 * after**2 - 100.0 / 18.0 * after**3
     )
     work = 0.5 * 2.0 * (velocities(history)[-1] ** 2).sum() + 0.5 * 1.5 * 4.0
     checks = (
-        relative("momentum along x", 2.0 * history["body.vx"][-1], along),
-        relative("momentum along z", 2.0 * history["body.vz"][-1], aside),
-        relative("way along x", x[-1], way),
+        relative("momentum along x", 2.0 * history["body.vx"][-1], momentum_x),
+        relative("momentum along z", 2.0 * history["body.vz"][-1], momentum_z),
+        relative("way along x", x[-1], displacement),
         relative("spin by the moment", spins(history)[-1, 2], 3.0 / 1.5),
         relative("work of the loads", history["energy.external"][-1], work),
     )
 
     def error(step: float) -> float:
-        return abs(float(_push(step)["body.x"][-1]) / way - 1.0)
+        return abs(float(_push(step)["body.x"][-1]) / displacement - 1.0)
 
-    draw = compared(("t", "way along x"), [("formula", fine, exact)], [("run", t, x)])
+    draw = comparison(("t", "way along x"), [("formula", fine, exact)], [("run", t, x)])
     return Answer(checks, draw, order_of("way along x", 0.05, error))
 
 
@@ -103,7 +103,7 @@ def _load() -> Answer:
 def _rocket(step: float | str) -> dict[str, FloatArray]:
     motion = cg.motion.Free(2.0, inertia=np.diag([1.0, 1.0, 1.5]), spin=(0.0, 0.0, 2.0))
     load = cg.Load("body", force=[10.0, 0.0, 0.0], follow=True)
-    return alone(motion, end=5.0, step=step, loads=[load]).run().history
+    return free_body(motion, end=5.0, step=step, loads=[load]).run().history
 
 
 def _circling(t: FloatArray | float) -> tuple[FloatArray, FloatArray]:
@@ -121,7 +121,7 @@ def _circling(t: FloatArray | float) -> tuple[FloatArray, FloatArray]:
 )
 def _follower() -> Answer:
     history = _rocket("auto")
-    t, way = history["time"], positions(history)
+    t, path = history["time"], positions(history)
     exact = np.stack(_circling(t), axis=1)
     size = float(np.abs(exact).max())
 
@@ -131,12 +131,12 @@ def _follower() -> Answer:
         )
 
     checks = (
-        zero("way, all times, by its largest", np.abs(way[:, :2] - exact).max() / size, 1e-4),
+        zero("way, all times, by its largest", np.abs(path[:, :2] - exact).max() / size, 1e-4),
         relative("speed at the end", np.hypot(*velocities(history)[-1, :2]),
                  10.0 / 2.0 / 2.0 * 2.0 * abs(math.sin(5.0))),
     )  # fmt: skip
-    draw = compared(
-        ("x", "y"), [("cycloid", exact[:, 0], exact[:, 1])], [("run", way[:, 0], way[:, 1])]
+    draw = comparison(
+        ("x", "y"), [("cycloid", exact[:, 0], exact[:, 1])], [("run", path[:, 0], path[:, 1])]
     )
     return Answer(checks, draw, order_of("way at the end", 0.05, error))
 
@@ -156,7 +156,7 @@ def _off_centre() -> Answer:
         2.0, inertia=np.diag([1.0, 1.0, 1.5]), hold=["z", "rx", "ry"], centre=(0.3, 0.0, 0.0)
     )
     load = cg.Load("body", force=[0.0, 10.0, 0.0], at=(0.8, 0.0, 0.0), follow=True)
-    history = alone(motion, end=1.5, step="auto", loads=[load]).run().history
+    history = free_body(motion, end=1.5, step="auto", loads=[load]).run().history
     t, w = history["time"], spins(history)[:, 2]
     exact = 10.0 * 0.5 / 1.5 * t
     energy = history["energy.total"] - history["energy.external"]
@@ -173,7 +173,7 @@ def _off_centre() -> Answer:
             1e-4,
         ),
     )
-    return Answer(checks, compared(("t", "spin"), [("formula", t, exact)], [("run", t, w)]))
+    return Answer(checks, comparison(("t", "spin"), [("formula", t, exact)], [("run", t, w)]))
 
 
 # ---------------------------------------------------------------- sled
@@ -189,28 +189,28 @@ def _sled() -> Answer:
     rows = [[0.0, 0.0], [20.0, -0.15], [60.0, -0.15], [80.0, 0.0]]
     pulse = cg.motion.Accelerated(rows, direction="x", velocity=[12.0, 0.0, 0.0])
     body = cg.Body([cg.shapes.sphere()])
-    held = cg.motion.Free(75.0, velocity=(12.0, 0.0, 0.0), hold=STILL)
+    occupant = cg.motion.Free(75.0, velocity=(12.0, 0.0, 0.0), hold=ROTATIONS)
     # A belt that is stiff enough to hold the body at the sled, and a damper that calms it.
     spring = cg.Spring(
         ("sled", "body"), at=[[-1.0, 0.0, 0.0], [0.0, 0.0, 0.0]], curve=60.0, damping=60.0
     )
-    bodies = {"sled": (body, pulse), "body": (body, held)}
+    bodies = {"sled": (body, pulse), "body": (body, occupant)}
     result = run_of(bodies=bodies, springs=[spring], end=80.0, step="auto", keep=1)
     history = result.history
     t = history["time"]
     sled = np.array([state.bodies["sled"].twist.velocity[0] for state in result.states])
-    way = np.array([state.bodies["sled"].pose[0, 3] for state in result.states])
+    position = np.array([state.bodies["sled"].pose[0, 3] for state in result.states])
     fine = np.linspace(0.0, 80.0, 81)
     rates = np.interp(fine, *np.array(rows).T)
     # Exact: the rates are straight between these times.
     exact = 12.0 + np.concatenate([[0.0], np.cumsum(0.5 * (rates[1:] + rates[:-1]))])
-    taken = history["energy.total"] + history["energy.damping"] - history["energy.external"]
+    balance = history["energy.total"] + history["energy.damping"] - history["energy.external"]
     checks = (
         relative("Δv of the sled", sled[-1] - sled[0], -0.15 * 60.0, ROUNDING),
-        relative("way of the sled", way[-1], 12.0 * 80.0 - 9.0 * 40.0, ROUNDING),
-        relative("energy of the held body against the work of the pulse", taken[-1], taken[0]),
+        relative("way of the sled", position[-1], 12.0 * 80.0 - 9.0 * 40.0, ROUNDING),
+        relative("energy of the held body against the work of the pulse", balance[-1], balance[0]),
     )
-    draw = compared(
+    draw = comparison(
         ("t", "velocity"),
         [("sled, formula", fine, exact)],
         [("sled, run", t, sled), ("held body, run", t, history["body.vx"])],

@@ -8,8 +8,8 @@ from scipy.optimize import brentq
 import contiga as cg
 from contiga_validation.closed_forms.case import Answer, Cases, order_of, relative, zero
 from contiga_validation.closed_forms.matter import CORNERS, GROUP
-from contiga_validation.closed_forms.pictures import compared
-from contiga_validation.closed_forms.scenes import STILL, floor, run_of
+from contiga_validation.closed_forms.pictures import comparison
+from contiga_validation.closed_forms.scenes import ROTATIONS, floor, run_of
 from contiga_validation.engine.arrays import FloatArray, IntArray
 
 CASES = Cases(GROUP)
@@ -54,30 +54,34 @@ def _cycle() -> Answer:
     share = HYSTERESIS + (1.0 - HYSTERESIS) / (SHAPE + 1.0)
 
     def returned(step: float) -> float:
-        given = _cycled(step)["energy.external"]
-        return float((given.max() - given[-1]) / given.max())
+        work = _cycled(step)["energy.external"]
+        return float((work.max() - work[-1]) / work.max())
 
     history = _cycled(0.005)
-    given = history["energy.external"]
+    work = history["energy.external"]
     checks = (
-        relative("energy given", given.max(), 0.5 * 0.4**2 * 1000.0),
+        relative("energy given", work.max(), 0.5 * 0.4**2 * 1000.0),
         relative("share that comes back", returned(0.0025), share),
-        relative("share that is lost", history["energy.hysteresis"][-1] / given.max(), 1.0 - share),
-        zero("strain energy left, by that given", history["energy.strain"][-1] / given.max(),
+        relative("share that is lost", history["energy.hysteresis"][-1] / work.max(), 1.0 - share),
+        zero("strain energy left, by that given", history["energy.strain"][-1] / work.max(),
              1e-12),
     )  # fmt: skip
     time = history["time"]
     down = 0.04 * np.minimum(time, 2.0 - time) / 0.1
     loading = 0.5 * down**2 * 1000.0
-    back = share * 80.0
+    returned_work = share * 80.0
     exact = [
         ("given, then what comes back of it", np.array([0.0, 2.0]), np.array([80.0, 80.0])),
-        ("at the end", np.array([0.0, 2.0]), np.array([80.0 - back, 80.0 - back])),
+        (
+            "at the end",
+            np.array([0.0, 2.0]),
+            np.array([80.0 - returned_work, 80.0 - returned_work]),
+        ),
     ]
-    draw = compared(
+    draw = comparison(
         ("t", "energy"),
         [*exact, ("½ E ε² V", time[time <= 1.0], loading[time <= 1.0])],
-        [("work of what drives it", time, given)],
+        [("work of what drives it", time, work)],
     )
     order = order_of("share that comes back", 0.02, lambda step: abs(returned(step) - share))
     return Answer(checks, draw, order)
@@ -121,7 +125,7 @@ def _pressed() -> tuple[dict[str, FloatArray], FloatArray]:
     )
     plate = floor(2.0 * SIDES[0])
     thrown = cg.motion.Free(
-        MASS, inertia=1e7 * np.eye(3), velocity=[0.0, 0.0, SPEED], hold=("x", "y", *STILL)
+        MASS, inertia=1e7 * np.eye(3), velocity=[0.0, 0.0, SPEED], hold=("x", "y", *ROTATIONS)
     )
     result = run_of(
         bodies={"plate": (plate, thrown)},
@@ -148,15 +152,15 @@ def _plate() -> Answer:
     def stress(strain: FloatArray | float) -> FloatArray:
         return np.interp(strain, LOADING[:, 0], LOADING[:, 1])
 
-    def taken(strain: float) -> float:
+    def absorbed(strain: float) -> float:
         """Energy over volume: areas of trapezia under the curve."""
         line = np.union1d([0.0, strain], LOADING[LOADING[:, 0] < strain, 0])
         y = stress(line)
         return float((0.5 * (y[1:] + y[:-1]) * np.diff(line)).sum())
 
     area = SIDES[0] * SIDES[1]
-    given = 0.5 * MASS * SPEED**2 / (area * SIDES[2])
-    strain = float(brentq(lambda x: taken(x) - given, 0.0, 0.63))
+    energy_density = 0.5 * MASS * SPEED**2 / (area * SIDES[2])
+    strain = float(brentq(lambda x: absorbed(x) - energy_density, 0.0, 0.63))
     history, ways = _pressed()
     energy = history["energy.total"][0]
     checks = (
@@ -168,7 +172,7 @@ def _plate() -> Answer:
         zero("hourglass energy, by the energy", history["energy.hourglass"].max() / energy, 1e-5),
     )  # fmt: skip
     x = np.linspace(0.0, strain, 100)
-    draw = compared(
+    draw = comparison(
         ("way", "force"),
         [("curve", SIDES[2] * x, area * stress(x))],
         [("run", ways[: ways.argmax()], history["force"][: ways.argmax()])],

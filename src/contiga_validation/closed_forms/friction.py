@@ -9,8 +9,8 @@ import numpy as np
 
 import contiga as cg
 from contiga_validation.closed_forms.case import TOLERANCE, Answer, Cases, order_of, relative, zero
-from contiga_validation.closed_forms.pictures import compared
-from contiga_validation.closed_forms.scenes import ball, floor, run_of, solid_ball, when
+from contiga_validation.closed_forms.pictures import comparison
+from contiga_validation.closed_forms.scenes import ball, crossing_time, floor, run_of, solid_ball
 from contiga_validation.engine.arrays import FloatArray
 
 CASES = Cases("Friction")
@@ -57,17 +57,17 @@ def _stops() -> Answer:
     mu, speed, soft = 0.3, 1.0, 0.25 * STIFF
     slide, lasts = speed**2 / (2.0 * mu * G), speed / (mu * G)
     # While the springs of the feet are stretched by δ, half of that counts.
-    way = slide + 0.5 * mu * MASS * G / (4.0 * soft)
+    distance = slide + 0.5 * mu * MASS * G / (4.0 * soft)
     history = block(cg.Coulomb(mu, stiffness=soft), 1.1 * lasts, "auto", speed=speed)
     t, x = history["time"], history["block.x"]
     spent = history["energy.friction"] + history["energy.contact"]
     checks = (
-        relative("way to the turn", x.max(), way),
+        relative("way to the turn", x.max(), distance),
         relative("heat and energy of the springs at the turn",
                  (spent - spent[0])[int(np.argmax(x))], 0.5 * MASS * speed**2),
     )  # fmt: skip
     exact = np.where(t < lasts, speed * t - 0.5 * mu * G * t * t, slide)
-    draw = compared(("t", "x"), [("v t − μ g t²/2", t, exact)], [("run", t, x)])
+    draw = comparison(("t", "x"), [("v t − μ g t²/2", t, exact)], [("run", t, x)])
     return Answer(checks, draw)
 
 
@@ -107,7 +107,7 @@ def _slips() -> Answer:
         relative("speed", history["block.vx"][-1], first + pull * (end - begin)),
         relative("acceleration", history["block.ax"][-1], pull),
     )
-    draw = compared(("t", "x"), [("formula", t, exact(t))], [("run", t, x)])
+    draw = comparison(("t", "x"), [("formula", t, exact(t))], [("run", t, x)])
     return Answer(
         checks, draw, order_of("way half way, mean of four steps about each", 0.01, error)
     )
@@ -138,7 +138,7 @@ def _sticks() -> Answer:
         zero("heat, by the energy in the springs",
              history["energy.friction"][-1] / (0.5 * 4.0 * STIFF * sag**2), TOLERANCE),
     )  # fmt: skip
-    draw = compared(("t", "x"), [("formula", t, exact)], [("run", t, x)])
+    draw = comparison(("t", "x"), [("formula", t, exact)], [("run", t, x)])
     return Answer(checks, draw, order_of("way after a quarter of a period", end / 40, error))
 
 
@@ -194,14 +194,14 @@ def _comes_to_roll() -> Answer:
     t, v, w = history["time"], history["ball.vx"], history["ball.wy"]
     slip = v - w
     rate = np.gradient(slip, t)
-    meets = when(t, slip, rate)
+    meets = crossing_time(t, slip, rate)
     checks = (
         relative("speed as it begins to roll", float(np.interp(meets, t, v)), 5.0 / 7.0 * speed),
         relative("time until then", meets, lasts),
     )
     exact = np.maximum(speed - mu * G * t, 5.0 / 7.0 * speed)
     turning = np.minimum(2.5 * mu * G * t, 5.0 / 7.0 * speed)
-    draw = compared(
+    draw = comparison(
         ("t", "velocity"),
         [("v, formula", t, exact), ("ω R, formula", t, turning)],
         [("v, run", t, v), ("ω R, run", t, w)],
@@ -220,11 +220,11 @@ def _rolls_down() -> Answer:
     pull = 5.0 / 7.0 * G * math.sin(slope)
     history = roll((0.03, 0.04), end, step, speed=0.0, slope=slope)
     t, x = history["time"], history["ball.x"]
-    turned = 2.0 * math.atan2(float(history["ball.qy"][-1]), float(history["ball.qw"][-1]))
+    angle = 2.0 * math.atan2(float(history["ball.qy"][-1]), float(history["ball.qw"][-1]))
     checks = (
         relative("way", x[-1], 0.5 * pull * end**2),
-        relative("angle turned, times the radius", turned, 0.5 * pull * end**2),
+        relative("angle turned, times the radius", angle, 0.5 * pull * end**2),
     )
     return Answer(
-        checks, compared(("t", "x"), [("formula", t, 0.5 * pull * t * t)], [("run", t, x)])
+        checks, comparison(("t", "x"), [("formula", t, 0.5 * pull * t * t)], [("run", t, x)])
     )

@@ -20,7 +20,7 @@ from contiga.gas import (
     Vent,
 )
 from contiga_validation.closed_forms.case import ROUNDING, Answer, Cases, order_of, relative, zero
-from contiga_validation.closed_forms.pictures import compared
+from contiga_validation.closed_forms.pictures import comparison
 from contiga_validation.engine.arrays import FloatArray
 
 CASES = Cases("Gas in chambers")
@@ -103,7 +103,7 @@ def _compression() -> Answer:
         relative("energy of the ledger", history["energy.gas"][-1],
                  first * (squeezed - 1.0) + around, ROUNDING),
     )  # fmt: skip
-    return Answer(checks, compared(("t", "p"), [("formula", t, exact)], [("run", t, pressure)]))
+    return Answer(checks, comparison(("t", "p"), [("formula", t, exact)], [("run", t, pressure)]))
 
 
 @CASES.add(
@@ -130,7 +130,7 @@ def _filling() -> Answer:
         zero("energy out of nothing, by what came",
              history["energy.error"][-1] / history["air.flow_in"][-1], KEPT),
     )  # fmt: skip
-    return Answer(checks, compared(("t", "p"), [("formula", t, exact)], [("run", t, pressure)]))
+    return Answer(checks, comparison(("t", "p"), [("formula", t, exact)], [("run", t, pressure)]))
 
 
 def _blown_down(around: float, end: float, step: float) -> dict[str, FloatArray]:
@@ -190,7 +190,7 @@ def _heat_capacity() -> Answer:
         relative("mass", history["air.mass"][-1], sum(masses), KEPT),
     )
     lines = [("formula", np.array([blown, end]), np.array([warm, last]))]
-    return Answer(checks, compared(("t", "T"), lines, [("run", t, temperature)]))
+    return Answer(checks, comparison(("t", "T"), lines, [("run", t, temperature)]))
 
 
 @CASES.add(
@@ -219,7 +219,7 @@ def _choked() -> Answer:
         relative("temperature", history["air.temperature"][-1],
                  TEMPERATURE * (exact(end) / first) ** (1.0 - 1.0 / GAMMA), CLOSE),
     )  # fmt: skip
-    draw = compared(("t", "p"), [("formula", t, exact(t))], [("run", t, pressure)])
+    draw = comparison(("t", "p"), [("formula", t, exact(t))], [("run", t, pressure)])
     return Answer(checks, draw, order_of("pressure at the end", 8e-3, error))
 
 
@@ -257,7 +257,7 @@ def _subsonic() -> Answer:
         relative("temperature", history["air.temperature"][-1],
                  TEMPERATURE * (exact[-1] / first) ** power, CLOSE),
     )  # fmt: skip
-    draw = compared(("t", "p"), [("formula", t, exact)], [("run", t, pressure)])
+    draw = comparison(("t", "p"), [("formula", t, exact)], [("run", t, pressure)])
     return Answer(checks, draw, order_of("pressure at the end", 4e-3, error))
 
 
@@ -308,7 +308,7 @@ def _blow_down() -> Answer:
         relative("pressure of fabric that leaks", by_fabric["air.pressure"][-1],
                  by_vent["air.pressure"][-1], KEPT),
     )  # fmt: skip
-    return Answer(checks, compared(("t", "p"), [("formula", t, exact)], [("run", t, pressure)]))
+    return Answer(checks, comparison(("t", "p"), [("formula", t, exact)], [("run", t, pressure)]))
 
 
 @CASES.add(
@@ -341,4 +341,4 @@ def _two() -> Answer:
         zero("mass, by that of all", np.abs(mass / mass[0] - 1.0).max(), KEPT),
         zero("energy, by that of all", np.abs(energy / energy[0] - 1.0).max(), KEPT),
     )  # fmt: skip
-    return Answer(checks, compared(("t", "p"), [("formula", t, np.full(len(t), common))], lines))
+    return Answer(checks, comparison(("t", "p"), [("formula", t, np.full(len(t), common))], lines))

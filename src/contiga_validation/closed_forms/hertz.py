@@ -20,7 +20,7 @@ from contiga_validation.closed_forms.case import Answer, Cases, Check, relative,
 from contiga_validation.closed_forms.foam import bricks
 from contiga_validation.closed_forms.matter import GROUP
 from contiga_validation.closed_forms.membranes import spaced
-from contiga_validation.closed_forms.pictures import Drawing, compared
+from contiga_validation.closed_forms.pictures import Drawing, comparison
 from contiga_validation.engine.arrays import FloatArray
 
 CASES = Cases(GROUP)
@@ -146,7 +146,7 @@ def _pressure_error(pressed: _Pressed, radius: float, peak: float, tolerance: fl
 
 def _drawn(pressed: _Pressed, radius: float, peak: float) -> Drawing:
     r = np.linspace(0.0, 1.2, 300)
-    return compared(
+    return comparison(
         ("r/a", "p/p₀"),
         [("formula", r, np.sqrt(np.maximum(1.0 - r**2, 0.0)))],
         [("nodes", pressed.places / radius, pressed.pressures / peak)],

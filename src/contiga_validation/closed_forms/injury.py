@@ -10,7 +10,7 @@ from scipy.optimize import brentq
 
 from contiga import criteria
 from contiga_validation.closed_forms.case import Answer, Cases, Check, order_of, relative
-from contiga_validation.closed_forms.pictures import Drawing, compared
+from contiga_validation.closed_forms.pictures import Drawing, comparison
 from contiga_validation.engine.arrays import FloatArray
 from contiga_validation.engine.drawing import INK, LINES
 
@@ -148,7 +148,7 @@ def _cfc() -> Answer:
     gains = np.array([_gain(cls, f) for f in asked])
     return Answer(
         tuple(checks),
-        compared(
+        comparison(
             ("frequency, Hz", "gain of CFC 180"),
             [("two passes of a Butterworth filter", smooth, exact)],
             [("measured", asked, gains)],

@@ -41,28 +41,28 @@ def cone(radius: float, height: float) -> cg.Body:
     return cg.Body([cg.shapes.revolved(outline), cg.shapes.revolved(base)])
 
 
-def hollow_ball(outer: float, void: float, off: float) -> cg.Body:
+def hollow_ball(outer: float, void: float, offset: float) -> cg.Body:
     """A ball with a ball taken out of it, off its centre along x."""
-    inner = cg.shapes.sphere(radius=void, centre=(off, 0.0, 0.0))
+    inner = cg.shapes.sphere(radius=void, centre=(offset, 0.0, 0.0))
     return cg.Body([cg.shapes.sphere(radius=outer), inner.flipped()])
 
 
 def _answer(body: cg.Body, volume: float, centre: FloatArray, inertia: FloatArray) -> Answer:
     """All ten numbers of a body; inertia of unit density, about the centre."""
-    found = body.mass_properties(DENSITY)
+    measured = body.mass_properties(DENSITY)
     size = float(np.ptp(body.bounds(), axis=0).max())
     truth = DENSITY * inertia
-    miss = np.abs(found.inertia - truth).max() / np.abs(truth).max()
+    miss = np.abs(measured.inertia - truth).max() / np.abs(truth).max()
     checks: tuple[Check, ...] = (
-        relative("mass", found.mass, DENSITY * volume, EXACT),
-        zero("centre, by the size", np.abs(found.centre - centre).max() / size, EXACT),
+        relative("mass", measured.mass, DENSITY * volume, EXACT),
+        zero("centre, by the size", np.abs(measured.centre - centre).max() / size, EXACT),
         *(
-            relative(f"I{axis}{axis}", found.inertia[k, k], truth[k, k], EXACT)
+            relative(f"I{axis}{axis}", measured.inertia[k, k], truth[k, k], EXACT)
             for k, axis in enumerate("xyz")
         ),
         zero("inertia, all entries", miss, EXACT),
     )
-    return Answer(checks, _outline(body, found.centre))
+    return Answer(checks, _outline(body, measured.centre))
 
 
 def _outline(body: cg.Body, centre: FloatArray) -> Callable[..., None]:
@@ -94,8 +94,8 @@ def _box() -> Answer:
 def _torus() -> Answer:
     R, r = 3.0, 1.0
     V = 2.0 * math.pi**2 * R * r * r
-    across = R * R / 2.0 + 5.0 * r * r / 8.0
-    I = V * np.diag([across, across, R * R + 0.75 * r * r])
+    transverse = R * R / 2.0 + 5.0 * r * r / 8.0
+    I = V * np.diag([transverse, transverse, R * R + 0.75 * r * r])
     return _answer(cg.Body(cg.shapes.torus(major=R, minor=r)), V, np.zeros(3), I)
 
 
@@ -108,9 +108,12 @@ def _torus() -> Answer:
 def _cone() -> Answer:
     r, h = 1.5, 2.0
     V = math.pi * r * r * h / 3.0
-    across = 3.0 / 20.0 * r * r + 3.0 / 80.0 * h * h
+    transverse = 3.0 / 20.0 * r * r + 3.0 / 80.0 * h * h
     return _answer(
-        cone(r, h), V, np.array([0.0, 0.0, h / 4.0]), V * np.diag([across, across, 0.3 * r * r])
+        cone(r, h),
+        V,
+        np.array([0.0, 0.0, h / 4.0]),
+        V * np.diag([transverse, transverse, 0.3 * r * r]),
     )
 
 
@@ -126,6 +129,6 @@ def _hollow() -> Answer:
     V = outer - void
     x = -void * e / V
     I = (0.4 * outer * R * R - 0.4 * void * r * r) * np.eye(3)
-    across = np.diag([0.0, 1.0, 1.0])
-    I += (outer * x * x - void * (e - x) ** 2) * across
+    transverse = np.diag([0.0, 1.0, 1.0])
+    I += (outer * x * x - void * (e - x) ** 2) * transverse
     return _answer(hollow_ball(R, r, e), V, np.array([x, 0.0, 0.0]), I)

@@ -9,7 +9,7 @@ import numpy as np
 
 import contiga as cg
 from contiga_validation.closed_forms.case import Answer, Cases, relative, zero
-from contiga_validation.closed_forms.pictures import compared
+from contiga_validation.closed_forms.pictures import comparison
 from contiga_validation.closed_forms.scenes import History, run_of
 from contiga_validation.engine.arrays import FloatArray
 
@@ -76,7 +76,7 @@ def _bar() -> Answer:
              np.abs(history["energy.error"]).max() / energy, 1e-3),
     )  # fmt: skip
     exact = np.array([0.0, 0.0, there, there, 1.2 * there]), WAVE * np.array([0.0, 1, 1, 0, 0])
-    draw = compared(("t", "stress"), [("formula", *exact)], [("run", time, stress)])
+    draw = comparison(("t", "stress"), [("formula", *exact)], [("run", time, stress)])
     return Answer(checks, draw)
 
 
@@ -92,7 +92,7 @@ def carried_along(still: History, carried: History, sizes: Mapping[str, float]) 
         for name, size in sizes.items()
     )
     time = still["time"]
-    draw = compared(
+    draw = comparison(
         ("t", "force"),
         [("at rest", time, still["force"])],
         [("carried along", time, carried["force"])],

@@ -13,7 +13,7 @@ import contiga as cg
 from contiga_validation.closed_forms.at_rest import disc, resting, squares
 from contiga_validation.closed_forms.case import Answer, Cases, relative, zero
 from contiga_validation.closed_forms.matter import GROUP
-from contiga_validation.closed_forms.pictures import compared
+from contiga_validation.closed_forms.pictures import comparison
 from contiga_validation.engine.arrays import FloatArray, IntArray
 
 CASES = Cases(GROUP)
@@ -81,7 +81,7 @@ def _point() -> Answer:
              np.abs(ways - POINT * (1.0 - np.cbrt(radii**2)))[1:].max() / POINT, 0.01),
     )  # fmt: skip
     r = np.linspace(0.0, 1.0, 300)
-    draw = compared(
+    draw = comparison(
         ("r/a", "w/a (E h a/P)^⅓"),
         [("formula", r, POINT * (1.0 - np.cbrt(r**2)))],
         [("12 rings", radii, ways)],
@@ -156,7 +156,7 @@ def _ball() -> Answer:
              np.abs(sunk.ways - exact).max() / SUNK, 5e-3),
     )  # fmt: skip
     r = np.linspace(0.0, 1.0, 300)
-    draw = compared(
+    draw = comparison(
         ("r/a", "w R/a²"),
         [("Föppl", r, _shape(r)), ("ball", r[r < 0.3], 0.5 * r[r < 0.3] ** 2 - SUNK)],
         [("14 rings", sunk.radii, sunk.ways)],
@@ -232,7 +232,7 @@ def _bag() -> Answer:
     )
     line = fine.unit[:, 1] == 0.0
     other = coarse.unit[:, 1] == 0.0
-    draw = compared(
+    draw = comparison(
         ("x", "z"),
         [("published rise", np.array([0.0, HALF]), np.full(2, RISE))],
         [

@@ -1,4 +1,4 @@
-"""The page of the suite: a table of all cases on top, then each with its picture and numbers."""
+"""The page of the suite: a table of all cases, then each with its picture and numbers."""
 
 from __future__ import annotations
 
@@ -22,11 +22,11 @@ _ABOUT = (
     f"it is at least {LEAST_ORDER}. Errors are relative unless the formula gives zero."
 )
 SIZE = (5.4, 3.1)
-"""Of a picture, inch."""
+"""Width and height of a picture, inch."""
 
 
-class Shown(NamedTuple):
-    """A case with what it has found."""
+class CaseResult(NamedTuple):
+    """A case with its answer and picture."""
 
     case: Case
     answer: Answer
@@ -35,18 +35,18 @@ class Shown(NamedTuple):
     seconds: float
 
 
-def page(shown: Sequence[Shown], facts: dict[str, Any]) -> str:
-    """The whole page as one text that reads offline.
+def page(results: Sequence[CaseResult], facts: dict[str, Any]) -> str:
+    """Return the page as text, which needs no network.
 
     Parameters
     ----------
-    shown : the cases in the order of the page
+    results : of the cases, in the order of the page
     facts : version and machine, from `contiga_validation.engine.table_files.machine`
     """
-    took = f" · {style.number(sum(entry.seconds for entry in shown), 3)} s"
-    head = heading("verification", _TITLE, _ABOUT, facts, took)
-    parts = [head + _verdict(shown), _summary(shown)]
-    for group, entries in groupby(shown, lambda entry: entry.case.group):
+    run_time = f" · {style.number(sum(entry.seconds for entry in results), 3)} s"
+    head = heading("verification", _TITLE, _ABOUT, facts, run_time)
+    parts = [head + _verdict(results), _summary(results)]
+    for group, entries in groupby(results, lambda entry: entry.case.group):
         parts.append(f"<h2>{escape(group)}</h2>")
         parts += [_section(entry) for entry in entries]
     css = "".join(
@@ -56,12 +56,14 @@ def page(shown: Sequence[Shown], facts: dict[str, Any]) -> str:
     return style.page(_TITLE, "\n".join(parts), css=css)
 
 
-def _verdict(shown: Sequence[Shown]) -> str:
-    broken = [entry for entry in shown if not entry.answer.holds]
+def _verdict(results: Sequence[CaseResult]) -> str:
+    broken = [entry for entry in results if not entry.answer.holds]
     if not broken:
-        return f'<p class="verdict">✓ All {len(shown)} cases hold.</p>'
+        return f'<p class="verdict">✓ All {len(results)} cases hold.</p>'
     names = ", ".join(_link(entry.case) for entry in broken)
-    return f'<p class="verdict bad">✗ {len(broken)} of {len(shown)} cases do not hold: {names}</p>'
+    return (
+        f'<p class="verdict bad">✗ {len(broken)} of {len(results)} cases do not hold: {names}</p>'
+    )
 
 
 def _link(case: Case) -> str:
@@ -69,7 +71,7 @@ def _link(case: Case) -> str:
 
 
 def worst(answer: Answer) -> Check:
-    """The check that is nearest to its tolerance, or farthest beyond."""
+    """Return the check with the largest error relative to its tolerance."""
 
     def share(check: Check) -> float:
         if math.isnan(check.error):
@@ -81,9 +83,9 @@ def worst(answer: Answer) -> Check:
     return max(answer.checks, key=share)
 
 
-def _summary(shown: Sequence[Shown]) -> str:
+def _summary(results: Sequence[CaseResult]) -> str:
     rows = []
-    for entry in shown:
+    for entry in results:
         check, order = worst(entry.answer), entry.answer.order
         rows.append(
             f"<tr{_broken(entry.answer.holds)}><td>{_mark(entry.answer.holds)}</td>"
@@ -104,7 +106,7 @@ def _summary(shown: Sequence[Shown]) -> str:
     )
 
 
-def _section(entry: Shown) -> str:
+def _section(entry: CaseResult) -> str:
     case, answer = entry.case, entry.answer
     rows = "".join(_check_row(check) for check in answer.checks)
     parts = [

@@ -1,4 +1,4 @@
-"""Pictures of the cases: what was measured on the curve of the formula."""
+"""Pictures of the cases: measurements on the curve of the formula."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ if TYPE_CHECKING:
 
 Drawing = Callable[["Figure"], None]
 Curve = tuple[str, FloatArray, FloatArray]
-"""What it is, abscissae and values."""
-_DOTS = 40
+"""Label, abscissae and values."""
+_N_DOTS = 40
 
 
-def compared(
+def comparison(
     axes_names: tuple[str, str], exact: Sequence[Curve], measured: Sequence[Curve]
 ) -> Drawing:
-    """Lines of formulas, and dots of runs on them."""
+    """Return a drawing of formulas as lines and of runs as dots."""
 
     def draw(figure: Figure) -> None:
         axes = figure.subplots()
@@ -33,13 +33,13 @@ def compared(
 def fill(
     axes: Axes, names: tuple[str, str], exact: Sequence[Curve], measured: Sequence[Curve]
 ) -> None:
-    """Draw into axes that are there."""
+    """Draw formulas and runs into axes."""
     for k, (label, x, y) in enumerate(exact):
         axes.plot(x, y, color=LINES[k % len(LINES)], lw=1.3, label=label)
     for k, (label, x, y) in enumerate(measured):
-        every = max(1, len(x) // _DOTS)
+        stride = max(1, len(x) // _N_DOTS)
         axes.plot(
-            x[::every], y[::every], "o", ms=3.4, mfc="white", mew=1.0,
+            x[::stride], y[::stride], "o", ms=3.4, mfc="white", mew=1.0,
             color=LINES[k % len(LINES)], label=label,
         )  # fmt: skip
     axes.set(xlabel=names[0], ylabel=names[1])
@@ -49,7 +49,7 @@ def fill(
 
 
 def errors_over(axes_names: tuple[str, str], curves: Sequence[Curve]) -> Drawing:
-    """Errors over time, each a line."""
+    """Return a drawing of errors over time as lines."""
 
     def draw(figure: Figure) -> None:
         axes = figure.subplots()

@@ -18,8 +18,8 @@ from contiga_validation.closed_forms.case import (
     relative,
     zero,
 )
-from contiga_validation.closed_forms.pictures import compared, errors_over
-from contiga_validation.closed_forms.scenes import alone, spins, turns, when
+from contiga_validation.closed_forms.pictures import comparison, errors_over
+from contiga_validation.closed_forms.scenes import crossing_time, free_body, rotations, spins
 from contiga_validation.engine.arrays import FloatArray
 
 CASES = Cases("Free rotation")
@@ -51,22 +51,22 @@ def about(axis: FloatArray, angle: FloatArray) -> FloatArray:
 )
 def _symmetric() -> Answer:
     A, C, spin = 2.0, 3.0, np.array([0.4, 0.0, 2.0])
-    history = alone(top(np.array([A, A, C]), spin), end=20.0, step="auto").run().history
-    t, found = history["time"], turns(history)
+    history = free_body(top(np.array([A, A, C]), spin), end=20.0, step="auto").run().history
+    t, orientation = history["time"], rotations(history)
     L = np.array([A, A, C]) * spin
     size = float(np.linalg.norm(L))
     # An even turn about L, after an even turn about the body's own axis.
-    own = about(np.array([0.0, 0.0, 1.0]), (1.0 / C - 1.0 / A) * L[2] * t)
-    exact = about(L / size, size / A * t) @ own
-    tilt = np.degrees(np.arccos(np.clip(found[:, :, 2] @ L / size, -1.0, 1.0)))
+    spin_rotation = about(np.array([0.0, 0.0, 1.0]), (1.0 / C - 1.0 / A) * L[2] * t)
+    exact = about(L / size, size / A * t) @ spin_rotation
+    tilt = np.degrees(np.arccos(np.clip(orientation[:, :, 2] @ L / size, -1.0, 1.0)))
     checks = (
-        zero("orientation, all entries, all times", np.abs(found - exact).max(), 1e-10),
+        zero("orientation, all entries, all times", np.abs(orientation - exact).max(), 1e-10),
         relative("tilt of the axis to L, degrees", tilt[-1], tilt[0], 1e-9),
     )
-    draw = compared(
+    draw = comparison(
         ("t", "axis of the body"),
         [(f"{axis}, formula", t, exact[:, k, 2]) for k, axis in enumerate("xy")],
-        [(f"{axis}, run", t, found[:, k, 2]) for k, axis in enumerate("xy")],
+        [(f"{axis}, run", t, orientation[:, k, 2]) for k, axis in enumerate("xy")],
     )
     return Answer(checks, draw)
 
@@ -105,18 +105,18 @@ class Euler:
 
         def rate(s: float) -> float:
             w = self.spin(s)
-            across = (MOMENTS * w)[:2]
-            return float(self.momentum * (across * w[:2]).sum() / (across**2).sum())
+            transverse = (MOMENTS * w)[:2]
+            return float(self.momentum * (transverse * w[:2]).sum() / (transverse**2).sum())
 
         return float(quad(rate, 0.0, t, epsabs=1e-12, epsrel=1e-12, limit=200)[0])
 
 
 def _own_spins(history: cg.Result | dict[str, FloatArray]) -> FloatArray:
-    return np.einsum("nji,nj->ni", turns(history), spins(history))  # type: ignore[arg-type]
+    return np.einsum("nji,nj->ni", rotations(history), spins(history))  # type: ignore[arg-type]
 
 
 def _asymmetric_run(start: FloatArray, end: float, step: float | str) -> dict[str, FloatArray]:
-    return alone(top(MOMENTS, start), end=end, step=step).run().history
+    return free_body(top(MOMENTS, start), end=end, step=step).run().history
 
 
 @CASES.add(
@@ -129,16 +129,16 @@ def _asymmetric() -> Answer:
     truth = Euler(np.array([1.0, 0.0, 1.0]))
     start, end = truth.spin(0.0), 4.0 * truth.quarter
     history = _asymmetric_run(start, end, "auto")
-    t, found = history["time"], _own_spins(history)
+    t, measured = history["time"], _own_spins(history)
     exact, size = truth.spin(t), float(np.linalg.norm(start))
     L = MOMENTS * start / truth.momentum
     # The axes of a plane across L, the first towards the body's third axis at the start.
     first = np.array([0.0, 0.0, 1.0]) - L[2] * L
     first /= np.linalg.norm(first)
-    axis = turns(history)[-1][:, 2]
+    axis = rotations(history)[-1][:, 2]
     angle = math.atan2(float(axis @ np.cross(L, first)), float(axis @ first))
-    turned = truth.precession(end)
-    miss = (angle - turned + math.pi) % (2.0 * math.pi) - math.pi
+    precession = truth.precession(end)
+    miss = (angle - precession + math.pi) % (2.0 * math.pi) - math.pi
 
     def error(step: float) -> float:
         run = _asymmetric_run(start, end, step)
@@ -147,15 +147,15 @@ def _asymmetric() -> Answer:
     checks = (
         zero(
             "spin, body axes, one period, by its size",
-            float(np.abs(found - exact).max()) / size,
+            float(np.abs(measured - exact).max()) / size,
             TOLERANCE,
         ),
-        relative("precession about L in a period, rad", turned + miss, turned),
+        relative("precession about L in a period, rad", precession + miss, precession),
     )
-    draw = compared(
+    draw = comparison(
         ("t", "spin, axes of the body"),
         [(f"ω{k + 1}, Jacobi", t, exact[:, k]) for k in range(3)],
-        [(f"ω{k + 1}, run", t, found[:, k]) for k in range(3)],
+        [(f"ω{k + 1}, run", t, measured[:, k]) for k in range(3)],
     )
     return Answer(checks, draw, order_of("spin after a period", end / 100, error))
 
@@ -167,8 +167,8 @@ def _flips(history: dict[str, FloatArray]) -> tuple[float, float]:
     """The first two times at which the spin about the middle axis changes its sign."""
     w, t = _own_spins(history), history["time"]
     rates = (MOMENTS[2] - MOMENTS[0]) * w[:, 2] * w[:, 0] / MOMENTS[1]
-    first = when(t, w[:, 1], rates)
-    return first, when(t, w[:, 1], rates, after=int(np.searchsorted(t, first)) + 1)
+    first = crossing_time(t, w[:, 1], rates)
+    return first, crossing_time(t, w[:, 1], rates, after=int(np.searchsorted(t, first)) + 1)
 
 
 @CASES.add(
@@ -183,17 +183,17 @@ def _dzhanibekov() -> Answer:
     end = 3.5 * truth.quarter
     history = _asymmetric_run(start, end, "auto")
     first, second = _flips(history)
-    t, found = history["time"], _own_spins(history)
+    t, measured = history["time"], _own_spins(history)
     exact = truth.spin(t + truth.quarter)
 
     def error(step: float) -> float:
         return abs(_flips(_asymmetric_run(start, end, step))[1] / (3.0 * truth.quarter) - 1.0)
 
-    draw = compared(
+    draw = comparison(
         ("t", "spin, axes of the body"),
         # A quarter on, ω₁ comes from zero with the other sign than the run's.
         [("ω2, Jacobi", t, exact[:, 1]), ("ω3, Jacobi", t, exact[:, 2])],
-        [("ω2, run", t, found[:, 1]), ("ω3, run", t, found[:, 2])],
+        [("ω2, run", t, measured[:, 1]), ("ω3, run", t, measured[:, 2])],
     )
     return Answer(
         (
@@ -218,7 +218,7 @@ def _kept() -> Answer:
     start = np.array([0.3, 1.0, 0.4])
     # The default step of this spin.
     step = 0.025 / float(np.linalg.norm(start))
-    simulation = alone(top(MOMENTS, start), end=1e9, step=1e3)
+    simulation = free_body(top(MOMENTS, start), end=1e9, step=1e3)
     state = simulation.start()
     begin = state.energy.kinetic
     rows = []

@@ -1,4 +1,4 @@
-"""Bodies, runs and readings that several cases share."""
+"""Bodies, runs and measurements that several cases share."""
 
 from __future__ import annotations
 
@@ -13,27 +13,25 @@ import contiga as cg
 from contiga_validation.engine.arrays import FloatArray
 
 History = Mapping[str, FloatArray]
-STILL = ("rx", "ry", "rz")
-"""What holds a body that only translates."""
+ROTATIONS = ("rx", "ry", "rz")
+"""Degrees of freedom to lock for a body that only translates."""
 
 
 @cache
 def ball(radius: float = 1.0, centre: tuple[float, float, float] = (0.0, 0.0, 0.0)) -> cg.Body:
-    """A ball of one patch; the same one for the same numbers, since what a search builds of a body
-    stays with it.
-    """
+    """Return a ball of one patch, the same body for equal arguments: it keeps its search tables."""
     return cg.Body([cg.shapes.sphere(radius=radius, centre=centre)])
 
 
 def solid_ball(mass: float, radius: float, **motion: Any) -> cg.motion.Free:
-    """A free homogeneous ball."""
+    """Return the motion of a free homogeneous ball."""
     inertia = 0.4 * mass * radius**2 * np.eye(3)
     return cg.motion.Free(mass, inertia=inertia, **motion)
 
 
 @cache
 def floor(size: float = 40.0, height: float = 0.0) -> cg.Body:
-    """A large plane face, free above."""
+    """Return a large plane face whose free side is above."""
     return cg.Body([cg.shapes.plane(width=size, length=size, centre=(0.0, 0.0, height))])
 
 
@@ -45,35 +43,35 @@ def run_of(
     keep: int | None = None,
     **options: Any,
 ) -> cg.Result:
-    """A run of what there is."""
+    """Run a simulation of the given parts."""
     simulation = cg.Simulation(
         bodies=bodies or {}, slaves=slaves or {}, contacts=contacts, **options
     )
     return simulation.run(keep=keep)
 
 
-def alone(motion: cg.motion.Free, **options: Any) -> cg.Simulation:
-    """One free body, named "body", without contacts; the origin is its centre."""
+def free_body(motion: cg.motion.Free, **options: Any) -> cg.Simulation:
+    """Return a simulation of one free body, "body", centred at the origin, without contacts."""
     return cg.Simulation(bodies={"body": (ball(), motion)}, slaves={}, contacts=[], **options)
 
 
 def positions(history: History, body: str = "body") -> FloatArray:
-    """(n, 3) of the centre of mass."""
+    """Return (n, 3) of the centre of mass."""
     return np.column_stack([history[f"{body}.{axis}"] for axis in "xyz"])
 
 
 def velocities(history: History, body: str = "body") -> FloatArray:
-    """(n, 3) of the centre of mass."""
+    """Return (n, 3) of the centre of mass."""
     return np.column_stack([history[f"{body}.v{axis}"] for axis in "xyz"])
 
 
 def spins(history: History, body: str = "body") -> FloatArray:
-    """(n, 3) world axes."""
+    """Return (n, 3) angular velocities, world axes."""
     return np.column_stack([history[f"{body}.w{axis}"] for axis in "xyz"])
 
 
-def turns(history: History, body: str = "body") -> FloatArray:
-    """(n, 3, 3) matrices that turn a body's axes to the world's."""
+def rotations(history: History, body: str = "body") -> FloatArray:
+    """Return (n, 3, 3) rotation matrices from a body's axes to the world's."""
     w, x, y, z = (history[f"{body}.q{part}"] for part in "wxyz")
     rows = [
         [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
@@ -83,11 +81,13 @@ def turns(history: History, body: str = "body") -> FloatArray:
     return np.moveaxis(np.array(rows), 2, 0)
 
 
-def when(times: FloatArray, values: FloatArray, rates: FloatArray, *, after: int = 0) -> float:
-    """The time at which `values` next change sign after a row: on Hermite's cubic there.
+def crossing_time(
+    times: FloatArray, values: FloatArray, rates: FloatArray, *, after: int = 0
+) -> float:
+    """Return the time of the next sign change of `values` after a row, by Hermite's cubic.
 
-    Cubics keep what a run knows to the fourth power of the step, so that reading a time between
-    two steps adds nothing to its error.
+    The cubic's error is of fourth order in the step, so that interpolation between two steps adds
+    nothing to the error of a run.
     """
     sign = np.sign(values[after:])
     changed = np.flatnonzero((sign[:-1] * sign[1:] < 0.0) | (sign[1:] == 0.0))
@@ -97,20 +97,20 @@ def when(times: FloatArray, values: FloatArray, rates: FloatArray, *, after: int
     h = float(times[i + 1] - times[i])
 
     def at(s: float) -> float:
-        return _cubic(values[i : i + 2], rates[i : i + 2], h, s)
+        return _hermite(values[i : i + 2], rates[i : i + 2], h, s)
 
     return float(times[i]) + h * float(brentq(at, 0.0, 1.0, xtol=1e-14))
 
 
 def value_at(times: FloatArray, values: FloatArray, rates: FloatArray, t: float) -> float:
-    """What Hermite's cubic has at the time `t`."""
+    """Return the value of Hermite's cubic at the time `t`."""
     i = min(max(int(np.searchsorted(times, t)) - 1, 0), len(times) - 2)
     h = times[i + 1] - times[i]
-    return _cubic(values[i : i + 2], rates[i : i + 2], h, (t - times[i]) / h)
+    return _hermite(values[i : i + 2], rates[i : i + 2], h, (t - times[i]) / h)
 
 
-def _cubic(values: FloatArray, rates: FloatArray, h: float, s: float) -> float:
-    """Hermite's, at a share of the way between two rows that are `h` apart."""
+def _hermite(values: FloatArray, rates: FloatArray, h: float, s: float) -> float:
+    """Return Hermite's cubic at a share `s` of the step `h` between two rows."""
     return float(
         (1 + 2 * s) * (1 - s) ** 2 * values[0]
         + s * (1 - s) ** 2 * h * rates[0]

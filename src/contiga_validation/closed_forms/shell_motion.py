@@ -11,7 +11,7 @@ import contiga as cg
 from contiga.matter.iga import Shell, assemble_shell
 from contiga_validation.closed_forms.case import Answer, Cases, order_of, relative, zero
 from contiga_validation.closed_forms.matter import carried_along
-from contiga_validation.closed_forms.pictures import compared, errors_over
+from contiga_validation.closed_forms.pictures import comparison, errors_over
 from contiga_validation.closed_forms.scenes import run_of
 from contiga_validation.closed_forms.shells import (
     GROUP,
@@ -75,7 +75,7 @@ def _swing() -> Answer:
     row = row[np.argsort(nodes[row, 0])]
     x = np.linspace(0.0, 1.0, 200)
     shape = way[row] / way[row[-1]]
-    draw = compared(
+    draw = comparison(
         ("x/L", "way over that of the end"),
         [("formula", x, bent(x))],
         [("40 elements", nodes[row, 0] / LENGTH, shape)],
@@ -116,7 +116,7 @@ def _drum() -> Answer:
         relative("from 16 × 16 and 32 × 32", (4.0 * found[32] - found[16]) / 3.0, exact, 5e-4),
     )
     counts = np.array(list(found), np.float64)
-    draw = compared(
+    draw = comparison(
         ("elements a side", "frequency over the formula's"),
         [("formula", np.array([0.0, 35.0]), np.ones(2))],
         [("degree 2", counts, np.array(list(found.values())) / exact)],
@@ -186,7 +186,7 @@ def _sphere() -> Answer:
     t = np.linspace(0.0, fine["time"][-1], 200)
     out = np.sqrt(sum(fine[f"node.{axis}"] ** 2 for axis in "xyz"))
     sphere = 0.5 * GROWTH * (1.0 - np.cos(BREATH * t))
-    draw = compared(
+    draw = comparison(
         ("t", "way"),
         [("formula", t, _breath(t)), ("sphere", t, sphere)],
         [("masses", fine["time"], out)],

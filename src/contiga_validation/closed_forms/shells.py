@@ -37,7 +37,7 @@ from contiga_validation.closed_forms.membranes import (
     SIDE,
     YOUNG,
 )
-from contiga_validation.closed_forms.pictures import Drawing, compared
+from contiga_validation.closed_forms.pictures import Drawing, comparison
 from contiga_validation.engine.arrays import FloatArray, IntArray
 
 GROUP = "Shells of splines"
@@ -146,22 +146,22 @@ def in_elements(
     what: str, at: Callable[[int], float], exact: float, counts: Sequence[int], least: float
 ) -> tuple[Order, dict[int, float]]:
     """The order in 1/n of numbers at so many elements a side, and these numbers."""
-    found = {n: at(n) for n in counts}
+    values = {n: at(n) for n in counts}
     order = order_of(
         what,
         1.0 / counts[0],
-        lambda width: abs(found[round(1.0 / width)] / exact - 1.0),
+        lambda width: abs(values[round(1.0 / width)] / exact - 1.0),
         len(counts),
         least=least,
     )
-    return order, found
+    return order, values
 
 
 def _over_elements(what: str, found: dict[int, float], exact: float) -> Drawing:
     """A number over the elements a side, and where it goes."""
     counts = np.array(list(found), np.float64)
     ends = np.array([0.0, 1.1 * counts[-1]])
-    return compared(
+    return comparison(
         ("elements a side", what),
         [("converged", ends, np.full(2, exact))],
         [("run", counts, np.array(list(found.values())))],
@@ -381,7 +381,7 @@ def _bent_far() -> Answer:
         relative("way back, 16 elements", ways[16][0], back),
         relative("way up, 16 elements", ways[16][1], up),
     )
-    draw = compared(
+    draw = comparison(
         ("along", "up"),
         [("elastica", exact[:, 0], exact[:, 1])],
         [("16 elements", shapes[16][:, 0], shapes[16][:, 2])],
@@ -437,7 +437,7 @@ def _slit() -> Answer:
         relative("way up without", without, OUTER, 6e-3),
     )
     ends = np.array([0.0, 1.0])
-    draw = compared(
+    draw = comparison(
         ("load over the largest", "way up"),
         [("published within", ends, np.full(2, INNER)), ("without", ends, np.full(2, OUTER))],
         [("within", shares, ways[:, 0]), ("without", shares, ways[:, 1])],
@@ -545,7 +545,7 @@ def _bag() -> Answer:
         zero("how much a corner goes farther along y", corner[1] - corner[0], 1e-4),
     )
     rows = [np.flatnonzero(points[:, 1] == 0.0) for points in (flat, wide)]
-    draw = compared(
+    draw = comparison(
         ("x", "z"),
         [("published rise", np.array([0.0, HALF]), np.full(2, RISE))],
         [

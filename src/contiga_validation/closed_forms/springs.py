@@ -18,22 +18,22 @@ from contiga_validation.closed_forms.case import (
     relative,
     zero,
 )
-from contiga_validation.closed_forms.pictures import compared
+from contiga_validation.closed_forms.pictures import comparison
 from contiga_validation.closed_forms.scenes import (
-    STILL,
-    alone,
+    ROTATIONS,
     ball,
+    crossing_time,
+    free_body,
     positions,
     run_of,
     velocities,
-    when,
 )
 from contiga_validation.engine.arrays import FloatArray
 
 CASES = Cases("Springs and the critical step")
 STIFFNESS, MASS = 80.0, 5.0
 OMEGA = math.sqrt(STIFFNESS / MASS)
-ALONG_X = ("y", "z", *STILL)
+ALONG_X = ("y", "z", *ROTATIONS)
 ENDS = ((-3.0, 0.0, 0.0), (0.0, 0.0, 0.0))
 
 
@@ -41,7 +41,7 @@ def _on_spring(damping: float = 0.0, speed: float = 2.0, **options: Any) -> cg.S
     """A mass that a spring ties to the ground, from rest length with a speed along it."""
     motion = cg.motion.Free(MASS, velocity=(speed, 0.0, 0.0), hold=ALONG_X)
     spring = cg.Spring(("ground", "body"), at=ENDS, curve=STIFFNESS, damping=damping)
-    return alone(motion, springs=[spring], **options)
+    return free_body(motion, springs=[spring], **options)
 
 
 @CASES.add(
@@ -57,7 +57,7 @@ def _swing() -> Answer:
     size, half = 2.0 / OMEGA, t <= 0.5 * period
     exact = size * np.sin(OMEGA * t)
     # It stands still after a quarter of a period and each half one that follows.
-    last = when(t, v, a, after=int(np.searchsorted(t, 1.6 * period)))
+    last = crossing_time(t, v, a, after=int(np.searchsorted(t, 1.6 * period)))
 
     def error(step: float) -> float:
         run = _on_spring(end=2.0 * period, step=step).run().history
@@ -66,11 +66,11 @@ def _swing() -> Answer:
     checks = (
         zero("way in the first half period, by the amplitude",
              np.abs(x - exact)[half].max() / size, TOLERANCE),
-        relative("period", (last - when(t, v, a)) / 1.5, period),
+        relative("period", (last - crossing_time(t, v, a)) / 1.5, period),
         relative("amplitude", np.abs(x).max(), size),
         relative("energy, at the end", history["energy.total"][-1], history["energy.total"][0]),
     )  # fmt: skip
-    draw = compared(("t", "x"), [("formula", t, exact)], [("run", t, x)])
+    draw = comparison(("t", "x"), [("formula", t, exact)], [("run", t, x)])
     return Answer(checks, draw, order_of("way after two periods", period / 50, error))
 
 
@@ -91,7 +91,7 @@ def _decay() -> Answer:
     history = _on_spring(damping, end=end, step="auto").run().history
     t, x = history["time"], history["body.x"]
     size = float(exact(t).max())
-    lost = 0.5 * MASS * 4.0 - history["energy.total"][-1]
+    loss = 0.5 * MASS * 4.0 - history["energy.total"][-1]
 
     def error(step: float) -> float:
         run = _on_spring(damping, end=end, step=step).run().history
@@ -100,19 +100,21 @@ def _decay() -> Answer:
     checks = (
         zero("way in the first half period, by its largest",
              np.abs(x - exact(t))[t <= math.pi / beat].max() / size, TOLERANCE),
-        relative("energy the damper took", history["energy.damping"][-1], lost),
+        relative("energy the damper took", history["energy.damping"][-1], loss),
     )  # fmt: skip
-    draw = compared(("t", "x"), [("formula", t, exact(t))], [("run", t, x)])
+    draw = comparison(("t", "x"), [("formula", t, exact(t))], [("run", t, x)])
     return Answer(checks, draw, order_of("way at the end", 0.05, error))
 
 
 def _pendulum_run(end: float, step: float | str) -> dict[str, FloatArray]:
-    motion = cg.motion.Free(MASS, velocity=(0.0, 4.0, 0.0), hold=STILL)
+    motion = cg.motion.Free(MASS, velocity=(0.0, 4.0, 0.0), hold=ROTATIONS)
     spring = cg.Spring(
         ("ground", "body"), at=[[-1.0, 0.0, 2.0], [0.0, 0.0, 0.0]], curve=STIFFNESS, length=0.0
     )
     return (
-        alone(motion, springs=[spring], end=end, step=step, gravity=(0.0, 0.0, -9.81)).run().history
+        free_body(motion, springs=[spring], end=end, step=step, gravity=(0.0, 0.0, -9.81))
+        .run()
+        .history
     )
 
 
@@ -125,31 +127,31 @@ def _pendulum_run(end: float, step: float | str) -> dict[str, FloatArray]:
 def _pendulum() -> Answer:
     end = math.pi / OMEGA
     history = _pendulum_run(end, "auto")
-    t, way = history["time"], positions(history)
-    rest = np.array([-1.0, 0.0, 2.0 - 9.81 / OMEGA**2])
+    t, path = history["time"], positions(history)
+    equilibrium = np.array([-1.0, 0.0, 2.0 - 9.81 / OMEGA**2])
     push = np.array([0.0, 4.0, 0.0])
 
     def exact(s: FloatArray | float) -> FloatArray:
         phase = OMEGA * np.asarray(s)[..., None]
-        return np.asarray(rest - rest * np.cos(phase) + push / OMEGA * np.sin(phase))
+        return np.asarray(equilibrium - equilibrium * np.cos(phase) + push / OMEGA * np.sin(phase))
 
-    size = float(np.abs(exact(t) - rest).max())
-    arm = way - rest
+    size = float(np.abs(exact(t) - equilibrium).max())
+    arm = path - equilibrium
     momentum = np.cross(arm, velocities(history))
-    kept = np.abs(momentum - momentum[0]).max() / np.linalg.norm(momentum[0])
+    drift = np.abs(momentum - momentum[0]).max() / np.linalg.norm(momentum[0])
 
     def error(step: float) -> float:
         return float(np.abs(positions(_pendulum_run(end, step))[-1] - exact(end)).max()) / size
 
     checks = (
-        zero("place in half a period, by the swing", np.abs(way - exact(t)).max() / size,
+        zero("place in half a period, by the swing", np.abs(path - exact(t)).max() / size,
              TOLERANCE),
-        zero("angular momentum about the rest", kept, ROUNDING),
+        zero("angular momentum about the rest", drift, ROUNDING),
     )  # fmt: skip
-    draw = compared(
+    draw = comparison(
         ("y", "z"),
         [("ellipse", exact(t)[:, 1], exact(t)[:, 2])],
-        [("run", way[:, 1], way[:, 2])],
+        [("run", path[:, 1], path[:, 2])],
     )
     return Answer(checks, draw, order_of("place at the end", end / 100, error))
 
@@ -159,8 +161,8 @@ def _pendulum() -> Answer:
 
 def _pair_run(end: float, step: float | str) -> dict[str, FloatArray]:
     spring = cg.Spring(("one", "two"), at=[[0.0, 0.0, 0.0], [3.0, 0.0, 0.0]], curve=STIFFNESS)
-    one = cg.motion.Free(2.0, velocity=(3.0, 0.0, 0.0), hold=STILL)
-    two = cg.motion.Free(6.0, centre=(3.0, 0.0, 0.0), hold=STILL)
+    one = cg.motion.Free(2.0, velocity=(3.0, 0.0, 0.0), hold=ROTATIONS)
+    two = cg.motion.Free(6.0, centre=(3.0, 0.0, 0.0), hold=ROTATIONS)
     bodies = {"one": (ball(), one), "two": (ball(centre=(3.0, 0.0, 0.0)), two)}
     return run_of(bodies=bodies, springs=[spring], end=end, step=step).history
 
@@ -190,7 +192,7 @@ def _pair() -> Answer:
         relative("way of the centre of mass", (2.0 * one[-1] + 6.0 * two[-1]) / 8.0,
                  2.25 + 0.75 * end, ROUNDING),
     )  # fmt: skip
-    draw = compared(("t", "stretch"), [("formula", t, exact)], [("run", t, stretch)])
+    draw = comparison(("t", "stretch"), [("formula", t, exact)], [("run", t, stretch)])
     return Answer(checks, draw, order_of("stretch at the end", end / 50, error))
 
 
@@ -227,7 +229,7 @@ def _restraint() -> Answer:
     quarter = math.pi / omega
     # What an unloading gives back: under the steep line down to the soft curve, and under that.
     meet = farthest * (STEEP - BELT) / (STEEP - SOFT)
-    back = 0.5 * SOFT * meet**2 + 0.5 * (SOFT * meet + BELT * farthest) * (farthest - meet)
+    returned = 0.5 * SOFT * meet**2 + 0.5 * (SOFT * meet + BELT * farthest) * (farthest - meet)
     result = _restraint_run("auto", 1.35 * quarter)
     history = result.history
     t = history["time"]
@@ -237,7 +239,7 @@ def _restraint() -> Answer:
     loading = t <= quarter
     fine = np.linspace(0.0, quarter, 100)
     exact = PULSE / omega**2 * (1.0 - np.cos(omega * fine))
-    taken = history["energy.total"] + history["energy.hysteresis"] - history["energy.external"]
+    balance = history["energy.total"] + history["energy.hysteresis"] - history["energy.external"]
     checks = (
         relative("largest stretch of the belt", stretch.max(), farthest),
         relative("largest force of the belt", force.max(), 2.0 * DUMMY * PULSE),
@@ -247,17 +249,17 @@ def _restraint() -> Answer:
             TOLERANCE
         ),
         relative("energy the belt kept", history["energy.hysteresis"].max(),
-                 0.5 * BELT * farthest**2 - back),
-        relative("energies against the work of the sled", taken[-1], taken[0]),
+                 0.5 * BELT * farthest**2 - returned),
+        relative("energies against the work of the sled", balance[-1], balance[0]),
     )  # fmt: skip
 
     def error(step: float) -> float:
         run = _restraint_run(step, 0.75 * quarter)
-        found = run.history["body.x"][-1] - run.state.bodies["sled"].pose[0, 3]
+        stretch_at_end = run.history["body.x"][-1] - run.state.bodies["sled"].pose[0, 3]
         angle = 0.75 * math.pi
-        return abs(float(found) / (PULSE / omega**2 * (1.0 - math.cos(angle))) - 1.0)
+        return abs(float(stretch_at_end) / (PULSE / omega**2 * (1.0 - math.cos(angle))) - 1.0)
 
-    draw = compared(
+    draw = comparison(
         ("stretch of the belt", "force"),
         [("loading", exact, BELT * exact),
          ("unloading", np.array([0.0, meet, farthest]),
@@ -277,7 +279,7 @@ def _belt_run(zeta: float, end: float, step: float | str) -> dict[str, FloatArra
         ("ground", "body"), at=ENDS, curve=line, unloading=line, hysteresis_slope=STIFFNESS,
         damping=2.0 * zeta * MASS * OMEGA,
     )  # fmt: skip
-    return alone(motion, springs=[belt], end=end, step=step).run().history
+    return free_body(motion, springs=[belt], end=end, step=step).run().history
 
 
 @CASES.add(
@@ -307,7 +309,7 @@ def _restitution(zeta: float = 0.2) -> Answer:
         zero("pull of the damper after its end, by its largest",
              max(float(a.max()), 0.0) / float(np.abs(a).max()), ROUNDING),
     )  # fmt: skip
-    draw = compared(("t", "velocity"), [("formula", fine / OMEGA, exact)], [("run", t, v)])
+    draw = comparison(("t", "velocity"), [("formula", fine / OMEGA, exact)], [("run", t, v)])
     return Answer(checks, draw, order_of("speed after it", angle / OMEGA / 25, error))
 
 
@@ -351,21 +353,23 @@ def _swings(share: float, count: int = 120) -> FloatArray:
 def _critical() -> Answer:
     damping = 20.0
     decay = damping / MASS
-    both = 2.0 / (decay + math.sqrt(decay**2 + OMEGA**2))
+    damped_limit = 2.0 / (decay + math.sqrt(decay**2 + OMEGA**2))
     below, above = _swings(0.999), _swings(1.001)
     # The step matrix has the eigenvalues −(μ ± √(μ² − 1)) with μ = ω² h²/2 − 1.
     mu = 2.0 * 1.001**2 - 1.0
     growth = mu + math.sqrt(mu * mu - 1.0)
     # Under the critical step ways stay below v/(ω √(1 − ω² h²/4)).
-    most = GENTLE / OMEGA / math.sqrt(1.0 - 0.999**2)
+    largest = GENTLE / OMEGA / math.sqrt(1.0 - 0.999**2)
     checks = (
         relative("longest step that is let pass, spring", _bound(0.0), 2.0 / OMEGA, 1e-9),
-        relative("longest step that is let pass, spring and damper", _bound(damping), both, 1e-9),
-        relative("largest way at 0.999 of it", below.max(), most, 1e-3),
+        relative(
+            "longest step that is let pass, spring and damper", _bound(damping), damped_limit, 1e-9
+        ),
+        relative("largest way at 0.999 of it", below.max(), largest, 1e-3),
         relative("growth a step at 1.001 of it", above[-1] / above[-2], growth, 1e-6),
     )
     n = np.arange(len(above), dtype=float)
-    draw = compared(
+    draw = comparison(
         ("step", "|x|"),
         [],
         [("0.999 of the critical step", n, below),

@@ -13,7 +13,7 @@ from contiga_validation.closed_forms.at_rest import disc
 from contiga_validation.closed_forms.case import Answer, Cases, order_of, relative
 from contiga_validation.closed_forms.foam import bricks
 from contiga_validation.closed_forms.matter import GROUP
-from contiga_validation.closed_forms.pictures import Drawing, compared
+from contiga_validation.closed_forms.pictures import Drawing, comparison
 from contiga_validation.closed_forms.scenes import run_of
 from contiga_validation.engine.arrays import FloatArray
 
@@ -113,7 +113,7 @@ def _drum_of(rings: int) -> Swing:
 def _swings(what: str, swing: Swing) -> Drawing:
     curve = np.linspace(0.0, PERIODS, 200)
     times = PERIODS / swing.times[-1] * swing.times
-    return compared(
+    return comparison(
         ("t/T", "way over the largest"),
         [("formula", curve, np.sin(2.0 * math.pi * curve))],
         [(what, times, swing.ways)],

@@ -19,14 +19,21 @@ from contiga_validation.closed_forms.case import (
     relative,
     zero,
 )
-from contiga_validation.closed_forms.pictures import compared
-from contiga_validation.closed_forms.scenes import STILL, ball, run_of, solid_ball, value_at, when
+from contiga_validation.closed_forms.pictures import comparison
+from contiga_validation.closed_forms.scenes import (
+    ROTATIONS,
+    ball,
+    crossing_time,
+    run_of,
+    solid_ball,
+    value_at,
+)
 from contiga_validation.engine.arrays import FloatArray
 
 CASES = Cases("Contact with an elastic bed")
 RADIUS, MASS = 80.0, 4500.0
 RINGS, RAYS = 400, 2
-UPRIGHT = ("x", "y", *STILL)
+UPRIGHT = ("x", "y", *ROTATIONS)
 
 
 def bed(reach: float) -> cg.Slave:
@@ -66,8 +73,10 @@ def duration(stiffness: float, speed: float) -> float:
     nodes, weights = np.polynomial.legendre.leggauss(80)
     angle = 0.25 * math.pi * (1.0 + nodes)
     d = end * np.sin(angle)
-    left = speed**2 - 2.0 / MASS * np.array([stored(stiffness, x) for x in d])
-    return float(2.0 * (0.25 * math.pi * weights * end * np.cos(angle) / np.sqrt(left)).sum())
+    square_speed = speed**2 - 2.0 / MASS * np.array([stored(stiffness, x) for x in d])
+    return float(
+        2.0 * (0.25 * math.pi * weights * end * np.cos(angle) / np.sqrt(square_speed)).sum()
+    )
 
 
 def dropped(speed: float, step: float | str, end: float, reach: float, law: Any) -> dict[str, Any]:
@@ -84,15 +93,15 @@ def dropped(speed: float, step: float | str, end: float, reach: float, law: Any)
 
 
 def _sphere(stiffness: float, speed: float) -> Answer:
-    most, lasts = deepest(stiffness, speed), duration(stiffness, speed)
-    reach = 1.02 * math.sqrt(2.0 * RADIUS * most - most**2)
+    max_depth, contact_time = deepest(stiffness, speed), duration(stiffness, speed)
+    reach = 1.02 * math.sqrt(2.0 * RADIUS * max_depth - max_depth**2)
     law = cg.PenaltyLaw(stiffness, per_area=True)
-    end = 1.05 * lasts
+    end = 1.05 * contact_time
     history = dropped(speed, "auto", end, reach, law)
     t, depth = history["time"], -history["ball.z"]
     rate, pull = -history["ball.vz"], -history["ball.az"]
-    turn = when(t, rate, pull)
-    off = when(t, depth, rate, after=int(np.searchsorted(t, turn)))
+    turn = crossing_time(t, rate, pull)
+    separation = crossing_time(t, depth, rate, after=int(np.searchsorted(t, turn)))
     peak = value_at(t, depth, rate, turn)
 
     def course(times: FloatArray) -> FloatArray:
@@ -102,23 +111,23 @@ def _sphere(stiffness: float, speed: float) -> Answer:
         )  # fmt: skip
         return np.asarray(answer.y[0])
 
-    middle = 0.7 * lasts
+    middle = 0.7 * contact_time
     exact = float(course(np.array([0.0, middle]))[-1])
 
     def error(step: float) -> float:
         run = dropped(speed, step, middle, reach, law)
-        return abs(float(-run["ball.z"][-1]) - exact) / most
+        return abs(float(-run["ball.z"][-1]) - exact) / max_depth
 
     k = int(np.argmax(depth))
     checks = (
         relative("energy in the bed, rings against the integral",
                  history["energy_stored"][k], stored(stiffness, float(depth[k])), 2e-5),
-        relative("largest depth", peak, most),
-        relative("time of contact", off, lasts),
+        relative("largest depth", peak, max_depth),
+        relative("time of contact", separation, contact_time),
         relative("speed after it", -rate[-1], speed),
     )  # fmt: skip
-    fine = np.linspace(0.0, lasts, 200)
-    draw = compared(
+    fine = np.linspace(0.0, contact_time, 200)
+    draw = comparison(
         ("t", "depth"), [("formula", fine, course(fine))], [("run", t, np.maximum(depth, 0.0))]
     )
     return Answer(checks, draw, order_of("depth on the way back", middle / 25, error))
@@ -185,7 +194,7 @@ def _bounces() -> Answer:
     energy = history["energy.total"] - history["energy.external"] + g * height
     # Where it turns round below.
     up = np.flatnonzero((v[:-1] < 0.0) & (v[1:] >= 0.0))
-    bottoms = np.array([when(t, v, a, after=int(i)) for i in up])
+    bottoms = np.array([crossing_time(t, v, a, after=int(i)) for i in up])
     tops = history["ball.z"] + height
     last = tops[t > (count - 0.5) * period].max()
     checks = (
@@ -201,7 +210,7 @@ def _bounces() -> Answer:
     phase = (fine + 0.5 * period) % period - 0.5 * period
     exact = np.where(np.abs(phase) < 0.5 * flight, height - 0.5 * g * phase**2, 0.0)
     early = t <= 3.0 * period
-    draw = compared(
+    draw = comparison(
         ("t", "height"), [("formula, flights", fine, exact)], [("run", t[early], tops[early])]
     )
     return Answer(checks, draw)
@@ -242,7 +251,7 @@ def _hysteresis() -> Answer:
         relative("energy lost", history["energy.hysteresis"][-1], energy - back),
         relative("speed after it", history["ball.vz"][-1], out),
     )
-    draw = compared(
+    draw = comparison(
         ("depth", "force"),
         [("formula", np.array([0.0, most, meet, 0.0]),
           np.array([0.0, SPRING * most, soft * meet, 0.0]))],

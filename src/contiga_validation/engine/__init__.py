@@ -1,1 +1,1 @@
-"""Experiments, what they claim and find, and the tables, pictures and pages made of it."""
+"""Experiments with their claims and results, and the tables, pictures and pages of these."""

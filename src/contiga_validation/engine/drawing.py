@@ -1,4 +1,4 @@
-"""One style for all pictures: what is drawn by matplotlib becomes PNG here."""
+"""Pictures as PNG, drawn by matplotlib in one style."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ STYLE: dict[str, Any] = {
 
 
 def png(picture: Picture) -> bytes:
-    """The picture as a PNG file, drawn in the house's style."""
+    """Draw a picture in the common style and return it as PNG."""
     import matplotlib as mpl
     from cycler import cycler
     from matplotlib.backends.backend_agg import FigureCanvasAgg
@@ -69,7 +69,7 @@ def png(picture: Picture) -> bytes:
 
 
 def plane(axes: Axes, *, equal: bool = True, labels: tuple[str, str] = ("x", "y")) -> Axes:
-    """`axes` for a figure in the plane: labelled, and with one scale where it is geometry."""
+    """Label axes of a figure in the plane; `equal` gives both the same scale, for geometry."""
     axes.set_xlabel(labels[0])
     axes.set_ylabel(labels[1])
     if equal:
@@ -78,18 +78,18 @@ def plane(axes: Axes, *, equal: bool = True, labels: tuple[str, str] = ("x", "y"
 
 
 def curve_points(curve: NurbsCurve, count: int = 400) -> FloatArray:
-    """(count, 3) points along a curve, for drawing."""
+    """Return (count, 3) points along a curve, for drawing."""
     return curve.evaluate(np.linspace(*curve.domain, count))
 
 
 def draw_curve(axes: Axes, curve: NurbsCurve, **style: Any) -> None:
-    """The curve, seen along z."""
+    """Draw a curve, seen along z."""
     points = curve_points(curve)
     axes.plot(points[:, 0], points[:, 1], **{"color": LINES[0], "label": "curve", **style})
 
 
 def draw_polygon(axes: Axes, curve: NurbsCurve, **style: Any) -> None:
-    """The control polygon of a curve, seen along z."""
+    """Draw the control polygon of a curve, seen along z."""
     points = curve.control_points
-    look = {"color": LINES[1], "ls": (0, (4, 3)), "lw": 1.0, "marker": "o", "ms": 4.5}
-    axes.plot(points[:, 0], points[:, 1], **{**look, "label": "control polygon", **style})
+    defaults = {"color": LINES[1], "ls": (0, (4, 3)), "lw": 1.0, "marker": "o", "ms": 4.5}
+    axes.plot(points[:, 0], points[:, 1], **{**defaults, "label": "control polygon", **style})

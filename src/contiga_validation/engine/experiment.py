@@ -1,4 +1,4 @@
-"""What an experiment of the thesis is, and what it gives back."""
+"""Records of an experiment of the thesis and of its outcome."""
 
 from __future__ import annotations
 
@@ -14,25 +14,25 @@ Cell = str | float | int | None
 
 
 class Options(NamedTuple):
-    """What the user asks of a reproduction."""
+    """Options of a reproduction."""
 
     full: bool = False
-    """The finest meshes the memory allows, which takes tens of minutes."""
+    """Whether to use the finest meshes that memory allows, which takes tens of minutes."""
     cad: Path | None = None
-    """CAD file of the comparison's third body; one of `data`, or one made, if omitted."""
+    """CAD file of the comparison's third body; from `data`, or a generated one, if omitted."""
     data: Path | None = None
-    """Folder of public CAD files; none is looked for if omitted."""
+    """Folder of public CAD files, if any."""
 
 
 class Table(NamedTuple):
-    """Numbers, the thesis' own beside ours."""
+    """A table of numbers of the thesis and of contiga."""
 
     key: str
     """Name in tables.csv and tables.json, such as "5.1"."""
     title: str
     columns: tuple[str, ...]
     rows: tuple[tuple[Cell, ...], ...]
-    """One value a column; None where there is none."""
+    """One value a column, None for an empty cell."""
 
 
 class Picture(NamedTuple):
@@ -47,22 +47,22 @@ class Picture(NamedTuple):
 
 
 class Claim(NamedTuple):
-    """A statement of the thesis (or of ours against it) and whether it held in this run."""
+    """A statement of the thesis, or of ours about it, and whether it held in this run."""
 
     text: str
     holds: bool
     measured: str
-    """What was measured, in words and numbers."""
+    """The measurement, in words and numbers."""
 
 
 class Outcome(NamedTuple):
-    """What an experiment found."""
+    """Tables, pictures and claims of an experiment."""
 
     tables: tuple[Table, ...] = ()
     pictures: tuple[Picture, ...] = ()
     claims: tuple[Claim, ...] = ()
     difference: str = ""
-    """Why our numbers differ from the thesis', a sentence or two."""
+    """Reason why our numbers differ from the thesis."""
 
 
 Run = Callable[[], Outcome]
@@ -72,36 +72,36 @@ class Experiment(NamedTuple):
     """One experiment of the thesis."""
 
     key: str
-    """Such as "5.4-area"; unique."""
+    """Unique, such as "5.4-area"."""
     title: str
     where: str
     """Section, figures and tables of the thesis."""
     run: Run
     thesis: str = ""
-    """What the thesis shows or claims there, a sentence or two; where it gives no geometry, what
-    scene was designed instead."""
+    """Summary of what the thesis shows or claims there, and, if it gives no geometry, of the scene
+    designed instead."""
 
     @property
     def chapter(self) -> int:
-        """The number that its key begins with."""
+        """Chapter, the first number of the key."""
         return int(re.split(r"\D", self.key)[0])
 
 
 class Experiments(list[Experiment]):
-    """The experiments of a module, in the order in which it runs them."""
+    """The experiments of a module, in their order."""
 
     def add(self, key: str, title: str, where: str, thesis: str = "") -> Callable[[Run], Run]:
-        """Over a function that finds an outcome: the experiment is one of these."""
+        """Decorate a function that returns an outcome: add it as an experiment."""
 
-        def added(run: Run) -> Run:
+        def register(run: Run) -> Run:
             self.append(Experiment(key, title, where, run, thesis))
             return run
 
-        return added
+        return register
 
 
-class Found(NamedTuple):
-    """An experiment, what it found, its pictures as PNG and what it cost."""
+class ExperimentResult(NamedTuple):
+    """An experiment with its outcome, its pictures as PNG and its run time."""
 
     experiment: Experiment
     outcome: Outcome
@@ -109,4 +109,4 @@ class Found(NamedTuple):
     seconds: float
     """Wall time of the experiment and its pictures, compiling included."""
     compiled: float
-    """Seconds of it spent on compiling kernels."""
+    """Seconds of it spent compiling kernels."""

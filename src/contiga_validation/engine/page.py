@@ -1,4 +1,4 @@
-"""The page of the reproduction: one HTML file that reads offline."""
+"""The page of the reproduction: one HTML file that needs no network."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from itertools import groupby
 from typing import Any
 
 from contiga.report import style
-from contiga_validation.engine.experiment import Cell, Claim, Found, Picture, Table
+from contiga_validation.engine.experiment import Cell, Claim, ExperimentResult, Picture, Table
 from contiga_validation.engine.table_files import plain
 
 _TITLE = "The thesis, reproduced"
@@ -23,50 +23,52 @@ _ABOUT = (
 )
 
 
-def page(found: Sequence[Found], facts: dict[str, Any], heading_of: Callable[[int], str]) -> str:
-    """The whole page as one text.
+def page(
+    results: Sequence[ExperimentResult], facts: dict[str, Any], heading_of: Callable[[int], str]
+) -> str:
+    """Return the page as text.
 
     Parameters
     ----------
-    found : the experiments with what they found, by chapter
+    results : of the experiments, by chapter
     facts : version and machine, from `contiga_validation.engine.table_files.machine`
-    heading_of : the heading of a chapter, by its number
+    heading_of : returns the heading of a chapter number
     """
-    groups = groupby(found, lambda f: f.experiment.chapter)
+    groups = groupby(results, lambda f: f.experiment.chapter)
     chapters = [(heading_of(k), list(group)) for k, group in groups]
     head = heading("reproduction", _TITLE, _ABOUT, facts)
-    parts = [head + _verdict(found), _contents(chapters)]
+    parts = [head + _verdict(results), _contents(chapters)]
     for chapter, entries in chapters:
         parts.append(f"<h2>{escape(chapter)}</h2>")
         parts += [_section(entry) for entry in entries]
-    parts.append(_timings(found))
+    parts.append(_timings(results))
     css = files("contiga_validation.engine").joinpath("style.css").read_text(encoding="utf-8")
     return style.page(_TITLE, "\n".join(parts), css=css)
 
 
 def heading(kind: str, title: str, about: str, facts: dict[str, Any], more: str = "") -> str:
-    """The head of a page: what it is, when and on what it was made, and what it is about."""
-    said = (
+    """Return the head of a page: its kind, title, date, machine and subject."""
+    machine_line = (
         f"finished {facts['finished']} · {facts['processor']}, {facts['threads']} threads · "
         f"{facts['system']} · Python {facts['python']}, NumPy {facts['numpy']}, "
         f"Numba {facts['numba']}{more}"
     )
     return (
         f'<div class="maker"><b>contiga</b> {escape(facts["version"])} · {kind}</div>'
-        f'<h1>{title}</h1><p class="under">{escape(said)}</p><p>{about}</p>'
+        f'<h1>{title}</h1><p class="under">{escape(machine_line)}</p><p>{about}</p>'
     )
 
 
 def image(alt: str, width: float, content: bytes) -> str:
-    """A picture (PNG) on a page, its width in inch."""
+    """Return a PNG picture of a page, its width in inch."""
     data = b64encode(content).decode("ascii")
     return (
         f'<img alt="{escape(alt)}" width="{round(132 * width)}" src="data:image/png;base64,{data}">'
     )
 
 
-def _verdict(found: Sequence[Found]) -> str:
-    claims = [(e.experiment.key, claim) for e in found for claim in e.outcome.claims]
+def _verdict(results: Sequence[ExperimentResult]) -> str:
+    claims = [(e.experiment.key, claim) for e in results for claim in e.outcome.claims]
     broken = [(key, claim) for key, claim in claims if not claim.holds]
     if not broken:
         return f'<p class="verdict">✓ All {len(claims)} statements held.</p>'
@@ -78,19 +80,19 @@ def _verdict(found: Sequence[Found]) -> str:
     return f'<p class="verdict bad">{text}</p><ul class="warnings">{rows}</ul>'
 
 
-def _contents(chapters: Sequence[tuple[str, list[Found]]]) -> str:
+def _contents(chapters: Sequence[tuple[str, list[ExperimentResult]]]) -> str:
     parts = []
     for chapter, entries in chapters:
         parts.append(f"<h3>{escape(chapter)}</h3>")
         for entry in entries:
             key, title = escape(entry.experiment.key), escape(entry.experiment.title)
-            # the part of a key after the section tells experiments of one section apart
-            shown = key.partition("-")[0]
-            parts.append(f'<a href="#{key}"><span class="key">{shown}</span>{title}</a>')
+            # the key of an experiment is its section and a name
+            section = key.partition("-")[0]
+            parts.append(f'<a href="#{key}"><span class="key">{section}</span>{title}</a>')
     return f'<nav aria-label="Contents">{"".join(parts)}</nav>'
 
 
-def _section(entry: Found) -> str:
+def _section(entry: ExperimentResult) -> str:
     experiment, outcome = entry.experiment, entry.outcome
     parts = [
         f'<section id="{escape(experiment.key)}">',
@@ -108,14 +110,11 @@ def _section(entry: Found) -> str:
 
 
 def _picture(picture: Picture, content: bytes) -> str:
-    shown = image(picture.caption, picture.size[0], content)
-    caption = f"<b>{escape(_label(picture))}</b> {escape(picture.caption)}"
-    return f"<figure>{shown}<figcaption>{caption}</figcaption></figure>"
-
-
-def _label(picture: Picture) -> str:
-    """`Fig. 5.14` for a picture named after one of the thesis."""
-    return f"Fig. {picture.key}." if picture.key.replace(".", "").isdigit() else ""
+    img = image(picture.caption, picture.size[0], content)
+    is_of_thesis = picture.key.replace(".", "").isdigit()  # named after a figure, such as 5.14
+    label = f"Fig. {picture.key}." if is_of_thesis else ""
+    caption = f"<b>{escape(label)}</b> {escape(picture.caption)}"
+    return f"<figure>{img}<figcaption>{caption}</figcaption></figure>"
 
 
 def _table(table: Table) -> str:
@@ -140,12 +139,12 @@ def _table(table: Table) -> str:
 
 
 def _cell(value: Cell) -> str:
-    shown = plain(value)
-    if shown is None:
+    cell = plain(value)
+    if cell is None:
         return "–"
-    if isinstance(shown, int):
-        return style.number(float(shown), 12)
-    return style.number(shown) if isinstance(shown, float) else escape(shown)
+    if isinstance(cell, int):
+        return style.number(float(cell), 12)
+    return style.number(cell) if isinstance(cell, float) else escape(cell)
 
 
 def _claims(claims: Sequence[Claim]) -> str:
@@ -158,20 +157,20 @@ def _claims(claims: Sequence[Claim]) -> str:
     return f'<ul class="claims">{rows}</ul>' if rows else ""
 
 
-def _timings(found: Sequence[Found]) -> str:
+def _timings(results: Sequence[ExperimentResult]) -> str:
     rows = "".join(
         f'<tr><td><a href="#{escape(e.experiment.key)}">{escape(e.experiment.key)}</a></td>'
         f'<td class="number">{style.number(e.seconds - e.compiled, 3)} s</td>'
         f'<td class="number">{style.number(e.compiled, 3)} s</td></tr>'
-        for e in found
+        for e in results
     )
-    total, lost = sum(e.seconds for e in found), sum(e.compiled for e in found)
+    total, compiling = sum(e.seconds for e in results), sum(e.compiled for e in results)
     return (
         '<h2>Where the time went</h2><p class="under">Experiments with their pictures. Kernels are '
         "compiled once on a machine, in the experiment that first needs them; some of them ahead, "
         "by a second process.</p>"
         '<div class="wide"><table><thead><tr><th>Experiment</th><th class="number">Time</th>'
         f'<th class="number">Compiling, apart</th></tr></thead><tbody>{rows}<tr class="total">'
-        f'<td>Total</td><td class="number">{style.number(total - lost, 3)} s</td>'
-        f'<td class="number">{style.number(lost, 3)} s</td></tr></tbody></table></div>'
+        f'<td>Total</td><td class="number">{style.number(total - compiling, 3)} s</td>'
+        f'<td class="number">{style.number(compiling, 3)} s</td></tr></tbody></table></div>'
     )

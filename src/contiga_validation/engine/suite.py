@@ -1,4 +1,4 @@
-"""What both suites do alike: choose what is run, tell how far they are, fill and read a folder."""
+"""Common parts of both suites: selection, progress, and the folder of results."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from contiga.errors import FileError, InputError
 from contiga.io.out import files
 
 Progress = Callable[[int, int, str], None]
-"""Called with how many are done, how many there are, and which comes next."""
+"""Called with the number done, the total, and the title of the next one."""
 
 
 class Entry(Protocol):
@@ -23,78 +23,85 @@ class Entry(Protocol):
         """Unique."""
 
 
-One = TypeVar("One", bound=Entry)
+EntryT = TypeVar("EntryT", bound=Entry)
 
 
-def chosen(
-    every: Sequence[One], only: Sequence[str] | None, ends: Sequence[str], what: str, remedy: str
-) -> tuple[One, ...]:
-    """Those of `every` that `only` names, all of them for None.
+def selected(
+    entries: Sequence[EntryT],
+    only: Sequence[str] | None,
+    separators: Sequence[str],
+    kind: str,
+    remedy: str,
+) -> tuple[EntryT, ...]:
+    """Return the entries that `only` names, all of them for None.
 
     Parameters
     ----------
-    only : keys, or starts of keys up to one of `ends`
-    what : there is none of, and `remedy`, for the message
+    entries : all
+    only : keys, or starts of keys up to a separator
+    separators : characters that may end the start of a key
+    kind, remedy : for the message
 
     Raises
     ------
     InputError
-        An entry that names none, or no entries.
+        A word names no entry, or there are no words.
     """
     if only is None:
-        return tuple(every)
+        return tuple(entries)
 
-    def is_meant(key: str, word: str) -> bool:
-        return bool(word) and (key == word or key.startswith(tuple(word + end for end in ends)))
+    def matches(key: str, word: str) -> bool:
+        starts = tuple(word + separator for separator in separators)
+        return bool(word) and (key == word or key.startswith(starts))
 
     words = [word.strip() for word in only]
     for word in words or [""]:
-        if not any(is_meant(one.key, word) for one in every):
+        if not any(matches(entry.key, word) for entry in entries):
             raise InputError(
-                f"no {what} has this name",
+                f"no {kind} has this name",
                 where="only",
                 found=word,
-                allowed=", ".join(one.key for one in every),
+                allowed=", ".join(entry.key for entry in entries),
                 remedy=remedy,
             )
-    return tuple(one for one in every if any(is_meant(one.key, word) for word in words))
+    return tuple(entry for entry in entries if any(matches(entry.key, word) for word in words))
 
 
-def in_turn(
-    entries: Sequence[One], progress: Progress | None, title_of: Callable[[One], str]
-) -> Iterator[One]:
-    """One after the other, each told before it comes."""
-    for done, one in enumerate(entries):
+def with_progress(
+    entries: Sequence[EntryT], progress: Progress | None, title_of: Callable[[EntryT], str]
+) -> Iterator[EntryT]:
+    """Yield the entries, and report each to `progress` first."""
+    for n_done, entry in enumerate(entries):
         if progress is not None:
-            progress(done, len(entries), title_of(one))
-        yield one
+            progress(n_done, len(entries), title_of(entry))
+        yield entry
     if progress is not None:
         progress(len(entries), len(entries), "done")
 
 
 @contextmanager
-def opened(out: str | Path, names: Sequence[str], kind: str) -> Iterator[Path]:
-    """The folder of results, made where there is none, and removed where nothing comes of it."""
+def results_folder(out: str | Path, names: Sequence[str], kind: str) -> Iterator[Path]:
+    """Open the folder of results; remove a new one if an error leaves it empty."""
     folder = Path(out)
-    made = files.open_folder(folder, names, kind)
+    is_new = files.open_folder(folder, names, kind)
     try:
         yield folder
     except BaseException:
-        if made and not any(folder.iterdir()):
+        if is_new and not any(folder.iterdir()):
             folder.rmdir()
         raise
 
 
 @contextmanager
-def told_in(path: Path, what: str) -> Iterator[dict[str, Any]]:
-    """What a suite has written, as long as all that is looked for is in it.
+def reading(path: Path, kind: str) -> Iterator[dict[str, Any]]:
+    """Yield the content of a file of results; a missing key in the block is an error of the file.
 
     Raises
     ------
     FileError
-        It is not there, or is not `what`.
+        The file is missing, or is not `kind`.
     """
     try:
         yield json.loads(path.read_text(encoding="utf-8"))
     except (OSError, ValueError, KeyError, TypeError) as error:
-        raise FileError(f"not {what}", where=str(path)) from error
+        raise FileError(f"not {kind}", where=str(path)) from error

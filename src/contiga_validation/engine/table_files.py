@@ -1,4 +1,4 @@
-"""What the experiments found as JSON and as one tidy CSV, and the machine it was found on."""
+"""Results of experiments as JSON and as one tidy CSV, and the machine of the run."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ from typing import Any
 
 from contiga import __version__
 from contiga.arrays.threads import thread_count
-from contiga_validation.engine.experiment import Cell, Found
+from contiga_validation.engine.experiment import Cell, ExperimentResult
 
 HEADER = ("experiment", "table", "row", "column", "value")
 
 
 def plain(value: Any) -> Cell:
-    """`value` as what JSON knows: numpy's scalars as Python's, what is not finite as None."""
+    """Return `value` for JSON: numpy scalars as Python's, NaN and infinity as None."""
     if hasattr(value, "item"):
         value = value.item()
     if isinstance(value, bool):
@@ -32,27 +32,27 @@ def plain(value: Any) -> Cell:
     return str(value)
 
 
-def tidy_csv(found: Sequence[Found]) -> str:
-    """All tables, one value a row: experiment, table, row (from 1), column, value."""
+def tidy_csv(results: Sequence[ExperimentResult]) -> str:
+    """Return all tables, one value a row: experiment, table, row (from 1), column, value."""
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow(HEADER)
-    for entry in found:
+    for entry in results:
         for table in entry.outcome.tables:
             for number, row in enumerate(table.rows, start=1):
                 for column, value in zip(table.columns, row, strict=True):
                     cell = plain(value)
-                    shown = "" if cell is None else cell
-                    writer.writerow((entry.experiment.key, table.key, number, column, shown))
+                    cell = "" if cell is None else cell
+                    writer.writerow((entry.experiment.key, table.key, number, column, cell))
     return text.getvalue()
 
 
-def as_json(found: Sequence[Found], facts: dict[str, Any]) -> dict[str, Any]:
-    """Everything but the pictures themselves."""
-    return {**facts, "experiments": [_entry(entry) for entry in found]}
+def as_json(results: Sequence[ExperimentResult], facts: dict[str, Any]) -> dict[str, Any]:
+    """Return all results except the pictures themselves."""
+    return {**facts, "experiments": [_entry(entry) for entry in results]}
 
 
-def _entry(entry: Found) -> dict[str, Any]:
+def _entry(entry: ExperimentResult) -> dict[str, Any]:
     experiment, outcome = entry.experiment, entry.outcome
     return {
         "key": experiment.key,
@@ -84,7 +84,7 @@ def _entry(entry: Found) -> dict[str, Any]:
 
 
 def machine() -> dict[str, Any]:
-    """Version, time and machine of a reproduction."""
+    """Return version, time and machine of a run."""
     import numba
     import numpy as np
 
@@ -102,7 +102,7 @@ def machine() -> dict[str, Any]:
 
 
 def _processor() -> str:
-    """Name of the processor, as the system tells it."""
+    """Return the name of the processor."""
     try:
         lines = Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines()
     except OSError:

@@ -1,4 +1,4 @@
-"""What the thesis could not compare: accuracy against time, both sides tuned and warm."""
+"""Comparison beyond the thesis: accuracy against time, both sides tuned and warm."""
 
 from __future__ import annotations
 
@@ -23,36 +23,36 @@ from contiga_validation.rivals.rival_meshes import (
 POINTS = 100_000
 STEPS = 4
 ROUNDS = 3
-"""Times the points go there, back and there again."""
+"""Passes over the steps: forward, backward and forward again."""
 DEPTH = 0.01
-"""Greatest depth of the points, in sizes of the body."""
+"""Largest depth of the points, in sizes of the body."""
 STRIDE = 2e-3
-"""Way of a point in a step, in sizes of the body."""
+"""Displacement of a point in a step, in sizes of the body."""
 REACH = 2.5 * DEPTH
 """Depth down to which a point's foot must be the closest point of the body, in sizes of it."""
-SAME = 1e-9
-"""Feet of one point that differ by less than this share of the size are one."""
-PEER_AT = 1e-5
-"""FCPW is run on meshes with this error and coarser ones."""
+FOOT_TOL = 1e-9
+"""Feet of a point that differ by less than this share of the size are one."""
+MIN_PEER_ERROR = 1e-5
+"""Smallest error of a mesh on which FCPW is run."""
 NURBS = "NURBS"
 
 
 class Row(NamedTuple):
-    """One master of one body."""
+    """Results of one master of one body."""
 
     body: str
     master: str
-    wanted: float
-    """Hausdorff error over size the mesh was made for; zero for the exact master."""
+    target: float
+    """Target Hausdorff error of the mesh over its size; zero for the exact master."""
     error: float | None
-    """The measured one; None for a mesh that was not built."""
+    """Measured Hausdorff error; None for a mesh that was not built."""
     elements: int
     fewest: float | None
-    """Triangles that the best of meshes with this error takes."""
+    """Triangles of the best mesh with this error."""
     seconds: float | None
     """Of a step of tracked points, warm."""
     exact_seconds: float
-    """Of the same step on the exact master, timed in turns with it."""
+    """Of the same step on the exact master, timed alternately."""
     points: int
     depth_error: float | None
     """Of the largest penetration, over the size."""
@@ -63,11 +63,11 @@ class Row(NamedTuple):
     megabytes: float
     """Of the search tables and the geometry; extrapolated for a mesh that was not built."""
     peer_seconds: float | None
-    """FCPW's closest points of the same step on the same mesh; None where it was not run."""
+    """Of FCPW's closest points for the same step and mesh; None if it was not run."""
 
 
 def bodies() -> dict[str, Body]:
-    """Those that are always there, by name."""
+    """Return the two bodies without a file, by name."""
     return {
         "bumpy plate": Body([shapes.bumpy_plate(width=1.0, length=1.0, amplitude=0.04, waves=2)]),
         "torus": Body([shapes.torus()]),
@@ -75,7 +75,7 @@ def bodies() -> dict[str, Body]:
 
 
 class Path(NamedTuple):
-    """Points on the body, and points under it on their way."""
+    """Points on the body, and the path of points under its surface."""
 
     on: FloatArray
     places: list[FloatArray]
@@ -85,11 +85,10 @@ class Path(NamedTuple):
 
 
 def path(body: Body, n: int = POINTS, steps: int = STEPS) -> Path:
-    """Points under the surface, each at a depth of its own, and where they go in some steps.
+    """Return points under the surface at random depths, and their path in some steps.
 
-    Left out are points that at the start or at the end have their closest point on an edge or a
-    border, and those over which another part of the body is about as near: there a mesh, which is
-    a little elsewhere, may be asked for the penetration of the other part.
+    Points are omitted if at the start or the end their closest point is on an edge or a border, or
+    if another part of the body is about as near: a mesh might find the penetration of that part.
     """
     rng = np.random.default_rng(7)
     on, feet = _points_on(body, n)
@@ -102,13 +101,13 @@ def path(body: Body, n: int = POINTS, steps: int = STEPS) -> Path:
     for place in places[1:]:
         followed = body.project(place, start=followed, mode="track")
     rows = np.flatnonzero(_alone(body, feet) & _alone(body, followed)).astype(np.int32)
-    return Path(on, [np.ascontiguousarray(place[rows]) for place in places], _taken(first, rows))
+    return Path(on, [np.ascontiguousarray(place[rows]) for place in places], _rows_of(first, rows))
 
 
 def _points_on(body: Body, n: int) -> tuple[FloatArray, Projection]:
-    """About `n` points (m, 3) spread over the trimmed faces, and their feet."""
+    """Return about `n` points (m, 3) on the trimmed faces, and their feet."""
 
-    def drawn(count: int) -> tuple[FloatArray, Projection, IntArray]:
+    def draw(count: int) -> tuple[FloatArray, Projection, IntArray]:
         areas = np.array([patch.net_area() for patch in body.patches])
         counts = np.floor(count * areas / areas.sum()).astype(int)
         counts[np.argmax(counts)] += count - counts.sum()
@@ -116,24 +115,25 @@ def _points_on(body: Body, n: int) -> tuple[FloatArray, Projection]:
             [clouds.random_on(p, int(c), seed=3) for p, c in zip(body.patches, counts, strict=True)]
         )
         feet = body.project(on)
-        return on, feet, np.flatnonzero(np.abs(feet.gap) <= SAME * body.size).astype(np.int32)
+        return on, feet, np.flatnonzero(np.abs(feet.gap) <= FOOT_TOL * body.size).astype(np.int32)
 
-    on, feet, rows = drawn(n)
+    on, feet, rows = draw(n)
     if len(rows) < len(on):  # patches reach beyond their faces
-        on, feet, rows = drawn(ceil(n * len(on) / max(1, len(rows))))
-    return on[rows], _taken(feet, rows)
+        on, feet, rows = draw(ceil(n * len(on) / max(1, len(rows))))
+    return on[rows], _rows_of(feet, rows)
 
 
-def _taken(feet: Projection, rows: IntArray) -> Projection:
+def _rows_of(feet: Projection, rows: IntArray) -> Projection:
+    """Return some rows of a projection."""
     return Projection._make(column[rows] for column in feet)
 
 
 def _alone(body: Body, feet: Projection) -> np.ndarray:
-    """Feet on a face that are the closest points from as far below as `REACH`."""
+    """Return which feet are on a face, and the closest points from `REACH` below them."""
     reach = REACH * body.size
     below = body.project(feet.point - reach * feet.normal)
     on_face = (feet.status == Status.OK) & (feet.feature == Feature.FACE)
-    return np.asarray(on_face & (np.abs(below.gap + reach) <= SAME * body.size))
+    return np.asarray(on_face & (np.abs(below.gap + reach) <= FOOT_TOL * body.size))
 
 
 class Tracker:
@@ -146,12 +146,12 @@ class Tracker:
         self.feet = master.project(places[0]) if feet is None else feet
 
     def __call__(self, k: int) -> None:
-        """On to step k."""
+        """Follow the points to step k."""
         self.feet = self.master.project(self.places[k], start=self.feet, mode="track")
 
 
 class Fcpw:
-    """FCPW's vectorised closest points on a mesh, in single precision, as it keeps it."""
+    """FCPW's vectorised closest points on a mesh, in its single precision."""
 
     def __init__(self, mesh: TriMesh) -> None:
         fcpw = import_module("fcpw")
@@ -163,7 +163,7 @@ class Fcpw:
         self.found = fcpw.interaction_3D_list()
 
     def __call__(self, points: NDArray[np.float32], radii: NDArray[np.float32]) -> None:
-        """Closest points of `points` (n, 3), in Fortran order, none farther than √`radii` (n,)."""
+        """Find closest points of `points` (n, 3), in Fortran order, within √`radii` (n,)."""
         self.scene.find_closest_points(points, radii, self.found)
 
 
@@ -177,14 +177,13 @@ def has_peer() -> bool:
 
 
 def race(runners: list[Tracker], steps: int, rounds: int) -> list[float]:
-    """Least time of a step of each; they take turns, so that a slow moment hits all of them.
+    """Return the least time of a step of each; they alternate, so that a slow moment hits all.
 
-    There and back, `rounds` times (odd), ending at the last step.
+    The steps are run forward and backward in turn, in `rounds` passes (odd), to the last step.
     """
-    there, back = range(1, steps + 1), range(steps - 1, -1, -1)
-    way = [k for turn in range(rounds) for k in (back if turn % 2 else there)]
+    forward, backward = range(1, steps + 1), range(steps - 1, -1, -1)
     best = [np.inf] * len(runners)
-    for k in way:
+    for k in (k for n in range(rounds) for k in (backward if n % 2 else forward)):
         for i, runner in enumerate(runners):
             start = perf_counter()
             runner(k)
@@ -193,15 +192,15 @@ def race(runners: list[Tracker], steps: int, rounds: int) -> list[float]:
 
 
 def _peer_seconds(mesh: TriMesh, places: list[FloatArray]) -> float:
-    """Least time of FCPW for the steps.
+    """Return the least time of FCPW for a step.
 
-    It starts anew each time; what it can be told is how far the surface is at most: the distance
-    of the step before and the way since. Working that out is not counted.
+    It starts anew each time, with an upper bound of the distance: that of the step before plus the
+    displacement since. The time to compute the bound is not counted.
     """
     runner, best = Fcpw(mesh), np.inf
     for before, place in pairwise(places):
-        way = np.linalg.norm(place - before, axis=1)
-        distance = np.abs(mesh.project(before).gap) + way
+        displacement = np.linalg.norm(place - before, axis=1)
+        distance = np.abs(mesh.project(before).gap) + displacement
         radii = np.square(1.001 * distance).astype(np.float32)
         points = np.asfortranarray(place, dtype=np.float32)
         start = perf_counter()
@@ -210,13 +209,13 @@ def _peer_seconds(mesh: TriMesh, places: list[FloatArray]) -> float:
     return best
 
 
-def accuracy(name: str, body: Body, most: int, n: int = POINTS) -> list[Row]:
-    """Time, error and memory of every master of a body; the exact one first.
+def accuracy(name: str, body: Body, max_triangles: int, n: int = POINTS) -> list[Row]:
+    """Return time, error and memory of every master of a body, the exact one first.
 
     Parameters
     ----------
-    most : triangles of the largest mesh that is built
-    n : points
+    max_triangles : of the largest mesh that is built
+    n : number of points
     """
     on, places, start = path(body, n)
     exact = Tracker(body, places, start)
@@ -230,41 +229,41 @@ def accuracy(name: str, body: Body, most: int, n: int = POINTS) -> list[Row]:
     first = Row(name, NURBS, 0.0, 0.0, count, None, seconds, seconds, len(depth),
                 bound, bound, share, memory, None)  # fmt: skip
     rows = [first]
-    for rival in rival_meshes(body, on[:: max(1, len(on) // SAMPLES)], most):
+    for rival in rival_meshes(body, on[:: max(1, len(on) // SAMPLES)], max_triangles):
         rows.append(_mesh_row(rows[-1], rival, body, exact))
     best = min(row.exact_seconds for row in rows)
     return [first._replace(seconds=best, exact_seconds=best), *rows[1:]]
 
 
 def _mesh_row(last: Row, rival: RivalMesh, body: Body, exact: Tracker) -> Row:
-    """The row of a mesh, `last` that of the one before."""
-    title, count = f"mesh {rival.wanted:.0e}", rival.triangles
-    fewest = fewest_triangles(body, rival.wanted * body.size)
+    """Return the row of a mesh; `last` is the row of the mesh before."""
+    title, count = f"mesh {rival.target:.0e}", rival.triangles
+    fewest = fewest_triangles(body, rival.target * body.size)
     if rival.mesh is None:
         memory = last.megabytes * count / last.elements
-        return Row(last.body, title, rival.wanted, None, count, fewest, None, np.inf, last.points,
+        return Row(last.body, title, rival.target, None, count, fewest, None, np.inf, last.points,
                    None, None, None, memory, None)  # fmt: skip
     mesh, places = rival.mesh, exact.places
     tracker = Tracker(mesh, places)
     seconds, exact_seconds = race([tracker, exact], STEPS, ROUNDS)
-    peer = has_peer() and rival.wanted >= PEER_AT
+    peer = has_peer() and rival.target >= MIN_PEER_ERROR
     peer_seconds = _peer_seconds(mesh, places) if peer else None
-    depth, found = (np.maximum(-t.feet.gap, 0.0) for t in (exact, tracker))
+    depth, mesh_depth = (np.maximum(-t.feet.gap, 0.0) for t in (exact, tracker))
     memory = (mesh.surface.nbytes + mesh.vertices.nbytes + mesh.triangles.nbytes) / 1e6
     return Row(
-        last.body, title, rival.wanted, rival.error, count, fewest, seconds, exact_seconds,
-        len(depth), float(abs(found.max() - depth.max()) / body.size),
-        float(np.abs(found - depth).max() / body.size),
-        float(abs(found.sum() / depth.sum() - 1.0)),
+        last.body, title, rival.target, rival.error, count, fewest, seconds, exact_seconds,
+        len(depth), float(abs(mesh_depth.max() - depth.max()) / body.size),
+        float(np.abs(mesh_depth - depth).max() / body.size),
+        float(abs(mesh_depth.sum() / depth.sum() - 1.0)),
         memory, peer_seconds,
     )  # fmt: skip
 
 
 def foot_miss(body: Body, points: FloatArray, feet: Projection) -> float:
-    """How far the exact side's own penetrations can be off, from the surface evaluated anew.
+    """Return a bound of the error of the exact master's penetrations, from the surface itself.
 
-    A foot that misses the true one by t along the surface has a distance wrong by at most t; the
-    point itself may be off by rounding.
+    A foot that misses the true one by t along the surface has an error of the distance of at most
+    t; the point itself may be off by rounding.
     """
     worst = 0.0
     for k, patch in enumerate(body.patches):
@@ -272,9 +271,9 @@ def foot_miss(body: Body, points: FloatArray, feet: Projection) -> float:
         if not rows.any():
             continue
         place, normal = patch.evaluate(feet.uv[rows]), patch.normal(feet.uv[rows])
-        away = points[rows] - place
-        along = away - (away * normal).sum(axis=1)[:, None] * normal
-        off = np.abs((away * normal).sum(axis=1) - feet.gap[rows])
-        # Second order: the distance to a foot t aside differs by t²/2d; t itself bounds both.
-        worst = max(worst, float(np.linalg.norm(along, axis=1).max()), float(off.max()))
+        offset = points[rows] - place
+        tangential = offset - (offset * normal).sum(axis=1)[:, None] * normal
+        gap_error = np.abs((offset * normal).sum(axis=1) - feet.gap[rows])
+        # A foot that is off by t changes the distance by t²/2d; t itself bounds both.
+        worst = max(worst, float(np.linalg.norm(tangential, axis=1).max()), float(gap_error.max()))
     return worst

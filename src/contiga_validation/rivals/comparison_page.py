@@ -1,4 +1,4 @@
-"""The comparison on the page: table, picture, and what was measured against the goals."""
+"""The comparison on the page: table, picture and claims."""
 
 from __future__ import annotations
 
@@ -27,23 +27,23 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-MOST_TRIANGLES = 1_000_000
-"""Of a mesh in a reproduction that shall be done in five minutes."""
+MAX_TRIANGLES = 1_000_000
+"""Largest number of triangles in a reproduction of five minutes."""
 TRIANGLE_BYTES = 700
-"""Memory that building the search tables of a mesh takes at its peak, by triangle; measured."""
+"""Measured peak memory for building the search tables of a mesh, per triangle."""
 MEMORY_SHARE = 0.8
-"""Of the machine's free memory that the finest mesh may take."""
+"""Largest share of the machine's free memory for the finest mesh."""
 
 
-def most_triangles(options: Options) -> int:
-    """Triangles of the largest mesh that is built: by time, or by the memory that is free."""
+def max_triangles(options: Options) -> int:
+    """Return the number of triangles of the largest mesh: by time, or by the free memory."""
     if not options.full:
-        return MOST_TRIANGLES
-    return max(MOST_TRIANGLES, int(MEMORY_SHARE * _free_bytes() / TRIANGLE_BYTES))
+        return MAX_TRIANGLES
+    return max(MAX_TRIANGLES, int(MEMORY_SHARE * _free_bytes() / TRIANGLE_BYTES))
 
 
 def _free_bytes() -> float:
-    """Memory that is to be had; 8 GB where the system does not tell."""
+    """Return the available memory; 8 GB if the system does not tell."""
     try:
         lines = Path("/proc/meminfo").read_text(encoding="utf-8").splitlines()
         facts = dict(line.split(":") for line in lines)
@@ -53,19 +53,20 @@ def _free_bytes() -> float:
 
 
 def measured(options: Options) -> tuple[list[Row], str]:
-    """All rows, and where the third body is from."""
-    found = bodies()
+    """Return all rows, and the source of the third body."""
+    named_bodies = bodies()
     part = cad_body(options.cad, options.data)
-    found[part.name] = part.body
-    most = most_triangles(options)
-    rows = [row for name, body in found.items() for row in accuracy(name, body, most, POINTS)]
+    named_bodies[part.name] = part.body
+    rows = []
+    for name, body in named_bodies.items():
+        rows += accuracy(name, body, max_triangles(options), POINTS)
     return rows, part.source
 
 
 def compare(options: Options) -> Outcome:
-    """The comparison as an experiment."""
-    rows, said = measured(options)
-    more = "" if options.full else "; contiga reproduce --full builds what memory allows"
+    """Return the comparison as the outcome of an experiment."""
+    rows, source = measured(options)
+    hint = "" if options.full else "; contiga reproduce --full builds what memory allows"
     return Outcome(
         tables=(Table("8.1", _TITLE, _HEADS, tuple(_cells(row) for row in rows)),),
         pictures=(Picture("8.1", _CAPTION, lambda f: draw(f, rows), (7.6, 5.4)),),
@@ -73,10 +74,10 @@ def compare(options: Options) -> Outcome:
         difference=(
             "The thesis times its exact method against its mesh method, neither of them tuned. "
             "Here both sides track from the last foot, compiled and on all threads, taking turns. "
-            f"{said} Each mesh is coarsened until its measured error is the wanted one; how many "
+            f"{source} Each mesh is coarsened until its measured error is the wanted one; how many "
             "triangles the best possible mesh would take stands beside. Meshes of more than "
-            f"{most_triangles(options):,} triangles are not built, their numbers are extrapolated"
-            f"{more}. FCPW works in single precision and starts anew each step; it is told how far "
+            f"{max_triangles(options):,} triangles are not built, their numbers are extrapolated"
+            f"{hint}. FCPW works in single precision and starts anew each step; it is told how far "
             "the surface can be at most."
         ),
     )
@@ -104,6 +105,8 @@ _HEADS = (
 
 
 def _cells(row: Row) -> tuple[Cell, ...]:
+    """Return a row of the table."""
+
     def by_point(seconds: float | None) -> float | None:
         return None if seconds is None else 1e9 * seconds / row.points
 
@@ -117,16 +120,17 @@ def _cells(row: Row) -> tuple[Cell, ...]:
 
 
 def claims(rows: list[Row]) -> tuple[Claim, ...]:
-    """What holds, and what was measured against the goals."""
-    built = [row for row in rows if row.wanted and row.seconds is not None]
+    """Return the claims on accuracy, and measured times."""
+    built = [row for row in rows if row.target and row.seconds is not None]
     return (*_accuracy_claims(rows, built), *_time_claims(built))
 
 
 def _accuracy_claims(rows: list[Row], built: list[Row]) -> tuple[Claim, ...]:
+    """Return the claims on errors."""
     exact = {row.body: row for row in rows if row.master == NURBS}
     worst = max(row.depth_error or 0.0 for row in exact.values())
     accurate = all((row.worst_error or 0) > (exact[row.body].worst_error or 0) for row in built)
-    off = max((row.error or np.nan) / row.wanted for row in built)
+    excess = max((row.error or np.nan) / row.target for row in built)
     return (
         Claim(
             "The exact side's largest penetration is right to 1e-10.",
@@ -136,48 +140,49 @@ def _accuracy_claims(rows: list[Row], built: list[Row]) -> tuple[Claim, ...]:
         Claim("No mesh is as accurate.", accurate, f"{len(built)} meshes"),
         Claim(
             "No mesh is coarser than its error asks for.",
-            off <= 1.25,
-            f"the measured error is {off:.2f} times the wanted one at most",
+            excess <= 1.25,
+            f"the measured error is {excess:.2f} times the wanted one at most",
         ),
     )
 
 
 def _time_claims(built: list[Row]) -> tuple[Claim, ...]:
-    """Times are told, not judged: they are the machine's as much as the method's."""
-    beside = [row for row in built if row.wanted == 1e-4 and row.peer_seconds is not None]
-    fine = [row for row in built if row.wanted <= 1e-5]
-    won = [row for row in built if _ratio(row) < 1.0]
+    """Return measured times as claims that always hold: times depend on the machine."""
+    with_peer = [row for row in built if row.target == 1e-4 and row.peer_seconds is not None]
+    fine = [row for row in built if row.target <= 1e-5]
+    faster_meshes = [row for row in built if _ratio(row) < 1.0]
     return (
-        _told(
+        _measurement(
             "tracking on NURBS against FCPW on a mesh with 1e-4 error",
             [
                 f"{row.body}: {(row.peer_seconds or 0.0) / row.exact_seconds:.1f} times as fast"
-                for row in beside
+                for row in with_peer
             ]
             or ["FCPW is not installed (contiga[bench])"],
         ),
-        _told(
+        _measurement(
             "against tracking on our own meshes with error 1e-5 and less",
             [f"{row.body}, {row.master}: {_ratio(row):.2f} times as fast" for row in fine],
         ),
-        _told(
+        _measurement(
             "where the meshes win",
             [
                 f"{row.body}, {row.master}: {1.0 / _ratio(row):.1f} times as fast at an error of "
                 f"{row.worst_error:.0e}"
-                for row in won
+                for row in faster_meshes
             ]
             or ["nowhere"],
         ),
     )
 
 
-def _told(what: str, texts: Sequence[str]) -> Claim:
-    return Claim(f"Measured: {what}.", True, "; ".join(texts))
+def _measurement(subject: str, texts: Sequence[str]) -> Claim:
+    """Return a claim that states a measurement and always holds."""
+    return Claim(f"Measured: {subject}.", True, "; ".join(texts))
 
 
 def _ratio(row: Row) -> float:
-    """Time of a mesh over that of the exact side beside it."""
+    """Return the time of a mesh over the time of the exact master."""
     return (row.seconds or np.nan) / row.exact_seconds
 
 
@@ -189,22 +194,23 @@ _CAPTION = (
 
 
 def draw(figure: Figure, rows: list[Row]) -> None:
-    """Error over time and over memory, a column a body."""
+    """Draw error over time and over memory, one column a body."""
     names = list(dict.fromkeys(row.body for row in rows))
     grid = figure.subplots(2, len(names), sharey=True, sharex="row", squeeze=False)
     for k, name in enumerate(names):
-        own = [row for row in rows if row.body == name and row.seconds is not None]
-        time = [1e9 * (row.seconds or 0.0) / row.points for row in own]
-        _panel(grid[0, k], own, time)
-        peers = [row for row in own if row.peer_seconds is not None]
+        built = [row for row in rows if row.body == name and row.seconds is not None]
+        time = [1e9 * (row.seconds or 0.0) / row.points for row in built]
+        _panel(grid[0, k], built, time)
+        peers = [row for row in built if row.peer_seconds is not None]
         grid[0, k].plot(
             [1e9 * (row.peer_seconds or 0.0) / row.points for row in peers],
             [row.worst_error for row in peers], "s--", color=LINES[2], lw=1.0, ms=3.5,
             label="meshes, FCPW (cold)",
         )  # fmt: skip
-        _panel(grid[1, k], own, [row.megabytes for row in own])
-        rest = [row for row in rows if row.body == name and row.seconds is None]
-        grid[1, k].plot([row.megabytes for row in rest], [row.wanted for row in rest], "o",
+        _panel(grid[1, k], built, [row.megabytes for row in built])
+        extrapolated = [row for row in rows if row.body == name and row.seconds is None]
+        grid[1, k].plot([row.megabytes for row in extrapolated],
+                        [row.target for row in extrapolated], "o",
                         color=LINES[0], mfc="none", label="meshes, extrapolated")  # fmt: skip
         grid[0, k].set(title=name, xlabel="ns a point")
         grid[1, k].set(xlabel="MB")
@@ -217,33 +223,30 @@ def draw(figure: Figure, rows: list[Row]) -> None:
     figure.legend(entries.values(), entries.keys(), ncols=4, loc="outside upper center")
 
 
-def _panel(axes: Axes, own: list[Row], x: list[float]) -> None:
+def _panel(axes: Axes, rows: list[Row], x: list[float]) -> None:
+    """Draw errors over `x`, the exact master first."""
     from matplotlib.ticker import LogLocator, NullFormatter
 
-    error = [row.worst_error or 0.0 for row in own]
+    error = [row.worst_error or 0.0 for row in rows]
     axes.loglog(x[1:], error[1:], "o-", color=LINES[0], label="meshes, contiga (tracked)")
-    for row, at, miss in zip(own[1:], x[1:], error[1:], strict=True):
-        axes.annotate(_short(row.elements), (at, miss), (5, 3), fontsize=6.5,
+    for row, at, miss in zip(rows[1:], x[1:], error[1:], strict=True):
+        count = row.elements
+        unit, size = ("M", 1e6) if count >= 1e6 else ("k", 1e3)
+        digits = 0 if count >= 10 * size else 1
+        label = f"{count / size:.{digits}f}{unit}" if count >= size else str(count)
+        axes.annotate(label, (at, miss), (5, 3), fontsize=6.5,
                       textcoords="offset points", color=MUTED)  # fmt: skip
     axes.loglog(x[0], max(error[0], 1e-17), "*", color=LINES[1], ms=12, label="NURBS, contiga")
     axes.axvline(x[0], color=LINES[1], lw=0.6, ls=":")
     axes.margins(x=0.2, y=0.12)
     axes.tick_params(which="both", labelcolor=INK)
-    for axis, most in ((axes.xaxis, 6), (axes.yaxis, 7)):
-        axis.set_major_locator(LogLocator(numticks=most))
+    for axis, n_ticks in ((axes.xaxis, 6), (axes.yaxis, 7)):
+        axis.set_major_locator(LogLocator(numticks=n_ticks))
         axis.set_minor_formatter(NullFormatter())
 
 
-def _short(count: int) -> str:
-    """1234 as 1.2k."""
-    for unit, size in (("M", 1e6), ("k", 1e3)):
-        if count >= size:
-            return f"{count / size:.{0 if count >= 10 * size else 1}f}{unit}"
-    return str(count)
-
-
 def experiments(options: Options) -> tuple[Experiment, ...]:
-    """Those beyond the thesis."""
+    """Return the experiments beyond the thesis."""
     return (
         Experiment(
             "8-accuracy", "Accuracy against time", "beyond chapter 6",

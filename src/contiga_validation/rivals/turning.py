@@ -22,7 +22,7 @@ STRIP = 2.0
 DEGREES = 45.0
 FINEST = 4
 """Meshes of the test: 1e-2 to 1e-5."""
-MOST_TRIANGLES = 1_000_000
+MAX_TRIANGLES = 1_000_000
 
 
 class Noise(NamedTuple):
@@ -35,30 +35,30 @@ class Noise(NamedTuple):
     triangles: dict[str, int]
 
     def spread(self, name: str) -> float:
-        """Largest less least force over the mean."""
+        """Return the range of the force over its mean."""
         force = self.force[name]
         return float(np.ptp(force) / force.mean())
 
 
 def noise(points: int = POINTS, turns: int = 361, finest: int = FINEST) -> Noise:
-    """The force (stiffness 1) of a fixed cloud on a turning torus; exactly it is constant."""
+    """Compute the force (stiffness 1) of a fixed cloud on a turning torus: ideally constant."""
     body = bodies()["torus"]
     cloud, on = _cloud(body, points)
     angles = np.linspace(0.0, np.deg2rad(DEGREES), turns)
     masters: dict[str, Master] = {NURBS: body}
     triangles = {}
-    for _, rival in zip(range(finest), rival_meshes(body, on, MOST_TRIANGLES), strict=False):
+    for _, rival in zip(range(finest), rival_meshes(body, on, MAX_TRIANGLES), strict=False):
         if rival.mesh is not None:
-            masters[f"mesh {rival.wanted:.0e}"] = rival.mesh
-            triangles[f"mesh {rival.wanted:.0e}"] = rival.triangles
-    force = {name: np.array([_press(m, cloud, a) for a in angles]) for name, m in masters.items()}
+            masters[f"mesh {rival.target:.0e}"] = rival.mesh
+            triangles[f"mesh {rival.target:.0e}"] = rival.triangles
+    force = {name: np.array([_force(m, cloud, a) for a in angles]) for name, m in masters.items()}
     return Noise(angles, force, triangles)
 
 
 def _cloud(body: Body, points: int) -> tuple[FloatArray, FloatArray]:
-    """Points under a narrow strip of the torus, and points all over it.
+    """Return points under a narrow strip of the torus, and points all over it.
 
-    A strip as narrow as a facet feels each edge that comes by.
+    The force on a strip as narrow as a facet changes with each edge that passes.
     """
     share = STRIP / 360.0
     on = clouds.random_on(body.patches[0], int(points / share), seed=3)
@@ -68,30 +68,31 @@ def _cloud(body: Body, points: int) -> tuple[FloatArray, FloatArray]:
     return feet.point - depth * feet.normal, on[:: max(1, len(on) // SAMPLES)]
 
 
-def _press(master: Master, cloud: FloatArray, angle: float) -> float:
+def _force(master: Master, cloud: FloatArray, angle: float) -> float:
+    """Return the sum of penetrations with the master turned by an angle, radians."""
     c, s = np.cos(angle), np.sin(angle)
-    turned = np.column_stack(
+    rotated = np.column_stack(
         [c * cloud[:, 0] + s * cloud[:, 1], c * cloud[:, 1] - s * cloud[:, 0], cloud[:, 2]]
     )
-    return float(np.maximum(-master.project(turned).gap, 0.0).sum())
+    return float(np.maximum(-master.project(rotated).gap, 0.0).sum())
 
 
 def turning() -> Outcome:
-    """What the page says of it."""
-    found = noise()
-    spread = {name: found.spread(name) for name in found.force}
-    rows = tuple((name, found.triangles.get(name), value) for name, value in spread.items())
+    """Return the experiment's outcome."""
+    result = noise()
+    spread = {name: result.spread(name) for name in result.force}
+    rows = tuple((name, result.triangles.get(name), value) for name, value in spread.items())
     return Outcome(
         tables=(
             Table(
                 "8.2",
-                f"Force noise while a torus turns by {DEGREES:g} degrees, in {len(found.angles)} "
+                f"Force noise while a torus turns by {DEGREES:g} degrees, in {len(result.angles)} "
                 "places.",
                 ("master", "triangles", "(largest − least force) / mean"),
                 rows,
             ),
         ),
-        pictures=(Picture("8.2", _CAPTION, lambda f: _draw(f, found), (6.8, 4.2)),),
+        pictures=(Picture("8.2", _CAPTION, lambda f: _draw(f, result), (6.8, 4.2)),),
         claims=(
             Claim(
                 "The exact master's force is constant to 1e-9 while the torus turns.",
@@ -118,10 +119,10 @@ _CAPTION = (
 )
 
 
-def _draw(figure: Figure, found: Noise) -> None:
+def _draw(figure: Figure, result: Noise) -> None:
     top, bottom = figure.subplots(2, 1, sharex=True)
-    degrees = np.rad2deg(found.angles)
-    for colour, (name, force) in zip((INK, *LINES), found.force.items(), strict=False):
+    degrees = np.rad2deg(result.angles)
+    for colour, (name, force) in zip((INK, *LINES), result.force.items(), strict=False):
         change = force / force.mean() - 1.0
         above = 2 if name == NURBS else 1
         if name in (NURBS, "mesh 1e-02", "mesh 1e-03"):

@@ -1,4 +1,4 @@
-"""Chapter 2: bases, their properties, and refinement that leaves the shape."""
+"""Chapter 2: bases, their properties, and refinement that does not change the shape."""
 
 from __future__ import annotations
 
@@ -37,9 +37,9 @@ _FINE_U = np.linspace(0.0, 1.0, 4001)
 
 
 def cox_de_boor(knots: FloatArray, degree: int, u: FloatArray) -> FloatArray:
-    """(k, n) basis functions by the recursion as it is printed (Eq. 2.2), 0/0 taken as 0.
+    """Return (k, n) basis functions by the printed recursion (Eq. 2.2), with 0/0 = 0.
 
-    Kept apart from the kernels on purpose: it is what they are checked against.
+    Independent of the kernels on purpose: they are checked against it.
     """
     basis = ((knots[:-1] <= u[:, None]) & (u[:, None] < knots[1:])).astype(np.float64)
     # the last span with a length is closed, so that the right end belongs to the curve
@@ -53,9 +53,10 @@ def cox_de_boor(knots: FloatArray, degree: int, u: FloatArray) -> FloatArray:
     return basis
 
 
-def _ratio(above: FloatArray, below: FloatArray) -> FloatArray:
-    out = np.zeros(np.broadcast_shapes(above.shape, below.shape))
-    return np.divide(above, below, out=out, where=below > 0.0)
+def _ratio(numerator: FloatArray, denominator: FloatArray) -> FloatArray:
+    """Return the quotient, 0 where the denominator is 0."""
+    out = np.zeros(np.broadcast_shapes(numerator.shape, denominator.shape))
+    return np.divide(numerator, denominator, out=out, where=denominator > 0.0)
 
 
 @EXPERIMENTS.add(
@@ -70,13 +71,13 @@ def _bases() -> Outcome:
     rows: list[tuple[int, float, float, float, float]] = []
     for p in range(1, 8):
         knots = kv.open_knots(p, p + 6)
-        ours = kv.basis(knots, p, u, order=1)
-        sums = np.abs(ours[:, 0].sum(axis=1) - 1.0).max()
-        printed = np.abs(ours[:, 0] - cox_de_boor(knots, p, u)).max()
-        slopes = np.abs(ours[:, 1].sum(axis=1)).max() / np.abs(ours[:, 1]).max()
-        rows.append((p, float(sums), float(ours[:, 0].min()), float(printed), float(slopes)))
+        basis = kv.basis(knots, p, u, order=1)
+        sums = np.abs(basis[:, 0].sum(axis=1) - 1.0).max()
+        printed = np.abs(basis[:, 0] - cox_de_boor(knots, p, u)).max()
+        slopes = np.abs(basis[:, 1].sum(axis=1)).max() / np.abs(basis[:, 1]).max()
+        rows.append((p, float(sums), float(basis[:, 0].min()), float(printed), float(slopes)))
     worst = [max(row[k] for row in rows) for k in (1, 3, 4)]
-    least = min(row[2] for row in rows)
+    smallest = min(row[2] for row in rows)
     return Outcome(
         tables=(
             Table(
@@ -101,7 +102,7 @@ def _bases() -> Outcome:
                 (8.2, 2.5),
             ),
         ),
-        claims=_bases_claims(least, u, worst),
+        claims=_bases_claims(smallest, u, worst),
         difference=(
             "The thesis gives no numbers here. Its list of properties repeats the recursion in a "
             "form that is right without interior knots only; the recursion of Eq. 2.2 is used."
@@ -109,11 +110,11 @@ def _bases() -> Outcome:
     )
 
 
-def _bases_claims(least: float, u: FloatArray, worst: list[float]) -> tuple[Claim, ...]:
+def _bases_claims(smallest: float, u: FloatArray, worst: list[float]) -> tuple[Claim, ...]:
     bernstein = _bernstein_error(u)
     return (
         Claim("The functions add up to 1.", worst[0] <= 1e-15, f"largest miss {worst[0]:.1e}"),
-        Claim("No function is negative.", least >= 0.0, f"smallest value {least:.1e}"),
+        Claim("No function is negative.", smallest >= 0.0, f"smallest value {smallest:.1e}"),
         Claim(
             "They are those of the Cox–de Boor recursion (Eq. 2.2).",
             worst[1] <= 1e-14,
@@ -131,7 +132,7 @@ def _bases_claims(least: float, u: FloatArray, worst: list[float]) -> tuple[Clai
 
 
 def _bernstein_error(u: FloatArray) -> tuple[float, float]:
-    """Largest miss of the short recursion without and with an interior knot, degree 2."""
+    """Return the largest error of the short recursion without and with an interior knot."""
     misses = []
     for inner in ([], [0.5]):
         knots = [np.concatenate([np.zeros(p + 1), inner, np.ones(p + 1)]) for p in (1, 2)]
@@ -147,8 +148,8 @@ def _draw_bases(figure: Figure) -> None:
         u = np.linspace(0.0, 5.0, 1001)
         values = cox_de_boor(_UNIFORM, p, u)
         for i in range(min(3, values.shape[1])):
-            shown = values[:, i] if p else np.where(values[:, i] > 0.0, 1.0, np.nan)
-            axes.plot(u, shown, color=LINES[i], label=f"$B_{{{i},{p}}}$", lw=2.2 if p == 0 else 1.6)
+            curve = values[:, i] if p else np.where(values[:, i] > 0.0, 1.0, np.nan)
+            axes.plot(u, curve, color=LINES[i], label=f"$B_{{{i},{p}}}$", lw=2.2 if p == 0 else 1.6)
         plane(axes, equal=False, labels=("u", ""))
         axes.set_title(f"degree {p}")
         axes.set_ylim(-0.03, 1.08)
@@ -224,7 +225,7 @@ def _draw_hull(figure: Figure) -> None:
 
 
 def _crossings(values: FloatArray) -> NDArray[np.intp]:
-    """(k,) sign changes along each row of (k, n) `values`."""
+    """Return (k,) sign changes along each row of (k, n) `values`."""
     signs = np.sign(values)
     return np.asarray((signs[:, 1:] * signs[:, :-1] < 0.0).sum(axis=1))
 
@@ -247,12 +248,12 @@ def _variation() -> Outcome:
     rows = []
     for p in (1, 2, 3, 5, 7):
         curve = NurbsCurve(p, kv.open_knots(p, 8), polygon)
-        # what is sampled crosses at most as often as the curve, the fine polygon at least
+        # samples cross at most as often as the curve, the fine polygon at least as often
         fine = curve.insert_knots(np.linspace(0.0, 1.0, 402)[1:-1])
-        most = _crossings(normal @ fine.control_points[:, :2].T - offset[:, None])
-        least = _crossings(normal @ curve.evaluate(_FINE_U)[:, :2].T - offset[:, None])
-        more = int((most > cuts).sum())
-        rows.append((p, float(cuts.mean()), float(least.mean()), float(most.mean()), more))
+        upper = _crossings(normal @ fine.control_points[:, :2].T - offset[:, None])
+        lower = _crossings(normal @ curve.evaluate(_FINE_U)[:, :2].T - offset[:, None])
+        n_more = int((upper > cuts).sum())
+        rows.append((p, float(cuts.mean()), float(lower.mean()), float(upper.mean()), n_more))
     return Outcome(
         tables=(
             Table(

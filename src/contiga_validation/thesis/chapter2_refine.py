@@ -1,4 +1,4 @@
-"""Section 2.4: knot insertion, degree elevation and k-refinement leave the shape as it is."""
+"""Section 2.4: knot insertion, degree elevation and k-refinement do not change the shape."""
 
 from __future__ import annotations
 
@@ -38,8 +38,8 @@ def boehm(curve: NurbsCurve, t: float, *, as_printed: bool = False) -> NurbsCurv
     return NurbsCurve(p, np.insert(knots, k + 1, t), new)
 
 
-def _moved(curve: NurbsCurve, other: NurbsCurve) -> float:
-    """Largest distance between points of two curves at the same parameters."""
+def _distance(curve: NurbsCurve, other: NurbsCurve) -> float:
+    """Return the largest distance between points of two curves at the same parameters."""
     return float(np.linalg.norm(curve.evaluate(_U) - other.evaluate(_U), axis=1).max())
 
 
@@ -51,12 +51,12 @@ def _moved(curve: NurbsCurve, other: NurbsCurve) -> float:
     "nor its parameters. Its example is the cubic knot vector 0 0 0 0 1 1 1 1 with 0.5.",
 )
 def _insertion() -> Outcome:
-    one, several = CUBIC.insert_knots(0.5), CUBIC.insert_knots(SEVERAL)
+    inserted, several = CUBIC.insert_knots(0.5), CUBIC.insert_knots(SEVERAL)
     through = CUBIC.insert_knots([0.5, 0.5, 0.5])
     rows = [
-        ("0.5", len(one.control_points), _moved(one, CUBIC)),
-        (", ".join(map(str, SEVERAL)), len(several.control_points), _moved(several, CUBIC)),
-        ("0.5 three times", len(through.control_points), _moved(through, CUBIC)),
+        ("0.5", len(inserted.control_points), _distance(inserted, CUBIC)),
+        (", ".join(map(str, SEVERAL)), len(several.control_points), _distance(several, CUBIC)),
+        ("0.5 three times", len(through.control_points), _distance(through, CUBIC)),
     ]
     return Outcome(
         tables=(
@@ -70,7 +70,7 @@ def _insertion() -> Outcome:
                 "2.4 new points",
                 "Control points of the curve before and after 0.5 is inserted.",
                 ("point", "before, x", "before, y", "after, x", "after, y"),
-                _points_beside(CUBIC, one),
+                _point_rows(CUBIC, inserted),
             ),
         ),
         pictures=(
@@ -90,7 +90,7 @@ def _insertion() -> Outcome:
                 (7.4, 4.4),
             ),
         ),
-        claims=_insertion_claims(one, rows, through),
+        claims=_insertion_claims(inserted, rows, through),
         difference=(
             "The thesis shows pictures only. Its steps are garbled (weights swapped, a "
             "denominator of p + 1 knots, ranges that overlap, span 4 for 3, the worked formula "
@@ -101,12 +101,12 @@ def _insertion() -> Outcome:
 
 
 def _insertion_claims(
-    one: NurbsCurve, rows: list[tuple[str, int, float]], through: NurbsCurve
+    inserted: NurbsCurve, rows: list[tuple[str, int, float]], through: NurbsCurve
 ) -> tuple[Claim, ...]:
     on_curve = np.abs(through.control_points[3] - CUBIC.evaluate(0.5)[0]).max()
-    by_hand = np.abs(one.control_points - boehm(CUBIC, 0.5).control_points).max()
-    printed = _moved(boehm(CUBIC, 0.25, as_printed=True), CUBIC)
-    right = _moved(boehm(CUBIC, 0.25), CUBIC)
+    by_hand = np.abs(inserted.control_points - boehm(CUBIC, 0.5).control_points).max()
+    printed = _distance(boehm(CUBIC, 0.25, as_printed=True), CUBIC)
+    right = _distance(boehm(CUBIC, 0.25), CUBIC)
     worst = max(row[2] for row in rows)
     return (
         Claim("The shape stays.", worst <= 1e-15, f"it moves by at most {worst:.1e}"),
@@ -128,7 +128,7 @@ def _insertion_claims(
     )
 
 
-def _points_beside(before: NurbsCurve, after: NurbsCurve) -> tuple[tuple[float | None, ...], ...]:
+def _point_rows(before: NurbsCurve, after: NurbsCurve) -> tuple[tuple[float | None, ...], ...]:
     rows = []
     for i, (x, y, _) in enumerate(after.control_points.tolist()):
         old = before.control_points[i, :2].tolist() if i < len(before.control_points) else None
@@ -176,8 +176,8 @@ def _elevation() -> Outcome:
     ):
         inner = kv.multiplicity(curve.knots, 0.5)
         smooth = f"C{curve.degree - inner}" if inner else "–"
-        moved = _moved(curve, CUBIC)
-        rows.append((name, curve.degree, len(curve.control_points), smooth, moved))
+        distance = _distance(curve, CUBIC)
+        rows.append((name, curve.degree, len(curve.control_points), smooth, distance))
     return Outcome(
         tables=(
             Table(

@@ -11,7 +11,7 @@ from contiga.report.view import View
 from contiga_validation.engine.arrays import FloatArray, IntArray
 from contiga_validation.engine.drawing import BODY, INK, LINES, MUTED
 from contiga_validation.engine.experiment import Cell, Claim, Experiments, Outcome, Picture, Table
-from contiga_validation.thesis.play import Played, played
+from contiga_validation.thesis.play import SceneRun, run_simulation
 from contiga_validation.thesis.variants import ring_facets, simulation_of, slave_of, variant
 
 if TYPE_CHECKING:
@@ -37,24 +37,24 @@ RADIUS, LENGTH = 0.2, 1.0
 class Pair(NamedTuple):
     """Two cylinders side by side, one entry a step."""
 
-    run: Played
+    run: SceneRun
     gap: FloatArray
-    """Between the two regions, NaN without contact."""
+    """Gap between the two regions, NaN without contact."""
     auto: FloatArray
-    """Regions found without being told."""
+    """Number of regions found, without a given number."""
     areas: dict[str, FloatArray]
     """By clusters: "auto", "k = 1", "k = 2"."""
     true: FloatArray
-    """Of the two strips, or of the one they have become."""
+    """Area of the two strips, or of the single one after they join."""
 
 
 def two_cylinders() -> Pair:
-    """The regions and areas of two cylinders that sink into a flat master."""
+    """Compute regions and areas of two cylinders that sink into a flat master."""
     simulation = simulation_of("two_cylinders")
-    run = played(simulation)
+    run = run_simulation(simulation)
     areas = {"auto": run.history["area"]}
     for k in (1, 2):
-        areas[f"k = {k}"] = played(variant(simulation, area=HullArea(k))).history["area"]
+        areas[f"k = {k}"] = run_simulation(variant(simulation, area=HullArea(k))).history["area"]
     gap, true = [], []
     for state in run.states:
         x, y = state.foot[state.in_contact, 0], state.foot[state.in_contact, 1]
@@ -62,8 +62,8 @@ def two_cylinders() -> Pair:
         length = np.ptp(y) if len(y) else 0.0
         width = np.ptp(np.abs(x)) if len(x) else 0.0
         joined = state.n_clusters == 1
-        whole = np.ptp(x) if len(x) else 0.0
-        true.append(length * (whole if joined else 2.0 * width))
+        full_width = np.ptp(x) if len(x) else 0.0
+        true.append(length * (full_width if joined else 2.0 * width))
     return Pair(run, np.array(gap), run.history["n_clusters"], areas, np.array(true))
 
 
@@ -103,10 +103,10 @@ def _pair() -> Outcome:
 
 
 def _pair_claims(pair: Pair) -> tuple[Claim, ...]:
-    seen = [int(n) for n in pair.auto if n]
-    closes = seen == sorted(seen, reverse=True) and set(seen) == {1, 2}
+    counts = [int(n) for n in pair.auto if n]
+    closes = counts == sorted(counts, reverse=True) and set(counts) == {1, 2}
     exact = float(np.abs(pair.areas["auto"] - pair.true).max())
-    two, one = seen.count(2), seen.count(1)
+    two, one = counts.count(2), counts.count(1)
     over = pair.areas["k = 1"] / np.where(pair.true > 0.0, pair.true, 1.0)
     return (
         Claim(
@@ -152,10 +152,10 @@ def _draw_regions(axes: Axes, uv: FloatArray, clusters: IntArray) -> None:
     from scipy.spatial import ConvexHull
 
     for c in range(int(clusters.max(initial=-1)) + 1):
-        own = uv[clusters == c]
-        if np.linalg.matrix_rank(own - own[0]) == 2:
-            axes.fill(*own[ConvexHull(own).vertices].T, color=LINES[c], alpha=0.15)
-        axes.plot(*own.T, "o", color=LINES[c], ms=2.4)
+        region = uv[clusters == c]
+        if np.linalg.matrix_rank(region - region[0]) == 2:
+            axes.fill(*region[ConvexHull(region).vertices].T, color=LINES[c], alpha=0.15)
+        axes.plot(*region.T, "o", color=LINES[c], ms=2.4)
     axes.set(xlabel="u", ylabel="v", xlim=(0.0, 1.0), ylim=(0.0, 1.0))
 
 
@@ -173,7 +173,7 @@ class AreaTable(NamedTuple):
 
 
 def methods() -> dict[str, AreaMethod]:
-    """The ways to an area that Table 5.1 is set beside."""
+    """Return the area methods that are compared with Table 5.1."""
     return {
         "hull, linear map": HullArea(1, mapping="linear"),
         "hull, exact map": HullArea(1, mapping="exact"),
@@ -185,26 +185,26 @@ def methods() -> dict[str, AreaMethod]:
 
 
 def skin(points: FloatArray) -> Slave:
-    """The cloud with facets on its lower half, the side that meets the master."""
+    """Return the cloud with facets on its lower half, the side that meets the master."""
     facets = ring_facets(ROWS, len(points) // ROWS, range(-2, 3))
     return Slave(points, facets, active=np.ones(len(points), bool))
 
 
 def strip_area(height: FloatArray) -> FloatArray:
-    """Area in which a cylinder with its axis at `height` over a plane covers it from below.
+    """Return the area of a plane covered by a cylinder with its axis at `height` above it.
 
-    The chord at the plane, or the whole width once the axis is through, times the length.
+    The chord at the plane, or the full width once the axis is through, times the length.
     """
     depth = np.clip(height, 0.0, RADIUS)
     return 2.0 * np.sqrt(RADIUS**2 - depth**2) * LENGTH
 
 
 def area_table() -> AreaTable:
-    """Counts, truth and the areas of every method at steps 6 to 14."""
+    """Compute counts, true areas and the areas of every method at steps 6 to 14."""
     simulation = simulation_of("cylinder_flat")
     slave = skin(slave_of(simulation).points)
     runs = {
-        name: played(variant(simulation, area=area, slave=slave))
+        name: run_simulation(variant(simulation, area=area, slave=slave))
         for name, area in methods().items()
     }
     first = runs["hull, linear map"]
@@ -223,12 +223,12 @@ def area_table() -> AreaTable:
     "the end.",
 )
 def _table_5_1() -> Outcome:
-    found = area_table()
-    names = tuple(found.areas)
+    table = area_table()
+    names = tuple(table.areas)
     rows: list[tuple[Cell, ...]] = []
     for i, step in enumerate(STEPS):
-        ours = tuple(float(found.areas[name][i]) for name in names)
-        rows.append((step, int(found.counts[i]), TRUE[i], float(found.strip[i]), THESIS[i], *ours))
+        areas = tuple(float(table.areas[name][i]) for name in names)
+        rows.append((step, int(table.counts[i]), TRUE[i], float(table.strip[i]), THESIS[i], *areas))
     return Outcome(
         tables=(
             Table(
@@ -239,10 +239,10 @@ def _table_5_1() -> Outcome:
             ),
         ),
         pictures=(
-            Picture("5.1-areas", _CAPTION_AREAS, lambda f: _draw_areas(f, found), (6.8, 3.4)),
+            Picture("5.1-areas", _CAPTION_AREAS, lambda f: _draw_areas(f, table), (6.8, 3.4)),
             Picture("5.19-section", _CAPTION_SECTION, _draw_section, (7.2, 2.9)),
         ),
-        claims=_table_5_1_claims(found, names),
+        claims=_table_5_1_claims(table, names),
         difference=(
             "The thesis gives counts and areas but no geometry. A cloud of ten rows of ten points "
             "on a cylinder fits all of them: the rows lie symmetric in pairs at 1, 3 and 5 parts "
@@ -257,21 +257,21 @@ def _table_5_1() -> Outcome:
     )
 
 
-def _table_5_1_claims(found: AreaTable, names: tuple[str, ...]) -> tuple[Claim, ...]:
-    exact = [found.areas[n] for n in ("hull, linear map", "hull, exact map", names[2])]
+def _table_5_1_claims(table: AreaTable, names: tuple[str, ...]) -> tuple[Claim, ...]:
+    exact = [table.areas[n] for n in ("hull, linear map", "hull, exact map", names[2])]
     miss = max(float(np.abs(area - TRUE).max()) for area in exact)
-    near = float(np.abs(found.strip - TRUE).max())
+    deviation = float(np.abs(table.strip - TRUE).max())
     worst = np.abs(np.array(THESIS) / TRUE - 1.0)
     return (
         Claim(
             "20, 60, 80, 100, 100, 100, 100, 60, 40 points are in contact at steps 6 to 14.",
-            tuple(found.counts.astype(int)) == COUNTS,
-            ", ".join(f"{n:.0f}" for n in found.counts),
+            tuple(table.counts.astype(int)) == COUNTS,
+            ", ".join(f"{n:.0f}" for n in table.counts),
         ),
         Claim(
             "The true areas are 0.08, 0.40 (seven times) and 0.24.",
-            near < 1e-3,
-            f"the cylinder's own strip differs by at most {near:.1e}",
+            deviation < 1e-3,
+            f"the cylinder's own strip differs by at most {deviation:.1e}",
         ),
         Claim(
             "The thesis' hulls, on exact feet, and the facets give the true area.",
@@ -292,17 +292,17 @@ _CAPTION_SECTION = (
 )
 
 
-def _draw_areas(figure: Figure, found: AreaTable) -> None:
+def _draw_areas(figure: Figure, table: AreaTable) -> None:
     axes = figure.subplots()
     steps = np.array(STEPS)
     axes.step(steps, TRUE, where="mid", color=INK, lw=1.2, label="true")
     axes.plot(steps, THESIS, "s", color=LINES[1], label="thesis")
-    axes.plot(steps, found.areas["hull, linear map"], "o", color=LINES[0], label="hull on feet")
+    axes.plot(steps, table.areas["hull, linear map"], "o", color=LINES[0], label="hull on feet")
     axes.plot(
-        steps, found.areas["facets, on the master"], "+", color=LINES[2], ms=9, mew=1.4,
+        steps, table.areas["facets, on the master"], "+", color=LINES[2], ms=9, mew=1.4,
         label="facets, on the master",
     )  # fmt: skip
-    slave = found.areas["facets, on the slave"]
+    slave = table.areas["facets, on the slave"]
     axes.plot(steps, slave, "_", color=MUTED, ms=9, mew=1.4, label="facets, on the slave")
     for step, n in zip(steps, COUNTS, strict=True):
         axes.annotate(f"{n}", (step, 0.0), (0, 4), textcoords="offset points", ha="center",
@@ -312,10 +312,10 @@ def _draw_areas(figure: Figure, found: AreaTable) -> None:
 
 
 def _draw_section(figure: Figure) -> None:
-    run = played(simulation_of("cylinder_flat"))
-    shown = (6, 14, 7, 10)
+    run = run_simulation(simulation_of("cylinder_flat"))
+    window = (6, 14, 7, 10)
     angle = np.linspace(0.0, 2.0 * np.pi, 200)
-    for axes, k in zip(figure.subplots(1, len(shown), sharey=True), shown, strict=True):
+    for axes, k in zip(figure.subplots(1, len(window), sharey=True), window, strict=True):
         points, state = run.places[k], run.states[k]
         height = points[:, 2].mean()
         on = state.in_contact

@@ -14,7 +14,7 @@ from contiga.report.view import View
 from contiga_validation.engine.arrays import FloatArray
 from contiga_validation.engine.drawing import LINES, plane
 from contiga_validation.engine.experiment import Claim, Experiments, Outcome, Picture, Table
-from contiga_validation.thesis.play import Played, play
+from contiga_validation.thesis.play import SceneRun, run_scene
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -27,17 +27,17 @@ TABLE_5_1 = (20, 60, 80, 100, 100, 100, 100, 60, 40)
 """Points in contact at steps 6 to 14, as the thesis counts them."""
 
 
-def foot_errors(run: Played) -> tuple[float, float]:
-    """How far feet are from orthogonal (per length), and penetrations from distances; at most."""
-    aside = length = 0.0
+def foot_errors(run: SceneRun) -> tuple[float, float]:
+    """Return the largest tangential miss of feet and error of penetrations, over the size."""
+    miss = length = 0.0
     for k, state in enumerate(run.states):
         on = state.in_contact
-        way = (state.foot - run.places[k])[on]
+        offset = (state.foot - run.places[k])[on]
         depth = state.penetration[on]
-        across = way - (way * state.normal[on]).sum(axis=1)[:, None] * state.normal[on]
-        aside = max(aside, float(np.abs(across).max(initial=0.0)))
-        length = max(length, float(np.abs(np.linalg.norm(way, axis=1) - depth).max(initial=0.0)))
-    return aside / run.body.size, length / run.body.size
+        tangential = offset - (offset * state.normal[on]).sum(axis=1)[:, None] * state.normal[on]
+        miss = max(miss, float(np.abs(tangential).max(initial=0.0)))
+        length = max(length, float(np.abs(np.linalg.norm(offset, axis=1) - depth).max(initial=0.0)))
+    return miss / run.body.size, length / run.body.size
 
 
 # ---------------------------------------------------------------- flat master (5.2.3)
@@ -51,7 +51,7 @@ def foot_errors(run: Played) -> tuple[float, float]:
     "at steps 6 to 14. Points that move up again are released.",
 )
 def _flat() -> Outcome:
-    run = play("cylinder_flat")
+    run = run_scene("cylinder_flat")
     counts = [int(n) for n in run.history["n_contact"]]
     miss = 0.0
     for k, state in enumerate(run.states):
@@ -109,13 +109,13 @@ def _flat() -> Outcome:
 
 
 def _beyond(points: FloatArray) -> NDArray[np.bool_]:
-    """(n,) points that are not over the master 0 ≤ x ≤ 4, 0 ≤ y ≤ 3."""
+    """Return (n,) which points are not over the master 0 ≤ x ≤ 4, 0 ≤ y ≤ 3."""
     x, y, _ = points.T
     return np.asarray((x < 0.0) | (x > 4.0) | (y < 0.0) | (y > 3.0))
 
 
 def _side(state: State) -> NDArray[np.float64]:
-    """(n,) −1 where the foot is on the left bump, 1 on the right one, 0 without contact."""
+    """Return (n,) −1 for a foot on the left bump, 1 on the right one, 0 without contact."""
     return np.where(state.in_contact, np.sign(state.foot[:, 0] - 2.0), 0.0)
 
 
@@ -131,7 +131,7 @@ BumpyRow = tuple[int, int, int, int, float, int]
     "right. Some points are outside the boundary, have no projection and are not in contact.",
 )
 def _bumpy() -> Outcome:
-    run = play("out_of_boundary")
+    run = run_scene("out_of_boundary")
     states = run.states
     beyond = [_beyond(run.places[k]) for k in range(len(states))]
     touched = sum(int((s.in_contact & b).sum()) for s, b in zip(states, beyond, strict=True))
@@ -180,10 +180,10 @@ def _bumpy() -> Outcome:
     )
 
 
-def _bumpy_claims(run: Played, rows: tuple[BumpyRow, ...], touched: int) -> tuple[Claim, ...]:
+def _bumpy_claims(run: SceneRun, rows: tuple[BumpyRow, ...], touched: int) -> tuple[Claim, ...]:
     states = run.states
     changed = sum(int((_side(a) * _side(b) < 0.0).sum()) for a, b in pairwise(states))
-    aside, length = foot_errors(run)
+    miss, length = foot_errors(run)
     peak = int(np.argmax(run.history["n_contact"]))
     _, _, left, right, _, low = rows[peak]
     between = _between(states[peak])
@@ -205,20 +205,20 @@ def _bumpy_claims(run: Played, rows: tuple[BumpyRow, ...], touched: int) -> tupl
         ),
         Claim(
             "Every foot is orthogonal, and the penetration is its distance.",
-            aside <= 1e-11 and length <= 1e-14,
-            f"within {aside:.1e} and {length:.1e} of the master's size",
+            miss <= 1e-11 and length <= 1e-14,
+            f"within {miss:.1e} and {length:.1e} of the master's size",
         ),
     )
 
 
 def _between(state: State) -> float:
-    """Gap in x between the feet on the two bumps."""
+    """Return the gap in x between the feet on the two bumps."""
     x = state.foot[state.in_contact, 0]
     return float(x[x > 2.0].min() - x[x < 2.0].max())
 
 
 def _draw_feet(figure: Figure) -> None:
-    run = play("out_of_boundary")
+    run = run_scene("out_of_boundary")
     k = int(np.argmax(run.history["n_contact"]))
     state, points = run.states[k], run.places[k]
     axes = plane(figure.subplots())
@@ -248,11 +248,11 @@ def _frame(corner: tuple[float, float], width: float, height: float) -> Any:
     "no projection within the master any more and 66 are left.",
 )
 def _sliding() -> Outcome:
-    run = play("sideways_sliding")
+    run = run_scene("sideways_sliding")
     counts = [int(n) for n in run.history["n_contact"]]
-    left = [int((s.status == ContactStatus.SLID_OFF).sum()) for s in run.states]
+    n_slid_off = [int((s.status == ContactStatus.SLID_OFF).sum()) for s in run.states]
     force = run.history["force"]
-    rows = tuple((t, counts[t], left[t], float(force[t])) for t in range(12, 17))
+    rows = tuple((t, counts[t], n_slid_off[t], float(force[t])) for t in range(12, 17))
     return Outcome(
         tables=(
             Table(
@@ -276,9 +276,9 @@ def _sliding() -> Outcome:
     )
 
 
-def _sliding_claims(counts: list[int], force: FloatArray, run: Played) -> tuple[Claim, ...]:
-    gone = np.flatnonzero(run.states[14].status == ContactStatus.SLID_OFF)
-    still = run.places[14][gone]
+def _sliding_claims(counts: list[int], force: FloatArray, run: SceneRun) -> tuple[Claim, ...]:
+    slid_off = np.flatnonzero(run.states[14].status == ContactStatus.SLID_OFF)
+    still = run.places[14][slid_off]
     over = bool((still[:, 0] < -1.0).all() and (still[:, 2] < 0.0).all())
     return (
         Claim(
@@ -288,7 +288,7 @@ def _sliding_claims(counts: list[int], force: FloatArray, run: Played) -> tuple[
         ),
         Claim(
             "The two that leave have slid over the border; they are as deep as before.",
-            len(gone) == 2 and over,
+            len(slid_off) == 2 and over,
             f"x = {', '.join(f'{x:.3f}' for x in still[:, 0])}, the border is at −1",
         ),
         Claim(
@@ -300,8 +300,8 @@ def _sliding_claims(counts: list[int], force: FloatArray, run: Played) -> tuple[
 
 
 def _draw_sliding(figure: Figure) -> None:
-    run = play("sideways_sliding")
-    gone = run.states[14].status == ContactStatus.SLID_OFF
+    run = run_scene("sideways_sliding")
+    slid_off = run.states[14].status == ContactStatus.SLID_OFF
     for axes, k in zip(figure.subplots(1, 2), (13, 14), strict=True):
         plane(axes, equal=False)
         axes.set_aspect("equal")
@@ -309,7 +309,7 @@ def _draw_sliding(figure: Figure) -> None:
         points, on = run.places[k], run.states[k].in_contact
         axes.plot(*points[on, :2].T, "o", color=CONTACT, ms=2.6)
         axes.plot(*points[~on, :2].T, "o", color=FREE, ms=2.6)
-        _square(axes, points[gone])
+        _square(axes, points[slid_off])
         axes.annotate(
             "", (-0.15, 0.4), (0.05, 0.3), arrowprops={"arrowstyle": "-|>", "color": "#21262d"}
         )
@@ -318,7 +318,7 @@ def _draw_sliding(figure: Figure) -> None:
 
 
 def _square(axes: Axes, points: FloatArray) -> None:
-    """A square around each of the points."""
+    """Draw a square around each point."""
     axes.plot(*points[:, :2].T, "s", ms=9.0, mfc="none", mec="#21262d", mew=1.0)
 
 
@@ -326,8 +326,8 @@ def _square(axes: Axes, points: FloatArray) -> None:
 
 
 def _panels(figure: Figure, name: str, steps: Sequence[int]) -> None:
-    """The scene at some steps, in two rows."""
-    run = play(name)
+    """Draw the scene at some steps, in two rows."""
+    run = run_scene(name)
     flat = name == "cylinder_flat"
     towards = (-0.5, 0.8, -0.28) if flat else (-0.35, 0.75, -0.55)
     everywhere = [run.places[k] for k in steps]

@@ -12,7 +12,7 @@ from contiga.report.view import View
 from contiga_validation.engine.arrays import FloatArray
 from contiga_validation.engine.drawing import LINES, MUTED, draw_curve, plane
 from contiga_validation.engine.experiment import Claim, Experiments, Outcome, Picture, Table
-from contiga_validation.thesis.play import Played, play
+from contiga_validation.thesis.play import SceneRun, run_scene
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -25,8 +25,8 @@ EXPERIMENTS = Experiments()
 CONTACT, FREE, OTHER = LINES[1], LINES[0], LINES[2]
 
 
-def _closest(run: Played) -> tuple[list[FloatArray], list[FloatArray]]:
-    """Per step (n, 3) closest points and (n,) depths by them, for the points in contact."""
+def _closest(run: SceneRun) -> tuple[list[FloatArray], list[FloatArray]]:
+    """Return by step (n, 3) closest points and (n,) depths of the points in contact."""
     points, depths = [], []
     for k, state in enumerate(run.states):
         feet = run.body.project(run.places[k])
@@ -35,24 +35,26 @@ def _closest(run: Played) -> tuple[list[FloatArray], list[FloatArray]]:
     return points, depths
 
 
-def _leaps(run: Played) -> tuple[float, float, float]:
-    """Per way a node went in a step, at most: change of its depth, of its foot, of its closest
-    point, over the steps in which it was in contact before and after."""
+def _leaps(run: SceneRun) -> tuple[float, float, float]:
+    """Return the largest changes of depth, foot and closest point in a step, over the displacement.
+
+    Of nodes that are in contact before and after the step.
+    """
     closest, _ = _closest(run)
     worst = np.zeros(3)
     for k, (last, state) in enumerate(pairwise(run.states), start=1):
-        both = state.in_contact & last.in_contact
-        way = np.linalg.norm(run.places[k] - run.places[k - 1], axis=1)[both]
+        in_contact = state.in_contact & last.in_contact
+        displacement = np.linalg.norm(run.places[k] - run.places[k - 1], axis=1)[in_contact]
         changes = (
-            np.abs(state.penetration - last.penetration)[both],
-            np.linalg.norm(state.foot - last.foot, axis=1)[both],
-            np.linalg.norm(closest[k] - closest[k - 1], axis=1)[both],
+            np.abs(state.penetration - last.penetration)[in_contact],
+            np.linalg.norm(state.foot - last.foot, axis=1)[in_contact],
+            np.linalg.norm(closest[k] - closest[k - 1], axis=1)[in_contact],
         )
-        worst = np.maximum(worst, [(change / way).max(initial=0.0) for change in changes])
+        worst = np.maximum(worst, [(change / displacement).max(initial=0.0) for change in changes])
     return float(worst[0]), float(worst[1]), float(worst[2])
 
 
-def _turned(run: Played) -> list[int]:
+def _turned(run: SceneRun) -> list[int]:
     """Per step, how many points in contact are closest to another part that faces away."""
     out = []
     for k, state in enumerate(run.states):
@@ -76,7 +78,7 @@ closest points."""
     "otherwise. From t = 7 the nodes go down and some are released.",
 )
 def _curve_sequence() -> Outcome:
-    run = play("curve_sequence")
+    run = run_scene("curve_sequence")
     turned = _turned(run)
     _, closest = _closest(run)
     rows = tuple(
@@ -156,7 +158,7 @@ def _sequence_claims(rows: tuple[SequenceRow, ...]) -> tuple[Claim, ...]:
     )
 
 
-def _following_claims(run: Played) -> tuple[Claim, ...]:
+def _following_claims(run: SceneRun) -> tuple[Claim, ...]:
     leap, shift, jump = _leaps(run)
     drop = _drop(run)
     upwards = all((state.normal[state.in_contact, 1] < 0.0).all() for state in run.states)
@@ -176,7 +178,7 @@ def _following_claims(run: Played) -> tuple[Claim, ...]:
     )
 
 
-def _drop(run: Played) -> float:
+def _drop(run: SceneRun) -> float:
     """How much less deep the deepest node seems by its closest point, at most."""
     _, closest = _closest(run)
     return max(
@@ -186,7 +188,7 @@ def _drop(run: Played) -> float:
 
 
 def _draw_sequence(figure: Figure, steps: tuple[int, ...]) -> None:
-    run = play("curve_sequence")
+    run = run_scene("curve_sequence")
     closest, _ = _closest(run)
     curve = run.patches[0].isocurve(v=0.0)
     plots = figure.subplots(3, 2).flat
@@ -199,7 +201,7 @@ def _draw_sequence(figure: Figure, steps: tuple[int, ...]) -> None:
     figure.legend(*plots[0].get_legend_handles_labels(), ncols=4, loc="outside upper center")
 
 
-def _draw_nodes(axes: Axes, run: Played, k: int, curve: NurbsCurve, closest: FloatArray) -> None:
+def _draw_nodes(axes: Axes, run: SceneRun, k: int, curve: NurbsCurve, closest: FloatArray) -> None:
     state, points = run.states[k], run.places[k]
     on = state.in_contact
     draw_curve(axes, curve, color=MUTED, label="curve")
@@ -216,7 +218,7 @@ def _draw_nodes(axes: Axes, run: Played, k: int, curve: NurbsCurve, closest: Flo
 
 
 def _draw_depths(figure: Figure) -> None:
-    run = play("curve_sequence")
+    run = run_scene("curve_sequence")
     _, closest = _closest(run)
     axes = plane(figure.subplots(), equal=False, labels=("t", "depth of the third node"))
     t = np.arange(len(run.states))
@@ -233,7 +235,7 @@ def _draw_depths(figure: Figure) -> None:
     "shift is taken.",
 )
 def _space() -> Outcome:
-    run = play("point_in_space")
+    run = run_scene("point_in_space")
     turned = _turned(run)
     _, closest = _closest(run)
     rows = tuple(
@@ -275,7 +277,7 @@ def _space() -> Outcome:
     )
 
 
-def _space_claims(run: Played, turned: list[int]) -> tuple[Claim, ...]:
+def _space_claims(run: SceneRun, turned: list[int]) -> tuple[Claim, ...]:
     leap, _, jump = _leaps(run)
     inside = [k for k, state in enumerate(run.states) if state.n_contact]
     below = all(run.states[k].normal[0, 2] < -0.9 for k in inside)
@@ -299,7 +301,7 @@ def _space_claims(run: Played, turned: list[int]) -> tuple[Claim, ...]:
 
 
 def _draw_space(figure: Figure) -> None:
-    run = play("point_in_space")
+    run = run_scene("point_in_space")
     k = _turned(run).index(1) + 1
     state, point = run.states[k], run.places[k][0]
     before, foot = run.states[k - 1].foot[0], state.foot[0]

@@ -13,7 +13,7 @@ from contiga_validation.engine.arrays import FloatArray
 from contiga_validation.engine.drawing import INK, LINES, MUTED
 from contiga_validation.engine.experiment import Cell, Claim, Experiments, Outcome, Picture, Table
 from contiga_validation.thesis.chapter5_area import STEPS, THESIS, TRUE
-from contiga_validation.thesis.play import Played, played
+from contiga_validation.thesis.play import SceneRun, run_simulation
 from contiga_validation.thesis.variants import simulation_of, slave_of, variant
 
 if TYPE_CHECKING:
@@ -65,7 +65,7 @@ def kinds() -> dict[str, AreaMethod]:
 class Forces(NamedTuple):
     """The cylinder's run with every kind of area, by its name."""
 
-    runs: dict[str, Played]
+    runs: dict[str, SceneRun]
 
     def nodal(self, name: str) -> tuple[FloatArray, FloatArray]:
         """Penetrations and forces of the points in contact, all steps in a row."""
@@ -87,7 +87,10 @@ class Forces(NamedTuple):
 def forces(law: ForceLaw | StressLaw) -> Forces:
     """The cylinder through the flat master by one law."""
     simulation = simulation_of("cylinder_flat")
-    runs = {name: played(variant(simulation, law=law, area=area)) for name, area in kinds().items()}
+    runs = {
+        name: run_simulation(variant(simulation, law=law, area=area))
+        for name, area in kinds().items()
+    }
     return Forces(runs)
 
 
@@ -136,11 +139,11 @@ def _force_model() -> Outcome:
 
 
 def _force_model_claims(
-    depth: FloatArray, found: Forces, totals: dict[str, FloatArray]
+    depth: FloatArray, model: Forces, totals: dict[str, FloatArray]
 ) -> tuple[Claim, ...]:
     line = max(float(np.abs(total - COEFFICIENT * depth).max()) for total in totals.values())
-    reference = found.nodal("analytic")[1]
-    apart = {n: float(np.abs(found.nodal(n)[1] - reference).max()) for n in found.runs}
+    reference = model.nodal("analytic")[1]
+    apart = {n: float(np.abs(model.nodal(n)[1] - reference).max()) for n in model.runs}
     return (
         Claim(
             "The total force is linear in the largest penetration, whatever the area.",
@@ -168,25 +171,25 @@ _CAPTION_NODAL = (
 _CAPTION_DELTA = "Difference of the nodal forces by approximated and by analytic area."
 
 
-def _draw_total(figure: Figure, found: Forces) -> None:
+def _draw_total(figure: Figure, model: Forces) -> None:
     axes = figure.subplots()
-    depth = found.depth()
+    depth = model.depth()
     axes.plot([0.0, depth.max()], [0.0, COEFFICIENT * depth.max()], color=MUTED, lw=0.9)
     looks = (("o", LINES[0], 7.0), ("s", LINES[1], 4.0), ("+", INK, 9.0))
-    for (marker, colour, size), name in zip(looks, found.runs, strict=False):
-        axes.plot(depth, found.total(name), marker, color=colour, ms=size, label=name)
+    for (marker, colour, size), name in zip(looks, model.runs, strict=False):
+        axes.plot(depth, model.total(name), marker, color=colour, ms=size, label=name)
     axes.set(xlabel="largest penetration", ylabel="F")
     axes.legend()
 
 
-def _draw_nodal(figure: Figure, found: Forces, *, constant_axis: bool = False) -> None:
+def _draw_nodal(figure: Figure, model: Forces, *, constant_axis: bool = False) -> None:
     names = ("analytic", "approximated", "constant 0.1")
     plots = figure.subplots(1, 3, sharey=not constant_axis, sharex=True)
     for axes, name in zip(plots, names, strict=True):
-        _draw_steps(axes, found.runs[name])
+        _draw_steps(axes, model.runs[name])
         axes.set(title=name, xlabel="penetration")
     if constant_axis:
-        top = max(float(found.nodal(name)[1].max()) for name in names[:2])
+        top = max(float(model.nodal(name)[1].max()) for name in names[:2])
         for axes in plots[:2]:
             axes.set_ylim(0.0, 1.05 * top)
     plots[0].set_ylabel("$F_i$")
@@ -194,7 +197,7 @@ def _draw_nodal(figure: Figure, found: Forces, *, constant_axis: bool = False) -
     figure.legend(handles, steps, title="step", loc="outside right upper", handletextpad=0.2)
 
 
-def _draw_steps(axes: Axes, run: Played) -> None:
+def _draw_steps(axes: Axes, run: SceneRun) -> None:
     for i, k in enumerate(STEPS):
         state, on = run.states[k], run.states[k].in_contact
         depth, force = state.penetration[on], np.linalg.norm(state.force[on], axis=1)
@@ -213,10 +216,10 @@ def step_colour(share: float) -> tuple[float, float, float]:
     return float(red), float(green), float(blue)
 
 
-def _draw_delta(figure: Figure, found: Forces) -> None:
+def _draw_delta(figure: Figure, model: Forces) -> None:
     axes = figure.subplots()
-    depth, force = found.nodal("approximated")
-    difference = force - found.nodal("analytic")[1]
+    depth, force = model.nodal("approximated")
+    difference = force - model.nodal("analytic")[1]
     axes.plot(depth, difference, "o", color=LINES[0], ms=3.2)
     axes.set(xlabel="penetration", ylabel="$\\Delta F_i$")
     axes.axhline(0.0, color=MUTED, lw=0.8)
@@ -267,22 +270,22 @@ def _stress_model() -> Outcome:
 
 
 def _stress_model_claims(plain: Forces) -> tuple[Claim, ...]:
-    true, ours = plain.total("analytic"), plain.total("approximated")
+    true, approximated = plain.total("analytic"), plain.total("approximated")
     deep = np.arange(len(true)) > 0
-    near = float(np.abs(ours[deep] / true[deep] - 1.0).max())
-    far = plain.total("constant 0.1")[deep] / true[deep]
+    deviation = float(np.abs(approximated[deep] / true[deep] - 1.0).max())
+    constant_ratio = plain.total("constant 0.1")[deep] / true[deep]
     theirs = plain.total(OWN)[deep] / true[deep] - 1.0
     return (
         Claim(
             "With the approximated area the stress model gives the analytic area's force.",
-            near < 1e-6,
-            f"largest relative difference {near:.1e}; with the thesis' own areas "
+            deviation < 1e-6,
+            f"largest relative difference {deviation:.1e}; with the thesis' own areas "
             f"{100 * np.abs(theirs).max():.1f} %",
         ),
         Claim(
             "The constant nodal area does not.",
-            bool((far > 10.0).all()),
-            f"{far.min():.1f} to {far.max():.1f} times the force",
+            bool((constant_ratio > 10.0).all()),
+            f"{constant_ratio.min():.1f} to {constant_ratio.max():.1f} times the force",
         ),
     )
 
@@ -325,7 +328,7 @@ def contact_types() -> tuple[list[TypeRow], str]:
         ("master", {"law": own}),
         ("combined", {"law": law, "master_law": own}),
     ):
-        run = played(variant(simulation, contact_type=name, **options))
+        run = run_simulation(variant(simulation, contact_type=name, **options))
         state = run.states[10]
         rows.append(TypeRow(name, state.total_area, float(np.linalg.norm(state.total_force))))
     (part,) = simulation.contacts

@@ -197,25 +197,25 @@ def _intersection() -> Outcome:
     )
 
 
-def _intersection_table(found: Entry) -> Table:
-    hit, (u, share) = found.hit, found.first
+def _intersection_table(entry: Entry) -> Table:
+    hit, (u, share) = entry.hit, entry.first
     (a, b) = _PATH[:, :2]
-    ours = (1.0 - float(hit.uv[0, 0]), found.share, *map(float, hit.point[0, :2]))
+    measured = (1.0 - float(hit.uv[0, 0]), entry.share, *map(float, hit.point[0, :2]))
     return Table(
         "5.2.2 entry",
         "Where the path enters: the curve's own parameter and the share of the path.",
         ("", "u on the curve", "share of the path", "x", "y"),
         (
-            ("first hit", *ours),
+            ("first hit", *measured),
             ("two equations, scipy", float(u), float(share), *map(float, a + share * (b - a))),
         ),
     )
 
 
-def _intersection_claims(found: Entry, least: float) -> tuple[Claim, ...]:
+def _intersection_claims(entry: Entry, least: float) -> tuple[Claim, ...]:
     a, b = _PATH
-    miss = float(np.abs(a + found.share * (b - a) - found.hit.point[0]).max())
-    differ = abs(float(found.first[1]) - found.share)
+    miss = float(np.abs(a + entry.share * (b - a) - entry.hit.point[0]).max())
+    differ = abs(float(entry.first[1]) - entry.share)
     return (
         Claim(
             "The point found is on the line and on the curve.",
@@ -225,7 +225,7 @@ def _intersection_claims(found: Entry, least: float) -> tuple[Claim, ...]:
         Claim(
             "It is the first of the roots another solver finds.",
             differ <= 1e-11,
-            f"{len(found.roots)} of {found.starts} starts of scipy's fsolve end in a root; the "
+            f"{len(entry.roots)} of {entry.starts} starts of scipy's fsolve end in a root; the "
             f"shares of the path differ by {differ:.1e}",
         ),
         Claim(

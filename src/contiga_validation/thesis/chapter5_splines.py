@@ -232,17 +232,17 @@ def _weights_claims(
 
 def _pull_claims(plain_curve: NurbsCurve, two: FloatArray, five: FloatArray) -> tuple[Claim, ...]:
     """Of the second weight, raised from 2 to 5: it moves points straight to its control point."""
-    pull, way = five - two, plain_curve.control_points[1] - two
-    aside = np.linalg.norm(np.cross(pull, way), axis=1).max()
-    towards = (pull * way).sum(axis=1).min()
+    pull, to_point = five - two, plain_curve.control_points[1] - two
+    miss = np.linalg.norm(np.cross(pull, to_point), axis=1).max()
+    towards = (pull * to_point).sum(axis=1).min()
     moved = np.flatnonzero(np.linalg.norm(pull, axis=1) > 1e-14)
     span = float(_FINE[moved[0]]), float(_FINE[moved[-1]])
     share = _pulled(plain_curve, 5.0)
     return (
         Claim(
             "Every point is pulled straight towards the control point.",
-            aside <= 1e-14 and towards >= -1e-15,
-            f"cross product {aside:.1e}",
+            miss <= 1e-14 and towards >= -1e-15,
+            f"cross product {miss:.1e}",
         ),
         Claim(
             "It is moved by the share (w' − w) N / (w + (w' − w) N) of the way.",

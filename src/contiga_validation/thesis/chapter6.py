@@ -12,7 +12,7 @@ from contiga.report.view import View
 from contiga_validation.engine.arrays import FloatArray
 from contiga_validation.engine.drawing import BODY, INK, LINES, MUTED
 from contiga_validation.engine.experiment import Cell, Claim, Experiments, Outcome, Picture, Table
-from contiga_validation.thesis.play import patches_of, played
+from contiga_validation.thesis.play import patches_of, run_simulation
 from contiga_validation.thesis.variants import simulation_of, variant
 
 if TYPE_CHECKING:
@@ -56,40 +56,40 @@ class Rivals(NamedTuple):
 
 
 def masters() -> tuple[Simulation, dict[str, TriMesh]]:
-    """The scene and the meshes of its master by the thesis' tessellation."""
+    """Return the scene and meshes of its master by the thesis' tessellation."""
     simulation = simulation_of("bumpy_master")
     (surface,) = patches_of(simulation)
     return simulation, {f"tol {tol}": surface.tessellate(tol, method="net") for tol in TOLERANCES}
 
 
 def simulations() -> dict[str, Simulation]:
-    """The scene as the thesis runs it: areas by hulls on the exact master, constant on meshes."""
+    """Return the thesis' simulations: areas by hulls on the exact master, constant on meshes."""
     simulation, meshes = masters()
-    made = {"IGA": simulation}
+    by_name = {"IGA": simulation}
     for name, mesh in meshes.items():
-        made[name] = variant(simulation, master=mesh, area=NodalArea(NODAL))
-    return made
+        by_name[name] = variant(simulation, master=mesh, area=NodalArea(NODAL))
+    return by_name
 
 
 def rivals() -> Rivals:
-    """Penetrations and counts with every master."""
+    """Compute penetrations and counts with every master."""
     simulation, meshes = masters()
     (surface,) = patches_of(simulation)
-    runs = {name: played(made) for name, made in simulations().items()}
+    runs = {name: run_simulation(made) for name, made in simulations().items()}
     depth = {name: run.history["max_penetration"] for name, run in runs.items()}
     counts = {name: run.history["n_contact"] for name, run in runs.items()}
     return Rivals(surface, meshes, depth, counts)
 
 
 def step_times(repeats: int = REPEATS) -> dict[str, FloatArray]:
-    """(15,) seconds of each step, warm, by master: the least of `repeats` runs.
+    """Return (15,) seconds of each step, warm, by master: the least of `repeats` runs.
 
-    Runs of the masters alternate, so that a machine that slows down slows all of them.
+    The masters alternate, so that a slow moment of the machine hits all of them.
     """
-    made = simulations()
-    best = {name: np.full(len(one.stepping.planned()), np.inf) for name, one in made.items()}
+    by_name = simulations()
+    best = {name: np.full(len(s.stepping.planned()), np.inf) for name, s in by_name.items()}
     for _ in range(repeats):
-        for name, simulation in made.items():
+        for name, simulation in by_name.items():
             state: SystemState | None = None
             for k in range(len(best[name])):
                 start = perf_counter()
@@ -146,12 +146,12 @@ def _meshes() -> Outcome:
     )  # fmt: skip
 
 
-def _depth_table(found: Rivals) -> Table:
+def _depth_table(rivals: Rivals) -> Table:
     rows: list[tuple[Cell, ...]] = []
     for i, k in enumerate(STEPS):
-        pairs = [(THESIS_DEPTH[name][i], float(depth[k])) for name, depth in found.depth.items()]
+        pairs = [(THESIS_DEPTH[name][i], float(depth[k])) for name, depth in rivals.depth.items()]
         rows.append((k, *(value for pair in pairs for value in pair)))
-    heads = tuple(head for name in found.depth for head in (f"thesis {name}", f"ours {name}"))
+    heads = tuple(head for name in rivals.depth for head in (f"thesis {name}", f"ours {name}"))
     return Table("6.2", "Largest penetration at steps 5 to 13.", ("step", *heads), tuple(rows))
 
 
@@ -183,9 +183,9 @@ _CAPTION_ERROR = (
 )
 
 
-def _draw_meshes(figure: Figure, found: Rivals) -> None:
-    scene = found.surface.evaluate(np.random.default_rng(0).random((400, 2)))
-    for axes, (name, mesh) in zip(figure.subplots(1, 3), found.meshes.items(), strict=True):
+def _draw_meshes(figure: Figure, rivals: Rivals) -> None:
+    scene = rivals.surface.evaluate(np.random.default_rng(0).random((400, 2)))
+    for axes, (name, mesh) in zip(figure.subplots(1, 3), rivals.meshes.items(), strict=True):
         view = View(axes, scene, shape=(620, 420), towards=(-0.4, 0.75, -0.5))
         view.surface(mesh, BODY)
         edges = np.sort(mesh.triangles[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1)
@@ -196,12 +196,12 @@ def _draw_meshes(figure: Figure, found: Rivals) -> None:
         axes.set_title(f"{name}: {len(mesh.triangles):,} triangles")
 
 
-def _draw_error(figure: Figure, found: Rivals) -> None:
+def _draw_error(figure: Figure, rivals: Rivals) -> None:
     axes = figure.subplots()
     exact = np.array(THESIS_DEPTH["IGA"])
-    for colour, name in zip(LINES, found.meshes, strict=False):
-        ours = found.depth[name][STEPS.start : STEPS.stop] - exact
-        axes.plot(STEPS, ours, "o-", color=colour, label=f"{name}, ours")
+    for colour, name in zip(LINES, rivals.meshes, strict=False):
+        error = rivals.depth[name][STEPS.start : STEPS.stop] - exact
+        axes.plot(STEPS, error, "o-", color=colour, label=f"{name}, ours")
         theirs = np.array(THESIS_DEPTH[name]) - exact
         axes.plot(STEPS, theirs, "x", color=colour, label=f"{name}, thesis")
     axes.axhline(0.0, color=MUTED, lw=0.8)

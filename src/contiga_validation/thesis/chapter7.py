@@ -11,7 +11,7 @@ from contiga.report.view import View
 from contiga_validation.engine.arrays import FloatArray, IntArray
 from contiga_validation.engine.drawing import BODY, INK, LINES, MUTED
 from contiga_validation.engine.experiment import Claim, Experiments, Outcome, Picture, Table
-from contiga_validation.thesis.play import Played, play
+from contiga_validation.thesis.play import SceneRun, run_scene
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -32,7 +32,7 @@ SHOWN_TEN = (0.08, 0.14, 0.20, 0.32)
 class Study(NamedTuple):
     """Forty points in contact, and the clusters every method makes of them."""
 
-    run: Played
+    run: SceneRun
     state: State
     uv: FloatArray
     """(40, 2) feet in the unit square."""
@@ -52,7 +52,7 @@ def _count(label: IntArray) -> int:
 
 def cluster_data() -> Study:
     """The data of chapter 7: step 9 of the cylinder on the bumpy master."""
-    run = play("bumpy_master")
+    run = run_scene("bumpy_master")
     state = run.states[STEP]
     rows = np.flatnonzero(state.in_contact).astype(np.int32)
     uv = state.uv[rows]
@@ -297,16 +297,16 @@ _CAPTION_SEAM = (
 )
 
 
-def _draw_seam(figure: Figure, found: Seam) -> None:
+def _draw_seam(figure: Figure, seam: Seam) -> None:
     left, right = figure.subplots(1, 2)
-    draw_labels(left, found.uv, found.labels["DBSCAN in (u, v)"])
+    draw_labels(left, seam.uv, seam.labels["DBSCAN in (u, v)"])
     left.set(ylabel="v", title="DBSCAN in the parameter plane: 2")
-    (patch,) = found.body.patches
+    (patch,) = seam.body.patches
     view = View(right, patch.control_points.reshape(-1, 3), towards=(-0.8, 0.45, -0.35),
                 shape=(560, 440))  # fmt: skip
     view.surface(patch, BODY).iso_lines(patch, 9)
-    label = found.labels["auto, in space"]
-    feet = found.body.project(found.points).point
+    label = seam.labels["auto, in space"]
+    feet = seam.body.project(seam.points).point
     for c in range(_count(label)):
         view.dots(feet[label == c], color=LINES[c], ms=3.4)
     view.show()

@@ -1,4 +1,4 @@
-"""Scenes run step by step with the state of every step kept, which experiments look into."""
+"""Runs of scenes that keep the state of every step for the experiments."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from contiga_validation.engine.arrays import FloatArray
 from contiga_validation.thesis.variants import simulation_of
 
 
-class Played(NamedTuple):
+class SceneRun(NamedTuple):
     """A scene with one contact, and all its steps."""
 
     simulation: Simulation
@@ -19,13 +19,13 @@ class Played(NamedTuple):
 
     @property
     def states(self) -> list[State]:
-        """One a step."""
+        """State of the contact after each step."""
         (contact,) = self.simulation.contacts
         return [snapshot.contacts[contact.name] for snapshot in self.snapshots]
 
     @property
     def places(self) -> list[FloatArray]:
-        """(n, 3) slave points after each step, world axes."""
+        """Slave points (n, 3) after each step, world axes."""
         (contact,) = self.simulation.contacts
         return [snapshot.slaves[contact.slave].points for snapshot in self.snapshots]
 
@@ -42,24 +42,24 @@ class Played(NamedTuple):
 
 
 def patches_of(simulation: Simulation) -> tuple[NurbsSurface, ...]:
-    """The exact geometry of the one master of a scene."""
+    """Return the exact geometry of the one master of a scene."""
     (part,) = simulation.bodies.values()
     assert part.body.faces is not None
     return part.body.faces.patches
 
 
-def play(name: str) -> Played:
+def run_scene(name: str) -> SceneRun:
     """Run the scene `name` (a case file with one contact) in memory.
 
     Raises
     ------
     FileError
-        No such scene.
+        There is no such scene.
     """
-    return played(simulation_of(name))
+    return run_simulation(simulation_of(name))
 
 
-def played(simulation: Simulation) -> Played:
+def run_simulation(simulation: Simulation) -> SceneRun:
     """Run a simulation in memory and keep every step."""
     result = simulation.run(keep=1)
-    return Played(simulation, result.states, result.history)
+    return SceneRun(simulation, result.states, result.history)

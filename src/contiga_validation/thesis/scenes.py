@@ -1,4 +1,4 @@
-"""Where the case files of the thesis' scenes lie."""
+"""Case files of the thesis' scenes."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ CASES = Path(__file__).with_name("cases")
 
 
 def scene(name: str) -> Path:
-    """The case file of a scene.
+    """Return the case file of a scene.
 
     Raises
     ------
     FileError
-        No such scene.
+        There is no such scene.
     """
     path = CASES / f"{name}.toml"
     if not path.is_file():

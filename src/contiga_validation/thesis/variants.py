@@ -1,4 +1,4 @@
-"""A scene with one contact, run with another area, law or slave than its case file says."""
+"""Variants of a scene with one contact: another area, law or slave than in its case file."""
 
 from __future__ import annotations
 
@@ -13,39 +13,43 @@ from contiga_validation.thesis.scenes import scene
 
 
 def simulation_of(name: str) -> Simulation:
-    """The simulation of a scene."""
+    """Build the simulation of a scene."""
     return build(load_case(scene(name)))
 
 
 def variant(simulation: Simulation, *, master: Any = None, **options: Any) -> Simulation:
-    """`simulation` with its one contact made anew.
+    """Return `simulation` with its one contact changed.
 
     Parameters
     ----------
-    master : what takes the body's place in the contact; it must be at rest
+    master : replaces the body in the contact; it must be at rest
     options : of `Contact`, and `slave`, whose points must be the same
     """
     (part,) = simulation.contacts
-    own = part.contact
-    slave = options.pop("slave", own.slave)
-    chosen: dict[str, Any] = {"law": own.law, "area": own.area, "search": own.search}
-    chosen |= {"weights": own.weights, "foot": own.foot, **options}
-    contact = Contact(own.master if master is None else master, slave, **chosen)
+    original = part.contact
+    slave = options.pop("slave", original.slave)
+    arguments: dict[str, Any] = {
+        "law": original.law,
+        "area": original.area,
+        "search": original.search,
+    }
+    arguments |= {"weights": original.weights, "foot": original.foot, **options}
+    contact = Contact(original.master if master is None else master, slave, **arguments)
     return replace(simulation, contacts=(part._replace(contact=contact),))
 
 
 def slave_of(simulation: Simulation) -> Slave:
-    """The slave of the one contact."""
+    """Return the slave of the one contact."""
     (part,) = simulation.contacts
     return part.contact.slave
 
 
 def ring_facets(rows: int, columns: int, keep: range | None = None) -> IntArray:
-    """(m, 3) triangles of a tube of points, `rows` around it and `columns` along it.
+    """Return (m, 3) triangles of a tube of points, `rows` around it and `columns` along it.
 
     Parameters
     ----------
-    keep : the strips between a row and the next that are meshed; all of them if omitted
+    keep : numbers of the strips between rows to mesh; all if omitted
     """
     facets = []
     for i in range(rows) if keep is None else keep:

@@ -51,6 +51,6 @@ def test_few_samples_are_looked_at_as_a_tree_would_find_them(monkeypatch):
     points = np.random.default_rng(1).normal(size=(300, 3)) * 3.0
     feet = CurveFeet(arc)
     own = feet(points)
-    monkeypatch.setattr(curve_foot, "MANY", 0)
+    monkeypatch.setattr(curve_foot, "MIN_PAIRS_FOR_TREE", 0)
     for found, by_tree in zip(own, feet(points), strict=True):
         np.testing.assert_array_equal(found, by_tree)

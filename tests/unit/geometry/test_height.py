@@ -23,8 +23,8 @@ def is_over(uv, u, v):
 
 
 @njit
-def is_beside(box, uv):
-    return height_nb.is_beside(box, uv)
+def is_separated(box, uv):
+    return height_nb.is_separated(box, uv)
 
 
 UV = np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]])
@@ -49,6 +49,6 @@ def test_places_over_a_triangle_are_those_in_it():
 
 
 def test_a_rectangle_beside_a_triangle_meets_it_nowhere():
-    assert is_beside(np.array([0.6, 1.0, 0.6, 1.0]), UV)
-    assert is_beside(np.array([-0.5, -0.1, 0.0, 1.0]), UV)
-    assert not is_beside(np.array([0.4, 1.0, 0.4, 1.0]), UV)
+    assert is_separated(np.array([0.6, 1.0, 0.6, 1.0]), UV)
+    assert is_separated(np.array([-0.5, -0.1, 0.0, 1.0]), UV)
+    assert not is_separated(np.array([0.4, 1.0, 0.4, 1.0]), UV)

@@ -43,7 +43,7 @@ def test_a_process_is_started_for_many_experiments_and_never_left_behind(
     started: list[_Process],
 ) -> None:
     def break_off() -> None:
-        with ahead.compiling_ahead([GOOD] * ahead.MANY) as wait:
+        with ahead.compiling_ahead([GOOD] * ahead.MIN_EXPERIMENTS) as wait:
             wait()
             raise ZeroDivisionError
 
@@ -56,18 +56,18 @@ def test_a_process_is_started_for_many_experiments_and_never_left_behind(
 def test_few_experiments_or_one_core_start_none(
     started: list[_Process], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    with ahead.compiling_ahead([GOOD] * (ahead.MANY - 1)) as wait:
+    with ahead.compiling_ahead([GOOD] * (ahead.MIN_EXPERIMENTS - 1)) as wait:
         wait()
     monkeypatch.setattr(ahead, "thread_count", lambda: 1)
-    with ahead.compiling_ahead([GOOD] * ahead.MANY) as wait:
+    with ahead.compiling_ahead([GOOD] * ahead.MIN_EXPERIMENTS) as wait:
         wait()
     assert started == []
 
 
 def test_what_is_run_ahead_is_in_the_catalogue_and_not_what_is_timed() -> None:
     known = {experiment.key: experiment for experiment in experiments()}
-    for key in ahead.LATE:
-        assert key == "meshes" or known[key].chapter < ahead.BEFORE
+    for key in ahead.AHEAD_KEYS:
+        assert key == "meshes" or known[key].chapter < ahead.FIRST_TIMED_CHAPTER
 
 
 def test_an_experiment_that_fails_ahead_does_not_stop_the_next(

@@ -9,7 +9,7 @@ from scipy.interpolate import BSpline, insert
 from contiga_validation.thesis.chapter2 import cox_de_boor
 from contiga_validation.thesis.chapter2_refine import CUBIC, boehm
 from contiga_validation.thesis.chapter5_shapes import TORUS, _off_torus
-from contiga_validation.thesis.play import play
+from contiga_validation.thesis.play import run_scene
 
 
 @pytest.mark.parametrize("degree", [1, 2, 3, 5])
@@ -48,7 +48,7 @@ def test_distance_from_the_torus_sees_a_point_beside_it() -> None:
 
 
 def test_a_played_scene_keeps_every_step() -> None:
-    run = play("sideways_sliding")
+    run = run_scene("sideways_sliding")
     assert len(run.states) == len(run.places) == len(run.history["force"]) == 17
     assert [state.n_contact for state in run.states] == run.history["n_contact"].tolist()
     assert run.places[4][0, 2] == pytest.approx(-0.05)

@@ -43,11 +43,11 @@ def test_meshes_have_the_wanted_errors_with_fewer_triangles_than_the_proof_asks_
     body = cg.Body([cg.shapes.torus()])
     on = cg.clouds.random_on(body.patches[0], 4000, seed=1)
     actual = list(rival_meshes(body, on, 40_000))
-    assert [rival.wanted for rival in actual] == list(ERRORS)
+    assert [rival.target for rival in actual] == list(ERRORS)
     built = [rival for rival in actual if rival.mesh is not None]
-    assert [rival.wanted for rival in built] == [1e-2, 1e-3, 1e-4]
+    assert [rival.target for rival in built] == [1e-2, 1e-3, 1e-4]
     for rival in built[1:]:
-        assert rival.error == pytest.approx(rival.wanted, rel=0.2)
+        assert rival.error == pytest.approx(rival.target, rel=0.2)
         assert rival.triangles == len(rival.mesh.triangles)
         assert rival.triangles > fewest_triangles(body, rival.error * body.size)
     assert built[2].triangles < len(body.tessellate(1e-4 * body.size).triangles)

@@ -28,7 +28,7 @@ def find_span(knots, degree, count, t):
 
 @kernel()
 def basis_derivatives(knots, degree, span, t, order, out):
-    """Derivatives 0..order of the degree + 1 basis functions that live on `span`.
+    """Derivatives 0..order of the degree + 1 basis functions that are nonzero on `span`.
 
     Row k of `out` (order + 1, degree + 1) starts as the basis of degree ``degree - k`` and is
     differenced k times (The NURBS Book, Eq. 2.5 and 2.7). Rows above the degree are zero.
@@ -74,12 +74,12 @@ def discrete_splines(knots, degree, span, refined, start, skip, out):
     ``span - degree .. span``.
     """
     out[0] = 1.0
-    at = start
+    i = start
     for j in range(1, degree + 1):
-        at += 1
-        if at == skip:
-            at += 1
-        t = refined[at]
+        i += 1
+        if i == skip:
+            i += 1
+        t = refined[i]
         saved = 0.0
         for r in range(j):
             high = knots[span + r + 1]
@@ -109,22 +109,22 @@ def refinement_rows(knots, degree, count, refined):
 
 @kernel()
 def elevation_rows(knots, degree, count, elevated):
-    """Do as `refinement_rows`, to degree + 1 on `elevated` (each distinct knot once more).
+    """Rows of the map to degree + 1 on `elevated` (each distinct knot once more).
 
-    A point of the elevated spline is the mean over its degree + 1 knots of the points got by
-    leaving one knot out (Prautzsch 1984), so the map is again one of convex combinations.
+    A point of the elevated spline is the mean, over its degree + 1 knots, of the points for the
+    knots without that one (Prautzsch 1984), so the map consists of convex combinations, too.
     """
     n = elevated.size - degree - 2
     first = np.empty(n, np.int64)
     weights = np.zeros((n, degree + 1))
-    part = np.empty(degree + 1)
+    row = np.empty(degree + 1)
     for i in range(n):
         span = find_span(knots, degree, count, elevated[i])
         first[i] = span - degree
         for skip in range(i + 1, i + degree + 2):
-            discrete_splines(knots, degree, span, elevated, i, skip, part)
+            discrete_splines(knots, degree, span, elevated, i, skip, row)
             for r in range(degree + 1):
-                weights[i, r] += part[r] / (degree + 1)
+                weights[i, r] += row[r] / (degree + 1)
     return first, weights
 
 

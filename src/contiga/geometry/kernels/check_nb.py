@@ -1,4 +1,4 @@
-"""Triangles of a face held against the surface, and cut where it is farther than allowed."""
+"""Check triangles of a face against the surface, and split those farther from it than the sag."""
 
 from __future__ import annotations
 
@@ -7,72 +7,74 @@ import numpy as np
 from contiga.geometry.kernels.chord_nb import triangle_distance
 from contiga.geometry.kernels.height_nb import all_below, plane_of
 from contiga.geometry.kernels.refine_nb import (
-    ALLOWED,
     CHECKED,
     GOOD,
     NEW,
+    SAG_SHARE,
     advance,
-    full,
     halve,
+    insert_vertex,
+    is_full,
     is_good,
-    put_vertex,
-    queue_all,
+    queue_new,
 )
 from contiga.geometry.kernels.shape_nb import evaluate
 from contiga.geometry.kernels.triangulation_nb import BORDER, TRIANGLES
 from contiga.jit import inner, kernel
 from contiga.jit.scratch import scratch
 
-PLACES = np.array([[0.5, 0.5, 0.0], [0.0, 0.5, 0.5], [0.5, 0.0, 0.5], [1 / 3, 1 / 3, 1 / 3]])
-"""Where a triangle is sampled, as shares of its corners: on sides, where the surface may lie over
-the triangle beside it, and inside."""
+SAMPLE_WEIGHTS = np.array(
+    [[0.5, 0.5, 0.0], [0.0, 0.5, 0.5], [0.5, 0.0, 0.5], [1 / 3, 1 / 3, 1 / 3]]
+)
+"""Samples of a triangle in barycentric coordinates: the middles of its sides, where the surface may
+lie over the neighbour, and the centroid."""
 
 
 @inner()
 def miss_at(t, face, front, triangle, x, y):
-    """Distance of a place of the surface from a triangle or those beside it."""
+    """Distance of a point of the surface from a triangle or the nearest of its neighbours."""
     evaluate(face, x, y, 0)
-    most = np.inf
+    nearest = np.inf
     for k in range(-1, 3):
-        here = triangle if k < 0 else t.beside[triangle, k]
-        if here == BORDER:
+        candidate = triangle if k < 0 else t.neighbours[triangle, k]
+        if candidate == BORDER:
             continue
-        c = t.corners[here]
+        c = t.corners[candidate]
         miss = triangle_distance(
             face.D[0, 0], front.points[c[0]], front.points[c[1]], front.points[c[2]]
         )
-        most = min(most, miss)
-        if most <= face.sag * ALLOWED:
+        nearest = min(nearest, miss)
+        if nearest <= face.sag * SAG_SHARE:
             break
-    return most
+    return nearest
 
 
 @inner()
 def largest_miss(t, face, front, triangle):
-    """Largest miss at places over a triangle, and the place.
+    """Largest miss at the samples of a triangle, and its (x, y).
 
-    What a triangle beside it has seen, or is on the border, is left out.
+    Samples that a neighbour has checked, or that are on the border, are skipped.
     """
     c = t.corners[triangle]
-    most, px, py = -1.0, 0.0, 0.0
+    largest, px, py = -1.0, 0.0, 0.0
     for i in range(4):
         if i < 3:
-            other = t.beside[triangle, (i + 2) % 3]
-            if other == BORDER or t.state[other] == CHECKED:
+            neighbour = t.neighbours[triangle, (i + 2) % 3]
+            if neighbour == BORDER or t.state[neighbour] == CHECKED:
                 continue
         x = y = 0.0
         for k in range(3):
-            x += PLACES[i, k] * t.xy[c[k], 0]
-            y += PLACES[i, k] * t.xy[c[k], 1]
+            x += SAMPLE_WEIGHTS[i, k] * t.xy[c[k], 0]
+            y += SAMPLE_WEIGHTS[i, k] * t.xy[c[k], 1]
         miss = miss_at(t, face, front, triangle, x, y)
-        if miss > most:
-            most, px, py = miss, x, y
-    return most, px, py
+        if miss > largest:
+            largest, px, py = miss, x, y
+    return largest, px, py
 
 
 @inner()
-def proved(t, face, front, heights, triangle):
-    """Return whether the surface keeps the distance from a triangle's plane, or where not."""
+def prove_sag(t, face, front, heights, triangle):
+    """Return whether the surface is within the sag of a triangle's plane, and (x, y) if not."""
     c = t.corners[triangle]
     m = heights.middle
     uv = scratch(3, 2)
@@ -90,37 +92,37 @@ def proved(t, face, front, heights, triangle):
 
 
 @inner()
-def keeps(t, face, front, heights, triangle):
-    """Return whether a triangle keeps the distance, and a place for a vertex if not."""
+def check_sag(t, face, front, heights, triangle):
+    """Return whether a triangle is within the sag, and (x, y) for a new vertex if not."""
     miss, x, y = largest_miss(t, face, front, triangle)
-    if miss > ALLOWED * face.sag:
+    if miss > SAG_SHARE * face.sag:
         return False, x, y
-    return proved(t, face, front, heights, triangle)
+    return prove_sag(t, face, front, heights, triangle)
 
 
 @kernel()
 def refine(t, face, front, heights):
-    """Cut triangles until all keep the distance; False if room ran out: call it again then."""
-    queue_all(t, front)
+    """Split triangles until all are within the sag; False if the memory is full."""
+    queue_new(t, front)
     while True:
         if not advance(t, face, front):
             return False
-        whole = True
-        for here in range(t.used[TRIANGLES]):
-            if full(t, 2):
+        all_checked = True
+        for triangle in range(t.used[TRIANGLES]):
+            if is_full(t, 2):
                 return False
-            if t.state[here] == NEW and not is_good(t, front, here):
-                halve(t, face, front, here)
-                whole = False
-            if t.state[here] != GOOD:
+            if t.state[triangle] == NEW and not is_good(t, front, triangle):
+                halve(t, face, front, triangle)
+                all_checked = False
+            if t.state[triangle] != GOOD:
                 continue
-            kept, x, y = keeps(t, face, front, heights, here)
-            if kept:
-                t.state[here] = CHECKED
+            is_within, x, y = check_sag(t, face, front, heights, triangle)
+            if is_within:
+                t.state[triangle] = CHECKED
                 continue
-            whole = False
-            t.state[here] = NEW
-            if not put_vertex(t, face, front, here, x, y, 0.0):
-                halve(t, face, front, here)
-        if whole:
+            all_checked = False
+            t.state[triangle] = NEW
+            if not insert_vertex(t, face, front, triangle, x, y, 0.0):
+                halve(t, face, front, triangle)
+        if all_checked:
             return True

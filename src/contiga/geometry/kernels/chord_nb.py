@@ -26,14 +26,14 @@ def cut(coefs, axis, t, keep_low):
         for k in range(p - r + 1):
             # The point that changes, and the one it moves towards.
             i = p - k if keep_low else k
-            other = i - 1 if keep_low else i + 1
+            neighbour = i - 1 if keep_low else i + 1
             share = 1.0 - t if keep_low else t
             for j in range(coefs.shape[1 - axis]):
                 for d in range(coefs.shape[2]):
                     if axis == 0:
-                        coefs[i, j, d] += share * (coefs[other, j, d] - coefs[i, j, d])
+                        coefs[i, j, d] += share * (coefs[neighbour, j, d] - coefs[i, j, d])
                     else:
-                        coefs[j, i, d] += share * (coefs[j, other, d] - coefs[j, i, d])
+                        coefs[j, i, d] += share * (coefs[j, neighbour, d] - coefs[j, i, d])
 
 
 @kernel(linked=True)
@@ -112,7 +112,7 @@ def hull_within(points, quad, tol):
     cutting_plane(quad, plane)
     height = np.zeros(n)
     x = scratch(3)
-    parted = True
+    is_split = True
     for i in range(n):
         d1 = triangle_distance(points[i], quad[0], quad[1], quad[2])
         d2 = triangle_distance(points[i], quad[0], quad[2], quad[3])
@@ -120,10 +120,10 @@ def hull_within(points, quad, tol):
             height[i] += (points[i, d] - quad[0, d]) * plane[d]
         first = first and d1 <= tol
         second = second and d2 <= tol
-        parted = parted and (d1 if height[i] <= 0.0 else d2) <= tol
+        is_split = is_split and (d1 if height[i] <= 0.0 else d2) <= tol
     if first or second:
         return True
-    if not parted:
+    if not is_split:
         return False
     for i in range(n):
         if height[i] > 0.0:

@@ -1,7 +1,7 @@
-"""Triangles between polygons that cross themselves or each other: closed, if not beautiful.
+"""Triangles between polygons that cross themselves or each other: closed, of any shape.
 
-Ears are cut off one by one (Meisters 1975); where none is left the vertex that turns most is cut
-off, so that every side of the polygons is a side of exactly one triangle in any case.
+Ears are cut off one by one (Meisters 1975); if there is none, the vertex of the largest area is
+cut off, so that every side of the polygons is a side of exactly one triangle in any case.
 """
 
 from __future__ import annotations
@@ -13,26 +13,26 @@ from contiga.jit import inner, kernel
 
 @kernel()
 def one_ring(xy, starts):
-    """All polygons as one ring of vertices: each is joined to the ring by a side there and back."""
+    """Join all polygons to one ring of vertices: each by a side that the ring runs along twice."""
     ring = np.empty(xy.shape[0] + 2 * (starts.size - 2), np.int64)
     n = starts[1]
     for i in range(n):
         ring[i] = i
     for p in range(1, starts.size - 1):
         a, b = starts[p], starts[p + 1]
-        best, at, to = np.inf, 0, a
+        best, ring_row, start_vertex = np.inf, 0, a
         for i in range(n):
             for j in range(a, b):
-                apart = (xy[ring[i], 0] - xy[j, 0]) ** 2 + (xy[ring[i], 1] - xy[j, 1]) ** 2
-                if apart < best:
-                    best, at, to = apart, i, j
-        more = b - a + 2
-        for i in range(n - 1, at, -1):
-            ring[i + more] = ring[i]
+                distance = (xy[ring[i], 0] - xy[j, 0]) ** 2 + (xy[ring[i], 1] - xy[j, 1]) ** 2
+                if distance < best:
+                    best, ring_row, start_vertex = distance, i, j
+        n_added = b - a + 2
+        for i in range(n - 1, ring_row, -1):
+            ring[i + n_added] = ring[i]
         for i in range(b - a + 1):
-            ring[at + 1 + i] = a + (to - a + i) % (b - a)
-        ring[at + more] = ring[at]
-        n += more
+            ring[ring_row + 1 + i] = a + (start_vertex - a + i) % (b - a)
+        ring[ring_row + n_added] = ring[ring_row]
+        n += n_added
     return ring
 
 
@@ -73,23 +73,23 @@ def ears(xy, ring):
     before[0] = n - 1
     after = np.arange(n) + 1
     after[n - 1] = 0
-    here, tried, best, most = 0, 0, 0, -np.inf
+    tip, n_tried, best, largest_area = 0, 0, 0, -np.inf
     for k in range(n - 2):
-        tried, best, most = 0, here, -np.inf
+        n_tried, best, largest_area = 0, tip, -np.inf
         while True:
-            corners = (ring[before[here]], ring[here], ring[after[here]])
+            corners = (ring[before[tip]], ring[tip], ring[after[tip]])
             area = area2(xy, corners[0], corners[1], corners[2])
-            if area > 0.0 and is_empty(xy, ring, after, here, corners):
+            if area > 0.0 and is_empty(xy, ring, after, tip, corners):
                 break
-            if area > most:
-                best, most = here, area
-            tried += 1
-            here = after[here]
-            if tried > n - k:
-                here = best
+            if area > largest_area:
+                best, largest_area = tip, area
+            n_tried += 1
+            tip = after[tip]
+            if n_tried > n - k:
+                tip = best
                 break
-        out[k, 0], out[k, 1], out[k, 2] = ring[before[here]], ring[here], ring[after[here]]
-        after[before[here]] = after[here]
-        before[after[here]] = before[here]
-        here = before[here]
+        out[k, 0], out[k, 1], out[k, 2] = ring[before[tip]], ring[tip], ring[after[tip]]
+        after[before[tip]] = after[tip]
+        before[after[tip]] = before[tip]
+        tip = before[tip]
     return out

@@ -11,23 +11,25 @@ from contiga.geometry.kernels.evaluate_nb import curve_range, make_scratch, surf
 from contiga.jit import inner, kernel
 from contiga.jit.scratch import scratch
 
-ROUNDS = 40
-PER_SPAN = 6
+MAX_STEPS = 40
+SAMPLES_PER_SPAN = 6
 """Samples of each knot span of a p-curve, and of an edge's curve."""
-REFINED = 8
-"""Golden sections of the interval around the sample that is farthest off."""
-SURE = 0.999
+N_SECTIONS = 8
+"""Golden sections of the interval around the farthest sample."""
+CONFIRMED_SHARE = 0.999
+"""A gap that finer samples reduce below this share of itself is measured again."""
 GOLDEN = 0.5 * (math.sqrt(5.0) - 1.0)
 MAX_SAMPLES = 512
-"""Samples of an edge's curve that are all looked at for the nearest one."""
-AROUND = 64
-DENSER = 8
-"""Where the curve seems off, it is sampled this many times more densely before that is believed."""
+"""Largest number of samples of an edge's curve that are all compared for the nearest one."""
+N_NEIGHBOURS = 64
+"""Samples before and after the previous nearest one that are compared."""
+REFINEMENT = 8
+"""Factor on the number of samples for a second measurement."""
 
 
 @inner()
 def _image(s, image, domain, t, work):
-    """Fills work.point: the surface at the p-curve's point at t, moved into the rectangle."""
+    """Fill work.point: the surface at the p-curve's point at t, clipped to the rectangle."""
     work.t[0] = t
     curve_range(image, work.t, 0, work.uv)
     u = min(max(work.uv[0, 0, 0], domain[0]), domain[1])
@@ -36,7 +38,8 @@ def _image(s, image, domain, t, work):
 
 
 @inner()
-def _square(table, k, point):
+def _square_distance(table, k, point):
+    """Squared distance of sample k from a point."""
     total = 0.0
     for c in range(3):
         total += (table[k, 0, c] - point[c]) ** 2
@@ -44,26 +47,26 @@ def _square(table, k, point):
 
 
 @inner()
-def _downhill(table, k, point):
-    """The sample reached from sample k as long as the next comes nearer, and its square."""
-    least = _square(table, k, point)
-    for way in (-1, 1):
-        while 0 <= k + way < table.shape[0]:
-            square = _square(table, k + way, point)
+def _descend(table, k, point):
+    """Step from sample k as long as the next one is nearer; return the last, and its square."""
+    least = _square_distance(table, k, point)
+    for step in (-1, 1):
+        while 0 <= k + step < table.shape[0]:
+            square = _square_distance(table, k + step, point)
             if square >= least:
                 break
-            k += way
+            k += step
             least = square
     return k, least
 
 
 @inner()
-def _scanned(table, start, stop, step, point):
-    """The nearest of some samples, and its square."""
+def _scan(table, start, stop, step, point):
+    """Return the nearest of some samples, and its square."""
     best = start
     least = math.inf
     for k in range(start, stop, step):
-        square = _square(table, k, point)
+        square = _square_distance(table, k, point)
         if square < least:
             least = square
             best = k
@@ -72,23 +75,25 @@ def _scanned(table, start, stop, step, point):
 
 @inner()
 def _nearest(table, point, last):
-    """Sample nearest to a point: from the best of so many, and of those around the one before."""
+    """Return the sample nearest to a point, from a coarse scan and from one around `last`."""
     n = table.shape[0]
-    best, _ = _scanned(table, 0, n, 1 + n // MAX_SAMPLES, point)
-    best, least = _downhill(table, best, point)
-    other, _ = _scanned(table, max(last - AROUND, 0), min(last + AROUND + 1, n), 1, point)
-    other, square = _downhill(table, other, point)
-    return (other, square) if square < least else (best, least)
+    best, _ = _scan(table, 0, n, 1 + n // MAX_SAMPLES, point)
+    best, least = _descend(table, best, point)
+    near_last, _ = _scan(
+        table, max(last - N_NEIGHBOURS, 0), min(last + N_NEIGHBOURS + 1, n), 1, point
+    )
+    near_last, square = _descend(table, near_last, point)
+    return (near_last, square) if square < least else (best, least)
 
 
 @inner()
-def _from_sample(curve, ts, best, point, work):
-    """Square of the distance of a point to a curve around one sample: Newton in a bracket."""
+def _newton_foot(curve, ts, best, point, work):
+    """Squared distance of a point from a curve near one sample, by Newton steps in a bracket."""
     least = math.inf
     low = ts[max(best - 1, 0)]
     high = ts[min(best + 1, ts.size - 1)]
     t = ts[best]
-    for _ in range(ROUNDS):
+    for _ in range(MAX_STEPS):
         work.t[0] = t
         curve_range(curve, work.t, 2, work.derivatives)
         square = slope = bend = 0.0
@@ -112,21 +117,21 @@ def _from_sample(curve, ts, best, point, work):
 
 
 @inner()
-def _foot(curve, samples, point, work):
-    """Distance of a point to a curve, from its nearest sample."""
+def _distance_to_curve(curve, samples, point, work):
+    """Distance of a point from a curve, by its nearest sample."""
     ts = samples.t
     best, least = _nearest(samples.point, point, min(work.nearest[0], ts.size - 1))
     work.nearest[0] = best
-    least = min(least, _from_sample(curve, ts, best, point, work))
+    least = min(least, _newton_foot(curve, ts, best, point, work))
     if best == 0 or best == ts.size - 1:
-        # Of a closed curve the nearest place may be on the other side of its seam.
-        least = min(least, _from_sample(curve, ts, ts.size - 1 - best, point, work))
+        # The foot on a closed curve may be on the other side of its seam.
+        least = min(least, _newton_foot(curve, ts, ts.size - 1 - best, point, work))
     return math.sqrt(least)
 
 
 @inner()
 def _samples(curve, per_span):
-    """A curve's `Samples`, `per_span` to a span between its breaks."""
+    """Return `Samples` of a curve, `per_span` in each knot span."""
     knots = curve.knots
     spans = 0
     for k in range(knots.size - 1):
@@ -146,70 +151,75 @@ def _samples(curve, per_span):
 
 
 @inner()
-def _off(s, image, curve, domain, t, samples, of_image, of_curve):
-    """Distance of the image at t to the curve, whose `samples` are given."""
-    _image(s, image, domain, t, of_image)
-    return _foot(curve, samples, of_image.point[0, 0], of_curve)
+def _image_distance(s, image, curve, domain, t, samples, image_work, curve_work):
+    """Distance of the image at t from the curve with these `samples`."""
+    _image(s, image, domain, t, image_work)
+    return _distance_to_curve(curve, samples, image_work.point[0, 0], curve_work)
 
 
 @inner()
-def _take(point, out):
-    """Write the point (1, 1, 3) behind the distance."""
+def _write_point(point, out):
+    """Write the point (1, 1, 3) to out[1:]."""
     for c in range(3):
         out[1 + c] = point[0, 0, c]
 
 
 @inner()
-def _farthest(s, image, curve, domain, samples, of_image, of_curve, out):
-    """Fills `out` as `image_gap` does; returns the p-curve's parameter of the largest distance.
+def _farthest(s, image, curve, domain, samples, image_work, curve_work, out):
+    """Fill `out` as `image_gap` does; return the p-curve's parameter of the largest distance.
 
-    `of_curve.nearest` then is the curve's sample near there.
+    `curve_work.nearest` becomes the curve's sample near there.
     """
-    ts = _samples(image, PER_SPAN).t
+    ts = _samples(image, SAMPLES_PER_SPAN).t
     out[0] = -1.0
     at = 0
     near = 0
     for k in range(ts.size):
-        distance = _off(s, image, curve, domain, ts[k], samples, of_image, of_curve)
+        distance = _image_distance(s, image, curve, domain, ts[k], samples, image_work, curve_work)
         if distance > out[0]:
             out[0] = distance
-            _take(of_image.point, out)
+            _write_point(image_work.point, out)
             at = k
-            near = of_curve.nearest[0]
+            near = curve_work.nearest[0]
     best = ts[at]
     low = ts[max(at - 1, 0)]
     high = ts[min(at + 1, ts.size - 1)]
-    for _ in range(REFINED):
+    for _ in range(N_SECTIONS):
         a = high - GOLDEN * (high - low)
         b = low + GOLDEN * (high - low)
-        of_curve.nearest[0] = near
-        off_a = _off(s, image, curve, domain, a, samples, of_image, of_curve)
-        off_b = _off(s, image, curve, domain, b, samples, of_image, of_curve)
-        if max(off_a, off_b) > out[0]:
-            best = a if off_a > off_b else b
-            out[0] = _off(s, image, curve, domain, best, samples, of_image, of_curve)
-            _take(of_image.point, out)
-        if off_a > off_b:
+        curve_work.nearest[0] = near
+        distance_a = _image_distance(s, image, curve, domain, a, samples, image_work, curve_work)
+        distance_b = _image_distance(s, image, curve, domain, b, samples, image_work, curve_work)
+        if max(distance_a, distance_b) > out[0]:
+            best = a if distance_a > distance_b else b
+            out[0] = _image_distance(s, image, curve, domain, best, samples, image_work, curve_work)
+            _write_point(image_work.point, out)
+        if distance_a > distance_b:
             high = b
         else:
             low = a
-    of_curve.nearest[0] = near
+    curve_work.nearest[0] = near
     return best
 
 
 @kernel()
-def image_gap(s, image, curve, domain, near, out):
+def image_gap(s, image, curve, domain, recheck, out):
     """Largest distance of the image of an edge on a surface to the edge's curve.
 
-    `image` is the p-curve, `domain` (4,) u0, u1, v0, v1 of the surface; distances up to `near`
-    are believed at once. Fills out[4]: the distance, and the point of the image where it is found.
+    `image` is the p-curve, `domain` (4,) u0, u1, v0, v1 of the surface; distances above `recheck`
+    are measured again on finer samples. Fills out[4]: the distance, and the point of the image.
     """
-    of_image = ImageWork(scratch(1), scratch(1, 1, 3), make_scratch(s.p, s.q, 0), scratch(1, 1, 3))
-    of_curve = CurveWork(scratch(1), scratch(1, 3, 3), np.zeros(1, np.int64))
-    coarse = _samples(curve, PER_SPAN)
-    at = _farthest(s, image, curve, domain, coarse, of_image, of_curve, out)
-    if out[0] > near:
-        fine = _samples(curve, PER_SPAN * DENSER)
-        of_curve.nearest[0] *= DENSER
-        if _off(s, image, curve, domain, at, fine, of_image, of_curve) < SURE * out[0]:
-            _farthest(s, image, curve, domain, fine, of_image, of_curve, out)
+    image_work = ImageWork(
+        scratch(1), scratch(1, 1, 3), make_scratch(s.p, s.q, 0), scratch(1, 1, 3)
+    )
+    curve_work = CurveWork(scratch(1), scratch(1, 3, 3), np.zeros(1, np.int64))
+    coarse = _samples(curve, SAMPLES_PER_SPAN)
+    at = _farthest(s, image, curve, domain, coarse, image_work, curve_work, out)
+    if out[0] > recheck:
+        fine = _samples(curve, SAMPLES_PER_SPAN * REFINEMENT)
+        curve_work.nearest[0] *= REFINEMENT
+        if (
+            _image_distance(s, image, curve, domain, at, fine, image_work, curve_work)
+            < CONFIRMED_SHARE * out[0]
+        ):
+            _farthest(s, image, curve, domain, fine, image_work, curve_work, out)

@@ -11,19 +11,20 @@ from contiga.geometry.kernels.basis_nb import basis_derivatives, find_span
 from contiga.jit import inner, kernel
 from contiga.pointer_records import pass_by_pointer
 
-# A normal from S_u × S_v that has lost more than half of its digits to cancellation is
-# replaced by the limit from inside the domain.
 NOISE = 1e-8
+"""Share of its terms below which S_u × S_v has lost half of its digits to cancellation: the normal
+is then the limit from inside the domain."""
 BORDER = 1e-3
-# Highest order of vanishing of S_u × S_v that is followed.
+"""Share of the domain from its upper end within which the inside is towards lower parameters."""
 LIMIT_ORDER = 5
-# Coordinates are known to rounding only: a side collapses to a point up to this share of them.
+"""Highest derivative of S_u × S_v for that limit."""
 ROUNDING = 4.0 * 2.220446049250313e-16 / NOISE
+"""Share of the coordinates up to which a side is a point."""
 
 
 @pass_by_pointer
 class CurveArrays(NamedTuple):
-    """A curve as kernels see it."""
+    """The arrays of a curve for kernels."""
 
     degree: int
     knots: np.ndarray
@@ -35,7 +36,7 @@ class CurveArrays(NamedTuple):
 
 @pass_by_pointer
 class SurfaceArrays(NamedTuple):
-    """A surface as kernels see it."""
+    """The arrays of a surface for kernels."""
 
     p: int
     q: int
@@ -90,7 +91,7 @@ def nearest_point(knots, degree, span, t):
 def surface_sums(s, u, v, order, work):
     """Derivatives of the numerator and the weight at one point, in ``work.sums``.
 
-    The numerator is taken about a near control point, whose indices are returned: a surface far
+    The numerator is relative to a near control point, whose indices are returned: a surface far
     from the origin then loses no digits.
     """
     su = find_span(s.U, s.p, s.net.shape[0], u)
@@ -208,7 +209,7 @@ def add_cross(a, b, factor, out):
 
 @inner()
 def tangent_noise(s, u, v, work):
-    """Sizes of the terms that cancel in S_u and S_v: what their rounding is relative to.
+    """Sizes of the terms that cancel in S_u and S_v, the scale of their rounding.
 
     Uses the basis functions left in `work` by `surface_sums`.
     """
@@ -220,14 +221,15 @@ def tangent_noise(s, u, v, work):
     a_v = 0.0
     for i in range(s.p + 1):
         for j in range(s.q + 1):
-            far = 0.0
+            square = 0.0
             for d in range(3):
-                far += (s.net[su - s.p + i, sv - s.q + j, d] - s.net[ci, cj, d]) ** 2
-            at = s.net[su - s.p + i, sv - s.q + j]
-            reach = length3(at[0], at[1], at[2])
-            far = (math.sqrt(far) + ROUNDING * reach) * s.net[su - s.p + i, sv - s.q + j, 3]
-            a_u += abs(work.Nu[1, i] * work.Nv[0, j]) * far
-            a_v += abs(work.Nu[0, i] * work.Nv[1, j]) * far
+                square += (s.net[su - s.p + i, sv - s.q + j, d] - s.net[ci, cj, d]) ** 2
+            point = s.net[su - s.p + i, sv - s.q + j]
+            magnitude = length3(point[0], point[1], point[2])
+            size = math.sqrt(square) + ROUNDING * magnitude
+            size *= s.net[su - s.p + i, sv - s.q + j, 3]
+            a_u += abs(work.Nu[1, i] * work.Nv[0, j]) * size
+            a_v += abs(work.Nu[0, i] * work.Nv[1, j]) * size
     w = work.sums[0, 0, 3]
     return a_u / w, a_v / w
 
@@ -244,10 +246,10 @@ def inward(knots, count, t):
 
 @inner()
 def limit_normal(s, u, v, normal):
-    """Unit normal as a limit from inside; True where there is one.
+    """Compute the unit normal as a limit from inside; True if there is one.
 
-    Where S_u × S_v vanishes its first derivative along the inward direction that does not is
-    its direction in the limit.
+    If S_u × S_v vanishes, its lowest derivative along the inward direction that does not vanish
+    gives the direction in the limit.
     """
     top = LIMIT_ORDER
     work = make_scratch(s.p, s.q, top + 1)
@@ -291,9 +293,9 @@ def normal_range(s, uv, out, start, stop):
         out[k, :] = 0.0
         add_cross(D[1, 0], D[0, 1], 1.0, out[k])
         norm = length3(out[k, 0], out[k, 1], out[k, 2])
-        doubt = a_u * length3(D[0, 1, 0], D[0, 1, 1], D[0, 1, 2])
-        doubt += a_v * length3(D[1, 0, 0], D[1, 0, 1], D[1, 0, 2])
-        if norm > NOISE * doubt and norm > 0.0:
+        scale = a_u * length3(D[0, 1, 0], D[0, 1, 1], D[0, 1, 2])
+        scale += a_v * length3(D[1, 0, 0], D[1, 0, 1], D[1, 0, 2])
+        if norm > NOISE * scale and norm > 0.0:
             for d in range(3):
                 out[k, d] /= norm
         else:

@@ -2,7 +2,7 @@
 
 Times the weight, the height over a plane is a polynomial on each element, so it lies in the hull
 of its Bernstein coefficients; the rectangle around the triangle in (u, v) is quartered until they
-tell, and what is beside the triangle is dropped.
+decide, and quarters outside the triangle are dropped.
 """
 
 from __future__ import annotations
@@ -16,32 +16,32 @@ from contiga.arrays.kernels.sort_nb import count_below
 from contiga.geometry.kernels.chord_nb import copy_piece, cut, restrict
 from contiga.jit import inner
 
-DEPTH = 8
-"""Most quarterings of an element's part."""
-THIN = 1e-12
-"""Shares of an element thinner than this are only touched."""
+MAX_DEPTH = 8
+"""Largest number of quarterings of an element's part."""
+MIN_WIDTH = 1e-12
+"""Parts thinner than this share of an element are skipped: the triangle only touches them."""
 
 
 class Heights(NamedTuple):
-    """A surface as Bézier elements, and room for one proof."""
+    """A surface as Bézier elements, and memory for one proof."""
 
     coefs: np.ndarray
     """(nu, nv, p + 1, q + 1, 4) homogeneous, about `middle`."""
     u: np.ndarray
-    """(nu + 1,) where elements end."""
+    """(nu + 1,) borders of elements."""
     v: np.ndarray
     """(nv + 1,)."""
     middle: np.ndarray
     """(3,)."""
     stack: np.ndarray
-    """(3 DEPTH + 4, p + 1, q + 1, 2) how far below the limit, upwards and downwards."""
+    """(3 MAX_DEPTH + 4, p + 1, q + 1, 2) distance below the limit, upwards and downwards."""
     boxes: np.ndarray
-    """(3 DEPTH + 4, 5) u from and to, v from and to, quarterings."""
+    """(3 MAX_DEPTH + 4, 5) u from and to, v from and to, quarterings."""
 
 
 @inner()
 def plane_of(a, b, c, plane):
-    """Unit normal and offset of the plane through abc; False if there is none."""
+    """Compute the unit normal and offset of the plane through abc; False if there is none."""
     x, y, z = b[0] - a[0], b[1] - a[1], b[2] - a[2]
     p, q, r = c[0] - a[0], c[1] - a[1], c[2] - a[2]
     plane[0], plane[1], plane[2] = y * r - z * q, z * p - x * r, x * q - y * p
@@ -55,8 +55,8 @@ def plane_of(a, b, c, plane):
 
 
 @inner()
-def is_beside(box, uv):
-    """Return whether a rectangle is on the far side of one side of the triangle uv."""
+def is_separated(box, uv):
+    """Return whether a side of the triangle uv separates it from a rectangle."""
     for k in range(3):
         m = (k + 1) % 3
         du, dv = uv[m, 0] - uv[k, 0], uv[m, 1] - uv[k, 1]
@@ -70,7 +70,7 @@ def is_beside(box, uv):
 
 @inner()
 def is_over(uv, u, v):
-    """Return whether a place is in the triangle uv."""
+    """Return whether (u, v) is in the triangle uv."""
     for k in range(3):
         m = (k + 1) % 3
         du, dv = uv[m, 0] - uv[k, 0], uv[m, 1] - uv[k, 1]
@@ -80,8 +80,8 @@ def is_over(uv, u, v):
 
 
 @inner()
-def rest_of(coefs, plane, limit, net):
-    """Return what is left below `limit`, times the weight, on both sides of a plane."""
+def margins_of(coefs, plane, limit, net):
+    """Compute `limit` minus the distance from a plane, times the weight, on either side."""
     for i in range(net.shape[0]):
         for j in range(net.shape[1]):
             x = coefs[i, j]
@@ -93,7 +93,7 @@ def rest_of(coefs, plane, limit, net):
 
 @inner()
 def is_below(net):
-    """Return whether nothing is above the limit for certain."""
+    """Return whether all coefficients are below the limit, which proves it for the surface."""
     for i in range(net.shape[0]):
         for j in range(net.shape[1]):
             if min(net[i, j, 0], net[i, j, 1]) < 0.0:
@@ -104,19 +104,19 @@ def is_below(net):
 @inner()
 def high_corner(net, box, uv):
     """Corner of a rectangle that is over the triangle and farthest above the limit, or −1."""
-    best, least = -1, 0.0
+    best, lowest = -1, 0.0
     for k in range(4):
         i, j = k % 2, k // 2
-        rest = net[i * (net.shape[0] - 1), j * (net.shape[1] - 1)]
-        low = min(rest[0], rest[1])
-        if low < least and is_over(uv, box[i], box[2 + j]):
-            best, least = k, low
+        corner_margins = net[i * (net.shape[0] - 1), j * (net.shape[1] - 1)]
+        low = min(corner_margins[0], corner_margins[1])
+        if low < lowest and is_over(uv, box[i], box[2 + j]):
+            best, lowest = k, low
     return best
 
 
 @inner()
 def quarter(h, top):
-    """Put the quarters of a rectangle in its place; the number of entries."""
+    """Replace a rectangle by its quarters; return the number of entries."""
     box = h.boxes[top].copy()
     u, v = 0.5 * (box[0] + box[1]), 0.5 * (box[2] + box[3])
     for k in range(3, -1, -1):
@@ -134,17 +134,17 @@ def quarter(h, top):
 
 @inner()
 def element_below(h, uv):
-    """Return whether entry 0 is below the limit over a triangle, and a place where not."""
+    """Return whether entry 0 is below the limit over a triangle, and (u, v) if not."""
     top = 1
     while top > 0:
         top -= 1
         box, net = h.boxes[top], h.stack[top]
-        if is_beside(box, uv) or is_below(net):
+        if is_separated(box, uv) or is_below(net):
             continue
         k = high_corner(net, box, uv)
         if k >= 0:
             return False, box[k % 2], box[2 + k // 2]
-        if box[4] >= DEPTH:
+        if box[4] >= MAX_DEPTH:
             return False, 0.5 * (box[0] + box[1]), 0.5 * (box[2] + box[3])
         top = quarter(h, top)
     return True, 0.0, 0.0
@@ -166,14 +166,14 @@ def all_below(h, uv, plane, limit):
             c, d = max((v0 - h.v[j]) / dv, 0.0), min((v1 - h.v[j]) / dv, 1.0)
             if h.v[j] > v1:
                 break
-            if b - a < THIN or d - c < THIN:
+            if b - a < MIN_WIDTH or d - c < MIN_WIDTH:
                 continue
             box[0], box[1] = h.u[i] + a * du, h.u[i] + b * du
             box[2], box[3] = h.v[j] + c * dv, h.v[j] + d * dv
             box[4] = 0.0
-            if is_beside(box, uv):
+            if is_separated(box, uv):
                 continue
-            rest_of(h.coefs[i, j], plane, limit, net)
+            margins_of(h.coefs[i, j], plane, limit, net)
             restrict(net, 0, a, b)
             restrict(net, 1, c, d)
             below, u, v = element_below(h, uv)

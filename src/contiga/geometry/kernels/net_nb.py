@@ -1,6 +1,6 @@
-"""Carry places on a surface along with its control points, and spread forces at places to these.
+"""Move places on a surface along with its control points, and spread forces at places to these.
 
-A place is carried along by the surface at its foot: with u the parameters of the foot S(u) and
+A place moves along with the surface at its foot: with u the parameters of the foot S(u) and
 r = x − S(u), the motion of x is δ = Σ N_i δP_i + ω × r, where ω turns the surface there. With
 a_α = ∂S/∂u^α, their duals a^α and the normal n,
 
@@ -25,9 +25,9 @@ from contiga.jit import inner, kernel
 from contiga.jit.scratch import scratch, stack_int64
 from contiga.pointer_records import pass_by_pointer
 
-FLAT = 1e-14
-"""Square of the sine between S_u and S_v below which a surface has no normal: nothing turns."""
-ORDER = 16
+MIN_SQUARE_SINE = 1e-14
+"""Squared sine between S_u and S_v below which a surface has no normal, and no rotation."""
+MAX_ORDER = 16
 """Highest degree plus one."""
 MAX_POINTS = 256
 """Largest number of control points that a place depends on."""
@@ -38,7 +38,7 @@ class NetPatch(NamedTuple):
     """A patch of a body whose control points are rows of one array."""
 
     surface: SurfaceArrays
-    """Surface at rest, of which degrees, knots and weights are asked for."""
+    """Surface at rest; only degrees, knots and weights are read."""
     control: np.ndarray
     """(n, m) rows."""
 
@@ -69,7 +69,7 @@ class Frame(NamedTuple):
 
 @inner()
 def _span(knots, degree, count, t):
-    """Return `find_span`, mostly without a search: a guess for uniform knots is tried first."""
+    """Return `find_span`; a guess for uniform knots mostly avoids the search."""
     share = (t - knots[degree]) / (knots[count] - knots[degree])
     k = degree + int(min(max(share, 0.0), 1.0) * (count - degree))
     if k < count and knots[k] <= t < knots[k + 1]:
@@ -87,7 +87,7 @@ def _functions(knots, degree, span, t, N):
         for r in range(j):
             low, high = knots[span + r + 1 - j], knots[span + r + 1]
             share = N[0, r] / (high - low)
-            N[1, r] = degree * share  # of the last round: what derivatives are differences of
+            N[1, r] = degree * share  # after the last round: terms of the derivatives
             N[0, r] = saved + (high - t) * share
             saved = (t - low) * share
         N[0, j] = saved
@@ -104,7 +104,7 @@ def _basis(patch, u, v, N_u, N_v, rows, values):
     """Fill the control points `rows` (k,) that a place depends on, and `values` (k, 3): the basis
     functions there and their derivatives by u and by v. Returns k.
 
-    `N_u` and `N_v` are room for basis functions of one parameter.
+    `N_u` and `N_v` are work arrays for basis functions of one parameter.
     """
     s, control = patch.surface, patch.control
     span_u = _span(s.U, s.p, s.net.shape[0], u)
@@ -126,11 +126,11 @@ def _basis(patch, u, v, N_u, N_v, rows, values):
             w_v += values[k, 2]
             k += 1
     if s.rational:
-        one = 1.0 / w
+        inverse = 1.0 / w
         for i in range(k):
-            values[i, 0] *= one
-            values[i, 1] = (values[i, 1] - values[i, 0] * w_u) * one
-            values[i, 2] = (values[i, 2] - values[i, 0] * w_v) * one
+            values[i, 0] *= inverse
+            values[i, 1] = (values[i, 1] - values[i, 0] * w_u) * inverse
+            values[i, 2] = (values[i, 2] - values[i, 0] * w_v) * inverse
     return k
 
 
@@ -139,7 +139,7 @@ def _second_derivatives(patch, u, v, values, N_u, N_v, second):
     """Fill `second` (k, 3): the second derivatives by uu, uv and vv of the k basis functions whose
     `values` (k, 3) `_basis` has filled.
 
-    `N_u` and `N_v` are room for basis functions of one parameter and two derivatives.
+    `N_u` and `N_v` are work arrays for basis functions of one parameter and two derivatives.
     """
     s = patch.surface
     span_u = _span(s.U, s.p, s.net.shape[0], u)
@@ -162,12 +162,12 @@ def _second_derivatives(patch, u, v, values, N_u, N_v, second):
             w_vv += second[k, 2]
             k += 1
     if s.rational:
-        one = 1.0 / w
+        inverse = 1.0 / w
         for i in range(k):
             N, R_u, R_v = values[i, 0], values[i, 1], values[i, 2]
-            second[i, 0] = one * (second[i, 0] - 2.0 * R_u * w_u - N * w_uu)
-            second[i, 1] = one * (second[i, 1] - R_u * w_v - R_v * w_u - N * w_uv)
-            second[i, 2] = one * (second[i, 2] - 2.0 * R_v * w_v - N * w_vv)
+            second[i, 0] = inverse * (second[i, 0] - 2.0 * R_u * w_u - N * w_uu)
+            second[i, 1] = inverse * (second[i, 1] - R_u * w_v - R_v * w_u - N * w_uv)
+            second[i, 2] = inverse * (second[i, 2] - 2.0 * R_v * w_v - N * w_vv)
 
 
 class Sums(NamedTuple):
@@ -202,23 +202,23 @@ def _frame(a_u, a_v):
     """Return the `Frame` of S_u and S_v; zeros where the surface has no normal."""
     uu, uv, vv = dot(a_u, a_u), dot(a_u, a_v), dot(a_v, a_v)
     det = uu * vv - uv * uv
-    if not det > FLAT * uu * vv:
-        none = 0.0, 0.0, 0.0
-        return Frame(none, none, none)
+    if not det > MIN_SQUARE_SINE * uu * vv:
+        zero = 0.0, 0.0, 0.0
+        return Frame(zero, zero, zero)
     x, y, z = cross(a_u, a_v)
     size = 1.0 / math.sqrt(x * x + y * y + z * z)
-    one = 1.0 / det
+    inverse = 1.0 / det
     return Frame(
         (x * size, y * size, z * size),
         (
-            one * (vv * a_u[0] - uv * a_v[0]),
-            one * (vv * a_u[1] - uv * a_v[1]),
-            one * (vv * a_u[2] - uv * a_v[2]),
+            inverse * (vv * a_u[0] - uv * a_v[0]),
+            inverse * (vv * a_u[1] - uv * a_v[1]),
+            inverse * (vv * a_u[2] - uv * a_v[2]),
         ),
         (
-            one * (uu * a_v[0] - uv * a_u[0]),
-            one * (uu * a_v[1] - uv * a_u[1]),
-            one * (uu * a_v[2] - uv * a_u[2]),
+            inverse * (uu * a_v[0] - uv * a_u[0]),
+            inverse * (uu * a_v[1] - uv * a_u[1]),
+            inverse * (uu * a_v[2] - uv * a_u[2]),
         ),
     )
 
@@ -227,12 +227,12 @@ def _frame(a_u, a_v):
 def carry(patch, shape, change, uv, points, out, start, stop):
     """Motions of points start … stop (k, 3), carried along from parameters `uv` (k, 2) of feet, as
     control points `shape` (m, 3) change by `change` (m, 3); into `out` (k, 3)."""
-    N_u, N_v = scratch(2, ORDER), scratch(2, ORDER)
+    N_u, N_v = scratch(2, MAX_ORDER), scratch(2, MAX_ORDER)
     rows, values = stack_int64(MAX_POINTS), scratch(MAX_POINTS, 3)
     for k in range(start, stop):
         count = _basis(patch, uv[k, 0], uv[k, 1], N_u, N_v, rows, values)
         place, a_u, a_v = _sums(shape, rows, values, count)
-        moved, d_u, d_v = _sums(change, rows, values, count)
+        translation, d_u, d_v = _sums(change, rows, values, count)
         frame = _frame(a_u, a_v)
         n = frame.normal
         drill = 0.5 * (dot(cross(n, frame.dual_u), d_u) + dot(cross(n, frame.dual_v), d_v))
@@ -247,16 +247,17 @@ def carry(patch, shape, change, uv, points, out, start, stop):
         )
         spin = tilt[0] + drill * n[0], tilt[1] + drill * n[1], tilt[2] + drill * n[2]
         arm = points[k, 0] - place[0], points[k, 1] - place[1], points[k, 2] - place[2]
-        turned = cross(spin, arm)
+        rotation = cross(spin, arm)
         for c in range(3):
-            out[k, c] = moved[c] + turned[c]
+            out[k, c] = translation[c] + rotation[c]
 
 
 @kernel()
 def spread(patch, shape, uv, points, forces, out):
-    """Add to `out` (m, 3) what `forces` (k, 3) at `points` (k, 3) do on the control points `shape`
-    (m, 3) of the surface that carries them along, at parameters `uv` (k, 2) of feet."""
-    N_u, N_v = scratch(2, ORDER), scratch(2, ORDER)
+    """Add to `out` (m, 3) the forces on control points `shape` (m, 3) that are equivalent to
+    `forces` (k, 3) at `points` (k, 3), which move along with the surface at parameters `uv` (k, 2).
+    """
+    N_u, N_v = scratch(2, MAX_ORDER), scratch(2, MAX_ORDER)
     rows, values = stack_int64(MAX_POINTS), scratch(MAX_POINTS, 3)
     for k in range(uv.shape[0]):
         count = _basis(patch, uv[k, 0], uv[k, 1], N_u, N_v, rows, values)
@@ -267,16 +268,16 @@ def spread(patch, shape, uv, points, forces, out):
         couple = cross(arm, f)
         tilt, drill = cross(n, couple), 0.5 * dot(n, couple)
         u, v = dot(tilt, frame.dual_u), dot(tilt, frame.dual_v)
-        across_u, across_v = cross(n, frame.dual_u), cross(n, frame.dual_v)
+        tangent_u, tangent_v = cross(n, frame.dual_u), cross(n, frame.dual_v)
         x_u, y_u, z_u = (
-            u * n[0] + drill * across_u[0],
-            u * n[1] + drill * across_u[1],
-            u * n[2] + drill * across_u[2],
+            u * n[0] + drill * tangent_u[0],
+            u * n[1] + drill * tangent_u[1],
+            u * n[2] + drill * tangent_u[2],
         )
         x_v, y_v, z_v = (
-            v * n[0] + drill * across_v[0],
-            v * n[1] + drill * across_v[1],
-            v * n[2] + drill * across_v[2],
+            v * n[0] + drill * tangent_v[0],
+            v * n[1] + drill * tangent_v[1],
+            v * n[2] + drill * tangent_v[2],
         )
         for i in range(count):
             row, N, N_u_i, N_v_i = rows[i], values[i, 0], values[i, 1], values[i, 2]
@@ -292,8 +293,8 @@ def influence(patch, shape, uv, out, start, stop):
 
     With the Christoffel symbols Γ^γ_αβ = a^γ·S_αβ a Hessian is (N_αβ − Γ^γ_αβ N_γ) a^α ⊗ a^β.
     """
-    N_u, N_v = scratch(2, ORDER), scratch(2, ORDER)
-    D_u, D_v = scratch(3, ORDER), scratch(3, ORDER)
+    N_u, N_v = scratch(2, MAX_ORDER), scratch(2, MAX_ORDER)
+    D_u, D_v = scratch(3, MAX_ORDER), scratch(3, MAX_ORDER)
     rows, values, second = stack_int64(MAX_POINTS), scratch(MAX_POINTS, 3), scratch(MAX_POINTS, 3)
     for k in range(start, stop):
         u, v = uv[k, 0], uv[k, 1]

@@ -9,13 +9,13 @@ import numpy as np
 from contiga.jit import inner, kernel
 from contiga.jit.scratch import scratch
 
-# Deep enough for |N| with a kink along a line; a smooth element needs one or two levels.
 MAX_DEPTH = 20
-# Shared by the elements of a surface; a kink along a line takes some ten thousand to 1e-10.
+"""Deep enough for |N| with a kink along a line; a smooth element needs one or two levels."""
 MAX_BOXES = 2**18
+"""For all elements of a surface; a kink along a line takes some ten thousand to 1e-10."""
 MIN_BOXES = 2**12
-# Share of size² by which the areas of rounded points differ: a torus without thickness has no more.
 NOISE = 1e-15
+"""Share of size² by which rounding of points changes areas, as of a torus without thickness."""
 
 
 @inner()
@@ -54,6 +54,7 @@ def jacobian(A, A_u, A_v):
 
 @inner()
 def _four(a):
+    """Return an array of four as a tuple."""
     return a[0], a[1], a[2], a[3]
 
 
@@ -94,11 +95,11 @@ def box_area(coefs, box, nodes, weights):
 
 
 @inner()
-def element_area(coefs, nodes, weights, rtol, floor, most):
+def element_area(coefs, nodes, weights, rtol, floor, max_boxes):
     """Area of one element (p + 1, q + 1, 4), quartered where four boxes disagree with one.
 
-    A box is done when the two differ by less than `rtol` of its area, or than its share of
-    `floor`, an absolute size for the element; all are after `most` boxes.
+    A box is final if the two differ by less than `rtol` of its area, or by less than its share of
+    `floor`, an absolute area for the element; after `max_boxes` all are.
     """
     # Rows: the box (u0, u1, v0, v1), its value and its depth.
     stack = np.zeros((3 * MAX_DEPTH + 4, 6))
@@ -112,7 +113,7 @@ def element_area(coefs, nodes, weights, rtol, floor, most):
         top -= 1
         boxes += 1
         u0, u1, v0, v1 = stack[top, 0], stack[top, 1], stack[top, 2], stack[top, 3]
-        whole, depth = stack[top, 4], stack[top, 5]
+        coarse, depth = stack[top, 4], stack[top, 5]
         fine = 0.0
         for k in range(4):
             part = stack[top + k]
@@ -124,8 +125,8 @@ def element_area(coefs, nodes, weights, rtol, floor, most):
             part[5] = depth + 1.0
             fine += part[4]
         allowed = max(rtol * fine, floor * (u1 - u0) * (v1 - v0))
-        # Asked this way round a box that is not a number is done too, and not quartered for ever.
-        if not abs(fine - whole) > allowed or depth >= MAX_DEPTH or boxes >= most:
+        # In this form a box that is NaN is final, too, and not quartered for ever.
+        if not abs(fine - coarse) > allowed or depth >= MAX_DEPTH or boxes >= max_boxes:
             total += fine
         else:
             top += 4
@@ -149,11 +150,11 @@ def grid_area(coefs, nodes, weights, rtol):
                     for d in range(3):
                         largest = max(largest, abs(coefs[i, j, a, b, d] / coefs[i, j, a, b, 3]))
     floor = max(rtol * rough / (nu * nv), NOISE * largest * largest)
-    most = max(MIN_BOXES, MAX_BOXES // (nu * nv))
+    max_boxes = max(MIN_BOXES, MAX_BOXES // (nu * nv))
     total = 0.0
     for i in range(nu):
         for j in range(nv):
-            total += element_area(coefs[i, j], nodes, weights, rtol, floor, most)
+            total += element_area(coefs[i, j], nodes, weights, rtol, floor, max_boxes)
     return total
 
 
@@ -192,12 +193,12 @@ def element_length(coefs, nodes, weights, rtol, floor):
     total = 0.0
     while top > 0:
         top -= 1
-        low, high, whole, depth = stack[top, 0], stack[top, 1], stack[top, 2], stack[top, 3]
+        low, high, coarse, depth = stack[top, 0], stack[top, 1], stack[top, 2], stack[top, 3]
         middle = 0.5 * (low + high)
         left = piece_length(coefs, low, middle, nodes, weights)
         right = piece_length(coefs, middle, high, nodes, weights)
         allowed = max(rtol * (left + right), floor * (high - low))
-        if not abs(left + right - whole) > allowed or depth >= limit:
+        if not abs(left + right - coarse) > allowed or depth >= limit:
             total += left + right
         else:
             stack[top, 1] = middle

@@ -1,6 +1,6 @@
-"""Vertices put into the triangles of a face until none misses the surface by too much.
+"""Insert vertices in the triangles of a face until none misses the surface by too much.
 
-A front goes in from the border: a triangle that is too large, beside one that is not, gets the
+A front advances from the border: a triangle that is too large, next to one that is not, gets the
 vertex that makes a well-sized triangle on their common side (Rebay, Efficient unstructured mesh
 generation by means of Delaunay triangulation and Bowyer-Watson algorithm, 1993), all measured in
 the metric of `shape_nb`. Border sides are never touched.
@@ -17,19 +17,19 @@ from contiga.geometry.kernels.chord_nb import triangle_distance
 from contiga.geometry.kernels.shape_nb import E, F, G, evaluate, expected_miss, shape_at, square
 from contiga.geometry.kernels.triangulation_nb import (
     BORDER,
-    FRAME,
     INSIDE,
+    N_FRAME,
     ON_VERTEX,
     OUTSIDE,
     TRIANGLES,
     VERTICES,
     cross_sum,
     flip,
+    on_grid,
     opposite,
-    snapped,
+    orient,
     split_side,
     split_triangle,
-    turn,
     walk,
 )
 from contiga.jit import inner, kernel
@@ -37,22 +37,22 @@ from contiga.pointer_records import pass_by_pointer
 
 NEW, GOOD, CHECKED, GIVEN_UP = 0, 1, 2, 3
 """States of a triangle."""
-ALLOWED = 0.985
-"""Share of the wanted distance that is used, so that places between the sampled ones keep it."""
-RADIUS = 0.95
-"""Wanted circle around a triangle, in the metric."""
-CLOSEST = 0.7
-"""A new vertex keeps this distance from others, in the metric."""
-SMALLEST = 1e-26
-"""Triangles with less than this area in the unit square are not cut any further."""
-USELESS = 0.5
-"""Nor does a vertex help that is nearer, as a share of the distance, to another or to the border.
-A finite surface holds finitely many that are not, so refinement ends."""
+SAG_SHARE = 0.985
+"""Share of the sag that is used, so that points between the samples keep it."""
+CIRCUMRADIUS = 0.95
+"""Wanted circumradius of a triangle, in the metric."""
+MIN_SPACING = 0.7
+"""Smallest distance of a new vertex from others, in the metric."""
+MIN_AREA2 = 1e-26
+"""Triangles with less than half of this area in the unit square are not split any further."""
+MIN_DISTANCE_SHARE = 0.5
+"""Smallest distance of a new vertex from others and from the border, as a share of the sag: nearer
+ones do not help. A finite surface holds finitely many vertices so far apart: refinement ends."""
 
 
 @pass_by_pointer
 class Front(NamedTuple):
-    """The known state of the vertices, and the triangles to be looked at."""
+    """Points and forms of the vertices, and the queue of triangles to check."""
 
     points: np.ndarray
     """(n, 3) places on the surface."""
@@ -63,9 +63,9 @@ class Front(NamedTuple):
     queued: np.ndarray
     """(m,) bool."""
     ring: np.ndarray
-    """(2,) start and length of the ring."""
+    """(2,) start and length of the queue."""
     stack: np.ndarray
-    """(m + 8,) triangles that a new vertex touched."""
+    """(m + 8,) triangles changed by a new vertex."""
     heads: np.ndarray
     """(2^k,) newest vertex whose cube in space has that hash, −1 for none."""
     older: np.ndarray
@@ -94,10 +94,10 @@ def pop(front):
 
 @inner()
 def is_good(t, front, triangle):
-    """Return whether a triangle needs no more vertices, as far as its corners tell."""
+    """Return whether a triangle needs no more vertices, by the forms at its corners."""
     if t.state[triangle] == NEW:
-        corners, beside = t.corners[triangle], t.beside[triangle]
-        if expected_miss(t.xy, corners, beside, front.forms) <= ALLOWED:
+        corners, neighbours = t.corners[triangle], t.neighbours[triangle]
+        if expected_miss(t.xy, corners, neighbours, front.forms) <= SAG_SHARE:
             t.state[triangle] = GOOD
     return t.state[triangle] != NEW
 
@@ -115,61 +115,61 @@ def mean_metric(front, vertices, n):
 
 
 @inner()
-def settle_in(t, front, top):
-    """Turn sides around the newest vertex until Delaunay in the metric; queue all touched.
+def legalize_in_metric(t, front, top):
+    """Turn sides around the newest vertex until Delaunay in the metric; queue all changed.
 
-    Every turn gives that vertex one more side, which is not turned again: this ends in any metric.
+    Every turn adds a side at that vertex, which is not turned again: this ends in any metric.
     """
     stack = front.stack
     while top > 0:
         top -= 1
-        here = stack[top]
-        push(front, here)
-        other = t.beside[here, 0]
-        if other == BORDER:
+        triangle = stack[top]
+        push(front, triangle)
+        neighbour = t.neighbours[triangle, 0]
+        if neighbour == BORDER:
             continue
-        a, b, c = t.corners[here]
-        d = t.corners[other, opposite(t, here, 0)]
+        a, b, c = t.corners[triangle]
+        d = t.corners[neighbour, opposite(t, triangle, 0)]
         metric = mean_metric(front, (a, b, c, d), 4)
-        if cross_sum(t.xy, a, b, c, d, metric) < 0.0 and flip(t, here, 0):
-            stack[top], stack[top + 1] = here, other
+        if cross_sum(t.xy, a, b, c, d, metric) < 0.0 and flip(t, triangle, 0):
+            stack[top], stack[top + 1] = triangle, neighbour
             top += 2
 
 
 @inner()
-def bucket(front, i, j, k):
+def hash_of_cube(front, i, j, k):
     """Hash of a cube of space."""
     return (i * 73856093 ^ j * 19349663 ^ k * 83492791) & (front.heads.size - 1)
 
 
 @inner()
-def enter(front, side, v):
-    """Put a vertex where `is_near` finds it."""
+def add_to_hash(front, side, v):
+    """Add a vertex to the hash table of `has_vertex_within`."""
     p = front.points[v]
     x = np.int64(math.floor(p[0] / side))
     y = np.int64(math.floor(p[1] / side))
     z = np.int64(math.floor(p[2] / side))
-    at = bucket(front, x, y, z)
+    at = hash_of_cube(front, x, y, z)
     front.older[v] = front.heads[at]
     front.heads[at] = v
 
 
 @kernel()
-def enter_all(t, front, side):
-    """Put all vertices where `is_near` finds them, cubes having this side."""
+def hash_vertices(t, front, side):
+    """Fill the hash table of `has_vertex_within` with all vertices, by cubes of this side."""
     front.heads[:] = -1
-    for v in range(FRAME, t.used[VERTICES]):
-        enter(front, side, v)
+    for v in range(N_FRAME, t.used[VERTICES]):
+        add_to_hash(front, side, v)
 
 
 @inner()
-def is_near(front, side, p):
-    """Return whether a vertex is nearer to p than `side`."""
+def has_vertex_within(front, side, p):
+    """Return whether the distance of any vertex from p is less than `side`."""
     x = np.int64(math.floor(p[0] / side))
     y = np.int64(math.floor(p[1] / side))
     z = np.int64(math.floor(p[2] / side))
     for n in range(27):
-        v = front.heads[bucket(front, x + n // 9 - 1, y + n // 3 % 3 - 1, z + n % 3 - 1)]
+        v = front.heads[hash_of_cube(front, x + n // 9 - 1, y + n // 3 % 3 - 1, z + n % 3 - 1)]
         while v >= 0:
             q = front.points[v]
             if (p[0] - q[0]) ** 2 + (p[1] - q[1]) ** 2 + (p[2] - q[2]) ** 2 < side * side:
@@ -180,7 +180,7 @@ def is_near(front, side, p):
 
 @inner(error_model="numpy")
 def foot_on_side(t, metric, a, b, v):
-    """Return (x, y) of the place nearest to v, in the metric, on the side from a to b."""
+    """Return (x, y) of the point of side ab nearest to v, in the metric."""
     dx, dy = t.xy[b, 0] - t.xy[a, 0], t.xy[b, 1] - t.xy[a, 1]
     px, py = t.xy[v, 0] - t.xy[a, 0], t.xy[v, 1] - t.xy[a, 1]
     along = metric[0] * dx * px + metric[1] * (dx * py + dy * px) + metric[2] * dy * py
@@ -192,18 +192,18 @@ def foot_on_side(t, metric, a, b, v):
 
 
 @inner()
-def is_useless(t, face, front, here, v):
-    """Return whether v is so near to another vertex, or to the border, that it mends nothing."""
-    limit = USELESS * face.sag
+def is_redundant(t, face, front, triangle, v):
+    """Return whether v is too near to another vertex, or to the border, to reduce the miss."""
+    limit = MIN_DISTANCE_SHARE * face.sag
     p = front.points[v]
-    if is_near(front, limit, p):
+    if has_vertex_within(front, limit, p):
         return True
-    c = t.corners[here]
+    c = t.corners[triangle]
     for k in range(3):
-        if t.beside[here, k] == BORDER:
+        if t.neighbours[triangle, k] == BORDER:
             metric = mean_metric(front, (c[0], c[1], c[2], -1), 3)
             x, y = foot_on_side(t, metric, c[(k + 1) % 3], c[(k + 2) % 3], v)
-            # The border's side may be far off the surface; what lies over it is not.
+            # The border side may be far off the surface: its image on the surface is compared.
             evaluate(face, x, y, 0)
             foot = face.D[0, 0]
             if triangle_distance(p, foot, foot, foot) < limit:
@@ -212,48 +212,48 @@ def is_useless(t, face, front, here, v):
 
 
 @kernel()
-def put_vertex(t, face, front, start, x, y, apart):
-    """A vertex at (x, y) if it is inside and none is nearer than `apart`; True if put.
+def insert_vertex(t, face, front, start, x, y, spacing):
+    """Insert a vertex at (x, y) if it is inside and none is nearer than `spacing`; True if done.
 
-    `apart` is in the metric; below zero a vertex is put whether it helps or not.
+    `spacing` is in the metric; if negative, a vertex is inserted whether it helps or not.
     """
     if not (0.0 <= x <= 1.0 and 0.0 <= y <= 1.0):
         return False
     v = t.used[VERTICES]
-    t.xy[v, 0], t.xy[v, 1] = snapped(x), snapped(y)
-    here, where = walk(t, start, v)
-    if where in (OUTSIDE, ON_VERTEX):
+    t.xy[v, 0], t.xy[v, 1] = on_grid(x), on_grid(y)
+    triangle, position = walk(t, start, v)
+    if position in (OUTSIDE, ON_VERTEX):
         return False
-    if where != INSIDE and t.beside[here, where] == BORDER:
+    if position != INSIDE and t.neighbours[triangle, position] == BORDER:
         return False
-    if apart > 0.0:
-        c = t.corners[here]
+    if spacing > 0.0:
+        c = t.corners[triangle]
         e, f, g = mean_metric(front, (c[0], c[1], c[2], -1), 3)
         for k in range(3):
-            dx = t.xy[t.corners[here, k], 0] - t.xy[v, 0]
-            dy = t.xy[t.corners[here, k], 1] - t.xy[v, 1]
-            if e * dx * dx + 2.0 * f * dx * dy + g * dy * dy < apart * apart:
+            dx = t.xy[t.corners[triangle, k], 0] - t.xy[v, 0]
+            dy = t.xy[t.corners[triangle, k], 1] - t.xy[v, 1]
+            if e * dx * dx + 2.0 * f * dx * dy + g * dy * dy < spacing * spacing:
                 return False
     shape_at(face, t.xy[v, 0], t.xy[v, 1], front.points[v], front.forms[v])
-    if apart >= 0.0:
-        if is_useless(t, face, front, here, v):
+    if spacing >= 0.0:
+        if is_redundant(t, face, front, triangle, v):
             return False
-        enter(front, USELESS * face.sag, v)
+        add_to_hash(front, MIN_DISTANCE_SHARE * face.sag, v)
     t.used[VERTICES] += 1
-    if where == INSIDE:
-        top = split_triangle(t, here, v, front.stack)
+    if position == INSIDE:
+        top = split_triangle(t, triangle, v, front.stack)
     else:
-        top = split_side(t, here, where, v, front.stack)
-    settle_in(t, front, top)
+        top = split_side(t, triangle, position, v, front.stack)
+    legalize_in_metric(t, front, top)
     return True
 
 
 @inner(error_model="numpy")
-def front_place(t, front, triangle, k):
-    """Return where the third corner of a well-sized triangle on side k is."""
+def front_vertex(t, front, triangle, k):
+    """Return the third corner of a well-sized triangle on side k: whether it exists, x and y."""
     c = t.corners[triangle]
     e, f, g = mean_metric(front, (c[0], c[1], c[2], -1), 3)
-    # In coordinates p = r11 x + r12 y, q = r22 y the metric is even.
+    # In coordinates p = r11 x + r12 y, q = r22 y the metric is Euclidean.
     r11 = math.sqrt(e)
     r12 = f / r11
     r22 = math.sqrt(max(g - r12 * r12, 1e-30 * g))
@@ -269,7 +269,7 @@ def front_place(t, front, triangle, k):
     along = ((ax - mx) ** 2 + (ay - my) ** 2 - half * half) / (2.0 * height)
     if not along > 0.0:
         return False, 0.0, 0.0
-    radius = min(max(RADIUS, half), (half * half + along * along) / (2.0 * along))
+    radius = min(max(CIRCUMRADIUS, half), (half * half + along * along) / (2.0 * along))
     far = radius + math.sqrt(max(radius * radius - half * half, 0.0))
     q = my + far * ny
     y = q / r22
@@ -279,96 +279,96 @@ def front_place(t, front, triangle, k):
 
 @inner()
 def longest_inner(t, front, triangle):
-    """The longest side in the metric that is no border, −1 if all are."""
+    """Longest side in the metric that is not on the border, −1 if all are."""
     c = t.corners[triangle]
     e, f, g = mean_metric(front, (c[0], c[1], c[2], -1), 3)
     best = -1
-    most = 0.0
+    longest = 0.0
     for k in range(3):
-        if t.beside[triangle, k] == BORDER:
+        if t.neighbours[triangle, k] == BORDER:
             continue
         p, q = c[(k + 1) % 3], c[(k + 2) % 3]
         x, y = t.xy[q, 0] - t.xy[p, 0], t.xy[q, 1] - t.xy[p, 1]
-        size = e * x * x + 2.0 * f * x * y + g * y * y
-        if size > most:
-            best, most = k, size
+        square_length = e * x * x + 2.0 * f * x * y + g * y * y
+        if square_length > longest:
+            best, longest = k, square_length
     return best
 
 
 @inner()
 def halve(t, face, front, triangle):
-    """Cut a triangle at the middle of its longest inner side, or in itself; give up else."""
+    """Split a triangle at the middle of its longest inner side, or at its centroid, or give up."""
     c = t.corners[triangle]
-    if turn(t.xy, c[0], c[1], c[2]) > SMALLEST:
+    if orient(t.xy, c[0], c[1], c[2]) > MIN_AREA2:
         k = longest_inner(t, front, triangle)
         if k >= 0:
             p, q = c[(k + 1) % 3], c[(k + 2) % 3]
             x, y = 0.5 * (t.xy[p, 0] + t.xy[q, 0]), 0.5 * (t.xy[p, 1] + t.xy[q, 1])
-            if put_vertex(t, face, front, triangle, x, y, 0.0):
+            if insert_vertex(t, face, front, triangle, x, y, 0.0):
                 return
         x = (t.xy[c[0], 0] + t.xy[c[1], 0] + t.xy[c[2], 0]) / 3.0
         y = (t.xy[c[0], 1] + t.xy[c[1], 1] + t.xy[c[2], 1]) / 3.0
-        if put_vertex(t, face, front, triangle, x, y, 0.0):
+        if insert_vertex(t, face, front, triangle, x, y, 0.0):
             return
     t.state[triangle] = GIVEN_UP
 
 
 @inner()
-def full(t, spare):
-    """Return whether there is no more room for a vertex."""
+def is_full(t, spare):
+    """Return whether the memory has no room for a vertex beyond `spare` others."""
     return t.used[VERTICES] + spare >= t.xy.shape[0]
 
 
 @inner()
 def advance(t, face, front):
-    """Look at what is in the queue until it is empty; False if room ran out."""
+    """Work through the queue until it is empty; False if the memory is full."""
     while front.ring[1] > 0:
-        if full(t, 2):
+        if is_full(t, 2):
             return False
-        here = pop(front)
-        if is_good(t, front, here):
+        triangle = pop(front)
+        if is_good(t, front, triangle):
             for k in range(3):
-                other = t.beside[here, k]
-                if other != BORDER and t.state[other] == NEW:
-                    push(front, other)
+                neighbour = t.neighbours[triangle, k]
+                if neighbour != BORDER and t.state[neighbour] == NEW:
+                    push(front, neighbour)
             continue
         best = -1
         for k in range(3):
-            other = t.beside[here, k]
-            if other == BORDER or is_good(t, front, other):
-                has_place, x, y = front_place(t, front, here, k)
-                if has_place and put_vertex(t, face, front, here, x, y, CLOSEST):
+            neighbour = t.neighbours[triangle, k]
+            if neighbour == BORDER or is_good(t, front, neighbour):
+                has_place, x, y = front_vertex(t, front, triangle, k)
+                if has_place and insert_vertex(t, face, front, triangle, x, y, MIN_SPACING):
                     best = 3
                     break
                 best = k
         if best >= 0 and best < 3:
-            halve(t, face, front, here)
+            halve(t, face, front, triangle)
     return True
 
 
 @inner()
-def queue_all(t, front):
-    """Everything that was not looked at yet into the queue."""
-    for here in range(t.used[TRIANGLES]):
-        if t.state[here] == NEW:
-            push(front, here)
+def queue_new(t, front):
+    """Queue all triangles that are new."""
+    for triangle in range(t.used[TRIANGLES]):
+        if t.state[triangle] == NEW:
+            push(front, triangle)
 
 
 @kernel()
 def relax(t, front, rounds):
-    """Turn sides until Delaunay in the metric, or `rounds` times over all."""
+    """Turn sides until Delaunay in the metric, in at most so many `rounds` over all triangles."""
     for _ in range(rounds):
         turned = 0
-        for here in range(t.used[TRIANGLES]):
+        for triangle in range(t.used[TRIANGLES]):
             for k in range(3):
-                other = t.beside[here, k]
-                if other == BORDER or other < here:
+                neighbour = t.neighbours[triangle, k]
+                if neighbour == BORDER or neighbour < triangle:
                     continue
-                a = t.corners[here, k]
-                b, c = t.corners[here, (k + 1) % 3], t.corners[here, (k + 2) % 3]
-                d = t.corners[other, opposite(t, here, k)]
+                a = t.corners[triangle, k]
+                b, c = t.corners[triangle, (k + 1) % 3], t.corners[triangle, (k + 2) % 3]
+                d = t.corners[neighbour, opposite(t, triangle, k)]
                 metric = mean_metric(front, (a, b, c, d), 4)
-                if cross_sum(t.xy, a, b, c, d, metric) < 0.0 and flip(t, here, k):
+                if cross_sum(t.xy, a, b, c, d, metric) < 0.0 and flip(t, triangle, k):
                     turned += 1
         if turned == 0:
             return

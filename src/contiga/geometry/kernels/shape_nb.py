@@ -1,7 +1,7 @@
-"""Evaluate what a surface asks of triangles around a place: its bend, and a metric.
+"""Evaluate the curvature of a surface at a point, and the metric for triangles around it.
 
 The metric is |II| / 2e, the second fundamental form without its signs: in it the best triangles for
-the distance e have a circle of radius 1 around them (Shewchuk, What is a good linear finite
+the sag e have a circumradius of 1 (Shewchuk, What is a good linear finite
 element?, 2002; Pottmann et al., On piecewise linear approximation of quadratic functions, 2000).
 """
 
@@ -13,22 +13,22 @@ from typing import NamedTuple
 import numpy as np
 
 from contiga.geometry.kernels.evaluate_nb import Scratch, SurfaceArrays, surface_point
-from contiga.geometry.kernels.triangulation_nb import BORDER, FRAME, VERTICES
+from contiga.geometry.kernels.triangulation_nb import BORDER, N_FRAME, VERTICES
 from contiga.jit import inner, kernel
 from contiga.pointer_records import pass_by_pointer
 
-TURN = 0.3
-"""Largest distance as a share of the radius of curvature: sides then turn by at most a quarter."""
+MAX_TURN = 0.3
+"""Largest sag as a share of the radius of curvature: sides then turn by at most a quarter."""
 SLACK = 2.0
-"""Sides that turn more are let be until the distance is this much larger."""
-SADDLE = 0.75
-"""Where the surface is a saddle no triangle misses inside, so sides may be 1/√SADDLE as long."""
-FLAT = 1e-10
+"""Sides that turn more are allowed until the sag is this many times larger."""
+SADDLE_FACTOR = 0.75
+"""On a saddle no triangle misses inside, so sides may be 1/√SADDLE_FACTOR as long."""
+DEGENERATE_TOL = 1e-10
 """S_u × S_v below this share of |S_u| |S_v| has no direction."""
-INWARD = 1e-3
-"""How far from a pole its shape is taken, as a share of the face."""
+POLE_STEP = 1e-3
+"""Distance from a pole at which its form is evaluated, as a share of the face."""
 L, M, N, E, F, G, SAG = 0, 1, 2, 3, 4, 5, 6
-"""Columns of a form: second fundamental form, metric, distance."""
+"""Columns of a form: second fundamental form, metric, sag."""
 
 
 @pass_by_pointer
@@ -39,7 +39,7 @@ class Face(NamedTuple):
     frame: np.ndarray
     """(4,) u0, v0 and the extents in u and v."""
     sag: float
-    """Wanted distance, length."""
+    """Largest distance of a triangle from the surface, length."""
     floor: float
     """Least eigenvalue of the metric, 1/length²."""
     work: Scratch
@@ -50,7 +50,7 @@ class Face(NamedTuple):
 
 @inner()
 def evaluate(face, x, y, order):
-    """Derivatives up to an order (2 at most) at a place of the square, in ``face.D``."""
+    """Compute derivatives up to an order (2 at most) at (x, y) of the square, in ``face.D``."""
     s = face.surface
     u = min(max(face.frame[0] + x * face.frame[2], s.U[0]), s.U[-1])
     v = min(max(face.frame[1] + y * face.frame[3], s.V[0]), s.V[-1])
@@ -65,22 +65,22 @@ def dot(a, b):
 
 @inner()
 def shape_at(face, x, y, point, form):
-    """Point and form at a place; at a pole the form is that of a place near it."""
+    """Compute point and form at (x, y); the form of a pole is evaluated near it."""
     evaluate(face, x, y, 2)
     for d in range(3):
         point[d] = face.D[0, 0, d]
-    if not form_here(face, form, TURN):
-        evaluate(face, x + INWARD * (0.5 - x), y + INWARD * (0.5 - y), 2)
-        if not form_here(face, form, np.inf):
+    if not form_from_derivatives(face, form, MAX_TURN):
+        evaluate(face, x + POLE_STEP * (0.5 - x), y + POLE_STEP * (0.5 - y), 2)
+        if not form_from_derivatives(face, form, np.inf):
             form[:] = 0.0
             form[E], form[G], form[SAG] = 1.0, 1.0, face.sag
 
 
 @inner()
-def form_here(face, form, turning):
-    """The form from ``face.D``; False where the surface has no normal.
+def form_from_derivatives(face, form, turning):
+    """Compute the form from ``face.D``; False where the surface has no normal.
 
-    `turning` bounds the distance as a share of the radius of curvature.
+    `turning` bounds the sag as a share of the radius of curvature.
     """
     D = face.D
     du, dv = face.frame[2], face.frame[3]
@@ -90,7 +90,7 @@ def form_here(face, form, turning):
     size = math.sqrt(nx * nx + ny * ny + nz * nz)
     first = dot(D[1, 0], D[1, 0])
     second = dot(D[0, 1], D[0, 1])
-    if not size > FLAT * math.sqrt(first * second):
+    if not size > DEGENERATE_TOL * math.sqrt(first * second):
         return False
     form[L] = (nx * D[2, 0, 0] + ny * D[2, 0, 1] + nz * D[2, 0, 2]) / size * du * du
     form[M] = (nx * D[1, 1, 0] + ny * D[1, 1, 1] + nz * D[1, 1, 2]) / size * du * dv
@@ -108,20 +108,20 @@ def form_here(face, form, turning):
 
 @inner()
 def metric_of(face, form, r, a, turning):
-    """Metric and distance from the shape operator `a` in the frame `r`."""
+    """Compute metric and sag from the shape operator `a` in the frame `r`."""
     middle = 0.5 * (a[0] + a[2])
     half = math.sqrt(0.25 * (a[0] - a[2]) ** 2 + a[1] * a[1])
     k1, k2 = middle + half, middle - half
-    most = max(abs(k1), abs(k2))
+    k_max = max(abs(k1), abs(k2))
     sag = allowed = face.sag
-    if most > 0.0:
-        sag, allowed = min(sag, turning / most), min(sag, SLACK * turning / most)
-    share = (SADDLE if k1 * k2 < 0.0 else 1.0) / (2.0 * sag)
+    if k_max > 0.0:
+        sag, allowed = min(sag, turning / k_max), min(sag, SLACK * turning / k_max)
+    share = (SADDLE_FACTOR if k1 * k2 < 0.0 else 1.0) / (2.0 * sag)
     f1 = max(share * abs(k1), face.floor)
     f2 = max(share * abs(k2), face.floor)
     b11 = b22 = f1
     b12 = 0.0
-    if half > 1e-12 * most:
+    if half > 1e-12 * k_max:
         # Projector on the direction of k1.
         p11, p12, p22 = (a[0] - k2) / (2 * half), a[1] / (2 * half), (a[2] - k2) / (2 * half)
         b11 = f2 + (f1 - f2) * p11
@@ -140,12 +140,12 @@ def square(a, b, c, x, y):
 
 
 @inner()
-def expected_miss(xy, corners, beside, forms):
-    """Expected distance of a triangle from the surface over the wanted one.
+def expected_miss(xy, corners, neighbours, forms):
+    """Expected distance of a triangle from the surface over the sag.
 
-    That of the quadratic with the mean second form: at the middle of a side, or, for a bowl, at
-    the centre of the circle around the triangle where that is inside. Sides on the border do not
-    count: they are what they are.
+    The surface is taken as the quadratic with the mean second form. Its distance is largest at the
+    middle of a side, or, for a bowl, at the circumcentre if that is inside. Sides on the border do
+    not count: they cannot be changed.
     """
     second = np.zeros(3)
     sag = 0.0
@@ -153,8 +153,8 @@ def expected_miss(xy, corners, beside, forms):
         for i in range(3):
             second[i] += forms[corners[k], i] / 3.0
         sag += forms[corners[k], SAG] / 3.0
-    most = 0.0
-    inner = 0.0
+    longest = 0.0
+    longest_inner = 0.0
     total = 0.0
     squares = 0.0
     product = 1.0
@@ -162,14 +162,14 @@ def expected_miss(xy, corners, beside, forms):
         p, q = corners[k], corners[(k + 1) % 3]
         x, y = xy[q, 0] - xy[p, 0], xy[q, 1] - xy[p, 1]
         side = abs(square(second[0], second[1], second[2], x, y))
-        most = max(most, side)
-        if beside[(k + 2) % 3] != BORDER:
-            inner = max(inner, side)
+        longest = max(longest, side)
+        if neighbours[(k + 2) % 3] != BORDER:
+            longest_inner = max(longest_inner, side)
         total += side
         squares += side * side
         product *= side
-    miss = 0.125 * inner
-    if second[0] * second[2] > second[1] * second[1] and total > 2.0 * most:
+    miss = 0.125 * longest_inner
+    if second[0] * second[2] > second[1] * second[1] and total > 2.0 * longest:
         # Heron: 16 A² = (Σl)² − 2 Σl², in squares l of the sides.
         area = total * total - 2.0 * squares
         if area > 0.0:
@@ -179,6 +179,6 @@ def expected_miss(xy, corners, beside, forms):
 
 @kernel()
 def shapes_at(t, face, points, forms):
-    """Points and forms of all vertices in use but the first four, which are the frame."""
-    for v in range(FRAME, t.used[VERTICES]):
+    """Compute points and forms of all vertices in use except the frame."""
+    for v in range(N_FRAME, t.used[VERTICES]):
         shape_at(face, t.xy[v, 0], t.xy[v, 1], points[v], forms[v])

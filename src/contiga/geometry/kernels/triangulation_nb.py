@@ -1,7 +1,7 @@
-"""A triangulation in the plane that grows: exact turns, insertion, flips, walks.
+"""A triangulation in the plane that grows: exact orientation, insertion, flips, walks.
 
-Places are multiples of `GRID` within [−1, 2], so differences of coordinates are exact and the sign
-of a turn can be found exactly (the expansion of two products, Dekker 1971; Shewchuk 1997).
+Coordinates are multiples of `GRID` within [−1, 2], so their differences are exact and the sign of
+an orientation can be found exactly (the expansion of two products, Dekker 1971; Shewchuk 1997).
 """
 
 from __future__ import annotations
@@ -18,23 +18,23 @@ BORDER = -1
 FREE = -1
 """Mark of a side that no segment runs along."""
 VERTICES, TRIANGLES = 0, 1
-FRAME = 4
-"""Vertices of the square around everything, which come first."""
+N_FRAME = 4
+"""Number of vertices of the square around everything, which come first."""
 INSIDE, ON_VERTEX, OUTSIDE = -1, -2, -3
-"""Results of a walk, where it is no side (0, 1, 2) that the place is on."""
+"""Results of a walk, besides the side (0, 1, 2) that the vertex is on."""
 SPLITTER = 134217729.0
 """2^27 + 1."""
 
 
 @pass_by_pointer
 class Triangulation(NamedTuple):
-    """Room for n vertices and m triangles; `used` says how much of it is in use."""
+    """Memory for n vertices and m triangles, and how much of it is in use."""
 
     xy: np.ndarray
     """(n, 2)."""
     corners: np.ndarray
     """(m, 3) anticlockwise."""
-    beside: np.ndarray
+    neighbours: np.ndarray
     """(m, 3) triangle across the side opposite each corner, `BORDER` for none."""
     marks: np.ndarray
     """(m, 3) segment along that side, `FREE` for none."""
@@ -46,7 +46,7 @@ class Triangulation(NamedTuple):
 
 @inner()
 def two_product(a, b):
-    """a · b as a rounded product and its exact remainder."""
+    """Return a · b as the rounded product and its exact error."""
     p = a * b
     c = SPLITTER * a
     ah = c - (c - a)
@@ -64,19 +64,19 @@ def cross(ax, ay, bx, by):
     right = ay * bx
     if abs(left - right) > 1e-15 * (abs(left) + abs(right)):
         return left - right
-    p, p_rest = two_product(ax, by)
-    q, q_rest = two_product(ay, bx)
-    return (p - q) + (p_rest - q_rest)
+    p, p_error = two_product(ax, by)
+    q, q_error = two_product(ay, bx)
+    return (p - q) + (p_error - q_error)
 
 
 @inner()
-def turn(xy, a, b, c):
+def orient(xy, a, b, c):
     """Twice the area of abc, positive if anticlockwise; its sign is exact."""
     return cross(xy[b, 0] - xy[a, 0], xy[b, 1] - xy[a, 1], xy[c, 0] - xy[a, 0], xy[c, 1] - xy[a, 1])
 
 
 @inner()
-def snapped(x):
+def on_grid(x):
     """The nearest multiple of `GRID`."""
     return np.round(x / GRID) * GRID
 
@@ -91,11 +91,11 @@ def corner_of(t, triangle, vertex):
 
 
 @inner()
-def put(t, triangle, corners, beside, marks):
+def put(t, triangle, corners, neighbours, marks):
     """Write one triangle."""
     for k in range(3):
         t.corners[triangle, k] = corners[k]
-        t.beside[triangle, k] = beside[k]
+        t.neighbours[triangle, k] = neighbours[k]
         t.marks[triangle, k] = marks[k]
     t.state[triangle] = 0
 
@@ -107,17 +107,17 @@ def relink(t, triangle, a, b, new):
         return
     for k in range(3):
         if t.corners[triangle, (k + 1) % 3] == a and t.corners[triangle, (k + 2) % 3] == b:
-            t.beside[triangle, k] = new
+            t.neighbours[triangle, k] = new
             return
 
 
 @inner()
 def opposite(t, triangle, k):
     """Corner of the neighbour across side k that is opposite to that side."""
-    other = t.beside[triangle, k]
+    neighbour = t.neighbours[triangle, k]
     b = t.corners[triangle, (k + 1) % 3]
     for j in range(3):
-        if t.corners[other, (j + 2) % 3] == b:
+        if t.corners[neighbour, (j + 2) % 3] == b:
             return j
     return -1
 
@@ -128,43 +128,46 @@ def flip(t, triangle, k):
 
     Afterwards `triangle` is (a, b, d) and its former neighbour (a, d, c), where a was corner k.
     """
-    other = t.beside[triangle, k]
+    neighbour = t.neighbours[triangle, k]
     j = opposite(t, triangle, k)
     a = t.corners[triangle, k]
     b = t.corners[triangle, (k + 1) % 3]
     c = t.corners[triangle, (k + 2) % 3]
-    d = t.corners[other, j]
-    if turn(t.xy, a, b, d) <= 0.0 or turn(t.xy, a, d, c) <= 0.0:
+    d = t.corners[neighbour, j]
+    if orient(t.xy, a, b, d) <= 0.0 or orient(t.xy, a, d, c) <= 0.0:
         return False
     # Sides of the quadrangle: ab and ca of this triangle, bd and dc of the other.
     ab, ca = (k + 2) % 3, (k + 1) % 3
     bd, dc = (j + 1) % 3, (j + 2) % 3
-    n_ab, m_ab = t.beside[triangle, ab], t.marks[triangle, ab]
-    n_ca, m_ca = t.beside[triangle, ca], t.marks[triangle, ca]
-    n_bd, m_bd = t.beside[other, bd], t.marks[other, bd]
-    n_dc, m_dc = t.beside[other, dc], t.marks[other, dc]
-    put(t, triangle, (a, b, d), (n_bd, other, n_ab), (m_bd, FREE, m_ab))
-    put(t, other, (a, d, c), (n_dc, n_ca, triangle), (m_dc, m_ca, FREE))
+    n_ab, m_ab = t.neighbours[triangle, ab], t.marks[triangle, ab]
+    n_ca, m_ca = t.neighbours[triangle, ca], t.marks[triangle, ca]
+    n_bd, m_bd = t.neighbours[neighbour, bd], t.marks[neighbour, bd]
+    n_dc, m_dc = t.neighbours[neighbour, dc], t.marks[neighbour, dc]
+    put(t, triangle, (a, b, d), (n_bd, neighbour, n_ab), (m_bd, FREE, m_ab))
+    put(t, neighbour, (a, d, c), (n_dc, n_ca, triangle), (m_dc, m_ca, FREE))
     relink(t, n_bd, d, b, triangle)
-    relink(t, n_ca, a, c, other)
+    relink(t, n_ca, a, c, neighbour)
     return True
 
 
 @inner(linked=False)
-def place_in(t, triangle, v):
-    """Return where v, which is not outside the triangle, is: a side, INSIDE or ON_VERTEX."""
-    on = INSIDE
+def position_in(t, triangle, v):
+    """Return the position of v, not outside the triangle, in it: a side, INSIDE or ON_VERTEX."""
+    side = INSIDE
     for k in range(3):
-        if turn(t.xy, t.corners[triangle, (k + 1) % 3], t.corners[triangle, (k + 2) % 3], v) == 0.0:
-            if on != INSIDE:
+        if (
+            orient(t.xy, t.corners[triangle, (k + 1) % 3], t.corners[triangle, (k + 2) % 3], v)
+            == 0.0
+        ):
+            if side != INSIDE:
                 return ON_VERTEX
-            on = k
-    return on
+            side = k
+    return side
 
 
 @inner()
 def from_centre(xy, corners, v):
-    """Three times the way from the centre of a triangle to v, exact."""
+    """Three times the vector from the centre of a triangle to v, exact."""
     x = y = 0.0
     for a in corners:
         x += xy[v, 0] - xy[a, 0]
@@ -174,38 +177,38 @@ def from_centre(xy, corners, v):
 
 @inner(linked=False)
 def walk(t, start, v):
-    """Triangle that vertex v lies in, and where: a side, INSIDE, ON_VERTEX or OUTSIDE.
+    """Triangle that vertex v lies in, and its position: a side, INSIDE, ON_VERTEX or OUTSIDE.
 
     OUTSIDE comes with the triangle at whose border side the walk ended. The walk goes straight
-    from the centre of `start`; what is on its line counts as left of it. Turns are exact and every
-    triangle has an area, so it meets no triangle twice.
+    from the centre of `start`; vertices on its line count as left of it. Orientations are exact and
+    every triangle has an area, so it meets no triangle twice.
     """
     a, b, c = t.corners[start]
     corners = (a, b, c)
     x, y = from_centre(t.xy, corners, v)
-    here, k = start, -1
+    triangle, k = start, -1
     for i in range(3):
         bx, by = from_centre(t.xy, corners, t.corners[start, (i + 1) % 3])
         cx, cy = from_centre(t.xy, corners, t.corners[start, (i + 2) % 3])
         if cross(x, y, bx, by) < 0.0 and cross(x, y, cx, cy) >= 0.0:
             k = i
     if k < 0:
-        return here, INSIDE
-    while turn(t.xy, t.corners[here, (k + 1) % 3], t.corners[here, (k + 2) % 3], v) < 0.0:
-        if t.beside[here, k] == BORDER:
-            return here, OUTSIDE
-        j = opposite(t, here, k)
-        here = t.beside[here, k]
-        dx, dy = from_centre(t.xy, corners, t.corners[here, j])
+        return triangle, INSIDE
+    while orient(t.xy, t.corners[triangle, (k + 1) % 3], t.corners[triangle, (k + 2) % 3], v) < 0.0:
+        if t.neighbours[triangle, k] == BORDER:
+            return triangle, OUTSIDE
+        j = opposite(t, triangle, k)
+        triangle = t.neighbours[triangle, k]
+        dx, dy = from_centre(t.xy, corners, t.corners[triangle, j])
         k = (j + 2) % 3 if cross(x, y, dx, dy) < 0.0 else (j + 1) % 3
-    return here, place_in(t, here, v)
+    return triangle, position_in(t, triangle, v)
 
 
 @inner()
 def split_triangle(t, triangle, v, stack):
-    """Put v inside a triangle; writes the three parts, v their corner 0, to `stack`."""
+    """Insert v inside a triangle; write the three parts, v their corner 0, to `stack`."""
     a, b, c = t.corners[triangle]
-    na, nb, nc = t.beside[triangle]
+    na, nb, nc = t.neighbours[triangle]
     ma, mb, mc = t.marks[triangle]
     second = t.used[TRIANGLES]
     third = second + 1
@@ -221,28 +224,28 @@ def split_triangle(t, triangle, v, stack):
 
 @inner(linked=False)
 def split_side(t, triangle, k, v, stack):
-    """Put v on the inner side k; writes the four parts, v their corner 0, to `stack`."""
-    other = t.beside[triangle, k]
+    """Insert v on the inner side k; write the four parts, v their corner 0, to `stack`."""
+    neighbour = t.neighbours[triangle, k]
     j = opposite(t, triangle, k)
     a = t.corners[triangle, k]
     b = t.corners[triangle, (k + 1) % 3]
     c = t.corners[triangle, (k + 2) % 3]
-    d = t.corners[other, j]
+    d = t.corners[neighbour, j]
     mark = t.marks[triangle, k]
-    n_ab, m_ab = t.beside[triangle, (k + 2) % 3], t.marks[triangle, (k + 2) % 3]
-    n_ca, m_ca = t.beside[triangle, (k + 1) % 3], t.marks[triangle, (k + 1) % 3]
-    n_bd, m_bd = t.beside[other, (j + 1) % 3], t.marks[other, (j + 1) % 3]
-    n_dc, m_dc = t.beside[other, (j + 2) % 3], t.marks[other, (j + 2) % 3]
+    n_ab, m_ab = t.neighbours[triangle, (k + 2) % 3], t.marks[triangle, (k + 2) % 3]
+    n_ca, m_ca = t.neighbours[triangle, (k + 1) % 3], t.marks[triangle, (k + 1) % 3]
+    n_bd, m_bd = t.neighbours[neighbour, (j + 1) % 3], t.marks[neighbour, (j + 1) % 3]
+    n_dc, m_dc = t.neighbours[neighbour, (j + 2) % 3], t.marks[neighbour, (j + 2) % 3]
     third = t.used[TRIANGLES]
     fourth = third + 1
     t.used[TRIANGLES] += 2
-    put(t, triangle, (v, a, b), (n_ab, other, third), (m_ab, mark, FREE))
-    put(t, other, (v, b, d), (n_bd, fourth, triangle), (m_bd, FREE, mark))
+    put(t, triangle, (v, a, b), (n_ab, neighbour, third), (m_ab, mark, FREE))
+    put(t, neighbour, (v, b, d), (n_bd, fourth, triangle), (m_bd, FREE, mark))
     put(t, third, (v, c, a), (n_ca, triangle, fourth), (m_ca, FREE, mark))
-    put(t, fourth, (v, d, c), (n_dc, third, other), (m_dc, mark, FREE))
+    put(t, fourth, (v, d, c), (n_dc, third, neighbour), (m_dc, mark, FREE))
     relink(t, n_ca, a, c, third)
     relink(t, n_dc, c, d, fourth)
-    stack[0], stack[1], stack[2], stack[3] = triangle, other, third, fourth
+    stack[0], stack[1], stack[2], stack[3] = triangle, neighbour, third, fourth
     return 4
 
 

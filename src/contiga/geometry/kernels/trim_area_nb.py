@@ -19,7 +19,7 @@ from contiga.jit.scratch import scratch
 def flux(A, A_u, A_v):
     """S · (S_u × S_v) from the homogeneous point (4,) and its derivatives.
 
-    The parts of the derivatives along S drop out of the product, so w³ is all that divides.
+    The components of the derivatives along S drop out of the product, which leaves the divisor w³.
     """
     x = A_u[1] * A_v[2] - A_u[2] * A_v[1]
     y = A_u[2] * A_v[0] - A_u[0] * A_v[2]
@@ -49,7 +49,7 @@ def add_moments(A, A_u, A_v, weight, out):
 
 
 @inner()
-def _combined(shares, points):
+def _linear_combination(shares, points):
     """Σ shares[i] points[i] of homogeneous points (n, 4)."""
     x = y = z = w = 0.0
     for i in range(shares.size):
@@ -61,21 +61,26 @@ def _combined(shares, points):
 
 
 @inner()
-def _add_element(coefs, along, across, rule, factor, out):
+def _add_element(coefs, basis_s, basis_t, rule, factor, out):
     """Add `factor` ∫ … ds over one element along a line of constant ``t``.
 
-    `along` are polynomials and slopes in ``s`` at the nodes, `across` those in ``t`` on the line.
+    `basis_s` and `basis_t` are Bernstein polynomials and slopes: in ``s`` at the nodes, in ``t`` on
+    the line.
     """
-    B, dB = along
-    C, dC = across
+    B, dB = basis_s
+    C, dC = basis_t
     weights = rule.weights
     row = np.empty((coefs.shape[0], 4))
     row_t = np.empty((coefs.shape[0], 4))
     for i in range(coefs.shape[0]):
-        row[i, 0], row[i, 1], row[i, 2], row[i, 3] = _combined(C, coefs[i])
-        row_t[i, 0], row_t[i, 1], row_t[i, 2], row_t[i, 3] = _combined(dC, coefs[i])
+        row[i, 0], row[i, 1], row[i, 2], row[i, 3] = _linear_combination(C, coefs[i])
+        row_t[i, 0], row_t[i, 1], row_t[i, 2], row_t[i, 3] = _linear_combination(dC, coefs[i])
     for k in range(weights.size):
-        A, A_s, A_t = _combined(B[k], row), _combined(dB[k], row), _combined(B[k], row_t)
+        A, A_s, A_t = (
+            _linear_combination(B[k], row),
+            _linear_combination(dB[k], row),
+            _linear_combination(B[k], row_t),
+        )
         weight = factor * weights[k]
         if rule.kind == FLUX:
             add_moments(A, A_s, A_t, weight, out)
@@ -99,7 +104,7 @@ def add_strip(grid, start, place, rule, factor, out):
     C, dC = np.empty(q + 1), np.empty(q + 1)
     bernstein(q, (v - v_breaks[j]) / height, C, dC)
     B, dB = np.empty((nodes.size, p + 1)), np.empty((nodes.size, p + 1))
-    first = last = -1.0  # of the part that B and dB are of: most elements are passed whole
+    first = last = -1.0  # the part of B and dB: most elements are integrated in full
     i = min(max(count_up_to(u_breaks, low) - 1, 0), u_breaks.size - 2)
     # ds = du / width cancels the width in S_s = S_u · width; dt does not.
     signed = factor / height if u >= start else -factor / height
@@ -173,8 +178,8 @@ def add_piece(tables, piece, start, grid, rule, sign, out):
 
 
 @inner()
-def _state_beside(tables, patch, u, v):
-    """`point_in_trim`, with everything outside the patch's rectangle outside."""
+def _is_inside(tables, patch, u, v):
+    """`point_in_trim`, and 0 outside the patch's rectangle."""
     d = tables.domain[patch]
     if u < d[0] or u > d[1] or v < d[2] or v > d[3]:
         return 0
@@ -190,23 +195,23 @@ def side_of_piece(tables, piece):
     coefs = tables.piece_coefs[piece]
     degree = tables.piece_degree[piece]
     for step in (1e-6, 1e-4, 1e-8):
-        here = scratch(2, 2)
+        points = scratch(2, 2)
         for k in range(2):
             t = 0.49 + 0.02 * k
             w = bernstein_at(coefs, degree, 2, t)
-            here[k, 0] = bernstein_at(coefs, degree, 0, t) / w / su
-            here[k, 1] = bernstein_at(coefs, degree, 1, t) / w / sv
-        du, dv = here[1, 0] - here[0, 0], here[1, 1] - here[0, 1]
+            points[k, 0] = bernstein_at(coefs, degree, 0, t) / w / su
+            points[k, 1] = bernstein_at(coefs, degree, 1, t) / w / sv
+        du, dv = points[1, 0] - points[0, 0], points[1, 1] - points[0, 1]
         length = np.sqrt(du * du + dv * dv)
         if length == 0.0:
             return 0
-        # What lies beyond the rectangle is cut off along its sides.
-        u = min(max(0.5 * (here[0, 0] + here[1, 0]), d[0] / su), d[1] / su)
-        v = min(max(0.5 * (here[0, 1] + here[1, 1]), d[2] / sv), d[3] / sv)
-        left = _state_beside(
+        # The rectangle clips the piece.
+        u = min(max(0.5 * (points[0, 0] + points[1, 0]), d[0] / su), d[1] / su)
+        v = min(max(0.5 * (points[0, 1] + points[1, 1]), d[2] / sv), d[3] / sv)
+        left = _is_inside(
             tables, patch, (u - step * dv / length) * su, (v + step * du / length) * sv
         )
-        right = _state_beside(
+        right = _is_inside(
             tables, patch, (u + step * dv / length) * su, (v - step * du / length) * sv
         )
         if left != right:
@@ -216,10 +221,10 @@ def side_of_piece(tables, piece):
 
 @kernel()
 def side_of_loop(tables, pieces):
-    """+1 if the face lies left of a loop (its pieces in order), −1 if right, 0 if neither is seen.
+    """+1 if the face lies left of a loop (its pieces in order), −1 if right, 0 if undecided.
 
-    Seen beside its longest piece that has the face on one side: a loop may touch another, or run
-    along the border of the rectangle and beyond it.
+    The longest piece with the face on one side decides: a loop may touch another, or run along the
+    border of the rectangle and beyond it.
     """
     longest, side = 0.0, 0
     d = tables.domain[tables.piece_patch[pieces[0]]]
@@ -227,9 +232,9 @@ def side_of_loop(tables, pieces):
         ends = tables.piece_ends[p]
         length = abs(ends[2] - ends[0]) / (d[1] - d[0]) + abs(ends[3] - ends[1]) / (d[3] - d[2])
         if length > longest:
-            beside = side_of_piece(tables, p)
-            if beside != 0:
-                longest, side = length, beside
+            piece_side = side_of_piece(tables, p)
+            if piece_side != 0:
+                longest, side = length, piece_side
     return side
 
 
@@ -244,7 +249,7 @@ def add_loop(tables, pieces, grid, rule, out):
     for p in pieces:
         start = min(start, tables.piece_ends[p, 0], tables.piece_ends[p, 2])
     start = min(max(start, d[0]), d[1])
-    # By itself first: a small hole must not be rounded as what it is cut from.
+    # Summed separately: a small hole must not get the rounding of the large face around it.
     contribution = np.zeros(out.size)
     for p in pieces:
         add_piece(tables, p, start, grid, rule, 1.0 * sign, contribution)

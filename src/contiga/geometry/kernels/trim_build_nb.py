@@ -8,20 +8,21 @@ import numpy as np
 
 from contiga.arrays.codes import CUT
 from contiga.arrays.kernels.sort_nb import sort
-from contiga.geometry.kernels.trim_nb import MARGIN, _range_in_row
+from contiga.geometry.kernels.trim_nb import MARGIN, u_range_in_row
 from contiga.jit import inner, kernel
 
 ROOT_WIDTH = 1e-14
-FLAT = 1e-15
+ROUNDING = 1e-15
 """A derivative below this share of its terms' size is rounding, not a turning point."""
 
 MAX_BREAKS = 16
-"""Breaks a coefficient of a segment: `roots_inside` tells of four a coefficient of a turning
-polynomial, of which there are two, with twice as many coefficients."""
+"""Breaks per coefficient of a segment: `roots_inside` finds at most four per coefficient of a
+turning polynomial, of which there are two, with twice as many coefficients."""
 
 
 @inner()
 def _binomial(n, k):
+    """Binomial coefficient n over k."""
     value = 1.0
     for i in range(k):
         value = value * (n - i) / (i + 1)
@@ -46,13 +47,14 @@ def turning_polynomial(coefs, degree, axis):
             size = max(size, p * abs(coefs[i, axis] * coefs[j, 2]))
     size = max(size, p * abs(coefs[p, axis] * coefs[p, 2]))
     for k in range(2 * p):
-        if abs(out[k]) <= 64.0 * FLAT * size:
+        if abs(out[k]) <= 64.0 * ROUNDING * size:
             out[k] = 0.0
     return out
 
 
 @inner()
 def _sign_changes(c):
+    """Number of sign changes in a sequence, zeros skipped."""
     changes = 0
     last = 0.0
     for x in c:
@@ -64,8 +66,8 @@ def _sign_changes(c):
 
 
 @inner()
-def _noted(roots, count, root):
-    """Append `root` unless it is there; returns the new count."""
+def _append_root(roots, count, root):
+    """Append `root` unless it is in the list; return the new count."""
     for i in range(count):
         if abs(roots[i] - root) < 4.0 * ROOT_WIDTH:
             return count
@@ -79,9 +81,9 @@ def _noted(roots, count, root):
 def roots_inside(c):
     """Parameters in (0, 1) at which a Bernstein polynomial changes sign.
 
-    Halves the interval by de Casteljau until each part has no sign change among its coefficients
+    The interval is halved by de Casteljau until each part has no sign change among its coefficients
     (then no root: variation diminishing) or is `ROOT_WIDTH` wide. A middle that is a root itself
-    is noted on the way, since neither half shows it. Multiple roots are no trouble.
+    is appended on the way, since neither half shows it. Multiple roots are found once.
     """
     n = c.shape[0]
     roots = np.empty(4 * n)
@@ -95,23 +97,23 @@ def roots_inside(c):
     top = 1
     while top > 0:
         top -= 1
-        here = stack[top].copy()
+        part = stack[top].copy()
         low, width = lows[top], widths[top]
-        if _sign_changes(here) == 0:
+        if _sign_changes(part) == 0:
             continue
         if width < ROOT_WIDTH or top + 2 >= stack.shape[0]:
-            count = _noted(roots, count, low + 0.5 * width)
+            count = _append_root(roots, count, low + 0.5 * width)
             continue
         left = np.empty(n)
         for r in range(n):
-            left[r] = here[0]
+            left[r] = part[0]
             for i in range(n - 1 - r):
-                here[i] = 0.5 * (here[i] + here[i + 1])
+                part[i] = 0.5 * (part[i] + part[i + 1])
         for i in range(n):
-            stack[top, i] = here[i]
+            stack[top, i] = part[i]
             stack[top + 1, i] = left[i]
-        if here[0] == 0.0:
-            count = _noted(roots, count, low + 0.5 * width)
+        if part[0] == 0.0:
+            count = _append_root(roots, count, low + 0.5 * width)
         lows[top], widths[top] = low + 0.5 * width, 0.5 * width
         lows[top + 1], widths[top + 1] = low, 0.5 * width
         top += 2
@@ -135,19 +137,19 @@ def monotone_breaks(coefs, degree):
         breaks[1 + ru.size + k] = rv[k]
     breaks[-1] = 1.0
     sort(breaks)
-    keep = 1
+    n = 1
     for i in range(1, breaks.size):
-        if breaks[i] - breaks[keep - 1] > 1e-12:
-            breaks[keep] = breaks[i]
-            keep += 1
+        if breaks[i] - breaks[n - 1] > 1e-12:
+            breaks[n] = breaks[i]
+            n += 1
         elif i == breaks.size - 1:
-            breaks[keep - 1] = 1.0
-    return breaks[:keep]
+            breaks[n - 1] = 1.0
+    return breaks[:n]
 
 
 @inner()
 def split_first(coefs, degree, t):
-    """The two halves of a segment at t (de Casteljau); they share the middle point bit by bit."""
+    """Split a segment at t (de Casteljau); both parts have the same bits at their common end."""
     right = coefs.copy()
     left = coefs.copy()
     s = 1.0 - t
@@ -162,33 +164,33 @@ def split_first(coefs, degree, t):
 
 @kernel()
 def monotone_pieces(segments, degrees):
-    """All monotone pieces of a list of segments, in order.
+    """Split segments into monotone pieces, in order.
 
-    Returns coefficients, the segment each piece comes from and its parameter interval there.
+    Returns coefficients, the segment of each piece and its parameter interval there.
     """
     breaks = np.empty((segments.shape[0], MAX_BREAKS * segments.shape[1]))
     count = np.empty(segments.shape[0], np.int64)
     total = 0
     for s in range(segments.shape[0]):
-        found = monotone_breaks(segments[s], degrees[s])
-        count[s] = found.size - 1
+        segment_breaks = monotone_breaks(segments[s], degrees[s])
+        count[s] = segment_breaks.size - 1
         total += count[s]
-        for k in range(found.size):
-            breaks[s, k] = found[k]
+        for k in range(segment_breaks.size):
+            breaks[s, k] = segment_breaks[k]
     coefs = np.empty((total, segments.shape[1], 3))
     source = np.empty(total, np.int32)
     interval = np.empty((total, 2))
     n = 0
     for s in range(segments.shape[0]):
-        rest = segments[s].copy()
+        remainder = segments[s].copy()
         for k in range(count[s]):
-            head = rest
+            piece = remainder
             if k < count[s] - 1:
                 t = (breaks[s, k + 1] - breaks[s, k]) / (1.0 - breaks[s, k])
-                head, rest = split_first(rest, degrees[s], t)
+                piece, remainder = split_first(remainder, degrees[s], t)
             for i in range(segments.shape[1]):
                 for c in range(3):
-                    coefs[n, i, c] = head[i, c]
+                    coefs[n, i, c] = piece[i, c]
             source[n] = s
             interval[n, 0], interval[n, 1] = breaks[s, k], breaks[s, k + 1]
             n += 1
@@ -197,7 +199,7 @@ def monotone_pieces(segments, degrees):
 
 @inner()
 def _columns(tables, patch, low, high):
-    """First and last column that an interval of u touches, with the safety margin."""
+    """First and last column of cells that an interval of u touches, with the safety margin."""
     u0, u1 = tables.domain[patch, 0], tables.domain[patch, 1]
     nu = tables.grid_shape[patch, 0]
     du = (u1 - u0) / nu
@@ -209,7 +211,7 @@ def _columns(tables, patch, low, high):
 
 @inner()
 def _row_pieces(tables, patch, v_low, v_high):
-    """Pieces that touch a row of cells and the columns they touch in it."""
+    """Pieces that touch a row of cells, and the first and last column each touches there."""
     start, stop = tables.patch_start[patch], tables.patch_start[patch + 1]
     v0, v1 = tables.domain[patch, 2], tables.domain[patch, 3]
     margin = MARGIN * max(v1 - v0, abs(v0), abs(v1))
@@ -221,7 +223,7 @@ def _row_pieces(tables, patch, v_low, v_high):
         ends = tables.piece_ends[p]
         if max(ends[1], ends[3]) < v_low - margin or min(ends[1], ends[3]) > v_high + margin:
             continue
-        low, high = _range_in_row(tables, p, v_low - margin, v_high + margin)
+        low, high = u_range_in_row(tables, p, v_low - margin, v_high + margin)
         pieces[n] = p
         first[n], last[n] = _columns(tables, patch, low, high)
         n += 1
@@ -230,7 +232,7 @@ def _row_pieces(tables, patch, v_low, v_high):
 
 @inner()
 def _cell_toggles(tables, pieces, first, column, rows):
-    """Heights in a row at which the number of crossings right of `column` changes parity."""
+    """Sorted v in a row at which the number of crossings right of `column` changes parity."""
     heights = np.empty(2 * pieces.size)
     n = 0
     for k in range(pieces.size):
@@ -245,18 +247,20 @@ def _cell_toggles(tables, pieces, first, column, rows):
                 n += 1
     ordered = heights[:n]
     sort(ordered)
-    keep = 0
+    # A value that occurs an even number of times changes nothing.
+    n_odd = 0
     for k in range(n):
-        if keep > 0 and ordered[keep - 1] == ordered[k]:
-            keep -= 1
+        if n_odd > 0 and ordered[n_odd - 1] == ordered[k]:
+            n_odd -= 1
         else:
-            ordered[keep] = ordered[k]
-            keep += 1
-    return ordered[:keep]
+            ordered[n_odd] = ordered[k]
+            n_odd += 1
+    return ordered[:n_odd]
 
 
 @inner()
 def _parity_right(tables, pieces, first, column, v):
+    """Parity of the crossings right of a column on the line of constant v."""
     parity = 0
     for k in range(pieces.size):
         if first[k] > column:
@@ -268,10 +272,10 @@ def _parity_right(tables, pieces, first, column, v):
 
 @kernel()
 def fill_cells(tables):
-    """Cell states, parities, piece lists and toggles of all grids of `tables`.
+    """Compute cell states, parities, piece lists and toggles of all grids of `tables`.
 
-    Returns ``cell_start, cell_pieces, toggle_start, toggles``; states and parities are written
-    into the tables' own arrays.
+    Returns ``cell_start, cell_pieces, toggle_start, toggles``; states and parities are written to
+    the arrays of `tables`.
     """
     cells = tables.cell_state.shape[0]
     cell_start = np.zeros(cells + 1, np.int64)
@@ -285,7 +289,7 @@ def fill_cells(tables):
         v0, v1 = tables.domain[patch, 2], tables.domain[patch, 3]
         for j in range(nv):
             v_low = v0 + j * ((v1 - v0) / nv)
-            # Rounding may leave the last line short of the domain: it holds what ends there.
+            # The last line is the domain's end, which rounding might fall short of.
             v_high = v0 + (j + 1) * ((v1 - v0) / nv) if j < nv - 1 else v1
             pieces, first, last = _row_pieces(tables, patch, v_low, v_high)
             for i in range(nu):
@@ -294,10 +298,10 @@ def fill_cells(tables):
                 for k in range(pieces.size):
                     if first[k] <= i <= last[k]:
                         if n_listed == listed.size:
-                            more = np.empty(2 * n_listed, np.int32)
+                            longer = np.empty(2 * n_listed, np.int32)
                             for m in range(n_listed):
-                                more[m] = listed[m]
-                            listed = more
+                                longer[m] = listed[m]
+                            listed = longer
                         listed[n_listed] = pieces[k]
                         n_listed += 1
                 if n_listed == before:
@@ -308,10 +312,10 @@ def fill_cells(tables):
                     tables.cell_parity[cell] = _parity_right(tables, pieces, first, i, v_low)
                     for v in _cell_toggles(tables, pieces, first, i, (v_low, v_high)):
                         if n_flips == flips.size:
-                            further = np.empty(2 * n_flips)
+                            more_flips = np.empty(2 * n_flips)
                             for m in range(n_flips):
-                                further[m] = flips[m]
-                            flips = further
+                                more_flips[m] = flips[m]
+                            flips = more_flips
                         flips[n_flips] = v
                         n_flips += 1
                 cell_start[cell + 1] = n_listed

@@ -1,7 +1,7 @@
 """Kernels of the trim tables: monotone pieces, the cell grid, the exact in/out test.
 
 A piece is a rational Bézier segment of a p-curve, monotone in u and in v, as homogeneous
-Bernstein coefficients (wu, wv, w). Its end points are stored apart and shared bit by bit with
+Bernstein coefficients (wu, wv, w). Its end points are stored separately, with the same bits as
 the neighbours in the loop, so that the half-open crossing rule ``v_low <= v < v_high`` counts
 every vertex exactly once, whatever rounding does in between.
 """
@@ -31,11 +31,11 @@ class TrimTables(NamedTuple):
     piece_degree: np.ndarray
     """(n,) int32."""
     piece_ends: np.ndarray
-    """(n, 4) u, v at the start and u, v at the end, closed up along the loop."""
+    """(n, 4) u, v at the start and u, v at the end, the same at neighbours in the loop."""
     piece_patch: np.ndarray
     """(n,) int32."""
     piece_edge: np.ndarray
-    """(n,) int32 index into ``body.edges``, −1 where the p-curve belongs to none."""
+    """(n,) int32 index into ``body.edges``, −1 if the p-curve belongs to none."""
     piece_loop: np.ndarray
     """(n, 2) int32 loop and index of the p-curve in it."""
     patch_start: np.ndarray
@@ -132,7 +132,7 @@ def other_coordinate(tables, piece, axis, value):
 
 
 @inner()
-def _range_in_row(tables, piece, v_low, v_high):
+def u_range_in_row(tables, piece, v_low, v_high):
     """Interval of u that a piece covers between two lines of constant v."""
     ends = tables.piece_ends[piece]
     ua, va, ub, vb = ends[0], ends[1], ends[2], ends[3]
@@ -174,35 +174,35 @@ def _crosses_right(tables, piece, u, v):
 
 
 @inner()
-def _against_piece(tables, piece, u, v, eps):
-    """A point against one piece: 2 on it within `eps` = (u, v), 1 it crosses the ray, 0 neither.
+def _compare_with_piece(tables, piece, u, v, eps):
+    """Compare a point with a piece: 2 on it within `eps` = (u, v), 1 it crosses the ray, 0 neither.
 
-    The distance is measured along u, and along v too where the piece is nearly level there.
+    The distance is measured along u, and along v too if the piece is nearly level there.
     """
     ends = tables.piece_ends[piece]
     low, high = min(ends[0], ends[2]), max(ends[0], ends[2])
     bottom, top = min(ends[1], ends[3]), max(ends[1], ends[3])
     if v < bottom - eps[1] or v > top + eps[1] or u > high + eps[0]:
         return 0
-    counted = bottom <= v < top
+    spans_v = bottom <= v < top
     if u < low - eps[0]:
-        return 1 if counted else 0
+        return 1 if spans_v else 0
     crossing = other_coordinate(tables, piece, 1, v)
-    away = abs(crossing - u)
-    if away <= eps[0] and abs(min(max(v, bottom), top) - v) <= eps[1]:
+    distance = abs(crossing - u)
+    if distance <= eps[0] and abs(min(max(v, bottom), top) - v) <= eps[1]:
         return 2
-    level = away <= 1e9 * eps[0] or top - bottom <= 1e6 * eps[1]
-    if level and abs(other_coordinate(tables, piece, 0, u) - v) <= eps[1]:
+    is_level = distance <= 1e9 * eps[0] or top - bottom <= 1e6 * eps[1]
+    if is_level and abs(other_coordinate(tables, piece, 0, u) - v) <= eps[1]:
         return 2
-    return 1 if counted and crossing > u else 0
+    return 1 if spans_v and crossing > u else 0
 
 
 @kernel()
 def point_in_trim(tables, patch, u, v):
     """1 if (u, v) belongs to the trimmed patch, 0 if it is cut away (even-odd rule).
 
-    Exact to rounding: the pieces of one cell are intersected with the ray towards +u; all pieces
-    further right are summed up in the cell's parity. Points on a trim curve count as inside.
+    Exact to rounding: the pieces of one cell are intersected with the ray towards +u; the cell's
+    parity counts all pieces further right. Points on a trim curve count as inside.
     Parameters outside the domain are clamped to it.
     """
     if tables.trimmed[patch] == 0:
@@ -225,10 +225,10 @@ def point_in_trim(tables, patch, u, v):
         ON_CURVE * max(v1 - v0, abs(v0), abs(v1)),
     )
     for k in range(tables.cell_start[cell], tables.cell_start[cell + 1]):
-        answer = _against_piece(tables, tables.cell_pieces[k], u, v, eps)
-        if answer == 2:
+        relation = _compare_with_piece(tables, tables.cell_pieces[k], u, v, eps)
+        if relation == 2:
             return 1
-        parity ^= answer
+        parity ^= relation
     return parity
 
 
@@ -240,7 +240,7 @@ def _piece_meets_box(tables, piece, u0, u1, v0, v1):
         return False
     if max(ends[1], ends[3]) < v0 or min(ends[1], ends[3]) > v1:
         return False
-    low, high = _range_in_row(tables, piece, v0, v1)
+    low, high = u_range_in_row(tables, piece, v0, v1)
     return high >= u0 and low <= u1
 
 
@@ -248,14 +248,14 @@ def _piece_meets_box(tables, piece, u0, u1, v0, v1):
 def box_state(tables, patch, u0, u1, v0, v1):
     """OUT (0), IN (1) or CUT (2) of a parameter box; IN and OUT are certain.
 
-    The box is widened by a hair, so that a curve along its border makes it CUT.
+    The box is widened by rounding, so that a curve along its border makes it CUT.
     """
     if tables.trimmed[patch] == 0:
         return IN
     domain = tables.domain[patch]
-    hair_u = 4.0 * ON_CURVE * max(domain[1] - domain[0], abs(domain[0]), abs(domain[1]))
-    hair_v = 4.0 * ON_CURVE * max(domain[3] - domain[2], abs(domain[2]), abs(domain[3]))
-    u0, u1, v0, v1 = u0 - hair_u, u1 + hair_u, v0 - hair_v, v1 + hair_v
+    margin_u = 4.0 * ON_CURVE * max(domain[1] - domain[0], abs(domain[0]), abs(domain[1]))
+    margin_v = 4.0 * ON_CURVE * max(domain[3] - domain[2], abs(domain[2]), abs(domain[3]))
+    u0, u1, v0, v1 = u0 - margin_u, u1 + margin_u, v0 - margin_v, v1 + margin_v
     i0, j0 = cell_of(tables, patch, u0, v0)
     i1, j1 = cell_of(tables, patch, u1, v1)
     nu = tables.grid_shape[patch, 0]

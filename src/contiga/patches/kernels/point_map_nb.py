@@ -1,4 +1,4 @@
-"""Points of splines: x = N q by rows of N, and by rows of Nᵀ forces that go back."""
+"""Points of splines x = N q by rows of N, and forces Nᵀ f by rows of Nᵀ."""
 
 from __future__ import annotations
 
@@ -6,15 +6,15 @@ from contiga.jit import kernel
 
 
 @kernel()
-def map_rows(weights, given, out, start, stop):
-    """Rows start … stop of a sparse matrix times `given` (m, 3), summed in their order."""
+def map_rows(matrix, vectors, out, start, stop):
+    """Multiply rows start … stop of a sparse matrix by `vectors` (m, 3), entry by entry."""
     for n in range(start, stop):
         x, y, z = 0.0, 0.0, 0.0
-        for m in range(weights.starts[n], weights.starts[n + 1]):
-            k, value = weights.columns[m], weights.values[m]
-            x += value * given[k, 0]
-            y += value * given[k, 1]
-            z += value * given[k, 2]
+        for m in range(matrix.starts[n], matrix.starts[n + 1]):
+            k, value = matrix.columns[m], matrix.values[m]
+            x += value * vectors[k, 0]
+            y += value * vectors[k, 1]
+            z += value * vectors[k, 2]
         out[n, 0] = x
         out[n, 1] = y
         out[n, 2] = z
