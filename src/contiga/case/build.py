@@ -52,13 +52,13 @@ def build(case: Case, *, parts: PartCache | None = None) -> Simulation:
     Parameters
     ----------
     case : the checked case
-    parts : bodies and slaves that cases before it had in common with it; none if omitted
+    parts : cache of bodies and slaves that several cases have in common; none if omitted
 
     Raises
     ------
     InputError, MissingPackageError
-        A file cannot be read, a slave lacks what a law or an area needs; the message says the key
-        of the case, and tells everything wrong at once. Nothing has been written by then.
+        A file cannot be read, a slave lacks what a law or an area needs; the message has the key
+        of the case, and lists all errors at once. Nothing has been written yet.
 
     Examples
     --------
@@ -183,7 +183,7 @@ def run(
     ----------
     case : the checked case
     out : folder for the results; None keeps them in memory only
-    how : its clock is that of building, too; its `on_finish` is for a run that is to have a report
+    how : options of the run; `on_finish` is called only if the case asks for a report
     parts : as `build`
 
     Raises

@@ -186,7 +186,12 @@ class DeckParts:
         inertia, material = self.model.parts.inertia.get(part), self.material(part)
         assert material is not None
         if inertia is not None and inertia.mass > 0.0:
-            return _table(self._card_inertia(inertia)), self._inertia_source(part, inertia)
+            source = "*PART_INERTIA"
+            if self.model.axes_of(inertia) is None:
+                fault = "its own axes are not understood, those of the world are taken"
+                self.model.leave(inertia.block, f"part {part}: {fault}")
+                source += ", its own axes taken for those of the world"
+            return _table(self._card_inertia(inertia)), source
         shells, lumped = self.is_shell(part), self._lumped_inertia(part)
         has_density_alone = not shells and lumped is None and part not in self.model.part_masses
         if has_density_alone and material.density > 0.0:
@@ -223,14 +228,6 @@ class DeckParts:
             tensor = axes @ tensor @ axes.T
         return MassProperties(inertia.mass, centre, tensor)
 
-    def _inertia_source(self, part: int, inertia: Inertia) -> str:
-        """Return the source of a mass from *PART_INERTIA; axes not understood are noted."""
-        if self.model.axes_of(inertia) is not None:
-            return "*PART_INERTIA"
-        fault = f"part {part}: its own axes are not understood, those of the world are taken"
-        self.model.leave(inertia.block, fault)
-        return "*PART_INERTIA, its own axes taken for those of the world"
-
     def _shell_inertia(self, part: int, material: Material) -> MassProperties | None:
         """Return the mass properties of shells, with the area mass of their section and cards.
 
@@ -247,7 +244,7 @@ class DeckParts:
         return of_points(middles, np.repeat(masses / 3.0, 3)) if masses.sum() > 0.0 else None
 
     def _solid_inertia(self, part: int, material: Material) -> MassProperties | None:
-        """Return the mass properties of solids, with those that *ELEMENT_MASS_PART adds."""
+        """Return the mass properties of solids, with the mass that *ELEMENT_MASS_PART adds."""
         if material.density <= 0.0 and part not in self.model.part_masses:
             return None
         at_density_one = self._volume(part)
@@ -294,7 +291,7 @@ class DeckParts:
         return density
 
     def _nodes_of(self, part: int) -> NDArray[np.bool_]:
-        """Return a mask (n,) of the nodes of a rigid part, with those that cards add to it."""
+        """Return a mask (n,) of the nodes of a rigid part, and of nodes that cards add to it."""
         mask = np.zeros(len(self.mesh.points), np.bool_)
         mask[self.nodes_of(self.groups[part])] = True
         names = {tie.nodes for tie in self.model.ties if tie.part == part}

@@ -45,7 +45,7 @@ class _ElementProperties(Spec):
     density: Positive | None = None
     """Mass over volume."""
     thickness: Positive | None = None
-    """Thickness of membranes; that of the slave if omitted."""
+    """Thickness of membranes; the thickness of the slave if omitted."""
     section: Positive | None = None
     """Area of the section of bars."""
     hourglass: Positive = 1.0
@@ -101,7 +101,7 @@ class ReferenceSpec(Spec):
 
     file: ExistingFile | None = None
     unit: LengthUnit | None = None
-    """Unit of the file; that of the slave's mesh, or the case's, if omitted."""
+    """Unit of the file; by default the unit of the slave's mesh, or of the case."""
     scale: Positive | Annotated[list[Positive], Field(min_length=3, max_length=3)] | None = None
     """Scale relative to the slave as placed: one factor, or factors along x, y and z."""
 
@@ -170,7 +170,7 @@ class DeformSpec(_ElementProperties, MotionSpec):
     driven: list[DrivenSpec] = Field(default_factory=list)
     attached: list[AttachedSpec] = Field(default_factory=list)
     masses: list[MassesSpec] = Field(default_factory=list)
-    """Lumped masses on nodes, in addition to those of the elements."""
+    """Lumped masses on nodes, in addition to the masses of the elements."""
     loads: list[NodalLoadSpec] = Field(default_factory=list)
     reference: ReferenceSpec | None = None
     """Mesh on which no element is strained; the slave's own if omitted."""

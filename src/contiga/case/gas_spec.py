@@ -111,7 +111,7 @@ class InflatorSpec(Spec):
     """Temperature, kelvin."""
     gas: GasKind = "air"
     trigger: Name | None = None
-    """Name of the sensor that fires it; without one its times are those of the run."""
+    """Name of the sensor that fires it; without one its times are times of the run."""
 
     @model_validator(mode="after")
     def _inflator_is_possible(self) -> Self:
@@ -155,7 +155,7 @@ class GasSpec(Spec):
     name: Name = "gas"
     slave: str
     pressure: Positive | None = None
-    """Pressure around it, and in it at the start; that of the atmosphere if omitted."""
+    """Pressure around it, and in it at the start; 101 325 Pa if omitted."""
     temperature: Positive = ROOM
     """Temperature, kelvin."""
     gas: GasKind = "air"

@@ -30,7 +30,7 @@ OF_THE_CASE = ("title", "time", "world", "settle", "output")
 
 
 class CaseTables(NamedTuple):
-    """The tables of a case with those of the files that it includes."""
+    """The tables of a case, with the tables of the files that it includes."""
 
     data: dict[str, Any]
     origins: dict[tuple[str, int], Origin]
@@ -38,7 +38,7 @@ class CaseTables(NamedTuple):
 
 
 def with_includes(data: Mapping[str, Any], path: Path, tables: type[Spec]) -> CaseTables:
-    """Return the tables of the case at `path` with those of the files that it includes.
+    """Return the tables of the case at `path`, with the tables of the files that it includes.
 
     Parameters
     ----------
@@ -79,7 +79,7 @@ def with_includes(data: Mapping[str, Any], path: Path, tables: type[Spec]) -> Ca
 
 
 def _read(spec: IncludeSpec, path: Path, units: Any, tables: type[Spec]) -> Any:
-    """Return the tables of a file, checked in the same way as those of a case."""
+    """Return the tables of a file, checked like the tables of a case."""
     file = Path(spec.file)
     data = tables_in(read_text(file), file)
     is_case = file == path.resolve()
@@ -120,7 +120,20 @@ def _posed(spec: IncludeSpec, included: Any) -> Included:
             ties.append(Tie(body.motion.body, body.name, None))
     names, poses = names_of(included), dict[str, FloatArray]()
     if spec.joints or spec.root is not None:
-        poses = postures(ties, _root(spec, included, ties), spec.coordinates(joints))
+        # The body that joints do not move.
+        ends = (end for tie in ties for end in (tie.first, tie.second))
+        bodies = list(dict.fromkeys([*(body.name for body in included.body), *ends]))
+        if spec.root is not None and spec.root not in bodies:
+            raise CaseError(
+                "the file has no body of this name",
+                where="root",
+                found=spec.root,
+                allowed=", ".join(f'"{name}"' for name in bodies),
+            )
+        if not bodies:
+            raise CaseError("the file has no body that joints could turn", where="joints")
+        root = spec.root or (GROUND if GROUND in bodies else bodies[0])
+        poses = postures(ties, root, spec.coordinates(joints))
     for name in poses.keys() - names:
         if not np.array_equal(poses.pop(name), np.eye(4)):
             raise CaseError(
@@ -129,19 +142,3 @@ def _posed(spec: IncludeSpec, included: Any) -> Included:
                 remedy=f'Set root = "{name}", so that the others move',
             )
     return Included(spec, included, names, spec.matrix, poses)
-
-
-def _root(spec: IncludeSpec, included: Any, ties: list[Tie]) -> str:
-    """Return the body that joints do not move."""
-    ends = (end for tie in ties for end in (tie.first, tie.second))
-    bodies = list(dict.fromkeys([*(body.name for body in included.body), *ends]))
-    if spec.root is not None and spec.root not in bodies:
-        raise CaseError(
-            "the file has no body of this name",
-            where="root",
-            found=spec.root,
-            allowed=", ".join(f'"{name}"' for name in bodies),
-        )
-    if not bodies:
-        raise CaseError("the file has no body that joints could turn", where="joints")
-    return spec.root or (GROUND if GROUND in bodies else bodies[0])

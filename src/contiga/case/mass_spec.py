@@ -41,8 +41,8 @@ class TotalMassSpec(Spec):
     """`{ total, centre, inertia = [Ixx, Iyy, Izz, Ixy, Iyz, Ixz] }`.
 
     `centre` is the centre of mass, `inertia` is about it, both in the axes and from the origin of
-    the placed geometry. The entries are those of the tensor: Ixy = −∫ x y dm. A closed body may
-    leave out either: it then has the centre of its shape, and the inertia of its shape scaled to
+    the placed geometry. The entries are components of the tensor: Ixy = −∫ x y dm. A closed body
+    may leave out either: it then has the centre of its shape, and its inertia scaled to
     the total, as if it were homogeneous (about `centre` if that is given). An open body must have
     both.
     """

@@ -76,7 +76,7 @@ class NodesSpec(Spec):
         return [key for key in _PLACES if getattr(self, key) is not None]
 
     def place(self, nodes_of: NodesOf) -> dict[str, Any]:
-        """Return the place as `contiga.motion.Deforming` has it; empty for all nodes."""
+        """Return the place as keys of a table of `Deforming`; empty for all nodes."""
         if self.set is not None:
             return {"nodes": nodes_of(self.set)}
         if self.nodes is not None:

@@ -71,7 +71,7 @@ class ReferenceSpec(Spec):
     x: str = "time"
     """Channel of the abscissa."""
     name: str
-    """Name of the curve; that of its file if omitted."""
+    """Name of the curve; the name of its file if omitted."""
     points: Annotated[list[Row], Field(min_length=2)]
     """[x, value] in the units of the case."""
     shift: Annotated[
@@ -83,7 +83,7 @@ class ReferenceSpec(Spec):
             words=["onset"],
         ),
     ] = 0.0
-    """Shift of the abscissa; "onset" moves the onset of the test to that of the run."""
+    """Shift of the abscissa; "onset" moves the onset of the test to the onset of the run."""
     corridor: (
         Annotated[
             float | list[BandRow],
@@ -100,7 +100,7 @@ class ReferenceSpec(Spec):
 
     @classmethod
     def known_keys(cls, data: dict[str, Any]) -> list[str]:
-        """Return the keys of the table, and those of a file in place of points."""
+        """Return the keys of the table, and the keys of a file in place of points."""
         return list(dict.fromkeys([*_MeasuredFile.model_fields, *super().known_keys(data)]))
 
     @model_validator(mode="before")

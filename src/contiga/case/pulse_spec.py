@@ -26,7 +26,7 @@ class _PulseSpec(MotionSpec):
     table: list[list[float]] | None = None
     file: ExistingFile | None = None
     columns: list[str] | None = None
-    """Columns of the file: that of the time and one or three others."""
+    """Columns of the file: the time, and one or three values."""
     curve: int | None = None
     """Number of the curve in a keyword deck."""
     unit: str | None = None

@@ -160,7 +160,7 @@ class SlaveSpec(Spec):
     thickness: Positive | None = None
     """Thickness of every node, in place of the file's."""
     area: Positive | None = None
-    """Tributary area of every node, in place of that of the facets."""
+    """Tributary area of every node, in place of the area from the facets."""
     mass: NotNegative | None = None
     """Mass of every node, in place of the file's."""
 
@@ -299,7 +299,14 @@ class Case(Spec):
                 '[[body]] with a mass and motion = { kind = "free" }',
             )
         names = self._name_checks()
-        raise_together(self, (*names, *self._reference_checks(), *self._placement_checks()))
+        keys = {part.name: f"body[{i}]" for i, part in enumerate(self.body)}
+        keys |= {part.name: f"slave[{i}]" for i, part in enumerate(self.slave)}
+        placements = (
+            partial(self._check_placement, name, reference, f"{keys[name]}.{key}")
+            for name, part in self.parts.items()
+            for key, reference in references(part)
+        )
+        raise_together(self, (*names, *self._reference_checks(), *placements))
         sides = (
             partial(check_at, f"contact[{i}]", self.sides, contact)
             for i, contact in enumerate(self.contact)
@@ -444,14 +451,6 @@ class Case(Spec):
             elif isinstance(sensor, PointSensorSpec):
                 yield f"sensor[{i}].body", sensor.body
 
-    def _placement_checks(self) -> Iterator[Callable[[], object]]:
-        """Yield checks of the names by which parts are placed relative to others."""
-        keys = {part.name: f"body[{i}]" for i, part in enumerate(self.body)}
-        keys |= {part.name: f"slave[{i}]" for i, part in enumerate(self.slave)}
-        for name, part in self.parts.items():
-            for key, reference in references(part):
-                yield partial(self._check_placement, name, reference, f"{keys[name]}.{key}")
-
     def _check_placement(self, name: str, reference: str, key: str) -> None:
         """Refuse the part `reference`, by which the part `name` is placed, if it cannot be used."""
         parts = self.parts
@@ -504,7 +503,7 @@ def load_case(path: str | Path, *, set: Mapping[str, Any] | None = None) -> Case
         The case file, or a file it names, is missing or cannot be read.
     CaseError
         It is not TOML, or something in it is wrong; the message says the key, what was found and
-        what is allowed, and tells everything wrong at once. Or a key of `set` leads nowhere.
+        what is allowed, and lists all errors at once. Or a key of `set` leads nowhere.
     UnitError
         A unit is none.
 

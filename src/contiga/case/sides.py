@@ -1,7 +1,7 @@
 """The deformable side of a contact and its law, by its own laws or by the layers of its bodies.
 
-A body may have a `layer`, the law of its own surface, and others on some of its faces. A contact
-that says nothing else takes what its two sides have: in series where both give way.
+A body may have a `layer`, the law of its own surface, and other layers on some of its faces. A
+contact without a law takes the laws of its two sides: in series if both deform.
 """
 
 from __future__ import annotations
@@ -50,7 +50,7 @@ class LayeredSpec(Spec):
         """Describe the table in words."""
         assert self.layer is not None
         faces = (
-            f"faces {str(one.faces)[1:-1]} {one.law.describe()}" for one in self.face_layer or []
+            f"faces {str(face.faces)[1:-1]} {face.law.describe()}" for face in self.face_layer or []
         )
         return "; ".join([self.layer.describe(), *faces])
 
@@ -62,12 +62,12 @@ class LayeredSpec(Spec):
                 where="layer",
                 remedy="Give the layer of the rest of the body",
             )
-        for one in (self.layer, *(face.law for face in self.face_layer or [])):
-            if isinstance(one, PenaltySpec) and one.scale is not None:
+        for law in (self.layer, *(face.law for face in self.face_layer or [])):
+            if isinstance(law, PenaltySpec) and law.scale is not None:
                 raise CaseError(
                     "is of the stiffness of a slave's elements: a layer has none",
                     where="layer.scale",
-                    found=one.scale,
+                    found=law.scale,
                     allowed="stiffness",
                 )
         if self.surface_law is not None and self.surface_law.needs_thickness:
@@ -93,7 +93,7 @@ def sides_of(contact: ContactSpec, master: LayeredSpec, slave: LayeredSpec | Non
     Raises
     ------
     InputError
-        A side that is to give way has no law; laws that do not go together.
+        A side that should deform has no law; the two laws cannot be combined.
     """
     law_of_contact = None if contact.law is None else contact.law.instance
     if law_of_contact is not None or slave is None:

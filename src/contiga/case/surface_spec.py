@@ -24,7 +24,7 @@ class RefineSpec(Spec):
     elements: Annotated[list[Count], Field(min_length=2, max_length=2)] | None = None
     """Number of equal spans of each patch in u and v, in addition to its own knots."""
     size: Positive | None = None
-    """Largest length of an element; a tenth of that of the surface if omitted."""
+    """Largest length of an element; a tenth of the size of the surface if omitted."""
 
     @model_validator(mode="after")
     def _one_way(self) -> Self:

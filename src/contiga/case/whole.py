@@ -72,7 +72,7 @@ def _faults_of_correct_tables(
     }
     wrong_tables = [table for key, i in wrong if isinstance(table := data[key][i], Mapping)]
     missing = {name for table in wrong_tables if isinstance(name := table.get("name"), str)}
-    # Tables that name a missing part are removed, and so are those that name these.
+    # Tables that name a missing part are removed, and so are the tables that name these.
     count = -1
     while count != len(missing):
         count = len(missing)
