@@ -160,15 +160,7 @@ class OnDask:
         """Submit as many cases as there are free threads: a dying worker loses no other case."""
         by_host = self._workers()
         if self._cold is None:
-            while not by_host:
-                self._client.wait_for_workers(1)
-                by_host = self._workers()
-                if not by_host:  # reported workers are unusable, or were just lost
-                    sleep(_POLL_SECONDS)
-            self._cold = {
-                host: Event(f"contiga-{self._token}-{host}", client=self._client)
-                for host in by_host
-            }
+            self._cold = self._hosts(by_host)
         workers = [address for addresses in by_host.values() for address in addresses]
         self._requeue_stranded({*workers}, waiting, running)
         for host, warm in list(self._cold.items()):
@@ -215,6 +207,16 @@ class OnDask:
 
     def _key(self, case: StudyCase) -> str:
         return f"|{self._token}|{case.name}|{next(self._tries)}"
+
+    def _hosts(self, by_host: dict[str, list[str]]) -> dict[str, Event]:
+        """Return the machines of workers, which are filled in; wait for the first of them."""
+        while not by_host:
+            self._client.wait_for_workers(1)
+            by_host.update(self._workers())
+            if not by_host:  # reported workers are unusable, or were just lost
+                sleep(_POLL_SECONDS)
+        names = {host: f"contiga-{self._token}-{host}" for host in by_host}
+        return {host: Event(name, client=self._client) for host, name in names.items()}
 
     def _workers(self) -> dict[str, list[str]]:
         """Return the addresses of usable workers, by host; new workers are checked first.
