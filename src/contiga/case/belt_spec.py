@@ -1,4 +1,4 @@
-"""The `belt` tables of a case: belts that are routed over bodies and laid along the way."""
+"""The `belt` tables of a case: belts that are routed over bodies and laid along their path."""
 
 from __future__ import annotations
 
@@ -65,8 +65,8 @@ class BeltSpec(Spec):
     @property
     def webbing(self) -> dict[str, BeltEndSpec]:
         """The webbing at its ends, by "start" and "end"."""
-        both = zip(ENDS, (self.start, self.end), strict=True)
-        return {name: one for name, one in both if one is not None}
+        specs = zip(ENDS, (self.start, self.end), strict=True)
+        return {end: spec for end, spec in specs if spec is not None}
 
     def named_bodies(self) -> Iterator[tuple[str, str]]:
         """Yield the keys that name a body, and the names."""
@@ -75,7 +75,7 @@ class BeltSpec(Spec):
             if name not in (GROUND, FREE):
                 yield f"anchors[{k}]", name
 
-    def laid(self, bodies: Mapping[str, Master]) -> Belt:
+    def belt_over(self, bodies: Mapping[str, Master]) -> Belt:
         """Return the belt over bodies at their places at the start.
 
         Raises
@@ -88,7 +88,7 @@ class BeltSpec(Spec):
         vx, vy, vz = self.velocity
         return Belt(
             path=route(over, path.start, path.end, path.via, points=path.points),
-            material=self.material.made,
+            material=self.material.instance,
             density=self.density,
             width=self.width,
             thickness=self.thickness,
@@ -97,8 +97,8 @@ class BeltSpec(Spec):
             across=self.across,
             shortening=self.shortening,
             anchors=(self.anchors[0], self.anchors[1]),
-            start=None if self.start is None else self.start.made,
-            end=None if self.end is None else self.end.made,
+            start=None if self.start is None else self.start.instance,
+            end=None if self.end is None else self.end.instance,
             velocity=(vx, vy, vz),
             damping=self.damping,
             name=self.name,

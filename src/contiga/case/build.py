@@ -9,15 +9,14 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from contiga.case.contact_made import area_of, contact_of
+from contiga.case.contact_build import area_of, contact_of
 from contiga.case.deform_spec import DeformSpec
 from contiga.case.geometry_spec import FileGeometry
 from contiga.case.motion_spec import AttachedSpec, FreeSpec, SeriesSpec
-from contiga.case.output_spec import OutputSpec
 from contiga.case.part_cache import PartCache
 from contiga.case.points_spec import BodyPoints
-from contiga.case.problems import Fault, Together
-from contiga.case.reading import told_of
+from contiga.case.problems import ErrorCollector, Fault
+from contiga.case.reading import warnings_as_findings
 from contiga.case.schema import BodySpec, Case, SlaveSpec
 from contiga.case.slave_motion import check_elements, nodes_named, prescribed, slave_motion
 from contiga.case.standing import order_of, references
@@ -53,13 +52,13 @@ def build(case: Case, *, parts: PartCache | None = None) -> Simulation:
     Parameters
     ----------
     case : the checked case
-    parts : bodies and slaves that cases before it had in common with it; none if omitted
+    parts : cache of bodies and slaves that several cases have in common; none if omitted
 
     Raises
     ------
     InputError, MissingPackageError
-        A file cannot be read, a slave lacks what a law or an area needs; the message says the key
-        of the case, and tells everything wrong at once. Nothing has been written by then.
+        A file cannot be read, a slave lacks what a law or an area needs; the message has the key
+        of the case, and lists all errors at once. Nothing has been written yet.
 
     Examples
     --------
@@ -67,33 +66,42 @@ def build(case: Case, *, parts: PartCache | None = None) -> Simulation:
     >>> cg.build(cg.load_case("case.toml")).bodies["head"].body.closed
     True
     """
-    wrong = Together(str(case.file), case.origins)
-    made = _pieces(case, PartCache() if parts is None else parts, wrong)
-    wrong.tell()
+    errors = ErrorCollector(str(case.file), case.origins)
+    parts_of_case = _build_parts(case, PartCache() if parts is None else parts, errors)
+    errors.raise_all()
+    output = case.output
     return Simulation(
         gravity=case.world.gravity,
         allow_unstable=case.time.allow_unstable,
-        settling=None if case.settle is None else case.settle.made,
-        loads=[spec.made for spec in case.load],
-        springs=made.springs,
-        slip_rings=[spec.made for spec in case.slip_ring],
-        joints=[spec.made for spec in case.joint],
-        gas=made.gas,
-        sensors=[spec.made for spec in case.sensor],
+        settling=None if case.settle is None else case.settle.instance,
+        loads=[spec.instance for spec in case.load],
+        springs=parts_of_case.springs,
+        slip_rings=[spec.instance for spec in case.slip_ring],
+        joints=[spec.instance for spec in case.joint],
+        gas=parts_of_case.gas,
+        sensors=[spec.instance for spec in case.sensor],
         title=case.title,
         units=(case.units.length, case.units.mass, case.units.time),
         stepping=case.time.stepping(),
-        bodies=made.bodies,
-        slaves=made.slaves,
-        contacts=made.contacts,
-        output=_output(case.output),
+        bodies=parts_of_case.bodies,
+        slaves=parts_of_case.slaves,
+        contacts=parts_of_case.contacts,
+        output=OutputOptions(
+            output.every,
+            tuple(output.formats),
+            output.report,
+            output.size,
+            tuple(output.fields),
+            output.cells,
+            output.interval,
+        ),
         case_text=resolved_toml(case),
         base_folder=case.file.parent,
-        findings=made.findings,
+        findings=parts_of_case.findings,
     )
 
 
-class _Pieces(NamedTuple):
+class _Parts(NamedTuple):
     """The parts of a simulation that could be made."""
 
     springs: dict[str, Spring]
@@ -105,37 +113,61 @@ class _Pieces(NamedTuple):
     """Findings about the files, in the order in which they were read."""
 
 
-def _output(spec: OutputSpec) -> OutputOptions:
-    formats, fields = tuple(spec.formats), tuple(spec.fields)
-    return OutputOptions(
-        spec.every, formats, spec.report, spec.size, fields, spec.cells, spec.interval
-    )
+def _build_parts(case: Case, cache: PartCache, errors: ErrorCollector) -> _Parts:
+    """Build the parts of a case; cheap checks come first in the list of errors."""
+    springs: dict[str, Spring] = {}
 
+    def add_spring(name: str, spring: Spring) -> None:
+        if name in springs:
+            raise CaseError(
+                "another spring has this name",
+                found=name,
+                remedy="Give each spring a name of its own",
+            )
+        springs[name] = spring
 
-def _pieces(case: Case, cache: PartCache, wrong: Together) -> _Pieces:
-    # Cheap checks come first in the list of errors.
-    springs = _springs(case, wrong)
-    gas = _gas(case, wrong)
-    motions = _told_motions(case, wrong)
+    for i, spring_spec in enumerate(case.spring):
+        with errors.at(f"spring[{i}].name"):
+            add_spring(spring_spec.instance.name, spring_spec.instance)
+    units = case.units.length, case.units.mass, case.units.time
+    slave_specs = {slave.name: slave for slave in case.slave}
+    gas: dict[str, Chamber] = {}
+    for i, gas_spec in enumerate(case.gas):
+        with errors.at(f"gas[{i}]"):
+            nodes_of = partial(nodes_named, slave_specs[gas_spec.slave])
+            gas[gas_spec.name] = gas_spec.chamber(units, nodes_of)
+    motions = _prescribed_motions(case, errors)
     findings: list[Finding] = []
-    made = _parts(case, cache, wrong, findings)
-    bodies = _bodies(case, made, motions, wrong)
-    slaves = _slaves(case, made, motions, wrong)
-    belts = _belts(case, made, motions, wrong)
+    geometry = _placed_geometry(case, cache, errors, findings)
+    bodies = _bodies(case, geometry, motions, errors)
+    slaves = _slaves(case, geometry, motions, errors)
+    belts = _belts(case, geometry, motions, errors)
     slaves |= {name: SlavePart(belt.slave, belt.motion) for name, belt in belts.items()}
-    for i, spec in enumerate(case.belt):
-        for name, spring in _webbing(f"belt[{i}]", belts.get(spec.name), wrong).items():
-            with wrong.at(f"belt[{i}]"):
-                _add_spring(springs, name, spring)
-    contacts = _contacts(case, bodies, slaves, wrong)
-    return _Pieces(springs, gas, bodies, slaves, contacts, tuple(findings))
+    for i, belt_spec in enumerate(case.belt):
+        belt_springs: dict[str, Spring] = {}
+        if belt_spec.name in belts:
+            with errors.at(f"belt[{i}]"):
+                belt_springs = belts[belt_spec.name].springs
+        for name, spring in belt_springs.items():
+            with errors.at(f"belt[{i}]"):
+                add_spring(name, spring)
+    has_area = {spec.name for spec in case.slave if spec.area is not None}
+    contacts = []
+    for i, spec in enumerate(case.contact):
+        if spec.master in bodies and spec.slave in slaves:
+            body, slave = bodies[spec.master].body, slaves[spec.slave]
+            with errors.at(f"contact[{i}]"):
+                area = area_of(spec, slave.slave, spec.slave in has_area)
+                contact = contact_of(spec, case.sides(spec), body, slave, area)
+                contacts.append(ContactPart(spec.title, spec.master, spec.slave, contact))
+    return _Parts(springs, gas, bodies, slaves, tuple(contacts), tuple(findings))
 
 
 def faults_of(case: Case) -> tuple[tuple[Fault, str], ...]:
     """Return the faults in the parts of a case, each with its key, the cheapest to find first."""
-    wrong = Together(str(case.file), case.origins)
-    _pieces(case, PartCache(), wrong)
-    return wrong.errors
+    errors = ErrorCollector(str(case.file), case.origins)
+    _build_parts(case, PartCache(), errors)
+    return errors.faults
 
 
 def run(
@@ -151,7 +183,7 @@ def run(
     ----------
     case : the checked case
     out : folder for the results; None keeps them in memory only
-    how : its clock is that of building, too; its `on_finish` is for a run that is to have a report
+    how : options of the run; `on_finish` is called only if the case asks for a report
     parts : as `build`
 
     Raises
@@ -164,30 +196,11 @@ def run(
         simulation = build(case, parts=parts)
         if out is not None:
             keep_case_file(Path(out), case.file, simulation.case_text)
-    wanted = how.on_finish if case.output.report else None
-    return carry_out(simulation, out, how._replace(clock=clock, on_finish=wanted))
+    on_finish = how.on_finish if case.output.report else None
+    return carry_out(simulation, out, how._replace(clock=clock, on_finish=on_finish))
 
 
-def _contacts(
-    case: Case,
-    bodies: Mapping[str, BodyPart],
-    slaves: Mapping[str, SlavePart],
-    wrong: Together,
-) -> tuple[ContactPart, ...]:
-    """Return the contacts between the parts that could be made."""
-    measured = {spec.name for spec in case.slave if spec.area is not None}
-    made = []
-    for i, spec in enumerate(case.contact):
-        if spec.master in bodies and spec.slave in slaves:
-            body, slave = bodies[spec.master].body, slaves[spec.slave]
-            with wrong.at(f"contact[{i}]"):
-                area = area_of(spec, slave.slave, spec.slave in measured)
-                contact = contact_of(spec, case.sides(spec), body, slave, area)
-                made.append(ContactPart(spec.title, spec.master, spec.slave, contact))
-    return tuple(made)
-
-
-def _told_motions(case: Case, wrong: Together) -> dict[str, BodyMotion]:
+def _prescribed_motions(case: Case, errors: ErrorCollector) -> dict[str, BodyMotion]:
     """Return the prescribed motions, by the key of the case."""
     entries: list[tuple[str, Any]] = [
         *((f"body[{i}].motion", spec.motion) for i, spec in enumerate(case.body)),
@@ -196,221 +209,93 @@ def _told_motions(case: Case, wrong: Together) -> dict[str, BodyMotion]:
     motions = {}
     for key, motion in entries:
         if not isinstance(motion, FreeSpec | AttachedSpec | SeriesSpec | DeformSpec):
-            with wrong.at(key):
+            with errors.at(key):
                 motions[key] = prescribed(motion, case)
     return motions
 
 
-def _parts(
-    case: Case, cache: PartCache, wrong: Together, findings: list[Finding]
+def _placed_geometry(
+    case: Case, cache: PartCache, errors: ErrorCollector, findings: list[Finding]
 ) -> dict[str, Master | Slave]:
     """Return the bodies and slaves that can be made, by name, at their places before any motion.
 
-    What is told while files are read is added to `findings`.
+    Warnings of readers of files are added to `findings`.
     """
-    keys = {spec.name: f"body[{i}].geometry" for i, spec in enumerate(case.body)}
+    unit = case.units.length
+    keys = {spec.name: f"body[{i}].{spec.source_key}" for i, spec in enumerate(case.body)}
     keys |= {spec.name: f"slave[{i}].{spec.source_key}" for i, spec in enumerate(case.slave)}
-    if any(_is_unread(spec) for spec in case.body):
+    # Results for files that have been read before are mostly cached.
+    if any(
+        isinstance(spec.geometry, FileGeometry) and not was_read(Path(spec.geometry.file))
+        for spec in case.body
+    ):
         preload_search()  # while a worker loads the reader of CAD
-    raw: dict[str, Body | TriMesh] = {}
+    bodies: dict[str, Body | TriMesh] = {}  # before they are placed relative to others
     for body_spec in case.body:
-        with wrong.at(keys[body_spec.name]), told_of("body", body_spec.name, findings):
-            raw[body_spec.name] = _body(body_spec, case.units.length, cache)
+        name = body_spec.name
+        with errors.at(keys[name]), warnings_as_findings("body", name, findings):
+            make = partial(_checked_body, body_spec, unit)
+            bodies[name] = cache.part(body_spec.geometry, name, unit, make)
     parts: dict[str, Master | Slave] = {}
-    drawn: dict[str, Master | Slave] = {}  # before the steps of `then`
+    before_then: dict[str, Master | Slave] = {}  # before the steps of `then`
     for name in order_of(case.parts):
         spec = case.parts[name]
-        needed = {other for _, other in references(spec)}
-        if not needed <= parts.keys() or (isinstance(spec, BodySpec) and name not in raw):
+        references_of_part = {reference for _, reference in references(spec)}
+        if not references_of_part <= parts.keys() or (
+            isinstance(spec, BodySpec) and name not in bodies
+        ):
             continue  # the error of the part it is placed by is reported
-        source = spec.geometry if isinstance(spec, BodySpec) else spec.source
-        seen = drawn if source.then else parts
-        with wrong.at(keys[name]):
+        source = spec.source
+        neighbours = before_then if source.then else parts
+        with errors.at(keys[name]):
             if isinstance(spec, BodySpec):
-                body = spec.geometry.standing(raw[name], seen)
-                drawn[name], parts[name] = body, source.moved(body)
+                body = spec.geometry.standing(bodies[name], neighbours)
+                before_then[name], parts[name] = body, source.moved(body)
             else:
-                met = [one.master for one in case.contact if one.slave == name]
-                sizes = [raw[master].size for master in met if master in raw]
-                with told_of("slave", name, findings):
-                    slave = _slave(spec, case.units.length, seen, sizes, cache)
-                    drawn[name], parts[name] = slave, source.moved(slave)
+                masters = [contact.master for contact in case.contact if contact.slave == name]
+                sizes = [bodies[master].size for master in masters if master in bodies]
+                with warnings_as_findings("slave", name, findings):
+                    slave = _slave(spec, unit, neighbours, sizes, cache)
+                    before_then[name], parts[name] = slave, source.moved(slave)
     return parts
 
 
-def _is_unread(spec: BodySpec) -> bool:
-    """Return whether a body's file has not been read before; for others most results are cached."""
-    return isinstance(spec.geometry, FileGeometry) and not was_read(Path(spec.geometry.file))
-
-
-def _bodies(
-    case: Case,
-    made: Mapping[str, Master | Slave],
-    motions: Mapping[str, BodyMotion],
-    wrong: Together,
-) -> dict[str, BodyPart]:
-    """Return the bodies with their motions, and with their masses if forces move them."""
-    bodies = {}
-    for i, spec in enumerate(case.body):
-        body, motion, mass = made.get(spec.name), spec.motion, None
-        if body is None:
-            continue
-        assert not isinstance(body, Slave)
-        if spec.reference_point is not None:
-            body = body.with_reference_point(spec.reference_point)
-        if isinstance(motion, FreeSpec | AttachedSpec) and spec.mass is not None:
-            with wrong.at(f"body[{i}].mass"):
-                mass = spec.mass.properties(body)
-        moved: BodyMotion | Dependent | None = motions.get(f"body[{i}].motion")
-        if isinstance(motion, AttachedSpec):
-            moved = Attached(motion.body, mass)
-        elif isinstance(motion, FreeSpec) and mass is not None:
-            with wrong.at(f"body[{i}].motion"):
-                moved = motion.moved(mass)
-        # The error in its motion is reported; its contacts are checked all the same.
-        bodies[spec.name] = BodyPart(body, Fixed() if moved is None else moved)
-    return bodies
-
-
-def _slaves(
-    case: Case,
-    made: Mapping[str, Master | Slave],
-    motions: Mapping[str, BodyMotion],
-    wrong: Together,
-) -> dict[str, SlavePart]:
-    """Return the slaves with their motions."""
-    slaves = {}
-    for i, spec in enumerate(case.slave):
-        slave, key = made.get(spec.name), f"slave[{i}].motion"
-        if slave is None:
-            continue
-        assert isinstance(slave, Slave)
-        with wrong.at(key):
-            slaves[spec.name] = SlavePart(slave, slave_motion(spec, slave, case, motions.get(key)))
-    return slaves
-
-
-def _belts(
-    case: Case,
-    made: Mapping[str, Master | Slave],
-    motions: Mapping[str, BodyMotion],
-    wrong: Together,
-) -> dict[str, Belt]:
-    """Return the belts over the bodies at their places at the start."""
-    bodies = _at_start(case, made, motions) if case.belt else {}
-    belts = {}
-    for i, spec in enumerate(case.belt):
-        if not bodies.keys() >= {*spec.path.over}:
-            continue  # their errors are reported
-        with wrong.at(f"belt[{i}]"):
-            belt = spec.laid(bodies)
-            check_elements(spec.name, belt.slave, belt.motion)
-            belts[spec.name] = belt
-    return belts
-
-
-def _at_start(
-    case: Case, made: Mapping[str, Master | Slave], motions: Mapping[str, BodyMotion]
-) -> dict[str, Master]:
-    """Return the bodies where their motions, or those of their carriers, have them at the start."""
-    specs = {spec.name: (spec, f"body[{i}].motion") for i, spec in enumerate(case.body)}
-    bodies = {}
-    for name, body in made.items():
-        if isinstance(body, Slave):
-            continue
-        carrier, key = specs[name]
-        seen = {name}
-        while isinstance(carrier.motion, AttachedSpec) and carrier.motion.body not in seen:
-            seen.add(carrier.motion.body)
-            carrier, key = specs[carrier.motion.body]
-        bodies[name] = body
-        if key in motions:
-            pose = pose_at(motions[key], case.time.start)
-            if not np.array_equal(pose, np.eye(4)):
-                bodies[name] = body.transformed(pose)
-    return bodies
-
-
-def belts_of(case: Case) -> dict[str, Belt]:
-    """Return the belts of a case by name.
-
-    Raises
-    ------
-    InputError, MissingPackageError
-        As `build`.
-    """
-    wrong = Together(str(case.file), case.origins)
-    motions = _told_motions(case, wrong)
-    belts = _belts(case, _parts(case, PartCache(), wrong, []), motions, wrong)
-    wrong.tell()
-    return belts
-
-
-def _body(spec: BodySpec, unit: str, cache: PartCache) -> Body | TriMesh:
-    """Return the body before it is placed relative to others."""
-
-    def make() -> Body | TriMesh:
-        body = spec.geometry.body(spec.name, unit)
-        body.check()
-        return body
-
-    return cache.part(spec.geometry, spec.name, unit, make)
-
-
-def _springs(case: Case, wrong: Together) -> dict[str, Spring]:
-    """Return the springs by name: their own, or that of the bodies they connect."""
-    springs: dict[str, Spring] = {}
-    for i, spec in enumerate(case.spring):
-        with wrong.at(f"spring[{i}].name"):
-            _add_spring(springs, spec.made.name, spec.made)
-    return springs
-
-
-def _add_spring(springs: dict[str, Spring], name: str, spring: Spring) -> None:
-    if name in springs:
-        raise CaseError(
-            "another spring has this name",
-            found=name,
-            remedy="Give each spring a name of its own",
-        )
-    springs[name] = spring
-
-
-def _webbing(key: str, belt: Belt | None, wrong: Together) -> dict[str, Spring]:
-    """Return the springs at the ends of a belt; none for a belt that could not be laid."""
-    springs: dict[str, Spring] = {}
-    if belt is not None:
-        with wrong.at(key):
-            springs = belt.springs
-    return springs
-
-
-def _gas(case: Case, wrong: Together) -> dict[str, Chamber]:
-    """Return the chambers of gas by name."""
-    units = case.units.length, case.units.mass, case.units.time
-    slaves = {slave.name: slave for slave in case.slave}
-    gas: dict[str, Chamber] = {}
-    for i, spec in enumerate(case.gas):
-        with wrong.at(f"gas[{i}]"):
-            gas[spec.name] = spec.chamber(units, partial(nodes_named, slaves[spec.slave]))
-    return gas
+def _checked_body(spec: BodySpec, unit: str) -> Body | TriMesh:
+    body = spec.geometry.body(spec.name, unit)
+    body.check()
+    return body
 
 
 def _slave(
     spec: SlaveSpec,
     unit: str,
     parts: Mapping[str, Master | Slave],
-    met: list[float],
+    master_sizes: list[float],
     cache: PartCache,
 ) -> Slave:
     """Return the slave under its name in the case, with the nodal values that the case gives it.
 
-    `met` are sizes of the bodies that it has contacts with.
+    `parts` are those placed already, `master_sizes` the sizes of the bodies that it has contacts
+    with.
     """
-    slave = spec.source.standing(_raw_slave(spec, unit, parts, met, cache), parts)
+    points, geometry, mesh = spec.points, spec.geometry, spec.mesh
+    names = spec.name, unit
+    if isinstance(points, BodyPoints):
+        body = parts[points.body]
+        assert not isinstance(body, Slave)
+        slave = points.sampled(body, master_sizes)
+    elif points is not None:
+        slave = cache.part(points, *names, partial(points.slave, *names))
+    else:
+        assert geometry is not None
+        if mesh is not None:
+            slave = meshed_of(geometry, mesh, names, master_sizes)
+        else:
+            slave = surface_of(geometry, spec.refine or RefineSpec(), names)
+    slave = spec.source.standing(slave, parts)
 
-    def nodal(given: float | None, of_slave: FloatArray | None) -> FloatArray | None:
-        return of_slave if given is None else np.full(len(slave), given)
+    def nodal(value: float | None, values_of_file: FloatArray | None) -> FloatArray | None:
+        return values_of_file if value is None else np.full(len(slave), value)
 
     return Slave(
         slave.points,
@@ -428,23 +313,99 @@ def _slave(
     )
 
 
-def _raw_slave(
-    spec: SlaveSpec,
-    unit: str,
-    parts: Mapping[str, Master | Slave],
-    met: list[float],
-    cache: PartCache,
-) -> Slave:
-    """Return the slave before it is placed relative to others."""
-    points, geometry, mesh = spec.points, spec.geometry, spec.mesh
-    names = spec.name, unit
-    if isinstance(points, BodyPoints):
-        body = parts[points.body]
+def _bodies(
+    case: Case,
+    geometry: Mapping[str, Master | Slave],
+    motions: Mapping[str, BodyMotion],
+    errors: ErrorCollector,
+) -> dict[str, BodyPart]:
+    """Return the bodies with their motions, and with their masses if forces move them."""
+    bodies = {}
+    for i, spec in enumerate(case.body):
+        body, motion, mass = geometry.get(spec.name), spec.motion, None
+        if body is None:
+            continue
         assert not isinstance(body, Slave)
-        return points.sampled(body, met)
-    if points is not None:
-        return cache.part(points, *names, lambda: points.slave(*names))
-    assert geometry is not None
-    if mesh is not None:
-        return meshed_of(geometry, mesh, names, met)
-    return surface_of(geometry, spec.refine or RefineSpec(), names)
+        if spec.reference_point is not None:
+            body = body.with_reference_point(spec.reference_point)
+        if isinstance(motion, FreeSpec | AttachedSpec) and spec.mass is not None:
+            with errors.at(f"body[{i}].mass"):
+                mass = spec.mass.properties(body)
+        motion_of_body: BodyMotion | Dependent | None = motions.get(f"body[{i}].motion")
+        if isinstance(motion, AttachedSpec):
+            motion_of_body = Attached(motion.body, mass)
+        elif isinstance(motion, FreeSpec) and mass is not None:
+            with errors.at(f"body[{i}].motion"):
+                motion_of_body = motion.moved(mass)
+        # The error in its motion is reported; its contacts are checked all the same.
+        bodies[spec.name] = BodyPart(body, Fixed() if motion_of_body is None else motion_of_body)
+    return bodies
+
+
+def _slaves(
+    case: Case,
+    geometry: Mapping[str, Master | Slave],
+    motions: Mapping[str, BodyMotion],
+    errors: ErrorCollector,
+) -> dict[str, SlavePart]:
+    """Return the slaves with their motions."""
+    slaves = {}
+    for i, spec in enumerate(case.slave):
+        slave, key = geometry.get(spec.name), f"slave[{i}].motion"
+        if slave is None:
+            continue
+        assert isinstance(slave, Slave)
+        with errors.at(key):
+            slaves[spec.name] = SlavePart(slave, slave_motion(spec, slave, case, motions.get(key)))
+    return slaves
+
+
+def _belts(
+    case: Case,
+    geometry: Mapping[str, Master | Slave],
+    motions: Mapping[str, BodyMotion],
+    errors: ErrorCollector,
+) -> dict[str, Belt]:
+    """Return the belts over the bodies at their places at the start."""
+    if not case.belt:
+        return {}
+    specs = {spec.name: (spec, f"body[{i}].motion") for i, spec in enumerate(case.body)}
+    bodies: dict[str, Master] = {}
+    for name, body in geometry.items():
+        if isinstance(body, Slave):
+            continue
+        # A body that is attached moves with its carrier.
+        carrier, key = specs[name]
+        chain = {name}
+        while isinstance(carrier.motion, AttachedSpec) and carrier.motion.body not in chain:
+            chain.add(carrier.motion.body)
+            carrier, key = specs[carrier.motion.body]
+        bodies[name] = body
+        if key in motions:
+            pose = pose_at(motions[key], case.time.start)
+            if not np.array_equal(pose, np.eye(4)):
+                bodies[name] = body.transformed(pose)
+    belts = {}
+    for i, spec in enumerate(case.belt):
+        if not bodies.keys() >= {*spec.path.over}:
+            continue  # their errors are reported
+        with errors.at(f"belt[{i}]"):
+            belt = spec.belt_over(bodies)
+            check_elements(spec.name, belt.slave, belt.motion)
+            belts[spec.name] = belt
+    return belts
+
+
+def belts_of(case: Case) -> dict[str, Belt]:
+    """Return the belts of a case by name.
+
+    Raises
+    ------
+    InputError, MissingPackageError
+        As `build`.
+    """
+    errors = ErrorCollector(str(case.file), case.origins)
+    motions = _prescribed_motions(case, errors)
+    belts = _belts(case, _placed_geometry(case, PartCache(), errors, []), motions, errors)
+    errors.raise_all()
+    return belts

@@ -8,7 +8,7 @@ from typing import Any
 
 from contiga.errors import CaseError, FileError
 
-_LARGEST = 32 * 1024**2  # bytes; the parser takes a second, ten times the memory, a million
+_MAX_BYTES = 32 * 1024**2  # the parser takes a second, and ten times the memory
 
 
 def read_text(path: Path) -> str:
@@ -20,12 +20,12 @@ def read_text(path: Path) -> str:
         It is missing, too large, cannot be read or is not UTF-8.
     """
     try:
-        if path.stat().st_size > _LARGEST:
+        if path.stat().st_size > _MAX_BYTES:
             raise FileError(
                 "too large for a case file",
                 where=str(path),
                 found=path.stat().st_size,
-                allowed=f"up to {_LARGEST} bytes",
+                allowed=f"up to {_MAX_BYTES} bytes",
                 remedy="Points and long tables belong in files that the case names",
             )
         return path.read_text(encoding="utf-8-sig")  # editors of Windows put a mark in front

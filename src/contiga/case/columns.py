@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from typing import Any, Protocol
 
 from contiga.case.belt_spec import BeltSpec
@@ -77,9 +77,9 @@ class Tables(Protocol):
 def columns_of_case(case: Tables) -> list[str]:
     """Return the columns of the history of a run, without the time.
 
-    Those of an only contact are there by their bare names, as the file has them, and by
-    ``<contact>.<name>``. Filtered accelerations are, too: a run whose steps are too long for the
-    filter leaves them out.
+    The columns of a single contact have their bare names, as in the file, and also
+    ``<contact>.<name>``. Columns of filtered accelerations are included, although a run whose steps
+    are too long for the filter leaves them out.
 
     >>> import contiga as cg
     >>> columns = columns_of_case(cg.load_case("case.toml"))
@@ -88,29 +88,37 @@ def columns_of_case(case: Tables) -> list[str]:
     """
     columns: list[str] = []
     for contact in case.contact:
-        names = list(_of_contact(contact))
+        names = [*_OF_CONTACTS, *(() if contact.friction is None else _OF_FRICTION)]
         if len(case.contact) == 1:
             columns += names
         columns += [f"{contact.title}.{name}" for name in names]
     for sensor in case.sensor:
-        columns += [f"{sensor.name}.{name}" for name in _of_sensor(sensor)]
-    springs: dict[str, Spring | BeltEnd] = {spec.made.name: spec.made for spec in case.spring}
+        by_measure = OF_RELATIVE if isinstance(sensor, RelativeSensorSpec) else OF_SENSORS
+        names = [name for measure in sensor.instance.measures for name in by_measure[measure]]
+        if isinstance(sensor, PointSensorSpec) and sensor.filter is not None:
+            names += ["filtered_ax", "filtered_ay", "filtered_az", "filtered_a"]
+        if getattr(sensor, "trigger", None) is not None:
+            names += OF_TRIGGERS
+        columns += [f"{sensor.name}.{name}" for name in names]
+    springs: dict[str, Spring | BeltEnd] = {
+        spec.instance.name: spec.instance for spec in case.spring
+    }
     for belt in case.belt:
-        springs |= {f"{belt.name} {end}": one.made for end, one in belt.webbing.items()}
-    for called, spring in springs.items():
+        springs |= {f"{belt.name} {end}": spec.instance for end, spec in belt.webbing.items()}
+    for spring_name, spring in springs.items():
         names = [*OF_SPRINGS, *(["filtered_force"] if spring.filter else [])]
         names += OF_DEVICES if any(spring.devices) else ()
-        columns += [f"{called}.{name}" for name in names]
-    columns += [f"{ring.made.name}.{name}" for ring in case.slip_ring for name in OF_SLIP_RINGS]
-    for joint in (spec.made for spec in case.joint):
+        columns += [f"{spring_name}.{name}" for name in names]
+    columns += [f"{ring.instance.name}.{name}" for ring in case.slip_ring for name in OF_SLIP_RINGS]
+    for joint in (spec.instance for spec in case.joint):
         names = [*OF_REACTIONS, *KINDS[joint.kind].coordinates]
         names += [f"{key}_{name}" for key in joint.laws for name in OF_JOINT_LAWS]
         columns += [f"{joint.name}.{name}" for name in names]
     columns += [f"{chamber.name}.{name}" for chamber in case.gas for name in OF_GAS]
-    free = [body.name for body in case.body if body.motion.by_forces]
-    columns += [f"{name}.{column}" for name in free for column in OF_BODIES]
-    moved = case.deforms or any(slave.motion.by_forces for slave in case.slave)
-    if free or case.spring or moved:
+    free_bodies = [body.name for body in case.body if body.motion.by_forces]
+    columns += [f"{name}.{column}" for name in free_bodies for column in OF_BODIES]
+    nodes_move = case.deforms or any(slave.motion.by_forces for slave in case.slave)
+    if free_bodies or case.spring or nodes_move:
         columns += [f"energy.{name}" for name in _OF_SYSTEM]
     if case.deforms:
         columns += ["energy.hourglass", "energy.viscosity"]
@@ -129,21 +137,5 @@ def channels_of_case(case: Tables) -> set[str]:
 
 def criteria_of_case(case: Tables) -> list[str]:
     """Return the criteria that the sensors of a case ask for: ``<sensor>.<criterion>``."""
-    sensors = [one.made for one in case.sensor]
-    return [f"{one.name}.{name}" for one in sensors for name in one.criteria]
-
-
-def _of_contact(contact: ContactSpec) -> Iterator[str]:
-    yield from _OF_CONTACTS
-    if contact.friction is not None:
-        yield from _OF_FRICTION
-
-
-def _of_sensor(sensor: SensorSpec) -> Iterator[str]:
-    names = OF_RELATIVE if isinstance(sensor, RelativeSensorSpec) else OF_SENSORS
-    for measure in sensor.made.measures:
-        yield from names[measure]
-    if isinstance(sensor, PointSensorSpec) and sensor.filter is not None:
-        yield from ("filtered_ax", "filtered_ay", "filtered_az", "filtered_a")
-    if getattr(sensor, "trigger", None) is not None:
-        yield from OF_TRIGGERS
+    sensors = [spec.instance for spec in case.sensor]
+    return [f"{sensor.name}.{name}" for sensor in sensors for name in sensor.criteria]

@@ -12,7 +12,7 @@ from contiga.area.facet import FacetArea
 from contiga.area.hull import HullArea
 from contiga.area.method import AreaMethod
 from contiga.case.law_spec import FrictionSpec, LawSpec
-from contiga.case.spec import BY_KIND, MadeSpec, Name, Positive, Spec
+from contiga.case.spec import BY_KIND, InstanceSpec, Name, Positive, Spec, must_be
 from contiga.errors import CaseError
 from contiga.slaves.sampling import QUADRATURES
 
@@ -41,7 +41,7 @@ class TributaryAreaSpec(Spec):
         return "tributary"
 
 
-class FacetAreaSpec(MadeSpec[AreaMethod]):
+class FacetAreaSpec(InstanceSpec[AreaMethod]):
     """`{ kind = "facet", on }`: `FacetArea`."""
 
     makes = FacetArea
@@ -53,7 +53,7 @@ class FacetAreaSpec(MadeSpec[AreaMethod]):
         return "facets cut where contact ends" + (f", on the {self.on}" if self.on else "")
 
 
-class CloudAreaSpec(MadeSpec[AreaMethod]):
+class CloudAreaSpec(InstanceSpec[AreaMethod]):
     """`{ kind = "cloud", on, bridge, by }`: `CloudArea`."""
 
     makes = CloudArea
@@ -64,27 +64,23 @@ class CloudAreaSpec(MadeSpec[AreaMethod]):
 
     def describe(self) -> str:
         """Describe the table in words."""
-        where = "the points at rest" if self.by == "rest" else "the feet on the master"
-        return f"triangles between {where}, cut where contact ends"
+        vertices = "the points at rest" if self.by == "rest" else "the feet on the master"
+        return f"triangles between {vertices}, cut where contact ends"
 
 
-def _name_or_number(value: Any) -> Any:
-    # One message: a union of types would give one for each type.
-    if isinstance(value, str | int) and not isinstance(value, bool):
-        return value
-    raise CaseError(
-        "must be a method or a number of clusters",
-        found=value,
-        allowed='"auto", "kmeans", "dbscan", "meanshift", "hdbscan", or a whole number ≥ 1',
-    )
-
-
-class HullAreaSpec(MadeSpec[AreaMethod]):
+class HullAreaSpec(InstanceSpec[AreaMethod]):
     """`{ kind = "hull", clusters, mapping, k, eps, min_points, tolerance }`: `HullArea`."""
 
     makes = HullArea
     kind: Literal["hull"] = "hull"
-    clusters: Annotated[str | int, BeforeValidator(_name_or_number)] = "auto"
+    clusters: Annotated[
+        str | int,
+        must_be(
+            lambda value: isinstance(value, str | int) and not isinstance(value, bool),
+            "must be a method or a number of clusters",
+            '"auto", "kmeans", "dbscan", "meanshift", "hdbscan", or a whole number ≥ 1',
+        ),
+    ] = "auto"
     mapping: Literal["linear", "exact"] = "linear"
     k: int = 2
     eps: Positive = 0.1
@@ -101,15 +97,7 @@ AreaSpec = Annotated[
 ]
 
 
-def _as_quadrature(value: Any) -> Any:
-    if not isinstance(value, bool) and value in QUADRATURES:
-        return value
-    raise CaseError(
-        "unknown points of contact", found=value, allowed=", ".join(map(repr, QUADRATURES))
-    )
-
-
-def _as_thickness(value: Any) -> Any:
+def _thickness(value: Any) -> Any:
     if isinstance(value, bool):
         return value
     if isinstance(value, int | float) and 0.0 < value < math.inf:
@@ -123,7 +111,7 @@ class ContactSpec(Spec):
     master: str
     slave: str
     name: Name | None = None
-    """How results call the contact; "<master>-<slave>" if omitted."""
+    """Name of the contact in results; "<master>-<slave>" if omitted."""
     type: Literal["slave", "master", "combined"] | None = None
     """The deformable side; follows from `law` and the layers of the bodies if omitted."""
     search: Literal["intersection", "penetration"] = "intersection"
@@ -148,13 +136,20 @@ class ContactSpec(Spec):
     """
     weights: Literal["rest", "area"] = "rest"
     """Whether areas at rest weigh the force, or contact areas as they are measured."""
-    quadrature: Annotated[str | int | None, BeforeValidator(_as_quadrature)] = None
+    quadrature: Annotated[
+        str | int | None,
+        must_be(
+            lambda value: not isinstance(value, bool) and value in QUADRATURES,
+            "unknown points of contact",
+            ", ".join(map(repr, QUADRATURES)),
+        ),
+    ] = None
     """Points of contact: the slave's nodes, or a number on each facet.
 
     By default a deforming slave has `QUADRATURE` points on its facets, if it has some and if law,
     weights and areas can be on them.
     """
-    shell_thickness: Annotated[bool | float, BeforeValidator(_as_thickness)] = False
+    shell_thickness: Annotated[bool | float, BeforeValidator(_thickness)] = False
     """Thickness of the slave as a shell, half of which stands off its points.
 
     True takes the thickness of its membranes, or of its mesh.

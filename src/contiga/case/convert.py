@@ -1,6 +1,6 @@
 """Cases from LS-DYNA keyword decks: rigid parts become masters, their partners slaves.
 
-What is written can be read and changed by hand; what is not understood is listed, not guessed.
+The case can be read and changed by hand; cards that are not understood are listed, not guessed.
 """
 
 from __future__ import annotations
@@ -22,9 +22,9 @@ from contiga.io.mesh.lsdyna_sets import set_name
 from contiga.io.units import base_factor
 
 _RESTS = "Deforms in the deck; here its points rest, and give way by the law of the contact."
-_NODES = 4
-"""Kind of a side that is a set of nodes."""
-_STATES = 200
+_NODE_SET = 4
+"""SSTYP of a side that is a set of nodes."""
+_MAX_STATES = 200
 """Largest number of states that a case writes."""
 
 
@@ -40,18 +40,18 @@ class Converted(NamedTuple):
 
 
 _Soft = dict[tuple[int, ...], SoftSlave | None]
-"""How slaves deform, by their parts."""
+"""Deformations of slaves, by their parts."""
 
 
 class _Pair(NamedTuple):
-    """One contact of the case: a rigid part and what may touch it."""
+    """One contact of the case: a rigid part and the slave that may touch it."""
 
     master: int
     parts: tuple[int, ...]
     """Parts of the slave; none for a set of nodes, or the rigid one they belong to."""
     nodes: int
     """The set of nodes; 0 if the slave is parts."""
-    of: DeckContact
+    contact: DeckContact
     swapped: bool
 
 
@@ -94,14 +94,20 @@ def convert(deck: str | Path, units: tuple[str, str, str], folder: str | Path) -
     slaves = dict.fromkeys(pair.parts for pair in pairs if not _owners(pair, parts))
     soft = {slave: deforming(parts, list(slave)) for slave in slaves if slave}
     bodies = {part for pair in pairs for part in (pair.master, *_owners(pair, parts))}
-    bodies |= {host for one in soft.values() if one is not None for host in one.hosts}
+    bodies |= {host for slave in soft.values() if slave is not None for host in slave.hosts}
     tables = [*_bodies(sorted(bodies), parts), *_contacts(pairs, parts, soft)]
-    text = "\n".join([*head, *tables])
     parts.leave_nodes()
     parts.leave_ties()
     parts.leave_masses(bodies)
     model.leave_unread()
-    text += "\n" + "\n".join(_foot(model))
+    foot = []
+    if model.unknown:
+        foot = ["", "# Not understood, and left out:"]
+        for name, lines in sorted(model.unknown.items()):
+            numbers = ", ".join(map(str, lines[:5])) + ", …" * (len(lines) > 5)
+            foot.append(f"# {len(lines):4d} {name}, line {numbers}")
+        foot.append("")
+    text = "\n".join([*head, *tables]) + "\n" + "\n".join(foot)
     parse_case(text, Path(folder) / "case.toml")
     return Converted(text, len(pairs), len(bodies), model.unknown)
 
@@ -112,68 +118,67 @@ def _owners(pair: _Pair, parts: DeckParts) -> list[int]:
 
 
 def _pairs(model: DeckModel, parts: DeckParts) -> list[_Pair]:
+    """Return the contacts of the case; contacts of the deck that give none are noted."""
     pairs: list[_Pair] = []
     for contact in model.contacts:
-        why = next(filter(None, (_no_side(side, model) for side in contact.sides)), "")
-        sides = [] if why else [_members(side, model, parts) for side in contact.sides]
-        contacts = [] if why else list(_of_contact(contact, sides, parts))
-        if not contacts:
-            model.drop(contact.block, why or "no rigid part on either side")
-        pairs += contacts
+        sides = [_parts_of_side(*side, parts) for side in contact.sides]
+        reason = next((side for side in sides if isinstance(side, str)), "")
+        new_pairs: list[_Pair] = []
+        if not reason:
+            first, second = (side for side in sides if not isinstance(side, str))
+            new_pairs = list(_pairs_of(contact, first, second, parts))
+        if not new_pairs:
+            model.drop(contact.block, reason or "no rigid part on either side")
+        pairs += new_pairs
     return pairs
 
 
-def _no_side(side: tuple[int, int], model: DeckModel) -> str:
-    """Return why a side is not understood; empty if it is."""
-    kind, number = side
-    if kind == _NODES:
-        return model.no_set("NODE", number)
-    if kind in (3, 5) or number == 0:
-        return ""
+def _parts_of_side(kind: int, number: int, parts: DeckParts) -> list[int] | str | None:
+    """Return the parts on a side, None for a set of nodes, or why it is not understood."""
+    model, all_parts = parts.model, list(parts.groups)
+    if kind == _NODE_SET:
+        return model.no_set("NODE", number) or None
+    if kind == 5 or number == 0:
+        return all_parts
+    if kind == 3:
+        return [part for part in all_parts if part == number]
     if kind in (2, 6):
-        return model.no_set("PART", number)
+        part_set = model.part_sets.get(number, [])
+        members = [part for part in all_parts if (part in part_set) != (kind == 6)]
+        return model.no_set("PART", number) or members
     return f"SSTYP {kind}, a side of segments or elements"
 
 
-def _members(side: tuple[int, int], model: DeckModel, parts: DeckParts) -> list[int] | None:
-    """Return the parts on a side that have elements; None for a set of nodes."""
-    kind, number = side
-    if kind == _NODES:
-        return None
-    every = list(parts.groups)
-    if kind == 5 or number == 0:
-        return every
-    named = model.part_sets.get(number, []) if kind in (2, 6) else [number] * (kind == 3)
-    return [part for part in every if (part in named) != (kind == 6)] if kind in (2, 3, 6) else []
-
-
-def _of_contact(
-    contact: DeckContact, sides: list[list[int] | None], parts: DeckParts
+def _pairs_of(
+    contact: DeckContact, first: list[int] | None, second: list[int] | None, parts: DeckParts
 ) -> Iterator[_Pair]:
-    """Yield the contacts of each rigid master: with all deforming parts, and other rigid parts."""
-    a, b = sides
-    if a is None or b is None:
-        nodes, others = (contact.sides[0][1], b) if a is None else (contact.sides[1][1], a)
+    """Yield the contacts of each rigid master: with all deforming parts, and other rigid parts.
+
+    A side of a contact is a list of parts, or None for a set of nodes.
+    """
+    if first is None or second is None:
+        swapped = first is not None
+        nodes = contact.sides[1 if swapped else 0][1]
         owner = parts.owner(nodes)
-        for master in others or ():
+        for master in (first if swapped else second) or ():
             if parts.is_rigid(master) and master != owner:
-                owners = () if owner is None else (owner,)
-                yield _Pair(master, owners, nodes, contact, a is not None)
+                yield _Pair(master, () if owner is None else (owner,), nodes, contact, swapped)
         return
-    for master in filter(parts.is_rigid, dict.fromkeys([*b, *a])):
-        met = {*(a if master in b else ()), *(b if master in a else ())}
-        soft = tuple(part for part in parts.groups if part in met and not parts.is_rigid(part))
+    for master in filter(parts.is_rigid, dict.fromkeys([*second, *first])):
+        partners = {*(first if master in second else ()), *(second if master in first else ())}
+        soft = tuple(part for part in parts.groups if part in partners and not parts.is_rigid(part))
         if soft:
-            yield _Pair(master, soft, 0, contact, master not in b)
+            yield _Pair(master, soft, 0, contact, master not in second)
     paired: set[frozenset[int]] = set()
-    for master in filter(parts.is_rigid, b):
-        for slave in filter(parts.is_rigid, a):
+    for master in filter(parts.is_rigid, second):
+        for slave in filter(parts.is_rigid, first):
             if slave != master and frozenset((master, slave)) not in paired:
                 paired.add(frozenset((master, slave)))
                 yield _Pair(master, (slave,), 0, contact, swapped=False)
 
 
 def _head(model: DeckModel, units: tuple[str, str, str]) -> list[str]:
+    """Return the lines of title, units, time, gravity and output."""
     length, mass, time = map(value_text, units)
     lines = [
         f"# Made of {model.path.name} by contiga convert; the units are those that were given.",
@@ -187,28 +192,27 @@ def _head(model: DeckModel, units: tuple[str, str, str]) -> list[str]:
     else:
         model.end = 1.0
         lines.append("end = 1.0  # the deck has no *CONTROL_TERMINATION: set it")
-    lines += ['step = "auto"', *_gravity(model), "", "[output]"]
-    interval = max(model.states, model.end / _STATES)
-    source = "  # *DATABASE_BINARY_D3PLOT" if interval == model.states else ""
-    return [*lines, f"interval = {value_text(interval)}{source}"]
-
-
-def _gravity(model: DeckModel) -> list[str]:
-    gravity, lines = [0.0, 0.0, 0.0], []
+    lines.append('step = "auto"')
+    gravity, sources = [0.0, 0.0, 0.0], []
     for axis, (number, scale, block) in sorted(model.gravity.items()):
         curve = model.curve(number)
         table = np.zeros((0, 2)) if curve is None else curve.table
         if len(table) == 0 or np.ptp(table[:, 1]) > 0.0:
-            why = "its curve is missing" if len(table) == 0 else "its curve is not constant"
-            model.drop(block, why)
+            fault = "its curve is missing" if len(table) == 0 else "its curve is not constant"
+            model.drop(block, fault)
             continue
         gravity[axis] = -scale * float(table[0, 1])
         place = f"*{block.keyword}, {model.place(block)}"
-        lines.append(f"# {place}: the base accelerates the other way")
-    return ["", "[world]", *lines, f"gravity = {value_text(gravity)}"] if lines else []
+        sources.append(f"# {place}: the base accelerates the other way")
+    if sources:
+        lines += ["", "[world]", *sources, f"gravity = {value_text(gravity)}"]
+    interval = max(model.states, model.end / _MAX_STATES)
+    source = "  # *DATABASE_BINARY_D3PLOT" if interval == model.states else ""
+    return [*lines, "", "[output]", f"interval = {value_text(interval)}{source}"]
 
 
 def _bodies(numbers: list[int], parts: DeckParts) -> Iterator[str]:
+    """Yield the lines of the bodies."""
     model = parts.model
     for part in numbers:
         material = parts.material(part)
@@ -222,9 +226,9 @@ def _bodies(numbers: list[int], parts: DeckParts) -> Iterator[str]:
         motion = parts.prescribed(part, model.end)
         if motion is not None:
             places = [model.place(m.block, m.line) for m in model.motions if m.part == part]
-            others = "go on as they start" if "velocity" in motion else "stand still"
+            effect = "go on as they start" if "velocity" in motion else "stand still"
             source = f"*BOUNDARY_PRESCRIBED_MOTION_RIGID, {', '.join(places)}"
-            yield f"# {source}; its other ways {others}"
+            yield f"# {source}; its other ways {effect}"
             yield f"motion = {value_text(motion)}"
             continue
         motion = parts.free_motion(part)
@@ -237,79 +241,54 @@ def _bodies(numbers: list[int], parts: DeckParts) -> Iterator[str]:
 
 
 def _contacts(pairs: list[_Pair], parts: DeckParts, soft: _Soft) -> Iterator[str]:
-    written: set[str] = set()
-    names: set[str] = set()
+    """Yield the lines of the contacts; the lines of a slave come before its first contact."""
+    slaves: set[str] = set()
+    titles: set[str] = set()
     for pair in pairs:
-        slave, chosen, owner = _slave(pair, parts)
-        if slave not in written:
-            written.add(slave)
-            motion = None if owner is None else parts.name(owner)
-            yield from _slave_table(slave, chosen, parts.file, motion, soft.get(pair.parts))
+        owner = next(iter(_owners(pair, parts)), None)
+        selection: list[str | int]
+        if pair.nodes:
+            slave, selection = parts.nodes_name(pair.nodes), [set_name(pair.nodes)]
+        elif owner is not None:
+            slave, selection = f"{parts.name(owner)} points", [owner]
+        else:
+            slave, selection = parts.slave_name(pair.parts), list(pair.parts)
+        if slave not in slaves:
+            slaves.add(slave)
+            yield from ("", "[[slave]]", f"name = {value_text(slave)}")
+            yield f"points = {value_text({'file': parts.file, 'parts': selection})}"
+            deformation = soft.get(pair.parts)
+            if owner is not None:
+                motion = {"kind": "attached", "body": parts.name(owner)}
+                yield f"motion = {value_text(motion)}"
+            elif deformation is None:
+                yield f"# {_RESTS}"
+            else:
+                yield f"# {deformation.source}"
+                yield f"motion = {value_text(deformation.motion)}"
+        contact = pair.contact
         yield from ("", "[[contact]]")
         swap = "; its sides are swapped, as masters are rigid" if pair.swapped else ""
-        yield f"# *{pair.of.block.keyword}, {parts.model.place(pair.of.block)}{swap}"
+        yield f"# *{contact.block.keyword}, {parts.model.place(contact.block)}{swap}"
         title = f"{parts.name(pair.master)}-{slave}"
-        if title in names:
-            yield f"name = {value_text(f'{title} {len(names)}')}"
-        names.add(title)
+        if title in titles:
+            yield f"name = {value_text(f'{title} {len(titles)}')}"
+        titles.add(title)
         yield f"master = {value_text(parts.name(pair.master))}"
         yield f"slave = {value_text(slave)}"
-        inner = pair.parts[0] if pair.parts else parts.part_of(pair.nodes)
-        scale = pair.of.scales.real("SFM" if pair.swapped else "SFS")
-        yield parts.law(chosen, inner, scale)
-        if not parts.has_facets(chosen):
+        part = pair.parts[0] if pair.parts else parts.part_of(pair.nodes)
+        scale = contact.scales.real("SFM" if pair.swapped else "SFS")
+        yield parts.law(selection, part, scale)
+        if not parts.has_facets(selection):
             yield 'area = { kind = "constant", value = 1.0 }  # of each node: set it'
-        yield from _friction(pair.of)
-
-
-def _slave(pair: _Pair, parts: DeckParts) -> tuple[str, list[str | int], int | None]:
-    """Return the name of a slave, its selection from the mesh, and the rigid part it moves with."""
-    owner = next(iter(_owners(pair, parts)), None)
-    if pair.nodes:
-        return parts.nodes_name(pair.nodes), [set_name(pair.nodes)], owner
-    if owner is not None:
-        return f"{parts.name(owner)} points", [owner], owner
-    return parts.slave_name(pair.parts), list(pair.parts), None
-
-
-def _slave_table(
-    name: str,
-    chosen: list[str | int],
-    file: str,
-    owner: str | None,
-    soft: SoftSlave | None,
-) -> Iterator[str]:
-    yield from ("", "[[slave]]", f"name = {value_text(name)}")
-    yield f"points = {value_text({'file': file, 'parts': chosen})}"
-    if owner is not None:
-        yield f"motion = {value_text({'kind': 'attached', 'body': owner})}"
-    elif soft is None:
-        yield f"# {_RESTS}"
-    else:
-        yield f"# {soft.source}"
-        yield f"motion = {value_text(soft.motion)}"
-
-
-def _friction(contact: DeckContact) -> Iterator[str]:
-    static, dynamic, decay = contact.friction
-    if static <= 0.0:
-        return
-    scale = contact.scales.real("FSF")
-    static, dynamic = scale * static, scale * dynamic
-    friction: dict[str, Any] = {"kind": "coulomb", "static": static}
-    if decay > 0.0 and 0.0 <= dynamic <= static:
-        friction |= {"dynamic": dynamic, "decay": decay}
-    yield f"friction = {value_text(friction)}  # FS, FD, DC{', FSF' * (scale != 1.0)}"
-
-
-def _foot(model: DeckModel) -> list[str]:
-    if not model.unknown:
-        return []
-    listed = [
-        f"# {len(lines):4d} {name}, line {', '.join(map(str, lines[:5]))}{', …' * (len(lines) > 5)}"
-        for name, lines in sorted(model.unknown.items())
-    ]
-    return ["", "# Not understood, and left out:", *listed, ""]
+        static, dynamic, decay = contact.friction
+        if static > 0.0:
+            scale = contact.scales.real("FSF")
+            friction: dict[str, Any] = {"kind": "coulomb", "static": scale * static}
+            if decay > 0.0 and 0.0 <= scale * dynamic <= scale * static:
+                friction |= {"dynamic": scale * dynamic, "decay": decay}
+            source = "FS, FD, DC" + ", FSF" * (scale != 1.0)
+            yield f"friction = {value_text(friction)}  # {source}"
 
 
 def parse_units(text: str) -> tuple[str, str, str]:

@@ -5,12 +5,11 @@ A file is read when the case is: from then on the case has its points, in its ow
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
-from pydantic import BeforeValidator, ValidationError, ValidationInfo
+from pydantic import BeforeValidator, ValidationInfo
 
-from contiga.case.problems import first_problem
+from contiga.case.problems import validated
 from contiga.case.spec import ExistingFile, Spec, is_number
 from contiga.curves.characteristic import Characteristic
 from contiga.errors import CaseError, InputError
@@ -48,18 +47,24 @@ class CurveFile(Spec):
 
 def _curve_of(x: Quantity, y: Quantity) -> Any:
     """Return the type of a curve between two quantities."""
-    return Annotated[CurveTable, BeforeValidator(_as_table((x, y)))]
 
-
-def _as_table(kinds: tuple[Quantity, Quantity]) -> Callable[[Any, ValidationInfo], Any]:
-    def check(value: Any, info: ValidationInfo) -> Any:
+    def as_table(value: Any, info: ValidationInfo) -> Any:
         # Numbers and plain tables are short forms: a line through the origin, and linear ends.
         if is_number(value):
             return {"points": [[0.0, 0.0], [1.0, value]]}
         if isinstance(value, list):
             return {"points": value}
         if isinstance(value, dict) and "file" in value:
-            return _points_of_file(value, kinds, info)
+            spec = validated(CurveFile, value, info.context)
+            table = read_curve(
+                spec.file,
+                (x, y),
+                units_of_case(info.context),
+                columns=spec.columns,
+                curve=spec.curve,
+                units=spec.units,
+            )
+            return {"points": table.tolist(), "extrapolation": spec.extrapolation}
         if isinstance(value, dict | CurveTable):
             return value
         raise CaseError(
@@ -69,25 +74,7 @@ def _as_table(kinds: tuple[Quantity, Quantity]) -> Callable[[Any, ValidationInfo
             '{ points = [[x, y], …], extrapolation = "linear" } or { file = "foam.csv" }',
         )
 
-    return check
-
-
-def _points_of_file(
-    value: dict[str, Any], kinds: tuple[Quantity, Quantity], info: ValidationInfo
-) -> dict[str, Any]:
-    try:
-        spec = CurveFile.model_validate(value, context=info.context)
-    except ValidationError as error:
-        raise first_problem(error, value, "") from error
-    table = read_curve(
-        spec.file,
-        kinds,
-        units_of_case(info.context),
-        columns=spec.columns,
-        curve=spec.curve,
-        units=spec.units,
-    )
-    return {"points": table.tolist(), "extrapolation": spec.extrapolation}
+    return Annotated[CurveTable, BeforeValidator(as_table)]
 
 
 def units_of_case(context: dict[str, Any] | None) -> Units:
@@ -95,10 +82,10 @@ def units_of_case(context: dict[str, Any] | None) -> Units:
 
     If they are wrong, any units are returned: that error is reported separately.
     """
-    said = (context or {}).get("units")
+    table = (context or {}).get("units")
     dimensions = ("length", "mass", "time")
     try:
-        length, mass, time = (said[dimension] for dimension in dimensions)  # type: ignore[index]
+        length, mass, time = (table[dimension] for dimension in dimensions)  # type: ignore[index]
         for unit, dimension in zip((length, mass, time), dimensions, strict=True):
             base_factor(unit, dimension)
     except (TypeError, KeyError, InputError):
@@ -126,8 +113,8 @@ else:
 def with_characteristics(arguments: dict[str, Any]) -> dict[str, Any]:
     """Return arguments by name, their curves as characteristics that errors call by that name."""
     return {
-        name: Characteristic(one.points, extrapolation=one.extrapolation, name=name)
-        if isinstance(one, CurveTable)
-        else one
-        for name, one in arguments.items()
+        name: Characteristic(value.points, extrapolation=value.extrapolation, name=name)
+        if isinstance(value, CurveTable)
+        else value
+        for name, value in arguments.items()
     }

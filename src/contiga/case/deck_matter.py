@@ -13,7 +13,7 @@ from contiga.arrays.layout import positive
 from contiga.case.deck_parts import DeckParts
 from contiga.case.deform_spec import DeformSpec
 from contiga.case.points_spec import FilePoints
-from contiga.case.problems import first_problem
+from contiga.case.problems import first_error
 from contiga.case.schema import SlaveSpec
 from contiga.case.slave_motion import deforming_of
 from contiga.dynamics.prescribed import Fixed
@@ -21,12 +21,11 @@ from contiga.errors import ContigaError, InputError
 from contiga.io.mesh.lsdyna_deck import Material
 from contiga.io.mesh.lsdyna_sets import set_name
 from contiga.io.mesh.lsdyna_ties import NodeTie
-from contiga.io.mesh.raw import Group
 from contiga.matter.foam import Foam
 from contiga.matter.materials import Elastic, NeoHooke
 from contiga.matter.woven import Fabric
 
-_SMOOTHED = 12
+_FILTER_STEPS = 12
 """Steps over which strain rates are smoothed."""
 _MATERIALS: dict[str, Callable[..., Any]] = {
     "elastic": Elastic,
@@ -64,56 +63,66 @@ class _Ties(NamedTuple):
 def deforming(parts: DeckParts, numbers: list[int]) -> SoftSlave | None:
     """Return the deformation of a slave of some parts; None if they rest.
 
-    They deform where all of them are of a material that is understood and something holds some of
-    their nodes: what nothing holds would fly, and what is in two slaves would be there twice.
+    They deform if the material of each of them is understood and some of their nodes are held:
+    parts that nothing holds would fly off, and parts in two slaves would exist twice.
     """
     if any(number in parts.in_several for number in numbers):
         return None  # its ties are reported
-    materials = [one for number in numbers if (one := parts.material(number)) is not None]
-    soft = [one for one in materials if one.soft is not None]
+    model = parts.model
+    materials = [m for number in numbers if (m := parts.material(number)) is not None]
+    soft = [material for material in materials if material.soft is not None]
     ties = _ties_of(parts, numbers)
-    for one in materials if ties.sources else ():
-        if one.unmade:
-            parts.model.leave(one.block, one.unmade)
+    for material in materials if ties.sources else ():
+        if material.unmade:
+            model.leave(material.block, material.unmade)
     if len(soft) < len(numbers) or not (ties.sources or ties.clashes):
         return None
-    if torn := _torn(parts, numbers):
-        parts.model.leave(soft[0].block, torn)
-        return None
+    nodes = _nodes_of(parts, numbers)
+    for part in parts.groups:
+        is_apart = part not in numbers and not parts.is_rigid(part)
+        if is_apart and (_nodes_of(parts, [part]) & nodes).any():
+            shared = f"part {part} shares nodes with it and is not of its slave, which rests"
+            model.leave(soft[0].block, shared)
+            return None
     for tie in ties.clashes:
-        why = f"{tie.nodes}: some go with a rigid part already, so all of the slave rests"
-        parts.model.leave(tie.block, why, tie.line)
+        clash = f"{tie.nodes}: some go with a rigid part already, so all of the slave rests"
+        model.leave(tie.block, clash, tie.line)
         parts.tied.add(tie.key)
     if ties.clashes:
         return None
-    tables = [
-        _material_table(parts, number, one) for number, one in zip(numbers, soft, strict=True)
+    # Each part notes its own fault, so all tables are made before the slave is given up.
+    tables_or_none = [
+        _material_table(parts, n, material) for n, material in zip(numbers, soft, strict=True)
     ]
-    if any(table is None for table in tables):
+    tables = [table for table in tables_or_none if table is not None]
+    if len(tables) < len(tables_or_none):
         return None
     motion: dict[str, Any] = {"kind": "deform"}
     if len(numbers) == 1:
-        motion |= tables[0] or {}
+        motion |= tables[0]
     else:
         motion["parts"] = [
-            {"set": number} | (table or {}) for number, table in zip(numbers, tables, strict=True)
+            {"set": number} | table for number, table in zip(numbers, tables, strict=True)
         ]
-    masses = parts.masses(_nodes_of(parts, numbers), ties.hosts)
-    held = {"fixed": ties.fixed, "attached": ties.attached, "masses": masses}
-    motion |= {key: value for key, value in held.items() if value}
-    if problem := _problem(parts, numbers, motion):
-        parts.model.leave(soft[0].block, problem)
+    masses = parts.masses(nodes, ties.hosts)
+    nodal = {"fixed": ties.fixed, "attached": ties.attached, "masses": masses}
+    motion |= {key: value for key, value in nodal.items() if value}
+    if fault := _fault_of(parts, numbers, motion):
+        model.leave(soft[0].block, fault)
         return None
     parts.tied |= {tie.key for tie in ties.cards}
     parts.weighed.update(masses["nodes"] if masses else ())
     velocity = parts.common_velocity(numbers)
     if velocity is not None:
         motion["velocity"] = velocity
-    places = [f"*{one.block.keyword}, {parts.model.place(one.block)}" for one in soft]
-    notes = [one.soft.note for one in soft if one.soft is not None and one.soft.note]
-    if any("filter" in (table or {})["material"] for table in tables):
+    places = [f"*{m.block.keyword}, {model.place(m.block)}" for m in soft]
+    notes = [m.soft.note for m in soft if m.soft is not None and m.soft.note]
+    if any("filter" in table["material"] for table in tables):
         notes.append("its rates are smoothed over some steps, filter")
-    if any(map(_bends, map(parts.is_shell, numbers), soft)):
+    if any(
+        parts.is_shell(number) and material.soft is not None and not material.soft.membrane
+        for number, material in zip(numbers, soft, strict=True)
+    ):
         notes.append("its shells are membranes, without bending")
     if masses:
         notes.append(f"masses of {sum(masses['mass']):g} by *ELEMENT_MASS")
@@ -121,17 +130,7 @@ def deforming(parts: DeckParts, numbers: list[int]) -> SoftSlave | None:
     return SoftSlave(motion, source, ties.hosts)
 
 
-def _torn(parts: DeckParts, numbers: list[int]) -> str:
-    """Name a part that deforms apart from the slave but shares its nodes; empty if none."""
-    of_slave = _nodes_of(parts, numbers)
-    for part in parts.groups:
-        apart = part in numbers or parts.is_rigid(part)
-        if not apart and (_nodes_of(parts, [part]) & of_slave).any():
-            return f"part {part} shares nodes with it and is not of its slave, which rests"
-    return ""
-
-
-def _problem(parts: DeckParts, numbers: list[int], motion: dict[str, Any]) -> str:
+def _fault_of(parts: DeckParts, numbers: list[int], motion: dict[str, Any]) -> str:
     """Return why a slave cannot deform; empty if it can."""
     points = {"file": parts.file, "parts": numbers}
     table = {"name": parts.slave_name(tuple(numbers)), "points": points, "motion": motion}
@@ -143,9 +142,9 @@ def _problem(parts: DeckParts, numbers: list[int], motion: dict[str, Any]) -> st
         assert isinstance(spec.points, FilePoints)
         assert isinstance(spec.motion, DeformSpec)
         slave = spec.points.slave(spec.name, length)
-        deforming_of(spec, spec.motion, slave, lambda told: Fixed(), length)
+        deforming_of(spec, spec.motion, slave, lambda motion_spec: Fixed(), length)
     except ValidationError as error:
-        return first_problem(error, table, "").what
+        return first_error(error, table, "").what
     except ContigaError as error:
         return f"{error.what}, so the slave rests" if isinstance(error, InputError) else str(error)
     return ""
@@ -155,15 +154,20 @@ def in_several(
     slaves: Iterable[tuple[int, ...]], parts: DeckParts, sets: Iterable[int]
 ) -> set[int]:
     """Return the parts that are in several slaves, or share nodes with sets that are slaves."""
-    different = list(dict.fromkeys(slaves))
+    distinct = list(dict.fromkeys(slaves))
     several = {
         part
-        for k, one in enumerate(different)
-        for part in one
-        if any(part in other for other in different[:k])
+        for k, slave in enumerate(distinct)
+        for part in slave
+        if any(part in earlier for earlier in distinct[:k])
     }
-    chosen = {set_name(number) for number in sets}
-    nodes = {node for group in parts.mesh.groups if group.name in chosen for node in _nodes(group)}
+    names = {set_name(number) for number in sets}
+    nodes = {
+        int(node)
+        for group in parts.mesh.groups
+        if group.name in names and group.nodes is not None
+        for node in group.nodes
+    }
     if nodes:
         several |= {
             part
@@ -175,43 +179,45 @@ def in_several(
 
 def _ties_of(parts: DeckParts, numbers: list[int]) -> _Ties:
     """Return the ties of the nodes of some parts: rigid parts that share them, and cards."""
-    of_slave = _nodes_of(parts, numbers)
+    nodes = _nodes_of(parts, numbers)
+    ids = parts.mesh.node_ids
+    node_ids = np.zeros(len(nodes), np.int64) if ids is None else ids
     ties = _Ties([], [], [], [], [], [])
-    host = np.full(len(of_slave), -1)
+    host = np.full(len(nodes), -1)
     for part in filter(parts.is_rigid, parts.groups):
-        shared = _nodes_of(parts, [part]) & of_slave
+        shared = _nodes_of(parts, [part]) & nodes
         if shared.any():
             host[shared] = part
             ties.hosts.append(part)
             ties.attached.append({"set": part, "body": parts.name(part)})
             ties.sources.append(f"nodes shared with *PART {part}")
-    for (name, ways, part), all_cards in _alike(parts.model.ties).items():
-        there = _members(parts, name) & of_slave
-        numbers_there = set(_numbers(parts)[there].tolist())
-        cards = [tie for tie in all_cards if not tie.one or tie.number in numbers_there]
-        if not there.any() or (part and not (part in parts.groups and parts.is_rigid(part))):
+    # Cards by their nodes and their effect on these; cards that attach nodes to parts come first.
+    cards_by_effect: dict[tuple[str, str, int], list[NodeTie]] = {}
+    for tie in sorted(parts.model.ties, key=lambda tie: tie.part == 0):
+        cards_by_effect.setdefault((tie.nodes, tie.ways, tie.part), []).append(tie)
+    for (name, directions, part), all_cards in cards_by_effect.items():
+        members = np.zeros(len(nodes), np.bool_)
+        group = next((g for g in parts.mesh.groups if g.name == name), None)
+        if group is not None and group.nodes is not None:
+            members[group.nodes] = True
+        members &= nodes
+        ids_of_members = set(node_ids[members].tolist())
+        cards = [tie for tie in all_cards if not tie.one or tie.number in ids_of_members]
+        if not members.any() or (part and not (part in parts.groups and parts.is_rigid(part))):
             continue
-        if ((host[there] >= 0) & (host[there] != (part or -1))).any():
+        if ((host[members] >= 0) & (host[members] != (part or -1))).any():
             ties.clashes.extend(cards)
             continue
         ties.cards.extend(cards)
         place = parts.model.place(cards[0].block, cards[0].line)
         ties.sources.append(f"*{cards[0].block.keyword}, {place}")
         if part:
-            host[there] = part
+            host[members] = part
             ties.hosts.extend([part] * (part not in ties.hosts))
             ties.attached.append({"set": name, "body": parts.name(part)})
         else:
-            ties.fixed.append({"set": name, "hold": [*ways]})
+            ties.fixed.append({"set": name, "hold": [*directions]})
     return ties
-
-
-def _alike(ties: Iterable[NodeTie]) -> dict[tuple[str, str, int], list[NodeTie]]:
-    """Group cards by their nodes and their effect on these; those that carry come first."""
-    alike: dict[tuple[str, str, int], list[NodeTie]] = {}
-    for tie in sorted(ties, key=lambda tie: tie.part == 0):
-        alike.setdefault((tie.nodes, tie.ways, tie.part), []).append(tie)
-    return alike
 
 
 def _nodes_of(parts: DeckParts, numbers: list[int]) -> NDArray[np.bool_]:
@@ -220,29 +226,6 @@ def _nodes_of(parts: DeckParts, numbers: list[int]) -> NDArray[np.bool_]:
     for number in numbers:
         mask[parts.nodes_of(parts.groups[number])] = True
     return mask
-
-
-def _numbers(parts: DeckParts) -> NDArray[Any]:
-    """Return the numbers (n,) of the mesh's nodes in the deck."""
-    numbers = parts.mesh.node_ids
-    return np.zeros(len(parts.mesh.points), np.int64) if numbers is None else numbers
-
-
-def _members(parts: DeckParts, name: str) -> NDArray[np.bool_]:
-    """Return a mask (n,) of the nodes of the mesh that are in a set."""
-    mask = np.zeros(len(parts.mesh.points), np.bool_)
-    group = next((g for g in parts.mesh.groups if g.name == name), None)
-    if group is not None and group.nodes is not None:
-        mask[group.nodes] = True
-    return mask
-
-
-def _nodes(group: Group) -> set[int]:
-    return set() if group.nodes is None else {int(node) for node in group.nodes}
-
-
-def _bends(shell: bool, material: Material) -> bool:
-    return shell and material.soft is not None and not material.soft.membrane
 
 
 def _material_table(parts: DeckParts, number: int, material: Material) -> dict[str, Any] | None:
@@ -261,33 +244,31 @@ def _material_table(parts: DeckParts, number: int, material: Material) -> dict[s
             parts.model.leave(material.block, f"there is no curve {curve}")
             return None
 
-    def filled(table_of: Callable[[int], Any]) -> dict[str, Any]:
-        """Return the table with its curves."""
+    def with_curves(table_of: Callable[[int], Any]) -> dict[str, Any]:
+        """Return the table of the material with its curves."""
         table = soft.table | {key: table_of(curve) for key, curve in curves.items()}
         if len(by_rate) > 1:
             table["rates"] = [
                 {"rate": rate, "loading": table_of(curve)} for rate, curve in by_rate[1:]
             ]
-            table["filter"] = _filter(parts, number, material)
+            # Rates are smoothed over some steps of about facet size over wave speed.
+            speed = (material.modulus / material.density) ** 0.5
+            table["filter"] = float(f"{_FILTER_STEPS * parts.size_of_facets([number]) / speed:.3g}")
         return table
 
-    made: dict[str, Any] = {}
+    properties: dict[str, Any] = {}
     try:
         positive(material.density, "density")
-        made["density"] = parts.density(number)
-        table = filled(lambda curve: parts.model.curves[curve].table)
-        rates = tuple((one["rate"], one["loading"]) for one in table.pop("rates", ()))
+        properties["density"] = parts.density(number)
+        table = with_curves(lambda curve: parts.model.curves[curve].table)
+        rates = tuple((row["rate"], row["loading"]) for row in table.pop("rates", ()))
         kind = table.pop("kind")
         _MATERIALS[kind](**table, **({"rates": rates} if rates else {}))
         if parts.is_shell(number):
-            made["thickness"] = parts.thickness(number)
+            properties["thickness"] = parts.thickness(number)
     except InputError as error:
         parts.model.leave(material.block, f"{error.where} {error.what}")
         return None
-    return {"material": filled(lambda curve: {"file": parts.file, "curve": curve})} | made
-
-
-def _filter(parts: DeckParts, number: int, material: Material) -> float:
-    """Return the smoothing time of rates: some steps of about facet size over wave speed."""
-    speed = (material.modulus / material.density) ** 0.5
-    return float(f"{_SMOOTHED * parts.size_of_facets([number]) / speed:.3g}")
+    return {
+        "material": with_curves(lambda curve: {"file": parts.file, "curve": curve})
+    } | properties

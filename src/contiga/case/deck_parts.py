@@ -23,17 +23,14 @@ from contiga.records import FloatArray, MassProperties
 from contiga.rigid.inertia import combined, of_points
 from contiga.slaves.cells import SHELLS
 
-_AXES = "xyz"
 _RATES = ("vx", "vy", "vz", "a spin about x", "a spin about y", "a spin about z")
-_WAYS = {1: "x", 2: "y", 3: "z", 4: "xy", 5: "yz", 6: "zx", 7: "xyz"}
+_HELD_AXES = {1: "x", 2: "y", 3: "z", 4: "xy", 5: "yz", 6: "zx", 7: "xyz"}
 """Directions by the values of CON1 and CON2 of a *MAT_RIGID."""
-_PENALTY = 0.1
-"""Share of the bulk modulus that LS-DYNA's penalty uses by default, SLSFAC."""
-_JUST_BEFORE = 1e-6
+_PENALTY_FACTOR = 0.1
+"""Share of the bulk modulus in LS-DYNA's penalty stiffness by default, SLSFAC."""
+_JUMP_TIME = 1e-6
 """Time between the two values of a step in a curve, as a share of the run."""
-
-
-_SAME_THICKNESS = 1e-9
+_THICKNESS_TOL = 1e-9
 """Relative difference up to which thicknesses are equal."""
 
 
@@ -51,7 +48,7 @@ class DeckParts:
 
     Parameters
     ----------
-    model : what the deck says beside its mesh
+    model : the deck without its mesh
     folder : where the case will stand
     units : of the deck: length, mass, time
     """
@@ -83,7 +80,7 @@ class DeckParts:
         return {group.id: group for group in self.mesh.groups if group.id is not None}
 
     def _facets(self, parts: list[str | int]) -> _Facets:
-        """The skin of parts of the mesh, made once: the deck may be large."""
+        """Return the skin of parts of the mesh, made once: the deck may be large."""
         key = tuple(parts)
         if key not in self._skins:
             slave = slave_of(self.mesh, self.model.path, chosen=(parts, None, "skin"))
@@ -95,7 +92,7 @@ class DeckParts:
         return self._skins[key]
 
     def material(self, part: int) -> Material | None:
-        """The material of a part, if it is understood."""
+        """Return the material of a part; None if it is not understood."""
         return self.model.materials.get(self.model.parts.materials.get(part, -1))
 
     def is_rigid(self, part: int) -> bool:
@@ -104,60 +101,61 @@ class DeckParts:
         return material is not None and material.rigid
 
     def name(self, part: int) -> str:
-        """Return the name of a part in the case: its title where nobody else has it."""
-        return self._own_name(f"part {part}", self.model.parts.titles.get(part, ""))
+        """Return the name of a part in the case: its title, if it is unique."""
+        return self._unique_name(f"part {part}", self.model.parts.titles.get(part, ""))
 
-    def _own_name(self, key: str, title: str) -> str:
+    def _unique_name(self, key: str, title: str) -> str:
+        """Return the title without special characters, or the key if another part has that name."""
         if key not in self._names:
-            plain = re.sub(r"[^\w -]+", " ", title, flags=re.ASCII).strip(" -")
-            taken = {*self._names.values(), "ground", ""}
-            self._names[key] = plain if plain not in taken else key
+            name = re.sub(r"[^\w -]+", " ", title, flags=re.ASCII).strip(" -")
+            reserved = {*self._names.values(), "ground", ""}
+            self._names[key] = key if name in reserved else name
         return self._names[key]
 
     def slave_name(self, parts: tuple[int, ...]) -> str:
         """Return the name of several parts together in the case."""
         if len(parts) == 1:
             return self.name(parts[0])
-        return self._own_name(f"parts {' '.join(map(str, parts))}"[:60], "")
+        return self._unique_name(f"parts {' '.join(map(str, parts))}"[:60], "")
 
     def nodes_name(self, number: int) -> str:
         """Return the name of a set of nodes in the case."""
-        return self._own_name(set_name(number), "")
+        return self._unique_name(set_name(number), "")
 
     def owner(self, number: int) -> int | None:
-        """The rigid part that all nodes of a set belong to."""
-        chosen = next((g.nodes for g in self.mesh.groups if g.name == set_name(number)), None)
-        if chosen is None:
+        """Return the rigid part that all nodes of a set belong to; None if there is none."""
+        nodes = next((g.nodes for g in self.mesh.groups if g.name == set_name(number)), None)
+        if nodes is None:
             return None
         for part, group in self.groups.items():
-            if self.is_rigid(part) and np.isin(chosen, self.nodes_of(group)).all():
+            if self.is_rigid(part) and np.isin(nodes, self.nodes_of(group)).all():
                 return part
         return None
 
     def part_of(self, number: int) -> int | None:
-        """The part that most nodes of a set belong to."""
-        chosen = next((g.nodes for g in self.mesh.groups if g.name == set_name(number)), None)
-        if chosen is None:
+        """Return the part that most nodes of a set belong to; None if there is none."""
+        nodes = next((g.nodes for g in self.mesh.groups if g.name == set_name(number)), None)
+        if nodes is None:
             return None
         counts = {
-            part: np.count_nonzero(np.isin(chosen, self.nodes_of(group)))
+            part: np.count_nonzero(np.isin(nodes, self.nodes_of(group)))
             for part, group in self.groups.items()
         }
         part = max(counts, key=lambda part: counts[part], default=None)
         return part if part is not None and counts[part] > 0 else None
 
     def nodes_of(self, group: Group) -> Any:
-        """Rows of the mesh's nodes that the elements of a group have."""
-        used = [
+        """Return the rows (k,) of the mesh's nodes that the elements of a group have."""
+        nodes = [
             block.nodes[rows].ravel()
             for block, rows in zip(self.mesh.blocks, group.cells or (), strict=True)
         ]
-        return np.unique(np.concatenate(used))
+        return np.unique(np.concatenate(nodes))
 
     def geometry(self, part: int) -> dict[str, Any]:
-        """The `geometry` of a rigid part; shells are turned one way."""
-        shells = self.is_shell(part)
-        return {"mesh": self.file, "parts": [part], **({"orient": True} if shells else {})}
+        """Return the `geometry` of a rigid part; its shells get consistent normals."""
+        orient = {"orient": True} if self.is_shell(part) else {}
+        return {"mesh": self.file, "parts": [part], **orient}
 
     def is_shell(self, part: int) -> bool:
         """Return whether there are shells in a part."""
@@ -172,30 +170,35 @@ class DeckParts:
         InputError
             There is none, or more than one.
         """
-        known = self._facets([part]).thickness
-        least, most = float(known.min(initial=np.inf)), float(known.max(initial=0.0))
-        if not 0.0 < least <= most:
+        thickness = self._facets([part]).thickness
+        low, high = float(thickness.min(initial=np.inf)), float(thickness.max(initial=0.0))
+        if not 0.0 < low <= high:
             raise InputError("have no thickness", where="its shells")
-        if most - least > _SAME_THICKNESS * most:
-            raise InputError(f"have thicknesses from {least:g} to {most:g}", where="its shells")
-        return float(f"{most:.12g}")  # the mean of the corners is rounded
+        if high - low > _THICKNESS_TOL * high:
+            raise InputError(f"have thicknesses from {low:g} to {high:g}", where="its shells")
+        return float(f"{high:.12g}")  # the mean of the corners is rounded
 
     def mass(self, part: int) -> tuple[dict[str, Any], str]:
         """Return the `mass` of a rigid part, and its source.
 
-        What *PART_INERTIA says stands alone; else lumped masses on its nodes count as well.
+        *PART_INERTIA gives all of it; else lumped masses on its nodes count as well.
         """
         inertia, material = self.model.parts.inertia.get(part), self.material(part)
         assert material is not None
         if inertia is not None and inertia.mass > 0.0:
-            return _table(self._given_inertia(inertia)), self._source(part, inertia)
+            source = "*PART_INERTIA"
+            if self.model.axes_of(inertia) is None:
+                fault = "its own axes are not understood, those of the world are taken"
+                self.model.leave(inertia.block, f"part {part}: {fault}")
+                source += ", its own axes taken for those of the world"
+            return _table(self._card_inertia(inertia)), source
         shells, lumped = self.is_shell(part), self._lumped_inertia(part)
-        plain = not shells and lumped is None and part not in self.model.part_masses
-        if plain and material.density > 0.0:
+        has_density_alone = not shells and lumped is None and part not in self.model.part_masses
+        if has_density_alone and material.density > 0.0:
             return {"density": material.density}, f"density of the *{material.block.keyword}"
-        own = self._shell_inertia(part) if shells else self._solid_inertia(part)
-        every = [one for one in (own, lumped) if one is not None]
-        if not every:
+        elements = (self._shell_inertia if shells else self._solid_inertia)(part, material)
+        bodies = [body for body in (elements, lumped) if body is not None]
+        if not bodies:
             raise MeshError(
                 "is free to move and has no mass",
                 where=f"{self.model.path}: part {part}",
@@ -203,36 +206,29 @@ class DeckParts:
                 f"{self.model.place(material.block)}",
                 allowed="a density above zero, or *PART_INERTIA",
             )
-        where = "its shells at their thickness" if shells else "its solids at their density"
+        source = "its shells at their thickness" if shells else "its solids at their density"
         if shells and not (self._facets([part]).thickness > 0.0).all():
-            why = f"part {part}, its shells have no thickness: 1 is taken for its mass"
-            self.model.leave(material.block, why)
-            where = "its shells at a thickness of 1, as the deck has none: set it"
+            fault = f"part {part}, its shells have no thickness: 1 is taken for its mass"
+            self.model.leave(material.block, fault)
+            source = "its shells at a thickness of 1, as the deck has none: set it"
         if lumped is not None:
-            where += f", and {lumped.mass:g} on its nodes by *ELEMENT_MASS"
-        return _table(combined(every)), where
+            source += f", and {lumped.mass:g} on its nodes by *ELEMENT_MASS"
+        return _table(combined(bodies)), source
 
-    def _given_inertia(self, inertia: Inertia) -> MassProperties:
-        """Return the mass properties that *PART_INERTIA gives, in world axes."""
+    def _card_inertia(self, inertia: Inertia) -> MassProperties:
+        """Return the mass properties of a *PART_INERTIA, in world axes."""
         xx, xy, xz, yy, yz, zz = inertia.tensor
         tensor = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
         centre = np.array(inertia.centre)
         if inertia.node and self.mesh.node_ids is not None:
-            at = np.flatnonzero(self.mesh.node_ids == inertia.node)
-            centre = self.mesh.points[at[0]] if len(at) else centre
+            rows = np.flatnonzero(self.mesh.node_ids == inertia.node)
+            centre = self.mesh.points[rows[0]] if len(rows) else centre
         axes = self.model.axes_of(inertia)
         if axes is not None and not np.array_equal(axes, np.eye(3)):
             tensor = axes @ tensor @ axes.T
         return MassProperties(inertia.mass, centre, tensor)
 
-    def _source(self, part: int, inertia: Inertia) -> str:
-        if self.model.axes_of(inertia) is not None:
-            return "*PART_INERTIA"
-        why = f"part {part}: its own axes are not understood, those of the world are taken"
-        self.model.leave(inertia.block, why)
-        return "*PART_INERTIA, its own axes taken for those of the world"
-
-    def _shell_inertia(self, part: int) -> MassProperties | None:
+    def _shell_inertia(self, part: int, material: Material) -> MassProperties | None:
         """Return the mass properties of shells, with the area mass of their section and cards.
 
         The card is *ELEMENT_MASS_PART. Shells without a thickness count as 1 thick.
@@ -240,27 +236,25 @@ class DeckParts:
         Three points a facet are exact.
         """
         corners, thickness = self._facets([part])
-        material = self.material(part)
-        assert material is not None
         thickness = np.where(thickness > 0.0, thickness, 1.0)
         areas = _areas(corners)
-        masses = areas * (thickness * material.density + self._over_area(part))
+        masses = areas * (thickness * material.density + self._area_mass(part))
         masses += self._added_mass(part, float(masses.sum())) * areas / areas.sum()
         middles = 0.5 * (corners + np.roll(corners, 1, axis=1)).reshape(-1, 3)
         return of_points(middles, np.repeat(masses / 3.0, 3)) if masses.sum() > 0.0 else None
 
-    def _solid_inertia(self, part: int) -> MassProperties | None:
-        """Return the mass properties of solids, with those that *ELEMENT_MASS_PART adds."""
-        material = self.material(part)
-        assert material is not None
+    def _solid_inertia(self, part: int, material: Material) -> MassProperties | None:
+        """Return the mass properties of solids, with the mass that *ELEMENT_MASS_PART adds."""
         if material.density <= 0.0 and part not in self.model.part_masses:
             return None
-        one = self._volume(part)
-        own = material.density * one.mass
-        share = (own + self._added_mass(part, own)) / one.mass
-        if share <= 0.0:
+        at_density_one = self._volume(part)
+        mass = material.density * at_density_one.mass
+        density = (mass + self._added_mass(part, mass)) / at_density_one.mass
+        if density <= 0.0:
             return None
-        return one._replace(mass=share * one.mass, inertia=share * one.inertia)
+        return at_density_one._replace(
+            mass=density * at_density_one.mass, inertia=density * at_density_one.inertia
+        )
 
     def _volume(self, part: int) -> MassProperties:
         """Return the mass properties of the solids of a part at a density of 1."""
@@ -268,17 +262,17 @@ class DeckParts:
         where = f"{self.model.path}: part {part}"
         return master_of(slave, where=where).compact().mass_properties(1.0)
 
-    def _over_area(self, part: int) -> float:
-        """Return the mass over area that the section of a part adds, MAREA."""
+    def _area_mass(self, part: int) -> float:
+        """Return the mass per area that the section of a part adds, MAREA."""
         return self.model.parts.added.get(self.model.parts.sections.get(part, -1), 0.0)
 
-    def _added_mass(self, part: int, own: float) -> float:
-        """Return the mass that *ELEMENT_MASS_PART adds to a part whose own mass is `own`."""
+    def _added_mass(self, part: int, mass: float) -> float:
+        """Return the mass that *ELEMENT_MASS_PART adds to a part whose elements have `mass`."""
         row = self.model.part_masses.get(part)
         if row is None:
             return 0.0
         added, final = row.reals("ADDMASS FINMASS")
-        return final - own if final > 0.0 else added
+        return final - mass if final > 0.0 else added
 
     def density(self, part: int) -> float:
         """Return the density of a deforming part, with the mass that cards add to it."""
@@ -287,7 +281,7 @@ class DeckParts:
         density = material.density
         if self.is_shell(part):
             thickness = self.thickness(part)
-            density += self._over_area(part) / thickness
+            density += self._area_mass(part) / thickness
             if part in self.model.part_masses:
                 volume = float(_areas(self._facets([part]).corners).sum()) * thickness
                 density += self._added_mass(part, density * volume) / volume
@@ -297,7 +291,7 @@ class DeckParts:
         return density
 
     def _nodes_of(self, part: int) -> NDArray[np.bool_]:
-        """Return a mask (n,) of the nodes of a rigid part, with those that cards add to it."""
+        """Return a mask (n,) of the nodes of a rigid part, and of nodes that cards add to it."""
         mask = np.zeros(len(self.mesh.points), np.bool_)
         mask[self.nodes_of(self.groups[part])] = True
         names = {tie.nodes for tie in self.model.ties if tie.part == part}
@@ -310,15 +304,15 @@ class DeckParts:
         """Return the mass properties of the lumped masses on nodes of a rigid part."""
         if self.mesh.mass is None:
             return None
-        at = np.flatnonzero(self._nodes_of(part) & (self.mesh.mass > 0.0))
-        if not len(at):
+        rows = np.flatnonzero(self._nodes_of(part) & (self.mesh.mass > 0.0))
+        if not len(rows):
             return None
-        heavy = set(at.tolist())
+        row_set = set(rows.tolist())
         for group in self.mesh.groups:
-            if group.nodes is not None and heavy.intersection(group.nodes.tolist()):
+            if group.nodes is not None and row_set.intersection(group.nodes.tolist()):
                 ties = [t for t in self.model.ties if t.part == part and t.nodes == group.name]
                 self.tied.update(tie.key for tie in ties)
-        return of_points(self.mesh.points[at], self.mesh.mass[at])
+        return of_points(self.mesh.points[rows], self.mesh.mass[rows])
 
     def masses(self, nodes: NDArray[np.bool_], hosts: Iterable[int]) -> dict[str, Any] | None:
         """Return the table of lumped masses on deforming nodes (n,), or None if there are none.
@@ -327,13 +321,13 @@ class DeckParts:
         """
         if self.mesh.mass is None or self.mesh.node_ids is None:
             return None
-        own = nodes & (self.mesh.mass > 0.0)
+        has_mass = nodes & (self.mesh.mass > 0.0)
         for part in hosts:
-            own &= ~self._nodes_of(part)
-        at = np.flatnonzero(own)
-        if not len(at):
+            has_mass &= ~self._nodes_of(part)
+        rows = np.flatnonzero(has_mass)
+        if not len(rows):
             return None
-        return {"nodes": self.mesh.node_ids[at].tolist(), "mass": self.mesh.mass[at].tolist()}
+        return {"nodes": self.mesh.node_ids[rows].tolist(), "mass": self.mesh.mass[rows].tolist()}
 
     def leave_masses(self, bodies: Iterable[int]) -> None:
         """Note the lumped masses on nodes that belong to nothing with a mass in the case."""
@@ -342,71 +336,66 @@ class DeckParts:
         carried = np.zeros(len(self.mesh.points), np.bool_)
         for part in bodies:
             carried |= self._nodes_of(part)
-        left = set(self.mesh.node_ids[~carried & (self.mesh.mass > 0.0)].tolist()) - self.weighed
-        for block in {id(one.block): one.block for one in self.model.masses}.values():
-            here = [one for one in self.model.masses if one.block is block]
-            nodes = {n for one in here for n in self.model.nodes_of(one)} & left
+        unused = set(self.mesh.node_ids[~carried & (self.mesh.mass > 0.0)].tolist()) - self.weighed
+        for block in {id(card.block): card.block for card in self.model.masses}.values():
+            cards = [card for card in self.model.masses if card.block is block]
+            nodes = {node for card in cards for node in self.model.nodes_of(card)} & unused
             if nodes:
-                which = f"{len(nodes)} nodes of nothing that moves here, first {min(nodes)}"
-                self.model.leave(block, f"{which}: their masses are left out")
+                text = f"{len(nodes)} nodes of nothing that moves here, first {min(nodes)}"
+                self.model.leave(block, f"{text}: their masses are left out")
 
     def free_motion(self, part: int) -> dict[str, Any] | None:
         """Return the `motion` of a rigid part that forces move; None if it is fully held."""
         material = self.material(part)
         assert material is not None
-        ways, turns = (_WAYS.get(code, "") for code in material.held)
-        if len(ways) == len(turns) == len(_AXES):
+        directions, rotations = (_HELD_AXES.get(code, "") for code in material.held)
+        if len(directions) == len(rotations) == 3:
             return None
-        started = self._start(part)
+        rates = self._start(part)
         motion: dict[str, Any] = {"kind": "free"}
-        for key, values in (("velocity", started[:3]), ("spin", started[3:])):
+        for key, values in (("velocity", rates[:3]), ("spin", rates[3:])):
             if any(values):
                 motion[key] = list(values)
-        if ways or turns:
-            motion["hold"] = [*ways, *(f"r{axis}" for axis in turns)]
+        if directions or rotations:
+            motion["hold"] = [*directions, *(f"r{axis}" for axis in rotations)]
         return motion
 
     def _start(self, part: int) -> tuple[float, ...]:
-        """Return initial velocity and spin: those of *PART_INERTIA if nothing replaces them."""
+        """Return initial velocity and spin, of *PART_INERTIA if no other card replaces them."""
         inertia, start = self.model.parts.inertia.get(part), self._start_of_cards(part)
         if inertia is None:
             return (0.0,) * 6 if start is None else start.rates
-        speeds = (*inertia.velocity, *inertia.spin)
+        rates = (*inertia.velocity, *inertia.spin)
         if start is None:
-            return speeds
+            return rates
         if 0 in start.over or part in start.over:
             return start.rates
-        if start.rates != speeds:
+        if start.rates != rates:
             self.model.leave(start.block, f"part {part} has that of its *PART_INERTIA, IRIGID")
-        return speeds
+        return rates
 
     def _start_of_cards(self, part: int) -> Start | None:
-        speeds = self.model.velocities.get(part) or self._start_of_nodes(part)
-        return speeds or self.model.velocities.get(0)
-
-    def _start_of_nodes(self, part: int) -> Start | None:
-        """Return the one velocity that *INITIAL_VELOCITY_NODE gives all nodes of a part."""
-        velocities = self.model.node_velocities
-        if not velocities or self.mesh.node_ids is None:
-            return None
-        nodes = self.mesh.node_ids[self.nodes_of(self.groups[part])].tolist()
-        given = [velocities[node] for node in nodes if node in velocities]
-        if len(given) < len(nodes) or len({one.rates for one in given}) > 1:
-            return None
-        rates = given[0].rates
-        if any(rates[3:]):
-            return None
-        self._started.update(nodes)
-        return Start(rates, (), given[0].block)
+        """Return the start of a part by *INITIAL_VELOCITY; by the cards of all its nodes, too."""
+        if start := self.model.velocities.get(part):
+            return start
+        by_node, node_ids = self.model.node_velocities, self.mesh.node_ids
+        if by_node and node_ids is not None:
+            nodes = node_ids[self.nodes_of(self.groups[part])].tolist()
+            starts = [by_node[node] for node in nodes if node in by_node]
+            is_one_velocity = len({start.rates for start in starts}) <= 1
+            if len(starts) == len(nodes) and is_one_velocity and not any(starts[0].rates[3:]):
+                self._started.update(nodes)
+                return Start(starts[0].rates, (), starts[0].block)
+        return self.model.velocities.get(0)
 
     def common_velocity(self, parts: list[int]) -> list[float] | None:
         """Return the initial velocity of some parts; noted if they do not share one."""
         starts = [self._start_of_cards(part) for part in parts]
-        some = [one for one in starts if one is not None and any(one.rates)]
-        if not some:
+        moving = [start for start in starts if start is not None and any(start.rates)]
+        if not moving:
             return None
-        rates, block = some[0].rates, some[0].block
-        if any(one is None or one.rates != rates for one in starts) or any(rates[3:]):
+        rates, block = moving[0].rates, moving[0].block
+        if any(start is None or start.rates != rates for start in starts) or any(rates[3:]):
             self.model.leave(block, "parts that deform start all with one velocity, without a spin")
             return None
         return list(rates[:3])
@@ -415,18 +404,18 @@ class DeckParts:
         """Note the ties of nodes that belong to nothing that deforms."""
         for tie in self.model.ties:
             if tie.key not in self.tied:
-                none = "" if tie.one else self.model.no_set("NODE", tie.number)
-                why = none or f"{tie.nodes}: of no part that deforms here"
-                self.model.leave(tie.block, why, tie.line)
+                no_set = "" if tie.one else self.model.no_set("NODE", tie.number)
+                fault = no_set or f"{tie.nodes}: of no part that deforms here"
+                self.model.leave(tie.block, fault, tie.line)
 
     def leave_nodes(self) -> None:
         """Note the nodes with an initial velocity that belong to no body."""
-        left = [n for n in self.model.node_velocities if n not in self._started]
-        if left:
-            first = self.model.node_velocities[left[0]]
-            which = f"{len(left)} nodes, first {left[0]}"
-            why = f"{which}: not all those of a rigid part, at one velocity"
-            self.model.leave(first.block, why, first.line)
+        nodes = [node for node in self.model.node_velocities if node not in self._started]
+        if nodes:
+            first = self.model.node_velocities[nodes[0]]
+            text = f"{len(nodes)} nodes, first {nodes[0]}"
+            fault = f"{text}: not all those of a rigid part, at one velocity"
+            self.model.leave(first.block, fault, first.line)
 
     def prescribed(self, part: int, end: float) -> dict[str, Any] | None:
         """Return the `motion` that the deck prescribes for a part; None if it prescribes none."""
@@ -439,48 +428,49 @@ class DeckParts:
         if kind == "acceleration" and any(start[:3]):
             motion["velocity"] = start[:3]
             start[:3] = [0.0] * 3
-        for one in motions:
-            start[one.way - 1] = 0.0
-        lost = [name for name, rate in zip(_RATES, start, strict=True) if rate]
-        if lost:
-            why = f"part {part} starts with {', '.join(lost)}, which is left out"
-            self.model.leave(motions[0].block, why, motions[0].line)
+        for prescribed in motions:
+            start[prescribed.way - 1] = 0.0
+        unused = [name for name, rate in zip(_RATES, start, strict=True) if rate]
+        if unused:
+            fault = f"part {part} starts with {', '.join(unused)}, which is left out"
+            self.model.leave(motions[0].block, fault, motions[0].line)
         return motion
 
     def _over_time(self, motions: list[Prescribed], end: float) -> FloatArray:
         """Return rows t, x, y, z (n, 4) from the start to the end; the last value is held.
 
-        Where a curve has two values at a time, the first of them stands just before it.
+        If a curve has two values at a time, the first of them comes just before it.
         """
-        curves = [self.model.curve(one.curve) for one in motions]
+        curves = [self.model.curve(motion.curve) for motion in motions]
         tables = [curve.table for curve in curves if curve is not None]
         steps = [table[1:, 0][np.diff(table[:, 0]) == 0.0] for table in tables]
-        before = np.concatenate(steps) - _JUST_BEFORE * end
-        times = np.unique(np.concatenate([[0.0, end], before, *(t[:, 0] for t in tables)]))
+        before_jumps = np.concatenate(steps) - _JUMP_TIME * end
+        times = np.unique(np.concatenate([[0.0, end], before_jumps, *(t[:, 0] for t in tables)]))
         times = times[(times >= 0.0) & (times <= end)]
         rows = np.zeros((len(times), 4))
         rows[:, 0] = times
-        for one, table in zip(motions, tables, strict=True):
-            rows[:, one.way] = one.scale * np.interp(times, table[:, 0], table[:, 1])
+        for motion, table in zip(motions, tables, strict=True):
+            rows[:, motion.way] = motion.scale * np.interp(times, table[:, 0], table[:, 1])
         return rows
 
-    def law(self, parts: list[str | int], inner: int | None, scale: float) -> str:
-        """Return the `law` of a contact on a slave: a penalty over its area as in LS-DYNA.
+    def law(self, selection: list[str | int], part: int | None, scale: float) -> str:
+        """Return the `law` of a contact on a slave: a penalty per area as in LS-DYNA.
 
-        `inner` is the part that the slave, or most of its nodes, are of.
+        `part` is the part of the slave, or of most of its nodes.
         """
-        material = None if inner is None else self.material(inner)
-        size = self.size_of_facets(parts) or (
-            self.size_of_facets([inner]) if inner is not None else 0.0
+        material = None if part is None else self.material(part)
+        size = self.size_of_facets(selection) or (
+            self.size_of_facets([part]) if part is not None else 0.0
         )
         bulk = 0.0
         if material is not None and material.poisson < 0.5:
             bulk = material.modulus / (3.0 * (1.0 - 2.0 * material.poisson))
-        stiffness = _PENALTY * scale * bulk / (size or 1.0) if bulk else 1.0
-        where = f"0.1 × {scale:g} × bulk modulus {bulk:.4g} / facets of {size or 1.0:.4g}"
-        reason = where if bulk else "the deck has no modulus that is understood: set it"
+        stiffness = _PENALTY_FACTOR * scale * bulk / (size or 1.0) if bulk else 1.0
+        source = "the deck has no modulus that is understood: set it"
+        if bulk:
+            source = f"0.1 × {scale:g} × bulk modulus {bulk:.4g} / facets of {size or 1.0:.4g}"
         return (
-            f"# stiffness, a stress over a penetration: {reason}\n"
+            f"# stiffness, a stress over a penetration: {source}\n"
             f'law = {{ kind = "penalty", stiffness = {stiffness:.6g}, per_area = true }}'
         )
 

@@ -17,7 +17,7 @@ from contiga.case.nodal_spec import (
     NodalLoadSpec,
     NodesOf,
 )
-from contiga.case.rigid_spec import ToldMotionSpec
+from contiga.case.rigid_spec import PrescribedMotionSpec
 from contiga.case.spec import (
     ExistingFile,
     LengthUnit,
@@ -38,14 +38,14 @@ ElementsOf = Callable[[str | int], Mapping[str, IntArray]]
 """Elements by kind of the set with a name or number."""
 
 
-class _MadeOf(Spec):
+class _ElementProperties(Spec):
     """Material and section of elements."""
 
     material: MaterialSpec | None = None
     density: Positive | None = None
     """Mass over volume."""
     thickness: Positive | None = None
-    """Thickness of membranes; that of the slave if omitted."""
+    """Thickness of membranes; the thickness of the slave if omitted."""
     section: Positive | None = None
     """Area of the section of bars."""
     hourglass: Positive = 1.0
@@ -61,7 +61,7 @@ class _MadeOf(Spec):
         return linear, quadratic
 
 
-class MadeOfSpec(_MadeOf):
+class PartSpec(_ElementProperties):
     """A table of `parts`: `set`, `material`, `density` and other properties of its elements."""
 
     set: str | int
@@ -69,23 +69,24 @@ class MadeOfSpec(_MadeOf):
     material: MaterialSpec
     density: Positive
 
-    def made(self, elements_of: ElementsOf, thickness: float | None) -> list[Part]:
+    def parts_of(self, elements_of: ElementsOf, thickness: float | None) -> list[Part]:
         """Return a part for each kind of elements."""
-        return [self._part(kind, rows, thickness) for kind, rows in elements_of(self.set).items()]
-
-    def _part(self, kind: str, elements: IntArray, thickness: float | None) -> Part:
-        dimension = DIMENSION[kind]
-        return Part(
-            kind=kind,
-            elements=elements,
-            material=self.material.made,
-            density=self.density,
-            thickness=(self.thickness or thickness) if dimension == 2 else None,
-            section=self.section if dimension == 1 else None,
-            hourglass=self.hourglass,
-            bulk_viscosity=self._viscosity if dimension == 3 else (0.0, 0.0),
-            name=f"parts {self.set!r}: {kind}",
-        )
+        parts = []
+        for kind, elements in elements_of(self.set).items():
+            dimension = DIMENSION[kind]
+            part = Part(
+                kind=kind,
+                elements=elements,
+                material=self.material.instance,
+                density=self.density,
+                thickness=(self.thickness or thickness) if dimension == 2 else None,
+                section=self.section if dimension == 1 else None,
+                hourglass=self.hourglass,
+                bulk_viscosity=self._viscosity if dimension == 3 else (0.0, 0.0),
+                name=f"parts {self.set!r}: {kind}",
+            )
+            parts.append(part)
+        return parts
 
     def describe(self) -> str:
         """Describe the table in words."""
@@ -100,7 +101,7 @@ class ReferenceSpec(Spec):
 
     file: ExistingFile | None = None
     unit: LengthUnit | None = None
-    """Unit of the file; that of the slave's mesh, or the case's, if omitted."""
+    """Unit of the file; by default the unit of the slave's mesh, or of the case."""
     scale: Positive | Annotated[list[Positive], Field(min_length=3, max_length=3)] | None = None
     """Scale relative to the slave as placed: one factor, or factors along x, y and z."""
 
@@ -129,13 +130,13 @@ class ReferenceSpec(Spec):
                 found=f"{len(mesh)} nodes in {self.file}",
                 allowed=f"{len(slave)}, in the same order",
             )
-        ours, theirs = (dict(each.elements) for each in (slave, mesh))
-        for kinds, each in ((ours, slave), (theirs, mesh)):
-            if each.facets is not None:
-                kinds["facets"] = each.facets
-        for kind in {**ours, **theirs}:
-            one, other = ours.get(kind), theirs.get(kind)
-            if one is None or other is None or not np.array_equal(one, other):
+        elements, elements_of_file = (dict(part.elements) for part in (slave, mesh))
+        for kinds, part in ((elements, slave), (elements_of_file, mesh)):
+            if part.facets is not None:
+                kinds["facets"] = part.facets
+        for kind in {**elements, **elements_of_file}:
+            rows, rows_of_file = elements.get(kind), elements_of_file.get(kind)
+            if rows is None or rows_of_file is None or not np.array_equal(rows, rows_of_file):
                 raise CaseError(
                     "must have the elements of the slave, with the same nodes",
                     where="reference.file",
@@ -149,7 +150,7 @@ class ReferenceSpec(Spec):
         return f"of size {self.scale}" if self.file is None else f"as in {self.file}"
 
 
-class DeformSpec(_MadeOf, MotionSpec):
+class DeformSpec(_ElementProperties, MotionSpec):
     """`{ kind = "deform", material, density, parts, fixed, driven, attached, … }`: elements.
 
     `parts`, `fixed`, `driven`, `attached`, `masses` and `loads` are tables, or lists of them.
@@ -157,7 +158,7 @@ class DeformSpec(_MadeOf, MotionSpec):
 
     by_forces = True
     kind: Literal["deform"] = "deform"
-    parts: list[MadeOfSpec] = Field(default_factory=list)
+    parts: list[PartSpec] = Field(default_factory=list)
     """Elements with other materials or sections."""
     fixed: list[HeldSpec] = Field(default_factory=list)
     velocity: Vector = Field(default_factory=lambda: [0.0, 0.0, 0.0])
@@ -169,7 +170,7 @@ class DeformSpec(_MadeOf, MotionSpec):
     driven: list[DrivenSpec] = Field(default_factory=list)
     attached: list[AttachedSpec] = Field(default_factory=list)
     masses: list[MassesSpec] = Field(default_factory=list)
-    """Lumped masses on nodes, in addition to those of the elements."""
+    """Lumped masses on nodes, in addition to the masses of the elements."""
     loads: list[NodalLoadSpec] = Field(default_factory=list)
     reference: ReferenceSpec | None = None
     """Mesh on which no element is strained; the slave's own if omitted."""
@@ -199,54 +200,59 @@ class DeformSpec(_MadeOf, MotionSpec):
 
     def named_bodies(self) -> Iterator[tuple[str, str]]:
         """Yield the keys that name bodies that carry nodes, and the names."""
-        yield from ((f"attached[{k}].body", one.body) for k, one in enumerate(self.attached))
+        for k, table in enumerate(self.attached):
+            yield f"attached[{k}].body", table.body
 
     def moved(
         self,
         nodes_of: NodesOf,
-        motion_of: Callable[[ToldMotionSpec], BodyMotion],
+        motion_of: Callable[[PrescribedMotionSpec], BodyMotion],
         elements_of: ElementsOf,
-        rest: FloatArray | None,
+        reference_nodes: FloatArray | None,
     ) -> Deforming:
         """Return the motion.
 
-        `motion_of` answers motions in the units of the case, `rest` (n, 3) are the nodes of the
-        `reference`.
+        `motion_of` returns motions in the units of the case, `reference_nodes` (n, 3) are the nodes
+        of the `reference`.
         """
         return Deforming(
-            material=None if self.material is None else self.material.made,
+            material=None if self.material is None else self.material.instance,
             density=self.density,
             thickness=self.thickness,
             bending=self.bending,
             section=self.section,
             hourglass=self.hourglass,
             bulk_viscosity=self._viscosity,
-            parts=[part for one in self.parts for part in one.made(elements_of, self.thickness)],
-            fixed=[one.table(nodes_of) for one in self.fixed] or None,
+            parts=[
+                part for spec in self.parts for part in spec.parts_of(elements_of, self.thickness)
+            ],
+            fixed=[spec.table(nodes_of) for spec in self.fixed] or None,
             velocity=self.velocity,
             damping=self.damping,
-            driven=[one.table(nodes_of) | {"motion": motion_of(one.motion)} for one in self.driven],
-            attached=[one.table(nodes_of) for one in self.attached],
-            masses=[one.table(nodes_of) for one in self.masses],
-            loads=[one.load(nodes_of) for one in self.loads],
-            rest=rest,
+            driven=[
+                spec.table(nodes_of) | {"motion": motion_of(spec.motion)} for spec in self.driven
+            ],
+            attached=[spec.table(nodes_of) for spec in self.attached],
+            masses=[spec.table(nodes_of) for spec in self.masses],
+            loads=[spec.load(nodes_of) for spec in self.loads],
+            rest=reference_nodes,
             mass_scaling=self.mass_scaling,
         )
 
     def describe(self) -> str:
         """Describe the table in words."""
-        made = [one.describe() for one in self.parts]
+        materials = [spec.describe() for spec in self.parts]
         if self.material is not None:
-            made.insert(0, f"{self.material.describe()}, density {self.density:g}")
+            materials.insert(0, f"{self.material.describe()}, density {self.density:g}")
         places = "1 place" if len(self.fixed) == 1 else f"{len(self.fixed)} places"
-        held = f", nodes fixed at {places}" if self.fixed else ""
-        held += "".join(f", {one.describe()}" for one in self.driven)
-        held += "".join(f", nodes attached to {one.body}" for one in self.attached)
-        held += "".join(f", {one.describe()}" for one in self.masses)
-        held += "".join(f", {one.describe()}" for one in self.loads)
+        supports = f", nodes fixed at {places}" if self.fixed else ""
+        supports += "".join(f", {spec.describe()}" for spec in self.driven)
+        supports += "".join(f", nodes attached to {spec.body}" for spec in self.attached)
+        loads = "".join(f", {spec.describe()}" for spec in self.masses)
+        loads += "".join(f", {spec.describe()}" for spec in self.loads)
         if self.reference is not None:
-            held += f", without strain {self.reference.describe()}"
+            loads += f", without strain {self.reference.describe()}"
         if self.mass_scaling is not None:
-            held += f", masses scaled for steps of {self.mass_scaling:g}"
-        way = f", velocity {self.velocity} at the start" if any(self.velocity) else ""
-        return f"deforms, {'; '.join(made)}{held}{way}"
+            loads += f", masses scaled for steps of {self.mass_scaling:g}"
+        start = f", velocity {self.velocity} at the start" if any(self.velocity) else ""
+        return f"deforms, {'; '.join(materials)}{supports}{loads}{start}"

@@ -16,10 +16,15 @@ from contiga.simulation.simulation import Simulation
 from contiga.simulation.step import place
 from contiga.slaves.slave import box_of
 
-# Tolerance of the triangles that determine the side a body faces, over its size; and the share
-# of its area that must face that way.
-_ROUGH = 0.02
-_EVEN = 0.05
+_TRIANGLE_TOL = 0.02
+"""Tolerance of the triangles that determine the direction a body faces, over its size."""
+_MIN_FACING_SHARE = 0.05
+"""Smallest mean of the unit normals of a body that faces one direction."""
+_DEFAULT_AREA = "facets cut where contact ends, else tributary"
+_WEIGHTS = {
+    "rest": "areas of the slave at rest",
+    "area": "contact areas as measured: forces make and lose energy",
+}
 
 
 def describe(case: Case) -> list[tuple[str, str]]:
@@ -31,11 +36,17 @@ def describe(case: Case) -> list[tuple[str, str]]:
 
     units = case.units
     derived = derived_units(units.length, units.mass, units.time)
+    steps = case.time.stepping()
+    times = f"{steps.start:g} to {steps.end:g} {units.time}"
+    if isinstance(steps, EqualSteps):
+        times += f" in {steps.count} steps of {steps.step:g}"
+    else:
+        times += f" in automatic steps of at most {steps.most:g}"
     rows = [
         ("title", case.title),
         ("units", f"{units.length}, {units.mass}, {units.time}"),
         ("derived units", f"force {derived['force']}, stress {derived['stress']}"),
-        ("time", _times(case)),
+        ("time", times),
     ]
     if any(case.world.gravity):
         rows.append(("gravity", f"{case.world.gravity} {units.length}/{units.time}²"))
@@ -49,31 +60,30 @@ def describe(case: Case) -> list[tuple[str, str]]:
             rows.append(("  layer", body.layers()))
         rows.append(("  motion", body.motion.describe()))
     for slave in case.slave:
-        rows.append((f"slave {slave.name}", _with_placement(slave.what(), slave.source)))
+        rows.append((f"slave {slave.name}", _with_placement(slave.describe_source(), slave.source)))
         rows.append(("  motion", slave.motion.describe()))
-        given = [f"{k} {v:g}" for k in ("thickness", "area", "mass") if (v := getattr(slave, k))]
-        if given:
-            rows.append(("  every node", ", ".join(given)))
+        nodal = [f"{k} {v:g}" for k in ("thickness", "area", "mass") if (v := getattr(slave, k))]
+        if nodal:
+            rows.append(("  every node", ", ".join(nodal)))
     for belt in case.belt:
         rows.append((f"belt {belt.name}", belt.describe()))
         rows += [(f"  {end}", webbing.describe()) for end, webbing in belt.webbing.items()]
-    soft = {
+    deforming = {
         slave.name
         for slave in case.slave
         if slave.motion.kind == "deform" and (slave.points or slave.mesh)
     }
-    soft |= {belt.name for belt in case.belt}
+    deforming |= {belt.name for belt in case.belt}
     for contact in case.contact:
-        deforms = contact.slave in soft
-        rows += _contact(contact, case.sides(contact).type, deforms)
+        rows += _contact(contact, case.sides(contact).type, contact.slave in deforming)
     for k, load in enumerate(case.load):
         rows.append((f"load {k}", load.describe()))
     for spring in case.spring:
         rows.append((f"spring {spring.name or '-'.join(spring.between)}", spring.describe()))
     for ring in case.slip_ring:
-        rows.append((f"slip ring {ring.made.name}", ring.describe()))
+        rows.append((f"slip ring {ring.instance.name}", ring.describe()))
     for joint in case.joint:
-        rows.append((f"joint {joint.made.name}", joint.describe()))
+        rows.append((f"joint {joint.instance.name}", joint.describe()))
     for chamber in case.gas:
         rows.append((f"gas {chamber.name}", chamber.describe()))
     for sensor in case.sensor:
@@ -82,8 +92,8 @@ def describe(case: Case) -> list[tuple[str, str]]:
     rows += [(f"test {curve.name}", curve.describe()) for curve in case.reference]
     output = case.output
     kinds = [*output.formats, *(["report"] if output.report else [])]
-    often = f"{output.every} steps" if output.interval is None else f"{output.interval:g}"
-    rows.append(("output", f"{', '.join(kinds) or 'none'}; fields every {often}"))
+    interval = f"{output.every} steps" if output.interval is None else f"{output.interval:g}"
+    rows.append(("output", f"{', '.join(kinds) or 'none'}; fields every {interval}"))
     return rows
 
 
@@ -94,14 +104,13 @@ def placed_parts(simulation: Simulation) -> list[tuple[str, str]]:
     rows = []
     for name, (body, _) in simulation.bodies.items():
         pose = start.bodies[name].pose
-        open_side = "" if body.closed else f"; {_free_side(body, pose)}"
-        rows.append((f"body {name}", _box(said, extent_at(body, pose)) + open_side))
+        free_side = "" if body.closed else f"; {_free_side(body, pose)}"
+        rows.append((f"body {name}", _box(said, extent_at(body, pose)) + free_side))
     for name, (slave, _) in simulation.slaves.items():
-        active = int(slave.active.sum())
-        idle = "" if active == len(slave) else f", {active} of {len(slave)} points active"
-        rows.append(
-            (f"slave {name}", _box(said, box_of(start.slaves[name].points, slave.active)) + idle)
-        )
+        count = int(slave.active.sum())
+        active = "" if count == len(slave) else f", {count} of {len(slave)} points active"
+        box = box_of(start.slaves[name].points, slave.active)
+        rows.append((f"slave {name}", _box(said, box) + active))
     return rows
 
 
@@ -114,32 +123,23 @@ def _box(said: Quantities, bounds: FloatArray) -> str:
 
 
 def _free_side(body: Master, pose: FloatArray) -> str:
-    """Return the mean direction that an open body faces at `pose`."""
-    mesh = body.tessellate(_ROUGH * body.size)
+    """Return the mean direction that an open body faces at `pose`, in words."""
+    mesh = body.tessellate(_TRIANGLE_TOL * body.size)
     p = mesh.vertices[mesh.triangles]
     vectors = 0.5 * np.cross(p[:, 1] - p[:, 0], p[:, 2] - p[:, 0])
-    area, way = (
-        np.sqrt(np.square(vectors).sum(axis=1)).sum(),
-        product(pose[:3, :3], vectors.sum(axis=0)),
-    )
-    if not length(way) > _EVEN * area:
+    area = np.sqrt(np.square(vectors).sum(axis=1)).sum()
+    normal = product(pose[:3, :3], vectors.sum(axis=0))
+    if not length(normal) > _MIN_FACING_SHARE * area:
         return "open, its free sides face all ways"
-    return "open, its free side faces [" + ", ".join(f"{x:.2g}" for x in way / length(way)) + "]"
-
-
-def _times(case: Case) -> str:
-    steps, unit = case.time.stepping(), case.units.time
-    span = f"{steps.start:g} to {steps.end:g} {unit}"
-    if isinstance(steps, EqualSteps):
-        return f"{span} in {steps.count} steps of {steps.step:g}"
-    return f"{span} in automatic steps of at most {steps.most:g}"
+    direction = ", ".join(f"{x:.2g}" for x in normal / length(normal))
+    return f"open, its free side faces [{direction}]"
 
 
 def description(case: Case) -> str:
     """Return `describe` as plain text in two columns."""
     rows = describe(case)
-    width = max(len(what) for what, _ in rows)
-    return "\n".join(f"{what:<{width}}  {how}" for what, how in rows)
+    width = max(len(subject) for subject, _ in rows)
+    return "\n".join(f"{subject:<{width}}  {text}" for subject, text in rows)
 
 
 def _with_placement(text: str, spec: object) -> str:
@@ -150,22 +150,6 @@ def _with_placement(text: str, spec: object) -> str:
     return ", ".join([text + moved + flipped, *texts])
 
 
-_DEFAULT_AREA = "facets cut where contact ends, else tributary"
-
-
-_WEIGHTS = {
-    "rest": "areas of the slave at rest",
-    "area": "contact areas as measured: forces make and lose energy",
-}
-
-
-def _points(contact: ContactSpec, deforms: bool) -> str:
-    at = "" if contact.quadrature == "nodes" else f", at {contact.quadrature} points a facet"
-    if contact.quadrature is None:
-        at = f", at {QUADRATURE} points a facet where it can have them" if deforms else ""
-    return at + (", from half the thickness of the shell on" if contact.shell_thickness else "")
-
-
 def _contact(contact: ContactSpec, kind: str, deforms: bool) -> list[tuple[str, str]]:
     laws = [] if contact.law is None else [("  law", contact.law.describe())]
     if contact.master_law is not None:
@@ -173,11 +157,18 @@ def _contact(contact: ContactSpec, kind: str, deforms: bool) -> list[tuple[str, 
     if contact.friction is not None:
         laws.append(("  friction", contact.friction.describe()))
     area = _DEFAULT_AREA if contact.area is None else contact.area.describe()
+    if contact.quadrature is None:
+        points = f", at {QUADRATURE} points a facet where it can have them" if deforms else ""
+    else:
+        is_nodal = contact.quadrature == "nodes"
+        points = "" if is_nodal else f", at {contact.quadrature} points a facet"
+    if contact.shell_thickness:
+        points += ", from half the thickness of the shell on"
     return [
         (f"contact {contact.title}", f"{contact.slave} against {contact.master}"),
         ("  search", f"{contact.search}, type {kind}, foot {contact.foot}"),
         ("  at an edge", f"{contact.on_edge}; after tunnelling: {contact.through}"),
         *laws,
-        ("  weights", _WEIGHTS[contact.weights] + _points(contact, deforms)),
+        ("  weights", _WEIGHTS[contact.weights] + points),
         ("  area", area),
     ]

@@ -4,24 +4,19 @@ from __future__ import annotations
 
 from typing import Annotated, Any
 
-from pydantic import BeforeValidator, Field
+from pydantic import Field
 
-from contiga.case.spec import MadeSpec, Name, NotNegative, Positive, Spec, is_number
+from contiga.case.spec import InstanceSpec, Name, NotNegative, Positive, Spec, is_number, must_be
 from contiga.dynamics.belt_devices import LoadLimiter, Pretensioner, Retractor
 from contiga.dynamics.slip_rings import SlipRing
-from contiga.errors import CaseError
 from contiga.simulation.trigger import Trigger
 
-
-def _number_or_list(value: Any) -> Any:
-    # One message: a union of types would give one for each type.
-    if not (is_number(value) or (isinstance(value, list) and value)):
-        raise CaseError("must be a number, or several", found=value)
-    return value
-
-
-Forces = Annotated[float | list[float], BeforeValidator(_number_or_list)]
-ForceOrRows = Annotated[float | list[list[float]], BeforeValidator(_number_or_list)]
+_NUMBER_OR_LIST = must_be(
+    lambda value: is_number(value) or (isinstance(value, list) and bool(value)),
+    "must be a number, or several",
+)
+Forces = Annotated[float | list[float], _NUMBER_OR_LIST]
+ForceOrRows = Annotated[float | list[list[float]], _NUMBER_OR_LIST]
 
 
 class LockSpec(Spec):
@@ -34,12 +29,12 @@ class LockSpec(Spec):
 
     def describe(self) -> str:
         """Describe the table in words."""
-        by = [] if self.trigger is None else [f"by {self.trigger}"]
-        by += [] if self.rate is None else [f"above a pay-out of {self.rate:g}"]
-        return f"locks {' or '.join(by)}"
+        causes = [] if self.trigger is None else [f"by {self.trigger}"]
+        causes += [] if self.rate is None else [f"above a pay-out of {self.rate:g}"]
+        return f"locks {' or '.join(causes)}"
 
 
-class RetractorSpec(MadeSpec[Retractor]):
+class RetractorSpec(InstanceSpec[Retractor]):
     """`retractor = { spool, lock, film }`: `Retractor`."""
 
     makes = Retractor
@@ -51,11 +46,11 @@ class RetractorSpec(MadeSpec[Retractor]):
 
     def arguments(self) -> dict[str, Any]:
         """Return the arguments that `Retractor` takes."""
-        given = {"trigger": self.lock.trigger, "rate": self.lock.rate}
-        return given | {"spool": self.spool, "film": self.film}
+        lock = {"trigger": self.lock.trigger, "rate": self.lock.rate}
+        return lock | {"spool": self.spool, "film": self.film}
 
 
-class LimiterSpec(MadeSpec[LoadLimiter]):
+class LimiterSpec(InstanceSpec[LoadLimiter]):
     """`limiter = { force, travel }`: `LoadLimiter`."""
 
     makes = LoadLimiter
@@ -63,7 +58,7 @@ class LimiterSpec(MadeSpec[LoadLimiter]):
     travel: list[float] | None = None
 
 
-class PretensionerSpec(MadeSpec[Pretensioner]):
+class PretensionerSpec(InstanceSpec[Pretensioner]):
     """`pretensioner = { trigger, pull | force, stroke }`: `Pretensioner`."""
 
     makes = Pretensioner
@@ -81,7 +76,7 @@ class ReleaseSpec(Spec):
     trigger: Name
 
 
-class SlipRingSpec(MadeSpec[SlipRing]):
+class SlipRingSpec(InstanceSpec[SlipRing]):
     """A `[[slip_ring]]`: `SlipRing`."""
 
     makes = SlipRing
@@ -99,7 +94,7 @@ class SlipRingSpec(MadeSpec[SlipRing]):
         return f"between {' and '.join(self.between)}: friction {self.friction:g}"
 
 
-class TriggerSpec(MadeSpec[Trigger]):
+class TriggerSpec(InstanceSpec[Trigger]):
     """`trigger = { channel, above | below, for, delay }` of a sensor: `Trigger`."""
 
     makes = Trigger

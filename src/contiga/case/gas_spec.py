@@ -7,10 +7,10 @@ from collections.abc import Iterator
 from functools import cached_property
 from typing import Annotated, Any, Literal, Self
 
-from pydantic import BeforeValidator, Discriminator, Field, Tag, model_validator
+from pydantic import Discriminator, Field, Tag, model_validator
 
 from contiga.case.nodal_spec import NodesOf, NodesSpec
-from contiga.case.spec import Name, Positive, Spec, is_number
+from contiga.case.spec import Name, Positive, Spec, is_number_or_rows, must_be
 from contiga.dynamics.gas import Chamber, Inflator, Surroundings, Vent
 from contiga.dynamics.gases import Gas, IdealGas, Mixture, ThermallyPerfectGas
 from contiga.errors import CaseError
@@ -22,51 +22,27 @@ AIR = 1.4, 287.05
 """γ and R of dry air, J/(kg K)."""
 
 
-def _number_or_rows(value: Any) -> Any:
-    rows = value if isinstance(value, list) else []
-    if not (is_number(value) or (rows and all(isinstance(row, list) for row in rows))):
-        raise CaseError(
-            "must be a number, or rows", found=value, allowed="a number, or [[x, y], …]"
-        )
-    return value
-
-
-def _a_gas(value: Any) -> Any:
-    tables = value if isinstance(value, list) else [value]
-    if not (value == "air" or (tables and all(isinstance(one, dict) for one in tables))):
-        raise CaseError(
-            "must be a gas",
-            found=value,
-            allowed='"air", { gamma = 1.4, constant = 287.05 }, { c_p = [[T, c_p], …], constant }, '
-            "or a list of such tables, each with its share",
-        )
-    return value
-
-
-def _form_of_table(value: Any) -> str:
-    return "<rows>" if isinstance(value, list) else "<number>"
-
-
 def _form_of_gas(value: Any) -> str:
     if isinstance(value, list):
         return "<mixture>"
     return "<air>" if value == "air" else "<gas>"
 
 
-def _form_of_heat_capacity(value: Any) -> str:
-    rows = isinstance(value, list) and any(isinstance(row, list) for row in value)
-    return "<rows>" if rows else "<polynomial>"
-
-
-# One message: a union of types would give one for each. Places leave the brackets out.
+# Tags in brackets are left out of the places that errors report.
 NumberOrRows = Annotated[
     Annotated[float, Tag("<number>")] | Annotated[list[list[float]], Tag("<rows>")],
-    Discriminator(_form_of_table),
-    BeforeValidator(_number_or_rows),
+    Discriminator(lambda value: "<rows>" if isinstance(value, list) else "<number>"),
+    must_be(is_number_or_rows, "must be a number, or rows", "a number, or [[x, y], …]"),
 ]
 HeatCapacity = Annotated[
     Annotated[list[float], Tag("<polynomial>")] | Annotated[list[list[float]], Tag("<rows>")],
-    Discriminator(_form_of_heat_capacity),
+    Discriminator(
+        lambda value: (
+            "<rows>"
+            if isinstance(value, list) and any(isinstance(row, list) for row in value)
+            else "<polynomial>"
+        )
+    ),
 ]
 
 
@@ -86,11 +62,11 @@ class OneGasSpec(Spec):
                 "must have exactly one of the keys gamma, c_p",
                 allowed="gamma = 1.4, or c_p = [[T, c_p], …]",
             )
-        assert self.made is not None
+        assert self.instance is not None
         return self
 
     @cached_property
-    def made(self) -> Gas:
+    def instance(self) -> Gas:
         """The gas."""
         if self.gamma is not None:
             return IdealGas(self.gamma, self.constant)
@@ -110,7 +86,20 @@ GasKind = Annotated[
     | Annotated[OneGasSpec, Tag("<gas>")]
     | Annotated[list[MixedGasSpec], Tag("<mixture>")],
     Discriminator(_form_of_gas),
-    BeforeValidator(_a_gas),
+    must_be(
+        lambda value: (
+            value == "air"
+            or isinstance(value, dict)
+            or (
+                isinstance(value, list)
+                and bool(value)
+                and all(isinstance(gas, dict) for gas in value)
+            )
+        ),
+        "must be a gas",
+        '"air", { gamma = 1.4, constant = 287.05 }, { c_p = [[T, c_p], …], constant }, '
+        "or a list of such tables, each with its share",
+    ),
 ]
 
 
@@ -122,15 +111,15 @@ class InflatorSpec(Spec):
     """Temperature, kelvin."""
     gas: GasKind = "air"
     trigger: Name | None = None
-    """Name of the sensor that fires it; without one its times are those of the run."""
+    """Name of the sensor that fires it; without one its times are times of the run."""
 
     @model_validator(mode="after")
     def _inflator_is_possible(self) -> Self:
-        assert self.made(None) is not None
+        assert self.inflator(None) is not None
         return self
 
-    def made(self, gas: Gas | Mixture | None) -> Inflator:
-        """Make the inflator of a gas."""
+    def inflator(self, gas: Gas | Mixture | None) -> Inflator:
+        """Return the inflator of a gas."""
         return Inflator(self.mass_rate, self.temperature, gas, trigger=self.trigger)
 
 
@@ -149,10 +138,10 @@ class VentSpec(Spec):
 
     @model_validator(mode="after")
     def _vent_is_possible(self) -> Self:
-        assert self.made(lambda _: [0]) is not None
+        assert self.vent(lambda _: [0]) is not None
         return self
 
-    def made(self, nodes_of: NodesOf) -> Vent:
+    def vent(self, nodes_of: NodesOf) -> Vent:
         """Return the vent."""
         keys = "over", "to", "opens_at", "opens_after", "trigger"
         options = {name: getattr(self, name) for name in keys}
@@ -166,7 +155,7 @@ class GasSpec(Spec):
     name: Name = "gas"
     slave: str
     pressure: Positive | None = None
-    """Pressure around it, and in it at the start; that of the atmosphere if omitted."""
+    """Pressure around it, and in it at the start; 101 325 Pa if omitted."""
     temperature: Positive = ROOM
     """Temperature, kelvin."""
     gas: GasKind = "air"
@@ -175,13 +164,13 @@ class GasSpec(Spec):
     leak: NumberOrRows = 0.0
 
     def chamber(self, units: tuple[str, str, str], nodes_of: NodesOf) -> Chamber:
-        """Make the chamber, in these units of length, mass and time.
+        """Return the chamber, in these units of length, mass and time.
 
         `nodes_of` finds the nodes of its slave.
         """
         length, mass, time = (
-            base_factor(unit, what)
-            for unit, what in zip(units, ("length", "mass", "time"), strict=True)
+            base_factor(unit, dimension)
+            for unit, dimension in zip(units, ("length", "mass", "time"), strict=True)
         )
         gamma, constant = AIR
         air = IdealGas(gamma, constant * (time / length) ** 2)
@@ -189,32 +178,32 @@ class GasSpec(Spec):
         if pressure is None:
             pressure = ATMOSPHERE * length * time**2 / mass
 
-        def gas_of(given: Literal["air"] | OneGasSpec | list[MixedGasSpec]) -> Gas | Mixture:
-            if isinstance(given, list):
-                return Mixture([(one.made, one.share) for one in given])
-            return given.made if isinstance(given, OneGasSpec) else air
+        def gas_of(spec: Literal["air"] | OneGasSpec | list[MixedGasSpec]) -> Gas | Mixture:
+            if isinstance(spec, list):
+                return Mixture([(gas.instance, gas.share) for gas in spec])
+            return spec.instance if isinstance(spec, OneGasSpec) else air
 
         return Chamber(
             self.slave,
             Surroundings(pressure, self.temperature, gas_of(self.gas)),
-            inflators=[one.made(gas_of(one.gas)) for one in self.inflator],
-            vents=[one.made(nodes_of) for one in self.vent],
+            inflators=[spec.inflator(gas_of(spec.gas)) for spec in self.inflator],
+            vents=[spec.vent(nodes_of) for spec in self.vent],
             leak=self.leak,
             name=self.name,
         )
 
-    def awaited(self) -> Iterator[tuple[str, str]]:
+    def triggers(self) -> Iterator[tuple[str, str]]:
         """Yield the keys of triggers, and the names of their sensors."""
-        triggers = [(f"inflator[{k}]", one.trigger) for k, one in enumerate(self.inflator)]
-        triggers += [(f"vent[{k}]", one.trigger) for k, one in enumerate(self.vent)]
+        triggers = [(f"inflator[{k}]", spec.trigger) for k, spec in enumerate(self.inflator)]
+        triggers += [(f"vent[{k}]", spec.trigger) for k, spec in enumerate(self.vent)]
         return ((f"{key}.trigger", name) for key, name in triggers if name is not None)
 
     def describe(self) -> str:
         """Describe the table in words."""
         parts = [
-            f"{len(some)} {what}{'' if len(some) == 1 else 's'}"
-            for some, what in ((self.inflator, "inflator"), (self.vent, "vent"))
-            if some
+            f"{len(openings)} {noun}{'' if len(openings) == 1 else 's'}"
+            for openings, noun in ((self.inflator, "inflator"), (self.vent, "vent"))
+            if openings
         ]
         parts += ["leaks"] if self.leak else []
         return f"in slave {self.slave}{''.join(f', {part}' for part in parts)}"

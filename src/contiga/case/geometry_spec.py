@@ -10,22 +10,20 @@ from typing import Annotated, Any, ClassVar, Literal, Self
 from pydantic import (
     ConfigDict,
     Field,
-    TypeAdapter,
-    ValidationError,
     ValidationInfo,
     model_validator,
 )
 
 from contiga.case.placed_spec import Placed
-from contiga.case.problems import first_problem
+from contiga.case.problems import validated
 from contiga.case.spec import (
     Count,
+    DiscriminatedBy,
     ExistingFile,
     LengthUnit,
     Parts,
     Positive,
     Spec,
-    TellApart,
     Vector,
     listed_choice,
     numbers_in,
@@ -46,7 +44,7 @@ class _ShapeSpec(Spec):
     """`shape = "name"` with the shape's own keyword arguments (angles in radians)."""
 
     model_config = ConfigDict(extra="allow")
-    wanted: ClassVar[type] = NurbsSurface
+    shape_type: ClassVar[type] = NurbsSurface
     """Type that the shape must make: a curve or a surface."""
 
     shape: str
@@ -54,11 +52,11 @@ class _ShapeSpec(Spec):
     @classmethod
     def known_keys(cls, data: dict[str, Any]) -> list[str]:
         """Return the keys of the table and the arguments of the shape it names."""
-        catalogue = shape_catalogue(cls.wanted)
+        catalogue = shape_catalogue(cls.shape_type)
         name = data.get("shape")
         if not isinstance(name, str) or name not in catalogue:
             raise CaseError(
-                f"there is no such {'curve' if cls.wanted is NurbsCurve else 'surface'}",
+                f"there is no such {'curve' if cls.shape_type is NurbsCurve else 'surface'}",
                 where="shape",
                 found=name,
                 allowed=", ".join(sorted(catalogue)),
@@ -74,17 +72,18 @@ class _ShapeSpec(Spec):
 
     def make(self, context: Any = None) -> Any:
         """Return the curve or surface."""
-        function = shape_catalogue(self.wanted)[self.shape]
+        function = shape_catalogue(self.shape_type)[self.shape]
         arguments = dict(self.model_extra or {})
-        for name, parameter in inspect.signature(function).parameters.items():
+        parameters = inspect.signature(function).parameters
+        for name, parameter in parameters.items():
             if parameter.default is parameter.empty and name not in arguments:
                 raise CaseError(f"is missing; {self.shape} needs it", where=name)
-        kinds = {k: p.annotation for k, p in inspect.signature(function).parameters.items()}
         for name, value in arguments.items():
             _check_cells(value, name)
             if isinstance(value, dict):
-                arguments[name] = _nested_curve(name, value, context)
-            elif kinds[name] in (NurbsCurve, NurbsCurve.__name__):
+                # A curve as an argument of a shape, as `curve = { shape = "arc", … }`.
+                arguments[name] = validated(CurveSpec, value, context, name).make(context)
+            elif parameters[name].annotation in (NurbsCurve, NurbsCurve.__name__):
                 raise CaseError(
                     "must be a curve", where=name, found=value, allowed='{ shape = "arc", … }'
                 )
@@ -95,7 +94,7 @@ class _ShapeSpec(Spec):
 
 
 class _CurveShape(_ShapeSpec):
-    wanted: ClassVar[type] = NurbsCurve
+    shape_type: ClassVar[type] = NurbsCurve
 
 
 class _CurveNurbs(Spec):
@@ -144,8 +143,8 @@ class _SurfaceNurbs(Spec):
         return NurbsSurface(degrees, knots, v.control_points, v.weights)
 
 
-CurveSpec = Annotated[_CurveShape | _CurveNurbs, TellApart("shape", "nurbs")]
-PatchSpec = Annotated[_ShapeSpec | _SurfaceNurbs, TellApart("shape", "nurbs")]
+CurveSpec = Annotated[_CurveShape | _CurveNurbs, DiscriminatedBy("shape", "nurbs")]
+PatchSpec = Annotated[_ShapeSpec | _SurfaceNurbs, DiscriminatedBy("shape", "nurbs")]
 
 
 class _Geometry(Placed):
@@ -167,7 +166,7 @@ class _Geometry(Placed):
 class FileGeometry(_Geometry):
     """`{ file, unit, parts, faces, solids }`.
 
-    `unit` is the file's own where it says none, or it wrong.
+    `unit` replaces the unit of the file, which is wrong or missing there.
     """
 
     file: ExistingFile
@@ -204,8 +203,8 @@ class FileGeometry(_Geometry):
 
     def describe(self) -> str:
         """Describe the table in words."""
-        chosen = listed_choice("parts", self.parts) + listed_choice("faces", self.faces)
-        return f"{self.file}{chosen}, {numbers_in(self.unit, 'its own unit')}"
+        parts = listed_choice("parts", self.parts) + listed_choice("faces", self.faces)
+        return f"{self.file}{parts}, {numbers_in(self.unit, 'its own unit')}"
 
 
 class MeshGeometry(_Geometry):
@@ -238,9 +237,9 @@ class MeshGeometry(_Geometry):
 
     def describe(self) -> str:
         """Describe the table in words."""
-        chosen = listed_choice("parts", self.parts)
+        parts = listed_choice("parts", self.parts)
         numbers = numbers_in(self.unit, "the case's unit")
-        return f"triangles of {self.mesh}{chosen}, {self.normals} normals, {numbers}"
+        return f"triangles of {self.mesh}{parts}, {self.normals} normals, {numbers}"
 
 
 class ShapeGeometry(_Geometry, _ShapeSpec):
@@ -252,8 +251,8 @@ class ShapeGeometry(_Geometry, _ShapeSpec):
 
     def describe(self) -> str:
         """Describe the table in words."""
-        given = ", ".join(f"{key} = {value}" for key, value in (self.model_extra or {}).items())
-        return f"{self.shape}({given})"
+        values = ", ".join(f"{key} = {value}" for key, value in (self.model_extra or {}).items())
+        return f"{self.shape}({values})"
 
 
 class NurbsGeometry(_Geometry, _SurfaceNurbs):
@@ -304,11 +303,11 @@ class PatchesGeometry(_Geometry):
 
 GeometrySpec = Annotated[
     FileGeometry | MeshGeometry | ShapeGeometry | NurbsGeometry | ProfileGeometry | PatchesGeometry,
-    TellApart("file", "mesh", "shape", "nurbs", "profile", "patches"),
+    DiscriminatedBy("file", "mesh", "shape", "nurbs", "profile", "patches"),
 ]
 
 
-def shape_catalogue(made: type) -> dict[str, Callable[..., Any]]:
+def shape_catalogue(shape_type: type) -> dict[str, Callable[..., Any]]:
     """Return the functions of `contiga.geometry.shapes` that make a curve or a surface, by name."""
     return {
         name: function
@@ -316,23 +315,13 @@ def shape_catalogue(made: type) -> dict[str, Callable[..., Any]]:
         if inspect.isfunction(function)
         and function.__module__ == shapes.__name__
         and not name.startswith("_")
-        and inspect.signature(function).return_annotation in (made, made.__name__)
+        and inspect.signature(function).return_annotation in (shape_type, shape_type.__name__)
     }
 
 
-def _check_cells(value: Any, where: str) -> None:
+def _check_cells(value: Any, key: str) -> None:
     """Refuse text and booleans in a list, which numpy would accept as numbers."""
     for i, cell in enumerate(value if isinstance(value, list) else ()):
-        _check_cells(cell, f"{where}[{i}]")
+        _check_cells(cell, f"{key}[{i}]")
         if isinstance(cell, str | bool):
-            raise CaseError("must be a number", where=f"{where}[{i}]", found=cell)
-
-
-def _nested_curve(name: str, value: dict[str, Any], context: Any) -> NurbsCurve:
-    """Return a curve given as an argument of a shape, as `curve = { shape = "arc", … }`."""
-    try:
-        spec = TypeAdapter(CurveSpec).validate_python(value, context=context)
-    except ValidationError as error:
-        raise first_problem(error, value, name) from error
-    made: NurbsCurve = spec.make(context)
-    return made
+            raise CaseError("must be a number", where=f"{key}[{i}]", found=cell)

@@ -1,7 +1,7 @@
 """Files that a case includes: read, checked, named, posed and put among the tables of the case.
 
-What comes out is a case as if its tables had been written in that posture by hand, so that nothing
-else has to know of files that are included.
+The result is a case as if its tables had been written by hand in that posture, so that no other
+module has to know of included files.
 """
 
 from __future__ import annotations
@@ -18,33 +18,33 @@ from contiga.case.include_spec import IncludeSpec
 from contiga.case.included_tables import Included, names_of, tables_posed
 from contiga.case.motion_spec import AttachedSpec
 from contiga.case.posture import Tie, postures
-from contiga.case.problems import Origin, case_error, relocated
+from contiga.case.problems import Origin, case_error, errors_at
 from contiga.case.spec import Spec
 from contiga.dynamics.springs import GROUND
-from contiga.errors import CaseError, InputError
+from contiga.errors import CaseError
 from contiga.records import FloatArray
 
 INCLUDE = "include"
 OF_THE_CASE = ("title", "time", "world", "settle", "output")
-"""Tables that a file that is included may not have."""
+"""Tables that an included file may not have."""
 
 
-class Whole(NamedTuple):
-    """The tables of a case with those of the files that it includes."""
+class CaseTables(NamedTuple):
+    """The tables of a case, with the tables of the files that it includes."""
 
     data: dict[str, Any]
     origins: dict[tuple[str, int], Origin]
     """By the key and the place of tables that another file defines."""
 
 
-def with_includes(data: Mapping[str, Any], path: Path, tables: type[Spec]) -> Whole:
-    """Return the tables of the case at `path` with those of the files that it includes.
+def with_includes(data: Mapping[str, Any], path: Path, tables: type[Spec]) -> CaseTables:
+    """Return the tables of the case at `path`, with the tables of the files that it includes.
 
     Parameters
     ----------
-    data : tables of the case, as TOML has them
-    path : case file, beside which included files are looked for
-    tables : what a file that is included may have
+    data : tables of the case, as read from TOML
+    path : case file, from whose folder the names of included files start
+    tables : the tables that an included file may have
 
     Raises
     ------
@@ -58,38 +58,37 @@ def with_includes(data: Mapping[str, Any], path: Path, tables: type[Spec]) -> Wh
             where=f"{path}: {INCLUDE}",
             remedy=f"Write [[{INCLUDE}]] in double brackets: there may be several",
         )
-    whole = Whole({key: value for key, value in data.items() if key != INCLUDE}, {})
+    case = CaseTables({key: value for key, value in data.items() if key != INCLUDE}, {})
     for i, row in enumerate(rows):
         try:
             spec = IncludeSpec.model_validate(row, context={"folder": path.parent})
         except ValidationError as error:
             raise case_error(error, row, str(path), key=f"{INCLUDE}[{i}]") from error
         included = _read(spec, path, data.get("units"), tables)
-        try:
+        with errors_at(f"{INCLUDE}[{i}]", str(path)):
             posed = _posed(spec, included)
-        except InputError as error:
-            raise relocated(error, f"{INCLUDE}[{i}]", str(path)) from error
-        for key, given in tables_posed(posed).items():
-            before = whole.data.get(key, [])
-            if not (given and isinstance(before, list)):
-                continue  # what is wrong with the case's own is told
-            whole.data[key] = [*before, *given]
-            for place in range(len(given)):
-                whole.origins[key, len(before) + place] = Origin(spec.file, place)
-    return whole
+        for key, new_tables in tables_posed(posed).items():
+            case_tables = case.data.get(key, [])
+            if not (new_tables and isinstance(case_tables, list)):
+                continue  # the error in the case's own tables is reported
+            case.data[key] = [*case_tables, *new_tables]
+            for row_of_file in range(len(new_tables)):
+                origin = Origin(spec.file, row_of_file)
+                case.origins[key, len(case_tables) + row_of_file] = origin
+    return case
 
 
 def _read(spec: IncludeSpec, path: Path, units: Any, tables: type[Spec]) -> Any:
-    """Return the tables of a file, checked as those of a case are."""
+    """Return the tables of a file, checked like the tables of a case."""
     file = Path(spec.file)
     data = tables_in(read_text(file), file)
-    itself = file == path.resolve()
-    if INCLUDE in data or itself:
+    is_case = file == path.resolve()
+    if INCLUDE in data or is_case:
         raise CaseError(
             "a file that is included includes no other, nor itself",
             where=str(file),
             found=INCLUDE,
-            remedy="Take the table out" if itself else "Include both in the case",
+            remedy="Take the table out" if is_case else "Include both in the case",
         )
     for key in OF_THE_CASE:
         if key in data:
@@ -98,30 +97,43 @@ def _read(spec: IncludeSpec, path: Path, units: Any, tables: type[Spec]) -> Any:
                 where=f"{file}: {key}",
                 remedy=f"Say it in {path}",
             )
-    own = data.pop("units", units)
-    if units is not None and own != units:  # a case without units is refused itself
+    units_of_file = data.pop("units", units)
+    if units is not None and units_of_file != units:  # a case without units is refused itself
         raise CaseError(
             "must be those of the case",
             where=f"{file}: units",
-            found=own,
+            found=units_of_file,
             allowed=str(units),
         )
     try:
-        return tables.model_validate(data, context={"folder": file.parent, "units": own})
+        return tables.model_validate(data, context={"folder": file.parent, "units": units_of_file})
     except ValidationError as error:
         raise case_error(error, data, str(file)) from error
 
 
 def _posed(spec: IncludeSpec, included: Any) -> Included:
     """Return the tables of a file with the poses of its bodies."""
-    joints = {joint.made.name: joint.made for joint in included.joint}
-    ties = [Tie(one.between[0], one.between[1], one) for one in joints.values()]
+    joints = {joint.instance.name: joint.instance for joint in included.joint}
+    ties = [Tie(joint.between[0], joint.between[1], joint) for joint in joints.values()]
     for body in included.body:
         if isinstance(body.motion, AttachedSpec):
             ties.append(Tie(body.motion.body, body.name, None))
     names, poses = names_of(included), dict[str, FloatArray]()
     if spec.joints or spec.root is not None:
-        poses = postures(ties, _root(spec, included, ties), spec.coordinates(joints))
+        # The body that joints do not move.
+        ends = (end for tie in ties for end in (tie.first, tie.second))
+        bodies = list(dict.fromkeys([*(body.name for body in included.body), *ends]))
+        if spec.root is not None and spec.root not in bodies:
+            raise CaseError(
+                "the file has no body of this name",
+                where="root",
+                found=spec.root,
+                allowed=", ".join(f'"{name}"' for name in bodies),
+            )
+        if not bodies:
+            raise CaseError("the file has no body that joints could turn", where="joints")
+        root = spec.root or (GROUND if GROUND in bodies else bodies[0])
+        poses = postures(ties, root, spec.coordinates(joints))
     for name in poses.keys() - names:
         if not np.array_equal(poses.pop(name), np.eye(4)):
             raise CaseError(
@@ -130,19 +142,3 @@ def _posed(spec: IncludeSpec, included: Any) -> Included:
                 remedy=f'Set root = "{name}", so that the others move',
             )
     return Included(spec, included, names, spec.matrix, poses)
-
-
-def _root(spec: IncludeSpec, included: Any, ties: list[Tie]) -> str:
-    """Return the body that joints do not move."""
-    ends = (end for tie in ties for end in (tie.first, tie.second))
-    known = list(dict.fromkeys([*(body.name for body in included.body), *ends]))
-    if spec.root is not None and spec.root not in known:
-        raise CaseError(
-            "the file has no body of this name",
-            where="root",
-            found=spec.root,
-            allowed=", ".join(f'"{name}"' for name in known),
-        )
-    if not known:
-        raise CaseError("the file has no body that joints could turn", where="joints")
-    return spec.root or (GROUND if GROUND in known else known[0])

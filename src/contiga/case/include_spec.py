@@ -18,7 +18,7 @@ from contiga.io.naming import NAME
 from contiga.records import FloatArray
 
 
-def _as_steps(value: Any) -> Any:
+def _steps_of(value: Any) -> Any:
     """Return a table as a list of steps: rotated about its centre, then translated."""
     if isinstance(value, dict) and set(value) == {"rotate", "translate"}:
         return [{"rotate": value["rotate"]}, {"translate": value["translate"]}]
@@ -34,30 +34,32 @@ def _as_steps(value: Any) -> Any:
 
 
 def _number_or_coordinates(value: Any) -> Any:
-    numbers = value if isinstance(value, dict) else {"": value}
-    for key, one in numbers.items():
-        parts = one if isinstance(one, list) and key == ABOUT and len(one) == 3 else [one]
-        wanted = 3 if key == ABOUT else 1
-        if len(parts) != wanted or not all(is_number(x) and math.isfinite(x) for x in parts):
+    # A union of types would give a message for each type.
+    coordinates = value if isinstance(value, dict) else {"": value}
+    for key, coordinate in coordinates.items():
+        count = 3 if key == ABOUT else 1
+        is_vector = isinstance(coordinate, list) and key == ABOUT
+        numbers = coordinate if is_vector else [coordinate]
+        if len(numbers) != count or not all(is_number(x) and math.isfinite(x) for x in numbers):
             raise CaseError(
                 "must be a coordinate, or a table of coordinates",
                 where=key or None,
-                found=one,
+                found=coordinate,
                 allowed="-1.2, { travel = 30 }, or { cone = 0.1, about = [0, 1, 0] }",
             )
     return value
 
 
-Steps = Annotated[list[TransformEntry], BeforeValidator(_as_steps)]
+Steps = Annotated[list[TransformEntry], BeforeValidator(_steps_of)]
 JointValue = Annotated[float | dict[str, Any], BeforeValidator(_number_or_coordinates)]
 
 
 class IncludeSpec(Spec):
-    """An `[[include]]`: a file, and where its parts stand."""
+    """An `[[include]]`: a file, and the placement of its parts."""
 
     file: ExistingFile
     prefix: Annotated[str, Field(pattern=f"^({NAME.pattern})?[ _-]?$")] = ""
-    """Put before each name that the file defines."""
+    """Text before each name that the file defines."""
     placement: Steps = Field(default_factory=list)
     """Steps that move all of it, after its joints."""
     velocity: Vector | None = None
@@ -73,7 +75,7 @@ class IncludeSpec(Spec):
         return matrix_of(self.placement) if self.placement else np.eye(4)
 
     def coordinates(self, joints: Mapping[str, Joint]) -> dict[str, Coordinates]:
-        """Return the coordinates by the names of joints; a number is that of the only one.
+        """Return the coordinates by the names of joints; a number is the only coordinate.
 
         Raises
         ------

@@ -4,33 +4,38 @@ from __future__ import annotations
 
 from typing import Annotated, Any
 
-from pydantic import BeforeValidator
-
 from contiga.case.curve_spec import JointCurve, with_characteristics
-from contiga.case.spec import MadeSpec, Name, NotNegative, Positive, is_number
+from contiga.case.spec import (
+    InstanceSpec,
+    Name,
+    NotNegative,
+    Positive,
+    has_rows,
+    is_number,
+    must_be,
+)
 from contiga.dynamics.joint_laws import JointLaw
 from contiga.dynamics.joints import Joint
 from contiga.errors import CaseError
 
 
-def _vector_or_two(value: Any) -> Any:
-    # One message: a union of types would give one for each type.
-    rows = value if isinstance(value, list) else []
-    each = rows if rows and all(isinstance(row, list) for row in rows) else [rows]
-    sizes = len(each) in (1, 2) and all(len(row) == 3 for row in each)
-    if not sizes or not all(is_number(number) for row in each for number in row):
-        raise CaseError(
-            "must be a vector, or one for each body",
-            found=value,
-            allowed="[x, y, z] or [[x, y, z], [x, y, z]]",
-        )
-    return value
+def _is_vector_or_two(value: Any) -> bool:
+    vectors = value if has_rows(value) else [value if isinstance(value, list) else []]
+    sizes_fit = len(vectors) in (1, 2) and all(len(vector) == 3 for vector in vectors)
+    return sizes_fit and all(is_number(number) for vector in vectors for number in vector)
 
 
-VectorOrTwo = Annotated[list[float] | list[list[float]], BeforeValidator(_vector_or_two)]
+VectorOrTwo = Annotated[
+    list[float] | list[list[float]],
+    must_be(
+        _is_vector_or_two,
+        "must be a vector, or one for each body",
+        "[x, y, z] or [[x, y, z], [x, y, z]]",
+    ),
+]
 
 
-class JointLawSpec(MadeSpec[JointLaw]):
+class JointLawSpec(InstanceSpec[JointLaw]):
     """`angle = { … }` of a joint: `JointLaw`, with all its options."""
 
     makes = JointLaw
@@ -53,24 +58,24 @@ class JointLawSpec(MadeSpec[JointLaw]):
 
     def describe(self) -> str:
         """Describe the table in words."""
-        given = [f"from {self.start:g}"] if self.start else []
-        given += [
+        facts = [f"from {self.start:g}"] if self.start else []
+        facts += [
             f"{name.replace('_', ' ')} {curve.describe()}"
             for name in ("curve", "unloading", "stop_curve")
             if (curve := getattr(self, name)) is not None
         ]
-        given += [f"damping {self.damping:g}"] if self.damping else []
-        given += [f"friction {self.friction:g}"] if self.friction else []
-        given += [f"stops at {self.stops[0]:g} and {self.stops[1]:g}"] if self.stops else []
-        return ", ".join(given)
+        facts += [f"damping {self.damping:g}"] if self.damping else []
+        facts += [f"friction {self.friction:g}"] if self.friction else []
+        facts += [f"stops at {self.stops[0]:g} and {self.stops[1]:g}"] if self.stops else []
+        return ", ".join(facts)
 
 
-class JointSpec(MadeSpec[Joint]):
+class JointSpec(InstanceSpec[Joint]):
     """A `[[joint]]`: `Joint`, with all its options."""
 
     makes = Joint
     name: Name | None = None
-    """How results call it; "<first>-<second>" if omitted."""
+    """Name in results; "<first>-<second>" if omitted."""
     kind: str
     between: list[str]
     at: VectorOrTwo
@@ -90,8 +95,8 @@ class JointSpec(MadeSpec[Joint]):
         CaseError
             Not two bodies.
         """
-        given = super().arguments() | {"name": self.name or ""}
-        between = given.pop("between")
+        arguments = super().arguments() | {"name": self.name or ""}
+        between = arguments.pop("between")
         if len(between) != 2:
             raise CaseError(
                 "must be two names",
@@ -99,7 +104,7 @@ class JointSpec(MadeSpec[Joint]):
                 found=between,
                 allowed='the names of two bodies, or of one and "ground"',
             )
-        return given | {"kind": self.kind, "first": between[0], "second": between[1]}
+        return arguments | {"kind": self.kind, "first": between[0], "second": between[1]}
 
     def describe(self) -> str:
         """Describe the table in words."""

@@ -14,7 +14,7 @@ from contiga.case.curve_spec import (
     StressCurve,
     with_characteristics,
 )
-from contiga.case.spec import BY_KIND, Made, MadeSpec, NotNegative, Positive
+from contiga.case.spec import BY_KIND, InstanceSpec, InstanceT, NotNegative, Positive
 from contiga.errors import CaseError
 from contiga.laws.force import ForceLaw
 from contiga.laws.friction import Coulomb, Friction, ViscousFriction
@@ -23,19 +23,19 @@ from contiga.laws.normal import AdaptiveLaw, PenaltyLaw
 from contiga.laws.stress import StressLaw
 
 
-class _KindSpec(MadeSpec[Made]):
+class _KindSpec(InstanceSpec[InstanceT]):
     kind: str
 
     def describe(self) -> str:
         """Describe the keys that differ from their defaults."""
-        given = []
+        facts = []
         for name, field in type(self).model_fields.items():
             value = getattr(self, name)
             if isinstance(value, CurveTable):
-                given.append(f"{name} {value.describe()}")
+                facts.append(f"{name} {value.describe()}")
             elif name != "kind" and value != field.default:
-                given.append(f"{name} {value}")
-        return f"{self.kind}: {'; '.join(given)}" if given else self.kind
+                facts.append(f"{name} {value}")
+        return f"{self.kind}: {'; '.join(facts)}" if facts else self.kind
 
 
 class _LawSpec(_KindSpec[Law]):
@@ -74,8 +74,8 @@ class StressSpec(_LawSpec):
 class PenaltySpec(_LawSpec):
     """`{ kind = "penalty", stiffness, per_area, damping, damping_ratio }`: `PenaltyLaw`.
 
-    With `scale` in place of `stiffness`: so many times what the elements of the slave hold a unit
-    of its area with.
+    `scale`, in place of `stiffness`, is a multiple of the stiffness per area of the elements of
+    the slave.
     """
 
     makes = PenaltyLaw
@@ -86,19 +86,19 @@ class PenaltySpec(_LawSpec):
     damping: NotNegative = 0.0
     damping_ratio: NotNegative = 0.0
 
-    def arguments(self, of_slave: float = 1.0) -> dict[str, Any]:
+    def arguments(self, slave_stiffness: float = 1.0) -> dict[str, Any]:
         """Return the arguments that `PenaltyLaw` takes.
 
-        `scale` is a multiple of `of_slave`, a force over a volume.
+        `scale` is a multiple of `slave_stiffness`, a force over a volume.
         """
         arguments = super().arguments()
         scale = arguments.pop("scale")
-        stiffness = self.stiffness or (scale or 1.0) * of_slave
+        stiffness = self.stiffness or (scale or 1.0) * slave_stiffness
         return arguments | {"stiffness": stiffness, "per_area": self.per_area or scale is not None}
 
-    def scaled(self, of_slave: float) -> Law:
-        """Return the law; `of_slave` is the quantity that `scale` multiplies."""
-        return PenaltyLaw(**self.arguments(of_slave))
+    def scaled(self, slave_stiffness: float) -> Law:
+        """Return the law; `slave_stiffness` is the quantity that `scale` multiplies."""
+        return PenaltyLaw(**self.arguments(slave_stiffness))
 
     @model_validator(mode="after")
     def _one_stiffness(self) -> Self:
@@ -127,7 +127,7 @@ class CoulombSpec(_KindSpec[Friction]):
     dynamic: NotNegative | None = None
     decay: NotNegative = 0.0
     stiffness: NotNegative = 0.0
-    """Tangential stiffness; 0 takes that of the law of normal force."""
+    """Tangential stiffness; 0 takes the stiffness of the law of normal force."""
     per_area: bool = False
 
 

@@ -7,13 +7,13 @@ from typing import Annotated, Any
 
 from pydantic import BeforeValidator
 
-from contiga.case.spec import MadeSpec, Vector, is_number
+from contiga.case.spec import InstanceSpec, Vector, is_number
 from contiga.dynamics.loads import Load
 from contiga.errors import CaseError
 
 
 def _vector_or_rows(value: Any) -> Any:
-    # One message: a union of types would give one for each type.
+    # A union of types would give a message for each type.
     rows = value if isinstance(value, list) else [None]
     if not (all(map(is_number, rows)) or all(isinstance(row, list) for row in rows)):
         raise CaseError(
@@ -31,7 +31,7 @@ def _vector_or_rows(value: Any) -> Any:
 OverTime = Annotated[list[float] | list[list[float]], BeforeValidator(_vector_or_rows)]
 
 
-class LoadSpec(MadeSpec[Load]):
+class LoadSpec(InstanceSpec[Load]):
     """A `[[load]]`: `Load`, with all its options."""
 
     makes = Load
@@ -44,11 +44,11 @@ class LoadSpec(MadeSpec[Load]):
 
     def describe(self) -> str:
         """Describe the table in words."""
-        given = []
+        loads = []
         for name, value in (("force", self.force), ("moment", self.moment)):
             if value is not None:
                 rows = [row for row in value if isinstance(row, list)]
-                given.append(f"{name} {f'of {len(rows)} rows over time' if rows else value}")
+                loads.append(f"{name} {f'of {len(rows)} rows over time' if rows else value}")
         at = "" if self.at is None else f" at {self.at}"
         turning = ", turning with it" if self.follow else ""
-        return f"{' and '.join(given)} on {self.body}{at}{turning}"
+        return f"{' and '.join(loads)} on {self.body}{at}{turning}"

@@ -7,7 +7,7 @@ from typing import Annotated, Self
 import numpy as np
 from pydantic import Field, model_validator
 
-from contiga.case.spec import Positive, Spec, TellApart, Vector
+from contiga.case.spec import DiscriminatedBy, Positive, Spec, Vector
 from contiga.errors import CaseError
 from contiga.masters.protocol import Master
 from contiga.records import FloatArray, MassProperties
@@ -41,9 +41,10 @@ class TotalMassSpec(Spec):
     """`{ total, centre, inertia = [Ixx, Iyy, Izz, Ixy, Iyz, Ixz] }`.
 
     `centre` is the centre of mass, `inertia` is about it, both in the axes and from the origin of
-    the placed geometry. The entries are those of the tensor: Ixy = −∫ x y dm. A closed body may
-    leave out either: its own centre, and the inertia of its shape scaled to the total, as if it
-    were homogeneous (about `centre` where that is given). An open body must have both.
+    the placed geometry. The entries are components of the tensor: Ixy = −∫ x y dm. A closed body
+    may leave out either: it then has the centre of its shape, and its inertia scaled to
+    the total, as if it were homogeneous (about `centre` if that is given). An open body must have
+    both.
     """
 
     total: Positive
@@ -74,35 +75,29 @@ class TotalMassSpec(Spec):
         centre = None if self.centre is None else np.array(self.centre)
         inertia = None if self.inertia is None else self._tensor(self.inertia)
         if centre is None or inertia is None:
-            measured = self._shape_properties(body)
-            centre = measured.centre if centre is None else centre
-            inertia = measured.inertia if inertia is None else inertia
+            if not body.closed:
+                missing = [key for key in ("centre", "inertia") if getattr(self, key) is None]
+                raise CaseError(
+                    "is missing: the body is open and has none of its own",
+                    where=missing[0],
+                    allowed=", ".join(f"{key} = […]" for key in missing),
+                    remedy="Give the mass of an open body as total, centre and inertia",
+                )
+            shape = body.mass_properties(1.0)
+            centre = shape.centre if centre is None else centre
+            if inertia is None:
+                inertia = shape.inertia * (self.total / shape.mass)
         return MassProperties(self.total, centre, inertia)
-
-    def _shape_properties(self, body: Master) -> MassProperties:
-        """Return the mass properties of the shape, scaled to the total."""
-        if not body.closed:
-            lacking = [key for key in ("centre", "inertia") if getattr(self, key) is None]
-            raise CaseError(
-                "is missing: the body is open and has none of its own",
-                where=lacking[0],
-                allowed=", ".join(f"{key} = […]" for key in lacking),
-                remedy="Give the mass of an open body as total, centre and inertia",
-            )
-        measured = body.mass_properties(1.0)
-        return MassProperties(
-            self.total, measured.centre, measured.inertia * (self.total / measured.mass)
-        )
 
     def describe(self) -> str:
         """Describe the table in words."""
-        given = [key for key in ("centre", "inertia") if getattr(self, key) is not None]
-        measured = [key for key in ("centre", "inertia") if key not in given]
+        keys = [key for key in ("centre", "inertia") if getattr(self, key) is not None]
+        keys_of_shape = [key for key in ("centre", "inertia") if key not in keys]
         return (
             f"{self.total:g}"
-            + (f", {' and '.join(given)} given" if given else "")
-            + (f", {' and '.join(measured)} of its shape" if measured else "")
+            + (f", {' and '.join(keys)} given" if keys else "")
+            + (f", {' and '.join(keys_of_shape)} of its shape" if keys_of_shape else "")
         )
 
 
-MassSpec = Annotated[DensityMassSpec | TotalMassSpec, TellApart("density", "total")]
+MassSpec = Annotated[DensityMassSpec | TotalMassSpec, DiscriminatedBy("density", "total")]

@@ -8,19 +8,21 @@ import numpy as np
 from pydantic import Field
 
 from contiga.case.curve_spec import BeltCurve, CurveTable, StressCurve
-from contiga.case.spec import BY_KIND, MadeSpec, Positive, Spec, Vector
+from contiga.case.spec import BY_KIND, InstanceSpec, Positive, Spec, Vector
 from contiga.matter.coefficients import Material
 from contiga.matter.foam import Foam
 from contiga.matter.materials import Elastic, NeoHooke
 from contiga.matter.woven import Belt, Fabric
 
 
-class _MaterialSpec(MadeSpec[Material]):
+class _MaterialSpec(InstanceSpec[Material]):
     def arguments(self) -> dict[str, Any]:
         """Return the arguments that the material takes, curves as arrays."""
         arguments = super().arguments()
-        curves = {k: one for k, one in arguments.items() if isinstance(one, CurveTable)}
-        return arguments | {name: np.array(one.points) for name, one in curves.items()}
+        return {
+            name: np.array(value.points) if isinstance(value, CurveTable) else value
+            for name, value in arguments.items()
+        }
 
 
 class ElasticSpec(_MaterialSpec):
@@ -73,7 +75,7 @@ class FoamSpec(_MaterialSpec):
 
     def arguments(self) -> dict[str, Any]:
         """Return the arguments that `Foam` takes."""
-        rates = tuple((one.rate, np.array(one.loading.points)) for one in self.rates)
+        rates = tuple((spec.rate, np.array(spec.loading.points)) for spec in self.rates)
         return super().arguments() | {"rates": rates}
 
     def describe(self) -> str:

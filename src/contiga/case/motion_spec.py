@@ -8,7 +8,7 @@ from typing import Annotated, Literal, Self
 from pydantic import Field, model_validator
 
 from contiga.case.deform_spec import DeformSpec
-from contiga.case.rigid_spec import RigidMotionSpec, ToldMotionSpec
+from contiga.case.rigid_spec import PrescribedMotionSpec, RigidMotionSpec
 from contiga.case.shape_spec import ShapeSpec
 from contiga.case.spec import BY_KIND, FilePattern, LengthUnit, MotionSpec, Name, Positive, Vector
 from contiga.dynamics.free import Free
@@ -32,7 +32,7 @@ class SeriesSpec(MotionSpec):
     then: RigidMotionSpec | None = None
 
     @model_validator(mode="after")
-    def _times_are_told_once(self) -> Self:
+    def _times_are_given_once(self) -> Self:
         if self.times is not None and self.step is not None:
             raise CaseError("must not have both times and step", where="step", found=self.step)
         return self
@@ -75,8 +75,8 @@ class FreeSpec(MotionSpec):
     def describe(self) -> str:
         """Describe the table in words."""
         spin = f", spin {self.spin}" if any(self.spin) else ""
-        held = f", {', '.join(self.hold)} held" if self.hold else ""
-        return f"free, velocity {self.velocity} at the start{spin}{held}"
+        hold = f", {', '.join(self.hold)} held" if self.hold else ""
+        return f"free, velocity {self.velocity} at the start{spin}{hold}"
 
 
 class AttachedSpec(MotionSpec):
@@ -94,7 +94,7 @@ class AttachedSpec(MotionSpec):
         return f"attached to {self.body}"
 
 
-BodyMotionSpec = Annotated[ToldMotionSpec | FreeSpec | AttachedSpec | ShapeSpec, BY_KIND]
+BodyMotionSpec = Annotated[PrescribedMotionSpec | FreeSpec | AttachedSpec | ShapeSpec, BY_KIND]
 SlaveMotionSpec = Annotated[
-    ToldMotionSpec | FreeSpec | AttachedSpec | SeriesSpec | DeformSpec, BY_KIND
+    PrescribedMotionSpec | FreeSpec | AttachedSpec | SeriesSpec | DeformSpec, BY_KIND
 ]

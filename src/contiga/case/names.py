@@ -11,8 +11,7 @@ from contiga.dynamics.springs import GROUND
 from contiga.errors import CaseError
 
 EITHER = "body or slave"
-# Keys of tables that name a body or a slave, with the kind of part.
-_NAMING = {
+_REFERENCES = {
     "contact": {"master": "body", "slave": "slave"},
     "load": {"body": "body"},
     "spring": {"between": EITHER},
@@ -20,6 +19,7 @@ _NAMING = {
     "gas": {"slave": "slave"},
     "sensor": {"body": "body", "between": "body"},
 }
+"""Keys of tables that name a body or a slave, with the kind of part."""
 
 
 def check_unique(key: str, names: list[str]) -> None:
@@ -35,43 +35,49 @@ def check_unique(key: str, names: list[str]) -> None:
             )
 
 
-def check_apart(where: str, name: str, others: list[str]) -> None:
-    """Refuse a slave that has the name of a body."""
-    if name in others:
-        raise CaseError("a body and a slave must not have the same name", where=where, found=name)
+def check_apart(key: str, name: str, names: list[str], rule: str) -> None:
+    """Refuse a name that is among the names of another kind of part."""
+    if name in names:
+        raise CaseError(rule, where=key, found=name)
 
 
-def check_defined(where: str, name: str, kind: str, defined: list[str], other: list[str]) -> None:
-    """Refuse a name that is not `defined` for a `kind`; `other` names are of another kind."""
-    if name in defined:
+def check_defined(
+    key: str, name: str, kind: str, names: list[str], names_of_other_kind: list[str]
+) -> None:
+    """Refuse a name that is not among the names of a `kind` of part."""
+    if name in names:
         return
-    remedy = suggest(name, defined)
-    if name in other:
+    remedy = suggest(name, names)
+    if name in names_of_other_kind:
         remedy = f"{name!r} is a {'slave' if kind == 'body' else 'body'}"
     raise CaseError(
         f"no {kind} of this name is defined",
-        where=where,
+        where=key,
         found=name,
-        allowed=", ".join(f'"{known}"' for known in defined),
+        allowed=_quoted(names),
         remedy=remedy,
     )
 
 
-def check_fires(where: str, name: str, fire: list[str], sensors: list[str]) -> None:
-    """Refuse a trigger that is not among the sensors that `fire`."""
-    if name in fire:
+def check_fires(key: str, name: str, triggers: list[str], sensors: list[str]) -> None:
+    """Refuse a trigger that is not among the sensors with a trigger."""
+    if name in triggers:
         return
-    there = name in sensors
+    is_sensor = name in sensors
     raise CaseError(
-        "this sensor has no trigger" if there else "no sensor of this name is defined",
-        where=where,
+        "this sensor has no trigger" if is_sensor else "no sensor of this name is defined",
+        where=key,
         found=name,
-        allowed=", ".join(f'"{known}"' for known in fire) or "a sensor with a trigger",
-        remedy="Give it trigger = { above = … }" if there else suggest(name, fire),
+        allowed=_quoted(triggers) or "a sensor with a trigger",
+        remedy="Give it trigger = { above = … }" if is_sensor else suggest(name, triggers),
     )
 
 
-class Misnamed(NamedTuple):
+def _quoted(names: Sequence[str]) -> str:
+    return ", ".join(f'"{name}"' for name in names)
+
+
+class UnresolvedName(NamedTuple):
     """An unresolved reference: a table that names a part which does not exist."""
 
     key: str
@@ -79,46 +85,50 @@ class Misnamed(NamedTuple):
     error: CaseError
 
 
-def misnamed(data: Mapping[str, Any], places: Sequence[tuple[int | str, ...]]) -> list[Misnamed]:
+def unresolved_names(
+    data: Mapping[str, Any], places: Sequence[tuple[int | str, ...]]
+) -> list[UnresolvedName]:
     """Find unresolved references to bodies and slaves in a case that also has other errors.
 
-    `places` are the places of these errors, so that the parts there do not count against the
-    others.
-
-    None where it cannot be known: where tables or names of bodies and slaves are themselves wrong.
+    `places` are the places of these errors. Nothing is returned if the names of bodies and slaves
+    cannot be known, because their names or whole tables are wrong.
     """
-    bodies, slaves, belts = (_names_of(data.get(kind)) for kind in ("body", "slave", "belt"))
-    slaves += belts
-    unknown = any(len(place) < 2 or place[-1] == "name" for place in places)
-    if unknown or None in bodies + slaves:
+    if any(len(place) < 2 or place[-1] == "name" for place in places):
         return []
-    # Names that are allowed, and others that may be given by mistake.
-    known = {"body": (bodies, slaves), "slave": (slaves, bodies), EITHER: (bodies + slaves, [])}
-    faults = []
-    for key, keys in _NAMING.items():
+    bodies, slaves, belts = (
+        [table.get("name") for table in data.get(kind) or [] if isinstance(table, Mapping)]
+        for kind in ("body", "slave", "belt")
+    )
+    slaves += belts
+    if None in bodies + slaves:
+        return []
+    # By kind: allowed names, and names of another kind that may be given by mistake.
+    names_by_kind: dict[str, tuple[Any, Any]] = {
+        "body": (bodies, slaves),
+        "slave": (slaves, bodies),
+        EITHER: (bodies + slaves, []),
+    }
+    unresolved = []
+    for key, kinds in _REFERENCES.items():
         for i, table in enumerate(data.get(key) or []):
-            for name, kind, where in _names_in(table, keys, f"{key}[{i}]"):
-                names, other = known[kind]
+            for name, kind, place in _references_in(table, kinds, f"{key}[{i}]"):
                 if name == GROUND and key in ("spring", "joint"):
                     continue
                 try:
-                    check_defined(where, name, kind, names, other)
+                    check_defined(place, name, kind, *names_by_kind[kind])
                 except CaseError as error:
-                    faults.append(Misnamed(key, i, error))
-    return faults
+                    unresolved.append(UnresolvedName(key, i, error))
+    return unresolved
 
 
-def _names_of(tables: Any) -> list[Any]:
-    """Return the names of bodies or slaves; None for one without a name."""
-    return [table.get("name") for table in tables or [] if isinstance(table, Mapping)]
-
-
-def _names_in(table: Any, keys: Mapping[str, str], where: str) -> Iterator[tuple[str, str, str]]:
-    """Yield the names in a table, the kind of part they name, and their keys."""
-    for key, kind in keys.items():
+def _references_in(
+    table: Any, kinds: Mapping[str, str], start: str
+) -> Iterator[tuple[str, str, str]]:
+    """Yield the names in a table, the kind of part they name, and their keys from `start` on."""
+    for key, kind in kinds.items():
         value = table.get(key) if isinstance(table, Mapping) else None
         if isinstance(value, str):
-            yield value, kind, f"{where}.{key}"
-        elif isinstance(value, list):
-            texts = [(k, one) for k, one in enumerate(value) if isinstance(one, str)]
-            yield from ((one, kind, f"{where}.{key}[{k}]") for k, one in texts)
+            yield value, kind, f"{start}.{key}"
+        for k, name in enumerate(value if isinstance(value, list) else ()):
+            if isinstance(name, str):
+                yield name, kind, f"{start}.{key}[{k}]"

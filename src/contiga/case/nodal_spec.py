@@ -12,35 +12,16 @@ from pydantic import BeforeValidator, Field, model_validator
 from contiga.case.geometry_spec import CurveSpec
 from contiga.case.load_spec import OverTime
 from contiga.case.points_spec import SideSpec
-from contiga.case.rigid_spec import ToldMotionSpec
-from contiga.case.spec import NotNegative, Pair, Spec, Vector, is_number
+from contiga.case.rigid_spec import PrescribedMotionSpec
+from contiga.case.spec import NotNegative, Pair, Spec, Vector, is_number, is_number_or_rows, must_be
 from contiga.dynamics.nodal_loads import NodalForce, Pressure
 from contiga.errors import CaseError
 
-Way = Literal["x", "y", "z"]
-_ALL: tuple[Way, ...] = ("x", "y", "z")
+Direction = Literal["x", "y", "z"]
+_DIRECTIONS: tuple[Direction, ...] = ("x", "y", "z")
 _PLACES = ("box", "plane", "set", "side", "layer", "curve", "edge", "nodes")
 NodesOf = Callable[[str | int | list[int]], Any]
 """Selection of nodes: (n,) mask of a set by name or number; (k,) rows by numbers in the file."""
-
-
-def _number_or_rows(value: Any) -> Any:
-    # One message: a union of types would give one for each type.
-    rows = value if isinstance(value, list) else []
-    if not (is_number(value) or (rows and all(isinstance(row, list) for row in rows))):
-        raise CaseError(
-            "must be a number, or rows over time", found=value, allowed="p or [[t, p], …]"
-        )
-    return value
-
-
-def _number_or_each(value: Any) -> Any:
-    numbers = value if isinstance(value, list) else [value]
-    if not all(is_number(one) and 0.0 <= one < math.inf for one in numbers):
-        raise CaseError(
-            "must be a number, or one for each of nodes", found=value, allowed="0 or more"
-        )
-    return value
 
 
 class LayerSpec(Spec):
@@ -59,10 +40,6 @@ class EdgeSpec(Spec):
     """Number of the patch in the geometry, from 0."""
 
 
-def _name_alone(value: Any) -> Any:
-    return {"name": value} if isinstance(value, str) else value
-
-
 class NodesSpec(Spec):
     """A selection of nodes: `box`, `plane`, `set`, `side`, `layer`, `curve`, `edge` or `nodes`."""
 
@@ -77,7 +54,10 @@ class NodesSpec(Spec):
     layer: LayerSpec | None = None
     curve: CurveSpec | None = None
     """A curve that nodes lie on."""
-    edge: Annotated[EdgeSpec, BeforeValidator(_name_alone)] | None = None
+    edge: (
+        Annotated[EdgeSpec, BeforeValidator(lambda v: {"name": v} if isinstance(v, str) else v)]
+        | None
+    ) = None
     nodes: Annotated[list[int], Field(min_length=1)] | None = None
     """Numbers of nodes in the mesh file."""
 
@@ -96,7 +76,7 @@ class NodesSpec(Spec):
         return [key for key in _PLACES if getattr(self, key) is not None]
 
     def place(self, nodes_of: NodesOf) -> dict[str, Any]:
-        """Return the place as `contiga.motion.Deforming` takes it; empty for all nodes."""
+        """Return the place as keys of a table of `Deforming`; empty for all nodes."""
         if self.set is not None:
             return {"nodes": nodes_of(self.set)}
         if self.nodes is not None:
@@ -116,7 +96,7 @@ class NodesSpec(Spec):
 class HeldSpec(NodesSpec):
     """A table of `fixed`: a place, `hold` and `slope`."""
 
-    hold: list[Way] = Field(default_factory=lambda: [*_ALL])
+    hold: list[Direction] = Field(default_factory=lambda: [*_DIRECTIONS])
     """World directions in which these nodes do not move."""
     slope: bool = False
     """Whether edges of splines that are selected as a whole do not turn either."""
@@ -135,12 +115,12 @@ class HeldSpec(NodesSpec):
 class DrivenSpec(NodesSpec):
     """A table of `driven`: a place (all nodes if omitted), `motion`, and `hold`."""
 
-    motion: ToldMotionSpec
-    hold: list[Way] = Field(default_factory=lambda: [*_ALL])
+    motion: PrescribedMotionSpec
+    hold: list[Direction] = Field(default_factory=lambda: [*_DIRECTIONS])
     """World directions in which these nodes follow the motion."""
 
     def table(self, nodes_of: NodesOf) -> dict[str, Any]:
-        """Return it as `Deforming` takes it, without the motion."""
+        """Return the driven nodes as an entry of `driven` of `Deforming`, without the motion."""
         return self.place(nodes_of) | {"hold": self.hold}
 
     def describe(self) -> str:
@@ -155,14 +135,24 @@ class AttachedSpec(NodesSpec):
     """Name of the body that carries these nodes, their mass and the forces on them."""
 
     def table(self, nodes_of: NodesOf) -> dict[str, Any]:
-        """Return it as `Deforming` takes it."""
+        """Return the attached nodes as an entry of `attached` of `Deforming`."""
         return self.place(nodes_of) | {"body": self.body}
 
 
 class MassesSpec(NodesSpec):
     """A table of `masses`: a place (all nodes if omitted), and `mass`."""
 
-    mass: Annotated[float | list[float], BeforeValidator(_number_or_each)]
+    mass: Annotated[
+        float | list[float],
+        must_be(
+            lambda value: all(
+                is_number(mass) and 0.0 <= mass < math.inf
+                for mass in (value if isinstance(value, list) else [value])
+            ),
+            "must be a number, or one for each of nodes",
+            "0 or more",
+        ),
+    ]
     """Mass of all nodes together, or of each, in the order of `nodes`."""
 
     @model_validator(mode="after")
@@ -177,19 +167,25 @@ class MassesSpec(NodesSpec):
         return self
 
     def table(self, nodes_of: NodesOf) -> dict[str, Any]:
-        """Return it as `Deforming` takes it."""
+        """Return the masses as an entry of `masses` of `Deforming`."""
         return self.place(nodes_of) | {"mass": self.mass}
 
     def describe(self) -> str:
         """Describe the table in words."""
-        whole = sum(self.mass) if isinstance(self.mass, list) else self.mass
-        return f"masses of {whole:g} on nodes"
+        total = sum(self.mass) if isinstance(self.mass, list) else self.mass
+        return f"masses of {total:g} on nodes"
 
 
 class NodalLoadSpec(NodesSpec):
     """A table of `loads`: a place (all nodes if omitted), and `pressure` or `force`."""
 
-    pressure: Annotated[float | list[list[float]], BeforeValidator(_number_or_rows)] | None = None
+    pressure: (
+        Annotated[
+            float | list[list[float]],
+            must_be(is_number_or_rows, "must be a number, or rows over time", "p or [[t, p], …]"),
+        ]
+        | None
+    ) = None
     force: OverTime | None = None
     smooth: bool = False
 

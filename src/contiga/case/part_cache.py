@@ -17,12 +17,12 @@ Part = TypeVar("Part")
 class PartCache:
     """Cache of the parts made from tables of cases, and of everything derived from them.
 
-    Bodies and slaves are never changed: what is kept gives the same bits as what is made anew. A
-    file that has changed since (its time or its size) is read again.
+    Bodies and slaves are never changed: a cached part has the same bits as a new one. A file that
+    has changed since (its time or its size) is read again.
 
     Parameters
     ----------
-    most : parts kept; those not asked for the longest are let go first
+    max_parts : largest number of cached parts; the least recently used are removed first
 
     >>> import contiga as cg
     >>> case, cache = cg.load_case("case.toml"), PartCache()
@@ -31,9 +31,9 @@ class PartCache:
     True
     """
 
-    def __init__(self, most: int = 32) -> None:
-        self._most = most
-        self._kept: OrderedDict[tuple[Any, ...], Any] = OrderedDict()
+    def __init__(self, max_parts: int = 32) -> None:
+        self._max_parts = max_parts
+        self._parts: OrderedDict[tuple[Any, ...], Any] = OrderedDict()
 
     def part(self, spec: Spec, name: str, unit: str, make: Callable[[], Part]) -> Part:
         """Return the part that `make` makes from a table, or the cached one of an equal table.
@@ -41,33 +41,32 @@ class PartCache:
         Warns
         -----
         ContigaWarning
-            What `make` warned of, each time.
+            The warnings of `make`, at each call.
         """
-        said = spec.model_dump(mode="python", exclude={"align", "place", "then"})
-        key = (type(spec).__name__, name, unit, repr(said), tuple(_stamps(said)))
-        if key not in self._kept:
+        table = spec.model_dump(mode="python", exclude={"align", "place", "then"})
+        key = (type(spec).__name__, name, unit, repr(table), tuple(_file_stamps(table)))
+        if key not in self._parts:
             with warnings.catch_warnings(record=True) as caught:
                 warnings.simplefilter("always", ContigaWarning)
-                made = make()
-            self._kept[key] = made, caught
-        self._kept.move_to_end(key)
-        while len(self._kept) > self._most:
-            self._kept.popitem(last=False)
-        part: Part
-        part, findings = self._kept[key]
-        for one in findings:
-            warnings.warn_explicit(one.message, one.category, one.filename, one.lineno)
-        return part
+                part = make()
+            self._parts[key] = part, caught
+        self._parts.move_to_end(key)
+        while len(self._parts) > self._max_parts:
+            self._parts.popitem(last=False)
+        cached: Part
+        cached, caught = self._parts[key]
+        for warning in caught:
+            warnings.warn_explicit(
+                warning.message, warning.category, warning.filename, warning.lineno
+            )
+        return cached
 
 
-def _stamps(said: Any) -> Iterator[tuple[str, int, int]]:
+def _file_stamps(value: Any) -> Iterator[tuple[str, int, int]]:
     """Yield the times and sizes of the files that a table names by absolute paths."""
-    if isinstance(said, dict):
-        for value in said.values():
-            yield from _stamps(value)
-    elif isinstance(said, list):
-        for value in said:
-            yield from _stamps(value)
-    elif isinstance(said, str) and Path(said).is_absolute() and Path(said).is_file():
-        stat = Path(said).stat()
-        yield said, stat.st_mtime_ns, stat.st_size
+    if isinstance(value, dict | list):
+        for entry in value.values() if isinstance(value, dict) else value:
+            yield from _file_stamps(entry)
+    elif isinstance(value, str) and Path(value).is_absolute() and Path(value).is_file():
+        stat = Path(value).stat()
+        yield value, stat.st_mtime_ns, stat.st_size

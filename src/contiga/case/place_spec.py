@@ -51,14 +51,14 @@ class AlignSpec(Spec):
 
     def describe(self) -> str:
         """Describe the table in words."""
-        said = [
-            f"{key} {', '.join(v)}"
+        sides = [
+            f"{key} {', '.join(axes)}"
             for key in ("centres", "lows", "highs")
-            if (v := getattr(self, key))
+            if (axes := getattr(self, key))
         ]
-        boxes = f"{' and '.join(said)} aligned to {self.to or 'the origin'}" if said else ""
-        turned = "principal axes along x, y, z" if self.axes else ""
-        return ", ".join(text for text in (turned, boxes) if text)
+        boxes = f"{' and '.join(sides)} aligned to {self.to or 'the origin'}" if sides else ""
+        rotation = "principal axes along x, y, z" if self.axes else ""
+        return ", ".join(text for text in (rotation, boxes) if text)
 
 
 class PlaceSpec(Spec):

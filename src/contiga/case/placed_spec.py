@@ -12,9 +12,9 @@ from pydantic import Field, model_validator
 
 from contiga.arrays.ordered import product
 from contiga.case.place_spec import AlignSpec, PlaceSpec
-from contiga.case.problems import relocated
+from contiga.case.problems import errors_at
 from contiga.case.spec import Axis, Positive, Spec, Vector
-from contiga.errors import CaseError, InputError
+from contiga.errors import CaseError
 from contiga.masters.protocol import Master
 from contiga.placement.place import Part
 from contiga.records import FloatArray
@@ -50,11 +50,11 @@ class TransformEntry(Spec):
 
     @model_validator(mode="after")
     def _one_step_an_entry(self) -> Self:
-        given = [name for name in type(self).model_fields if getattr(self, name) is not None]
-        if len(given) != 1:
+        keys = [name for name in type(self).model_fields if getattr(self, name) is not None]
+        if len(keys) != 1:
             raise CaseError(
                 "must have exactly one of the keys translate, rotate or scale",
-                found=", ".join(given) or "none",
+                found=", ".join(keys) or "none",
                 remedy="Write one entry for each step, in the order they are applied",
             )
         assert self.matrix is not None
@@ -86,10 +86,8 @@ class Placed(Spec):
     def standing(self, part: Part, parts: Mapping[str, Master | Slave]) -> Part:
         """Return `part` at its place among the placed parts, before the steps of `then`."""
         for key, entry in (("align", self.align), ("place", self.place)):
-            try:
+            with errors_at(key):
                 part = part if entry is None else entry.moved(part, parts)
-            except InputError as error:
-                raise relocated(error, key, "") from error
         return part
 
     def moved(self, part: Part) -> Part:

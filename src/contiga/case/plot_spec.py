@@ -7,11 +7,11 @@ from pathlib import Path
 from typing import Annotated, Any, Self
 
 import numpy as np
-from pydantic import BeforeValidator, Field, ValidationError, ValidationInfo, model_validator
+from pydantic import Field, ValidationInfo, model_validator
 
 from contiga.case.curve_spec import units_of_case
-from contiga.case.problems import first_problem
-from contiga.case.spec import ExistingFile, Spec, is_number, suggest
+from contiga.case.problems import validated
+from contiga.case.spec import ExistingFile, Spec, is_number, must_be
 from contiga.errors import CaseError
 from contiga.io.channels import unknown_channel
 from contiga.io.column_units import known_kind
@@ -20,27 +20,6 @@ from contiga.io.units import Quantity
 
 Row = Annotated[list[float], Field(min_length=2, max_length=2)]
 BandRow = Annotated[list[float], Field(min_length=3, max_length=3)]
-
-
-def _time_or_onset(value: Any) -> Any:
-    if not is_number(value) and value != "onset":
-        raise CaseError(
-            "must be a number, or the word onset",
-            found=value,
-            allowed='a time, or "onset"',
-            remedy=suggest(value, ["onset"]),
-        )
-    return value
-
-
-def _share_or_rows(value: Any) -> Any:
-    if not isinstance(value, list) and not (is_number(value) and value > 0.0):
-        raise CaseError(
-            "must be a fraction of the greatest magnitude, or a file",
-            found=value,
-            allowed='a number above 0, such as 0.1, or "corridor.csv"',
-        )
-    return value
 
 
 class PlotSpec(Spec):
@@ -92,18 +71,36 @@ class ReferenceSpec(Spec):
     x: str = "time"
     """Channel of the abscissa."""
     name: str
-    """Name of the curve; that of its file if omitted."""
+    """Name of the curve; the name of its file if omitted."""
     points: Annotated[list[Row], Field(min_length=2)]
     """[x, value] in the units of the case."""
-    shift: Annotated[float | str, BeforeValidator(_time_or_onset)] = 0.0
-    """Shift of the abscissa; "onset" moves the onset of the test to that of the run."""
-    corridor: Annotated[float | list[BandRow], BeforeValidator(_share_or_rows)] | None = None
+    shift: Annotated[
+        float | str,
+        must_be(
+            lambda value: is_number(value) or value == "onset",
+            "must be a number, or the word onset",
+            'a time, or "onset"',
+            words=["onset"],
+        ),
+    ] = 0.0
+    """Shift of the abscissa; "onset" moves the onset of the test to the onset of the run."""
+    corridor: (
+        Annotated[
+            float | list[BandRow],
+            must_be(
+                lambda value: isinstance(value, list) or (is_number(value) and value > 0.0),
+                "must be a fraction of the greatest magnitude, or a file",
+                'a number above 0, such as 0.1, or "corridor.csv"',
+            ),
+        ]
+        | None
+    ) = None
     """Half the width of a band about the curve as a fraction of its greatest magnitude, or rows
     [x, lower, upper], which are shifted with the curve."""
 
     @classmethod
     def known_keys(cls, data: dict[str, Any]) -> list[str]:
-        """Return the keys of the table, and those of a file in place of points."""
+        """Return the keys of the table, and the keys of a file in place of points."""
         return list(dict.fromkeys([*_MeasuredFile.model_fields, *super().known_keys(data)]))
 
     @model_validator(mode="before")
@@ -113,26 +110,36 @@ class ReferenceSpec(Spec):
             return data
         kinds = _kind_of(data, "x", "time"), _kind_of(data, "channel")
         data = dict(data)
-        said = {key: data.pop(key) for key in _MeasuredFile.model_fields if key in data}
-        if ("points" in data) == ("file" in said):
+        file_keys = {key: data.pop(key) for key in _MeasuredFile.model_fields if key in data}
+        if ("points" in data) == ("file" in file_keys):
             raise CaseError("must have exactly one of the keys file or points")
-        if "file" not in said and said:
+        if "file" not in file_keys and file_keys:
             raise CaseError(
                 "is a key of a file, and points are in the units of the case",
-                where=next(iter(said)),
+                where=next(iter(file_keys)),
             )
-        measured = None
-        if said:
-            measured = _validate(_MeasuredFile, said, info)
+        x_unit = unit = None
+        if file_keys:
+            measured = validated(_MeasuredFile, file_keys, info.context)
+            x_unit, unit = measured.x_unit, measured.unit
             data.setdefault("name", Path(measured.file).name)
-            data["points"] = _rows(measured, measured.file, kinds, info)
+            data["points"] = read_measured(
+                measured.file,
+                kinds,
+                units_of_case(info.context),
+                columns=measured.columns,
+                code=measured.code,
+                units=(x_unit, unit),
+            ).tolist()
         data.setdefault("name", "test")
         if isinstance(data.get("corridor"), str):
-            file = _validate(_CorridorFile, {"corridor": data["corridor"]}, info).corridor
-            like = (measured or _MeasuredFile.model_construct(file=file)).model_copy(
-                update={"columns": None, "code": None}
-            )
-            data["corridor"] = _rows(like, file, (*kinds, kinds[1]), info)
+            corridor = {"corridor": data["corridor"]}
+            data["corridor"] = read_measured(
+                validated(_CorridorFile, corridor, info.context).corridor,
+                (*kinds, kinds[1]),
+                units_of_case(info.context),
+                units=(x_unit, unit),
+            ).tolist()
         return data
 
     @model_validator(mode="after")
@@ -193,42 +200,20 @@ def _kind_of(data: dict[str, Any], key: str, default: str | None = None) -> Quan
     return kind
 
 
-def _validate(kind: type[Spec], said: dict[str, Any], info: ValidationInfo) -> Any:
-    try:
-        return kind.model_validate(said, context=info.context)
-    except ValidationError as error:
-        raise first_problem(error, said, "") from error
-
-
-def _rows(
-    said: _MeasuredFile, file: str, kinds: tuple[Quantity, ...], info: ValidationInfo
-) -> list[list[float]]:
-    table = read_measured(
-        file,
-        kinds,
-        units_of_case(info.context),
-        columns=said.columns,
-        code=said.code,
-        units=(said.x_unit, said.unit),
-    )
-    rows: list[list[float]] = table.tolist()
-    return rows
-
-
-def check_channel(where: str, name: str, channels: Iterable[str]) -> None:
+def check_channel(key: str, name: str, channels: Iterable[str]) -> None:
     """Refuse a channel that a run of the case will not have."""
-    known = {"time", *channels}
-    if name not in known:
-        raise CaseError(**unknown_channel("the run will have no such channel", where, name, known))
+    names = {"time", *channels}
+    if name not in names:
+        raise CaseError(**unknown_channel("the run will have no such channel", key, name, names))
 
 
-def check_kinds(where: str, names: list[str]) -> None:
+def check_kinds(key: str, names: list[str]) -> None:
     """Refuse channels of different quantities in one figure."""
     kinds = {kind for name in names if (kind := known_kind(name)) is not None}
     if len(kinds) > 1:
         raise CaseError(
             "the channels of one figure must have one unit",
-            where=where,
+            where=key,
             found=", ".join(names),
             allowed="a [[plot]] for each unit",
         )

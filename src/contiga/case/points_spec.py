@@ -12,6 +12,7 @@ from contiga.case.geometry_spec import _ShapeSpec
 from contiga.case.placed_spec import Placed
 from contiga.case.spec import (
     Count,
+    DiscriminatedBy,
     ExistingFile,
     LengthUnit,
     Name,
@@ -19,7 +20,6 @@ from contiga.case.spec import (
     Parts,
     Positive,
     Spec,
-    TellApart,
     Vector,
     listed_choice,
     numbers_in,
@@ -29,7 +29,7 @@ from contiga.geometry import clouds
 from contiga.geometry.body_mesh import fewest_triangles
 from contiga.masters.protocol import Master
 from contiga.masters.sampling import default_size, refined
-from contiga.records import FloatArray, IntArray
+from contiga.records import FloatArray
 from contiga.slaves.slave import Slave
 from contiga.triangles.trimesh import TriMesh
 
@@ -61,9 +61,9 @@ class _Points(Placed):
 
     def slave(self, name: str, unit: str) -> Slave:
         """Return the slave, placed and selected, lengths in `unit`."""
-        return self.chosen(self.raw(name, unit))
+        return self.transformed(self.raw(name, unit))
 
-    def chosen(self, slave: Slave) -> Slave:
+    def transformed(self, slave: Slave) -> Slave:
         """Return the slave moved by the transform; the selection of `box` and `side` is active."""
         if self.transform:
             slave = slave.transformed(self.matrix)
@@ -72,12 +72,12 @@ class _Points(Placed):
         side = None if self.side is None else (self.side.direction, self.side.angle)
         return slave.selected(box=self.box, side=side)
 
-    def what(self) -> str:
+    def describe_selection(self) -> str:
         """Describe the points and their selection."""
-        chosen = "" if self.box is None else f", in the box {self.box[0]} to {self.box[1]}"
+        selection = "" if self.box is None else f", in the box {self.box[0]} to {self.box[1]}"
         if self.side is not None:
-            chosen += f", within {self.side.angle:g}° of {self.side.direction}"
-        return self.describe() + chosen
+            selection += f", within {self.side.angle:g}° of {self.side.direction}"
+        return self.describe() + selection
 
     def describe(self) -> str:
         """Describe the points without their selection."""
@@ -115,9 +115,9 @@ class FilePoints(_Points):
 
     def describe(self) -> str:
         """Describe the table in words."""
-        chosen = listed_choice("parts", self.parts) + listed_choice("sets", self.sets)
+        selection = listed_choice("parts", self.parts) + listed_choice("sets", self.sets)
         layer = "" if self.layer == "skin" else f", layer {self.layer}"
-        return f"{self.file}{chosen}{layer}, " + numbers_in(self.unit, "the case's unit")
+        return f"{self.file}{selection}{layer}, " + numbers_in(self.unit, "the case's unit")
 
 
 class SampleValues(_ShapeSpec):
@@ -160,9 +160,21 @@ class GridPoints(_Points):
     grid: SampleValues
 
     def raw(self, name: str, unit: str) -> Slave:
-        """Return a surface mesh; facets without area at a pole are left out."""
-        points = self.grid.points()
-        return Slave(points, _grid_facets(points, self.grid.nu, self.grid.nv), name=name, unit=unit)
+        """Return a surface mesh: two triangles per cell, anticlockwise about S_u × S_v.
+
+        Triangles without area at a pole are left out.
+        """
+        points, nu, nv = self.grid.points(), self.grid.nu, self.grid.nv
+        index = np.arange(nu * nv, dtype=np.int32).reshape(nu, nv)
+        a, b = index[:-1, :-1].ravel(), index[1:, :-1].ravel()
+        c, d = index[1:, 1:].ravel(), index[:-1, 1:].ravel()
+        facets = np.concatenate([np.stack([a, b, c], axis=1), np.stack([a, c, d], axis=1)])
+        corners = points[facets]
+        edges = corners[:, 1:] - corners[:, :1]
+        area = np.linalg.norm(np.cross(edges[:, 0], edges[:, 1]), axis=1)
+        longest = np.square(edges).sum(axis=2).max(axis=1)
+        facets = np.ascontiguousarray(facets[area > 1e-12 * longest])
+        return Slave(points, facets, name=name, unit=unit)
 
     def describe(self) -> str:
         """Describe the table in words."""
@@ -205,7 +217,7 @@ class RandomInBox(Spec):
         return f"{self.n} random points in the box {self.box[0]} to {self.box[1]}"
 
 
-RandomValues = Annotated[RandomOnShape | RandomInBox, TellApart("shape", "box")]
+RandomValues = Annotated[RandomOnShape | RandomInBox, DiscriminatedBy("shape", "box")]
 
 
 class RandomPoints(_Points):
@@ -245,18 +257,18 @@ class GivenPoints(_Points):
         """Return a cloud without facets, joined by bars if there are segments."""
         if self.segments is None:
             return Slave(self.coordinates, name=name, unit=unit)
-        points = _along(np.array(self.coordinates), self.segments)
+        points = _subdivided(np.array(self.coordinates), self.segments)
         rows = np.arange(len(points), dtype=np.int32)
         lines = np.stack([rows[:-1], rows[1:]], axis=1)
         return Slave(points, name=name, unit=unit, elements={"line": lines})
 
     def describe(self) -> str:
         """Describe the table in words."""
-        given = f"{len(self.coordinates)} given points"
+        points = f"{len(self.coordinates)} given points"
         if self.segments is None:
-            return given
-        bars = len(_along(np.array(self.coordinates), self.segments)) - 1
-        return f"{given}, joined by {bars} bars"
+            return points
+        bars = len(_subdivided(np.array(self.coordinates), self.segments)) - 1
+        return f"{points}, joined by {bars} bars"
 
 
 class Sampling(Spec):
@@ -267,14 +279,14 @@ class Sampling(Spec):
     size: Positive | None = None
     """Longest side of the triangles; `contiga.masters.sampling.default_size` if omitted."""
 
-    def mesh_of(self, body: Master, met: Iterable[float] = ()) -> TriMesh:
-        """Return the triangles of a body; `met` are sizes of bodies that it will touch.
+    def mesh_of(self, body: Master, master_sizes: Iterable[float] = ()) -> TriMesh:
+        """Return the triangles of a body; `master_sizes` are of the bodies that it will touch.
 
         Raises
         ------
         CaseError
-            Tolerance or size take more points than a run can be waited for, or the tolerance is
-            as large as the body.
+            Tolerance or size need too many points for a run, or the tolerance is as large as the
+            body.
         """
         tolerance = 1e-3 * body.size if self.tolerance is None else self.tolerance
         if tolerance > _MAX_TOLERANCE * body.size:
@@ -287,16 +299,20 @@ class Sampling(Spec):
                 remedy=_DEFAULT,
             )
         if self.tolerance is not None and body.faces is not None:
-            _check_number("tolerance", tolerance, fewest_triangles(body.faces, tolerance), 1)
+            _check_triangle_count(
+                "tolerance", tolerance, fewest_triangles(body.faces, tolerance), 1
+            )
         mesh = body.tessellate(tolerance)
         if self.tolerance is not None and body.faces is not None:
-            _check_number("tolerance", tolerance, len(mesh.triangles), 1)
+            _check_triangle_count("tolerance", tolerance, len(mesh.triangles), 1)
         if self.size is not None:
-            _check_number("size", self.size, mesh.area() / (_MAX_TRIANGLE_AREA * self.size**2), 2)
-        size = default_size(body, mesh, met) if self.size is None else self.size
+            _check_triangle_count(
+                "size", self.size, mesh.area() / (_MAX_TRIANGLE_AREA * self.size**2), 2
+            )
+        size = default_size(body, mesh, master_sizes) if self.size is None else self.size
         return refined(body, mesh, size)
 
-    def how(self) -> str:
+    def describe_mesh(self) -> str:
         """Describe the triangulation."""
         tolerance = "a thousandth of its size" if self.tolerance is None else f"{self.tolerance:g}"
         size = "" if self.size is None else f", no side longer than {self.size:g}"
@@ -306,76 +322,57 @@ class Sampling(Spec):
 class BodyPoints(_Points, Sampling):
     """`{ body, tolerance, size }`: the surface of a body of the case, sampled by triangles.
 
-    So two bodies can meet: one exact, one sampled. A slave of such points goes with its body where
-    it has no motion of its own.
+    Two bodies can touch in this way: one exact, one sampled. A slave of such points moves with its
+    body if it has no motion of its own.
     """
 
     body: Name
 
-    def sampled(self, body: Master, met: Iterable[float] = ()) -> Slave:
+    def sampled(self, body: Master, master_sizes: Iterable[float] = ()) -> Slave:
         """Return points and triangles of the placed body, moved by the transform.
 
-        `met` are sizes of bodies that it is to meet.
+        `master_sizes` are the sizes of the bodies that it will touch.
 
         Raises
         ------
         CaseError
             As `mesh_of`.
         """
-        mesh = self.mesh_of(body, met)
-        return self.chosen(Slave(mesh.vertices, mesh.triangles))
+        mesh = self.mesh_of(body, master_sizes)
+        return self.transformed(Slave(mesh.vertices, mesh.triangles))
 
     def describe(self) -> str:
         """Describe the table in words."""
-        return f"the surface of {self.body}, {self.how()}"
+        return f"the surface of {self.body}, {self.describe_mesh()}"
 
 
 PointsSpec = Annotated[
     FilePoints | SamplePoints | GridPoints | RandomPoints | GivenPoints | BodyPoints,
-    TellApart("file", "sample", "grid", "random", "coordinates", "body"),
+    DiscriminatedBy("file", "sample", "grid", "random", "coordinates", "body"),
 ]
 
 
-def _along(corners: FloatArray, segments: int) -> FloatArray:
-    """Return the points of a polyline: its corners, and others that make `segments` legs."""
-    ways = np.diff(corners, axis=0)
-    lengths = np.sqrt((ways * ways).sum(axis=1))
+def _subdivided(corners: FloatArray, segments: int) -> FloatArray:
+    """Return the points of a polyline, subdivided into `segments` pieces, one a leg at least."""
+    legs = np.diff(corners, axis=0)
+    lengths = np.sqrt((legs * legs).sum(axis=1))
     ends = np.round(segments * np.cumsum(lengths) / lengths.sum()).astype(int)
     counts = np.maximum(np.diff(ends, prepend=0), 1)
-    legs = [
-        start + np.linspace(0.0, 1.0, n, endpoint=False)[:, None] * way
-        for start, way, n in zip(corners, ways, counts, strict=False)
+    points = [
+        start + np.linspace(0.0, 1.0, n, endpoint=False)[:, None] * leg
+        for start, leg, n in zip(corners, legs, counts, strict=False)
     ]
-    return np.concatenate([*legs, corners[-1:]])
+    return np.concatenate([*points, corners[-1:]])
 
 
-def _check_number(key: str, given: float, triangles: float, power: int) -> None:
-    """Refuse a value that needs too many triangles.
-
-    Their number falls with a power of the value.
-    """
+def _check_triangle_count(key: str, value: float, triangles: float, power: int) -> None:
+    """Refuse a value that needs too many triangles; their number falls with a power of it."""
     if triangles > _MAX_TRIANGLES:
-        least = given * (triangles / _MAX_TRIANGLES) ** (1.0 / power)
+        lower_bound = value * (triangles / _MAX_TRIANGLES) ** (1.0 / power)
         raise CaseError(
             f"takes about {triangles:.2g} triangles or more",
             where=key,
-            found=given,
-            allowed=f"{least:.2g} or more: all their points are searched for at every step",
+            found=value,
+            allowed=f"{lower_bound:.2g} or more: all their points are searched for at every step",
             remedy=_DEFAULT if key == "tolerance" else "Without it sides are as the bodies need",
         )
-
-
-def _grid_facets(points: FloatArray, nu: int, nv: int) -> IntArray:
-    """Return two triangles per cell, anticlockwise about S_u × S_v.
-
-    Triangles without area are left out.
-    """
-    index = np.arange(nu * nv, dtype=np.int32).reshape(nu, nv)
-    a, b = index[:-1, :-1].ravel(), index[1:, :-1].ravel()
-    c, d = index[1:, 1:].ravel(), index[:-1, 1:].ravel()
-    facets = np.concatenate([np.stack([a, b, c], axis=1), np.stack([a, c, d], axis=1)])
-    corners = points[facets]
-    edges = corners[:, 1:] - corners[:, :1]
-    area = np.linalg.norm(np.cross(edges[:, 0], edges[:, 1]), axis=1)
-    longest = np.square(edges).sum(axis=2).max(axis=1)
-    return np.ascontiguousarray(facets[area > 1e-12 * longest])

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from typing import Any, NamedTuple
 
-from pydantic import ValidationError
+from pydantic import TypeAdapter, ValidationError
 from pydantic_core import ErrorDetails
 
-from contiga.case.names import Misnamed, misnamed
+from contiga.case.names import UnresolvedName, unresolved_names
 from contiga.case.spec import suggest
 from contiga.errors import CaseError, InputError, MissingPackageError
 from contiga.io.naming import NAMES
@@ -58,40 +58,42 @@ def case_error(
     `data` stands under `key`; some of its tables may be from the files of `origins`.
     """
     details = error.errors(include_url=False)
-    problems = [problem_of(detail, data, key) for detail in details]
-    problems += [one.error for one in misnamed_in(data, details)]
-    if len(problems) == 1:
-        return traced(problems[0], origins or {}, file)
-    return listed([traced(one, origins or {}, "") for one in problems], file)
+    errors = [error_of(detail, data, key) for detail in details]
+    errors += [name.error for name in unresolved_in(data, details)]
+    if len(errors) == 1:
+        return in_its_file(errors[0], origins or {}, file)
+    return combined([in_its_file(error, origins or {}, "") for error in errors], file)
 
 
-def traced(error: InputError, origins: Origins, file: str) -> InputError:
-    """Return `error`, which names a key of a case, with the file that this was read from.
+def in_its_file(error: InputError, origins: Origins, file: str) -> InputError:
+    """Return `error`, whose place is a key of a case, with the file that has this key.
 
     That is the file of `origins`, else `file`.
     """
     where = error.where or ""
-    match = _TABLE.match(where)
-    origin = origins.get((match[1], int(match[2]))) if match else None
-    if match is not None and origin is not None:
-        file, where = origin.file, f"{match[1]}[{origin.row}]{where[match.end() :]}"
-    return _elsewhere(error, _join(file, where))
+    table = _TABLE.match(where)
+    origin = origins.get((table[1], int(table[2]))) if table else None
+    if table is not None and origin is not None:
+        file, where = origin.file, f"{table[1]}[{origin.row}]{where[table.end() :]}"
+    return _with_place(error, _file_and_key(file, where))
 
 
-def misnamed_in(data: object, details: Sequence[ErrorDetails]) -> list[Misnamed]:
+def unresolved_in(data: object, details: Sequence[ErrorDetails]) -> list[UnresolvedName]:
     """Return unresolved references, which pydantic does not check if other tables are wrong."""
-    return misnamed(data, [one["loc"] for one in details]) if isinstance(data, Mapping) else []
+    if not isinstance(data, Mapping):
+        return []
+    return unresolved_names(data, [detail["loc"] for detail in details])
 
 
-def listed(problems: Sequence[Fault], file: str) -> InputError:
+def combined(faults: Sequence[Fault], file: str) -> InputError:
     """Return one error that contains several; `file` is the case's."""
-    lines = [str(problem) for problem in problems[:_MAX_LISTED]]
-    if len(problems) > _MAX_LISTED:
-        lines.append(f"and {len(problems) - _MAX_LISTED} more")
-    return CaseError(f"{len(problems)} things are wrong\n  " + "\n  ".join(lines), where=file)
+    lines = [str(fault) for fault in faults[:_MAX_LISTED]]
+    if len(faults) > _MAX_LISTED:
+        lines.append(f"and {len(faults) - _MAX_LISTED} more")
+    return CaseError(f"{len(faults)} things are wrong\n  " + "\n  ".join(lines), where=file)
 
 
-class Together:
+class ErrorCollector:
     """Collector of the errors of a case, so that all are reported at once.
 
     Parameters
@@ -102,7 +104,7 @@ class Together:
 
     def __init__(self, file: str, origins: Origins) -> None:
         self._file, self._origins = file, origins
-        self._errors: list[tuple[Fault, str]] = []
+        self._faults: list[tuple[Fault, str]] = []
 
     @contextmanager
     def at(self, key: str) -> Iterator[None]:
@@ -110,14 +112,14 @@ class Together:
         try:
             yield
         except (InputError, MissingPackageError) as error:
-            self._errors.append((error, key))
+            self._faults.append((error, key))
 
     @property
-    def errors(self) -> tuple[tuple[Fault, str], ...]:
+    def faults(self) -> tuple[tuple[Fault, str], ...]:
         """The collected errors, each with its key."""
-        return tuple(self._errors)
+        return tuple(self._faults)
 
-    def tell(self) -> None:
+    def raise_all(self) -> None:
         """Raise the collected errors, if there are any.
 
         Raises
@@ -127,33 +129,71 @@ class Together:
         CaseError
             All of them as one list.
         """
-        if not self._errors:
+        if not self._faults:
             return
-        first, key = self._errors[0]
-        if len(self._errors) == 1:
-            raise placed(first, key, self._file, self._origins) from first
-        faults = [placed(one, key, "", self._origins) for one, key in self._errors]
-        raise listed(faults, self._file) from first
+        first, key = self._faults[0]
+        if len(self._faults) == 1:
+            raise at_key(first, key, self._file, self._origins) from first
+        faults = [at_key(fault, key, "", self._origins) for fault, key in self._faults]
+        raise combined(faults, self._file) from first
 
 
-def first_problem(error: ValidationError, data: object, key: str) -> InputError:
+def first_error(error: ValidationError, data: object, key: str) -> InputError:
     """Return the first error in the table under `key`."""
-    return problem_of(error.errors(include_url=False)[0], data, key)
+    return error_of(error.errors(include_url=False)[0], data, key)
 
 
-def placed(fault: Fault, key: str, file: str, origins: Origins) -> Fault:
+def validated(kind: Any, data: Any, context: Any, key: str = "") -> Any:
+    """Return `data`, which stands under `key`, as a value of a type; only its first error counts.
+
+    Raises
+    ------
+    InputError
+        The data are wrong.
+    """
+    try:
+        return TypeAdapter(kind).validate_python(data, context=context)
+    except ValidationError as error:
+        raise first_error(error, data, key) from error
+
+
+def at_key(fault: Fault, key: str, file: str, origins: Origins) -> Fault:
     """Return `fault` with the key of the case it belongs to, in the file that has it."""
     if isinstance(fault, MissingPackageError):
-        return MissingPackageError(f"{_join(file, key)}: {fault}")
-    return traced(relocated(fault, key, ""), origins, file)
+        return MissingPackageError(f"{_file_and_key(file, key)}: {fault}")
+    return in_its_file(relocated(fault, key, ""), origins, file)
 
 
 def relocated(error: InputError, key: str, file: str) -> InputError:
     """Return `error` with the key of the case it belongs to; an `InputError` as a `CaseError`."""
-    return _elsewhere(error, _join(file, _inside(key, error.where)))
+    where = error.where
+    if not where:
+        path = key
+    elif not _KEY.match(where):
+        path = f"{key}: {where}" if key else where
+    elif key == where or key.endswith(f".{where}"):
+        path = key
+    else:
+        path = f"{key}.{where}" if key else where
+    return _with_place(error, _file_and_key(file, path))
 
 
-def _elsewhere(error: InputError, where: str | None) -> InputError:
+@contextmanager
+def errors_at(key: str, file: str = "") -> Iterator[None]:
+    """Give errors that are raised inside the key of the case they belong to."""
+    try:
+        yield
+    except InputError as error:
+        raise relocated(error, key, file) from error
+
+
+def check_at(key: str, check: Callable[..., object], *arguments: object) -> None:
+    """Carry out a check whose errors belong to a key of the case."""
+    with errors_at(key):
+        check(*arguments)
+
+
+def _with_place(error: InputError, where: str | None) -> InputError:
     """Return `error` at another place; a plain `InputError` as a `CaseError`."""
     kind = CaseError if type(error) is InputError else type(error)
     details: dict[str, Any] = {"allowed": error.allowed, "remedy": error.remedy}
@@ -162,51 +202,51 @@ def _elsewhere(error: InputError, where: str | None) -> InputError:
     return kind(error.what, where=where, **details)
 
 
-def problem_of(detail: ErrorDetails, data: object, key: str = "", file: str = "") -> InputError:
-    """Return one error that pydantic found in `data`, which stands under `key` in `file`."""
+def error_of(detail: ErrorDetails, data: object, key: str = "") -> InputError:
+    """Return one error that pydantic found in `data`, which stands under `key`."""
     path = key_path(detail["loc"], data, key)
-    inner = (detail.get("ctx") or {}).get("error")
-    if isinstance(inner, InputError):
-        return relocated(inner, path, file)
-    return CaseError(where=_join(file, path), **_words(detail))
+    cause = (detail.get("ctx") or {}).get("error")
+    if isinstance(cause, InputError):
+        return relocated(cause, path, "")
+    return CaseError(where=path or None, **_explained(detail))
 
 
-def _wrong_length(context: Mapping[str, Any]) -> dict[str, Any]:
-    least, most = context.get("min_length"), context.get("max_length")
-    allowed = f"at most {most}" if least is None else f"at least {least}"
-    length = context["actual_length"]
-    return {"what": "has the wrong length", "found": length, "allowed": allowed}
-
-
-def _words(detail: ErrorDetails) -> dict[str, Any]:
+def _explained(detail: ErrorDetails) -> dict[str, Any]:
     """Return rule, value and allowed values of an error of pydantic's own."""
-    kind, given, context = detail["type"], detail["input"], detail.get("ctx") or {}
+    kind, value, context = detail["type"], detail["input"], detail.get("ctx") or {}
     if kind == "missing":
         return {"what": "is missing"}
-    said: dict[str, Any] = {"found": _short(given)}
-    if kind == "list_type" and isinstance(given, Mapping) and len(detail["loc"]) == 1:
+    found: dict[str, Any] = {"found": _short(value)}
+    if kind == "list_type" and isinstance(value, Mapping) and len(detail["loc"]) == 1:
         brackets = f"Write [[{detail['loc'][0]}]] in double brackets: there may be several"
-        return {"what": "must be a list of tables", **said, "remedy": brackets}
+        return {"what": "must be a list of tables", **found, "remedy": brackets}
     if kind in _TYPES:
-        return {"what": f"must be {_TYPES[kind]}", **said}
+        return {"what": f"must be {_TYPES[kind]}", **found}
     if kind == "literal_error":
         options = re.findall(r"'([^']*)'", str(context["expected"]))
         allowed = ", ".join(f'"{option}"' for option in options)
-        remedy = suggest(given, options)
-        return {"what": "unknown value", **said, "allowed": allowed, "remedy": remedy}
+        return {
+            "what": "unknown value",
+            **found,
+            "allowed": allowed,
+            "remedy": suggest(value, options),
+        }
     if kind in ("greater_than", "greater_than_equal"):
         bound = context.get("gt", context.get("ge"))
         sign = ">" if "gt" in context else ">="
-        return {"what": "is too small", **said, "allowed": f"{sign} {bound:g}"}
+        return {"what": "is too small", **found, "allowed": f"{sign} {bound:g}"}
     if kind == "less_than_equal":
-        return {"what": "is too large", **said, "allowed": f"<= {context['le']:g}"}
+        return {"what": "is too large", **found, "allowed": f"<= {context['le']:g}"}
     if kind == "finite_number":
-        return {"what": "must be finite", **said}
+        return {"what": "must be finite", **found}
     if kind in ("too_short", "too_long"):
-        return _wrong_length(context)
+        lower, upper = context.get("min_length"), context.get("max_length")
+        allowed = f"at most {upper}" if lower is None else f"at least {lower}"
+        length = context["actual_length"]
+        return {"what": "has the wrong length", "found": length, "allowed": allowed}
     if kind == "string_pattern_mismatch":
-        return {"what": "is not a name", **said, "allowed": NAMES}
-    return {"what": detail["msg"], **said}
+        return {"what": "is not a name", **found, "allowed": NAMES}
+    return {"what": detail["msg"], **found}
 
 
 def key_path(loc: Sequence[int | str], data: object, start: str = "") -> str:
@@ -214,29 +254,19 @@ def key_path(loc: Sequence[int | str], data: object, start: str = "") -> str:
 
     Tags of unions, and keys that only a long form of the value would have, are left out.
     """
-    path, here = start, data
+    path, value = start, data
     for part in loc:
         if isinstance(part, int):
             path += f"[{part}]"
-            here = here[part] if isinstance(here, list) and part < len(here) else None
-        elif not part.startswith("<") and (here is None or isinstance(here, Mapping)):
+            value = value[part] if isinstance(value, list) and part < len(value) else None
+        elif not part.startswith("<") and (value is None or isinstance(value, Mapping)):
             path += f".{part}" if path else part
-            here = here.get(part) if isinstance(here, Mapping) else None
+            value = value.get(part) if isinstance(value, Mapping) else None
     return path
 
 
-def _inside(path: str, where: str | None) -> str:
-    if not where:
-        return path
-    if not _KEY.match(where):
-        return f"{path}: {where}" if path else where
-    if path.endswith(where) and (len(path) == len(where) or path[-len(where) - 1] == "."):
-        return path
-    return f"{path}.{where}" if path else where
-
-
-def _join(file: str, path: str) -> str | None:
-    return ": ".join(part for part in (file, path) if part) or None
+def _file_and_key(file: str, key: str) -> str | None:
+    return ": ".join(part for part in (file, key) if part) or None
 
 
 def _short(value: object) -> object:

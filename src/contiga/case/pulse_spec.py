@@ -26,7 +26,7 @@ class _PulseSpec(MotionSpec):
     table: list[list[float]] | None = None
     file: ExistingFile | None = None
     columns: list[str] | None = None
-    """Columns of the file: that of the time and one or three others."""
+    """Columns of the file: the time, and one or three values."""
     curve: int | None = None
     """Number of the curve in a keyword deck."""
     unit: str | None = None
@@ -67,7 +67,17 @@ class _PulseSpec(MotionSpec):
         factor_of = velocity_factor if quantity == "velocity" else acceleration_factor
         factor = 1.0 if self.unit is None else factor_of(self.unit, length, time, "unit")
         if self.file is not None and self._is_deck:
-            return self._rows_of_deck(self.file, units, quantity)
+            unit = f"{length}/{time}" if quantity == "velocity" else f"{length}/{time}^2"
+            units_of_file = [self.time_unit or time, self.unit or unit]
+            kinds: tuple[Quantity, Quantity] = ("time", quantity)
+            return read_curve(
+                self.file,
+                kinds,
+                units,
+                columns=self.columns,
+                curve=self.curve,
+                units=units_of_file,
+            )
         if self.file is not None:
             return read_pulse(
                 self.file,
@@ -77,30 +87,21 @@ class _PulseSpec(MotionSpec):
                 unit=self.unit,
                 quantity=quantity,
             )
-        later = 1.0 if self.time_unit is None else time_factor(self.time_unit, time, "time_unit")
+        to_time = 1.0 if self.time_unit is None else time_factor(self.time_unit, time, "time_unit")
         rows = self.table or []
-        return [[later * t for t in row[:1]] + [factor * v for v in row[1:]] for row in rows]
-
-    def _rows_of_deck(
-        self, file: str, units: Units, quantity: Literal["velocity", "acceleration"]
-    ) -> FloatArray:
-        length, _, time = units
-        unit = f"{length}/{time}" if quantity == "velocity" else f"{length}/{time}^2"
-        given = [self.time_unit or time, self.unit or unit]
-        kinds: tuple[Quantity, Quantity] = ("time", quantity)
-        return read_curve(file, kinds, units, columns=self.columns, curve=self.curve, units=given)
+        return [[to_time * t for t in row[:1]] + [factor * v for v in row[1:]] for row in rows]
 
     def describe(self) -> str:
         """Describe the table in words."""
         if self.table is None:
-            which = "" if self.curve is None else f"curve {self.curve} of "
-            source = f"{which}the file {self.file}"
+            curve = "" if self.curve is None else f"curve {self.curve} of "
+            source = f"{curve}the file {self.file}"
         else:
             span = f"t = {self.table[0][0]:g} to {self.table[-1][0]:g}"
             source = f"a table of {len(self.table)} rows, {span} {self.time_unit or ''}".strip()
         unit = "" if self.unit is None else f" in {self.unit}"
-        along = "" if self.direction is None else f" along {self.direction}"
-        return f"{self.kind}{unit}{along} from {source}{', smooth' if self.smooth else ''}"
+        direction = "" if self.direction is None else f" along {self.direction}"
+        return f"{self.kind}{unit}{direction} from {source}{', smooth' if self.smooth else ''}"
 
 
 class VelocitySpec(_PulseSpec):

@@ -11,20 +11,22 @@ from contiga.simulation.checks.finding import Finding
 
 
 @contextmanager
-def told_of(kind: str, name: str, findings: list[Finding]) -> Iterator[None]:
+def warnings_as_findings(kind: str, name: str, findings: list[Finding]) -> Iterator[None]:
     """Collect warnings raised inside as findings about a body or a slave; pass on others."""
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always", ContigaWarning)
         yield
-    for one in caught:
-        if issubclass(one.category, ContigaWarning):
+    for warning in caught:
+        if issubclass(warning.category, ContigaWarning):
             findings.append(
                 Finding(
                     "file",
                     f"{kind} {name}",
-                    str(one.message).rstrip("."),
+                    str(warning.message).rstrip("."),
                     "Where that is not meant, choose what is read of it, or mend the file",
                 )
             )
         else:
-            warnings.warn_explicit(one.message, one.category, one.filename, one.lineno)
+            warnings.warn_explicit(
+                warning.message, warning.category, warning.filename, warning.lineno
+            )

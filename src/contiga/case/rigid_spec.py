@@ -8,7 +8,7 @@ from pydantic import Field, PrivateAttr
 
 from contiga.case.curve_spec import units_of_case
 from contiga.case.pulse_spec import AccelerationSpec, VelocitySpec
-from contiga.case.spec import BY_KIND, Axis, ExistingFile, MadeSpec, MotionSpec, Vector
+from contiga.case.spec import BY_KIND, Axis, ExistingFile, InstanceSpec, MotionSpec, Vector
 from contiga.dynamics.prescribed import BodyMotion, Combine, Fixed, Poses, Rotate, Translate
 from contiga.errors import CaseError
 from contiga.io.units import Units
@@ -16,7 +16,7 @@ from contiga.io.units import Units
 Table = list[list[float]]
 
 
-class FixedSpec(MadeSpec[BodyMotion], MotionSpec):
+class FixedSpec(InstanceSpec[BodyMotion], MotionSpec):
     """`{ kind = "fixed" }`."""
 
     makes = Fixed
@@ -27,7 +27,7 @@ class FixedSpec(MadeSpec[BodyMotion], MotionSpec):
         return "fixed"
 
 
-class TranslateSpec(MadeSpec[BodyMotion], MotionSpec):
+class TranslateSpec(InstanceSpec[BodyMotion], MotionSpec):
     """`{ kind = "translate", table = [[t, dx, dy, dz], …] }`."""
 
     makes = Translate
@@ -39,7 +39,7 @@ class TranslateSpec(MadeSpec[BodyMotion], MotionSpec):
         return f"moved along a table of {len(self.table)} rows, {_span(self.table)}"
 
 
-class RotateSpec(MadeSpec[BodyMotion], MotionSpec):
+class RotateSpec(InstanceSpec[BodyMotion], MotionSpec):
     """`{ kind = "rotate", axis, centre, table = [[t, degrees], …] }`."""
 
     makes = Rotate
@@ -53,7 +53,7 @@ class RotateSpec(MadeSpec[BodyMotion], MotionSpec):
         return f"turned about {self.axis} through {self.centre}, {_span(self.table)}"
 
 
-class PosesSpec(MadeSpec[Poses], MotionSpec):
+class PosesSpec(InstanceSpec[Poses], MotionSpec):
     """`{ kind = "poses", file = "poses.csv" }`, or its rows t, x, y, z, qw, qx, qy, qz as `table`.
 
     Lengths are in the case's unit, or in that which the header of the file says.
@@ -84,12 +84,12 @@ class PosesSpec(MadeSpec[Poses], MotionSpec):
 
     def describe(self) -> str:
         """Describe the table in words."""
-        times = self.made.times
+        times = self.instance.times
         span = f"t = {times[0]:g} to {times[-1]:g}"
         return f"{len(times)} poses from {self.file or 'a table'}, {span}"
 
 
-class CombineSpec(MadeSpec[BodyMotion], MotionSpec):
+class CombineSpec(InstanceSpec[BodyMotion], MotionSpec):
     """`{ kind = "combine", motions = [ … ] }`: motions applied in their order, about world axes."""
 
     makes = Combine
@@ -98,7 +98,7 @@ class CombineSpec(MadeSpec[BodyMotion], MotionSpec):
 
     def arguments(self) -> dict[str, Any]:
         """Return the arguments that `Combine` takes."""
-        return {"motions": [spec.made for spec in self.motions]}
+        return {"motions": [spec.instance for spec in self.motions]}
 
     def describe(self) -> str:
         """Describe the table in words."""
@@ -108,7 +108,7 @@ class CombineSpec(MadeSpec[BodyMotion], MotionSpec):
 RigidMotionSpec = Annotated[
     FixedSpec | TranslateSpec | RotateSpec | PosesSpec | CombineSpec, BY_KIND
 ]
-ToldMotionSpec = Annotated[RigidMotionSpec | VelocitySpec | AccelerationSpec, BY_KIND]
+PrescribedMotionSpec = Annotated[RigidMotionSpec | VelocitySpec | AccelerationSpec, BY_KIND]
 
 CombineSpec.model_rebuild()
 

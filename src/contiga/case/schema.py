@@ -28,8 +28,8 @@ from contiga.case.contact_spec import ContactSpec
 from contiga.case.device_spec import SlipRingSpec
 from contiga.case.gas_spec import GasSpec
 from contiga.case.geometry_spec import GeometrySpec
-from contiga.case.include import INCLUDE, Whole, with_includes
-from contiga.case.included_tables import POSERS
+from contiga.case.include import INCLUDE, CaseTables, with_includes
+from contiga.case.included_tables import KEYS
 from contiga.case.joint_spec import JointSpec
 from contiga.case.load_spec import LoadSpec
 from contiga.case.mass_spec import MassSpec
@@ -39,7 +39,7 @@ from contiga.case.output_spec import OutputSpec
 from contiga.case.placed_spec import Placed, matrix_of
 from contiga.case.plot_spec import PlotSpec, ReferenceSpec, check_channel, check_kinds
 from contiga.case.points_spec import BodyPoints, PointsSpec, Sampling
-from contiga.case.problems import Origin, case_error, relocated
+from contiga.case.problems import Origin, case_error, check_at
 from contiga.case.rigid_spec import FixedSpec
 from contiga.case.sensor_spec import PointSensorSpec, RelativeSensorSpec, SensorSpec
 from contiga.case.settings import with_settings
@@ -63,7 +63,7 @@ from contiga.case.standing import order_of, references
 from contiga.case.surface_spec import RefineSpec, check_surface
 from contiga.dynamics.springs import GROUND
 from contiga.dynamics.stepping import AutoSteps, EqualSteps
-from contiga.errors import CaseError, InputError
+from contiga.errors import CaseError
 
 
 def _number_or_auto(value: Any) -> Any:
@@ -134,6 +134,16 @@ class BodySpec(LayeredSpec):
     reference_point: Vector | None = None
     """Point of the placed body about which moments are taken; its geometry's origin if omitted."""
 
+    @property
+    def source(self) -> Placed:
+        """The table of its shape, which places it."""
+        return self.geometry
+
+    @property
+    def source_key(self) -> str:
+        """The key of that table."""
+        return "geometry"
+
 
 class SlaveSpec(Spec):
     """A `[[slave]]`: points that may touch a body."""
@@ -150,7 +160,7 @@ class SlaveSpec(Spec):
     thickness: Positive | None = None
     """Thickness of every node, in place of the file's."""
     area: Positive | None = None
-    """Tributary area of every node, in place of that of the facets."""
+    """Tributary area of every node, in place of the area from the facets."""
     mass: NotNegative | None = None
     """Mass of every node, in place of the file's."""
 
@@ -166,13 +176,16 @@ class SlaveSpec(Spec):
         """The key of that source."""
         return "geometry" if self.points is None else "points"
 
-    def what(self) -> str:
+    def describe_source(self) -> str:
         """Describe the source of its points."""
         if self.points is not None:
-            return self.points.what()
+            return self.points.describe_selection()
         assert self.geometry is not None
-        how = (self.refine or RefineSpec()).describe() if self.mesh is None else self.mesh.how()
-        return f"{self.geometry.describe()}, {how}"
+        if self.mesh is not None:
+            elements = self.mesh.describe_mesh()
+        else:
+            elements = (self.refine or RefineSpec()).describe()
+        return f"{self.geometry.describe()}, {elements}"
 
     @model_validator(mode="after")
     def _points_or_geometry(self) -> Self:
@@ -208,11 +221,6 @@ class SlaveSpec(Spec):
         if isinstance(points, dict) and isinstance(points.get("body"), str):
             return {"motion": {"kind": "attached", "body": points["body"]}} | data
         return data
-
-
-def _source_of(part: BodySpec | SlaveSpec) -> Placed:
-    """Return the table that places a body or a slave."""
-    return part.geometry if isinstance(part, BodySpec) else part.source
 
 
 class Case(Spec):
@@ -290,16 +298,28 @@ class Case(Spec):
                 allowed="a [[contact]] of a body and a slave; or, for springs and loads alone, a "
                 '[[body]] with a mass and motion = { kind = "free" }',
             )
-        names = self._checks_of_names()
-        raise_together(self, (*names, *self._checks_of_movers(), *self._checks_of_places()))
-        sides = (partial(self._check_sides, i) for i in range(len(self.contact)))
+        names = self._name_checks()
+        keys = {part.name: f"body[{i}]" for i, part in enumerate(self.body)}
+        keys |= {part.name: f"slave[{i}]" for i, part in enumerate(self.slave)}
+        placements = (
+            partial(self._check_placement, name, reference, f"{keys[name]}.{key}")
+            for name, part in self.parts.items()
+            for key, reference in references(part)
+        )
+        raise_together(self, (*names, *self._reference_checks(), *placements))
+        sides = (
+            partial(check_at, f"contact[{i}]", self.sides, contact)
+            for i, contact in enumerate(self.contact)
+        )
         raise_together(self, (partial(order_of, self.parts), *sides))
         if self.plot or self.reference:
-            raise_together(self, self._checks_of_curves())
+            raise_together(self, self._figure_checks())
         return self
 
-    def _checks_of_curves(self) -> Iterator[Callable[[], object]]:
+    def _figure_checks(self) -> Iterator[Callable[[], object]]:
+        """Yield checks that a run has the channels of plots and curves of tests."""
         channels = channels_of_case(self)
+        start, end = self.time.start, self.time.end
         for i, plot in enumerate(self.plot):
             yield partial(check_channel, f"plot[{i}].x", plot.x, channels)
             for name in plot.channels:
@@ -308,94 +328,92 @@ class Case(Spec):
         for i, curve in enumerate(self.reference):
             yield partial(check_channel, f"reference[{i}].channel", curve.channel, channels)
             yield partial(check_channel, f"reference[{i}].x", curve.x, channels)
-            yield partial(self._check_reference, i)
+            yield partial(check_at, f"reference[{i}]", curve.check_overlap, start, end)
 
-    def _check_reference(self, i: int) -> None:
-        try:
-            self.reference[i].check_overlap(self.time.start, self.time.end)
-        except CaseError as error:
-            raise relocated(error, f"reference[{i}]", "") from error
-
-    def _checks_of_names(self) -> Iterator[Callable[[], object]]:
+    def _name_checks(self) -> Iterator[Callable[[], object]]:
+        """Yield checks that names are unique, and that contacts name a body and a slave."""
         for key, names in (
             ("body", [body.name for body in self.body]),
             ("slave", [slave.name for slave in self.slave]),
             ("belt", [belt.name for belt in self.belt]),
             ("contact", [contact.title for contact in self.contact]),
-            ("slip_ring", [ring.made.name for ring in self.slip_ring]),
-            ("joint", [joint.made.name for joint in self.joint]),
+            ("slip_ring", [ring.instance.name for ring in self.slip_ring]),
+            ("joint", [joint.instance.name for joint in self.joint]),
             ("gas", [chamber.name for chamber in self.gas]),
         ):
             yield partial(check_unique, key, names)
         bodies = [body.name for body in self.body]
         slaves = [*self._slaves.values()]
+        rule = "a body and a slave must not have the same name"
         for key, slave in self._slaves.items():
-            yield partial(check_apart, f"{key}.name", slave, bodies)
+            yield partial(check_apart, f"{key}.name", slave, bodies, rule)
+        slaves_without_belts = [slave.name for slave in self.slave]
+        rule = "a slave has this name: a belt is one, too"
         for i, belt in enumerate(self.belt):
-            yield partial(self._check_belt, belt.name, f"belt[{i}].name")
+            yield partial(check_apart, f"belt[{i}].name", belt.name, slaves_without_belts, rule)
         for i, contact in enumerate(self.contact):
-            where = f"contact[{i}]"
-            yield partial(check_defined, f"{where}.master", contact.master, "body", bodies, slaves)
-            yield partial(check_defined, f"{where}.slave", contact.slave, "slave", slaves, bodies)
+            key = f"contact[{i}]"
+            yield partial(check_defined, f"{key}.master", contact.master, "body", bodies, slaves)
+            yield partial(check_defined, f"{key}.slave", contact.slave, "slave", slaves, bodies)
 
-    def _checks_of_movers(self) -> Iterator[Callable[[], object]]:
+    def _reference_checks(self) -> Iterator[Callable[[], object]]:
+        """Yield checks of the names in motions, loads, springs, joints, gas and sensors."""
         bodies = [body.name for body in self.body]
         slaves = [*self._slaves.values()]
-        for where, name in self._named_bodies():
-            yield partial(check_defined, where, name, "body", bodies, slaves)
+        for key, name in self._named_bodies():
+            yield partial(check_defined, key, name, "body", bodies, slaves)
         for i, spring in enumerate(self.spring):
             for k, end in enumerate(spring.between):
                 if end != GROUND:
-                    where = f"spring[{i}].between[{k}]"
-                    yield partial(check_defined, where, end, EITHER, bodies + slaves, [])
+                    key = f"spring[{i}].between[{k}]"
+                    yield partial(check_defined, key, end, EITHER, bodies + slaves, [])
         for i, joint in enumerate(self.joint):
             for k, end in enumerate(joint.between):
                 if end != GROUND:
-                    where = f"joint[{i}].between[{k}]"
-                    yield partial(check_defined, where, end, "body", bodies, slaves)
-        segments = [spring.made.name for spring in self.spring]
+                    key = f"joint[{i}].between[{k}]"
+                    yield partial(check_defined, key, end, "body", bodies, slaves)
+        segments = [spring.instance.name for spring in self.spring]
         segments += [f"{belt.name} {end}" for belt in self.belt for end in belt.webbing]
         for i, ring in enumerate(self.slip_ring):
             for k, segment in enumerate(ring.between):
-                where = f"slip_ring[{i}].between[{k}]"
-                yield partial(check_defined, where, segment, "spring", segments, [])
-        fire = [one.name for one in self.sensor if getattr(one, "trigger", None) is not None]
-        for where, name in self._awaited():
-            yield partial(check_fires, where, name, fire, [one.name for one in self.sensor])
+                key = f"slip_ring[{i}].between[{k}]"
+                yield partial(check_defined, key, segment, "spring", segments, [])
+        sensors = [sensor.name for sensor in self.sensor]
+        triggers = [
+            sensor.name for sensor in self.sensor if getattr(sensor, "trigger", None) is not None
+        ]
+        for key, name in self._triggers():
+            yield partial(check_fires, key, name, triggers, sensors)
         for i, chamber in enumerate(self.gas):
             yield partial(check_defined, f"gas[{i}].slave", chamber.slave, "slave", slaves, bodies)
-        for i, one in enumerate(self.sensor):
+        for i, sensor in enumerate(self.sensor):
             for key in ("node", "section"):
-                if (slave := getattr(one, key, None)) is not None:
-                    where = f"sensor[{i}].{key}"
-                    yield partial(check_defined, where, slave, "slave", slaves, bodies)
+                if (slave := getattr(sensor, key, None)) is not None:
+                    place = f"sensor[{i}].{key}"
+                    yield partial(check_defined, place, slave, "slave", slaves, bodies)
         yield from (partial(self._check_body, i) for i in range(len(self.body)))
 
-    def _awaited(self) -> Iterator[tuple[str, str]]:
+    def _triggers(self) -> Iterator[tuple[str, str]]:
         """Yield the keys of triggers, and the names of their sensors."""
         keys = {"retractor": "retractor.lock"}
         for i, spring in enumerate(self.spring):
-            for device, name in spring.made.devices.triggers.items():
+            for device, name in spring.instance.devices.triggers.items():
                 yield f"spring[{i}].{keys.get(device, device)}.trigger", name
         for i, belt in enumerate(self.belt):
             for end, webbing in belt.webbing.items():
-                for device, name in webbing.made.devices.triggers.items():
+                for device, name in webbing.instance.devices.triggers.items():
                     yield f"belt[{i}].{end}.{keys.get(device, device)}.trigger", name
         for i, chamber in enumerate(self.gas):
-            for key, name in chamber.awaited():
+            for key, name in chamber.triggers():
                 yield f"gas[{i}].{key}", name
-
-    def _check_belt(self, name: str, where: str) -> None:
-        if name in [slave.name for slave in self.slave]:
-            raise CaseError("a slave has this name: a belt is one, too", where=where, found=name)
 
     def _check_body(self, i: int) -> None:
         body = self.body[i]
-        tied = [f"spring[{k}]" for k, one in enumerate(self.spring) if GROUND in one.between]
-        tied += [f"joint[{k}]" for k, one in enumerate(self.joint) if GROUND in one.between]
-        if body.name == GROUND and tied:
+        grounded = [f"spring[{k}]" for k, s in enumerate(self.spring) if GROUND in s.between]
+        grounded += [f"joint[{k}]" for k, j in enumerate(self.joint) if GROUND in j.between]
+        if body.name == GROUND and grounded:
             raise CaseError(
-                f"means the world in {tied[0]}",
+                f"means the world in {grounded[0]}",
                 where=f"body[{i}].name",
                 found=GROUND,
                 remedy="Rename the body, also in the springs and joints that are attached to it",
@@ -413,76 +431,58 @@ class Case(Spec):
         for i, slave in enumerate(self.slave):
             if isinstance(slave.points, BodyPoints):
                 keys[f"slave[{i}]", slave.points.body] = "points.body"
-        moved = [
+        motions = [
             *((f"body[{i}]", body.motion) for i, body in enumerate(self.body)),
             *((f"slave[{i}]", slave.motion) for i, slave in enumerate(self.slave)),
         ]
-        for where, motion in moved:
+        for part, motion in motions:
             for key, name in motion.named_bodies():
-                keys.setdefault((where, name), f"motion.{key}")
-        yield from ((f"{where}.{key}", name) for (where, name), key in keys.items())
+                keys.setdefault((part, name), f"motion.{key}")
+        yield from ((f"{part}.{key}", name) for (part, name), key in keys.items())
         for i, belt in enumerate(self.belt):
             yield from ((f"belt[{i}].{key}", name) for key, name in belt.named_bodies())
         yield from ((f"load[{i}].body", load.body) for i, load in enumerate(self.load))
-        settling = self.settle.bodies if self.settle is not None else []
-        yield from ((f"settle.bodies[{k}]", name) for k, name in enumerate(settling))
-        for i, one in enumerate(self.sensor):
-            if isinstance(one, RelativeSensorSpec):
-                yield from ((f"sensor[{i}].between[{k}]", end) for k, end in enumerate(one.between))
-            elif isinstance(one, PointSensorSpec):
-                yield f"sensor[{i}].body", one.body
+        settled = self.settle.bodies if self.settle is not None else []
+        yield from ((f"settle.bodies[{k}]", name) for k, name in enumerate(settled))
+        for i, sensor in enumerate(self.sensor):
+            if isinstance(sensor, RelativeSensorSpec):
+                for k, end in enumerate(sensor.between):
+                    yield f"sensor[{i}].between[{k}]", end
+            elif isinstance(sensor, PointSensorSpec):
+                yield f"sensor[{i}].body", sensor.body
 
-    def _checks_of_places(self) -> Iterator[Callable[[], object]]:
-        places = {part.name: f"body[{i}]" for i, part in enumerate(self.body)}
-        places |= {part.name: f"slave[{i}]" for i, part in enumerate(self.slave)}
-        errors = [
-            (name, other, f"{places[name]}.{key}")
-            for name, part in self.parts.items()
-            for key, other in references(part)
-        ]
-        for name, other, where in errors:
-            yield partial(check_defined, where, other, "body or slave", [*places], [])
-            if where.endswith("place.on") and other in places:
-                yield partial(self._check_place, name, other, where)
-            if other in places:
-                yield partial(self._check_moved_together, name, other, where)
-
-    def _check_place(self, name: str, other: str, where: str) -> None:
+    def _check_placement(self, name: str, reference: str, key: str) -> None:
+        """Refuse the part `reference`, by which the part `name` is placed, if it cannot be used."""
+        parts = self.parts
+        check_defined(key, reference, EITHER, [*parts], [])
+        part, other = parts[name], parts[reference]
         bodies = [body.name for body in self.body]
-        if not {name, other} & set(bodies):
+        if key.endswith("place.on") and not {name, reference} & set(bodies):
             raise CaseError(
                 "a slave cannot be placed on a slave: neither has a surface",
-                where=where,
-                found=other,
+                where=key,
+                found=reference,
                 allowed=", ".join(f'"{body}"' for body in bodies),
             )
-
-    def _check_moved_together(self, name: str, other: str, where: str) -> None:
-        one, two = (_source_of(self.parts[part]) for part in (name, other))
-        if one.then and not np.array_equal(matrix_of(one.then), matrix_of(two.then)):
+        steps = part.source.then
+        if steps and not np.array_equal(matrix_of(steps), matrix_of(other.source.then)):
             raise CaseError(
                 "joints of an included file, or its placement, move this part otherwise",
-                where=where,
-                found=other,
+                where=key,
+                found=reference,
                 remedy=f"Place {name!r} by a transform in place of another part",
             )
-
-    def _check_sides(self, i: int) -> None:
-        try:
-            self.sides(self.contact[i])
-        except InputError as error:
-            raise relocated(error, f"contact[{i}]", "") from error
 
     def sides(self, contact: ContactSpec) -> Sides:
         """Return the deformable side of a contact, and its law."""
         bodies = {body.name: body for body in self.body}
-        points = next((one.points for one in self.slave if one.name == contact.slave), None)
-        of = bodies[points.body] if isinstance(points, BodyPoints) else None
-        return sides_of(contact, bodies[contact.master], of)
+        points = next((slave.points for slave in self.slave if slave.name == contact.slave), None)
+        host = bodies[points.body] if isinstance(points, BodyPoints) else None
+        return sides_of(contact, bodies[contact.master], host)
 
 
 _FIELDS: dict[str, Any] = {
-    key: (field.annotation, field) for key, field in Case.model_fields.items() if key in POSERS
+    key: (field.annotation, field) for key, field in Case.model_fields.items() if key in KEYS
 }
 IncludedTables = create_model("IncludedTables", __base__=Spec, **_FIELDS)
 """Tables that a file may have which a case includes."""
@@ -503,7 +503,7 @@ def load_case(path: str | Path, *, set: Mapping[str, Any] | None = None) -> Case
         The case file, or a file it names, is missing or cannot be read.
     CaseError
         It is not TOML, or something in it is wrong; the message says the key, what was found and
-        what is allowed, and tells everything wrong at once. Or a key of `set` leads nowhere.
+        what is allowed, and lists all errors at once. Or a key of `set` leads nowhere.
     UnitError
         A unit is none.
 
@@ -535,7 +535,7 @@ def parse_case(
     return case_of(tables_of(text, path, set), path)
 
 
-def tables_of(text: str, path: Path, set: Mapping[str, Any] | None = None) -> Whole:
+def tables_of(text: str, path: Path, set: Mapping[str, Any] | None = None) -> CaseTables:
     """Return the tables of a case and of the files that it includes, with the values of `set`.
 
     Raises
@@ -544,14 +544,15 @@ def tables_of(text: str, path: Path, set: Mapping[str, Any] | None = None) -> Wh
         The text is not TOML, a key of `set` leads nowhere, or a file that is included is wrong.
     """
     settings = dict(set or {})
-    # What decides how files are read comes before, what is set of their tables after it.
-    before = {key: value for key, value in settings.items() if key.startswith((INCLUDE, "units"))}
-    whole = with_includes(with_settings(tables_in(text, path), before), path, IncludedTables)
-    after = {key: value for key, value in settings.items() if key not in before}
-    return whole._replace(data=with_settings(whole.data, after))
+    # Settings that decide how files are included are applied first, settings of the tables of
+    # these files after they have been read.
+    of_reading = {key: settings[key] for key in settings if key.startswith((INCLUDE, "units"))}
+    of_tables = {key: settings[key] for key in settings if key not in of_reading}
+    tables = with_includes(with_settings(tables_in(text, path), of_reading), path, IncludedTables)
+    return tables._replace(data=with_settings(tables.data, of_tables))
 
 
-def case_of(tables: Whole, path: Path) -> Case:
+def case_of(tables: CaseTables, path: Path) -> Case:
     """Return the case of tables, whose own file is `path`.
 
     Raises

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any
+from typing import Annotated
 
-from pydantic import BeforeValidator, Field
+from pydantic import Field
 
 from contiga.case.device_spec import TriggerSpec
-from contiga.case.spec import MadeSpec, Name, Pair, TellApart, Vector
+from contiga.case.spec import DiscriminatedBy, InstanceSpec, Name, Pair, Vector, has_rows, must_be
 from contiga.criteria.bands import Bands
-from contiga.errors import CaseError
 from contiga.simulation.sensor import RELATIVE_MEASURES, RelativeSensor, Sensor
 from contiga.simulation.slave_sensor import (
     NODE_MEASURES,
@@ -18,24 +17,18 @@ from contiga.simulation.slave_sensor import (
     SectionSensor,
 )
 
-
-def _word_or_rows(value: Any) -> Any:
-    # One message where a union of types would give one for each.
-    rows = value if isinstance(value, list) else []
-    if not (isinstance(value, str) or (rows and all(isinstance(row, list) for row in rows))):
-        raise CaseError(
-            "must be a word, or three unit vectors",
-            found=value,
-            allowed='"world", "body" or [[x, y, z], [x, y, z], [x, y, z]]',
-        )
-    return value
-
-
-Axes = Annotated[str | list[Vector], BeforeValidator(_word_or_rows)]
+Axes = Annotated[
+    str | list[Vector],
+    must_be(
+        lambda value: isinstance(value, str) or has_rows(value),
+        "must be a word, or three unit vectors",
+        '"world", "body" or [[x, y, z], [x, y, z], [x, y, z]]',
+    ),
+]
 """A word, or three unit vectors at the start, which turn with the body."""
 
 
-class BandsSpec(MadeSpec[Bands]):
+class BandsSpec(InstanceSpec[Bands]):
     """`{ limits, names }`: `Bands` of a criterion."""
 
     makes = Bands
@@ -43,7 +36,7 @@ class BandsSpec(MadeSpec[Bands]):
     names: list[str]
 
 
-class PointSensorSpec(MadeSpec[Sensor]):
+class PointSensorSpec(InstanceSpec[Sensor]):
     """A `[[sensor]]`: `Sensor`, with all its options."""
 
     makes = Sensor
@@ -70,7 +63,7 @@ class PointSensorSpec(MadeSpec[Sensor]):
         return f"on {self.body}{at}, {axes}: {', '.join(outputs)}"
 
 
-class RelativeSensorSpec(MadeSpec[RelativeSensor]):
+class RelativeSensorSpec(InstanceSpec[RelativeSensor]):
     """A `[[sensor]]` with `between`: `RelativeSensor`, with all its options."""
 
     makes = RelativeSensor
@@ -95,7 +88,7 @@ class RelativeSensorSpec(MadeSpec[RelativeSensor]):
         return f"between {' and '.join(self.between)}{at}: {outputs}"
 
 
-class NodeSensorSpec(MadeSpec[NodeSensor]):
+class NodeSensorSpec(InstanceSpec[NodeSensor]):
     """A `[[sensor]]` with `node`: `NodeSensor`, with all its options."""
 
     makes = NodeSensor
@@ -112,7 +105,7 @@ class NodeSensorSpec(MadeSpec[NodeSensor]):
         return f"of the node of {self.node} at {self.at}: {', '.join(self.measures)}"
 
 
-class SectionSensorSpec(MadeSpec[SectionSensor]):
+class SectionSensorSpec(InstanceSpec[SectionSensor]):
     """A `[[sensor]]` with `section`: `SectionSensor`, with all its options."""
 
     makes = SectionSensor
@@ -127,11 +120,11 @@ class SectionSensorSpec(MadeSpec[SectionSensor]):
     def describe(self) -> str:
         """Describe the table in words."""
         point, normal = self.plane
-        where = f"the plane through {point} across {normal}"
-        return f"of {self.section} cut by {where}: {', '.join(self.measures)}"
+        plane = f"the plane through {point} across {normal}"
+        return f"of {self.section} cut by {plane}: {', '.join(self.measures)}"
 
 
 SensorSpec = Annotated[
     PointSensorSpec | RelativeSensorSpec | NodeSensorSpec | SectionSensorSpec,
-    TellApart("body", "between", "node", "section"),
+    DiscriminatedBy("body", "between", "node", "section"),
 ]

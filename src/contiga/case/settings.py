@@ -20,7 +20,7 @@ _WORD = re.compile(r"(?!(?:true|false|[-+]?(?:inf|nan))$)[A-Za-z_./~][\w./\\:~* 
 _EXAMPLE = "body.head.motion.velocity=[0, 0, -5], contact[0].law.damping=0.2"
 
 
-def parse_settings(given: Iterable[str]) -> dict[str, Any]:
+def parse_settings(texts: Iterable[str]) -> dict[str, Any]:
     """Return settings by key from texts ``key=value``, whose values are written as in TOML.
 
     A word that is no value of TOML is text: ``time.step=auto``.
@@ -34,31 +34,28 @@ def parse_settings(given: Iterable[str]) -> dict[str, Any]:
     {'time.end': 20, 'contact[0].law.elastic.0': [0, 0], 'title': 'drop'}
     """
     settings: dict[str, Any] = {}
-    for text in given:
+    for text in texts:
         key, equals, value = (part.strip() for part in text.partition("="))
+        where = f"--set {key}"
         if not equals or not key:
             raise CaseError("must be KEY=VALUE", where="--set", found=text, allowed=_EXAMPLE)
         if key in settings:
-            raise CaseError("is set twice", where=f"--set {key}", found=value)
-        settings[key] = _value(key, value)
+            raise CaseError("is set twice", where=where, found=value)
+        try:
+            data = tomllib.loads(f"value = {value}")
+        except ValueError as error:
+            if not _WORD.fullmatch(value):
+                raise CaseError(
+                    "is not a value of TOML",
+                    where=where,
+                    found=value,
+                    allowed='such as 0.5, true, [0, 0, -5], "text" or { kind = "fixed" }',
+                ) from error
+            data = {"value": value}
+        if len(data) > 1:
+            raise CaseError("expected a single value", where=where, found=value)
+        settings[key] = data["value"]
     return settings
-
-
-def _value(key: str, text: str) -> Any:
-    try:
-        data = tomllib.loads(f"value = {text}")
-    except ValueError as error:
-        if _WORD.fullmatch(text):
-            return text
-        raise CaseError(
-            "is not a value of TOML",
-            where=f"--set {key}",
-            found=text,
-            allowed='such as 0.5, true, [0, 0, -5], "text" or { kind = "fixed" }',
-        ) from error
-    if len(data) > 1:
-        raise CaseError("expected a single value", where=f"--set {key}", found=text)
-    return data["value"]
 
 
 def with_settings(data: Mapping[str, Any], settings: Mapping[str, Any]) -> dict[str, Any]:
@@ -71,64 +68,64 @@ def with_settings(data: Mapping[str, Any], settings: Mapping[str, Any]) -> dict[
     Raises
     ------
     CaseError
-        A key leads nowhere: a place or a name that is not there, or into what is no table.
+        A key leads nowhere: there is no such place or name, or a value on the way is no table.
     """
     changed = copy.deepcopy(dict(data))
     for key, value in settings.items():
         if not isinstance(key, str) or not _KEY.fullmatch(key):
             raise CaseError("is not a key of a case", where="set", found=key, allowed=_EXAMPLE)
-        *way, last = [place or name for place, name in _STEP.findall(key)]
-        here: Any = changed
-        for i, step in enumerate(way):
-            inner = _entry(here, step, key, way[:i])
-            if isinstance(here, dict):
-                here.setdefault(inner, {})
-            here = here[inner]
-        here[_entry(here, last, key, way)] = plain(value)
+        *path, last = [place or name for place, name in _STEP.findall(key)]
+        table: Any = changed
+        for i, step in enumerate(path):
+            entry = _entry(table, step, key, path[:i])
+            if isinstance(table, dict):
+                table.setdefault(entry, {})
+            table = table[entry]
+        table[_entry(table, last, key, path)] = plain(value)
     return changed
 
 
 def table_of_key(data: Mapping[str, Any], key: str) -> Mapping[str, Any]:
     """Return the innermost named table of a case on the path of a key; empty if there is none."""
-    *way, _ = [place or name for place, name in _STEP.findall(key)]
-    here: Any = data
-    inner: Mapping[str, Any] = {}
-    for i, step in enumerate(way):
+    *path, _ = [place or name for place, name in _STEP.findall(key)]
+    value: Any = data
+    table: Mapping[str, Any] = {}
+    for i, step in enumerate(path):
         try:
-            here = here[_entry(here, step, key, way[:i])]
+            value = value[_entry(value, step, key, path[:i])]
         except (CaseError, KeyError):
             return {}
-        inner = here if isinstance(here, Mapping) else inner
-    return inner
+        table = value if isinstance(value, Mapping) else table
+    return table
 
 
-def _entry(here: Any, step: str, key: str, way: list[str]) -> Any:
-    """Return the key or index to which a step of the path leads in a table or a list."""
-    if isinstance(here, dict):
+def _entry(value: Any, step: str, key: str, path: list[str]) -> Any:
+    """Return the key or index to which the step after `path` leads in a table or a list."""
+    if isinstance(value, dict):
         return step
-    before = ".".join(way)
-    if not isinstance(here, list):
+    place = ".".join(path)
+    if not isinstance(value, list):
         raise CaseError(
-            "leads into something that is not a table", where=f"set {key}: {before}", found=here
+            "leads into something that is not a table", where=f"set {key}: {place}", found=value
         )
-    names = [_name(table) for table in here]
-    if step in names:
-        return names.index(step)
-    if step.isdecimal() and int(step) < len(here):
+    labels = [_name(table) for table in value]
+    if step in labels:
+        return labels.index(step)
+    if step.isdecimal() and int(step) < len(value):
         return int(step)
-    known = [name for name in names if name]
-    places = f"{before}[0]" + (f" to {before}[{len(here) - 1}]" if len(here) > 1 else "")
+    names = [name for name in labels if name]
+    places = f"{place}[0]" + (f" to {place}[{len(value) - 1}]" if len(value) > 1 else "")
     raise CaseError(
-        f"there is no such entry of {before}",
+        f"there is no such entry of {place}",
         where=f"set {key}",
         found=step,
-        allowed=", ".join([*known, *([places] if here else [])]) or "none: the list is empty",
-        remedy=suggest(step, known),
+        allowed=", ".join([*names, *([places] if value else [])]) or "none: the list is empty",
+        remedy=suggest(step, names),
     )
 
 
 def _name(table: Any) -> str | None:
-    """Return the name of a table: its own, that in results if it has none, or its prefix."""
+    """Return the name of a table: its `name`, else its name in results, else its prefix."""
     if not isinstance(table, dict):
         return None
     if isinstance(table.get("name"), str):
@@ -144,9 +141,9 @@ def _name(table: Any) -> str | None:
 def plain(value: Any) -> Any:
     """Return numbers, lists and tables as a case file has them, arrays included."""
     if isinstance(value, dict):
-        return {key: plain(one) for key, one in value.items()}
+        return {key: plain(entry) for key, entry in value.items()}
     if isinstance(value, np.ndarray | np.generic):
         return value.tolist()
     if isinstance(value, tuple | list):
-        return [plain(one) for one in value]
+        return [plain(entry) for entry in value]
     return value

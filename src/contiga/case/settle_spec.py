@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from pydantic import Field
 
-from contiga.case.spec import Count, MadeSpec, Name, Positive
+from contiga.case.spec import Count, InstanceSpec, Name, Positive
 from contiga.simulation.settle import Settle
 
 
-class SettleSpec(MadeSpec[Settle]):
+class SettleSpec(InstanceSpec[Settle]):
     """`[settle]`: `contiga.Settle`, with all its options."""
 
     makes = Settle

@@ -7,7 +7,7 @@ from typing import Literal
 
 import numpy as np
 
-from contiga.case.spec import ExistingFile, MadeSpec, MotionSpec
+from contiga.case.spec import ExistingFile, InstanceSpec, MotionSpec
 from contiga.curves.tables import as_times
 from contiga.dynamics.shapes import ControlPoints
 from contiga.errors import CaseError, FileError
@@ -17,7 +17,7 @@ ARRAYS = "times", "control_points"
 """Names of the arrays in a file."""
 
 
-class ShapeSpec(MadeSpec[ControlPoints], MotionSpec):
+class ShapeSpec(InstanceSpec[ControlPoints], MotionSpec):
     """`{ kind = "deform", table = [[t, x, y, z, …], …] }`, or the same as a `file`.
 
     A row has the coordinates of all control points, in the order of `body.net.points`. A file is
@@ -31,11 +31,11 @@ class ShapeSpec(MadeSpec[ControlPoints], MotionSpec):
 
     @staticmethod
     def makes(table: list[list[float]] | None, file: str | None) -> ControlPoints:
-        """Return the motion of either."""
+        """Return the motion of a table or a file, whichever is given."""
         if (file is None) == (table is None):
             raise CaseError("must have exactly one of the keys file or table")
         if file is not None:
-            return ControlPoints(*_arrays_of(file))
+            return ControlPoints(*_read_arrays(file))
         lengths = sorted({len(row) for row in table or []})
         if len(lengths) != 1 or lengths[0] < 4 or lengths[0] % 3 != 1:
             raise CaseError(
@@ -50,29 +50,29 @@ class ShapeSpec(MadeSpec[ControlPoints], MotionSpec):
 
     def describe(self) -> str:
         """Describe the table in words."""
-        times, points = self.made.times, self.made.points
+        times, points = self.instance.times, self.instance.points
         span = f"t = {times[0]:g} to {times[-1]:g}"
         return f"shaped by {points.shape[1]} control points in {len(times)} rows, {span}"
 
 
-def _arrays_of(file: str) -> tuple[FloatArray, FloatArray]:
+def _read_arrays(file: str) -> tuple[FloatArray, FloatArray]:
     """Return the times and control points of a file."""
-    wanted = f"a .npz of NumPy with {ARRAYS[0]} (k,) and {ARRAYS[1]} (k, m, 3)"
+    allowed = f"a .npz of NumPy with {ARRAYS[0]} (k,) and {ARRAYS[1]} (k, m, 3)"
     try:
         with np.load(file, allow_pickle=False) as arrays:
             missing = [name for name in ARRAYS if name not in arrays]
-            found = [] if missing else [arrays[name] for name in ARRAYS]
+            columns = [] if missing else [arrays[name] for name in ARRAYS]
     except (OSError, ValueError, TypeError, AttributeError, zipfile.BadZipFile) as error:
-        raise FileError("cannot be read", where=file, allowed=wanted) from error
+        raise FileError("cannot be read", where=file, allowed=allowed) from error
     if missing:
-        raise FileError(f"has no array {missing[0]!r}", where=file, allowed=wanted)
-    for name, array in zip(ARRAYS, found, strict=True):
+        raise FileError(f"has no array {missing[0]!r}", where=file, allowed=allowed)
+    for name, array in zip(ARRAYS, columns, strict=True):
         if array.dtype.kind not in "iuf":
             raise FileError(
                 f"the array {name!r} must hold numbers",
                 where=file,
                 found=array.dtype,
-                allowed=wanted,
+                allowed=allowed,
             )
-    times, points = found
+    times, points = columns
     return times, points

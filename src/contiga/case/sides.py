@@ -1,7 +1,7 @@
 """The deformable side of a contact and its law, by its own laws or by the layers of its bodies.
 
-A body may have a `layer`, the law of its own surface, and others on some of its faces. A contact
-that says nothing else takes what its two sides have: in series where both give way.
+A body may have a `layer`, the law of its own surface, and other layers on some of its faces. A
+contact without a law takes the laws of its two sides: in series if both deform.
 """
 
 from __future__ import annotations
@@ -37,18 +37,20 @@ class LayeredSpec(Spec):
     """Layers of some faces."""
 
     @cached_property
-    def gives_way(self) -> Law | None:
+    def surface_law(self) -> Law | None:
         """The law of its surface; None if it is rigid."""
         if self.layer is None or not self.face_layer:
-            return None if self.layer is None else self.layer.made
-        laws = {tuple(face - 1 for face in one.faces): one.law.made for one in self.face_layer}
-        return FaceLaws(self.layer.made, laws)  # type: ignore[arg-type]
+            return None if self.layer is None else self.layer.instance
+        laws = {
+            tuple(face - 1 for face in layer.faces): layer.law.instance for layer in self.face_layer
+        }
+        return FaceLaws(self.layer.instance, laws)  # type: ignore[arg-type]
 
     def layers(self) -> str:
         """Describe the table in words."""
         assert self.layer is not None
         faces = (
-            f"faces {str(one.faces)[1:-1]} {one.law.describe()}" for one in self.face_layer or []
+            f"faces {str(face.faces)[1:-1]} {face.law.describe()}" for face in self.face_layer or []
         )
         return "; ".join([self.layer.describe(), *faces])
 
@@ -60,15 +62,15 @@ class LayeredSpec(Spec):
                 where="layer",
                 remedy="Give the layer of the rest of the body",
             )
-        for one in (self.layer, *(face.law for face in self.face_layer or [])):
-            if isinstance(one, PenaltySpec) and one.scale is not None:
+        for law in (self.layer, *(face.law for face in self.face_layer or [])):
+            if isinstance(law, PenaltySpec) and law.scale is not None:
                 raise CaseError(
                     "is of the stiffness of a slave's elements: a layer has none",
                     where="layer.scale",
-                    found=one.scale,
+                    found=law.scale,
                     allowed="stiffness",
                 )
-        if self.gives_way is not None and self.gives_way.needs_thickness:
+        if self.surface_law is not None and self.surface_law.needs_thickness:
             raise CaseError("is missing", where="layer.thickness")
         return self
 
@@ -91,23 +93,32 @@ def sides_of(contact: ContactSpec, master: LayeredSpec, slave: LayeredSpec | Non
     Raises
     ------
     InputError
-        A side that is to give way has no law; laws that do not go together.
+        A side that should deform has no law; the two laws cannot be combined.
     """
-    whole = None if contact.law is None else contact.law.made
-    front = whole if whole is not None or slave is None else _of_slave(slave)
-    back = master.gives_way if contact.master_law is None else contact.master_law.made
+    law_of_contact = None if contact.law is None else contact.law.instance
+    if law_of_contact is not None or slave is None:
+        slave_law = law_of_contact
+    elif slave.face_layer:
+        raise CaseError(
+            "is missing: only the master's side tells faces with layers of their own apart",
+            where="law",
+            remedy="Make that body the master, or give the contact a law",
+        )
+    else:
+        slave_law = slave.surface_law
+    master_law = master.surface_law if contact.master_law is None else contact.master_law.instance
     kind = contact.type
     if kind is None:
-        kind = "slave" if back is None else "master" if front is None else "combined"
+        kind = "slave" if master_law is None else "master" if slave_law is None else "combined"
     if kind == "master":
-        law, back = back if whole is None else whole, None
+        law, second_law = master_law if law_of_contact is None else law_of_contact, None
     else:
-        law, back = front, back if kind == "combined" else None
+        law, second_law = slave_law, master_law if kind == "combined" else None
     if law is None:
         raise CaseError(
             "is missing", where="law", allowed="a law, or a body of the contact that has a layer"
         )
-    if kind == "combined" and back is None:
+    if kind == "combined" and second_law is None:
         raise CaseError(
             "is missing",
             where="master_law",
@@ -119,16 +130,5 @@ def sides_of(contact: ContactSpec, master: LayeredSpec, slave: LayeredSpec | Non
             where="law.thickness",
             remedy='type = "master" deforms the master: its thickness, not the slave\'s',
         )
-    law_of(law, back, kind)  # type: ignore[arg-type]  # refused there
-    return Sides(kind, law, back)
-
-
-def _of_slave(slave: LayeredSpec) -> Law | None:
-    """Return the layer of points of a body; points have no face."""
-    if slave.face_layer:
-        raise CaseError(
-            "is missing: only the master's side tells faces with layers of their own apart",
-            where="law",
-            remedy="Make that body the master, or give the contact a law",
-        )
-    return slave.gives_way
+    law_of(law, second_law, kind)  # type: ignore[arg-type]  # refused there
+    return Sides(kind, law, second_law)

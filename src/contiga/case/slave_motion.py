@@ -14,7 +14,7 @@ from contiga.case.deform_spec import DeformSpec
 from contiga.case.motion_spec import AttachedSpec, FreeSpec, SeriesSpec
 from contiga.case.points_spec import FilePoints
 from contiga.case.pulse_spec import AccelerationSpec, VelocitySpec
-from contiga.case.rigid_spec import ToldMotionSpec
+from contiga.case.rigid_spec import PrescribedMotionSpec
 from contiga.case.schema import Case, SlaveSpec
 from contiga.dynamics.deforming import Deforming
 from contiga.dynamics.deforming_parts import KINDS, same_elements, split
@@ -36,7 +36,7 @@ def slave_motion(
 ) -> SlaveMotion | Dependent:
     """Return the motion of a slave's points.
 
-    It is `prescribed_motion` if that is given, and no motion if the table is wrong.
+    `prescribed_motion` is None if the slave has none, or a wrong one: its points then rest.
     """
     motion = spec.motion
     if isinstance(motion, FreeSpec):
@@ -47,7 +47,16 @@ def slave_motion(
         return deforming_of(spec, motion, slave, partial(prescribed, case=case), case.units.length)
     if not isinstance(motion, SeriesSpec):
         return Moved(slave.points, Fixed() if prescribed_motion is None else prescribed_motion)
-    series = _series(motion, case)
+    files = find_files(motion.files)
+    start, end = case.time.start, case.time.end
+    if motion.times is not None:
+        times = np.array(motion.times)
+    elif motion.step is not None:
+        times = start + motion.step * np.arange(len(files))
+    else:
+        times = np.linspace(start, end, len(files))
+    factor = 1.0 if motion.unit is None else length_factor(motion.unit, case.units.length)
+    series = MeshSeries(files, times, factor=factor)
     count = len(series.points(case.time.start))
     if count != len(slave):
         raise CaseError(
@@ -56,26 +65,25 @@ def slave_motion(
             found=f"{count} points",
             allowed=f"{len(slave)}",
         )
-    return series if motion.then is None else Moved(series, motion.then.made)
+    return series if motion.then is None else Moved(series, motion.then.instance)
 
 
 def deforming_of(
     spec: SlaveSpec,
     motion: DeformSpec,
     slave: Slave,
-    motion_of: Callable[[ToldMotionSpec], BodyMotion],
+    motion_of: Callable[[PrescribedMotionSpec], BodyMotion],
     unit: str,
 ) -> Deforming:
-    """Return the deformation of a slave; report its errors.
+    """Return the deformation of a slave; its elements and places are checked.
 
-    `motion_of` answers motions in the units of the case, whose unit of length is `unit`.
+    `motion_of` returns motions in the units of the case, whose unit of length is `unit`.
     """
 
     def mesh_of(file: str, file_unit: str | None) -> Slave:
         if isinstance(spec.points, FilePoints):
-            own = spec.points
-            changed = {"file": file, "unit": file_unit or own.unit}
-            return own.model_copy(update=changed).raw(spec.name, unit)
+            changes = {"file": file, "unit": file_unit or spec.points.unit}
+            return spec.points.model_copy(update=changes).raw(spec.name, unit)
         return FilePoints(file=file, unit=file_unit).raw(spec.name, unit)
 
     reference = motion.reference
@@ -101,13 +109,13 @@ def check_elements(name: str, slave: Slave, motion: Deforming) -> None:
     motion.nodes(name, slave, lambda body: bodies.setdefault(body, len(bodies)))
 
 
-def prescribed(spec: ToldMotionSpec, case: Case) -> BodyMotion:
+def prescribed(spec: PrescribedMotionSpec, case: Case) -> BodyMotion:
     """Return a prescribed motion in the units of the case."""
     if isinstance(spec, VelocitySpec | AccelerationSpec):
         motion = spec.motion_in((case.units.length, case.units.mass, case.units.time))
         check_covers(motion.span, case.time.start, case.time.end, "table")
         return motion
-    return spec.made
+    return spec.instance
 
 
 def nodes_named(spec: SlaveSpec, key: str | int | list[int]) -> NDArray[Any]:
@@ -121,8 +129,10 @@ def nodes_named(spec: SlaveSpec, key: str | int | list[int]) -> NDArray[Any]:
             allowed="box = [low, high], plane = [point, normal], side or layer",
         )
     path = Path(spec.points.file)
-    mesh, where = read_raw(path), str(path)
-    return rows_of(mesh, key, where) if isinstance(key, list) else nodes_of(mesh, key, where)
+    mesh = read_raw(path)
+    return (
+        rows_of(mesh, key, str(path)) if isinstance(key, list) else nodes_of(mesh, key, str(path))
+    )
 
 
 def _elements_of_set(spec: SlaveSpec, slave: Slave, key: str | int) -> dict[str, IntArray]:
@@ -133,13 +143,14 @@ def _elements_of_set(spec: SlaveSpec, slave: Slave, key: str | int) -> dict[str,
     cells = cells_of(read_raw(path), key, str(path))
     elements: dict[str, list[IntArray]] = {}
     if len(lines := cells.pop("line", ())):
-        # along edges of other cells they are bars only if they are named
+        # Lines along edges of other cells are bars only if their set is named.
         elements[KINDS["line"]] = [np.asarray(lines, np.int32)]
     for kind, rows in slave.elements.items():
         if kind in cells and len(cells[kind]):
-            chosen = rows[same_elements(rows, cells[kind])]
-            if len(chosen):
-                elements.setdefault(KINDS.get(kind, kind), []).append(split(slave, kind, chosen))
+            rows_of_set = rows[same_elements(rows, cells[kind])]
+            if len(rows_of_set):
+                parts = elements.setdefault(KINDS.get(kind, kind), [])
+                parts.append(split(slave, kind, rows_of_set))
     if not elements:
         raise CaseError(
             "no element of the slave is in this part, set or group",
@@ -148,16 +159,3 @@ def _elements_of_set(spec: SlaveSpec, slave: Slave, key: str | int) -> dict[str,
             allowed="one with cells among those that the slave is made of",
         )
     return {kind: np.concatenate(rows) for kind, rows in elements.items()}
-
-
-def _series(spec: SeriesSpec, case: Case) -> MeshSeries:
-    files = find_files(spec.files)
-    start, end = case.time.start, case.time.end
-    if spec.times is not None:
-        times = np.array(spec.times)
-    elif spec.step is not None:
-        times = start + spec.step * np.arange(len(files))
-    else:
-        times = np.linspace(start, end, len(files))
-    factor = 1.0 if spec.unit is None else length_factor(spec.unit, case.units.length)
-    return MeshSeries(files, times, factor=factor)

@@ -30,7 +30,7 @@ from pydantic_core import InitErrorDetails
 from contiga.errors import CaseError, FileError, InputError
 from contiga.io.naming import NAME, closest, closest_name
 
-Made = TypeVar("Made")
+InstanceT = TypeVar("InstanceT")
 
 
 class Spec(BaseModel):
@@ -42,22 +42,25 @@ class Spec(BaseModel):
     @classmethod
     def _keys_are_known(cls, data: Any, handler: ModelWrapValidatorHandler[Self]) -> Self:
         """Report every unknown key together with the errors under the known ones."""
-        strange = unknown_keys(data, cls.known_keys(data)) if isinstance(data, dict) else {}
-        if not strange:
+        unknown = unknown_keys(data, cls.known_keys(data)) if isinstance(data, dict) else {}
+        if not unknown:
             return handler(data)
-        details = [as_detail(error, data) for error in strange.values()]
+        details = [as_detail(error, data) for error in unknown.values()]
         try:
-            handler({key: value for key, value in data.items() if key not in strange})
+            handler({key: value for key, value in data.items() if key not in unknown})
         except ValidationError as error:
             # A missing key may be a misspelt one, and the table as a whole is checked
             # when its keys are right.
-            meant = {(closest_name(key, cls.known_keys(data)),) for key in strange}
+            misspelt = {(closest_name(key, cls.known_keys(data)),) for key in unknown}
             details += [
                 InitErrorDetails(
-                    type=one["type"], loc=one["loc"], input=one["input"], ctx=one.get("ctx", {})
+                    type=detail["type"],
+                    loc=detail["loc"],
+                    input=detail["input"],
+                    ctx=detail.get("ctx", {}),
                 )
-                for one in error.errors(include_url=False)
-                if one["loc"] and not (one["type"] == "missing" and one["loc"] in meant)
+                for detail in error.errors(include_url=False)
+                if detail["loc"] and not (detail["type"] == "missing" and detail["loc"] in misspelt)
             ]
         raise ValidationError.from_exception_data(cls.__name__, details)
 
@@ -67,40 +70,41 @@ class Spec(BaseModel):
         return [field.alias or name for name, field in cls.model_fields.items()]
 
 
-class MadeSpec(Spec, Generic[Made]):
+class InstanceSpec(Spec, Generic[InstanceT]):
     """A table that describes one object; it is wrong if the object cannot be made."""
 
     makes: ClassVar[Callable[..., Any]]
     """Constructor of the object; it takes the values of the keys by their names."""
 
     @cached_property
-    def made(self) -> Made:
+    def instance(self) -> InstanceT:
         """The object, made once."""
-        made: Made = type(self).makes(**self.arguments())
-        return made
+        instance: InstanceT = type(self).makes(**self.arguments())
+        return instance
 
     def arguments(self) -> dict[str, Any]:
         """Return the values of the keys without `kind`; tables in it as objects."""
         names = (name for name in type(self).model_fields if name != "kind")
-        return {name: _object_of(getattr(self, name)) for name in names}
+        return {name: _with_instances(getattr(self, name)) for name in names}
 
     @model_validator(mode="after")
     def _can_be_made(self) -> Self:
-        assert self.made is not None
+        assert self.instance is not None
         return self
 
 
-def _object_of(value: Any) -> Any:
-    if isinstance(value, MadeSpec):
-        return value.made
+def _with_instances(value: Any) -> Any:
+    """Return a value with the objects of its tables in place of these."""
+    if isinstance(value, InstanceSpec):
+        return value.instance
     if isinstance(value, dict):
-        return {name: _object_of(one) for name, one in value.items()}
+        return {name: _with_instances(entry) for name, entry in value.items()}
     return value
 
 
-def unknown_keys(data: dict[str, Any], known: Iterable[str]) -> dict[str, CaseError]:
+def unknown_keys(data: dict[str, Any], known_keys: Iterable[str]) -> dict[str, CaseError]:
     """Return an error for each unknown key, with the closest known one."""
-    allowed = list(known)
+    allowed = list(known_keys)
     return {
         key: CaseError(
             "unknown key", where=key, allowed=", ".join(allowed), remedy=suggest(key, allowed)
@@ -139,27 +143,63 @@ def raise_together(data: object, checks: Iterable[Callable[[], object]]) -> None
         raise ValidationError.from_exception_data(type(data).__name__, details)
 
 
+def must_be(
+    accepts: Callable[[Any], bool],
+    rule: str,
+    allowed: str | None = None,
+    *,
+    words: Sequence[str] = (),
+) -> BeforeValidator:
+    """Return a validator with one message, where a union of types would give one for each type.
+
+    Parameters
+    ----------
+    accepts : whether a value is allowed
+    rule : text of the message
+    allowed : the allowed values in the message; left out if None
+    words : words among the allowed values, the closest of which the message suggests
+    """
+
+    def check(value: Any) -> Any:
+        if not accepts(value):
+            remedy = suggest(value, words)
+            raise CaseError(rule, found=value, allowed=allowed, remedy=remedy)
+        return value
+
+    return BeforeValidator(check)
+
+
 def is_number(value: Any) -> bool:
     """Return whether a value of a file is a number; booleans are none."""
     return isinstance(value, int | float) and not isinstance(value, bool)
 
 
-def suggest(given: object, allowed: Iterable[str]) -> str | None:
+def is_number_or_rows(value: Any) -> bool:
+    """Return whether a value of a file is a number, or a list of one row or more."""
+    return is_number(value) or has_rows(value)
+
+
+def has_rows(value: Any) -> bool:
+    """Return whether a value of a file is a list of lists, and not empty."""
+    return isinstance(value, list) and bool(value) and all(isinstance(row, list) for row in value)
+
+
+def suggest(value: object, allowed: Iterable[str]) -> str | None:
     """Return a question that suggests the closest of `allowed`; None if none is close."""
-    return closest(given, allowed)
+    return closest(value, allowed)
 
 
-def listed_choice(what: str, chosen: Sequence[str | int] | None) -> str:
+def listed_choice(noun: str, names: Sequence[str | int] | None) -> str:
     """Return the end of a description that names the selection from a file; "" for all of it."""
-    return "" if chosen is None else f", {what} {', '.join(map(str, chosen))}"
+    return "" if names is None else f", {noun} {', '.join(map(str, names))}"
 
 
-def numbers_in(unit: str | None, otherwise: str) -> str:
+def numbers_in(unit: str | None, default: str) -> str:
     """Return the end of a description that names the unit of a file's numbers."""
-    return f"numbers in {otherwise if unit is None else unit}"
+    return f"numbers in {default if unit is None else unit}"
 
 
-class TellApart:
+class DiscriminatedBy:
     """A rule in `Annotated` by which a union of tables is resolved.
 
     Parameters
@@ -173,11 +213,13 @@ class TellApart:
     def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> Any:
         models = list(_tables_of(source))
         if self._keys:
-            return handler.generate_schema(_by_key(dict(zip(self._keys, models, strict=True))))
-        return handler.generate_schema(_by_kind(models))
+            by_key = dict(zip(self._keys, models, strict=True))
+            return handler.generate_schema(_union_by_key(by_key))
+        by_kind = {model.model_fields["kind"].default: model for model in models}
+        return handler.generate_schema(_union_by_kind(by_kind))
 
 
-BY_KIND = TellApart()
+BY_KIND = DiscriminatedBy()
 
 
 def _tables_of(union: Any) -> Iterator[type[Spec]]:
@@ -185,125 +227,121 @@ def _tables_of(union: Any) -> Iterator[type[Spec]]:
     if isinstance(union, type):
         yield union
     for part in get_args(union):
-        yield from () if isinstance(part, TellApart) else _tables_of(part)
+        yield from () if isinstance(part, DiscriminatedBy) else _tables_of(part)
 
 
-def _by_kind(models: Sequence[type[Spec]]) -> Any:
+def _union_by_kind(models: Mapping[str, type[Spec]]) -> Any:
     """Return a union of tables resolved by their `kind`."""
-    kinds = {model.model_fields["kind"].default: model for model in models}
+    allowed = ", ".join(f'"{kind}"' for kind in models)
 
     def check(value: Any) -> Any:
         if isinstance(value, Spec):
             return value
         if not isinstance(value, dict):
-            raise CaseError("must be a table with a kind", found=value, allowed=_quoted(kinds))
+            raise CaseError("must be a table with a kind", found=value, allowed=allowed)
         if "kind" not in value:
-            raise CaseError("is missing", where="kind", allowed=_quoted(kinds))
+            raise CaseError("is missing", where="kind", allowed=allowed)
         kind = value["kind"]
-        if kind not in list(kinds):
+        if kind not in list(models):  # a list also answers for values without a hash
             raise CaseError(
                 "unknown kind",
                 where="kind",
                 found=kind,
-                allowed=_quoted(kinds),
-                remedy=suggest(kind, kinds),
+                allowed=allowed,
+                remedy=suggest(kind, models),
             )
         return value
 
-    def tag(value: Any) -> str:
-        return f"<{value['kind'] if isinstance(value, dict) else value.kind}>"
+    def kind_of(value: Any) -> str:
+        return str(value["kind"] if isinstance(value, dict) else value.kind)
 
-    return _union({f"<{kind}>": model for kind, model in kinds.items()}, tag, check)
+    return _union(models, kind_of, check)
 
 
-def _by_key(models: Mapping[str, type[Spec]]) -> Any:
+def _union_by_key(models: Mapping[str, type[Spec]]) -> Any:
     """Return a union of tables resolved by the one key that each has alone."""
+    *first, last = models
+    keys = f"{', '.join(first)} or {last}" if first else last
 
     def check(value: Any) -> Any:
         if isinstance(value, Spec):
             return value
         if not isinstance(value, dict):
-            raise CaseError("must be a table", found=value, allowed=f"one with {_or(models)}")
-        given = [key for key in models if key in value]
-        if len(given) != 1:
-            close = [hint for key in value if (hint := suggest(key, models))]
+            raise CaseError("must be a table", found=value, allowed=f"one with {keys}")
+        count = sum(key in value for key in models)
+        if count != 1:
+            hints = [hint for key in value if (hint := suggest(key, models))]
             raise CaseError(
-                f"must have exactly one of the keys {_or(models)}",
+                f"must have exactly one of the keys {keys}",
                 found=", ".join(value) or "none",
-                remedy=close[0] if close and not given else None,
+                remedy=hints[0] if hints and not count else None,
             )
         return value
 
-    def tag(value: Any) -> str:
+    def key_of(value: Any) -> str:
         if isinstance(value, dict):
-            return next(f"<{key}>" for key in models if key in value)
-        return next(f"<{key}>" for key, model in models.items() if type(value) is model)
+            return next(key for key in models if key in value)
+        return next(key for key, model in models.items() if type(value) is model)
 
-    return _union({f"<{key}>": model for key, model in models.items()}, tag, check)
+    return _union(models, key_of, check)
 
 
 def _union(
-    tagged: dict[str, type[Spec]], tag: Callable[[Any], str], check: Callable[[Any], Any]
+    models: Mapping[str, type[Spec]], name_of: Callable[[Any], str], check: Callable[[Any], Any]
 ) -> Any:
+    """Return the union of tables by name, resolved by the name of a value, after a check of it."""
     # The brackets tell a tag from a key in the place an error reports.
-    union = reduce(operator.or_, (Annotated[model, Tag(name)] for name, model in tagged.items()))
-    return Annotated[union, Discriminator(tag), BeforeValidator(check)]
-
-
-def _quoted(names: Iterable[str]) -> str:
-    return ", ".join(f'"{name}"' for name in names)
-
-
-def _or(names: Iterable[str]) -> str:
-    *first, last = names
-    return f"{', '.join(first)} or {last}" if first else last
+    tagged = (Annotated[model, Tag(f"<{name}>")] for name, model in models.items())
+    union = reduce(operator.or_, tagged)
+    discriminator = Discriminator(lambda value: f"<{name_of(value)}>")
+    return Annotated[union, discriminator, BeforeValidator(check)]
 
 
 def _folder(info: ValidationInfo) -> Path:
     return Path((info.context or {}).get("folder", "."))
 
 
-def _existing(path: str, info: ValidationInfo) -> str:
+def _absolute_file(path: str, info: ValidationInfo) -> str:
     mode = 0
     try:
-        full = (_folder(info) / path).resolve()
+        absolute = (_folder(info) / path).resolve()
         with suppress(FileNotFoundError, NotADirectoryError):
-            mode = os.stat(full).st_mode
+            mode = os.stat(absolute).st_mode
     except PermissionError as error:
         raise FileError("cannot be read (permission denied)", found=path) from error
     except (OSError, ValueError) as error:  # too long, or with a character no name can have
         raise FileError("is not a file name", found=path) from error
     if not stat.S_ISREG(mode):
-        what = "this is a folder, not a file" if stat.S_ISDIR(mode) else "no such file"
-        raise FileError(what, found=path, allowed=f"a file; looked for {full}")
-    return full.as_posix()
+        rule = "this is a folder, not a file" if stat.S_ISDIR(mode) else "no such file"
+        raise FileError(rule, found=path, allowed=f"a file; looked for {absolute}")
+    return absolute.as_posix()
 
 
-def _pattern(pattern: str, info: ValidationInfo) -> str:
+def _absolute_pattern(pattern: str, info: ValidationInfo) -> str:
     from contiga.io.mesh.series import find_files
 
     find_files(pattern, _folder(info))
     return (_folder(info).resolve() / pattern).as_posix()
 
 
-def _unit_of(dimension: str) -> Callable[[str], str]:
+def _unit_of(dimension: str) -> AfterValidator:
     def check(unit: str) -> str:
         from contiga.io.units import base_factor
 
         base_factor(unit, dimension)
         return unit
 
-    return check
+    return AfterValidator(check)
 
 
-LengthUnit = Annotated[str, AfterValidator(_unit_of("length"))]
-MassUnit = Annotated[str, AfterValidator(_unit_of("mass"))]
-TimeUnit = Annotated[str, AfterValidator(_unit_of("time"))]
+LengthUnit = Annotated[str, _unit_of("length")]
+MassUnit = Annotated[str, _unit_of("mass")]
+TimeUnit = Annotated[str, _unit_of("time")]
 
-ExistingFile = Annotated[str, AfterValidator(_existing)]
+ExistingFile = Annotated[str, AfterValidator(_absolute_file)]
 """A path, relative to the case file's folder; stored as absolute."""
 
-FilePattern = Annotated[str, AfterValidator(_pattern)]
+FilePattern = Annotated[str, AfterValidator(_absolute_pattern)]
 """A pattern such as ``step_*.vtu`` that matches at least one file; stored as absolute."""
 
 Positive = Annotated[float, Field(gt=0.0)]

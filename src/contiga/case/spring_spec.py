@@ -13,11 +13,11 @@ from contiga.case.device_spec import (
     ReleaseSpec,
     RetractorSpec,
 )
-from contiga.case.spec import Made, MadeSpec, Name, NotNegative, Positive
+from contiga.case.spec import InstanceSpec, InstanceT, Name, NotNegative, Positive
 from contiga.dynamics.springs import Spring
 
 
-class WebbingSpec(MadeSpec[Made], Generic[Made]):
+class WebbingSpec(InstanceSpec[InstanceT], Generic[InstanceT]):
     """A table of a force over elongation, and the devices at an end."""
 
     curve: ForceCurve | None = None
@@ -40,21 +40,21 @@ class WebbingSpec(MadeSpec[Made], Generic[Made]):
 
     def facts(self) -> list[str]:
         """Return the given keys in words."""
-        given = [
+        facts = [
             f"{name} {curve.describe()}"
             for name, curve in (("curve", self.curve), ("unloading", self.unloading))
             if curve is not None
         ]
-        given += [] if self.filter is None else [self.filter]
+        facts += [] if self.filter is None else [self.filter]
         if self.retractor is not None:
-            given.append(f"retractor that {self.retractor.lock.describe()}")
+            facts.append(f"retractor that {self.retractor.lock.describe()}")
         if self.limiter is not None:
             ends = np.unique(np.atleast_1d(self.limiter.force)[[0, -1]])
-            given.append(f"load limiter {' to '.join(f'{force:g}' for force in ends)}")
+            facts.append(f"load limiter {' to '.join(f'{force:g}' for force in ends)}")
         if self.pretensioner is not None:
-            given.append(f"pretensioner fired by {self.pretensioner.trigger}")
-        given += [] if self.release is None else [f"released by {self.release.trigger}"]
-        return given
+            facts.append(f"pretensioner fired by {self.pretensioner.trigger}")
+        facts += [] if self.release is None else [f"released by {self.release.trigger}"]
+        return facts
 
 
 class SpringSpec(WebbingSpec[Spring]):
@@ -62,7 +62,7 @@ class SpringSpec(WebbingSpec[Spring]):
 
     makes = Spring
     name: Name | None = None
-    """How results call it; "<first>-<second>" if omitted."""
+    """Name in results; "<first>-<second>" if omitted."""
     between: list[str]
     at: list[list[float]]
     damping: NotNegative = 0.0
@@ -75,7 +75,7 @@ class SpringSpec(WebbingSpec[Spring]):
 
     def describe(self) -> str:
         """Describe the table in words."""
-        given = self.facts()
-        given += [f"damping {self.damping:g}"] if self.damping else []
-        given += [] if self.length is None else [f"length {self.length:g} at rest"]
-        return f"between {' and '.join(self.between)}: {'; '.join(given)}"
+        facts = self.facts()
+        facts += [f"damping {self.damping:g}"] if self.damping else []
+        facts += [] if self.length is None else [f"length {self.length:g} at rest"]
+        return f"between {' and '.join(self.between)}: {'; '.join(facts)}"

@@ -3,25 +3,37 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from typing import Protocol
 
+from contiga.case.placed_spec import Placed
 from contiga.case.points_spec import BodyPoints
-from contiga.case.spec import Spec
 from contiga.errors import CaseError
 
 
-def references(part: Spec) -> Iterator[tuple[str, str]]:
+class PlacedPart(Protocol):
+    """A body or a slave of a case."""
+
+    @property
+    def source(self) -> Placed:
+        """Table of its shape, which places it."""
+
+    @property
+    def source_key(self) -> str:
+        """The key of that table."""
+
+
+def references(part: PlacedPart) -> Iterator[tuple[str, str]]:
     """Yield the keys of a body or slave that name parts it is placed by, and the names."""
-    key = "geometry" if getattr(part, "points", None) is None else "points"
-    placed = getattr(part, key)
-    if isinstance(placed, BodyPoints):
-        yield f"{key}.body", placed.body
-    if placed.align is not None and placed.align.to is not None:
-        yield f"{key}.align.to", placed.align.to
-    if placed.place is not None:
-        yield f"{key}.place.on", placed.place.on
+    key, source = part.source_key, part.source
+    if isinstance(source, BodyPoints):
+        yield f"{key}.body", source.body
+    if source.align is not None and source.align.to is not None:
+        yield f"{key}.align.to", source.align.to
+    if source.place is not None:
+        yield f"{key}.place.on", source.place.on
 
 
-def order_of(parts: Mapping[str, Spec]) -> list[str]:
+def order_of(parts: Mapping[str, PlacedPart]) -> list[str]:
     """Return the names, each after those it is placed by, otherwise in the order of the file.
 
     Raises
@@ -31,17 +43,17 @@ def order_of(parts: Mapping[str, Spec]) -> list[str]:
     """
     order: list[str] = []
 
-    def visit(name: str, way: tuple[str, ...]) -> None:
-        if name in way:
-            circle = " by ".join([*way[way.index(name) :], name])
+    def visit(name: str, path: tuple[str, ...]) -> None:
+        if name in path:
+            circle = " by ".join([*path[path.index(name) :], name])
             raise CaseError(
                 "bodies and slaves are placed by one another in a circle",
                 found=circle,
                 allowed="one of them that stands by itself",
             )
         if name not in order:
-            for _, other in references(parts[name]):
-                visit(other, (*way, name))
+            for _, reference in references(parts[name]):
+                visit(reference, (*path, name))
             order.append(name)
 
     for name in parts:

@@ -24,7 +24,7 @@ class RefineSpec(Spec):
     elements: Annotated[list[Count], Field(min_length=2, max_length=2)] | None = None
     """Number of equal spans of each patch in u and v, in addition to its own knots."""
     size: Positive | None = None
-    """Largest length of an element; a tenth of that of the surface if omitted."""
+    """Largest length of an element; a tenth of the size of the surface if omitted."""
 
     @model_validator(mode="after")
     def _one_way(self) -> Self:
@@ -38,8 +38,8 @@ class RefineSpec(Spec):
         return self
 
     @property
-    def made(self) -> Refinement:
-        """The refinement as patches take it."""
+    def instance(self) -> Refinement:
+        """The refinement of the patches."""
         elements = None if self.elements is None else (self.elements[0], self.elements[1])
         return Refinement(self.degree, elements, self.size)
 
@@ -72,12 +72,12 @@ def check_surface(geometry: GeometrySpec, refine: RefineSpec | None, mesh: Sampl
 def surface_of(geometry: GeometrySpec, refine: RefineSpec, names: tuple[str, str]) -> Slave:
     """Return the slave on the patches of a geometry; `names` are its own and the unit."""
     body = cast(Body, geometry.body(*names))  # a mesh has been refused before
-    return Slave(surfaces=refined(patches_of(body), refine.made), name=names[0], unit=names[1])
+    return Slave(surfaces=refined(patches_of(body), refine.instance), name=names[0], unit=names[1])
 
 
 def meshed_of(
-    geometry: GeometrySpec, mesh: Sampling, names: tuple[str, str], met: Iterable[float]
+    geometry: GeometrySpec, mesh: Sampling, names: tuple[str, str], master_sizes: Iterable[float]
 ) -> Slave:
     """Return the slave of triangles on a geometry."""
-    made = mesh.mesh_of(geometry.body(*names), met)
-    return Slave(made.vertices, made.triangles, name=names[0], unit=names[1])
+    triangles = mesh.mesh_of(geometry.body(*names), master_sizes)
+    return Slave(triangles.vertices, triangles.triangles, name=names[0], unit=names[1])

@@ -8,7 +8,7 @@ from typing import Any
 
 from contiga.case.schema import Case
 
-_LONG = 80
+_MAX_WIDTH = 80
 
 
 def resolved_toml(case: Case) -> str:
@@ -39,10 +39,15 @@ def _is_table(value: Any) -> bool:
 
 
 def _pairs(table: Mapping[str, Any]) -> list[str]:
-    return [f"{_key(key)} = {value_text(value)}" for key, value in table.items()]
+    texts = []
+    for key, value in table.items():
+        is_bare = key.replace("-", "_").isidentifier() and key.isascii()
+        texts.append(f"{key if is_bare else value_text(key)} = {value_text(value)}")
+    return texts
 
 
 def value_text(value: Any) -> str:
+    """Return a value as TOML text: a table inline, a long list of lists on several lines."""
     if isinstance(value, bool):
         return "true" if value else "false"
     if isinstance(value, str):
@@ -55,11 +60,6 @@ def value_text(value: Any) -> str:
     items = [value_text(item) for item in value]
     flat = "[" + ", ".join(items) + "]"
     nested = any(isinstance(item, list) for item in value)
-    if nested and len(flat) > _LONG:
+    if nested and len(flat) > _MAX_WIDTH:
         return "[\n" + "".join(f"  {item},\n" for item in items) + "]"
     return flat
-
-
-def _key(key: str) -> str:
-    bare = key.replace("-", "_").isidentifier() and key.isascii()
-    return key if bare else value_text(key)

@@ -12,21 +12,20 @@ from pydantic_core import ErrorDetails
 
 from contiga.case.build import faults_of
 from contiga.case.case_file import read_text
-from contiga.case.include import Whole
-from contiga.case.names import Misnamed
-from contiga.case.problems import Fault, listed, misnamed_in, placed, problem_of, traced
+from contiga.case.include import CaseTables
+from contiga.case.names import UnresolvedName
+from contiga.case.problems import Fault, at_key, combined, error_of, in_its_file, unresolved_in
 from contiga.case.schema import Case, case_of, tables_of
 from contiga.errors import InputError
 
 _PLACE = re.compile(r"^(\w+)\[(\d+)\]")
-_Tables = Mapping[str, Any]
 
 
 def load_whole(path: Path, *, set: Mapping[str, Any] | None = None) -> Case:
     """Return the case of a file that is to be built, as `load_case`.
 
-    Where its tables are wrong, the parts that other tables describe are made all the same, and what
-    is wrong with their files, places and masses ends the list.
+    If its tables are wrong, the parts that the correct tables describe are built all the same, and
+    the errors in their files, places and masses end the list.
 
     Raises
     ------
@@ -42,58 +41,57 @@ def load_whole(path: Path, *, set: Mapping[str, Any] | None = None) -> Case:
             raise
         data, origins = tables
         details = cause.errors(include_url=False)
-        misnamed = misnamed_in(data, details)
-        more = _faults_of_the_rest(tables, details, misnamed, path)
-        if not more:
+        unresolved = unresolved_in(data, details)
+        faults = _faults_of_correct_tables(tables, details, unresolved, path)
+        if not faults:
             raise
-        problems = [*(problem_of(one, data) for one in details), *(one.error for one in misnamed)]
-        told = [traced(one, origins, "") for one in problems]
-        raise listed([*told, *more], str(path)) from error
+        errors = [*(error_of(detail, data) for detail in details), *(u.error for u in unresolved)]
+        messages = [in_its_file(error, origins, "") for error in errors]
+        raise combined([*messages, *faults], str(path)) from error
 
 
-def _faults_of_the_rest(
-    read: Whole, details: Sequence[ErrorDetails], misnamed: Sequence[Misnamed], path: Path
+def _faults_of_correct_tables(
+    tables: CaseTables,
+    details: Sequence[ErrorDetails],
+    unresolved: Sequence[UnresolvedName],
+    path: Path,
 ) -> list[Fault]:
     """Return the errors in the parts without a wrong table; none if these make up no case."""
-    data = read.data
-    wrong = {(one.key, one.row) for one in misnamed}
-    for one in details:
-        match one["loc"]:
+    data = tables.data
+    wrong = {(name.key, name.row) for name in unresolved}
+    for detail in details:
+        match detail["loc"]:
             case (str(key), int(i), *_):
                 wrong.add((key, i))
             case _:
                 return []
-    places = {
+    rows_by_key = {
         key: [i for i in range(len(entries)) if (key, i) not in wrong]
         for key, entries in data.items()
         if isinstance(entries, list)
     }
-    tables = [entry for k, i in wrong if isinstance(entry := data[k][i], Mapping)]
-    kept = _without_what_hangs_on_them(data, places, {table.get("name") for table in tables})
+    wrong_tables = [table for key, i in wrong if isinstance(table := data[key][i], Mapping)]
+    missing = {name for table in wrong_tables if isinstance(name := table.get("name"), str)}
+    # Tables that name a missing part are removed, and so are the tables that name these.
+    count = -1
+    while count != len(missing):
+        count = len(missing)
+        for key, rows in rows_by_key.items():
+            removed = [i for i in rows if _names(data[key][i]) & missing]
+            missing |= {name for i in removed if isinstance(name := data[key][i].get("name"), str)}
+            rows_by_key[key] = [i for i in rows if i not in removed]
+    correct = data | {key: [data[key][i] for i in rows] for key, rows in rows_by_key.items()}
     try:
-        case = Case.model_validate(kept, context={"folder": path.parent, "units": data["units"]})
+        case = Case.model_validate(correct, context={"folder": path.parent, "units": data["units"]})
     except ValidationError:
         return []
     case._file = path
-    return [placed(fault, _at(key, places), "", read.origins) for fault, key in faults_of(case)]
 
+    def key_in_file(key: str) -> str:
+        """Return the key in the file for a key that counts the correct tables."""
+        return _PLACE.sub(lambda m: f"{m[1]}[{rows_by_key[m[1]][int(m[2])]}]", key)
 
-def _without_what_hangs_on_them(
-    data: _Tables, places: dict[str, list[int]], names: set[object]
-) -> dict[str, Any]:
-    """Return the tables at `places` that refer to no missing part.
-
-    Tables that name a missing part are removed, and so are those that name them.
-    """
-    gone = {name for name in names if isinstance(name, str)}
-    before = -1
-    while before != len(gone):
-        before = len(gone)
-        for key, rows in places.items():
-            hanging = [i for i in rows if _names(data[key][i]) & gone]
-            gone |= {name for i in hanging if isinstance(name := data[key][i].get("name"), str)}
-            places[key] = [i for i in rows if i not in hanging]
-    return {**data, **{key: [data[key][i] for i in rows] for key, rows in places.items()}}
+    return [at_key(fault, key_in_file(key), "", tables.origins) for fault, key in faults_of(case)]
 
 
 def _names(value: Any) -> set[str]:
@@ -101,10 +99,5 @@ def _names(value: Any) -> set[str]:
     if isinstance(value, str):
         return {value}
     if isinstance(value, Mapping):
-        return set().union(*(_names(one) for key, one in value.items() if key != "name"))
+        return set().union(*(_names(entry) for key, entry in value.items() if key != "name"))
     return set().union(*map(_names, value)) if isinstance(value, list) else set()
-
-
-def _at(key: str, places: Mapping[str, list[int]]) -> str:
-    """Return the key in the file for a key that counts the remaining tables."""
-    return _PLACE.sub(lambda m: f"{m[1]}[{places[m[1]][int(m[2])]}]", key)

@@ -3,27 +3,36 @@
 from __future__ import annotations
 
 from html import escape
-from typing import Any
 
 import numpy as np
 
-from contiga.previewing.stage import CONTACT_SIDE, Drawn, Gap, Stage
-from contiga.previewing.words import gap_text, legend, speed_text, way_in_text
+from contiga.previewing.stage import CONTACT_SIDE, Drawn, Stage
+from contiga.previewing.words import gap_text, gap_with_approach_text, legend, speed_text
 from contiga.records import FloatArray
 from contiga.report.figure import Figure, Trace, embedded, plotly_script
 from contiga.report.space import VIEW_CONFIG, columns, dots, line_in_space, mesh_trace, space_layout
 from contiga.report.style import INK, LINES, MUTED, TIES, page, swatch
 
 RED = LINES[1]
-_APART = 1e-3
+_SIDE_OFFSET = 1e-3
 """Distance of the two drawn sides of a surface from it, over the size of the scene."""
-_DOTS = 20_000
+_MAX_DOTS = 20_000
 _CSS = ".swatch { display: inline-block; width: 12px; height: 12px; margin-right: 8px; }"
 
 
 def page_of(stage: Stage) -> str:
     """Return the whole page as one text that reads offline."""
     scene = embedded(figure_of(stage), "scene", VIEW_CONFIG)
+    gaps = "".join(
+        f"<tr><td>{escape(gap.contact)}</td><td>{escape(gap.slave)} against {escape(gap.master)}"
+        f"</td><td>{escape(gap_with_approach_text(gap, stage.units))}</td></tr>"
+        for gap in stage.gaps
+    )
+    head = "<thead><tr><th>Contact</th><th>Between</th><th>At the start, and then</th></tr></thead>"
+    parts = "".join(
+        f"<tr><td>{swatch(colour)}{escape(text)}</td></tr>"
+        for text, colour in (*legend(stage), ("the contact side of bodies", CONTACT_SIDE))
+    )
     body = (
         '<div class="maker"><b>contiga</b> · preview</div>'
         f'<h1>{escape(stage.title)}</h1><p class="under">Where all stands at the start. '
@@ -32,55 +41,77 @@ def page_of(stage: Stage) -> str:
         '<p class="caption">Drag to turn, scroll to zoom. Cones point to the free side of '
         "bodies; dashed lines are the ways that motions prescribe, thick ochre ones springs, "
         "purple ones axes of joints.</p>"
-        f"{_gaps(stage)}{_parts(stage)}"
+        + (f"<h2>Gaps</h2><table>{head}{gaps}</table>" if gaps else "")
+        + f"<h2>Parts</h2><table>{parts}</table>"
     )
     return page(stage.title, body, css=_CSS, script=plotly_script())
 
 
 def figure_of(stage: Stage) -> Figure:
     """Return the scene as a figure of plotly; the traces have the names of the parts."""
-    figure = Figure(layout=_layout(stage))
+    box = np.concatenate([stage.box, stage.velocity_ends.reshape(-1, 3)])
+    low, high = box.min(axis=0), box.max(axis=0)
+    margin = 0.08 * float((high - low).max())
+    spans = np.stack([low - margin, high + margin], axis=1)
+    eye = {"x": 0.0, "y": 0.0, "z": 2.1} if stage.plane else {"x": 1.1, "y": -1.5, "z": 0.9}
+    up = {"x": 0, "y": 1, "z": 0} if stage.plane else {"x": 0, "y": 0, "z": 1}
+    # room for the labels under the scene
+    camera = {"eye": eye, "up": up, "center": {name: -0.12 * up[name] for name in "xyz"}}
+    figure = Figure(layout=space_layout(stage.units.length, spans.tolist(), camera, height=640))
     size = float(np.linalg.norm(np.ptp(stage.box, axis=0)))
     for part in stage.parts:
-        figure.data.extend(_traces(part, _APART * size))
-    figure.data.extend(_normals(stage))
-    for k, way in enumerate(stage.ways):
-        look = {"color": LINES[k % len(LINES)], "width": 4, "dash": "dash"}
-        figure.data.extend([line_in_space(f"{way.name}: way", line, look) for line in way.lines])
+        figure.data.extend(_part_traces(part, _SIDE_OFFSET * size))
+    figure.data.extend(_normal_traces(stage))
+    for k, path in enumerate(stage.paths):
+        style = {"color": LINES[k % len(LINES)], "width": 4, "dash": "dash"}
+        figure.data.extend([line_in_space(f"{path.name}: way", p, style) for p in path.lines])
     for arrow, ends in zip(stage.velocities, stage.velocity_ends, strict=True):
         name = f"{arrow.name}: {speed_text(arrow, stage.units)}"
         figure.data.append(line_in_space(name, ends, {"color": INK, "width": 6}))
         figure.data.append(_cones(name, ends[1:], 0.2 * (ends[1:] - ends[:1]), INK))
     for tie in stage.ties:
-        look = {"color": TIES[tie.kind], "width": 5}
-        figure.data.append(line_in_space(f"{tie.kind} {tie.name}", tie.ends, look))
-    figure.data.extend([_gap(gap, stage) for gap in stage.gaps])
+        style = {"color": TIES[tie.kind], "width": 5}
+        figure.data.append(line_in_space(f"{tie.kind} {tie.name}", tie.ends, style))
+    for gap in stage.gaps:
+        text = f"{gap.contact}: {gap_text(gap, stage.units)}"
+        trace = line_in_space(
+            text,
+            gap.ends,
+            {"color": RED, "width": 7},
+            mode="lines+markers+text",
+            marker={"size": 4, "color": RED},
+            text=[text, ""],
+            textposition="top center",
+            textfont={"color": RED, "size": 12},
+        )
+        figure.data.append(trace)
     return figure
 
 
-def _traces(part: Drawn, apart: float) -> list[Trace]:
+def _part_traces(part: Drawn, offset: float) -> list[Trace]:
     """Return a body's two sides, or a slave's facets or points; inactive ones are faint."""
     traces = []
     if len(part.triangles) and part.is_body:
-        off = apart * _at_points(part)
-        free, other = part.points + off, part.points - off
+        shift = offset * _vertex_normals(part)
+        free, contact = part.points + shift, part.points - shift
         traces.append(mesh_trace(free, part.triangles, part.name, part.colour, 1.0))
-        hidden = mesh_trace(other, part.triangles, part.name, CONTACT_SIDE, 1.0)
-        traces.append(hidden | {"name": f"{part.name}: contact side"})
+        contact_side = mesh_trace(contact, part.triangles, part.name, CONTACT_SIDE, 1.0)
+        traces.append(contact_side | {"name": f"{part.name}: contact side"})
     elif len(part.triangles):
         traces.append(mesh_trace(part.points, part.triangles, part.name, part.colour, 1.0))
     elif part.active.any():
         points = part.points[part.active]
-        traces.append(dots(points[:: len(points) // _DOTS + 1], part.name, 2.2, {"color": MUTED}))
+        style = {"color": MUTED}
+        traces.append(dots(points[:: len(points) // _MAX_DOTS + 1], part.name, 2.2, style))
     if not part.active.all():
         points = part.points[~part.active]
-        look = {"color": MUTED, "opacity": 0.15}
+        faint = {"color": MUTED, "opacity": 0.15}
         name = f"{part.name}: inactive"
-        traces.append(dots(points[:: len(points) // _DOTS + 1], name, 1.6, look))
+        traces.append(dots(points[:: len(points) // _MAX_DOTS + 1], name, 1.6, faint))
     return traces
 
 
-def _at_points(part: Drawn) -> FloatArray:
+def _vertex_normals(part: Drawn) -> FloatArray:
     """Return the mean unit normals (n, 3) at the points."""
     corners = part.points[part.triangles]
     crosses = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
@@ -90,20 +121,20 @@ def _at_points(part: Drawn) -> FloatArray:
     return np.asarray(total / np.maximum(np.linalg.norm(total, axis=1, keepdims=True), 1e-300))
 
 
-def _normals(stage: Stage) -> list[Trace]:
+def _normal_traces(stage: Stage) -> list[Trace]:
     """Return short lines with cones, a pair of traces for each body."""
     traces = []
     for part in stage.parts:
         arrows = [arrow for arrow in stage.normals if arrow.name == part.name]
         if arrows:
             length = 0.13 * float(np.linalg.norm(np.ptp(part.box, axis=0)))
-            at = np.array([arrow.at for arrow in arrows])
-            tips = at + length * np.array([arrow.vector for arrow in arrows])
-            gaps = np.full_like(at, np.nan)
-            path = np.stack([at, tips, gaps], axis=1).reshape(-1, 3)
+            starts = np.array([arrow.at for arrow in arrows])
+            tips = starts + length * np.array([arrow.vector for arrow in arrows])
+            breaks = np.full_like(starts, np.nan)
+            path = np.stack([starts, tips, breaks], axis=1).reshape(-1, 3)
             name = f"{part.name}: free side"
             traces.append(line_in_space(name, path, {"color": LINES[0], "width": 3}))
-            traces.append(_cones(name, tips, 0.3 * (tips - at), LINES[0]))
+            traces.append(_cones(name, tips, 0.3 * (tips - starts), LINES[0]))
     return traces
 
 
@@ -120,48 +151,3 @@ def _cones(name: str, tips: FloatArray, vectors: FloatArray, colour: str) -> Tra
         "showscale": False,
         "hoverinfo": "name",
     }
-
-
-def _gap(gap: Gap, stage: Stage) -> Trace:
-    text = f"{gap.contact}: {gap_text(gap, stage.units)}"
-    return line_in_space(
-        text,
-        gap.ends,
-        {"color": RED, "width": 7},
-        mode="lines+markers+text",
-        marker={"size": 4, "color": RED},
-        text=[text, ""],
-        textposition="top center",
-        textfont={"color": RED, "size": 12},
-    )
-
-
-def _layout(stage: Stage) -> dict[str, Any]:
-    """Return axes of one scale that contain all parts."""
-    shown = np.concatenate([stage.box, stage.velocity_ends.reshape(-1, 3)])
-    low, high = shown.min(axis=0), shown.max(axis=0)
-    room = 0.08 * float((high - low).max())
-    spans = np.stack([low - room, high + room], axis=1)
-    eye = {"x": 0.0, "y": 0.0, "z": 2.1} if stage.plane else {"x": 1.1, "y": -1.5, "z": 0.9}
-    up = {"x": 0, "y": 1, "z": 0} if stage.plane else {"x": 0, "y": 0, "z": 1}
-    # room for the labels under the scene
-    camera = {"eye": eye, "up": up, "center": {name: -0.12 * up[name] for name in "xyz"}}
-    return space_layout(stage.units.length, spans.tolist(), camera, height=640)
-
-
-def _gaps(stage: Stage) -> str:
-    rows = "".join(
-        f"<tr><td>{escape(gap.contact)}</td><td>{escape(gap.slave)} against {escape(gap.master)}"
-        f"</td><td>{escape(way_in_text(gap, stage.units))}</td></tr>"
-        for gap in stage.gaps
-    )
-    head = "<thead><tr><th>Contact</th><th>Between</th><th>At the start, and then</th></tr></thead>"
-    return f"<h2>Gaps</h2><table>{head}{rows}</table>" if rows else ""
-
-
-def _parts(stage: Stage) -> str:
-    rows = "".join(
-        f"<tr><td>{swatch(colour)}{escape(text)}</td></tr>"
-        for text, colour in (*legend(stage), ("the contact side of bodies", CONTACT_SIDE))
-    )
-    return f"<h2>Parts</h2><table>{rows}</table>"

@@ -94,9 +94,9 @@ def preview(what: object) -> Preview:
     """Draw the start of a simulation or a case; nothing is run.
 
     Bodies show their free side (normals point there) and their contact side in another colour,
-    slaves their points, those that take no part faintly, motions their ways over the time of the
-    run, and each contact its smallest gap. What lies past the border of an open body, or deeper
-    behind it than contact reaches, is not inside: its distance counts.
+    slaves their points, with the inactive ones faint, motions their paths over the time of the run,
+    and each contact its smallest gap. A point past the border of an open body, or deeper behind it
+    than contact reaches, is not inside: its distance counts.
 
     Parameters
     ----------

@@ -16,7 +16,7 @@ from contiga.report.view import View
 from contiga.routing.path import Path
 
 _SIZE, _DPI = (9.6, 7.2), 100
-_SAMPLES = 40
+_N_SAMPLES = 40
 """Approximate number of points of a path that determine the viewing direction."""
 
 
@@ -49,7 +49,13 @@ def draw_routes(paths: Sequence[Path], file: FilePath) -> None:
     points = [path.points for path in paths]
     scene = np.concatenate([*(mesh.vertices for mesh in meshes), *points])
     pixels = round(_SIZE[0] * _DPI), round(_SIZE[1] * _DPI)
-    view = View(axes, scene, towards=_towards(paths), shape=pixels)
+    # The direction that shows most of the contact, from above if possible.
+    normals = np.concatenate([path.normal[:: len(path.normal) // _N_SAMPLES + 1] for path in paths])
+    directions = [
+        np.array([x, y, z]) for z in (-0.45, 0.45) for x in (-0.55, 0.55) for y in (0.75, -0.75)
+    ]
+    towards = max(directions, key=lambda d: float((normals @ d < 0.0).sum()))
+    view = View(axes, scene, towards=towards, shape=pixels)
     for k, mesh in enumerate(meshes):
         view.surface(mesh, COLOURS[k % len(COLOURS)])
     for path in paths:
@@ -64,12 +70,3 @@ def draw_routes(paths: Sequence[Path], file: FilePath) -> None:
     view.show()
     with atomic_write(file) as temporary:
         figure.savefig(temporary, format="png")
-
-
-def _towards(paths: Sequence[Path]) -> np.ndarray:
-    """Return a viewing direction that shows most of the contact, from above if possible."""
-    ways = [
-        np.array([x, y, z]) for z in (-0.45, 0.45) for x in (-0.55, 0.55) for y in (0.75, -0.75)
-    ]
-    normals = np.concatenate([path.normal[:: len(path.normal) // _SAMPLES + 1] for path in paths])
-    return max(ways, key=lambda way: float((normals @ way < 0.0).sum()))

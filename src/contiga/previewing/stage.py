@@ -19,7 +19,7 @@ from contiga.rigid.frames import to_body, to_world
 from contiga.simulation.checks.approach import closest_approach
 from contiga.simulation.checks.scene import Pair
 from contiga.simulation.joints import joint_lines
-from contiga.simulation.model import ContactPart, Model
+from contiga.simulation.model import Model
 from contiga.simulation.step import Placement, place
 from contiga.slaves.slave import box_of
 
@@ -27,12 +27,13 @@ COLOURS = ("#8fa3bd", "#9db89a", "#b8a0c4", "#d2b27c", "#88b4b4", "#a9a9b4")
 """Colours of the free sides of bodies, in turn."""
 CONTACT_SIDE = "#c9806a"
 SLAVES = ("#cfc5aa", "#b9c8ad", "#d6b9a2")
-_DRAWN = 5e-4
+_TRIANGLE_TOL = 5e-4
 """Largest departure of the drawn triangles from a body, relative to its size."""
-_TRIED = 200
-_ARROWS = 9
+_MAX_PROJECTED = 200
+"""Largest number of points of a slave that are projected to see whether it is a skin."""
+_N_NORMALS = 9
 """Number of normals shown on each body."""
-_TIMES = 61
+_N_TIMES = 61
 """Number of instants through which a motion is drawn."""
 
 
@@ -65,7 +66,7 @@ class Arrow(NamedTuple):
     """(3,) a unit vector, or a velocity."""
 
 
-class Way(NamedTuple):
+class MotionPath(NamedTuple):
     """The prescribed paths of a few points of a part."""
 
     name: str
@@ -84,7 +85,7 @@ class Gap(NamedTuple):
     ends: FloatArray
     """(2, 3) the point and its foot."""
     approach: tuple[float, float] | None = None
-    """Smallest distance over time, and its time, for sides whose prescribed motions never meet."""
+    """Smallest distance and its time, if prescribed motions keep the sides apart for ever."""
 
 
 class Tie(NamedTuple):
@@ -104,7 +105,7 @@ class Stage(NamedTuple):
     units: Units
     parts: tuple[Drawn, ...]
     normals: tuple[Arrow, ...]
-    ways: tuple[Way, ...]
+    paths: tuple[MotionPath, ...]
     velocities: tuple[Arrow, ...]
     gaps: tuple[Gap, ...]
     ties: tuple[Tie, ...] = ()
@@ -113,7 +114,7 @@ class Stage(NamedTuple):
     def velocity_ends(self) -> FloatArray:
         """Start and tip (k, 2, 3) of an arrow for each of `velocities`.
 
-        It ends behind the box of its part, so that neither that part hides it nor what it meets.
+        It ends behind the box of its part, so that neither this part nor the part ahead hides it.
         """
         ends = []
         for arrow in self.velocities:
@@ -153,8 +154,8 @@ def stage_of(model: Model) -> Stage:
         units=units_of(dict(zip(("length", "mass", "time"), model.units, strict=True))),
         parts=parts,
         normals=tuple(arrow for part in parts if part.is_body for arrow in _normals(part)),
-        ways=tuple(_ways(model, parts)),
-        velocities=tuple(_velocities(model, parts)),
+        paths=tuple(_motion_paths(model, parts)),
+        velocities=tuple(_start_velocities(model, parts)),
         gaps=tuple(_gaps(model, start)),
         ties=(
             *(Tie(name, spring.at) for name, spring in model.springs.items()),
@@ -168,30 +169,25 @@ def stage_of(model: Model) -> Stage:
 
 
 def _parts(model: Model, start: Placement) -> Iterator[Drawn]:
-    for k, (name, body) in enumerate(model.bodies.items()):
-        mesh = body.body.tessellate(_DRAWN * body.body.size)
+    for k, (name, part) in enumerate(model.bodies.items()):
+        mesh = part.body.tessellate(_TRIANGLE_TOL * part.body.size)
         points = to_world(start.bodies[name].pose, mesh.vertices)
-        every = np.ones(len(points), np.bool_)
-        yield Drawn(name, True, points, mesh.triangles, every, COLOURS[k % len(COLOURS)])
-    for k, (name, slave) in enumerate(model.slaves.items()):
-        facets = slave.slave.facets
-        triangles = np.zeros((0, 3), np.int32) if facets is None else facets
-        points, active = np.asarray(start.slaves[name].points), slave.slave.active
-        drawn = triangles[active[triangles].all(axis=1)]
-        if _is_skin(model, name):
-            drawn = drawn[:0]
-        yield Drawn(name, False, points, drawn, active, SLAVES[k % len(SLAVES)])
-
-
-def _is_skin(model: Model, slave: str) -> bool:
-    """Return whether a slave lies on the body it is attached to, which is drawn already."""
-    host = model.mechanism.carried.get(slave)
-    if host is None:
-        return False
-    body = [*model.bodies.values()][host].body
-    points = model.slaves[slave].slave.points
-    gaps = body.project(points[:: len(points) // _TRIED + 1]).gap
-    return bool(np.nanmax(np.abs(gaps)) <= 4.0 * _DRAWN * body.size)
+        active = np.ones(len(points), np.bool_)
+        yield Drawn(name, True, points, mesh.triangles, active, COLOURS[k % len(COLOURS)])
+    bodies = [part.body for part in model.bodies.values()]
+    for k, (name, slave_part) in enumerate(model.slaves.items()):
+        slave = slave_part.slave
+        facets = np.zeros((0, 3), np.int32) if slave.facets is None else slave.facets
+        triangles = facets[slave.active[facets].all(axis=1)]
+        host = model.mechanism.carried.get(name)
+        if host is not None:
+            # A slave on the body that carries it is drawn already.
+            body = bodies[host]
+            gaps = body.project(slave.points[:: len(slave.points) // _MAX_PROJECTED + 1]).gap
+            if np.nanmax(np.abs(gaps)) <= 4.0 * _TRIANGLE_TOL * body.size:
+                triangles = triangles[:0]
+        points = np.asarray(start.slaves[name].points)
+        yield Drawn(name, False, points, triangles, slave.active, SLAVES[k % len(SLAVES)])
 
 
 def _normals(part: Drawn) -> Iterator[Arrow]:
@@ -199,52 +195,43 @@ def _normals(part: Drawn) -> Iterator[Arrow]:
     corners = part.points[part.triangles]
     crosses = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     sizes = np.linalg.norm(crosses, axis=1)
-    sound = sizes > 1e-9 * sizes.max(initial=0.0)
-    middles, crosses = corners[sound].mean(axis=1), crosses[sound] / sizes[sound, None]
-    far = np.full(len(middles), np.inf)
-    for _ in range(min(_ARROWS, len(middles))):
-        at = int(far.argmax())
-        yield Arrow(part.name, middles[at], crosses[at])
-        far = np.minimum(far, np.square(middles - middles[at]).sum(axis=1))
+    has_area = sizes > 1e-9 * sizes.max(initial=0.0)
+    middles, normals = corners[has_area].mean(axis=1), crosses[has_area] / sizes[has_area, None]
+    distances = np.full(len(middles), np.inf)  # squared, to the nearest normal so far
+    for _ in range(min(_N_NORMALS, len(middles))):
+        row = int(distances.argmax())
+        yield Arrow(part.name, middles[row], normals[row])
+        distances = np.minimum(distances, np.square(middles - middles[row]).sum(axis=1))
 
 
-def _ways(model: Model, parts: tuple[Drawn, ...]) -> Iterator[Way]:
+def _motion_paths(model: Model, parts: tuple[Drawn, ...]) -> Iterator[MotionPath]:
     """Yield the path of the middle of each driven part and, if it turns, of two of its ends."""
-    times = np.linspace(model.stepping.start, model.stepping.end, _TIMES)
-    standings = [place(model, None, float(time)) for time in times]
+    times = np.linspace(model.stepping.start, model.stepping.end, _N_TIMES)
+    placements = [place(model, None, float(time)) for time in times]
     for part in parts:
         entry = model.bodies[part.name] if part.is_body else model.slaves[part.name]
         if isinstance(entry.motion, Dependent):
             continue
+        # The middle of the box, and the two ends of its longest side.
+        ends = np.tile(part.box.mean(axis=0), (3, 1))
+        axis = int(np.ptp(part.box, axis=0).argmax())
+        ends[1:, axis] = part.box[:, axis]
         if part.is_body:
-            poses = np.array([standing.bodies[part.name].pose for standing in standings])
-            ends = to_body(poses[0], _spread(part.box))
-            lines = np.array([to_world(pose, ends) for pose in poses]).transpose(1, 0, 2)
+            poses = np.array([placement.bodies[part.name].pose for placement in placements])
+            p_B = to_body(poses[0], ends)
+            lines = np.array([to_world(pose, p_B) for pose in poses]).transpose(1, 0, 2)
         else:
-            rows = _rows_near(part.points, _spread(part.box))
-            lines = np.array([s.slaves[part.name].points[rows] for s in standings])
+            rows = np.square(part.points[:, None] - ends[None]).sum(axis=2).argmin(axis=0)
+            lines = np.array([p.slaves[part.name].points[rows] for p in placements])
             lines = lines.transpose(1, 0, 2)
-        moved = lines - lines[:, :1]
-        if np.abs(moved).max() <= 1e-9 * max(float(np.ptp(part.box)), 1e-300):
+        shifts = lines - lines[:, :1]
+        if np.abs(shifts).max() <= 1e-9 * max(float(np.ptp(part.box)), 1e-300):
             continue
-        alike = np.abs(moved - moved[:1]).max() <= 1e-6 * np.abs(moved).max()
-        yield Way(part.name, lines[:1] if alike else lines)
+        is_translation = np.abs(shifts - shifts[:1]).max() <= 1e-6 * np.abs(shifts).max()
+        yield MotionPath(part.name, lines[:1] if is_translation else lines)
 
 
-def _spread(box: FloatArray) -> FloatArray:
-    """Return the middle of a box and the two ends of its longest side (3, 3)."""
-    ends = np.tile(box.mean(axis=0), (3, 1))
-    axis = int(np.ptp(box, axis=0).argmax())
-    ends[1:, axis] = box[:, axis]
-    return ends
-
-
-def _rows_near(points: FloatArray, places: FloatArray) -> NDArray[np.intp]:
-    off = np.square(points[:, None] - places[None]).sum(axis=2)
-    return np.asarray(off.argmin(axis=0))
-
-
-def _velocities(model: Model, parts: tuple[Drawn, ...]) -> Iterator[Arrow]:
+def _start_velocities(model: Model, parts: tuple[Drawn, ...]) -> Iterator[Arrow]:
     """Yield the initial velocities of free bodies and nodes."""
     for part in parts:
         entry = model.bodies[part.name] if part.is_body else model.slaves[part.name]
@@ -255,6 +242,7 @@ def _velocities(model: Model, parts: tuple[Drawn, ...]) -> Iterator[Arrow]:
 
 
 def _gaps(model: Model, start: Placement) -> Iterator[Gap]:
+    """Yield the smallest gap of each contact, and how near sides come that never meet."""
     for part in model.contacts:
         points = np.asarray(start.slaves[part.slave].points)
         active = model.slaves[part.slave].slave.active & np.isfinite(points).all(axis=1)
@@ -267,12 +255,9 @@ def _gaps(model: Model, start: Placement) -> Iterator[Gap]:
         row = slice(gaps.row, gaps.row + 1)
         _, feet = gaps_of(body.surface, p_B[row], reach)
         ends = np.stack([points[gaps.row], to_world(pose, feet.point)[0]])
-        yield Gap(part.name, part.master, part.slave, gaps.gap, ends, _approach(model, part))
-
-
-def _approach(model: Model, part: ContactPart) -> tuple[float, float] | None:
-    pair = Pair(model, part)
-    if not pair.foretold or pair.touches:
-        return None
-    approach = closest_approach(pair)
-    return None if approach is None or approach.bound <= 0.0 else (approach.bound, approach.time)
+        pair, approach = Pair(model, part), None
+        if pair.foretold and not pair.touches:
+            closest = closest_approach(pair)
+            if closest is not None and closest.bound > 0.0:
+                approach = closest.bound, closest.time
+        yield Gap(part.name, part.master, part.slave, gaps.gap, ends, approach)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from contiga.previewing.stage import Arrow, Drawn, Gap, Stage
+from contiga.previewing.stage import Arrow, Gap, Stage
 from contiga.report.run_folder import Units
 from contiga.report.style import number
 
@@ -15,8 +15,8 @@ def gap_text(gap: Gap, units: Units) -> str:
     return f"{kind} {number(abs(gap.value))} {units.length}".strip()
 
 
-def way_in_text(gap: Gap, units: Units) -> str:
-    """Return ``gap 2 mm``, and the smallest distance of sides that never meet."""
+def gap_with_approach_text(gap: Gap, units: Units) -> str:
+    """Return ``gap 2 mm``, with the smallest distance over time of sides that never meet."""
     if gap.approach is None:
         return gap_text(gap, units)
     distance = f"{number(gap.approach[0])} {units.length}".strip()
@@ -36,30 +36,24 @@ def span_text(axis: int, box: np.ndarray, units: Units) -> str:
     return f"{length}\n{number(low)} to {number(high)}"
 
 
-def way_text(stage: Stage, name: str) -> str:
-    """Return the largest distance of a part's middle from its start."""
-    way = next(way for way in stage.ways if way.name == name)
-    far = np.linalg.norm(way.lines[0] - way.lines[0, 0], axis=1).max()
-    return f"goes {number(float(far))} {stage.units.length}".strip()
-
-
 def legend(stage: Stage) -> list[tuple[str, str]]:
     """Return the description of each part, and its colour."""
     speeds = {arrow.name: speed_text(arrow, stage.units) for arrow in stage.velocities}
-    ways = {way.name for way in stage.ways}
+    paths = {path.name: path.lines[0] for path in stage.paths}
     rows = []
     for part in stage.parts:
-        said = [part.name if part.is_body else f"{part.name}: {_points(part)}"]
+        text = part.name
+        if not part.is_body:
+            count, inactive = len(part.points), int((~part.active).sum())
+            text += f": {number(float(count), 9)} point{'s' if count > 1 else ''}"
+            if inactive:
+                text += f", {number(float(inactive), 9)} of them inactive"
         if part.name in speeds:
-            said.append(f"free, starts at {speeds[part.name]}")
-        if part.name in ways:
-            said.append(way_text(stage, part.name))
-        rows.append((", ".join(said), part.colour))
+            text += f", free, starts at {speeds[part.name]}"
+        if part.name in paths:
+            # The largest distance of the middle from its start.
+            path = paths[part.name]
+            distance = np.linalg.norm(path - path[0], axis=1).max()
+            text += f", goes {number(float(distance))} {stage.units.length}".rstrip()
+        rows.append((text, part.colour))
     return rows
-
-
-def _points(part: Drawn) -> str:
-    idle = int((~part.active).sum())
-    count = len(part.points)
-    points = f"{number(float(count), 9)} point{'s' if count > 1 else ''}"
-    return points + (f", {number(float(idle), 9)} of them inactive" if idle else "")

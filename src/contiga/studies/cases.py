@@ -15,12 +15,11 @@ from contiga.case.settings import table_of_key, with_settings
 from contiga.errors import CaseError, FileError, UnitError
 from contiga.io.sheet import Row, Sheet, as_number, read_sheet
 from contiga.io.units import consistent_factor
-from contiga.records import FloatArray
 from contiga.studies.spec import MAX_CASES, SampleSpec, StudySpec, VariableSpec
 
 _UNIT_KEYS = ("unit", "units", "time_unit")
 """Keys of tables of a case whose numbers are in units of their own."""
-_HOLES = ("", "nan", "inf", "-inf", "+inf")
+_EMPTY_CELLS = ("", "nan", "inf", "-inf", "+inf")
 
 
 class StudyCase(NamedTuple):
@@ -46,8 +45,9 @@ def cases_of(
 ) -> list[StudyCase]:
     """Return the cases of a study without a goal, in order: the last variable changes fastest.
 
-    Rows of the table, or of `targets` by column, go slowest, samples fastest. Columns of the table
-    whose heads say a unit are converted to those of the `base` case, given by its tables.
+    Rows of the table, or of `targets` by column, change slowest, samples fastest. Columns of the
+    table with a unit in their head are converted to the units of the `base` case, given by its
+    tables.
 
     Raises
     ------
@@ -58,20 +58,20 @@ def cases_of(
     CaseError
         A rule cannot be worked out or leaves nothing over; more cases than anybody runs.
     """
-    ways: list[list[dict[str, Any]]] = []
+    axes: list[list[dict[str, Any]]] = []
     if study.table is not None:
-        ways.append(_rows_of_table(study, base or {}))
+        axes.append(_rows_of_table(study, base or {}))
     if targets is not None:
-        named = {v.label: v.column for v in study.variable if v.column is not None}
-        ways.append([{label: row[column] for label, column in named.items()} for row in targets])
-    ways += [
+        columns = {v.label: v.column for v in study.variable if v.column is not None}
+        axes.append([{label: row[column] for label, column in columns.items()} for row in targets])
+    axes += [
         [{variable.label: value} for value in listed_values(variable)]
         for variable in study.variable
         if variable.column is None and not variable.ranged
     ]
     if study.sample is not None:
-        ways.append(_samples(study.sample, [v for v in study.variable if v.ranged]))
-    count = int(np.prod([float(len(way)) for way in ways]))
+        axes.append(_samples(study.sample, [v for v in study.variable if v.ranged]))
+    count = int(np.prod([float(len(axis)) for axis in axes]))
     if count > MAX_CASES:
         raise CaseError(
             "too many cases",
@@ -80,19 +80,19 @@ def cases_of(
             allowed=f"up to {MAX_CASES}",
             remedy="Sample the variables: low and high without count, and a [sample]",
         )
-    kept = [
-        {label: values[label] for label in study.labels}
-        for values in map(_merge, itertools.product(*ways))
-        if all(rule.expression.value(values) for rule in study.rule if rule.require is not None)
-    ]
-    if not kept:
+    cases = []
+    for parts in itertools.product(*axes):
+        values = {label: value for part in parts for label, value in part.items()}
+        if all(rule.expression.value(values) for rule in study.rule if rule.require is not None):
+            cases.append({label: values[label] for label in study.labels})
+    if not cases:
         raise CaseError(
             "no case fulfils the rules",
             where=f"{study.file}: rule",
             found=f"{count} left out",
             allowed="rules that leave a case over",
         )
-    return [case_of(study, number, values) for number, values in enumerate(kept, start=1)]
+    return [case_of(study, number, values) for number, values in enumerate(cases, start=1)]
 
 
 def case_of(study: StudySpec, number: int, values: Mapping[str, Any]) -> StudyCase:
@@ -134,35 +134,31 @@ def check_keys(study: StudySpec, base: Mapping[str, Any], settings: Mapping[str,
     CaseError
         The message says whose key it is.
     """
-    named = [("set", key) for key in study.set]
-    named += [(f"variable {v.label!r}", key) for v in study.variable for key in v.key]
-    named += [(f"rule[{i}]", key) for i, rule in enumerate(study.rule) for key in rule.key]
-    seen: dict[str, str] = {}
-    for where, key in named:
-        if key in seen:
+    keys = [("set", key) for key in study.set]
+    keys += [(f"variable {v.label!r}", key) for v in study.variable for key in v.key]
+    keys += [(f"rule[{i}]", key) for i, rule in enumerate(study.rule) for key in rule.key]
+    owners: dict[str, str] = {}
+    for owner, key in keys:
+        if key in owners:
             raise CaseError(
                 "two have this key of the case",
-                where=f"{study.file}: {where}",
+                where=f"{study.file}: {owner}",
                 found=key,
-                allowed=f"one of them; the other is {seen[key]}",
+                allowed=f"one of them; the other is {owners[key]}",
             )
-        seen[key] = where
+        owners[key] = owner
     # One setting may refer to a table that another sets: they are applied in turn.
-    for i, (where, key) in enumerate(named):
+    for i, (owner, key) in enumerate(keys):
         try:
-            with_settings(base, {key: settings[key] for _, key in named[: i + 1]})
+            with_settings(base, {key: settings[key] for _, key in keys[: i + 1]})
         except CaseError as error:
             raise CaseError(
                 f"this key is none of the base case ({error.what})",
-                where=f"{study.file}: {where}",
+                where=f"{study.file}: {owner}",
                 found=key,
                 allowed=error.allowed,
                 remedy=error.remedy,
             ) from error
-
-
-def _merge(parts: Sequence[dict[str, Any]]) -> dict[str, Any]:
-    return {label: value for part in parts for label, value in part.items()}
 
 
 def _samples(sample: SampleSpec, ranged: list[VariableSpec]) -> list[dict[str, Any]]:
@@ -175,18 +171,17 @@ def _samples(sample: SampleSpec, ranged: list[VariableSpec]) -> list[dict[str, A
             unit = qmc.Sobol(len(ranged), rng=sample.seed).random(sample.count)
     else:
         unit = qmc.LatinHypercube(len(ranged), rng=sample.seed).random(sample.count)
-    columns = [_scale_to_range(v, unit[:, k]) for k, v in enumerate(ranged)]
-    labels = [v.label for v in ranged]
-    return [dict(zip(labels, row, strict=True)) for row in zip(*columns, strict=True)]
-
-
-def _scale_to_range(variable: VariableSpec, unit: FloatArray) -> list[float]:
-    """Return numbers of [0, 1) scaled to the range of a variable."""
-    low, high = variable.low, variable.high
-    assert low is not None
-    assert high is not None
-    values = low * (high / low) ** unit if variable.scale == "log" else low + (high - low) * unit
-    return [round(value) for value in values] if variable.whole else list(map(float, values))
+    columns: dict[str, list[float]] = {}
+    for k, variable in enumerate(ranged):
+        low, high, share = variable.low, variable.high, unit[:, k]
+        assert low is not None
+        assert high is not None
+        if variable.scale == "log":
+            values = low * (high / low) ** share
+        else:
+            values = low + (high - low) * share
+        columns[variable.label] = [round(v) if variable.whole else float(v) for v in values]
+    return [dict(zip(columns, row, strict=True)) for row in zip(*columns.values(), strict=True)]
 
 
 def _rows_of_table(study: StudySpec, base: Mapping[str, Any]) -> list[dict[str, Any]]:
@@ -194,13 +189,9 @@ def _rows_of_table(study: StudySpec, base: Mapping[str, Any]) -> list[dict[str, 
     assert study.table is not None
     sheet = read_sheet(Path(study.table), "x, y, speed")
     sheet.check_header("x, y, speed")
-    of_units = {key: value for key, value in study.set.items() if key.startswith("units")}
-    case = with_settings(base, of_units)
-    named = {v.label: (v, sheet.column(v.column)) for v in study.variable if v.column is not None}
-    columns = {
-        label: (place, _factor(sheet, place, variable, case))
-        for label, (variable, place) in named.items()
-    }
+    case = with_settings(base, {k: v for k, v in study.set.items() if k.startswith("units")})
+    variables = [(v, sheet.column(v.column)) for v in study.variable if v.column is not None]
+    columns = {v.label: (column, _factor(sheet, column, v, case)) for v, column in variables}
     rows = [
         {label: _value(sheet, row, *column) for label, column in columns.items()}
         for row in sheet.rows
@@ -210,18 +201,22 @@ def _rows_of_table(study: StudySpec, base: Mapping[str, Any]) -> list[dict[str, 
     return rows
 
 
-def _factor(sheet: Sheet, k: int, variable: VariableSpec, case: Mapping[str, Any]) -> float | None:
+def _factor(
+    sheet: Sheet, column: int, variable: VariableSpec, case: Mapping[str, Any]
+) -> float | None:
     """Return the factor for the numbers of a column; None if its head names no unit."""
-    unit, where = sheet.unit(k), f"{sheet.where}: {sheet.heads[k].text}"
+    unit, where = sheet.unit(column), f"{sheet.where}: {sheet.heads[column].text}"
     if unit is None:
         return None
-    own = [name for key in variable.key for name in _UNIT_KEYS if name in table_of_key(case, key)]
-    if own:
+    unit_keys = [
+        name for key in variable.key for name in _UNIT_KEYS if name in table_of_key(case, key)
+    ]
+    if unit_keys:
         raise UnitError(
-            f"the numbers of this variable's key are in the {own[0]} that stands beside it",
+            f"the numbers of this variable's key are in the {unit_keys[0]} that stands beside it",
             where=where,
             found=unit,
-            allowed=f"no unit in the header, and numbers as {own[0]} says",
+            allowed=f"no unit in the header, and numbers as {unit_keys[0]} says",
         )
     length, mass, time = (str(case["units"][name]) for name in ("length", "mass", "time"))
     if (
@@ -237,24 +232,24 @@ def _factor(sheet: Sheet, k: int, variable: VariableSpec, case: Mapping[str, Any
     return consistent_factor(unit, length, mass, time, where)
 
 
-def _value(sheet: Sheet, row: Row, k: int, factor: float | None) -> Any:
+def _value(sheet: Sheet, row: Row, column: int, factor: float | None) -> Any:
     """Return a whole number, a number in the units of the case, or text."""
-    where, found = f"{sheet.path}:{row.line}", sheet.mark.join(row.cells)
-    if len(row.cells) < len(sheet.heads) or row.cells[k].lower() in _HOLES:
+    where, text = f"{sheet.path}:{row.line}", sheet.mark.join(row.cells)
+    if len(row.cells) < len(sheet.heads) or row.cells[column].lower() in _EMPTY_CELLS:
         raise FileError(
             "the table has a hole",
             where=where,
-            found=found,
+            found=text,
             allowed=f"a value in each of the {len(sheet.heads)} columns",
         )
-    cell = row.cells[k]
+    cell = row.cells[column]
     try:
         number = as_number(cell, sheet.mark)
     except ValueError:
         if factor is None:
             return cell
         raise FileError(
-            "a text under a head with a unit", where=where, found=found, allowed="numbers"
+            "a text under a head with a unit", where=where, found=text, allowed="numbers"
         ) from None
     if factor not in (None, 1.0):
         return number * factor

@@ -41,18 +41,23 @@ def lines_of(study: StudySpec, rows: list[Row], quantity: str) -> list[Line]:
     refined = refined_variable(study)
     assert refined is not None
     assert refined.values is not None
-    others = [label for label in study.labels if label != refined.label]
+    other_labels = [label for label in study.labels if label != refined.label]
     groups: dict[str, dict[str, Row]] = {}
     for row in rows:
-        label = ", ".join(f"{name} {row.values[name]}" for name in others)
+        label = ", ".join(f"{name} {row.values[name]}" for name in other_labels)
         groups.setdefault(label, {})[repr(row.values[refined.label])] = row
     levels = [repr(value) for value in refined.values]
     sizes = sizes_of([float(value) for value in refined.values])
-    return [
-        _line(label or quantity, [of[level] for level in levels], quantity, sizes)
-        for label, of in groups.items()
-        if all(level in of for level in levels)
-    ]
+    lines = []
+    for label, by_level in groups.items():
+        if all(level in by_level for level in levels):
+            cases = [by_level[level] for level in levels]
+            values = [row.collected[quantity] for row in cases]
+            errors = [abs(value - values[-1]) for value in values[:-1]]
+            numbers = [row.number for row in cases]
+            order = order_of(values, sizes)
+            lines.append(Line(label or quantity, numbers, values, errors, order))
+    return lines
 
 
 def refined_variable(study: StudySpec) -> Any:
@@ -66,16 +71,10 @@ def refined_variable(study: StudySpec) -> Any:
     return None
 
 
-def _line(label: str, rows: list[Row], quantity: str, sizes: list[float]) -> Line:
-    values = [row.collected[quantity] for row in rows]
-    errors = [abs(value - values[-1]) for value in values[:-1]]
-    return Line(label, [row.number for row in rows], values, errors, order_of(values, sizes))
-
-
 def order_of(values: list[float], sizes: list[float]) -> float:
     """Return the order p of values c + a h^p, from the last three of them (Roache 1998, 5.4).
 
-    NaN where they do not approach anything from one side, or there are not three.
+    The order is NaN if they do not approach a limit from one side, or there are fewer than three.
 
     >>> round(order_of([1.0 + h**2 for h in (1.0, 0.5, 0.25)], [1.0, 0.5, 0.25]), 9)
     2.0
@@ -89,13 +88,13 @@ def order_of(values: list[float], sizes: list[float]) -> float:
         return math.nan
     ratio = (a - b) / (b - c)
 
-    def miss(order: float) -> float:
+    def residual(order: float) -> float:
         return float((p**order - q**order) / (q**order - r**order) - ratio)
 
     low, high = 0.01, 12.0
-    if miss(low) * miss(high) > 0.0:
+    if residual(low) * residual(high) > 0.0:
         return math.nan
-    return float(brentq(miss, low, high))
+    return float(brentq(residual, low, high))
 
 
 def line_in_words(line: Line) -> str:

@@ -36,23 +36,23 @@ def curves_section(folder: Path, rows: Sequence[Row], label: str) -> str:
     ----------
     folder : folder of the study
     rows : rows of its cases
-    label : column whose values colour the lines, that of the first variable
+    label : column whose values colour the lines, the first variable
     """
-    whole = [
-        row for row in rows if row.status == DONE and (_place(folder, row) / SUMMARY).is_file()
+    folders = {row.number: folder / CASES / f"{row.number:04d}" for row in rows}
+    complete = [
+        row for row in rows if row.status == DONE and (folders[row.number] / SUMMARY).is_file()
     ]
-    if not whole:
+    if not complete:
         return ""
-    chosen = [
-        whole[k] for k in np.unique(np.linspace(0, len(whole) - 1, _MAX_CASES).round().astype(int))
-    ]
+    sample = np.unique(np.linspace(0, len(complete) - 1, _MAX_CASES).round().astype(int))
+    cases = [complete[k] for k in sample]
     try:
-        runs = read_runs([_place(folder, row) for row in chosen])
+        runs = read_runs([folders[row.number] for row in cases])
     except InputError:  # their folders are incomplete
         return ""
-    first, values = runs[0].run, [row.values.get(label) for row in chosen]
+    first, values = runs[0].run, [row.values.get(label) for row in cases]
     colours = _colours(values)
-    tests = [one.moved(first) for one in references_of(first)]
+    tests = [reference.moved(first) for reference in references_of(first)]
     figures = []
     for k, curve in enumerate(curves_of(first)):
         figure = curve_figure(runs, curve, tests, None, colours=colours, most=_MAX_ROWS)
@@ -61,14 +61,10 @@ def curves_section(folder: Path, rows: Sequence[Row], label: str) -> str:
         figures.append(embedded(figure, f"curve-{k}", PLOT_CONFIG))
     if not figures:
         return ""
-    some = "A line is a case" if len(chosen) == len(rows) else f"Lines are {len(chosen)} cases"
+    lines = "A line is a case" if len(cases) == len(rows) else f"Lines are {len(cases)} cases"
     order = "" if _are_numbers(values) else " in the order of its values"
-    caption = f"{some}, coloured from yellow to violet by {escape(label)}{order}."
+    caption = f"{lines}, coloured from yellow to violet by {escape(label)}{order}."
     return f'<h2>Curves</h2>{side_by_side(figures)}<p class="caption">{caption}</p>'
-
-
-def _place(folder: Path, row: Row) -> Path:
-    return folder / CASES / f"{row.number:04d}"
 
 
 def _are_numbers(values: Sequence[object]) -> bool:

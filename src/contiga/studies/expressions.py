@@ -45,7 +45,7 @@ _FUNCTIONS: dict[str, Callable[..., Any]] = {
     "int": int,
 }
 _CONSTANTS = {"pi": math.pi, "true": True, "false": False}
-_KNOWN = (ast.Expression, ast.BinOp, ast.UnaryOp, ast.BoolOp, ast.Compare, ast.Call, ast.Name)
+_NODES = (ast.Expression, ast.BinOp, ast.UnaryOp, ast.BoolOp, ast.Compare, ast.Call, ast.Name)
 _ALLOWED = "numbers, names of variables, + - * / % **, comparisons, and, or, not, and functions: "
 _ALLOWED += ", ".join(_FUNCTIONS)
 _MAX_CHARACTERS = 500
@@ -65,7 +65,7 @@ class Expression:
     Raises
     ------
     CaseError
-        It is no arithmetic, or calls what is not known.
+        It is no arithmetic, or calls an unknown function.
 
     >>> Expression("2 * thickness + min(3, 4)", "rule").value({"thickness": 5.0})
     13.0
@@ -81,16 +81,16 @@ class Expression:
         self.names = tuple(dict.fromkeys(self._check(tree.body)))
         """Names of variables in it."""
 
-    def check_names(self, known: list[str]) -> None:
+    def check_names(self, names: list[str]) -> None:
         """Refuse a name that no variable has."""
         for name in self.names:
-            if name not in known:
+            if name not in names:
                 raise CaseError(
                     f"no variable is called {name!r}",
                     where=self.where,
                     found=self.text,
-                    allowed=", ".join(known) or "none: no variable has a name",
-                    remedy=closest(name, known),
+                    allowed=", ".join(names) or "none: no variable has a name",
+                    remedy=closest(name, names),
                 )
 
     def value(self, names: Mapping[str, Any]) -> Any:
@@ -104,14 +104,14 @@ class Expression:
         try:
             return self._value(self._tree, names)
         except (ArithmeticError, ValueError, TypeError) as error:
-            given = ", ".join(f"{name} = {names[name]!r}" for name in self.names)
-            text = f"{self.text} with {given}" if given else self.text
+            values = ", ".join(f"{name} = {names[name]!r}" for name in self.names)
+            text = f"{self.text} with {values}" if values else self.text
             raise CaseError(
                 f"cannot be worked out ({error})", where=self.where, found=text
             ) from error
 
-    def _error(self, what: str) -> CaseError:
-        return CaseError(what, where=self.where, found=self.text, allowed=_ALLOWED)
+    def _error(self, rule: str) -> CaseError:
+        return CaseError(rule, where=self.where, found=self.text, allowed=_ALLOWED)
 
     def _check(self, node: ast.AST) -> list[str]:
         """Return the names in a part of the tree; refuse nodes of unknown kinds."""
@@ -121,7 +121,7 @@ class Expression:
             return []
         if isinstance(node, ast.Name):
             return [] if node.id in _CONSTANTS else [node.id]
-        if not isinstance(node, _KNOWN):
+        if not isinstance(node, _NODES):
             raise self._error("is not an expression")
         if isinstance(node, ast.Call):
             named = isinstance(node.func, ast.Name) and node.func.id in _FUNCTIONS
@@ -142,8 +142,8 @@ class Expression:
             parts = [node.operand]
         return [name for part in parts for name in self._check(part)]
 
-    def _check_operators(self, operators: list[Any], known: Mapping[type[ast.AST], Any]) -> None:
-        if any(type(one) not in known for one in operators):
+    def _check_operators(self, operators: list[Any], allowed: Mapping[type[ast.AST], Any]) -> None:
+        if any(type(symbol) not in allowed for symbol in operators):
             raise self._error("is not an expression")
 
     def _value(self, node: ast.AST, names: Mapping[str, Any]) -> Any:

@@ -38,9 +38,21 @@ def plot_table(purpose: str, table: Table, columns: Sequence[str] | None = None)
     from contiga.io.out.shown_figure import ShownFigure
 
     names = list(table.quantities[:_MAX_PANELS] if columns is None else columns)
+    drawable = [
+        column
+        for column, values in table.columns.items()
+        if all(isinstance(value, int | float) for value in values)
+    ]
     for name in names:
-        _check_numeric(table, name)
-    numeric = [name for name in table.variables if _is_numeric(table, name)]
+        if name not in drawable:
+            raise InputError(
+                "the study has no such column of numbers",
+                where="columns",
+                found=name,
+                allowed=", ".join(drawable),
+                remedy=closest(name, drawable),
+            )
+    numeric = [name for name in table.variables if name in drawable]
     over = numeric[0] if len(table.variables) == len(numeric) == 1 else "case"
     x = np.array(table.columns[over], dtype=float)
     order = np.argsort(x, kind="stable")
@@ -55,20 +67,3 @@ def plot_table(purpose: str, table: Table, columns: Sequence[str] | None = None)
         labels = (with_unit(column, table.units.get(column, "")) for column in (over, name))
         finish_axes(axes, *labels)
     return figure
-
-
-def _is_numeric(table: Table, name: str) -> bool:
-    return all(isinstance(value, int | float) for value in table.columns[name])
-
-
-def _check_numeric(table: Table, name: str) -> None:
-    """Refuse a column that cannot be drawn."""
-    drawable = [column for column in table.columns if _is_numeric(table, column)]
-    if name not in drawable:
-        raise InputError(
-            "the study has no such column of numbers",
-            where="columns",
-            found=name,
-            allowed=", ".join(drawable),
-            remedy=closest(name, drawable),
-        )

@@ -20,11 +20,12 @@ from contiga.studies.table import Table, table_of
 
 MANIFEST, PAGE, MAP = "study.json", "study.html", "map.png"
 OPTUNA = "optuna.log"
-_PATIENCE = 20.0
+_WRITING_RATIO = 20.0
 """Time between two writings of the table, over the time of the last writing."""
-_LEAST_SECONDS = 2.0
+_MIN_SECONDS = 2.0
+"""Smallest time between two writings of the table."""
 _MISSING = "nothing"
-_TOLD = re.compile(
+_NOT_COMPARED = re.compile(
     r"(base: )?title|map(\..+)?|retries|goal\.trials|base: (output\.report|plot.*|reference.*)"
 )
 """Keys that do not distinguish studies: they change the drawings, or the extent of the study."""
@@ -36,7 +37,7 @@ class StudyFolder:
     Parameters
     ----------
     path : of the folder
-    study : what is run
+    study : the specification of the study
     base : of its cases
     case : the base case, checked
     """
@@ -46,7 +47,7 @@ class StudyFolder:
         self._study, self._manifest = study, _definition(study, case)
         self.rows: dict[int, Row] = {}
         """Rows by number."""
-        self._written, self._took = perf_counter(), 0.0
+        self._written_at, self._writing_time = perf_counter(), 0.0
 
     def check(self, *, resume: bool) -> None:
         """Refuse a folder that belongs to something else. Nothing is written.
@@ -54,17 +55,35 @@ class StudyFolder:
         Raises
         ------
         OutputError
-            It holds rows of a study that this is not to go on with, or there is none to go on with.
+            It holds rows of a study that is not resumed, or no study that could be resumed.
         """
         manifest = self.path / MANIFEST
-        if resume:
-            self._check_same(manifest)
-        elif manifest.is_file() and next((self.path / CASES).glob(f"*/{ROW}"), None):
+        if not resume and manifest.is_file() and next((self.path / CASES).glob(f"*/{ROW}"), None):
             raise OutputError(
                 "the folder holds a study already",
                 where=str(self.path),
                 allowed="a new or empty folder, or --resume to run what is missing",
             )
+        if not resume:
+            return
+        try:
+            before: dict[str, Any] = json.loads(manifest.read_text(encoding="utf-8"))
+        except (OSError, ValueError) as error:
+            raise OutputError(
+                "there is no study to go on with",
+                where=str(manifest),
+                remedy="Run it without --resume",
+            ) from error
+        for key in dict.fromkeys((*before, *self._manifest)):
+            value, value_before = (d.get(key, _MISSING) for d in (self._manifest, before))
+            if value_before != value and not _NOT_COMPARED.fullmatch(key):
+                raise OutputError(
+                    f"the study in the folder says something else: {key}",
+                    where=str(self._study.file),
+                    found=value,
+                    allowed=f"{value_before!r}, as the study was begun",
+                    remedy="Give the changed study a folder of its own",
+                )
 
     def open(self, rows: Iterable[Row]) -> None:
         """Make the folder, with the rows that exist already.
@@ -78,40 +97,20 @@ class StudyFolder:
         write_json(self.path / MANIFEST, self._manifest)
         self.rows |= {row.number: row for row in rows}
 
-    def _check_same(self, manifest: Path) -> None:
-        said = self._manifest
-        try:
-            before: dict[str, Any] = json.loads(manifest.read_text(encoding="utf-8"))
-        except (OSError, ValueError) as error:
-            raise OutputError(
-                "there is no study to go on with",
-                where=str(manifest),
-                remedy="Run it without --resume",
-            ) from error
-        for key in dict.fromkeys((*before, *said)):
-            if before.get(key, _MISSING) != said.get(key, _MISSING) and not _TOLD.fullmatch(key):
-                raise OutputError(
-                    f"the study in the folder says something else: {key}",
-                    where=str(self._study.file),
-                    found=said.get(key, _MISSING),
-                    allowed=f"{before.get(key, _MISSING)!r}, as the study was begun",
-                    remedy="Give the changed study a folder of its own",
-                )
-
     def take(self, row: Row) -> None:
         """Store a row as it comes; now and then the table is rewritten."""
         self.rows[row.number] = row
-        since = perf_counter() - self._written
-        if since > max(_LEAST_SECONDS, _PATIENCE * self._took):
+        elapsed = perf_counter() - self._written_at
+        if elapsed > max(_MIN_SECONDS, _WRITING_RATIO * self._writing_time):
             self.write_table()
 
     def write_table(self) -> Table:
         """Write the table of the rows so far."""
-        begun = perf_counter()
+        start = perf_counter()
         table = self.table()
         table.write(self.path)
-        self._written = perf_counter()
-        self._took = self._written - begun
+        self._written_at = perf_counter()
+        self._writing_time = self._written_at - start
         return table
 
     def table(self) -> Table:
@@ -122,8 +121,8 @@ class StudyFolder:
 
 def _definition(study: StudySpec, case: Case) -> dict[str, Any]:
     """Return everything that determines the rows of a study, by key; files by their content."""
-    said = study.model_dump(mode="json", exclude_none=True, exclude={"base", "table"})
-    flat = dict(_flat(said, ""))
+    tables = study.model_dump(mode="json", exclude_none=True, exclude={"base", "table"})
+    flat = dict(_flat(tables, ""))
     base = case.model_dump(mode="json", exclude_none=True)
     flat |= {f"base: {key}": value for key, value in _flat(base, "")}
     if study.table is not None:
@@ -132,12 +131,13 @@ def _definition(study: StudySpec, case: Case) -> dict[str, Any]:
 
 
 def _flat(value: Any, key: str) -> Iterator[tuple[str, Any]]:
+    """Yield the leaves of nested tables with their keys; files by their content."""
     if isinstance(value, dict) and value:
-        for name, one in value.items():
-            yield from _flat(one, f"{key}.{name}" if key else str(name))
-    elif isinstance(value, list) and value and all(isinstance(one, dict) for one in value):
-        for i, one in enumerate(value):
-            yield from _flat(one, f"{key}[{i}]")
+        for name, entry in value.items():
+            yield from _flat(entry, f"{key}.{name}" if key else str(name))
+    elif isinstance(value, list) and value and all(isinstance(entry, dict) for entry in value):
+        for i, entry in enumerate(value):
+            yield from _flat(entry, f"{key}[{i}]")
     elif isinstance(value, str) and Path(value).is_absolute() and Path(value).is_file():
         yield key, _content(value)
     else:

@@ -26,17 +26,19 @@ from contiga.triangles.trimesh import TriMesh
 
 _SIZE, _DPI = (11.0, 6.4), 110
 _SIDEWAYS = np.array([-0.6, 0.8, 0.0])
-_FINE = 1.0 / 90.0
+_MAX_EDGE = 1.0 / 90.0
 """Longest edge of the coloured triangles, over the size of the part."""
-_REACH = 0.75
+_REACH_RATIO = 0.75
+"""Reach of a target, over the longest distance from a target to its nearest one."""
 _BETWEEN = {
     "linear": "colours between them are linear",
     "nearest": "colours about them are those of the nearest",
 }
-_TOLERANCE = 3e-4
+_TRIANGLE_TOL = 3e-4
+"""Largest departure of the triangles from the part, relative to its size."""
 _MAX_TRIANGLES = 400_000
 """Largest number of triangles."""
-_BACK = 0.75
+_CAMERA_DISTANCE = 0.75
 """Additional distance of the camera of a figure, over the longest side of the part.
 
 All of the part is then visible in a figure that is no wider than high.
@@ -77,57 +79,59 @@ class ColourMap(NamedTuple):
         """The viewing direction (3,) onto the side that is hit, a little from its front."""
         p = self.vertices[self.triangles]
         facets = np.cross(p[:, 1] - p[:, 0], p[:, 2] - p[:, 0])
-        known = np.isfinite(self.values)[self.triangles].all(axis=1)
-        normal = facets[known].sum(axis=0) if known.any() else np.array([0.0, 0.0, 1.0])
+        has_values = np.isfinite(self.values)[self.triangles].all(axis=1)
+        normal = facets[has_values].sum(axis=0) if has_values.any() else np.array([0.0, 0.0, 1.0])
         normal = normal / max(float(np.linalg.norm(normal)), 1e-300)
-        flat = -normal * [1.0, 1.0, 0.0]
-        size = float(np.linalg.norm(flat))
-        along = flat / size if size > 0.05 else _SIDEWAYS
-        return np.asarray(0.62 * along - 0.75 * normal + 0.25 * np.cross([0.0, 0.0, 1.0], along))
+        horizontal = -normal * [1.0, 1.0, 0.0]
+        size = float(np.linalg.norm(horizontal))
+        front = horizontal / size if size > 0.05 else _SIDEWAYS
+        return np.asarray(0.62 * front - 0.75 * normal + 0.25 * np.cross([0.0, 0.0, 1.0], front))
 
 
 def map_of(study: StudySpec, base: Base, rows: tuple[Row, ...]) -> ColourMap | None:
     """Return the map of a study; None if the study has none, or no case gave a value.
 
-    Where several cases hit one point, the greatest of their values is drawn.
+    If several cases hit one point, the greatest of their values is drawn.
     """
-    drawn = study.map
-    label = drawn.colour or next(iter(base.quantities)) if drawn is not None else ""
+    spec = study.map
+    if spec is None:
+        return None
+    label = spec.colour or next(iter(base.quantities))
     best: dict[tuple[float, ...], Row] = {}
-    for row in rows if drawn is not None else ():
-        at = tuple(float(row.values[name]) for name in drawn.at) if drawn is not None else ()
-        if at not in best or not best[at].collected[label] >= row.collected[label]:
-            best[at] = row
+    for row in rows:
+        target = tuple(float(row.values[name]) for name in spec.at)
+        if target not in best or not best[target].collected[label] >= row.collected[label]:
+            best[target] = row
     hit = np.array([row.collected[label] for row in best.values()])
-    if drawn is None or not np.isfinite(hit).any():
+    if not np.isfinite(hit).any():
         return None
     first = next(row for row in rows if row.status == DONE)
     simulation = build(
         base.case(case_of(study, first.number, first.values).settings), parts=parts_of_process()
     )
-    body = simulation.bodies[drawn.body].body
-    coarse = body.tessellate(_TOLERANCE * body.size)
-    vertices, triangles = refined(coarse.vertices, coarse.triangles, _FINE * body.size)
-    vertices = to_world(simulation.origins[simulation.mechanism.index[drawn.body]], vertices)
+    body = simulation.bodies[spec.body].body
+    coarse = body.tessellate(_TRIANGLE_TOL * body.size)
+    vertices, triangles = refined(coarse.vertices, coarse.triangles, _MAX_EDGE * body.size)
+    vertices = to_world(simulation.origins[simulation.mechanism.index[spec.body]], vertices)
     targets = np.array(list(best))
-    low, high = drawn.limits or (float(np.nanmin(hit)), float(np.nanmax(hit)))
-    filled = nearest if drawn.between == "nearest" else between
+    low, high = spec.limits or (float(np.nanmin(hit)), float(np.nanmax(hit)))
+    interpolate = nearest if spec.between == "nearest" else between
     return ColourMap(
-        drawn.body,
+        spec.body,
         with_unit(label, base.units.get(label, "")),
         vertices,
         triangles,
-        filled(targets, hit, vertices),
+        interpolate(targets, hit, vertices),
         targets,
         hit,
         [row.number for row in best.values()],
-        Shades((low, high), tuple(drawn.bands or ())),
-        _BETWEEN[drawn.between],
+        Shades((low, high), tuple(spec.bands or ())),
+        _BETWEEN[spec.between],
     )
 
 
 def nearest(targets: FloatArray, hit: FloatArray, points: FloatArray) -> FloatArray:
-    """Return values (n,) at points: those of the nearest of the targets (k, 3), NaN out of reach.
+    """Return values (n,) at points: of the nearest target (k, 3), NaN out of its reach.
 
     >>> row = np.array([[0.0, 0, 0], [2, 0, 0]])
     >>> nearest(row, np.array([1.0, 3.0]), np.array([[0.9, 0, 0], [1.1, 1, 0], [0, 1.6, 0]]))
@@ -135,11 +139,11 @@ def nearest(targets: FloatArray, hit: FloatArray, points: FloatArray) -> FloatAr
     """
     from scipy.spatial import cKDTree
 
-    known = np.isfinite(hit)
-    if known.sum() < 2:
+    has_value = np.isfinite(hit)
+    if has_value.sum() < 2:
         return np.full(len(points), np.nan)
-    away, which = cKDTree(targets[known]).query(points)
-    return np.where(away <= _reach(targets[known]), hit[known][which], np.nan)
+    distances, rows = cKDTree(targets[has_value]).query(points)
+    return np.where(distances <= _reach(targets[has_value]), hit[has_value][rows], np.nan)
 
 
 def _reach(targets: FloatArray) -> float:
@@ -150,7 +154,7 @@ def _reach(targets: FloatArray) -> float:
     """
     from scipy.spatial import cKDTree
 
-    return _REACH * float(cKDTree(targets).query(targets, k=2)[0][:, 1].max())
+    return _REACH_RATIO * float(cKDTree(targets).query(targets, k=2)[0][:, 1].max())
 
 
 def between(targets: FloatArray, hit: FloatArray, points: FloatArray) -> FloatArray:
@@ -167,40 +171,44 @@ def between(targets: FloatArray, hit: FloatArray, points: FloatArray) -> FloatAr
     """
     from scipy.interpolate import LinearNDInterpolator
 
-    known = np.isfinite(hit)
-    centre = targets[known].mean(axis=0)
-    _, sizes, axes = np.linalg.svd(targets[known] - centre, full_matrices=True)
-    if known.sum() < 3 or sizes[1] <= 1e-9 * sizes[0]:
+    has_value = np.isfinite(hit)
+    values, targets = hit[has_value], targets[has_value]
+    centre = targets.mean(axis=0)
+    _, sizes, axes = np.linalg.svd(targets - centre, full_matrices=True)
+    if len(targets) < 3 or sizes[1] <= 1e-9 * sizes[0]:
         return np.full(len(points), np.nan)
-    seen, there = (targets[known] - centre) @ axes.T, (points - centre) @ axes.T
-    linear = LinearNDInterpolator(seen[:, :2], np.column_stack([hit[known], seen[:, 2]]))
-    values, heights = linear(there[:, :2]).T
-    away = np.abs(there[:, 2] - heights)
-    near = away <= np.fmin.reduce(away, initial=np.inf) + _reach(targets[known])
-    return np.asarray(np.where(near, values, np.nan), dtype=np.float64)
+    local_targets, local_points = (targets - centre) @ axes.T, (points - centre) @ axes.T
+    linear = LinearNDInterpolator(
+        local_targets[:, :2], np.column_stack([values, local_targets[:, 2]])
+    )
+    interpolated, heights = linear(local_points[:, :2]).T
+    distances = np.abs(local_points[:, 2] - heights)
+    nearest_distance = np.fmin.reduce(distances, initial=np.inf)
+    is_near = distances <= nearest_distance + _reach(targets)
+    return np.asarray(np.where(is_near, interpolated, np.nan), dtype=np.float64)
 
 
 def refined(points: FloatArray, triangles: IntArray, longest: float) -> tuple[FloatArray, IntArray]:
     """Return triangles whose edges are at most `longest`, as far as `_MAX_TRIANGLES` allows.
 
-    Long edges are halved, on both sides alike: no gaps come of it.
+    Long edges are halved, in both of their triangles: the mesh gets no gaps.
     """
     while len(triangles) < _MAX_TRIANGLES // 4:
         edges = np.sort(triangles[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
-        unique, back = np.unique(edges, axis=0, return_inverse=True)
-        far = np.linalg.norm(points[unique[:, 0]] - points[unique[:, 1]], axis=1) > longest
-        if not far.any():
+        unique, row_of_edge = np.unique(edges, axis=0, return_inverse=True)
+        is_long = np.linalg.norm(points[unique[:, 0]] - points[unique[:, 1]], axis=1) > longest
+        if not is_long.any():
             break
         middle = np.full(len(unique), -1)
-        middle[far] = len(points) + np.arange(far.sum())
-        points = np.concatenate([points, points[unique[far]].mean(axis=1)])
-        triangles = _split(triangles, middle[back.reshape(-1, 3)])
+        middle[is_long] = len(points) + np.arange(is_long.sum())
+        points = np.concatenate([points, points[unique[is_long]].mean(axis=1)])
+        triangles = _split(triangles, middle[row_of_edge.reshape(-1, 3)])
     return points, triangles
 
 
 def _split(triangles: IntArray, middle: IntArray) -> IntArray:
     """Split triangles (m, 3) at the middles (m, 3) of their edges; −1 is an edge without one."""
-    made = []
+    children = []
     cut = middle >= 0
     for k in range(4):
         rows = cut.sum(axis=1) == k
@@ -210,13 +218,13 @@ def _split(triangles: IntArray, middle: IntArray) -> IntArray:
             order = (turn + np.arange(3)) % 3
             t, m = np.take_along_axis(t, order, 1), np.take_along_axis(m, order, 1)
         (a, b, c_), (p, q, r) = t.T, m.T
-        made += {
+        children += {
             0: [(a, b, c_)],
             1: [(a, p, c_), (p, b, c_)],
             2: [(a, b, q), (a, q, r), (r, q, c_)],
             3: [(a, p, r), (p, b, q), (r, q, c_), (p, q, r)],
         }[k]
-    return np.concatenate([np.stack(one, axis=1) for one in made])
+    return np.concatenate([np.stack(child, axis=1) for child in children])
 
 
 def draw_map(colour_map: ColourMap, title: str, path: Path) -> None:
@@ -245,7 +253,15 @@ def draw_map(colour_map: ColourMap, title: str, path: Path) -> None:
         figure.colorbar(colour_map.shades.mappable(), cax=bar, ticks=places)
         bar.set_yticklabels(texts)
     else:
-        figure.colorbar(colour_map.shades.mappable(), cax=bar, extend=_beyond(colour_map))
+        low, high = colour_map.shades.limits
+        is_beyond = bool(np.nanmin(colour_map.hit) < low), bool(np.nanmax(colour_map.hit) > high)
+        extend = {
+            (False, False): "neither",
+            (True, False): "min",
+            (False, True): "max",
+            (True, True): "both",
+        }[is_beyond]
+        figure.colorbar(colour_map.shades.mappable(), cax=bar, extend=extend)
     bar.set_title(colour_map.label, fontsize=11, color=INK, loc="center", pad=12)
     bar.tick_params(labelsize=10, length=3)
     for spine in bar.spines.values():
@@ -254,18 +270,11 @@ def draw_map(colour_map: ColourMap, title: str, path: Path) -> None:
         figure.savefig(temporary, format="png")
 
 
-def _beyond(colour_map: ColourMap) -> str:
-    low, high = (
-        np.nanmin(colour_map.hit) < colour_map.shades.limits[0],
-        np.nanmax(colour_map.hit) > colour_map.shades.limits[1],
-    )
-    return {(0, 0): "neither", (1, 0): "min", (0, 1): "max", (1, 1): "both"}[int(low), int(high)]
-
-
 def map_figure(colour_map: ColourMap, rows: dict[int, int]) -> dict[str, Any]:
-    """Return the map as a 3D view for plotly's script; `rows` are those of the cases.
+    """Return the map as a 3D view for plotly's script; `rows` are by number of the case.
 
-    Beside `data` and `layout` it has `back`: how much farther away a narrow page sees it from.
+    In addition to `data` and `layout` it has `back`: the factor of the camera distance on a narrow
+    page.
     """
     mesh = mesh_trace(colour_map.vertices, colour_map.triangles, colour_map.body, BODY, 1.0)
     rows_of_mesh = sharp_mesh(colour_map.vertices, colour_map.triangles).rows
@@ -299,5 +308,5 @@ def map_figure(colour_map: ColourMap, rows: dict[int, int]) -> dict[str, Any]:
     sides = np.maximum(
         np.ptp(colour_map.vertices, axis=0), 1e-3 * np.ptp(colour_map.vertices, axis=0).max()
     )
-    back = max(1.1, _BACK * float(sides.max() / np.cbrt(sides.prod())))
+    back = max(1.1, _CAMERA_DISTANCE * float(sides.max() / np.cbrt(sides.prod())))
     return {"data": [mesh, points], "layout": layout, "back": back}

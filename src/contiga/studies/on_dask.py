@@ -34,11 +34,11 @@ _SETTINGS = {
     "distributed.scheduler.allowed-failures": 0,  # retries are counted here
 }
 _ANSWER_SECONDS = 5
-_LOOK_SECONDS = 1.0
+_POLL_SECONDS = 1.0
 _STRANDED_SECONDS = 3.0
-"""Time after which the scheduler has reported a lost worker, seconds."""
+"""Time within which the scheduler reports a lost worker, seconds."""
 QUIET_SECONDS = 10.0
-"""Time without compiling after which the first case of a machine has all kernels, seconds."""
+"""Time without compiling after which the first case on a machine has all kernels, seconds."""
 
 
 @contextmanager
@@ -102,7 +102,7 @@ async def _reach(address: str) -> None:
     comm.abort()
 
 
-class _Sent(NamedTuple):
+class _Submission(NamedTuple):
     """A submitted case."""
 
     case: StudyCase
@@ -122,12 +122,13 @@ class OnDask:
 
     def __init__(self, client: Client, base: Base, retries: int) -> None:
         self._client, self._base, self._retries = client, base, retries
-        self._lost: Counter[int] = Counter()
+        self._n_lost: Counter[int] = Counter()
+        """How often the worker of a case was lost, by its number."""
         self._token = token_hex(4)
         """Part of the names of its tasks: others may use the same scheduler."""
         self._cold: dict[str, Event] | None = None
         """Hosts whose kernels may have to be compiled, or None before they are known."""
-        self._fit: dict[str, bool] = {}
+        self._usable: dict[str, bool] = {}
         """Whether a worker may be used, by address, for all workers asked so far."""
         self._tries = count()
         self._stranded: dict[Future, float] = {}
@@ -135,11 +136,16 @@ class OnDask:
 
     def run(self, cases: Sequence[StudyCase]) -> Iterator[Row]:
         """Yield the rows as they come. A machine that compiles kernels runs one case at a time."""
-        waiting, running = deque(cases), dict[Future, _Sent]()
+        waiting, running = deque(cases), dict[Future, _Submission]()
         try:
             while waiting or running:
                 self._submit(waiting, running)
-                self._wait(running)
+                if running:
+                    # Wait for a case, or until it is time to look for new workers.
+                    with suppress(TimeoutError), self._client.as_current():
+                        wait(list(running), timeout=_POLL_SECONDS, return_when="FIRST_COMPLETED")
+                else:  # there is no worker at present
+                    sleep(_POLL_SECONDS)
                 for future in [future for future in running if future.done()]:
                     case = running.pop(future).case
                     row = self._row(future, case)
@@ -150,110 +156,96 @@ class OnDask:
         finally:
             self._client.cancel(list(running), force=True)
 
-    def _wait(self, running: dict[Future, _Sent]) -> None:
-        """Wait until a case is done, or until it is time to look for new workers."""
-        if not running:  # there is no worker at present
-            sleep(_LOOK_SECONDS)
-            return
-        with suppress(TimeoutError), self._client.as_current():
-            wait(list(running), timeout=_LOOK_SECONDS, return_when="FIRST_COMPLETED")
-
-    def _submit(self, waiting: deque[StudyCase], running: dict[Future, _Sent]) -> None:
+    def _submit(self, waiting: deque[StudyCase], running: dict[Future, _Submission]) -> None:
         """Submit as many cases as there are free threads: a dying worker loses no other case."""
-        there = self._workers()
+        by_host = self._workers()
         if self._cold is None:
-            self._cold = self._hosts(there)
-        self._take_back(there, waiting, running)
+            self._cold = self._hosts(by_host)
+        workers = [address for addresses in by_host.values() for address in addresses]
+        self._requeue_stranded({*workers}, waiting, running)
         for host, warm in list(self._cold.items()):
-            workers = there.get(host, [])
-            if warm.is_set() or not workers:
+            workers_of_host = by_host.get(host, [])
+            if warm.is_set() or not workers_of_host:
                 del self._cold[host]
             elif waiting and not any(_host_of(future) == host for future in running):
-                sent = _Sent(waiting.popleft(), frozenset(workers))
-                running[self._first(sent.case, host, warm, workers)] = sent
+                case = waiting.popleft()
+                future = self._client.submit(
+                    _first_on_host,
+                    self._base,
+                    case,
+                    warm.name,
+                    workers=workers_of_host,
+                    key=f"{host}{self._key(case)}",
+                    pure=False,
+                )
+                running[future] = _Submission(case, frozenset(workers_of_host))
         threads = self._client.nthreads()
-        workers = [address for addresses in there.values() for address in addresses]
-        room = 0 if self._cold else sum(threads.get(w, 0) for w in workers) - len(running)
-        for _ in range(min(room, len(waiting))):
-            sent = _Sent(waiting.popleft(), frozenset(workers))
-            key = self._key(sent.case)
-            options = {"key": key, "pure": False, "workers": workers}
-            running[self._client.submit(run_one, self._base, sent.case, **options)] = sent
+        n_free = 0 if self._cold else sum(threads.get(w, 0) for w in workers) - len(running)
+        for _ in range(min(n_free, len(waiting))):
+            case = waiting.popleft()
+            options = {"key": self._key(case), "pure": False, "workers": workers}
+            future = self._client.submit(run_one, self._base, case, **options)
+            running[future] = _Submission(case, frozenset(workers))
 
-    def _take_back(
+    def _requeue_stranded(
         self,
-        there: dict[str, list[str]],
+        workers: set[str],
         waiting: deque[StudyCase],
-        running: dict[Future, _Sent],
+        running: dict[Future, _Submission],
     ) -> None:
         """Take back cases whose workers left before they began; report lost cases."""
-        workers = {address for addresses in there.values() for address in addresses}
         now = perf_counter()
         self._stranded = {
             future: self._stranded.get(future, now)
-            for future, sent in running.items()
-            if not future.done() and not sent.workers & workers
+            for future, submission in running.items()
+            if not future.done() and not submission.workers & workers
         }
         for future, since in self._stranded.items():
             if now - since > _STRANDED_SECONDS:
                 self._client.cancel([future], force=True)
                 waiting.append(running.pop(future).case)
 
-    def _first(self, case: StudyCase, host: str, warm: Event, workers: list[str]) -> Future:
-        """Submit the first case of a machine to a worker of it."""
-        return self._client.submit(
-            _first_on_host,
-            self._base,
-            case,
-            warm.name,
-            workers=workers,
-            key=f"{host}{self._key(case)}",
-            pure=False,
-        )
-
     def _key(self, case: StudyCase) -> str:
         return f"|{self._token}|{case.name}|{next(self._tries)}"
 
-    def _hosts(self, there: dict[str, list[str]]) -> dict[str, Event]:
-        """Return the machines; wait for the first of them."""
-        while not there:
+    def _hosts(self, by_host: dict[str, list[str]]) -> dict[str, Event]:
+        """Return the machines of workers, which are filled in; wait for the first of them."""
+        while not by_host:
             self._client.wait_for_workers(1)
-            there.update(self._workers())
-            if not there:  # reported workers are unusable, or were just lost
-                sleep(_LOOK_SECONDS)
-        return {host: Event(f"contiga-{self._token}-{host}", client=self._client) for host in there}
+            by_host.update(self._workers())
+            if not by_host:  # reported workers are unusable, or were just lost
+                sleep(_POLL_SECONDS)
+        names = {host: f"contiga-{self._token}-{host}" for host in by_host}
+        return {host: Event(name, client=self._client) for host, name in names.items()}
 
     def _workers(self) -> dict[str, list[str]]:
-        """Return the addresses of usable workers, by host; new workers are asked first."""
-        infos = self._client.scheduler_info(n_workers=-1)["workers"]
-        new = [address for address in infos if address not in self._fit]
-        if new:
-            self._ask(new)
-        workers: dict[str, list[str]] = {}
-        for address, one in infos.items():
-            if self._fit.get(address, False):
-                workers.setdefault(one["host"], []).append(address)
-        return workers
-
-    def _ask(self, workers: list[str]) -> None:
-        """Ask workers whether they see the folder and have this version.
+        """Return the addresses of usable workers, by host; new workers are checked first.
 
         Raises
         ------
         InputError
-            One that is there from the start has not; of one that comes later a warning is given,
-            and no case.
+            A worker that exists from the start does not see the folder, or has another version. One
+            that comes later gives a warning, and gets no case.
         """
-        answers = self._client.run(_sees, self._base.folder, workers=workers, on_error="return")
+        infos = self._client.scheduler_info(n_workers=-1)["workers"]
+        new = [address for address in infos if address not in self._usable]
+        answers = {}
+        if new:
+            answers = self._client.run(_sees, self._base.folder, workers=new, on_error="return")
         for address, answer in answers.items():
             if isinstance(answer, OSError):  # it has been lost in the meantime
                 continue
-            wrong = _unfit(address, answer, self._base.folder)
-            self._fit[address] = wrong is None
-            if wrong is not None:
+            error = _unfit(address, answer, self._base.folder)
+            self._usable[address] = error is None
+            if error is not None:
                 if self._cold is None:
-                    raise wrong
-                warnings.warn(f"{wrong}. It gets no case", ContigaWarning, stacklevel=2)
+                    raise error
+                warnings.warn(f"{error}. It gets no case", ContigaWarning, stacklevel=2)
+        workers: dict[str, list[str]] = {}
+        for address, info in infos.items():
+            if self._usable.get(address, False):
+                workers.setdefault(info["host"], []).append(address)
+        return workers
 
     def _row(self, future: Future, case: StudyCase) -> Row | None:
         """Return the row of a case; None if the case is to be restarted."""
@@ -265,16 +257,16 @@ class OnDask:
             return row
         error = future.exception() if future.status == "error" else None
         if not isinstance(error, KilledWorker):
-            why = f"{future.status}: {error or 'no scheduler'}"
+            reason = f"{future.status}: {error or 'no scheduler'}"
             raise RunError(
-                f"the cluster lost case {case.number} ({why}); --resume runs what is missing"
+                f"the cluster lost case {case.number} ({reason}); --resume runs what is missing"
             )
-        self._lost[case.number] += 1
-        if self._lost[case.number] <= self._retries:
+        self._n_lost[case.number] += 1
+        if self._n_lost[case.number] <= self._retries:
             return None
-        message = f"its worker was lost {self._lost[case.number]} times"
-        none = dict.fromkeys(self._base.quantities, float("nan"))
-        row = Row(case.number, LOST, message, case.values, none, 0.0)
+        message = f"its worker was lost {self._n_lost[case.number]} times"
+        collected = dict.fromkeys(self._base.quantities, float("nan"))
+        row = Row(case.number, LOST, message, case.values, collected, 0.0)
         folder = self._base.folder_of(case)
         folder.mkdir(parents=True, exist_ok=True)
         row.write(folder)
@@ -282,7 +274,7 @@ class OnDask:
 
 
 def _host_of(future: Future) -> str:
-    """Return the machine of a first case; "" for other cases."""
+    """Return the machine if it is its first case; else an empty text."""
     return str(future.key).partition("|")[0]
 
 
@@ -328,12 +320,12 @@ def _first_on_host(base: Base, case: StudyCase, event: str) -> Row:
         def on_end(self, _: Any) -> None:
             self.last = perf_counter()
 
-    listener, is_told = Compiling(), False
+    listener, is_signalled = Compiling(), False
 
     def progress(done: int, steps: int, contacts: int) -> None:
-        nonlocal is_told
-        if not is_told and perf_counter() - listener.last > QUIET_SECONDS:
-            is_told = True
+        nonlocal is_signalled
+        if not is_signalled and perf_counter() - listener.last > QUIET_SECONDS:
+            is_signalled = True
             Event(event).set()
 
     with numba_event.install_listener("numba:compile", listener):

@@ -27,8 +27,8 @@ if TYPE_CHECKING:
 
 Progress = Callable[[int, int, int], Any]
 CASES = "cases"
-"""Folder in that of a study with a folder for each case."""
-_TURN = Lock()
+"""Subfolder of the folder of a study, with a folder for each case."""
+_ONE_AT_A_TIME = Lock()
 """Lock of a worker with several threads, which runs one case at a time: its parts are shared."""
 
 
@@ -59,7 +59,7 @@ class Base(NamedTuple):
 
     @property
     def tables(self) -> dict[str, Any]:
-        """The tables of the base case, with those of files that it includes."""
+        """The tables of the base case, with the tables of files that it includes."""
         return tomllib.loads(self.text) | tables_of(self.text, Path(self.path)).data
 
     def case(self, settings: dict[str, Any]) -> Case:
@@ -82,35 +82,33 @@ def row_of(base: Base, case: StudyCase) -> Row | None:
 def run_one(base: Base, case: StudyCase, progress: Progress | None = None) -> Row:
     """Run a case into its folder and write its row there; an existing row is returned instead.
 
-    Nothing but an interruption gets out of it: a case that fails is a row with its message.
+    It raises nothing but an interruption: a case that fails is a row with its message.
     """
-    with _TURN:
+    with _ONE_AT_A_TIME:
         row = row_of(base, case)
-        return _carried_out(base, case, progress) if row is None else row
-
-
-def _carried_out(base: Base, case: StudyCase, progress: Progress | None) -> Row:
-    """Run a case and return its row."""
-    folder, begun = base.folder_of(case), perf_counter()
-    # A killed process may have left part of a run there.
-    shutil.rmtree(folder, ignore_errors=True)
-    folder.mkdir(parents=True)
-    status, message, collected = DONE, "", dict.fromkeys(base.quantities, float("nan"))
-    try:
-        result = _run(base.case(case.settings), folder, progress)
-        collected = {
-            name: quantity.value(result.history, result.summary)
-            for name, quantity in base.quantities.items()
-        }
-        lacking = [name for name, value in collected.items() if value != value]
-        message = f"has no {', '.join(lacking)}" if lacking else ""
-    except ContigaError as error:
-        status, message = FAILED, str(error)
-    except Exception as error:
-        status, message = FAILED, f"unexpected {type(error).__name__}: {error}".rstrip(": ")
-    row = Row(case.number, status, message, case.values, collected, perf_counter() - begun)
-    row.write(folder)
-    return row
+        if row is not None:
+            return row
+        folder, start = base.folder_of(case), perf_counter()
+        # A killed process may have left part of a run there.
+        shutil.rmtree(folder, ignore_errors=True)
+        folder.mkdir(parents=True)
+        status, message, collected = DONE, "", dict.fromkeys(base.quantities, float("nan"))
+        try:
+            result = _run(base.case(case.settings), folder, progress)
+            collected = {
+                name: quantity.value(result.history, result.summary)
+                for name, quantity in base.quantities.items()
+            }
+            missing = [name for name, value in collected.items() if value != value]
+            message = f"has no {', '.join(missing)}" if missing else ""
+        except ContigaError as error:
+            status, message = FAILED, str(error)
+        except Exception as error:
+            status, message = FAILED, f"unexpected {type(error).__name__}: {error}".rstrip(": ")
+        seconds = perf_counter() - start
+        row = Row(case.number, status, message, case.values, collected, seconds)
+        row.write(folder)
+        return row
 
 
 def _run(case: Case, folder: Path, progress: Progress | None) -> Result:

@@ -1,8 +1,9 @@
 """Optimisation: Optuna chooses the next cases and gets their results.
 
-Cases are asked for in batches, and each batch is told in the order of its numbers: what is asked
-for next depends on what was found, never on which case was done first or by how many workers. A
-study that goes on is asked all over again, and answered from the rows that are there.
+Optuna suggests cases in batches, and gets the results of a batch in the order of their numbers: the
+next suggestions depend on the results alone, never on the order in which cases finish or on the
+number of workers. A study that is resumed starts from the first suggestion again, and takes the
+rows that exist already.
 """
 
 from __future__ import annotations
@@ -19,38 +20,49 @@ from contiga.studies.one_case import row_of
 from contiga.studies.row import DONE, Row
 from contiga.studies.spec import GoalSpec, StudySpec, VariableSpec
 
-_RANDOM = 10
+_N_RANDOM = 10
 """Number of cases chosen at random before the search begins."""
-_NONE = 1e300
+_EXCESS_OF_MISSING = 1e300
 """Excess of a missing quantity over its limit."""
 
 
 def optimised(study: StudySpec, engine: Engine, folder: StudyFolder) -> Iterator[Row]:
-    """Yield the rows of the cases that Optuna asks for, as they come."""
+    """Yield the rows of the cases that Optuna suggests, as they come."""
     goal = study.goal
     assert goal is not None
-    sampler = _optuna_study(study, folder.path / OPTUNA)
-    asked = 0
-    while asked < goal.trials:
-        sampler.sampler = _sampler(goal.seed + asked)
+    optimiser = _optuna_study(study, folder.path / OPTUNA)
+    n_suggested = 0
+    while n_suggested < goal.trials:
+        optimiser.sampler = _sampler(goal.seed + n_suggested)
         batch: dict[int, tuple[Any, StudyCase]] = {}
-        for number in range(asked + 1, min(asked + goal.batch, goal.trials) + 1):
-            trial = sampler.ask()
+        last = min(n_suggested + goal.batch, goal.trials)
+        for number in range(n_suggested + 1, last + 1):
+            trial = optimiser.ask()
             values = {v.label: _suggest(trial, v) for v in study.variable}
             batch[number] = trial, case_of(study, number, values)
         rows: dict[int, Row] = {}
-        for row in _run(engine, folder, [case for _, case in batch.values()]):
+        missing = []
+        for _, case in batch.values():
+            row = row_of(folder.base, case)
+            if row is None:
+                missing.append(case)
+            else:
+                rows[row.number] = row
+        yield from rows.values()
+        for row in engine.run(missing) if missing else ():
             rows[row.number] = row
             yield row
         for number, (trial, _) in batch.items():
-            _tell(sampler, trial, goal, rows[number])
-        asked += len(batch)
+            _tell(optimiser, trial, goal, rows[number])
+        n_suggested += len(batch)
 
 
 def excesses(goal: GoalSpec, row: Row) -> list[float]:
     """Return the excess of a row over each limit of the goal; zero or less is within."""
     values = [(limit, row.collected[limit.quantity]) for limit in goal.limits]
-    return [_NONE if value != value else limit.excess(value) for limit, value in values]
+    return [
+        _EXCESS_OF_MISSING if value != value else limit.excess(value) for limit, value in values
+    ]
 
 
 def best_of(goal: GoalSpec, rows: Iterable[Row]) -> Row | None:
@@ -64,15 +76,6 @@ def best_of(goal: GoalSpec, rows: Iterable[Row]) -> Row | None:
         and all(excess <= 0.0 for excess in excesses(goal, row))
     ]
     return min(within, key=lambda row: sign * row.collected[goal.quantity], default=None)
-
-
-def _run(engine: Engine, folder: StudyFolder, cases: list[StudyCase]) -> Iterator[Row]:
-    """Yield the rows of a batch: existing ones, and those of the cases that are run."""
-    known = [row_of(folder.base, case) for case in cases]
-    yield from (row for row in known if row is not None)
-    missing = [case for case, row in zip(cases, known, strict=True) if row is None]
-    if missing:
-        yield from engine.run(missing)
 
 
 def _optuna_study(study: StudySpec, path: Path) -> Any:
@@ -99,7 +102,7 @@ def _sampler(seed: int) -> Any:
         warnings.simplefilter("ignore", optuna.exceptions.ExperimentalWarning)
         return optuna.samplers.TPESampler(
             seed=seed,
-            n_startup_trials=_RANDOM,
+            n_startup_trials=_N_RANDOM,
             multivariate=True,
             constant_liar=True,
         )
@@ -116,14 +119,15 @@ def _suggest(trial: Any, variable: VariableSpec) -> Any:
     return values[trial.suggest_categorical(variable.label, list(range(len(values))))]
 
 
-def _tell(sampler: Any, trial: Any, goal: GoalSpec, row: Row) -> None:
+def _tell(optimiser: Any, trial: Any, goal: GoalSpec, row: Row) -> None:
+    """Give Optuna the result of a case, and its excess over each limit."""
     from optuna.trial import TrialState
 
     value = row.collected[goal.quantity]
     if row.status != DONE or value != value:
-        sampler.tell(trial, state=TrialState.FAIL)
+        optimiser.tell(trial, state=TrialState.FAIL)
         return
     for text, excess in zip(goal.subject_to, excesses(goal, row), strict=True):
         trial.set_constraint(text, excess)
     trial.set_user_attr("case", row.number)
-    sampler.tell(trial, value)
+    optimiser.tell(trial, value)

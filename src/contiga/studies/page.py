@@ -31,20 +31,29 @@ _FAINT = "#c9ced4"
 _SCALE = SCALE[1:]
 """Colours of points and lines, without the palest, which is too close to white."""
 _SELECT = '<label>{words} <select id="{name}"></select></label>'
+_CASES_TABLE = (
+    '<h2>Cases</h2><div id="rows"><table><thead><tr id="rows-head"></tr></thead>'
+    '<tbody class="space"><tr><td><div id="rows-above"></div></td></tr></tbody>'
+    '<tbody id="rows-body"></tbody>'
+    '<tbody class="space"><tr><td><div id="rows-below"></div></td></tr></tbody></table></div>'
+    '<p id="compare">Click rows to compare them, up to 20.</p><p class="caption">A click '
+    "on a head sorts. Numbers of cases lead to their reports; the line that compares them is "
+    "for the folder of this page, where table.h5 and table.csv have all digits.</p>"
+)
 
 
 def write_page(study: StudySpec, base: Base, table: Table, rows: tuple[Row, ...]) -> None:
     """Write the page, and the picture of the map if the study has one."""
     folder = Path(base.folder)
     data = page_data(study, base, table, rows)
-    drawn = map_of(study, base, rows)
+    colour_map = map_of(study, base, rows)
     picture = b""
     (folder / MAP).unlink(missing_ok=True)
-    if drawn is not None:
-        draw_map(drawn, study.title, folder / MAP)
+    if colour_map is not None:
+        draw_map(colour_map, study.title, folder / MAP)
         picture = (folder / MAP).read_bytes()
-        data["map"] = map_figure(drawn, {row.number: k for k, row in enumerate(rows)})
-        data["between"] = drawn.between
+        data["map"] = map_figure(colour_map, {row.number: k for k, row in enumerate(rows)})
+        data["between"] = colour_map.between
     curves = curves_section(folder, rows, study.variable[0].label)
     write_text(folder / PAGE, page_of(study, data, rows, picture, curves))
 
@@ -57,7 +66,8 @@ def page_data(study: StudySpec, base: Base, table: Table, rows: Sequence[Row]) -
         "count": len(rows),
         "columns": [_column(study, base, table, name) for name in table.columns],
         "links": [
-            f"{n}/report.html" if is_ else f"{n}/" for n, is_ in zip(names, reports, strict=True)
+            f"{name}/report.html" if has_report else f"{name}/"
+            for name, has_report in zip(names, reports, strict=True)
         ],
         "folders": names,
         "config": {**CONFIG, "modeBarButtons": [["toImage"]]},
@@ -127,17 +137,16 @@ def _convergence(study: StudySpec, base: Base, rows: list[Row]) -> dict[str, Any
                 "label": line.label,
                 "values": [_short(value) for value in line.values],
                 "errors": [_short(value) for value in line.errors],
-                "rows": [place[one] for one in line.rows],
+                "rows": [place[row] for row in line.rows],
                 "said": convergence.line_in_words(line),
             }
             for line in convergence.lines_of(study, rows, name)
         ]
         for name in base.quantities
     }
-    levels_as_text = [number(level) for level in levels]
     return {
         "name": refined.label,
-        "levels": levels_as_text,
+        "levels": [number(level) for level in levels],
         "sizes": convergence.sizes_of(levels),
         "lines": lines,
     }
@@ -154,123 +163,88 @@ def page_of(
     room = files("contiga.studies")
     script = room.joinpath("page.js").read_text(encoding="utf-8")
     css = room.joinpath("page.css").read_text(encoding="utf-8")
-    several = sum(column["role"] == "variable" for column in data["columns"]) > 1
+    failed = sum(row.status != DONE for row in rows)
+    base = "" if study.base is None else f" of {escape(Path(study.base).name)}"
+    counts = [f"{len(rows)} cases{base}", *([f"{failed} failed"] if failed else [])]
     parts = [
         '<div class="maker"><b>contiga</b> · study</div>'
-        f'<h1>{escape(study.title)}</h1><p class="under">{_under(study, rows)}</p>',
-        _figures(study, rows),
-        _map(data, picture),
-        _course(study, data),
-        _parallel(),
-        _response(several),
-        _convergence_of(data),
+        f'<h1>{escape(study.title)}</h1><p class="under">{" · ".join(counts)}</p>',
+        _figures(study, rows, failed),
+        *_charts(study, data, picture),
         curves,
-        _table(),
+        _CASES_TABLE,
         f'<script type="application/json" id="study-data">{as_json(data)}</script>'
         f"<script>{script}</script>",
     ]
     return styled(study.title, "\n".join(parts), css=css, script=plotly_script())
 
 
-def _under(study: StudySpec, rows: Sequence[Row]) -> str:
-    failed = _count_failed(rows)
-    of = "" if study.base is None else f" of {escape(Path(study.base).name)}"
-    said = [f"{len(rows)} cases{of}"]
-    said += [f"{failed} failed"] if failed else []
-    return " · ".join(said)
-
-
-def _figures(study: StudySpec, rows: Sequence[Row]) -> str:
+def _figures(study: StudySpec, rows: Sequence[Row], failed: int) -> str:
     """Return the row of large numbers."""
-    tiles = [(number(len(rows)), "Cases", ""), (number(_count_failed(rows)), "Failed", "")]
+    tiles = [(number(len(rows)), "Cases", ""), (number(failed), "Failed", "")]
     if rows:
         seconds = sum(row.seconds for row in rows)
         tiles.append((f"{number(seconds / len(rows), 3)} <small>s</small>", "A case, mean", ""))
-    best = None if study.goal is None else best_of(study.goal, rows)
     if study.goal is not None:
+        best = best_of(study.goal, rows)
         value = "–" if best is None else number(best.collected[study.goal.quantity])
-        where = "no case is within the limits" if best is None else f"case {best.number}"
-        tiles.append((value, f"Best {study.goal.quantity}", where))
+        place = "no case is within the limits" if best is None else f"case {best.number}"
+        tiles.append((value, f"Best {study.goal.quantity}", place))
     return (
         '<div class="figures">'
         + "".join(
             f'<div><div class="value">{value}</div><div class="label">{escape(label)}</div>'
-            f'<div class="when">{escape(when)}</div></div>'
-            for value, label, when in tiles
+            f'<div class="when">{escape(note)}</div></div>'
+            for value, label, note in tiles
         )
         + "</div>"
     )
 
 
-def _count_failed(rows: Sequence[Row]) -> int:
-    return sum(row.status != DONE for row in rows)
-
-
-def _map(data: dict[str, Any], picture: bytes) -> str:
-    if "map" not in data:
-        return ""
-    image = b64encode(picture).decode("ascii")
-    return (
-        f'<h2>Over the part</h2><figure><img alt="Map over the part" '
-        f'src="data:image/png;base64,{image}"></figure><h3>3D view</h3>'
-        '<div class="frame"><div id="map"></div></div><p class="caption">Dots are the points that '
-        f"were hit; a click on one opens the report of its case. Of the rest, {data['between']}; "
-        "white dots are cases without a value.</p>"
-    )
-
-
-def _course(study: StudySpec, data: dict[str, Any]) -> str:
-    if study.goal is None:
-        return ""
-    limits = "".join(f", {escape(text)}" for text in study.goal.subject_to)
-    words = "least" if study.goal.minimise is not None else "greatest"
-    return (
-        '<h2>How it was found</h2><div class="frame"><div id="course"></div></div>'
-        f'<p class="caption">{escape(study.goal.quantity)} case after case, the {words} so far '
-        f"as a line{limits}. Pale cases are beyond a limit.</p>"
-    )
-
-
-def _choices(**words: str) -> str:
-    made = (_SELECT.format(words=w, name=n.replace("_", "-")) for n, w in words.items())
-    return f'<div class="choices">{"".join(made)}</div>'
-
-
-def _parallel() -> str:
-    return (
+def _charts(study: StudySpec, data: dict[str, Any], picture: bytes) -> list[str]:
+    """Return the sections of map, goal, parallel axes, response and convergence; some are empty."""
+    colour_map = course = levels = ""
+    if "map" in data:
+        image = b64encode(picture).decode("ascii")
+        colour_map = (
+            f'<h2>Over the part</h2><figure><img alt="Map over the part" '
+            f'src="data:image/png;base64,{image}"></figure><h3>3D view</h3>'
+            '<div class="frame"><div id="map"></div></div><p class="caption">Dots are the points '
+            "that were hit; a click on one opens the report of its case. Of the rest, "
+            f"{data['between']}; white dots are cases without a value.</p>"
+        )
+    if study.goal is not None:
+        limits = "".join(f", {escape(text)}" for text in study.goal.subject_to)
+        extreme = "least" if study.goal.minimise is not None else "greatest"
+        course = (
+            '<h2>How it was found</h2><div class="frame"><div id="course"></div></div>'
+            f'<p class="caption">{escape(study.goal.quantity)} case after case, the {extreme} so '
+            f"far as a line{limits}. Pale cases are beyond a limit.</p>"
+        )
+    parallel = (
         f"<h2>All at once</h2>{_choices(parallel_colour='Colour')}"
         '<div class="frame"><div id="parallel"></div></div><p class="caption">A line is a case. '
         "Drag along an axis to keep those that pass there; drag an axis to another place.</p>"
     )
+    choices = _choices(response_y="Quantity", response_x="over", response_colour="colour")
+    response = f'<h2>Response</h2>{choices}<div class="frame"><div id="response"></div></div>'
+    if sum(column["role"] == "variable" for column in data["columns"]) > 1:
+        choices = _choices(surface_z="Quantity", surface_x="over", surface_y="and")
+        response += (
+            f'<h3>Over two variables</h3>{choices}<div class="frame"><div id="surface"></div></div>'
+        )
+    response += '<p class="caption">A click on a point opens the report of its case.</p>'
+    if "convergence" in data:
+        levels = (
+            f"<h2>Convergence</h2>{_choices(convergence_y='Quantity')}"
+            '<div class="panels"><div class="frame"><div id="convergence"></div></div>'
+            '<div class="frame"><div id="errors"></div></div></div>'
+            '<p class="caption" id="orders"></p>'
+        )
+    return [colour_map, course, parallel, response, levels]
 
 
-def _response(several: bool) -> str:
-    one = _choices(response_y="Quantity", response_x="over", response_colour="colour")
-    text = f'<h2>Response</h2>{one}<div class="frame"><div id="response"></div></div>'
-    if several:
-        two = _choices(surface_z="Quantity", surface_x="over", surface_y="and")
-        text += f'<h3>Over two variables</h3>{two}<div class="frame"><div id="surface"></div></div>'
-    return f'{text}<p class="caption">A click on a point opens the report of its case.</p>'
-
-
-def _convergence_of(data: dict[str, Any]) -> str:
-    if "convergence" not in data:
-        return ""
-    return (
-        f"<h2>Convergence</h2>{_choices(convergence_y='Quantity')}"
-        '<div class="panels"><div class="frame"><div id="convergence"></div></div>'
-        '<div class="frame"><div id="errors"></div></div></div>'
-        '<p class="caption" id="orders"></p>'
-    )
-
-
-def _table() -> str:
-    return (
-        '<h2>Cases</h2><div id="rows"><table><thead><tr id="rows-head"></tr></thead>'
-        '<tbody class="space"><tr><td><div id="rows-above"></div></td></tr></tbody>'
-        '<tbody id="rows-body"></tbody>'
-        '<tbody class="space"><tr><td><div id="rows-below"></div></td></tr></tbody></table></div>'
-        '<p id="compare">Click rows to compare them, up to 20.</p><p class="caption">A click '
-        "on a head sorts. Numbers of cases lead to their reports; the line that compares them is "
-        "for the folder of this page, where table.h5 and table.csv have all digits.</p>"
-    )
+def _choices(**words: str) -> str:
+    """Return selection lists with words before them, by their names in the script."""
+    lists = (_SELECT.format(words=w, name=n.replace("_", "-")) for n, w in words.items())
+    return f'<div class="choices">{"".join(lists)}</div>'

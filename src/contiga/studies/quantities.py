@@ -20,10 +20,6 @@ _PLAIN = ("energy_error", "steps", "warnings")
 _EXAMPLES = '"head_cg.HIC15", "max(force)", "at(head.vz, 5.0)", "energy_error"'
 
 
-def _peak(times: FloatArray, values: FloatArray) -> float:
-    return float(values[np.argmax(np.abs(values))])
-
-
 def _mean(times: FloatArray, values: FloatArray) -> float:
     span = float(times[-1] - times[0])
     return float(trapezoid(values, times) / span) if span > 0.0 else float(values[0])
@@ -32,7 +28,7 @@ def _mean(times: FloatArray, values: FloatArray) -> float:
 _OF_COLUMN: dict[str, Callable[[FloatArray, FloatArray], float]] = {
     "max": lambda times, values: float(values.max()),
     "min": lambda times, values: float(values.min()),
-    "peak": _peak,
+    "peak": lambda times, values: float(values[np.argmax(np.abs(values))]),
     "mean": _mean,
     "start": lambda times, values: float(values[0]),
     "end": lambda times, values: float(values[-1]),
@@ -65,17 +61,16 @@ class Quantity(NamedTuple):
         """
         if self.kind in _PLAIN:
             return
-        wanted, known = self.name, columns
+        name, names, noun = self.name, columns, "column of the history"
         if self.kind == "criterion":
-            wanted, known = self.text, criteria
-        if wanted not in known:
-            what = "criterion of a sensor" if self.kind == "criterion" else "column of the history"
+            name, names, noun = self.text, criteria, "criterion of a sensor"
+        if name not in names:
             raise CaseError(
-                f"the cases have no such {what}",
+                f"the cases have no such {noun}",
                 where="collect",
                 found=self.text,
-                allowed=", ".join(known) or "none: no sensor of the base case has criteria",
-                remedy=closest(wanted, [*criteria, *columns]),
+                allowed=", ".join(names) or "none: no sensor of the base case has criteria",
+                remedy=closest(name, [*criteria, *columns]),
             )
         if self.kind == "at" and self.time > end:
             raise CaseError(
@@ -111,12 +106,12 @@ class Quantity(NamedTuple):
         if self.kind == "criterion":
             sensor = (summary.get("sensors") or {}).get(self.name) or {"criteria": {}}
             return float(sensor["criteria"].get(self.criterion, {"value": np.nan})["value"])
-        # Columns of an only contact have its name in `columns_of`, but no name in a history.
+        # Columns of a single contact have its name in `columns_of_case`, but not in a history.
         column = history.get(self.name, history.get(self.name.rpartition(".")[2]))
         if column is None:
             return float("nan")
-        known = np.isfinite(column)
-        times, values = np.asarray(history["time"])[known], np.asarray(column)[known]
+        is_finite = np.isfinite(column)
+        times, values = np.asarray(history["time"])[is_finite], np.asarray(column)[is_finite]
         if not len(values):
             return float("nan")
         if self.kind == "at":

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 import tomllib
 from collections import Counter
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
@@ -69,28 +69,27 @@ class VariableSpec(Spec):
     def _values_come_one_way(self) -> Self:
         if not self.key and self.name is None:
             raise CaseError("is missing: a variable has a key of the case, or a name", where="key")
-        ways = {
+        has_source = {
             "values": self.values is not None,
             "column": self.column is not None,
             "low and high": self.low is not None or self.high is not None,
         }
-        given = [way for way, there in ways.items() if there]
-        if len(given) != 1:
+        sources = [source for source in has_source if has_source[source]]
+        if len(sources) != 1:
             raise CaseError(
                 "its values come exactly one way",
                 where=self.label,
-                found=", ".join(given) or "none",
+                found=", ".join(sources) or "none",
                 allowed="values = […], column = …, or low = …, high = … (and count = …)",
             )
-        if given == ["low and high"]:
-            self._check_range()
-        elif self.count is not None or self.whole or self.scale != "linear":
-            raise CaseError(
-                "count, scale and whole are for low and high", where=self.label, found=given[0]
-            )
-        return self
-
-    def _check_range(self) -> None:
+        if sources != ["low and high"]:
+            if self.count is not None or self.whole or self.scale != "linear":
+                raise CaseError(
+                    "count, scale and whole are for low and high",
+                    where=self.label,
+                    found=sources[0],
+                )
+            return self
         if self.low is None or self.high is None or not self.low < self.high:
             raise CaseError(
                 "must go from low to high",
@@ -104,6 +103,7 @@ class VariableSpec(Spec):
                 found=self.low,
                 allowed="> 0",
             )
+        return self
 
 
 class SampleSpec(Spec):
@@ -147,13 +147,13 @@ class Limit(Spec):
     """A condition of `subject_to`: a quantity that must stay on one side of a number."""
 
     quantity: str
-    most: bool
+    is_upper: bool
     """Whether the number is an upper bound, or a lower one."""
     bound: float
 
     def excess(self, value: float) -> float:
         """Return the excess of a value over the bound; zero or less is within."""
-        return value - self.bound if self.most else self.bound - value
+        return value - self.bound if self.is_upper else self.bound - value
 
 
 class GoalSpec(Spec):
@@ -187,7 +187,7 @@ class GoalSpec(Spec):
     @property
     def limits(self) -> list[Limit]:
         """The parsed `subject_to`."""
-        read = []
+        limits = []
         for text in self.subject_to:
             match = _LIMIT.fullmatch(text.strip())
             if match is None:
@@ -198,8 +198,8 @@ class GoalSpec(Spec):
                     allowed='such as "max(max_penetration) <= 45"',
                 )
             quantity, sign, bound = match.groups()
-            read.append(Limit(quantity=quantity, most=sign == "<=", bound=float(bound)))
-        return read
+            limits.append(Limit(quantity=quantity, is_upper=sign == "<=", bound=float(bound)))
+        return limits
 
 
 class StudySpec(Spec):
@@ -240,7 +240,7 @@ class StudySpec(Spec):
 
     @property
     def quantities(self) -> dict[str, Quantity]:
-        """The collected quantities of each case, by column, with those of the goal."""
+        """The collected quantities of each case and of the goal, by column."""
         named = self.collect if isinstance(self.collect, dict) else {q: q for q in self.collect}
         quantities = {name: quantity_of(text) for name, text in named.items()}
         if self.goal is not None:
@@ -250,7 +250,7 @@ class StudySpec(Spec):
         return quantities
 
     @model_validator(mode="after")
-    def _columns_are_told_apart(self) -> Self:
+    def _column_names_are_unique(self) -> Self:
         names = [*RESERVED, *self.labels, *self.quantities]
         for name, count in Counter(names).items():
             if count > 1:
@@ -264,12 +264,17 @@ class StudySpec(Spec):
 
     @model_validator(mode="after")
     def _variables_have_their_values(self) -> Self:
-        columns = [v.label for v in self.variable if v.column is not None]
-        self._check_columns(columns)
+        columns = {v.label: v.column for v in self.variable if v.column is not None}
+        if self.table is not None and self.targets is not None:
+            raise CaseError("are in place of a table", where="targets", allowed="one of the two")
+        if columns and self.table is None and self.targets is None:
+            raise CaseError("is missing: a variable is a column of it", where="table")
+        if self.table is not None and not columns:
+            raise CaseError("no variable is a column of the table", where="table", found=self.table)
+        if self.targets is not None:
+            self.targets.check_columns(columns)
         ranged = [v.label for v in self.variable if v.ranged]
-        if self.goal is not None:
-            self._check_goal(columns)
-        elif bool(ranged) != (self.sample is not None):
+        if self.goal is None and bool(ranged) != (self.sample is not None):
             raise CaseError(
                 "variables with low and high and no count are sampled",
                 where=ranged[0] if ranged else "sample",
@@ -279,24 +284,16 @@ class StudySpec(Spec):
             )
         return self
 
-    def _check_columns(self, columns: list[str]) -> None:
-        if self.table is not None and self.targets is not None:
-            raise CaseError("are in place of a table", where="targets", allowed="one of the two")
-        if columns and self.table is None and self.targets is None:
-            raise CaseError("is missing: a variable is a column of it", where="table")
-        if self.table is not None and not columns:
-            raise CaseError("no variable is a column of the table", where="table", found=self.table)
-        if self.targets is not None:
-            self.targets.check_columns(
-                {v.label: v.column for v in self.variable if v.column is not None}
-            )
-
-    def _check_goal(self, columns: list[str]) -> None:
-        if self.sample is not None or columns:
+    @model_validator(mode="after")
+    def _an_optimiser_chooses_the_cases(self) -> Self:
+        if self.goal is None:
+            return self
+        column = next((v.label for v in self.variable if v.column is not None), None)
+        if self.sample is not None or column is not None:
             raise CaseError(
                 "an optimiser chooses the cases: there is no sample and no table beside it",
                 where="goal",
-                found=columns[0] if columns else "sample",
+                found="sample" if column is None else column,
                 allowed="variables with values = […], or with low = …, high = …",
             )
         for rule in self.rule:
@@ -307,14 +304,15 @@ class StudySpec(Spec):
                     found=rule.require,
                     allowed="subject_to of the goal",
                 )
+        return self
 
     @model_validator(mode="after")
     def _names_are_those_of_variables(self) -> Self:
-        named = [v.name for v in self.variable if v.name is not None]
+        names = [v.name for v in self.variable if v.name is not None]
         for i, rule in enumerate(self.rule):
             expression = rule.expression
             expression.where = f"rule[{i}].{expression.where}"
-            expression.check_names(named)
+            expression.check_names(names)
         used = {name for rule in self.rule for name in rule.expression.names}
         used |= set(self.map.at) if self.map is not None else set()
         for variable in self.variable:
@@ -326,21 +324,19 @@ class StudySpec(Spec):
                     allowed="a key of the case, or a rule with its name",
                 )
         if self.map is not None:
-            for where, name, known in self._names_of_map(self.map):
-                if name not in known:
+            references = [("at", name, self.labels) for name in self.map.at]
+            if self.map.colour is not None:
+                references.append(("colour", self.map.colour, list(self.quantities)))
+            for key, name, allowed in references:
+                if name not in allowed:
                     raise CaseError(
                         "is not known",
-                        where=f"map.{where}",
+                        where=f"map.{key}",
                         found=name,
-                        allowed=", ".join(known),
-                        remedy=suggest(name, known),
+                        allowed=", ".join(allowed),
+                        remedy=suggest(name, allowed),
                     )
         return self
-
-    def _names_of_map(self, drawn: MapSpec) -> Iterator[tuple[str, str, list[str]]]:
-        yield from (("at", name, self.labels) for name in drawn.at)
-        if drawn.colour is not None:
-            yield "colour", drawn.colour, list(self.quantities)
 
 
 def study_of(data: Mapping[str, Any], file: Path) -> StudySpec:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from contiga.case.build import build
 from contiga.case.columns import columns_of_case, criteria_of_case
-from contiga.case.problems import relocated
+from contiga.case.problems import errors_at
 from contiga.case.schema import Case, load_case
 from contiga.case.settings import plain
 from contiga.case.toml import resolved_toml
@@ -20,7 +20,7 @@ from contiga.extras import require
 from contiga.io.naming import closest
 from contiga.report import require_packages
 from contiga.studies.cases import StudyCase, case_of, cases_of, check_keys, listed_values
-from contiga.studies.engines import Engine, cores, engine_for
+from contiga.studies.engines import cores, engine_for
 from contiga.studies.figure import plot_table
 from contiga.studies.folder import PAGE, StudyFolder
 from contiga.studies.one_case import Base, parts_of_process, row_of
@@ -37,7 +37,7 @@ if TYPE_CHECKING:
 
 Progress = Callable[[int, int, str], Any]
 """Callback with the number of finished cases, of all cases, and a message about them."""
-_CHECKED = 200
+_MAX_CHECKED = 200
 """Largest number of cases checked before any is run: errors of others become rows."""
 
 
@@ -132,16 +132,16 @@ def study(
 
     Parameters
     ----------
-    base : a `Case`, whose keys are those of the case.toml that a run leaves, or the path of a file
+    base : a `Case`, with the keys of the case.toml that a run writes, or the path of a file
     variables : what differs, by key of the case: a list of values, or what a ``[[variable]]`` of a
         study file says, ``{"low": 40.0, "high": 80.0, "count": 5}``
-    collect : what is kept of each case, ``["head_cg.HIC15", "max(force)"]``, or by column
+    collect : quantities of each case, ``["head_cg.HIC15", "max(force)"]``, or by column
     out : folder of the study; None keeps one for as long as the `Study` is kept
     scheduler : address of a running Dask scheduler; processes of this machine if omitted
     workers : how many of these, one a core if omitted; 0 runs the cases in this process
     resume : run what is missing in `out`
     more : any other key of a study file (``sample``, ``rule``, ``goal``, …), and ``progress``, a
-        function called with cases done, cases in all, and what is to be said of them
+        function called with the finished cases, the number of all cases, and a message
 
     Raises
     ------
@@ -160,29 +160,18 @@ def study(
     """
     case = base if isinstance(base, Case) else load_case(base)
     progress = more.pop("progress", None)
-    spec = _specification(
-        None if isinstance(base, Case) else base, variables, {"collect": collect, **more}
-    )
-    kept = tempfile.TemporaryDirectory(prefix="contiga-study-") if out is None else None
-    folder = Path(kept.name if kept is not None else out or ".")
-    how: dict[str, Any] = {"scheduler": scheduler, "workers": workers, "resume": resume}
-    return replace(run_study(spec, folder, base=case, progress=progress, **how), kept=kept)
-
-
-def _specification(
-    file: str | Path | None, variables: Mapping[str, Any], more: Mapping[str, Any]
-) -> StudySpec:
-    """Return the specification given in Python as the study of a file."""
-    asked = [
-        {"key": key, **plain(said)}
-        if isinstance(said, Mapping)
-        else {"key": key, "values": plain(said)}
-        for key, said in variables.items()
+    tables = [
+        {"key": key, **(plain(value) if isinstance(value, Mapping) else {"values": plain(value)})}
+        for key, value in variables.items()
     ]
-    data = {"variable": asked, **plain(dict(more))}
-    if file is not None:
-        data["base"] = str(Path(file).resolve())
-    return study_of(data, Path("study"))
+    data = {"variable": tables, "collect": plain(collect), **plain(more)}
+    if not isinstance(base, Case):
+        data["base"] = str(Path(base).resolve())
+    spec = study_of(data, Path("study"))
+    temporary = tempfile.TemporaryDirectory(prefix="contiga-study-") if out is None else None
+    folder = Path(temporary.name if temporary is not None else out or ".")
+    how: dict[str, Any] = {"scheduler": scheduler, "workers": workers, "resume": resume}
+    return replace(run_study(spec, folder, base=case, progress=progress, **how), kept=temporary)
 
 
 def run_study(
@@ -204,7 +193,7 @@ def run_study(
     base : the base case, where it is not the file that the study names
     scheduler, workers : as `engines.engine_for`
     resume : run what is missing in `out`
-    progress : called with cases done, cases in all, and what is to be said of them
+    progress : called with the finished cases, the number of all cases, and a message
 
     Raises
     ------
@@ -220,18 +209,21 @@ def run_study(
     if base is None:
         assert study.base is not None
         base = load_case(study.base)
-    common = _base(study, base, out)
-    cases = (
-        cases_of(study, _targets(study, common), common.tables)
-        if study.goal is None
-        else _ends_of(study)
-    )
+    # The text of a file is used as it is, because settings use its keys.
+    text = resolved_toml(base)
+    if study.base is not None:
+        text = Path(study.base).read_text(encoding="utf-8-sig")
+    common = Base(text, str(base.file.resolve()), str(out.resolve()), study.quantities)
+    if study.goal is None:
+        cases = cases_of(study, _targets(study, common), common.tables)
+    else:
+        cases = _cases_at_ends(study)
     _check(study, common, cases)
     folder = StudyFolder(out, study, common, base)
     folder.check(resume=resume)
-    done = [row for case in cases if (row := row_of(common, case)) is not None] if resume else []
-    if study.goal is not None:
-        done = []  # found again as the optimiser asks for them
+    done: list[Row] = []
+    if resume and study.goal is None:  # an optimiser finds them as it suggests cases
+        done = [row for case in cases if (row := row_of(common, case)) is not None]
     numbers = {row.number for row in done}
     missing = [case for case in cases if case.number not in numbers]
     total = len(cases) if study.goal is None else study.goal.trials
@@ -242,21 +234,22 @@ def run_study(
         try:
             if progress is not None:
                 progress(len(done), total, _failures_in_words(done))
-            for row in _rows(study, engine, folder, missing):
+            rows_to_come: Iterator[Row] = iter(())
+            if study.goal is not None:
+                rows_to_come = optimised(study, engine, folder)
+            elif missing:
+                rows_to_come = engine.run(missing)
+            for row in rows_to_come:
                 folder.take(row)
                 if progress is not None:
                     progress(len(folder.rows), total, _failures_in_words(folder.rows.values()))
         finally:
             folder.write_table()
-    return _results(study, folder)
-
-
-def _base(study: StudySpec, case: Case, out: Path) -> Base:
-    """Return the common data of all cases; a file's text is kept, because settings use its keys."""
-    text = resolved_toml(case)
-    if study.base is not None:
-        text = Path(study.base).read_text(encoding="utf-8-sig")
-    return Base(text, str(case.file.resolve()), str(out.resolve()), study.quantities)
+    rows = tuple(folder.rows[number] for number in sorted(folder.rows))
+    best = None if study.goal is None else best_of(study.goal, rows)
+    results = Study(folder.path, folder.table(), rows, best)
+    write_page(study, folder.base, results.table, rows)
+    return results
 
 
 def _targets(study: StudySpec, base: Base) -> list[dict[str, Any]] | None:
@@ -267,10 +260,8 @@ def _targets(study: StudySpec, base: Base) -> list[dict[str, Any]] | None:
     simulation, name = build(case, parts=parts_of_process()), study.targets.body
     _check_body(study, "targets", name, list(simulation.bodies))
     body, pose = simulation.bodies[name].body, simulation.origins[simulation.mechanism.index[name]]
-    try:
+    with errors_at("", str(study.file)):
         return targets_of(study.targets, body, pose, case.units.length)
-    except CaseError as error:
-        raise relocated(error, "", str(study.file)) from error
 
 
 def _check_body(study: StudySpec, key: str, name: str, bodies: list[str]) -> None:
@@ -285,41 +276,24 @@ def _check_body(study: StudySpec, key: str, name: str, bodies: list[str]) -> Non
         )
 
 
-def _rows(
-    study: StudySpec, engine: Engine, folder: StudyFolder, missing: list[StudyCase]
-) -> Iterator[Row]:
-    """Yield the rows as they come: of known cases, or of cases that an optimiser asks for."""
-    if study.goal is None:
-        yield from engine.run(missing) if missing else ()
-        return
-    yield from optimised(study, engine, folder)
-
-
-def _results(study: StudySpec, folder: StudyFolder) -> Study:
-    """Return the contents of the folder, with its page."""
-    rows = tuple(folder.rows[number] for number in sorted(folder.rows))
-    best = None if study.goal is None else best_of(study.goal, rows)
-    done = Study(folder.path, folder.table(), rows, best)
-    write_page(study, folder.base, done.table, rows)
-    return done
-
-
 def _failures_in_words(rows: Iterable[Row]) -> str:
     failed = sum(row.status != DONE for row in rows)
     return f"{failed} failed" if failed else ""
 
 
-def _ends_of(study: StudySpec) -> list[StudyCase]:
-    """Return cases that an optimiser might ask for: each variable's ends or values."""
-    ways = {
+def _cases_at_ends(study: StudySpec) -> list[StudyCase]:
+    """Return cases that an optimiser might suggest: each variable's ends or values."""
+    values_by_label = {
         variable.label: [variable.low, variable.high]
         if variable.ranged
         else listed_values(variable)
         for variable in study.variable
     }
-    first = {label: values[0] for label, values in ways.items()}
-    others = [first | {label: value} for label, values in ways.items() for value in values[1:]]
-    return [case_of(study, number, values) for number, values in enumerate([first, *others], 1)]
+    first = {label: values[0] for label, values in values_by_label.items()}
+    variants = [
+        first | {label: value} for label, values in values_by_label.items() for value in values[1:]
+    ]
+    return [case_of(study, number, values) for number, values in enumerate([first, *variants], 1)]
 
 
 def _check(study: StudySpec, base: Base, cases: list[StudyCase]) -> None:
@@ -334,11 +308,11 @@ def _check(study: StudySpec, base: Base, cases: list[StudyCase]) -> None:
         quantity.check(columns, criteria, first.time.end)
     if study.map is not None:
         _check_body(study, "map", study.map.body, [body.name for body in first.body])
-    seen: set[tuple[str, str]] = set()
-    checked = 0
+    checked: set[tuple[str, str]] = set()
+    n_checked = 0
     for case in cases[1:]:
-        new = {(label, repr(value)) for label, value in case.values.items()} - seen
-        if new and checked < _CHECKED:
+        new = {(label, repr(value)) for label, value in case.values.items()} - checked
+        if new and n_checked < _MAX_CHECKED:
             base.case(case.settings)
-            checked += 1
-        seen |= new
+            n_checked += 1
+        checked |= new

@@ -41,21 +41,10 @@ class Table(NamedTuple):
 
     def write(self, folder: Path) -> None:
         """Write it as HDF5 and CSV, each whole or not at all; equal tables give equal bytes."""
-        self._write_hdf5(folder / HDF5)
-        with (
-            atomic_write(folder / CSV) as temporary,
-            temporary.open("w", newline="", encoding="utf-8") as file,
-        ):
-            writer = csv.writer(file, lineterminator="\n")
-            heads = [(name, self.units.get(name, "")) for name in self.columns]
-            writer.writerow([f"{name} [{unit}]" if unit else name for name, unit in heads])
-            writer.writerows(zip(*self.columns.values(), strict=True))
-
-    def _write_hdf5(self, path: Path) -> None:
         require("the table of a study", "h5py")
         import h5py
 
-        with atomic_write(path) as temporary, h5py.File(temporary, "w") as file:
+        with atomic_write(folder / HDF5) as temporary, h5py.File(temporary, "w") as file:
             group = file.create_group(_GROUP)
             group.attrs["columns"] = list(self.columns)
             group.attrs["variables"] = list(self.variables)
@@ -67,6 +56,14 @@ class Table(NamedTuple):
                 else:
                     text = [str(value) for value in values]
                     group.create_dataset(name, data=text, dtype=h5py.string_dtype())
+        with (
+            atomic_write(folder / CSV) as temporary,
+            temporary.open("w", newline="", encoding="utf-8") as csv_file,
+        ):
+            writer = csv.writer(csv_file, lineterminator="\n")
+            heads = [(name, self.units.get(name, "")) for name in self.columns]
+            writer.writerow([f"{name} [{unit}]" if unit else name for name, unit in heads])
+            writer.writerows(zip(*self.columns.values(), strict=True))
 
 
 def table_of(
@@ -75,15 +72,12 @@ def table_of(
     quantities: Sequence[str],
     units: Mapping[str, str] | None = None,
 ) -> Table:
-    """Return the table of rows, in the order of their numbers, in whatever order they came.
-
-    `units` are of the columns that have one.
-    """
+    """Return the table of rows in any order, sorted by their numbers; `units` are by column."""
     ordered = sorted(rows, key=lambda row: row.number)
 
     def column(part: str, name: str) -> list[Any]:
-        of: list[Mapping[str, Any]] = [getattr(row, part) for row in ordered]
-        return [shown_value(one[name]) for one in of]
+        values: list[Mapping[str, Any]] = [getattr(row, part) for row in ordered]
+        return [shown_value(by_name[name]) for by_name in values]
 
     columns: dict[str, list[Any]] = {
         "case": [row.number for row in ordered],
@@ -92,5 +86,5 @@ def table_of(
         "status": [row.status for row in ordered],
         "message": [row.message for row in ordered],
     }
-    given = {name: unit for name, unit in (units or {}).items() if unit}
-    return Table(columns, tuple(variables), tuple(quantities), given)
+    known_units = {name: unit for name, unit in (units or {}).items() if unit}
+    return Table(columns, tuple(variables), tuple(quantities), known_units)

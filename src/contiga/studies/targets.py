@@ -25,7 +25,7 @@ LINE = "line"
 _HEADER = "line, x, y, z"
 _MAX_RAYS = 1_000_000
 """Largest number of rays."""
-_NEAR = 1e-9
+_ON_GRID_TOL = 1e-9
 """Distance from a multiple of the spacing, over the spacing, that counts as on it."""
 
 
@@ -49,15 +49,15 @@ class TargetsSpec(Spec):
         """The columns that variables may have."""
         return PLACE if self.lines is None else (LINE, *PLACE)
 
-    def check_columns(self, asked: Mapping[str, str]) -> None:
-        """Refuse variables that are columns of no targets, by their labels, or no variable."""
-        known = ", ".join(self.columns)
-        if not asked:
-            raise CaseError("no variable is a column of them", where="targets", allowed=known)
-        for label, column in asked.items():
+    def check_columns(self, columns: Mapping[str, str]) -> None:
+        """Refuse columns, by labels of variables, that the targets do not have; or no column."""
+        allowed = ", ".join(self.columns)
+        if not columns:
+            raise CaseError("no variable is a column of them", where="targets", allowed=allowed)
+        for label, column in columns.items():
             if column not in self.columns:
                 raise CaseError(
-                    "the targets have no such column", where=label, found=column, allowed=known
+                    "the targets have no such column", where=label, found=column, allowed=allowed
                 )
 
     @property
@@ -120,7 +120,16 @@ def targets_of(
     origin = axes @ spec.origin
     names: list[float] = []
     if spec.lines is None:
-        sides = _grid(spec, low - origin, high - origin) + origin[:2]
+        # Multiples of the spacing within the two ends.
+        with np.errstate(over="ignore", invalid="ignore"):
+            first = np.ceil((low - origin)[:2] / spec.spacing)
+            last = np.floor((high - origin)[:2] / spec.spacing)
+            _check_number(spec, float(np.prod(np.maximum(last - first + 1.0, 0.0))))
+        axis_points = [
+            np.arange(a, b + 1.0) * spec.spacing for a, b in zip(first, last, strict=True)
+        ]
+        grid = np.stack(np.meshgrid(*axis_points, indexing="ij"), axis=-1).reshape(-1, 2)
+        sides = grid + origin[:2]
     else:
         names, sides = _on_lines(spec, Path(spec.lines), unit)
     beyond = float((high - low).max())
@@ -133,8 +142,8 @@ def targets_of(
     if given_up:
         text = f"targets: the search of {given_up} rays was given up; they are left out"
         warnings.warn(text, ContigaWarning, stacklevel=2)
-    met = np.isin(hit.status, (Status.OK, Status.AT_START))
-    if not met.any():
+    is_hit = np.isin(hit.status, (Status.OK, Status.AT_START))
+    if not is_hit.any():
         raise CaseError(
             "no ray meets the free side of the body",
             where="targets",
@@ -145,17 +154,8 @@ def targets_of(
     rays = np.column_stack([sides, to_world(pose, hit.point) @ axes[2]]) @ axes
     return [
         {**({LINE: names[k]} if names else {}), **dict(zip(PLACE, rays[k].tolist(), strict=True))}
-        for k in np.flatnonzero(met)
+        for k in np.flatnonzero(is_hit)
     ]
-
-
-def _grid(spec: TargetsSpec, low: FloatArray, high: FloatArray) -> FloatArray:
-    """Return points (n, 2) across and along: multiples of the spacing within the two ends."""
-    with np.errstate(over="ignore", invalid="ignore"):
-        first, last = np.ceil(low[:2] / spec.spacing), np.floor(high[:2] / spec.spacing)
-        _check_number(spec, float(np.prod(np.maximum(last - first + 1.0, 0.0))))
-    ways = [np.arange(a, b + 1.0) * spec.spacing for a, b in zip(first, last, strict=True)]
-    return np.stack(np.meshgrid(*ways, indexing="ij"), axis=-1).reshape(-1, 2)
 
 
 def _check_number(spec: TargetsSpec, number: float) -> None:
@@ -191,9 +191,9 @@ def _on_lines(spec: TargetsSpec, path: Path, unit: str) -> tuple[list[float], Fl
         with np.errstate(over="ignore"):
             number += np.abs(np.diff(points[:, 0])).sum() / spec.spacing
         _check_number(spec, number)
-        passed = _crossings(points[:, :2], origin[0], spec.spacing)
-        targets.append(passed)
-        names += [int(name) if name.is_integer() else name] * len(passed)
+        crossings = _crossings(points[:, :2], origin[0], spec.spacing)
+        targets.append(crossings)
+        names += [int(name) if name.is_integer() else name] * len(crossings)
     return names, np.concatenate(targets)
 
 
@@ -204,12 +204,12 @@ def _crossings(points: FloatArray, origin: float, spacing: float) -> FloatArray:
     [[-1.0, 0.0], [0.0, 1.0], [1.0, 2.0], [2.0, 3.0]]
     """
     counts = (points[:, 0] - origin) / spacing
-    whole = np.round(counts)
-    counts = np.where(np.abs(counts - whole) <= _NEAR, whole, counts)
-    passed = []
+    rounded = np.round(counts)
+    counts = np.where(np.abs(counts - rounded) <= _ON_GRID_TOL, rounded, counts)
+    crossings = []
     for (u, w), (a, b) in zip(pairwise(counts), pairwise(points), strict=True):
-        way = 1.0 if u <= w else -1.0
-        steps = way * np.arange(math.ceil(way * u), math.ceil(way * w))
-        passed.append(a + ((steps - u) / (w - u))[:, None] * (b - a))
+        sign = 1.0 if u <= w else -1.0
+        steps = sign * np.arange(math.ceil(sign * u), math.ceil(sign * w))
+        crossings.append(a + ((steps - u) / (w - u))[:, None] * (b - a))
     # Each piece excludes its end, which begins the next one.
-    return np.concatenate([*passed, points[-1:][counts[-1:] == whole[-1:]]])
+    return np.concatenate([*crossings, points[-1:][counts[-1:] == rounded[-1:]]])

@@ -242,7 +242,7 @@ def test_what_is_at_the_ends_reads_back_and_is_described() -> None:
     again = parse_case(resolved_toml(one)).belt[0]
     assert again == one.belt[0]
     assert again.end is not None
-    assert again.end.made.release == "hit"
+    assert again.end.instance.release == "hit"
     rows = dict(describe(one))
     assert rows["  start"] == "webbing 100 long"
     assert "released by hit" in rows["  end"]

@@ -147,5 +147,5 @@ def test_shells_without_one_thickness_rest(
 def test_a_modulus_beside_a_curve_is_kept(tmp_path: Path) -> None:
     material = fabric(form=14, weft=0.1, curves=(7, 0, 8), direction=(1, 0, 0))
     case, _ = case_of(tmp_path, material, SPC, WARP, SHEAR)
-    made = case.slave[0].motion.material.made
+    made = case.slave[0].motion.material.instance
     assert made.weft.tolist() == [[0.0, 0.0], [1.0, 0.1]]

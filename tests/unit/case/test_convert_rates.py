@@ -64,7 +64,7 @@ def test_a_table_of_curves_is_foam_with_rates(tmp_path: Path, table: list[str]) 
 def test_a_table_of_one_curve_has_no_rates(tmp_path: Path) -> None:
     alone = ["*DEFINE_TABLE", card(50), f"{1e-4:20}", *curve(51, 1.0)]
     case, text = case_of(tmp_path, foam(), alone)
-    assert case.slave[0].motion.material.made.rates == ()
+    assert case.slave[0].motion.material.instance.rates == ()
     assert "smoothed" not in text
 
 

@@ -51,7 +51,7 @@ def test_poses_of_a_file_are_in_the_units_of_the_case(tmp_path: Path) -> None:
         path.write_text(GOOD.replace('{ kind = "fixed" }', motion), encoding="utf-8")
         case = load_case(path)
         for one in (case, case.model_copy(deep=True), parse_case(resolved_toml(case))):
-            where = one.body[0].motion.made.pose(10.0)[:3, 3]
+            where = one.body[0].motion.instance.pose(10.0)[:3, 3]
             np.testing.assert_allclose(where, [100.0, 2.0, 0.0])
 
 

@@ -117,7 +117,7 @@ def test_the_tables_of_a_file_have_its_prefix_and_so_have_references(tmp_path: P
         *("floor", "driver pelvis", "driver thigh", "driver shin", "driver boot")
     ]
     assert case.body[-1].motion.body == "driver shin"  # type: ignore[union-attr]
-    assert [one.made.name for one in case.joint] == ["driver hip", "driver left knee"]
+    assert [one.instance.name for one in case.joint] == ["driver hip", "driver left knee"]
     assert case.spring[0].name == "driver thigh-shin"
     assert case.plot[0].channels == ["driver left knee.angle_force"]
     assert case.load[0].body == "driver shin"

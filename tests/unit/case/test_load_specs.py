@@ -153,7 +153,7 @@ def test_a_load_over_time() -> None:
         follow = true
         """,
     )
-    load = spec.made
+    load = spec.instance
     np.testing.assert_array_equal(load.force_at(1.0), [0, 0, 4])
     np.testing.assert_array_equal(load.moment_at(1.0), [1, 0, 0])
     assert (load.body, load.follow, load.span) == ("head", True, (0.0, 2.0))
@@ -205,7 +205,7 @@ def test_a_belt_with_a_damper() -> None:
         length = 4
         """,
     )
-    spring = spec.made
+    spring = spec.instance
     state = spring.start(spring.at, np.zeros((2, 3)))
     assert (spring.name, spring.between) == ("belt", ("dummy", "ground"))
     assert (state.length, state.force, spring.damping) == (5.0, 0.5, 0.5)
@@ -217,10 +217,10 @@ def test_a_belt_with_a_damper() -> None:
 
 def test_a_number_is_a_stiffness_and_a_damper_needs_no_curve() -> None:
     ends = 'between = ["a", "b"]\nat = [[0, 0, 0], [1, 0, 0]]\n'
-    spring = spec_of(SpringSpec, ends + "curve = 7").made
+    spring = spec_of(SpringSpec, ends + "curve = 7").instance
     assert spring.start([[0, 0, 0], [3, 0, 0]], np.zeros((2, 3))).force == 14.0
     assert spring.name == "a-b"
-    damper = spec_of(SpringSpec, ends + "damping = 7").made
+    damper = spec_of(SpringSpec, ends + "damping = 7").instance
     assert damper.curve is None
 
 

@@ -68,7 +68,7 @@ def test_a_file_that_has_changed_is_read_again(tmp_path: Path) -> None:
 
 
 def test_what_was_not_asked_for_the_longest_is_let_go() -> None:
-    cache, made = PartCache(most=2), []
+    cache, made = PartCache(max_parts=2), []
 
     def part(radius: float) -> None:
         spec = case(body__ball__geometry__radius=radius).body[0].geometry

@@ -49,7 +49,7 @@ def test_what_is_left_out_has_a_stated_value() -> None:
     assert (contact.search, contact.on_edge) == ("intersection", "release")
     assert contact.through == "release"
     assert contact.title == "plate-pad"
-    np.testing.assert_array_equal(case.body[0].motion.made.pose(3.0), np.eye(4))
+    np.testing.assert_array_equal(case.body[0].motion.instance.pose(3.0), np.eye(4))
 
 
 @pytest.mark.parametrize(
@@ -117,7 +117,7 @@ def test_files_are_found_beside_the_case_and_kept_absolute(tmp_path: Path) -> No
 )
 def test_every_law_comes_with_its_options(text: str, kind: type, field: str, value) -> None:
     contact = CONTACT.replace('{ kind = "force", curve = 2 }', text)
-    law = case_with(contact=contact).contact[0].law.made
+    law = case_with(contact=contact).contact[0].law.instance
     assert type(law) is kind
     assert getattr(law, field) == value
 
@@ -128,7 +128,11 @@ def test_a_curve_may_be_a_number_a_table_or_say_how_it_goes_on() -> None:
         ("[[0, 0], [1, 3]]", 6.0),
         ('{ points = [[0, 0], [1, 3]], extrapolation = "constant" }', 3.0),
     ):
-        law = case_with(contact=CONTACT.replace("curve = 2", f"curve = {text}")).contact[0].law.made
+        law = (
+            case_with(contact=CONTACT.replace("curve = 2", f"curve = {text}"))
+            .contact[0]
+            .law.instance
+        )
         assert isinstance(law, ForceLaw)
         assert law.curve(2.0) == at_two
 
@@ -161,7 +165,7 @@ def test_every_friction_comes_with_its_options(text: str, friction: Friction) ->
     case = case_with(contact=f"{CONTACT}friction = {text}\n")
     for read in (case, parse_case(resolved_toml(case))):
         assert read.contact[0].friction is not None
-        assert read.contact[0].friction.made == friction
+        assert read.contact[0].friction.instance == friction
     kind = "coulomb: static" if isinstance(friction, Coulomb) else "viscous-regularised: coeff"
     assert dict(describe(case))["  friction"].startswith(kind)
 

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from contiga.case.build import build
-from contiga.case.problems import Together
+from contiga.case.problems import ErrorCollector
 from contiga.case.schema import load_case
 from contiga.case.whole import load_whole
 from contiga.errors import InputError, MissingPackageError
@@ -98,8 +98,8 @@ def test_what_is_right_is_built(tmp_path: Path) -> None:
 
 
 def test_other_errors_are_not_kept() -> None:
-    wrong = Together("case.toml", {})
-    wrong.tell()
+    wrong = ErrorCollector("case.toml", {})
+    wrong.raise_all()
     with pytest.raises(ZeroDivisionError), wrong.at("body[0]"):
         raise ZeroDivisionError
 
@@ -209,7 +209,7 @@ def test_a_missing_package_is_one_line_of_the_list(
     assert "body[2].geometry: reading CAD needs a package" in lines
     assert len(lines) == 4
     (tmp_path / "case.toml").write_text(CASE.replace("thickness = 10.0", "thicknes = 10.0"))
-    monkeypatch.setattr("contiga.case.build._body", no_cad)
+    monkeypatch.setattr("contiga.case.build._checked_body", no_cad)
     with pytest.raises(InputError, match=r"body\[0\]\.geometry: reading CAD needs") as caught:
         load_whole(tmp_path / "case.toml")
     assert "thicknes: unknown key" in str(caught.value)

@@ -12,7 +12,7 @@ from tests.figures import checked, figures_of
 import contiga as cg
 from contiga.previewing.page import figure_of, page_of
 from contiga.previewing.stage import CONTACT_SIDE, Stage, stage_of
-from contiga.previewing.words import gap_text, legend, way_in_text
+from contiga.previewing.words import gap_text, gap_with_approach_text, legend
 
 ROOT = Path(__file__).resolve().parents[3]
 DOWN = cg.motion.Translate([[0, 0, 0, 0], [1, 0, 0, -4.0]])
@@ -92,11 +92,11 @@ def test_past_the_border_of_a_sheet_and_far_behind_it_nothing_is_inside(
 
 
 def test_ways_end_where_motions_do() -> None:
-    (way,) = stage().ways
+    (way,) = stage().paths
     assert len(way.lines) == 1
     np.testing.assert_allclose(way.lines[0, -1] - way.lines[0, 0], [0, 0, -4], atol=1e-12)
     turn = cg.motion.Rotate([[0, 0], [1, 90]], "y", [0, 0, 22])
-    (turned,) = stage(motion=turn).ways
+    (turned,) = stage(motion=turn).paths
     middle, low, high = turned.lines
     np.testing.assert_allclose(middle, np.broadcast_to(middle[0], middle.shape), atol=0.05)
     x, y, z = (high - low)[0]
@@ -105,10 +105,10 @@ def test_ways_end_where_motions_do() -> None:
 
 
 def test_a_part_that_stays_has_no_way_and_a_free_one_its_velocity() -> None:
-    assert stage(motion=cg.motion.Fixed()).ways == ()
+    assert stage(motion=cg.motion.Fixed()).paths == ()
     mass = cg.MassProperties(1.0, np.zeros(3), np.eye(3))
     free = stage(motion=cg.motion.Free(mass, velocity=[0, 0, -6.7]))
-    assert free.ways == ()
+    assert free.paths == ()
     assert legend(free)[0][0] == "ball, free, starts at 6.7 mm/ms"
 
 
@@ -163,7 +163,7 @@ def test_a_page_reads_offline_and_says_the_gap() -> None:
 )
 def test_sides_that_never_meet_say_how_near_they_come(down: float, said: str) -> None:
     seen = stage(motion=cg.motion.Translate([[0, 0, 0, 0], [1, 0, 0, down]]))
-    assert way_in_text(seen.gaps[0], seen.units) == f"gap 2 mm{said}"
+    assert gap_with_approach_text(seen.gaps[0], seen.units) == f"gap 2 mm{said}"
     assert f"<td>gap 2 mm{said}</td>" in page_of(seen)
 
 

@@ -33,7 +33,7 @@ def test_quantities_may_have_names_and_the_goal_brings_its_own(folder: Path) -> 
     }
     assert study.goal is not None
     (limit,) = study.goal.limits
-    assert (limit.quantity, limit.most, limit.bound) == ("max(force)", True, 1000.0)
+    assert (limit.quantity, limit.is_upper, limit.bound) == ("max(force)", True, 1000.0)
     assert (limit.excess(1200.0), limit.excess(900.0)) == (200.0, -100.0)
 
 
