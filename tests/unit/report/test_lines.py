@@ -53,13 +53,13 @@ def test_largest_is_of_what_is_finite() -> None:
 def test_components_that_would_lie_on_the_axis_are_left_out(run_folder: Path) -> None:
     run = read_run(run_folder)
     x = np.linspace(0.0, 3.0, 5)
-    drawn = vector_figure(run, 2.0, {"x": x, "y": 1e-9 * x, "z": -4.0 * x / 3.0}, ("Way", "mm"))
+    drawn = vector_figure(run, 2.0, {"x": x, "y": 1e-9 * x, "z": -4.0 * x / 3.0}, "Way", "mm")
     figure = checked(drawn)
     assert [trace.name for trace in figure.data] == ["along x", "along z", "resultant"]
     np.testing.assert_allclose(figure.data[2].y, 5.0 * x / 3.0, rtol=1e-12)
     assert figure.layout.yaxis.title.text == "Way [mm]"
     none = {axis: np.zeros(5) for axis in "xyz"}
-    assert vector_figure(run, 2.0, none, ("Way", "mm")) is None
+    assert vector_figure(run, 2.0, none, "Way", "mm") is None
 
 
 def test_upright_labels_are_in_lines_that_a_figure_has_room_for(run_folder: Path) -> None:
