@@ -299,9 +299,9 @@ def test_others_help_a_run_that_has_much_to_compile(
     context, heard = command_context(monkeypatch, 3), Event(monkeypatch)
     compiling.watch_compiling(context, helped=True)
     assert len(started) == first  # at once
-    heard.compiled(compiling.MANY - 1)
+    heard.compiled(compiling.MIN_KERNELS - 1)
     assert len(started) == first
-    heard.compiled(compiling.MANY)
+    heard.compiled(compiling.MIN_KERNELS)
     (team,) = started
     assert len(team._processes) == 2
     context.close()
@@ -359,7 +359,7 @@ def test_nobody_helps_where_that_is_no_use(
     log = stub()
     context, heard = command_context(monkeypatch, threads), Event(monkeypatch)
     compiling.watch_compiling(context, helped=helped)
-    heard.compiled(2 * compiling.MANY)
+    heard.compiled(2 * compiling.MIN_KERNELS)
     context.close()
     assert not list(log.iterdir())
 
