@@ -148,8 +148,8 @@ class _Count:
             if progress.done:
                 self._n_done += 1
                 self._current_names.pop(process, None)
-                self.n_compiled += progress.made
-                self.n_cached += not (progress.made or progress.error)
+                self.n_compiled += progress.is_compiled
+                self.n_cached += not (progress.is_compiled or progress.error)
                 if progress.file:
                     self.files[progress.row] = progress.file
                 if progress.error:
