@@ -136,7 +136,10 @@ def write_wheel(
         manifest, code = _packed(level, level_files, old_sources)
         files[f"{NAME}/{level.name}/{MANIFEST}"] = json.dumps(manifest._asdict()).encode()
         files[f"{NAME}/{level.name}/{CODE}"] = code
-    record = [f"{name},sha256={_digest(content)},{len(content)}" for name, content in files.items()]
+    record = []
+    for name, content in files.items():
+        digest = base64.urlsafe_b64encode(sha256(content).digest()).rstrip(b"=").decode()
+        record.append(f"{name},sha256={digest},{len(content)}")
     files[f"{info}/RECORD"] = "\n".join((*record, f"{info}/RECORD,,\n")).encode()
     wheel = folder / f"{NAME}-{__version__}-{tag}.whl"
     unfinished = wheel.with_suffix(".new")
@@ -202,8 +205,3 @@ def _platform_tag() -> str:
     major, minor, *_ = (*map(int, version.split(".")), 0)
     major, minor = max((major, minor), (oldest, 0))
     return f"macosx_{major}_{minor}_{machine}"
-
-
-def _digest(content: bytes) -> str:
-    """Return the digest of a file as a wheel's RECORD has it."""
-    return base64.urlsafe_b64encode(sha256(content).digest()).rstrip(b"=").decode()

@@ -63,7 +63,10 @@ def read_stored(folder: str | Path) -> Stored:
             raise
         stored = None  # the other files of the run are complete
     if has_ended:
-        summary = _summary(folder / SUMMARY)
+        try:
+            summary = json.loads((folder / SUMMARY).read_text(encoding="utf-8"))
+        except (ValueError, OSError) as error:
+            raise FileError("not a readable summary", where=str(folder / SUMMARY)) from error
         # the checkpoint may be of a later run in the same folder
         if stored is None or all(
             stored.summary.get(key) == summary.get(key) for key in ("title", "steps")
@@ -130,14 +133,6 @@ def _checkpoint_output(path: Path) -> Stored | None:
     except (OSError, KeyError, ValueError, AttributeError) as error:
         raise FileError("the checkpoint cannot be read", where=str(path)) from error
     return Stored(path.parent, False, _floats(history), summary)
-
-
-def _summary(path: Path) -> dict[str, Any]:
-    try:
-        summary: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
-    except (ValueError, OSError) as error:
-        raise FileError("not a readable summary", where=str(path)) from error
-    return summary
 
 
 def _floats(history: dict[str, Any]) -> dict[str, FloatArray]:

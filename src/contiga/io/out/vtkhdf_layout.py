@@ -84,7 +84,14 @@ def write_frame(file: Any, parts: tuple[Part, ...]) -> None:
             triangles.append(start + part.triangles)
     cells = {"Vertices": np.concatenate(vertices), "Polygons": np.concatenate(triangles)}
     for name in CELLS:
-        _write_cells(root.create_group(name), cells.get(name, np.empty((0, 1), np.int64)))
+        group, corners = root.create_group(name), cells.get(name, np.empty((0, 1), np.int64))
+        n_cells, n_corners = corners.shape
+        group["NumberOfCells"] = np.array([n_cells], dtype=np.int64)
+        group["NumberOfConnectivityIds"] = np.array([corners.size], dtype=np.int64)
+        offsets = n_corners * np.arange(n_cells + 1, dtype=np.int64)
+        for array, values in (("Offsets", offsets), ("Connectivity", corners.ravel())):
+            options = _COMPRESSION if len(values) > _STEP_CHUNK_ROWS else {}
+            group.create_dataset(array, data=values, **options)
     create_steps(root)
     for kind in _DATA:
         root.create_group(kind)
@@ -115,19 +122,6 @@ def create_steps(root: Any) -> None:
     for name in ("CellOffsets", "ConnectivityIdOffsets"):
         create_growing(steps, name, (len(CELLS),), np.int64)
     create_growing(steps, "Values", (), np.float64)
-
-
-def _write_cells(group: Any, cells: NDArray[np.int64]) -> None:
-    count, corners = cells.shape
-    group["NumberOfCells"] = np.array([count], dtype=np.int64)
-    group["NumberOfConnectivityIds"] = np.array([cells.size], dtype=np.int64)
-    arrays = {
-        "Offsets": corners * np.arange(count + 1, dtype=np.int64),
-        "Connectivity": cells.ravel(),
-    }
-    for name, values in arrays.items():
-        options = _COMPRESSION if len(values) > _STEP_CHUNK_ROWS else {}
-        group.create_dataset(name, data=values, **options)
 
 
 def read_parts(root: Any, group: Any) -> tuple[Part, ...]:
