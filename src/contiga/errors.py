@@ -1,8 +1,7 @@
-"""Every exception contiga raises on purpose. Each says what is wrong, where, and what is allowed.
+"""Every exception that contiga raises. Each names the fault, its place, and the allowed values.
 
-`InputError` and its children are the user's to mend (exit code 2 on the command line), as is a
-`MissingPackageError`; `RunError` means that a correct input could not be carried through (exit
-code 1).
+`InputError`, its subclasses and `MissingPackageError` are errors of the user (exit code 2 on the
+command line); `RunError` means that the run of a correct input has failed (exit code 1).
 
 >>> import contiga as cg
 >>> try:
@@ -18,7 +17,7 @@ from collections.abc import Sequence
 
 
 class ContigaWarning(UserWarning):
-    """Something was accepted and handled, but the user should know about it."""
+    """An input was accepted and handled, but the user should know about it."""
 
 
 class ContigaError(Exception):
@@ -28,19 +27,19 @@ class ContigaError(Exception):
 
 
 class RunError(ContigaError):
-    """A valid input could not be carried through to the end."""
+    """The run of a valid input has failed."""
 
 
 class ElementError(RunError):
-    """An element of what deforms has turned inside out, or its corners are not finite.
+    """A deforming element has turned inside out, or its corners are not finite.
 
     Parameters
     ----------
-    kind : what it is, and of which part
+    kind : kind of the element, and its part
     element : its number in the part
-    place : (3,) its middle
-    count : elements of the part that have
-    time : when; matter does not know it, `at` adds it
+    place : (3,) its centre
+    count : number of such elements in the part
+    time : time of the error; `at` adds it, since matter has no time
     """
 
     def __init__(
@@ -63,12 +62,12 @@ class ElementError(RunError):
         )
 
     def at(self, time: float) -> ElementError:
-        """The same, told with the time."""
+        """Return the same error with its time."""
         return ElementError(self.kind, self.element, self.place, self.count, time)
 
 
 class MissingPackageError(ContigaError, ImportError):
-    """Something was asked for that a package is needed for which is not installed."""
+    """A feature needs a package that is not installed."""
 
     exit_code = 2
 
@@ -78,11 +77,11 @@ class InputError(ContigaError, ValueError):
 
     Parameters
     ----------
-    what : the rule that is broken, as a full statement ("knots must not decrease")
-    where : file, key, line or argument the value stands in
-    found : the offending value, shown with ``repr``
-    allowed : what would be accepted
-    remedy : what to do, where that is not plain from `allowed`
+    what : the broken rule, as a full statement ("knots must not decrease")
+    where : file, key, line or argument of the value
+    found : the wrong value, shown with ``repr``
+    allowed : values that would be accepted
+    remedy : advice, if it does not follow from `allowed`
     """
 
     exit_code = 2
@@ -114,11 +113,11 @@ class InputError(ContigaError, ValueError):
 
 
 class GeometryError(InputError):
-    """A curve, surface or body cannot be built from what was given."""
+    """A curve, surface or body cannot be built from its data."""
 
 
 class FileError(InputError):
-    """A file is missing, unreadable, empty or not of the format it claims."""
+    """A file is missing, unreadable, empty or of another format."""
 
 
 class MeshError(InputError):
@@ -130,11 +129,11 @@ class CaseError(InputError):
 
 
 class UnitError(InputError):
-    """A unit is not known or is not of the dimension asked for."""
+    """A unit is unknown or has another dimension."""
 
 
 class OutputError(InputError):
-    """The output folder cannot be written, or holds something of another case."""
+    """The output folder cannot be written, or holds files of another case."""
 
 
 class CheckpointError(InputError):

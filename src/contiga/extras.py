@@ -1,7 +1,8 @@
 """Packages that only some parts of contiga need, and the extra that installs each.
 
 ``pip install contiga`` brings numpy, numba and scipy: search, areas, laws, contact and simulations
-in Python need no more. What does asks here first, so that its user is told what to install.
+in Python need no more. Features that need an optional package call `require`, which names the
+missing extra.
 """
 
 from __future__ import annotations
@@ -34,23 +35,23 @@ EXTRA_OF = {
     "pyvista": "pyvista",
     "imageio_ffmpeg": "film",
 }
-"""The extra of each optional package, by the name it is imported by."""
+"""The extra of each optional package, by the name of its import."""
 PROJECT_OF = {
     "OCP": "cadquery-ocp-novtk",
     "sklearn": "scikit-learn",
     "objective_rating_metrics": "objective-rating-metrics",
     "imageio_ffmpeg": "imageio-ffmpeg",
 }
-"""The name it is installed by, where that is another."""
+"""The name of the project of a package, if it differs from its import."""
 
 
 def require(purpose: str, *modules: str) -> None:
-    """Make sure that packages are there, without importing them.
+    """Check that packages are installed, without importing them.
 
     Parameters
     ----------
-    purpose : what they are needed for; the message begins with it
-    modules : names of `EXTRA_OF`
+    purpose : feature that needs them; the message begins with it
+    modules : keys of `EXTRA_OF`
 
     Raises
     ------
@@ -59,13 +60,13 @@ def require(purpose: str, *modules: str) -> None:
 
     >>> require("drawing", "matplotlib")
     """
-    missing = [module for module in modules if not _is_there(module)]
+    missing = [module for module in modules if not _is_installed(module)]
     if missing:
         names = " and ".join(PROJECT_OF.get(module, module) for module in missing)
         extras = ",".join(dict.fromkeys(EXTRA_OF[module] for module in missing))
-        be = "is" if len(missing) == 1 else "are"
+        verb = "is" if len(missing) == 1 else "are"
         raise MissingPackageError(
-            f"{purpose} needs {names}, which {be} not installed. "
+            f"{purpose} needs {names}, which {verb} not installed. "
             f'Install what is missing with: pip install "contiga[{extras}]"'
         )
 
@@ -85,17 +86,17 @@ def imported(purpose: str, module: str) -> Any:
         return import_module(module)
     except ImportError as error:
         package = module.partition(".")[0]
-        why = f"cannot be imported ({error})" if _is_there(package) else "is not installed"
+        reason = f"cannot be imported ({error})" if _is_installed(package) else "is not installed"
         raise MissingPackageError(
-            f"{purpose} needs {package}, which {why}. "
+            f"{purpose} needs {package}, which {reason}. "
             f"Install what is missing with: pip install {package}"
         ) from error
 
 
-def _is_there(module: str) -> bool:
+def _is_installed(module: str) -> bool:
     if module in sys.modules:
         return sys.modules[module] is not None
     try:
         return find_spec(module) is not None
-    except ImportError:  # something stands in the way of all imports of that name
+    except ImportError:  # an import hook refuses the name
         return False

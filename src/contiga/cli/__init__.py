@@ -12,7 +12,7 @@ import sys
 from contiga.cli.plain_signs import write_plain_signs
 from contiga.errors import MissingPackageError
 from contiga.extras import require
-from contiga.warmup.garbage import looked_for_seldom
+from contiga.warmup.garbage import rare_collections
 
 
 def main() -> None:
@@ -23,7 +23,7 @@ def main() -> None:
     except MissingPackageError as error:
         print(f"contiga: error: {error}", file=sys.stderr)
         sys.exit(error.exit_code)
-    with looked_for_seldom():
+    with rare_collections():
         from contiga.cli.commands import main as run
 
         run()

@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterable
 
 _INTERRUPTED = 130
-"""What a shell expects of a command stopped by Ctrl-C."""
+"""Exit code that a shell expects of a command stopped by Ctrl-C."""
 
 app = typer.Typer(
     cls=Group,
@@ -55,8 +55,8 @@ def main() -> None:
     except MemoryError as error:
         _fail(f"not enough memory ({error})".replace(" ()", ""), error, 1)
     except Exception as error:
-        what = f"{type(error).__name__}: {error}".rstrip(": ").splitlines()[0]
-        _fail(f"unexpected {what} (set CONTIGA_DEBUG=1 for the traceback)", error, 1)
+        message = f"{type(error).__name__}: {error}".rstrip(": ").splitlines()[0]
+        _fail(f"unexpected {message} (set CONTIGA_DEBUG=1 for the traceback)", error, 1)
 
 
 def _fail(message: str, error: Exception, code: int) -> None:
@@ -66,8 +66,8 @@ def _fail(message: str, error: Exception, code: int) -> None:
     sys.exit(code)
 
 
-def _show_version(wanted: bool) -> None:
-    if wanted:
+def _show_version(is_requested: bool) -> None:
+    if is_requested:
         from contiga.jit.prebuilt import choice
 
         print(f"contiga {__version__}\n{choice().text}")
@@ -129,42 +129,68 @@ def run(
     except KeyboardInterrupt:
         from contiga.simulation.output_folder import newest_checkpoint
 
-        again = [f"--set={one}" for one in settings or ()]
-        line = shlex.join(["contiga", "run", str(case), "-o", str(folder), *again, "--resume"])
-        how = f"; {line} goes on from the last checkpoint"
-        there = newest_checkpoint(folder).is_file()
-        print(f"\ncontiga: stopped{how if there else ''}", file=sys.stderr)
+        options = [f"--set={setting}" for setting in settings or ()]
+        line = shlex.join(["contiga", "run", str(case), "-o", str(folder), *options, "--resume"])
+        advice = f"; {line} goes on from the last checkpoint"
+        has_checkpoint = newest_checkpoint(folder).is_file()
+        print(f"\ncontiga: stopped{advice if has_checkpoint else ''}", file=sys.stderr)
         raise
-    if not quiet:
-        _print_result(result.summary, result.history, folder)
-        if loaded.reference and (folder / "report.html").is_file():
-            _print_ratings(folder)
+    if quiet:
+        return
+    _print_result(result.summary, result.history, folder)
+    if loaded.reference and (folder / "report.html").is_file():
+        from contiga.report.references import rated, references_of
+        from contiga.report.run_folder import read_run
+
+        # ratings of signals over time beside the tests that the case names
+        stored = read_run(folder)
+        for reference in references_of(stored):
+            if reference.x == "time":
+                test = rated(stored, reference)
+                text = f"not rated: {test.why}"
+                if test.rating is not None:
+                    overall, grade = f"{test.rating.overall:.3f}", test.rating.grade
+                    text = f"rated {overall}, {grade}, by ISO/TS 18571"
+                print(f"{reference.channel} beside test {reference.name}: {text}")
 
 
 def _print_result(summary: dict[str, Any], history: dict[str, Any], folder: Path) -> None:
+    """Print steps, peak forces, energy balance, criteria, notes and warnings of a run."""
     import numpy as np
 
     from contiga.cli.step_reasons import steps_line
-    from contiga.report.style import number
+    from contiga.io.units import derived_units
+    from contiga.report.style import number, span_of
 
-    timings = summary.get("timings") or {}
-    lost = float(timings.get("compile", 0.0))
-    total = float(timings.get("total", 0.0))
-    apart = f", {number(lost, 2)} s of it compiling kernels" if lost >= 0.05 else ""
+    timings, units = summary.get("timings") or {}, summary.get("units") or {}
+    columns = summary.get("columns") or {}
     if settled := summary.get("settled"):
         residual = f"unbalanced forces are {settled['residual']:.2g} of the loads"
         print(f"settled in {settled['steps']} steps: {residual}")
-    print(f"{summary.get('steps', len(history['time']) - 1)} steps in {number(total, 3)} s{apart}")
-    columns = summary.get("columns") or {}
+    n_steps, total = summary.get("steps", len(history["time"]) - 1), timings.get("total", 0.0)
+    line = f"{n_steps} steps in {number(float(total), 3)} s"
+    if (compiling := float(timings.get("compile", 0.0))) >= 0.05:
+        line += f", {number(compiling, 2)} s of it compiling kernels"
+    print(line)
     for name, force in history.items():
         contact, _, column = name.rpartition(".")
         if column == "force" and np.isfinite(force).any():
-            at = int(np.nanargmax(np.abs(force)))
+            k = int(np.nanargmax(np.abs(force)))
             label = f"{contact}: " if contact else ""
-            peak = f"{number(float(force[at]))} {columns.get(name, '')}".rstrip()
-            when = f"{history['time'][at]:g} {columns.get('time', '')}".rstrip()
-            print(f"{label}peak force {peak} at t = {when}")
-    _print_energy(summary)
+            peak = f"{number(float(force[k]))} {columns.get(name, '')}".rstrip()
+            time = f"{history['time'][k]:g} {columns.get('time', '')}".rstrip()
+            print(f"{label}peak force {peak} at t = {time}")
+    if energy := summary.get("energy"):
+        base = [units.get(key, "") for key in ("length", "mass", "time")]
+        unit = derived_units(*base)["energy"] if all(base) else ""
+        share = f"{100.0 * energy['relative']:.2g} %"
+        print(f"energy balance: error at most {share} of {number(energy['most'])} {unit}".rstrip())
+    for name, sensor in (summary.get("sensors") or {}).items():
+        for criterion, result in sensor["criteria"].items():
+            span = f"t = {span_of(result)} {units.get('time', '')}"
+            value = number(result["value"]) + f" {result.get('unit', '')}".rstrip()
+            value += f" ({result['band']})" if "band" in result else ""
+            print(f"{name}: {criterion} {value}, {span}")
     if line := steps_line(summary.get("step_reasons") or {}):
         print(line)
     for text in summary.get("notes") or []:
@@ -173,38 +199,6 @@ def _print_result(summary: dict[str, Any], history: dict[str, Any], folder: Path
         print(f"warning: {text}")
     page = folder / "report.html"
     print(f"report: {page}" if page.is_file() else f"output: {folder}")
-
-
-def _print_ratings(folder: Path) -> None:
-    """Print how signals over time are rated beside the tests that the case names."""
-    from contiga.report.references import rated, references_of
-    from contiga.report.run_folder import read_run
-
-    run = read_run(folder)
-    for test in (rated(run, one) for one in references_of(run) if one.x == "time"):
-        score = test.rating and f"{test.rating.overall:.3f}, {test.rating.grade}, by ISO/TS 18571"
-        said = f"rated {score}" if score else f"not rated: {test.why}"
-        print(f"{test.reference.channel} beside test {test.reference.name}: {said}")
-
-
-def _print_energy(summary: dict[str, Any]) -> None:
-    """Print the energy balance of what forces move, and the criteria of sensors."""
-    from contiga.io.units import derived_units
-    from contiga.report.style import number, span_of
-
-    energy, units = summary.get("energy") or {}, summary.get("units") or {}
-    if energy:
-        named = [units.get(key, "") for key in ("length", "mass", "time")]
-        unit = derived_units(*named)["energy"] if all(named) else ""
-        share = f"{100.0 * energy['relative']:.2g} %"
-        largest = f"{number(energy['most'])} {unit}".rstrip()
-        print(f"energy balance: error at most {share} of {largest}")
-    for name, sensor in (summary.get("sensors") or {}).items():
-        for criterion, result in sensor["criteria"].items():
-            span = f"t = {span_of(result)} {units.get('time', '')}"
-            value = number(result["value"]) + f" {result.get('unit', '')}".rstrip()
-            value += f" ({result['band']})" if "band" in result else ""
-            print(f"{name}: {criterion} {value}, {span}")
 
 
 @app.command(cls=Command, epilog=epilog("check"))
@@ -245,12 +239,12 @@ def check(
         print(f"warning: {finding}")
     if strict and findings:
         raise_findings(findings)
-    told = {0: "", 1: ", with a warning"}.get(len(findings), f", with {len(findings)} warnings")
-    flawed = [finding.where for finding in findings if finding.rule == OPEN]
-    if flawed:
-        print(f"{case} runs, but not as it is meant: {', '.join(flawed)} counts as open{told}")
+    warnings = {0: "", 1: ", with a warning"}.get(len(findings), f", with {len(findings)} warnings")
+    open_parts = ", ".join(finding.where for finding in findings if finding.rule == OPEN)
+    if open_parts:
+        print(f"{case} runs, but not as it is meant: {open_parts} counts as open{warnings}")
     else:
-        print(f"{case} is ready to run{told}")
+        print(f"{case} is ready to run{warnings}")
 
 
 @app.command(cls=Command, epilog=epilog("preview"))
@@ -294,7 +288,7 @@ def _table(rows: Iterable[tuple[str, str]]) -> None:
     grid.add_column(style="bold", no_wrap=True)
     grid.add_column(overflow="fold")
     for label, text in rows:
-        grid.add_row(Text(label), Text(text))  # as it is: [brackets] are no styles
+        grid.add_row(Text(label), Text(text))  # not markup: brackets are no styles
     Console(highlight=False).print(grid)
 
 

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 _MAX_SETTINGS = 12
 """Largest number of settings that are printed."""
-_TELLING = ("force", "max_penetration", "a", "filtered_a", "total", "error")
+_PRINTED_COLUMNS = ("force", "max_penetration", "a", "filtered_a", "total", "error")
 """Columns that are printed, of each contact, sensor and the system."""
 
 
@@ -82,16 +82,16 @@ def _lines(comparison: Comparison) -> Iterator[str]:
     if not comparison.settings:
         yield "no setting differs"
     for name, d in comparison.differences.items():
-        if name.rpartition(".")[2] in _TELLING and name not in comparison.noise:
+        if name.rpartition(".")[2] in _PRINTED_COLUMNS and name not in comparison.noise:
             share = f"{100.0 * d.relative:.3g} %" if d.largest > 0.0 else "none"
             peaks, _, unit = peaks_of(comparison, name)
-            told = " ".join([" → ".join(map(number, peaks)), unit]).rstrip()
+            peak_text = " ".join([" → ".join(map(number, peaks)), unit]).rstrip()
             time = f"{number(d.at)} {comparison.runs[0].units.time}".rstrip()
-            when = f" at t = {time}" if d.largest > 0.0 else ""
-            yield f"{name}: peak {told}, largest difference {share}{when}"
-    for name, values in criteria_with_units(comparison).items():
-        yield f"{name}: {' → '.join('–' if v is None else number(v) for v in values)}"
-    for words, key in (("steps", "steps"), ("seconds", "total")):
-        values = comparison.timings.get(key, (None,))
-        if None not in values:
-            yield f"{words}: {' → '.join(map(number, values))}"
+            time = f" at t = {time}" if d.largest > 0.0 else ""
+            yield f"{name}: peak {peak_text}, largest difference {share}{time}"
+    for name, results in criteria_with_units(comparison).items():
+        yield f"{name}: {' → '.join('–' if v is None else number(v) for v in results)}"
+    for label, key in (("steps", "steps"), ("seconds", "total")):
+        times = comparison.timings.get(key, (None,))
+        if None not in times:
+            yield f"{label}: {' → '.join(map(number, times))}"

@@ -1,4 +1,4 @@
-"""Tell that kernels have to be compiled, and compile them on more cores."""
+"""Announce that kernels have to be compiled, and compile them on more cores."""
 
 from __future__ import annotations
 
@@ -16,19 +16,19 @@ if TYPE_CHECKING:
     from contiga.warmup.compile_pool import CompilePool, Progress
     from contiga.warmup.listing import Row
 
-MANY = 4
-"""Kernels that are compiled before other processes are called, where it is not a first run."""
-HELPERS = 7
-"""Processes beside a run, at most: each takes some 400 MB."""
+MIN_KERNELS = 4
+"""Number of kernels that a later run compiles before it starts other processes."""
+MAX_HELPERS = 7
+"""Largest number of processes beside a run: each takes some 400 MB."""
 PAUSE = 15.0
-"""Seconds between two messages."""
+"""Time between two messages, seconds."""
 
 
 def watch_compiling(context: typer.Context, helped: bool = False) -> None:
-    """Listen to numba until a command ends; with `helped`, have others compile as well if it pays.
+    """Listen to numba until a command ends; with `helped`, other processes compile as well.
 
-    A first run compiles hundreds, so they begin at once, while it reads its case and CAD. Where all
-    kernels are kept from before nothing is ever heard, and nothing is started.
+    A first run compiles hundreds of kernels, so they begin at once, while it reads its case and
+    CAD. If all kernels are cached, there are no events, and nothing is started.
     """
     leave_out()
     tell = sys.stderr.isatty() and "--quiet" not in sys.argv
@@ -40,29 +40,31 @@ def watch_compiling(context: typer.Context, helped: bool = False) -> None:
     from contiga.jit.cache import COMPILE_LISTENERS
     from contiga.jit.folder import kernel_folder
 
-    shared = helped and kernel_folder() is not None  # what others compile is found in files
-    helpers = min(thread_count() - 1, HELPERS) if shared else 0
-    compile_pool: list[CompilePool] = []
+    can_share = helped and kernel_folder() is not None  # processes share kernels by files
+    n_helpers = min(thread_count() - 1, MAX_HELPERS) if can_share else 0
     messages: list[Messages] = []
-    counted, first = 0, False
+    pools: list[CompilePool] = []
+    n_compiled, is_first_run = 0, False
 
-    def say() -> None:
-        messages.append(Messages(1 + helpers, tell))
+    def start_messages() -> None:
+        messages.append(Messages(1 + n_helpers, tell))
 
-    def call_others() -> None:
-        COMPILE_LISTENERS.extend(messages)
-        if helpers:
+    def start_helpers() -> None:
+        from contiga.warmup.compile_pool import CompilePool
+
+        if n_helpers:
             with suppress(OSError):  # no more processes: the run compiles by itself
-                compile_pool.append(_crew(helpers, messages[0]))
+                pools.append(CompilePool(n_helpers, messages[0].hear))
+        COMPILE_LISTENERS.extend([*messages, *pools])
 
     class Watcher(event.Listener):  # type: ignore[misc]
         def on_start(self, _: Any) -> None:
-            nonlocal counted
-            counted += 1
-            if counted == 1 and not first:
-                say()
-            if counted == MANY and not first:
-                call_others()
+            nonlocal n_compiled
+            n_compiled += 1
+            if n_compiled == 1 and not is_first_run:
+                start_messages()
+            if n_compiled == MIN_KERNELS and not is_first_run:
+                start_helpers()
 
         def on_end(self, _: Any) -> None:
             pass
@@ -73,29 +75,27 @@ def watch_compiling(context: typer.Context, helped: bool = False) -> None:
     @context.call_on_close
     def end() -> None:
         event.unregister("numba:compile", watcher)
-        own = (*messages, *compile_pool)
-        COMPILE_LISTENERS[:] = [other for other in COMPILE_LISTENERS if other not in own]
-        for one in compile_pool:
-            one.end()
+        started = (*messages, *pools)
+        COMPILE_LISTENERS[:] = [other for other in COMPILE_LISTENERS if other not in started]
+        for pool in pools:
+            pool.end()
 
-    first = helpers > 0 and _is_first()
-    if first:
-        say()
-        call_others()
+    is_first_run = n_helpers > 0 and _is_first()
+    if is_first_run:
+        start_messages()
+        start_helpers()
 
 
 class Messages:
-    """Print on the error stream that kernels are compiled, and now and then how many are left.
+    """Print on the error stream that kernels are compiled, and regularly how many remain.
 
-    It is a `CompileListener`, and listens to the processes of a `CompilePool` too.
-
-    Which kernels a run will need is not known before: those that are left are at most those of the
-    list that nobody has come to.
+    It is a `CompileListener`, and listens to the processes of a `CompilePool` too. A run may not
+    need all kernels of the list, so that the remaining ones are an upper bound.
 
     Parameters
     ----------
-    cores : how many processes compile
-    tell : whether anything is said
+    cores : number of processes that compile
+    tell : whether to print anything
     """
 
     def __init__(self, cores: int, tell: bool) -> None:
@@ -103,51 +103,42 @@ class Messages:
         from contiga.warmup.listing import listing
 
         self._listing = listing()
-        self._left = set(range(len(self._listing.kernels)))
+        self._remaining = set(range(len(self._listing.kernels)))
         self._lock = threading.Lock()
         self._tell = tell
-        self._said_at = perf_counter()
+        self._message_time = perf_counter()
         if tell and choice().refused:
             print(choice().text, file=sys.stderr, flush=True)
         on = f" on {cores} cores" if cores > 1 else ""
-        self._say(f"compiling kernels{on}, once for all projects of this user")
+        self._print(f"compiling kernels{on}, once for all projects of this user")
 
     def before(self, module: str, name: str, arguments: tuple[Any, ...]) -> None:
         """A kernel will be compiled."""
 
     def after(self, module: str, name: str, arguments: tuple[Any, ...]) -> None:
-        """A kernel is there, or cannot be compiled."""
-        self._done(self._listing.find(module, name, arguments))
+        """A kernel has been compiled, or cannot be."""
+        self._remove(self._listing.find(module, name, arguments))
 
     def hear(self, process: int, progress: Progress) -> None:
-        """Take note of what another process tells."""
+        """Count a kernel that another process has done."""
         if progress.done:
-            self._done(progress.row)
+            self._remove(progress.row)
 
-    def _done(self, row: Row | None) -> None:
+    def _remove(self, row: Row | None) -> None:
         with self._lock:
-            self._left -= {row}
-            if perf_counter() - self._said_at >= PAUSE:
-                self._said_at = perf_counter()
-                self._say("compiling kernels")
+            self._remaining -= {row}
+            if perf_counter() - self._message_time >= PAUSE:
+                self._message_time = perf_counter()
+                self._print("compiling kernels")
 
-    def _say(self, what: str) -> None:
+    def _print(self, text: str) -> None:
         if self._tell:
-            print(f"{what}: at most {len(self._left)} left", file=sys.stderr, flush=True)
+            print(f"{text}: at most {len(self._remaining)} left", file=sys.stderr, flush=True)
 
 
 def _is_first() -> bool:
-    """Return whether the kernel of tracking has to be compiled, which every case comes to."""
+    """Return whether the kernel of tracking, which every case needs, has to be compiled."""
     from contiga.jit.preload import is_missing
     from contiga.search.track.kernels.track_nb import track_chunks
 
     return is_missing(track_chunks)
-
-
-def _crew(helpers: int, messages: Messages) -> CompilePool:
-    from contiga.jit.cache import COMPILE_LISTENERS
-    from contiga.warmup.compile_pool import CompilePool
-
-    compile_pool = CompilePool(helpers, messages.hear)
-    COMPILE_LISTENERS.append(compile_pool)
-    return compile_pool

@@ -21,7 +21,7 @@ def convert(
     ],
 ) -> None:
     """Make a case of an LS-DYNA keyword deck, and list what of it is not understood."""
-    from contiga.case.convert import convert as converted
+    from contiga.case.convert import convert as convert_deck
     from contiga.case.convert import parse_units
     from contiga.io.out.files import write_text
 
@@ -29,7 +29,7 @@ def convert(
         raise OutputError(
             "there is such a file already", where=str(out), allowed="a new file: it may be yours"
         )
-    conversion = converted(deck, parse_units(units), out.parent)
+    conversion = convert_deck(deck, parse_units(units), out.parent)
     write_text(out, conversion.text)
     print(f"{out}: {conversion.bodies} bodies, {conversion.contacts} contacts")
     for name, lines in sorted(conversion.unknown.items()):

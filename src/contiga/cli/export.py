@@ -1,4 +1,4 @@
-"""``contiga export DIR``: what sensors have measured, in the format of crash laboratories."""
+"""``contiga export DIR``: signals of sensors in the format of crash laboratories."""
 
 from __future__ import annotations
 

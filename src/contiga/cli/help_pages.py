@@ -1,4 +1,4 @@
-"""The help of each command: flags without values, examples, and the page that says more."""
+"""The help of each command: flags without values, examples, and its page in the documentation."""
 
 from __future__ import annotations
 
@@ -72,25 +72,25 @@ _TEXTS: dict[str, tuple[str, tuple[str, ...]]] = {
 
 
 def epilog(command: str) -> str:
-    """Examples of a command, "" for the program, each in a line, and where more is said."""
+    """Return the examples of a command ("" for the program), a line each, and its page."""
     page, examples = _TEXTS[command]
-    # A blank line between two keeps each in a line of its own.
+    # Blank lines keep each example in a line of its own.
     return "\n\n".join(["Examples:", *examples, f"More: {_PAGES}{page}"])
 
 
 class Command(TyperCommand):
-    """A command whose help shows flags without the value they do not take."""
+    """A command whose help shows flags without a value."""
 
     def get_params(self, ctx: Any) -> list[Any]:
-        """Arguments and options."""
+        """Return arguments and options."""
         return _without_values(super().get_params(ctx))
 
 
 class Group(TyperGroup):
-    """The program, the same way."""
+    """The program, whose help shows flags without a value."""
 
     def get_params(self, ctx: Any) -> list[Any]:
-        """Return the options of the command."""
+        """Return the options of the program."""
         return _without_values(super().get_params(ctx))
 
 

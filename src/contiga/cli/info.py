@@ -9,22 +9,21 @@ from typing import TYPE_CHECKING, Any
 from contiga.errors import InputError
 
 if TYPE_CHECKING:
-    from contiga.io.cad.cad_parts import CadFile, CadPart
     from contiga.records import FloatArray
 
 Row = tuple[str, str]
 
 _POWERS = {"size": "", "area": "²"}
-"""Of the unit of length, in that of numbers of a summary."""
+"""Power of the unit of length, by key of a summary."""
 
 
 def rows_of(file: Path, *, faces: bool = False) -> Iterator[Row]:
-    """Yield what is in a CAD file or a mesh; `faces` adds the faces of CAD, one by one.
+    """Yield the contents of a CAD file or a mesh; `faces` adds the faces of CAD, one by one.
 
     Raises
     ------
     InputError
-        The file cannot be read; `faces` of a mesh are asked for.
+        The file cannot be read, or it is a mesh and `faces` is set.
     """
     from contiga.io.cad.formats import SUFFIXES
 
@@ -38,71 +37,58 @@ def rows_of(file: Path, *, faces: bool = False) -> Iterator[Row]:
             allowed=" ".join(SUFFIXES),
         )
     else:
-        yield from _mesh(file)
+        from contiga.io.mesh.read_master import master_of
+        from contiga.io.mesh.read_mesh import read_mesh
+        from contiga.slaves.mesh_summary import mesh_summary
 
-
-def _mesh(file: Path) -> Iterator[Row]:
-    from contiga.io.mesh.read_master import master_of
-    from contiga.io.mesh.read_mesh import read_mesh
-    from contiga.slaves.mesh_summary import mesh_summary
-
-    mesh = read_mesh(file)
-    yield from _summary(mesh_summary(mesh))
-    if mesh.facets is not None and len(mesh.facets):
-        yield from master_of(mesh, where=str(file)).condition_rows()
+        mesh = read_mesh(file)
+        yield from _summary(mesh_summary(mesh))
+        if mesh.facets is not None and len(mesh.facets):
+            yield from master_of(mesh, where=str(file)).condition_rows()
 
 
 def _cad(file: Path, faces: bool) -> list[Row]:
-    """Return the rows of a CAD file; those of the first look, where it was looked at before."""
+    """Return the rows of a CAD file, from the cache if it was described before."""
     from contiga.io.cad.formats import expect_cad
 
     expect_cad(file)
     from contiga.io.cad.read_cache import answer_kept
 
-    asked = "info and faces" if faces else "info"
-    return answer_kept(file, asked, __file__, lambda: list(_of_cad(file, faces)))
+    question = "info and faces" if faces else "info"
+    return answer_kept(file, question, __file__, lambda: list(_cad_rows(file, faces)))
 
 
-def _of_cad(file: Path, faces: bool) -> Iterator[Row]:
+def _cad_rows(file: Path, faces: bool) -> Iterator[Row]:
     from contiga.io.cad.cad_parts import read_cad_file
 
     cad = read_cad_file(file)
-    from contiga.masters.body_summary import body_summary  # which is loaded meanwhile
+    from contiga.geometry.face_box import bounds_of  # loaded while the file is read
+    from contiga.geometry.trim_area import patch_areas
+    from contiga.masters.body_summary import body_summary
 
     yield from _summary(body_summary(cad.body))
     yield from cad.body.condition_rows()
     if cad.said:
         yield "solids", cad.said
     for part in cad.parts:
-        yield from _part(part)
-    if faces:
-        yield from _faces(cad)
-
-
-def _part(part: CadPart) -> Iterator[Row]:
-    body = part.body
-    closed = body.closed
-    volume = body.volume() if closed else 0.0
-    side = "inward, around a cavity" if volume < 0.0 else "outward"
-    numbers = [face.number for face in part.faces]
-    faces = f"face{'' if len(numbers) == 1 else 's'} {_ranges(numbers)}"
-    texts = [
-        *([part.title] if part.title else []),
-        *([f"loose {faces}"] if part.kind == "faces" else [part.kind, faces]),
-        f"closed, normals {side}, volume {_with(body.unit, abs(volume), '³')}"
-        if closed
-        else "open",
-        f"area {_with(body.unit, body.area(), '²')}",
-        *([] if part.colour is None else [part.colour]),
-    ]
-    yield f"part {part.number}", ", ".join(texts)
-    yield "", _box(body.bounds(), body.unit)
-
-
-def _faces(cad: CadFile) -> Iterator[Row]:
-    from contiga.geometry.face_box import bounds_of
-    from contiga.geometry.trim_area import patch_areas
-
+        body = part.body
+        volume = body.volume() if body.closed else 0.0
+        side = "inward, around a cavity" if volume < 0.0 else "outward"
+        numbers = [face.number for face in part.faces]
+        face_text = f"face{'' if len(numbers) == 1 else 's'} {_ranges(numbers)}"
+        texts = [
+            *([part.title] if part.title else []),
+            *([f"loose {face_text}"] if part.kind == "faces" else [part.kind, face_text]),
+            f"closed, normals {side}, volume {_with_unit(body.unit, abs(volume), '³')}"
+            if body.closed
+            else "open",
+            f"area {_with_unit(body.unit, body.area(), '²')}",
+            *([] if part.colour is None else [part.colour]),
+        ]
+        yield f"part {part.number}", ", ".join(texts)
+        yield "", _box(body.bounds(), body.unit)
+    if not faces:
+        return
     body = cad.body
     labels = {face.number: (face, part) for part in cad.parts for face in part.faces}
     areas = patch_areas(body)
@@ -110,8 +96,8 @@ def _faces(cad: CadFile) -> Iterator[Row]:
         face, part = labels[number]
         texts = [
             face.kind,
-            *(said for said in (face.name, face.colour) if said is not None),
-            f"area {_with(body.unit, float(areas[k]), '²')}",
+            *(label for label in (face.name, face.colour) if label is not None),
+            f"area {_with_unit(body.unit, float(areas[k]), '²')}",
             f"part {part.number}",
             _box(bounds_of([body.patches[k]], [body.trims[k]]), body.unit),
         ]
@@ -121,11 +107,11 @@ def _faces(cad: CadFile) -> Iterator[Row]:
 def _box(bounds: FloatArray, unit: str | None) -> str:
     low, high = bounds.tolist()
     spans = zip("xyz", low, high, strict=True)
-    return ", ".join(f"{axis} {a:.6g} to {_with(unit, b)}" for axis, a, b in spans)
+    return ", ".join(f"{axis} {a:.6g} to {_with_unit(unit, b)}" for axis, a, b in spans)
 
 
 def _ranges(numbers: Sequence[int]) -> str:
-    """Return whole numbers as a text, those in a row as "3-7"."""
+    """Return integers as a text, ranges as "3-7"."""
     runs: list[list[int]] = []
     for number in numbers:
         if runs and number == runs[-1][-1] + 1:
@@ -136,34 +122,34 @@ def _ranges(numbers: Sequence[int]) -> str:
 
 
 def _summary(summary: dict[str, Any]) -> Iterable[Row]:
-    """Rows of a summary: what is not known or empty is left out."""
+    """Yield the rows of a summary, without empty ones."""
     unit = summary.get("unit")
     for key, value in summary.items():
         label = key.replace("_", " ")
         if key == "bounds":
             for axis, low, high in zip("xyz", *value, strict=True):
-                yield axis, f"{low:.6g} to {high:.6g}, {_with(unit, high - low)} long"
+                yield axis, f"{low:.6g} to {high:.6g}, {_with_unit(unit, high - low)} long"
         elif key in _POWERS and isinstance(value, float):
-            yield label, _with(unit, value, _POWERS[key])
+            yield label, _with_unit(unit, value, _POWERS[key])
         elif key == "thickness" and value is not None:
-            yield label, f"{value[0]:.6g} to {_with(unit, value[1])}"
+            yield label, f"{value[0]:.6g} to {_with_unit(unit, value[1])}"
         elif isinstance(value, list) and value and isinstance(value[0], dict):
             for k, entry in enumerate(value):
-                yield (label if k == 0 else ""), _in_words(entry)
+                yield (label if k == 0 else ""), _as_text(entry)
         elif value is not None and value not in ([], {}, ""):
-            yield label, _in_words(value)
+            yield label, _as_text(value)
 
 
-def _with(unit: str | None, value: float, power: str = "") -> str:
-    """A number with its unit, where that is known."""
+def _with_unit(unit: str | None, value: float, power: str = "") -> str:
+    """Return a number with its unit, if there is one."""
     return f"{value:.6g}" if unit is None else f"{value:.6g} {unit}{power}"
 
 
-def _in_words(value: Any) -> str:
+def _as_text(value: Any) -> str:
     if isinstance(value, dict):
-        return ", ".join(f"{str(k).replace('_', ' ')}: {_in_words(v)}" for k, v in value.items())
+        return ", ".join(f"{str(k).replace('_', ' ')}: {_as_text(v)}" for k, v in value.items())
     if isinstance(value, list | tuple):
-        return ", ".join(_in_words(v) for v in value)
+        return ", ".join(_as_text(v) for v in value)
     if isinstance(value, float):
         return f"{value:.6g}"
     return str(value)

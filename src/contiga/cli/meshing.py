@@ -1,4 +1,4 @@
-"""Foretell the size of a mesh of a body: a tolerance that is far off takes minutes."""
+"""Estimate the size of a mesh of a body: a tolerance that is much too small takes minutes."""
 
 from __future__ import annotations
 
@@ -9,51 +9,48 @@ from contiga.errors import InputError
 from contiga.geometry.tessellate import MAX_CELLS
 from contiga.masters.body import Body
 
-COARSE = 1e-4
-"""Of the size of a body: a tolerance that takes less than a second, and tells of finer ones."""
-MANY = 2e6
-"""Triangles from which on it is told how many there will be."""
+COARSE_TOL = 1e-4
+"""Tolerance of a coarse mesh, over the size of the body: it takes less than a second."""
+LARGE_COUNT = 2e6
+"""Number of triangles above which a message says how many there will be."""
 MAX_TRIANGLES = 2.0 * MAX_CELLS
 """Largest number of triangles of a mesh."""
 
 
 def foretell(body: Body, tol: float) -> None:
-    """Say how many triangles a mesh by chord height takes, where they are many.
+    """Print how many triangles a mesh by chord height takes, if they are many.
 
-    Their number goes with a power of 1/`tol`: 1 where faces are curved two ways, ½ where one way, 0
-    where they are flat. Two coarse meshes say which.
+    Their number is proportional to a power of 1/`tol`: 1 for faces curved two ways, ½ for one way,
+    0 for flat faces. Two coarse meshes give the power.
 
     Raises
     ------
     InputError
-        More of them than a mesh has.
+        The mesh would have too many triangles.
     """
-    coarse = COARSE * body.size
-    if tol >= 0.1 * coarse:
+    coarse_tol = COARSE_TOL * body.size
+    if tol >= 0.1 * coarse_tol:
         return
-    many, few = (len(body.tessellate(factor * coarse).triangles) for factor in (1.0, 4.0))
-    power = min(max(math.log(many / few) / math.log(4.0), 0.0), 1.0)
-    count = many * (coarse / tol) ** power
-    if count <= MANY or power < 0.05:  # flat: of no tolerance many
+    fine, coarse = (len(body.tessellate(k * coarse_tol).triangles) for k in (1.0, 4.0))
+    power = min(max(math.log(fine / coarse) / math.log(4.0), 0.0), 1.0)
+    count = fine * (coarse_tol / tol) ** power
+    if count <= LARGE_COUNT or power < 0.05:  # flat faces: few triangles at any tolerance
         return
-
-    def takes(most: float) -> float:
-        """The tolerance at which there are so many."""
-        return coarse * (many / most) ** (1.0 / power)
-
+    large_tol, max_tol = (
+        coarse_tol * (fine / n) ** (1.0 / power) for n in (LARGE_COUNT, MAX_TRIANGLES)
+    )
     if count > MAX_TRIANGLES:
         raise InputError(
             f"about {count:.2g} triangles would be as near to {body.name}, which is "
             f"{body.size:.3g} large",
             where="--tol",
             found=tol,
-            allowed=f"about {takes(MAX_TRIANGLES):.1g} or more, "
-            f"which makes {MAX_TRIANGLES:.2g} triangles",
+            allowed=f"about {max_tol:.1g} or more, which makes {MAX_TRIANGLES:.2g} triangles",
             remedy="Look at its unit: that of the mesh",
         )
     print(
-        f"contiga: about {count:.2g} triangles, which takes minutes; --tol {takes(MANY):.1g} takes "
-        f"{MANY:.2g}",
+        f"contiga: about {count:.2g} triangles, which takes minutes; --tol {large_tol:.1g} takes "
+        f"{LARGE_COUNT:.2g}",
         file=sys.stderr,
         flush=True,
     )

@@ -21,9 +21,9 @@ def pack(
     ] = False,
 ) -> None:
     """Put the pages and numbers of a run or a study into one zip file, which reads offline."""
-    from contiga.report.pack import pack as packed
+    from contiga.report.pack import pack as write_zip
 
-    whole = folder.resolve()
-    path = out if out is not None else whole.with_name(f"{whole.name}.zip")
-    count = packed(folder, path, fields=fields)
+    resolved = folder.resolve()
+    path = out if out is not None else resolved.with_name(f"{resolved.name}.zip")
+    count = write_zip(folder, path, fields=fields)
     print(f"{path}: {count} files, {path.stat().st_size / 1e6:.3g} MB")

@@ -1,7 +1,7 @@
-"""Signs that a stream's encoding lacks, written in plain ones: ``12.5 N/mm²`` as ``12.5 N/mm^2``.
+"""Plain spelling of characters that an encoding lacks: ``12.5 N/mm²`` as ``12.5 N/mm^2``.
 
 A stream that goes into a file or a pipe has the encoding of the system, which on Windows, and with
-``PYTHONIOENCODING``, is often not UTF-8. What a command did is not lost over a thin space.
+``PYTHONIOENCODING``, is often not UTF-8. A command must not fail over a thin space.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from io import TextIOWrapper
 from unicodedata import name, normalize
 
 ERRORS = "contiga.plain_signs"
-"""Name of the way to handle what cannot be encoded."""
+"""Name of the handler of characters that cannot be encoded."""
 PLAIN = {
     "⁄": "/",
     "²": "^2",
@@ -42,7 +42,7 @@ PLAIN = {
 
 
 def write_plain_signs() -> None:
-    """Have the standard streams of this process write signs they cannot encode as plain ones."""
+    """Make the standard streams replace characters that they cannot encode by plain ones."""
     codecs.register_error(ERRORS, _encoded)
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, TextIOWrapper):  # pythonw.exe has none
@@ -50,17 +50,14 @@ def write_plain_signs() -> None:
 
 
 def _encoded(error: UnicodeError) -> tuple[str, int]:
-    """The way to handle what cannot be encoded, as `codecs` asks for it."""
+    """Handle an encoding error, as `codecs` requires."""
     if not isinstance(error, UnicodeEncodeError):
         raise error
     return "".join(map(plain, error.object[error.start : error.end])), error.end
 
 
 def plain(sign: str) -> str:
-    """Return a sign in ASCII.
-
-    It is the plain sign that stands for it, the name of a Greek letter, or the number of any other
-    sign, which still identifies the file.
+    """Return a character in ASCII: its plain spelling, the name of a Greek letter, or its number.
 
     >>> [plain(sign) for sign in ("²", "₁", "ω", "é")]
     ['^2', '1', 'omega', '\\\\xe9']

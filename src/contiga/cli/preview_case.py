@@ -1,4 +1,4 @@
-"""Writing the preview of a case: where to, refused early, and the line that says so."""
+"""The preview of a case: its path, checked early, and its output."""
 
 from __future__ import annotations
 
@@ -12,14 +12,14 @@ if TYPE_CHECKING:
 
 
 def preview_path(path: Path) -> Path:
-    """Return where to write a preview; refuse before files are read if that cannot be.
+    """Return the path of a preview, checked before files are read.
 
     Raises
     ------
     FileError
         Neither a picture nor a page.
     MissingPackageError
-        What draws it is not installed.
+        The package that draws it is not installed.
     """
     from contiga.previewing.preview import check_suffix
 
@@ -29,7 +29,7 @@ def preview_path(path: Path) -> Path:
 
 
 def write_preview(simulation: Simulation, path: Path) -> None:
-    """Write the preview of a simulation and say where it is."""
+    """Write the preview of a simulation and print its path."""
     from contiga.previewing.preview import preview
 
     preview(simulation).save(path)

@@ -2,24 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from math import degrees
-from pathlib import Path as FilePath
-from typing import TYPE_CHECKING, Annotated
+from pathlib import Path
+from typing import Annotated
 
 import typer
 
 from contiga.cli.options import load
 from contiga.errors import FileError, InputError
 
-if TYPE_CHECKING:
-    from contiga.routing.path import Path
-
 
 def route(
     context: typer.Context,
     file: Annotated[
-        FilePath, typer.Argument(metavar="FILE", help="CAD file or mesh, or a case with belts.")
+        Path, typer.Argument(metavar="FILE", help="CAD file or mesh, or a case with belts.")
     ],
     start: Annotated[
         str | None, typer.Option("--from", metavar="X,Y,Z", help="Where the path starts.")
@@ -38,7 +34,7 @@ def route(
         str | None, typer.Option("--unit", help="Length unit; the file's own if left out.")
     ] = None,
     out: Annotated[
-        FilePath | None,
+        Path | None,
         typer.Option("-o", "--out", metavar="x.png", help="Picture to write."),
     ] = None,
 ) -> None:
@@ -56,42 +52,36 @@ def route(
                 where="--from",
                 allowed="a CAD file or a mesh",
             )
-        paths = dict(_belts_of(file, context))
+        from contiga.case.build import belts_of
+
+        belts = belts_of(load(file, None, context))
+        if not belts:
+            raise InputError("has no belts", where=str(file), allowed="a case with [[belt]] tables")
+        paths = {name: belt.path for name, belt in belts.items()}
     else:
-        paths = {"path": _path_over(file, unit, (start, end), via or [], points)}
+        from contiga.io.cad.formats import SUFFIXES
+        from contiga.io.cad.read_cad import read_cad
+        from contiga.io.mesh.read_master import read_master
+        from contiga.routing.route import route as route_over
+
+        ends = _point(start, "--from"), _point(end, "--to")
+        is_cad = file.suffix.lower() in SUFFIXES
+        body = read_cad(file, unit=unit) if is_cad else read_master(file, unit=unit)
+        between = [_point(text, "--via") for text in via or []]
+        paths = {"path": route_over(body, *ends, between, points=points)}
     for name, path in paths.items():
-        _print_path(name, path)
+        print(f"{name}: length {path.length:.8g}, {len(path.points)} points")
+        for wrap in path.wraps:
+            first, last = (", ".join(f"{x:.6g}" for x in at) for at in (wrap.first, wrap.last))
+            print(
+                f"  on {wrap.body} from {wrap.start:.6g} [{first}] to {wrap.end:.6g} [{last}], "
+                f"turns by {degrees(wrap.angle):.4g}°"
+            )
+        if not path.wraps:
+            print("  touches nothing")
     if out is not None:
         draw_routes([*paths.values()], out)
         print(f"picture: {out}")
-
-
-def _path_over(
-    file: FilePath,
-    unit: str | None,
-    ends: tuple[str | None, str | None],
-    via: list[str],
-    points: int,
-) -> Path:
-    from contiga.io.cad.formats import SUFFIXES
-    from contiga.io.cad.read_cad import read_cad
-    from contiga.io.mesh.read_master import read_master
-    from contiga.routing.route import route as route_over
-
-    named = [_point(text, name) for text, name in zip(ends, ("--from", "--to"), strict=True)]
-    is_cad = file.suffix.lower() in SUFFIXES
-    body = read_cad(file, unit=unit) if is_cad else read_master(file, unit=unit)
-    between = [_point(one, "--via") for one in via]
-    return route_over(body, named[0], named[1], between, points=points)
-
-
-def _belts_of(file: FilePath, context: typer.Context) -> Iterator[tuple[str, Path]]:
-    from contiga.case.build import belts_of
-
-    belts = belts_of(load(file, None, context))
-    if not belts:
-        raise InputError("has no belts", where=str(file), allowed="a case with [[belt]] tables")
-    yield from ((name, belt.path) for name, belt in belts.items())
 
 
 def _point(text: str | None, option: str) -> list[float]:
@@ -102,15 +92,3 @@ def _point(text: str | None, option: str) -> list[float]:
     if len(numbers) != 3:
         raise InputError("must be a point", where=option, found=text, allowed="X,Y,Z")
     return numbers
-
-
-def _print_path(name: str, path: Path) -> None:
-    print(f"{name}: length {path.length:.8g}, {len(path.points)} points")
-    for wrap in path.wraps:
-        first, last = (", ".join(f"{x:.6g}" for x in at) for at in (wrap.first, wrap.last))
-        print(
-            f"  on {wrap.body} from {wrap.start:.6g} [{first}] to {wrap.end:.6g} [{last}], "
-            f"turns by {degrees(wrap.angle):.4g}°"
-        )
-    if not path.wraps:
-        print("  touches nothing")

@@ -1,4 +1,4 @@
-"""Say in one line what made the steps of a run as long as they were."""
+"""Describe in one line what set the lengths of the steps of a run."""
 
 from __future__ import annotations
 
@@ -9,18 +9,18 @@ MAX_REASONS = 3
 
 
 def steps_line(summary: dict[str, Any]) -> str:
-    """Return the line for a summary's `step_reasons`; empty for steps that were given.
+    """Return the line for a summary's `step_reasons`; empty for steps of a given length.
 
-    >>> one = {"told": "a body turns (body 'wheel')", "steps": 30}
-    >>> steps_line({"least": 0.01, "when": 2.0, "tries": 60, "reasons": [one], "let_pass": 0})
+    >>> reason = {"told": "a body turns (body 'wheel')", "steps": 30}
+    >>> steps_line({"least": 0.01, "when": 2.0, "tries": 60, "reasons": [reason], "let_pass": 0})
     "steps set by: a body turns (body 'wheel') 100 %; the shortest 0.01 at t = 2; 2 attempts a step"
     """
     if not summary:
         return ""
-    count = sum(one["steps"] for one in summary["reasons"])
+    count = sum(reason["steps"] for reason in summary["reasons"])
     shares = [
-        f"{one['told']} {100.0 * one['steps'] / count:.0f} %"
-        for one in summary["reasons"][:MAX_REASONS]
+        f"{reason['told']} {100.0 * reason['steps'] / count:.0f} %"
+        for reason in summary["reasons"][:MAX_REASONS]
     ]
     line = f"steps set by: {', '.join(shares)}; the shortest {summary['least']:.3g} at t = "
     line += f"{summary['when']:.4g}"

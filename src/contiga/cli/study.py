@@ -5,15 +5,12 @@ from __future__ import annotations
 import shlex
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
 from contiga.cli.options import Quiet
 from contiga.running.progress import progress_bar
-
-if TYPE_CHECKING:
-    from contiga.studies.study import Study
 
 _MAX_PRINTED = 5
 """Largest number of failed cases whose messages are printed."""
@@ -54,31 +51,27 @@ def study(
     folder = out if out is not None else file.parent / f"{file.stem}_out"
     try:
         with progress_bar(loaded.title, quiet=quiet) as show:
-            done = run_study(
+            result = run_study(
                 loaded, folder, scheduler=scheduler, workers=workers, resume=resume, progress=show
             )
     except KeyboardInterrupt:
-        where = [] if scheduler is None else ["--scheduler", scheduler]
-        line = shlex.join(["contiga", "study", str(file), "-o", str(folder), *where, "--resume"])
+        option = [] if scheduler is None else ["--scheduler", scheduler]
+        line = shlex.join(["contiga", "study", str(file), "-o", str(folder), *option, "--resume"])
         print(f"\ncontiga: stopped; {line} runs what is missing", file=sys.stderr)
         raise
-    if not quiet:
-        _print(done)
-
-
-def _print(done: Study) -> None:
+    if quiet:
+        return
     from contiga.report.style import number
 
-    print(f"{len(done.rows)} cases, {len(done.failed)} failed")
-    for row in done.failed[:_MAX_PRINTED]:
+    print(f"{len(result.rows)} cases, {len(result.failed)} failed")
+    for row in result.failed[:_MAX_PRINTED]:
         print(f"case {row.number}: {row.message.splitlines()[0]}")
-    if len(done.failed) > _MAX_PRINTED:
-        print(f"and {len(done.failed) - _MAX_PRINTED} more")
-    if done.best is not None:
-        best = {**done.best.values, **done.best.collected}
-        said = ", ".join(
+    if len(result.failed) > _MAX_PRINTED:
+        print(f"and {len(result.failed) - _MAX_PRINTED} more")
+    if result.best is not None:
+        values = ", ".join(
             f"{name} {number(value) if isinstance(value, int | float) else value}"
-            for name, value in best.items()
+            for name, value in {**result.best.values, **result.best.collected}.items()
         )
-        print(f"best is case {done.best.number}: {said}")
-    print(f"page: {done.page}")
+        print(f"best is case {result.best.number}: {values}")
+    print(f"page: {result.page}")

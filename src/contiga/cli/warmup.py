@@ -48,7 +48,7 @@ def warmup(
     from contiga.warmup.listing import listing
 
     if pack is not None:
-        _pack(pack, jobs, quiet)
+        _write_package(pack, jobs, quiet)
         return
     if choice().prebuilt is not None and not clear:
         if not quiet:
@@ -69,54 +69,56 @@ def warmup(
         print("nothing to compile: NUMBA_DISABLE_JIT is set")
         return
     start = perf_counter()
-    compiled, there, failed = 0, len(listing().kernels), list[str]()
+    n_compiled, n_cached, errors = 0, len(listing().kernels), list[str]()
     if not record.has_all():
-        count = _compiled(jobs, quiet, os.environ)
-        compiled, there, failed = count.compiled, count.there, count.failed
-        if not failed:
+        count = _compile_all(jobs, quiet, os.environ)
+        n_compiled, n_cached, errors = count.n_compiled, count.n_cached, count.errors
+        if not errors:
             record.write(count.files.values())
     if not quiet:
         print(choice().text)
-        done = f"{compiled} kernels compiled, {there}"
-        if not compiled:
-            done = f"nothing to compile: {there} kernels"
+        counts = f"{n_compiled} kernels compiled, {n_cached}"
+        if not n_compiled:
+            counts = f"nothing to compile: {n_cached} kernels"
         seconds = f"{perf_counter() - start:.0f} s"
-        print(f"{done} were there already; {seconds}; kept in {folder}")
-    if failed:
-        why = "; ".join(failed)
-        raise RunError(f"not all kernels could be compiled ({why}); runs go on without")
+        print(f"{counts} were there already; {seconds}; kept in {folder}")
+    if errors:
+        reasons = "; ".join(errors)
+        raise RunError(f"not all kernels could be compiled ({reasons}); runs go on without")
 
 
-def _pack(folder: Path, jobs: int | None, quiet: bool) -> None:
+def _write_package(folder: Path, jobs: int | None, quiet: bool) -> None:
     """Compile all kernels for the levels of this kind of processor, and write them as a wheel."""
     from contiga.warmup.pack import environment, levels, sources, write_wheel
 
-    kept: dict[Level, dict[int, str]] = {}
+    files: dict[Level, dict[int, str]] = {}
     try:
         folder.mkdir(parents=True, exist_ok=True)
-        with TemporaryDirectory(prefix="contiga-pack-", ignore_cleanup_errors=True) as made:
-            of = sources()
+        with TemporaryDirectory(prefix="contiga-pack-", ignore_cleanup_errors=True) as cache:
+            old_sources = sources()
             for level in levels():
-                count = _compiled(jobs, quiet, environment(level, Path(made, level.name)))
-                if count.failed:
-                    why = "; ".join(count.failed)
-                    raise RunError(f"no wheel is written: kernels could not be compiled ({why})")
-                kept[level] = count.files
-            wheel = write_wheel(kept, of, folder)
+                count = _compile_all(jobs, quiet, environment(level, Path(cache, level.name)))
+                if count.errors:
+                    reasons = "; ".join(count.errors)
+                    raise RunError(
+                        f"no wheel is written: kernels could not be compiled ({reasons})"
+                    )
+                files[level] = count.files
+            wheel = write_wheel(files, old_sources, folder)
     except OSError as error:
         raise RunError(f"no wheel can be written to {folder} ({error.strerror})") from None
     if not quiet:
-        names = " and ".join(level.name for level in kept)
+        names = " and ".join(level.name for level in files)
         print(f"{len(count.files)} kernels for {names} in {wheel}")
 
 
-def _compiled(jobs: int | None, quiet: bool, environment: Mapping[str, str]) -> _Count:
-    """Have all kernels of the list, by processes of this environment."""
+def _compile_all(jobs: int | None, quiet: bool, environment: Mapping[str, str]) -> _Count:
+    """Compile all kernels of the list, by processes of this environment."""
     from contiga.arrays.threads import thread_count
     from contiga.warmup.compile_pool import CompilePool
     from contiga.warmup.listing import listing
 
-    names = [f"{one.module}.{one.name}" for one in listing().kernels]
+    names = [f"{kernel.module}.{kernel.name}" for kernel in listing().kernels]
     with progress_bar("warmup", quiet=quiet) as show:
         count = _Count(show, names)
         processes = jobs or min(thread_count(), MAX_PROCESSES)
@@ -126,35 +128,34 @@ def _compiled(jobs: int | None, quiet: bool, environment: Mapping[str, str]) -> 
 
 
 class _Count:
-    """A count of what the processes tell, with its line on the screen."""
+    """Counts of kernels by the messages of the processes, shown in the progress bar."""
 
     def __init__(self, show: Show, names: list[str]) -> None:
         self._show, self._names = show, names
         self._lock = threading.Lock()
-        self._done = 0
-        self._at: dict[int, str] = {}
-        self.compiled = 0
-        self.there = 0
+        self._n_done = 0
+        self._current_names: dict[int, str] = {}
+        """Kernel that each process compiles."""
+        self.n_compiled = self.n_cached = 0
         self.files: dict[int, str] = {}
-        """Each row holds the file in which its kernel is kept."""
-        self.failed: list[str] = []
+        """Cache file of the kernel of each row."""
+        self.errors: list[str] = []
 
     def hear(self, process: int, progress: Progress) -> None:
-        """A message of a process."""
+        """Count a message of a process."""
         name = self._names[progress.row]
         with self._lock:
             if progress.done:
-                self._done += 1
-                self._at.pop(process, None)
-                self.compiled += progress.made
-                self.there += not (progress.made or progress.error)
+                self._n_done += 1
+                self._current_names.pop(process, None)
+                self.n_compiled += progress.is_compiled
+                self.n_cached += not (progress.is_compiled or progress.error)
                 if progress.file:
                     self.files[progress.row] = progress.file
                 if progress.error:
-                    self.failed.append(f"{name}: {progress.error}")
+                    self.errors.append(f"{name}: {progress.error}")
             else:
-                self._at[process] = name.rpartition("kernels.")[2].replace("_nb.", ".")
-            self._show(self._done, len(self._names), self._said())
-
-    def _said(self) -> str:
-        return ", ".join((f"{self.compiled} kernels compiled", *self._at.values()))
+                short_name = name.rpartition("kernels.")[2].replace("_nb.", ".")
+                self._current_names[process] = short_name
+            texts = f"{self.n_compiled} kernels compiled", *self._current_names.values()
+            self._show(self._n_done, len(self._names), ", ".join(texts))

@@ -1,8 +1,8 @@
 """Filters and injury criteria of crash tests, from sampled signals.
 
-Question: how severe is this signal? Asked with arrays of samples only. Read `samples` (what a
-signal must be), `filters`, `head_injury` with `pairs`, `held_level`, `brain`, `chest`, `neck`,
-`femur`, `dummies` (numbers of their sizes), `bands` and `rating`.
+Question: how severe is this signal? Functions take arrays of samples only. Read `samples` (checks
+of signals), `filters`, `head_injury` with `pairs`, `held_level`, `brain`, `chest`, `neck`, `femur`,
+`dummies` (data of their sizes), `bands` and `rating`.
 
 >>> import numpy as np
 >>> times = np.linspace(0.0, 0.02, 201)

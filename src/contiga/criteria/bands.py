@@ -13,14 +13,14 @@ from contiga.errors import InputError
 
 @dataclass(frozen=True, init=False)
 class Bands:
-    """Values up to the first limit, from there to the second, and so on.
+    """Bands of values between limits, with a name each.
 
     Protocols differ from year to year: none is built in.
 
     Parameters
     ----------
     limits : (n,) rising; a value that is a limit belongs to the band above it
-    names : n + 1 names, from the lowest band to the highest
+    names : names of the n + 1 bands, from the lowest to the highest
 
     Raises
     ------
@@ -36,29 +36,29 @@ class Bands:
     names: tuple[str, ...]
 
     def __init__(self, limits: Iterable[float], names: Iterable[str]) -> None:
-        rising, words = numbers(list(limits), "bands, limits"), tuple(names)
-        finite = rising.ndim == 1 and len(rising) > 0 and bool(np.isfinite(rising).all())
-        if not finite or not (np.diff(rising) > 0.0).all():
+        values, words = numbers(list(limits), "bands, limits"), tuple(names)
+        is_finite = values.ndim == 1 and len(values) > 0 and bool(np.isfinite(values).all())
+        if not is_finite or not (np.diff(values) > 0.0).all():
             raise InputError(
-                "must rise", where="limits", found=rising.tolist(), allowed="finite numbers"
+                "must rise", where="limits", found=values.tolist(), allowed="finite numbers"
             )
-        if len(words) != len(rising) + 1 or not all(isinstance(w, str) and w for w in words):
+        if len(words) != len(values) + 1 or not all(isinstance(w, str) and w for w in words):
             raise InputError(
                 "expected one name more than limits",
                 where="names",
                 found=words,
-                allowed=f"{len(rising) + 1} words",
+                allowed=f"{len(values) + 1} words",
             )
-        object.__setattr__(self, "limits", tuple(rising.tolist()))
+        object.__setattr__(self, "limits", tuple(values.tolist()))
         object.__setattr__(self, "names", words)
 
     def of(self, value: float) -> str:
-        """The name of the band that a value is in.
+        """Return the name of the band of a value.
 
         Raises
         ------
         InputError
-            It is NaN, which is in none, or not a number.
+            The value is NaN or not a number.
         """
         number = numbers(value, "bands, value")
         if number.shape != () or np.isnan(number):

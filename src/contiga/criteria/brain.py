@@ -17,7 +17,7 @@ CRITICAL = (66.25, 56.45, 42.87)
 
 
 class BrIC(NamedTuple):
-    """The criterion, and what it is made of."""
+    """The criterion and its parts."""
 
     value: float
     greatest: FloatArray
@@ -25,16 +25,15 @@ class BrIC(NamedTuple):
 
 
 def bric(w: ArrayLike, critical: ArrayLike = CRITICAL) -> BrIC:
-    """√ Σ (max abs ω / ω_C)² over the axes of the head: the maxima need not be of one time.
+    """Return √ Σ (max abs ω / ω_C)² over the axes of the head, with maxima at any times.
 
     Takhounts, Craig, Moorhouse, McFadden and Hasija, Development of Brain Injury Criteria (BrIC),
-    Stapp Car Crash Journal 57 (2013), 243-266; the critical values are those of its equation for
-    the mean of CSDM and MPS.
+    Stapp Car Crash Journal 57 (2013), 243-266; critical values for the mean of CSDM and MPS.
 
     Parameters
     ----------
     w : (n, 3) angular velocity in the axes of the head, rad/s, filtered by CFC60
-    critical : (3,) rad/s
+    critical : (3,) critical angular velocities, rad/s
 
     Raises
     ------

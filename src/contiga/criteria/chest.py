@@ -12,30 +12,30 @@ from contiga.criteria.samples import finite_rows, numbers
 from contiga.errors import InputError
 
 LEAST = 5
-"""Samples: the velocity takes two on either side."""
+"""Smallest number of samples: the velocity needs two on either side."""
 
 
 class Viscous(NamedTuple):
-    """The criterion, and when."""
+    """The criterion, and its time."""
 
     value: float
-    """m/s."""
+    """Criterion, m/s."""
     time: float
-    """Seconds from the first sample."""
+    """Time from the first sample, seconds."""
 
 
 def vc(deflection: ArrayLike, dt: float, *, scale: float = 1.3, depth: float = 0.229) -> Viscous:
-    """The largest of scale · dD/dt · D / depth (VC, V*C).
+    """Return the maximum of scale · dD/dt · D / depth (VC, V*C).
 
-    Lau and Viano, The Viscous Criterion, SAE 861882 (1986); as UN R94, annex 4, 6, and SAE J1727
-    take it: dD/dt = (8 (D_k+1 − D_k−1) − (D_k+2 − D_k−2)) / (12 dt), which is exact for polynomials
-    to the fourth degree. The two samples at either end, which have no such velocity, do not count.
+    Lau and Viano, The Viscous Criterion, SAE 861882 (1986); by UN R94, annex 4, 6, and SAE J1727
+    dD/dt = (8 (D_k+1 − D_k−1) − (D_k+2 − D_k−2)) / (12 dt), which is exact for polynomials to the
+    fourth degree. The two samples at either end, which have no such velocity, do not count.
 
     Parameters
     ----------
-    deflection : (n,) of the chest, compression positive, metres, filtered by CFC180
-    dt : seconds between samples
-    scale, depth : 1.3 and 0.229 m of the Hybrid III mid-size male; 1.0 and 0.140 m of the EuroSID
+    deflection : (n,) deflection of the chest, compression positive, metres, filtered by CFC180
+    dt : time between samples, seconds
+    scale, depth : 1.3 and 0.229 m for the Hybrid III mid-size male; 1.0 and 0.140 m for the EuroSID
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Sizes of dummies that criteria need: intercepts of the neck, size and scale of the chest."""
+"""Data of dummies for criteria: intercepts of the neck, depth and scale of the chest."""
 
 from __future__ import annotations
 
@@ -11,10 +11,11 @@ class Dummy(NamedTuple):
     """One dummy."""
 
     neck: NeckLimits | None
-    """For `nij`; none where the criterion is not defined."""
+    """Intercepts for `nij`; None if the criterion is not defined for this dummy."""
     chest_scale: float
+    """Scale for `vc` (SAE J1727)."""
     chest_depth: float
-    """m; both for `vc` (SAE J1727)."""
+    """Depth for `vc`, m."""
 
 
 DUMMIES = {

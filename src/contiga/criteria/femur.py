@@ -1,4 +1,4 @@
-"""The femur force criterion: compression against how long it is held."""
+"""The femur force criterion: compression over the time that it is held."""
 
 from __future__ import annotations
 
@@ -10,28 +10,28 @@ from numpy.typing import ArrayLike
 from contiga.criteria.held_level import clip
 from contiga.criteria.samples import numbers
 
-AT_ONCE, FOR_LONG, LONG = 9070.0, 7580.0, 0.010
-"""N, N and seconds: between them the limit falls along a straight line, beyond it stays (UN R94,
-5.2.1.6)."""
-_DURATIONS = np.linspace(0.0, LONG, 41)
+SHORT_LIMIT, LONG_LIMIT, LONG_DURATION = 9070.0, 7580.0, 0.010
+"""Limits at once and for long, N, and the long duration, s: the limit falls linearly up to it, and
+is constant for longer times (UN R94, 5.2.1.6)."""
+_DURATIONS = np.linspace(0.0, LONG_DURATION, 41)
 
 
 class FemurForce(NamedTuple):
-    """The limits of the force on a femur."""
+    """Force on a femur, and its criterion."""
 
     peak: float
     """Largest compression, N."""
     held: float
     """Largest compression that is held for 10 ms, N; 0 of a signal that is shorter."""
     ratio: float
-    """The most that a compression and how long it is held take of the limit for that time."""
+    """Largest ratio of a held compression to the limit for its duration."""
 
 
 def femur_force(force: ArrayLike, t_s: ArrayLike, *, cumulative: bool = True) -> FemurForce:
-    """Peak, 10 ms level, and the share of the femur force criterion of UN R94.
+    """Return peak, 10 ms level, and the ratio to the limit of UN R94.
 
-    The limit is 9.07 kN at once and 7.58 kN for 10 ms and longer; a level is held for all the
-    times above it together, or for the longest of them.
+    The limit is 9.07 kN at once and 7.58 kN for 10 ms and longer; a level is held for all times
+    above it together, or for the longest of them.
 
     Parameters
     ----------
@@ -42,17 +42,19 @@ def femur_force(force: ArrayLike, t_s: ArrayLike, *, cumulative: bool = True) ->
     Raises
     ------
     InputError
-        Lists that are not as long or not finite, times that do not rise.
+        Lists of different lengths or not finite, times that do not rise.
 
     >>> femur_force([-3790.0, -3790.0], [0.0, 0.02]).ratio
     0.5
     """
     compression = np.maximum(-numbers(force, "femur_force, force"), 0.0)
     times = numbers(t_s, "femur_force, t_s")
-    whole = float(times[-1] - times[0]) if times.ndim == 1 and len(times) > 1 else 0.0
-    asked = _DURATIONS[(_DURATIONS > 0.0) & (min(whole, LONG) >= _DURATIONS)]
-    peak = clip(compression, times, max(1e-12 * whole, 1e-300), cumulative=cumulative).value
-    levels = [peak] + [clip(compression, times, d, cumulative=cumulative).value for d in asked]
-    limits = AT_ONCE + (FOR_LONG - AT_ONCE) * np.array([0.0, *asked]) / LONG
-    held = levels[-1] if len(asked) and asked[-1] == LONG else 0.0
+    length = float(times[-1] - times[0]) if times.ndim == 1 and len(times) > 1 else 0.0
+    durations = _DURATIONS[(_DURATIONS > 0.0) & (min(length, LONG_DURATION) >= _DURATIONS)]
+    peak = clip(compression, times, max(1e-12 * length, 1e-300), cumulative=cumulative).value
+    levels = [peak]
+    levels += [clip(compression, times, d, cumulative=cumulative).value for d in durations]
+    shares = np.array([0.0, *durations])
+    limits = SHORT_LIMIT + (LONG_LIMIT - SHORT_LIMIT) * shares / LONG_DURATION
+    held = levels[-1] if len(durations) and durations[-1] == LONG_DURATION else 0.0
     return FemurForce(float(compression.max()), held, float((levels / limits).max()))

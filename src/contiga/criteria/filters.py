@@ -17,35 +17,36 @@ from contiga.records import FloatArray
 CLASSES = (60, 180, 600, 1000)
 NAMES = tuple(f"CFC{number}" for number in CLASSES)
 LEAST_RATE = 10
-"""Samples a second for each Hz of the class; fewer bend the corridor of gains."""
+"""Smallest sample rate for each Hz of the class, 1/s; lower ones leave the corridor of gains."""
 MEMORY = 0.75
-"""Seconds times the class in which a step has settled to 1e-3: poles fall by 9.23 · class a second.
-Signals shorter than that come out up to a fifth of their size off at the ends, longer ones 2e-3."""
+"""Settling time of a step to 1e-3, seconds times the class: poles decay by 9.23 · class a second.
+The ends of shorter signals have errors of up to a fifth of their size, of longer ones 2e-3."""
 _PAD_TIME, _PAD_SAMPLES = 0.01, 100
+"""Smallest length of the images at both ends, seconds and samples."""
 
 
 def cfc(signal: ArrayLike, dt: float, cls: int | str) -> FloatArray:
-    """`signal` filtered by a channel frequency class, without a shift in time.
+    """Return `signal` filtered by a channel frequency class, without a shift in time.
 
     The digital filter of SAE J211-1 (appendix C; ISO 6487, annex A): a Butterworth filter of two
     poles that runs forward and backward, so four poles without phase. Its gain is 1/√2 (−3 dB) at
     class / 0.6.
 
-    At both ends the signal goes on as its image turned by half a turn about the end sample, for
+    At both ends the signal continues as its image turned by half a turn about the end sample, for
     10 ms and 100 samples at least, or for its own length if that is less, as in ISO 6487; the
-    filter starts settled on the first value there. So a constant stays as it is, and a signal that
+    filter starts settled on the first value there. So a constant does not change, and a signal that
     starts at a value or with a slope does not ring.
 
     Parameters
     ----------
-    signal : (n,) or (n, k), one channel a column
+    signal : (n,) or (n, k), a channel in each column
     dt : time between samples, seconds
     cls : 60, 180, 600 or 1000, or "CFC60" …
 
     Returns
     -------
     array
-        as `signal`
+        shape of `signal`
 
     Raises
     ------
@@ -57,13 +58,30 @@ def cfc(signal: ArrayLike, dt: float, cls: int | str) -> FloatArray:
     -----
     ContigaWarning
         The signal is shorter than the filter's memory, 0.75 s / class (12.5 ms for CFC60), and not
-        constant: what it comes to depends on its images at the ends, by up to a fifth of its size.
+        constant: the result depends on its images at the ends, by up to a fifth of its size.
 
     >>> cfc([5.0, 5.0, 5.0], 1e-4, "CFC1000").tolist()
     [5.0, 5.0, 5.0]
     """
-    values = _checked(signal)
-    number, step = _class(cls), positive(dt, "cfc, dt")
+    values = numbers(signal, "cfc, signal")
+    if values.ndim not in (1, 2) or values.size == 0:
+        raise InputError(
+            "a signal must have samples",
+            where="cfc, signal",
+            found=values.shape,
+            allowed="shape (n,) or (n, k)",
+        )
+    finite_rows(values, "cfc, signal")
+    text = str(cls).upper().removeprefix("CFC").strip()
+    number = next((k for k in CLASSES if text in (str(k), f"{k}.0")), None)
+    if number is None or isinstance(cls, bool):
+        raise InputError(
+            "an unknown channel frequency class",
+            where="cfc, cls",
+            found=cls,
+            allowed="60, 180, 600, 1000, or CFC60 and so on",
+        )
+    step = positive(dt, "cfc, dt")
     if step * LEAST_RATE * number > 1.0 + 1e-9:
         raise InputError(
             f"too few samples for CFC{number}",
@@ -80,27 +98,16 @@ def cfc(signal: ArrayLike, dt: float, cls: int | str) -> FloatArray:
             stacklevel=2,
         )
     a, b = coefficients(number, step)
-    both = np.ascontiguousarray(_extended(values, step))
-    two_poles_nb.forward_and_back(both.reshape(len(both), -1), a, b)
-    pad = (len(both) - len(values)) // 2
-    return np.ascontiguousarray(both[pad : pad + len(values)])
-
-
-def _checked(signal: ArrayLike) -> FloatArray:
-    values = numbers(signal, "cfc, signal")
-    if values.ndim not in (1, 2) or values.size == 0:
-        raise InputError(
-            "a signal must have samples",
-            where="cfc, signal",
-            found=values.shape,
-            allowed="shape (n,) or (n, k)",
-        )
-    finite_rows(values, "cfc, signal")
-    return values
+    pad = min(max(math.ceil(_PAD_TIME / step), _PAD_SAMPLES), len(values) - 1)
+    before = 2.0 * values[:1] - values[pad:0:-1]
+    after = 2.0 * values[-1:] - values[-2 : -2 - pad : -1]
+    padded = np.ascontiguousarray(np.concatenate([before, values, after]))
+    two_poles_nb.forward_and_back(padded.reshape(len(padded), -1), a, b)
+    return np.ascontiguousarray(padded[pad : pad + len(values)])
 
 
 def memory(cls: int) -> float:
-    """Return how long the filter of a class remembers, seconds."""
+    """Return the settling time of the filter of a class, seconds."""
     return MEMORY / cls
 
 
@@ -115,29 +122,8 @@ def coefficients(cls: int, dt: float) -> tuple[FloatArray, FloatArray]:
     It is Y_k = a0 X_k + a1 X_k−1 + a2 X_k−2 + b1 Y_k−1 + b2 Y_k−2.
     """
     w = math.tan(0.5 * dt * 2.0 * math.pi * cls * 2.0775)
-    below = 1.0 + math.sqrt(2.0) * w + w * w
-    a0 = w * w / below
-    b1 = -2.0 * (w * w - 1.0) / below
-    b2 = (-1.0 + math.sqrt(2.0) * w - w * w) / below
+    denominator = 1.0 + math.sqrt(2.0) * w + w * w
+    a0 = w * w / denominator
+    b1 = -2.0 * (w * w - 1.0) / denominator
+    b2 = (-1.0 + math.sqrt(2.0) * w - w * w) / denominator
     return np.array([a0, 2.0 * a0, a0]), np.array([b1, b2])
-
-
-def _extended(values: FloatArray, dt: float) -> FloatArray:
-    """The signal with its image, turned about the end samples, before and after it."""
-    count = min(max(math.ceil(_PAD_TIME / dt), _PAD_SAMPLES), len(values) - 1)
-    before = 2.0 * values[:1] - values[count:0:-1]
-    after = 2.0 * values[-1:] - values[-2 : -2 - count : -1]
-    return np.concatenate([before, values, after])
-
-
-def _class(cls: object) -> int:
-    text = str(cls).upper().removeprefix("CFC").strip()
-    for known in CLASSES:
-        if not isinstance(cls, bool) and text in (str(known), f"{known}.0"):
-            return known
-    raise InputError(
-        "an unknown channel frequency class",
-        where="cfc, cls",
-        found=cls,
-        allowed="60, 180, 600, 1000, or CFC60 and so on",
-    )

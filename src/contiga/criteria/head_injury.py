@@ -1,4 +1,4 @@
-"""The head injury criterion: the largest over all windows, not only those between samples."""
+"""The head injury criterion: the maximum over all windows, not only windows between samples."""
 
 from __future__ import annotations
 
@@ -19,24 +19,24 @@ _value = attrgetter("value")
 
 
 class HIC(NamedTuple):
-    """The head injury criterion and the window that has it."""
+    """The head injury criterion and its window."""
 
     value: float
-    """In s · g^2.5; by convention the unit is not written."""
+    """Criterion in s · g^2.5; by convention the unit is not written."""
     start: float
-    """Seconds."""
+    """Start of the window, seconds."""
     end: float
-    """Seconds."""
+    """End of the window, seconds."""
 
 
 def hic(a_g: ArrayLike, t_s: ArrayLike, window: float = 0.015) -> HIC:
-    """Head injury criterion: the largest ``(t2 − t1) · (mean of a from t1 to t2)^2.5``.
+    """Return the head injury criterion: the maximum of ``(t2 − t1) · (mean of a)^2.5``.
 
-    `a` is the straight line between samples, and the maximum over all t2 − t1 ≤ `window` is found
-    exactly, with ends between samples too. In a largest window shorter than `window`
-    ``a(t1) = a(t2) = 0.6 · mean`` (Chou and Nyquist, SAE 740082) wherever an end is none of the
-    signal's. On a pair of pieces that is one quadratic equation; pairs whose bound is below what
-    is known already, or that cannot have such ends, are left out in blocks.
+    The mean is from t1 to t2, and `a` is the straight line between samples. The maximum over all
+    t2 − t1 ≤ `window` is exact, with ends between samples too. In a maximum window shorter than
+    `window` ``a(t1) = a(t2) = 0.6 · mean`` (Chou and Nyquist, SAE 740082) at each end that is not
+    an end of the signal. On a pair of pieces this is one quadratic equation; blocks of pairs whose
+    upper bound is below the best value, or that cannot have such ends, are left out.
 
     Parameters
     ----------
@@ -47,7 +47,7 @@ def hic(a_g: ArrayLike, t_s: ArrayLike, window: float = 0.015) -> HIC:
     Returns
     -------
     HIC
-        the value, and start and end of a window that has it
+        the value, and start and end of its window
 
     Raises
     ------
@@ -61,19 +61,26 @@ def hic(a_g: ArrayLike, t_s: ArrayLike, window: float = 0.015) -> HIC:
     a, t = checked_resultant(a_g, t_s, "hic")
     limit = positive(window, "hic, window", finite=False)
     line = line_through(a, t - t[0])
-    sorts = (_whole, _as_long_as_allowed, _from_the_start, _to_the_end)
-    best = max((_best(line, *windows(line, limit)) for windows in sorts), key=_value)
+    end = line.t[-1:]
+    full_window = (np.zeros(1), end) if end[0] <= limit else (end[:0], end[:0])
+    _, durations = _windows_from_start(line.reversed(), limit)
+    windows_to_end = end[0] - durations, np.full(len(durations), end[0])
+    border_windows = (
+        full_window,
+        _windows_of_length(line, limit),
+        _windows_from_start(line, limit),
+        windows_to_end,
+    )
+    # of equal windows the first is the maximum
+    best = max((_best(line, *windows) for windows in border_windows), key=_value)
     pairs = likely_pairs(line, limit, best.value)
-    inside = _inside(line, pairs.i, pairs.j, limit)
-    # Of windows as good as each other the first stays.
-    best = max(best, _best(line, *pairs.window), _best(line, *inside), key=_value)
+    inner_windows = _inside(line, pairs.i, pairs.j, limit)
+    best = max(best, _best(line, *pairs.window), _best(line, *inner_windows), key=_value)
     return HIC(best.value, best.start + float(t[0]), best.end + float(t[0]))
 
 
 def hicd(hic: float) -> float:
-    """HIC(d) of a free motion headform: ``0.75446 · HIC + 166.4`` (FMVSS 201, S7).
-
-    `hic` is its HIC36.
+    """Return HIC(d) of a free motion headform: ``0.75446 · HIC36 + 166.4`` (FMVSS 201, S7).
 
     Raises
     ------
@@ -89,28 +96,22 @@ def hicd(hic: float) -> float:
 
 
 def _best(line: Line, start: FloatArray, end: FloatArray) -> HIC:
-    """The first of the largest of windows, which may be none."""
+    """Return the first of the windows with the largest value; zero without windows."""
     if len(start) == 0:
         return HIC(0.0, 0.0, 0.0)
     length = end - start
     gain = np.maximum(line.area_at(end) - line.area_at(start), 0.0)
     mean = np.divide(gain, length, out=np.zeros_like(gain), where=length > 0.0)
     values = gain * mean * np.sqrt(mean)
-    # Of windows that only rounding tells apart, the first.
+    # the first of windows that differ by rounding only
     k = int(np.argmax(values >= values.max() * (1.0 - 1e-13)))
     return HIC(float(values[k]), float(start[k]), float(end[k]))
 
 
-def _whole(line: Line, limit: float) -> tuple[FloatArray, FloatArray]:
-    """The whole signal, where it is allowed."""
-    last = line.t[-1:]
-    return (np.zeros(1), last) if last[0] <= limit else (last[:0], last[:0])
+def _windows_of_length(line: Line, limit: float) -> tuple[FloatArray, FloatArray]:
+    """Return windows of length `limit` with an end at a sample, or with equal values at both ends.
 
-
-def _as_long_as_allowed(line: Line, limit: float) -> tuple[FloatArray, FloatArray]:
-    """Windows of the length `limit`: ends at samples, and where both values are the same.
-
-    Between those the integral over the window is a parabola of its start.
+    Between samples the integral over the window is a parabola of its start.
     """
     last = float(line.t[-1]) - limit
     if last <= 0.0:
@@ -119,43 +120,36 @@ def _as_long_as_allowed(line: Line, limit: float) -> tuple[FloatArray, FloatArra
     knots = np.unique(knots[(knots >= 0.0) & (knots <= last)])
     rise = np.interp(knots + limit, line.t, line.a) - np.interp(knots, line.t, line.a)
     first, second = rise[:-1], rise[1:]
-    turns = (first > 0.0) & (second < 0.0)
-    share = first[turns] / (first[turns] - second[turns])
-    between = knots[:-1][turns] + share * np.diff(knots)[turns]
-    starts = np.sort(np.concatenate([knots, between]))
+    has_maximum = (first > 0.0) & (second < 0.0)
+    share = first[has_maximum] / (first[has_maximum] - second[has_maximum])
+    maxima = knots[:-1][has_maximum] + share * np.diff(knots)[has_maximum]
+    starts = np.sort(np.concatenate([knots, maxima]))
     return starts, np.minimum(starts + limit, line.t[-1])
 
 
-def _from_the_start(line: Line, limit: float) -> tuple[FloatArray, FloatArray]:
-    """Windows from the first sample whose last value is 0.6 of the mean."""
-    before, a, slope = line.t[:-1], line.a[:-1], line.slope
-    tau = _roots(0.7 * slope, 0.4 * a + slope * before, a * before - 0.6 * line.area[:-1])
-    ends = (before + np.clip(tau, 0.0, np.diff(line.t)))[_on(tau, np.diff(line.t))]
+def _windows_from_start(line: Line, limit: float) -> tuple[FloatArray, FloatArray]:
+    """Return windows from the first sample whose last value is 0.6 of the mean."""
+    t, a, slope = line.t[:-1], line.a[:-1], line.slope
+    tau = _roots(0.7 * slope, 0.4 * a + slope * t, a * t - 0.6 * line.area[:-1])
+    ends = (t + np.clip(tau, 0.0, np.diff(line.t)))[_is_on_piece(tau, np.diff(line.t))]
     ends = ends[ends <= limit]
     return np.zeros(len(ends)), ends
-
-
-def _to_the_end(line: Line, limit: float) -> tuple[FloatArray, FloatArray]:
-    """Windows to the last sample whose first value is 0.6 of the mean."""
-    _, ends = _from_the_start(line.reversed(), limit)
-    last = line.t[-1]
-    return last - ends, np.full(len(ends), last)
 
 
 def _inside(
     line: Line, i: IndexArray, j: IndexArray, limit: float
 ) -> tuple[FloatArray, FloatArray]:
-    """Windows from piece `i` to piece `j` > i both of whose ends have 0.6 of the mean.
+    """Return windows from piece `i` to piece `j` > i with 0.6 of the mean at both ends.
 
-    Of a maximum the first rises and the last falls: the second derivative of log HIC by t1 is
-    0.6 / T² − 2.5 a'(t1) / ∫ there. With c = a(t1) = a(t2), 0.6 ∫ − c T = 0 is a quadratic in c.
+    At a maximum the first piece rises and the last falls: the second derivative of log HIC by t1 is
+    0.6 / T² − 2.5 a'(t1) / ∫. With c = a(t1) = a(t2), 0.6 ∫ − c T = 0 is a quadratic in c.
     """
-    proper = (line.slope[i] > 0.0) & (line.slope[j] < 0.0)
-    i, j = i[proper], j[proper]
+    may_be_maximum = (line.slope[i] > 0.0) & (line.slope[j] < 0.0)
+    i, j = i[may_be_maximum], j[may_be_maximum]
     steps = np.diff(line.t)
     m, n = line.slope[i], line.slope[j]
     low, rise = line.a[i], line.a[j] - line.a[i]
-    # Pieces that hardly slope have no root on them: what overflows is left out below.
+    # Nearly flat pieces have no root on them: overflowing values are left out below.
     # With c = low + x the ends are at x / m and (x − rise) / n on their pieces.
     with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
         bend = 1.0 / n - 1.0 / m
@@ -163,21 +157,21 @@ def _inside(
         area = line.area[j] - line.area[i] - (low + 0.5 * rise) * rise / n
         x = _roots(-0.7 * bend, -0.4 * low * bend - length, 0.6 * area - low * length)
         sigma, tau = x / m, (x - rise) / n
-    fits = _on(sigma, steps[i]) & _on(tau, steps[j])
-    start = (line.t[i] + np.clip(sigma, 0.0, steps[i]))[fits]
-    end = (line.t[j] + np.clip(tau, 0.0, steps[j]))[fits]
-    allowed = end - start <= limit
-    return start[allowed], end[allowed]
+    is_on = _is_on_piece(sigma, steps[i]) & _is_on_piece(tau, steps[j])
+    start = (line.t[i] + np.clip(sigma, 0.0, steps[i]))[is_on]
+    end = (line.t[j] + np.clip(tau, 0.0, steps[j]))[is_on]
+    is_allowed = end - start <= limit
+    return start[is_allowed], end[is_allowed]
 
 
-def _on(offset: FloatArray, steps: FloatArray) -> IndexArray:
-    """Return whether places lie on their pieces, up to rounding; not where they are NaN."""
+def _is_on_piece(offset: FloatArray, steps: FloatArray) -> IndexArray:
+    """Return whether offsets lie on their pieces, up to rounding; False for NaN."""
     with np.errstate(invalid="ignore"):
         return np.asarray((offset >= -1e-6 * steps) & (offset <= (1.0 + 1e-6) * steps))
 
 
 def _roots(a: FloatArray, b: FloatArray, c: FloatArray) -> FloatArray:
-    """Return (2, n) real roots of a x² + b x + c, NaN where there are none."""
+    """Return (2, n) real roots of a x² + b x + c, NaN if there are none."""
     with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
-        big = -0.5 * (b + np.copysign(np.sqrt(b * b - 4.0 * a * c), b))
-        return np.stack([big / a, c / big])
+        q = -0.5 * (b + np.copysign(np.sqrt(b * b - 4.0 * a * c), b))
+        return np.stack([q / a, c / q])

@@ -12,20 +12,19 @@ from contiga.criteria.samples import Line, checked_resultant, line_through
 from contiga.errors import InputError
 from contiga.records import FloatArray
 
-ROUNDING = 1e-9
-"""Relative: 30 steps of 0.1 ms are as long as 3 ms, whatever times are rounded to."""
+DURATION_TOL = 1e-9
+"""Relative tolerance of durations: 30 steps of 0.1 ms are as long as 3 ms in spite of rounding."""
 
 
 class Clip(NamedTuple):
-    """The largest level that is held, and from when to when."""
+    """The largest level that is held, and its time."""
 
     value: float
-    """In the unit of the signal."""
+    """Level in the unit of the signal."""
     start: float
-    """Seconds; where the signal first reaches the level of the longest time above it, or, with
-    `cumulative`, of the first."""
+    """Start of the longest stretch above the level, of the first with `cumulative`; seconds."""
     end: float
-    """Seconds; where it falls below it again, of the last with `cumulative`."""
+    """End of the longest stretch above the level, of the last with `cumulative`; seconds."""
 
 
 class _Runs(NamedTuple):
@@ -34,8 +33,8 @@ class _Runs(NamedTuple):
     start: FloatArray
     end: FloatArray
 
-    def held(self, cumulative: bool) -> float:
-        """Return how long the level is held: the longest stretch, or all together."""
+    def duration(self, cumulative: bool) -> float:
+        """Return the length of the longest stretch, or of all together."""
         lengths = self.end - self.start
         if len(lengths) == 0:
             return 0.0
@@ -45,10 +44,10 @@ class _Runs(NamedTuple):
 def clip(
     a_g: ArrayLike, t_s: ArrayLike, duration: float = 0.003, *, cumulative: bool = False
 ) -> Clip:
-    """The largest level that a resultant does not fall below for `duration` (the 3 ms value).
+    """Return the largest level that a resultant does not fall below for `duration` (3 ms value).
 
-    Exact for the straight line between samples: the time above a level is a straight line of the
-    level, too, from the value of one sample to that of the next larger.
+    Exact for the straight line between samples: the time above a level is a linear function of the
+    level between the values of two samples.
 
     Parameters
     ----------
@@ -60,7 +59,7 @@ def clip(
     Returns
     -------
     Clip
-        the level, and from when to when it is held
+        the level, and start and end of the time that it is held
 
     Raises
     ------
@@ -72,60 +71,61 @@ def clip(
     Clip(value=30.0, start=0.25, end=0.75)
     """
     a, t = checked_resultant(a_g, t_s, "clip")
-    wanted = positive(duration, "clip, duration")
-    whole = float(t[-1] - t[0])
-    if whole < wanted * (1.0 - ROUNDING):
+    duration = positive(duration, "clip, duration")
+    length = float(t[-1] - t[0])
+    if length < duration * (1.0 - DURATION_TOL):
         raise InputError(
             "the signal is shorter than the time that a level is to be held for",
             where="clip, t_s",
-            found=whole,
+            found=length,
             allowed=f"{duration:g} s or more",
             remedy="Times are in seconds",
         )
-    level, runs = _highest(line_through(a, t), wanted, cumulative)
+    level, runs = _highest_level(line_through(a, t), duration, cumulative)
     if cumulative:
         return Clip(level, float(runs.start[0]), float(runs.end[-1]))
     k = int(np.argmax(runs.end - runs.start))
     return Clip(level, float(runs.start[k]), float(runs.end[k]))
 
 
-def _highest(line: Line, wanted: float, cumulative: bool) -> tuple[float, _Runs]:
-    """The largest level that is held for `wanted`, and the times above it."""
+def _highest_level(line: Line, duration: float, cumulative: bool) -> tuple[float, _Runs]:
+    """Return the largest level that is held for `duration`, and the stretches above it."""
     levels = np.unique(line.a)
     low, high = 0, len(levels)
     while high - low > 1:
         middle = (low + high) // 2
         runs = _runs(line, line.a >= levels[middle], levels[middle])
-        low, high = (middle, high) if runs.held(cumulative) >= wanted else (low, middle)
+        is_held = runs.duration(cumulative) >= duration
+        low, high = (middle, high) if is_held else (low, middle)
     level = float(levels[low])
-    if high < len(levels):
-        # Above this level, up to the next, the same samples are above.
-        above = line.a >= levels[high]
-        first, last = _runs(line, above, level), _runs(line, above, float(levels[high]))
-        if first.held(cumulative) > wanted:
-            level += _share(first, last, wanted, cumulative) * float(levels[high] - level)
-            return level, _runs(line, above, level)
-    return level, _runs(line, line.a >= level, level)
-
-
-def _share(first: _Runs, last: _Runs, wanted: float, cumulative: bool) -> float:
-    """Return how far one may go from `first` to `last` until no more than `wanted` is held."""
-    one, other = first.end - first.start, last.end - last.start
+    if high == len(levels):
+        return level, _runs(line, line.a >= level, level)
+    # The same samples are above all levels from this one to the next.
+    is_above = line.a >= levels[high]
+    lower_runs, upper_runs = (
+        _runs(line, is_above, level),
+        _runs(line, is_above, float(levels[high])),
+    )
+    if not lower_runs.duration(cumulative) > duration:
+        return level, _runs(line, line.a >= level, level)
+    lower, upper = lower_runs.end - lower_runs.start, upper_runs.end - upper_runs.start
     if cumulative:
-        one, other = one.sum(keepdims=True), other.sum(keepdims=True)
-    long = one >= wanted
-    return float(((one - wanted)[long] / (one - other)[long]).max())
+        lower, upper = lower.sum(keepdims=True), upper.sum(keepdims=True)
+    is_long = lower >= duration
+    share = float(((lower - duration)[is_long] / (lower - upper)[is_long]).max())
+    level += share * float(levels[high] - level)
+    return level, _runs(line, is_above, level)
 
 
-def _runs(line: Line, above: NDArray[np.bool_], level: float) -> _Runs:
-    """Stretches around the samples that are `above`, to where the signal is at `level`."""
-    change = np.diff(np.concatenate([[False], above, [False]]).astype(np.int8))
+def _runs(line: Line, is_above: NDArray[np.bool_], level: float) -> _Runs:
+    """Return the stretches around the samples that are above, to the crossings of `level`."""
+    change = np.diff(np.concatenate([[False], is_above, [False]]).astype(np.int8))
     first, last = np.flatnonzero(change == 1), np.flatnonzero(change == -1) - 1
     start, end = line.t[first].copy(), line.t[last].copy()
     rises, falls = first > 0, last < len(line.t) - 1
-    for times, samples, rows, beside in ((start, first, rises, -1), (end, last, falls, 1)):
+    for times, samples, rows, step in ((start, first, rises, -1), (end, last, falls, 1)):
         inside = samples[rows]
-        outside = inside + beside
+        outside = inside + step
         a, b = line.a[inside], line.a[outside]
         share = (a - level) / (a - b)
         times[rows] += share * (line.t[outside] - line.t[inside])

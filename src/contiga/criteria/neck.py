@@ -14,31 +14,31 @@ from contiga.errors import InputError
 
 
 class NeckLimits(NamedTuple):
-    """Intercepts of a dummy: where force alone, or moment alone, makes the criterion 1."""
+    """Intercepts of a dummy: the force alone, or the moment alone, that gives the criterion 1."""
 
     tension: float
-    """N."""
+    """Force, N."""
     compression: float
-    """N."""
+    """Force, N."""
     flexion: float
-    """N·m."""
+    """Moment, N·m."""
     extension: float
-    """N·m."""
+    """Moment, N·m."""
 
 
 HYBRID_III_50 = NeckLimits(6806.0, 6160.0, 310.0, 135.0)
-"""Of the mid-size male, in position (FMVSS 208, S6.6)."""
+"""Intercepts of the mid-size male, in position (FMVSS 208, S6.6)."""
 HYBRID_III_5 = NeckLimits(4287.0, 3880.0, 155.0, 67.0)
-"""Of the small female, in position (FMVSS 208, S15.3.6)."""
+"""Intercepts of the small female, in position (FMVSS 208, S15.3.6)."""
 _MODES = ("NTF", "NTE", "NCF", "NCE")
 
 
 class Nij(NamedTuple):
-    """The criterion, when, and how the neck is loaded then."""
+    """The criterion, its sample, and the load of the neck there."""
 
     value: float
     sample: int
-    """Where it is reached."""
+    """Sample at which it is reached."""
     mode: str
     """"NTF", "NTE", "NCF" or "NCE": tension or compression with flexion or extension."""
 
@@ -46,7 +46,7 @@ class Nij(NamedTuple):
 def nij(
     force: ArrayLike, moment: ArrayLike, limits: NeckLimits | Sequence[float] = HYBRID_III_50
 ) -> Nij:
-    """The largest of F_z / F_int + M_y / M_int over time and the four ways of loading.
+    """Return the maximum of F_z / F_int + M_y / M_int over time and the four kinds of load.
 
     Eppinger et al., Development of Improved Injury Criteria for the Assessment of Advanced
     Automotive Restraint Systems II, NHTSA (1999); FMVSS 208, S6.6.
@@ -54,13 +54,13 @@ def nij(
     Parameters
     ----------
     force : (n,) axial force, tension positive, N, filtered by CFC600
-    moment : (n,) about y at the occipital condyle, flexion positive, N·m, filtered by CFC600
-    limits : intercepts, all positive: of tension, compression, flexion and extension
+    moment : (n,) moment about y at the occipital condyle, flexion positive, N·m, filtered by CFC600
+    limits : intercepts of tension, compression, flexion and extension, all positive
 
     Raises
     ------
     InputError
-        Lists that are not as long, or not finite; intercepts that are not four, or not positive.
+        Lists of different lengths, or not finite; intercepts that are not four, or not positive.
 
     >>> nij([0.0, 3403.0], [0.0, -67.5])
     Nij(value=1.0, sample=1, mode='NTE')
@@ -75,17 +75,8 @@ def nij(
         )
     finite_rows(f, "nij, force")
     finite_rows(m, "nij, moment")
-    limits = _checked(limits)
-    axial = np.where(f >= 0.0, f / limits.tension, -f / limits.compression)
-    bending = np.where(m >= 0.0, m / limits.flexion, -m / limits.extension)
-    k = int(np.argmax(axial + bending))
-    mode = _MODES[2 * int(f[k] < 0.0) + int(m[k] < 0.0)]
-    return Nij(float(axial[k] + bending[k]), k, mode)
-
-
-def _checked(limits: NeckLimits | Sequence[float]) -> NeckLimits:
     try:
-        four = NeckLimits(*limits)
+        intercepts = NeckLimits(*limits)._asdict()
     except TypeError as error:
         raise InputError(
             "must be four intercepts",
@@ -93,5 +84,9 @@ def _checked(limits: NeckLimits | Sequence[float]) -> NeckLimits:
             found=limits,
             allowed=", ".join(NeckLimits._fields),
         ) from error
-    values = four._asdict().items()
-    return NeckLimits(*(positive(value, f"nij, limits.{name}") for name, value in values))
+    limits = NeckLimits(*(positive(x, f"nij, limits.{name}") for name, x in intercepts.items()))
+    axial = np.where(f >= 0.0, f / limits.tension, -f / limits.compression)
+    bending = np.where(m >= 0.0, m / limits.flexion, -m / limits.extension)
+    k = int(np.argmax(axial + bending))
+    mode = _MODES[2 * int(f[k] < 0.0) + int(m[k] < 0.0)]
+    return Nij(float(axial[k] + bending[k]), k, mode)

@@ -1,4 +1,4 @@
-"""Objective rating of a signal against that of a test, by ISO/TS 18571.
+"""Objective rating of a signal against a test signal, by ISO/TS 18571.
 
 The package objective-rating-metrics (Vehicle Safety Institute, TU Graz) computes the scores of
 corridor, phase, magnitude (by dynamic time warping) and slope.
@@ -20,7 +20,7 @@ SAMPLE_RATE = 10_000.0
 MIN_SAMPLES = 10
 """Smallest number of samples: the slope is averaged over nine of them."""
 MAX_SAMPLES = 5000
-"""Largest number of samples: dynamic time warping takes the square of it in memory."""
+"""Largest number of samples: dynamic time warping needs its square in memory."""
 _GRADES = ((0.94, "excellent"), (0.80, "good"), (0.58, "fair"))
 
 
@@ -47,17 +47,17 @@ class Rating(NamedTuple):
 def iso18571(
     reference: ArrayLike, signal: ArrayLike, t_s: ArrayLike, t_reference_s: ArrayLike | None = None
 ) -> Rating:
-    """Rate a signal against that of a test, by ISO/TS 18571.
+    """Rate a signal against a test signal, by ISO/TS 18571.
 
-    Both are interpolated linearly to 10 kHz over their common time. Give the times that are to be
-    rated only, and signals of the same filter.
+    Both are interpolated linearly to 10 kHz over their common time. Pass only the times to rate,
+    and signals of the same filter.
 
     Parameters
     ----------
     reference : (m,) signal of the test
-    signal : (n,) signal that is rated, in the same unit
+    signal : (n,) signal to rate, in the same unit
     t_s : (n,) times of the signal, seconds
-    t_reference_s : (m,) times of the test, seconds; those of the signal if omitted
+    t_reference_s : (m,) times of the test, seconds; `t_s` if omitted
 
     Returns
     -------
@@ -73,9 +73,9 @@ def iso18571(
         objective-rating-metrics is not installed.
     """
     require("a rating by ISO/TS 18571", "objective_rating_metrics")
-    where, own = "iso18571", t_s if t_reference_s is None else t_reference_s
+    where, test_t_s = "iso18571", t_s if t_reference_s is None else t_reference_s
     values, times = checked_signal(signal, t_s, where, ("signal", "t_s"))
-    test, test_times = checked_signal(reference, own, where, ("reference", "t_reference_s"))
+    test, test_times = checked_signal(reference, test_t_s, where, ("reference", "t_reference_s"))
     start, end = max(times[0], test_times[0]), min(times[-1], test_times[-1])
     count = int(np.floor((end - start) * SAMPLE_RATE + 1e-6)) + 1
     if not MIN_SAMPLES <= count <= MAX_SAMPLES:
@@ -86,16 +86,16 @@ def iso18571(
             allowed=f"{MIN_SAMPLES / SAMPLE_RATE:g} to {MAX_SAMPLES / SAMPLE_RATE:g} s",
         )
     grid = start + np.arange(count) / SAMPLE_RATE
-    pair = [np.interp(grid, times, values), np.interp(grid, test_times, test)]
-    for name, one in zip(("signal", "reference"), pair, strict=True):
-        if np.ptp(one) <= 1e-9 * np.abs(one).max():
+    resampled = np.interp(grid, times, values), np.interp(grid, test_times, test)
+    for name, samples in zip(("signal", "reference"), resampled, strict=True):
+        if np.ptp(samples) <= 1e-9 * np.abs(samples).max():
             raise InputError("a constant signal has no rating", where=f"{where}, {name}")
     from objective_rating_metrics.rating import ISO18571
 
-    curves = [np.column_stack([grid, one]) for one in pair]
-    rated = ISO18571(reference_curve=curves[1], comparison_curve=curves[0], dt=1.0 / SAMPLE_RATE)
+    curve, test_curve = (np.column_stack([grid, samples]) for samples in resampled)
+    rating = ISO18571(reference_curve=test_curve, comparison_curve=curve, dt=1.0 / SAMPLE_RATE)
     scores = (
-        *(rated.corridor_rating(-1), rated.phase_rating(-1), rated.magnitude_rating(-1)),
-        *(rated.slope_rating(-1), rated.overall_rating(-1)),
+        *(rating.corridor_rating(-1), rating.phase_rating(-1), rating.magnitude_rating(-1)),
+        *(rating.slope_rating(-1), rating.overall_rating(-1)),
     )
     return Rating(*map(float, scores))

@@ -1,4 +1,4 @@
-"""Sampled signals: what they must be, and the line through their samples."""
+"""Sampled signals: their checks, and the line through their samples."""
 
 from __future__ import annotations
 
@@ -25,10 +25,10 @@ class Line(NamedTuple):
     """(n,) between samples."""
 
     def area_at(self, times: FloatArray) -> FloatArray:
-        """The integral up to `times`, inside of the signal."""
+        """Return the integral up to `times` within the signal."""
         k = np.clip(np.searchsorted(self.t, times, side="right") - 1, 0, len(self.slope) - 1)
-        beyond = times - self.t[k]
-        area: FloatArray = self.area[k] + beyond * (self.a[k] + 0.5 * self.slope[k] * beyond)
+        dt = times - self.t[k]
+        area: FloatArray = self.area[k] + dt * (self.a[k] + 0.5 * self.slope[k] * dt)
         return area
 
     def reversed(self) -> Line:
@@ -37,7 +37,7 @@ class Line(NamedTuple):
 
 
 def line_through(a: FloatArray, t: FloatArray) -> Line:
-    """The line through samples."""
+    """Return the line through samples."""
     steps = np.diff(t)
     pieces = 0.5 * (a[1:] + a[:-1]) * steps
     return Line(t, a, np.concatenate([[0.0], np.cumsum(pieces)]), np.diff(a) / steps)
@@ -52,14 +52,14 @@ def checked_signal(
     what: str = "a signal",
     remedy: str | None = None,
 ) -> tuple[FloatArray, FloatArray]:
-    """Values and times (n,) of a signal, checked.
+    """Return values and times (n,) of a signal, checked.
 
     Parameters
     ----------
     a, t_s : (n,) values and times, s
     where : place of the arguments, for messages
-    names : of the two arguments, for the message
-    what, remedy : what the message calls it, and what to do about another shape
+    names : names of the two arguments, for messages
+    what, remedy : name of the signal in messages, and the remedy for another shape
 
     Raises
     ------
@@ -80,9 +80,9 @@ def checked_signal(
         raise InputError("two samples at least are needed", where=where, found=len(values))
     finite_rows(values, f"{where}, {names[0]}")
     finite_rows(t, f"{where}, {names[1]}")
-    still = np.diff(t) <= 0.0
-    if still.any():
-        k = int(np.argmax(still))
+    is_falling = np.diff(t) <= 0.0
+    if is_falling.any():
+        k = int(np.argmax(is_falling))
         raise InputError(
             f"times must rise, from sample {k} to {k + 1} too",
             where=f"{where}, {names[1]}",
@@ -92,12 +92,12 @@ def checked_signal(
 
 
 def checked_resultant(a_g: ArrayLike, t_s: ArrayLike, where: str) -> tuple[FloatArray, FloatArray]:
-    """Values and times (n,) of a resultant, checked.
+    """Return values and times (n,) of a resultant, checked.
 
     Raises
     ------
     InputError
-        As `checked_signal`; a value below zero.
+        The errors of `checked_signal`, or a value below zero.
     """
     a, t = checked_signal(
         a_g,
@@ -120,12 +120,12 @@ def checked_resultant(a_g: ArrayLike, t_s: ArrayLike, where: str) -> tuple[Float
 
 
 def numbers(values: ArrayLike, where: str) -> FloatArray:
-    """`values` as an array of numbers.
+    """Return `values` as an array of numbers.
 
     Raises
     ------
     InputError
-        They are none.
+        They are not numbers.
     """
     real(values, where)
     try:
@@ -135,14 +135,14 @@ def numbers(values: ArrayLike, where: str) -> FloatArray:
 
 
 def finite_rows(values: FloatArray, where: str) -> None:
-    """Refuse NaN and infinite entries, naming the first row that has one.
+    """Refuse NaN and infinite entries; the error names the first row with one.
 
     Raises
     ------
     InputError
-        As said.
+        An entry is not finite.
     """
-    bad = ~np.isfinite(values.reshape(len(values), -1)).all(axis=1)
-    if bad.any():
-        k = int(np.argmax(bad))
+    is_bad = ~np.isfinite(values.reshape(len(values), -1)).all(axis=1)
+    if is_bad.any():
+        k = int(np.argmax(is_bad))
         raise InputError(f"sample {k} is not finite", where=where, found=values[k].tolist())

@@ -21,7 +21,7 @@ from contiga.io.naming import closest
 from contiga.io.units import acceleration_factor
 from contiga.records import FloatArray
 
-_MAX_LISTED = 6
+_MAX_NAMES = 6
 """Largest number of names in a message."""
 
 
@@ -57,16 +57,16 @@ def channel_names(
     return names | {f"{contact}.strain" for contact in layers}
 
 
-def unknown_channel(what: str, where: str, name: str, known: Iterable[str]) -> dict[str, str]:
+def unknown_channel(what: str, where: str, name: str, names: Iterable[str]) -> dict[str, str]:
     """Return the arguments of an error about an unknown channel, with the closest names."""
-    known = sorted(known)
-    close = get_close_matches(name, known, n=_MAX_LISTED, cutoff=0.3) or known[:_MAX_LISTED]
+    names = sorted(names)
+    close = get_close_matches(name, names, n=_MAX_NAMES, cutoff=0.3) or names[:_MAX_NAMES]
     return {
         "what": what,
         "where": where,
         "found": name,
-        "allowed": f"one of {len(known)}, such as {', '.join(close)}",
-        "remedy": closest(name, known) or "",
+        "allowed": f"one of {len(names)}, such as {', '.join(close)}",
+        "remedy": closest(name, names) or "",
     }
 
 
@@ -88,20 +88,20 @@ def channel_of(
         The run has no such channel.
     """
     contacts, layers = summary.get("statuses") or {}, summary.get("layers") or {}
-    known = channel_names(history, contacts, layers)
-    if name not in known:
-        raise InputError(**unknown_channel("the run has no such channel", where, name, known))
-    owner, _, own = name.rpartition(".")
+    names = channel_names(history, contacts, layers)
+    if name not in names:
+        raise InputError(**unknown_channel("the run has no such channel", where, name, names))
+    owner, _, column = name.rpartition(".")
     if name in history:
         values = history[name]
-    elif own == "travel":
-        ways = (history[f"{owner}.{axis}"] - history[f"{owner}.{axis}"][0] for axis in "xyz")
-        values = np.sqrt(sum(way**2 for way in ways))
-    elif own == "strain":
+    elif column == "travel":
+        places = (history[f"{owner}.{axis}"] for axis in "xyz")
+        values = np.sqrt(sum((place - place[0]) ** 2 for place in places))
+    elif column == "strain":
         depth = "max_penetration" if len(contacts) == 1 else f"{owner}.max_penetration"
         values = history[depth] / layers[owner]
     else:
-        values = history[own]
+        values = history[column]
     return shown(name, np.asarray(values, np.float64), summary.get("units") or {})
 
 

@@ -31,11 +31,11 @@ def read_curve(
     Parameters
     ----------
     path : a CSV file, whose first line names the columns, or a keyword deck (.k, .key, .dyn)
-    kinds : what abscissa and ordinate are
+    kinds : quantities of abscissa and ordinate
     case : length, mass and time unit of the case
-    columns : of a CSV file that has not two: names of abscissa and ordinate
-    curve : of a deck with several: the number of its ``*DEFINE_CURVE``
-    units : of abscissa and ordinate; those of the case if omitted. A header may say its own
+    columns : names of abscissa and ordinate, for a CSV file with other than two columns
+    curve : number of the ``*DEFINE_CURVE``, for a deck with several
+    units : units of abscissa and ordinate; of the case if omitted. A header may have its own
 
     Returns
     -------
@@ -48,11 +48,11 @@ def read_curve(
     UnitError
         A unit is not one of its quantity.
     InputError
-        What is for CSV was said of a deck, or the other way round; not two units.
+        `columns` for a deck, `curve` for a CSV file, or not two units.
     """
     path = Path(path)
-    given: Sequence[str | None] = (None, None) if units is None else units
-    if len(given) != 2:
+    curve_units: Sequence[str | None] = (None, None) if units is None else units
+    if len(curve_units) != 2:
         raise InputError(
             "must name two units", where="units", found=units, allowed='such as ["1", "MPa"]'
         )
@@ -64,7 +64,7 @@ def read_curve(
         table = read_curve_of_deck(path, curve)
         factors = [
             1.0 if unit is None else quantity_factor(unit, kind, case, "units")
-            for unit, kind in zip(given, kinds, strict=True)
+            for unit, kind in zip(curve_units, kinds, strict=True)
         ]
         return np.asarray(_checked(table.table, table.where) * factors)
     if curve is not None:
@@ -77,7 +77,7 @@ def read_curve(
     sheet = read_sheet(path, _HEADER)
     sheet.check_header(_HEADER)
     order = sheet.order(columns, (2,), "abscissa and ordinate")
-    return _checked(sheet.numbers(order, kinds, case, given).table, str(path))
+    return _checked(sheet.numbers(order, kinds, case, curve_units).table, str(path))
 
 
 def _checked(table: FloatArray, where: str) -> FloatArray:

@@ -22,7 +22,7 @@ _BASE_SECONDS, _SECONDS_PER_MB = 60.0, 30.0
 # NIST's test parts take 0.7 s and 12 MB a MB of STEP, a deck of solids 0.5 s and 20 MB.
 _BASE_MEMORY, _MEMORY_PER_BYTE = 4096 * MB, 100
 _LINES_PER_CHECK = 4096
-_MAX_LINE = 10_000
+_MAX_LINE_LENGTH = 10_000
 
 
 class Limits(NamedTuple):
@@ -35,7 +35,7 @@ class Limits(NamedTuple):
 
 
 def limits_for(path: Path) -> Limits:
-    """Limits for a file: 60 s and 30 s a MB, 4 GB and 100 bytes a byte, at most all memory.
+    """Return the limits for a file: 60 s and 30 s a MB; 4 GB and 100 bytes a byte, or all memory.
 
     Raises
     ------
@@ -46,10 +46,10 @@ def limits_for(path: Path) -> Limits:
         size = path.stat().st_size
     except OSError:
         size = 0
-    seconds = _positive(SECONDS)
+    seconds = _positive_variable(SECONDS)
     if seconds is None:
         seconds = _BASE_SECONDS + _SECONDS_PER_MB * size / MB
-    memory = _positive(MEMORY)
+    memory = _positive_variable(MEMORY)
     if memory is None:
         return Limits(seconds, min(_BASE_MEMORY + _MEMORY_PER_BYTE * size, physical_memory()))
     return Limits(seconds, int(memory * MB))
@@ -63,7 +63,8 @@ def physical_memory() -> int:
         return 2**62
 
 
-def _positive(name: str) -> float | None:
+def _positive_variable(name: str) -> float | None:
+    """Return the number in an environment variable; None if it is not set."""
     text = os.environ.get(name, "").strip()
     if not text:
         return None
@@ -80,15 +81,15 @@ def _positive(name: str) -> float | None:
 
 def too_slow(where: str, seconds: float) -> FileError:
     """Return the error for a file whose reading did not end in time."""
-    return _stopped(where, f"took more than {seconds:.4g} s", "seconds", SECONDS)
+    return _stopped_error(where, f"took more than {seconds:.4g} s", "seconds", SECONDS)
 
 
 def too_large(where: str, memory: int) -> FileError:
     """Return the error for a file whose reading needs too much memory."""
-    return _stopped(where, f"needed more than {memory / MB:.4g} MB of memory", "MB", MEMORY)
+    return _stopped_error(where, f"needed more than {memory / MB:.4g} MB of memory", "MB", MEMORY)
 
 
-def _stopped(where: str, reason: str, unit: str, variable: str) -> FileError:
+def _stopped_error(where: str, reason: str, unit: str, variable: str) -> FileError:
     return FileError(
         f"reading {reason} and was stopped",
         where=where,
@@ -98,7 +99,7 @@ def _stopped(where: str, reason: str, unit: str, variable: str) -> FileError:
 
 
 def watched_lines(
-    stream: TextIO, path: Path, max_length: int = _MAX_LINE
+    stream: TextIO, path: Path, max_length: int = _MAX_LINE_LENGTH
 ) -> Iterator[tuple[int, str]]:
     """Yield the numbered lines of a text within the limits of time and length.
 

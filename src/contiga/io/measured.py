@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from contiga.errors import FileError, InputError, UnitError
-from contiga.io.out.iso_mme import MmeChannel, read_mme
+from contiga.io.out.iso_mme import read_mme
 from contiga.io.sheet import check_times, read_sheet
 from contiga.io.units import Quantity, Units, quantity_factor
 from contiga.records import FloatArray
@@ -17,7 +17,7 @@ from contiga.records import FloatArray
 _HEADER = "t [ms], force [kN]"
 _MME = re.compile(r"\.(mme|\d{3})", re.IGNORECASE)
 
-_MEANT = {2: "an abscissa and a value", 3: "an abscissa, a lower and an upper value"}
+_COLUMN_MEANINGS = {2: "an abscissa and a value", 3: "an abscissa, a lower and an upper value"}
 
 
 def read_measured(
@@ -66,15 +66,22 @@ def read_measured(
             raise FileError(
                 "a channel of ISO-MME is a curve of one value over time", where=str(path)
             )
-        return _of_channel(read_mme(path, code), kinds[1], case, units[1], str(path))
+        channel = read_mme(path, code)
+        unit = channel.unit or units[1]
+        if not unit:
+            raise UnitError("the channel has no unit", where=str(path), allowed="unit = …")
+        times = channel.start + channel.interval * np.arange(len(channel.values))
+        times = times * quantity_factor("s", "time", case)
+        factor = quantity_factor(unit, kinds[1], case, str(path))
+        return np.column_stack([times, channel.values * factor])
     if code is not None:
         raise InputError("only an ISO-MME test has codes", where="code", found=code)
     sheet = read_sheet(path, _HEADER)
     sheet.check_header(_HEADER)
     sheet = sheet.with_row_of_units()
-    order = sheet.order(columns, (len(kinds),), _MEANT[len(kinds)])
-    given = [units[0], *[units[1]] * (len(kinds) - 1)]
-    for k, unit in zip(order, given, strict=True):
+    order = sheet.order(columns, (len(kinds),), _COLUMN_MEANINGS[len(kinds)])
+    column_units = [units[0], *[units[1]] * (len(kinds) - 1)]
+    for k, unit in zip(order, column_units, strict=True):
         if sheet.unit(k, unit) is None:
             raise UnitError(
                 "the column has no unit",
@@ -84,20 +91,9 @@ def read_measured(
                 + ("x_unit" if k == order[0] else "unit")
                 + " = …",
             )
-    table, lines = sheet.numbers(order, list(kinds), case, given)
+    table, lines = sheet.numbers(order, list(kinds), case, column_units)
     if len(table) < 2:
         raise FileError("a curve needs two rows or more", where=str(path), found=len(table))
     if kinds[0] == "time":
         check_times(table[:, 0], lines, path)
     return table
-
-
-def _of_channel(
-    channel: MmeChannel, kind: Quantity, case: Units, given: str | None, where: str
-) -> FloatArray:
-    unit = channel.unit or given
-    if not unit:
-        raise UnitError("the channel has no unit", where=where, allowed="unit = …")
-    later = quantity_factor("s", "time", case)
-    times = (channel.start + channel.interval * np.arange(len(channel.values))) * later
-    return np.column_stack([times, channel.values * quantity_factor(unit, kind, case, where)])

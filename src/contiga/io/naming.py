@@ -27,7 +27,7 @@ def check_name(name: object, where: str) -> None:
     Raises
     ------
     InputError
-        It is no text, empty, or has characters other than those of `NAME`.
+        It is no text, empty, or has characters that `NAME` excludes.
     """
     if not isinstance(name, str) or not NAME.fullmatch(name):
         raise InputError("is not a name", where=where, found=name, allowed=NAMES)
@@ -40,9 +40,9 @@ def as_keys(keys: PartKeys) -> list[str | int]:
 
 def listed(labels: Iterable[str]) -> str:
     """Return the first `SHOWN` of `labels` as one text."""
-    rows = list(dict.fromkeys(labels))
-    more = f" and {len(rows) - SHOWN} more" if len(rows) > SHOWN else ""
-    return ", ".join(rows[:SHOWN]) + more
+    names = list(dict.fromkeys(labels))
+    more = f" and {len(names) - SHOWN} more" if len(names) > SHOWN else ""
+    return ", ".join(names[:SHOWN]) + more
 
 
 def closest(key: object, names: Iterable[str]) -> str | None:

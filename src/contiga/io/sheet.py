@@ -1,8 +1,8 @@
 """Tables in text files: one reader for rows of cells under heads with names and units.
 
-Columns are parted by semicolons, commas, tabs or blanks, whichever part the first two rows alike.
-Quotation marks, a byte order mark and code page 1252 (spreadsheets of Western Europe) are read;
-where a comma does not part columns, it may be the decimal mark.
+Semicolons, commas, tabs or blanks separate columns: the first of them that splits the first two
+rows into equally many cells. Quotation marks, a byte order mark and code page 1252 (spreadsheets of
+Western Europe) are read; a comma that does not separate columns may be the decimal mark.
 """
 
 from __future__ import annotations
@@ -27,17 +27,17 @@ from contiga.records import FloatArray
 
 MARKS = (";", ",", "\t", " ")
 """Separators of columns, the likeliest first."""
-_MAX_LINE = 10_000_000
-_AHEAD = 20
-"""Lines from which the separator is determined; quoted names may span several."""
-_CHUNK = 1 << 20
+_MAX_LINE_LENGTH = 10_000_000
+_N_LINES_AHEAD = 20
+"""Number of lines from which the separator is determined; quoted names may span several."""
+_CHUNK_SIZE = 1 << 20
 # The last bracket may hold one pair of its own: acc (m/(s²)).
 _HEAD = re.compile(
     r"(?P<name>.*?)\s*(?:\[(?P<square>[^\[\]]*)\]|\((?P<round>(?:[^()]|\([^()]*\))*)\))"
 )
 _INDEX = re.compile(r".*\S\[(?!1\])\d+\]")
 """Keys of a case that end in an index, ``velocity[2]``, which is no unit."""
-_INSIDE = re.compile(r"\s\[[^\[\]]*\]")
+_UNIT_INSIDE = re.compile(r"\s\[[^\[\]]*\]")
 _QUOTED = re.compile("(['\"\u2018\u201c\u201e])(.*)['\"\u2019\u201c\u201d]")
 # If blanks separate the columns, those before and within a unit do not.
 _BLANK_IN_HEAD = re.compile(r"\s+(?=[\[(]|[^\[\]()]*[\])])")
@@ -79,18 +79,21 @@ class Sheet:
         """File and line of the heads."""
         return f"{self.path}:{self.line}"
 
+    @property
+    def _head_texts(self) -> str:
+        return ", ".join(head.text for head in self.heads)
+
     def with_row_of_units(self) -> Sheet:
         """Return the table with units from its first row if that is text and no head has a unit."""
         first = next(self.rows, None)
         if first is None:
             return self
-        told = not any(head.unit for head in self.heads) and len(first.cells) == len(self.heads)
-        if not told or any(map(_is_number, first.cells)):
+        has_units = any(head.unit for head in self.heads)
+        if has_units or len(first.cells) != len(self.heads) or any(map(_is_number, first.cells)):
             return replace(self, rows=chain([first], self.rows))
         pairs = zip(self.heads, first.cells, strict=True)
-        return replace(
-            self, heads=[one._replace(unit=u.strip("[]() ") or None) for one, u in pairs]
-        )
+        heads = [head._replace(unit=unit.strip("[]() ") or None) for head, unit in pairs]
+        return replace(self, heads=heads)
 
     def check_header(self, header: str) -> None:
         """Refuse a table without heads; the error suggests heads such as `header`."""
@@ -103,59 +106,61 @@ class Sheet:
                 allowed=f"a header such as {header}",
             )
 
-    def order(self, columns: Sequence[str] | None, counts: tuple[int, ...], told: str) -> list[int]:
-        """Return the selected columns: those named, or all if their number is right.
+    def order(
+        self, columns: Sequence[str] | None, counts: tuple[int, ...], meaning: str
+    ) -> list[int]:
+        """Return the indices of the named columns, or of all if their number is allowed.
 
         Parameters
         ----------
         columns : names, with or without their units
-        counts : how many there may be
-        told : what they are, in words
+        counts : allowed numbers of columns
+        meaning : meaning of the columns in words, for errors
         """
         if columns is None:
             if len(self.heads) in counts:
                 return list(range(len(self.heads)))
-            many = " or ".join({2: "two", 3: "three", 4: "four"}[n] for n in counts)
+            numbers = " or ".join({2: "two", 3: "three", 4: "four"}[n] for n in counts)
             raise FileError(
-                f"which columns are meant? There are not {many}",
+                f"which columns are meant? There are not {numbers}",
                 where=self.where,
-                found=self._columns_named(),
-                allowed=told,
+                found=self._head_texts,
+                allowed=meaning,
                 remedy="Name them as columns",
             )
-        wanted = [columns] if isinstance(columns, str) else list(columns)
-        if len(wanted) not in counts:
+        names = [columns] if isinstance(columns, str) else list(columns)
+        if len(names) not in counts:
             raise InputError(
-                f"must name {told}",
+                f"must name {meaning}",
                 where="columns",
-                found=wanted,
+                found=names,
                 allowed=f"{' or '.join(map(str, counts))} names",
             )
-        return [self.column(name) for name in wanted]
+        return [self.column(name) for name in names]
 
     def column(self, name: str) -> int:
         """Return the index of a column, named with or without its unit."""
-        at = [k for k, head in enumerate(self.heads) if name in (head.text, head.name)]
-        if len(at) != 1:
-            what = "is missing" if not at else f"is there {len(at)} times"
+        matches = [k for k, head in enumerate(self.heads) if name in (head.text, head.name)]
+        if len(matches) != 1:
+            fault = f"is there {len(matches)} times" if matches else "is missing"
             raise FileError(
-                f"the column {name!r} {what}",
+                f"the column {name!r} {fault}",
                 where=self.where,
-                found=self._columns_named(),
-                remedy="Name it with its unit, as the header does" if at else None,
+                found=self._head_texts,
+                remedy="Name it with its unit, as the header does" if matches else None,
             )
-        return at[0]
+        return matches[0]
 
     def unit(self, k: int, given: str | None = None) -> str | None:
-        """Return the unit of a column: that in its head, or the given one.
+        """Return the unit of a column: from its head, or else `given`.
 
         Raises
         ------
         FileError
-            The head says another one than was given, or has one that is not at its end.
+            The head has another unit than `given`, or one that is not at its end.
         """
         head = self.heads[k]
-        if head.unit is None and _INSIDE.search(head.text):
+        if head.unit is None and _UNIT_INSIDE.search(head.text):
             raise FileError(
                 "the unit of a column stands at the end of its head",
                 where=self.where,
@@ -184,69 +189,61 @@ class Sheet:
         Parameters
         ----------
         order : indices of columns of the file
-        kinds : what each of them is
-        units : of the case; None where there are none to convert to: heads have no units then
-        given : units of columns whose heads have none; those of the case if omitted
+        kinds : quantity of each of them
+        units : units of the case; None without units: heads must have none then
+        given : units of columns whose heads have none; of the case if omitted
 
         Raises
         ------
         FileError
-            A row has more cells than heads, or no finite number in one of the columns; or heads
-            have units that nothing can be made of.
+            A row has more cells than heads, or no finite number in one of the columns.
         UnitError
-            A unit is not one of its quantity.
+            A unit is not one of its quantity, or there are no units to convert it to.
         """
-        factors = [
-            self._factor(k, kind, units, unit)
-            for k, kind, unit in zip(order, kinds, given or [None] * len(order), strict=True)
-        ]
+        factors = []
+        for k, kind, given_unit in zip(order, kinds, given or [None] * len(order), strict=True):
+            unit, where = self.unit(k, given_unit), f"{self.where}: {self.heads[k].text}"
+            if unit is None:
+                factors.append(1.0)
+                continue
+            if units is None:
+                raise UnitError(
+                    "the header says a unit, and none is said that it is to be converted to",
+                    where=where,
+                    found=unit,
+                    allowed="no unit in the header, or units = …",
+                )
+            factors.append(quantity_factor(unit, kind, units, where))
         *first, last = [self.heads[k].text for k in order]
-        named = f"{', '.join(first)} and {last}" if first else last
+        names = f"{', '.join(first)} and {last}" if first else last
         values, lines = array("d"), array("q")
-        points = commas = False
+        has_point = has_comma = False
         for row in self.rows:
             cells = [row.cells[k] if k < len(row.cells) else "" for k in order]
-            commas = commas or any("," in cell for cell in cells)
-            points = points or any("." in cell for cell in cells)
+            has_comma = has_comma or any("," in cell for cell in cells)
+            has_point = has_point or any("." in cell for cell in cells)
             try:
-                found = [
+                numbers = [
                     as_number(cell, self.mark) * factor
                     for cell, factor in zip(cells, factors, strict=True)
                 ]
             except ValueError:
                 raise self._row_error(
-                    "a row does not have a number for every column", row, f"a number for {named}"
+                    "a row does not have a number for every column", row, f"a number for {names}"
                 ) from None
-            if not all(map(isfinite, found)):
+            if not all(map(isfinite, numbers)):
                 raise self._row_error("a number is not finite", row)
-            if commas and points:
+            if has_comma and has_point:
                 raise self._row_error(
                     "decimal commas and decimal points in one table", row, "one of them"
                 )
-            values.extend(found)
+            values.extend(numbers)
             lines.append(row.line)
         return Numbers(np.array(values).reshape(-1, len(order)), lines.tolist())
-
-    def _factor(self, k: int, kind: Quantity, units: Units | None, given: str | None) -> float:
-        unit = self.unit(k, given)
-        if unit is None:
-            return 1.0
-        where = f"{self.where}: {self.heads[k].text}"
-        if units is None:
-            raise UnitError(
-                "the header says a unit, and none is said that it is to be converted to",
-                where=where,
-                found=unit,
-                allowed="no unit in the header, or units = …",
-            )
-        return quantity_factor(unit, kind, units, where)
 
     def _row_error(self, what: str, row: Row, allowed: str | None = None) -> FileError:
         where, found = f"{self.path}:{row.line}", self.mark.join(row.cells)
         return FileError(what, where=where, found=found, allowed=allowed)
-
-    def _columns_named(self) -> str:
-        return ", ".join(head.text for head in self.heads)
 
 
 class Numbers(NamedTuple):
@@ -264,38 +261,73 @@ def read_sheet(
     *,
     marks: Sequence[str] = MARKS,
     comment: str | None = None,
-    longest: int = _MAX_LINE,
+    longest: int = _MAX_LINE_LENGTH,
 ) -> Sheet:
     """Read the heads of a table; its rows follow on request.
 
     Parameters
     ----------
     path : the text file
-    header : what heads should be like, for errors
-    marks : what may part the columns
-    comment : what begins a comment, to the end of the line
-    longest : characters of a line
+    header : example of heads, for errors
+    marks : possible separators of columns
+    comment : beginning of a comment, which ends with the line
+    longest : largest number of characters of a line
 
     Raises
     ------
     FileError
-        The file is missing or no text; a line is too long, or a quotation mark is not closed. That
-        of a later line comes when its row is asked for, as does that of a row with more cells than
-        there are heads.
+        The file is missing or no text; a line is too long, or a quotation mark is not closed. The
+        error of a later line comes when its row is read, and so does the error of a row with more
+        cells than there are heads.
     """
     lines = _lines(path, header, comment, longest)
-    ahead = list(islice(lines, _AHEAD))
-    mark = _mark([text for _, text in ahead], marks)
-    rows = _rows(path, chain(ahead, lines), mark)
+    lines_ahead = list(islice(lines, _N_LINES_AHEAD))
+    mark = _separator([text for _, text in lines_ahead], marks)
+    rows = _rows(path, chain(lines_ahead, lines), mark)
     first = next(rows, None)
     if first is None:
         return Sheet(path, 1, [], mark, iter(()))
-    cells = _without_empty_end(first.cells)
+    cells = _trimmed(first.cells)
     if all(map(_is_number, cells)):
-        bare = (Row(line, _without_empty_end(given)) for line, given in rows)
-        return Sheet(path, first.line, [], mark, chain([Row(first.line, cells)], bare))
-    heads = [_head(text) for text in cells]
-    return Sheet(path, first.line, heads, mark, _fitting(path, rows, len(heads), mark))
+        rows = (Row(line, _trimmed(row)) for line, row in rows)
+        return Sheet(path, first.line, [], mark, chain([Row(first.line, cells)], rows))
+    heads = []
+    for cell in cells:
+        text = " ".join(cell.split())
+        if quoted := _QUOTED.fullmatch(text):
+            text = quoted[2].strip()
+        match = _HEAD.fullmatch(text)
+        if match is None or _INDEX.fullmatch(text):
+            heads.append(Head(text, text, None))
+        else:
+            unit = match["round"] if match["square"] is None else match["square"]
+            heads.append(Head(text, match["name"], unit.strip()))
+    return Sheet(path, first.line, heads, mark, _checked_rows(path, rows, len(heads), mark))
+
+
+def _trimmed(cells: list[str], min_count: int = 0) -> list[str]:
+    """Return cells without empty ones at the end, but `min_count` if there are so many."""
+    count = len(cells)
+    while count > min_count and not cells[count - 1]:
+        count -= 1
+    return cells[:count]
+
+
+def _checked_rows(path: Path, rows: Iterator[Row], count: int, mark: str) -> Iterator[Row]:
+    """Yield rows with no more cells than heads; exactly as many if blanks separate them."""
+    for line, row in rows:
+        cells = _trimmed(row, count)
+        if len(cells) > count or (mark == " " and len(cells) < count):
+            raise FileError(
+                f"a row has {len(cells)} cells under a header of {count}",
+                where=f"{path}:{line}",
+                found=mark.join(cells),
+                allowed=f"{count} cells, parted by {mark!r}",
+                remedy="Numbers with a decimal comma are read where semicolons part the columns"
+                if mark == ","
+                else None,
+            )
+        yield Row(line, cells)
 
 
 def check_times(times: FloatArray, lines: Sequence[int], path: str | Path) -> None:
@@ -316,19 +348,8 @@ def check_times(times: FloatArray, lines: Sequence[int], path: str | Path) -> No
 
 
 def as_number(cell: str, mark: str) -> float:
-    """Return the number in a cell; the decimal mark is a point, or a comma if `mark` is none."""
+    """Return the number in a cell; its decimal mark is a point, or a comma that is not `mark`."""
     return float(cell if mark == "," else cell.replace(",", "."))
-
-
-def _head(text: str) -> Head:
-    text = " ".join(text.split())
-    if quoted := _QUOTED.fullmatch(text):
-        text = quoted[2].strip()
-    match = _HEAD.fullmatch(text)
-    if match is None or _INDEX.fullmatch(text):
-        return Head(text, text, None)
-    unit = match["round"] if match["square"] is None else match["square"]
-    return Head(text, match["name"], unit.strip())
 
 
 def _is_number(cell: str) -> bool:
@@ -359,13 +380,13 @@ def _encoding(path: Path) -> str:
     """Return UTF-8 or UTF-16, or code page 1252 for other bytes."""
     decoder = codecs.getincrementaldecoder("utf-8")()
     with path.open("rb") as stream:
-        part = stream.read(_CHUNK)
+        part = stream.read(_CHUNK_SIZE)
         if part.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
             return "utf-16"
         try:
             while part:
                 decoder.decode(part)
-                part = stream.read(_CHUNK)
+                part = stream.read(_CHUNK_SIZE)
             decoder.decode(b"", final=True)
         except UnicodeDecodeError:
             return "cp1252"
@@ -397,43 +418,18 @@ def _rows(path: Path, lines: Iterable[tuple[int, str]], mark: str) -> Iterator[R
         ) from error
 
 
-def _without_empty_end(cells: list[str], least: int = 0) -> list[str]:
-    """Return cells up to the last nonempty one, but at least `least` if there are so many."""
-    count = len(cells)
-    while count > least and not cells[count - 1]:
-        count -= 1
-    return cells[:count]
-
-
-def _fitting(path: Path, rows: Iterator[Row], count: int, mark: str) -> Iterator[Row]:
-    """Yield rows with no more cells than heads; exactly as many if blanks separate them."""
-    for line, given in rows:
-        cells = _without_empty_end(given, count)
-        if len(cells) > count or (mark == " " and len(cells) < count):
-            raise FileError(
-                f"a row has {len(cells)} cells under a header of {count}",
-                where=f"{path}:{line}",
-                found=mark.join(cells),
-                allowed=f"{count} cells, parted by {mark!r}",
-                remedy="Numbers with a decimal comma are read where semicolons part the columns"
-                if mark == ","
-                else None,
-            )
-        yield Row(line, cells)
-
-
-def _mark(texts: list[str], marks: Sequence[str]) -> str:
+def _separator(texts: list[str], marks: Sequence[str]) -> str:
     """Find the separator that cuts the first two rows into equally many cells, or the first row."""
-    single = ""
+    of_first_row = ""
     for mark in marks:
         try:
             rows = list(islice(_rows(Path(), enumerate(texts), mark), 2))
         except FileError:  # reported with its place when the rows are read
             continue
-        counts = [len(_without_empty_end(row.cells)) for row in rows]
+        counts = [len(_trimmed(row.cells)) for row in rows]
         if counts and counts[0] > 1:
-            numbers = all(map(_is_number, rows[0].cells))
-            if len(set(counts)) == 1 and (mark != " " or len(counts) == 2 or numbers):
+            has_numbers = all(map(_is_number, rows[0].cells))
+            if len(set(counts)) == 1 and (mark != " " or len(counts) == 2 or has_numbers):
                 return mark
-            single = single or (mark if mark != " " else "")
-    return single or ","
+            of_first_row = of_first_row or (mark if mark != " " else "")
+    return of_first_row or ","

@@ -1,7 +1,7 @@
-"""Units at the door: their sizes, factors to the units of a case, and labels of derived units.
+"""Units of input: their sizes, factors to the units of a case, and labels of derived units.
 
-The library itself is unit-free. `QUANTITIES` has the usual units, and products of them are read
-here. `pint`, which takes half a second to load, knows the rare ones; nothing else imports it.
+The library itself is unit-free. `QUANTITIES` has the usual units, and this module reads products
+of them. `pint`, which takes half a second to load, has the rare ones; nothing else imports it.
 """
 
 from __future__ import annotations
@@ -48,7 +48,7 @@ class Kind(NamedTuple):
     """A quantity and its usual units."""
 
     powers: Powers | None
-    """Powers in its units; None where the units named here are all it has, in any case."""
+    """Powers of its units; None if it has only the units named here, in any case."""
     examples: str
     sizes: Mapping[str, float] = MappingProxyType({})
     """Units by name, in SI units."""
@@ -235,15 +235,17 @@ def si_size(unit: str, quantity: Quantity, where: str | None = None) -> float:
         )
     readings = () if kind.powers is None else _readings(text)
     for size in readings:
-        if _fits(size.powers, kind):
+        if _is_unit_of(size.powers, kind):
             return size.value
     meaning = _MEANINGS.get(quantity, quantity)
     if readings:
         what, powers = f"not a unit of {meaning}", readings[0].powers
-        others = [
-            name for name, one in QUANTITIES.items() if text in one.sizes or _fits(powers, one)
+        matches = [
+            name
+            for name, other in QUANTITIES.items()
+            if text in other.sizes or _is_unit_of(powers, other)
         ]
-        remedy = f"It is a unit of {' or '.join(others)}" if others else None
+        remedy = f"It is a unit of {' or '.join(matches)}" if matches else None
     else:
         close = get_close_matches(text, kind.sizes, n=1, cutoff=0.7) if text else []
         what = f"not a known unit of {meaning}"
@@ -257,8 +259,8 @@ def si_size(unit: str, quantity: Quantity, where: str | None = None) -> float:
     )
 
 
-def _fits(powers: Powers, kind: Kind) -> bool:
-    """Return whether a unit is one of a quantity; radians by time may be written as 1/s."""
+def _is_unit_of(powers: Powers, kind: Kind) -> bool:
+    """Return whether a unit of these powers measures a quantity; 1/s may stand for rad/s."""
     if kind.powers is None:
         return False
     is_rate = any(powers[:3]) and powers[3] == 0
@@ -267,20 +269,20 @@ def _fits(powers: Powers, kind: Kind) -> bool:
 
 @lru_cache(maxsize=256)
 def _readings(text: str) -> tuple[Size, ...]:
-    """Return the sizes of what `text` may stand for, first as it is spelt.
+    """Return the possible sizes of a unit, first as it is spelt.
 
-    CAD files write "MM" and "INCH", but "Mm" is not "mm". pint is asked for what is not a product
-    of units of the table.
+    CAD files write "MM" and "INCH", but "Mm" is not "mm". pint reads units that are not products of
+    units of the table.
     """
     spellings = (text, text.lower()) if text.isupper() else (text,)
-    plain = [size for size in map(_product_of, spellings) if size is not None]
-    return tuple(plain) or _pint_readings(text)
+    sizes = [size for size in map(_product_of, spellings) if size is not None]
+    return tuple(sizes) or _pint_readings(text)
 
 
 def _product_of(text: str) -> Size | None:
     """Return the size of a product such as N/mm^2, m/(s*s) or mm/ms²; None for anything else."""
-    for sign, plain in (("**", "^"), ("²", "^2"), ("³", "^3"), ("·", "*")):
-        text = text.replace(sign, plain)
+    for sign, ascii_sign in (("**", "^"), ("²", "^2"), ("³", "^3"), ("·", "*")):
+        text = text.replace(sign, ascii_sign)
     tokens = _TOKEN.findall(text)
     if "".join(tokens) != "".join(text.split()):
         return None
@@ -292,7 +294,7 @@ def _product_of(text: str) -> Size | None:
 
 
 def _product(tokens: list[str]) -> Size:
-    """Return the size of the product that `tokens` begin with, which are taken from their front."""
+    """Return the size of the product at the front of `tokens`, and remove its tokens."""
     size, sign = ONE, 1
     while True:
         token = tokens.pop(0)
@@ -310,8 +312,8 @@ def _product(tokens: list[str]) -> Size:
 
 
 def _pint_readings(text: str) -> tuple[Size, ...]:
-    """Return what pint takes a text and its lower case for."""
-    registry = _registry()
+    """Return the sizes that pint gives for a text and its lower case."""
+    registry = _pint_registry()
     readings = []
     for spelling in dict.fromkeys((text, text.lower())):
         try:
@@ -330,7 +332,7 @@ def _pint_readings(text: str) -> tuple[Size, ...]:
 
 
 @lru_cache(maxsize=1)
-def _registry() -> Any:
+def _pint_registry() -> Any:
     names = ", ".join(name for base in BASE for name in QUANTITIES[base].sizes)
     require(f"a unit other than {names}", "pint")
     import pint
@@ -339,9 +341,9 @@ def _registry() -> Any:
 
 
 def without_noise(factor: float) -> float:
-    """Return the neighbour of 15 digits, to which units are known, if there is one.
+    """Return the factor rounded to 15 digits if that changes it by rounding errors only.
 
-    That of 1e6 / 1e9 is 0.001; 1 / 3.6 has none, and stays.
+    1e6 / 1e9 becomes 0.001, and 1 / 3.6 stays.
     """
     short = float(f"{factor:.15g}")
     return short if math.isclose(short, factor, rel_tol=4e-16) else factor
@@ -370,7 +372,7 @@ def quantity_factor(unit: str, quantity: Quantity, units: Units, where: str | No
     Parameters
     ----------
     unit : "1", "%", "mm", "kN", "MPa", "1/s", "Nm", "deg", …
-    quantity : what it must be a unit of; a "ratio" is a strain or a factor, a "rate" is of strain
+    quantity : quantity of the unit; a "ratio" is a strain or a factor, a "rate" a rate of strain
     units : length, mass and time unit of the case
     where : file or key the unit stands in, for the message
 
@@ -450,7 +452,7 @@ def consistent_factor(unit: str, length: str, mass: str, time: str, where: str) 
 
     Parameters
     ----------
-    unit : of a product of powers of length, mass and time: "km/h", "kg/m^3", "MPa", "%"
+    unit : product of powers of length, mass and time: "km/h", "kg/m^3", "MPa", "%"
     length, mass, time : units of the set
     where : file or key the unit stands in, for the message
 
@@ -489,8 +491,8 @@ def consistent_factor(unit: str, length: str, mass: str, time: str, where: str) 
             found=unit,
             allowed="no unit in the header, and numbers as the key takes them",
         )
-    for base, one, power in zip(BASE, (length, mass, time), size.powers, strict=False):
-        size = size.times(Size(base_factor(one, base), ONE.powers), -power)
+    for base, name, power in zip(BASE, (length, mass, time), size.powers, strict=False):
+        size = size.times(Size(base_factor(name, base), ONE.powers), -power)
     return without_noise(size.value)
 
 
@@ -533,12 +535,12 @@ def short_name(unit: str) -> str:
 
 def _name_of(size: float, sizes: Mapping[str, float]) -> str | None:
     """Return the first name of a size; None if it has none."""
-    names = (name for name, one in sizes.items() if math.isclose(one, size, rel_tol=1e-12))
+    names = (name for name, value in sizes.items() if math.isclose(value, size, rel_tol=1e-12))
     return next(names, None)
 
 
 def with_unit(label: str, unit: str) -> str:
-    """Return ``label [unit]``, or the one of both that is not empty.
+    """Return ``label [unit]``, or only the part that is not empty.
 
     >>> with_unit("force", "N"), with_unit("strain", ""), with_unit("", "g")
     ('force [N]', 'strain', '[g]')

@@ -122,19 +122,22 @@ def outcome_in_worker(target: str, path: Path, *args: object, needs: str = "nump
     ImportError
         A worker crashes while it loads the reader's libraries.
     """
-    request = Request(target, path, args, *limits_for(path), _folder(), _module_folders())
+    folder = os.curdir
+    with contextlib.suppress(OSError):  # it may have been deleted
+        folder = os.getcwd()
+    request = Request(target, path, args, *limits_for(path), folder, _module_folders())
     while (worker := _pool.take()) is not None:
         try:
             outcome = worker.read(request, needs)
         except _WorkerEndedError as ended:
             worker.end()
-            if worker.kept:  # it may have ended for want of work: the next worker tries
+            if worker.was_idle:  # it may have ended after a minute without work: try the next
                 continue
             if not worker.started:
                 _pool.can_start = False
                 continue
             message = f"the libraries that read {path.suffix} files cannot be loaded"
-            raise ImportError(f"{message} ({_exit_in_words(ended.code)})") from ended
+            raise ImportError(f"{message} ({_exit_text(ended.code)})") from ended
         except BaseException:
             worker.end()
             raise
@@ -180,10 +183,10 @@ class _Worker:
             start_new_session=os.name == "posix",  # Ctrl-C reaches the caller alone
             creationflags=getattr(subprocess, "CREATE_NO_WINDOW", 0),
         )
-        self.started = self.kept = self.expired = False
+        self.started = self.was_idle = self.expired = False
 
     def read(self, request: Request, needs: str) -> Outcome:
-        """Return what a file gave.
+        """Return the outcome of reading a file.
 
         Raises
         ------
@@ -206,7 +209,7 @@ class _Worker:
         except _WorkerEndedError as ended:
             where = str(request.path)
             return Outcome(
-                error=too_slow(where, clock) if self.expired else _crash(request, ended.code)
+                error=too_slow(where, clock) if self.expired else _crash_error(request, ended.code)
             )
 
     def send(self, message: Request | str) -> None:
@@ -222,7 +225,12 @@ class _Worker:
     def _receive(self, seconds: float) -> Any:
         """Return the next reply; the worker is killed if it takes longer."""
         assert self.process.stdout is not None
-        timer = threading.Timer(seconds, self._expire)
+
+        def expire() -> None:
+            self.expired = True
+            self._kill()
+
+        timer = threading.Timer(seconds, expire)
         timer.daemon = True
         timer.start()
         try:
@@ -231,10 +239,6 @@ class _Worker:
             raise _WorkerEndedError(self.process.wait()) from error
         finally:
             timer.cancel()
-
-    def _expire(self) -> None:
-        self.expired = True
-        self._kill()
 
     def _kill(self) -> None:
         with contextlib.suppress(OSError):
@@ -258,21 +262,21 @@ class _Worker:
 def _no_broken_pipe_signal() -> Iterator[None]:
     """Let a pipe whose reader has ended raise an error, and not end this process.
 
-    Python ignores the signal from its start, but some libraries (gmsh) and callers make it deadly
-    again. It comes to the thread that writes, which holds it back here and takes it if it came.
+    Python ignores the signal from its start, but some libraries (gmsh) and callers make it fatal
+    again. The thread that writes gets it: it blocks the signal here, and removes a pending one.
     """
     if not hasattr(signal, "pthread_sigmask"):
         yield
         return
-    broken = {signal.SIGPIPE}
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, broken)
+    broken_pipe = {signal.SIGPIPE}
+    old_mask = signal.pthread_sigmask(signal.SIG_BLOCK, broken_pipe)
     try:
         yield
     finally:
-        if not broken & before:
-            if broken & signal.sigpending():
-                signal.sigwait(broken)
-            signal.pthread_sigmask(signal.SIG_SETMASK, before)
+        if not broken_pipe & old_mask:
+            if broken_pipe & signal.sigpending():
+                signal.sigwait(broken_pipe)
+            signal.pthread_sigmask(signal.SIG_SETMASK, old_mask)
 
 
 class _Pool:
@@ -281,7 +285,9 @@ class _Pool:
     def __init__(self) -> None:
         self._lock = threading.Lock()
         self.workers: list[_Worker] = []
-        self.can_start = _is_python()
+        # not a program that embeds an interpreter
+        is_python = Path(sys.executable or "").stem.lower().startswith("python")
+        self.can_start = is_python and not getattr(sys, "frozen", False)
 
     def take(self) -> _Worker | None:
         """Return a waiting worker or a new one; None if none can be started."""
@@ -299,10 +305,10 @@ class _Pool:
     def put(self, worker: _Worker) -> None:
         """Keep a worker for the next file, or end it."""
         with self._lock:
-            worker.kept = worker.process.poll() is None and len(self.workers) < _MAX_IDLE
-            if worker.kept:
+            worker.was_idle = worker.process.poll() is None and len(self.workers) < _MAX_IDLE
+            if worker.was_idle:
                 self.workers.append(worker)
-        if not worker.kept:
+        if not worker.was_idle:
             worker.end()
 
     def end(self) -> None:
@@ -319,39 +325,25 @@ class _Pool:
         self._lock, self.workers = threading.Lock(), []
 
 
-def _is_python() -> bool:
-    """Return whether ``sys.executable`` is an interpreter, and not a program that embeds one."""
-    if getattr(sys, "frozen", False) or not sys.executable:
-        return False
-    return Path(sys.executable).stem.lower().startswith("python")
-
-
 _pool = _Pool()
 atexit.register(lambda: _pool.end())
 if hasattr(os, "register_at_fork"):
     os.register_at_fork(after_in_child=lambda: _pool.forget())
 
 
-def _folder() -> str:
-    try:
-        return os.getcwd()
-    except OSError:  # it was deleted
-        return os.curdir
-
-
 def _module_folders() -> list[str]:
     return [os.path.abspath(entry) for entry in sys.path if isinstance(entry, str)]
 
 
-def _crash(request: Request, code: int, memory: int = 0) -> FileError:
-    """Return the error for a file whose reader ended with an exit code, and used `memory`."""
+def _crash_error(request: Request, code: int, memory: int = 0) -> FileError:
+    """Return the error for a file whose reader crashed with an exit code, and used `memory`."""
     where = str(request.path)
     if code == -getattr(signal, "SIGXCPU", 0):
         return too_slow(where, request.seconds)
     if code == -getattr(signal, "SIGKILL", 0) or memory > _MEMORY_SHARE * request.memory:
         return too_large(where, request.memory)
     return FileError(
-        f"the reader crashed on this file ({_exit_in_words(code)})",
+        f"the reader crashed on this file ({_exit_text(code)})",
         where=where,
         allowed=f"an undamaged {request.path.suffix} file",
         remedy=(
@@ -361,7 +353,7 @@ def _crash(request: Request, code: int, memory: int = 0) -> FileError:
     )
 
 
-def _exit_in_words(code: int) -> str:
+def _exit_text(code: int) -> str:
     try:
         return f"signal {-code}, {signal.Signals(-code).name}"
     except ValueError:
@@ -412,7 +404,7 @@ def _send(replies: io.BufferedWriter, content: bytes) -> None:
 
 def _load(target: str) -> None:
     """Import a reader's module, which loads its libraries in `warm_up`."""
-    gc.disable()  # nothing loaded is garbage: searching for some takes an eighth of the time
+    gc.disable()  # nothing loaded is garbage: the collector would take an eighth of the time
     try:
         module = import_module(target.partition(":")[0])
         getattr(module, "warm_up", lambda: None)()
@@ -430,7 +422,7 @@ def _read_in_fork(request: Request, caller: int) -> bytes:
     import select
 
     resident = _process_memory()[1]
-    end, fork_end = os.pipe()
+    pipe_end, fork_end = os.pipe()
     fork = os.fork()
     if fork == 0:
         code = 1
@@ -443,9 +435,9 @@ def _read_in_fork(request: Request, caller: int) -> bytes:
             os._exit(code)
     os.close(fork_end)
     content = bytearray()
-    with os.fdopen(end, "rb", buffering=0) as stream:
+    with os.fdopen(pipe_end, "rb", buffering=0) as stream:
         while True:
-            if caller in select.select([end, caller], [], [])[0]:
+            if caller in select.select([pipe_end, caller], [], [])[0]:
                 os.killpg(0, signal.SIGKILL)
             piece = stream.read(1 << 20)
             if not piece:
@@ -455,7 +447,7 @@ def _read_in_fork(request: Request, caller: int) -> bytes:
     if status == 0:
         return bytes(content)
     growth = usage.ru_maxrss * 1024 - resident
-    error = _crash(request, os.waitstatus_to_exitcode(status), growth)
+    error = _crash_error(request, os.waitstatus_to_exitcode(status), growth)
     return pickle.dumps(Outcome(error=error))
 
 
@@ -496,8 +488,8 @@ def _outcome(request: Request) -> Outcome:
                 where=str(request.path),
                 allowed=f"an undamaged {request.path.suffix} file",
             )
-    ours = [str(item.message) for item in caught if issubclass(item.category, ContigaWarning)]
-    return Outcome(content, error, trace, tuple(ours))
+    messages = [str(item.message) for item in caught if issubclass(item.category, ContigaWarning)]
+    return Outcome(content, error, trace, tuple(messages))
 
 
 def _limit(seconds: float, memory: int | None = None) -> None:

@@ -1,4 +1,4 @@
-"""Place the eye, and project points into the picture."""
+"""The camera of a picture, and the projection of points."""
 
 from __future__ import annotations
 
@@ -20,37 +20,37 @@ class Camera(NamedTuple):
     axes: FloatArray
     """(3, 3) rows: right, down, forward."""
     focus: float
-    """Pixels a unit of length covers at unit depth."""
+    """Focal length: pixels of a unit of length at unit depth."""
     size: tuple[int, int]
     """Rows, columns."""
 
 
 def unit(vector: FloatArray) -> FloatArray:
-    """`vector` at length one; the zero vector stays."""
+    """Return `vector` scaled to length one; the zero vector stays."""
     length = float(np.linalg.norm(vector))
     return vector / length if length > 0.0 else vector
 
 
 def look(towards: FloatArray, up: FloatArray, points: FloatArray, size: tuple[int, int]) -> Camera:
-    """A camera that looks along `towards` and just holds all `points` (n, 3)."""
+    """Return a camera that looks along `towards` with all `points` (n, 3) just in its picture."""
     forward = unit(towards)
     right = np.cross(forward, up)
     if np.linalg.norm(right) < 1e-6:
         right = np.cross(forward, [0.0, 1.0, 0.0] if abs(forward[1]) < 0.9 else [1.0, 0.0, 0.0])
     right = unit(right)
     axes = np.stack([right, np.cross(forward, right), forward])
-    seen = points @ axes.T
-    low, high = seen.min(axis=0), seen.max(axis=0)
+    local = points @ axes.T
+    low, high = local.min(axis=0), local.max(axis=0)
     centre = (low + high) / 2.0
-    half = max(float(np.abs(seen - centre).max()), 1e-12)
+    half = max(float(np.abs(local - centre).max()), 1e-12)
     slope = np.tan(FIELD_OF_VIEW / 2.0)
     distance = half + half / slope
     focus = size[0] / (2.0 * slope)
-    # one correction: place the eye so that the widest ray of the picture touches the scene
+    # move the eye until the widest ray of the picture touches the scene
     for _ in range(3):
-        depth = seen[:, 2] - centre[2] + distance
-        spread = np.array([size[1] / size[0], 1.0]) * slope
-        reach = np.abs(seen[:, :2] - centre[:2]) / (depth[:, None] * spread)
+        depth = local[:, 2] - centre[2] + distance
+        slopes = np.array([size[1] / size[0], 1.0]) * slope
+        reach = np.abs(local[:, :2] - centre[:2]) / (depth[:, None] * slopes)
         distance = max(distance * float(reach.max()) * 1.05, half * 1.2)
     eye = (centre - np.array([0.0, 0.0, distance])) @ axes
     return Camera(eye, axes, focus, size)

@@ -1,4 +1,4 @@
-"""A small picture of a triangulation, as a notebook shows it beside the facts of an object."""
+"""A small picture of a triangulation, for notebooks."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ from contiga.rendering.camera import look
 
 COLOUR = np.array([0.62, 0.70, 0.78])
 TOLERANCE = 1e-3
-"""Chord tolerance of what is drawn, in parts of its size."""
+"""Chord tolerance of the drawn triangles, over the size of the object."""
 _SIZE = (300, 400)
 """Rows and columns."""
 _SAMPLES = 2
 """Pixels drawn per pixel shown, in each direction."""
 _TOWARDS, _UP = np.array([-0.55, 0.75, -0.45]), np.array([0.0, 0.0, 1.0])
-_EDGE = 2e-3
-"""Depth by which an edge may lie behind the surface it bounds, in parts of the scene."""
+_EDGE_BIAS = 2e-3
+"""Depth by which an edge may lie behind the surface, over the size of the scene."""
 
 
 def picture_of(points: FloatArray, triangles: IntArray) -> bytes:
@@ -33,14 +33,14 @@ def picture_of(points: FloatArray, triangles: IntArray) -> bytes:
     triangles : (m, 3) rows of `points`
     """
     rows, columns = (_SAMPLES * n for n in _SIZE)
-    used = points[np.unique(triangles)]
-    camera = look(_TOWARDS, _UP, used, (rows, columns))
-    size = float(np.ptp(used, axis=0).max())
+    corners = points[np.unique(triangles)]
+    camera = look(_TOWARDS, _UP, corners, (rows, columns))
+    size = float(np.ptp(corners, axis=0).max())
     picture = np.ones((rows, columns, 3), dtype=np.float32)
     layer = shading.mesh_layer(camera, points, triangles)
     shading.paint(picture, layer, COLOUR, size, layer.buffer.depth)
     edges = shading.drawn_edges(points, triangles)
-    picture[shading.line_ink(camera, points, edges, layer.buffer.depth, _EDGE * size)] *= 0.55
+    picture[shading.line_ink(camera, points, edges, layer.buffer.depth, _EDGE_BIAS * size)] *= 0.55
     return png((255.0 * shading.shrunk(picture, _SAMPLES)).round().astype(np.uint8))
 
 

@@ -25,16 +25,16 @@ Picture = NDArray[np.float32]
 _KEY = np.array([-0.45, -0.65, -0.62]) / np.linalg.norm([0.45, 0.65, 0.62])
 """Towards the main light in camera axes (right, down, forward): over the left shoulder."""
 _LAMPS = np.stack([_KEY, (_KEY - [0.0, 0.0, 1.0]) / np.linalg.norm(_KEY - [0.0, 0.0, 1.0])])
-_CREASE = np.cos(np.radians(30.0))
-"""Facets that meet at more than this angle keep an edge there."""
+_CREASE_COSINE = np.cos(np.radians(30.0))
+"""Cosine of the angle above which facets meet at a sharp edge."""
 
 
 class Layer(NamedTuple):
-    """One mesh or cloud as the camera sees it."""
+    """A mesh or cloud in the picture of a camera."""
 
     buffer: Buffer
     axes: FloatArray
-    """(3, 3) of the camera."""
+    """(3, 3) axes of the camera."""
     corners: FloatArray
     """(m, 3, 3) unit normals at the corners of the facets, no rows for a cloud."""
     triangles: IntArray | None
@@ -49,18 +49,17 @@ class Layer(NamedTuple):
         """Return (k,) `values` (n,) of the points, interpolated at the pixels of `seen`."""
         if self.triangles is None:
             return np.asarray(values[self.buffer.owner[self.seen]])
-        values_there = np.empty(np.count_nonzero(self.seen))
-        values_at_pixels(
-            self.buffer, self.triangles, as_contiguous(values, np.float64), values_there
-        )
-        return values_there
+        pixel_values = np.empty(np.count_nonzero(self.seen))
+        values = as_contiguous(values, np.float64)
+        values_at_pixels(self.buffer, self.triangles, values, pixel_values)
+        return pixel_values
 
 
 def corner_normals(points: FloatArray, triangles: IntArray) -> FloatArray:
     """Return (m, 3, 3) unit normals at the corners: smooth, but sharp across creases.
 
-    Corners at one point share a normal where their facets hang together over edges that are no
-    creases; a point may stand on several faces, as the meshes of closed bodies have it.
+    Corners at one point share a normal if their facets are connected by edges that are no creases;
+    a point may belong to several faces, as in the meshes of closed bodies.
     """
     p = points[triangles]
     facet = _facet_normals(points, triangles)
@@ -68,12 +67,12 @@ def corner_normals(points: FloatArray, triangles: IntArray) -> FloatArray:
     count, group = _smooth_corners(triangles, facet)
     total = np.zeros((count, 3))
     for corner in range(3):
-        ahead = p[:, (corner + 1) % 3] - p[:, corner]
-        behind = p[:, (corner + 2) % 3] - p[:, corner]
-        # by the corner's angle, so that it does not matter how a face is cut into facets, and by
-        # area, so that a flat face stays flat up to the fillet that it ends in
+        a = p[:, (corner + 1) % 3] - p[:, corner]
+        b = p[:, (corner + 2) % 3] - p[:, corner]
+        # by the corner's angle, so that the division of a face into facets does not matter, and by
+        # area, so that a flat face stays flat up to a fillet at its end
         weight = area * np.arctan2(
-            np.linalg.norm(np.cross(ahead, behind), axis=1), np.einsum("mi,mi->m", ahead, behind)
+            np.linalg.norm(np.cross(a, b), axis=1), np.einsum("mi,mi->m", a, b)
         )
         for axis in range(3):
             total[:, axis] += np.bincount(
@@ -89,22 +88,22 @@ def _smooth_corners(triangles: IntArray, facet: FloatArray) -> tuple[int, IntArr
     Corner c of facet f is 3 f + c. Both ends of a smooth edge join the corners that meet there.
     """
     inner = _inner_edges(triangles)
-    smooth = np.einsum("ei,ei->e", facet[inner.left], facet[inner.right]) >= _CREASE
-    pairs = np.concatenate([inner.first[smooth], inner.second[smooth]])
+    is_smooth = np.einsum("ei,ei->e", facet[inner.left], facet[inner.right]) >= _CREASE_COSINE
+    pairs = np.concatenate([inner.first[is_smooth], inner.second[is_smooth]])
     group = shading_groups_nb.joined(pairs, triangles.size)
     return int(group.max(initial=-1)) + 1, group
 
 
 class SharpMesh(NamedTuple):
-    """Return a mesh whose points are repeated where facets meet at a crease.
+    """A mesh whose points are repeated where facets meet at a crease.
 
-    Smooth shading by its own vertices, as a browser does it, then keeps the creases sharp.
+    The smooth shading of browsers, by vertices, then keeps the creases sharp.
     """
 
     rows: IntArray
-    """(k,) the point of the original mesh that each vertex stands at."""
+    """(k,) point of the original mesh of each vertex."""
     triangles: IntArray
-    """(m, 3) rows of `rows`."""
+    """(m, 3) vertices, rows of `rows`."""
 
 
 def sharp_mesh(points: FloatArray, triangles: IntArray) -> SharpMesh:
@@ -139,18 +138,18 @@ def _inner_edges(triangles: IntArray) -> _Inner:
     corners = np.arange(triangles.size, dtype=np.int64).reshape(-1, 3)
     start, end = corners.T.ravel(), np.roll(corners, -1, axis=1).T.ravel()
     flat = triangles.ravel().astype(np.int64)
-    swapped = flat[start] > flat[end]
-    start, end = np.where(swapped, end, start), np.where(swapped, start, end)
+    is_reversed = flat[start] > flat[end]
+    start, end = np.where(is_reversed, end, start), np.where(is_reversed, start, end)
     key = flat[start] * (int(flat.max(initial=0)) + 1) + flat[end]
     order = np.argsort(key, kind="stable")
-    _, at, count = np.unique(key[order], return_index=True, return_counts=True)
-    one, other = order[at[count == 2]], order[at[count == 2] + 1]
+    _, first, count = np.unique(key[order], return_index=True, return_counts=True)
+    left, right = order[first[count == 2]], order[first[count == 2] + 1]
     return _Inner(
-        start[one] // 3,
-        start[other] // 3,
-        np.stack([start[one], start[other]], axis=1),
-        np.stack([end[one], end[other]], axis=1),
-        np.stack([flat[start[one]], flat[end[one]]], axis=1),
+        start[left] // 3,
+        start[right] // 3,
+        np.stack([start[left], start[right]], axis=1),
+        np.stack([end[left], end[right]], axis=1),
+        np.stack([flat[start[left]], flat[end[left]]], axis=1),
     )
 
 
@@ -158,12 +157,12 @@ def crease_edges(points: FloatArray, triangles: IntArray) -> IntArray:
     """Return (k, 2) edges over which two facets meet at a sharp angle."""
     inner = _inner_edges(triangles)
     facet = _facet_normals(points, triangles)
-    sharp = np.einsum("ei,ei->e", facet[inner.left], facet[inner.right]) < _CREASE
-    return np.ascontiguousarray(inner.points[sharp], dtype=np.int32)
+    is_sharp = np.einsum("ei,ei->e", facet[inner.left], facet[inner.right]) < _CREASE_COSINE
+    return np.ascontiguousarray(inner.points[is_sharp], dtype=np.int32)
 
 
 def mesh_layer(camera: Camera, points: FloatArray, triangles: IntArray) -> Layer:
-    """A triangulation seen by `camera`."""
+    """Return the layer of a triangulation."""
     buffer = empty_buffer(*camera.size)
     triangles = np.ascontiguousarray(triangles, dtype=np.int32)
     draw_triangles(project(camera, points), triangles, buffer)
@@ -171,7 +170,7 @@ def mesh_layer(camera: Camera, points: FloatArray, triangles: IntArray) -> Layer
 
 
 def cloud_layer(camera: Camera, points: FloatArray, radius: float) -> Layer:
-    """A cloud of points seen by `camera` as balls of `radius` pixels."""
+    """Return the layer of a cloud of points, drawn as balls of `radius` pixels."""
     buffer = empty_buffer(*camera.size)
     screen = project(camera, points)
     depth = float(np.nanmedian(screen[:, 2])) if len(screen) else 1.0
@@ -182,9 +181,9 @@ def cloud_layer(camera: Camera, points: FloatArray, radius: float) -> Layer:
 def hollows(depth: FloatArray, reach: int, size: float) -> FloatArray:
     """Return (h / 2, w / 2) in [−1, 1], positive where opposite neighbours are nearer to the eye.
 
-    Of every other pixel of `depth` (h, w): a soft shade needs no more. Opposite pairs cancel the
-    slope of a plane, so that only its bending shows; beyond the outline and the picture nothing is
-    known, and there is no bending. `size` is the depth that counts as one.
+    Every other pixel of `depth` (h, w) is enough for a soft shade. Opposite pairs cancel the slope
+    of a plane, so that only its bending shows; there is none at the outline and at the border of
+    the picture. `size` is the depth that counts as one.
     """
     total = np.zeros(depth[::2, ::2].shape)
     steps = sorted({max(1, reach // 4), max(1, reach // 2), reach})
@@ -202,14 +201,14 @@ def paint(
     nearest: FloatArray,
     opacity: float = 1.0,
 ) -> None:
-    """Blend a shaded `layer` over `picture` (h, w, 3) where nothing of `nearest` is before it.
+    """Blend a shaded `layer` over `picture` (h, w, 3) where it is not behind `nearest`.
 
     Parameters
     ----------
     picture : (h, w, 3) picture, changed in place
-    layer : the shaded layer
-    colours : (3,), or (k, 3) of the pixels of `layer.seen`
-    size : that of the scene: bends of a fiftieth of it are the strongest that are shaded
+    layer : the layer
+    colours : (3,), or (k, 3) for the pixels of `layer.seen`
+    size : size of the scene: a bend of a fiftieth of it has the strongest shade
     nearest : (h, w) depths
     opacity : opacity of the layer
     """
@@ -221,7 +220,7 @@ def paint(
 
 
 def veil(picture: Picture, layer: Layer, colour: FloatArray) -> None:
-    """Blend `colour` (3,) thinly over `picture` (h, w, 3) where `layer` is, more so at its rim."""
+    """Blend `colour` (3,) thinly over `picture` (h, w, 3) at `layer`, more strongly at its rim."""
     shading_nb.veil(layer.buffer, layer.corners, layer.axes, colour, picture)
 
 
@@ -231,26 +230,26 @@ def free_edges(triangles: IntArray) -> IntArray:
     low, high = pairs.min(axis=1).astype(np.int64), pairs.max(axis=1).astype(np.int64)
     n = int(high.max(initial=0)) + 1
     edges, count = np.unique(low * n + high, return_counts=True)
-    free = edges[count == 1]
-    return np.ascontiguousarray(np.stack([free // n, free % n], axis=1), dtype=np.int32)
+    borders = edges[count == 1]
+    return np.ascontiguousarray(np.stack([borders // n, borders % n], axis=1), dtype=np.int32)
 
 
 def drawn_edges(points: FloatArray, triangles: IntArray) -> IntArray:
-    """Return (k, 2) edges that a picture draws as lines: borders, and creases between facets."""
+    """Return (k, 2) edges to draw as lines: borders, and creases between facets."""
     return np.concatenate([free_edges(triangles), crease_edges(points, triangles)])
 
 
 def line_ink(
     camera: Camera, points: FloatArray, edges: IntArray, depth: FloatArray, bias: float
 ) -> NDArray[np.bool_]:
-    """Return (h, w) where one of the `edges` (k, 2) shows."""
+    """Return a mask (h, w) of the pixels at which one of the `edges` (k, 2) is visible."""
     ink = np.zeros(camera.size, np.bool_)
     draw_lines(project(camera, points), edges, depth, bias, ink)
     return ink
 
 
 def thickened(ink: NDArray[np.bool_], width: int) -> NDArray[np.bool_]:
-    """Pixels within `width` of one in `ink` (h, w)."""
+    """Return the mask (h, w) of pixels within `width` of a pixel in `ink`."""
     out = np.zeros_like(ink)
     rows, columns = np.nonzero(ink)
     reach = np.arange(-width, width + 1)
@@ -258,13 +257,13 @@ def thickened(ink: NDArray[np.bool_], width: int) -> NDArray[np.bool_]:
         for dx in reach:
             if dx * dx + dy * dy <= width * width:
                 y, x = rows + dy, columns + dx
-                kept = (y >= 0) & (y < ink.shape[0]) & (x >= 0) & (x < ink.shape[1])
-                out[y[kept], x[kept]] = True
+                is_inside = (y >= 0) & (y < ink.shape[0]) & (x >= 0) & (x < ink.shape[1])
+                out[y[is_inside], x[is_inside]] = True
     return out
 
 
 def shrunk(picture: Picture, factor: int) -> Picture:
-    """`picture` (h·f, w·f, c) averaged to (h, w, c): smooth edges."""
+    """Return `picture` (h·f, w·f, c) averaged to (h, w, c), with smooth edges."""
     h, w = picture.shape[0] // factor * factor, picture.shape[1] // factor * factor
     total = np.zeros((h // factor, w // factor, picture.shape[2]), picture.dtype)
     for row in range(factor):

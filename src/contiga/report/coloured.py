@@ -17,10 +17,10 @@ from contiga.report.run_folder import Units
 from contiga.report.style import REGIONS
 
 # A few nodes at the rim of a region, with hardly any area, may have many times the pressure of all
-# others. With `MANY` nodes or more, colours end at this quantile if the largest value is beyond
-# `_FAR` times it.
-MANY = 20
-_SHARE, _FAR = 0.98, 2.0
+# others. With `MIN_NODES` nodes or more, colours end at this quantile if the largest value is more
+# than `_MAX_RATIO` times it.
+MIN_NODES = 20
+_QUANTILE, _MAX_RATIO = 0.98, 2.0
 _INSIDE: dict[str, tuple[str, Callable[[Units], str]]] = {
     "von_mises": ("Von Mises stress", lambda units: units.stress),
     "principal_strain": ("Largest strain", lambda units: ""),
@@ -58,8 +58,8 @@ def fields_of(peak: Peak | Touched, units: Units) -> dict[str, ColouredField]:
         fields["pressure"] = _field("Pressure", units.stress, pressure, peak.in_contact)
     for name, values in peak.inside.items():
         label, unit = _INSIDE[name]
-        some = _field(label, unit(units), values, values > 0.0)
-        fields[name] = some._replace(everywhere=True)
+        field = _field(label, unit(units), values, values > 0.0)
+        fields[name] = field._replace(everywhere=True)
     return fields
 
 
@@ -69,15 +69,17 @@ def first_field(peak: Peak, units: Units) -> ColouredField:
     return fields.get("pressure", fields["penetration"])
 
 
-def _field(label: str, unit: str, values: FloatArray, where: NDArray[np.bool_]) -> ColouredField:
-    """Return the field by its values `where` (n_s,) there are some; stresses in MPa, not GPa."""
+def _field(
+    label: str, unit: str, values: FloatArray, has_value: NDArray[np.bool_]
+) -> ColouredField:
+    """Return the field; points without a value do not set its colours; stresses in MPa, not GPa."""
     if unit == "GPa":
         unit, values = "MPa", 1e3 * values
     greatest = float(values.max(initial=0.0))
     top = greatest
-    if where.sum() >= MANY:
-        most = float(np.quantile(values[where], _SHARE, method="lower"))
-        top = most if 0.0 < _FAR * most < greatest else greatest
+    if has_value.sum() >= MIN_NODES:
+        quantile = float(np.quantile(values[has_value], _QUANTILE, method="lower"))
+        top = quantile if 0.0 < _MAX_RATIO * quantile < greatest else greatest
     return ColouredField(label, unit, values, max(top, 1e-300), top < greatest)
 
 

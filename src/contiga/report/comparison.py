@@ -44,8 +44,8 @@ class Difference(NamedTuple):
     @property
     def relative(self) -> float:
         """Largest difference as a fraction of the greatest peak; 0 if all peaks are zero."""
-        whole = max(map(abs, self.peaks))
-        return self.largest / whole if whole > 0.0 else 0.0
+        peak = max(map(abs, self.peaks))
+        return self.largest / peak if peak > 0.0 else 0.0
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -148,47 +148,69 @@ def compare(a: str | Path, b: str | Path, *more: str | Path) -> Comparison:
             "too many runs for one comparison", found=len(folders), allowed=f"2 to {MAX_RUNS}"
         )
     named = read_runs(folders)
-    runs = tuple(one.run for one in named)
+    runs = tuple(run for run, _ in named)
     times = _common_times(runs)
     columns = [columns_of(run) for run in runs]
+    pairs = list(zip(runs, columns, strict=True))
     shared = [name for name in columns[0] if all(name in run for run in columns)]
+    settings = _values_by_key([_flat(run.case) for run in runs])
+    criteria = [
+        {
+            f"{sensor}: {name}": float(result["value"])
+            for sensor, facts in run.summary_part("sensors").items()
+            for name, result in facts["criteria"].items()
+        }
+        for run in runs
+    ]
+    energies: list[dict[str, float]] = [
+        {key: float(energy[key]) for key in ("relative", "most") if key in energy}
+        for energy in (run.summary_part("energy") for run in runs)
+    ]
+    timings = [
+        {"steps": float(run.summary.get("steps") or len(run.times) - 1)}
+        | {stage: float(seconds) for stage, seconds in run.summary_part("timings").items()}
+        for run in runs
+    ]
     return Comparison(
         runs=runs,
-        names=tuple(one.name for one in named),
+        names=tuple(name for _, name in named),
         span=(float(times[0]), float(times[-1])),
         differences={
-            name: _difference(
-                [(run.times, values[name]) for run, values in zip(runs, columns, strict=True)],
-                times,
-            )
+            name: _difference([(run.times, values[name]) for run, values in pairs], times)
             for name in shared
         },
         noise=frozenset.intersection(
-            *(_noise(run, values, shared) for run, values in zip(runs, columns, strict=True))
+            *(_noise_columns(run, values, shared) for run, values in pairs)
         ),
         only=tuple(tuple(name for name in run if name not in set(shared)) for run in columns),
-        settings=_other_settings(runs),
-        criteria=_beside([_criteria(run) for run in runs]),
-        energies=_beside([_energies(run) for run in runs]),
-        timings=_beside([_timings(run) for run in runs]),
+        settings={
+            key: values
+            for key, values in settings.items()
+            if any(value != values[0] for value in values)
+        },
+        criteria=_values_by_key(criteria),
+        energies=_values_by_key(energies),
+        timings=_values_by_key(timings),
     )
 
 
-def _noise(run: Run, columns: Mapping[str, FloatArray], names: Sequence[str]) -> frozenset[str]:
+def _noise_columns(
+    run: Run, columns: Mapping[str, FloatArray], names: Sequence[str]
+) -> frozenset[str]:
     """Return the names of columns that are rounding beside others of their quantity.
 
     A moment is compared with the largest force times the largest length, too, and an angular
     velocity with one radian over the duration of the run.
     """
     sizes = {name: largest(columns[name]) for name in names}
-    tops: dict[str, float] = defaultdict(float)
+    scales: dict[str, float] = defaultdict(float)
     for name, size in sizes.items():
         kind = column_kind(name)
-        tops[kind] = max(tops[kind], size)
-    tops["moment"] = max(tops["moment"], tops["force"] * tops["length"])
+        scales[kind] = max(scales[kind], size)
+    scales["moment"] = max(scales["moment"], scales["force"] * scales["length"])
     if (span := float(np.ptp(run.times))) > 0.0:
-        tops["spin"] = max(tops["spin"], 1.0 / span)
-    return frozenset(n for n, size in sizes.items() if size <= NOISE * tops[column_kind(n)])
+        scales["spin"] = max(scales["spin"], 1.0 / span)
+    return frozenset(n for n, size in sizes.items() if size <= NOISE * scales[column_kind(n)])
 
 
 def columns_of(run: Run) -> dict[str, FloatArray]:
@@ -211,85 +233,63 @@ def _common_times(runs: Sequence[Run]) -> FloatArray:
     for run in runs:
         if not len(run.times):
             raise InputError("the history has no rows", where=str(run.folder))
-    first, last = max(run.times[0] for run in runs), min(run.times[-1] for run in runs)
-    if first > last:
+    start, end = max(run.times[0] for run in runs), min(run.times[-1] for run in runs)
+    if start > end:
         late = max(runs, key=lambda run: float(run.times[0]))
-        others = [run for run in runs if run is not late]
+        second_start = max(run.times[0] for run in runs if run is not late)
         raise InputError(
             "the runs have no time in common",
             where=str(late.folder),
             found=f"{late.times[0]:g} to {late.times[-1]:g}",
-            allowed=f"{max(r.times[0] for r in others):g} to {last:g}",
+            allowed=f"{second_start:g} to {end:g}",
         )
     times = np.unique(np.concatenate([run.times for run in runs]))
-    return np.asarray(times[(times >= first) & (times <= last)])
+    return np.asarray(times[(times >= start) & (times <= end)])
 
 
 def _difference(signals: Sequence[tuple[FloatArray, FloatArray]], times: FloatArray) -> Difference:
     """Return the differences of signals, each with its own times, from the first at `times`."""
-    peaks, whens, there = [], [], []
-    for own, values in signals:
-        known = np.isfinite(values)
-        k = int(np.argmax(np.abs(np.where(known, values, 0.0))))
-        peaks.append(float(values[k]) if known[k] else 0.0)
-        whens.append(float(own[k]))
-        there.append(
-            np.interp(times, own[known], values[known]) if known.any() else np.zeros(len(times))
+    peaks, peak_times, resampled = [], [], []
+    for signal_times, values in signals:
+        finite = np.isfinite(values)
+        k = int(np.argmax(np.abs(np.where(finite, values, 0.0))))
+        peaks.append(float(values[k]) if finite[k] else 0.0)
+        peak_times.append(float(signal_times[k]))
+        resampled.append(
+            np.interp(times, signal_times[finite], values[finite])
+            if finite.any()
+            else np.zeros(len(times))
         )
-    apart = np.abs(np.array(there[1:]) - there[0])
-    k = int(np.argmax(apart.max(axis=0)))
-    rms = max(_root_mean_square(times, one) for one in apart)
-    return Difference(tuple(peaks), tuple(whens), float(apart[:, k].max()), float(times[k]), rms)
-
-
-def _root_mean_square(times: FloatArray, values: FloatArray) -> float:
+    differences = np.abs(np.array(resampled[1:]) - resampled[0])
+    k = int(np.argmax(differences.max(axis=0)))
     span = float(times[-1] - times[0])
-    square = values * values
-    return float(np.sqrt(trapezoid(square, times) / span if span > 0.0 else square.mean()))
-
-
-def _other_settings(runs: Sequence[Run]) -> dict[str, Values]:
-    settings = _beside([_flat(run.case) for run in runs])
-    return {
-        key: values
-        for key, values in settings.items()
-        if any(value != values[0] for value in values)
-    }
+    mean_squares = (
+        trapezoid(d * d, times) / span if span > 0.0 else (d * d).mean() for d in differences
+    )
+    return Difference(
+        tuple(peaks),
+        tuple(peak_times),
+        float(differences[:, k].max()),
+        float(times[k]),
+        max(float(np.sqrt(mean_square)) for mean_square in mean_squares),
+    )
 
 
 def _flat(value: Any, key: str = "") -> dict[str, Any]:
     """Return values by dotted key; tables in a list are keyed by name, or by index without one."""
     if isinstance(value, dict):
-        inner = {f"{key}.{name}" if key else name: one for name, one in value.items()}
-    elif isinstance(value, list) and value and all(isinstance(one, dict) for one in value):
-        inner = {
-            f"{key}.{one['name']}" if isinstance(one.get("name"), str) else f"{key}[{k}]": one
-            for k, one in enumerate(value)
+        parts = {f"{key}.{name}" if key else name: part for name, part in value.items()}
+    elif isinstance(value, list) and value and all(isinstance(table, dict) for table in value):
+        parts = {
+            f"{key}.{table['name']}" if isinstance(table.get("name"), str) else f"{key}[{k}]": table
+            for k, table in enumerate(value)
         }
     else:
         return {key: value}
-    return {name: one for k, v in inner.items() for name, one in _flat(v, k).items()}
+    return {name: leaf for k, part in parts.items() for name, leaf in _flat(part, k).items()}
 
 
-def _criteria(run: Run) -> dict[str, float]:
-    return {
-        f"{sensor}: {name}": float(values["value"])
-        for sensor, facts in run.summary_part("sensors").items()
-        for name, values in facts["criteria"].items()
-    }
-
-
-def _energies(run: Run) -> dict[str, float]:
-    energy = run.summary_part("energy")
-    return {key: float(energy[key]) for key in ("relative", "most") if key in energy}
-
-
-def _timings(run: Run) -> dict[str, float]:
-    timings = {k: float(v) for k, v in run.summary_part("timings").items()}
-    return {"steps": float(run.summary.get("steps") or len(run.times) - 1), **timings}
-
-
-def _beside(runs: Sequence[Mapping[str, Any]]) -> dict[str, Values]:
-    """Return one value for each run by key, in the order in which keys first appear."""
+def _values_by_key(runs: Sequence[Mapping[str, Any]]) -> dict[str, Values]:
+    """Return a value for each run by key, in the order in which keys first appear."""
     keys = dict.fromkeys(key for run in runs for key in run)
     return {key: tuple(run.get(key) for run in runs) for key in keys}

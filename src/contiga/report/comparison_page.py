@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from html import escape
 from pathlib import Path
 from typing import Any
@@ -19,8 +19,6 @@ from contiga.report.figure import embedded, plotly_script, side_by_side
 from contiga.report.html_tables import STAGES
 from contiga.report.lines import PLOT_CONFIG
 from contiga.report.references import (
-    Rated,
-    Reference,
     has_channels,
     rated,
     ratings_table,
@@ -72,19 +70,36 @@ def write_comparison(comparison: Comparison, path: str | Path) -> Path:
 
 def page_of(comparison: Comparison) -> str:
     """Return the page as one text."""
-    names, unit = comparison.names, comparison.runs[0].units.time
-    span = f"t = {number(comparison.span[0])} to {number(comparison.span[1])} {unit}".strip()
+    names, units = comparison.names, comparison.runs[0].units
+    span = f"t = {number(comparison.span[0])} to {number(comparison.span[1])} {units.time}".strip()
     title = " and ".join(names) if len(names) == 2 else f"{len(names)} runs"
+    settings = "<p>None.</p>"
+    if comparison.settings:
+        rows = ((key, *map(in_short, values)) for key, values in comparison.settings.items())
+        settings = _table(("Key", *comparison.short_names), rows, numbers=0)
+    shares = comparison.energies.get("relative", ())
+    energies = {
+        "share of the largest energy [%]": tuple(v and 100.0 * v for v in shares),
+        with_unit("largest energy", units.energy): comparison.energies.get("most", ()),
+    }
+    words = {"total": "In all", "steps": "Steps", **STAGES}
+    timings = {
+        with_unit(words.get(key, key), "" if key == "steps" else "s"): values
+        for key, values in comparison.timings.items()
+    }
     parts = [
         '<div class="maker"><b>contiga</b> · comparison of runs</div>'
         f'<h1>{escape(title)}</h1><p class="under">common time {escape(span)}</p>',
-        _runs(comparison),
-        _section("Settings that differ", _settings(comparison)),
+        _list_of_runs(comparison),
+        _section("Settings that differ", settings),
         _section("Criteria", _values_table(comparison, criteria_with_units(comparison))),
         f"<h2>Curves</h2>{_curves(comparison)}",
         _section("Histories", _differences(comparison)),
-        _section("Energy balance error", _values_table(comparison, _energies(comparison))),
-        _section("Time taken", _timings(comparison)),
+        _section(
+            "Energy balance error",
+            _values_table(comparison, {label: row for label, row in energies.items() if row}),
+        ),
+        _section("Time taken", _values_table(comparison, timings)),
     ]
     text = "\n".join(parts)
     if len(comparison.runs) > _MAX_UPRIGHT:
@@ -92,16 +107,16 @@ def page_of(comparison: Comparison) -> str:
     return styled(title, text, script=plotly_script())
 
 
-def _runs(comparison: Comparison) -> str:
+def _list_of_runs(comparison: Comparison) -> str:
     """Return the list of runs, with the colours of their lines and the conversions of units."""
     rows = []
     for k, (run, name) in enumerate(comparison.named):
-        told = escape(str(run.summary.get("title") or "a run"))
+        title = escape(str(run.summary.get("title") or "a run"))
         own, new = run.own_units, (run.units.length, run.units.mass, run.units.time)
         if all(own) and own != new:
-            told += f" · converted from {escape(', '.join(own))} to {escape(', '.join(new))}"
+            title += f" · converted from {escape(', '.join(own))} to {escape(', '.join(new))}"
         rows.append(
-            f"<tr><td>{swatch(LINES[k % len(LINES)])}{escape(name)}</td><td>{told}</td></tr>"
+            f"<tr><td>{swatch(LINES[k % len(LINES)])}{escape(name)}</td><td>{title}</td></tr>"
         )
     heads = "<thead><tr><th>Run</th><th>Title</th></tr></thead>"
     return f'<div class="wide"><table>{heads}<tbody>{"".join(rows)}</tbody></table></div>'
@@ -109,13 +124,6 @@ def _runs(comparison: Comparison) -> str:
 
 def _section(title: str, table: str) -> str:
     return f'<h2>{title}</h2><div class="wide">{table}</div>' if table else ""
-
-
-def _settings(comparison: Comparison) -> str:
-    if not comparison.settings:
-        return "<p>None.</p>"
-    rows = ((key, *map(in_short, values)) for key, values in comparison.settings.items())
-    return _table(("Key", *comparison.short_names), rows, numbers=0)
 
 
 def in_short(value: Any) -> str:
@@ -135,13 +143,10 @@ def peaks_of(comparison: Comparison, name: str) -> tuple[list[float], float, str
 
 
 def _differences(comparison: Comparison) -> str:
-    names = comparison.short_names
+    """Return the table of the columns that differ, and how many are equal or missing."""
+    names, two = comparison.short_names, len(comparison.runs) == 2
     heads = ("Column", *(f"Peak of {name}" for name in names))
-    heads += (
-        "Largest difference"
-        if len(comparison.runs) == 2
-        else f"Largest difference from {names[0]}",
-    )
+    heads += ("Largest difference" if two else f"Largest difference from {names[0]}",)
     heads += (with_unit("At t", comparison.runs[0].units.time), "Share")
     rows = []
     for name, d in comparison.differences.items():
@@ -151,14 +156,14 @@ def _differences(comparison: Comparison) -> str:
             cells = (*map(number, peaks), number(largest), number(d.at), share)
             rows.append((with_unit(name, unit), *cells))
     table = _table(heads, rows, numbers=len(heads) - 1)
-    same = sum(d.largest == 0.0 for d in comparison.differences.values())
-    rounding = sum(comparison.differences[name].largest > 0.0 for name in comparison.noise)
-    facts = [f"{same} of {len(comparison.differences)} columns are equal at all times"]
-    if rounding:
-        facts.append(f"{rounding} are rounding in every run and are left out")
+    n_equal = sum(d.largest == 0.0 for d in comparison.differences.values())
+    n_noise = sum(comparison.differences[name].largest > 0.0 for name in comparison.noise)
+    facts = [f"{n_equal} of {len(comparison.differences)} columns are equal at all times"]
+    if n_noise:
+        facts.append(f"{n_noise} are rounding in every run and are left out")
     facts += [
         f"only in {escape(name)}: {escape(', '.join(columns))}"
-        if len(comparison.runs) == 2
+        if two
         else f"not all runs have these columns of {escape(name)}: {escape(', '.join(columns))}"
         for name, columns in zip(names, comparison.only, strict=True)
         if columns
@@ -169,83 +174,50 @@ def _differences(comparison: Comparison) -> str:
 def _curves(comparison: Comparison) -> str:
     """Return figures over time and of channels over each other, a line for each run.
 
-    The ratings stand beside the tests.
+    Tests of all runs are drawn, each once, if the first run has their channels; ratings follow.
     """
-    first, references = comparison.runs[0], _references(comparison)
-    drawn = [one.moved(first) for one in references]
-    over_time = {
-        Curve("time", (name,)): label
-        for name in comparison.differences
-        if name not in comparison.noise
-        and (label := _PANELS.get(name.rpartition(".")[2])) is not None
-    }
-    labels = dict.fromkeys(c for run in comparison.runs for c in curves_of(run)) | over_time
+    first = comparison.runs[0]
+    references = {
+        (reference.channel, reference.x, reference.name): reference
+        for run in reversed(comparison.runs)
+        for reference in references_of(run)
+        if has_channels(first, reference)
+    }.values()
+    tests = [reference.moved(first) for reference in references]
+    labels: dict[Curve, str] = {}
+    for name in comparison.differences:
+        owner, _, column = name.rpartition(".")
+        if name not in comparison.noise and column in _PANELS:
+            labels[Curve("time", (name,))] = f"{owner}: {_PANELS[column]}"
+    curves = dict.fromkeys([*labels, *(c for run in comparison.runs for c in curves_of(run))])
     figures: list[str] = []
-    for curve in [*over_time, *(curve for curve in labels if curve not in over_time)]:
+    for curve in curves:
         if not any(channels_of(run, curve) for run in comparison.runs):
             continue
-        figure = curve_figure(comparison.named, curve, drawn, None, label=_label(curve, labels))
+        figure = curve_figure(comparison.named, curve, tests, None, label=labels.get(curve))
         if len(comparison.runs) > _MAX_NAMED and len(curve.y) == 1:
             figure.layout["showlegend"] = False
         figures.append(embedded(figure, f"both-{len(figures)}", PLOT_CONFIG))
-    return side_by_side(figures) + ratings_table(_ratings(comparison, references), first.units.time)
-
-
-def _label(curve: Curve, labels: dict[Curve, str | None]) -> str | None:
-    """Return the label of the vertical axis; None if it is the name of the channel."""
-    label = labels[curve]
-    return None if label is None else f"{curve.y[0].rpartition('.')[0]}: {label}"
-
-
-def _references(comparison: Comparison) -> list[Reference]:
-    """Return the tests of all runs that the first run has a channel for, each once."""
-    found = {
-        (one.channel, one.x, one.name): one
-        for run in reversed(comparison.runs)
-        for one in references_of(run)
-        if has_channels(comparison.runs[0], one)
-    }
-    return list(found.values())
-
-
-def _ratings(comparison: Comparison, references: Sequence[Reference]) -> list[Rated]:
-    return [
-        rated(run, one, name)
-        for one in references
+    ratings = [
+        rated(run, reference, name)
+        for reference in references
         for run, name in comparison.named
-        if has_channels(run, one)
+        if has_channels(run, reference)
     ]
+    return side_by_side(figures) + ratings_table(ratings, first.units.time)
 
 
 def criteria_with_units(comparison: Comparison) -> dict[str, Values]:
     """Return the values of criteria in each run, by ``<sensor>: <criterion> [<unit>]``."""
     units = {
-        f"{sensor}: {name}": str(found.get("unit") or "")
+        f"{sensor}: {name}": str(result.get("unit") or "")
         for run in comparison.runs
         for sensor, facts in run.summary_part("sensors").items()
-        for name, found in facts["criteria"].items()
+        for name, result in facts["criteria"].items()
     }
     return {
         with_unit(name, units.get(name, "")): values for name, values in comparison.criteria.items()
     }
-
-
-def _energies(comparison: Comparison) -> dict[str, Values]:
-    energies = comparison.energies
-    unit = comparison.runs[0].units.energy
-    shares = energies.get("relative", ())
-    table = {"share of the largest energy [%]": tuple(v and 100.0 * v for v in shares)}
-    table[with_unit("largest energy", unit)] = energies.get("most", ())
-    return {label: values for label, values in table.items() if values}
-
-
-def _timings(comparison: Comparison) -> str:
-    words = {"total": "In all", "steps": "Steps", **STAGES}
-    rows = {
-        with_unit(words.get(key, key), "" if key == "steps" else "s"): values
-        for key, values in comparison.timings.items()
-    }
-    return _values_table(comparison, rows)
 
 
 def _values_table(comparison: Comparison, values: dict[str, Values]) -> str:
@@ -253,22 +225,16 @@ def _values_table(comparison: Comparison, values: dict[str, Values]) -> str:
     if not values:
         return ""
     two = len(comparison.runs) == 2
-    rows = (
-        (label, *map(_number, numbers), *((_change(*numbers),) if two else ()))
-        for label, numbers in values.items()
-    )
+    rows = []
+    for label, numbers in values.items():
+        cells = ["–" if value is None else number(value) for value in numbers]
+        if two:
+            a, b = numbers
+            has_change = a is not None and b is not None and a != 0.0
+            cells.append(f"{100.0 * (b - a) / abs(a):+.3g} %" if has_change else "–")
+        rows.append((label, *cells))
     heads = ("", *comparison.short_names, *(("Change",) if two else ()))
     return _table(heads, rows, numbers=len(heads) - 1)
-
-
-def _number(value: float | None) -> str:
-    return "–" if value is None else number(value)
-
-
-def _change(one: float | None, two: float | None) -> str:
-    if one is None or two is None or one == 0.0:
-        return "–"
-    return f"{100.0 * (two - one) / abs(one):+.3g} %"
 
 
 def _table(heads: Iterable[str], rows: Iterable[tuple[str, ...]], *, numbers: int) -> str:

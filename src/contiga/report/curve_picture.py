@@ -11,8 +11,8 @@ from contiga.io.channels import channel_of
 from contiga.io.out.line_figure import Line, Panel, draw_panels
 from contiga.io.units import with_unit
 from contiga.report.curves import Curve, channels_of, curves_of
-from contiga.report.references import Reference, references_of, whole_name
-from contiga.report.runs import Named, read_runs
+from contiga.report.references import references_of, whole_name
+from contiga.report.runs import read_runs
 
 
 def draw_curves(
@@ -45,27 +45,26 @@ def draw_curves(
     require("a picture of curves", "matplotlib")
     runs = read_runs(folders)
     first = runs[0].run
-    for key, name in [*([("x", x)] if x else []), *(("y", one) for one in y)]:
+    for key, name in [*([("x", x)] if x else []), *(("y", name) for name in y)]:
         channel_of(first.history, first.summary, name, key)
-    across = whole_name(first, x or "time")
-    curves = [Curve(across, (whole_name(first, name),)) for name in y]
-    references = [one.moved(first) for one in references_of(first)]
-    panels = [_panel(runs, curve, references) for curve in curves or curves_of(first)]
+    x_name = whole_name(first, x or "time")
+    curves = [Curve(x_name, (whole_name(first, name),)) for name in y]
+    references = [reference.moved(first) for reference in references_of(first)]
+    panels = []
+    for curve in curves or curves_of(first):
+        lines, labels = [], ("", "")
+        for run, run_name in runs:
+            for across, value in channels_of(run, curve):
+                names = [run_name] * (len(runs) > 1) + [value.name] * (len(curve.y) > 1)
+                lines.append(Line(" ".join(names) or value.name, across.values, value.values))
+                labels = with_unit(across.name, across.unit), with_unit(curve.label, value.unit)
+        tests = [test for test in references if test.x == curve.x and test.channel in curve.y]
+        for test in tests:
+            lines.append(Line(f"test {test.name}", test.points[:, 0], test.points[:, 1], True))
+        bands = tuple(test.band for test in tests if len(test.band))
+        panels.append(Panel(*labels, tuple(lines), bands, len(lines) > 1))
     if not panels:
         raise InputError(
             "the report of the run has no curves", where=str(folders[0]), allowed="channels as y"
         )
     draw_panels(panels, str(first.summary.get("title") or ""), path)
-
-
-def _panel(runs: Sequence[Named], curve: Curve, references: Sequence[Reference]) -> Panel:
-    lines, labels = [], ("", "")
-    for run, called in runs:
-        for across, value in channels_of(run, curve):
-            name = " ".join([called] * (len(runs) > 1) + [value.name] * (len(curve.y) > 1))
-            lines.append(Line(name or value.name, across.values, value.values))
-            labels = with_unit(across.name, across.unit), with_unit(curve.label, value.unit)
-    tests = [one for one in references if one.x == curve.x and one.channel in curve.y]
-    lines += [Line(f"test {one.name}", one.points[:, 0], one.points[:, 1], True) for one in tests]
-    bands = tuple(one.band for one in tests if len(one.band))
-    return Panel(*labels, tuple(lines), bands, len(lines) > 1)

@@ -54,31 +54,31 @@ def curves_of(run: Run) -> list[Curve]:
         names = [y] if isinstance(y, str) else y
         x = whole_name(run, table.get("x", "time"))
         curves.append(Curve(x, tuple(whole_name(run, name) for name in names)))
-    shown = {(curve.x, name) for curve in curves for name in curve.y}
-    for one in references_of(run):
-        if (one.x, one.channel) not in shown:
-            curves.append(Curve(one.x, (one.channel,)))
-            shown.add((one.x, one.channel))
+    pairs = {(curve.x, name) for curve in curves for name in curve.y}
+    for test in references_of(run):
+        if (test.x, test.channel) not in pairs:
+            curves.append(Curve(test.x, (test.channel,)))
+            pairs.add((test.x, test.channel))
     return [curve for curve in dict.fromkeys(curves) if channels_of(run, curve)]
 
 
-class Drawn(NamedTuple):
-    """The channels of one line."""
+class Line(NamedTuple):
+    """The channels of a line."""
 
     x: Channel
     y: Channel
 
 
-def channels_of(run: Run, curve: Curve) -> list[Drawn]:
+def channels_of(run: Run, curve: Curve) -> list[Line]:
     """Return abscissa and value of each line for which the run has both channels."""
-    found = []
+    lines = []
     for name in curve.y:
         try:
-            pair = [channel_of(run.history, run.summary, one) for one in (curve.x, name)]
+            x, y = (channel_of(run.history, run.summary, channel) for channel in (curve.x, name))
         except InputError:
             continue
-        found.append(Drawn(*pair))
-    return found
+        lines.append(Line(x, y))
+    return lines
 
 
 def curve_figure(
@@ -106,17 +106,23 @@ def curve_figure(
     most : largest number of rows of a line
     """
     figure = Figure()
-    tests = [one for one in references if one.x == curve.x and one.channel in curve.y]
+    tests = [test for test in references if test.x == curve.x and test.channel in curve.y]
     bands = [test for test in tests if len(test.band)]
-    for test in bands:
-        _add_band(figure, test)
-    x_label, unit, named = curve.x, "", set[str]()
-    for row, (run, called) in enumerate(runs):
+    for test in bands:  # their corridors
+        x, low, high = test.band.T
+        look: dict[str, Any] = {"fill": "toself", "fillcolor": _BAND, "hoverinfo": "skip"}
+        look |= {"showlegend": False, "width": 0}
+        edge, sides = np.concatenate([x, x[::-1]]), np.concatenate([low, high[::-1]])
+        add_line(figure, edge, sides, f"corridor of {test.name}", "", **look)
+        figure.data[-1].pop("hovertemplate")
+    x_label, unit, in_legend = curve.x, "", set[str]()
+    for row, (run, run_name) in enumerate(runs):
         for column, (x, y) in enumerate(channels_of(run, curve)):
-            name = " ".join([called] * bool(called) + [y.name] * (len(curve.y) > 1 or not called))
+            names = [run_name] * bool(run_name) + [y.name] * (len(curve.y) > 1 or not run_name)
             rows = np.flatnonzero(np.isfinite(x.values) & np.isfinite(y.values))
-            rows = rows[rows_drawn(y.values[rows], most=most)] if len(rows) else rows
-            look: dict[str, Any] = {"width": 2.0}
+            if len(rows):
+                rows = rows[rows_drawn(y.values[rows], max_rows=most)]
+            look = {"width": 2.0}
             if colours:
                 look |= {"color": colours[row], "dash": _DASHES[column % len(_DASHES)]}
             else:
@@ -124,10 +130,10 @@ def curve_figure(
                 first, second = (row, column) if len(runs) > 1 else (column, 0)
                 turn, colour = divmod(first, len(LINES))
                 look |= {"color": LINES[colour], "dash": _DASHES[(turn + second) % len(_DASHES)]}
-            add_line(figure, x.values[rows], y.values[rows], name, y.unit, **look)
+            add_line(figure, x.values[rows], y.values[rows], " ".join(names), y.unit, **look)
             if len(runs) > 1 and len(curve.y) > 1:
-                figure.data[-1] |= {"name": y.name, "showlegend": y.name not in named}
-                named.add(y.name)
+                figure.data[-1] |= {"name": y.name, "showlegend": y.name not in in_legend}
+                in_legend.add(y.name)
             x_label, unit = with_unit(x.name, x.unit), y.unit
     for test in tests:
         look = {"color": INK, "width": 1.6, "dash": "dash"}
@@ -144,13 +150,3 @@ def curve_figure(
         for trace in figure.data[len(bands) :]:
             trace["hovertemplate"] = trace["hovertemplate"].replace("%{y", "%{x:.5g}, %{y", 1)
     return figure
-
-
-def _add_band(figure: Figure, test: Reference) -> None:
-    """Fill the corridor of a test."""
-    x, low, high = test.band.T
-    look: dict[str, Any] = {"fill": "toself", "fillcolor": _BAND, "hoverinfo": "skip"}
-    look |= {"showlegend": False, "width": 0}
-    edge, sides = np.concatenate([x, x[::-1]]), np.concatenate([low, high[::-1]])
-    add_line(figure, edge, sides, f"corridor of {test.name}", "", **look)
-    figure.data[-1].pop("hovertemplate")

@@ -50,7 +50,7 @@ class ReadOnce:
     def __init__(self, series: RecordedFields) -> None:
         self._series = series
         self._step = -1
-        self._kept: dict[str, NDArray[Any]] = {}
+        self._arrays: dict[str, NDArray[Any]] = {}
         self.times, self.parts, self.names = series.times, series.parts, series.names
         self.rows, self.held = series.rows, series.held
 
@@ -64,8 +64,8 @@ class ReadOnce:
 
     def _once(self, i: int, name: str, read: Callable[[], NDArray[Any]]) -> NDArray[Any]:
         if i != self._step:
-            self._step, self._kept = i, {}
-        if name not in self._kept:
-            self._kept[name] = read()
-            self._kept[name].flags.writeable = False
-        return self._kept[name]
+            self._step, self._arrays = i, {}
+        if name not in self._arrays:
+            self._arrays[name] = read()
+            self._arrays[name].flags.writeable = False
+        return self._arrays[name]

@@ -42,31 +42,31 @@ def plotly_script() -> str:
     assert spec is not None
     assert spec.origin is not None
     path = Path(spec.origin).parent / "package_data" / "plotly.min.js"
-    room = files("contiga.report")
-    own = [room.joinpath(f"{name}.js").read_text(encoding="utf-8") for name in ("scheme", "print")]
-    return "\n".join([path.read_text(encoding="utf-8"), *own])
+    folder = files("contiga.report")
+    scripts = [path, folder.joinpath("scheme.js"), folder.joinpath("print.js")]
+    return "\n".join(script.read_text(encoding="utf-8") for script in scripts)
 
 
-def side_by_side(drawn: Iterable[str]) -> str:
+def side_by_side(figures: Iterable[str]) -> str:
     """Return figures as HTML, side by side in frames, two in a row; an odd last one has full width.
 
-    The page cannot find that out by itself: while it is read no frame is known to be the last.
+    CSS cannot do this: while a page is read, no frame is known to be the last.
     """
-    drawn = list(drawn)
-    whole = [""] * len(drawn)
-    if len(drawn) % 2:
-        whole[-1] = " whole"
-    frames = (f'<div class="frame{k}">{html}</div>' for k, html in zip(whole, drawn, strict=True))
+    figures = list(figures)
+    classes = ["frame"] * len(figures)
+    if len(figures) % 2:
+        classes[-1] = "frame whole"
+    frames = (f'<div class="{k}">{html}</div>' for k, html in zip(classes, figures, strict=True))
     return f'<div class="panels">{"".join(frames)}</div>'
 
 
 def embedded(figure: Figure, name: str, config: dict[str, Any]) -> str:
     """Return a figure as HTML of a page that has the script of plotly; `name` becomes its id."""
-    drawn = ",".join(map(as_json, (figure.data, figure.layout, config)))
+    arguments = ",".join(map(as_json, (figure.data, figure.layout, config)))
     return (
         f'<div style="height:{figure.layout["height"]}px; width:100%;">'
         f'<div id="{name}" class="plotly-graph-div" style="height:100%; width:100%;"></div>'
-        f'<script>Plotly.newPlot("{name}",{drawn});</script></div>'
+        f'<script>Plotly.newPlot("{name}",{arguments});</script></div>'
     )
 
 
@@ -82,9 +82,9 @@ def as_json(value: Any) -> str:
 
 def _plain(value: Any) -> Any:
     if isinstance(value, dict):
-        return {key: _plain(one) for key, one in value.items()}
+        return {key: _plain(item) for key, item in value.items()}
     if isinstance(value, list | tuple):
-        return [_plain(one) for one in value]
+        return [_plain(item) for item in value]
     if isinstance(value, np.ndarray):
         return _packed_array(value)
     if isinstance(value, np.generic):
@@ -93,7 +93,7 @@ def _plain(value: Any) -> Any:
 
 
 def _packed_array(values: NDArray[Any]) -> Any:
-    """Return numbers as bytes of a browser's array; whole ones of the smallest type that fits."""
+    """Return numbers as bytes of a browser's array; integers of the smallest type that fits."""
     if values.size and values.dtype.kind in "iu":
         ends = (np.min_scalar_type(end) for end in (values.min(), values.max()))
         values = values.astype(np.result_type(*ends))

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from itertools import product
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,12 +18,12 @@ from contiga.errors import FileError, InputError, OutputError
 from contiga.extras import require
 from contiga.io.out.files import atomic_write
 from contiga.records import FloatArray
-from contiga.rendering.camera import Camera, look
-from contiga.report.coloured import ColouredField, fields_of
+from contiga.rendering.camera import look
+from contiga.report.coloured import fields_of
 from contiga.report.frames import chosen_steps
 from contiga.report.peak import at_frame, peak_frame, seen_parts
-from contiga.report.places import Ties, ties_of
-from contiga.report.run_folder import Run, Units, read_fields, read_outlines, read_run
+from contiga.report.places import ties_of
+from contiga.report.run_folder import Run, read_fields, read_outlines, read_run
 from contiga.report.scene import outside_direction, render, upwards
 from contiga.report.still import SAMPLES, put_bar, put_view
 from contiga.report.style import number
@@ -47,22 +47,6 @@ _MAX_FRAMED = 40
 
 Show = Callable[[int, int, str], Any]
 """Called with the number of frames drawn, the number of all frames, and a text."""
-
-
-class _Film(NamedTuple):
-    """Data that all frames of a film share."""
-
-    series: RecordedFields
-    outlines: OutlineSeries | None
-    ties: Ties
-    units: Units
-    camera: Camera
-    field: str
-    """Field that colours the slave, by its name in `fields_of`."""
-    colours: ColouredField
-    """The field at the peak; its greatest value ends the colour scale of all frames."""
-    coloured: bool
-    """Whether anything is coloured at the peak."""
 
 
 def write_film(
@@ -104,12 +88,21 @@ def write_film(
         )
     outlines = read_outlines(run)
     rate = _RATES[path.suffix.lower()]
-    steps = _steps(series.times, max(2, round(seconds * rate)))
-    film = _film(run, series, outlines)
-    frames = _frames(film, steps, show)
-    write = _write_gif if path.suffix.lower() == ".gif" else _write_mp4
+    steps = _nearest_steps(series.times, max(2, round(seconds * rate)))
+    frames = _frames(run, series, outlines, steps, show)
     with series.held(), atomic_write(path) as temporary:
-        write(temporary, frames, rate, path)
+        if path.suffix.lower() == ".mp4":
+            _write_mp4(temporary, frames, rate, path)
+        else:
+            pictures = (frame.quantize(128) for frame in frames)  # each with its own palette
+            next(pictures).save(
+                temporary,
+                format="gif",
+                save_all=True,
+                append_images=pictures,
+                duration=round(1000 / rate),
+                loop=0,
+            )
     return path
 
 
@@ -137,72 +130,58 @@ def checked_path(path: str | Path) -> Path:
     return path
 
 
-def _steps(times: FloatArray, count: int) -> NDArray[np.intp]:
+def _nearest_steps(times: FloatArray, count: int) -> NDArray[np.intp]:
     """Return the recorded step (count,) that is nearest to each of `count` equally spaced times."""
-    wanted = np.linspace(times[0], times[-1], count)
-    after = np.clip(np.searchsorted(times, wanted), 1, len(times) - 1)
-    before_is_nearer = wanted - times[after - 1] < times[after] - wanted
+    frame_times = np.linspace(times[0], times[-1], count)
+    after = np.clip(np.searchsorted(times, frame_times), 1, len(times) - 1)
+    before_is_nearer = frame_times - times[after - 1] < times[after] - frame_times
     return np.asarray(np.where(before_is_nearer, after - 1, after))
 
 
-def _film(run: Run, series: RecordedFields, outlines: OutlineSeries | None) -> _Film:
-    """Fit colours to the peak, and the camera to the places of the touching parts at all steps."""
-    shown = peak_frame(series, run.times, run.total("force"))
+def _frames(
+    run: Run,
+    series: RecordedFields,
+    outlines: OutlineSeries | None,
+    steps: NDArray[np.intp],
+    show: Show | None,
+) -> Iterator[Image]:
+    """Yield the frames; frames in a row that show the same step are drawn once.
+
+    Colours are fitted to the peak, and the camera to the places of the touching parts at all steps.
+    """
+    from PIL import Image
+
+    peak_step = peak_frame(series, run.times, run.total("force"))
     ties = ties_of(run.summary)
-    peak = at_frame(series, shown, None, ties)
+    peak = at_frame(series, peak_step, None, ties)
     fields = fields_of(peak, run.units)
-    stress = "von_mises" in fields and len(peak.slave_triangles) > 0
-    touched = "pressure" if "pressure" in fields else "penetration"
-    name = "von_mises" if stress else touched
-    coloured = stress or bool(peak.in_contact.any())
+    has_stress = "von_mises" in fields and len(peak.slave_triangles) > 0
+    contact_field = "pressure" if "pressure" in fields else "penetration"
+    name = "von_mises" if has_stress else contact_field
+    has_colour = has_stress or bool(peak.in_contact.any())
     corners = []
-    for step in chosen_steps(series.times, shown, _MAX_FRAMED):
+    for step in chosen_steps(series.times, peak_step, _MAX_FRAMED):
         parts = seen_parts(series, int(step))
         points = np.concatenate(parts) if peak.focus is None else peak.focus.points(parts)
         points = points[np.isfinite(points).all(axis=1)]
         corners += list(product(*np.stack([points.min(axis=0), points.max(axis=0)]).T))
     size = (_ROWS * SAMPLES, _VIEW * SAMPLES)
     camera = look(outside_direction(peak), upwards(peak), np.array(corners), size)
-    return _Film(series, outlines, ties, run.units, camera, name, fields[name], coloured)
-
-
-def _frames(film: _Film, steps: NDArray[np.intp], show: Show | None) -> Iterator[Image]:
-    """Yield the frames; frames in a row that show the same step are drawn once."""
-    image, drawn = None, -1
+    picture, step_drawn = None, -1
     for k, step in enumerate(steps.tolist()):
-        if image is None or step != drawn:
-            image, drawn = _frame(film, step), step
-        yield image
+        if picture is None or step != step_drawn:
+            scene = at_frame(series, step, outlines, ties)
+            field = fields_of(scene, run.units).get(name)
+            values = np.zeros(len(scene.slave_points)) if field is None else field.values
+            field = fields[name]._replace(values=values)
+            picture, step_drawn = Image.new("RGB", (_COLUMNS, _ROWS), "white"), step
+            title = f"t = {number(scene.time)} {run.units.time}".rstrip()
+            put_view(picture, render(camera, scene, field, through=False), title, 0, top=0)
+            if has_colour:
+                put_bar(picture, field, _VIEW + 12)
+        yield picture
         if show is not None:
             show(k + 1, len(steps), "")
-
-
-def _frame(film: _Film, step: int) -> Image:
-    from PIL import Image
-
-    scene = at_frame(film.series, step, film.outlines, film.ties)
-    there = fields_of(scene, film.units).get(film.field)
-    values = np.zeros(len(scene.slave_points)) if there is None else there.values
-    field = film.colours._replace(values=values)
-    picture = Image.new("RGB", (_COLUMNS, _ROWS), "white")
-    title = f"t = {number(scene.time)} {film.units.time}".rstrip()
-    put_view(picture, render(film.camera, scene, field, through=False), title, 0, top=0)
-    if film.coloured:
-        put_bar(picture, field, _VIEW + 12)
-    return picture
-
-
-def _write_gif(temporary: Path, frames: Iterator[Image], rate: int, path: Path) -> None:
-    """Encode frames as GIF, each with a palette of its own."""
-    pictures = (frame.quantize(128) for frame in frames)
-    next(pictures).save(
-        temporary,
-        format="gif",
-        save_all=True,
-        append_images=pictures,
-        duration=round(1000 / rate),
-        loop=0,
-    )
 
 
 def _write_mp4(temporary: Path, frames: Iterator[Image], rate: int, path: Path) -> None:

@@ -8,9 +8,9 @@ import numpy as np
 
 from contiga.records import FloatArray
 
-_LARGE = 4.0
+_MAX_SIZE_RATIO = 4.0
 """Relative size, to the smallest touching part, above which only a piece of a part is shown."""
-_AROUND = 1.5
+_PIECE_REACH = 1.5
 """Smallest reach of such a piece around the contact, over the size of the contact."""
 
 
@@ -39,27 +39,28 @@ def focus_of(parts: list[FloatArray], patch: FloatArray, depth: float) -> Focus 
     if len(patch) == 0:
         return None
     low, high = patch.min(axis=0), patch.max(axis=0)
-    room = 1.01 * depth + 1e-9 * float(np.abs(patch).max())
-    boxes = {k: _box(points) for k, points in enumerate(parts) if len(points)}
+    tol = 1.01 * depth + 1e-9 * float(np.abs(patch).max())
+    boxes = {k: _bounding_box(points) for k, points in enumerate(parts) if len(points)}
     touching = {
         k: box
         for k, box in boxes.items()
-        if (box[0] <= high + room).all() and (box[1] >= low - room).all()
+        if (box[0] <= high + tol).all() and (box[1] >= low - tol).all()
     }
     sizes = {k: float(np.linalg.norm(np.ptp(box, axis=0))) for k, box in touching.items()}
-    least = min((size for size in sizes.values() if size > 0.0), default=0.0)
-    reach = max(_AROUND * float(np.linalg.norm(high - low)), least)
+    smallest = min((size for size in sizes.values() if size > 0.0), default=0.0)
+    reach = max(_PIECE_REACH * float(np.linalg.norm(high - low)), smallest)
     middle = 0.5 * (low + high)
     corners = [np.zeros((0, 3))]
     for k, box in touching.items():
-        if sizes[k] > _LARGE * least:
+        if sizes[k] > _MAX_SIZE_RATIO * smallest:
             piece = np.clip(box, middle - reach, middle + reach)
             corners.append(np.stack(np.meshgrid(*piece.T), axis=-1).reshape(-1, 3))
-    whole = tuple(k for k in touching if sizes[k] <= _LARGE * least)
-    return Focus(whole, np.concatenate(corners))
+    small_parts = tuple(k for k in touching if sizes[k] <= _MAX_SIZE_RATIO * smallest)
+    return Focus(small_parts, np.concatenate(corners))
 
 
-def _box(points: FloatArray) -> FloatArray:
+def _bounding_box(points: FloatArray) -> FloatArray:
+    """Return the corners (2, 3) of the finite points; reversed without any."""
     finite = points[np.isfinite(points).all(axis=1)]
     if len(finite) == 0:
         return np.array([[np.inf] * 3, [-np.inf] * 3])

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from base64 import b64encode
-from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -11,8 +10,8 @@ from numpy.typing import NDArray
 
 from contiga.records import FloatArray, IndexArray
 from contiga.rendering.shading import sharp_mesh
-from contiga.report.coloured import MANY, fields_of, region_colours
-from contiga.report.peak import Outline, Peak, Touched, lines_at, rows_of, seen_parts, touched_at
+from contiga.report.coloured import MIN_NODES, fields_of, region_colours
+from contiga.report.peak import Outline, Peak, lines_at, rows_of, seen_parts, touched_at
 from contiga.report.places import Ties, place_of, tie_ends
 from contiga.report.run_folder import Units
 from contiga.report.style import number
@@ -67,7 +66,7 @@ class Frames(NamedTuple):
     """Values at which the colours of each field end, for all steps alike."""
     spans: list[list[float]]
     """Smallest and largest x, y and z of all visible points, over all steps."""
-    near: list[list[float]]
+    touching_spans: list[list[float]]
     """Smallest and largest x, y and z of the touching parts at the peak."""
 
     @property
@@ -101,52 +100,61 @@ def frames_of(
     units : units of the run
     ties : between bodies, drawn as lines
     """
-    chosen = chosen_steps(series.times, shown, MAX_FRAMES)
+    steps = chosen_steps(series.times, shown, MAX_FRAMES)
     kinds = [rows_of(series, kind) for kind in ("body", "slave")]
     parts = [rows for kind in kinds for rows in kind]
     start = series.points(0) if ties else np.zeros((0, 3))
     base = series.points(shown)
     tops = {name: field.top for name, field in fields_of(peak, units).items()}
-    wanted = (*tops, *(() if peak.cluster is None else ("cluster",)))
+    names = (*tops, *(() if peak.cluster is None else ("cluster",)))
     frames: list[Frame] = []
-    ends: list[FloatArray] = []
-    near: list[FloatArray] = []
-    for step in chosen.tolist():
+    extremes: list[FloatArray] = []
+    touching_extremes: list[FloatArray] = []
+    for step in steps.tolist():
         touched = touched_at(series, step)
         points = series.points(step)
         rows = np.flatnonzero(touched.in_contact).astype(np.int32)
+        fields = touched._asdict()
+        values = {
+            name: np.asarray(fields[name][rows], np.float32)
+            for name in names
+            if fields.get(name) is not None
+        }
+        # fields that all points have
+        values |= {name: field.astype(np.float32) for name, field in touched.inside.items()}
         frames.append(
             Frame(
                 time=float(series.times[step]),
                 places=tuple(place_of(base[part], points[part]) for part in parts),
                 rows=rows,
-                values=_values(touched, rows, wanted),
+                values=values,
                 outlines=lines_at(outlines, step),
                 ties=tie_ends(series, start, points, ties),
             )
         )
         seen = seen_parts(series, step)
-        ends += _ends(np.concatenate([*seen, frames[-1].ties.reshape(-1, 3)]))
-        near += _ends(np.concatenate(seen) if peak.focus is None else peak.focus.points(seen))
+        extremes += _extremes(np.concatenate([*seen, frames[-1].ties.reshape(-1, 3)]))
+        touching = np.concatenate(seen) if peak.focus is None else peak.focus.points(seen)
+        touching_extremes += _extremes(touching)
         # a few nodes at a rim do not represent the rest, as in a picture of one step
         for name, field in fields_of(touched, units).items():
-            if field.everywhere or len(rows) >= MANY:
+            if field.everywhere or len(rows) >= MIN_NODES:
                 tops[name] = max(tops.get(name, 0.0), field.top)
     sizes = np.array([frame.size for frame in frames])
-    kept = within(series.times[chosen], sizes, int(np.searchsorted(chosen, shown)))
+    kept = within(series.times[steps], sizes, int(np.searchsorted(steps, shown)))
     bodies, slaves = ([rows.stop - rows.start for rows in kind] for kind in kinds)
     return Frames(
         frames=tuple(frames[k] for k in kept),
-        first=int(np.searchsorted(chosen[kept], shown)),
+        first=int(np.searchsorted(steps[kept], shown)),
         recorded=len(series.times),
         sizes=(bodies, slaves),
         tops=tops,
-        spans=spans(np.array(ends)),
-        near=spans(np.array(near)),
+        spans=spans(np.array(extremes)),
+        touching_spans=spans(np.array(touching_extremes)),
     )
 
 
-def _ends(points: FloatArray) -> list[FloatArray]:
+def _extremes(points: FloatArray) -> list[FloatArray]:
     """Return the smallest and the largest finite x, y and z; empty without finite ones."""
     finite = points[np.isfinite(points).all(axis=1)]
     return [finite.min(axis=0), finite.max(axis=0)] if len(finite) else []
@@ -155,54 +163,59 @@ def _ends(points: FloatArray) -> list[FloatArray]:
 def spans(points: FloatArray) -> list[list[float]]:
     """Return the ranges of x, y and z with some margin, also if all is flat."""
     low, high = points.min(axis=0), points.max(axis=0)
-    room = np.maximum(0.02 * (high - low), 0.01 * float((high - low).max()))
-    both: list[list[float]] = np.stack([low - room, high + room], axis=1).tolist()
-    return both
+    margin = np.maximum(0.02 * (high - low), 0.01 * float((high - low).max()))
+    ranges: list[list[float]] = np.stack([low - margin, high + margin], axis=1).tolist()
+    return ranges
 
 
-def _values(
-    touched: Touched, rows: NDArray[np.int32], wanted: Iterable[str]
-) -> dict[str, NDArray[np.float32]]:
-    """Return the values (k,) at those rows, by field; (n_s,) of all if all have it."""
-    fields = touched._asdict()
-    values = {
-        name: np.asarray(fields[name][rows], np.float32)
-        for name in wanted
-        if fields.get(name) is not None
-    }
-    return values | {name: field.astype(np.float32) for name, field in touched.inside.items()}
+def chosen_steps(times: FloatArray, shown: int, count: int) -> IndexArray:
+    """Return at most `count` steps, with the first, the last and `shown` among them.
 
-
-def chosen_steps(times: FloatArray, shown: int, most: int) -> IndexArray:
-    """Return at most `most` steps, with the first, the last and `shown` among them.
-
-    Evenly taken by half over time and by half over the steps, which are short where much happens.
+    Evenly chosen by half over time and by half over the steps, which are short where much happens.
     """
     n = len(times)
-    if n <= most:
+    if n <= count:
         return np.arange(n)
     span = max(float(times[-1] - times[0]), 1e-300)
-    way = (times - times[0]) / span + np.arange(n) / (n - 1)
-    wanted = np.linspace(0.0, way[-1], most)
-    chosen = np.unique(np.rint(np.interp(wanted, way, np.arange(n))).astype(np.intp))
-    if shown not in chosen:
-        chosen[1 + int(np.abs(chosen[1:-1] - shown).argmin())] = shown
-    return chosen
+    progress = (times - times[0]) / span + np.arange(n) / (n - 1)
+    targets = np.linspace(0.0, progress[-1], count)
+    steps = np.unique(np.rint(np.interp(targets, progress, np.arange(n))).astype(np.intp))
+    if shown not in steps:
+        steps[1 + int(np.abs(steps[1:-1] - shown).argmin())] = shown
+    return steps
 
 
 def within(times: FloatArray, sizes: IndexArray, shown: int, budget: int = BUDGET) -> IndexArray:
     """Return the steps that fit into `budget` bytes; `shown` is always among them."""
-    most = len(sizes)
-    kept: IndexArray = np.arange(most)
-    while most > 3 and sizes[kept].sum() > budget:
-        most = max(3, most * 3 // 4)
-        kept = chosen_steps(times, shown, most)
-    return kept if sizes[kept].sum() <= budget else np.array([shown])
+    count = len(sizes)
+    steps: IndexArray = np.arange(count)
+    while count > 3 and sizes[steps].sum() > budget:
+        count = max(3, count * 3 // 4)
+        steps = chosen_steps(times, shown, count)
+    return steps if sizes[steps].sum() <= budget else np.array([shown])
 
 
 def packed(frames: Frames, peak: Peak, units: Units) -> dict[str, Any]:
     """Return the data of the frames for the script of the page; long arrays as base64."""
     keys = list(region_colours(frames.regions))
+    packed_frames = []
+    for frame in frames.frames:
+        lines: dict[int, list[FloatArray]] = {}
+        for line in frame.outlines:
+            region = keys.index((line.contact, line.cluster))
+            lines.setdefault(region, []).append(closed(line.points))
+        packed_frames.append(
+            {
+                "places": [
+                    base64(place) if place.ndim == 2 else [float(f"{x:.9g}") for x in place]
+                    for place in frame.places
+                ],
+                "rows": base64(frame.rows, np.int32),
+                "values": {name: base64(values) for name, values in frame.values.items()},
+                "ties": base64(parted(frame.ties)),
+                "lines": {str(k): base64(np.concatenate(points)) for k, points in lines.items()},
+            }
+        )
     return {
         "first": frames.first,
         "times": [frame.time for frame in frames.frames],
@@ -216,23 +229,7 @@ def packed(frames: Frames, peak: Peak, units: Units) -> dict[str, Any]:
             "slave": base64(sharp_mesh(peak.slave_points, peak.slave_triangles).rows, np.int32),
         },
         "idle": [] if peak.active is None else np.flatnonzero(~peak.active).tolist(),
-        "frames": [_packed_frame(frame, keys) for frame in frames.frames],
-    }
-
-
-def _packed_frame(frame: Frame, keys: list[tuple[int, int]]) -> dict[str, Any]:
-    lines: dict[int, list[FloatArray]] = {}
-    for line in frame.outlines:
-        lines.setdefault(keys.index((line.contact, line.cluster)), []).append(closed(line.points))
-    return {
-        "places": [
-            base64(place) if place.ndim == 2 else [float(f"{x:.9g}") for x in place]
-            for place in frame.places
-        ],
-        "rows": base64(frame.rows, np.int32),
-        "values": {name: base64(values) for name, values in frame.values.items()},
-        "ties": base64(parted(frame.ties)),
-        "lines": {str(key): base64(np.concatenate(points)) for key, points in lines.items()},
+        "frames": packed_frames,
     }
 
 

@@ -16,6 +16,8 @@ from contiga.report.style import LINES, number
 
 def gas_figures(run: Run, peak_time: float | None) -> list[Figure]:
     """Return figures of pressure, temperature and volume over time, a line for each chamber."""
+    if not run.gas:
+        return []
     units, figures = run.units, []
     volume = f"{units.length}³" if units.length else ""
     for label, unit, name in (

@@ -60,24 +60,64 @@ def page(run: Run, *, still: bytes | None, view: View | None, peak_time: float |
     peak_time : the recorded time the pictures show
     """
     title = str(run.summary.get("title") or "Contact run")
+    spring_tables = f"{spring_table(run)}{device_table(run)}{slip_ring_table(run)}"
     parts = [
         _heading(run, escape(title)),
         key_figures(run),
         _pictures(run, still, view, peak_time),
-        _over_time(run, peak_time),
+        _contacts(run, peak_time),
         _curves(run, peak_time),
         steps_section(run, peak_time),
         _energy(run, peak_time),
-        _bodies(run, peak_time),
-        _sensors(run, peak_time),
-        _springs(run, peak_time),
-        _joints(run),
-        _gas(run, peak_time),
-        _tables(run),
+        _section(
+            "Motion of free bodies",
+            extremes_table(run),
+            _panels_by_owner({b: body_figures(run, b, peak_time) for b in run.bodies}, "body"),
+        ),
+        _section(
+            "Sensors",
+            criteria_table(run),
+            _panels_by_owner(
+                {sensor: sensor_figures(run, sensor, peak_time) for sensor in run.sensors}, "sensor"
+            ),
+        ),
+        _section("Springs", spring_tables, _panels(spring_figures(run, peak_time), "spring")),
+        _section("Joints", joint_table(run)),
+        _section("Gas", gas_table(run), _panels(gas_figures(run, peak_time), "gas")),
+        _section("What went in", inputs_table(run))
+        + _section("Statuses, points counted over all steps", status_table(run))
+        + _section("Where the time went", timings_table(run)),
         _warnings(run),
-        _case(run),
     ]
+    details = "<details><summary>case.toml as it was run, defaults filled in</summary>"
+    text = f"<h2>The case</h2>{details}<pre>{escape(run.case_text)}</pre></details>"
+    parts.append(text if run.case_text else "")
     return styled(title, "\n".join(parts), script=plotly_script())
+
+
+def _section(title: str, table: str, panels: str = "") -> str:
+    """Return a heading, a table and figures; empty without table and figures."""
+    if not table and not panels:
+        return ""
+    return f'<h2>{title}</h2><div class="wide">{table}</div>{panels}'
+
+
+def _panels(figures: list[Figure], name: str) -> str:
+    """Return figures side by side; empty without figures."""
+    if not figures:
+        return ""
+    return side_by_side(
+        embedded(figure, f"{name}-{k}", PLOT_CONFIG) for k, figure in enumerate(figures)
+    )
+
+
+def _panels_by_owner(figures_by_owner: dict[str, list[Figure]], kind: str) -> str:
+    """Return the figures of each body or sensor under its name."""
+    return "".join(
+        f"<h3>{escape(owner)}</h3>{_panels(figures, f'{kind}-{k}')}"
+        for k, (owner, figures) in enumerate(figures_by_owner.items())
+        if figures
+    )
 
 
 def _heading(run: Run, title: str) -> str:
@@ -107,76 +147,67 @@ def _pictures(run: Run, still: bytes | None, view: View | None, peak_time: float
             'Add <code>"vtkhdf"</code> to <code>formats</code> in <code>[output]</code> '
             "of the case for pictures.</p>"
         )
-    when = f"{number(peak_time)} {escape(run.units.time)}".strip() if peak_time is not None else ""
-    head = f"The peak, at t = {when}"
-    said = (
-        "The recorded time of greatest force, framed by what touches. Slave points are drawn "
-        f"where they are, so those in contact lie inside the body. {_still_note(view)}"
-    )
-    if not view.touches:
-        head = f"The scene, at t = {when}"
-        said = "At no recorded time is a point in contact." if run.contacts else "No contacts."
+    time = f"{number(peak_time)} {escape(run.units.time)}".strip() if peak_time is not None else ""
+    if view.touches:
+        head = f"The peak, at t = {time}"
+        # both views as images of their own, which can stand one over the other
+        names = ("Body, slave and contact at the peak", "The contact, seen through the body")
+        images = "".join(map(_image, halves(still), names))
+        picture = f'<div class="halves">{images}</div>'
+        marks = "lines go around the regions of contact"
+        if not view.outlined:
+            marks = "dots mark the points"
+        stress = "the von Mises stress of what deforms, in the second picture "
+        stress = stress if "von_mises" in view.data["looks"] else ""
+        caption = (
+            "The recorded time of greatest force, framed by what touches. Slave points are drawn "
+            "where they are, so those in contact lie inside the body. "
+            f"Colour is {stress}{escape(view.note[:1].lower() + view.note[1:])}; {marks}."
+        )
+    else:
+        head = f"The scene, at t = {time}"
+        picture = _image(still, "Body and slave", _NARROW)
+        caption = "At no recorded time is a point in contact." if run.contacts else "No contacts."
     return (
-        f"<h2>{head}</h2><figure>{_stills(still, view)}"
-        f'<figcaption class="caption">{said}</figcaption></figure>'
+        f"<h2>{head}</h2><figure>{picture}"
+        f'<figcaption class="caption">{caption}</figcaption></figure>'
         f"<h2>3D view</h2>{_view(view)}"
     )
 
 
-def _stills(still: bytes, view: View) -> str:
-    """Return the picture; two views as two images, which can stand one over the other."""
-
-    def image(picture: bytes, said: str, look: str = "") -> str:
-        data = b64encode(picture).decode("ascii")
-        return f'<img alt="{said}"{look} src="data:image/png;base64,{data}">'
-
-    if not view.touches:
-        return image(still, "Body and slave", _NARROW)
-    said = ("Body, slave and contact at the peak", "The contact, seen through the body")
-    both = "".join(map(image, halves(still), said))
-    return f'<div class="halves">{both}</div>'
+def _image(picture: bytes, name: str, style: str = "") -> str:
+    data = b64encode(picture).decode("ascii")
+    return f'<img alt="{name}"{style} src="data:image/png;base64,{data}">'
 
 
 def _view(view: View) -> str:
     """Return the scene, its buttons, its steps and the script that shows them."""
     script = files("contiga.report").joinpath("view.js").read_text(encoding="utf-8")
-    slider = steps = ""
+    slider = steps = field_buttons = ""
     if view.steps > 1:
         first = view.data["first"]
         label = escape(view.data["labels"][first])
         slider = _PLAYING.format(last=view.steps - 1, first=first, label=label)
-        every = view.steps == view.recorded
-        shown = f"all {view.steps}" if every else f"{view.steps} of the {view.recorded}"
-        steps = f" It shows {shown} recorded steps; Play shows them at their times, in six seconds."
+        count = f"{view.steps} of the {view.recorded}"
+        if view.steps == view.recorded:
+            count = f"all {view.steps}"
+        steps = f" It shows {count} recorded steps; Play shows them at their times, in six seconds."
+    if len(view.data["looks"]) > 1:
+        buttons = "".join(
+            f'<button data-field="{name}" aria-pressed="{str(name == view.data["field"]).lower()}">'
+            f"{view.data['names'][name]}</button>"
+            for name in view.data["looks"]
+        )
+        group = 'class="choice" role="group" aria-label="What the colours show" data-what="field"'
+        field_buttons = f"<div {group}>{buttons}</div>"
     return (
-        f"{_BODY_BUTTONS}{_FRAME_BUTTONS if 'spans' in view.data else ''}{_field_buttons(view)}"
+        f"{_BODY_BUTTONS}{_FRAME_BUTTONS if 'spans' in view.data else ''}{field_buttons}"
         f'<div class="frame">{embedded(view.figure, "view", VIEW_CONFIG)}{slider}</div>'
         f'<script type="application/json" id="view-data">{as_json(view.data)}</script>'
         f"<script>{script}</script>"
         '<p class="caption">Drag to turn, scroll to zoom; the house button resets the view.'
         f"{steps}</p>"
     )
-
-
-def _still_note(view: View) -> str:
-    """Describe the contact in the still picture."""
-    marks = "lines go around the regions of contact" if view.outlined else "dots mark the points"
-    first = "the von Mises stress of what deforms, in the second picture "
-    first = first if "von_mises" in view.data["looks"] else ""
-    return f"Colour is {first}{escape(view.note[:1].lower() + view.note[1:])}; {marks}."
-
-
-def _field_buttons(view: View) -> str:
-    """Return the choice of coloured fields, if there are several."""
-    if len(view.data["looks"]) < 2:
-        return ""
-    buttons = "".join(
-        f'<button data-field="{name}" aria-pressed="{str(name == view.data["field"]).lower()}">'
-        f"{view.data['names'][name]}</button>"
-        for name in view.data["looks"]
-    )
-    group = 'class="choice" role="group" aria-label="What the colours show" data-what="field"'
-    return f"<div {group}>{buttons}</div>"
 
 
 def _energy(run: Run, peak_time: float | None) -> str:
@@ -198,105 +229,32 @@ def _energy(run: Run, peak_time: float | None) -> str:
     )
 
 
-def _bodies(run: Run, peak_time: float | None) -> str:
-    """Return the motion of each free body."""
-    table = extremes_table(run)
-    if not table:
-        return ""
-    panels = "".join(
-        f"<h3>{escape(body)}</h3>{_panels(figures, f'body-{k}')}"
-        for k, body in enumerate(run.bodies)
-        if (figures := body_figures(run, body, peak_time))
-    )
-    return f'<h2>Motion of free bodies</h2><div class="wide">{table}</div>{panels}'
-
-
-def _sensors(run: Run, peak_time: float | None) -> str:
-    """Return the measurements of each sensor, and its criteria."""
-    panels = "".join(
-        f"<h3>{escape(sensor)}</h3>{_panels(figures, f'sensor-{k}')}"
-        for k, sensor in enumerate(run.sensors)
-        if (figures := sensor_figures(run, sensor, peak_time))
-    )
-    table = criteria_table(run)
-    if not panels and not table:
-        return ""
-    return f'<h2>Sensors</h2><div class="wide">{table}</div>{panels}'
-
-
-def _springs(run: Run, peak_time: float | None) -> str:
-    """Return the forces and energies of springs."""
-    if not run.springs:
-        return ""
-    panels = _panels(spring_figures(run, peak_time), "spring")
-    tables = f"{spring_table(run)}{device_table(run)}{slip_ring_table(run)}"
-    return f'<h2>Springs</h2><div class="wide">{tables}</div>{panels}'
-
-
-def _joints(run: Run) -> str:
-    """Return the table of joints: largest reactions, and the range of each coordinate."""
-    table = joint_table(run)
-    return f'<h2>Joints</h2><div class="wide">{table}</div>' if table else ""
-
-
-def _gas(run: Run, peak_time: float | None) -> str:
-    """Return the state of the gas in its chambers."""
-    if not run.gas:
-        return ""
-    panels = _panels(gas_figures(run, peak_time), "gas")
-    return f'<h2>Gas</h2><div class="wide">{gas_table(run)}</div>{panels}'
-
-
-def _over_time(run: Run, peak_time: float | None) -> str:
+def _contacts(run: Run, peak_time: float | None) -> str:
     """Return the figures of the contacts; quantities without data are named in a sentence."""
     if not run.contacts:
         return ""
-    figures = history_figures(run, peak_time)
-    silent = [name for name in run.contacts if not touched(run, name)]
+    panels = _panels(history_figures(run, peak_time), "history")
+    if panels and peak_time is not None:
+        panels += '<p class="caption">The dotted line marks the time that the scene shows.</p>'
+    idle = [name for name in run.contacts if not touched(run, name)]
     note = ""
-    if len(silent) == len(run.contacts):
-        note = "No point came into contact: force, penetration and area are zero throughout."
-    elif silent:
-        note = f"No point came into contact in {escape(', '.join(silent))}."
-    panels = _panels(figures, "history") + _peak_note(peak_time) if figures else ""
-    said = f"<p>{note}</p>" if note else ""
-    return f"<h2>Over time</h2>{panels}{said}" if panels or said else ""
-
-
-def _panels(figures: list[Figure], name: str) -> str:
-    return side_by_side(
-        embedded(figure, f"{name}-{k}", PLOT_CONFIG) for k, figure in enumerate(figures)
-    )
+    if len(idle) == len(run.contacts):
+        note = "<p>No point came into contact: force, penetration and area are zero throughout.</p>"
+    elif idle:
+        note = f"<p>No point came into contact in {escape(', '.join(idle))}.</p>"
+    return f"<h2>Over time</h2>{panels}{note}" if panels or note else ""
 
 
 def _curves(run: Run, peak_time: float | None) -> str:
     """Return channels over each other, and the tests beside them."""
-    curves, references = curves_of(run), references_of(run)
+    curves = curves_of(run)
     if not curves:
         return ""
-    ratings = [rated(run, one) for one in references]
-    drawn = [one.reference for one in ratings]
-    figures = [curve_figure([Named(run, "")], curve, drawn, peak_time) for curve in curves]
+    ratings = [rated(run, reference) for reference in references_of(run)]
+    tests = [rating.reference for rating in ratings]
+    figures = [curve_figure([Named(run, "")], curve, tests, peak_time) for curve in curves]
     table = ratings_table(ratings, run.units.time)
     return f"<h2>Curves</h2>{_panels(figures, 'curve')}{table}"
-
-
-def _peak_note(peak_time: float | None) -> str:
-    if peak_time is None:
-        return ""
-    return '<p class="caption">The dotted line marks the time that the scene shows.</p>'
-
-
-def _tables(run: Run) -> str:
-    return "".join(
-        f'<h2>{title}</h2><div class="wide">{table}</div>'
-        for title, table in (
-            ("What went in", inputs_table(run)),
-            ("Statuses, points counted over all steps", status_table(run)),
-            ("Where the time went", timings_table(run)),
-        )
-        if table
-    )
 
 
 def _warnings(run: Run) -> str:
@@ -305,12 +263,3 @@ def _warnings(run: Run) -> str:
         return "<h2>Warnings</h2><p>None.</p>"
     rows = "".join(f"<li>{escape(text)}</li>" for text in warnings)
     return f'<h2>Warnings</h2><ul class="warnings">{rows}</ul>'
-
-
-def _case(run: Run) -> str:
-    if not run.case_text:
-        return ""
-    return (
-        "<h2>The case</h2><details><summary>case.toml as it was run, defaults filled in</summary>"
-        f"<pre>{escape(run.case_text)}</pre></details>"
-    )

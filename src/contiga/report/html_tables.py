@@ -20,9 +20,9 @@ STAGES = {
     "output": "Writing output",
 }
 """Labels of the stages of a run."""
-_CRITERIA = 6
-"""Largest number of key figures that are criteria."""
-_APART = ("compile",)
+_MAX_CRITERIA = 6
+"""Largest number of key figures that are criteria; a table has all."""
+_COMPILING = ("compile",)
 """Stages that are unrelated to the method and are shown apart."""
 
 
@@ -46,17 +46,7 @@ def key_figures(run: Run) -> str:
         value, when = run.greatest(column)
         at = f"at t = {number(when)} {run.units.time}".strip() if value > 0.0 else "no contact"
         tiles.append(_tile(number(value), unit, label, at))
-    tiles += _criteria(run)
-    tiles.append(_tile(number(float(run.summary.get("steps") or len(run.times) - 1)), "", "Steps"))
-    total = run.summary_part("timings").get("total")
-    if total is not None:
-        tiles.append(_tile(number(float(total), 3), "s", "Wall time"))
-    return f'<div class="figures">{"".join(tiles)}</div>'
-
-
-def _criteria(run: Run) -> list[str]:
-    """Return the first criteria of sensors; a table has all."""
-    return [
+    tiles += [
         _tile(
             number(result["value"]),
             str(result.get("unit", "")),
@@ -65,7 +55,12 @@ def _criteria(run: Run) -> list[str]:
         )
         for sensor, facts in run.summary_part("sensors").items()
         for criterion, result in (facts.get("criteria") or {}).items()
-    ][:_CRITERIA]
+    ][:_MAX_CRITERIA]
+    tiles.append(_tile(number(float(run.summary.get("steps") or len(run.times) - 1)), "", "Steps"))
+    total = run.summary_part("timings").get("total")
+    if total is not None:
+        tiles.append(_tile(number(float(total), 3), "s", "Wall time"))
+    return f'<div class="figures">{"".join(tiles)}</div>'
 
 
 def inputs_table(run: Run) -> str:
@@ -73,13 +68,13 @@ def inputs_table(run: Run) -> str:
     rows = []
     for name, facts in run.summary_part("inputs").items():
         kind = escape(str(facts.get("kind", "")))
-        said = [
-            f"{escape(_words(key))} {escape(_shown(value))}"
+        counts = [
+            f"{escape(key.removeprefix('n_').replace('_', ' '))} {escape(_as_text(value))}"
             + (f" {escape(run.units.length)}" if key == "size" else "")
             for key, value in facts.items()
             if key != "kind"
         ]
-        cells = f"<td>{escape(name)}</td><td>{kind}</td><td>{' · '.join(said)}</td>"
+        cells = f"<td>{escape(name)}</td><td>{kind}</td><td>{' · '.join(counts)}</td>"
         rows.append(f"<tr>{cells}</tr>")
     for key, label in (("n_points", "points in all"), ("n_elements", "elements in all")):
         if run.summary.get(key) is not None:
@@ -91,21 +86,13 @@ def inputs_table(run: Run) -> str:
     return f"<table>{head}{''.join(rows)}</table>"
 
 
-def _words(key: str) -> str:
-    return (
-        key.replace("n_", "", 1).replace("_", " ")
-        if key.startswith("n_")
-        else key.replace("_", " ")
-    )
-
-
-def _shown(value: Any) -> str:
+def _as_text(value: Any) -> str:
     if isinstance(value, bool) or value is None:
         return "yes" if value else "no"
     if isinstance(value, int | float):
         return number(float(value), 9 if isinstance(value, int) else 5)
     if isinstance(value, list | tuple):
-        return ", ".join(_shown(v) for v in value)
+        return ", ".join(_as_text(v) for v in value)
     return str(value)
 
 
@@ -135,17 +122,17 @@ def timings_table(run: Run) -> str:
     total = timings.pop("total", sum(timings.values()))
     if not timings or total <= 0.0:
         return ""
-    rest = total - sum(timings.values())
+    remainder = total - sum(timings.values())
     rows = [
-        _timing_row(STAGES.get(key, key.replace("_", " ")), value, total, key in _APART)
+        _timing_row(STAGES.get(key, key.replace("_", " ")), value, total, key in _COMPILING)
         for key, value in timings.items()
     ]
-    if rest > 0.005 * total:
-        rows.append(_timing_row("Everything else", rest, total, False))
-    lost = sum(timings.get(key, 0.0) for key in _APART)
+    if remainder > 0.005 * total:
+        rows.append(_timing_row("Everything else", remainder, total, False))
+    compiling = sum(timings.get(key, 0.0) for key in _COMPILING)
     rows.append(
         f'<tr class="total"><td>Total</td><td class="number">{number(total, 3)} s</td>'
-        f'<td class="share">{number(total - lost, 3)} s without compiling</td></tr>'
+        f'<td class="share">{number(total - compiling, 3)} s without compiling</td></tr>'
     )
     return (
         '<table><thead><tr><th>Stage</th><th class="number">Time</th><th></th></tr></thead>'

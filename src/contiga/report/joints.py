@@ -29,9 +29,8 @@ def joint_table(run: Run) -> str:
             unit = f" {units.length}"
             if key != "travel":
                 values, unit = np.degrees(values), "°"
-            ranges.append(
-                f"{key} {number(float(values.min()))} to {number(float(values.max()))}{unit}"
-            )
+            low, high = number(float(values.min())), number(float(values.max()))
+            ranges.append(f"{key} {low} to {high}{unit}")
         lost = sum(float(column[-1]) for key, column in columns.items() if key.endswith(_LOST))
         cells = [
             str(facts.get("kind", "")),

@@ -27,11 +27,11 @@ MAX_ROWS = 4000
 """Largest number of rows of a line: more than a picture has columns of pixels."""
 BUTTONS = 34
 """Height above a figure for its buttons, pixels."""
-_LONG = 28
+_LABEL_LENGTH = 28
 """Largest number of characters of the label of an axis in one line."""
 SHOWN = "shown"
 """Name of the line at the time that the scene of the page shows."""
-_NOTHING = 1e-6
+_MIN_SHARE = 1e-6
 """Share of the largest component below which a component is not drawn: it would lie on the axis."""
 
 
@@ -42,18 +42,18 @@ def largest(values: FloatArray | None) -> float:
     return float(np.abs(values[np.isfinite(values)]).max(initial=0.0))
 
 
-def rows_drawn(*columns: FloatArray, most: int = MAX_ROWS) -> IndexArray:
+def rows_drawn(*columns: FloatArray, max_rows: int = MAX_ROWS) -> IndexArray:
     """Return the rows of columns (n,) to draw: all, or the extremes of each short stretch."""
     n = len(columns[0])
-    if n <= most:
+    if n <= max_rows:
         return np.arange(n)
-    edges = np.linspace(0, n, (most - 2) // (2 * len(columns)) + 1).astype(np.intp)
-    kept = [0, n - 1]
+    edges = np.linspace(0, n, (max_rows - 2) // (2 * len(columns)) + 1).astype(np.intp)
+    rows = [0, n - 1]
     for column in columns:
         low, high = (np.where(np.isnan(column), worst, column) for worst in (np.inf, -np.inf))
         for a, b in pairwise(edges):
-            kept += [a + int(low[a:b].argmin()), a + int(high[a:b].argmax())]
-    return np.unique(kept)
+            rows += [a + int(low[a:b].argmin()), a + int(high[a:b].argmax())]
+    return np.unique(rows)
 
 
 def add_line(
@@ -86,18 +86,18 @@ def add_line(
 
 
 def add_components(
-    figure: Figure, times: FloatArray, of: Mapping[str, FloatArray], unit: str
+    figure: Figure, times: FloatArray, components: Mapping[str, FloatArray], unit: str
 ) -> bool:
-    """Draw thin lines of the nonzero components along x, y and z; return whether one was drawn."""
-    floor = _NOTHING * max(map(largest, of.values()), default=0.0)
-    for axis, values in of.items():
-        if largest(values) > floor:
+    """Draw thin lines of the nonzero components along x, y and z; return whether any was drawn."""
+    min_size = _MIN_SHARE * max(map(largest, components.values()), default=0.0)
+    for axis, values in components.items():
+        if largest(values) > min_size:
             add_line(figure, times, values, f"along {axis}", unit, color=_AXES[axis], width=1.3)
     return bool(figure.data)
 
 
 def vector_figure(
-    run: Run, peak_time: float | None, of: Mapping[str, FloatArray], labels: tuple[str, str]
+    run: Run, peak_time: float | None, components: Mapping[str, FloatArray], label: str, unit: str
 ) -> Figure | None:
     """Draw components by axis and their resultant over time; None if all are zero.
 
@@ -105,15 +105,15 @@ def vector_figure(
     ----------
     run : the run
     peak_time : time that the scene of the page shows; None without a scene
-    of : columns (n,) by component
-    labels : what it is, and its unit
+    components : columns (n,) by axis
+    label, unit : name of the quantity, and its unit
     """
-    if not any(largest(values) > 0.0 for values in of.values()):
+    if not any(largest(values) > 0.0 for values in components.values()):
         return None
-    figure, (label, unit) = Figure(), labels
-    add_components(figure, run.times, of, unit)
-    whole = np.sqrt(sum(values**2 for values in of.values()))
-    add_line(figure, run.times, whole, "resultant", unit, color=LINES[0], width=2.2)
+    figure = Figure()
+    add_components(figure, run.times, components, unit)
+    resultant = np.sqrt(sum(values**2 for values in components.values()))
+    add_line(figure, run.times, resultant, "resultant", unit, color=LINES[0], width=2.2)
     finish(figure, run, with_unit(label, unit), peak_time)
     return figure
 
@@ -128,10 +128,21 @@ def finish(
     thin["automargin"] = True  # the legend stands below the title
     value = {"title": {"text": in_lines(label), "standoff": 8}, "rangemode": "tozero"}
     power = {"exponentformat": "power", "minexponent": 6, "automargin": True}
+    peak_line = {
+        "line": {"color": "#9aa3ad", "width": 1, "dash": "dot"},
+        "name": SHOWN,
+        "type": "line",
+        "x0": peak_time,
+        "x1": peak_time,
+        "xref": "x",
+        "y0": 0,
+        "y1": 1,
+        "yref": "y domain",
+    }
     figure.layout = {
         "yaxis": {**value, **axis, **power},
         "xaxis": {"title": title, **axis, **thin},
-        "shapes": [] if peak_time is None else [_upright(peak_time)],
+        "shapes": [] if peak_time is None else [peak_line],
         "margin": {"l": 62, "r": 14, "t": BUTTONS, "b": 50},
         "font": {"family": FONT, "size": 13, "color": INK},
         "legend": {
@@ -152,19 +163,4 @@ def finish(
 
 def in_lines(label: str) -> str:
     """Return a label in lines that a figure has room for."""
-    return "<br>".join(wrap(label, _LONG, break_long_words=False))
-
-
-def _upright(time: float) -> dict[str, Any]:
-    """Return a vertical dotted line over the height of a figure."""
-    return {
-        "line": {"color": "#9aa3ad", "width": 1, "dash": "dot"},
-        "name": SHOWN,
-        "type": "line",
-        "x0": time,
-        "x1": time,
-        "xref": "x",
-        "y0": 0,
-        "y1": 1,
-        "yref": "y domain",
-    }
+    return "<br>".join(wrap(label, _LABEL_LENGTH, break_long_words=False))

@@ -28,21 +28,34 @@ class Quantity(NamedTuple):
     """(n,) components along x, y and z."""
 
     @property
-    def whole(self) -> FloatArray:
+    def magnitudes(self) -> FloatArray:
         """The magnitudes (n,)."""
         return np.asarray(np.sqrt(sum(c**2 for c in self.components.values())))
+
+    def equals(self, other: Quantity) -> bool:
+        """Return whether two quantities are equal, up to rounding."""
+        if self.unit != other.unit or set(self.components) != set(other.components):
+            return False
+        tol = 1e-9 * largest(other.magnitudes)
+        return all(
+            np.allclose(c, other.components[axis], rtol=0.0, atol=tol)
+            for axis, c in self.components.items()
+        )
 
 
 def body_quantities(run: Run, body: str) -> list[Quantity]:
     """Return displacement of the centre, velocity, acceleration and spin of a body, if not zero."""
     columns, units = run.bodies[body], run.units
-    way = {axis: columns[axis] - columns[axis][0] for axis in "xyz" if axis in columns}
+    displacement = {axis: columns[axis] - columns[axis][0] for axis in "xyz" if axis in columns}
+    acceleration = {
+        axis: units.accelerations(values)[0] for axis, values in _vector(columns, "a{}").items()
+    }
     quantities = [
-        Quantity("Displacement of the centre", units.length, way),
-        Quantity("Velocity of the centre", units.velocity, _along(columns, "v{}")),
-        _acceleration("Acceleration of the centre", run, _along(columns, "a{}")),
+        Quantity("Displacement of the centre", units.length, displacement),
+        Quantity("Velocity of the centre", units.velocity, _vector(columns, "v{}")),
+        Quantity("Acceleration of the centre", units.accelerations(np.zeros(0))[1], acceleration),
     ]
-    spin = _along(columns, "w{}")
+    spin = _vector(columns, "w{}")
     if max(map(largest, spin.values()), default=0.0) * np.ptp(run.times) > _STILL:
         quantities.append(Quantity("Spin", units.spin, spin))
     return [q for q in quantities if any(largest(c) > 0.0 for c in q.components.values())]
@@ -55,31 +68,20 @@ def sensor_quantities(run: Run, sensor: str) -> list[Quantity]:
     """
     columns, units = run.sensors[sensor], run.units
     quantities = [
-        Quantity("Velocity", units.velocity, _along(columns, "v{}")),
-        Quantity("Displacement", units.length, _along(columns, "{}")),
-        Quantity("Force", units.force, _along(columns, "f{}")),
-        Quantity("Moment", units.moment, _along(columns, "m{}")),
-        Quantity("Spin", units.spin, _along(columns, "w{}")),
+        Quantity("Velocity", units.velocity, _vector(columns, "v{}")),
+        Quantity("Displacement", units.length, _vector(columns, "{}")),
+        Quantity("Force", units.force, _vector(columns, "f{}")),
+        Quantity("Moment", units.moment, _vector(columns, "m{}")),
+        Quantity("Spin", units.spin, _vector(columns, "w{}")),
     ]
     body = _summary_of(run, sensor).get("body")
-    known = body_quantities(run, body) if body in run.bodies else []
+    of_body = body_quantities(run, body) if body in run.bodies else []
     return [
         q
         for q in quantities
         if any(largest(c) > 0.0 for c in q.components.values())
-        and not any(_same(q, other) for other in known)
+        and not any(q.equals(other) for other in of_body)
     ]
-
-
-def _same(one: Quantity, other: Quantity) -> bool:
-    """Return whether two quantities are equal, up to rounding."""
-    if one.unit != other.unit or set(one.components) != set(other.components):
-        return False
-    floor = 1e-9 * largest(other.whole)
-    return all(
-        np.allclose(c, other.components[axis], rtol=0.0, atol=floor)
-        for axis, c in one.components.items()
-    )
 
 
 def body_figures(run: Run, body: str, peak_time: float | None) -> list[Figure]:
@@ -89,60 +91,46 @@ def body_figures(run: Run, body: str, peak_time: float | None) -> list[Figure]:
 
 def sensor_figures(run: Run, sensor: str, peak_time: float | None) -> list[Figure]:
     """Return figures of acceleration, raw and filtered, with its criteria, and of the rest."""
-    first = _acceleration_figure(run, sensor, peak_time)
-    others = _figures(run, sensor_quantities(run, sensor), peak_time)
+    columns = run.sensors[sensor]
+    figures = []
+    if largest(columns.get("a")) > 0.0:
+        figures.append(_acceleration_figure(run, sensor, peak_time))
+    # distance and turn of a sensor between two bodies
     measures = ("distance", "Distance", run.units.length), ("angle", "Turn", "rad")
-    drawn = [_scalar_figure(run, sensor, what, peak_time) for what in measures]
-    scalars = [figure for figure in drawn if figure is not None]
-    return [*([] if first is None else [first]), *scalars, *others]
-
-
-def _scalar_figure(
-    run: Run, sensor: str, what: tuple[str, str, str], peak_time: float | None
-) -> Figure | None:
-    """Return one line of a sensor between two bodies; None if it has none, or all is zero."""
-    column, label, unit = what
-    values = run.sensors[sensor].get(column)
-    if values is None or not largest(values) > 0.0:
-        return None
-    figure = Figure()
-    add_line(figure, run.times, values, label, unit, color=LINES[0], width=2.2)
-    finish(figure, run, with_unit(label, unit), peak_time)
-    figure.layout["showlegend"] = False
-    return figure
+    for column, label, unit in measures:
+        values = columns.get(column)
+        if values is not None and largest(values) > 0.0:
+            figure = Figure()
+            add_line(figure, run.times, values, label, unit, color=LINES[0], width=2.2)
+            finish(figure, run, with_unit(label, unit), peak_time)
+            figure.layout["showlegend"] = False
+            figures.append(figure)
+    return figures + _figures(run, sensor_quantities(run, sensor), peak_time)
 
 
 def _figures(run: Run, quantities: list[Quantity], peak_time: float | None) -> list[Figure]:
-    drawn = (vector_figure(run, peak_time, q.components, (q.label, q.unit)) for q in quantities)
-    return [figure for figure in drawn if figure is not None]
+    figures = (vector_figure(run, peak_time, q.components, q.label, q.unit) for q in quantities)
+    return [figure for figure in figures if figure is not None]
 
 
-def _along(columns: Columns, name: str) -> dict[str, FloatArray]:
+def _vector(columns: Columns, name: str) -> dict[str, FloatArray]:
     return {axis: columns[name.format(axis)] for axis in "xyz" if name.format(axis) in columns}
 
 
-def _acceleration(label: str, run: Run, of: dict[str, FloatArray]) -> Quantity:
-    shown = {axis: run.units.accelerations(values) for axis, values in of.items()}
-    unit = run.units.accelerations(np.zeros(0))[1]
-    return Quantity(label, unit, {axis: values for axis, (values, _) in shown.items()})
-
-
-def _acceleration_figure(run: Run, sensor: str, peak_time: float | None) -> Figure | None:
+def _acceleration_figure(run: Run, sensor: str, peak_time: float | None) -> Figure:
     """Return the resultant acceleration and its criteria; thin under a filtered one."""
-    columns = run.sensors[sensor]
-    if largest(columns.get("a")) == 0.0:
-        return None
+    columns, facts = run.sensors[sensor], _summary_of(run, sensor)
     figure = Figure()
     raw, unit = run.units.accelerations(columns["a"])
     if "filtered_a" in columns:
-        name = str(_summary_of(run, sensor).get("filter") or "filtered")
+        name = str(facts.get("filter") or "filtered")
         add_line(figure, run.times, raw, "as computed", unit, color="#b4bac2", width=1.0)
         smooth = run.units.accelerations(columns["filtered_a"])[0]
         add_line(figure, run.times, smooth, name, unit, color=LINES[0], width=2.2)
     else:
         add_line(figure, run.times, raw, "resultant", unit, color=LINES[0], width=2.2)
     finish(figure, run, with_unit("Acceleration, resultant", unit), peak_time)
-    _mark_criteria(figure, _summary_of(run, sensor).get("criteria") or {})
+    _mark_criteria(figure, facts.get("criteria") or {})
     figure.layout["showlegend"] = len(figure.data) > 1
     return figure
 
@@ -153,37 +141,35 @@ def _summary_of(run: Run, sensor: str) -> dict[str, Any]:
 
 def _mark_criteria(figure: Figure, criteria: dict[str, dict[str, float]]) -> None:
     """Mark the window of the head injury criterion, and the level that is held for 3 ms."""
+    shapes, notes = figure.layout["shapes"], []
     window = next((name for name in ("HIC15", "HIC36", "HICd") if name in criteria), None)
     if window is not None:
         result = criteria[window]
         shade = {"fillcolor": "#b07d1e", "opacity": 0.14, "line": {"width": 0}}
-        _over(figure, result, {"type": "rect", "y0": 0, "y1": 1, "yref": "y domain", **shade})
+        span = {"x0": result["start"], "x1": result["end"], "type": "rect"}
+        shapes.append({**span, "y0": 0, "y1": 1, "yref": "y domain", **shade})
         middle = (result["start"] + result["end"]) / 2.0
-        _note(figure, middle, 0.0, f"{window} = {number(result['value'])}")
+        notes.append((middle, 0.0, f"{window} = {number(result['value'])}"))
     if "3ms" in criteria:
-        held = criteria["3ms"]
-        level, line = held["value"], {"color": INK, "width": 1.8}
-        _over(figure, held, {"type": "line", "y0": level, "y1": level, "line": line})
-        _note(figure, held["end"], held["value"], f"3 ms: {number(held['value'])} g")
-
-
-def _over(figure: Figure, criterion: dict[str, float], shape: dict[str, Any]) -> None:
-    """Add a shape over the time at which a criterion holds."""
-    figure.layout["shapes"].append({"x0": criterion["start"], "x1": criterion["end"], **shape})
-
-
-def _note(figure: Figure, x: float, y: float, text: str) -> None:
-    note = {
-        "x": x,
-        "y": y,
-        "text": text,
-        "showarrow": False,
-        "yanchor": "bottom",
-        "xanchor": "center" if y == 0.0 else "left",
-        "font": {"size": 12, "color": INK},
-        "bgcolor": f"{PAPER}b3",
-    }
-    figure.layout.setdefault("annotations", []).append(note)
+        result = criteria["3ms"]
+        level, line = result["value"], {"color": INK, "width": 1.8}
+        span = {"x0": result["start"], "x1": result["end"], "type": "line"}
+        shapes.append({**span, "y0": level, "y1": level, "line": line})
+        notes.append((result["end"], level, f"3 ms: {number(level)} g"))
+    if notes:
+        figure.layout["annotations"] = [
+            {
+                "x": x,
+                "y": y,
+                "text": text,
+                "showarrow": False,
+                "yanchor": "bottom",
+                "xanchor": "center" if y == 0.0 else "left",
+                "font": {"size": 12, "color": INK},
+                "bgcolor": f"{PAPER}b3",
+            }
+            for x, y, text in notes
+        ]
 
 
 def extremes_table(run: Run) -> str:
@@ -191,12 +177,12 @@ def extremes_table(run: Run) -> str:
     rows = []
     for body in run.bodies:
         for quantity in body_quantities(run, body):
-            whole = quantity.whole
-            at = int(np.nanargmax(whole))
+            magnitudes = quantity.magnitudes
+            k = int(np.nanargmax(magnitudes))
             cells = [
-                f"{number(float(whole[at]))} {escape(quantity.unit)}",
-                f"{number(float(run.times[at]))} {escape(run.units.time)}",
-                f"{number(float(whole[-1]))} {escape(quantity.unit)}",
+                f"{number(float(magnitudes[k]))} {escape(quantity.unit)}",
+                f"{number(float(run.times[k]))} {escape(run.units.time)}",
+                f"{number(float(magnitudes[-1]))} {escape(quantity.unit)}",
             ]
             rows.append(named_row(body, quantity.label, cells))
     return named_table(("Body", "Quantity", "Largest", "at t =", "At the end"), rows)

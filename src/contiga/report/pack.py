@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from pathlib import Path
 from zipfile import ZIP_DEFLATED, ZipFile
 
@@ -11,9 +10,9 @@ from contiga.io.out.files import atomic_write, check_suffix
 from contiga.io.out.stored import CASE, FIELDS, HISTORY, OUTLINES, SUMMARY
 from contiga.report import PAGE, PICTURE
 
-_OF_RUN = (PAGE, PICTURE, HISTORY, SUMMARY, CASE, "row.json")
-_OF_STUDY = ("study.html", "map.png", "table.csv", "table.h5", "study.json")
-_FIELDS = (FIELDS, OUTLINES)
+_RUN_FILES = (PAGE, PICTURE, HISTORY, SUMMARY, CASE, "row.json")
+_STUDY_FILES = ("study.html", "map.png", "table.csv", "table.h5", "study.json")
+_FIELD_FILES = (FIELDS, OUTLINES)
 
 
 def pack(folder: str | Path, path: str | Path, *, fields: bool = False) -> int:
@@ -41,18 +40,10 @@ def pack(folder: str | Path, path: str | Path, *, fields: bool = False) -> int:
         The file cannot be written.
     """
     check_suffix(path, ".zip")
-    files = list(_files(Path(folder), fields))
     folder, name = Path(folder), Path(folder).resolve().name
-    with atomic_write(path) as temporary, ZipFile(temporary, "w", ZIP_DEFLATED) as archive:
-        for file in files:
-            archive.write(file, Path(name) / file.relative_to(folder))
-    return len(files)
-
-
-def _files(folder: Path, fields: bool) -> Iterator[Path]:
-    of_run = (*_OF_RUN, *(_FIELDS if fields else ()))
-    study = (folder / "study.json").is_file()
-    page = folder / (_OF_STUDY[0] if study else PAGE)
+    run_files = (*_RUN_FILES, *(_FIELD_FILES if fields else ()))
+    is_study = (folder / "study.json").is_file()
+    page = folder / (_STUDY_FILES[0] if is_study else PAGE)
     if not page.is_file():
         raise FileError(
             f"the folder cannot be packed: {page.name} is missing",
@@ -60,9 +51,11 @@ def _files(folder: Path, fields: bool) -> Iterator[Path]:
             allowed="the output folder of a run with a report, or of a study",
             remedy=f"contiga report {folder}" if (folder / SUMMARY).is_file() else None,
         )
-    yield from (
-        folder / name for name in (_OF_STUDY if study else of_run) if (folder / name).is_file()
-    )
-    if study:
-        for case in sorted(folder.glob("cases/*")):
-            yield from (case / name for name in of_run if (case / name).is_file())
+    paths = [folder / file for file in (_STUDY_FILES if is_study else run_files)]
+    if is_study:
+        paths += [case / file for case in sorted(folder.glob("cases/*")) for file in run_files]
+    files = [path for path in paths if path.is_file()]
+    with atomic_write(path) as temporary, ZipFile(temporary, "w", ZIP_DEFLATED) as archive:
+        for file in files:
+            archive.write(file, Path(name) / file.relative_to(folder))
+    return len(files)

@@ -102,11 +102,11 @@ def stacked(series: RecordedFields, frame: int, kind: str) -> tuple[FloatArray, 
             if part.triangles is not None and len(part.triangles):
                 triangles.append(np.asarray(part.triangles, dtype=np.int32) + np.int32(count))
             count += part.n_points
-    chosen = _chosen(series, kind)
-    return points[chosen], np.concatenate(triangles), chosen.astype(np.int32)
+    rows = _rows_of_kind(series, kind)
+    return points[rows], np.concatenate(triangles), rows.astype(np.int32)
 
 
-def _chosen(series: RecordedFields, kind: str) -> IndexArray:
+def _rows_of_kind(series: RecordedFields, kind: str) -> IndexArray:
     """Return the row numbers (n,) of all parts of one `kind`."""
     rows = [np.arange(part.start, part.stop) for part in rows_of(series, kind)]
     return np.concatenate([np.zeros(0, dtype=np.int64), *rows])
@@ -132,7 +132,7 @@ def peak_frame(series: RecordedFields, times: FloatArray, force: FloatArray) -> 
 
 def touched_at(series: RecordedFields, frame: int) -> Touched:
     """Return the contact at one recorded frame."""
-    rows = _chosen(series, "slave")
+    rows = _rows_of_kind(series, "slave")
     status = np.asarray(series.data(frame, "contact_status"))[rows]
     in_contact = np.isin(status, [int(member) for member in IN_CONTACT])
     penetration = np.where(in_contact, np.asarray(series.data(frame, "penetration"))[rows], 0.0)
@@ -162,9 +162,11 @@ def at_frame(
     normal = np.where(in_contact[:, None], np.nan_to_num(normal), 0.0)
     mean = normal.sum(axis=0)
     length = float(np.linalg.norm(mean))
-    focus, framed = _focus(
-        series, frame, slave_points[in_contact], float(penetration.max(initial=0.0))
-    )
+    parts, framed = seen_parts(series, frame), None
+    focus = focus_of(parts, slave_points[in_contact], float(penetration.max(initial=0.0)))
+    if focus is not None:
+        framed = focus.points(parts)
+        framed = framed[np.isfinite(framed).all(axis=1)]
     return Peak(
         time=float(series.times[frame]),
         body_points=body_points,
@@ -195,17 +197,6 @@ def seen_parts(series: RecordedFields, frame: int) -> list[FloatArray]:
         rows = series.rows(part.name)
         parts.append(points[rows] if part.kind == "body" else points[rows][status[rows] >= 0])
     return parts
-
-
-def _focus(
-    series: RecordedFields, frame: int, patch: FloatArray, depth: float
-) -> tuple[Focus | None, FloatArray | None]:
-    parts = seen_parts(series, frame)
-    focus = focus_of(parts, patch, depth)
-    if focus is None:
-        return None, None
-    framed = focus.points(parts)
-    return focus, framed[np.isfinite(framed).all(axis=1)]
 
 
 def lines_at(outlines: OutlineSeries | None, frame: int) -> tuple[Outline, ...]:

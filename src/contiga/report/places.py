@@ -12,9 +12,9 @@ from contiga.records import FloatArray
 if TYPE_CHECKING:
     from contiga.report.fields import RecordedFields
 
-_RIGID = 2e-7
+_RIGID_TOL = 2e-7
 """Largest departure from a rigid motion, over size and distance of a part: single precision."""
-AS_NEAR = 1e-6
+_DISTANCE_TOL = 1e-6
 """Relative difference up to which distances count as equal, for single precision."""
 
 
@@ -55,39 +55,32 @@ def ties_at(series: RecordedFields, frame: int, ties: Ties) -> FloatArray:
 def tie_ends(
     series: RecordedFields, start: FloatArray, points: FloatArray, ties: Ties
 ) -> FloatArray:
-    """Return the ends (k, 2, 3) of ties after all points moved from `start` to `points` (n, 3)."""
-    bodies = {part.name: series.rows(part.name) for part in series.parts if part.kind == "body"}
-    moved = {
-        name: place_of(start[bodies[name]], points[bodies[name]])
+    """Return the ends (k, 2, 3) of ties after all points moved from `start` to `points` (n, 3).
+
+    An end on a rigid body moves with it. An end on a slave moves by the mean displacement of the
+    nodes nearest to it at the start: several are equally near in the middle of a belt. Others stay.
+    """
+    body_rows = {part.name: series.rows(part.name) for part in series.parts if part.kind == "body"}
+    poses = {
+        name: place_of(start[body_rows[name]], points[body_rows[name]])
         for name in dict.fromkeys(name for tie in ties for name in tie.between)
-        if name in bodies
+        if name in body_rows
     }
-    nodes = {part.name: series.rows(part.name) for part in series.parts if part.kind == "slave"}
+    node_rows = {part.name: series.rows(part.name) for part in series.parts if part.kind == "slave"}
     ends = []
     for tie in ties:
         for name, at in zip(tie.between, tie.at, strict=True):
-            if name in nodes:
-                ends.append(_with_nodes(start[nodes[name]], points[nodes[name]], at))
-            else:
-                ends.append(_carried_point(moved.get(name), at))
+            end, pose = at, poses.get(name)
+            if name in node_rows:
+                nodes = start[node_rows[name]]
+                dist = np.linalg.norm(nodes - at, axis=1)
+                tol = _DISTANCE_TOL * np.ptp(nodes)
+                is_nearest = dist <= (1.0 + _DISTANCE_TOL) * dist.min() + tol
+                end = at + (points[node_rows[name]] - nodes)[is_nearest].mean(axis=0)
+            elif pose is not None and pose.ndim == 1:
+                end = pose[:9].reshape(3, 3) @ at + pose[9:]
+            ends.append(end)
     return np.array(ends, np.float64).reshape(-1, 2, 3)
-
-
-def _with_nodes(start: FloatArray, points: FloatArray, at: FloatArray) -> FloatArray:
-    """Return a point moved by the mean displacement of the nodes (n, 3) nearest to it at the start.
-
-    Several nodes are equally near in the middle of a belt, between two of them.
-    """
-    off = np.linalg.norm(start - at, axis=1)
-    near = off <= (1.0 + AS_NEAR) * off.min() + AS_NEAR * np.ptp(start)
-    return np.asarray(at + (points - start)[near].mean(axis=0))
-
-
-def _carried_point(place: FloatArray | None, at: FloatArray) -> FloatArray:
-    """Return a point moved with its body; it stays if there is no body, or no rigid one."""
-    if place is None or place.ndim == 2:
-        return at
-    return np.asarray(place[:9].reshape(3, 3) @ at + place[9:])
 
 
 def place_of(base: FloatArray, points: FloatArray) -> FloatArray:
@@ -102,6 +95,6 @@ def place_of(base: FloatArray, points: FloatArray) -> FloatArray:
         R = (left @ turn @ right).T
         t = b - R @ a
         off = np.abs(base @ R.T + t - points).max(initial=0.0)
-        if off <= _RIGID * (np.abs(points).max(initial=0.0) + np.ptp(points)):
+        if off <= _RIGID_TOL * (np.abs(points).max(initial=0.0) + np.ptp(points)):
             return np.concatenate([R.ravel(), t])
     return np.asarray(points, np.float32)

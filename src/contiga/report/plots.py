@@ -18,28 +18,47 @@ _PANELS = (
     ("area", "Contact area", "area"),
     ("n_contact", "Nodes in contact", ""),
 )
-_OF_CONTACTS = {
+_CONTACT_ENERGIES = {
     "energy_stored": "stored",
     "energy_hysteresis": "hysteresis",
     "energy_damping": "damping",
     "energy_friction": "friction",
 }
-_OF_SYSTEM = ("kinetic", "strain", "contact", "friction", "damping", "hysteresis")
+_SYSTEM_ENERGIES = ("kinetic", "strain", "contact", "friction", "damping", "hysteresis")
 
 
 def history_figures(run: Run, peak_time: float | None) -> list[Figure]:
     """Return figures of force, penetration, area and count over time, a line for each contact.
 
-    A figure shows the energies of all contacts, if there are none of the whole system.
+    A figure shows the energies of all contacts, if there are none of the whole system: stored and
+    dissipated ones stacked under the work, so that the gap is the error.
 
-    What is zero throughout has no figure, and a contact that never touches no line.
+    A quantity that is zero throughout has no figure, and a contact that never touches no line.
     """
-    figures = [
-        _panel(run, peak_time, *panel)
-        for panel in _PANELS
-        if any(largest(columns.get(panel[0])) > 0.0 for columns in run.contacts.values())
-    ]
-    if not run.energy and (figure := _contact_energies(run, peak_time)) is not None:
+    figures = []
+    only_one = len(run.contacts) == 1
+    for column, label, kind in _PANELS:
+        if not any(largest(columns.get(column)) > 0.0 for columns in run.contacts.values()):
+            continue
+        figure, unit = Figure(), getattr(run.units, kind) if kind else ""
+        has_components = False
+        if only_one and column == "force":
+            (columns,) = run.contacts.values()
+            axes = {axis: columns[f"force_{axis}"] for axis in "xyz" if f"force_{axis}" in columns}
+            has_components = add_components(figure, run.times, axes, unit)
+        for i, (name, columns) in enumerate(run.contacts.items()):
+            if column in columns and (only_one or touched(run, name)):
+                name = "magnitude" if has_components else name
+                colour = LINES[i % len(LINES)]
+                # areas are measured at the written steps; the line connects them
+                add_line(figure, run.times, columns[column], name, unit, color=colour, width=2.2)
+        finish(figure, run, with_unit(label, unit), peak_time)
+        figure.layout["showlegend"] = has_components or not only_one
+        figures.append(figure)
+    work = run.total("work")
+    if not run.energy and largest(work) > 0.0:
+        figure = _stack(run, {n: run.total(c) for c, n in _CONTACT_ENERGIES.items()}, work)
+        finish(figure, run, with_unit("Energy of contact", run.units.energy), peak_time)
         figures.append(figure)
     return figures
 
@@ -50,60 +69,20 @@ def touched(run: Run, contact: str) -> bool:
     return any(largest(columns.get(name)) > 0.0 for name in ("n_contact", "force"))
 
 
-def _panel(run: Run, peak_time: float | None, column: str, label: str, kind: str) -> Figure:
-    figure = Figure()
-    unit = getattr(run.units, kind) if kind else ""
-    alone = len(run.contacts) == 1
-    components = alone and column == "force" and _force_components(figure, run)
-    for i, (name, columns) in enumerate(run.contacts.items()):
-        if column in columns and (alone or touched(run, name)):
-            name = "magnitude" if components else name
-            colour = LINES[i % len(LINES)]
-            # areas are measured at the written steps; the line connects them
-            add_line(figure, run.times, columns[column], name, unit, color=colour, width=2.2)
-    finish(figure, run, with_unit(label, unit), peak_time)
-    figure.layout["showlegend"] = components or not alone
-    return figure
-
-
-def _force_components(figure: Figure, run: Run) -> bool:
-    (columns,) = run.contacts.values()
-    of = {axis: columns[f"force_{axis}"] for axis in "xyz" if f"force_{axis}" in columns}
-    return add_components(figure, run.times, of, run.units.force)
-
-
-def _contact_energies(run: Run, peak_time: float | None) -> Figure | None:
-    """Return stored and dissipated energies, stacked, under the work; None without work.
-
-    What is between the stack and the line is the error.
-    """
-
-    def whole(column: str) -> Any:
-        none = np.zeros(len(run.times))
-        return sum((columns.get(column, none) for columns in run.contacts.values()), none)
-
-    work = whole("work")
-    if not largest(work) > 0.0:
-        return None
-    figure = _stack(run, {name: whole(column) for column, name in _OF_CONTACTS.items()}, work)
-    finish(figure, run, with_unit("Energy of contact", run.units.energy), peak_time)
-    return figure
-
-
 def energy_figure(run: Run, peak_time: float | None) -> Figure | None:
-    """Return the energies of the system, stacked, under the energy it has been given.
+    """Return the energies of the system, stacked, under the initial and the supplied energy.
 
-    None where forces move nothing, or nothing moves.
+    None if forces move nothing, or nothing moves.
     """
-    layers = {name: run.energy[name] for name in _OF_SYSTEM if name in run.energy}
+    layers = {name: run.energy[name] for name in _SYSTEM_ENERGIES if name in run.energy}
     # Negative energies cannot be stacked.
     if "gas" in run.energy and run.energy["gas"].min() >= 0.0:
         layers["gas"] = run.energy["gas"]
     if not any(largest(values) > 0.0 for values in layers.values()):
         return None
     error = run.energy.get("error", np.zeros(len(run.times)))
-    given = sum(layers.values()) + error
-    figure = _stack(run, layers, given, "initial and external")
+    supplied = sum(layers.values()) + error
+    figure = _stack(run, layers, supplied, "initial and external")
     look = {"color": MUTED, "width": 1.4, "dash": "dot"}
     add_line(figure, run.times, error, "error", run.units.energy, **look)
     finish(figure, run, with_unit("Energy", run.units.energy), peak_time, height=400)
@@ -113,10 +92,10 @@ def energy_figure(run: Run, peak_time: float | None) -> Figure | None:
 def _stack(run: Run, layers: dict[str, Any], top: Any, name: str = "work") -> Figure:
     """Draw the layers that are not zero, stacked, and the dashed line of their total."""
     figure, unit = Figure(), run.units.energy
-    shown = {name: values for name, values in layers.items() if largest(values) > 0.0}
-    rows = rows_drawn(top, *shown.values())  # the layers of a stack have their rows in common
+    nonzero = {name: values for name, values in layers.items() if largest(values) > 0.0}
+    rows = rows_drawn(top, *nonzero.values())  # the layers of a stack share their rows
     for i, (layer, values) in enumerate(layers.items()):
-        if layer in shown:
+        if layer in nonzero:
             look = {"color": LINES[i % len(LINES)], "width": 0.8, "stackgroup": "energy"}
             add_line(figure, run.times[rows], values[rows], layer, unit, **look)
     add_line(figure, run.times[rows], top[rows], name, unit, color=INK, width=1.6, dash="dash")

@@ -18,7 +18,7 @@ from contiga.report.html_tables import named_row, named_table
 from contiga.report.run_folder import Run
 from contiga.report.style import number
 
-_ONSET = 0.05
+_ONSET_SHARE = 0.05
 """Fraction of its greatest magnitude at which a signal begins."""
 
 
@@ -60,14 +60,14 @@ def onset(times: FloatArray, values: FloatArray) -> float:
     >>> onset(np.array([0.0, 1.0, 2.0]), np.array([0.0, 0.0, -40.0]))
     1.05
     """
-    known = np.isfinite(values)
-    times, sizes = times[known], np.abs(values[known])
-    level = _ONSET * sizes.max(initial=0.0)
+    is_finite = np.isfinite(values)
+    times, sizes = times[is_finite], np.abs(values[is_finite])
+    level = _ONSET_SHARE * sizes.max(initial=0.0)
     k = int(np.argmax(sizes >= level)) if len(sizes) else 0
     if k == 0:
         return float(times[0]) if len(times) else 0.0
-    way = (level - sizes[k - 1]) / (sizes[k] - sizes[k - 1])
-    return float(times[k - 1] + way * (times[k] - times[k - 1]))
+    share = (level - sizes[k - 1]) / (sizes[k] - sizes[k - 1])
+    return float(times[k - 1] + share * (times[k] - times[k - 1]))
 
 
 def whole_name(run: Run, name: str) -> str:
@@ -80,24 +80,25 @@ def whole_name(run: Run, name: str) -> str:
 def references_of(run: Run) -> list[Reference]:
     """Return the tests that the case of a run names and for which the run has the channels.
 
-    Filtered channels are there once a run has ended.
+    A run has filtered channels once it has ended. Tables that are not those of a checked case are
+    left out: a run from Python may have any text as its case.
     """
-    tables = (table for table in run.case.get("reference") or [] if _is_read(table))
-    return [one for one in (_reference(run, table) for table in tables) if has_channels(run, one)]
+    references = [
+        _reference(run, table)
+        for table in run.case.get("reference") or []
+        if isinstance(table, dict) and {"channel", "points", "name"} <= table.keys()
+    ]
+    return [reference for reference in references if has_channels(run, reference)]
 
 
 def has_channels(run: Run, reference: Reference) -> bool:
     """Return whether a run has both channels of a test."""
-    known = channel_names(run.history, run.summary_part("statuses"), run.summary_part("layers"))
-    return {reference.channel, reference.x} <= known
-
-
-def _is_read(table: Any) -> bool:
-    """Return whether a table is that of a checked case; a run from Python may leave any text."""
-    return isinstance(table, dict) and {"channel", "points", "name"} <= table.keys()
+    names = channel_names(run.history, run.summary_part("statuses"), run.summary_part("layers"))
+    return {reference.channel, reference.x} <= names
 
 
 def _reference(run: Run, table: dict[str, Any]) -> Reference:
+    """Return the test of a table of the case, in the units of the run as its channels are shown."""
     x, channel = table.get("x", "time"), table["channel"]
     to = (run.units.length, run.units.mass, run.units.time)
     length = column_factor(x, run.own_units, to) if all(to) else 1.0
@@ -149,12 +150,12 @@ def rated(run: Run, reference: Reference, name: str = "") -> Rated:
         return Rated(moved, name, None, why)
     second = base_factor(run.units.time, "time")
     values = channel_of(run.history, run.summary, reference.channel).values
-    known = np.isfinite(values)
+    is_finite = np.isfinite(values)
     try:
         rating = iso18571(
             moved.points[:, 1],
-            values[known],
-            second * run.times[known],
+            values[is_finite],
+            second * run.times[is_finite],
             second * moved.points[:, 0],
         )
     except (InputError, MissingPackageError) as error:
@@ -165,22 +166,22 @@ def rated(run: Run, reference: Reference, name: str = "") -> Rated:
 def ratings_table(ratings: Sequence[Rated], unit: str) -> str:
     """Return the table of ratings, with the shift of each test, and a line about missing ones."""
     rows = []
-    for one in ratings:
-        if one.rating is not None:
-            scores = [number(score, 3) for score in one.rating]
-            shift = f"{number(one.reference.shift or 0.0)} {unit}"
-            called = f"{one.run}: {one.reference.channel}" if one.run else one.reference.channel
-            cells = [escape(shift), *scores, one.rating.grade]
-            rows.append(named_row(called, one.reference.name, cells))
+    for reference, run, rating, _ in ratings:
+        if rating is not None:
+            scores = [number(score, 3) for score in rating]
+            shift = f"{number(reference.shift or 0.0)} {unit}"
+            channel = f"{run}: {reference.channel}" if run else reference.channel
+            rows.append(named_row(channel, reference.name, [escape(shift), *scores, rating.grade]))
     heads = ("Channel", "Test", "Shifted by", "Corridor", "Phase", "Magnitude", "Slope", "Overall")
-    table = named_table((*heads, "Grade"), rows)
-    caption = "Ratings by ISO/TS 18571, from 0 to 1, over the common time of run and test."
-    parts = [f'<h3>Comparison with tests</h3><div class="wide">{table}</div>'] if rows else []
-    parts += [f'<p class="caption">{caption}</p>'] if rows else []
-    without: dict[str, None] = dict.fromkeys(one.why for one in ratings if one.why)
-    for why in without:
-        missing = (one.reference for one in ratings if one.why == why)
-        names = dict.fromkeys(f"{one.channel} over {one.x} beside {one.name}" for one in missing)
-        told = f"No rating of {', '.join(names)}: {why}."
-        parts.append(f'<p class="caption">{escape(told)}</p>')
+    parts = []
+    if rows:
+        table = named_table((*heads, "Grade"), rows)
+        caption = "Ratings by ISO/TS 18571, from 0 to 1, over the common time of run and test."
+        parts.append(f'<h3>Comparison with tests</h3><div class="wide">{table}</div>')
+        parts.append(f'<p class="caption">{caption}</p>')
+    for why in dict.fromkeys(rating.why for rating in ratings if rating.why):
+        tests = (rating.reference for rating in ratings if rating.why == why)
+        names = dict.fromkeys(f"{test.channel} over {test.x} beside {test.name}" for test in tests)
+        note = f"No rating of {', '.join(names)}: {why}."
+        parts.append(f'<p class="caption">{escape(note)}</p>')
     return "".join(parts)

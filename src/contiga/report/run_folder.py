@@ -16,14 +16,17 @@ if TYPE_CHECKING:
     from contiga.report.fields import RecordedFields
 
 Columns = dict[str, FloatArray]
-_ONLY_ONE = "contact"
-_NO_COLUMNS = ("time", "wall_time")
-_SYSTEM = "energy"
-_STEPS = "step"
-_BASE = ("length", "mass", "time")
-_OF_BODIES = frozenset(
+_UNNAMED_CONTACT = "contact"
+_TIME_COLUMNS = ("time", "wall_time")
+_ENERGY_OWNER = "energy"
+_STEPS_OWNER = "step"
+_BASE_UNITS = ("length", "mass", "time")
+_BODY_COLUMNS = frozenset(
     (*"xyz", *(kind + axis for kind in "vaqw" for axis in "xyz"), "qw"),
 )
+
+
+_DERIVED_UNITS = ("area", "force", "moment", "stress", "velocity", "energy")
 
 
 class Units(NamedTuple):
@@ -101,13 +104,13 @@ class Run(NamedTuple):
 
     def greatest(self, column: str) -> tuple[float, float]:
         """Return the largest value of one column in any contact, and its time."""
-        best, when = 0.0, float(self.times[0]) if len(self.times) else 0.0
+        greatest, time = 0.0, float(self.times[0]) if len(self.times) else 0.0
         for columns in self.contacts.values():
             values = columns.get(column)
-            if values is not None and np.isfinite(values).any() and np.nanmax(values) > best:
-                best = float(np.nanmax(values))
-                when = float(self.times[int(np.nanargmax(values))])
-        return best, when
+            if values is not None and np.isfinite(values).any() and np.nanmax(values) > greatest:
+                greatest = float(np.nanmax(values))
+                time = float(self.times[int(np.nanargmax(values))])
+        return greatest, time
 
 
 def read_run(folder: Path, units: tuple[str, str, str] | None = None) -> Run:
@@ -128,8 +131,7 @@ def read_run(folder: Path, units: tuple[str, str, str] | None = None) -> Run:
 
     stored = read_stored(folder)
     history, summary = stored.history, stored.summary
-    named = summary.get("units") or {}
-    length, mass, time = (str(named.get(key) or "") for key in _BASE)
+    length, mass, time = (str((summary.get("units") or {}).get(key) or "") for key in _BASE_UNITS)
     own = (length, mass, time)
     if units is not None and all(own) and units != own:
         history, summary = _convert(history, summary, own, units)
@@ -165,7 +167,7 @@ def _convert(
 
     converted = {name: values * column_factor(name, own, units) for name, values in history.items()}
     changed: dict[str, Any] = {
-        "units": dict(zip(_BASE, units, strict=True)),
+        "units": dict(zip(_BASE_UNITS, units, strict=True)),
         "columns": column_units(history, units),
     }
     if layers := summary.get("layers"):
@@ -203,31 +205,32 @@ def sort_columns(
 ) -> Owners:
     """Sort columns ``"<owner>.<name>"`` by their owners; bare names belong to the only contact."""
     owners = Owners({}, {}, {}, {}, {}, {}, {}, {}, {})
+    listed = (
+        (sensors, owners.sensors),
+        (springs, owners.springs),
+        (gas, owners.gas),
+        (slip_rings, owners.slip_rings),
+        (joints, owners.joints),
+    )
     for label, column in history.items():
         owner, dot, name = label.rpartition(".")
-        if name in _NO_COLUMNS:
+        if name in _TIME_COLUMNS:
             continue
+        group = next((group for names, group in listed if owner in names), None)
         if not dot:
-            of = owners.contacts.setdefault(contacts[0] if len(contacts) == 1 else _ONLY_ONE, {})
-        elif owner in sensors:
-            of = owners.sensors.setdefault(owner, {})
-        elif owner in springs:
-            of = owners.springs.setdefault(owner, {})
-        elif owner in gas:
-            of = owners.gas.setdefault(owner, {})
-        elif owner in slip_rings:
-            of = owners.slip_rings.setdefault(owner, {})
-        elif owner in joints:
-            of = owners.joints.setdefault(owner, {})
-        elif owner == _SYSTEM and owner not in contacts:
-            of = owners.energy
-        elif name in _OF_BODIES:
-            of = owners.bodies.setdefault(owner, {})
-        elif owner == _STEPS and owner not in contacts:
-            of = owners.steps
+            owner = contacts[0] if len(contacts) == 1 else _UNNAMED_CONTACT
+            columns = owners.contacts.setdefault(owner, {})
+        elif group is not None:
+            columns = group.setdefault(owner, {})
+        elif owner == _ENERGY_OWNER and owner not in contacts:
+            columns = owners.energy
+        elif name in _BODY_COLUMNS:
+            columns = owners.bodies.setdefault(owner, {})
+        elif owner == _STEPS_OWNER and owner not in contacts:
+            columns = owners.steps
         else:
-            of = owners.contacts.setdefault(owner, {})
-        of[name] = column
+            columns = owners.contacts.setdefault(owner, {})
+        columns[name] = column
     return owners
 
 
@@ -259,25 +262,20 @@ def read_outlines(run: Run) -> OutlineSeries | None:
     return read(path)
 
 
-def units_of(named: dict[str, str]) -> Units:
+def units_of(names: dict[str, str]) -> Units:
     """Return all names of units that follow from those of length, mass and time."""
-    length, mass, time = (str(named.get(kind) or "") for kind in _BASE)
+    length, mass, time = (str(names.get(kind) or "") for kind in _BASE_UNITS)
     if not (length and mass and time):
         return Units(length, mass, time, "", "", "", "")
     from contiga.io.units import acceleration_factor, derived_units
 
     derived = derived_units(length, mass, time)
     return Units(
-        length,
-        mass,
-        time,
-        derived["area"],
-        derived["force"],
-        derived["moment"],
-        derived["stress"],
-        derived["velocity"],
-        f"{length}/{time}²",
-        f"rad/{time}",
-        derived["energy"],
-        acceleration_factor("g", length, time),
+        length=length,
+        mass=mass,
+        time=time,
+        **{kind: derived[kind] for kind in _DERIVED_UNITS},
+        acceleration=f"{length}/{time}²",
+        spin=f"rad/{time}",
+        gravity=acceleration_factor("g", length, time),
     )

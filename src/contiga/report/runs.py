@@ -63,11 +63,11 @@ def names_of(runs: Sequence[Run]) -> list[str]:
     Where two names are the same, all are paths.
     """
     paths = [run.folder.resolve() for run in runs]
-    names = [SEPARATOR.join([path.name, *_values_of(path)]) for path in paths]
+    names = [SEPARATOR.join([path.name, *_study_values(path)]) for path in paths]
     return names if len(set(names)) == len(names) else [str(path) for path in paths]
 
 
-def _values_of(folder: Path) -> list[str]:
+def _study_values(folder: Path) -> list[str]:
     """Return the first values of a case of a study as texts; empty for any other run."""
     try:
         values = json.loads((folder / _ROW).read_text(encoding="utf-8"))["values"]

@@ -49,13 +49,13 @@ def through_view(peak: Peak, size: tuple[int, int]) -> Camera:
     if not peak.in_contact.any():
         return outside_view(peak, size)
     up = upwards(peak)
-    towards = peak.direction - 0.42 * _sideways(peak, up) - 0.16 * up
+    direction = peak.direction - 0.42 * _sideways(peak, up) - 0.16 * up
     patch = peak.slave_points[peak.in_contact]
     centre = (patch.min(axis=0) + patch.max(axis=0)) / 2.0
     # shows enough of the part around the contact to locate it, even for a single point
-    least = 0.06 * float(np.ptp(peak.seen, axis=0).max())
-    around = least * np.vstack([np.eye(3), -np.eye(3)])
-    return look(towards, up, centre + np.vstack([1.7 * (patch - centre), around]), size)
+    min_reach = 0.06 * float(np.ptp(peak.seen, axis=0).max())
+    frame = min_reach * np.vstack([np.eye(3), -np.eye(3)])
+    return look(direction, up, centre + np.vstack([1.7 * (patch - centre), frame]), size)
 
 
 def _slave_layer(camera: Camera, peak: Peak) -> shading.Layer:
@@ -70,15 +70,17 @@ def _slave_layer(camera: Camera, peak: Peak) -> shading.Layer:
 
 def slave_colours(layer: shading.Layer, peak: Peak, field: ColouredField) -> FloatArray:
     """Return the colours (k, 3) of the slave's pixels: by `field` if it is defined, else plain."""
-    where = field.values > 0.0 if field.everywhere else peak.in_contact
-    touching = layer.at_pixels(where.astype(np.float64)) > 0.5
-    share = layer.at_pixels(field.values)[touching] / field.top
+    has_field = field.values > 0.0 if field.everywhere else peak.in_contact
+    is_coloured = layer.at_pixels(has_field.astype(np.float64)) > 0.5
+    share = layer.at_pixels(field.values)[is_coloured] / field.top
     plain = CLOUD if layer.triangles is None else SLAVE
-    colours = np.broadcast_to(plain, (len(touching), 3)).copy()
-    colours[touching] = scale_colours(share)
+    colours = np.broadcast_to(plain, (len(is_coloured), 3)).copy()
+    colours[is_coloured] = scale_colours(share)
     return colours
 
 
+# Layers are painted one after the other, and only their depth is kept: memory that a process has
+# not had before costs as much time as the work done with it.
 def render(camera: Camera, peak: Peak, field: ColouredField, *, through: bool) -> Picture:
     """Return the picture (h, w, 3); with `through` the body is drawn faintly."""
     picture = np.ones((*camera.size, 3), dtype=np.float32)
@@ -86,12 +88,18 @@ def render(camera: Camera, peak: Peak, field: ColouredField, *, through: bool) -
         nearest = _paint_slave(camera, peak, field, picture)
         body = shading.mesh_layer(camera, peak.body_points, peak.body_triangles)
         shading.veil(picture, body, 0.75 * BODY)
-        if not peak.outlines:  # else the dots would hide the lines
-            _draw_dots(camera, peak, picture)
+        patch = peak.slave_points[peak.in_contact]
+        if len(patch) and not peak.outlines:  # else the dots would hide the lines
+            radius = float(np.clip(0.07 * camera.size[0] / np.sqrt(len(patch)), 1.2, 5.0))
+            dots = shading.cloud_layer(camera, patch, radius).seen
+            picture[dots] = 0.45 * picture[dots] + 0.55 * INK
         _draw_outlines(camera, peak, picture, nearest, np.inf)
         return picture
-    behind = _paint_body(camera, peak, picture)
-    nearest = _paint_slave(camera, peak, field, picture, behind)
+    body = shading.mesh_layer(camera, peak.body_points, peak.body_triangles)
+    shading.paint(picture, body, BODY, _span(camera, peak), body.buffer.depth)
+    body_depth = body.buffer.depth
+    del body
+    nearest = _paint_slave(camera, peak, field, picture, body_depth)
     bias = 2e-3 * _span(camera, peak)
     for points, triangles in (
         (peak.body_points, peak.body_triangles),
@@ -100,7 +108,13 @@ def render(camera: Camera, peak: Peak, field: ColouredField, *, through: bool) -
         edges = shading.drawn_edges(points, triangles)
         inked = shading.line_ink(camera, points, edges, nearest, bias)
         picture[inked] = 0.6 * picture[inked] + 0.4 * INK
-    _draw_ties(camera, peak, picture, nearest, bias)
+    # springs and joints, unless something hides them
+    for kind, colour in TIES.items():
+        ends = peak.ties[[k == kind for k in peak.tie_kinds]].reshape(-1, 3)
+        if len(ends):
+            edges = np.arange(len(ends), dtype=np.int32).reshape(-1, 2)
+            ink = shading.line_ink(camera, ends, edges, nearest, bias)
+            picture[shading.thickened(ink, max(1, camera.size[0] // 480))] = channels(colour)
     _draw_outlines(camera, peak, picture, nearest, bias)
     return picture
 
@@ -109,26 +123,17 @@ def _span(camera: Camera, peak: Peak) -> float:
     return float(np.ptp(camera.axes @ peak.seen.T))
 
 
-# Layers are painted one after the other, and nothing but their depth is kept: memory that a
-# process has not had before costs as much time as what is done with it.
-def _paint_body(camera: Camera, peak: Peak, picture: Picture) -> FloatArray:
-    """Draw the body; return its depth (h, w)."""
-    body = shading.mesh_layer(camera, peak.body_points, peak.body_triangles)
-    shading.paint(picture, body, BODY, _span(camera, peak), body.buffer.depth)
-    return body.buffer.depth
-
-
 def _paint_slave(
     camera: Camera,
     peak: Peak,
     field: ColouredField,
     picture: Picture,
-    behind: FloatArray | None = None,
+    body_depth: FloatArray | None = None,
 ) -> FloatArray:
     """Draw the slave over everything farther away; return the depth (h, w) of both."""
     slave = _slave_layer(camera, peak)
     slave_depth = slave.buffer.depth
-    nearest = slave_depth if behind is None else behind
+    nearest = slave_depth if body_depth is None else body_depth
     colours = slave_colours(slave, peak, field)
     shading.paint(picture, slave, colours, _span(camera, peak), nearest)
     return np.minimum(slave_depth, nearest, out=nearest)
@@ -149,23 +154,3 @@ def _draw_outlines(
             rim = shading.thickened(ink, width + max(1, width // 2))
             picture[rim] = 0.25 * picture[rim] + 0.75
             picture[shading.thickened(ink, width)] = channels(colour)
-
-
-def _draw_ties(
-    camera: Camera, peak: Peak, picture: Picture, nearest: FloatArray, bias: float
-) -> None:
-    """Draw springs and joints as lines where nothing hides them."""
-    for kind, colour in TIES.items():
-        ends = peak.ties[[k == kind for k in peak.tie_kinds]].reshape(-1, 3)
-        if len(ends):
-            edges = np.arange(len(ends), dtype=np.int32).reshape(-1, 2)
-            ink = shading.line_ink(camera, ends, edges, nearest, bias)
-            picture[shading.thickened(ink, max(1, camera.size[0] // 480))] = channels(colour)
-
-
-def _draw_dots(camera: Camera, peak: Peak, picture: Picture) -> None:
-    patch = peak.slave_points[peak.in_contact]
-    if len(patch):
-        radius = float(np.clip(0.07 * camera.size[0] / np.sqrt(len(patch)), 1.2, 5.0))
-        dots = shading.cloud_layer(camera, patch, radius).seen
-        picture[dots] = 0.45 * picture[dots] + 0.55 * INK

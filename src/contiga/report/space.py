@@ -13,7 +13,7 @@ from contiga.report.coloured import ColouredField, fields_of, region_colours
 from contiga.report.figure import Figure, Trace
 from contiga.report.frames import Frames, closed, packed, parted
 from contiga.report.lines import CONFIG, FONT
-from contiga.report.peak import Outline, Peak
+from contiga.report.peak import Peak
 from contiga.report.places import Ties
 from contiga.report.run_folder import Units
 from contiga.report.scene import outside_direction, upwards
@@ -68,12 +68,12 @@ def view_of(peak: Peak, frames: Frames, units: Units, ties: Ties = ()) -> View:
     fields = {
         name: field._replace(top=frames.tops[name])
         for name, field in fields_of(peak, units).items()
+        # fields of the inside need facets: a cloud shows none
+        if len(peak.slave_triangles) or not field.everywhere
     }
-    # fields of the inside need facets: a cloud shows none
-    if not len(peak.slave_triangles):
-        fields = {name: field for name, field in fields.items() if not field.everywhere}
-    inside = "von_mises" if not peak.in_contact.any() and "von_mises" in fields else "penetration"
-    first = "pressure" if "pressure" in fields else inside
+    touches = bool(peak.in_contact.any())
+    first = "penetration" if touches or "von_mises" not in fields else "von_mises"
+    first = "pressure" if "pressure" in fields else first
     looks = {name: _look(peak, field) for name, field in fields.items()}
     if frames.n_clusters > 1:
         looks["cluster"] = _cluster_look(peak, frames.n_clusters)
@@ -81,10 +81,18 @@ def view_of(peak: Peak, frames: Frames, units: Units, ties: Ties = ()) -> View:
     figure.data.append(_slave_trace(peak, slave))
     marker = {**contact, "line": {"width": 0.5, "color": INK}}
     figure.data.append(dots(peak.slave_points[peak.in_contact], "in contact", 3.2, marker))
+    several = len({line.contact for line in frames.regions}) > 1
     for key, colour in region_colours(frames.regions).items():
-        figure.data.append(_outline(peak, frames.regions, key, colour))
+        lines = [closed(o.points) for o in peak.outlines if (o.contact, o.cluster) == key]
+        name = f"cluster {key[0]}.{key[1]}" if several else f"cluster {key[1]}"
+        points = np.concatenate([*lines, np.zeros((0, 3))])
+        figure.data.append(line_in_space(name, points, {"color": colour, "width": 5}))
     if ties:
-        figure.data.append(_ties(peak, ties))
+        # Three points a line: its ends, and the break behind them.
+        text = [tie.name for tie in ties for _ in range(3)]
+        style = {"color": [TIES[tie.kind] for tie in ties for _ in range(3)], "width": 5}
+        name, points = "springs and joints", parted(peak.ties)
+        figure.data.append(line_in_space(name, points, style, text=text, hoverinfo="text"))
     up = upwards(peak)
     camera = {
         "eye": xyz(-2.1 * outside_direction(peak)),
@@ -97,14 +105,27 @@ def view_of(peak: Peak, frames: Frames, units: Units, ties: Ties = ()) -> View:
     data |= {
         "ties": bool(ties),
         "field": first,
-        "looks": {name: _restyle(*look) for name, look in looks.items()},
+        # attributes except the values, in the names of `Plotly.restyle`
+        "looks": {
+            name: {
+                "mesh": {key: value for key, value in mesh.items() if key != "intensity"},
+                "marker": {f"marker.{k}": value for k, value in dot.items() if k != "color"},
+            }
+            for name, (mesh, dot) in looks.items()
+        },
         "names": {name: fields[name].label if name in fields else "Cluster" for name in looks},
     }
-    if peak.focus is not None and frames.near != frames.spans:
-        data["spans"] = {"all": frames.spans, "near": frames.near}
-    note = with_unit(fields[first].label, fields[first].unit)
-    parts = (bool(peak.outlines), bool(peak.in_contact.any()))
-    return View(figure, data, len(frames.frames), frames.recorded, note, *parts)
+    if peak.focus is not None and frames.touching_spans != frames.spans:
+        data["spans"] = {"all": frames.spans, "near": frames.touching_spans}
+    return View(
+        figure=figure,
+        data=data,
+        steps=len(frames.frames),
+        recorded=frames.recorded,
+        note=with_unit(fields[first].label, fields[first].unit),
+        outlined=bool(peak.outlines),
+        touches=touches,
+    )
 
 
 def _slave_trace(peak: Peak, look: dict[str, Any]) -> Trace:
@@ -148,13 +169,13 @@ def _cluster_look(peak: Peak, count: int) -> Look:
     stops: list[tuple[float, str]] = [
         ((k + side) / count, colour) for k, colour in enumerate(colours) for side in (0.0, 1.0)
     ]
-    corners = peak.cluster[peak.slave_triangles].reshape(-1, 3).min(axis=1)
-    wide = [(0.0, SLAVE), (1.0 / (count + 1), SLAVE)]
-    wide += [((1.0 + at * count) / (count + 1), colour) for at, colour in stops]
+    facets = peak.cluster[peak.slave_triangles].reshape(-1, 3).min(axis=1)
+    mesh_stops = [(0.0, SLAVE), (1.0 / (count + 1), SLAVE)]  # facets without contact: −1
+    mesh_stops += [((1.0 + at * count) / (count + 1), colour) for at, colour in stops]
     mesh = {
-        "intensity": corners.astype(np.float32),
+        "intensity": facets.astype(np.float32),
         "intensitymode": "cell",
-        "colorscale": wide,
+        "colorscale": mesh_stops,
         "cmin": -1.5,
         "cmax": count - 0.5,
     }
@@ -177,32 +198,6 @@ def _bar(title: str) -> dict[str, Any]:
         "exponentformat": "power",
         "minexponent": 4,
     }
-
-
-def _restyle(mesh: dict[str, Any], marker: dict[str, Any]) -> dict[str, Any]:
-    """Return the attributes of a style except the values, in the names of `Plotly.restyle`."""
-    return {
-        "mesh": {name: value for name, value in mesh.items() if name != "intensity"},
-        "marker": {f"marker.{name}": value for name, value in marker.items() if name != "color"},
-    }
-
-
-def _outline(peak: Peak, regions: tuple[Outline, ...], key: tuple[int, int], colour: str) -> Trace:
-    """Return all lines around one region at the peak; its name contains the region's number."""
-    lines = [closed(o.points) for o in peak.outlines if (o.contact, o.cluster) == key]
-    several = len({o.contact for o in regions}) > 1
-    name = f"cluster {key[0]}.{key[1]}" if several else f"cluster {key[1]}"
-    points = np.concatenate([*lines, np.zeros((0, 3))])
-    return line_in_space(name, points, {"color": colour, "width": 5})
-
-
-def _ties(peak: Peak, ties: Ties) -> Trace:
-    """Return springs and joints, each a line with its name."""
-    # Three points a line: its ends, and the break behind them.
-    text = [tie.name for tie in ties for _ in range(3)]
-    look = {"color": [TIES[tie.kind] for tie in ties for _ in range(3)], "width": 5}
-    name = "springs and joints"
-    return line_in_space(name, parted(peak.ties), look, text=text, hoverinfo="text")
 
 
 def line_in_space(name: str, points: FloatArray, look: dict[str, Any], **more: Any) -> Trace:

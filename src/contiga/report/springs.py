@@ -23,14 +23,14 @@ def spring_figures(run: Run, peak_time: float | None) -> list[Figure]:
     """Return figures of force and elongation over time, a line for each spring."""
     units = run.units
     figures = []
-    for label, unit, told in (
+    for label, unit, values_of in (
         ("Force, tension positive", units.force, _force),
         ("Elongation", units.length, lambda columns: columns.get("elongation")),
         ("Paid out", units.length, lambda columns: columns.get("paid_out")),
     ):
         figure = Figure()
         for k, (name, columns) in enumerate(run.springs.items()):
-            values = told(columns)
+            values = values_of(columns)
             if largest(values) > 0.0:
                 look = {"color": LINES[k % len(LINES)], "width": 2.0}
                 add_line(figure, run.times, values, name, unit, **look)
@@ -43,7 +43,23 @@ def spring_figures(run: Run, peak_time: float | None) -> list[Figure]:
 
 def spring_table(run: Run) -> str:
     """Return the table of springs: largest force and elongation, their times, and energies."""
-    rows = [_row(run, name, columns) for name, columns in run.springs.items()]
+    units, rows = run.units, []
+    for name, columns in run.springs.items():
+        facts = run.summary_part("springs").get(name) or {}
+        between, cls = " – ".join(facts.get("between") or ()), facts.get("filter")
+        force, elongation = _force(columns), columns["elongation"]
+        k = int(np.argmax(np.abs(force)))
+        lost = sum(float(columns[key][-1]) for key in _LOST if key in columns)
+        cells = [
+            f"{number(float(force[k]))} {units.force}",
+            f"{number(float(run.times[k]))} {units.time}",
+            f"{number(max(float(elongation.max()), 0.0))} {units.length}",
+            f"{number(max(float(-elongation.min()), 0.0))} {units.length}",
+            f"{number(float(columns['energy_stored'].max()))} {units.energy}",
+            f"{number(lost)} {units.energy}",
+        ]
+        title = f"{name} · {cls}" if cls else name
+        rows.append(named_row(title, between, list(map(escape, cells))))
     heads = ("Spring", "Between", "Largest force", "at t =", "Longest by", "Shortest by")
     return named_table((*heads, "Stored at most", "Lost"), rows)
 
@@ -61,8 +77,8 @@ def device_table(run: Run) -> str:
         cells = [
             f"{number(float(paid_out.max()))} {units.length}",
             f"{number(float(columns['pulled_in'][-1]))} {units.length}",
-            _when(facts, "locked", units.time),
-            _when(facts, "released", units.time),
+            _event_time(facts, "locked", units.time),
+            _event_time(facts, "released", units.time),
             f"{number(float(columns['energy_pretension'][-1]))} {units.energy}",
         ]
         rows.append(named_row(name, "", list(map(escape, cells))))
@@ -70,7 +86,7 @@ def device_table(run: Run) -> str:
     return named_table((*heads, "Work of the pretensioner"), rows) if rows else ""
 
 
-def _when(facts: Mapping[str, Any], event: str, unit: str) -> str:
+def _event_time(facts: Mapping[str, Any], event: str, unit: str) -> str:
     """Return the time of an event; a dash if there is none."""
     if event not in facts:
         return "–"
@@ -93,24 +109,6 @@ def slip_ring_table(run: Run) -> str:
         rows.append(named_row(name, between, list(map(escape, cells))))
     heads = ("Slip ring", "Between", "Friction", "Slipped at most", "Turns by", "Lost")
     return named_table(heads, rows) if rows else ""
-
-
-def _row(run: Run, name: str, columns: Columns) -> str:
-    facts = run.summary_part("springs").get(name) or {}
-    between, cls = " – ".join(facts.get("between") or ()), facts.get("filter")
-    force, units = _force(columns), run.units
-    at = int(np.argmax(np.abs(force)))
-    lost = sum(float(columns[key][-1]) for key in _LOST if key in columns)
-    elongation = columns["elongation"]
-    cells = [
-        f"{number(float(force[at]))} {units.force}",
-        f"{number(float(run.times[at]))} {units.time}",
-        f"{number(max(float(elongation.max()), 0.0))} {units.length}",
-        f"{number(max(float(-elongation.min()), 0.0))} {units.length}",
-        f"{number(float(columns['energy_stored'].max()))} {units.energy}",
-        f"{number(lost)} {units.energy}",
-    ]
-    return named_row(f"{name} · {cls}" if cls else name, between, list(map(escape, cells)))
 
 
 def _force(columns: Columns) -> FloatArray:

@@ -25,33 +25,41 @@ def steps_section(run: Run, peak_time: float | None) -> str:
     reasons = run.summary_part("step_reasons")
     if not reasons or not run.steps:
         return ""
-    figure = steps_figure(run, reasons, peak_time)
-    drawn = embedded(figure, "steps", PLOT_CONFIG)
-    count, unit = sum(one["steps"] for one in reasons["reasons"]), escape(run.units.time)
-    said = (
+    figure = embedded(steps_figure(run, reasons, peak_time), "steps", PLOT_CONFIG)
+    unit = escape(run.units.time)
+    count = sum(reason["steps"] for reason in reasons["reasons"])
+    caption = (
         f"Which reason had the last word on each of {count} steps, and when. The shortest is "
         f"{number(reasons['least'])} {unit} at t = {number(reasons['when'])}; "
         f"{number(reasons['tries'] / count, 2)} attempts were made for each step."
     )
     if reasons["let_pass"]:
-        said += f" {reasons['let_pass']} have an energy balance error that shorter ones would not"
-        said += " reduce."
+        caption += f" {reasons['let_pass']} have an energy balance error that shorter ones would"
+        caption += " not reduce."
+    rows = "".join(
+        f'<tr><td>{k} · {escape(reason["told"])}</td><td class="number">{reason["steps"]}</td>'
+        f'<td class="number">{number(reason["time"])}</td></tr>'
+        for k, reason in enumerate(reasons["reasons"], start=1)
+    )
+    time = f"Time [{unit}]" if unit else "Time"
     return (
-        f'<h2>Steps</h2><div class="frame">{drawn}</div><p class="caption">{said}</p>'
-        f'<div class="wide">{_table(reasons, run)}</div>'
+        f'<h2>Steps</h2><div class="frame">{figure}</div><p class="caption">{caption}</p>'
+        '<div class="wide"><table><thead><tr><th>What set the step</th>'
+        f'<th class="number">Steps</th><th class="number">{time}</th></tr></thead>'
+        f"{rows}</table></div>"
     )
 
 
 def steps_figure(run: Run, step_reasons: dict[str, Any], peak_time: float | None) -> Figure:
     """Return a lane for each reason, the most frequent at the top, with its number in the table."""
     figure, lanes = Figure(), step_reasons["reasons"]
-    reasons, of = run.steps["reason"][1:], run.steps["of"][1:]
-    for k, one in enumerate(lanes):
-        reason, who = one["number"]
-        x = _stretches(run.times, (reasons == reason) & (of == who))
+    reasons, owners = run.steps["reason"][1:], run.steps["of"][1:]
+    for k, lane in enumerate(lanes):
+        reason, owner = lane["number"]
+        x = _stretches(run.times, (reasons == reason) & (owners == owner))
         y, colour = np.full(len(x), float(len(lanes) - k)), LINES[k % len(LINES)]
         line = {"color": colour, "width": 0.5 * LANE}
-        look = {"mode": "lines", "line": line, "name": one["told"], "hoverinfo": "name+x"}
+        look = {"mode": "lines", "line": line, "name": lane["told"], "hoverinfo": "name+x"}
         figure.data.append({"type": "scatter", "x": x, "y": y, **look})
     finish(figure, run, "", peak_time, height=140 + LANE * len(lanes))
     figure.layout |= {"showlegend": False, "hovermode": "closest"}
@@ -68,20 +76,6 @@ def _stretches(times: FloatArray, mask: NDArray[np.bool_]) -> FloatArray:
     """Return begin, end, NaN (3 k,) of each stretch of the steps in a mask (n − 1,)."""
     edges = np.flatnonzero(np.diff(np.concatenate([[0], mask.astype(np.int8), [0]])))
     begins, ends = times[edges[::2]], times[edges[1::2]]
-    apart = begins[1:] - ends[:-1] > PIXEL * (times[-1] - times[0])
-    begins, ends = begins[np.append(True, apart)], ends[np.append(apart, True)]
+    is_gap = begins[1:] - ends[:-1] > PIXEL * (times[-1] - times[0])
+    begins, ends = begins[np.append(True, is_gap)], ends[np.append(is_gap, True)]
     return np.column_stack([begins, ends, np.full(len(begins), np.nan)]).ravel()
-
-
-def _table(reasons: dict[str, Any], run: Run) -> str:
-    """Return the table of reasons with their steps and durations."""
-    rows = "".join(
-        f"<tr><td>{k} · {escape(one['told'])}</td>"
-        f'<td class="number">{one["steps"]}</td><td class="number">{number(one["time"])}</td></tr>'
-        for k, one in enumerate(reasons["reasons"], start=1)
-    )
-    unit = f" [{escape(run.units.time)}]" if run.units.time else ""
-    return (
-        '<table><thead><tr><th>What set the step</th><th class="number">Steps</th>'
-        f'<th class="number">Time{unit}</th></tr></thead>{rows}</table>'
-    )

@@ -27,7 +27,6 @@ if TYPE_CHECKING:
     from PIL.Image import Image
     from PIL.ImageFont import FreeTypeFont
 
-# All in pixels.
 _HEIGHT, _ONE_VIEW, _TWO_VIEWS = 840, 770, 1640
 """Height of the picture, and its widths, pixels."""
 _COLUMNS, _ROWS, _TOP, _LEFT, _RIGHT = 760, 720, 95, 8, 772
@@ -36,9 +35,9 @@ _BAR_COLUMNS, _BAR_ROWS, _BAR_TOP, _BAR_ROOM = 18, 437, 235, 80
 """Width, height and upper end of a colour bar, and its width with its numbers, pixels."""
 SAMPLES = 2
 """Pixels drawn per pixel shown, in each direction."""
-_TICKS, _ROUND = 5, (1.0, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0)
+_MAX_TICKS, _TICK_DIGITS = 5, (1.0, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0)
 """Largest number of ticks of a colour bar without zero, and the digits of the smallest."""
-_LABELS = 12
+_MAX_LABELS = 12
 """Largest number of regions that are named in the picture; more names would hide it."""
 
 
@@ -47,22 +46,22 @@ def draw_still(peak: Peak, path: Path, units: Units) -> None:
     from PIL import Image
 
     touches = bool(peak.in_contact.any())
-    field, stress = first_field(peak, units), fields_of(peak, units).get("von_mises")
-    inside = stress if len(peak.slave_triangles) else None
+    field = first_field(peak, units)
+    stress = fields_of(peak, units).get("von_mises") if len(peak.slave_triangles) else None
     picture = Image.new("RGB", (_TWO_VIEWS if touches else _ONE_VIEW, _HEIGHT), "white")
-    when = f"At t = {number(peak.time)} {units.time}".rstrip()
-    room = 0 if inside is None else _BAR_ROOM
-    size = (_ROWS * SAMPLES, (_COLUMNS - room) * SAMPLES)
-    shown = render(outside_view(peak, size), peak, inside or field, through=False)
-    put_view(picture, shown, when if touches else f"{when}, nothing touches", _LEFT)
+    title = f"At t = {number(peak.time)} {units.time}".rstrip()
+    bar_width = 0 if stress is None else _BAR_ROOM
+    size = (_ROWS * SAMPLES, (_COLUMNS - bar_width) * SAMPLES)
+    view = render(outside_view(peak, size), peak, stress or field, through=False)
+    put_view(picture, view, title if touches else f"{title}, nothing touches", _LEFT)
     if touches:
         camera = through_view(peak, (_ROWS * SAMPLES, _COLUMNS * SAMPLES))
-        shown = render(camera, peak, field, through=True)
-        put_view(picture, shown, "The contact, seen through the body", _RIGHT)
+        view = render(camera, peak, field, through=True)
+        put_view(picture, view, "The contact, seen through the body", _RIGHT)
         _label_outlines(picture, camera, peak)
         put_bar(picture, field, _RIGHT + _COLUMNS + 8)
-    if inside is not None:
-        put_bar(picture, inside, 20)
+    if stress is not None:
+        put_bar(picture, stress, 20)
     _save(picture, path)
 
 
@@ -71,10 +70,10 @@ def halves(picture: bytes) -> list[bytes]:
     from PIL import Image
 
     parts = []
-    with Image.open(BytesIO(picture)) as whole:
-        for start, end in ((0, _ONE_VIEW), (_ONE_VIEW, whole.width)):
+    with Image.open(BytesIO(picture)) as image:
+        for start, end in ((0, _ONE_VIEW), (_ONE_VIEW, image.width)):
             file = BytesIO()
-            _save(whole.crop((start, 0, end, whole.height)), file)
+            _save(image.crop((start, 0, end, image.height)), file)
             parts.append(file.getvalue())
     return parts
 
@@ -100,15 +99,15 @@ def _label_outlines(picture: Image, camera: Camera, peak: Peak) -> None:
     colours = region_colours(peak.outlines)
     several = len({contact for contact, _ in colours}) > 1
     names, tops, sizes = [], [], []
-    for key in list(colours)[:_LABELS]:
+    for key in list(colours)[:_MAX_LABELS]:
         lines = [o.points for o in peak.outlines if (o.contact, o.cluster) == key]
         screen = project(camera, np.concatenate(lines)) / SAMPLES
         top = screen[np.argmin(screen[:, 1])]
         names.append(f"cluster {key[0]}.{key[1]}" if several else f"cluster {key[1]}")
         tops.append([top[0], top[1] - 16.0])
         sizes.append([draw.textlength(names[-1], font), 18.0])
-    room = np.array([_COLUMNS, _ROWS], dtype=np.float64)
-    places = spread(np.reshape(tops, (-1, 2)), np.reshape(sizes, (-1, 2)), room)
+    view_size = np.array([_COLUMNS, _ROWS], dtype=np.float64)
+    places = spread(np.reshape(tops, (-1, 2)), np.reshape(sizes, (-1, 2)), view_size)
     places += [_RIGHT, _TOP]
     for name, at, colour in zip(names, places, colours.values(), strict=False):
         draw.text(tuple(at), name, colour, font, anchor="mm", stroke_width=2, stroke_fill="white")
@@ -141,9 +140,9 @@ def _ticks(top: float) -> list[float]:
     >>> _ticks(2.5), _ticks(6e-5)
     ([0.0, 0.5, 1.0, 1.5, 2.0, 2.5], [0.0, 1.5e-05, 3e-05, 4.5e-05, 6e-05])
     """
-    least = top / _TICKS
-    power = 10.0 ** np.floor(np.log10(least))
-    step = power * next(k for k in _ROUND if k * power >= least * (1.0 - 1e-9))
+    min_step = top / _MAX_TICKS
+    power = 10.0 ** np.floor(np.log10(min_step))
+    step = power * next(k for k in _TICK_DIGITS if k * power >= min_step * (1.0 - 1e-9))
     return [float(f"{k * step:.12g}") for k in range(int(top / step * (1.0 + 1e-9)) + 1)]
 
 

@@ -27,7 +27,7 @@ SCALE = ("#ffe9a8", "#fdbf5a", "#f4813f", "#d9433f", "#a01c5b", "#4a0f57")
 REGIONS = ("#12708f", "#5b3fa8", "#2f7d3b", "#b0306a", "#8a5a00", "#3a4d8f", "#00796b", "#7a4a2a")
 """Colours of regions of contact, in turn: cool and dark, apart from `SCALE`."""
 
-_OF_PAGES = {
+_PAGE_COLOURS = {
     "paper": PAPER,
     "ink": INK,
     "muted": MUTED,
@@ -43,7 +43,7 @@ _OF_PAGES = {
 
 
 def inverted(colour: str) -> str:
-    """The colour of a dark page for one of a light page: lightness is inverted, hue is kept.
+    """Return the colour of a dark page for one of a light page: inverted lightness, same hue.
 
     White becomes a dark grey, not black. `scheme.js` does the same with the colours of figures.
 
@@ -56,21 +56,8 @@ def inverted(colour: str) -> str:
 
 
 def swatch(colour: str) -> str:
-    """A patch of a colour of figures as HTML, for the legends of pages."""
+    """Return a patch of a colour of figures as HTML, for the legends of pages."""
     return f'<span class="swatch" style="--light:{colour};--dark:{inverted(colour)}"></span>'
-
-
-def _scheme_rules() -> str:
-    """Return the colours of light pages, and of dark ones on the screen of a dark system."""
-    light, dark = (
-        "".join(f" --{name}: {turn(colour)};" for name, colour in _OF_PAGES.items())
-        for turn in (str, inverted)
-    )
-    return (
-        f":root {{ color-scheme: light;{light} }}\n"
-        f"@media screen and (prefers-color-scheme: dark) {{\n"
-        f":root {{ color-scheme: dark;{dark} }}\n.swatch {{ --shown: var(--dark); }}\n}}\n"
-    )
 
 
 def colour_map() -> Any:
@@ -112,8 +99,16 @@ def page(title: str, body: str, *, css: str = "", script: str = "") -> str:
     css : rules beside those of the report
     script : JavaScript that the body needs
     """
-    look = files("contiga.report").joinpath("style.css").read_text(encoding="utf-8")
-    rules = f"{_scheme_rules()}{look}{css}"
+    light, dark = (
+        "".join(f" --{name}: {turn(colour)};" for name, colour in _PAGE_COLOURS.items())
+        for turn in (str, inverted)
+    )
+    rules = (
+        f":root {{ color-scheme: light;{light} }}\n"
+        f"@media screen and (prefers-color-scheme: dark) {{\n"
+        f":root {{ color-scheme: dark;{dark} }}\n.swatch {{ --shown: var(--dark); }}\n}}\n"
+    )
+    rules += files("contiga.report").joinpath("style.css").read_text(encoding="utf-8") + css
     scripts = f"<script>{script}</script>" if script else ""
     return (
         '<!doctype html><html lang="en"><head><meta charset="utf-8">'

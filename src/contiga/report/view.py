@@ -18,13 +18,13 @@ if TYPE_CHECKING:
 
     from contiga.geometry.surface import NurbsSurface
     from contiga.masters.protocol import Master
-    from contiga.triangles.trimesh import TriMesh
+
 
 _SAMPLES = 2
 """Pixels drawn per pixel shown, in each direction."""
-_BEHIND = 0.22
+_BEHIND_OPACITY = 0.22
 """Opacity of lines behind a surface, over that in front of it."""
-_TOLERANCE = 4e-4
+_CHORD_TOL = 4e-4
 """Chord tolerance of the drawing, over the scene's size."""
 
 
@@ -82,16 +82,19 @@ class View:
         """
         from matplotlib.colors import to_rgb
 
-        mesh = shape.tessellate(_TOLERANCE * self._span)
+        mesh = shape.tessellate(_CHORD_TOL * self._span)
         layer = shading.mesh_layer(self._camera, mesh.vertices, mesh.triangles)
         rgb = np.array(to_rgb(colour))
         if colours is not None:
             channels = np.asarray(colours, dtype=np.float64).T
             rgb = np.stack([layer.at_pixels(channel) for channel in channels], axis=1)
         if back is not None:
-            turned = self._turned_away(mesh)[layer.buffer.owner[layer.seen]]
-            rgb = np.where(turned[:, None], to_rgb(back), rgb)
-        # of equally near surfaces the first one stays
+            corners = mesh.corners()
+            normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+            is_back = ((corners[:, 0] - self._camera.eye) * normals).sum(axis=1) > 0.0
+            is_back = is_back[layer.buffer.owner[layer.seen]]
+            rgb = np.where(is_back[:, None], to_rgb(back), rgb)
+        # of surfaces at the same depth the first stays
         before = np.nextafter(self._depth, -np.inf)
         shading.paint(self._picture, layer, rgb, self._span, before, opacity)
         nearest = np.minimum(self._depth, layer.buffer.depth)
@@ -102,70 +105,64 @@ class View:
             self._depth = nearest
         return self
 
-    def _turned_away(self, mesh: TriMesh) -> NDArray[np.bool_]:
-        """Return the triangles (m,) whose contact side the eye sees."""
-        corners = mesh.corners()
-        normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-        return np.asarray(((corners[:, 0] - self._camera.eye) * normals).sum(axis=1) > 0.0)
-
     def lines(self, points: ArrayLike, **style: Any) -> View:
         """Draw a polyline through `points` (k, 3), with matplotlib's line styles."""
         fine = _fine(np.asarray(points, dtype=np.float64), 0.01 * self._span)
         at, seen = self._projected(fine)
-        look_ = {"color": INK, "lw": 1.0, "solid_capstyle": "round", **style}
-        label = look_.pop("label", None)
-        for part, opacity in ((seen, 1.0), (~seen, _BEHIND)):
+        style_ = {"color": INK, "lw": 1.0, "solid_capstyle": "round", **style}
+        label = style_.pop("label", None)
+        for part, opacity in ((seen, 1.0), (~seen, _BEHIND_OPACITY)):
             # a segment is visible if one of its ends is
-            kept = part | np.roll(part, 1) | np.roll(part, -1) if opacity == 1.0 else part
-            shown = np.where(kept[:, None], at, np.nan)
-            faint = opacity * look_.get("alpha", 1.0)
-            self._axes.plot(*shown.T, **{**look_, "alpha": faint})
+            is_drawn = part | np.roll(part, 1) | np.roll(part, -1) if opacity == 1.0 else part
+            pieces = np.where(is_drawn[:, None], at, np.nan)
+            alpha = opacity * style_.get("alpha", 1.0)
+            self._axes.plot(*pieces.T, **{**style_, "alpha": alpha})
         if label:
-            self._axes.plot([], [], label=label, **look_)
+            self._axes.plot([], [], label=label, **style_)
         return self
 
     def net(self, surface: NurbsSurface, **style: Any) -> View:
         """Draw the control net of a surface: its points, joined along both directions."""
         net = surface.control_points
-        look_ = {"color": LINES[1], "lw": 0.9, "ls": (0, (4, 3)), **style}
+        style_ = {"color": LINES[1], "lw": 0.9, "ls": (0, (4, 3)), **style}
         for row in [*net, *net.transpose(1, 0, 2)]:
-            self.lines(row, **look_)
-        return self.dots(net.reshape(-1, 3), color=look_["color"], ms=3.6)
+            self.lines(row, **style_)
+        return self.dots(net.reshape(-1, 3), color=style_["color"], ms=3.6)
 
     def iso_lines(self, surface: NurbsSurface, count: int = 11, **style: Any) -> View:
         """Draw iso-parametric lines, `count` in each direction."""
         (u0, u1), (v0, v1) = surface.domain
         along_u, along_v = np.linspace(u0, u1, 121), np.linspace(v0, v1, 121)
-        look_ = {"color": "white", "lw": 0.5, "alpha": 0.75, **style}
+        style_ = {"color": "white", "lw": 0.5, "alpha": 0.75, **style}
         for v in np.linspace(v0, v1, count):
-            self.lines(surface.evaluate(np.column_stack([along_u, np.full(121, v)])), **look_)
+            self.lines(surface.evaluate(np.column_stack([along_u, np.full(121, v)])), **style_)
         for u in np.linspace(u0, u1, count):
-            self.lines(surface.evaluate(np.column_stack([np.full(121, u), along_v])), **look_)
+            self.lines(surface.evaluate(np.column_stack([np.full(121, u), along_v])), **style_)
         return self
 
     def dots(self, points: ArrayLike, **style: Any) -> View:
         """Draw markers at `points` (k, 3), with matplotlib's marker styles."""
         at, seen = self._projected(np.asarray(points, dtype=np.float64).reshape(-1, 3))
-        look_ = {"color": LINES[0], "ls": "", "marker": "o", "ms": 3.0, "mew": 0.0, **style}
-        label = look_.pop("label", None)
-        for part, opacity in ((~seen, 2.0 * _BEHIND), (seen, 1.0)):
-            self._axes.plot(*at[part].T, alpha=opacity, **look_)
+        style_ = {"color": LINES[0], "ls": "", "marker": "o", "ms": 3.0, "mew": 0.0, **style}
+        label = style_.pop("label", None)
+        for part, opacity in ((~seen, 2.0 * _BEHIND_OPACITY), (seen, 1.0)):
+            self._axes.plot(*at[part].T, alpha=opacity, **style_)
         if label:
-            self._axes.plot([], [], label=label, **look_)
+            self._axes.plot([], [], label=label, **style_)
         return self
 
     def arrow(self, start: ArrayLike, end: ArrayLike, **style: Any) -> View:
         """Draw an arrow in front of everything."""
         a, b = self._projected(np.array([start, end], dtype=np.float64))[0]
-        look_ = {"color": INK, "lw": 1.4, "shrinkA": 0.0, "shrinkB": 0.0, **style}
-        self._axes.annotate("", b, a, arrowprops={"arrowstyle": "-|>", **look_})
+        style_ = {"color": INK, "lw": 1.4, "shrinkA": 0.0, "shrinkB": 0.0, **style}
+        self._axes.annotate("", b, a, arrowprops={"arrowstyle": "-|>", **style_})
         return self
 
     def text(self, at: ArrayLike, text: str, **style: Any) -> View:
         """Write a text beside a point."""
         (place,) = self._projected(np.array([at], dtype=np.float64))[0]
-        look_ = {"textcoords": "offset points", "xytext": (5, 3), "fontsize": 8.5, **style}
-        self._axes.annotate(text, place, **look_)
+        style_ = {"textcoords": "offset points", "xytext": (5, 3), "fontsize": 8.5, **style}
+        self._axes.annotate(text, place, **style_)
         return self
 
     def show(self, *, triad: bool = True) -> None:
@@ -173,14 +170,13 @@ class View:
         columns, rows = self._axes.get_xlim()[1], self._axes.get_ylim()[0]
         shaded = shading.shrunk(self._picture, _SAMPLES)
         self._axes.imshow(shaded, extent=(0.0, columns, rows, 0.0), zorder=0, aspect="equal")
-        if triad:
-            self._triad(np.array([0.075 * columns, rows - 0.075 * columns]), 0.055 * columns)
-
-    def _triad(self, origin: FloatArray, length: float) -> None:
+        if not triad:
+            return
+        origin, length = np.array([0.075 * columns, rows - 0.075 * columns]), 0.055 * columns
+        style_ = {"arrowstyle": "-|>", "color": MUTED, "lw": 0.9, "shrinkA": 0, "shrinkB": 0}
         for axis, name in zip(self._camera.axes.T[:, :2], "xyz", strict=True):
             tip = tuple(origin + length * axis)
-            look_ = {"arrowstyle": "-|>", "color": MUTED, "lw": 0.9, "shrinkA": 0, "shrinkB": 0}
-            self._axes.annotate("", tip, tuple(origin), arrowprops={**look_, "mutation_scale": 6})
+            self._axes.annotate("", tip, tuple(origin), arrowprops={**style_, "mutation_scale": 6})
             x, y = origin + 1.35 * length * axis
             if np.linalg.norm(axis) > 0.2:
                 self._axes.text(x, y, name, ha="center", va="center", fontsize=7.5, color=MUTED)

@@ -1,4 +1,4 @@
-"""Ctrl-C that is never lost."""
+"""Handle Ctrl-C so that it is never lost."""
 
 from __future__ import annotations
 
@@ -12,28 +12,28 @@ from types import FrameType
 
 @contextmanager
 def stoppable() -> Iterator[Callable[[], bool]]:
-    """Ctrl-C that is not lost: yields a function that says whether there was one.
+    """Provide a function that returns whether Ctrl-C was pressed; no Ctrl-C is lost.
 
-    Python drops an exception in the callback of a weak reference, and while kernels are loaded
-    most of its own time goes by in these. There Ctrl-C is only noted, for the next step.
+    Python drops an exception in the callback of a weak reference, where it spends most of its own
+    time while kernels are loaded. There Ctrl-C is only noted, for the next step.
     """
-    noted = False
+    is_stopped = False
 
-    def note(_: int, frame: FrameType | None) -> None:
-        nonlocal noted
-        noted = True
+    def handle(_: int, frame: FrameType | None) -> None:
+        nonlocal is_stopped
+        is_stopped = True
         if frame is None or frame.f_code.co_filename != weakref.__file__:
             raise KeyboardInterrupt
 
-    ours = (
+    can_handle = (
         threading.current_thread() is threading.main_thread()
         and signal.getsignal(signal.SIGINT) is signal.default_int_handler
     )
-    if not ours:
+    if not can_handle:
         yield lambda: False
         return
-    signal.signal(signal.SIGINT, note)
+    signal.signal(signal.SIGINT, handle)
     try:
-        yield lambda: noted
+        yield lambda: is_stopped
     finally:
         signal.signal(signal.SIGINT, signal.default_int_handler)

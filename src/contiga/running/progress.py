@@ -19,12 +19,12 @@ _PAUSE = 0.2
 
 @contextmanager
 def progress_bar(title: str, *, quiet: bool) -> Iterator[Show]:
-    """Show progress in the notebook or on the error stream: parts done, a text, time left.
+    """Show progress in the notebook or on the error stream: parts done, a text, remaining time.
 
     It begins with the first part, so that a message about wrong input stands alone.
     """
     if quiet:
-        yield lambda done, total, said: None
+        yield lambda done, total, text: None
     elif in_notebook(sys.stderr):
         line = _Line(title)
         try:
@@ -36,24 +36,24 @@ def progress_bar(title: str, *, quiet: bool) -> Iterator[Show]:
 
 
 class _Line:
-    """A line of text that replaces itself: a saved notebook holds the last one alone."""
+    """A line of text that replaces itself: a saved notebook holds only the last one."""
 
     def __init__(self, title: str) -> None:
         self._title = title
-        self._begun = self._written = 0.0
+        self._start_time = self._write_time = 0.0
         self._text = ""
         self._output: Any = None
 
-    def show(self, done: int, total: int, said: str) -> None:
-        """Write the line anew, unless it was written just now."""
+    def show(self, done: int, total: int, text: str) -> None:
+        """Write the line again, unless it was written just now."""
         now = perf_counter()
-        self._begun = self._begun or now
-        left = (now - self._begun) * (total - done) / done if done else 0.0
-        text = f"{self._title}: {done}/{total}, {100 * done // max(total, 1)} %"
-        parts = [text, f"{left:.0f} s left" if left else "", said]
+        self._start_time = self._start_time or now
+        remaining = (now - self._start_time) * (total - done) / done if done else 0.0
+        share = f"{self._title}: {done}/{total}, {100 * done // max(total, 1)} %"
+        parts = [share, f"{remaining:.0f} s left" if remaining else "", text]
         self._text = ", ".join(filter(None, parts))
-        if now - self._written >= _PAUSE:
-            self._written = now
+        if now - self._write_time >= _PAUSE:
+            self._write_time = now
             self._write()
 
     def end(self) -> None:
@@ -72,7 +72,7 @@ class _Line:
 
 
 def _bar(title: str) -> Iterator[Show]:
-    """A bar of rich."""
+    """Show a progress bar of rich."""
     require("a progress bar", "rich")
     from rich.console import Console, RenderableType
     from rich.progress import (
@@ -90,7 +90,7 @@ def _bar(title: str) -> Iterator[Show]:
         def get_renderables(self) -> Iterator[RenderableType]:
             yield from super().get_renderables()
             for task in self.tasks:
-                yield Text(task.fields["said"], overflow="fold")
+                yield Text(task.fields["text"], overflow="fold")
 
     columns = (
         TextColumn("{task.description}", markup=False),
@@ -99,11 +99,11 @@ def _bar(title: str) -> Iterator[Show]:
         TimeRemainingColumn(),
     )
     bar = TwoLines(*columns, console=Console(stderr=True))
-    task = bar.add_task(title, total=None, said="")
+    task = bar.add_task(title, total=None, text="")
 
-    def show(done: int, total: int, said: str) -> None:
+    def show(done: int, total: int, text: str) -> None:
         bar.start()
-        bar.update(task, completed=done, total=total, said=said)
+        bar.update(task, completed=done, total=total, text=text)
 
     try:
         yield show

@@ -15,11 +15,10 @@ if TYPE_CHECKING:
     from contiga.case.schema import Case
     from contiga.simulation.checks.finding import Finding
     from contiga.simulation.result import Result
-    from contiga.simulation.run import RunOptions
 
 
-SHOWN = 20
-"""Steps to rest from one that is shown to the next."""
+SETTLE_INTERVAL = 20
+"""Number of steps between two that are shown while the model comes to rest."""
 
 
 def run(
@@ -40,8 +39,8 @@ def run(
     out : folder for the results; None keeps them in memory only
     resume : go on from the checkpoint in `out`
     strict : refuse a model that looks wrong; stop at the first point that is not certified
-    settle_only : end where the run would begin, at rest
-    keep : keep the states of every so many steps (of a resumed run those since); None none
+    settle_only : end at rest, before the first step
+    keep : number of steps between states that are kept (of a resumed run, since then); None: none
     quiet : no progress bar
 
     Returns
@@ -67,29 +66,38 @@ def run(
     [0.0, 1.0, 2.0]
     """
     from contiga.case import build
-    from contiga.report import write_report
+    from contiga.case.schema import Case, load_case
+    from contiga.report import require_packages, write_report
     from contiga.simulation.run import RunOptions
 
-    checked = _with_packages(_checked(case), out)
-    with stoppable() as stopped, progress_bar(checked.title, quiet=quiet) as show:
-        progress = Progress(show, stopped)
-        how = RunOptions(
-            resume=resume, strict=strict, settle_only=settle_only, keep=keep, on_finish=write_report
+    loaded = load_case(case) if isinstance(case, str | Path) else case
+    if not isinstance(loaded, Case):
+        raise InputError(
+            "expected a case",
+            where="case",
+            found=type(case).__name__,
+            allowed="what load_case returns, or the path of a case file",
         )
-        return build.run(checked, out, progress.told_by(how, quiet))
-
-
-def _with_packages(case: Case, out: str | Path | None) -> Case:
-    """The case; a package that its report needs is asked for before the run, not after it."""
-    from contiga.report import require_packages
-
-    if out is not None and case.output.report:
+    if out is not None and loaded.output.report:  # before the run, not after it
         require_packages("a run's report (a case leaves it out by [output] report = false)")
-    return case
+    with stoppable() as is_stopped, progress_bar(loaded.title, quiet=quiet) as show:
+        progress = Progress(show, is_stopped)
+        options = RunOptions(
+            resume=resume,
+            strict=strict,
+            settle_only=settle_only,
+            keep=keep,
+            on_finish=write_report,
+            progress=progress.step,
+            on_check=None if quiet else _warn_of_findings,
+            on_pace=progress.keep_reason,
+            on_slow=None if quiet else _warn,
+            on_settle=progress.settle,
+        )
+        return build.run(loaded, out, options)
 
 
-def _warn_of(findings: tuple[Finding, ...]) -> None:
-    """Warn of a model that looks wrong before its first step."""
+def _warn_of_findings(findings: tuple[Finding, ...]) -> None:
     for finding in findings:
         _warn(str(finding))
 
@@ -101,59 +109,35 @@ def _warn(text: str) -> None:
 class Progress:
     """Shows each step, and ends the run between two of them after Ctrl-C."""
 
-    def __init__(self, show: Show, stopped: Callable[[], bool]) -> None:
-        self._show, self._stopped = show, stopped
+    def __init__(self, show: Show, is_stopped: Callable[[], bool]) -> None:
+        self._show, self._is_stopped = show, is_stopped
         self._reason = ""
 
-    def told_by(self, how: RunOptions, quiet: bool) -> RunOptions:
-        """Return how a run is carried out that tells this of its steps."""
-        return how._replace(
-            progress=self.step,
-            on_check=None if quiet else _warn_of,
-            on_pace=self.keep_reason,
-            on_slow=None if quiet else _warn,
-            on_settle=self.settle,
-        )
-
     def keep_reason(self, reason: str) -> None:
-        """Keep what set the length of the step, to show it with the step."""
+        """Keep the reason for the length of the step, to show it with the step."""
         self._reason = f", {reason}"
 
     def settle(self, step: int, residual: float) -> None:
-        """Show how far all is from rest before the first step.
+        """Show the residual while the model comes to rest before the first step.
 
         Raises
         ------
         KeyboardInterrupt
             Ctrl-C came since the last step.
         """
-        if self._stopped():
+        if self._is_stopped():
             raise KeyboardInterrupt
-        if step % SHOWN == 0:
+        if step % SETTLE_INTERVAL == 0:
             self._show(0, 1, f"settling: step {step}, residual {residual:.2g}")
 
     def step(self, done: int, steps: int, contacts: int) -> None:
-        """Show that `done` of `steps` states are there, the last with so many points in contact.
+        """Show that `done` of `steps` states are computed, and the points in contact.
 
         Raises
         ------
         KeyboardInterrupt
             Ctrl-C came since the last step.
         """
-        if self._stopped():
+        if self._is_stopped():
             raise KeyboardInterrupt
         self._show(done - 1, steps - 1, f"{contacts} in contact{self._reason}")
-
-
-def _checked(case: object) -> Case:
-    from contiga.case.schema import Case, load_case
-
-    checked = load_case(case) if isinstance(case, str | Path) else case
-    if not isinstance(checked, Case):
-        raise InputError(
-            "expected a case",
-            where="case",
-            found=type(case).__name__,
-            allowed="what load_case returns, or the path of a case file",
-        )
-    return checked

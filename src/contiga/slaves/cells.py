@@ -1,8 +1,8 @@
-"""Cell kinds: which nodes make up their faces, and how a face splits into linear triangles.
+"""Cell kinds: the nodes of their faces, and the split of a face into linear triangles.
 
-Nodes are numbered as VTK does (corners, then mid-edge nodes, then mid-face nodes), which is also
-what meshio hands over whatever the file. Faces are listed with their normal outward for a cell of
-positive volume; wedges, whose sense differs between codes, are mended by `skin` from their volume.
+Nodes are numbered as in VTK (corners, then mid-edge nodes, then mid-face nodes), and so by meshio
+for any file. Faces are listed with their normal outward for a cell of positive volume; `skin` turns
+wedges, whose sense differs between codes, by their volume.
 """
 
 from __future__ import annotations
@@ -71,14 +71,15 @@ def _solid(
     extra_nodes: int = 0,
 ) -> SolidKind:
     n_corners = 1 + max(max(face) for face in corner_faces)
-    middle = {frozenset(edge): n_corners + i for i, edge in enumerate(edges)}
-    centre = {frozenset(face): n_corners + len(edges) + i for i, face in enumerate(centres)}
+    mid_edge_node = {frozenset(edge): n_corners + i for i, edge in enumerate(edges)}
+    mid_face_node = {frozenset(face): n_corners + len(edges) + i for i, face in enumerate(centres)}
     faces = []
     for face in corner_faces:
-        turn = zip(face, face[1:] + face[:1], strict=True)
-        middles = tuple(middle[frozenset(edge)] for edge in turn) if edges else ()
-        centred = (centre[frozenset(face)],) if frozenset(face) in centre else ()
-        faces.append(face + middles + centred)
+        sides = zip(face, face[1:] + face[:1], strict=True)
+        mid_nodes = tuple(mid_edge_node[frozenset(side)] for side in sides) if edges else ()
+        if frozenset(face) in mid_face_node:
+            mid_nodes += (mid_face_node[frozenset(face)],)
+        faces.append(face + mid_nodes)
     n_nodes = n_corners + len(edges) + len(centres) + extra_nodes
     return SolidKind(n_nodes, corner_faces, tuple(faces))
 
@@ -131,23 +132,21 @@ _SPLITS: dict[str, tuple[Face, ...]] = {
         *((2, 6, 8), (6, 3, 8), (3, 7, 8), (7, 0, 8)),
     ),
 }
-# What is left of a quadrilateral once its fixed triangles are cut off: split by its diagonals.
-_REST = {"quad": (0, 1, 2, 3), "quad8": (4, 5, 6, 7)}
+# The inner quadrilateral without the fixed triangles, which is split along its shorter diagonal.
+_INNER_QUADS = {"quad": (0, 1, 2, 3), "quad8": (4, 5, 6, 7)}
+_DIAGONAL_TOL = 1e-3
+"""Relative difference of the squares of two diagonals up to which they count as equal, as in
+rectangles with the digits of a mesh file. Else rounding, and so the unit and the place of the mesh,
+would choose the facets and with them each node's share of the area."""
 
 
 def face_kind(n_nodes: int) -> str:
-    """Kind of shell a face of `n_nodes` nodes looks like ("quad8" for 8)."""
+    """Return the kind of shell with the nodes of a face ("quad8" for 8)."""
     return _FACE_KINDS[n_nodes]
 
 
-# Difference of the squares of two diagonals, relative, up to which they are as long: rectangles
-# with the digits of a mesh file. Rounding would choose by the unit and the place of the mesh, and
-# with the facets each node's share of the area.
-_AS_LONG = 1e-3
-
-
 def split_quads(points: FloatArray, quads: IntArray) -> tuple[IntArray, IntArray]:
-    """Split each quadrilateral along its shorter diagonal, along a-c where both are as long.
+    """Split each quadrilateral along its shorter diagonal, along a-c if both are equal.
 
     Parameters
     ----------
@@ -156,21 +155,21 @@ def split_quads(points: FloatArray, quads: IntArray) -> tuple[IntArray, IntArray
 
     Returns
     -------
-    triangles : (2m, 3), the two of a quadrilateral one after the other, same sense as it
-    parent : (2m,) the row of `quads` each came from
+    triangles : (2m, 3), both of a quadrilateral one after the other, in its sense
+    parent : (2m,) row of `quads` of each triangle
     """
     a, b, c, d = (quads[:, i] for i in range(4))
     ac = np.sum((points[a] - points[c]) ** 2, axis=1)
     bd = np.sum((points[b] - points[d]) ** 2, axis=1)
-    along_ac = (ac <= bd * (1.0 + _AS_LONG))[:, None]
-    first = np.where(along_ac, np.stack([a, b, c], axis=1), np.stack([a, b, d], axis=1))
-    second = np.where(along_ac, np.stack([a, c, d], axis=1), np.stack([b, c, d], axis=1))
+    by_ac = (ac <= bd * (1.0 + _DIAGONAL_TOL))[:, None]
+    first = np.where(by_ac, np.stack([a, b, c], axis=1), np.stack([a, b, d], axis=1))
+    second = np.where(by_ac, np.stack([a, c, d], axis=1), np.stack([b, c, d], axis=1))
     triangles = np.stack([first, second], axis=1).reshape(-1, 3)
     return triangles, np.repeat(np.arange(len(quads), dtype=np.int32), 2)
 
 
 def split_shells(points: FloatArray, kind: str, nodes: IntArray) -> tuple[IntArray, IntArray]:
-    """Linear triangles on all the nodes of surface cells of one `kind`.
+    """Return linear triangles on all nodes of surface cells of one `kind`.
 
     ::
 
@@ -180,24 +179,23 @@ def split_shells(points: FloatArray, kind: str, nodes: IntArray) -> tuple[IntArr
         │╲│╲             │╲  ╱│
         0─3─1            0──4──1
 
-    Triangles that name a node twice (a quadrilateral with two equal nodes is a triangle) are left
-    out.
+    Triangles with a node twice are left out: a quadrilateral with two equal nodes is a triangle.
 
     Returns
     -------
     triangles : (k, 3) int32
-    parent : (k,) int32, the row of `nodes` each came from, ascending
+    parent : (k,) int32, row of `nodes` of each triangle, ascending
     """
     count = len(nodes)
     pieces = [nodes[:, list(split)] for split in _SPLITS.get(kind, ())]
     parents = [np.arange(count, dtype=np.int32)] * len(pieces)
-    if kind in _REST:
-        triangles, parent = split_quads(points, nodes[:, list(_REST[kind])])
+    if kind in _INNER_QUADS:
+        triangles, parent = split_quads(points, nodes[:, list(_INNER_QUADS[kind])])
         pieces.append(triangles)
         parents.append(parent)
     stacked = np.concatenate(pieces).astype(np.int32)
     parent = np.concatenate(parents)
     a, b, c = stacked.T
-    proper = (a != b) & (b != c) & (c != a)
-    order = np.argsort(parent[proper], kind="stable")
-    return stacked[proper][order], parent[proper][order]
+    is_proper = (a != b) & (b != c) & (c != a)
+    order = np.argsort(parent[is_proper], kind="stable")
+    return stacked[is_proper][order], parent[is_proper][order]

@@ -1,4 +1,4 @@
-"""Check what a slave is given: arrays have to be whole and to fit its points."""
+"""Check the arrays of a slave: they must be finite and fit its points."""
 
 from __future__ import annotations
 
@@ -20,12 +20,12 @@ def check_points(points: FloatArray, *, where: str, ids: NDArray[Any] | None = N
     """
     if len(points) == 0:
         raise MeshError("there are no nodes", where=where, allowed="at least one point")
-    bad = np.flatnonzero(~np.isfinite(points).all(axis=1))
-    if len(bad):
-        row = int(bad[0])
+    bad_rows = np.flatnonzero(~np.isfinite(points).all(axis=1))
+    if len(bad_rows):
+        row = int(bad_rows[0])
         node = f"row {row} (counted from 0)" if ids is None else f"node {ids[row]} (row {row})"
         raise MeshError(
-            f"the coordinates of {len(bad)} node(s) are not finite, first {node}",
+            f"the coordinates of {len(bad_rows)} node(s) are not finite, first {node}",
             where=where,
             found=points[row].tolist(),
             allowed="finite numbers",
@@ -33,6 +33,7 @@ def check_points(points: FloatArray, *, where: str, ids: NDArray[Any] | None = N
 
 
 def as_facets(points: FloatArray, facets: ArrayLike, name: str) -> IntArray:
+    """Return facets as triangles (m, 3) int32, read-only, checked."""
     real(facets, name)
     try:
         array = np.asarray(facets)
@@ -45,12 +46,12 @@ def as_facets(points: FloatArray, facets: ArrayLike, name: str) -> IntArray:
             found=f"shape {array.shape} of {array.dtype}",
             allowed="(m, 3) triangles or (m, 4) quadrilaterals",
         )
-    outside = np.flatnonzero(((array < 0) | (array >= len(points))).any(axis=1))
-    if len(outside):
+    bad_rows = np.flatnonzero(((array < 0) | (array >= len(points))).any(axis=1))
+    if len(bad_rows):
         raise MeshError(
-            f"facet {int(outside[0])} names a point that is not there",
+            f"facet {int(bad_rows[0])} names a point that is not there",
             where=name,
-            found=array[outside[0]].tolist(),
+            found=array[bad_rows[0]].tolist(),
             allowed=f"0 to {len(points) - 1}",
         )
     if array.shape[1] == 4:
@@ -61,6 +62,7 @@ def as_facets(points: FloatArray, facets: ArrayLike, name: str) -> IntArray:
 
 
 def as_nodal(values: ArrayLike | None, what: str, count: int, name: str) -> FloatArray | None:
+    """Return one value for each point (n,), read-only, checked; None without values."""
     if values is None:
         return None
     real(values, name)
@@ -77,12 +79,12 @@ def as_nodal(values: ArrayLike | None, what: str, count: int, name: str) -> Floa
             found=array.shape,
             allowed=f"({count},)",
         )
-    bad = np.flatnonzero(~((array >= 0.0) & np.isfinite(array)))
-    if len(bad):
+    bad_rows = np.flatnonzero(~((array >= 0.0) & np.isfinite(array)))
+    if len(bad_rows):
         raise MeshError(
-            f"{what} of point {int(bad[0])} is negative or not finite",
+            f"{what} of point {int(bad_rows[0])} is negative or not finite",
             where=name,
-            found=float(array[bad[0]]),
+            found=float(array[bad_rows[0]]),
             allowed="0 or more",
         )
     return read_only(array)
@@ -91,19 +93,20 @@ def as_nodal(values: ArrayLike | None, what: str, count: int, name: str) -> Floa
 def as_active(
     active: ArrayLike | None, facets: IntArray | None, count: int, name: str
 ) -> NDArray[np.bool_]:
+    """Return the mask of active points, read-only, checked; by default the corners of facets."""
     if active is None:
         mask = np.full(count, facets is None)
         if facets is not None:
             mask[facets] = True
     else:
-        given = np.asarray(real(active, name))
-        if given.shape != (count,) or given.dtype != np.bool_:
+        array = np.asarray(real(active, name))
+        if array.shape != (count,) or array.dtype != np.bool_:
             raise MeshError(
                 "expected one boolean for each point",
                 where=name,
-                found=f"shape {given.shape} of {given.dtype}",
+                found=f"shape {array.shape} of {array.dtype}",
                 allowed=f"({count},) of bool",
             )
-        mask = given.copy()
+        mask = array.copy()
     mask.flags.writeable = False
     return mask

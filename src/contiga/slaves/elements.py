@@ -15,23 +15,25 @@ from contiga.slaves.cells import N_NODES, SHELLS, SOLIDS
 from contiga.slaves.skin import CellBlock, Int64Array
 
 NO_ELEMENTS: Mapping[str, IntArray] = MappingProxyType({})
-# Corners of linear solids in the order that makes of a mirrored one a proper one.
+# Order of the corners of linear solids that gives a mirrored one a positive volume.
 _MIRRORED = {"tetra": (0, 2, 1, 3), "hexahedron": (4, 5, 6, 7, 0, 1, 2, 3)}
 
 
-def as_elements(given: Mapping[str, Any] | None, count: int, name: str) -> Mapping[str, IntArray]:
-    """Elements by kind, checked: (e, k) int32, read-only.
+def as_elements(
+    cells_by_kind: Mapping[str, Any] | None, count: int, name: str
+) -> Mapping[str, IntArray]:
+    """Return elements by kind, checked: (e, k) int32, read-only.
 
     Raises
     ------
     MeshError
-        A kind that is none, another number of corners, a corner that is no point.
+        An unknown kind, another number of corners, or a corner that is no point.
     """
     elements = {}
-    for kind, rows in (given or {}).items():
+    for kind, rows in (cells_by_kind or {}).items():
         cells = np.array(rows)
-        wanted = N_NODES.get(kind)
-        if cells.ndim != 2 or cells.dtype.kind not in "iu" or cells.shape[1] != wanted:
+        n_nodes = N_NODES.get(kind)
+        if cells.ndim != 2 or cells.dtype.kind not in "iu" or cells.shape[1] != n_nodes:
             raise MeshError(
                 "elements must be rows of points by their kind",
                 where=f"{name}: elements",
@@ -51,30 +53,30 @@ def as_elements(given: Mapping[str, Any] | None, count: int, name: str) -> Mappi
 
 
 def mirrored(elements: Mapping[str, IntArray]) -> dict[str, IntArray]:
-    """Elements whose points were mirrored, their corners in an order that is proper again."""
-    turned = {}
+    """Return elements whose points were mirrored, with corners in a valid order again."""
+    reordered = {}
     for kind, rows in elements.items():
         if kind in SHELLS:
-            turned[kind] = rows[:, ::-1] if SHELLS[kind] == rows.shape[1] else rows
+            reordered[kind] = rows[:, ::-1] if SHELLS[kind] == rows.shape[1] else rows
         elif kind in _MIRRORED:
-            turned[kind] = rows[:, list(_MIRRORED[kind])]
+            reordered[kind] = rows[:, list(_MIRRORED[kind])]
         else:
-            turned[kind] = rows  # told of, and refused where it would have to deform
-    return turned
+            reordered[kind] = rows  # such elements cannot deform
+    return reordered
 
 
 def elements_of(blocks: Sequence[CellBlock]) -> dict[str, IntArray]:
-    """Return the cells that count, by kind.
+    """Return the elements among the cells, by kind.
 
     These are all solids, the shells that do not lie on solids, and the lines that are no edges of
     shells or solids: mesh generators write the borders of their meshes as such lines.
     """
     cells: dict[str, list[Any]] = {}
-    solid = [block.nodes for block in blocks if block.kind in SOLIDS and len(block.nodes)]
-    corners = np.unique(np.concatenate([np.zeros(0, int), *(nodes.ravel() for nodes in solid)]))
+    solids = [block.nodes for block in blocks if block.kind in SOLIDS and len(block.nodes)]
+    corners = np.unique(np.concatenate([np.zeros(0, int), *(nodes.ravel() for nodes in solids)]))
     for block in blocks:
         nodes = block.nodes
-        if block.kind in SHELLS and solid:
+        if block.kind in SHELLS and solids:
             nodes = nodes[~np.isin(nodes, corners).all(axis=1)]
         if block.kind == "line":
             nodes = nodes[~_are_edges(nodes, blocks)]
@@ -85,7 +87,7 @@ def elements_of(blocks: Sequence[CellBlock]) -> dict[str, IntArray]:
 
 def _are_edges(lines: Int64Array, blocks: Sequence[CellBlock]) -> NDArray[np.bool_]:
     """Return which lines (n, 2) are edges of shells or solids, between their corners (n,)."""
-    known = [np.zeros((0, 2), np.int64)]
+    edge_sets = [np.zeros((0, 2), np.int64)]
     for block in blocks:
         if block.kind in SHELLS:
             faces: Sequence[Sequence[int]] = [range(SHELLS[block.kind])]
@@ -94,10 +96,11 @@ def _are_edges(lines: Int64Array, blocks: Sequence[CellBlock]) -> NDArray[np.boo
         else:
             continue
         for face in faces:
-            turn = np.array(face)
-            pairs = np.stack([block.nodes[:, turn], block.nodes[:, np.roll(turn, -1)]], axis=-1)
-            known.append(pairs.reshape(-1, 2))
-    edges, ends = np.concatenate(known), np.asarray(lines, np.int64)
+            corners = np.array(face)
+            next_corners = np.roll(corners, -1)
+            pairs = np.stack([block.nodes[:, corners], block.nodes[:, next_corners]], axis=-1)
+            edge_sets.append(pairs.reshape(-1, 2))
+    edges, ends = np.concatenate(edge_sets), np.asarray(lines, np.int64)
     count = 1 + max(int(edges.max(initial=0)), int(ends.max(initial=0)))
     keys = [np.sort(pairs, axis=1) @ np.array([count, 1]) for pairs in (ends, edges)]
     return np.isin(*keys)

@@ -14,7 +14,7 @@ Triangle = tuple[int, int, int]
 
 
 def split_polygon(points: FloatArray) -> list[Triangle]:
-    """Triangles of one polygon, in its sense.
+    """Return the triangles of a polygon, in its sense.
 
     Parameters
     ----------
@@ -22,52 +22,48 @@ def split_polygon(points: FloatArray) -> list[Triangle]:
 
     Returns
     -------
-    k − 2 triples of 0 … k − 1; a fan of what is left where no ear is found
+    k − 2 triples of 0 … k − 1; the remaining polygon becomes a fan if it has no ear
 
     >>> split_polygon(np.array([[0, 0, 0], [2, 0, 0], [2, 2, 0], [1, 0.5, 0], [0, 2, 0]]))
     [(1, 2, 3), (0, 1, 3), (0, 3, 4)]
     """
-    flat = _in_plane(points)
-    left = list(range(len(points)))
+    # (k, 2) in the plane of the mean normal (Newell), counter-clockwise
+    centred = points - points.mean(axis=0)
+    normal = np.cross(centred, np.roll(centred, -1, axis=0)).sum(axis=0)
+    axis = int(np.abs(normal).argmax())
+    flat = centred[:, [(axis + 1) % 3, (axis + 2) % 3]]
+    if normal[axis] < 0.0:
+        flat = flat[:, ::-1]
+    corners = list(range(len(points)))
     triangles: list[Triangle] = []
-    while len(left) > 3:
-        place = next((i for i in range(len(left)) if _is_ear(flat, left, i)), None)
-        if place is None:
+    while len(corners) > 3:
+        ear = next((i for i in range(len(corners)) if _is_ear(flat, corners, i)), None)
+        if ear is None:
             break
-        triangles.append(_around(left, place))
-        del left[place]
-    return triangles + [(left[0], left[i], left[i + 1]) for i in range(1, len(left) - 1)]
+        a, b, c = corners[ear - 1], corners[ear], corners[(ear + 1) % len(corners)]
+        # the lowest corner first, so that an ear does not depend on the order of the search
+        turn = min(range(3), key=(a, b, c).__getitem__)
+        triangles.append(((a, b, c), (b, c, a), (c, a, b))[turn])
+        del corners[ear]
+    return triangles + [
+        (corners[0], corners[i], corners[i + 1]) for i in range(1, len(corners) - 1)
+    ]
 
 
-def _in_plane(points: FloatArray) -> FloatArray:
-    """Return (k, 2) across the mean normal (Newell), counter-clockwise."""
-    away = points - points.mean(axis=0)
-    normal = np.cross(away, np.roll(away, -1, axis=0)).sum(axis=0)
-    drop = int(np.abs(normal).argmax())
-    first, second = (drop + 1) % 3, (drop + 2) % 3
-    flat = away[:, [first, second]]
-    return flat if normal[drop] >= 0.0 else flat[:, ::-1]
-
-
-def _around(left: list[int], place: int) -> Triangle:
-    a, b, c = left[place - 1], left[place], left[(place + 1) % len(left)]
-    # Named from the lowest on, so that the same ear reads the same wherever it was found.
-    turn = min(range(3), key=(a, b, c).__getitem__)
-    return ((a, b, c), (b, c, a), (c, a, b))[turn]
-
-
-def _is_ear(flat: FloatArray, left: list[int], place: int) -> bool:
-    a, b, c = left[place - 1], left[place], left[(place + 1) % len(left)]
-    if _turn(flat[a], flat[b], flat[c]) <= 0.0:
+def _is_ear(flat: FloatArray, corners: list[int], i: int) -> bool:
+    """Return whether corner `i` is convex and its triangle holds no other corner."""
+    a, b, c = corners[i - 1], corners[i], corners[(i + 1) % len(corners)]
+    if _signed_area(flat[a], flat[b], flat[c]) <= 0.0:
         return False
-    others = (flat[i] for i in left if i not in (a, b, c))
+    others = (flat[k] for k in corners if k not in (a, b, c))
     return not any(
-        _turn(flat[a], flat[b], p) >= 0.0
-        and _turn(flat[b], flat[c], p) >= 0.0
-        and _turn(flat[c], flat[a], p) >= 0.0
+        _signed_area(flat[a], flat[b], p) >= 0.0
+        and _signed_area(flat[b], flat[c], p) >= 0.0
+        and _signed_area(flat[c], flat[a], p) >= 0.0
         for p in others
     )
 
 
-def _turn(a: FloatArray, b: FloatArray, c: FloatArray) -> float:
+def _signed_area(a: FloatArray, b: FloatArray, c: FloatArray) -> float:
+    """Return twice the signed area of a triangle, positive counter-clockwise."""
     return float((b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]))

@@ -1,13 +1,13 @@
 """Quadrilateral faces of solid elements: bilinear, though drawn and cut as two triangles each.
 
-Areas, quadrature and loads are those of the bilinear face, so that none of them depends on the
-diagonal that it was split along. (Shells of four corners are two triangles in all respects: as
-membranes they deform and have their masses so.)
+Areas, quadrature and loads use the bilinear face, so that they do not depend on the diagonal of the
+split. (Shells of four corners are two triangles in all respects: as membranes they deform and have
+their masses so.)
 
     x(u, v) = Σ_i N_i(u, v) x_i,  N = ((1 − u)(1 − v), u(1 − v), uv, (1 − u)v)
 
-Of a flat convex quadrilateral the Gauss rule of 2 × 2 points integrates the areas N_i |x_u × x_v|
-without error, and of any the vectors N_i (x_u × x_v), whose components are polynomials of degree 2
+The Gauss rule of 2 × 2 points integrates without error the areas N_i |x_u × x_v| of a flat convex
+quadrilateral, and the vectors N_i (x_u × x_v) of any, whose components are polynomials of degree 2
 in u and in v.
 """
 
@@ -24,8 +24,8 @@ from contiga.records import FloatArray, IntArray
 from contiga.slaves.cells import SOLIDS
 
 _AREA_POINTS = 4
-"""Gauss points a direction for areas of corners: what is lost of warped faces is below 1e-6 where
-their corners are off their plane by a fifth of a side."""
+"""Gauss points a direction for areas of corners: the error of warped faces is below 1e-6 if their
+corners are off their plane by a fifth of a side."""
 
 
 class SkinCorners(NamedTuple):
@@ -34,7 +34,7 @@ class SkinCorners(NamedTuple):
     quads: IntArray
     """(q, 4)."""
     triangles: IntArray
-    """(t, 3), those that are no half of a quadrilateral."""
+    """(t, 3) facets that are no half of a quadrilateral."""
 
 
 class QuadRule(NamedTuple):
@@ -51,14 +51,13 @@ class QuadRule(NamedTuple):
 
 
 def quad_rule(count: int) -> QuadRule:
-    """The rule of count × count points."""
+    """Return the rule of count × count points."""
     nodes, weights = gauss(count)
     u, v = (axis.ravel() for axis in np.meshgrid(nodes, nodes, indexing="ij"))
-    one = np.ones(len(u))
     return QuadRule(
-        np.stack([(one - u) * (one - v), u * (one - v), u * v, (one - u) * v], axis=1),
-        np.stack([v - one, one - v, v, -v], axis=1),
-        np.stack([u - one, -u, u, one - u], axis=1),
+        np.stack([(1.0 - u) * (1.0 - v), u * (1.0 - v), u * v, (1.0 - u) * v], axis=1),
+        np.stack([v - 1.0, 1.0 - v, v, -v], axis=1),
+        np.stack([u - 1.0, -u, u, 1.0 - u], axis=1),
         np.outer(weights, weights).ravel(),
     )
 
@@ -68,7 +67,7 @@ _FINE = quad_rule(_AREA_POINTS)
 
 
 def halves_of(facets: IntArray | None, elements: Mapping[str, IntArray], count: int) -> IntArray:
-    """Pairs of triangles that are the two halves of a quadrilateral face of a solid element.
+    """Return pairs of triangles that are the halves of a quadrilateral face of a solid element.
 
     Parameters
     ----------
@@ -102,30 +101,30 @@ def halves_of(facets: IntArray | None, elements: Mapping[str, IntArray], count: 
     pairs = sides_of_pair // 3
     apexes = facets[:, [2, 0, 1]].ravel()[sides_of_pair]
     corners = np.concatenate([edges[sides_of_pair[:, 0]], apexes], axis=1)
-    both = np.sort(np.concatenate([faces, corners]), axis=1)
-    _, names = np.unique(both, axis=0, return_inverse=True)
-    found = np.isin(names.ravel()[len(faces) :], names.ravel()[: len(faces)])
-    return np.sort(pairs[found].astype(np.int32), axis=1)
+    stacked = np.sort(np.concatenate([faces, corners]), axis=1)
+    _, ids = np.unique(stacked, axis=0, return_inverse=True)
+    is_face = np.isin(ids.ravel()[len(faces) :], ids.ravel()[: len(faces)])
+    return np.sort(pairs[is_face].astype(np.int32), axis=1)
 
 
 def corners_of(
     facets: IntArray, quads: IntArray, chosen: NDArray[np.bool_] | None = None
 ) -> SkinCorners:
-    """The faces of facets (m, 3), of which `quads` (q, 2) are halves of quadrilaterals.
+    """Return the faces of facets (m, 3), of which `quads` (q, 2) are halves of quadrilaterals.
 
-    `chosen` (m,) leaves out others; both halves of a quadrilateral or none.
+    `chosen` (m,) selects facets: both halves of a quadrilateral or none.
     """
-    alone = np.ones(len(facets), np.bool_) if chosen is None else chosen.copy()
-    whole = quads[alone[quads].all(axis=1)]
-    alone[whole] = False
-    first, second = facets[whole[:, 0]], facets[whole[:, 1]]
-    # The corner that the other half has not, and the two after it in the sense of the facet.
+    is_triangle = np.ones(len(facets), np.bool_) if chosen is None else chosen.copy()
+    halves = quads[is_triangle[quads].all(axis=1)]
+    is_triangle[halves] = False
+    first, second = facets[halves[:, 0]], facets[halves[:, 1]]
+    # the corner that the other half lacks, and the two after it in the sense of the facet
     apex = np.argmin((first[:, :, None] == second[:, None, :]).any(axis=2), axis=1)
-    other = np.argmin((second[:, :, None] == first[:, None, :]).any(axis=2), axis=1)
-    rows = np.arange(len(whole))
-    turned = [first[rows, (apex + k) % 3] for k in range(3)]
-    corners = np.stack([turned[0], turned[1], second[rows, other], turned[2]], axis=1)
-    return SkinCorners(np.ascontiguousarray(corners), np.ascontiguousarray(facets[alone]))
+    other_apex = np.argmin((second[:, :, None] == first[:, None, :]).any(axis=2), axis=1)
+    rows = np.arange(len(halves))
+    a, b, d = (first[rows, (apex + k) % 3] for k in range(3))
+    corners = np.stack([a, b, second[rows, other_apex], d], axis=1)
+    return SkinCorners(np.ascontiguousarray(corners), np.ascontiguousarray(facets[is_triangle]))
 
 
 def quad_normals(points: FloatArray, quads: IntArray, rule: QuadRule) -> FloatArray:
@@ -143,7 +142,7 @@ def triangle_normals(points: FloatArray, triangles: IntArray) -> FloatArray:
 
 
 def corner_areas(points: FloatArray, skin: SkinCorners) -> tuple[FloatArray, FloatArray]:
-    """Areas ∫ N_i dA of the corners: (q, 4) of quadrilaterals and (t, 3) of triangles."""
+    """Return areas ∫ N_i dA of the corners: (q, 4) of quadrilaterals and (t, 3) of triangles."""
     jacobian = np.linalg.norm(quad_normals(points, skin.quads, _FINE), axis=2)
     of_quads = np.einsum("qk,k,kj->qj", jacobian, _FINE.weight, _FINE.shape, optimize=False)
     third = np.linalg.norm(triangle_normals(points, skin.triangles), axis=1) / 6.0
@@ -151,9 +150,9 @@ def corner_areas(points: FloatArray, skin: SkinCorners) -> tuple[FloatArray, Flo
 
 
 def corner_vectors(points: FloatArray, skin: SkinCorners) -> tuple[FloatArray, FloatArray]:
-    """Vectors ∫ N_i n dA of the corners: (q, 4, 3) of quadrilaterals and (t, 3, 3) of triangles.
+    """Return ∫ N_i n dA of the corners: (q, 4, 3) of quadrilaterals, (t, 3, 3) of triangles.
 
-    Without error; of a closed skin they are the gradient of the volume inside.
+    They are exact; for a closed skin they are the gradient of the volume inside.
     """
     normals = quad_normals(points, skin.quads, _EXACT)
     shares = _EXACT.weight[:, None] * _EXACT.shape

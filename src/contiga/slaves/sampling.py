@@ -1,7 +1,7 @@
-"""The points at which a slave is asked for contact: its nodes, or quadrature points of its facets.
+"""The contact points of a slave: its nodes, or quadrature points of its facets.
 
-Points are x_q = Σ_j N_j(q) x_j of the nodes j, and what they feel goes back by the transpose:
-F_j = Σ_q N_j(q) f_q. So the work of the forces on the nodes is that of the forces at the points.
+Points are x_q = Σ_j N_j(q) x_j of the nodes j, and forces on the nodes follow by the transpose:
+F_j = Σ_q N_j(q) f_q. So the forces on the nodes do the same work as the forces at the points.
 """
 
 from __future__ import annotations
@@ -26,8 +26,8 @@ from contiga.slaves.slave import Slave
 if TYPE_CHECKING:
     from scipy.sparse import csr_array
 
-FACETS = 2000
-"""Below so many a second thread does not pay."""
+MIN_FACETS = 2000
+"""Number of facets below which a second thread does not pay."""
 
 
 class Rule(NamedTuple):
@@ -38,27 +38,27 @@ class Rule(NamedTuple):
     weight: FloatArray
     """(k,) shares of the triangle's area; their sum is one."""
     degree: int
-    """Of the polynomials it integrates without error."""
+    """Degree of the polynomials that it integrates without error."""
 
 
 def _symmetric(
     orbits: list[tuple[float, tuple[float, float]]], degree: int, centre: bool = False
 ) -> Rule:
-    """A rule of symmetric orbits (weight of one point, its first two coordinates)."""
-    shape, weight = ([[1.0 / 3.0] * 3], [1.0]) if centre else ([], [])
-    for share, (a, b) in orbits:
+    """Return a rule of symmetric orbits: weight of a point, and its first two coordinates."""
+    shape, weights = ([[1.0 / 3.0] * 3], [1.0]) if centre else ([], [])
+    for weight, (a, b) in orbits:
         c = 1.0 - a - b
         points = [[a, b, c], [b, c, a], [c, a, b]]
         if abs(b - c) > 1e-9:
             points += [[a, c, b], [c, b, a], [b, a, c]]
         shape += points
-        weight += [share] * len(points)
-    whole = np.array(weight)
-    return Rule(np.array(shape), whole / whole.sum(), degree)
+        weights += [weight] * len(points)
+    total = np.array(weights)
+    return Rule(np.array(shape), total / total.sum(), degree)
 
 
 def _pair(a: float) -> tuple[float, float]:
-    """The orbit (a, b, b)."""
+    """Return the orbit (a, b, b)."""
     return a, 0.5 * (1.0 - a)
 
 
@@ -81,118 +81,96 @@ RULES = {
         6,
     ),
 }
-"""Points a facet -> rule. D. A. Dunavant, High degree efficient symmetrical Gaussian quadrature
+"""Rules by number of points. D. A. Dunavant, High degree efficient symmetrical Gaussian quadrature
 rules for the triangle, IJNME 21 (1985), degrees 1, 2, 4 and 6."""
 
 QUADRATURES: tuple[str | int, ...] = ("nodes", *RULES)
 
 QUAD_RULES: dict[int, QuadRule] = {n: quad_rule(k + 2) for k, n in enumerate(RULES)}
+"""Rules on quadrilaterals by number of points of a triangle: Gauss rules of 4, 9, 16 and 25 points,
+of degree 3, 5, 7 and 9 in u and in v: the smallest with at least the points of two triangles."""
 
 
 def more_points(quadrature: str | int) -> str:
-    """Advice to put more points of contact on facets, for a remedy; "" where a rule has enough."""
+    """Return advice to use more contact points on facets; "" for a rule with enough."""
     if quadrature in ("nodes", 1, 3):
         return ", or take quadrature = 6, which puts more points of contact on facets"
     return ""
 
 
-"""Points a triangle -> rule on quadrilaterals: Gauss's of 4, 9, 16 and 25 points, in u and in v of
-degree 3, 5, 7 and 9: the first with no fewer points than two triangles have."""
-
-
-class _OnFaces(NamedTuple):
-    """Quadrature points on faces of as many corners: point k of face f is row `first` + f n + k."""
+class _FacePoints(NamedTuple):
+    """Quadrature points on faces with c corners: point k of face f is row `first` + f n + k."""
 
     first: int
     corners: IntArray
     """(f, c) nodes."""
     shape: FloatArray
-    """(n, c)."""
+    """(n, c) shape functions."""
     area: FloatArray
-    """(f n,) of the faces at rest, as the rule shares it."""
+    """(f n,) area of each point at rest."""
     share: FloatArray
     """(f n,) share of each point in the area of its face."""
 
+    @classmethod
+    def of(cls, first: int, corners: IntArray, shape: FloatArray, area: FloatArray) -> _FacePoints:
+        """Return the points of faces with areas (f, n)."""
+        total = area.sum(axis=1, keepdims=True)
+        share = np.divide(area, total, out=np.zeros(area.shape), where=total > 0.0)
+        return cls(first, locked(corners), shape, area.ravel(), share.ravel())
+
     @property
     def stop(self) -> int:
-        """After the last row."""
+        """The row after the last."""
         return self.first + len(self.area)
 
-    def of(self, rows: IndexArray) -> tuple[IntArray, FloatArray]:
-        """Corners (r, c) and shape functions (r, c) of some of the points."""
+    def corners_and_shape(self, rows: IndexArray) -> tuple[IntArray, FloatArray]:
+        """Return corners (r, c) and shape functions (r, c) of some points."""
         face, k = np.divmod(rows - self.first, len(self.shape))
         return self.corners[face], self.shape[k]
 
 
-def _faces_of(slave: Slave, points: int) -> tuple[_OnFaces, ...]:
-    """The quadrature points of a slave, `points` a triangle."""
-    assert slave.facets is not None
-    skin = corners_of(slave.facets, slave.quads)
-    faces, first = [], len(slave)
-    if len(skin.quads):
-        on_quads = QUAD_RULES[points]
-        jacobian = np.linalg.norm(quad_normals(slave.points, skin.quads, on_quads), axis=2)
-        area = jacobian * on_quads.weight
-        faces.append(_on_faces(first, skin.quads, on_quads.shape, area))
-        first = faces[-1].stop
-    if len(skin.triangles):
-        rule = RULES[points]
-        whole = 0.5 * np.linalg.norm(triangle_normals(slave.points, skin.triangles), axis=1)
-        area = whole[:, None] * rule.weight
-        faces.append(_on_faces(first, skin.triangles, rule.shape, area))
-    return tuple(faces)
-
-
-def _on_faces(first: int, corners: IntArray, shape: FloatArray, area: FloatArray) -> _OnFaces:
-    """Return the points of faces, of areas (f, n)."""
-    whole = area.sum(axis=1, keepdims=True)
-    share = np.divide(area, whole, out=np.zeros(area.shape), where=whole > 0.0)
-    return _OnFaces(first, locked(corners), shape, area.ravel(), share.ravel())
-
-
 class _Adjacent(NamedTuple):
-    """The nodes that share a face: blocks of a sparse matrix, row after row."""
+    """Pairs of nodes that share a face: blocks of a sparse matrix, row after row."""
 
     start: IndexArray
-    """(n + 1,) where the blocks of each node begin."""
+    """(n + 1,) first block of each node."""
     column: IntArray
     """(b,) the other node of each block."""
-    places: dict[int, IntArray]
-    """By the first row of faces (f, c, c) which block is between each two corners."""
+    block_rows: dict[int, IntArray]
+    """(f, c, c) block of each two corners, by the first row of the faces."""
 
 
 class Sampling:
-    """The nodes of a slave, or its nodes and after them the quadrature points of its facets.
+    """The nodes of a slave, or its nodes followed by the quadrature points of its facets.
 
-    The nodes come first in any case: areas and fields are about them. With quadrature points they
-    carry nothing.
+    The nodes always come first, since areas and fields refer to them. With quadrature points they
+    carry no forces.
 
     Parameters
     ----------
-    slave : with facets, where there is a rule
-    weight : (n,) fixed areas of the nodes, None where they are not known; with a rule those of the
-        facets at rest are taken
-    points : quadrature points a triangle, a key of `RULES`; quadrilaterals have those of
-        `QUAD_RULES`. None for the nodes alone
+    slave : slave; it must have facets for a rule
+    weight : (n,) fixed areas of the nodes, None if unknown; a rule uses the areas of facets at rest
+    points : quadrature points of a triangle, a key of `RULES`; quadrilaterals use `QUAD_RULES`.
+        None for the nodes alone
     """
 
     n_nodes: int
     n_points: int
     """Nodes and quadrature points."""
     first: int
-    """Points from here on carry forces."""
+    """First point that carries forces."""
     weight: FloatArray | None
-    """(n_points,) fixed areas, zero of nodes that carry nothing; None where they are not known."""
+    """(n_points,) fixed areas, zero for nodes that carry no forces; None if unknown."""
     active: NDArray[np.bool_]
-    """(n_points,) which take part: quadrature points of facets whose corners all do. Locked."""
+    """(n_points,) active points: quadrature points of facets with active corners. Locked."""
     thickness: FloatArray | None
-    """(n_points,) of the slave there, the mean of the corners that have one."""
+    """(n_points,) thickness of the slave, the mean of the corners that have one."""
     mass: FloatArray | None
     """(n_points,) shares of the nodes' masses."""
 
     def __init__(self, slave: Slave, weight: FloatArray | None, points: int | None = None) -> None:
         self.n_nodes = len(slave)
-        self._faces: tuple[_OnFaces, ...] = ()
+        self._faces: tuple[_FacePoints, ...] = ()
         if points is None:
             self.n_points, self.first = self.n_nodes, 0
             self.weight = weight
@@ -208,60 +186,76 @@ class Sampling:
                 where="quadrature",
                 allowed='"nodes" for a cloud',
             )
-        self._faces = _faces_of(slave, points)
-        self.first, self.n_points = self.n_nodes, self._faces[-1].stop
-        self.weight = np.concatenate([np.zeros(self.n_nodes), *(on.area for on in self._faces)])
-        whole = [
-            np.repeat(slave.active[on.corners].all(axis=1), len(on.shape)) for on in self._faces
+        skin = corners_of(slave.facets, slave.quads)
+        faces, first = [], len(slave)
+        if len(skin.quads):
+            quads = QUAD_RULES[points]
+            jacobian = np.linalg.norm(quad_normals(slave.points, skin.quads, quads), axis=2)
+            area = jacobian * quads.weight
+            faces.append(_FacePoints.of(first, skin.quads, quads.shape, area))
+            first = faces[-1].stop
+        if len(skin.triangles):
+            rule = RULES[points]
+            facet_area = 0.5 * np.linalg.norm(
+                triangle_normals(slave.points, skin.triangles), axis=1
+            )
+            area = facet_area[:, None] * rule.weight
+            faces.append(_FacePoints.of(first, skin.triangles, rule.shape, area))
+        self._faces = tuple(faces)
+        self.first, self.n_points = self.n_nodes, faces[-1].stop
+        self.weight = np.concatenate([np.zeros(self.n_nodes), *(group.area for group in faces)])
+        is_active = [
+            np.repeat(slave.active[group.corners].all(axis=1), len(group.shape)) for group in faces
         ]
-        self.active = locked(np.concatenate([slave.active, *whole]))
+        self.active = locked(np.concatenate([slave.active, *is_active]))
         self.thickness = None if slave.thickness is None else self._mean(slave.thickness)
         self.mass = None if slave.mass is None else self._shared(slave.mass)
 
     def points(self, nodal: FloatArray) -> FloatArray:
-        """Return (n_points, 3) for `values` (n, 3) at the nodes: places or velocities."""
+        """Return positions or velocities (n_points, 3) of the points for `nodal` ones (n, 3)."""
         if not self._faces:
             return nodal
         points = np.empty((self.n_points, 3))
         points[: self.n_nodes] = nodal
-        for on in self._faces:
-            given = locked(nodal), on.corners, on.shape, points[on.first : on.stop]
-            run_ranges(points_of_facets, len(on.corners), FACETS, *given)
+        for group in self._faces:
+            out = points[group.first : group.stop]
+            arguments = locked(nodal), group.corners, group.shape, out
+            run_ranges(points_of_facets, len(group.corners), MIN_FACETS, *arguments)
         return points
 
     def points_at(self, rows: IndexArray, nodal: FloatArray) -> FloatArray:
-        """Return `points` (len(rows), 3) at some of them, ascending."""
+        """Return positions or velocities (r, 3) of some points, at ascending rows (r,)."""
         k = int(np.searchsorted(rows, self.n_nodes))
         out = np.empty((len(rows), 3))
         out[:k] = nodal.take(rows[:k], axis=0)
         nodal = locked(np.ascontiguousarray(nodal, np.float64))
-        for on, part in self._split(rows):
-            some = np.ascontiguousarray(rows[part], np.int32)
-            given = some, on.first, nodal, on.corners, on.shape, out[part]
-            straight(facet_sums_nb.from_corners)(*given)
+        for group, part in self._split(rows):
+            face_rows = np.ascontiguousarray(rows[part], np.int32)
+            arguments = face_rows, group.first, nodal, group.corners, group.shape, out[part]
+            straight(facet_sums_nb.from_corners)(*arguments)
         return out
 
     def nodal(self, rows: IndexArray, values: FloatArray) -> FloatArray:
-        """Return (n, 3) at the nodes for `values` (k, 3) at the points `rows` (k,), ascending."""
+        """Return nodal sums (n, c) of `values` (k, c) at the points `rows` (k,), ascending."""
         out = np.zeros((self.n_nodes, values.shape[1]))
         if not self._faces:
             out[rows] = values
-        for on, part in self._split(rows):
-            some = np.ascontiguousarray(rows[part], np.int32)
-            each = np.ascontiguousarray(values[part], np.float64)
-            given = some, on.first, each, on.corners, on.shape, out
-            straight(facet_sums_nb.to_corners)(*given)
+        for group, part in self._split(rows):
+            face_rows = np.ascontiguousarray(rows[part], np.int32)
+            face_values = np.ascontiguousarray(values[part], np.float64)
+            arguments = face_rows, group.first, face_values, group.corners, group.shape, out
+            straight(facet_sums_nb.to_corners)(*arguments)
         return out
 
     def nodal_sum(self, rows: IndexArray, values: FloatArray) -> FloatArray:
-        """Return (n,) at the nodes for `values` (k,) at the points `rows` (k,), ascending."""
+        """Return nodal sums (n,) of `values` (k,) at the points `rows` (k,), ascending."""
         return self.nodal(rows, values[:, None])[:, 0]
 
     def covered(self, rows: IndexArray, slave: Slave) -> FloatArray:
         """Return the share (f,) of each facet of `slave` that some of its points represent.
 
-        `rows` are numbers of points, ascending. Shares are by area at rest; those of nodes are a
-        third for each corner.
+        `rows` are numbers of points, ascending. Shares are by area at rest; a node has a third of
+        each facet.
         """
         assert slave.facets is not None
         if not self._faces:
@@ -269,15 +263,15 @@ class Sampling:
             nodes[rows] = 1.0
             return nodes[slave.facets].mean(axis=1)
         shares = np.zeros(len(slave.facets))
-        alone = np.ones(len(shares), np.bool_)
-        alone[slave.quads] = False
-        for on, part in self._split(rows):
-            places = rows[part] - on.first
-            share = np.bincount(places // len(on.shape), on.share[places], len(on.corners))
-            if on.corners.shape[1] == 4:
+        is_triangle = np.ones(len(shares), np.bool_)
+        is_triangle[slave.quads] = False
+        for group, part in self._split(rows):
+            k = rows[part] - group.first
+            share = np.bincount(k // len(group.shape), group.share[k], len(group.corners))
+            if group.corners.shape[1] == 4:
                 shares[slave.quads] = share[:, None]
             else:
-                shares[alone] = share
+                shares[is_triangle] = share
         return shares
 
     def matrix(self, rows: IndexArray, blocks: FloatArray) -> csr_array:
@@ -293,92 +287,94 @@ class Sampling:
             count[rows + 1] = 1
             start, column, values = np.cumsum(count, dtype=np.int32), rows.astype(np.int32), blocks
         else:
-            start, column, values = self._between(rows, blocks)
+            start, column, values = self._nodal_blocks(rows, blocks)
         return bsr_array((values, column, start), shape=(3 * n, 3 * n)).tocsr()
 
     def shares(self, rows: IndexArray) -> csr_array:
         """Return the sparse weights N (n, len(rows)) of the nodes at points: x_q = Σ_a N_aq x_a.
 
         `rows` are numbers of points, ascending.
-
-        The rows are ascending.
         """
         from scipy.sparse import coo_array
 
-        each = np.arange(len(rows))
-        parts = [] if self._faces else [(np.ones(len(rows)), rows, each)]
-        for on, part in self._split(rows):
-            corner, shape = on.of(rows[part])
-            points = np.repeat(each[part], corner.shape[1])
+        columns = np.arange(len(rows))
+        parts = [] if self._faces else [(np.ones(len(rows)), rows, columns)]
+        for group, part in self._split(rows):
+            corner, shape = group.corners_and_shape(rows[part])
+            points = np.repeat(columns[part], corner.shape[1])
             parts.append((shape.ravel(), corner.ravel(), points))
-        parts = parts or [(np.zeros(0), each, each)]
+        parts = parts or [(np.zeros(0), columns, columns)]
         values, nodes, points = (np.concatenate(column) for column in zip(*parts, strict=True))
         return coo_array((values, (nodes, points)), shape=(self.n_nodes, len(rows))).tocsr()
 
-    def _between(
+    def _nodal_blocks(
         self, rows: IndexArray, blocks: FloatArray
     ) -> tuple[IntArray, IntArray, FloatArray]:
-        """Return first rows of nodes, columns and blocks, for points between the nodes."""
+        """Return first rows of nodes, columns and blocks, for quadrature points."""
         adjacent = self._adjacent
-        used = np.zeros(len(adjacent.column), np.int8)
+        is_used = np.zeros(len(adjacent.column), np.int8)
         parts = []
-        for on, part in self._split(rows):
-            face, k = np.divmod(rows[part].astype(np.int64) - on.first, len(on.shape))
-            places = adjacent.places[on.first]
-            facet_blocks_nb.mark(places, face, used)
-            parts.append((blocks[part], face, k, on.shape, places))
-        kept = np.flatnonzero(used)
-        new = np.zeros(len(used) + 1, np.int32)
-        np.cumsum(used, out=new[1:])
-        values = np.zeros((len(kept), 3, 3))
-        for block, face, k, shape, places in parts:
-            facet_blocks_nb.add(block, face, k, shape, new[places], values)
-        return new[adjacent.start], adjacent.column[kept], values
+        for group, part in self._split(rows):
+            face, k = np.divmod(rows[part].astype(np.int64) - group.first, len(group.shape))
+            block_rows = adjacent.block_rows[group.first]
+            facet_blocks_nb.mark(block_rows, face, is_used)
+            parts.append((blocks[part], face, k, group.shape, block_rows))
+        used_rows = np.flatnonzero(is_used)
+        new_rows = np.zeros(len(is_used) + 1, np.int32)
+        np.cumsum(is_used, out=new_rows[1:])
+        values = np.zeros((len(used_rows), 3, 3))
+        for block, face, k, shape, block_rows in parts:
+            facet_blocks_nb.add(block, face, k, shape, new_rows[block_rows], values)
+        return new_rows[adjacent.start], adjacent.column[used_rows], values
 
     @cached_property
     def _adjacent(self) -> _Adjacent:
-        """Found when it is first asked for."""
+        """Pairs of nodes that share a face."""
         n = self.n_nodes
         pairs = [
-            on.corners[:, :, None].astype(np.int64) * n + on.corners[:, None] for on in self._faces
+            group.corners[:, :, None].astype(np.int64) * n + group.corners[:, None]
+            for group in self._faces
         ]
-        keys, place = np.unique(np.concatenate([p.ravel() for p in pairs]), return_inverse=True)
+        keys, inverse = np.unique(np.concatenate([p.ravel() for p in pairs]), return_inverse=True)
         start = np.searchsorted(keys, np.arange(n + 1, dtype=np.int64) * n)
         ends = np.cumsum([p.size for p in pairs])[:-1]
-        places = {
-            on.first: part.reshape(p.shape).astype(np.int32)
-            for on, p, part in zip(self._faces, pairs, np.split(place.ravel(), ends), strict=True)
+        block_rows = {
+            group.first: rows.reshape(p.shape).astype(np.int32)
+            for group, p, rows in zip(
+                self._faces, pairs, np.split(inverse.ravel(), ends), strict=True
+            )
         }
-        return _Adjacent(start, (keys % n).astype(np.int32), places)
+        return _Adjacent(start, (keys % n).astype(np.int32), block_rows)
 
-    def _split(self, rows: IndexArray) -> Iterator[tuple[_OnFaces, slice]]:
-        """Yield which of `rows`, ascending, are on faces of each number of corners."""
-        for on in self._faces:
-            start, stop = np.searchsorted(rows, (on.first, on.stop)).tolist()
+    def _split(self, rows: IndexArray) -> Iterator[tuple[_FacePoints, slice]]:
+        """Yield each group of faces, and the part of ascending `rows` on it."""
+        for group in self._faces:
+            start, stop = np.searchsorted(rows, (group.first, group.stop)).tolist()
             if stop > start:
-                yield on, slice(start, stop)
+                yield group, slice(start, stop)
 
     def _mean(self, nodal: FloatArray) -> FloatArray:
         """Return (n_points,) means of the corners that have a value."""
         means = [nodal]
-        for on in self._faces:
-            at = nodal[on.corners]
-            whole = np.einsum("fj,kj->fk", at, on.shape, optimize=False)
-            there = np.einsum("fj,kj->fk", (at > 0.0) * 1.0, on.shape, optimize=False)
-            inner = np.zeros_like(whole)
-            np.divide(whole, there, out=inner, where=there > 0.0)
-            means.append(inner.ravel())
+        for group in self._faces:
+            values = nodal[group.corners]
+            total = np.einsum("fj,kj->fk", values, group.shape, optimize=False)
+            weight = np.einsum("fj,kj->fk", (values > 0.0) * 1.0, group.shape, optimize=False)
+            mean = np.zeros_like(total)
+            np.divide(total, weight, out=mean, where=weight > 0.0)
+            means.append(mean.ravel())
         return np.concatenate(means)
 
     def _shared(self, nodal: FloatArray) -> FloatArray:
-        """Return (n_points,) shares of what the nodes have, by area, whose sum is theirs."""
+        """Return (n_points,) shares of nodal values, by area, with the same sum."""
         assert self.weight is not None
         rows = np.arange(self.n_nodes, self.n_points, dtype=np.int64)
-        whole = self.nodal_sum(rows, self.weight[self.n_nodes :])
-        each = np.zeros(self.n_nodes)
-        np.divide(nodal, whole, out=each, where=whole > 0.0)
+        area = self.nodal_sum(rows, self.weight[self.n_nodes :])
+        per_area = np.zeros(self.n_nodes)
+        np.divide(nodal, area, out=per_area, where=area > 0.0)
         shares = [np.zeros(self.n_nodes)]
-        for on in self._faces:
-            corner, shape = on.of(np.arange(on.first, on.stop, dtype=np.int64))
-            shares.append((shape * on.area[:, None] * each[corner]).sum(axis=1))
+        for group in self._faces:
+            face_rows = np.arange(group.first, group.stop, dtype=np.int64)
+            corner, shape = group.corners_and_shape(face_rows)
+            shares.append((shape * group.area[:, None] * per_area[corner]).sum(axis=1))
         return np.concatenate(shares)

@@ -1,4 +1,4 @@
-"""Choosing part of a slave: the facets that take part, and with them the nodes."""
+"""Selection of a part of a slave: its active facets and nodes."""
 
 from __future__ import annotations
 
@@ -15,8 +15,8 @@ from contiga.records import FloatArray, IntArray
 from contiga.slaves.quads import triangle_normals
 
 BoolArray = NDArray[np.bool_]
-ROUNDING = 1e-9
-"""Points this share of the slave's extent outside a box count as on its border."""
+BOX_TOL = 1e-9
+"""Distance outside a box, over the extent of the slave, at which points count as on its border."""
 
 
 def on_curve(points: FloatArray, curve: NurbsCurve, within: float) -> BoolArray:
@@ -26,76 +26,75 @@ def on_curve(points: FloatArray, curve: NurbsCurve, within: float) -> BoolArray:
 
 
 class Surface(NamedTuple):
-    """The points, facets and normals to choose from."""
+    """The points and facets of a slave."""
 
     points: FloatArray
     """(n, 3)."""
     facets: IntArray | None
     """(m, 3) rows of `points`, None for a cloud."""
     quads: IntArray
-    """(q, 2) rows of `facets` that are the halves of quadrilaterals: chosen together."""
+    """(q, 2) rows of `facets` that are halves of quadrilaterals: selected together."""
 
 
 class Selected(NamedTuple):
-    """The facets and active points that are left of a slave."""
+    """The selected facets and active points of a slave."""
 
     facets: IntArray | None
-    """(k, 3) those with all corners chosen; None for a cloud."""
+    """(k, 3) facets with all corners selected; None for a cloud."""
     active: BoolArray
-    """(n,) their corners; of what no facet has, the points chosen."""
+    """(n,) their corners, and selected points that are on no facet."""
 
 
 class Criteria(NamedTuple):
-    """The conditions on a point or a facet; None asks nothing."""
+    """The conditions on a point or a facet; None for no condition."""
 
     nodes: ArrayLike | None = None
     """(n,) bool or rows of the points."""
     box: ArrayLike | None = None
     """(2, 3) lowest and highest corner, borders included."""
     side: tuple[ArrayLike, float] | None = None
-    """Direction (3,), and how many degrees normals may be off it."""
+    """Direction (3,), and the largest angle between it and normals, degrees."""
 
 
 def select(surface: Surface, active: BoolArray, criteria: Criteria, where: str) -> Selected:
-    """Facets whose corners are all chosen and whose normal points the way asked for.
+    """Return the facets with all corners selected and normals near the given direction.
 
     Parameters
     ----------
     surface : points and facets
-    active : (n,) points that take part so far; others are never chosen
+    active : (n,) active points; others are never selected
     criteria : sets of nodes and directions of normals
-    where : whose points they are, for messages
+    where : name of the slave, for messages
 
     Raises
     ------
     MeshError
-        A criterion that is none, or one that leaves nothing.
+        An invalid criterion, or one that selects nothing.
     """
     points, facets, quads = surface
-    chosen = active.copy()
+    is_selected = active.copy()
     if criteria.nodes is not None:
-        chosen &= _as_mask(criteria.nodes, len(points), where)
+        is_selected &= _as_mask(criteria.nodes, len(points), where)
     if criteria.box is not None and active.any():
-        chosen &= _in_box(points, criteria.box, points[active], where)
+        is_selected &= _in_box(points, criteria.box, points[active], where)
     if facets is None:
         if criteria.side is not None:
             raise MeshError("a cloud has no sides: it has no facets", where=f"{where}, side")
-        return _checked(Selected(None, chosen), where)
-    kept = facets_of(chosen, facets, quads)
+        return _checked(Selected(None, is_selected), where)
+    facet_mask = facets_of(is_selected, facets, quads)
     if criteria.side is not None:
-        kept &= faces_to(surface, criteria.side, where)
-    on_facets = np.zeros(len(points), dtype=bool)
-    on_facets[facets] = True
-    result = chosen & ~on_facets if criteria.side is None else np.zeros(len(points), dtype=bool)
-    result[facets[kept]] = True
-    return _checked(Selected(np.ascontiguousarray(facets[kept]), result), where)
+        facet_mask &= faces_to(surface, criteria.side, where)
+        is_selected[:] = False  # points on no facet have no side
+    is_selected[facets] = False
+    is_selected[facets[facet_mask]] = True
+    return _checked(Selected(np.ascontiguousarray(facets[facet_mask]), is_selected), where)
 
 
-def facets_of(chosen: BoolArray, facets: IntArray, quads: IntArray) -> BoolArray:
-    """Return (m,) facets all of whose corners are among chosen points, quadrilaterals whole."""
-    kept: BoolArray = np.asarray(chosen[facets].all(axis=1))
-    kept[quads] = kept[quads].all(axis=1, keepdims=True)
-    return kept
+def facets_of(is_selected: BoolArray, facets: IntArray, quads: IntArray) -> BoolArray:
+    """Return (m,) facets with all corners among selected points; both halves of quadrilaterals."""
+    mask: BoolArray = np.asarray(is_selected[facets].all(axis=1))
+    mask[quads] = mask[quads].all(axis=1, keepdims=True)
+    return mask
 
 
 def _checked(selected: Selected, where: str) -> Selected:
@@ -110,17 +109,17 @@ def _checked(selected: Selected, where: str) -> Selected:
 
 
 def _as_mask(nodes: ArrayLike, count: int, where: str) -> BoolArray:
-    given = np.asarray(real(nodes, where))
-    if given.dtype == np.bool_ and given.shape == (count,):
-        return given
-    if given.dtype.kind in "iu" and given.ndim == 1 and ((given >= 0) & (given < count)).all():
+    array = np.asarray(real(nodes, where))
+    if array.dtype == np.bool_ and array.shape == (count,):
+        return array
+    if array.dtype.kind in "iu" and array.ndim == 1 and ((array >= 0) & (array < count)).all():
         mask = np.zeros(count, dtype=bool)
-        mask[given] = True
+        mask[array] = True
         return mask
     raise MeshError(
         "expected one boolean for each point, or the numbers of points",
         where=where,
-        found=f"shape {given.shape} of {given.dtype}",
+        found=f"shape {array.shape} of {array.dtype}",
         allowed=f"({count},) of bool, or whole numbers from 0 to {count - 1}",
     )
 
@@ -134,8 +133,8 @@ def _in_box(points: FloatArray, box: ArrayLike, active: FloatArray, where: str) 
             found=box,
             allowed="[[x, y, z], [x, y, z]], the first at most the second",
         )
-    near = ROUNDING * float(np.ptp(active, axis=0).max(initial=0.0))
-    low, high = corners[0] - near, corners[1] + near
+    tol = BOX_TOL * float(np.ptp(active, axis=0).max(initial=0.0))
+    low, high = corners[0] - tol, corners[1] + tol
     if not ((active >= low) & (active <= high)).all(axis=1).any():
         raise MeshError(
             "no point lies in the box",
@@ -144,8 +143,8 @@ def _in_box(points: FloatArray, box: ArrayLike, active: FloatArray, where: str) 
             allowed=f"a box about some of {_rounded(active.min(axis=0))} to "
             f"{_rounded(active.max(axis=0))}",
         )
-    inside: BoolArray = ((points >= low) & (points <= high)).all(axis=1)
-    return inside
+    mask: BoolArray = ((points >= low) & (points <= high)).all(axis=1)
+    return mask
 
 
 def _rounded(corner: FloatArray) -> list[float]:
@@ -153,10 +152,15 @@ def _rounded(corner: FloatArray) -> list[float]:
 
 
 def faces_to(surface: Surface, side: tuple[ArrayLike, float], where: str) -> BoolArray:
-    """Return facets (m,) with a normal within an angle of a direction; a quadrilateral's mean."""
-    way, angle = _numbers(side[0]), float(side[1])
-    length = 0.0 if way is None or way.shape != (3,) else float(np.sqrt((way * way).sum()))
-    if way is None or not (0.0 < length < np.inf):
+    """Return facets (m,) with a normal within an angle of a direction.
+
+    Both halves of a quadrilateral have its mean normal.
+    """
+    direction, angle = _numbers(side[0]), float(side[1])
+    length = 0.0
+    if direction is not None and direction.shape == (3,):
+        length = float(np.sqrt((direction * direction).sum()))
+    if direction is None or not (0.0 < length < np.inf):
         raise MeshError(
             "a direction is three numbers that are not all 0",
             where=f"{where}, side",
@@ -174,16 +178,16 @@ def faces_to(surface: Surface, side: tuple[ArrayLike, float], where: str) -> Boo
     normals = triangle_normals(points, facets)
     normals[quads] = normals[quads].sum(axis=1)[:, None]
     lengths = np.sqrt((normals * normals).sum(axis=1))
-    along = (normals * (way / length)).sum(axis=1)
-    kept: BoolArray = (lengths > 0.0) & (along >= np.cos(np.radians(angle)) * lengths)
-    if not kept.any():
+    projections = (normals * (direction / length)).sum(axis=1)
+    mask: BoolArray = (lengths > 0.0) & (projections >= np.cos(np.radians(angle)) * lengths)
+    if not mask.any():
         raise MeshError(
             f"no facet faces that way to {angle:g} degrees",
             where=f"{where}, side",
-            found=way.tolist(),
+            found=direction.tolist(),
             remedy="Normals are those of the facets: of shells as the file turns them",
         )
-    return kept
+    return mask
 
 
 def _numbers(values: Any) -> FloatArray | None:

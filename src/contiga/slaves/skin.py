@@ -1,7 +1,7 @@
 """Surface facets of a mesh: the skin of its solids, its shells, and each node's share of the area.
 
-A face of a solid belongs to the skin when no other solid has it. Faces are told apart by their
-corners alone, so that linear and quadratic cells match where they meet.
+A face of a solid belongs to the skin if no other solid has it. Faces are compared by their corners
+alone, so that linear and quadratic cells match where they meet.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ class CellBlock(NamedTuple):
     """Cells of one kind."""
 
     kind: str
-    """As meshio names it: "tetra10", "quad" …"""
+    """Name of the kind in meshio: "tetra10", "quad" …"""
     nodes: Int64Array
     """(m, k) rows of the mesh's points."""
 
@@ -54,15 +54,15 @@ def facet_width(points: FloatArray, facets: IntArray) -> float:
 def tributary_area(
     points: FloatArray, facets: IntArray, quads: IntArray | None = None
 ) -> FloatArray:
-    """Each node's share of the surface: ∫ N dA of its shape function over the faces.
+    """Return each node's share of the surface: ∫ N dA of its shape function over the faces.
 
-    That is a third of every triangle it is a corner of, and a quarter of every parallelogram.
+    It is a third of each triangle and a quarter of each parallelogram at the node.
 
     Parameters
     ----------
     points : (n, 3), length
     facets : (m, 3) rows of `points`
-    quads : (q, 2) rows of `facets` that are the halves of a quadrilateral; none if omitted
+    quads : (q, 2) rows of `facets` that are halves of a quadrilateral; none if omitted
 
     Returns
     -------
@@ -73,99 +73,91 @@ def tributary_area(
 
 
 def skin(points: FloatArray, blocks: list[CellBlock] | tuple[CellBlock, ...]) -> IntArray:
-    """Surface of a mesh as linear triangles.
+    """Return the surface of a mesh as linear triangles.
 
-    Outer faces of solids come out with their normals outward, shells in the sense they have in
-    the file. Quadratic faces are split through their mid-side nodes. A shell that lies on a face
-    of a solid, or on a shell already taken, adds no second layer: mesh generators write the
-    boundary of a volume beside the volume.
+    Normals of solids point outward, and shells keep their sense in the file. Quadratic faces are
+    split through their mid-side nodes. A shell that lies on a face of a solid, or on an earlier
+    shell, adds no second layer: mesh generators write the boundary of a volume beside the volume.
 
     Parameters
     ----------
     points : (n, 3), length
-    blocks : the cells; lines and vertices are passed over
+    blocks : the cells; lines and vertices are ignored
 
     Returns
     -------
     (m, 3) int32, rows of `points`
     """
-    faces = [face for i, block in enumerate(blocks) for face in _candidates(block, i)]
+    faces: list[_Faces] = []
+    for k, block in enumerate(blocks):
+        cells = np.arange(len(block.nodes), dtype=np.int64)
+        if block.kind in SHELLS:
+            faces.append(_Faces(block.kind, block.nodes, SHELLS[block.kind], False, k, cells))
+        elif block.kind in SOLIDS:
+            solid = SOLIDS[block.kind]
+            for corners, side in zip(solid.corner_faces, solid.faces, strict=True):
+                kind, side_nodes = face_kind(len(side)), block.nodes[:, list(side)]
+                faces.append(_Faces(kind, side_nodes, len(corners), True, k, cells))
     if not faces:
         return np.empty((0, 3), dtype=np.int32)
-    chosen = _choose(faces)
     pieces = []
-    for face, rows in zip(faces, chosen, strict=True):
-        nodes = face.nodes[rows]
+    for face, is_on_surface in zip(faces, _surface_masks(faces), strict=True):
+        nodes = face.nodes[is_on_surface]
         triangles, parent = split_shells(points, face.kind, nodes.astype(np.int32))
         if face.is_solid:
             block = blocks[face.block]
-            inverted = _volumes(points, block.kind, block.nodes[face.cell[rows]]) < 0.0
-            turned = inverted[parent]
-            triangles[turned] = triangles[turned][:, ::-1]
+            cell_nodes = block.nodes[face.cell[is_on_surface]]
+            is_inverted = (_volumes(points, block.kind, cell_nodes) < 0.0)[parent]
+            triangles[is_inverted] = triangles[is_inverted][:, ::-1]
         pieces.append(triangles)
     return np.ascontiguousarray(np.concatenate(pieces), dtype=np.int32)
 
 
 def mend_degenerate(block: CellBlock) -> list[CellBlock]:
-    """Hexahedra that are tetrahedra written with their fourth node five times, apart.
+    """Separate hexahedra that are tetrahedra with their fourth node five times.
 
     LS-DYNA writes ``n1 n2 n3 n4 n4 n4 n4 n4``; read as a hexahedron, its four different nodes
-    would make up a folded base. Other collapsed cells need no mending.
+    would make up a folded base. Other collapsed cells need no change.
     """
     if block.kind != "hexahedron":
         return [block]
     nodes = block.nodes
-    tetra = np.all(nodes[:, 4:] == nodes[:, 3:4], axis=1)
-    parts = [CellBlock("hexahedron", nodes[~tetra]), CellBlock("tetra", nodes[tetra][:, :4])]
+    is_tetra = np.all(nodes[:, 4:] == nodes[:, 3:4], axis=1)
+    parts = [CellBlock("hexahedron", nodes[~is_tetra]), CellBlock("tetra", nodes[is_tetra][:, :4])]
     return [part for part in parts if len(part.nodes)]
 
 
-def _candidates(block: CellBlock, index: int) -> list[_Faces]:
-    cells = np.arange(len(block.nodes), dtype=np.int64)
-    if block.kind in SHELLS:
-        return [_Faces(block.kind, block.nodes, SHELLS[block.kind], False, index, cells)]
-    if block.kind not in SOLIDS:
-        return []
-    solid = SOLIDS[block.kind]
-    return [
-        _Faces(face_kind(len(face)), block.nodes[:, list(face)], len(corners), True, index, cells)
-        for corners, face in zip(solid.corner_faces, solid.faces, strict=True)
-    ]
-
-
-def _choose(faces: list[_Faces]) -> list[NDArray[np.bool_]]:
+def _surface_masks(faces: list[_Faces]) -> list[NDArray[np.bool_]]:
     """Return which rows of each set of faces are on the surface."""
-    keys = np.concatenate([_keys(face) for face in faces])
+    key_sets = []
+    for face in faces:
+        # different corner ids (m, 4) of each face, ascending, after −1 if there are fewer
+        corners = np.sort(face.nodes[:, : face.n_corners], axis=1)
+        corners[:, 1:][corners[:, 1:] == corners[:, :-1]] = -1
+        padded = np.full((len(corners), 4), -1, dtype=np.int64)
+        padded[:, 4 - face.n_corners :] = np.sort(corners, axis=1)
+        key_sets.append(padded)
+    keys = np.concatenate(key_sets)
     is_solid = np.concatenate([np.full(len(face.nodes), face.is_solid) for face in faces])
     # The upper two and the lower two ids share a word each: two sorting passes instead of four.
     upper = (keys[:, 0] << 32) | (keys[:, 1] & 0xFFFFFFFF)
     lower = (keys[:, 2] << 32) | (keys[:, 3] & 0xFFFFFFFF)
-    # lexsort is stable and solids sort before shells, so the first of a group speaks for it.
+    # lexsort is stable and solids sort before shells, so the first of a group represents it.
     order = np.lexsort((~is_solid, lower, upper))
     upper, lower, solid = upper[order], lower[order], is_solid[order]
-    starts = np.ones(len(order), dtype=bool)
-    starts[1:] = (upper[1:] != upper[:-1]) | (lower[1:] != lower[:-1])
-    group = np.cumsum(starts) - 1
-    solids_in_group = np.bincount(group, weights=solid)[group]
-    on_surface = starts & (~solid | (solids_in_group == 1))
+    is_first = np.ones(len(order), dtype=bool)
+    is_first[1:] = (upper[1:] != upper[:-1]) | (lower[1:] != lower[:-1])
+    group = np.cumsum(is_first) - 1
+    n_solids = np.bincount(group, weights=solid)[group]
+    on_surface = is_first & (~solid | (n_solids == 1))
     on_surface &= keys[order, 1] >= 0  # fewer than three different corners: no area
-    chosen = np.empty(len(order), dtype=bool)
-    chosen[order] = on_surface
-    return np.split(chosen, np.cumsum([len(face.nodes) for face in faces])[:-1])
-
-
-def _keys(face: _Faces) -> Int64Array:
-    """Return different corner ids (m, 4) of each face, ascending, after −1 if there are fewer."""
-    corners = np.sort(face.nodes[:, : face.n_corners], axis=1)
-    corners[:, 1:][corners[:, 1:] == corners[:, :-1]] = -1
-    corners = np.sort(corners, axis=1)
-    keys = np.full((len(corners), 4), -1, dtype=np.int64)
-    keys[:, 4 - face.n_corners :] = corners
-    return keys
+    masks = np.empty(len(order), dtype=bool)
+    masks[order] = on_surface
+    return np.split(masks, np.cumsum([len(face.nodes) for face in faces])[:-1])
 
 
 def _volumes(points: FloatArray, kind: str, nodes: Int64Array) -> FloatArray:
-    """Divergence theorem on the faces of the corners, about the first node against round-off."""
+    """Return volumes by the divergence theorem, about the first node to reduce round-off."""
     volume = np.zeros(len(nodes))
     origin = points[nodes[:, 0]]
     for face in SOLIDS[kind].corner_faces:

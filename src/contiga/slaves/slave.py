@@ -1,4 +1,4 @@
-"""The slave: points that can touch a master, with what the mesh they come from knows about them."""
+"""The slave: points that can touch a master, with the data of their mesh."""
 
 from __future__ import annotations
 
@@ -26,24 +26,24 @@ from contiga.triangles.pyvista_mesh import pyvista_mesh
 if TYPE_CHECKING:
     import pyvista
 
-_RIGID_TOLERANCE = 1e-9
-_SAME_AREA = 1e-9
-_ON_SURFACE = 1e-9
+_SIMILARITY_TOL = 1e-9
+_AREA_TOL = 1e-9
+_NODE_TOL = 1e-9
 
 
 class MeshPart(NamedTuple):
-    """A part, set or physical group a mesh file names."""
+    """A part, set or physical group of a mesh file."""
 
     id: int | None
     name: str | None
     n_cells: int
-    """Cells in it; 0 for a set of nodes."""
+    """Number of cells; 0 for a set of nodes."""
     n_nodes: int
-    """Nodes in it, or of its cells."""
+    """Number of nodes, its own or of its cells."""
 
     @property
     def label(self) -> str:
-        """The name that a user would ask for."""
+        """The name for users."""
         if self.name is None:
             return str(self.id)
         return self.name if self.id is None else f"{self.id} ({self.name})"
@@ -55,24 +55,24 @@ class Slave(Displayed):
     Parameters
     ----------
     points : (n, 3), length
-        All nodes of the mesh, so that results line up with it. Those of the surface, if omitted.
+        All nodes of the mesh, so that results fit it; the nodes of `surfaces` if omitted.
     facets : (m, 3) or (m, 4) rows of `points`
         Surface facets; quadrilaterals are split along their shorter diagonal.
     area : (n,) or one for every point, length², at least 0
-        Contact area of each point; by default its third of every facet it is a corner of, and of
-        quadrilateral faces of solid elements ∫ N dA of its bilinear shape function.
+        Contact area of each point; by default a third of each facet at the point, and ∫ N dA of the
+        bilinear shape function on quadrilateral faces of solid elements.
     thickness : (n,) or one for every point, length, at least 0
         Thickness of the shell at each point, 0 where there is no shell.
     mass : (n,) or one for every point, at least 0
     active : (n,) bool
         Points that take part in contact; by default the corners of the facets, or every point
-        where there are no facets.
-    name : what messages and results call it
-    unit : the length unit of all this, if known
-    cells : how many cells of the file it was made of, by kind, for reports
-    parts : what the file names, for reports
+        without facets.
+    name : name in messages and results
+    unit : unit of lengths, if known
+    cells : number of cells of its file by kind, for reports
+    parts : parts, sets and groups of its file, for reports
     elements : cells by kind ("tetra", "hexahedron", "triangle" …), each (e, k) rows of `points`
-        with the corners in the order of VTK: what may deform
+        with the corners in the order of VTK; they may deform
     surfaces : NurbsSurface, one or several that share the control points of their joints
         The slave is a surface of splines: its points are nodes of that surface, with the areas and
         facets between them. `contiga.motion.Deforming` makes a shell or a membrane of it.
@@ -83,7 +83,7 @@ class Slave(Displayed):
         Surfaces that do not meet, meet with other control points or along a part of an edge, have
         a pole, or are of a degree above 5.
     MeshError
-        No points, a coordinate that is not finite, a facet that names no point, an array that
+        No points, a coordinate that is not finite, a facet that refers to no point, an array that
         does not fit.
 
     Examples
@@ -104,7 +104,7 @@ class Slave(Displayed):
     facets: IntArray | None
     """(m, 3) int32 triangles, read-only."""
     area: FloatArray | None
-    """(n,) tributary area; None for a cloud that was given none."""
+    """(n,) tributary area; None for a cloud without areas."""
     thickness: FloatArray | None
     mass: FloatArray | None
     active: NDArray[np.bool_]
@@ -113,9 +113,9 @@ class Slave(Displayed):
     cells: Mapping[str, int]
     parts: tuple[MeshPart, ...]
     elements: Mapping[str, IntArray]
-    """By kind, (e, k) rows of `points`, read-only; empty where none are known."""
+    """(e, k) rows of `points` by kind, read-only; empty if unknown."""
     surfaces: Splines | None
-    """The patches of a slave of splines and how they meet; None of others."""
+    """The patches of a slave of splines and their joints; None for others."""
     quads: IntArray
     """(q, 2) int32 rows of `facets`, read-only: the halves of each quadrilateral face of a solid
     element, which is bilinear in areas, quadrature and loads."""
@@ -142,7 +142,10 @@ class Slave(Displayed):
         elements: Mapping[str, ArrayLike] | None = None,
         surfaces: NurbsSurface | Sequence[NurbsSurface] | Splines | None = None,
     ) -> None:
-        splines = _splines(surfaces)
+        if surfaces is None or isinstance(surfaces, Splines):
+            splines = surfaces
+        else:
+            splines = Splines.of(surfaces)
         if splines is not None and points is None:
             nodes = splines.nodes
             points, facets = splines.points, nodes.facets if facets is None else facets
@@ -151,7 +154,7 @@ class Slave(Displayed):
             raise MeshError("needs points, or surfaces", where=name, found="neither")
         coordinates = read_only(as_points(points, f"{name}: points"))
         if splines is not None:
-            _check_on(splines, coordinates, name)
+            _check_nodes(splines, coordinates, name)
         check_points(coordinates, where=name)
         triangles = None if facets is None else as_facets(coordinates, facets, name)
         cells_by_kind = as_elements(elements, len(coordinates), name)
@@ -179,20 +182,21 @@ class Slave(Displayed):
 
     @classmethod
     def of(cls, matter: Any, name: str = "slave") -> Slave:
-        """The slave that is moved by matter of one's own: its points, facets and areas.
+        """Return a slave with the points, facets and areas of user-made matter, which moves it.
 
-        `Slave(surfaces=…)` is simpler where a shell is to be what `Deforming` makes of it.
+        `Slave(surfaces=…)` is simpler for a shell that `Deforming` makes.
 
         Parameters
         ----------
-        matter : with the methods of `contiga.matter.Matter`, as `contiga.matter.iga.assemble_shell`
-            makes it; with `facets`, and with `areas` where the points have their own
-        name : what messages and results call it
+        matter : object with the methods of `contiga.matter.Matter`, such as the result of
+            `contiga.matter.iga.assemble_shell`; with `facets`, and with `areas` if its points have
+            areas of their own
+        name : name in messages and results
 
         Raises
         ------
         MeshError
-            Points or facets that are none.
+            Invalid points or facets.
 
         Examples
         --------
@@ -227,7 +231,7 @@ class Slave(Displayed):
         return picture_of(self.points, self.facets)
 
     def to_pyvista(self) -> pyvista.PolyData:
-        """The facets, or the points of a cloud, as a `pyvista.PolyData`, a copy.
+        """Return the facets, or the points of a cloud, as a copy in a `pyvista.PolyData`.
 
         Raises
         ------
@@ -257,22 +261,22 @@ class Slave(Displayed):
         box: ArrayLike | None = None,
         side: tuple[ArrayLike, float] | None = None,
     ) -> Slave:
-        """A copy with fewer active points; all points stay, so that results line up with the mesh.
+        """Return a copy with fewer active points; all points stay, so that results fit the mesh.
 
-        Facets stay whose corners are all chosen, and of points on facets their corners are active.
-        What is given is to be fulfilled together. Areas that are the points' shares of the facets
-        become shares of those that stay; others are kept.
+        All criteria must hold. A facet stays if all its corners are selected; its corners, and
+        selected points on no facet, are active. Areas that are shares of the facets become shares
+        of the remaining facets; others do not change.
 
         Parameters
         ----------
         nodes : (n,) bool, or rows of points
-        box : (2, 3) lowest and highest corner, length; points on its border are in
-        side : direction (3,) and an angle in degrees that normals of facets may be off it
+        box : (2, 3) lowest and highest corner, length; points on its border are inside
+        side : direction (3,), and largest angle between it and normals of facets, degrees
 
         Raises
         ------
         MeshError
-            A criterion that is none of these; nothing is left.
+            An invalid criterion, or nothing is selected.
 
         Examples
         --------
@@ -291,39 +295,37 @@ class Slave(Displayed):
         return Slave(**(fields | {"facets": facets, "active": active}))
 
     def _shares_its_facets(self) -> bool:
-        """Return whether the areas are shares of the facets, not given ones."""
+        """Return whether the areas are shares of the facets."""
         if self.area is None or self.facets is None:
             return False
         areas = tributary_area(self.points, self.facets, self.quads)
-        # To be moved or scaled changes their last bits.
-        return bool((np.abs(self.area - areas) <= _SAME_AREA * areas.max(initial=0.0)).all())
+        # motion and scale change their last bits
+        return bool((np.abs(self.area - areas) <= _AREA_TOL * areas.max(initial=0.0)).all())
 
     def transformed(self, transform: PoseLike) -> Slave:
-        """A copy moved by a (4, 4) similarity: rotation, translation, uniform scale, mirror.
+        """Return a copy moved by a (4, 4) similarity: rotation, translation, uniform scale, mirror.
 
-        A scipy `Rotation` or a pair (R, t) will do.
-        Lengths, areas and thicknesses scale along; a mirror turns the facets so that their
-        normals stay on the same side. Mass stays.
+        A scipy `Rotation` or a pair (R, t) is accepted. Lengths, areas and thicknesses scale with
+        it; a mirror turns the facets so that their normals stay on the same side. Mass stays.
 
         Raises
         ------
         MeshError
-            The matrix is not (4, 4), or stretches: areas that were given could not follow it.
+            The matrix is not (4, 4), or no similarity: areas could not follow it.
         """
-        given = as_matrix(transform, f"{self.name}, transform")
-        matrix = np.asarray(real(given, self.name), dtype=np.float64)
+        transform = as_matrix(transform, f"{self.name}, transform")
+        matrix = np.asarray(real(transform, self.name), dtype=np.float64)
         linear, factor = _similarity(matrix, self.name)
-        mirrored_points = np.linalg.det(linear) < 0.0
-        facets = (
-            self.facets[:, ::-1] if mirrored_points and self.facets is not None else self.facets
-        )
-        elements = mirrored(self.elements) if mirrored_points else self.elements
-        moved = self.points @ linear.T + matrix[:3, 3]
-        changed = {"points": moved, "facets": facets, "elements": elements}
-        return self._copy(changed, matrix, factor)
+        facets, elements = self.facets, self.elements
+        if np.linalg.det(linear) < 0.0:
+            facets = None if facets is None else facets[:, ::-1]
+            elements = mirrored(elements)
+        points = self.points @ linear.T + matrix[:3, 3]
+        fields = {"points": points, "facets": facets, "elements": elements}
+        return self._copy(fields, matrix, factor)
 
     def scaled(self, factor: float, unit: str | None = None) -> Slave:
-        """A copy with all lengths times `factor` > 0, and the label `unit` if given."""
+        """Return a copy with all lengths times `factor` > 0, and the label `unit` if given."""
         if not (np.isfinite(factor) and factor > 0.0):
             raise MeshError(
                 "the scale must be a positive number",
@@ -331,30 +333,31 @@ class Slave(Displayed):
                 found=factor,
                 allowed="> 0",
             )
-        changed = {"points": self.points * factor, "unit": unit or self.unit}
-        return self._copy(changed, scaling(factor), factor)
+        fields = {"points": self.points * factor, "unit": unit or self.unit}
+        return self._copy(fields, scaling(factor), factor)
 
     def with_mass(self, mass: ArrayLike) -> Slave:
-        """A copy whose points have the masses `mass`: one for all or (n,), in the unit of mass.
+        """Return a copy with the masses `mass`: one for all or (n,), in the unit of mass.
 
         Raises
         ------
         InputError
-            As the slave's own masses: not finite, below zero or not one a point.
+            A mass is not finite or below zero, or there is not one a point.
         """
         return Slave(**(self._values() | {"mass": mass}))
 
     def _values(self) -> dict[str, Any]:
-        return {key: _plain(getattr(self, key)) for key in _FIELDS}
+        values = {key: getattr(self, key) for key in _FIELDS}
+        return {key: dict(v) if isinstance(v, Mapping) else v for key, v in values.items()}
 
-    def _copy(self, changed: dict[str, Any], matrix: FloatArray, factor: float) -> Slave:
-        """Return a copy moved by a similarity (4, 4) of a scale, with `changed` fields beside."""
-        lengths = {
+    def _copy(self, fields: dict[str, Any], matrix: FloatArray, factor: float) -> Slave:
+        """Return a copy with new `fields`, and the rest moved by a similarity (4, 4) of a scale."""
+        scaled_fields = {
             "area": None if self.area is None else self.area * factor**2,
             "thickness": None if self.thickness is None else self.thickness * factor,
             "surfaces": None if self.surfaces is None else self.surfaces.transformed(matrix),
         }
-        return Slave(**(self._values() | changed | lengths))
+        return Slave(**(self._values() | fields | scaled_fields))
 
 
 _FIELDS = tuple(key for key in Slave.__slots__ if key not in ("quads", "__weakref__"))
@@ -362,12 +365,13 @@ _FIELDS = tuple(key for key in Slave.__slots__ if key not in ("quads", "__weakre
 
 def box_of(points: FloatArray, active: NDArray[np.bool_] | None = None) -> FloatArray:
     """Return the lowest and highest coordinates (2, 3) of points (n, 3); of active ones, if any."""
-    chosen = points[active] if active is not None and active.any() else points
-    return np.stack([chosen.min(axis=0), chosen.max(axis=0)])
+    if active is not None and active.any():
+        points = points[active]
+    return np.stack([points.min(axis=0), points.max(axis=0)])
 
 
 def _similarity(matrix: FloatArray, name: str) -> tuple[FloatArray, float]:
-    """Linear part and scale of a (4, 4) similarity."""
+    """Return linear part and scale of a (4, 4) similarity, checked."""
     last_row = [0.0, 0.0, 0.0, 1.0]
     if matrix.shape != (4, 4) or not np.isfinite(matrix).all() or matrix[3].tolist() != last_row:
         raise MeshError(
@@ -378,7 +382,7 @@ def _similarity(matrix: FloatArray, name: str) -> tuple[FloatArray, float]:
     linear = matrix[:3, :3]
     gram = linear.T @ linear
     square = np.trace(gram) / 3.0
-    if not square > 0.0 or np.abs(gram - square * np.eye(3)).max() > _RIGID_TOLERANCE * square:
+    if not square > 0.0 or np.abs(gram - square * np.eye(3)).max() > _SIMILARITY_TOL * square:
         raise MeshError(
             "a slave can be turned, moved, mirrored and scaled alike in all directions only",
             where=name,
@@ -388,26 +392,17 @@ def _similarity(matrix: FloatArray, name: str) -> tuple[FloatArray, float]:
     return linear, float(np.sqrt(square))
 
 
-def _splines(given: Any) -> Splines | None:
-    return given if given is None or isinstance(given, Splines) else Splines.of(given)
-
-
-def _check_on(splines: Splines, points: FloatArray, name: str) -> None:
+def _check_nodes(splines: Splines, points: FloatArray, name: str) -> None:
     """Refuse points that are not the nodes of the surfaces."""
     nodes = splines.points
     size = float(np.ptp(nodes, axis=0).max())
-    same = nodes.shape == points.shape and np.abs(nodes - points).max() <= _ON_SURFACE * size
-    if not same:
+    if nodes.shape != points.shape or not np.abs(nodes - points).max() <= _NODE_TOL * size:
         raise MeshError(
             "the points of a slave of splines are the nodes of its surfaces",
             where=name,
             found=f"{len(points)} points",
             allowed=f"no points beside surfaces, which have {len(nodes)}",
         )
-
-
-def _plain(value: Any) -> Any:
-    return dict(value) if isinstance(value, Mapping) else value
 
 
 def _rebuild(fields: dict[str, Any]) -> Slave:
@@ -417,11 +412,11 @@ def _rebuild(fields: dict[str, Any]) -> Slave:
 def own_nodes(slave: Slave) -> IndexArray:
     """Return (k,) rows of the points that are the slave's own.
 
-    Of a mesh file that it is a part of, it has the nodes of other parts, too: these are neither
+    A slave that is a part of a mesh file has the nodes of other parts, too: these are neither
     counted nor drawn.
     """
-    own = slave.active | (len(slave.cells) == 0)
+    is_own = slave.active | (len(slave.cells) == 0)
     for rows in (slave.facets, *slave.elements.values()):
         if rows is not None:
-            own[rows] = True
-    return np.flatnonzero(own)
+            is_own[rows] = True
+    return np.flatnonzero(is_own)

@@ -1,4 +1,4 @@
-"""A strip of splines through rows of points: the patch that a belt is laid as."""
+"""A strip of splines through rows of points: the patch of a belt."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from contiga.records import FloatArray
 
 DEGREE = 2
 """Degree along a strip and across."""
-SAMPLES = 20
+N_CHORDS = 20
 """Number of chords per element that measure its length."""
 
 
@@ -50,7 +50,7 @@ class Strip(NamedTuple):
     def interpolated(self, values: FloatArray) -> FloatArray:
         """Return spline coefficients (n, …) along the strip that interpolate `values` (n, …).
 
-        The values are those at `along`.
+        The values are at the parameters `along`.
         """
         matrix = basis(self.knots[0], DEGREE, self.along)[:, 0]
         flat = np.linalg.solve(matrix, values.reshape(len(values), -1))
@@ -68,13 +68,13 @@ class Strip(NamedTuple):
 
         The length of an element is `share` times its mean length in the patch through `rows`.
         """
-        laid = self.through(rows)
-        u = np.linspace(0.0, 1.0, SAMPLES * self.segments + 1)
+        patch = self.through(rows)
+        u = np.linspace(0.0, 1.0, N_CHORDS * self.segments + 1)
         values = basis(self.knots[0], DEGREE, u)[:, 0]
-        lines = np.einsum("un,nvx->uvx", values, laid.control_points)
+        lines = np.einsum("un,nvx->uvx", values, patch.control_points)
         steps = np.linalg.norm(np.diff(lines, axis=0), axis=2).mean(axis=1)
         x = np.interp(self.along, u, np.concatenate([[0.0], np.cumsum(steps)]))
-        control = np.zeros(laid.control_points.shape)
+        control = np.zeros(patch.control_points.shape)
         control[:, :, 0] = share * self.interpolated(x)[:, None]
         control[:, :, 1] = width * (self.beside - 0.5)
         return control.reshape(-1, 3)

@@ -21,25 +21,21 @@ _BOOT = (
 
 
 class Progress(NamedTuple):
-    """A receiver of what becomes of a kernel that a process is given."""
+    """Start or end of compiling a kernel."""
 
     row: Row
     done: bool = False
-    """False where it is begun."""
-    made: bool = False
-    """It was compiled, and not there already."""
+    """Whether compiling has ended."""
+    is_compiled: bool = False
+    """Whether it was compiled, and not cached already."""
     file: str = ""
-    """Where it is kept; none where it is not."""
+    """Its cache file; empty if it is not cached."""
     error: str = ""
-    """Why it cannot be had: words, none where it can."""
+    """Error message; empty without an error."""
 
 
 Hear = Callable[[int, Progress], None]
-"""Called with the number of a process and what it tells, on a thread for each process."""
-
-
-def _unheard(process: int, progress: Progress) -> None:
-    """Nobody listens."""
+"""Called with the number of a process and its message, on a thread for each process."""
 
 
 class CompilePool:
@@ -47,31 +43,31 @@ class CompilePool:
 
     Parameters
     ----------
-    jobs : how many processes
-    hear : told what they say
-    plan : what is to be done, and by default everything
-    environment : of the processes, and by default that of this one
+    jobs : number of processes
+    hear : called with their messages
+    plan : kernels to compile; all if omitted
+    environment : environment of the processes; that of this one if omitted
     """
 
     def __init__(
         self,
         jobs: int,
-        hear: Hear = _unheard,
+        hear: Hear = lambda process, progress: None,
         plan: Plan | None = None,
         environment: Mapping[str, str] = os.environ,
     ) -> None:
-        self._plan = plan or _everything()
-        self._own: set[Row] = set()
-        """What this process has taken itself."""
+        self._plan = plan or Plan([kernel.parts for kernel in listing().kernels])
+        self._own_rows: set[Row] = set()
+        """Rows that this process compiles itself."""
         self._hear = hear
         self._processes: list[subprocess.Popen[str]] = []
         self._threads: list[threading.Thread] = []
         for number in range(jobs):
-            process = _started(environment)
+            process = _start_process(environment)
             self._processes.append(process)
-            keep = threading.Thread(target=self._keep_busy, args=(number, process), daemon=True)
-            self._threads.append(keep)
-            keep.start()
+            thread = threading.Thread(target=self._keep_busy, args=(number, process), daemon=True)
+            self._threads.append(thread)
+            thread.start()
 
     def __enter__(self) -> Self:
         return self
@@ -80,12 +76,12 @@ class CompilePool:
         self.end()
 
     def wait(self) -> None:
-        """Until all kernels are there, or no process is left."""
+        """Wait until all kernels are compiled, or all processes have ended."""
         for thread in self._threads:
             thread.join()
 
     def end(self) -> None:
-        """End them, whatever they are at."""
+        """End the processes at once."""
         self._plan.end()
         for process in self._processes:
             process.kill()
@@ -94,76 +90,62 @@ class CompilePool:
         self.wait()
 
     def before(self, module: str, name: str, arguments: tuple[Any, ...]) -> None:
-        """Have the parts of a kernel that this process is about to compile, or the kernel itself.
+        """Compile the parts of a kernel that this process is about to compile.
 
-        This process compiles as well, what others are not at.
+        Other processes may compile some of them, or the kernel itself.
         """
         row = listing().find(module, name, arguments)
-        if row is None or row in self._own:
+        if row is None or row in self._own_rows:
             return
-        while (taken := self._plan.take_towards(row)) is not None:
-            self._own.add(taken)
-            if taken == row:
+        while (next_row := self._plan.take_towards(row)) is not None:
+            self._own_rows.add(next_row)
+            if next_row == row:
                 return
-            with contextlib.suppress(Exception):  # whoever needs it hears of it
-                listing().compile(taken)
-            self._plan.done(taken)
+            with contextlib.suppress(Exception):  # the caller that needs it gets the error
+                listing().compile(next_row)
+            self._plan.done(next_row)
 
     def after(self, module: str, name: str, arguments: tuple[Any, ...]) -> None:
-        """A kernel is there, or cannot be compiled."""
+        """Mark a kernel as compiled, or as impossible to compile."""
         row = listing().find(module, name, arguments)
         if row is not None:
             self._plan.done(row)
 
     def _keep_busy(self, number: int, process: subprocess.Popen[str]) -> None:
-        """Hand one kernel after the other to a process, and hear what it says."""
-        assert process.stdin is not None
-        assert process.stdout is not None
-        with contextlib.suppress(OSError), process.stdin, process.stdout:
-            self._say(process, json.dumps(_modules()))
+        """Send one kernel after the other to a process, and pass its replies on."""
+        requests, replies = process.stdin, process.stdout
+        assert requests is not None
+        assert replies is not None
+
+        def send(line: str) -> None:
+            with contextlib.suppress(OSError):  # an ended process gives no reply
+                requests.write(line + "\n")
+                requests.flush()
+
+        with contextlib.suppress(OSError), requests, replies:
+            send(json.dumps([os.path.abspath(entry) for entry in sys.path]))
             while (row := self._plan.take()) is not None:
                 self._hear(number, Progress(row))
-                progress = self._one(process, row)
+                send(str(row))
+                if reply := replies.readline():
+                    progress = Progress(row, True, **json.loads(reply))
+                else:
+                    error = f"its process ended with code {process.wait()}"
+                    progress = Progress(row, True, error=error)
                 self._plan.done(row)
                 self._hear(number, progress)
                 if process.poll() is not None:
                     return
 
-    def _one(self, process: subprocess.Popen[str], row: Row) -> Progress:
-        """Handle what a process says of a kernel, once it is done with it."""
-        assert process.stdout is not None
-        self._say(process, str(row))
-        line = process.stdout.readline()
-        if line:
-            return Progress(row, True, **json.loads(line))
-        return Progress(row, True, error=f"its process ended with code {process.wait()}")
 
-    @staticmethod
-    def _say(process: subprocess.Popen[str], line: str) -> None:
-        """A line to a process; one that is gone does not answer."""
-        assert process.stdin is not None
-        with contextlib.suppress(OSError):
-            process.stdin.write(line + "\n")
-            process.stdin.flush()
-
-
-def _everything() -> Plan:
-    return Plan([kernel.parts for kernel in listing().kernels])
-
-
-def _started(environment: Mapping[str, str]) -> subprocess.Popen[str]:
-    one = dict.fromkeys(("NUMBA_NUM_THREADS", "OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS"), "1")
+def _start_process(environment: Mapping[str, str]) -> subprocess.Popen[str]:
+    threads = dict.fromkeys(("NUMBA_NUM_THREADS", "OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS"), "1")
     return subprocess.Popen(
         [sys.executable, "-P", "-c", _BOOT],
         stdin=subprocess.PIPE,
         stdout=subprocess.PIPE,
         stderr=subprocess.DEVNULL,
         encoding="utf-8",
-        env={**environment, **one},
+        env={**environment, **threads},
         creationflags=getattr(subprocess, "CREATE_NO_WINDOW", 0),
     )
-
-
-def _modules() -> list[str]:
-    """Return where this process finds its modules."""
-    return [os.path.abspath(entry) for entry in sys.path]

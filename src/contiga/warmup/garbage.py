@@ -1,4 +1,4 @@
-"""Let Python look for garbage seldom while a process of ours compiles."""
+"""Run Python's garbage collector less often while a process compiles."""
 
 from __future__ import annotations
 
@@ -6,17 +6,17 @@ import gc
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-BETWEEN = (50_000, 20, 50)
-"""New objects between two looks for garbage, and looks between larger ones: Python's own counts
-cost a twelfth of the processor time of compiling kernels, and of that to a first step."""
+THRESHOLDS = (50_000, 20, 50)
+"""Thresholds of the garbage collector: Python's own cost a twelfth of the processor time of
+compiling kernels, and of the time to a first step."""
 
 
 @contextmanager
-def looked_for_seldom() -> Iterator[None]:
-    """Within this: for the command line and its helpers, whose processes nobody shares."""
-    before = gc.get_threshold()
-    gc.set_threshold(*BETWEEN)
+def rare_collections() -> Iterator[None]:
+    """Collect garbage seldom in this block, for processes that belong to contiga alone."""
+    old_thresholds = gc.get_threshold()
+    gc.set_threshold(*THRESHOLDS)
     try:
         yield
     finally:
-        gc.set_threshold(*before)
+        gc.set_threshold(*old_thresholds)

@@ -1,9 +1,9 @@
 """The list of kernels: `kernels.json`, which ``python -m tests.kernels`` writes.
 
-A kernel is listed behind all those that it is built of, in the order in which a run comes to need
-them. One that is not listed, or with other arguments, is compiled where it is needed. A type of
-arguments is its name, as ``float64``, or a list that begins with what it is; other types in it are
-rows of types above it::
+A kernel is listed after all kernels that it calls, in the order in which a run needs them. A kernel
+that is not listed, or with other arguments, is compiled when it is needed. A type of arguments is
+its name, as ``float64``, or a list that begins with its kind; other types in it are rows of types
+above it::
 
     ["array", type of the numbers, dimensions, layout, whether it may be written]
     ["nested", type of the numbers, shape...], an array in a record
@@ -31,7 +31,7 @@ from contiga.jit.reference import Reference
 types: Any = numba_types
 FILE = Path(__file__).parent / "kernels.json"
 Row = int
-"""Of the list's types, or of its kernels."""
+"""Row of the list's types, or of its kernels."""
 
 
 class Listed(NamedTuple):
@@ -40,9 +40,9 @@ class Listed(NamedTuple):
     module: str
     name: str
     arguments: tuple[Row, ...]
-    """Their types."""
+    """Types of its arguments."""
     parts: tuple[Row, ...]
-    """Kernels that it is built of; all stand before it."""
+    """Kernels that it calls; all stand before it."""
 
 
 class Listing:
@@ -50,23 +50,24 @@ class Listing:
 
     Parameters
     ----------
-    content : of the file
+    content : content of the file
     """
 
     def __init__(self, content: dict[str, Any]) -> None:
-        self._types = content["types"]
-        self._made: dict[Row, Any] = {}
+        self._codes = content["types"]
+        self._types: dict[Row, Any] = {}
         self.kernels = [
-            Listed(m, n, tuple(arguments), tuple(of)) for m, n, arguments, of in content["kernels"]
+            Listed(module, name, tuple(arguments), tuple(parts))
+            for module, name, arguments, parts in content["kernels"]
         ]
         self._rows: dict[tuple[str, str], list[Row]] = {}
         for row, kernel in enumerate(self.kernels):
             self._rows.setdefault((kernel.module, kernel.name), []).append(row)
 
     def find(self, module: str, name: str, arguments: tuple[Any, ...]) -> Row | None:
-        """The row of a kernel that takes these types; none where there is none.
+        """Return the row of a kernel that takes these types; None if it is not listed.
 
-        Types that cannot be made of today's sources are those of an older list.
+        Types that cannot be made from the current sources belong to an older list.
         """
         for row in self._rows.get((module, name), ()):
             with suppress(AttributeError, ImportError, ValueError):
@@ -75,10 +76,10 @@ class Listing:
         return None
 
     def compile(self, row: Row) -> Any:
-        """The kernel of a row, with its version compiled, or read.
+        """Return the kernel of a row, compiled or read from the cache.
 
-        Raises what compiling raises, and AttributeError or ImportError where the list is not that
-        of the sources.
+        Raises the errors of compiling, and AttributeError or ImportError if the list does not
+        belong to the sources.
         """
         kernel = self.kernels[row]
         function = getattr(import_module(kernel.module), kernel.name)
@@ -86,42 +87,39 @@ class Listing:
         return function
 
     def arguments(self, row: Row) -> tuple[Any, ...]:
-        """Types of numba's that a kernel takes."""
+        """Return the numba types of a kernel's arguments."""
         return tuple(map(self._type, self.kernels[row].arguments))
 
     def _type(self, row: Row) -> Any:
-        if row not in self._made:
-            self._made[row] = self._make(self._types[row])
-        return self._made[row]
+        if row not in self._types:
+            self._types[row] = self._type_of(self._codes[row])
+        return self._types[row]
 
-    def _make(self, code: Any) -> Any:
+    def _type_of(self, code: Any) -> Any:
         if isinstance(code, str):
             return types.boolean if code == "bool" else getattr(types, code)
-        what, first, *rest = code
-        if what == "array":
-            ndim, layout, mutable = rest
+        kind, first, *others = code
+        if kind == "array":
+            ndim, layout, mutable = others
             return types.Array(self._type(first), ndim, layout, readonly=not mutable)
-        if what == "reference":
+        if kind == "reference":
             return Reference(self._type(first))
-        if what == "nested":
-            return types.NestedArray(self._type(first), tuple(rest))
-        if what == "record":
-            return _record(first, *rest)
-        if what == "tuple":
-            return types.BaseTuple.from_types([self._type(part) for part in (first, *rest)])
+        if kind == "nested":
+            return types.NestedArray(self._type(first), tuple(others))
+        if kind == "record":
+            size, aligned = others
+            names, kinds, shapes, offsets = zip(*first, strict=True)
+            formats = [(kind, tuple(shape)) for kind, shape in zip(kinds, shapes, strict=True)]
+            fields: Any = {"names": names, "formats": formats, "offsets": offsets, "itemsize": size}
+            return from_dtype(np.dtype(fields, align=aligned))
+        if kind == "tuple":
+            return types.BaseTuple.from_types([self._type(part) for part in (first, *others)])
         module, _, name = first.partition(":")
-        parts = [self._type(part) for part in rest]
+        parts = [self._type(part) for part in others]
         return types.BaseTuple.from_types(parts, getattr(import_module(module), name))
-
-
-def _record(fields: list[Any], size: int, aligned: bool) -> Any:
-    names, kinds, shapes, offsets = zip(*fields, strict=True)
-    formats = [(kind, tuple(shape)) for kind, shape in zip(kinds, shapes, strict=True)]
-    description: Any = {"names": names, "formats": formats, "offsets": offsets, "itemsize": size}
-    return from_dtype(np.dtype(description, align=aligned))
 
 
 @cache
 def listing() -> Listing:
-    """The list of the package."""
+    """Return the list of the package."""
     return Listing(json.loads(FILE.read_text(encoding="utf-8")))

@@ -1,7 +1,7 @@
-"""All kernels of the list as a wheel, for processes that find them there (`contiga.jit.prebuilt`).
+"""All kernels of the list as a wheel, which processes load them from (`contiga.jit.prebuilt`).
 
-They are compiled for levels of processors, which numba's own settings name to the processes that
-compile (`NUMBA_CPU_NAME`): the wheel does not depend on the machine that it is made on.
+They are compiled for levels of processors, which the compiling processes get by numba's setting
+`NUMBA_CPU_NAME`: the wheel does not depend on the machine that makes it.
 """
 
 from __future__ import annotations
@@ -31,10 +31,10 @@ from contiga.jit.vectors import WHOLE_VECTORS
 from contiga.version import __version__
 from contiga.warmup.listing import FILE, Row, listing
 
-NEVER = (1980, 1, 1, 0, 0, 0)
-"""The time of all files in a wheel: one of the same content is the same file."""
+FILE_TIME = (1980, 1, 1, 0, 0, 0)
+"""Time of all files in a wheel: wheels of the same content are the same file."""
 MODE = 0o100644
-"""Of files in a wheel: everybody may read them."""
+"""Permissions of files in a wheel: everybody may read them."""
 FIRST_ARM_MACOS = 11
 SUMMARY = "Compiled kernels of contiga"
 METADATA = f"""Metadata-Version: 2.1
@@ -54,11 +54,11 @@ class Level(NamedTuple):
     """Processors that kernels are compiled for."""
 
     name: str
-    """As LLVM calls it."""
+    """Name in LLVM."""
     needs: tuple[str, ...]
-    """Features that a processor must have, of those that not all of a kind have."""
+    """Features that a processor must have, among the features that only some of a kind have."""
     compiled_with: str = ""
-    """What the compiler is told beside the name."""
+    """Setting of the compiler beside the name."""
 
 
 V3 = (
@@ -68,23 +68,23 @@ V3 = (
 V4 = (*V3, "avx512f", "avx512bw", "avx512cd", "avx512dq", "avx512vl")
 X86 = Level("x86-64-v3", V3), Level("x86-64-v4", V4, WHOLE_VECTORS)
 """On AMD's Zen 5 tracked points took 1.44 times as long with kernels of the lower level as with
-those compiled there, and as long with kernels of the higher one."""
+kernels compiled there, and as long with kernels of the higher level."""
 GENERIC = (Level("generic", ()),)
 
 
 def levels() -> tuple[Level, ...]:
-    """Those of x86, or what all processors of another kind have."""
+    """Return the levels of x86, or the generic level of another kind of processor."""
     return X86 if platform.machine().lower() in ("x86_64", "amd64") else GENERIC
 
 
 def environment(level: Level, folder: Path) -> dict[str, str]:
-    """Environment of processes that compile for a level and keep kernels under `folder`.
+    """Return the environment of processes that compile for a level and keep kernels in `folder`.
 
-    Other settings of numba's are left out: some of them change the code.
+    Other settings of numba are left out: some of them change the code.
     """
-    own = {name: value for name, value in os.environ.items() if not name.startswith("NUMBA_")}
+    without_numba = {k: value for k, value in os.environ.items() if not k.startswith("NUMBA_")}
     target = {"NUMBA_CPU_NAME": level.name, "NUMBA_CPU_FEATURES": level.compiled_with}
-    return own | target | {"NUMBA_CACHE_DIR": str(folder)}
+    return without_numba | target | {"NUMBA_CACHE_DIR": str(folder)}
 
 
 class Sources(NamedTuple):
@@ -97,50 +97,56 @@ class Sources(NamedTuple):
 
 
 def sources() -> Sources:
-    """The files of all kernels and of all that these import, and the list, as they are now."""
+    """Return the current files of all kernels and of their imports, and the list."""
     modules = {kernel.module.partition(".")[2] for kernel in listing().kernels}
     files = sources_of(PACKAGE / f"{module.replace('.', '/')}.py" for module in sorted(modules))
     files.append(FILE.relative_to(PACKAGE).as_posix())
     return Sources(files, stamp_of_files(files))
 
 
-def write_wheel(kept: Mapping[Level, Mapping[Row, str]], of: Sources, folder: Path) -> Path:
+def write_wheel(
+    index_files: Mapping[Level, Mapping[Row, str]], old_sources: Sources, folder: Path
+) -> Path:
     """Write the wheel of all kernels of the list into a folder.
 
     Parameters
     ----------
-    kept : of each level and each kernel, the index file that its process has named
-    of : the sources when compiling began
+    index_files : the cache index file of each kernel, by level
+    old_sources : the sources when compiling began
     folder : folder of the wheel
 
     Raises
     ------
     RunError
-        where a kernel was not kept, or the sources are others by now
+        A kernel was not cached, or the sources have changed.
     OSError
-        where the wheel cannot be written
+        The wheel cannot be written.
     """
-    if sources() != of:
+    if sources() != old_sources:
         raise RunError("the sources of kernels have changed while they were compiled")
-    tag = f"{_python_tag()}-{_platform_tag()}"
-    about = f"{NAME}-{__version__}.dist-info"
+    python = f"cp{sys.version_info.major}{sys.version_info.minor}"
+    tag = f"{python}-{python}{getattr(sys, 'abiflags', '')}-{_platform_tag()}"
+    info = f"{NAME}-{__version__}.dist-info"
     files = {
         f"{NAME}/__init__.py": f'"""{SUMMARY}: data for contiga.jit.prebuilt."""\n'.encode(),
-        f"{about}/METADATA": METADATA.encode(),
-        f"{about}/WHEEL": WHEEL.format(tag=tag).encode(),
+        f"{info}/METADATA": METADATA.encode(),
+        f"{info}/WHEEL": WHEEL.format(tag=tag).encode(),
     }
-    for level, named in kept.items():
-        manifest, code = _packed(level, named, of)
+    for level, level_files in index_files.items():
+        manifest, code = _packed(level, level_files, old_sources)
         files[f"{NAME}/{level.name}/{MANIFEST}"] = json.dumps(manifest._asdict()).encode()
         files[f"{NAME}/{level.name}/{CODE}"] = code
-    record = [f"{name},sha256={_digest(content)},{len(content)}" for name, content in files.items()]
-    files[f"{about}/RECORD"] = "\n".join((*record, f"{about}/RECORD,,\n")).encode()
+    record = []
+    for name, content in files.items():
+        digest = base64.urlsafe_b64encode(sha256(content).digest()).rstrip(b"=").decode()
+        record.append(f"{name},sha256={digest},{len(content)}")
+    files[f"{info}/RECORD"] = "\n".join((*record, f"{info}/RECORD,,\n")).encode()
     wheel = folder / f"{NAME}-{__version__}-{tag}.whl"
     unfinished = wheel.with_suffix(".new")
     try:
         with ZipFile(unfinished, "w", ZIP_DEFLATED) as archive:
             for name, content in files.items():
-                entry = ZipInfo(name, NEVER)
+                entry = ZipInfo(name, FILE_TIME)
                 entry.external_attr = MODE << 16
                 archive.writestr(entry, content, ZIP_DEFLATED)
         unfinished.replace(wheel)
@@ -149,19 +155,28 @@ def write_wheel(kept: Mapping[Level, Mapping[Row, str]], of: Sources, folder: Pa
     return wheel
 
 
-def _packed(level: Level, kept: Mapping[Row, str], of: Sources) -> tuple[Manifest, bytes]:
-    """The kernels in one file, and what is to be known of them."""
-    versions = {file: _versions(Path(file)) for file in sorted(set(kept.values()) - {""})}
+def _packed(
+    level: Level, index_files: Mapping[Row, str], sources: Sources
+) -> tuple[Manifest, bytes]:
+    """Return the kernels of a level as one file, and their manifest."""
+    versions: dict[str, dict[Any, bytes]] = {}
+    for file in sorted(set(index_files.values()) - {""}):
+        with Path(file).open("rb") as index:
+            pickle.load(index)  # numba's version
+            _, names = pickle.loads(index.read())
+        versions[file] = {
+            key: Path(file).with_name(name).read_bytes() for key, name in names.items()
+        }
     for row, kernel in enumerate(listing().kernels):
-        found = versions.get(kept.get(row, ""), {})
-        if all(types != listing().arguments(row) for types, *_ in found):
+        keys = versions.get(index_files.get(row, ""), {})
+        if all(types != listing().arguments(row) for types, *_ in keys):
             raise RunError(f"{kernel.module}.{kernel.name} was compiled and could not be kept")
-    (target,) = {target for found in versions.values() for _, target, _ in found}
+    (target,) = {target for keys in versions.values() for _, target, _ in keys}
     places: dict[str, tuple[int, int]] = {}
     code = b""
-    for file, found in versions.items():
-        ours = {(types, hashes): content for (types, _, hashes), content in found.items()}
-        packed = zlib.compress(dumps(ours), 9)
+    for file, contents in versions.items():
+        by_types = {(types, hashes): content for (types, _, hashes), content in contents.items()}
+        packed = zlib.compress(dumps(by_types), 9)
         places[Path(file).stem] = len(code), len(packed)
         code += packed
     manifest = Manifest(
@@ -170,29 +185,15 @@ def _packed(level: Level, kept: Mapping[Row, str], of: Sources) -> tuple[Manifes
         llvmlite=llvmlite.__version__,
         target=target,
         features=level.needs,
-        sources=of.files,
-        stamp=of.stamp,
+        sources=sources.files,
+        stamp=sources.stamp,
         places=places,
     )
     return manifest._replace(digest=digest_of(manifest, code)), code
 
 
-def _versions(file: Path) -> dict[Any, bytes]:
-    """Return what is kept of a kernel, by numba's keys, from its index file."""
-    with file.open("rb") as index:
-        pickle.load(index)  # numba's version
-        _, names = pickle.loads(index.read())
-    return {key: file.with_name(name).read_bytes() for key, name in names.items()}
-
-
-def _python_tag() -> str:
-    """Python and its binary interface, as wheels are named by."""
-    version = f"cp{sys.version_info.major}{sys.version_info.minor}"
-    return f"{version}-{version}{getattr(sys, 'abiflags', '')}"
-
-
 def _platform_tag() -> str:
-    """The system, as wheels are named by.
+    """Return the platform tag of the wheel.
 
     Python for macOS may be for two kinds of processor, and these kernels are for one.
     """
@@ -204,8 +205,3 @@ def _platform_tag() -> str:
     major, minor, *_ = (*map(int, version.split(".")), 0)
     major, minor = max((major, minor), (oldest, 0))
     return f"macosx_{major}_{minor}_{machine}"
-
-
-def _digest(content: bytes) -> str:
-    """Return a digest in the form of the list of a wheel's files."""
-    return base64.urlsafe_b64encode(sha256(content).digest()).rstrip(b"=").decode()

@@ -1,45 +1,47 @@
-"""Plan what of a list of kernels can be compiled now, and hand it out to those who compile.
+"""Hand out the kernels of a list to workers in an order in which they can be compiled.
 
-Whoever takes a kernel finds all its parts there, so nobody waits for another in the midst of one.
-What a run waits for, and what that is built of, goes first.
+All parts of a kernel are compiled before it is handed out, so that no worker waits for another one
+while it compiles. Kernels that a run waits for go first, with their parts.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence, Set
+from collections.abc import Sequence
 from threading import Condition
 
 from contiga.warmup.listing import Row
 
 
 class Plan:
-    """The state of the kernels: which are there, which are being made, and which could be.
+    """The state of the kernels of a list: compiled, being compiled, or ready to compile.
 
     Parameters
     ----------
-    parts : of each kernel, those that it is built of; they stand before it
+    parts : kernels that each kernel calls; they stand before it
     """
 
     def __init__(self, parts: Sequence[Sequence[Row]]) -> None:
         self._parts = parts
-        self._builds: list[list[Row]] = [[] for _ in parts]
-        for row, needed in enumerate(parts):
-            for part in needed:
-                self._builds[part].append(row)
-        self._missing = [len(needed) for needed in parts]
-        self._ready = {row for row, needed in enumerate(parts) if not needed}
-        self._left = set(range(len(parts)))
-        self._wanted: list[Row] = []
+        self._callers: list[list[Row]] = [[] for _ in parts]
+        for row, parts_of_row in enumerate(parts):
+            for part in parts_of_row:
+                self._callers[part].append(row)
+        self._n_missing = [len(parts_of_row) for parts_of_row in parts]
+        """Number of parts of each kernel that are not compiled."""
+        self._ready = {row for row, parts_of_row in enumerate(parts) if not parts_of_row}
+        self._unfinished = set(range(len(parts)))
+        self._urgent: list[Row] = []
+        """Kernels that a run waits for."""
         self._ended = False
         self._changed = Condition()
 
     def take(self) -> Row | None:
-        """A kernel to be compiled, as soon as there is one; None once none is left."""
+        """Return a kernel to compile, as soon as one is ready; None when all are finished."""
         with self._changed:
-            while self._left and not self._ended:
-                ready = self._first(self._ready)
-                if ready is not None:
-                    return ready
+            while self._unfinished and not self._ended:
+                row = self._take_ready()
+                if row is not None:
+                    return row
                 self._changed.wait()
             return None
 
@@ -47,57 +49,50 @@ class Plan:
         """Return the next kernel to compile for a worker that needs `row`.
 
         It is one of its parts or, if all of these are being compiled, any other, so that nobody
-        waits.
-
-        `row` itself where its turn has come, None where it is there by now.
+        waits. It is `row` itself when all its parts are compiled, and None if `row` is finished.
         """
         with self._changed:
-            self._wanted.append(row)
+            self._urgent.append(row)
             try:
-                while row in self._left and not self._ended:
-                    ready = self._first(self._ready)
-                    if ready is not None:
-                        return ready
+                while row in self._unfinished and not self._ended:
+                    next_row = self._take_ready()
+                    if next_row is not None:
+                        return next_row
                     self._changed.wait()
                 return None
             finally:
-                self._wanted.remove(row)
+                self._urgent.remove(row)
 
     def done(self, row: Row) -> None:
-        """A kernel is there, or cannot be made: what it is a part of may be."""
+        """Mark a kernel as finished, compiled or not: kernels that call it may become ready."""
         with self._changed:
-            if row not in self._left:
+            if row not in self._unfinished:
                 return
-            self._left.remove(row)
+            self._unfinished.remove(row)
             self._ready.discard(row)
-            for whole in self._builds[row]:
-                self._missing[whole] -= 1
-                if self._missing[whole] == 0 and whole in self._left:
-                    self._ready.add(whole)
+            for caller in self._callers[row]:
+                self._n_missing[caller] -= 1
+                if self._n_missing[caller] == 0 and caller in self._unfinished:
+                    self._ready.add(caller)
             self._changed.notify_all()
 
     def end(self) -> None:
-        """From now on, nothing is handed out."""
+        """Hand out no more kernels."""
         with self._changed:
             self._ended = True
             self._changed.notify_all()
 
-    def _first(self, other: Set[Row]) -> Row | None:
-        """Take what comes first of what can be made: what is wanted, or else one of `other`."""
-        wanted = self._ready & self._needed() if self._wanted else set()
-        among = wanted or other
-        if not among:
-            return None
-        ready = min(among)
-        self._ready.remove(ready)
-        return ready
-
-    def _needed(self) -> set[Row]:
-        """Return what is wanted, and those of its parts that are not there."""
-        needed, waiting = set(self._wanted), list(self._wanted)
-        while waiting:
-            for part in self._parts[waiting.pop()]:
-                if part in self._left and part not in needed:
+    def _take_ready(self) -> Row | None:
+        """Take the first ready kernel: of the urgent ones and their parts, else of all."""
+        needed, stack = set(self._urgent), list(self._urgent)
+        while stack:
+            for part in self._parts[stack.pop()]:
+                if part in self._unfinished and part not in needed:
                     needed.add(part)
-                    waiting.append(part)
-        return needed
+                    stack.append(part)
+        candidates = self._ready & needed or self._ready
+        if not candidates:
+            return None
+        row = min(candidates)
+        self._ready.remove(row)
+        return row

@@ -1,4 +1,4 @@
-"""Record what a warm-up has left, so that the next one need not go through the kernels."""
+"""Record the cache files of a warm-up, so that the next one need not look at each kernel."""
 
 from __future__ import annotations
 
@@ -20,33 +20,30 @@ from contiga.rigid.kernels.rigid_nb import to_body
 
 
 def write(files: Iterable[str]) -> None:
-    """Write down the `files` of all kernels. Without a place for it: nothing."""
-    if (place := _place()) is not None:
+    """Record the cache `files` of all kernels, if there is a folder for it."""
+    if (path := _record_path()) is not None:
         with suppress(OSError):
-            place.write_text(json.dumps(sorted(set(files))), encoding="utf-8")
+            path.write_text(json.dumps(sorted(set(files))), encoding="utf-8")
 
 
 def has_all() -> bool:
-    """Whether a warm-up of these sources on this kind of processor has left all kernels.
-
-    The kernels must still be there.
-    """
-    if (place := _place()) is None:
+    """Return whether all kernels of these sources are cached for this kind of processor."""
+    if (path := _record_path()) is None:
         return False
     try:
-        files: Any = json.loads(place.read_text(encoding="utf-8"))
+        files: Any = json.loads(path.read_text(encoding="utf-8"))
         return bool(files) and all(Path(file).is_file() for file in files)
     except (OSError, ValueError, TypeError):
         return False
 
 
-def _place() -> Path | None:
-    """The file of this version of the sources, of Python and the compiler, and this processor."""
+def _record_path() -> Path | None:
+    """Return the record of these sources, this Python, compiler and processor."""
     folder = kernel_folder()
     if folder is None:
         return None
-    made_by = sys.implementation.cache_tag, numba.__version__, numbers_in_vector(made_for())
-    whole = sha256(repr((*made_by, to_body.targetctx.codegen().magic_tuple())).encode())
+    compiler = sys.implementation.cache_tag, numba.__version__, numbers_in_vector(made_for())
+    digest = sha256(repr((*compiler, to_body.targetctx.codegen().magic_tuple())).encode())
     for file in sorted(PACKAGE.rglob("*.py")):
-        whole.update(file.relative_to(PACKAGE).as_posix().encode() + file.read_bytes())
-    return folder / f"{RECORD}-{whole.hexdigest()[:16]}.json"
+        digest.update(file.relative_to(PACKAGE).as_posix().encode() + file.read_bytes())
+    return folder / f"{RECORD}-{digest.hexdigest()[:16]}.json"

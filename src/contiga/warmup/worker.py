@@ -1,6 +1,6 @@
-"""The process that compiles kernels: a row of the list a line on its standard input, JSON back.
+"""The process that compiles kernels: it reads rows of the list, one a line, and replies in JSON.
 
-It ends with its input, whatever it is at: with the process that started it, that is.
+It ends at once when its standard input ends, and so with the process that started it.
 """
 
 from __future__ import annotations
@@ -11,51 +11,48 @@ import signal
 import sys
 import threading
 from queue import SimpleQueue
-from typing import Any, TextIO
+from typing import Any
 
-from contiga.warmup.garbage import looked_for_seldom
+from contiga.warmup.garbage import rare_collections
 from contiga.warmup.listing import listing
 
-MODEST = 10
-"""A run that needs all cores for its steps gets them first."""
+NICENESS = 10
+"""Priority below that of a run, which needs all cores for its steps."""
 
 
 def serve() -> None:
-    """Compile what is asked for, one after the other."""
+    """Compile the requested kernels, one after the other."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the process that started this one
     if hasattr(os, "nice"):
-        os.nice(MODEST)
-    answers = os.fdopen(os.dup(1), "w", encoding="utf-8")
-    nowhere = os.open(os.devnull, os.O_RDWR)
-    for stream in (1, 2):  # what libraries print
-        os.dup2(nowhere, stream)
+        os.nice(NICENESS)
+    replies = os.fdopen(os.dup(1), "w", encoding="utf-8")
+    null = os.open(os.devnull, os.O_RDWR)
+    for stream in (1, 2):  # output of libraries
+        os.dup2(null, stream)
     rows: SimpleQueue[int] = SimpleQueue()
     threading.Thread(target=_listen, args=(rows,), daemon=True).start()
-    with looked_for_seldom():
+    with rare_collections():
         while True:
-            tell(answers, **compiled(rows.get()))
+            reply = compile_row(rows.get())
+            try:
+                replies.write(json.dumps(reply) + "\n")
+                replies.flush()
+            except OSError:  # nobody reads any more
+                os._exit(0)
 
 
 def _listen(rows: SimpleQueue[int]) -> None:
+    """Queue the rows of the standard input; end the process with it."""
     for line in sys.stdin:
         rows.put(int(line))
     os._exit(0)
 
 
-def compiled(row: int) -> dict[str, Any]:
-    """Have a kernel of the list; whether it was made, its file, and why it could not be had."""
+def compile_row(row: int) -> dict[str, Any]:
+    """Compile a kernel of the list; return whether it was not cached, its file, or the error."""
     try:
         kernel = listing().compile(row)
-    except Exception as failed:
-        return {"error": f"{type(failed).__name__}: {failed}"}
-    made = listing().arguments(row) in kernel.stats.cache_misses
-    return {"made": made, "file": getattr(kernel._cache, "index", "")}
-
-
-def tell(answers: TextIO, **what: object) -> None:
-    """Write a line; where nobody reads any more, end."""
-    try:
-        answers.write(json.dumps(what) + "\n")
-        answers.flush()
-    except OSError:
-        os._exit(0)
+    except Exception as error:
+        return {"error": f"{type(error).__name__}: {error}"}
+    is_compiled = listing().arguments(row) in kernel.stats.cache_misses
+    return {"is_compiled": is_compiled, "file": getattr(kernel._cache, "index", "")}

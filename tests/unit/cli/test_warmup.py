@@ -28,7 +28,7 @@ for line in sys.stdin:
     row = int(line)
     if row == {lost!r}:
         os._exit(7)
-    told = dict(made={made!r} and row > 0, file={kept!r} + f"/{{row}}.nbi")
+    told = dict(is_compiled={made!r} and row > 0, file={kept!r} + f"/{{row}}.nbi")
     if row == {failing!r}:
         told = dict(error="ValueError: of the stub")
     print(json.dumps(told), flush=True)
@@ -55,14 +55,14 @@ def stub(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     for k in range(len(PARTS)):
         (kept / f"{k}.nbi").touch()
 
-    start = compile_pool._started
+    start = compile_pool._start_process
 
     def started(environment: Mapping[str, str]) -> Any:
         process = start(environment)
         (log / str(process.pid)).touch()
         return process
 
-    monkeypatch.setattr(compile_pool, "_started", started)
+    monkeypatch.setattr(compile_pool, "_start_process", started)
 
     def put(made: bool = True, failing: int = -1, lost: int = -1) -> Path:
         text = STUB.format(kept=str(kept), made=made, failing=failing, lost=lost)
@@ -109,10 +109,10 @@ def test_what_was_warmed_up_is_not_gone_through_again(command: Command, stub: An
 def test_a_record_that_cannot_be_read_is_none(
     text: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(record, "_place", lambda: tmp_path / "record")
+    monkeypatch.setattr(record, "_record_path", lambda: tmp_path / "record")
     (tmp_path / "record").write_text(text, encoding="utf-8")
     assert not record.has_all()
-    monkeypatch.setattr(record, "_place", lambda: tmp_path / "nowhere" / "record")
+    monkeypatch.setattr(record, "_record_path", lambda: tmp_path / "nowhere" / "record")
     record.write([str(tmp_path)])
     assert not record.has_all()
 
@@ -167,7 +167,7 @@ def test_kernels_are_compiled_for_each_level_and_packed(
     log = stub(made=True)
     environments: list[Mapping[str, str]] = []
     monkeypatch.setattr(pack, "levels", lambda: pack.X86)
-    start = compile_pool._started
+    start = compile_pool._start_process
 
     def started(environment: Mapping[str, str]) -> Any:
         environments.append(environment)
@@ -179,7 +179,7 @@ def test_kernels_are_compiled_for_each_level_and_packed(
         assert Path(environments[0]["NUMBA_CACHE_DIR"]).parent.is_dir()
         return folder / "contiga_kernels.whl"
 
-    monkeypatch.setattr(compile_pool, "_started", started)
+    monkeypatch.setattr(compile_pool, "_start_process", started)
     monkeypatch.setattr(pack, "write_wheel", written)
     code, out, _ = command("warmup", "--pack", tmp_path / "dist", "--jobs", "2")
     wheel = tmp_path / "dist" / "contiga_kernels.whl"
@@ -299,9 +299,9 @@ def test_others_help_a_run_that_has_much_to_compile(
     context, heard = command_context(monkeypatch, 3), Event(monkeypatch)
     compiling.watch_compiling(context, helped=True)
     assert len(started) == first  # at once
-    heard.compiled(compiling.MANY - 1)
+    heard.compiled(compiling.MIN_KERNELS - 1)
     assert len(started) == first
-    heard.compiled(compiling.MANY)
+    heard.compiled(compiling.MIN_KERNELS)
     (team,) = started
     assert len(team._processes) == 2
     context.close()
@@ -359,7 +359,7 @@ def test_nobody_helps_where_that_is_no_use(
     log = stub()
     context, heard = command_context(monkeypatch, threads), Event(monkeypatch)
     compiling.watch_compiling(context, helped=helped)
-    heard.compiled(2 * compiling.MANY)
+    heard.compiled(2 * compiling.MIN_KERNELS)
     context.close()
     assert not list(log.iterdir())
 

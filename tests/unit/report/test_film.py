@@ -56,7 +56,7 @@ def test_the_ball_of_a_gif_comes_down_and_goes_up_again(run_folder: Path, tmp_pa
 
 def test_frames_show_times_equally_far_apart() -> None:
     times = np.array([0.0, 0.1, 0.2, 0.3, 1.0])
-    assert film._steps(times, 6).tolist() == [0, 2, 3, 3, 4, 4]
+    assert film._nearest_steps(times, 6).tolist() == [0, 2, 3, 3, 4, 4]
 
 
 def test_an_mp4_has_the_frames_of_its_length(run_folder: Path, tmp_path: Path) -> None:

@@ -49,7 +49,8 @@ def test_what_cannot_be_compiled_is_told_and_the_next_one_is_taken(
     code = (
         "import contiga.warmup.listing as at; "
         f"at.listing().kernels[0] = at.Listed{tuple(lost)!r}; "
-        "from contiga.warmup.worker import compiled; print(compiled(0)); print(compiled(1))"
+        "from contiga.warmup.worker import compile_row; "
+        "print(compile_row(0)); print(compile_row(1))"
     )
     env = os.environ | {"PYTHONPATH": str(tmp_path)}
     run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, env=env)
@@ -67,7 +68,7 @@ RUN = """
     compile_pool = CompilePool(1)
     COMPILE_LISTENERS.append(compile_pool)
     kernel = listing().compile(at)
-    print(len(kernel.overloads), at in compile_pool._plan._left)
+    print(len(kernel.overloads), at in compile_pool._plan._unfinished)
     listing().compile(at)
     compile_pool.end()
     print(compile_pool._plan.take())

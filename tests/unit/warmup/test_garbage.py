@@ -6,14 +6,14 @@ import gc
 
 import pytest
 
-from contiga.warmup.garbage import BETWEEN, looked_for_seldom
+from contiga.warmup.garbage import THRESHOLDS, rare_collections
 
 
 def test_python_looks_seldom_within_and_as_before_after() -> None:
     before = gc.get_threshold()
-    with looked_for_seldom():
-        assert gc.get_threshold() == BETWEEN
+    with rare_collections():
+        assert gc.get_threshold() == THRESHOLDS
     assert gc.get_threshold() == before
-    with pytest.raises(ZeroDivisionError), looked_for_seldom():
+    with pytest.raises(ZeroDivisionError), rare_collections():
         raise ZeroDivisionError
     assert gc.get_threshold() == before

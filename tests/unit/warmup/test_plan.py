@@ -47,14 +47,14 @@ def test_others_take_what_is_wanted_first_too() -> None:
     waiting = threading.Thread(target=lambda: [plan.take_towards(3) for _ in range(3)])
     waiting.start()
     end = time.monotonic() + 30.0
-    while not plan._wanted and time.monotonic() < end:  # it has taken 2 and 4, and waits for 1
+    while not plan._urgent and time.monotonic() < end:  # it has taken 2 and 4, and waits for 1
         time.sleep(0.001)
-    assert plan._wanted == [3]
+    assert plan._urgent == [3]
     for row in (1, 2):
         plan.done(row)
     waiting.join(30.0)
     assert not waiting.is_alive()
-    assert not plan._wanted
+    assert not plan._urgent
 
 
 @pytest.mark.parametrize("ask", [lambda plan: plan.take(), lambda plan: plan.take_towards(1)])

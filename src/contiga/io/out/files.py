@@ -12,9 +12,9 @@ from pathlib import Path
 from typing import Any
 
 from contiga.errors import FileError, OutputError
-from contiga.io.out.full_disk import full_disk, telling_of_full_disks
+from contiga.io.out.full_disk import full_disk, full_disk_errors
 
-_TOKEN = 4
+_N_TOKEN_BYTES = 4
 """Number of random bytes in the name of a temporary file."""
 
 
@@ -36,14 +36,14 @@ def atomic_write(path: str | Path, before: Path | None = None) -> Iterator[Path]
     Examples
     --------
     >>> with atomic_write("history.csv") as temporary:
-    ...     written = temporary.write_text("time"), Path("history.csv").exists()
-    >>> written, Path("history.csv").read_text()
+    ...     n_written = temporary.write_text("time"), Path("history.csv").exists()
+    >>> n_written, Path("history.csv").read_text()
     ((4, False), 'time')
     """
     path = Path(path)
     if path.is_dir():
         raise OutputError("a folder has the name of the file to be written", where=str(path))
-    temporary = path.with_name(f".{path.stem}.{secrets.token_hex(_TOKEN)}{path.suffix}")
+    temporary = path.with_name(f".{path.stem}.{secrets.token_hex(_N_TOKEN_BYTES)}{path.suffix}")
     try:
         temporary.touch(exist_ok=False)
     except OSError as error:
@@ -53,7 +53,7 @@ def atomic_write(path: str | Path, before: Path | None = None) -> Iterator[Path]
             allowed="a folder that exists and may be written to",
         ) from error
     try:
-        with telling_of_full_disks(path):
+        with full_disk_errors(path):
             yield temporary
             with temporary.open("rb") as file:
                 os.fsync(file.fileno())
@@ -87,9 +87,10 @@ def clear_temporaries(folder: Path, names: Iterable[str]) -> None:
     Nobody else may be writing them.
     """
     for path in map(Path, names):
-        token = "[0-9a-f]" * (2 * _TOKEN)
-        for left in folder.glob(f".{glob.escape(path.stem)}.{token}{glob.escape(path.suffix)}"):
-            left.unlink(missing_ok=True)
+        token = "[0-9a-f]" * (2 * _N_TOKEN_BYTES)
+        pattern = f".{glob.escape(path.stem)}.{token}{glob.escape(path.suffix)}"
+        for temporary in folder.glob(pattern):
+            temporary.unlink(missing_ok=True)
 
 
 def write_text(path: Path, text: str) -> None:
@@ -109,13 +110,13 @@ def open_folder(folder: Path, ours: Iterable[str], kind: str) -> bool:
     Parameters
     ----------
     folder : the folder, made if it does not exist
-    ours : names of files that tell an earlier folder of the same kind
-    kind : what the folder is of, in words
+    ours : names of files that mark an earlier folder of the same kind
+    kind : kind of the folder, in words
 
     Returns
     -------
     bool
-        Whether it has been made.
+        Whether the folder is new.
 
     Raises
     ------
@@ -134,13 +135,7 @@ def open_folder(folder: Path, ours: Iterable[str], kind: str) -> bool:
                 found=sorted(names)[0],
                 allowed=f"a new or empty folder, or that of an earlier {kind}",
             )
-    missing = not folder.exists()
-    _make_writable(folder)
-    return missing
-
-
-def _make_writable(folder: Path) -> None:
-    """Make a missing folder, and refuse one that is not writable."""
+    is_new = not folder.exists()
     try:
         folder.mkdir(parents=True, exist_ok=True)
         probe = folder / f".probe-{os.getpid()}"
@@ -153,3 +148,4 @@ def _make_writable(folder: Path) -> None:
             found=error.strerror,
             allowed="a folder you may write to",
         ) from error
+    return is_new

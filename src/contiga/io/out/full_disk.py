@@ -11,23 +11,23 @@ from pathlib import Path
 
 from contiga.errors import OutputError
 
-_FULL = {
+_MESSAGES = {
     ENOSPC: "the disk is full",
     EDQUOT: "the disk quota is used up",
     EFBIG: "the file is larger than may be",
 }
 SLACK = 1_000_000
-"""Bytes that stay free: HDF5 writes more than its data, and other files are written too."""
-_OF_HDF5 = re.compile(r"errno = (\d+)")
+"""Space that stays free, bytes: HDF5 writes more than its data, and other files are written too."""
+_HDF5_ERRNO = re.compile(r"errno = (\d+)")
 
 
 def full_disk(error: BaseException, path: str | Path) -> OutputError | None:
     """Return the message of an error due to a full disk; None for any other."""
-    match = _OF_HDF5.search(str(error))
+    match = _HDF5_ERRNO.search(str(error))
     number = int(match[1]) if match else getattr(error, "errno", None)
-    if number not in _FULL:
+    if number not in _MESSAGES:
         return None
-    return OutputError(_FULL[number], where=str(path), remedy="Make room on it")
+    return OutputError(_MESSAGES[number], where=str(path), remedy="Make room on it")
 
 
 def check_room(path: str | Path, needed: int) -> None:
@@ -35,33 +35,33 @@ def check_room(path: str | Path, needed: int) -> None:
 
     Parameters
     ----------
-    path : of a file that is to be written or to grow; its folder is there
-    needed : bytes, at most
+    path : file that is to be written or to grow, in an existing folder
+    needed : upper bound of the growth, bytes
 
     Raises
     ------
     OutputError
-        There are fewer left.
+        The disk has less free space.
     """
-    left = shutil.disk_usage(Path(path).parent).free
-    if left < needed + SLACK:
+    free = shutil.disk_usage(Path(path).parent).free
+    if free < needed + SLACK:
         raise OutputError(
-            _FULL[ENOSPC],
+            _MESSAGES[ENOSPC],
             where=str(path),
-            found=f"{left / 1e6:.3g} MB left",
+            found=f"{free / 1e6:.3g} MB left",
             allowed=f"about {(needed + SLACK) / 1e6:.3g} MB for the next step",
             remedy="Make room on it",
         )
 
 
 @contextmanager
-def telling_of_full_disks(path: str | Path) -> Iterator[None]:
+def full_disk_errors(path: str | Path) -> Iterator[None]:
     """Turn errors of a full disk into an `OutputError` about `path` within this block.
 
     Raises
     ------
     OutputError
-        As said.
+        The disk or the quota is full, or the file is too large.
     """
     try:
         yield

@@ -23,6 +23,7 @@ from contiga.io.out.full_disk import SLACK, check_room, full_disk
 # The oldest layout is what every reader knows, and it has no in-use mark that would keep a file
 # shut after a crash.
 _LAYOUT = ("earliest", "v110")
+_MAGIC = b"\x89HDF\r\n\x1a\n"
 _SEAL_BYTES = 512
 """Smallest user block of HDF5 at the beginning of a file, bytes."""
 
@@ -55,29 +56,27 @@ class ReadFile:
 
     def __init__(self, path: Path) -> None:
         self._path = path
-        self._held: Callable[[str], Any] | None = None
+        self._array: Callable[[str], Any] | None = None
+        """Function that returns the array of a name, while the file is held open."""
 
     @contextmanager
     def held(self) -> Iterator[None]:
         """Hold the file open."""
         with open_file(self._path, "r") as file:
-            self._held = cache(file.__getitem__)
+            self._array = cache(file.__getitem__)
             try:
                 yield
             finally:
-                self._held = None
+                self._array = None
 
     @contextmanager
     def arrays(self) -> Iterator[Callable[[str], Any]]:
         """Provide a function that returns the array of a name."""
-        if self._held is not None:
-            yield self._held
+        if self._array is not None:
+            yield self._array
             return
         with open_file(self._path, "r") as file:
             yield file.__getitem__
-
-
-_MAGIC = b"\x89HDF\r\n\x1a\n"
 
 
 @contextmanager
@@ -88,7 +87,7 @@ def whole_file(path: Path, *, sealed: bool = False, before: Path | None = None) 
     ----------
     path : the file
     sealed : with a checksum of all its bytes in front of them: see `is_sealed`
-    before : where an older one is kept
+    before : new path of an older file
 
     Raises
     ------
@@ -108,10 +107,7 @@ def whole_file(path: Path, *, sealed: bool = False, before: Path | None = None) 
 
 
 def is_sealed(path: Path) -> bool:
-    """Return whether a file was written with a seal and is unchanged to the last bit.
-
-    One that cannot be read is not.
-    """
+    """Return whether a file can be read, has a seal, and is unchanged to the last bit."""
     try:
         content = path.read_bytes()
     except OSError:
@@ -137,7 +133,7 @@ def set_aside(file: Any, n_bytes: int, path: Path) -> None:
     Raises
     ------
     OutputError
-        There is none. The file is as it was.
+        The disk is full. The file is unchanged.
     """
     try:
         end = file.id.get_filesize()
@@ -150,7 +146,7 @@ def set_aside(file: Any, n_bytes: int, path: Path) -> None:
 
 
 def close_file(file: Any, path: Path) -> None:
-    """Close an h5py file with reserved space, and release what it did not need."""
+    """Close an h5py file with reserved space, and release the unused part."""
     try:
         file.flush()
         size = file.id.get_filesize()

@@ -1,6 +1,6 @@
 """History tables: CSV with a header, a row for each step, numbers that read back exactly.
 
-Heads say name and unit, ``force [N]``, as those of pulses do: a history can be one.
+Heads have name and unit, ``force [N]``, like pulse files: a history can serve as a pulse.
 """
 
 from __future__ import annotations
@@ -8,6 +8,7 @@ from __future__ import annotations
 import csv
 import re
 from collections.abc import Mapping
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -34,7 +35,7 @@ def write_history(
     ----------
     path : the CSV file
     columns : (n,) numbers by name
-    units : of columns by name, for the header; those without one, or with "", have the name alone
+    units : units of columns by name, for the header; without a unit, or with "", only the name
 
     Floats are written with the fewest digits that read back as the same number, integers and
     truth values as integers.
@@ -46,18 +47,34 @@ def write_history(
     OutputError
         The file cannot be written.
     """
-    arrays = {name: _as_column(name, values) for name, values in columns.items()}
+    arrays = {}
+    for name, values in columns.items():
+        array = np.asarray(values)
+        if array.dtype == np.bool_:
+            array = array.astype(np.int64)
+        if array.ndim != 1 or array.dtype.kind not in "iuf":
+            raise InputError(
+                f"column {name!r} must hold one number a row",
+                found=f"shape {array.shape} of {array.dtype}",
+                allowed="shape (n,)",
+            )
+        # The digits of a single-precision number are those of its exact double.
+        arrays[name] = array.astype(np.float64) if array.dtype.kind == "f" else array
     lengths = {name: len(array) for name, array in arrays.items()}
     if not arrays or len(set(lengths.values())) > 1:
         raise InputError("a history needs columns, all of one length", found=lengths)
     # repr of a Python float is the shortest text that reads back exactly.
     texts = [[repr(value) for value in array.tolist()] for array in arrays.values()]
+    heads = []
+    for name in arrays:
+        unit = (units or {}).get(name, "").translate(_ASCII)
+        heads.append(f"{name} [{unit}]" if unit else name)
     with (
         atomic_write(path) as temporary,
         temporary.open("w", newline="", encoding="utf-8") as file,
     ):
         writer = csv.writer(file, lineterminator="\n")
-        writer.writerow(_head(name, (units or {}).get(name, "")) for name in arrays)
+        writer.writerow(heads)
         writer.writerows(zip(*texts, strict=True))
 
 
@@ -87,37 +104,17 @@ def read_history(path: str | Path) -> dict[str, NDArray[Any]]:
                 found=f"{len(row.cells)} entries",
                 allowed=f"{len(names)}",
             )
-    columns = zip(*(row.cells for row in rows), strict=True) if rows else [()] * len(names)
-    return {name: _parse(name, texts, path) for name, texts in zip(names, columns, strict=True)}
-
-
-def _head(name: str, unit: str) -> str:
-    return f"{name} [{unit.translate(_ASCII)}]" if unit else name
-
-
-def _as_column(name: str, values: ArrayLike) -> NDArray[Any]:
-    array = np.asarray(values)
-    if array.dtype == np.bool_:
-        array = array.astype(np.int64)
-    if array.ndim != 1 or array.dtype.kind not in "iuf":
-        raise InputError(
-            f"column {name!r} must hold one number a row",
-            found=f"shape {array.shape} of {array.dtype}",
-            allowed="shape (n,)",
-        )
-    # The digits of a single-precision number are those of its exact double.
-    return array.astype(np.float64) if array.dtype.kind == "f" else array
-
-
-def _parse(name: str, texts: tuple[str, ...], path: Path) -> NDArray[Any]:
-    try:
-        if texts:
-            return np.array([int(text) for text in texts], dtype=np.int64)
-    except (ValueError, OverflowError):
-        pass
-    try:
-        return np.array([float(text) for text in texts], dtype=np.float64)
-    except ValueError as error:
-        raise FileError(
-            f"column {name!r} has an entry that is not a number: {error}", where=str(path)
-        ) from error
+    texts = zip(*(row.cells for row in rows), strict=True) if rows else [()] * len(names)
+    columns: dict[str, NDArray[Any]] = {}
+    for name, column in zip(names, texts, strict=True):
+        if column:
+            with suppress(ValueError, OverflowError):
+                columns[name] = np.array([int(text) for text in column], dtype=np.int64)
+                continue
+        try:
+            columns[name] = np.array([float(text) for text in column], dtype=np.float64)
+        except ValueError as error:
+            raise FileError(
+                f"column {name!r} has an entry that is not a number: {error}", where=str(path)
+            ) from error
+    return columns

@@ -58,10 +58,10 @@ def write_mme(
     Raises
     ------
     InputError
-        A name that files cannot have, codes that are none or are there twice, no channel or more
-        than 999.
+        The test has no valid file name, a code is invalid or not unique, or there is no channel or
+        more than 999.
     OutputError
-        There is such a folder already, or it cannot be written; nothing is left then.
+        The folder exists already, or it cannot be written; nothing is left then.
     """
     if not _NAME.fullmatch(test):
         raise InputError(
@@ -78,10 +78,29 @@ def write_mme(
         ) from error
     try:
         (out / "Channel").mkdir()
-        write_text(out / f"{test}.mme", _lines(_about(test, title, comment)))
+        about = [
+            ("Data format edition number", EDITION),
+            ("Laboratory name", _NONE),
+            ("Laboratory test ref. number", test),
+            ("Customer name", _NONE),
+            ("Customer test ref. number", _NONE),
+            ("Title", title),
+            ("Medium No./number of media", "1/1"),
+            ("Timestamp", _NONE),
+            ("Type of the test", "Simulation"),
+            ("Subtype of the test", _NONE),
+            ("Regulation", _NONE),
+            ("Comments", comment),
+        ]
+        write_text(out / f"{test}.mme", _lines(about))
+        contents = [
+            ("Instrumentation standard", _NONE),
+            ("Number of channels", str(len(channels))),
+        ]
         for k, channel in enumerate(channels, start=1):
             write_text(out / "Channel" / f"{test}.{k:03d}", _channel(channel))
-        write_text(out / "Channel" / f"{test}.chn", _lines(_list(channels)))
+            contents.append((f"Name of channel {k:03d}", f"{channel.code} / {channel.name}"))
+        write_text(out / "Channel" / f"{test}.chn", _lines(contents))
     except BaseException:
         shutil.rmtree(out, ignore_errors=True)
         raise
@@ -99,39 +118,15 @@ def _check_codes(channels: Sequence[MmeChannel]) -> None:
     names: dict[str, str] = {}
     for code, name in ((channel.code, channel.name) for channel in channels):
         if not _CODE.fullmatch(code):
-            wrong = f"is not a channel code, of {name!r}"
+            fault = f"is not a channel code, of {name!r}"
         elif code in names:
-            wrong = f"is there twice, of {names[code]!r} and of {name!r}"
+            fault = f"is there twice, of {names[code]!r} and of {name!r}"
         else:
             names[code] = name
             continue
         raise InputError(
-            wrong, where="code", found=code, allowed="16 capital letters and digits, each once"
+            fault, where="code", found=code, allowed="16 capital letters and digits, each once"
         )
-
-
-def _about(test: str, title: str, comment: str) -> Iterable[tuple[str, str]]:
-    return [
-        ("Data format edition number", EDITION),
-        ("Laboratory name", _NONE),
-        ("Laboratory test ref. number", test),
-        ("Customer name", _NONE),
-        ("Customer test ref. number", _NONE),
-        ("Title", title),
-        ("Medium No./number of media", "1/1"),
-        ("Timestamp", _NONE),
-        ("Type of the test", "Simulation"),
-        ("Subtype of the test", _NONE),
-        ("Regulation", _NONE),
-        ("Comments", comment),
-    ]
-
-
-def _list(channels: Sequence[MmeChannel]) -> Iterable[tuple[str, str]]:
-    yield "Instrumentation standard", _NONE
-    yield "Number of channels", str(len(channels))
-    for k, channel in enumerate(channels, start=1):
-        yield f"Name of channel {k:03d}", f"{channel.code} / {channel.name}"
 
 
 def _channel(channel: MmeChannel) -> str:
@@ -184,7 +179,7 @@ def read_mme(path: Path, code: str | None = None) -> MmeChannel:
     """
     if path.suffix.lower() != ".mme":
         return _read_channel(path)
-    folder = next((one for one in path.parent.iterdir() if one.name.lower() == "channel"), None)
+    folder = next((p for p in path.parent.iterdir() if p.name.lower() == "channel"), None)
     files = [] if folder is None else sorted(folder.glob(f"{path.stem}.[0-9][0-9][0-9]"))
     if not files:
         raise FileError(
@@ -192,17 +187,17 @@ def read_mme(path: Path, code: str | None = None) -> MmeChannel:
             where=str(path),
             allowed=f"Channel/{path.stem}.001 and so on",
         )
-    channels = [_read_channel(one) for one in files]
-    found = [one for one in channels if code is None or one.code.startswith(code.upper())]
-    if len(found) != 1:
+    channels = [_read_channel(file) for file in files]
+    matches = [c for c in channels if code is None or c.code.startswith(code.upper())]
+    if len(matches) != 1:
         raise FileError(
-            "the test has no such channel" if not found else "which channel is meant?",
+            "which channel is meant?" if matches else "the test has no such channel",
             where=str(path),
             found=code,
-            allowed=listed(one.code for one in found or channels),
+            allowed=listed(channel.code for channel in matches or channels),
             remedy="Name its code" if code is None else closest(code, (c.code for c in channels)),
         )
-    return found[0]
+    return matches[0]
 
 
 def _read_channel(path: Path) -> MmeChannel:
@@ -211,11 +206,16 @@ def _read_channel(path: Path) -> MmeChannel:
         lines = path.read_text(encoding="utf-8", errors="replace").splitlines()
     except OSError as error:
         raise FileError(f"cannot be read ({error.strerror})", where=str(path)) from error
-    head = dict(_head_entry(line) for line in lines if ":" in line)
+    head = {}
+    for line in lines:
+        name, colon, text = (part.strip() for part in line.partition(":"))
+        if colon:
+            head[name.lower()] = "" if text.upper() == _NONE else text
     begin = next((k for k, line in enumerate(lines) if line.strip() and ":" not in line), 0)
-    rows = [(k, line) for k, line in enumerate(lines[begin:], begin + 1) if line.strip()]
     values = []
-    for k, line in rows:
+    for k, line in enumerate(lines[begin:], begin + 1):
+        if not line.strip():
+            continue
         try:
             value = float(line.replace(",", "."))
         except ValueError:
@@ -247,9 +247,3 @@ def _read_channel(path: Path) -> MmeChannel:
         np.array(values),
         head.get("channel frequency class") or _NONE,
     )
-
-
-def _head_entry(line: str) -> tuple[str, str]:
-    """Return name and value of a line of the head; a missing value is ""."""
-    name, _, value = (part.strip() for part in line.partition(":"))
-    return name.lower(), "" if value.upper() == _NONE else value

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from contiga.io.out.shown_figure import ShownFigure
 
 
-_INSIDE = 4
+_MAX_INSIDE = 4
 """Largest number of lines with a legend inside the axes; more have it beside them."""
 
 
@@ -77,28 +77,29 @@ def draw_panels(panels: Sequence[Panel], title: str, path: str | Path | None = N
     # Not by pyplot: a figure of its own opens no window and is freed with its last name.
     from contiga.io.out.shown_figure import ShownFigure
 
-    rows, across = max(1, (len(panels) + 1) // 2), min(2, max(1, len(panels)))
-    beside = any(panel.legend and len(panel.lines) > _INSIDE for panel in panels)
-    size = ((4.6 + 1.6 * beside) * across, 0.5 + 2.5 * rows)
+    rows, columns = max(1, (len(panels) + 1) // 2), min(2, max(1, len(panels)))
+    legend_outside = any(panel.legend and len(panel.lines) > _MAX_INSIDE for panel in panels)
+    size = ((4.6 + 1.6 * legend_outside) * columns, 0.5 + 2.5 * rows)
     figure = ShownFigure(figsize=size, layout="constrained", facecolor="white")
     for k, panel in enumerate(panels):
-        axes = figure.add_subplot(rows, across, k + 1)
+        axes = figure.add_subplot(rows, columns, k + 1)
         for x, low, high in (band.T for band in panel.bands):
             axes.fill_between(x, low, high, color=INK, alpha=0.1, lw=0.0)
-        ours = 0
+        n_computed = 0
         for line in panel.lines:
             # Some columns, such as areas, have values at some steps only: the line connects them.
-            known = np.isfinite(line.x) & np.isfinite(line.y)
-            style = "--" if line.measured or ours >= len(LINES) else "-"
-            colour = INK if line.measured else LINES[ours % len(LINES)]
-            ours += not line.measured
+            is_finite = np.isfinite(line.x) & np.isfinite(line.y)
+            style = "--" if line.measured or n_computed >= len(LINES) else "-"
+            colour = INK if line.measured else LINES[n_computed % len(LINES)]
+            n_computed += not line.measured
             width = 1.2 if line.measured else 1.6
-            axes.plot(line.x[known], line.y[known], style, color=colour, lw=width, label=line.name)
+            x, y = line.x[is_finite], line.y[is_finite]
+            axes.plot(x, y, style, color=colour, lw=width, label=line.name)
         finish_axes(axes, panel.x_label, panel.y_label)
         axes.margins(x=0.0)
         if panel.legend:
             look: dict[str, Any] = {"frameon": False, "fontsize": 8, "labelcolor": INK}
-            if len(panel.lines) > _INSIDE:
+            if len(panel.lines) > _MAX_INSIDE:
                 look |= {"loc": "upper left", "bbox_to_anchor": (1.0, 1.0)}
             axes.legend(**look)
     if title:

@@ -1,9 +1,9 @@
 """Locks of folders: one process at a time writes to a folder, and identifies itself.
 
 The lock is the operating system's on a file in the folder: it goes with the process that holds it,
-however that ends. The file says who holds it, for those who come second; one that nobody holds is
-what a process left that was killed. Where there are no locks (some network drives) all goes on
-without. A link in its place is refused: what is written there would be in another file.
+however that ends. The file names its holder, for processes that come second; a file that nobody
+holds was left by a process that was killed. Without locks (some network drives) all goes on without
+them. A link in place of the file is refused: writing there would change another file.
 """
 
 from __future__ import annotations
@@ -19,11 +19,11 @@ from pathlib import Path
 from stat import S_ISREG
 
 from contiga.errors import OutputError
-from contiga.io.out.full_disk import telling_of_full_disks
+from contiga.io.out.full_disk import full_disk_errors
 
-_OPENED = os.O_RDWR | os.O_CREAT | getattr(os, "O_NOFOLLOW", 0)
-_HELD = (EACCES, EAGAIN, EDEADLK)
-_TRIES = 10
+_OPEN_FLAGS = os.O_RDWR | os.O_CREAT | getattr(os, "O_NOFOLLOW", 0)
+_LOCKED_ERRORS = (EACCES, EAGAIN, EDEADLK)
+_MAX_TRIES = 10
 """Number of attempts to open a file that its holder removes at the same moment."""
 
 
@@ -32,14 +32,14 @@ class FolderLock:
 
     Parameters
     ----------
-    path : of the file, in a folder that is there
-    kind : what writes to the folder, in words
+    path : the lock file, in an existing folder
+    kind : kind of the process that writes to the folder, in words
 
     Raises
     ------
     OutputError
-        Another one writes there; the message says which, on what machine and since when. Or what
-        has the name of the file is a link, or no file.
+        Another process writes there; the message says which, on what machine and since when. Or
+        the path is a link, or no plain file.
 
     >>> lock = FolderLock(Path("run.lock"), "run")
     >>> json.loads(Path("run.lock").read_text())["pid"] == os.getpid()
@@ -52,10 +52,11 @@ class FolderLock:
         self._path = path
         self._file = _locked_file(path, kind)
         if self._file is not None:
-            who = {"pid": os.getpid(), "host": socket.gethostname(), "since": _now()}
-            with telling_of_full_disks(path):
+            now = datetime.now().astimezone().isoformat(sep=" ", timespec="seconds")
+            holder = {"pid": os.getpid(), "host": socket.gethostname(), "since": now}
+            with full_disk_errors(path):
                 os.ftruncate(self._file, 0)
-                os.write(self._file, json.dumps(who).encode())
+                os.write(self._file, json.dumps(holder).encode())
 
     def release(self) -> None:
         """Release the folder, and remove the lock file; further calls do nothing."""
@@ -72,10 +73,20 @@ class FolderLock:
 
 def _locked_file(path: Path, kind: str) -> int | None:
     """Return the locked file; None if there are no locks."""
-    for _ in range(_TRIES):
-        _refuse_others(path)
+    for _ in range(_MAX_TRIES):
+        status = None
+        with suppress(OSError):
+            status = path.lstat()
+        # links, symbolic or hard, folders, pipes
+        if status is not None and (not S_ISREG(status.st_mode) or status.st_nlink > 1):
+            raise OutputError(
+                "is not the lock that a run makes, but a link or another thing of this name",
+                where=str(path),
+                allowed="a plain file, or none",
+                remedy="Remove it",
+            )
         try:
-            file = os.open(path, _OPENED, 0o666)
+            file = os.open(path, _OPEN_FLAGS, 0o666)
         except OSError as error:
             if error.errno == ELOOP:  # replaced by a link in between
                 continue
@@ -84,9 +95,9 @@ def _locked_file(path: Path, kind: str) -> int | None:
             _lock(file)
         except OSError as error:
             os.close(file)
-            if error.errno in _HELD:
-                raise _is_held(path, kind) from None
-            return None
+            if error.errno not in _LOCKED_ERRORS:
+                return None
+            raise _locked_error(path, kind) from None
         with suppress(OSError):
             if os.path.samestat(os.fstat(file), path.stat()):
                 return file
@@ -94,25 +105,11 @@ def _locked_file(path: Path, kind: str) -> int | None:
     return None
 
 
-def _refuse_others(path: Path) -> None:
-    """Refuse a link, symbolic or hard, a folder, a pipe: anything but a file of its own."""
+def _locked_error(path: Path, kind: str) -> OutputError:
+    """Return the error that names the holder of a lock."""
     try:
-        found = path.lstat()
-    except OSError:
-        return
-    if not S_ISREG(found.st_mode) or found.st_nlink > 1:
-        raise OutputError(
-            "is not the lock that a run makes, but a link or another thing of this name",
-            where=str(path),
-            allowed="a plain file, or none",
-            remedy="Remove it",
-        )
-
-
-def _is_held(path: Path, kind: str) -> OutputError:
-    try:
-        who = json.loads(path.read_text(encoding="utf-8"))
-        holder = f"process {who['pid']} on {who['host']}, since {who['since']}"
+        holder = json.loads(path.read_text(encoding="utf-8"))
+        holder = f"process {holder['pid']} on {holder['host']}, since {holder['since']}"
     except (OSError, ValueError, KeyError, TypeError):
         holder = "a process that does not say which"
     return OutputError(
@@ -123,18 +120,14 @@ def _is_held(path: Path, kind: str) -> OutputError:
     )
 
 
-def _now() -> str:
-    return datetime.now().astimezone().isoformat(sep=" ", timespec="seconds")
-
-
 if sys.platform == "win32":
     import msvcrt
 
-    _PLACE = 1 << 30
-    """Of the byte that is locked, behind what others are to read."""
+    _LOCKED_BYTE = 1 << 30
+    """Position of the locked byte, behind the text that other processes read."""
 
     def _lock(file: int) -> None:
-        os.lseek(file, _PLACE, os.SEEK_SET)
+        os.lseek(file, _LOCKED_BYTE, os.SEEK_SET)
         try:
             msvcrt.locking(file, msvcrt.LK_NBLCK, 1)
         finally:

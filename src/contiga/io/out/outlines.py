@@ -8,7 +8,7 @@ region's number (``cluster``) and the contact's (``contact``).
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,9 +29,10 @@ from contiga.io.out.vtkhdf_layout import (
 from contiga.records import FloatArray, IntArray
 
 _LINES = CELLS.index("Lines")
+_CELL_ARRAYS = ("NumberOfCells", "NumberOfConnectivityIds", "Offsets", "Connectivity")
 _LABELS = ("cluster", "contact")
-_PARTS_OF_A_STEP = 3
-"""Bytes written for a step, over those of its lines, at most."""
+_SIZE_FACTOR = 3
+"""Upper bound of the bytes of a step, over the bytes of its lines."""
 
 
 class Loops(NamedTuple):
@@ -65,7 +66,18 @@ class OutlinesWriter:
         self.n_steps = 0
         self._steps = Steps(self.path)
         with whole_file(self.path) as file:
-            _write_frame(create_root(file))
+            root = create_root(file)
+            create_growing(root, "NumberOfPoints", (), np.int64)
+            create_growing(root, "Points", (3,), np.float64)
+            for name in CELLS:
+                group = root.create_group(name)
+                for array in _CELL_ARRAYS:
+                    create_growing(group, array, (), np.int64)
+            Growing(root["Lines/Offsets"]).extend([0])  # so that no step starts at 0
+            create_steps(root)
+            for name in _LABELS:
+                create_growing(root, f"PointData/{name}", (), np.int32)
+                create_growing(root, f"Steps/PointDataOffsets/{name}", (), np.int64)
 
     @classmethod
     def reopen(cls, path: str | Path, n_steps: int) -> OutlinesWriter:
@@ -81,60 +93,64 @@ class OutlinesWriter:
         writer.path, writer.n_steps = Path(path), n_steps
         writer._steps = Steps(writer.path)
         with writer._steps.changing() as root:
-            _truncate(root, n_steps)
+            n_points = int(root["NumberOfPoints"][:n_steps].sum())
+            lengths = {"NumberOfPoints": n_steps, "Points": n_points}
+            lengths |= {f"PointData/{name}": n_points for name in _LABELS}
+            for name in CELLS:
+                counts = f"{name}/NumberOfCells", f"{name}/NumberOfConnectivityIds"
+                n_cells, n_ids = (int(root[count][:n_steps].sum()) for count in counts)
+                lengths |= dict.fromkeys(counts, n_steps)
+                n_before = int(name == "Lines")
+                lengths[f"{name}/Offsets"] = n_before + n_cells + n_steps
+                lengths[f"{name}/Connectivity"] = n_ids
+            for name, length in lengths.items():
+                root[name].resize(length, axis=0)
+            truncate_steps(root, n_steps)
         return writer
 
     def append(self, time: float, loops: Loops) -> None:
-        """Add a step; one without lines is empty."""
-        n_bytes = _PARTS_OF_A_STEP * (loops.points.nbytes + loops.first.nbytes)
+        """Add a step, which may have no lines."""
+        n_bytes = _SIZE_FACTOR * (loops.points.nbytes + loops.first.nbytes)
         with self._steps.step(self.n_steps + 1, n_bytes):
-            self._append(float(time), loops)
+            points, first, steps = loops.points, loops.first, self._steps
+            n_points = steps["Points"].length
+            starts = {
+                "PartOffsets": self.n_steps,
+                "NumberOfParts": 1,
+                "PointOffsets": n_points,
+                "PointDataOffsets/cluster": n_points,
+                "PointDataOffsets/contact": n_points,
+                "Values": float(time),
+            }
+            for name, value in starts.items():
+                steps[f"Steps/{name}"].extend([value])
+            for name, value in (
+                # Each step has one entry more than cells. Readers add the number of the step to
+                # this offset, but take 0 for a topology that never changes.
+                ("CellOffsets", steps["Lines/Offsets"].length - self.n_steps),
+                ("ConnectivityIdOffsets", steps["Lines/Connectivity"].length),
+            ):
+                row = np.zeros((1, len(CELLS)), np.int64)
+                row[0, _LINES] = value
+                steps[f"Steps/{name}"].extend(row)
+            steps["Points"].extend(points)
+            for name in _LABELS:
+                labels = np.repeat(getattr(loops, name), np.diff(first))
+                steps[f"PointData/{name}"].extend(labels)
+            steps["NumberOfPoints"].extend([len(points)])
+            # closed lines points[first[i]:first[i + 1]] that end where they start; no other cells
+            corners = np.insert(np.arange(int(first[-1]), dtype=np.int64), first[1:], first[:-1])
+            for name in CELLS:
+                n_lines, ids = (len(first) - 1, corners) if name == "Lines" else (0, corners[:0])
+                steps[f"{name}/NumberOfCells"].extend([n_lines])
+                steps[f"{name}/NumberOfConnectivityIds"].extend([len(ids)])
+                steps[f"{name}/Offsets"].extend(first[: n_lines + 1] + np.arange(n_lines + 1))
+            steps["Lines/Connectivity"].extend(corners)
         self.n_steps += 1
-
-    def _append(self, time: float, loops: Loops) -> None:
-        points, first = loops.points, loops.first
-        steps = self._steps
-        before = steps["Points"].length
-        starts = {
-            "PartOffsets": self.n_steps,
-            "NumberOfParts": 1,
-            "PointOffsets": before,
-            "PointDataOffsets/cluster": before,
-            "PointDataOffsets/contact": before,
-            "Values": time,
-        }
-        for name, value in starts.items():
-            steps[f"Steps/{name}"].extend([value])
-        for name, value in (
-            # Each step has an entry more than cells: readers add the step's number to what is
-            # said here, but take 0 for a topology that never changes.
-            ("CellOffsets", steps["Lines/Offsets"].length - self.n_steps),
-            ("ConnectivityIdOffsets", steps["Lines/Connectivity"].length),
-        ):
-            row = np.zeros((1, len(CELLS)), np.int64)
-            row[0, _LINES] = value
-            steps[f"Steps/{name}"].extend(row)
-        steps["Points"].extend(points)
-        for name in _LABELS:
-            labels = np.repeat(getattr(loops, name), np.diff(first))
-            steps[f"PointData/{name}"].extend(labels)
-        steps["NumberOfPoints"].extend([len(points)])
-        _append_cells(steps, first)
 
     def close(self) -> None:
         """Close the file."""
         self._steps.close()
-
-
-def _append_cells(steps: Steps, first: NDArray[np.int64]) -> None:
-    """Append a step's cells: closed lines points[first[i]:first[i + 1]], and no other kinds."""
-    count = len(first) - 1
-    for name in CELLS:
-        is_lines = name == "Lines"
-        steps[f"{name}/NumberOfCells"].extend([count if is_lines else 0])
-        steps[f"{name}/NumberOfConnectivityIds"].extend([int(first[-1]) + count if is_lines else 0])
-        steps[f"{name}/Offsets"].extend(first + np.arange(count + 1) if is_lines else [0])
-    steps["Lines/Connectivity"].extend(_closed_lines(first))
 
 
 class OutlineSeries:
@@ -155,11 +171,11 @@ class OutlineSeries:
             row = 1 + int(cells[:-1].sum()) + i
             offsets = array("VTKHDF/Lines/Offsets")[row : row + int(cells[-1]) + 1]
             first = np.asarray(offsets, np.int64) - np.arange(len(offsets))
-            label = {name: array(f"VTKHDF/PointData/{name}")[start:stop] for name in _LABELS}
+            labels = {name: array(f"VTKHDF/PointData/{name}")[start:stop] for name in _LABELS}
             return Loops(
                 np.asarray(array("VTKHDF/Points")[start:stop], np.float64),
                 first,
-                *(np.asarray(label[name][first[:-1]], np.int32) for name in _LABELS),
+                *(np.asarray(labels[name][first[:-1]], np.int32) for name in _LABELS),
             )
 
 
@@ -178,45 +194,9 @@ def read_outlines(path: str | Path) -> OutlineSeries:
         try:
             root = file["VTKHDF"]
             times = times_of(root)
-            whole = all(f"PointData/{name}" in root for name in _LABELS)
+            is_complete = all(f"PointData/{name}" in root for name in _LABELS)
         except KeyError:
-            whole = False
-        if not whole:
+            is_complete = False
+        if not is_complete:
             raise FileError("not a file of outlines of contiga", where=str(path))
     return OutlineSeries(path, times)
-
-
-def _closed_lines(first: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Return the points of all lines in turn, each ending where it starts."""
-    total = np.arange(int(first[-1]), dtype=np.int64)
-    return np.insert(total, first[1:], first[:-1])
-
-
-def _write_frame(root: Any) -> None:
-    create_growing(root, "NumberOfPoints", (), np.int64)
-    create_growing(root, "Points", (3,), np.float64)
-    for name in CELLS:
-        group = root.create_group(name)
-        for array in ("NumberOfCells", "NumberOfConnectivityIds", "Offsets", "Connectivity"):
-            create_growing(group, array, (), np.int64)
-    Growing(root["Lines/Offsets"]).extend([0])  # so that no step starts at 0
-    create_steps(root)
-    for name in _LABELS:
-        create_growing(root, f"PointData/{name}", (), np.int32)
-        create_growing(root, f"Steps/PointDataOffsets/{name}", (), np.int64)
-
-
-def _truncate(root: Any, n: int) -> None:
-    """Drop all steps after the first `n`."""
-    points = int(root["NumberOfPoints"][:n].sum())
-    lengths = {"NumberOfPoints": n, "Points": points}
-    lengths |= {f"PointData/{name}": points for name in _LABELS}
-    for name in CELLS:
-        cells = int(root[f"{name}/NumberOfCells"][:n].sum())
-        ids = int(root[f"{name}/NumberOfConnectivityIds"][:n].sum())
-        lengths |= {f"{name}/NumberOfCells": n, f"{name}/NumberOfConnectivityIds": n}
-        lead = int(name == "Lines")
-        lengths |= {f"{name}/Offsets": lead + cells + n, f"{name}/Connectivity": ids}
-    for name, length in lengths.items():
-        root[name].resize(length, axis=0)
-    truncate_steps(root, n)

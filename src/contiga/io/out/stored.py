@@ -1,8 +1,8 @@
 """Output of a run so far, read from its folder without the code that wrote it.
 
 A run that has ended leaves `history.csv` and `summary.json`. While it goes on, and after it was
-stopped, both are in its last checkpoint, and its fields and outlines are whole up to the last step
-that was written.
+stopped, both are in its last checkpoint, and its fields and outlines are complete up to the last
+step that was written.
 """
 
 from __future__ import annotations
@@ -51,15 +51,27 @@ def read_stored(folder: str | Path) -> Stored:
         raise FileError(
             "no such output folder", where=str(folder), remedy="Run a case first: contiga run"
         )
+    has_ended = (
+        (folder / SUMMARY).is_file()
+        and (folder / HISTORY).is_file()
+        and not (folder / UNFINISHED).is_file()
+    )
     try:
         stored = _checkpoint_output(newest_checkpoint(folder))
     except (FileError, MissingPackageError):
-        if not _has_ended(folder):
+        if not has_ended:
             raise
         stored = None  # the other files of the run are complete
-    if _is_finished(folder, stored):
-        history = read_history(folder / HISTORY)
-        return Stored(folder, True, _floats(history), _summary(folder / SUMMARY))
+    if has_ended:
+        try:
+            summary = json.loads((folder / SUMMARY).read_text(encoding="utf-8"))
+        except (ValueError, OSError) as error:
+            raise FileError("not a readable summary", where=str(folder / SUMMARY)) from error
+        # the checkpoint may be of a later run in the same folder
+        if stored is None or all(
+            stored.summary.get(key) == summary.get(key) for key in ("title", "steps")
+        ):
+            return Stored(folder, True, _floats(read_history(folder / HISTORY)), summary)
     if stored is not None:
         return stored
     if (folder / UNFINISHED).is_file():
@@ -72,25 +84,10 @@ def read_stored(folder: str | Path) -> Stored:
     raise FileError(f"not the output folder of a run: {missing} is missing", where=str(folder))
 
 
-def _is_finished(folder: Path, stored: Stored | None) -> bool:
-    """Return whether the last run in a folder has ended, by its checkpoint and summary."""
-    if not _has_ended(folder):
-        return False
-    if stored is None:
-        return True
-    summary = _summary(folder / SUMMARY)
-    return all(stored.summary.get(key) == summary.get(key) for key in ("title", "steps"))
-
-
-def _has_ended(folder: Path) -> bool:
-    there = (folder / SUMMARY).is_file() and (folder / HISTORY).is_file()
-    return there and not (folder / UNFINISHED).is_file()
-
-
 def newest_checkpoint(folder: Path) -> Path:
     """Return the checkpoint to continue from, which may not exist.
 
-    A run that was killed while it put a new one in place of the last has left that alone.
+    A run that was killed while it replaced its checkpoint has left the one before.
     """
     newest, before = folder / CHECKPOINT, folder / CHECKPOINT_BEFORE
     return before if before.is_file() and not newest.is_file() else newest
@@ -136,14 +133,6 @@ def _checkpoint_output(path: Path) -> Stored | None:
     except (OSError, KeyError, ValueError, AttributeError) as error:
         raise FileError("the checkpoint cannot be read", where=str(path)) from error
     return Stored(path.parent, False, _floats(history), summary)
-
-
-def _summary(path: Path) -> dict[str, Any]:
-    try:
-        summary: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
-    except (ValueError, OSError) as error:
-        raise FileError("not a readable summary", where=str(path)) from error
-    return summary
 
 
 def _floats(history: dict[str, Any]) -> dict[str, FloatArray]:

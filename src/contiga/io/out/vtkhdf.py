@@ -1,18 +1,17 @@
 """Fields over time as transient PolyData in VTKHDF, which ParaView and VTK open.
 
-Written to the published VTKHDF specification, version 2: one partition, the triangles of all
+Files follow the published VTKHDF specification, version 2: one partition, the triangles of all
 parts as polygons and the points of clouds as vertices. The topology is stored once and every step
-points back to it through the offsets under ``Steps``; only points and point data are appended, and
-an array equal to the one of the step before is pointed back to as well.
+refers to it through the offsets under ``Steps``; only points and point data are appended, and a
+step refers to an array of the step before if it is equal.
 
-Beside the ``VTKHDF`` group, where readers do not look, ``contiga`` keeps the names, kinds and
-sizes of the parts.
+The group ``contiga``, which other readers ignore, has the names, kinds and sizes of the parts.
 """
 
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -22,7 +21,7 @@ from numpy.typing import ArrayLike, NDArray
 from contiga.display import Displayed, Facts
 from contiga.errors import FileError, InputError
 from contiga.extras import require
-from contiga.io.out.full_disk import telling_of_full_disks
+from contiga.io.out.full_disk import full_disk_errors
 from contiga.io.out.hdf5 import ReadFile, open_file, whole_file
 from contiga.io.out.vtkhdf_layout import (
     Part,
@@ -45,20 +44,20 @@ __all__ = ["FieldSeries", "FieldsWriter", "Part", "read_fields"]
 class FieldsWriter:
     """Writer that appends steps to a VTKHDF file.
 
-    After every step the file is whole and readable, by ParaView too while a run goes on, and a
-    program that dies leaves all steps it had appended. It stays open between steps: the program
+    After every step the file is complete and readable, also by ParaView during a run, and a program
+    that crashes leaves all steps it had appended. The file stays open between steps: the program
     that writes it reads it by `read_fields`, or by ``h5py.File(path, locking=False)``.
 
     Parameters
     ----------
     path : the file, replaced if it exists
-    parts : what the rows of the stacked points are, in order
-    units : of "Points" and of point data by name, kept beside the values
+    parts : bodies and slaves in the order of the rows of the stacked points
+    units : units of "Points" and of point data by name, stored beside the values
 
     Raises
     ------
     InputError
-        A part of unknown kind or with triangles that name no point of it.
+        A part of unknown kind, or with triangles that refer to a missing point.
     OutputError
         The file cannot be written.
     """
@@ -74,7 +73,7 @@ class FieldsWriter:
         self.n_steps = 0
         self._names: tuple[str, ...] = ()
         self._time = -np.inf
-        self._last: dict[str, tuple[int, NDArray[Any]]] = {}
+        self._last_arrays: dict[str, tuple[int, NDArray[Any]]] = {}
         self._steps = Steps(self.path)
         require("a file of fields over time", "h5py")
         with whole_file(self.path) as file:
@@ -99,15 +98,23 @@ class FieldsWriter:
         writer.n_cells = sum(part.n_cells for part in series.parts)
         writer.n_steps = n_steps
         writer._time = float(series.times[n_steps - 1]) if n_steps else -np.inf
-        writer._last = {}
+        writer._last_arrays = {}
         writer._steps = Steps(writer.path)
         with writer._steps.changing() as root:
-            _truncate(root, n_steps, writer._rows)
+            for name, values, offsets in arrays_of(root):  # later steps reuse the space
+                if n_steps:
+                    n_rows = int(offsets[:n_steps].max()) + writer._rows(name)
+                    values.resize(n_rows, axis=0)
+                    continue
+                del root[name]
+                if name != "Points":
+                    del root["Steps"][offsets_of(name)]
+            truncate_steps(root, n_steps)
             if n_steps:
                 for name, values, offsets in arrays_of(root):
                     start = int(offsets[n_steps - 1])
-                    writer._last[name] = (start, values[start : start + writer._rows(name)])
-        writer._names = tuple(writer._last)
+                    writer._last_arrays[name] = (start, values[start : start + writer._rows(name)])
+        writer._names = tuple(writer._last_arrays)
         return writer
 
     def _rows(self, name: str) -> int:
@@ -143,33 +150,32 @@ class FieldsWriter:
             arrays[f"PointData/{name}"] = _as_rows(name, values, self.n_points, None)
         for name, values in (cell_data or {}).items():
             arrays[f"CellData/{name}"] = _as_rows(name, values, self.n_cells, None)
-        last = dict(self._last)
+        last_arrays, steps, n = dict(self._last_arrays), self._steps, self.n_steps
         try:
-            with self._steps.step(self.n_steps + 1, sum(a.nbytes for a in arrays.values())):
-                self._append(float(time), arrays)
+            with steps.step(n + 1, sum(a.nbytes for a in arrays.values())):
+                if n == 0:
+                    for name, values in arrays.items():
+                        create_array(steps.root, name, values)
+                        if unit := self._units.get(name.rpartition("/")[2]):
+                            steps.root[name].attrs["units"] = unit
+                    self._names = tuple(name for name, _, _ in arrays_of(steps.root))
+                self._check_step(float(time), arrays)
+                for name, values in arrays.items():
+                    steps[f"Steps/{offsets_of(name)}"].put(n, self._append_array(name, values))
+                steps["Steps/Values"].put(n, float(time))
+                for name in ("PartOffsets", "CellOffsets", "ConnectivityIdOffsets"):
+                    offsets = steps[f"Steps/{name}"]
+                    offsets.put(n, np.zeros((1, *offsets.columns)))
+                steps["Steps/NumberOfParts"].put(n, 1)
         except BaseException:
-            self._last = last  # existing data of this step are overwritten
+            self._last_arrays = last_arrays  # existing data of this step are overwritten
             raise
         self.n_steps += 1
         self._time = float(time)
 
-    def _append(self, time: float, arrays: dict[str, NDArray[Any]]) -> None:
-        if self.n_steps == 0:
-            self._create(arrays)
-        self._check_step(time, arrays)
-        steps = self._steps
-        for name, values in arrays.items():
-            start = self._append_array(name, values)
-            steps[f"Steps/{offsets_of(name)}"].put(self.n_steps, start)
-        steps["Steps/Values"].put(self.n_steps, time)
-        for name in ("PartOffsets", "CellOffsets", "ConnectivityIdOffsets"):
-            offsets = steps[f"Steps/{name}"]
-            offsets.put(self.n_steps, np.zeros((1, *offsets.columns)))
-        steps["Steps/NumberOfParts"].put(self.n_steps, 1)
-
     def flush(self) -> None:
         """Flush the steps appended so far to the disk."""
-        with telling_of_full_disks(self.path), self.path.open("rb") as file:
+        with full_disk_errors(self.path), self.path.open("rb") as file:
             os.fsync(file.fileno())
 
     def close(self) -> None:
@@ -182,14 +188,6 @@ class FieldsWriter:
 
     def __exit__(self, *_: object) -> None:
         self.close()
-
-    def _create(self, arrays: dict[str, NDArray[Any]]) -> None:
-        root = self._steps.root
-        for name, values in arrays.items():
-            create_array(root, name, values)
-            if unit := self._units.get(name.rpartition("/")[2]):
-                root[name].attrs["units"] = unit
-        self._names = tuple(name for name, _, _ in arrays_of(root))
 
     def _check_step(self, time: float, arrays: dict[str, NDArray[Any]]) -> None:
         if self.n_steps == 0:
@@ -205,27 +203,27 @@ class FieldsWriter:
                 allowed=", ".join(sorted(self._names)),
             )
         for name, values in arrays.items():
-            known = self._steps[name]
-            if values.shape[1:] != known.columns or values.dtype != known.dtype:
+            stored = self._steps[name]
+            if values.shape[1:] != stored.columns or values.dtype != stored.dtype:
                 raise InputError(
                     f"{name} must have the same type and columns at every step",
                     found=f"shape {values.shape} of {values.dtype}",
-                    allowed=f"{known.columns} of {known.dtype}",
+                    allowed=f"{stored.columns} of {stored.dtype}",
                 )
 
     def _append_array(self, name: str, values: NDArray[Any]) -> int:
         """Append the values of a step; return their first row."""
-        if name in self._last:
-            start, last = self._last[name]
+        if name in self._last_arrays:
+            start, last = self._last_arrays[name]
             # Byte by byte: NaN is equal to itself here and 0.0 is not −0.0.
             if last.tobytes() == values.tobytes():
                 return start
-        # Steps start with a chunk: one that held the end of a step too would be packed anew, and
-        # the room it had would be lost.
+        # Steps start with a chunk: a chunk that also held the end of a step would be compressed
+        # again, and its old space would be lost.
         stored = self._steps[name]
         start = -(-stored.length // stored.chunk) * stored.chunk
         stored.put(start, values)
-        self._last[name] = (start, values.copy())
+        self._last_arrays[name] = (start, values.copy())
         return start
 
 
@@ -249,11 +247,10 @@ class FieldSeries(Displayed):
         units: Mapping[str, str | None],
     ) -> None:
         self.path = path
-        of_points, of_cells = (
+        self.names, self.cell_names = (
             tuple(name.removeprefix(kind) for name in units if name.startswith(kind))
             for kind in ("PointData/", "CellData/")
         )
-        self.names, self.cell_names = of_points, of_cells
         self.units = {name.rpartition("/")[2]: unit for name, unit in units.items() if unit}
         self.times = times
         self.parts = parts
@@ -317,8 +314,8 @@ class FieldSeries(Displayed):
                 found=i,
                 allowed=f"0 to {len(self.times) - 1}",
             )
-        of_cells = name.startswith("CellData/")
-        count = sum(part.n_cells if of_cells else part.n_points for part in self.parts)
+        is_cell_data = name.startswith("CellData/")
+        count = sum(part.n_cells if is_cell_data else part.n_points for part in self.parts)
         with self._file.arrays() as array:
             if name not in self._starts:
                 starts = array(f"VTKHDF/Steps/{offsets_of(name)}")
@@ -341,10 +338,10 @@ def read_fields(path: str | Path) -> FieldSeries:
         raise FileError("no such file", where=str(path))
     with open_file(path, "r") as file:
         try:
-            root, ours = file["VTKHDF"], file["contiga"]
+            root = file["VTKHDF"]
             times = times_of(root)
             units = {name: values.attrs.get("units") for name, values, _ in arrays_of(root)}
-            parts = read_parts(root, ours)
+            parts = read_parts(root, file["contiga"])
         except (KeyError, ValueError) as error:
             raise FileError(
                 "not a fields file of contiga",
@@ -354,31 +351,16 @@ def read_fields(path: str | Path) -> FieldSeries:
     return FieldSeries(path, times, parts, units)
 
 
-def _truncate(root: Any, n_steps: int, sizes: Callable[[str], int]) -> None:
-    """Drop all steps after the first `n_steps`; later steps reuse the space.
-
-    `sizes` has the rows of a step of each array, by its name.
-    """
-    for name, values, offsets in arrays_of(root):
-        if n_steps > 0:
-            values.resize(int(offsets[:n_steps].max()) + sizes(name), axis=0)
-            continue
-        del root[name]
-        if name != "Points":
-            del root["Steps"][offsets_of(name)]
-    truncate_steps(root, n_steps)
-
-
 def _as_rows(name: str, values: ArrayLike, count: int, columns: int | None) -> NDArray[Any]:
     array = np.asarray(values)
     if columns == 3:
         array = array.astype(np.float64)
     if array.dtype == np.bool_:
         array = array.astype(np.int8)
-    fits = array.ndim in (1, 2) and len(array) == count
+    is_valid = array.ndim in (1, 2) and len(array) == count
     if columns is not None:
-        fits = fits and array.shape == (count, columns)
-    if not fits or array.dtype.kind not in "iuf":
+        is_valid = is_valid and array.shape == (count, columns)
+    if not is_valid or array.dtype.kind not in "iuf":
         raise InputError(
             f"{name} must have one row of numbers a point",
             found=f"shape {array.shape} of {array.dtype}",

@@ -1,8 +1,8 @@
 """The layout of a transient PolyData file in VTKHDF.
 
 VTKHDF specification, version 2: https://docs.vtk.org, "VTKHDF format specification", PolyData and
-temporal data. One partition is written once; ``Steps`` says for each step where in the arrays its
-values start, and that its topology starts at the beginning.
+temporal data. One partition is written once; ``Steps`` has, for each step, the first row of its
+values in the arrays, and 0 for its topology.
 """
 
 from __future__ import annotations
@@ -26,8 +26,8 @@ _KINDS = ("body", "slave")
 _DATA = ("PointData", "CellData")
 # Rows of a chunk: some hundred kB each, so that one step is a few chunks.
 _CHUNK_ROWS = 16384
-_STEP_CHUNK = 256
-_PACKED = {"compression": "gzip", "compression_opts": 1, "shuffle": True}
+_STEP_CHUNK_ROWS = 256
+_COMPRESSION = {"compression": "gzip", "compression_opts": 1, "shuffle": True}
 
 
 class Part(NamedTuple):
@@ -84,12 +84,25 @@ def write_frame(file: Any, parts: tuple[Part, ...]) -> None:
             triangles.append(start + part.triangles)
     cells = {"Vertices": np.concatenate(vertices), "Polygons": np.concatenate(triangles)}
     for name in CELLS:
-        _write_cells(root.create_group(name), cells.get(name, np.empty((0, 1), np.int64)))
+        group, corners = root.create_group(name), cells.get(name, np.empty((0, 1), np.int64))
+        n_cells, n_corners = corners.shape
+        group["NumberOfCells"] = np.array([n_cells], dtype=np.int64)
+        group["NumberOfConnectivityIds"] = np.array([corners.size], dtype=np.int64)
+        offsets = n_corners * np.arange(n_cells + 1, dtype=np.int64)
+        for array, values in (("Offsets", offsets), ("Connectivity", corners.ravel())):
+            options = _COMPRESSION if len(values) > _STEP_CHUNK_ROWS else {}
+            group.create_dataset(array, data=values, **options)
     create_steps(root)
     for kind in _DATA:
         root.create_group(kind)
         root.create_group(f"Steps/{kind}Offsets")
-    _write_names(file, parts)
+    # the names of the parts and their numbers of points, which VTK does not store
+    group = file.create_group("contiga")
+    group.attrs["names"] = [part.name for part in parts]
+    group.attrs["kinds"] = [part.kind for part in parts]
+    group.attrs["n_points"] = np.array([part.n_points for part in parts], dtype=np.int64)
+    n_triangles = [-1 if part.triangles is None else len(part.triangles) for part in parts]
+    group.attrs["n_triangles"] = np.array(n_triangles, dtype=np.int64)
 
 
 def create_root(file: Any) -> Any:
@@ -111,36 +124,11 @@ def create_steps(root: Any) -> None:
     create_growing(steps, "Values", (), np.float64)
 
 
-def _write_names(file: Any, parts: tuple[Part, ...]) -> None:
-    """Write the names of the parts and their numbers of points, which VTK does not store."""
-    ours = file.create_group("contiga")
-    ours.attrs["names"] = [part.name for part in parts]
-    ours.attrs["kinds"] = [part.kind for part in parts]
-    ours.attrs["n_points"] = np.array([part.n_points for part in parts], dtype=np.int64)
-    none = -1
-    ours.attrs["n_triangles"] = np.array(
-        [none if part.triangles is None else len(part.triangles) for part in parts], dtype=np.int64
-    )
-
-
-def _write_cells(group: Any, cells: NDArray[np.int64]) -> None:
-    count, corners = cells.shape
-    group["NumberOfCells"] = np.array([count], dtype=np.int64)
-    group["NumberOfConnectivityIds"] = np.array([cells.size], dtype=np.int64)
-    arrays = {
-        "Offsets": corners * np.arange(count + 1, dtype=np.int64),
-        "Connectivity": cells.ravel(),
-    }
-    for name, values in arrays.items():
-        packed = _PACKED if len(values) > _STEP_CHUNK else {}
-        group.create_dataset(name, data=values, **packed)
-
-
-def read_parts(root: Any, ours: Any) -> tuple[Part, ...]:
+def read_parts(root: Any, group: Any) -> tuple[Part, ...]:
     """Return parts with triangles on their own points, from the topology and stored sizes."""
     triangles = root["Polygons/Connectivity"][:].reshape(-1, 3)
     parts, first_point, first_triangle = [], 0, 0
-    entries = (ours.attrs[key] for key in ("names", "kinds", "n_points", "n_triangles"))
+    entries = (group.attrs[key] for key in ("names", "kinds", "n_points", "n_triangles"))
     for name, kind, n_points, n_triangles in zip(*entries, strict=True):
         part_triangles: IntArray | None = None
         if n_triangles >= 0:
@@ -158,27 +146,27 @@ def times_of(root: Any) -> FloatArray:
     return np.array(root["Steps/Values"][:count], dtype=np.float64)
 
 
-def check_steps(n_steps: int, there: int, path: str | Path) -> None:
+def check_steps(n_steps: int, n_stored: int, path: str | Path) -> None:
     """Refuse to continue from missing steps.
 
     Raises
     ------
     FileError
-        As said.
+        The file has fewer steps.
     """
-    if not 0 <= n_steps <= there:
+    if not 0 <= n_steps <= n_stored:
         raise FileError(
             "the file has fewer steps than it is to go on from",
             where=str(path),
             found=n_steps,
-            allowed=f"0 to {there}",
+            allowed=f"0 to {n_stored}",
         )
 
 
 def create_growing(group: Any, name: str, columns: tuple[int, ...], dtype: Any) -> None:
     """Create an empty array that grows by few rows per step."""
     group.create_dataset(
-        name, (0, *columns), dtype, maxshape=(None, *columns), chunks=(_STEP_CHUNK, *columns)
+        name, (0, *columns), dtype, maxshape=(None, *columns), chunks=(_STEP_CHUNK_ROWS, *columns)
     )
 
 
@@ -194,7 +182,7 @@ def create_array(root: Any, name: str, values: NDArray[Any]) -> None:
             values.dtype,
             maxshape=(None, *columns),
             chunks=(max(rows, 1), *columns),
-            **_PACKED,
+            **_COMPRESSION,
         )
     if offsets_of(name) not in root["Steps"]:
         create_growing(root["Steps"], offsets_of(name), (), np.int64)
@@ -218,9 +206,8 @@ def arrays_of(root: Any) -> list[tuple[str, Any, Any]]:
 class Growing:
     """An array of an open file that grows by rows.
 
-    By h5py's lower level, and kept open with the spaces it is written by: h5py's slices cost four
-    times as much, to look an array up by its name as much as to write to it, and steps are many
-    small arrays.
+    It uses h5py's low-level interface and keeps its dataspaces: h5py's slices cost four times as
+    much, a look-up by name as much as a write, and steps are many small arrays.
 
     Parameters
     ----------
@@ -232,11 +219,11 @@ class Growing:
         self.dtype: np.dtype[Any] = stored.dtype
         self.columns: tuple[int, ...] = stored.shape[1:]
         self.chunk: int = stored.chunks[0]
-        self.length = self._counted = int(stored.shape[0])
-        self._place = self._id.get_space()
-        self._rows = self._id.get_space()
-        self._shape: tuple[int, ...] = ()
-        self._within = (0,) * len(self.columns)
+        self.length = self._complete_length = int(stored.shape[0])
+        self._file_space = self._id.get_space()
+        self._rows_space = self._id.get_space()
+        self._rows_shape: tuple[int, ...] = ()
+        self._first_column = (0,) * len(self.columns)
 
     def put(self, start: int, values: Any) -> None:
         """Write `values` from row `start` on; the array ends with them."""
@@ -247,12 +234,12 @@ class Growing:
             self._id.set_extent(extent)
             self.length = end
         if len(rows):
-            self._place.set_extent_simple(extent)
-            self._place.select_hyperslab((start, *self._within), rows.shape)
-            if rows.shape != self._shape:
-                self._rows.set_extent_simple(rows.shape)
-                self._shape = rows.shape
-            self._id.write(self._rows, self._place, rows)
+            self._file_space.set_extent_simple(extent)
+            self._file_space.select_hyperslab((start, *self._first_column), rows.shape)
+            if rows.shape != self._rows_shape:
+                self._rows_space.set_extent_simple(rows.shape)
+                self._rows_shape = rows.shape
+            self._id.write(self._rows_space, self._file_space, rows)
 
     def extend(self, values: Any) -> None:
         """Write `values` at the end."""
@@ -260,23 +247,23 @@ class Growing:
 
     def keep(self) -> None:
         """Accept the written rows as complete."""
-        self._counted = self.length
+        self._complete_length = self.length
 
     def drop(self) -> None:
         """Cut off incomplete rows.
 
-        VTK takes arrays to be as long as the counted steps, and writes beyond its memory otherwise.
+        VTK expects arrays to be as long as the counted steps, and else writes beyond its memory.
         """
-        self.length = self._counted
+        self.length = self._complete_length
         self._id.set_extent((self.length, *self.columns))
 
 
 class Steps:
     """A file that steps are appended to, open from the first step until it is closed.
 
-    All of a step is handed to the system before it is counted, and so is the count. So the file is
-    whole between steps: a program that dies leaves all steps it had appended, and others may read
-    them; one that looks while a step is handed over may have to look again.
+    A step is written and flushed before it is counted, and then its count is flushed. So the file
+    is complete between steps: a program that crashes leaves all steps it had appended, and others
+    may read them; a reader that opens the file during a flush may have to open it again.
 
     Parameters
     ----------
@@ -323,7 +310,7 @@ class Steps:
         Parameters
         ----------
         number : number of steps with this one
-        n_bytes : of its arrays, at most
+        n_bytes : upper bound of the size of its arrays, bytes
 
         Raises
         ------
@@ -335,8 +322,8 @@ class Steps:
             try:
                 yield
                 self._file.flush()
-                # The count is written last, when all counted data are handed to the system: readers
-                # do not see a step that is cut off before.
+                # The count is written last, after all counted data: readers never see an incomplete
+                # step.
                 self._count.write(np.array(number, np.int64))
                 self._file.flush()
             except BaseException:
@@ -370,7 +357,7 @@ class Steps:
         Raises
         ------
         OutputError
-            What was not yet handed to the system cannot be written.
+            The last data cannot be written.
         """
         file, self._file, self._count = self._file, None, None
         self._arrays.clear()
@@ -384,9 +371,9 @@ class Steps:
         try:
             yield
         except (OSError, RuntimeError) as error:
-            text = f"cannot be written as HDF5: {error}"
+            message = f"cannot be written as HDF5: {error}"
             full = full_disk(error, self._path)
-            raise full or OutputError(text, where=str(self._path)) from error
+            raise full or OutputError(message, where=str(self._path)) from error
 
 
 def truncate_steps(root: Any, n_steps: int) -> None:
@@ -396,5 +383,5 @@ def truncate_steps(root: Any, n_steps: int) -> None:
     names: list[str] = []
     steps.visit(names.append)
     for name in names:
-        if hasattr(steps[name], "resize"):  # an array, no group of some
+        if hasattr(steps[name], "resize"):  # an array, not a group
             steps[name].resize(n_steps, axis=0)

@@ -70,11 +70,11 @@ def write_mesh(path: str | Path, mesh: TriMesh) -> None:
 
     if len(mesh.triangles) == 0:
         raise MeshError("a mesh without triangles cannot be written", where=str(path))
-    written = meshio.Mesh(mesh.vertices, [("triangle", mesh.triangles)])
+    mesh_file = meshio.Mesh(mesh.vertices, [("triangle", mesh.triangles)])
     if name == "gmsh":
         # One surface, number 1: Gmsh counts entities from 1.
-        written.point_data["gmsh:dim_tags"] = np.tile([2, 1], (len(mesh.vertices), 1))
+        mesh_file.point_data["gmsh:dim_tags"] = np.tile([2, 1], (len(mesh.vertices), 1))
         for tag in ("gmsh:physical", "gmsh:geometrical"):
-            written.cell_data[tag] = [np.ones(len(mesh.triangles), int)]
+            mesh_file.cell_data[tag] = [np.ones(len(mesh.triangles), int)]
     with atomic_write(path) as temporary:
-        meshio.write(temporary, written, file_format=name, **options)
+        meshio.write(temporary, mesh_file, file_format=name, **options)

@@ -1,4 +1,4 @@
-"""A z-buffer in plain loops: triangles, balls and lines drawn into arrays of pixels.
+"""A z-buffer: triangles, balls and lines drawn into arrays of pixels.
 
 Pixels are (row, column) with the row going down the picture; depth grows away from the eye.
 """
@@ -14,17 +14,17 @@ import contiga.jit  # noqa: F401 (before any kernel: how they are kept)
 from contiga.jit import kernel
 from contiga.records import FloatArray, IntArray
 
-_ON_EDGE = -1e-9
-"""Rounding must not leave a pixel on a shared edge to neither triangle."""
+_EDGE_TOL = -1e-9
+"""Smallest barycentric coordinate: with rounding, a pixel on a shared edge is in a triangle."""
 
 
 class Buffer(NamedTuple):
     """The visible points in each pixel of one layer; h rows, w columns."""
 
     depth: FloatArray
-    """(h, w) distance from the eye, infinity where nothing is."""
+    """(h, w) distance from the eye, infinity in an empty pixel."""
     owner: IntArray
-    """(h, w) index of the triangle or ball, −1 where nothing is."""
+    """(h, w) index of the triangle or ball, −1 in an empty pixel."""
     a: FloatArray
     """(h, w) first barycentric coordinate, or x offset on a ball."""
     b: FloatArray
@@ -32,7 +32,7 @@ class Buffer(NamedTuple):
 
 
 def empty_buffer(height: int, width: int) -> Buffer:
-    """A buffer with nothing in it."""
+    """Return an empty buffer."""
     return Buffer(
         np.full((height, width), np.inf),
         np.full((height, width), -1, dtype=np.int32),
@@ -62,7 +62,7 @@ def draw_triangles(screen, triangles, buffer):
                 a = ((x1 - column) * (y2 - row) - (x2 - column) * (y1 - row)) / twice_area
                 b = ((x2 - column) * (y0 - row) - (x0 - column) * (y2 - row)) / twice_area
                 c = 1.0 - a - b
-                if min(a, b, c) < _ON_EDGE:
+                if min(a, b, c) < _EDGE_TOL:
                     continue
                 # 1/z is linear in the picture; z is not, and would bend flat faces at diagonals
                 depth = 1.0 / (a / z0 + b / z1 + c / z2)
@@ -84,10 +84,10 @@ def draw_balls(screen, radius, scale, buffer):
         for row in range(max(0, math.ceil(y - radius)), min(height - 1, int(y + radius)) + 1):
             for column in range(max(0, math.ceil(x - radius)), min(width - 1, int(x + radius)) + 1):
                 dx, dy = (column - x) / radius, (row - y) / radius
-                rest = 1.0 - dx * dx - dy * dy
-                if rest < 0.0:
+                dz_squared = 1.0 - dx * dx - dy * dy
+                if dz_squared < 0.0:
                     continue
-                depth = z - scale * radius * math.sqrt(rest)
+                depth = z - scale * radius * math.sqrt(dz_squared)
                 if depth < buffer.depth[row, column]:
                     buffer.depth[row, column] = depth
                     buffer.owner[row, column] = k
@@ -106,23 +106,23 @@ def draw_lines(screen, segments, depth, bias, ink):
         length = max(abs(dx), abs(dy))
         if not (length < 1e6):
             continue
-        near_p, near_q = 1.0 / screen[p, 2], 1.0 / screen[q, 2]
+        inverse_p, inverse_q = 1.0 / screen[p, 2], 1.0 / screen[q, 2]
         count = int(length) + 1
         for i in range(count + 1):
             t = i / count
             column = round(screen[p, 0] + t * dx)
             row = round(screen[p, 1] + t * dy)
             if 0 <= row < height and 0 <= column < width:
-                z = 1.0 / (near_p + t * (near_q - near_p))
+                z = 1.0 / (inverse_p + t * (inverse_q - inverse_p))
                 if z <= depth[row, column] + bias:
                     ink[row, column] = True
 
 
 @kernel()
-def values_at_pixels(buffer, triangles, values, found):
+def values_at_pixels(buffer, triangles, values, pixel_values):
     """Write `values` (n,) of a mesh's points, interpolated at the pixels it covers."""
     height, width = buffer.depth.shape
-    at = 0
+    k = 0
     for row in range(height):
         for column in range(width):
             t = buffer.owner[row, column]
@@ -130,5 +130,5 @@ def values_at_pixels(buffer, triangles, values, found):
                 continue
             p, q, r = triangles[t, 0], triangles[t, 1], triangles[t, 2]
             a, b = buffer.a[row, column], buffer.b[row, column]
-            found[at] = a * values[p] + b * values[q] + (1.0 - a - b) * values[r]
-            at += 1
+            pixel_values[k] = a * values[p] + b * values[q] + (1.0 - a - b) * values[r]
+            k += 1

@@ -10,9 +10,9 @@ from contiga.jit import kernel
 
 @kernel()
 def joined(pairs, n):
-    """Return the sets (n,) that `pairs` (k, 2) of 0 … n − 1 join, numbered by first members.
+    """Return the set (n,) of each of 0 … n − 1 that `pairs` (k, 2) join, numbered by first members.
 
-    To import scipy.sparse.csgraph takes ten times as long as this with all around it.
+    The import of scipy.sparse.csgraph takes ten times as long as this with all around it.
     """
     parent = np.arange(n).astype(np.int32)
     for k in range(pairs.shape[0]):

@@ -10,27 +10,27 @@ from contiga.jit import inner, kernel
 
 @kernel()
 def add_bends(depth, step, size, total):
-    """Add to `total` (h, w) how far every other pixel of `depth` lies behind those so many steps
-    away from it, in four opposite pairs, each to `size` at most; nothing where one is infinite."""
+    """Add to `total` (h, w) the depth of every other pixel of `depth` behind its neighbours at
+    `step`, in four opposite pairs, each clipped to `size`; a pair with an infinite depth adds 0."""
     height, width = total.shape
     for direction in range(4):
         rows = 0 if direction == 0 else step
         columns = (step, 0, step, -step)[direction]
-        aside = abs(columns)
+        margin = abs(columns)
         for row in range(rows, height - rows):
-            for column in range(aside, width - aside):
-                here = depth[2 * row, 2 * column]
-                behind = depth[2 * (row + rows), 2 * (column + columns)]
-                ahead = depth[2 * (row - rows), 2 * (column - columns)]
-                if ahead < math.inf and behind < math.inf:
-                    one = min(max(here - ahead, -size), size)
-                    total[row, column] += one + min(max(here - behind, -size), size)
+            for column in range(margin, width - margin):
+                z = depth[2 * row, 2 * column]
+                z_a = depth[2 * (row + rows), 2 * (column + columns)]
+                z_b = depth[2 * (row - rows), 2 * (column - columns)]
+                if z_b < math.inf and z_a < math.inf:
+                    step_b = min(max(z - z_b, -size), size)
+                    total[row, column] += step_b + min(max(z - z_a, -size), size)
 
 
 @inner()
 def normal_at(buffer, corners, axes, row, column):
-    """Unit normal in camera `axes` (3, 3) at a covered pixel, turned to the eye, from those at the
-    corners of facets (m, 3, 3); that of a ball where there are none."""
+    """Return the unit normal in camera `axes` (3, 3) at a covered pixel, turned to the eye, from
+    the normals at the corners of facets (m, 3, 3); the normal of a ball without facets."""
     a, b = buffer.a[row, column], buffer.b[row, column]
     if corners.shape[0] == 0:
         return a, b, -math.sqrt(max(1.0 - a * a - b * b, 0.0))
@@ -50,39 +50,39 @@ def normal_at(buffer, corners, axes, row, column):
 
 @kernel()
 def paint(buffer, corners, eye, hollow, nearest, colours, opacity, picture):
-    """Blend a layer over `picture` (h, w, 3) where nothing of `nearest` (h, w) is before it.
+    """Blend a layer over `picture` (h, w, 3) where it is not behind `nearest` (h, w).
 
-    `colours` (k, 3) are those of the pixels it covers in turn, or (1, 3) of all. `eye` (5, 3) has
+    `colours` (k, 3) belong to the pixels that it covers in turn, or (1, 3) to all. `eye` (5, 3) has
     the axes of the camera, and in these the directions to the main light and half-way between it
     and the eye.
     """
     height, width = nearest.shape
-    at, ahead = 0, 0 if colours.shape[0] == 1 else 1
+    k_colour, stride = 0, 0 if colours.shape[0] == 1 else 1
     for row in range(height):
         for column in range(width):
             if buffer.owner[row, column] < 0:
                 continue
-            own, at = colours[at], at + ahead
+            colour, k_colour = colours[k_colour], k_colour + stride
             if buffer.depth[row, column] > nearest[row, column]:
                 continue
             x, y, z = normal_at(buffer, corners, eye, row, column)
-            key = max(0.0, x * eye[3, 0] + y * eye[3, 1] + z * eye[3, 2])
+            diffuse = max(0.0, x * eye[3, 0] + y * eye[3, 1] + z * eye[3, 2])
             gloss = max(0.0, x * eye[4, 0] + y * eye[4, 1] + z * eye[4, 2])
             sky = 0.5 - 0.5 * y
             bend = hollow[row // 2, column // 2]
             shade = 1.0 - 0.75 * max(bend, 0.0)  # brighter ridges would blur sharp edges
             away = 1.0 - min(max(-z, 0.0), 1.0)
-            factor = (0.46 + 0.24 * sky + 0.46 * key) * shade
+            factor = (0.46 + 0.24 * sky + 0.46 * diffuse) * shade
             added = 0.10 * gloss**40 + 0.18 * away**3
             for k in range(3):
-                light = min(max(own[k] * factor + added, 0.0), 1.0)
-                under = picture[row, column, k]
-                picture[row, column, k] = opacity * light + (1.0 - opacity) * under
+                light = min(max(colour[k] * factor + added, 0.0), 1.0)
+                background = picture[row, column, k]
+                picture[row, column, k] = opacity * light + (1.0 - opacity) * background
 
 
 @kernel()
 def veil(buffer, corners, axes, colour, picture):
-    """Blend `colour` (3,) thinly over `picture` (h, w, 3) where a layer is, more so at its rim."""
+    """Blend `colour` (3,) thinly over `picture` (h, w, 3) at a layer, more strongly at its rim."""
     height, width, _ = picture.shape
     for row in range(height):
         for column in range(width):
@@ -92,5 +92,5 @@ def veil(buffer, corners, axes, colour, picture):
             away = 1.0 - min(max(-z, 0.0), 1.0)
             cover = 0.05 + 0.38 * (away * away)
             for k in range(3):
-                under = picture[row, column, k]
-                picture[row, column, k] = (1.0 - cover) * under + cover * colour[k]
+                background = picture[row, column, k]
+                picture[row, column, k] = (1.0 - cover) * background + cover * colour[k]

@@ -1,4 +1,4 @@
-"""Sparse matrices of 3 × 3 blocks: of points that are nodes, and of points between these."""
+"""Sparse matrices of 3 × 3 blocks between the nodes, for quadrature points."""
 
 from __future__ import annotations
 
@@ -6,30 +6,30 @@ from contiga.jit import kernel
 
 
 @kernel()
-def mark(places, faces, used):
-    """Mark the blocks between corners of `faces` (r,) in `used` (blocks,); `places` (f, c, c) says
-    which."""
-    count = places.shape[1]
+def mark(block_rows, faces, used):
+    """Mark the blocks between corners of `faces` (r,) in `used` (m,); `block_rows` (f, c, c) has
+    the row of each pair of corners."""
+    count = block_rows.shape[1]
     for i in range(faces.shape[0]):
         for a in range(count):
             for b in range(count):
-                used[places[faces[i], a, b]] = 1
+                used[block_rows[faces[i], a, b]] = 1
 
 
 @kernel()
-def add(blocks, faces, points, shape, places, out):
+def add(blocks, faces, points, shape, block_rows, out):
     """Add N_a N_b K of each block K (r, 3, 3) to the blocks (m, 3, 3) between corners a and b.
 
-    It belongs to the point `points` (r,) of the rule on the face `faces` (r,), of shape functions N
-    (n, c); `places` (f, c, c) says which block is which. In this order, one after the other.
+    Block i belongs to point `points[i]` of the rule on face `faces[i]`, with shape functions N
+    (n, c); `block_rows` (f, c, c) has the row of each pair of corners. The order of sums is fixed.
     """
     count = shape.shape[1]
     for i in range(faces.shape[0]):
         f, k = faces[i], points[i]
         for a in range(count):
             for b in range(count):
-                weight, place = shape[k, a] * shape[k, b], places[f, a, b]
+                weight, row = shape[k, a] * shape[k, b], block_rows[f, a, b]
                 for c in range(3):
-                    out[place, c, 0] += weight * blocks[i, c, 0]
-                    out[place, c, 1] += weight * blocks[i, c, 1]
-                    out[place, c, 2] += weight * blocks[i, c, 2]
+                    out[row, c, 0] += weight * blocks[i, c, 0]
+                    out[row, c, 1] += weight * blocks[i, c, 1]
+                    out[row, c, 2] += weight * blocks[i, c, 2]

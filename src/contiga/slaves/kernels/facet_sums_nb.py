@@ -1,4 +1,4 @@
-"""Sums from points on facets to their corners, and interpolation back, for some of the points."""
+"""Sums from some points on facets to their corners, and interpolation back."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from contiga.jit import kernel
 @kernel()
 def to_corners(rows, first, values, facets, shape, out):
     """Add Σ_q shape[q, j] values[q] (r, c) of points `rows` (r,) to the rows of their corners j in
-    `out` (n, c), one after the other.
+    `out` (n, c), in this order.
 
     Row `first` + f n + k is point k of n on facet f.
     """

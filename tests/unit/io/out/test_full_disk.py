@@ -9,7 +9,7 @@ import pytest
 
 from contiga.errors import OutputError
 from contiga.io.out.files import atomic_write, write_text
-from contiga.io.out.full_disk import check_room, full_disk, telling_of_full_disks
+from contiga.io.out.full_disk import check_room, full_disk, full_disk_errors
 
 OF_HDF5 = "Can't flush cache (file write failed: errno = 28, error message = 'No space left')"
 
@@ -24,14 +24,14 @@ OF_HDF5 = "Can't flush cache (file write failed: errno = 28, error message = 'No
 )
 def test_it_is_told_by_number(error: Exception, said: str) -> None:
     caught = pytest.raises(OutputError, match=rf"^a\.h5: {said}\. Make room on it$")
-    with caught, telling_of_full_disks("a.h5"):
+    with caught, full_disk_errors("a.h5"):
         raise error
 
 
 def test_other_errors_stay_as_they_are() -> None:
     assert full_disk(RuntimeError("errno = 13"), "a") is None
     assert full_disk(ValueError("28"), "a") is None
-    with pytest.raises(PermissionError), telling_of_full_disks("a"):
+    with pytest.raises(PermissionError), full_disk_errors("a"):
         raise PermissionError(EACCES, "no")
 
 
