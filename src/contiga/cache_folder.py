@@ -1,4 +1,4 @@
-"""Folders of what one process leaves for the next, and how large they grow. Quick to import."""
+"""Folders of files that processes keep for later ones, and their limits. Quick to import."""
 
 from __future__ import annotations
 
@@ -11,10 +11,10 @@ from pathlib import Path
 from time import time
 
 FOLDER = "CONTIGA_CACHE_DIR"
-"""Environment variable: the folder of what came of files, or "" or "0" for none."""
+"""Environment variable: the folder of cached results, or "" or "0" for none."""
 DAY = 86_400.0
-"""Seconds after which it is written down anew that a file was asked for, and after which what a
-killed process has left is removed."""
+"""Time after which the use of a file is recorded again, and after which the unfinished files of a
+killed process are removed, seconds."""
 
 
 def cache_folder() -> Path | None:
@@ -22,27 +22,27 @@ def cache_folder() -> Path | None:
 
     It is the folder of the environment variable, else the user's.
     """
-    named = os.environ.get(FOLDER)
-    if named is not None:
-        return None if named in ("", "0") else Path(named)
+    folder = os.environ.get(FOLDER)
+    if folder is not None:
+        return None if folder in ("", "0") else Path(folder)
     return user_folder()
 
 
 def user_folder() -> Path | None:
-    """The folder of the user for what can be made again; None where there is no home."""
+    """Return the cache folder of the user; None without a home folder."""
     with suppress(RuntimeError):
         home = Path.home()
         if sys.platform == "win32":
             return Path(os.environ.get("LOCALAPPDATA", home / "AppData" / "Local")) / "contiga"
         if sys.platform == "darwin":
             return home / "Library" / "Caches" / "contiga"
-        named = Path(os.environ.get("XDG_CACHE_HOME", ""))
-        return (named if named.is_absolute() else home / ".cache") / "contiga"
+        folder = Path(os.environ.get("XDG_CACHE_HOME", ""))
+        return (folder if folder.is_absolute() else home / ".cache") / "contiga"
     return None
 
 
 def is_ours(path: str | Path) -> bool:
-    """Whether nobody else can have written a file or a folder, as far as the system says."""
+    """Return whether only this user can have written a file or a folder."""
     if not hasattr(os, "geteuid"):
         return True
     status = os.stat(path)
@@ -50,27 +50,27 @@ def is_ours(path: str | Path) -> bool:
 
 
 def asked_for(path: str | Path) -> None:
-    """Have a file stay: write down that it was asked for today, where that can be written."""
+    """Record that a file was used today, if its time can be written, so that it stays."""
     with suppress(OSError):
         if os.stat(path).st_mtime < time() - DAY:
             os.utime(path)
 
 
 def trim(folder: Path, endings: tuple[str, ...], limit: int, count: float = inf) -> list[str]:
-    """Remove the least recently used entries of a folder, and files left half-written.
+    """Remove the least recently used entries of a folder, and old unfinished files.
 
-    An entry is all files whose names are the same up to the first point after the last hyphen.
+    An entry is all files with the same name up to the first point after the last hyphen.
 
     Parameters
     ----------
-    folder : it may hold other files, too
-    endings : of the names of its files
-    limit : bytes that the entries which stay may take
-    count : how many of them may stay
+    folder : the folder, which may have other files, too
+    endings : endings of the names of its files
+    limit : largest size of all entries, bytes
+    count : largest number of entries
 
     Returns
     -------
-    names of the entries that were removed
+    names of the removed entries
     """
     entries: dict[str, list[str]] = defaultdict(list)
     size: dict[str, int] = defaultdict(int)

@@ -9,13 +9,14 @@ from typing import TextIO, TypeVar
 
 Class = TypeVar("Class", bound=type)
 Facts = list[tuple[str, object]]
-"""What an object prints of itself: (label, value), the most important first."""
+"""Printed properties of an object: (label, value), the most important first."""
 
 
 def line_of(kind: str, facts: Facts, name: str = "") -> str:
-    """One line: ``Slave('pad', points 300, active 280)``."""
-    first = [repr(name)] if name else []
-    return f"{kind}({', '.join(first + [f'{label} {_text(value)}' for label, value in facts])})"
+    """Return one line: ``Slave('pad', points 300, active 280)``."""
+    parts = [repr(name)] if name else []
+    parts += [f"{label} {_text(value)}" for label, value in facts]
+    return f"{kind}({', '.join(parts)})"
 
 
 def table_of(kind: str, facts: Facts, name: str = "", picture: bytes | None = None) -> str:
@@ -32,7 +33,7 @@ def table_of(kind: str, facts: Facts, name: str = "", picture: bytes | None = No
 
 
 def counted(names: Iterable[str], counts: Iterable[int]) -> Facts:
-    """How many there are of each kind that occurs."""
+    """Return the count of each name that occurs."""
     return [(name, int(n)) for name, n in zip(names, counts, strict=False) if n]
 
 
@@ -45,12 +46,12 @@ def _text(value: object) -> str:
 
 
 def in_notebook(stream: object) -> bool:
-    """Whether what is written to `stream` appears in a notebook."""
+    """Return whether the output of `stream` appears in a notebook."""
     return type(stream).__module__.startswith("ipykernel.")
 
 
 def is_read_along(stream: TextIO | None) -> bool:
-    """Whether somebody sees what is written to `stream` at once: in a terminal or a notebook.
+    """Return whether the output of `stream` is seen at once, in a terminal or a notebook.
 
     Programs without a console have no stream.
     """
@@ -58,7 +59,7 @@ def is_read_along(stream: TextIO | None) -> bool:
 
 
 class Displayed:
-    """Mixed in: an object with `_facts` prints as one line, and as a table in a notebook."""
+    """Mixin: an object with `_facts` prints as one line, and as a table in a notebook."""
 
     __slots__ = ()
 
@@ -66,7 +67,7 @@ class Displayed:
         raise NotImplementedError
 
     def _picture(self) -> bytes | None:
-        """A PNG of at most 150 kB that a notebook shows over the facts, if there is one."""
+        """Return a PNG of at most 150 kB that a notebook shows above the facts, or None."""
         return None
 
     def __repr__(self) -> str:
@@ -78,7 +79,7 @@ class Displayed:
 
 
 def displayed(tuple_class: Class) -> Class:
-    """The same of a class of named tuples, which nothing can be mixed into; a decorator."""
+    """Add the methods of `Displayed` to a class of named tuples, which allows no mixin."""
     for name in ("__repr__", "_repr_html_", "_picture"):
         setattr(tuple_class, name, getattr(Displayed, name))
     return tuple_class

@@ -1,7 +1,4 @@
-"""What kernels answer of a point, as enumerations that say what they mean.
-
-Apart from the records, so that these may change without a kernel compiling anew.
-"""
+"""Results of kernels for a point, as enumerations whose members have an advice."""
 
 from __future__ import annotations
 
@@ -10,7 +7,7 @@ from typing import Self
 
 
 class Advised(IntEnum):
-    """Numbers that say in a sentence what they mean for their user and what to do.
+    """Numbers with a sentence for users: their meaning, and what to do.
 
     >>> Status(3).advice
     'Not converged; take smaller steps, or project with mode="global".'
