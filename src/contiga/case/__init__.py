@@ -2,7 +2,7 @@
 
 Question: what simulation does this file describe, and what is wrong with it? Read `schema` (the
 tables) and `spec` (their base), the `…_spec` file of a table, `problems` and `whole` (messages),
-`build` and `contact_made` (to a simulation), `include` (files in files), `convert` (from LS-DYNA
+`build` and `contact_build` (to a simulation), `include` (files in files), `convert` (from LS-DYNA
 decks).
 """
 

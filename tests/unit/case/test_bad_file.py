@@ -45,3 +45,11 @@ def test_everything_wrong_is_told_at_once(tmp_path: Path) -> None:
         "time.step",
         "contact[0].law.kind",
     ]
+
+
+@pytest.mark.parametrize("key", ["belt", "load", "spring"])
+def test_a_number_in_place_of_tables_is_refused(key: str, tmp_path: Path) -> None:
+    path = tmp_path / "case.toml"
+    path.write_text(f"{key} = 1.5\n{GOOD}", encoding="utf-8")
+    with pytest.raises(CaseError, match=rf"case\.toml: {key}: must be a list; found 1\.5"):
+        load_case(path)
