@@ -131,9 +131,10 @@ class HullArea:
         if (inp.feet.patch == inp.feet.patch[0]).all():
             (u0, u1), (v0, v1) = inp.exact.patches[int(inp.feet.patch[0])].domain
             points = (inp.feet.uv - (u0, v0)) / (u1 - u0, v1 - v0)
-        method, k = self.clusters, self.k
-        if not isinstance(method, str):
-            method, k = "kmeans", method
+        if isinstance(self.clusters, str):
+            method, k = self.clusters, self.k
+        else:
+            method, k = "kmeans", self.clusters
         return clusters_of(points, method, k=k, eps=self.eps, min_points=self.min_points)
 
     def outlines(self, inp: AreaInput) -> Outlines:
@@ -149,7 +150,7 @@ class HullArea:
 
 
 def _hulls(inp: AreaInput, rows: np.ndarray) -> Iterator[tuple[int, _Patch, FloatArray]]:
-    """Yield each patch with feet of the points `rows`: its index, itself, and their hull in (u, v)."""
+    """Yield the index of each patch with feet of `rows`, the patch, and their hull in (u, v)."""
     for k in np.unique(inp.feet.patch[rows]):
         patch = patch_of(inp.exact, int(k))
         uv = unrolled(inp.feet.uv[rows[inp.feet.patch[rows] == k]], patch.periods)

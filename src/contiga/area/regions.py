@@ -19,11 +19,11 @@ from contiga.arrays.layout import locked
 from contiga.errors import InputError
 from contiga.records import FloatArray, IntArray
 
-# A point is a neighbour within this many times the local spacing: past the diagonal of a square
-# grid (√2), short of its second neighbour (2).
+# Largest distance of neighbours, in local spacings: past the diagonal of a square grid (√2), short
+# of its second neighbour (2).
 REACH = 1.6
-# The local spacing is the distance to this nearest neighbour: the third is still one step away in
-# a grid and on its edge.
+# The local spacing is the distance to this nearest neighbour: the third is still one step away,
+# inside a grid and on its edge.
 K_NEIGHBOUR = 3
 
 
@@ -76,14 +76,13 @@ def neighbours_of(points: FloatArray, reach: float = REACH) -> Graph:
     k = min(K_NEIGHBOUR + 1, n)
     spacing = tree.query(points, k=k)[0][:, -1]
     lists = tree.query_ball_point(points, reach * spacing * (1.0 + 1e-9))
-    counts = np.array([len(entry) for entry in lists])
-    rows = np.repeat(np.arange(n), counts)
-    other = np.concatenate([np.asarray(entry, dtype=np.int64) for entry in lists])
-    apart = rows != other
-    ends = np.concatenate([rows[apart], other[apart]]), np.concatenate([other[apart], rows[apart]])
-    order = np.argsort(ends[0], kind="stable")
-    first = np.concatenate(([0], np.cumsum(np.bincount(ends[0], minlength=n))))
-    return Graph(first.astype(np.int64), ends[1][order].astype(np.int32))
+    a = np.repeat(np.arange(n), [len(entry) for entry in lists])
+    b = np.concatenate([np.asarray(entry, dtype=np.int64) for entry in lists])
+    is_pair = a != b
+    a, b = np.concatenate([a[is_pair], b[is_pair]]), np.concatenate([b[is_pair], a[is_pair]])
+    order = np.argsort(a, kind="stable")
+    first = np.concatenate(([0], np.cumsum(np.bincount(a, minlength=n))))
+    return Graph(first.astype(np.int64), b[order].astype(np.int32))
 
 
 def structure_of(rest: Rest, reach: float = REACH) -> Topology | Graph:
