@@ -40,22 +40,22 @@ def join(elements: Elements, grid: Grid, body: Faces) -> Grid:
     for patch in grid.patches:
         nu, nv = int(np.ptp(patch["u"])) - 1, int(np.ptp(patch["v"])) - 1
         index = int(patch["first"]) + np.arange(nu * nv).reshape(nu, nv)
-        for element, across, s, side_across in (
+        for element, across_side, s, side_across in (
             (index[1:], index[:-1], 0, 1),
             (index[:-1], index[1:], 1, 0),
             (index[:, 1:], index[:, :-1], 2, 3),
             (index[:, :-1], index[:, 1:], 3, 2),
         ):
-            neighbour[element, s] = across
+            neighbour[element, s] = across_side
             side[element, s] = side_across
     collapsed = np.ptp(points, axis=2).max(axis=2) <= COLLAPSE_TOL * size
     _match_sides(points, collapsed, neighbour, side, flip, MATCH_TOL * size)
 
     # Normals on both sides of each joint; rows without a neighbour are not used.
-    across = normals[neighbour, side]
-    across = np.where(flip[:, :, None, None] == 1, across[:, :, ::-1], across)
-    sine = np.linalg.norm(np.cross(normals, across), axis=3).max(axis=2)
-    cosine = (normals * across).sum(axis=3).min(axis=2)
+    across_side = normals[neighbour, side]
+    across_side = np.where(flip[:, :, None, None] == 1, across_side[:, :, ::-1], across_side)
+    sine = np.linalg.norm(np.cross(normals, across_side), axis=3).max(axis=2)
+    cosine = (normals * across_side).sum(axis=3).min(axis=2)
     joint = np.where((sine < SMOOTH_ANGLE) & (cosine > 0.0), SMOOTH, CREASE)
     kind = np.where(neighbour >= 0, joint, BORDER)
     kind[collapsed] = POLE

@@ -70,7 +70,7 @@ class _Places(NamedTuple):
 
     def of(self, rows: IndexArray) -> _Places:
         """Return some of the places."""
-        return _Places(*(field[rows] for field in self))
+        return _Places(self.patch[rows], self.uv[rows], self.point[rows], self.tangents[rows])
 
 
 def crossing_of(body: Faces, group: IntArray, slit: float) -> Crossing | None:
