@@ -135,8 +135,10 @@ def fill(rows: Records, net: FloatArray, poles: NDArray[np.bool_], used: int) ->
 
     Parameters
     ----------
+    rows : (n,) `ELEMENT`
     net : (n, p + 1, q + 1, 4) homogeneous Bernstein coefficients; changed
     poles : (n, 4) sides that are one point
+    used : number of coefficients in the flat array before these
     """
     p, q = net.shape[1] - 1, net.shape[2] - 1
     rows["degree"] = p, q
