@@ -9,7 +9,7 @@ import numpy as np
 
 from contiga.area.cluster import is_positive
 from contiga.area.facet import measure_facets
-from contiga.area.feet import Web, unbridged, web_of
+from contiga.area.feet import Web, web_of, without_bridges
 from contiga.area.method import AreaInput, Areas, Outlines, Rest, check_side, no_patch
 from contiga.area.outline import facet_outlines, no_outlines
 from contiga.area.profile import profile_depth
@@ -20,19 +20,19 @@ from contiga.masters.protocol import Master
 from contiga.records import FloatArray, IndexArray, IntArray
 from contiga.slaves.skin import tributary_area
 
-# Triangles with a side longer than this many times the local spacing bridge a gap of the cloud.
-BRIDGE = 3.0
+# Triangles with a side longer than this many local spacings bridge a gap of the cloud.
+DEFAULT_BRIDGE = 3.0
 # Share of the spread across the best-fit plane below which points count as lying on a line.
-LINE = 1e-9
+LINE_TOL = 1e-9
 
 
 class Prepared(NamedTuple):
-    """Triangles between the points of a cloud at rest, and its neighbours."""
+    """The triangles between the points of a cloud at rest, and the neighbours of each point."""
 
     topology: Topology | None
     """None by "feet" and on a line."""
     graph: Graph
-    line: bool
+    is_line: bool
 
 
 @dataclass(frozen=True)
@@ -61,10 +61,10 @@ class CloudArea:
     -----
     Limits by "rest": the cloud at rest must be a graph over its best-fit plane, which a sheet is
     and a closed tube is not. By "feet": two regions fewer than three spacings apart share the
-    points between them, of which each lacks some; a region that bends by more than 60° from its
-    mean normal and lies on several patches lacks the strips between those. Nothing reaches beyond
-    the outermost points, where a Voronoi cell would reach on without end. Points on a line belong
-    to a plane problem: on a body made by `Body.from_profile` each stands for half the way to its
+    points between them, so that each lacks some; a region that bends by more than 60° from its
+    mean normal and lies on several patches lacks the strips between them. No area reaches beyond
+    the outermost points, where Voronoi cells are unbounded. Points on a line belong to a plane
+    problem: on a body made by `Body.from_profile` the area of each is half the distance to its
     neighbours in contact, times the depth.
 
     Examples
@@ -80,7 +80,7 @@ class CloudArea:
 
     on: str | None = None
     _: KW_ONLY
-    bridge: float = BRIDGE
+    bridge: float = DEFAULT_BRIDGE
     by: str = "rest"
 
     def __post_init__(self) -> None:
@@ -106,51 +106,52 @@ class CloudArea:
                 allowed="two points or more",
                 remedy="Use NodalArea(value)",
             )
-        graph, line = neighbours_of(rest.points), is_line(rest.points)
-        if line and rest.body is not None:
-            _depth_of(rest.body)
-        if not line and self.by == "feet" and rest.body is not None and rest.body.faces is None:
-            raise no_patch()
-        if line or self.by == "feet":
-            return Prepared(None, graph, line)
+        graph, on_line = neighbours_of(rest.points), is_line(rest.points)
+        if rest.body is not None:
+            if on_line:
+                _profile_depth(rest.body)
+            elif self.by == "feet" and rest.body.faces is None:
+                raise no_patch()
+        if on_line or self.by == "feet":
+            return Prepared(None, graph, on_line)
         facets = triangles_of(rest.points, self.bridge)
-        return Prepared(topology_of(facets, len(rest.points)), graph, line)
+        return Prepared(topology_of(facets, len(rest.points)), graph, on_line)
 
     def weights(self, rest: Rest, prepared: Prepared) -> FloatArray | None:
         """Return areas at rest (n,), or None if the slave has none.
 
-        A corner gets a third of each of its triangles, a point of a line half the way to each
-        neighbour. Areas by feet are not known at rest.
+        A corner gets a third of each of its triangles, a point of a line half the distance to each
+        neighbour. Areas by feet do not exist at rest.
         """
-        topology, graph, line = prepared
+        topology, graph, on_line = prepared
         if rest.area is not None:
             return None
         if topology is not None:
             return tributary_area(rest.points, topology.facets)
-        if not line or rest.body is None:
+        if not on_line or rest.body is None:
             return None
         rows = np.arange(len(rest.points))
-        return _along_line(rest.points, rows, graph, _depth_of(rest.body))
+        return _line_areas(rest.points, rows, graph, _profile_depth(rest.body))
 
     def measure(self, inp: AreaInput) -> Areas:
         """Areas of the points in contact."""
-        topology, graph, line = inp.prepared
+        topology, graph, on_line = inp.prepared
         on = self.on or inp.on
         if len(inp.rows) == 0:
             return Areas(np.zeros(0), np.zeros(0, np.int32), on)
         if topology is not None:
             return measure_facets(inp, topology, on)
-        if not line:
+        if not on_line:
             web = self._web(inp, graph)
             return measure_facets(web.inp, web.topology, on)._replace(clusters=web.clusters)
         clusters = regions(graph, inp.rows, inp.points)
-        area = _along_line(inp.points, inp.rows, graph, _depth_of(inp.body))
+        area = _line_areas(inp.points, inp.rows, graph, _profile_depth(inp.body))
         return Areas(area, clusters, "slave")
 
     def outlines(self, inp: AreaInput) -> Outlines:
         """Return where contact ends, as for `FacetArea`; none for points on a line."""
-        topology, graph, line = inp.prepared
-        if line or len(inp.rows) == 0:
+        topology, graph, on_line = inp.prepared
+        if on_line or len(inp.rows) == 0:
             return no_outlines()
         if topology is not None:
             return facet_outlines(inp, topology, self.on or inp.on)
@@ -158,26 +159,26 @@ class CloudArea:
         return facet_outlines(web.inp, web.topology, self.on or inp.on)
 
     def _web(self, inp: AreaInput, graph: Graph) -> Web:
-        kept = {} if inp.kept is None else inp.kept
-        if "web" not in kept:
-            kept["web"] = web_of(inp, graph, self.bridge)
-        web: Web = kept["web"]
+        cache = {} if inp.kept is None else inp.kept
+        if "web" not in cache:
+            cache["web"] = web_of(inp, graph, self.bridge)
+        web: Web = cache["web"]
         return web
 
 
 def is_line(points: FloatArray) -> bool:
     """Return whether points (n, 3) lie on a line, or are fewer than three."""
     spread = principal_axes(points - points.mean(axis=0))[0]
-    return len(points) < 3 or bool(spread[1] <= LINE * spread[0])
+    return len(points) < 3 or bool(spread[1] <= LINE_TOL * spread[0])
 
 
 def triangles_of(points: FloatArray, bridge: float) -> IntArray:
-    """Return (m, 3) Delaunay triangles of a cloud (n, 3), no line, in its best-fit plane.
+    """Return (m, 3) Delaunay triangles of a cloud (n, 3), not a line, in its best-fit plane.
 
     Raises
     ------
     InputError
-        Points over one another, seen along the plane's normal.
+        Points hide one another, seen along the plane's normal.
     """
     from scipy.spatial import Delaunay
 
@@ -185,23 +186,23 @@ def triangles_of(points: FloatArray, bridge: float) -> IntArray:
     axes = principal_axes(centred)[1]
     chart = product(centred, axes[:2].T)
     triangles = Delaunay(chart).simplices.astype(np.int32)
-    kept = unbridged(points, triangles, bridge)
+    short = without_bridges(points, triangles, bridge)
     # A cloud seen edge-on or in several sheets makes triangles far longer than its spacing.
-    if len(kept) < 0.5 * len(triangles) or 2 * len(np.unique(kept)) < len(points):
+    if len(short) < 0.5 * len(triangles) or 2 * len(np.unique(short)) < len(points):
         raise InputError(
             "the cloud is not a graph over its best-fit plane",
             where="area",
-            found=f"{len(triangles) - len(kept)} of {len(triangles)} triangles bridge its points",
+            found=f"{len(triangles) - len(short)} of {len(triangles)} triangles bridge its points",
             allowed="a sheet of points",
             remedy='Use CloudArea(by="feet"), NodalArea(value) or HullArea(), or give facets',
         )
-    # In the order of their points, as facets of a mesh come: neighbours lie close in memory.
-    ordered: IntArray = kept[np.argsort(kept.min(axis=1), kind="stable")]
+    # In the order of their points, as the facets of a mesh: neighbours lie close in memory.
+    ordered: IntArray = short[np.argsort(short.min(axis=1), kind="stable")]
     return ordered
 
 
-def _depth_of(body: Master) -> float:
-    """Return the width that points on a line stand for."""
+def _profile_depth(body: Master) -> float:
+    """Return the depth of a profile, the width of the points on a line; refuse other masters."""
     depth = profile_depth(body.faces)
     if depth is None:
         raise InputError(
@@ -213,15 +214,15 @@ def _depth_of(body: Master) -> float:
     return depth
 
 
-def _along_line(points: FloatArray, rows: IndexArray, graph: Graph, depth: float) -> FloatArray:
-    """Half the way from each of `rows` to its neighbours along the line, times the depth."""
+def _line_areas(points: FloatArray, rows: IndexArray, graph: Graph, depth: float) -> FloatArray:
+    """Return half the distance of each of `rows` to its neighbours on the line, times the depth."""
     area = np.zeros(len(rows))
     for i, row in enumerate(rows):
-        near = graph.neighbour[graph.first[row] : graph.first[row + 1]]
-        step = points[near] - points[row]
-        way = np.linalg.norm(step, axis=1)
-        forward = product(step, step[np.argmin(way)]) > 0.0
-        for side in (forward, ~forward):
-            if side.any():
-                area[i] += 0.5 * depth * way[side].min()
+        neighbours = graph.neighbour[graph.first[row] : graph.first[row + 1]]
+        arm = points[neighbours] - points[row]
+        distance = np.linalg.norm(arm, axis=1)
+        is_ahead = product(arm, arm[np.argmin(distance)]) > 0.0
+        for on_side in (is_ahead, ~is_ahead):
+            if on_side.any():
+                area[i] += 0.5 * depth * distance[on_side].min()
     return area

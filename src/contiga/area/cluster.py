@@ -13,7 +13,7 @@ from contiga.extras import require
 from contiga.records import FloatArray, IntArray
 
 METHODS = ("auto", "kmeans", "dbscan", "meanshift", "hdbscan")
-_STARTS = 10
+_KMEANS_STARTS = 10
 _SEED = 0
 
 
@@ -59,7 +59,13 @@ def clusters_of(
         return np.full(1, -1 if method == "dbscan" and min_points > 1 else 0, np.int32)
     if method == "auto":
         return regions(neighbours_of(points), np.arange(n, dtype=np.int32), points)
-    return _as_they_come(np.asarray(_fitted(points, method, min(k, n), eps, min_points)))
+    label = np.asarray(_sklearn_labels(points, method, k, eps, min_points))
+    # Number the clusters in the order of their first points; noise stays −1.
+    labels, first, inverse = np.unique(label, return_index=True, return_inverse=True)
+    order = np.argsort(np.where(labels < 0, -1, first), kind="stable")
+    number = np.empty(len(labels), np.int32)
+    number[order] = np.arange(len(labels)) - int((labels < 0).any())
+    return number[inverse]
 
 
 def check_options(method: object, k: object, eps: object, min_points: object) -> None:
@@ -86,36 +92,31 @@ def is_positive(value: object) -> bool:
     return isinstance(value, Real) and 0.0 < float(value) < np.inf
 
 
-def _check_count(k: object, where: str, what: str) -> None:
-    if isinstance(k, bool) or not isinstance(k, int | np.integer) or k < 1:
+def _check_count(count: object, where: str, noun: str) -> None:
+    if isinstance(count, bool) or not isinstance(count, int | np.integer) or count < 1:
         raise InputError(
-            f"{what} are counted from 1", where=where, found=k, allowed="a whole number ≥ 1"
+            f"{noun} are counted from 1", where=where, found=count, allowed="a whole number ≥ 1"
         )
 
 
-def _fitted(points: FloatArray, method: str, k: int, eps: float, least: int) -> IntArray:
+def _sklearn_labels(
+    points: FloatArray, method: str, k: int, eps: float, min_points: int
+) -> IntArray:
+    """Return (n,) labels by a method of scikit-learn; one cluster where it cannot tell any."""
     from sklearn import cluster
 
     if method == "kmeans":
-        distinct = len(np.unique(points, axis=0))
-        model = cluster.KMeans(min(k, distinct), n_init=_STARTS, random_state=_SEED)
+        n_clusters = min(k, len(np.unique(points, axis=0)))
+        model = cluster.KMeans(n_clusters, n_init=_KMEANS_STARTS, random_state=_SEED)
         return model.fit_predict(points)
     if method == "dbscan":
-        return cluster.DBSCAN(eps=eps, min_samples=least).fit_predict(points)
+        return cluster.DBSCAN(eps=eps, min_samples=min_points).fit_predict(points)
     if method == "meanshift":
-        width = cluster.estimate_bandwidth(points, quantile=0.3, random_state=_SEED)
-        if not width > 0.0:
+        bandwidth = cluster.estimate_bandwidth(points, quantile=0.3, random_state=_SEED)
+        if not bandwidth > 0.0:
             return np.zeros(len(points), np.int32)
-        return cluster.MeanShift(bandwidth=width).fit_predict(points)
-    size = max(least, 2)
+        return cluster.MeanShift(bandwidth=bandwidth).fit_predict(points)
+    size = max(min_points, 2)
     if len(points) <= size:
         return np.zeros(len(points), np.int32)
     return cluster.HDBSCAN(min_cluster_size=size, copy=True).fit_predict(points)
-
-
-def _as_they_come(label: IntArray) -> IntArray:
-    labels, first, inverse = np.unique(label, return_index=True, return_inverse=True)
-    order = np.argsort(np.where(labels < 0, -1, first), kind="stable")
-    number = np.empty(len(labels), np.int32)
-    number[order] = np.arange(len(labels)) - int((labels < 0).any())
-    return number[inverse]

@@ -11,7 +11,6 @@ from contiga.area.kernels import facet_area_nb, touch_nb
 from contiga.area.method import AreaInput
 from contiga.area.offset import off_surface
 from contiga.area.regions import Topology
-from contiga.masters.protocol import Surface
 from contiga.records import (
     FloatArray,
     IndexArray,
@@ -23,10 +22,10 @@ from contiga.records import (
 )
 from contiga.statuses import Status
 
-# How exactly is known where on an edge the foot leaves the master: a share of its length.
-EXACT = 1e-9
-# Steps to it at most: two for each halving, where the places that are looked at first tell nothing.
-STEPS = 62
+# Tolerance of the place on an edge where the foot leaves the master, as a share of its length.
+EDGE_TOL = 1e-9
+# Largest number of steps to it: two for each halving, where the secant steps do not help.
+MAX_STEPS = 62
 
 
 class Parts(NamedTuple):
@@ -50,108 +49,104 @@ class Cut(NamedTuple):
     feet: Projection
     """Of the corners, inner ones first."""
     fraction: FloatArray
-    """(m, 3) way along each edge from its end in contact."""
+    """(m, 3) place on each edge, as a fraction of it from its end in contact."""
     border: IntArray
     """(m, 3) row in `ends` of edges on which the foot leaves the surface, or −1."""
     ends: Projection
-    """Feet where it leaves."""
+    """Feet at the places where they leave."""
 
 
 def parts_of(inp: AreaInput, topology: Topology, part: IntArray, place: IntArray) -> Parts:
-    """The facets `part`, their corners numbered on their own."""
-    triangles, *numbered = touch_nb.around(topology.facets, part, inp.points, place)
-    return Parts(topology.facets[triangles], *numbered)
+    """Return the facets `part`, with a numbering of their corners."""
+    triangles, *numbering = touch_nb.around(topology.facets, part, inp.points, place)
+    return Parts(topology.facets[triangles], *numbering)
 
 
 def cut_parts(inp: AreaInput, parts: Parts) -> Cut:
     """Find where contact ends on the edges of facets that touch in part."""
-    nodes, corner = parts.nodes, parts.corner
-    n_i, m = len(parts.inner), len(nodes)
-    surface = inp.body.surface
-    feet = _feet_around(surface, inp, parts)
-    fraction = np.empty((m, 3))
-    border = facet_area_nb.cuts(corner, feet, n_i, fraction)
-    row = np.full((m, 3), -1, np.int32)
-    row.ravel()[border] = np.arange(len(border))
-    ends = _leave(surface, inp, feet, _ends(nodes, corner, border, n_i), fraction.ravel(), border)
-    return Cut(feet, fraction, row, ends)
-
-
-def _feet_around(surface: Surface, inp: AreaInput, parts: Parts) -> Projection:
-    """Feet of the inner corners, and after them those of the free ones."""
-    near = rows_of(inp.feet, parts.inner)
-    out = empty_projection(len(parts.free))
+    # The feet of the inner corners, and after them those of the free ones.
+    inner_feet = rows_of(inp.feet, parts.inner)
+    free_feet = empty_projection(len(parts.free))
     if len(parts.free):
-        points = np.ascontiguousarray(inp.points[parts.free])
-        surface.track(points, near.patch[parts.start], near.uv[parts.start], out)
+        p_B = np.ascontiguousarray(inp.points[parts.free])
+        start = parts.start
+        inp.body.surface.track(p_B, inner_feet.patch[start], inner_feet.uv[start], free_feet)
         if inp.half is not None:
-            out = off_surface(out, points, inp.half[parts.free])
-    return stacked(near, out)
+            free_feet = off_surface(free_feet, p_B, inp.half[parts.free])
+    feet = stacked(inner_feet, free_feet)
+    m = len(parts.nodes)
+    fraction = np.empty((m, 3))
+    border = facet_area_nb.cuts(parts.corner, feet, len(parts.inner), fraction)
+    row_of_edge = np.full((m, 3), -1, np.int32)
+    row_of_edge.ravel()[border] = np.arange(len(border))
+    fraction.ravel()[border], ends = _leaving_points(inp, parts, feet, border)
+    return Cut(feet, fraction, row_of_edge, ends)
 
 
-def _ends(
-    nodes: IntArray, corner: IntArray, border: np.ndarray, n_c: int
-) -> tuple[IntArray, IntArray, IntArray]:
-    """Return for edges the row of the foot in contact, the node in contact, and the other node."""
-    facet, k = border // 3, border % 3
-    a, b = (facet, k), (facet, (k + 1) % 3)
-    turned = corner[b] < n_c
-    inner = np.where(turned, corner[b], corner[a])
-    return inner, np.where(turned, nodes[b], nodes[a]), np.where(turned, nodes[a], nodes[b])
+def _leaving_points(
+    inp: AreaInput, parts: Parts, feet: Projection, edges: np.ndarray
+) -> tuple[FloatArray, Projection]:
+    """Find on edges the last point whose foot is on the surface and inside.
 
+    Beyond that point the foot stays on the border, and the distance of the point from the normal at
+    its foot grows linearly from zero, so that a secant step finds where it starts.
 
-def _leave(
-    surface: Surface,
-    inp: AreaInput,
-    feet: Projection,
-    ends: tuple[IntArray, IntArray, IntArray],
-    fraction: FloatArray,
-    border: np.ndarray,
-) -> Projection:
-    """Find on edges the last point whose foot is on the surface and inside; its feet.
+    Parameters
+    ----------
+    feet : of the corners, inner ones first
+    edges : (e,) facet * 3 + k for the edge from corner k to corner k + 1
 
-    Beyond it the foot stays on the border, and how far the point's normal misses it grows evenly
-    from zero: two such points tell where it starts.
+    Returns
+    -------
+    fraction : (e,) place on each edge, from its end in contact
+    ends : (e,) feet there
     """
-    inner, near, far = ends
-    last = rows_of(feet, inner)
-    low, high = np.zeros(len(border)), np.ones(len(border))
-    a, way = inp.points[near], inp.points[far] - inp.points[near]
-    misses = _Misses.none(len(border))
-    for _ in range(STEPS):
-        rows = np.flatnonzero(high - low > EXACT)
+    facet, k = edges // 3, edges % 3
+    a, b = (facet, k), (facet, (k + 1) % 3)
+    is_reversed = parts.corner[b] < len(parts.inner)
+    last = rows_of(feet, np.where(is_reversed, parts.corner[b], parts.corner[a]))
+    inner = np.where(is_reversed, parts.nodes[b], parts.nodes[a])
+    outer = np.where(is_reversed, parts.nodes[a], parts.nodes[b])
+    low, high = np.zeros(len(edges)), np.ones(len(edges))
+    origin, vector = inp.points[inner], inp.points[outer] - inp.points[inner]
+    history = _SecantHistory.empty(len(edges))
+    for _ in range(MAX_STEPS):
+        rows = np.flatnonzero(high - low > EDGE_TOL)
         if len(rows) == 0:
             break
-        t = misses.start(rows, low[rows], high[rows])
-        p_B = a[rows] + t[:, None] * way[rows]
-        out = empty_projection(len(rows))
-        surface.track(p_B, last.patch[rows], last.uv[rows], out)
+        t = history.next_t(rows, low[rows], high[rows])
+        p_B = origin[rows] + t[:, None] * vector[rows]
+        trial = empty_projection(len(rows))
+        inp.body.surface.track(p_B, last.patch[rows], last.uv[rows], trial)
         if inp.half is not None:
-            here, there = inp.half[near[rows]], inp.half[far[rows]]
-            out = off_surface(out, p_B, here + t * (there - here))
-        good = (out.status == Status.OK) & (out.gap <= 0.0)
-        low[rows[good]], high[rows[~good]] = t[good], t[~good]
-        misses = misses.after(rows, t, np.where(good, np.nan, _miss(p_B, out)))
+            half = inp.half[inner[rows]]
+            trial = off_surface(trial, p_B, half + t * (inp.half[outer[rows]] - half))
+        is_inside = (trial.status == Status.OK) & (trial.gap <= 0.0)
+        low[rows[is_inside]], high[rows[~is_inside]] = t[is_inside], t[~is_inside]
+        arm = p_B - trial.point
+        off_normal = arm - (arm * trial.normal).sum(axis=1)[:, None] * trial.normal
+        offset = np.sqrt(np.square(off_normal).sum(axis=1))
+        offset[~np.isfinite(offset)] = np.inf
+        history.add(rows, t, offset, is_inside)
         for name in Projection._fields:
-            getattr(last, name)[rows[good]] = getattr(out, name)[good]
-    fraction[border] = low
-    return last
+            getattr(last, name)[rows[is_inside]] = getattr(trial, name)[is_inside]
+    return low, last
 
 
-class _Misses(NamedTuple):
+class _SecantHistory(NamedTuple):
     """The last two points of each edge whose feet were on the border."""
 
     t: FloatArray
-    """(e, 2) where they lie, the later one first."""
-    miss: FloatArray
-    """(e, 2) how far their normals miss them, NaN where there is none yet."""
-    inside: NDArray[np.bool_]
-    """(e,) whether the last point asked for was on the surface."""
-    left: FloatArray
-    """(e, 2) what was left of each edge before the last two steps, the later one first."""
+    """(e, 2) their places on the edge, the later one first."""
+    offset: FloatArray
+    """(e, 2) their distances from the normals at their feet, NaN where there is no point yet."""
+    was_inside: NDArray[np.bool_]
+    """(e,) whether the last trial point was on the surface."""
+    width: FloatArray
+    """(e, 2) widths of the bracket before the last two steps, the later one first."""
 
     @classmethod
-    def none(cls, edges: int) -> _Misses:
+    def empty(cls, edges: int) -> _SecantHistory:
         return cls(
             np.zeros((edges, 2)),
             np.full((edges, 2), np.nan),
@@ -159,36 +154,26 @@ class _Misses(NamedTuple):
             np.full((edges, 2), 4.0),
         )
 
-    def start(self, edges: IndexArray, low: FloatArray, high: FloatArray) -> FloatArray:
-        """Return the next parameters to look at on the edges `edges`.
+    def next_t(self, edges: IndexArray, low: FloatArray, high: FloatArray) -> FloatArray:
+        """Return the next places to try on `edges`.
 
-        They lie beside the place where misses start, on the side that was not looked at last, or in
-        the middle of the rest if two steps have not halved it.
+        They lie next to the zero of the secant, on the other side of it than the last trial, or in
+        the middle of the bracket if two steps have not halved it.
         """
-        (t, before), (miss, more) = self.t[edges].T, self.miss[edges].T
+        (t, t_before), (offset, offset_before) = self.t[edges].T, self.offset[edges].T
         with np.errstate(divide="ignore", invalid="ignore"):
-            place = t - miss * (before - t) / (more - miss)
-        beside = np.maximum(1e-3 * (high - low), 0.4 * EXACT)
-        place += np.where(self.inside[edges], beside, -beside)
-        quick = high - low < 0.5 * self.left[edges, 1]
-        self.left[edges] = np.stack([high - low, self.left[edges, 0]], axis=1)
-        known = (place > low) & (place < high) & quick
-        return np.where(known, place, 0.5 * (low + high))
+            zero = t - offset * (t_before - t) / (offset_before - offset)
+        margin = np.maximum(1e-3 * (high - low), 0.4 * EDGE_TOL)
+        zero += np.where(self.was_inside[edges], margin, -margin)
+        is_fast = high - low < 0.5 * self.width[edges, 1]
+        self.width[edges] = np.stack([high - low, self.width[edges, 0]], axis=1)
+        return np.where((zero > low) & (zero < high) & is_fast, zero, 0.5 * (low + high))
 
-    def after(self, edges: IndexArray, t: FloatArray, miss: FloatArray) -> _Misses:
-        """With the points `t` of the edges `edges`, whose normals miss by `miss`; NaN inside."""
-        outside = ~np.isnan(miss)
-        rows = edges[outside]
-        places, misses, inside = self.t.copy(), self.miss.copy(), self.inside.copy()
-        places[rows] = np.stack([t[outside], places[rows, 0]], axis=1)
-        misses[rows] = np.stack([miss[outside], misses[rows, 0]], axis=1)
-        inside[edges] = ~outside
-        return _Misses(places, misses, inside, self.left)
-
-
-def _miss(p_B: FloatArray, feet: Projection) -> FloatArray:
-    """Return distances (e,) of points from the normals at their feet, infinite without any."""
-    arm = p_B - feet.point
-    off = arm - (arm * feet.normal).sum(axis=1)[:, None] * feet.normal
-    length = np.sqrt(np.square(off).sum(axis=1))
-    return np.where(np.isfinite(length), length, np.inf)
+    def add(
+        self, edges: IndexArray, t: FloatArray, offset: FloatArray, is_inside: NDArray[np.bool_]
+    ) -> None:
+        """Add the trial points `t` of `edges`; `offset` counts for points that are not inside."""
+        rows = edges[~is_inside]
+        self.t[rows] = np.stack([t[~is_inside], self.t[rows, 0]], axis=1)
+        self.offset[rows] = np.stack([offset[~is_inside], self.offset[rows, 0]], axis=1)
+        self.was_inside[edges] = is_inside

@@ -15,9 +15,9 @@ from contiga.arrays.threads import run_ranges, started
 from contiga.errors import InputError
 from contiga.records import FloatArray, IntArray, stacked
 
-# Facets, and cut facets on the master, below which a second thread does not pay.
-FACETS = 4096
-PIECES = 1024
+# Numbers of facets, and of cut facets on the master, below which a second thread does not pay.
+MIN_FACETS = 4096
+MIN_PIECES = 1024
 
 
 @dataclass(frozen=True)
@@ -29,13 +29,13 @@ class FacetArea:
     distance to the foot continued from its nearest neighbour in contact, so that it belongs to
     the same sheet of the surface. Where the foot leaves the surface over a border, the cut is
     there. The error is of second order in the size of the facets; holes and hollows of the region
-    are found as they are.
+    are resolved.
 
     Parameters
     ----------
-    on : "slave": the area of the facets' parts as they lie now. "master": the area of their images
-        on the master, the feet of all their points. What the contact type asks for if omitted:
-        the master's for type "master", else the slave's.
+    on : "slave": the area of the facets' parts in their present position. "master": the area of
+        their images on the master, the feet of all their points. If omitted, the contact type
+        decides: the master's for type "master", else the slave's.
 
     Raises
     ------
@@ -44,13 +44,13 @@ class FacetArea:
 
     Notes
     -----
-    A node is given the integral of its linear shape function over the parts; nodes out of contact
+    A node receives the integral of its linear shape function over the parts; nodes out of contact
     hand theirs to the other corners of the facet. The areas add up to that of the region.
     Clusters are the nodes in contact that facets join. The image on the master is measured in
-    space, from the feet and their normals: seams, borders of patches and poles do not show. Where
-    normals at two corners are more than a right angle apart it is torn, and the plane triangle of
-    the feet is measured. A slave's corner that lies inside without being in contact (one that
-    began inside, in a search by intersection) leaves each end of an edge its half.
+    space, from the feet and their normals: seams, borders of patches and poles have no effect.
+    Where normals at two corners are more than a right angle apart, the image is torn, and the plane
+    triangle of the feet is measured. If a corner lies inside without being in contact (one that
+    began inside, in a search by intersection), its edges are cut in the middle.
 
     Examples
     --------
@@ -97,46 +97,40 @@ def measure_facets(inp: AreaInput, topology: Topology, on: str) -> Areas:
     if n_c == 0:
         return Areas(np.zeros(0), np.zeros(0, np.int32), on)
     place = np.full(len(inp.points), -1, np.int32)
-    # What one thread does goes on beside what is cut into ranges for all of them.
-    touched = started(touch_nb.touched, n_c, FACETS, topology, inp.rows, place)
-    whole, part = touched()
-    clusters = started(
-        components_nb.facet_components,
-        len(whole),
-        FACETS,
-        whole,
-        place[topology.facets[part]],
-        n_c,
-    )
-    numbered = started(parts_of, len(whole), FACETS, inp, topology, part, place)
-    share = _whole_shares(inp, whole, on)
+    # Work for one thread is started, and runs while other work is split among all threads.
+    whole, part = started(touch_nb.touched, n_c, MIN_FACETS, topology, inp.rows, place)()
+    m = len(whole)
+    part_corners = place[topology.facets[part]]
+    get_clusters = started(components_nb.facet_components, m, MIN_FACETS, whole, part_corners, n_c)
+    get_parts = started(parts_of, m, MIN_FACETS, inp, topology, part, place)
+    share = _whole_facet_areas(inp, whole, on)
     area = np.zeros(n_c)
-    gathered = started(facet_area_nb.gather, len(whole), FACETS, whole, share, area)
-    parts = numbered()
-    areas = _part_areas(inp, parts, on)
-    gathered()
+    wait_for_area = started(facet_area_nb.gather, m, MIN_FACETS, whole, share, area)
+    parts = get_parts()
+    areas = _cut_facet_areas(inp, parts, on)
+    wait_for_area()
     area[parts.inner] += areas
-    return Areas(area, clusters(), on)
+    return Areas(area, get_clusters(), on)
 
 
-def _whole_shares(inp: AreaInput, corner: IntArray, on: str) -> FloatArray:
-    """Return (m, 3) areas of facets whose corners (m, 3) are all in contact, split to those."""
-    share = np.empty((len(corner), 3))
+def _whole_facet_areas(inp: AreaInput, corner: IntArray, on: str) -> FloatArray:
+    """Return (m, 3) areas of facets whose corners (m, 3) are all in contact, split among these."""
+    m, feet = len(corner), inp.feet
+    share = np.empty((m, 3))
     if on == "slave":
-        slave = (inp.rows, inp.points, corner, share)
-        run_ranges(facet_area_nb.slave_whole, len(corner), FACETS, *slave)
+        args = (inp.rows, inp.points, corner, share)
+        run_ranges(facet_area_nb.slave_whole, m, MIN_FACETS, *args)
     elif inp.body.faces is not None:
-        feet = (inp.feet.point, inp.feet.normal)
-        run_ranges(image_nb.image_whole, len(corner), FACETS, corner, *feet, share)
+        run_ranges(image_nb.image_whole, m, MIN_FACETS, corner, feet.point, feet.normal, share)
     else:
         # The image on triangles is measured by the plane triangles between the feet.
-        flat = (np.arange(len(inp.rows), dtype=np.int32), inp.feet.point, corner, share)
-        run_ranges(facet_area_nb.slave_whole, len(corner), FACETS, *flat)
+        args = (np.arange(len(inp.rows), dtype=np.int32), feet.point, corner, share)
+        run_ranges(facet_area_nb.slave_whole, m, MIN_FACETS, *args)
     return share
 
 
-def _part_areas(inp: AreaInput, parts: Parts, on: str) -> FloatArray:
-    """Return areas (i,) of the parts of facets that contact cuts, at their inner corners."""
+def _cut_facet_areas(inp: AreaInput, parts: Parts, on: str) -> FloatArray:
+    """Return areas (i,) in contact of the facets that touch in part, at their inner corners."""
     nodes, corner = parts.nodes, parts.corner
     n_i, m = len(parts.inner), len(nodes)
     areas = np.zeros(n_i)
@@ -147,15 +141,15 @@ def _part_areas(inp: AreaInput, parts: Parts, on: str) -> FloatArray:
         inp.kept["parts"] = parts, cut
     share = np.empty((m, 3))
     if on == "slave":
-        slave = (nodes, inp.points, corner, n_i, cut.fraction, share)
-        run_ranges(facet_area_nb.slave_pieces, m, FACETS, *slave)
+        args = (nodes, inp.points, corner, n_i, cut.fraction, share)
+        run_ranges(facet_area_nb.slave_pieces, m, MIN_FACETS, *args)
     elif inp.body.faces is None:
-        images = (corner, cut.feet.point, corner, n_i, cut.fraction, share)
-        run_ranges(facet_area_nb.slave_pieces, m, FACETS, *images)
+        args = (corner, cut.feet.point, corner, n_i, cut.fraction, share)
+        run_ranges(facet_area_nb.slave_pieces, m, MIN_FACETS, *args)
     else:
         feet = stacked(cut.feet, cut.ends)
         border = np.where(cut.border < 0, -1, cut.border + len(cut.feet.patch))
-        master = (corner, feet, n_i, border, cut.fraction, share)
-        run_ranges(image_nb.image_pieces, m, PIECES, *master)
+        image_args = (corner, feet, n_i, border, cut.fraction, share)
+        run_ranges(image_nb.image_pieces, m, MIN_PIECES, *image_args)
     facet_area_nb.gather(corner, share, areas)
     return areas

@@ -23,19 +23,19 @@ from contiga.geometry.tessellate import grid_mesh, net_grid
 from contiga.records import FloatArray, IntArray
 
 MAPPINGS = ("linear", "exact")
-# Share of a patch's net area that its base may miss, where no tolerance is given.
-BASE = 1e-3
-# Points a side of a hull is drawn with.
-SIDE = 8
+# Default tolerance of a patch's base area, as a share of the area of its control net.
+BASE_TOL = 1e-3
+# Points per side of a hull in outlines.
+POINTS_PER_SIDE = 8
 
 
 class _Patch(NamedTuple):
-    """The members of a patch that the maps need."""
+    """A patch and the figures that the mappings need."""
 
     surface: NurbsSurface
     periods: tuple[float, float]
-    domain: float
-    """Area of the domain in (u, v)."""
+    domain_area: float
+    """In (u, v)."""
 
 
 @dataclass(frozen=True)
@@ -102,16 +102,8 @@ class HullArea:
                 allowed="an area > 0",
             )
 
-    @property
-    def _method(self) -> str:
-        return self.clusters if isinstance(self.clusters, str) else "kmeans"
-
-    @property
-    def _k(self) -> int:
-        return self.k if isinstance(self.clusters, str) else self.clusters
-
     def prepare(self, rest: Rest) -> Topology | Graph | None:
-        """The connectivity of the slave's points, where regions are found by it."""
+        """The connectivity of the slave's points, which finds the regions of "auto"."""
         return structure_of(rest) if self.clusters == "auto" else None
 
     def measure(self, inp: AreaInput) -> Areas:
@@ -122,19 +114,28 @@ class HullArea:
         area = np.zeros(len(label))
         for cluster in range(int(label.max()) + 1):
             rows = np.flatnonzero(label == cluster)
-            area[rows] = self._cluster_area(inp, rows) / len(rows)
+            total = 0.0
+            for k, patch, polygon in _hulls(inp, rows):
+                if self.mapping == "exact":
+                    total += area_over(patch.surface, polygon, patch.periods)
+                else:
+                    base = _base_area(inp.exact, k, self.tolerance)
+                    total += plane_area(polygon) / patch.domain_area * base
+            area[rows] = total / len(rows)
         return Areas(area, label, "master")
 
     def _clusters(self, inp: AreaInput) -> IntArray:
         if self.clusters == "auto":
             return regions(inp.prepared, inp.rows, inp.points)
-        places = inp.feet.point
+        points = inp.feet.point
         if (inp.feet.patch == inp.feet.patch[0]).all():
             (u0, u1), (v0, v1) = inp.exact.patches[int(inp.feet.patch[0])].domain
-            places = (inp.feet.uv - (u0, v0)) / (u1 - u0, v1 - v0)
-        return clusters_of(
-            places, self._method, k=self._k, eps=self.eps, min_points=self.min_points
-        )
+            points = (inp.feet.uv - (u0, v0)) / (u1 - u0, v1 - v0)
+        if isinstance(self.clusters, str):
+            method, k = self.clusters, self.k
+        else:
+            method, k = "kmeans", self.clusters
+        return clusters_of(points, method, k=k, eps=self.eps, min_points=self.min_points)
 
     def outlines(self, inp: AreaInput) -> Outlines:
         """The hulls, as they lie on the master."""
@@ -143,32 +144,27 @@ class HullArea:
         for cluster in range(int(label.max(initial=-1)) + 1):
             for _, patch, polygon in _hulls(inp, np.flatnonzero(label == cluster)):
                 if len(polygon) > 2:
-                    lines.append(_on_surface(patch, polygon))
+                    lines.append(_line_on_surface(patch, polygon))
                     clusters.append(cluster)
         return joined(lines, clusters)
 
-    def _cluster_area(self, inp: AreaInput, rows: np.ndarray) -> float:
-        total = 0.0
-        for k, patch, polygon in _hulls(inp, rows):
-            if self.mapping == "exact":
-                total += area_over(patch.surface, polygon, patch.periods)
-            else:
-                base = _base_area(inp.exact, k, self.tolerance)
-                total += plane_area(polygon) / patch.domain * base
-        return total
-
 
 def _hulls(inp: AreaInput, rows: np.ndarray) -> Iterator[tuple[int, _Patch, FloatArray]]:
-    """Patch and hull of the points `own` of one cluster, on each patch that has some of them."""
+    """Yield the index of each patch with feet of `rows`, the patch, and their hull in (u, v)."""
     for k in np.unique(inp.feet.patch[rows]):
         patch = patch_of(inp.exact, int(k))
         uv = unrolled(inp.feet.uv[rows[inp.feet.patch[rows] == k]], patch.periods)
-        yield int(k), patch, hull_of(_over_depth(inp.exact, uv))
+        depth = profile_depth(inp.exact)
+        if depth is not None and np.abs(uv[:, 1]).max() <= 1e-9 * depth:
+            # Points in the plane of a profile stand for its whole depth.
+            half = np.array([0.0, 0.5 * depth])
+            uv = np.concatenate([uv - half, uv + half])
+        yield int(k), patch, hull_of(uv)
 
 
-def _on_surface(patch: _Patch, polygon: FloatArray) -> FloatArray:
-    """A polygon in (u, v) as a line in space, its sides drawn with `SIDE` points each."""
-    t = np.arange(SIDE)[:, None] / SIDE
+def _line_on_surface(patch: _Patch, polygon: FloatArray) -> FloatArray:
+    """Return a polygon in (u, v) as a line (k, 3) in space, `POINTS_PER_SIDE` points per side."""
+    t = np.arange(POINTS_PER_SIDE)[:, None] / POINTS_PER_SIDE
     uv = np.concatenate(
         [a + t * (b - a) for a, b in zip(polygon, np.roll(polygon, -1, axis=0), strict=True)]
     )
@@ -185,7 +181,7 @@ def hull_of(points: FloatArray) -> FloatArray:
 
 
 def unrolled(uv: FloatArray, periods: tuple[float, float]) -> FloatArray:
-    """Return (n, 2) parameters without a jump at a seam: cut where the widest gap is."""
+    """Return (n, 2) parameters without a jump at a seam: cut at the widest gap."""
     out = uv.copy()
     for axis, period in enumerate(periods):
         if period == 0.0 or len(uv) < 2:
@@ -198,34 +194,26 @@ def unrolled(uv: FloatArray, periods: tuple[float, float]) -> FloatArray:
     return out
 
 
-def _over_depth(body: Faces, uv: FloatArray) -> FloatArray:
-    """Points in the plane of a profile stand for its depth."""
-    depth = profile_depth(body)
-    if depth is None or np.abs(uv[:, 1]).max() > 1e-9 * depth:
-        return uv
-    half = np.array([0.0, 0.5 * depth])
-    return np.concatenate([uv - half, uv + half])
-
-
 _PATCHES: WeakKeyDictionary[Faces, dict[int, _Patch]] = WeakKeyDictionary()
 _BASES: WeakKeyDictionary[Faces, dict[tuple[int, float | None], float]] = WeakKeyDictionary()
 
 
 def patch_of(body: Faces, k: int) -> _Patch:
-    """Return what is kept about patch `k` of a body."""
-    kept = _PATCHES.setdefault(body, {})
-    if k not in kept:
+    """Return the cached figures of patch `k` of a body."""
+    cache = _PATCHES.setdefault(body, {})
+    if k not in cache:
         surface = body.patches[k]
         (u0, u1), (v0, v1) = surface.domain
-        kept[k] = _Patch(surface, closing(surface), (u1 - u0) * (v1 - v0))
-    return kept[k]
+        cache[k] = _Patch(surface, closing(surface), (u1 - u0) * (v1 - v0))
+    return cache[k]
 
 
 def _base_area(body: Faces, k: int, tolerance: float | None) -> float:
-    kept = _BASES.setdefault(body, {})
-    if (k, tolerance) not in kept:
+    """Return the cached area of patch `k` by the mesh of the thesis (Eq. 4.8)."""
+    cache = _BASES.setdefault(body, {})
+    if (k, tolerance) not in cache:
         surface = body.patches[k]
-        tol = BASE * surface.net_area() if tolerance is None else tolerance
+        tol = BASE_TOL * surface.net_area() if tolerance is None else tolerance
         mesh = grid_mesh(surface, *net_grid(surface, tol))
-        kept[k, tolerance] = float(mesh.area())
-    return kept[k, tolerance]
+        cache[k, tolerance] = float(mesh.area())
+    return cache[k, tolerance]

@@ -1,4 +1,4 @@
-"""Define what an area method is given, and what it answers."""
+"""The protocol of area methods, with the records of their input and output."""
 
 from __future__ import annotations
 
@@ -19,11 +19,11 @@ class Rest(NamedTuple):
     points: FloatArray
     """(n, 3) at rest."""
     facets: IntArray | None
-    """(m, 3) triangles, where there are any."""
+    """(m, 3) triangles, None for a cloud."""
     area: FloatArray | None
-    """(n,) tributary areas, where there are any."""
+    """(n,) tributary areas, None if the slave has none."""
     body: Master | None = None
-    """The master, where it is known already."""
+    """The master, None if it is not known yet."""
 
 
 class AreaInput(NamedTuple):
@@ -38,17 +38,16 @@ class AreaInput(NamedTuple):
     feet: Projection
     """n_c rows: the feet of the points in contact, body frame."""
     slave_area: FloatArray | None
-    """(n,) tributary areas of the slave, where it has them."""
+    """(n,) tributary areas of the slave, None if it has none."""
     on: str = "slave"
-    """Whose area is wanted: "slave" or "master"."""
+    """Side on which to measure the area: "slave" or "master"."""
     prepared: Any = None
-    """What the method's `prepare` made of the slave."""
+    """Result of the method's `prepare` for the slave."""
     kept: dict[str, Any] | None = None
-    """What one question to a method leaves for the next about the same points: areas and outlines
-    come from the same cuts."""
+    """Cache of a method for the same points, so that areas and outlines use the same cuts."""
     half: FloatArray | None = None
-    """(n,) half the thickness of a shell at its points, from which on they are in contact; its feet
-    are so far off the master. None where contact begins at the surface."""
+    """(n,) half the thickness of a shell at its points: contact begins at this distance, and the
+    feet are that far off the master. None if contact begins at the surface."""
 
     @property
     def exact(self) -> Faces:
@@ -60,7 +59,7 @@ class AreaInput(NamedTuple):
 
 
 def no_patch() -> InputError:
-    """Raise the error of methods that need (u, v) where the master is a mesh of triangles."""
+    """Return the error of methods that need (u, v), for a master of triangles."""
     return InputError(
         "hulls and areas by the feet need the (u, v) of a patch, which a mesh does not have",
         where="area",
@@ -69,7 +68,7 @@ def no_patch() -> InputError:
 
 
 def check_side(on: str | None) -> None:
-    """Refuse what is no side to measure an area on."""
+    """Refuse an unknown side to measure an area on."""
     if on not in (None, "slave", "master"):
         raise InputError(
             "unknown side to measure the area on",
@@ -87,29 +86,28 @@ class Areas(NamedTuple):
     clusters: IntArray
     """(n_c,) number of the region, from 0."""
     on: str = "slave"
-    """Whose area it is: "slave" or "master"."""
+    """Side on which the area was measured: "slave" or "master"."""
 
 
 class Outlines(NamedTuple):
     """Closed lines around regions of contact, body frame: points[first[i]:first[i+1]] each."""
 
     points: FloatArray
-    """(k, 3), the first of a line not repeated at its end."""
+    """(k, 3); a line does not repeat its first point at its end."""
     first: NDArray[np.int64]
     """(lines + 1,)."""
     clusters: IntArray
-    """(lines,) number of the region each bounds; a region with holes has several."""
+    """(lines,) number of the region that each bounds; a region with holes has several."""
 
 
 @runtime_checkable
 class AreaMethod(Protocol):
     """A method that measures the contact area of each point.
 
-    A method that keeps something about the slave (its neighbours, say) has a method `prepare`
-    beside `measure`, which is called once with the slave's `Rest`; what it returns comes back in
-    every `AreaInput`. A method that can say where contact ends has `outlines(inp) -> Outlines`.
-    One that knows a fixed area of every point at rest has `weights(rest, prepared)`, (n,) or None.
-    Methods themselves never change.
+    A method that needs data about the slave (its neighbours, say) also has a method `prepare`,
+    which is called once with the slave's `Rest`; every `AreaInput` contains its result. A method
+    that can find where contact ends has `outlines(inp) -> Outlines`. A method with a fixed area
+    of every point at rest has `weights(rest, prepared)`, (n,) or None. Methods never change.
     """
 
     def measure(self, inp: AreaInput) -> Areas:
@@ -117,21 +115,21 @@ class AreaMethod(Protocol):
 
 
 def prepared(method: AreaMethod, rest: Rest) -> Any:
-    """Return what `method` keeps about a slave; None for methods that keep nothing."""
+    """Return the data that `method` prepares for a slave; None for methods without `prepare`."""
     prepare = getattr(method, "prepare", None)
     return None if prepare is None else prepare(rest)
 
 
 def outlines_of(method: AreaMethod, inp: AreaInput) -> Outlines | None:
-    """Return where contact ends as `method` sees it; None for methods that do not say."""
+    """Return where contact ends by `method`; None for methods without `outlines`."""
     outlines = getattr(method, "outlines", None)
     return None if outlines is None else outlines(inp)
 
 
 def weights_of(method: AreaMethod, rest: Rest, kept: Any) -> FloatArray | None:
-    """Return (n,) fixed areas of a slave's points at rest; None where nothing tells them.
+    """Return (n,) fixed areas of a slave's points at rest, of the method or else of the slave.
 
-    Those of the method, where it has any of its own; else those of the slave.
+    None if neither has any.
     """
     weights = getattr(method, "weights", None)
     areas = None if weights is None else weights(rest, kept)

@@ -30,7 +30,7 @@ class NodalArea:
 
     Notes
     -----
-    The method does not tell contact regions apart: all points are of cluster 0.
+    The method does not distinguish contact regions: all points are of cluster 0.
 
     Examples
     --------
@@ -88,13 +88,12 @@ class NodalArea:
         return self.nodal(len(rest.points), rest.area)
 
     def weights(self, _: Rest, prepared: FloatArray) -> FloatArray:
-        """Return (n,) the same: they never change."""
+        """Return (n,) the areas, which never change."""
         return prepared
 
     def measure(self, inp: AreaInput) -> Areas:
         """The fixed areas of the points in contact."""
-        whole = inp.prepared
-        if whole is None:
-            whole = self.nodal(len(inp.points), inp.slave_area)
-        area = whole[inp.rows]
-        return Areas(area, np.zeros(len(inp.rows), np.int32))
+        areas = inp.prepared
+        if areas is None:
+            areas = self.nodal(len(inp.points), inp.slave_area)
+        return Areas(areas[inp.rows], np.zeros(len(inp.rows), np.int32))

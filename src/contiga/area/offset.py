@@ -1,4 +1,4 @@
-"""Surfaces off a master along its normals: how much larger they are, and feet on them."""
+"""Offset surfaces of a master along its normals: ratio of areas, and feet on them."""
 
 from __future__ import annotations
 
@@ -14,8 +14,8 @@ def offset_ratio(master: Master, feet: Projection) -> FloatArray:
 
     The surface S + g n at the gap g has the area element (1 − 2 H g + K g²) dA, with the mean
     and Gaussian curvature H, K of S towards n (do Carmo, Differential Geometry of Curves and
-    Surfaces, 3-5, exercise 11). One where the foot lies on a kink or on a flat facet, or
-    beyond a focal point.
+    Surfaces, 3-5, exercise 11). The ratio is 1 where the foot lies on a kink or on a flat facet,
+    or beyond a focal point.
     """
     ratio = np.ones(len(feet.patch))
     faces = master.faces
@@ -44,15 +44,15 @@ def off_surface(
 ) -> Projection:
     """Closest points of p_B (k, 3) on the surface that is `half` (k,) off the body.
 
-    The normal at an edge or a border is the way from there to the point, where that is longer than
-    `band`.
+    The normal at an edge or a border is the direction from there to the point if that is farther
+    than `band`.
     """
-    away = p_B - feet.point
-    length = np.sqrt(np.square(away).sum(axis=1))
+    arm = p_B - feet.point
+    length = np.sqrt(np.square(arm).sum(axis=1))
     on_border = (feet.status == Status.BORDER) | (feet.status == Status.TRIMMED)
     sign = np.where(on_border, 1.0, np.sign(feet.gap))
-    bent = (feet.feature != Feature.FACE) & (length > band) & (sign != 0.0)
+    on_arm = (feet.feature != Feature.FACE) & (length > band) & (sign != 0.0)
     normal = feet.normal.copy()
-    normal[bent] = away[bent] * (sign[bent] / length[bent])[:, None]
+    normal[on_arm] = arm[on_arm] * (sign[on_arm] / length[on_arm])[:, None]
     gap = np.where(on_border, np.abs(feet.gap), feet.gap) - half
     return feet._replace(point=feet.point + half[:, None] * normal, normal=normal, gap=gap)

@@ -24,7 +24,7 @@ class _Cuts(NamedTuple):
     free: IntArray
     """(c,) the other end, among all points."""
     fraction: FloatArray
-    """(c,) way from the one to the other."""
+    """(c,) place of the cut, as a fraction of the edge from its inner end."""
 
 
 def facet_outlines(inp: AreaInput, topology: Topology, on: str) -> Outlines:
@@ -35,28 +35,42 @@ def facet_outlines(inp: AreaInput, topology: Topology, on: str) -> Outlines:
     place = np.full(len(inp.points), -1, np.int32)
     whole, part = touch_nb.touched(topology, inp.rows, place)
     label = components_nb.facet_components(whole, place[topology.facets[part]], n_c)
-    segments = [_sides(whole)]
+    sides = np.concatenate([whole[:, [0, 1]], whole[:, [1, 2]], whole[:, [2, 0]]])
+    segments = sides.astype(np.int64)
     cuts = _Cuts(np.zeros(0, np.int32), np.zeros(0, np.int32), np.zeros(0))
     if len(part):
-        lines, cuts = _of_parts(*_cut(inp, topology, part, place), n_c)
-        segments.append(lines)
-    places = np.concatenate([_vertices(inp, on), _cut_places(inp, cuts, on)])
+        if inp.kept is not None and "parts" in inp.kept:  # left there by measuring the area
+            parts, cut = inp.kept["parts"]
+        else:
+            parts = parts_of(inp, topology, part, place)
+            cut = cut_parts(inp, parts)
+        part_segments, cuts = _cut_segments(parts, cut, n_c)
+        segments = np.concatenate([segments, part_segments])
+    # The segments that bound the region are sides of an odd number of parts.
+    low, high = segments.min(axis=1), segments.max(axis=1)
+    n = int(high.max(initial=0)) + 1
+    keys, count = np.unique((low * n + high)[low != high], return_counts=True)
+    keys = keys[count % 2 == 1]
+    order, first = chained(np.stack([keys // n, keys % n], axis=1))
+
+    p_inner, p_free = inp.points[inp.rows[cuts.inner]], inp.points[cuts.free]
+    corners = inp.points[inp.rows]
+    cut_points: FloatArray = p_inner + cuts.fraction[:, None] * (p_free - p_inner)
+    if on == "master":
+        corners = inp.feet.point
+        if len(cut_points):
+            feet = empty_projection(len(cut_points))
+            patch, uv = inp.feet.patch[cuts.inner], inp.feet.uv[cuts.inner]
+            inp.body.surface.track(np.ascontiguousarray(cut_points), patch, uv, feet)
+            inner_foot = inp.feet.point[cuts.inner]
+            cut_points = np.where(np.isfinite(feet.point), feet.point, inner_foot)
+    points = np.concatenate([corners, cut_points])
     cluster = np.concatenate([label, label[cuts.inner]])
-    order, first = chained(_ends_of(np.concatenate(segments)))
-    return Outlines(places[order], first, cluster[order[first[:-1]]].astype(np.int32))
-
-
-def _cut(inp: AreaInput, topology: Topology, part: IntArray, place: IntArray) -> tuple[Parts, Cut]:
-    """The facets `part` and where they are cut, as measuring the area left them."""
-    if inp.kept is not None and "parts" in inp.kept:
-        kept: tuple[Parts, Cut] = inp.kept["parts"]
-        return kept
-    parts = parts_of(inp, topology, part, place)
-    return parts, cut_parts(inp, parts)
+    return Outlines(points[order], first, cluster[order[first[:-1]]].astype(np.int32))
 
 
 def no_outlines() -> Outlines:
-    """Return an outline without contact."""
+    """Return the outlines of no contact."""
     return Outlines(np.zeros((0, 3)), np.zeros(1, np.int64), np.zeros(0, np.int32))
 
 
@@ -71,7 +85,7 @@ def joined(lines: list[FloatArray], clusters: list[int]) -> Outlines:
 
 
 def chained(ends: Pairs) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Closed lines from segments (m, 2) of which every node has an even number.
+    """Chain segments (m, 2), an even number at each node, to closed lines.
 
     Returns their nodes, line after line, and where each line starts in them and the last one ends.
     """
@@ -83,55 +97,25 @@ def chained(ends: Pairs) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     return order[: starts[n]], starts[: n + 1]
 
 
-def _sides(corner: IntArray) -> Pairs:
-    pairs = [corner[:, [0, 1]], corner[:, [1, 2]], corner[:, [2, 0]]]
-    return np.concatenate(pairs).astype(np.int64)
-
-
-def _ends_of(segments: Pairs) -> Pairs:
-    """Segments that bound: those of an odd number of parts."""
-    low, high = segments.min(axis=1), segments.max(axis=1)
-    n = int(high.max(initial=0)) + 1
-    keys, count = np.unique((low * n + high)[low != high], return_counts=True)
-    odd = keys[count % 2 == 1]
-    return np.stack([odd // n, odd % n], axis=1)
-
-
-def _of_parts(parts: Parts, cut: Cut, n_c: int) -> tuple[Pairs, _Cuts]:
-    """Sides of the parts of cut facets, cuts numbered from n_c; and the cuts."""
-    inside = parts.corner < len(parts.inner)
-    following = np.roll(inside, -1, axis=1)
-    facet, k = np.nonzero(inside != following)
+def _cut_segments(parts: Parts, cut: Cut, n_c: int) -> tuple[Pairs, _Cuts]:
+    """Return the sides of the parts in contact of cut facets, and the cuts, numbered from n_c."""
+    touches = parts.corner < len(parts.inner)
+    next_touches = np.roll(touches, -1, axis=1)
+    facet, k = np.nonzero(touches != next_touches)
     l = (k + 1) % 3
-    first_in = inside[facet, k]
-    corner = np.where(first_in, parts.corner[facet, k], parts.corner[facet, l])
-    other = np.where(first_in, parts.nodes[facet, l], parts.nodes[facet, k])
+    corner = np.where(touches[facet, k], parts.corner[facet, k], parts.corner[facet, l])
+    free = np.where(touches[facet, k], parts.nodes[facet, l], parts.nodes[facet, k])
     inner = parts.inner[corner]
-    keys = inner.astype(np.int64) * (int(parts.nodes.max()) + 1) + other
-    _, once, number = np.unique(keys, return_index=True, return_inverse=True)
+    keys = inner.astype(np.int64) * (int(parts.nodes.max()) + 1) + free
+    _, first, number = np.unique(keys, return_index=True, return_inverse=True)
     number = n_c + number.ravel()
-    # Two cuts a facet: the line between them, and from each to its end in contact.
-    across = np.stack([number[0::2], number[1::2]], axis=1)
-    along = np.stack([number, inner], axis=1)
-    facet, k = np.nonzero(inside & following)
+    # A facet has two cuts: the line between them, and from each to its end in contact.
+    between_cuts = np.stack([number[0::2], number[1::2]], axis=1)
+    to_inner = np.stack([number, inner], axis=1)
+    fraction = cut.fraction[facet, k]
+    facet, k = np.nonzero(touches & next_touches)
     sides = np.stack([parts.corner[facet, k], parts.corner[facet, (k + 1) % 3]], axis=1)
-    fraction = cut.fraction[np.nonzero(inside != following)]
     return (
-        np.concatenate([across, along, parts.inner[sides]]).astype(np.int64),
-        _Cuts(inner[once], other[once].astype(np.int32), fraction[once]),
+        np.concatenate([between_cuts, to_inner, parts.inner[sides]]).astype(np.int64),
+        _Cuts(inner[first], free[first].astype(np.int32), fraction[first]),
     )
-
-
-def _vertices(inp: AreaInput, on: str) -> FloatArray:
-    return inp.feet.point if on == "master" else inp.points[inp.rows]
-
-
-def _cut_places(inp: AreaInput, cuts: _Cuts, on: str) -> FloatArray:
-    a, b = inp.points[inp.rows[cuts.inner]], inp.points[cuts.free]
-    places: FloatArray = a + cuts.fraction[:, None] * (b - a)
-    if on == "slave" or len(places) == 0:
-        return places
-    out = empty_projection(len(places))
-    patch, uv = inp.feet.patch[cuts.inner], inp.feet.uv[cuts.inner]
-    inp.body.surface.track(np.ascontiguousarray(places), patch, uv, out)
-    return np.where(np.isfinite(out.point), out.point, inp.feet.point[cuts.inner])

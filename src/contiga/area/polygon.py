@@ -11,8 +11,8 @@ from contiga.geometry.surface import NurbsSurface
 from contiga.records import FloatArray
 
 RTOL = 1e-12
-# Rounding of a triangle's corners, as a share of the domain.
-ROUNDING = 1e-15
+# Rounding of the corners of triangles, as a share of the domain.
+SLIVER_TOL = 1e-15
 MAX_LEVELS = 12
 
 
@@ -27,19 +27,19 @@ def plane_area(polygon: FloatArray) -> float:
 def area_over(surface: NurbsSurface, polygon: FloatArray, periods: tuple[float, float]) -> float:
     """∫ |S_u × S_v| over a convex polygon (n, 2), counter-clockwise, to 1e-12 of itself.
 
-    The polygon is cut along the knots, where the integrand has kinks, and each piece into
-    triangles with a Gauss rule of their own, quartered until four agree with one.
+    The polygon is cut along the knots, where the integrand has kinks, and the pieces into
+    triangles; each gets a Gauss rule, and is quartered until the four parts agree with the whole.
 
     Parameters
     ----------
     surface : the patch
     polygon : (n, 2) corners in (u, v), anticlockwise
-    periods : length of the domain in u and v where the surface closes there, 0 where it does
-        not: the polygon may then reach beyond the domain
+    periods : length of the domain in u and v if the surface is closed in that direction, so that
+        the polygon may reach beyond the domain; else 0
     """
     if len(polygon) < 3:
         return 0.0
-    triangles = _triangles(surface, polygon, periods)
+    triangles = _triangulated(surface, polygon, periods)
     if len(triangles) == 0:
         return 0.0
     count = max(surface.degrees) + 5
@@ -48,45 +48,52 @@ def area_over(surface: NurbsSurface, polygon: FloatArray, periods: tuple[float, 
     # Feet on a line make slivers as wide as rounding: no rule agrees on their areas.
     (u0, u1), (v0, v1) = surface.domain
     span = float((np.ptp(polygon, axis=0) / (u1 - u0, v1 - v0)).sum())
-    enough = max(RTOL * scale, ROUNDING * span * surface.net_area())
+    tol = max(RTOL * scale, SLIVER_TOL * span * surface.net_area())
     total = 0.0
     for _ in range(MAX_LEVELS):
-        parts = _quartered(triangles)
-        fine = _integrals(surface, parts, periods, count).reshape(-1, 4)
-        good = np.abs(fine.sum(axis=1) - value) <= enough / np.sqrt(len(value))
-        total += float(fine[good].sum())
-        triangles, value = parts.reshape(-1, 4, 3, 2)[~good].reshape(-1, 3, 2), fine[~good].ravel()
+        a, b, c = np.moveaxis(triangles, 1, 0)
+        ab, bc, ca = 0.5 * (a + b), 0.5 * (b + c), 0.5 * (c + a)
+        quarters = [(a, ab, ca), (ab, b, bc), (ca, bc, c), (ab, bc, ca)]
+        parts = np.stack([np.stack(q, axis=1) for q in quarters], axis=1)
+        fine = _integrals(surface, parts.reshape(-1, 3, 2), periods, count).reshape(-1, 4)
+        agrees = np.abs(fine.sum(axis=1) - value) <= tol / np.sqrt(len(value))
+        total += float(fine[agrees].sum())
+        triangles, value = parts[~agrees].reshape(-1, 3, 2), fine[~agrees].ravel()
         if len(value) == 0:
             return total
     return total + float(value.sum())
 
 
 def closing(surface: NurbsSurface) -> tuple[float, float]:
-    """Length of the domain in u and in v where the surface closes there, 0 where it does not."""
+    """Length of the domain in u and in v if the surface is closed in that direction, else 0."""
     (u0, u1), (v0, v1) = surface.domain
     s = np.linspace(0.0, 1.0, 9)
     u, v = u0 + (u1 - u0) * s, v0 + (v1 - v0) * s
-    small = 1e-9 * float(np.ptp(surface.bounds(), axis=0).max())
+    tol = 1e-9 * float(np.ptp(surface.bounds(), axis=0).max())
 
-    def same(first: FloatArray, second: FloatArray) -> bool:
-        return bool(np.abs(surface.evaluate(first) - surface.evaluate(second)).max() <= small)
+    def coincide(side: FloatArray, opposite: FloatArray) -> bool:
+        return bool(np.abs(surface.evaluate(side) - surface.evaluate(opposite)).max() <= tol)
 
-    in_u = same(np.column_stack([0 * v + u0, v]), np.column_stack([0 * v + u1, v]))
-    in_v = same(np.column_stack([u, 0 * u + v0]), np.column_stack([u, 0 * u + v1]))
+    in_u = coincide(np.column_stack([0 * v + u0, v]), np.column_stack([0 * v + u1, v]))
+    in_v = coincide(np.column_stack([u, 0 * u + v0]), np.column_stack([u, 0 * u + v1]))
     return (u1 - u0) * in_u, (v1 - v0) * in_v
 
 
-def _triangles(
+def _triangulated(
     surface: NurbsSurface, polygon: FloatArray, periods: tuple[float, float]
 ) -> FloatArray:
+    """Return (m, 3, 2) triangles of the polygon that cross no knot line."""
     pieces = [polygon]
-    for axis in range(2):
+    for axis, period in enumerate(periods):
         low, high = polygon[:, axis].min(), polygon[:, axis].max()
-        for knot in _knots(surface, axis, low, high, periods[axis]):
+        knots = np.unique(surface.knots[axis])
+        if period > 0.0:
+            knots = np.unique(np.concatenate([knots + k * period for k in (-1.0, 0.0, 1.0)]))
+        for knot in knots[(knots > low) & (knots < high)]:
             pieces = [
                 part
                 for piece in pieces
-                for part in (_below(piece, axis, knot, 1.0), _below(piece, axis, knot, -1.0))
+                for part in (_clipped(piece, axis, knot, 1.0), _clipped(piece, axis, knot, -1.0))
                 if len(part) > 2
             ]
     fans = [
@@ -95,47 +102,33 @@ def _triangles(
     return np.concatenate(fans) if fans else np.zeros((0, 3, 2))
 
 
-def _knots(surface: NurbsSurface, axis: int, low: float, high: float, period: float) -> FloatArray:
-    values = np.unique(surface.knots[axis])
-    if period > 0.0:
-        values = np.unique(np.concatenate([values + k * period for k in (-1.0, 0.0, 1.0)]))
-    return values[(values > low) & (values < high)]
-
-
-def _below(polygon: FloatArray, axis: int, knot: float, sign: float) -> FloatArray:
-    """The part of a convex polygon with sign * x[axis] ≤ sign * knot."""
+def _clipped(polygon: FloatArray, axis: int, knot: float, sign: float) -> FloatArray:
+    """Clip a convex polygon to sign * x[axis] ≤ sign * knot."""
     d = sign * (polygon[:, axis] - knot)
-    kept = []
+    corners = []
     for i in range(len(polygon)):
         j = (i + 1) % len(polygon)
         if d[i] <= 0.0:
-            kept.append(polygon[i])
+            corners.append(polygon[i])
         if (d[i] < 0.0 < d[j]) or (d[j] < 0.0 < d[i]):
             point = polygon[i] + d[i] / (d[i] - d[j]) * (polygon[j] - polygon[i])
             point[axis] = knot
-            kept.append(point)
-    return np.array(kept).reshape(-1, 2)
-
-
-def _quartered(triangles: FloatArray) -> FloatArray:
-    a, b, c = np.moveaxis(triangles, 1, 0)
-    ab, bc, ca = 0.5 * (a + b), 0.5 * (b + c), 0.5 * (c + a)
-    parts = [(a, ab, ca), (ab, b, bc), (ca, bc, c), (ab, bc, ca)]
-    return np.stack([np.stack(p, axis=1) for p in parts], axis=1).reshape(-1, 3, 2)
+            corners.append(point)
+    return np.array(corners).reshape(-1, 2)
 
 
 def _integrals(
     surface: NurbsSurface, triangles: FloatArray, periods: tuple[float, float], count: int
 ) -> FloatArray:
-    """Return (m,) Gauss values, by the square collapsed to a triangle."""
+    """Return (m,) integrals by the Gauss rule of the square collapsed to a triangle."""
     x, w = gauss(count)
     s, t = np.meshgrid(x, x, indexing="ij")
     bary = np.stack([(1 - s), s * (1 - t), s * t], -1).reshape(-1, 3)
     weight = (np.outer(w, w) * s).ravel()
     edge1, edge2 = triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0]
-    twice = np.abs(edge1[:, 0] * edge2[:, 1] - edge1[:, 1] * edge2[:, 0])
+    double_area = np.abs(edge1[:, 0] * edge2[:, 1] - edge1[:, 1] * edge2[:, 0])
     uv = np.einsum("gk,mkc->mgc", bary, triangles)
-    # A triangle lies between two knots: its middle says which period it is in.
+    # A triangle lies between two knots, so that its middle gives the period it is in.
     middle = triangles.mean(axis=1)
     for axis, period in enumerate(periods):
         low, high = surface.domain[axis]
@@ -146,5 +139,5 @@ def _integrals(
             raise GeometryError("the polygon leaves the surface", where="polygon")
         np.clip(uv[:, :, axis], low, high, out=uv[:, :, axis])
     d = surface.derivatives(uv.reshape(-1, 2), 1)
-    size = np.linalg.norm(np.cross(d[:, 1, 0], d[:, 0, 1]), axis=1).reshape(uv.shape[:2])
-    return product(size, weight) * twice
+    density = np.linalg.norm(np.cross(d[:, 1, 0], d[:, 0, 1]), axis=1).reshape(uv.shape[:2])
+    return product(density, weight) * double_area

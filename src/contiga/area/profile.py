@@ -8,7 +8,7 @@ from contiga.geometry.faces import Faces
 
 
 def profile_depth(faces: Faces | None) -> float | None:
-    """Depth of faces made by `Body.from_profile`, None for any other."""
+    """Depth of faces made by `Body.from_profile`, length; None for any others."""
     if faces is None or len(faces.patches) != 1 or faces.trims[0] is not None:
         return None
     patch = faces.patches[0]
@@ -17,6 +17,6 @@ def profile_depth(faces: Faces | None) -> float | None:
         return None
     v0, v1 = patch.domain[1]
     step = net[:, 1] - net[:, 0]
-    same = np.abs(step - (0.0, 0.0, v1 - v0)).max() <= 1e-12 * (v1 - v0)
-    about = v0 == -v1 and np.abs(net[:, 0, 2] - v0).max() <= 1e-12 * (v1 - v0)
-    return float(v1 - v0) if same and about else None
+    is_extruded = np.abs(step - (0.0, 0.0, v1 - v0)).max() <= 1e-12 * (v1 - v0)
+    is_centred = v0 == -v1 and np.abs(net[:, 0, 2] - v0).max() <= 1e-12 * (v1 - v0)
+    return float(v1 - v0) if is_extruded and is_centred else None

@@ -1,9 +1,9 @@
-"""Connected regions of contact, found without being told how many there are.
+"""Connected regions of contact; their number is not given in advance.
 
-Points in contact are joined over the slave's facets where it has them. The points of a cloud are
-joined to neighbours within `REACH` times the local spacing of the cloud at rest. Both happen in
-space: a seam or a border between patches of the master does not part a region, as it does for
-clusters in (u, v).
+Points in contact are joined over the slave's facets if it has any. The points of a cloud are joined
+to neighbours within `REACH` times the local spacing of the cloud at rest. Both happen in space: a
+seam or a border between patches of the master does not divide a region, as it does clusters in
+(u, v).
 """
 
 from __future__ import annotations
@@ -19,16 +19,16 @@ from contiga.arrays.layout import locked
 from contiga.errors import InputError
 from contiga.records import FloatArray, IntArray
 
-# A point is a neighbour within this many times the local spacing: past the diagonal of a square
-# grid (√2), short of its second neighbour (2).
+# Largest distance of neighbours, in local spacings: past the diagonal of a square grid (√2), short
+# of its second neighbour (2).
 REACH = 1.6
-# The local spacing is the distance to this nearest neighbour: the third is still one step away in
-# a grid and on its edge.
-NEIGHBOUR = 3
+# The local spacing is the distance to this nearest neighbour: the third is still one step away,
+# inside a grid and on its edge.
+K_NEIGHBOUR = 3
 
 
 class Topology(NamedTuple):
-    """The facets of a slave, and which of them meet at each point."""
+    """The facets of a slave; those at point i are incident[first[i]:first[i+1]]."""
 
     facets: IntArray
     first: NDArray[np.int64]
@@ -48,7 +48,7 @@ def topology_of(facets: IntArray, n: int) -> Topology:
     Raises
     ------
     InputError
-        A facet that names a point which is not there.
+        A facet names a point that does not exist.
     """
     corners = locked(np.ascontiguousarray(facets, dtype=np.int32))
     bad = np.flatnonzero(((corners < 0) | (corners >= n)).any(axis=1))
@@ -63,7 +63,7 @@ def topology_of(facets: IntArray, n: int) -> Topology:
 
 
 def neighbours_of(points: FloatArray, reach: float = REACH) -> Graph:
-    """Points closer than `reach` times the larger of their local spacings, of a cloud (n, 3).
+    """Return pairs of a cloud (n, 3) closer than `reach` times the larger of their spacings.
 
     The local spacing of a point is the distance to its third neighbour (the last of fewer).
     """
@@ -73,28 +73,27 @@ def neighbours_of(points: FloatArray, reach: float = REACH) -> Graph:
     if n < 2:
         return Graph(np.zeros(n + 1, np.int64), np.zeros(0, np.int32))
     tree = cKDTree(points)
-    k = min(NEIGHBOUR + 1, n)
+    k = min(K_NEIGHBOUR + 1, n)
     spacing = tree.query(points, k=k)[0][:, -1]
     lists = tree.query_ball_point(points, reach * spacing * (1.0 + 1e-9))
-    counts = np.array([len(entry) for entry in lists])
-    rows = np.repeat(np.arange(n), counts)
-    other = np.concatenate([np.asarray(entry, dtype=np.int64) for entry in lists])
-    apart = rows != other
-    ends = np.concatenate([rows[apart], other[apart]]), np.concatenate([other[apart], rows[apart]])
-    order = np.argsort(ends[0], kind="stable")
-    first = np.concatenate(([0], np.cumsum(np.bincount(ends[0], minlength=n))))
-    return Graph(first.astype(np.int64), ends[1][order].astype(np.int32))
+    a = np.repeat(np.arange(n), [len(entry) for entry in lists])
+    b = np.concatenate([np.asarray(entry, dtype=np.int64) for entry in lists])
+    is_pair = a != b
+    a, b = np.concatenate([a[is_pair], b[is_pair]]), np.concatenate([b[is_pair], a[is_pair]])
+    order = np.argsort(a, kind="stable")
+    first = np.concatenate(([0], np.cumsum(np.bincount(a, minlength=n))))
+    return Graph(first.astype(np.int64), b[order].astype(np.int32))
 
 
 def structure_of(rest: Rest, reach: float = REACH) -> Topology | Graph:
-    """Return what joins the points of a slave: its facets, or else its neighbours."""
+    """Return the connectivity of a slave's points: its facets, or else its neighbours."""
     if rest.facets is not None and len(rest.facets):
         return topology_of(rest.facets, len(rest.points))
     return neighbours_of(rest.points, reach)
 
 
 def regions(structure: Topology | Graph, rows: IntArray, points: FloatArray) -> IntArray:
-    """Return (n_c,) number of the connected region of each point `rows`, from 0 as they come."""
+    """Return (n_c,) number of the connected region of each of `rows`, in order of appearance."""
     place = np.full(len(points), -1, np.int32)
     if isinstance(structure, Graph):
         return components_nb.graph_components(structure.first, structure.neighbour, rows, place)

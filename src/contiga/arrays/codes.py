@@ -1,7 +1,7 @@
-"""Every status, side, kind and state as the number that kernels compare, each defined once.
+"""Numbers of all statuses, sides, kinds and states that kernels compare, each defined once.
 
-Those that users see are the enumerations of `contiga.statuses`; here they are plain numbers, which
-compiled code takes for constants.
+The public ones are the enumerations of `contiga.statuses`; here they are plain numbers, which are
+constants for compiled code.
 """
 
 from __future__ import annotations
@@ -19,22 +19,22 @@ NO_HIT = int(Status.NO_HIT)
 AT_START = int(Status.AT_START)
 BUDGET = int(Status.BUDGET)
 
-# What a foot lies on: `Feature`.
+# Feature on which a foot lies: `Feature`.
 FACE = int(Feature.FACE)
 EDGE = int(Feature.EDGE)
 VERTEX = int(Feature.VERTEX)
 
-# Side of a Bézier element: what continues the surface across it.
+# Side of a Bézier element: the continuation of the surface across it.
 SMOOTH = 0
 """Another element, with the same tangent plane."""
 CREASE = 1
 """Another element, with a kink."""
 BORDER = 2
-"""Nothing: the surface ends."""
+"""None: the surface ends."""
 POLE = 3
-"""The whole side is one point."""
+"""None: the side is one point."""
 SHARED = 4
-"""A face whose elements do not line up with this one's."""
+"""A face whose elements do not match this one's."""
 
 # State of a part of a patch against its trimming loops.
 OUT, IN, CUT = 0, 1, 2
@@ -45,17 +45,17 @@ GENERAL, CUBIC, RATIONAL_CUBIC = 0, 1, 2
 # Shape of an element that has formulas for its closest points.
 NO_FORM, PLANE, TURNED_LINE, TURNED_ARC = 0, 1, 2, 3
 
-# What the stages of tracking are to do with a row.
+# Next task of the stages of tracking for a row.
 DONE = 0
-"""Nothing; or, where its foot is not proved, to try that."""
+"""Row finished; if its foot is not certified, certification is still pending."""
 TO_WALK = 1
 """Its foot left the lanes: a careful walk continues it."""
 TO_SEARCH = 2
-"""It has no foot to start from: its closest point is searched for."""
+"""It has no foot to start from: search its closest point."""
 HAS_ENDED = 3
-"""The walk has found no minimum: its closest point is searched for, and it is a BRANCH_EVENT."""
+"""The walk has found no minimum: search its closest point, and mark it as a BRANCH_EVENT."""
 
-# Crossings a search looks for.
+# Kind of crossings of a search.
 ENTRIES, EITHER = 0, 1
 
 NO_TRIANGLE = -1

@@ -1,11 +1,11 @@
 """Rows of kernels on a GPU, one thread a row, and records whose arrays live there.
 
-The CUDA target of numba takes the kernels of the CPU as they are and compiles their text anew.
-Kernels there cannot follow the pointers of `contiga.pointer_records`: on the device the same
-members stand in a plain named tuple, which is taken apart into arguments.
+The CUDA target of numba compiles the unchanged source of the CPU's kernels. Kernels there cannot
+follow the pointers of `contiga.pointer_records`: on the device the same members are in a plain
+named tuple, which is unpacked into arguments.
 
-What cannot be had here is said by `check_device`. The simulator (``NUMBA_ENABLE_CUDASIM=1``) runs
-threads as Python, and so all that they call (``NUMBA_DISABLE_JIT=1``).
+`check_device` names missing requirements. The simulator (``NUMBA_ENABLE_CUDASIM=1``) runs threads,
+and all that they call, as Python (``NUMBA_DISABLE_JIT=1``).
 """
 
 from __future__ import annotations
@@ -30,15 +30,15 @@ THREADS = 64
 
 
 def check_device() -> None:
-    """Refuse where kernels cannot be launched.
+    """Raise an error if kernels cannot be launched.
 
     Raises
     ------
     MissingPackageError
-        numba-cuda is not installed. numba's own target, which it replaces, has not been kept up:
-        that of 0.68 compiles no ``max``.
+        numba-cuda is not installed. It replaces numba's built-in target, which is no longer
+        maintained: in 0.68 it does not compile ``max``.
     RunError
-        There is no GPU, or its simulator was asked for without what it needs.
+        There is no GPU, or the simulator lacks its settings.
     """
     if cuda is not None and config.ENABLE_CUDASIM:
         if not config.DISABLE_JIT:
@@ -59,7 +59,8 @@ def check_device() -> None:
 def launch(row: Callable[..., None], n: int, *arguments: Any) -> None:
     """Call ``row(*arguments, k)`` for k = 0 … n − 1.
 
-    A thread each, in no order. Arguments are `resident` records and arrays, or tuples of them.
+    Each call is a thread, in no order. Arguments are `resident` records and arrays, or tuples of
+    them.
     """
     if n:
         _threads_of(row)[ceil(n / THREADS), THREADS](n, arguments)
@@ -67,6 +68,8 @@ def launch(row: Callable[..., None], n: int, *arguments: Any) -> None:
 
 @cache
 def _threads_of(row: Callable[..., None]) -> Any:
+    """Return the CUDA kernel that calls `row` in each thread."""
+
     @cuda.jit
     def thread(n, arguments):  # type: ignore[no-untyped-def]
         k = cuda.grid(1)
@@ -79,7 +82,7 @@ def _threads_of(row: Callable[..., None]) -> Any:
 def resident(record: Any) -> Any:
     """Return copies on the device of an array, or of all arrays in nested (named) tuples.
 
-    Arrays that are on the device already are taken as they are.
+    Arrays that are on the device already are not copied.
     """
     if isinstance(record, tuple):
         return _like(record, map(resident, record))
@@ -94,7 +97,7 @@ def is_resident(array: Any) -> bool:
 
 
 def on_host(record: Any) -> Any:
-    """Copies on the host of what is `resident`; all named tuples plain."""
+    """Return copies on the host of `resident` arrays; all named tuples become plain."""
     if isinstance(record, tuple):
         return _like(record, map(on_host, record))
     return record.copy_to_host()
@@ -107,5 +110,5 @@ def _like(record: Any, members: Any) -> Any:
 
 @cache
 def _plain(name: str, fields: tuple[str, ...]) -> Any:
-    """One class for each kind of record: kernels are compiled once for it."""
+    """Return one class for each kind of record, so that kernels are compiled once for it."""
     return namedtuple(name, fields)

@@ -1,4 +1,4 @@
-"""A digest of texts and arrays, each with what tells it from its neighbours."""
+"""A digest of texts and arrays, with their lengths, shapes and types."""
 
 from __future__ import annotations
 
@@ -11,19 +11,19 @@ from numpy.typing import NDArray
 
 
 class Digest:
-    """Adds texts and arrays one after the other; `hexdigest` is what tells them from others."""
+    """SHA-256 of a sequence of texts and arrays; `hexdigest` returns it."""
 
     def __init__(self) -> None:
         self._hash = hashlib.sha256()
         self.hexdigest = self._hash.hexdigest
 
     def text(self, text: str) -> None:
-        """A text and its length."""
+        """Add a text and its length."""
         data = text.encode()
         self._hash.update(f"{len(data)}:".encode() + data)
 
     def arrays(self, label: str, *arrays: NDArray[Any] | None) -> None:
-        """Arrays with their shapes and types."""
+        """Add arrays with their shapes and types."""
         self.text(f"{label}, {len(arrays)}")
         for array in arrays:
             if array is None:
@@ -34,5 +34,5 @@ class Digest:
                 self._hash.update(contiguous.tobytes())
 
     def thing(self, value: Any) -> None:
-        """An object of any kind, by what of it is kept in a pickle."""
+        """Add an object of any kind by its pickle."""
         self.text(pickle.dumps(value, protocol=5).hex())

@@ -1,8 +1,8 @@
-"""Keep on the disk what was computed from a file or a body, for the next process.
+"""Cache on the disk what was computed from a file or a body, for the next process.
 
-An entry is known by the digest of what it was made of, with the sources that made it: it is never
-out of date. It is a pickle, as a kernel that numba keeps is; so one that anybody else may have
-written, or that is damaged, is not opened.
+The name of an entry contains the digest of its input and of the sources that computed it, so that
+it is never out of date. Like the kernels that numba caches it is a pickle; an entry that another
+user could have written, or that is damaged, is not opened.
 """
 
 from __future__ import annotations
@@ -28,12 +28,11 @@ from contiga.version import __version__
 
 T = TypeVar("T")
 
-LONG = 0.1
-"""Seconds to work something out from which on it is kept: to read it takes a tenth."""
+MIN_SECONDS = 0.1
+"""Least computing time, seconds, of entries: reading one takes a tenth of that."""
 MAX_BYTES, MAX_ENTRIES = 512 * 1024**2, 2_000
-"""Bytes that all entries may take, and how many there may be; those not asked for the longest go
-first."""
-_SEAL = 32
+"""Largest size and number of all entries; the least recently used ones are removed first."""
+_CHECKSUM_SIZE = 32
 """Bytes of the checksum in front of an entry."""
 
 
@@ -42,33 +41,33 @@ class DiskCache:
 
     Parameters
     ----------
-    kind : what the names of their files begin with
-    sources : files of the modules that make them: what these import is part of the key, too
+    kind : prefix of the names of their files
+    sources : files of the modules that compute them; the key also covers the modules they import
     """
 
     def __init__(self, kind: str, *sources: str | Path) -> None:
         self._kind, self._sources = kind, sources
 
     @cached_property
-    def _made_by(self) -> str:
+    def _source_stamp(self) -> str:
         versions = f"{__version__} {sys.version_info[:2]} {np.__version__}"
         return " ".join((self._kind, *map(stamp_of, self._sources), versions))
 
     def kept(self, key: str | None, build: Callable[[], T]) -> T:
-        """Return what is there under a key, or what `build` makes; keep that if it took long.
+        """Return the entry of a key, or the result of `build`, which is stored if it took long.
 
-        Without a key it is built and the disk left alone.
+        Without a key it is built and not stored.
         """
         value: T | None = None if key is None else self.get(key)
         if value is None:
-            begun = thread_time()
+            start = thread_time()
             value = build()
-            if key is not None and thread_time() - begun > LONG:
+            if key is not None and thread_time() - start > MIN_SECONDS:
                 self.put(key, value)
         return value
 
     def get(self, key: str) -> Any | None:
-        """Return what was put under a key; None where nothing there can be trusted."""
+        """Return the entry of a key; None if there is none that can be trusted."""
         folder = cache_folder()
         if folder is None:
             return None
@@ -77,28 +76,30 @@ class DiskCache:
             if not (is_ours(folder) and is_ours(path)):
                 return None
             content = path.read_bytes()
-            if content[:_SEAL] == sha256(content[_SEAL:]).digest():
+            if content[:_CHECKSUM_SIZE] == sha256(content[_CHECKSUM_SIZE:]).digest():
                 with suppress(Exception):  # of another make of the same version
-                    value = pickle.loads(memoryview(content)[_SEAL:])
+                    value = pickle.loads(memoryview(content)[_CHECKSUM_SIZE:])
                     asked_for(path)
                     return value
             path.unlink()
         return None
 
     def put(self, key: str, value: Any) -> None:
-        """Keep a value; nothing is said where that is not possible."""
+        """Store a value; fail silently if that is not possible."""
         folder = cache_folder()
         if folder is None:
             return
         with suppress(OSError, pickle.PicklingError, TypeError, AttributeError):
-            content = _pickled(value)
+            with _Limited() as buffer:
+                pickle.dump(value, buffer, protocol=5)
+                content = buffer.getvalue()
             folder.mkdir(mode=0o700, parents=True, exist_ok=True)
             if not is_ours(folder):
-                return  # what is written there would not be opened
+                return  # entries there would not be opened
             path = self._path(folder, key)
             temporary = folder / f"{secrets.token_hex(8)}.new"
             try:
-                with open(temporary, "xb", opener=_private) as stream:
+                with open(temporary, "xb", opener=_open_private) as stream:
                     stream.write(sha256(content).digest() + content)
                 temporary.replace(path)
             finally:
@@ -106,12 +107,12 @@ class DiskCache:
             trim(folder, (".kept",), MAX_BYTES, MAX_ENTRIES)
 
     def _path(self, folder: Path, key: str) -> Path:
-        name = sha256(f"{self._made_by}\0{key}".encode()).hexdigest()[:32]
+        name = sha256(f"{self._source_stamp}\0{key}".encode()).hexdigest()[:32]
         return folder / f"{self._kind}-{name}.kept"
 
 
 class _Limited(BytesIO):
-    """Takes no more than an entry may be: what is larger is never in memory twice."""
+    """A buffer with the size limit of an entry, so that a larger one is never in memory twice."""
 
     def write(self, data: Any) -> int:
         if self.tell() + memoryview(data).nbytes > MAX_BYTES // 4:
@@ -119,12 +120,6 @@ class _Limited(BytesIO):
         return super().write(data)
 
 
-def _pickled(value: Any) -> bytes:
-    with _Limited() as stream:
-        pickle.dump(value, stream, protocol=5)
-        return stream.getvalue()
-
-
-def _private(path: str, flags: int) -> int:
-    """Open a file that nobody else may write to, whatever the process allows others."""
+def _open_private(path: str, flags: int) -> int:
+    """Open a file that no other user may access, whatever the umask."""
     return os.open(path, flags, 0o600)

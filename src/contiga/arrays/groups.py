@@ -1,4 +1,4 @@
-"""Groups of things that pairs join, directly or not."""
+"""Groups of items that pairs join, directly or not."""
 
 from __future__ import annotations
 
@@ -8,12 +8,11 @@ from contiga.records import IndexArray, IntArray
 
 
 def groups_of(first: IndexArray, second: IndexArray, n: int) -> IntArray:
-    """Return the group (n,) of each of n things, of which first[k] and second[k] are joined.
+    """Return the group (n,) of each of n items, of which first[k] and second[k] are joined.
 
-    Groups are numbered as the first of their things come. Every thing takes the least number that
-    a neighbour has, and then the least of that one (Shiloach & Vishkin, An O(log n) parallel
-    connectivity algorithm, 1982): scipy's components of a graph take longer to import than to
-    find.
+    Groups are numbered in the order of their first items. Every item takes the least number of its
+    neighbours, and then the least number of that one (Shiloach & Vishkin, An O(log n) parallel
+    connectivity algorithm, 1982): scipy's function takes longer to import than this to run.
 
     >>> groups_of(np.array([4, 1]), np.array([2, 4]), 5).tolist()
     [0, 1, 1, 2, 1]

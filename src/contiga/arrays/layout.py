@@ -1,4 +1,4 @@
-"""Arrays at the public door: shape and dtype are checked once here, kernels trust them."""
+"""Arrays of public calls: shape and dtype are checked once here, kernels trust them."""
 
 from __future__ import annotations
 
@@ -12,29 +12,29 @@ from numpy.typing import ArrayLike, DTypeLike, NDArray
 from contiga.errors import InputError
 from contiga.records import FloatArray
 
-_PLAIN = {float, int}
+_PLAIN_TYPES = {float, int}
 
 AnyArray = TypeVar("AnyArray", bound=NDArray[Any])
 
 
 def real(values: Any, where: str | None = None) -> Any:
-    """`values`, refused where they are complex or have masked entries.
+    """Return `values`; refuse complex numbers and masked entries.
 
-    NumPy drops imaginary parts with a warning, and masks in silence.
+    NumPy drops imaginary parts with a warning, and masks silently.
     """
-    if type(values) is np.ndarray and values.dtype.kind == "f":  # most of what comes
+    if type(values) is np.ndarray and values.dtype.kind == "f":  # the usual case
         return values
-    if what := _unreal(values):
+    if what := _why_not_real(values):
         raise InputError(f"{what} in place of real numbers", where=where)
     return values
 
 
-def _unreal(values: Any) -> str | None:
+def _why_not_real(values: Any) -> str | None:
     """Name why `values` are not real numbers; None if they are, or are no numbers at all."""
     if isinstance(values, list | tuple):
-        if _PLAIN.issuperset(map(type, values)):  # twice as fast as one by one
+        if _PLAIN_TYPES.issuperset(map(type, values)):  # twice as fast as a check of each
             return None
-        return next(filter(None, map(_unreal, values)), None)
+        return next(filter(None, map(_why_not_real, values)), None)
     if isinstance(values, np.ma.MaskedArray) and np.ma.is_masked(values):
         return "masked entries"
     if isinstance(values, complex) or getattr(getattr(values, "dtype", None), "kind", "") == "c":
@@ -43,10 +43,10 @@ def _unreal(values: Any) -> str | None:
 
 
 def as_contiguous(values: ArrayLike, dtype: DTypeLike) -> NDArray[Any]:
-    """`values` as kernels take arrays: C-contiguous, aligned, and that may be written to.
+    """Return `values` as an array for kernels: C-contiguous, aligned and writeable.
 
-    Arrays that are so already are not copied. To kernels one that is read-only is of another type,
-    for which they would be compiled anew. Raises what NumPy does where there are no numbers.
+    Such arrays are not copied. For kernels a read-only array has another type, for which they would
+    be compiled again. Raises the errors of NumPy if the values are not numbers.
     """
     if type(values) is np.ndarray and values.dtype == dtype and values.flags.carray:
         return values
@@ -54,9 +54,10 @@ def as_contiguous(values: ArrayLike, dtype: DTypeLike) -> NDArray[Any]:
 
 
 def as_points(values: ArrayLike, name: str = "points") -> FloatArray:
-    """`values` as a C-contiguous (n, 3) float64 array (a view where it is one already).
+    """Return `values` as a C-contiguous (n, 3) float64 array, without a copy if it is one.
 
-    A single point ``(3,)`` becomes one row. Not-finite entries pass: they are marked row by row.
+    A single point ``(3,)`` becomes one row. Entries that are not finite are allowed: results mark
+    them row by row.
     """
     if (
         type(values) is np.ndarray
@@ -64,12 +65,12 @@ def as_points(values: ArrayLike, name: str = "points") -> FloatArray:
         and values.dtype == np.float64
         and values.flags.carray
     ):
-        return values  # most of what comes
+        return values  # the usual case
     return _as_rows(values, name, 3, "(n, 3)")
 
 
 def as_parameters(values: ArrayLike) -> FloatArray:
-    """`values` as a C-contiguous (k, 2) float64 array; a single pair becomes one row."""
+    """Return `values` as a C-contiguous (k, 2) float64 array; a single pair becomes one row."""
     return _as_rows(values, "uv", 2, "(k, 2)")
 
 
@@ -89,7 +90,7 @@ def _as_rows(values: ArrayLike, name: str, columns: int, shape: str) -> FloatArr
 def as_numbers(
     values: object, where: str, what: str = "must be numbers", allowed: str | None = None
 ) -> FloatArray:
-    """A C-contiguous float64 copy of `values`; `what` they must be says the error."""
+    """Return a C-contiguous float64 copy of `values`; `what` is the message if that fails."""
     real(values, where)
     try:
         return np.array(values, dtype=np.float64, order="C")
@@ -98,17 +99,17 @@ def as_numbers(
 
 
 def read_only(array: FloatArray) -> FloatArray:
-    """A C-contiguous copy of `array` that cannot be written to."""
+    """Return a C-contiguous copy of `array` that is read-only."""
     copy = np.array(real(array), dtype=np.float64, order="C")
     copy.flags.writeable = False
     return copy
 
 
 def locked(values: AnyArray) -> AnyArray:
-    """A view of what may be read and not changed.
+    """Return a read-only view.
 
-    To numba that is another type than an array that may: kernels that read what users hand over,
-    which may be either, are handed this, and have one version.
+    For numba a read-only array has another type than a writeable one: kernels that read a user's
+    arrays, which may be either, get this view and need one version only.
     """
     view = values.view()
     view.setflags(write=False)  # half the time of view.flags.writeable = False
@@ -116,7 +117,7 @@ def locked(values: AnyArray) -> AnyArray:
 
 
 def positive(value: object, name: str, *, finite: bool = True) -> float:
-    """`value` as a number above zero, a finite one where not said otherwise."""
+    """Return `value` as a number > 0, finite unless `finite` is False; errors call it `name`."""
     allowed = "a finite number > 0" if finite else "a number > 0"
     try:
         number = value if type(value) is float else float(real(value))
@@ -142,7 +143,7 @@ def not_negative(value: object, name: str) -> float:
 
 
 def one_of(where: str, value: object, allowed: tuple[str, ...]) -> str:
-    """`value` as one of the words `allowed`."""
+    """Return `value` if it is one of the words `allowed`."""
     if not isinstance(value, str) or value not in allowed:
         raise InputError(
             "is not known", where=where, found=value, allowed=", ".join(map(repr, allowed))
@@ -157,14 +158,16 @@ def all_of(
     what: str,
     allowed: str,
 ) -> None:
-    """Refuse the first of several that is of another kind: `what` they must be."""
-    for k, one in enumerate(given):
-        if not isinstance(one, kinds):
-            raise InputError(what, where=f"{where}[{k}]", found=type(one).__name__, allowed=allowed)
+    """Refuse a value that is not of `kinds`; `what` is the message."""
+    for k, value in enumerate(given):
+        if not isinstance(value, kinds):
+            raise InputError(
+                what, where=f"{where}[{k}]", found=type(value).__name__, allowed=allowed
+            )
 
 
 def bytes_of(value: object) -> int:
-    """Memory of all arrays in a record, and in the records it holds.
+    """Return the memory, bytes, of all arrays in nested records.
 
     >>> bytes_of((np.zeros(3), (np.zeros(2, np.int32), "text")))
     32

@@ -1,8 +1,8 @@
-"""Linear algebra whose sums have one order on every machine.
+"""Linear algebra with the same order of sums on every machine.
 
-``@``, `np.dot`, `np.linalg.norm` of one vector and the rest of `np.linalg` ask the BLAS, which
-picks its kernels, and with them the order and the rounding of sums, by the processor. These give
-the same bits on all.
+``@``, `np.dot`, `np.linalg.norm` of a vector and all of `np.linalg` call the BLAS, which chooses
+its kernels, and so the order and the rounding of sums, by the processor. These functions give the
+same bits everywhere.
 """
 
 from __future__ import annotations
@@ -14,12 +14,12 @@ from numpy.typing import ArrayLike
 
 from contiga.records import FloatArray
 
-SWEEPS = 30
-FEW = 8
-"""Entries of a vector that are added as plain numbers, in their order: a tenth of the time, the
-same bits."""
-SMALLEST, LARGEST = 1e-280, 1e300
-"""Squares of lengths of which nothing is lost to underflow or overflow."""
+MAX_SWEEPS = 30
+MAX_PLAIN_ENTRIES = 8
+"""Largest number of entries that are added as plain floats, in order: a tenth of the time, the same
+bits."""
+MIN_SQUARE, MAX_SQUARE = 1e-280, 1e300
+"""Range of squared lengths without underflow or overflow."""
 
 
 def product(a: ArrayLike, b: ArrayLike) -> FloatArray:
@@ -29,8 +29,8 @@ def product(a: ArrayLike, b: ArrayLike) -> FloatArray:
     [11.0, 4.0]
     """
     left, right = np.asarray(a, dtype=np.float64), np.asarray(b, dtype=np.float64)
-    how = "...j,j->..." if right.ndim == 1 else "...j,jk->...k"
-    return np.asarray(np.einsum(how, left, right, optimize=False))
+    subscripts = "...j,j->..." if right.ndim == 1 else "...j,jk->...k"
+    return np.asarray(np.einsum(subscripts, left, right, optimize=False))
 
 
 def row_products(a: FloatArray, b: FloatArray) -> FloatArray:
@@ -57,30 +57,30 @@ def row_lengths(a: FloatArray) -> FloatArray:
 
 
 def length(vector: ArrayLike) -> float:
-    """Root of the sum of the squares of all entries, which may be as large as numbers go.
+    """Return the root of the sum of the squares of all entries, without overflow.
 
     >>> length([3.0, 4.0])
     5.0
     """
     values = np.asarray(vector, dtype=np.float64)
-    if values.size <= FEW:
+    if values.size <= MAX_PLAIN_ENTRIES:
         square = 0.0
         for x in values.ravel().tolist():
             square += x * x
-        if SMALLEST < square < LARGEST:
+        if MIN_SQUARE < square < MAX_SQUARE:
             return math.sqrt(square)
-    most = float(np.max(np.abs(values), initial=0.0))
-    if most == 0.0 or not math.isfinite(most):
-        return most
-    power = math.frexp(most)[1]
+    largest = float(np.max(np.abs(values), initial=0.0))
+    if largest == 0.0 or not math.isfinite(largest):
+        return largest
+    power = math.frexp(largest)[1]
     scaled = np.ldexp(values, -power)
     return float(np.ldexp(math.sqrt(float(np.sum(scaled * scaled))), power))
 
 
 def solve(matrix: ArrayLike, right: ArrayLike) -> FloatArray:
-    """The solution of a regular system (n, n) for one right side (n,) or several (n, m).
+    """Solve a regular system (n, n) for one right side (n,) or several (n, m).
 
-    Gauss' elimination with the largest entry of a column as its pivot.
+    Gaussian elimination with partial pivoting.
 
     >>> solve([[0.0, 2.0], [1.0, 1.0]], [4.0, 5.0]).tolist()
     [3.0, 2.0]
@@ -100,26 +100,26 @@ def solve(matrix: ArrayLike, right: ArrayLike) -> FloatArray:
 
 
 def principal_axes(vectors: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Singular values (3,), falling, of vectors (n, 3), and the right singular vectors as rows.
+    """Return singular values (3,), falling, of vectors (n, 3), and right singular vectors as rows.
 
-    Jacobi's rotations of one side (Golub and Van Loan, Matrix Computations, 8.6.3).
+    One-sided Jacobi rotations (Golub and Van Loan, Matrix Computations, 8.6.3).
     """
     columns, axes = np.array(vectors, dtype=np.float64).T.copy(), np.eye(3)
-    for _ in range(SWEEPS):
-        turned = False
+    for _ in range(MAX_SWEEPS):
+        rotated = False
         for i, j in ((0, 1), (0, 2), (1, 2)):
             a, b = float(np.sum(columns[i] ** 2)), float(np.sum(columns[j] ** 2))
             c = float(np.sum(columns[i] * columns[j]))
             if abs(c) <= 1e-15 * math.sqrt(a * b):
                 continue
-            turned = True
+            rotated = True
             z = (b - a) / (2.0 * c)
             t = math.copysign(1.0, z) / (abs(z) + math.sqrt(1.0 + z * z))
             cosine = 1.0 / math.sqrt(1.0 + t * t)
-            turn = cosine * np.array([[1.0, -t], [t, 1.0]])
+            rotation = cosine * np.array([[1.0, -t], [t, 1.0]])
             for rows in (columns, axes):
-                rows[[i, j]] = product(turn, rows[[i, j]])
-        if not turned:
+                rows[[i, j]] = product(rotation, rows[[i, j]])
+        if not rotated:
             break
     sizes = np.array([length(column) for column in columns])
     order = np.argsort(-sizes, kind="stable")

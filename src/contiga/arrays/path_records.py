@@ -1,4 +1,4 @@
-"""Records of paths that searches of splines and of triangles hand to their kernels."""
+"""Records of paths for the kernels of searches of splines and of triangles."""
 
 from __future__ import annotations
 
@@ -8,13 +8,13 @@ Vector = tuple[float, float, float]
 
 
 class Segment(NamedTuple):
-    """A path p → p + length d, in the frame of what is searched."""
+    """A path p → p + length d, in the frame of the surface."""
 
     p: Vector
     d: Vector
-    """Of length one."""
+    """Unit vector."""
     length: float
     slack: float
-    """Lengths below are none: a few times the rounding of the coordinates."""
+    """Length below which lengths count as zero: a few times the rounding of the coordinates."""
     spare: float
-    """How far beyond its ends a crossing may lie, length."""
+    """Largest distance of a crossing beyond the ends, length."""

@@ -1,4 +1,4 @@
-"""Last crossings of paths with a surface, with those that hang on rounding asked again."""
+"""Last crossings of paths with a surface, robust against rounding by repeated searches."""
 
 from __future__ import annotations
 
@@ -9,15 +9,15 @@ import numpy as np
 
 from contiga.records import ByteArray, FloatArray, Hit, empty_hit
 
-# How often a path whose last crossing hangs on rounding is laid anew beside itself.
-TRIES = 6
-# By how many widths of the edge it meets, more with every try.
-ASIDE = 3.0
-# Widths of an edge by which the halves of a detour reach beyond their common end: one at least is
-# to meet an edge that lies there.
-STRICT, FIRST_HALF, SECOND_HALF = (0.0, 0.0), (0.0, 2.0), (2.0, 0.0)
-# The directions in which turn by this angle from try to try: the golden one never comes back.
-TURN = 2.399963229728653
+# Largest number of detours of a path whose last crossing depends on rounding.
+MAX_TRIES = 6
+# Offset of the first detour, in widths of the edge that it meets; it grows with every try.
+DETOUR_WIDTHS = 3.0
+# Widths of an edge by which the halves of a detour extend beyond their common end, so that at least
+# one of them meets an edge there.
+NO_OVERLAP, FIRST_HALF, SECOND_HALF = (0.0, 0.0), (0.0, 2.0), (2.0, 0.0)
+# Angle between the directions of successive detours: multiples of the golden angle never repeat.
+GOLDEN_ANGLE = 2.399963229728653
 
 
 class Paths(NamedTuple):
@@ -28,7 +28,7 @@ class Paths(NamedTuple):
     end: FloatArray
     """(n, 3) in the frame of the surface, length."""
     between: FloatArray
-    """(n, 2) shares of the whole path at the start and at the end."""
+    """(n, 2) fractions of the complete path at the start and at the end."""
     loose: tuple[float, float]
     """Widths of an edge by which a crossing at that edge may lie beyond the start and the end."""
 
@@ -39,66 +39,73 @@ sense, 1 for an entry, −1 for an exit, 0 for none, and the width within which 
 
 
 def settled(search: Crossings, a_B: FloatArray, b_B: FloatArray) -> tuple[Hit, ByteArray]:
-    """Last crossings of a_B → b_B by `search`, with those that hang on rounding asked again.
+    """Return the last crossings of a_B → b_B by `search`, robust against rounding.
 
-    A path that meets an edge or a corner within its width, or goes in and out in one place, may
-    find faces there that it does not pass, or miss one. Such a path makes a detour between the
-    same ends, a few widths beside the place, in one direction after the other, until its last
-    crossing is clear of all edges: whether it is in or out at its end does not depend on the way.
-    Where none is, or the path is hardly longer than the width, of two crossings in one place the
-    later one stands.
+    A path that meets an edge or a corner within its width, or enters and leaves in one place, may
+    find faces there that it does not cross, or miss one. Such a path makes a detour between the
+    same ends, a few widths off the place, in one direction after another, until its last crossing
+    is clear of all edges: whether its end is inside does not depend on the path. If no detour is
+    clear, or the path is hardly longer than the width, the later of two crossings in one place
+    counts.
     """
     n = len(a_B)
     out, verdict = empty_hit(n), np.zeros((n, 2))
-    search(Paths(a_B, b_B, _between(np.zeros(n), np.ones(n)), STRICT), out, verdict)
-    # A path that ends within the width keeps its own answer: beside itself it is another path.
+    search(Paths(a_B, b_B, _between(np.zeros(n), np.ones(n)), NO_OVERLAP), out, verdict)
+    # A path that ends within the width keeps its result: a detour would be a different path.
     length = np.linalg.norm(b_B - a_B, axis=1)
-    rows = np.flatnonzero((verdict[:, 1] > 0.0) & (2.0 * ASIDE * verdict[:, 1] < length))
-    aside, at = verdict[rows, 1], out.fraction[rows]
-    for k in range(TRIES):
+    rows = np.flatnonzero((verdict[:, 1] > 0.0) & (2.0 * DETOUR_WIDTHS * verdict[:, 1] < length))
+    width, fraction = verdict[rows, 1], out.fraction[rows]
+    for k in range(MAX_TRIES):
         if len(rows) == 0:
             break
         a, b = a_B[rows], b_B[rows]
-        offset = ASIDE * (1.0 + 0.5 * k) * aside[:, None] * _across(b - a, k * TURN)
-        again, anew = _by_way_of(search, a, a + at[:, None] * (b - a) + offset, b, at)
-        clear = anew[:, 1] == 0.0
+        offset = (
+            DETOUR_WIDTHS
+            * (1.0 + 0.5 * k)
+            * width[:, None]
+            * _perpendicular(b - a, k * GOLDEN_ANGLE)
+        )
+        detour, new_verdict = _last_crossings_of_detours(
+            search, a, a + fraction[:, None] * (b - a) + offset, b, fraction
+        )
+        is_clear = new_verdict[:, 1] == 0.0
         for name in Hit._fields:
-            getattr(out, name)[rows[clear]] = getattr(again, name)[clear]
-        verdict[rows[clear]] = anew[clear]
-        aside, at = np.maximum(aside, anew[:, 1])[~clear], at[~clear]
-        rows = rows[~clear]
+            getattr(out, name)[rows[is_clear]] = getattr(detour, name)[is_clear]
+        verdict[rows[is_clear]] = new_verdict[is_clear]
+        width, fraction = np.maximum(width, new_verdict[:, 1])[~is_clear], fraction[~is_clear]
+        rows = rows[~is_clear]
     return out, verdict[:, 0].astype(np.int8)
 
 
-def _by_way_of(
-    search: Crossings, a_B: FloatArray, m_B: FloatArray, b_B: FloatArray, at: FloatArray
+def _last_crossings_of_detours(
+    search: Crossings, a_B: FloatArray, m_B: FloatArray, b_B: FloatArray, fraction: FloatArray
 ) -> tuple[Hit, FloatArray]:
-    """Last crossings of the ways a_B → m_B → b_B, whose middles stand for the fractions `at`."""
-    n = len(at)
+    """Return the last crossings of the detours a_B → m_B → b_B; m_B counts as at `fraction`."""
+    n = len(fraction)
     out, verdict = empty_hit(n), np.zeros((n, 2))
-    search(Paths(m_B, b_B, _between(at, np.ones(n)), SECOND_HALF), out, verdict)
-    out.fraction[:] = at + (1.0 - at) * out.fraction
+    search(Paths(m_B, b_B, _between(fraction, np.ones(n)), SECOND_HALF), out, verdict)
+    out.fraction[:] = fraction + (1.0 - fraction) * out.fraction
     rows = np.flatnonzero(verdict[:, 0] == 0.0)
-    first, before = empty_hit(len(rows)), np.zeros((len(rows), 2))
-    shares = _between(np.zeros(len(rows)), at[rows])
-    search(Paths(a_B[rows], m_B[rows], shares, FIRST_HALF), first, before)
-    first.fraction[:] *= at[rows]
+    first, first_verdict = empty_hit(len(rows)), np.zeros((len(rows), 2))
+    between = _between(np.zeros(len(rows)), fraction[rows])
+    search(Paths(a_B[rows], m_B[rows], between, FIRST_HALF), first, first_verdict)
+    first.fraction[:] *= fraction[rows]
     for name in Hit._fields:
         getattr(out, name)[rows] = getattr(first, name)
-    verdict[rows] = before
+    verdict[rows] = first_verdict
     return out, verdict
 
 
 def _between(start: FloatArray, end: FloatArray) -> FloatArray:
-    """Return (n, 2), C-ordered: kernels that are called straight check no layout."""
+    """Return (n, 2), C-ordered: kernels that are called directly do not check the layout."""
     return np.stack([start, end], axis=1)
 
 
-def _across(d: FloatArray, angle: float) -> FloatArray:
-    """Unit vectors square to the rows of `d`, turned about them by `angle`."""
+def _perpendicular(d: FloatArray, angle: float) -> FloatArray:
+    """Return unit vectors perpendicular to the rows of `d`, rotated about them by `angle`."""
     d = d / np.abs(d).max(axis=1, keepdims=True)
     d /= np.linalg.norm(d, axis=1, keepdims=True)
-    least = np.eye(3)[np.abs(d).argmin(axis=1)]
-    e = np.cross(d, least)
+    smallest_axis = np.eye(3)[np.abs(d).argmin(axis=1)]
+    e = np.cross(d, smallest_axis)
     e /= np.linalg.norm(e, axis=1, keepdims=True)
     return np.asarray(np.cos(angle) * e + np.sin(angle) * np.cross(d, e))

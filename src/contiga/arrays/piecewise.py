@@ -1,4 +1,4 @@
-"""Look up tables that are linear between their rows and constant outside: pieces and slopes."""
+"""Pieces and slopes of tables that are linear between their rows and constant outside."""
 
 from __future__ import annotations
 
@@ -8,9 +8,9 @@ from contiga.records import FloatArray
 
 
 def piece_at(times: FloatArray, t: float) -> int | None:
-    """Return the piece between two of `times` that has the rate at `t`; None outside.
+    """Return the piece between two of `times` that contains `t`; None outside.
 
-    At a row it is the piece that begins there, at the last row the one that ends there.
+    Right-continuous at the rows; left-continuous at the last one.
     """
     if len(times) < 2 or not times[0] <= t <= times[-1]:
         return None
@@ -18,7 +18,7 @@ def piece_at(times: FloatArray, t: float) -> int | None:
 
 
 def rate_at(times: FloatArray, rows: FloatArray, t: float) -> FloatArray:
-    """Slope at `t` of what is linear between its `rows` (n, ...), zero outside."""
+    """Return the slope at `t` of a table, linear between its `rows` (n, ...); zero outside."""
     k = piece_at(times, t)
     if k is None:
         return np.zeros(rows.shape[1:])

@@ -1,4 +1,4 @@
-"""Questions that exact bodies and triangles answer alike, from what each answers by itself."""
+"""Searches that exact bodies and triangles share, based on the searches of each."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ from contiga.errors import InputError
 from contiga.records import FloatArray, IntArray, Projection, RayHit
 from contiga.statuses import Status
 
-WIDER = 1.0 + 1e-6
-"""The ball that rays are cut by, of the one that holds the surface: nothing lies on its border."""
+BALL_MARGIN = 1.0 + 1e-6
+"""Ratio of the ball that rays are clipped to and the ball around the surface."""
 
 
 class Queries:
-    """Mixed into masters, which have `project`, `surface` and `bounds`."""
+    """Mixin for masters, which have `project`, `surface` and `bounds`."""
 
     project: Any
     surface: Any
@@ -51,20 +51,32 @@ class Queries:
         """
         starts, units = _checked_rays(origins, directions)
         low, high = self.bounds()
-        middle, reach = 0.5 * (low + high), 0.5 * WIDER * length(high - low)
-        along = ((middle - starts) * units).sum(axis=1)
-        near, far = np.maximum(along - reach, 0.0), along + reach
-        rows = np.flatnonzero(np.isfinite(far) & (far > 0.0)).astype(np.int32)
-        # Segments run to the start of their rays: the last that they cross is what rays hit first.
+        middle, reach = 0.5 * (low + high), 0.5 * BALL_MARGIN * length(high - low)
+        middle_distance = ((middle - starts) * units).sum(axis=1)
+        low_distance = np.maximum(middle_distance - reach, 0.0)
+        high_distance = middle_distance + reach
+        is_ahead = np.isfinite(high_distance) & (high_distance > 0.0)
+        rows = np.flatnonzero(is_ahead).astype(np.int32)
+        # Segments run back to the start of their rays: their last crossing is the first hit.
         with np.errstate(invalid="ignore"):
-            begins, ends = starts + far[:, None] * units, starts + near[:, None] * units
+            begins = starts + high_distance[:, None] * units
+            ends = starts + low_distance[:, None] * units
         crossings, sense = self.surface.last_crossings(begins, ends, rows)
-        crossed = sense != 0
-        hit, share = rows[crossed], crossings.fraction[crossed]
-        out = _no_hits(len(starts))
-        out.distance[hit] = far[hit] + share * (near[hit] - far[hit])
+        crosses = sense != 0
+        hit, fraction = rows[crosses], crossings.fraction[crosses]
+        n = len(starts)
+        out = RayHit(
+            distance=np.full(n, np.nan),
+            patch=np.full(n, -1, np.int32),
+            uv=np.full((n, 2), np.nan),
+            point=np.full((n, 3), np.nan),
+            normal=np.full((n, 3), np.nan),
+            status=np.full(n, Status.NO_HIT, np.int8),
+        )
+        back = low_distance[hit] - high_distance[hit]
+        out.distance[hit] = high_distance[hit] + fraction * back
         for name in ("patch", "uv", "point", "status"):
-            getattr(out, name)[hit] = getattr(crossings, name)[crossed]
+            getattr(out, name)[hit] = getattr(crossings, name)[crosses]
         out.normal[hit] = self._normals_at(out.patch[hit], out.uv[hit])
         return out
 
@@ -74,36 +86,26 @@ class Queries:
 
 
 def _checked_rays(origins: ArrayLike, directions: ArrayLike) -> tuple[FloatArray, FloatArray]:
-    """Origins and unit directions (n, 3)."""
-    starts, ways = as_points(origins, "origins"), as_points(directions, "directions")
-    if len(starts) != len(ways) and 1 not in (len(starts), len(ways)):
+    """Return origins and unit directions (n, 3)."""
+    starts, vectors = as_points(origins, "origins"), as_points(directions, "directions")
+    if len(starts) != len(vectors) and 1 not in (len(starts), len(vectors)):
         raise InputError(
             "a ray has an origin and a direction",
             where="directions",
-            found=ways.shape,
+            found=vectors.shape,
             allowed=f"{starts.shape}, or (3,) for all",
         )
-    size = np.abs(ways).max(axis=1, initial=0.0)
+    size = np.abs(vectors).max(axis=1, initial=0.0)
     wrong = ~(np.isfinite(size) & (size > 0.0))
     if wrong.any():
         row = int(np.argmax(wrong))
         raise InputError(
             "a direction must be finite and not zero",
             where=f"directions[{row}]",
-            found=ways[row].tolist(),
+            found=vectors[row].tolist(),
         )
-    ways = ways / size[:, None]
-    starts, units = np.broadcast_arrays(starts, ways / np.sqrt((ways**2).sum(axis=1))[:, None])
-    return starts, units
-
-
-def _no_hits(n: int) -> RayHit:
-    """Rays that hit nothing."""
-    return RayHit(
-        distance=np.full(n, np.nan),
-        patch=np.full(n, -1, np.int32),
-        uv=np.full((n, 2), np.nan),
-        point=np.full((n, 3), np.nan),
-        normal=np.full((n, 3), np.nan),
-        status=np.full(n, Status.NO_HIT, np.int8),
+    vectors = vectors / size[:, None]
+    starts, units = np.broadcast_arrays(
+        starts, vectors / np.sqrt((vectors**2).sum(axis=1))[:, None]
     )
+    return starts, units

@@ -11,7 +11,7 @@ import numpy as np
 from numba import typeof
 from numpy.typing import ArrayLike, NDArray
 
-from contiga.arrays.kernels.query_nb import NOT_ALIKE, highest_patch
+from contiga.arrays.kernels.query_nb import BAD_SHAPES, highest_patch
 from contiga.arrays.layout import as_contiguous, as_points
 from contiga.errors import InputError
 from contiga.jit.dispatcher import KernelDispatcher
@@ -19,13 +19,13 @@ from contiga.records import FloatArray, Projection, empty_projection
 
 NO_FEET = empty_projection(0)
 """A projection without rows."""
-EMPTY: tuple[NDArray[Any], ...] = NO_FEET
-"""Its arrays: the type and shape that each has."""
-APART = "arrays of their own, or those of start: out=start"
-"""What `out` is allowed to be."""
-DTYPES = tuple(array.dtype for array in EMPTY)
-ROWS = tuple(array.shape[1:] for array in EMPTY)
-"""The types of its arrays, and what of each a row is."""
+EMPTY_ARRAYS: tuple[NDArray[Any], ...] = NO_FEET
+"""Its arrays, with the type and shape of each."""
+OUT_RULE = "arrays of their own, or those of start: out=start"
+"""Rule for `out` in messages."""
+DTYPES = tuple(array.dtype for array in EMPTY_ARRAYS)
+ROW_SHAPES = tuple(array.shape[1:] for array in EMPTY_ARRAYS)
+"""The types of its arrays, and the shapes of their rows."""
 
 
 def checked_mode(mode: str) -> bool:
@@ -44,12 +44,14 @@ def checked_mode(mode: str) -> bool:
 
 
 def checked_start(start: Projection | None, n: int, count: int, what: str) -> Projection:
-    """The projection that n points start from, laid out for kernels; `count` patches, or `what`.
+    """Return the projection that n points start from, laid out for kernels.
+
+    The body has `count` patches, which messages call `what`.
 
     Raises
     ------
     InputError
-        No start or something else, other than n rows, a patch that is not there.
+        No start or no projection, not n rows, a patch that does not exist.
     """
     if start is None:
         raise InputError(
@@ -62,7 +64,7 @@ def checked_start(start: Projection | None, n: int, count: int, what: str) -> Pr
         raise InputError("start must be a Projection", where="start", found=type(start).__name__)
     highest = _highest_patch(start, n)
     if highest is None:
-        start = _laid_out(start, n)
+        start = _as_laid_out(start, n)
         highest = int(start.patch.max(initial=-1))
     if highest >= count:
         raise InputError(
@@ -75,37 +77,37 @@ def checked_start(start: Projection | None, n: int, count: int, what: str) -> Pr
 
 
 def _highest_patch(feet: Projection, n: int) -> int | None:
-    """The highest patch of n feet whose arrays are as kernels take them; none where they are not.
+    """Return the highest patch of n feet whose arrays are laid out for kernels; else None.
 
-    To look at eight arrays from Python, and at the patches with NumPy, takes three times as long,
-    of 10⁴ feet a hundredth of what it takes to track them.
+    Checking eight arrays from Python, and the patches with NumPy, takes three times as long, for
+    10⁴ feet a hundredth of the time to track them.
     """
-    highest_patch = _only_of_feet()
+    highest_patch = _feet_kernel()
     if highest_patch is None:
         return int(feet.patch.max(initial=-1)) if _is_laid_out(feet, n) else None
     try:
         highest = highest_patch(*feet)
     except TypeError:  # arrays of other types, or other things
         return None
-    return None if highest == NOT_ALIKE or len(feet.patch) != n else int(highest)
+    return None if highest == BAD_SHAPES or len(feet.patch) != n else int(highest)
 
 
 @lru_cache(maxsize=1)
-def _only_of_feet() -> Callable[..., int] | None:
-    """The kernel that finds the highest patch, which refuses all other types; none interpreted."""
+def _feet_kernel() -> Callable[..., int] | None:
+    """Return the kernel for the highest patch, which refuses other types; None if interpreted."""
     kernel: Any = highest_patch
     if not isinstance(kernel, KernelDispatcher):
         return None
-    kernel.compile(tuple(map(typeof, EMPTY)))
+    kernel.compile(tuple(map(typeof, EMPTY_ARRAYS)))
     kernel.disable_compile()
     return kernel
 
 
 def _is_laid_out(feet: Projection, n: int) -> bool:
-    """Return whether all arrays are as kernels take them, with n rows."""
+    """Return whether all arrays are laid out for kernels, with n rows."""
     arrays: tuple[Any, ...] = feet
-    for array, dtype, row in zip(arrays, DTYPES, ROWS, strict=True):
-        # Types that are the same need not be one thing; these are then looked at one by one.
+    for array, dtype, row in zip(arrays, DTYPES, ROW_SHAPES, strict=True):
+        # Equal types need not be identical; such arrays are then checked one by one.
         if type(array) is not np.ndarray or array.dtype is not dtype or array.shape != (n, *row):
             return False
         if not array.flags.carray:
@@ -113,11 +115,11 @@ def _is_laid_out(feet: Projection, n: int) -> bool:
     return True
 
 
-def _laid_out(start: Projection, n: int) -> Projection:
-    """A projection of n rows whose arrays are as kernels take them; see `checked_start`."""
+def _as_laid_out(start: Projection, n: int) -> Projection:
+    """Return a projection of n rows whose arrays are laid out for kernels; see `checked_start`."""
     columns = []
     arrays: tuple[Any, ...] = start
-    for name, values, like in zip(Projection._fields, arrays, EMPTY, strict=True):
+    for name, values, like in zip(Projection._fields, arrays, EMPTY_ARRAYS, strict=True):
         try:
             array = as_contiguous(values, like.dtype)
         except (TypeError, ValueError) as error:
@@ -141,21 +143,21 @@ def _laid_out(start: Projection, n: int) -> Projection:
 def checked_feet(
     start: Projection | None, out: Projection | None, points: FloatArray, count: int, what: str
 ) -> tuple[Projection, Projection]:
-    """The projection that points are tracked from and that to fill: see the two."""
+    """Return the checked projections to track from and to fill."""
     last = checked_start(start, len(points), count, what)
     if out is None or out is not last:
         return last, checked_out(out, points, start)
-    check_apart(out, [points], APART)  # what is laid out can be filled
+    check_apart(out, [points], OUT_RULE)  # arrays that are laid out can be filled
     return last, out
 
 
 def checked_out(out: Projection | None, points: FloatArray, start: Projection | None) -> Projection:
-    """The projection to fill for `points`: `out`, which may be `start`, or a new one.
+    """Return the projection to fill for `points`: `out`, which may be `start`, or a new one.
 
     Raises
     ------
     InputError
-        It is no projection of arrays that can be filled, or shares memory with what is read.
+        It is no projection of arrays that can be filled, or shares memory with the input.
     """
     if out is None:
         return empty_projection(len(points))
@@ -163,15 +165,15 @@ def checked_out(out: Projection | None, points: FloatArray, start: Projection | 
         raise InputError("out must be a Projection", where="out", found=type(out).__name__)
     arrays: tuple[NDArray[Any], ...] = out
     if not _is_laid_out(out, len(points)):
-        for name, array, like in zip(Projection._fields, arrays, EMPTY, strict=True):
+        for name, array, like in zip(Projection._fields, arrays, EMPTY_ARRAYS, strict=True):
             check_fillable(array, (len(points), *like.shape[1:]), like.dtype, f"out.{name}")
     read = [points] if start is None or start is out else [points, *start]
-    check_apart(arrays, read, APART)
+    check_apart(arrays, read, OUT_RULE)
     return out
 
 
 def check_fillable(array: Any, shape: tuple[int, ...], dtype: Any, where: str) -> None:
-    """Refuse an array of `out` that results of that shape and type cannot be written into."""
+    """Refuse an array of `out` that cannot take results of a shape and type."""
     fits = isinstance(array, np.ndarray) and array.shape == shape and array.dtype == dtype
     if not fits or not array.flags.carray:
         raise InputError(
@@ -183,9 +185,9 @@ def check_fillable(array: Any, shape: tuple[int, ...], dtype: Any, where: str) -
 
 
 def check_apart(filled: Sequence[Any], read: Sequence[Any], allowed: str) -> None:
-    """Refuse arrays of `out` that share memory with what is read, or with each other."""
+    """Refuse arrays of `out` that share memory with the input, or with each other."""
     arrays = [*filled, *read]
-    # Those that have memory of their own share none; to look at all pairs takes ten times as long.
+    # Arrays that own their memory share none; testing all pairs takes ten times as long.
     if all(array.flags.owndata for array in arrays) and len(set(map(id, arrays))) == len(arrays):
         return
     pairs = [*product(filled, read), *combinations(filled, 2)]

@@ -1,9 +1,9 @@
-"""Kernels that release the GIL, run over ranges of rows on a few threads.
+"""Run kernels that release the GIL over ranges of rows on a few threads.
 
-The rows are cut into ranges that the threads take as they come free. Every kernel treats its rows
-one by one, so results are the same bits for any number of threads. The count is numba's own
-(NUMBA_NUM_THREADS, all cores by default; less after `numba.set_num_threads`). The thread that asks
-works, too.
+The rows are split into ranges, which the threads take when they are free. Every kernel treats its
+rows one by one, so that results have the same bits for any number of threads. The number of threads
+is numba's (NUMBA_NUM_THREADS, all cores by default; less after `numba.set_num_threads`). The
+calling thread works, too.
 """
 
 from __future__ import annotations
@@ -23,38 +23,38 @@ from numba.np.ufunc import parallel
 
 RANGES_PER_THREAD = 6
 
-_own = threading.local()
+_local = threading.local()
 T = TypeVar("T")
 R = TypeVar("R")
 
 
 def thread_count() -> int:
-    """Threads the kernels run on; one for what runs on one of them already.
+    """Number of threads that kernels run on; 1 inside one of these threads.
 
     >>> thread_count() >= 1
     True
     """
-    if getattr(_own, "busy", False):
+    if getattr(_local, "busy", False):
         return 1
-    # To ask numba would start its threads; before they are there nobody has set their number.
+    # Asking numba would start its threads; before they exist nobody has set their number.
     if getattr(parallel, "_is_initialized", True):
         return int(numba.get_num_threads())
     return int(numba.config.NUMBA_NUM_THREADS)
 
 
-def _begin() -> None:
-    # A job that waited for others of the same helpers could wait for ever.
-    _own.busy = True
+def _mark_busy() -> None:
+    # A job that waits for others of the same helpers could wait for ever.
+    _local.busy = True
 
 
 @lru_cache(maxsize=1)
 def _helpers() -> ThreadPoolExecutor:
-    """Threads beside those that ask; each begins when there is something for it to do."""
+    """Helper threads beside the calling ones; each starts when there is work for it."""
     count = max(int(numba.config.NUMBA_NUM_THREADS) - 1, 1)
-    return ThreadPoolExecutor(count, thread_name_prefix="contiga", initializer=_begin)
+    return ThreadPoolExecutor(count, thread_name_prefix="contiga", initializer=_mark_busy)
 
 
-# Threads do not live on in a process that was forked off: it makes its own.
+# Threads do not survive in a forked process: it starts its own.
 if hasattr(os, "register_at_fork"):
     os.register_at_fork(after_in_child=_helpers.cache_clear)
 
@@ -62,8 +62,8 @@ if hasattr(os, "register_at_fork"):
 def run_ranges(kernel: Callable[..., Any], n: int, grain: int, *args: Any) -> None:
     """Call ``kernel(*args, start, stop)`` until rows 0 … n are done.
 
-    Ranges hold at least `grain` rows, and start at multiples of it: below that a thread costs
-    more than it saves.
+    Ranges have at least `grain` rows, and start at multiples of it: with fewer a thread costs more
+    than it saves.
     """
     if n <= grain or (threads := thread_count()) == 1:
         if n:
@@ -75,30 +75,30 @@ def run_ranges(kernel: Callable[..., Any], n: int, grain: int, *args: Any) -> No
 
     def work() -> None:
         try:
-            while (start := _taken(starts)) is not None:
+            while (start := _next_start(starts)) is not None:
                 kernel(*args, start, min(start + step, n))
         finally:
-            starts.clear()  # after an error there is nothing to do for the others either
+            starts.clear()  # an error ends the other threads, too
 
     jobs: list[Future[None]] = []
     try:
-        _own.busy = True
+        _local.busy = True
         with suppress(RuntimeError):  # Python is ending: this thread does all
             for _ in range(min(threads, len(starts)) - 1):
                 jobs.append(_helpers().submit(work))
         work()
     finally:
-        _own.busy = False
+        _local.busy = False
         starts.clear()
-        # Who has not begun by now need not.
+        # Cancel the jobs that have not begun.
         jobs = [job for job in jobs if not job.cancel()]
         wait(jobs)
     for job in jobs:
         job.result()
 
 
-def _taken(starts: deque[int]) -> int | None:
-    """The next one, which no other thread takes."""
+def _next_start(starts: deque[int]) -> int | None:
+    """Return the next start, which no other thread takes; None if there is none."""
     try:
         return starts.popleft()
     except IndexError:
@@ -106,22 +106,22 @@ def _taken(starts: deque[int]) -> int | None:
 
 
 def map_threads(function: Callable[[T], R], items: Iterable[T]) -> list[R]:
-    """``[function(item) for item in items]`` on the threads; each call must stand by itself."""
-    given = list(items)
+    """Return ``[function(item) for item in items]``, on the threads; calls must be independent."""
+    inputs = list(items)
     results: dict[int, R] = {}
 
-    def some(start: int, stop: int) -> None:
+    def call_range(start: int, stop: int) -> None:
         for k in range(start, stop):
-            results[k] = function(given[k])
+            results[k] = function(inputs[k])
 
-    run_ranges(some, len(given), 1)
-    return [results[k] for k in range(len(given))]
+    run_ranges(call_range, len(inputs), 1)
+    return [results[k] for k in range(len(inputs))]
 
 
 def started(kernel: Callable[..., R], n: int, grain: int, *args: Any) -> Callable[[], R]:
-    """Start ``kernel(*args)`` beside what follows; returns what waits for its result.
+    """Start ``kernel(*args)`` in the background; return a function that waits for its result.
 
-    With one thread, or where the n rows it goes through are no more than `grain`, it runs at once.
+    With one thread, or if its n rows are no more than `grain`, it runs at once.
     """
     if n > grain and thread_count() > 1:
         with suppress(RuntimeError):  # Python is ending: this thread does it

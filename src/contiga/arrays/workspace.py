@@ -1,4 +1,4 @@
-"""Memory that kernels work in, kept by the thread from one call to the next."""
+"""Work memory of kernels, kept by the thread from one call to the next."""
 
 from __future__ import annotations
 
@@ -9,37 +9,33 @@ import numpy as np
 
 from contiga.records import FloatArray
 
-KEPT = 2**19
-"""Rows above which memory is given back: of more the pages cost little beside the work."""
-SIZE = 8
-"""Bytes of a number."""
-PAGE = 2**21
-"""Bytes of a large page, where there are such; lines of the memory begin there anyway."""
+MAX_KEPT_ROWS = 2**19
+"""Number of rows above which memory is released: new pages are cheap compared with the work."""
+FLOAT_SIZE = 8
+"""Bytes of a float64."""
+PAGE_SIZE = 2**21
+"""Bytes of a huge page, if the system has them; a multiple of a cache line in any case."""
 
 
 class Workspace(threading.local):
-    """Tables of nothing in particular, one of each number of columns for each thread.
+    """Uninitialised tables, one for each number of columns and each thread.
 
-    Each begins with a large page of the memory and takes up one at least, for which NumPy asks the
-    system (it does from 4 MiB on): rows at random of small ones would each be looked for by their
-    page first, and small pages lie anywhere, so that some of them drive others out of a cache that
-    has room for all. In one process of three that was a tenth of a tracked point.
+    Each is aligned to a huge page and takes at least one, for which NumPy asks the system (from
+    4 MiB on): random rows on small pages would miss the TLB, and scattered pages evict each other
+    from a cache that has room for all. In one process of three that was a tenth of a tracked point.
     """
 
     def __init__(self) -> None:
         self._tables: dict[int, FloatArray] = {}
 
     def rows(self, n: int, columns: int) -> FloatArray:
-        """A table (n, columns), the thread's until it asks for the next."""
+        """Return a table (n, columns); the thread may use it until the next call."""
         table = self._tables.get(columns)
         if table is None or len(table) < n:
-            table = _on_a_page(max(n, ceil(PAGE / (SIZE * columns))), columns)
-            if n <= KEPT:
+            size = max(n, ceil(PAGE_SIZE / (FLOAT_SIZE * columns))) * columns
+            memory = np.empty(size + PAGE_SIZE // FLOAT_SIZE)
+            start = -memory.ctypes.data % PAGE_SIZE // FLOAT_SIZE
+            table = memory[start : start + size].reshape(-1, columns)
+            if n <= MAX_KEPT_ROWS:
                 self._tables[columns] = table
         return table[:n]
-
-
-def _on_a_page(n: int, columns: int) -> FloatArray:
-    memory = np.empty(n * columns + PAGE // SIZE)
-    start = -memory.ctypes.data % PAGE // SIZE
-    return memory[start : start + n * columns].reshape(n, columns)

@@ -1,6 +1,6 @@
 """Bézier elements of a set of faces: tables, evaluation, bounds, neighbours.
 
-Question: into which polynomials does a set of faces fall, and which lie side by side? Read
+Question: which polynomials form a set of faces, and which of them are neighbours? Read
 `extraction`, `element_arrays` (the tables that kernels get), `neighbours`, `refit` (control points
 that move).
 """

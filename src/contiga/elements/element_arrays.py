@@ -1,7 +1,7 @@
-"""The tables the search kernels work on.
+"""The tables of elements and patches that the search kernels work on.
 
-One record an element, a patch, a leaf or a node: a kernel is handed one array instead of twenty
-(handing a tuple of twenty arrays to a small function costs more than the function).
+Each element, patch, leaf or node is one record, so that a kernel gets one array instead of twenty:
+to pass a tuple of twenty arrays to a small function costs more than the function.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ ELEMENT = np.dtype(
         ("edge_tolerance", "f8"),  # largest width of an edge or a trimming piece of the element
         ("noise", "f8"),  # rounding of a point evaluated on it
         ("origin", "f8", 3),  # all coefficients are relative to it
-        ("about", "f8", 2),  # (s, t) that its powers are of the distance from: see `extraction`
+        ("about", "f8", 2),  # (s, t) about which its powers are expanded: see `extraction`
         ("box", "f8", 4),  # u0, u1, v0, v1
         ("cubic", "f8", 64),  # x, y, z, w as bicubics in (s, t) − about, power of s first
     ],
@@ -44,7 +44,7 @@ ELEMENT = np.dtype(
 
 PATCH = np.dtype(
     [
-        ("u", "i4", 2),  # first and one past the last of its breaks in u
+        ("u", "i4", 2),  # range of its breaks in u
         ("v", "i4", 2),
         ("first", "i4"),  # element (i, j) is first + i*nv + j
         ("adjacent", "i4", 2),  # range in `Grid.adjacent`: itself, then the patches it touches

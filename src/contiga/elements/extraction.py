@@ -1,12 +1,12 @@
 """Bézier elements of a set of faces: coefficients, boxes, states against the trims.
 
-Coefficients of an element are relative to a point of its own, and its powers are those of the
-distance from its middle. Of an element with a side that is one point, a pole, they are relative to
-the pole and of the distance from that side, and the coefficients that vanish there are exactly
-zero. With τ that distance, S − pole = τ C and S_s = τ C_s are then evaluated to a few units in the
-last place *of themselves*, however small τ is, so the direction of S_s, the normal and the
-tangential miss of a foot keep all their digits up to the pole. About another point S_s would be a
-difference of numbers of the size of the element: of its direction 1e-16/τ is lost.
+Coefficients of an element are relative to its own origin, and its powers are expanded about its
+middle. If a side is one point, a pole, the origin is the pole, the powers are expanded about that
+side, and the coefficients that vanish there are exactly zero. With the distance τ from the side,
+S − pole = τ C and S_s = τ C_s are then evaluated to a few units in the last place *of themselves*,
+however small τ is, so that the direction of S_s, the normal and the tangential miss of a foot keep
+all their digits up to the pole. About another point S_s would be a difference of numbers of the
+size of the element, and its direction would have an error of 1e-16/τ.
 """
 
 from __future__ import annotations
@@ -24,41 +24,37 @@ from contiga.geometry.kernels import trim_nb
 from contiga.geometry.trim import TrimTables
 from contiga.records import FloatArray
 
-# Monomials lose digits above this degree: such elements are evaluated in Bernstein form.
-MONOMIAL_DEGREE = 5
-# They lose digits too where weights of one element differ by more than this factor.
-MONOMIAL_WEIGHTS = 1e3
+# Monomials lose digits above this degree: elements are then evaluated in Bernstein form.
+MAX_MONOMIAL_DEGREE = 5
+# Monomials also lose digits if the weights of one element differ by more than this factor.
+MAX_WEIGHT_RATIO = 1e3
 # Sides shorter than this share of their element are a pole.
-POLE = 1e-12
-# Rounding of each of the steps in which a point is evaluated.
+POLE_TOL = 1e-12
+# Rounding of each step in the evaluation of a point.
 ROUNDING = 2.0 * float(np.finfo(float).eps)
 
 
 def monomial_matrix(degree: int, about: float = 0.0) -> FloatArray:
-    """Return the map from Bernstein coefficients on [0, 1] to powers of x − 1/2 − about.
-
-    It is (degree + 1, degree + 1).
-    """
+    """Return the matrix from Bernstein coefficients on [0, 1] to powers of x − 1/2 − about."""
     matrix = np.zeros((degree + 1, degree + 1))
-    low, high = np.array([0.5 - about, -1.0]), np.array([0.5 + about, 1.0])  # 1 − x and x in them
+    one_minus_x, x = np.array([0.5 - about, -1.0]), np.array([0.5 + about, 1.0])
     for k in range(degree + 1):
         poly = np.ones(1)
-        for _ in range(k):
-            poly = np.convolve(poly, high)
-        for _ in range(degree - k):
-            poly = np.convolve(poly, low)
+        for factor in [x] * k + [one_minus_x] * (degree - k):
+            poly = np.convolve(poly, factor)
         binomial = np.prod([(degree - m) / (m + 1) for m in range(k)])
         matrix[:, k] = binomial * poly
     return matrix
 
 
 def elements_of(body: Faces, trims: TrimTables) -> tuple[Elements, Grid]:
-    """The elements of `body`, their sides not joined yet, and where they stand."""
+    """Return the elements of `body`, without neighbours yet, and the grid of their places."""
     grids = [bezier.extract(patch) for patch in body.patches]
-    of_degrees: defaultdict[tuple[int, int], list[int]] = defaultdict(list)
+    patches_by_degrees: defaultdict[tuple[int, int], list[int]] = defaultdict(list)
     for k, patch in enumerate(body.patches):
-        of_degrees[patch.degrees].append(k)
-    nets = [_halved_between_poles(body, grids, alike) for alike in of_degrees.values()]
+        patches_by_degrees[patch.degrees].append(k)
+    groups = list(patches_by_degrees.values())
+    nets = [_split_between_poles(body, grids, group) for group in groups]
 
     breaks = [part for g in grids for part in (g.u_breaks, g.v_breaks)]
     end = np.cumsum([len(part) for part in breaks])
@@ -74,68 +70,75 @@ def elements_of(body: Faces, trims: TrimTables) -> tuple[Elements, Grid]:
     table["components"] = np.where([p.is_rational for p in body.patches], 4, 3)[of_patch]
     table["trim"] = trim_nb.box_states(trims, of_patch, box)
     coefs: list[FloatArray] = []
-    used = 0
-    for alike, (net, poles) in zip(of_degrees.values(), nets, strict=True):
-        where = np.concatenate([np.arange(first[k], first[k + 1]) for k in alike])
-        rows = table[where]
-        for part in fill(rows, net, poles, used):
+    n_coefs = 0
+    for group, (net, poles) in zip(groups, nets, strict=True):
+        rows = np.concatenate([np.arange(first[k], first[k + 1]) for k in group])
+        records = table[rows]
+        for part in fill(records, net, poles, n_coefs):
             coefs.append(part)
-            used += part.size
-        table[where] = rows
-    nothing = np.zeros(0, np.int32), np.zeros(0, np.int8)
-    return Elements(table, np.concatenate(coefs)), Grid(patches, np.concatenate(breaks), *nothing)
+            n_coefs += part.size
+        table[rows] = records
+    no_adjacency = np.zeros(0, np.int32), np.zeros(0, np.int8)
+    grid = Grid(patches, np.concatenate(breaks), *no_adjacency)
+    return Elements(table, np.concatenate(coefs)), grid
 
 
-def _halved_between_poles(
-    body: Faces, grids: list[bezier.BezierGrid], alike: list[int]
+def _split_between_poles(
+    body: Faces, grids: list[bezier.BezierGrid], group: list[int]
 ) -> tuple[FloatArray, NDArray[np.bool_]]:
-    """Return the coefficients (n, p + 1, q + 1, 4) and the poles of the elements of some patches.
+    """Return coefficients (n, p + 1, q + 1, 4) and poles (n, 4) of the elements of some patches.
 
-    The patches are `alike` in degrees. Elements with poles on two opposite sides are halved in
-    `grids` before.
+    The patches `group` have the same degrees. Elements with poles on two opposite sides are halved
+    in `grids` before.
     """
 
     def net() -> FloatArray:
-        parts = [grids[k].coefs for k in alike]
+        parts = [grids[k].coefs for k in group]
         return np.concatenate([part.reshape(-1, *part.shape[2:]) for part in parts])
 
     poles = _poles(net())
-    both = poles[:, ::2] & poles[:, 1::2]
-    if not both.any():
+    opposite = poles[:, ::2] & poles[:, 1::2]
+    if not opposite.any():
         return net(), poles
     first = 0
-    for k in alike:
+    for k in group:
         _, u, v = grids[k]
         n, m = len(u) - 1, len(v) - 1
-        here = both[first : first + n * m].reshape(n, m, 2)
+        in_patch = opposite[first : first + n * m].reshape(n, m, 2)
         first += n * m
-        if here.any():
-            cuts = (0.5 * (u[:-1] + u[1:]))[here[..., 0].any(axis=1)]
-            others = (0.5 * (v[:-1] + v[1:]))[here[..., 1].any(axis=0)]
-            grids[k] = bezier.extract(body.patches[k], cuts, others)
+        if in_patch.any():
+            u_cuts = (0.5 * (u[:-1] + u[1:]))[in_patch[..., 0].any(axis=1)]
+            v_cuts = (0.5 * (v[:-1] + v[1:]))[in_patch[..., 1].any(axis=0)]
+            grids[k] = bezier.extract(body.patches[k], u_cuts, v_cuts)
     return net(), _poles(net())
 
 
 def _poles(net: FloatArray) -> NDArray[np.bool_]:
     """Return which sides (n, 4) of elements have one point as control points, within rounding.
 
-    A side that is merely short stays what it is in the file; an element that is as thin all along
-    is a line, and has no pole.
+    A side that is merely short stays a side; an element that is thin over its full length is a
+    line, and has no pole.
     """
     p, q = net.shape[1] - 1, net.shape[2] - 1
     points = np.ascontiguousarray(np.moveaxis(net[..., :3] / net[..., 3:], 0, -1))
     rounding = ROUNDING * (p + q + 2) * np.abs(points).max(axis=(0, 1, 2))
-    near = np.maximum(rounding, POLE * np.ptp(points, axis=(0, 1)).max(axis=0))
-    point = [np.ptp(points, axis=axis).max(axis=1) <= near for axis in (1, 0)]
-    return np.stack([each[end] & ~each.all(axis=0) for each in point for end in (0, -1)], axis=1)
+    tol = np.maximum(rounding, POLE_TOL * np.ptp(points, axis=(0, 1)).max(axis=0))
+    collapsed = [np.ptp(points, axis=axis).max(axis=1) <= tol for axis in (1, 0)]
+    return np.stack([c[end] & ~c.all(axis=0) for c in collapsed for end in (0, -1)], axis=1)
 
 
 def fill(rows: Records, net: FloatArray, poles: NDArray[np.bool_], used: int) -> list[FloatArray]:
-    """Coefficients of elements of the same degrees about an origin of each element's own.
+    """Compute the coefficients of elements of the same degrees, each about its own origin.
 
-    `net` (n, p + 1, q + 1, 4) are homogeneous Bernstein coefficients, which are changed; `poles`
-    (n, 4) tell which sides are one point. Fills the rows' degree, origin, cubic, form and places;
-    returns what is to stand in the flat array from place `used` on.
+    Fills the degree, origin, cubic, form, noise and places of the records `rows`; returns the parts
+    of the flat array of coefficients from place `used` on.
+
+    Parameters
+    ----------
+    rows : (n,) `ELEMENT`
+    net : (n, p + 1, q + 1, 4) homogeneous Bernstein coefficients; changed
+    poles : (n, 4) sides that are one point
+    used : number of coefficients in the flat array before these
     """
     p, q = net.shape[1] - 1, net.shape[2] - 1
     rows["degree"] = p, q
@@ -153,29 +156,29 @@ def fill(rows: Records, net: FloatArray, poles: NDArray[np.bool_], used: int) ->
     rows["monomial"] = -1
     extent = np.abs(net[..., :3] / net[..., 3:]).max(axis=(1, 2, 3))
     rows["noise"] = ROUNDING * (p + q + 2) * extent
-    if max(p, q) > MONOMIAL_DEGREE:
+    if max(p, q) > MAX_MONOMIAL_DEGREE:
         return [net.ravel()]
     monomial = np.empty_like(net)
     for s, t in np.unique(rows["about"], axis=0).tolist():
-        there = (rows["about"] == (s, t)).all(axis=1)
-        rows_of_s = np.einsum("bj,eijc->eibc", monomial_matrix(q, t), net[there])
-        monomial[there] = np.einsum("ai,eibc->eabc", monomial_matrix(p, s), rows_of_s)
+        is_about = (rows["about"] == (s, t)).all(axis=1)
+        powers_of_t = np.einsum("bj,eijc->eibc", monomial_matrix(q, t), net[is_about])
+        monomial[is_about] = np.einsum("ai,eibc->eabc", monomial_matrix(p, s), powers_of_t)
     rows["monomial"] = used + net.size + stride * np.arange(len(rows))
     weights = net[..., 3].reshape(len(net), -1)
-    uneven = weights.max(axis=1) > MONOMIAL_WEIGHTS * weights.min(axis=1)
-    rows["monomial"][uneven] = -1
-    rows["noise"] *= np.where(uneven, 1.0, weights.max(axis=1) / weights.min(axis=1))
-    # Powers of the distance from a side are as large as their coefficients at the other one.
-    far = ~uneven & poles.any(axis=1)
-    largest = np.abs(monomial[far]).sum(axis=(1, 2))
-    rows["noise"][far] = np.maximum(
-        rows["noise"][far],
-        ROUNDING * (p + q + 2) * largest[:, :3].max(axis=1) / weights[far].min(axis=1),
+    is_uneven = weights.max(axis=1) > MAX_WEIGHT_RATIO * weights.min(axis=1)
+    rows["monomial"][is_uneven] = -1
+    rows["noise"] *= np.where(is_uneven, 1.0, weights.max(axis=1) / weights.min(axis=1))
+    # Powers of the distance from a side reach 1 at the opposite side, with all coefficients there.
+    from_pole = ~is_uneven & poles.any(axis=1)
+    largest = np.abs(monomial[from_pole]).sum(axis=(1, 2))
+    rows["noise"][from_pole] = np.maximum(
+        rows["noise"][from_pole],
+        ROUNDING * (p + q + 2) * largest[:, :3].max(axis=1) / weights[from_pole].min(axis=1),
     )
     if max(p, q) <= 3:
         cubic = np.zeros((len(net), 4, 4, 4))  # element, component, power of s, power of t
         cubic[:, :, : p + 1, : q + 1] = np.moveaxis(monomial, 3, 1)
         rows["cubic"] = cubic.reshape(-1, 64)
         form = np.where(rows["components"] == 4, RATIONAL_CUBIC, CUBIC)
-        rows["form"] = np.where(uneven, GENERAL, form)
+        rows["form"] = np.where(is_uneven, GENERAL, form)
     return [net.ravel(), monomial.ravel()]

@@ -1,7 +1,7 @@
-"""Find the element that continues the surface across each side, in a patch or beyond it.
+"""Find the element that continues the surface across each side, within a patch or across patches.
 
-Sides are matched by what they are in space: the same end points and the same points between.
-Faces that share a CAD edge without lining up element by element are listed as adjacent patches.
+Sides match if they have the same end points and the same points between in space. Faces that share
+a CAD edge without matching element by element are listed as adjacent patches.
 """
 
 from __future__ import annotations
@@ -18,31 +18,46 @@ from contiga.geometry.kernels.trim_nb import points_in_trim
 from contiga.geometry.slits import gaping_edges
 from contiga.records import FloatArray, IntArray
 
-# Sides closer than this share of the body's size are one side.
-MATCH = 1e-7
-# Sides shorter than this share of the body's size are one point.
-COLLAPSED = 1e-9
-# Normals that differ by less than this (radians) make a smooth joint.
+# Largest distance of matching sides, as a share of the body's size.
+MATCH_TOL = 1e-7
+# Length of a side, as a share of the body's size, up to which it is one point.
+COLLAPSE_TOL = 1e-9
+# Largest angle between the normals at a smooth joint, rad.
 SMOOTH_ANGLE = 1e-6
-# How far from a pole, as a share of an element, it is asked whether trims leave the face there.
-BESIDE_POLE = 1e-3
+# Distance from a pole, as a share of an element, at which the face is checked against the trims.
+POLE_OFFSET = 1e-3
 
 
 def join(elements: Elements, grid: Grid, body: Faces) -> Grid:
-    """Fill in the sides of `elements`; returns `grid` with the list of touching patches."""
+    """Fill in the sides of `elements`; return `grid` with the list of adjacent patches."""
     table = elements.table
     points, normals = sides_nb.sample(elements)  # (n, 4, 5, 3), body axes
     size = body.size
     n = len(table)
-    kind = np.full((n, 4), BORDER)
     neighbour = np.full((n, 4), -1)
     side = np.zeros((n, 4), int)
     flip = np.zeros((n, 4), int)
-    collapsed = np.ptp(points, axis=2).max(axis=2) <= COLLAPSED * size
-    _within_patches(grid, neighbour, side)
-    _across(points, collapsed, neighbour, side, flip, MATCH * size)
-    linked = neighbour >= 0
-    kind[linked] = _joint(normals, neighbour, side, flip)[linked]
+    for patch in grid.patches:
+        nu, nv = int(np.ptp(patch["u"])) - 1, int(np.ptp(patch["v"])) - 1
+        index = int(patch["first"]) + np.arange(nu * nv).reshape(nu, nv)
+        for element, across_side, s, side_across in (
+            (index[1:], index[:-1], 0, 1),
+            (index[:-1], index[1:], 1, 0),
+            (index[:, 1:], index[:, :-1], 2, 3),
+            (index[:, :-1], index[:, 1:], 3, 2),
+        ):
+            neighbour[element, s] = across_side
+            side[element, s] = side_across
+    collapsed = np.ptp(points, axis=2).max(axis=2) <= COLLAPSE_TOL * size
+    _match_sides(points, collapsed, neighbour, side, flip, MATCH_TOL * size)
+
+    # Normals on both sides of each joint; rows without a neighbour are not used.
+    across_side = normals[neighbour, side]
+    across_side = np.where(flip[:, :, None, None] == 1, across_side[:, :, ::-1], across_side)
+    sine = np.linalg.norm(np.cross(normals, across_side), axis=3).max(axis=2)
+    cosine = (normals * across_side).sum(axis=3).min(axis=2)
+    joint = np.where((sine < SMOOTH_ANGLE) & (cosine > 0.0), SMOOTH, CREASE)
+    kind = np.where(neighbour >= 0, joint, BORDER)
     kind[collapsed] = POLE
     neighbour[collapsed] = -1
     _mark_shared(table["patch"], body, kind)
@@ -50,26 +65,12 @@ def join(elements: Elements, grid: Grid, body: Faces) -> Grid:
     table["neighbour"] = neighbour
     table["neighbour_side"] = side
     table["flip"] = flip
-    table["ring"] = _rings(points[:, :, 0], collapsed, MATCH * size)
-    table["round"] = _round(table, normals, body)
+    table["ring"] = _rings(points[:, :, 0], collapsed, MATCH_TOL * size)
+    table["round"] = _smooth_poles(table, normals, body)
     return _with_adjacency(grid, table["patch"], body, neighbour)
 
 
-def _within_patches(grid: Grid, neighbour: IntArray, side: IntArray) -> None:
-    for row in grid.patches:
-        nu, nv = int(np.ptp(row["u"])) - 1, int(np.ptp(row["v"])) - 1
-        index = int(row["first"]) + np.arange(nu * nv).reshape(nu, nv)
-        for here, other, a, b in (
-            (index[1:], index[:-1], 0, 1),
-            (index[:-1], index[1:], 1, 0),
-            (index[:, 1:], index[:, :-1], 2, 3),
-            (index[:, :-1], index[:, 1:], 3, 2),
-        ):
-            neighbour[here, a] = other
-            side[here, a] = b
-
-
-def _across(
+def _match_sides(
     points: FloatArray,
     collapsed: np.ndarray,
     neighbour: IntArray,
@@ -77,7 +78,7 @@ def _across(
     flip: IntArray,
     tolerance: float,
 ) -> None:
-    """Match the open sides of all patches (seams included) by their points in space."""
+    """Match the open sides of all patches, seams included, by their points in space."""
     e, s = np.nonzero((neighbour < 0) & ~collapsed)
     if len(e) < 2:
         return
@@ -86,32 +87,23 @@ def _across(
     if len(pairs) == 0:
         return
     a, b = curves[pairs[:, 0]], curves[pairs[:, 1]]
-    same = np.abs(a - b).max(axis=(1, 2))
-    turned = np.abs(a - b[:, ::-1]).max(axis=(1, 2))
-    off = np.minimum(same, turned)
-    for k in np.argsort(off, kind="stable"):
-        if off[k] > tolerance:
+    forward_dist = np.abs(a - b).max(axis=(1, 2))
+    reverse_dist = np.abs(a - b[:, ::-1]).max(axis=(1, 2))
+    distance = np.minimum(forward_dist, reverse_dist)
+    for k in np.argsort(distance, kind="stable"):
+        if distance[k] > tolerance:
             break
         i, j = pairs[k]
         if neighbour[e[i], s[i]] >= 0 or neighbour[e[j], s[j]] >= 0:
             continue  # more than two sides in one place: only the closest pair is joined
-        for here, other in ((i, j), (j, i)):
-            neighbour[e[here], s[here]] = e[other]
-            side[e[here], s[here]] = s[other]
-            flip[e[here], s[here]] = turned[k] < same[k]
-
-
-def _joint(normals: FloatArray, neighbour: IntArray, side: IntArray, flip: IntArray) -> np.ndarray:
-    """SMOOTH or CREASE of every side that has a neighbour."""
-    other = normals[neighbour, side]  # rows without a neighbour read nonsense and are not used
-    other = np.where(flip[:, :, None, None] == 1, other[:, :, ::-1], other)
-    sine = np.linalg.norm(np.cross(normals, other), axis=3).max(axis=2)
-    cosine = (normals * other).sum(axis=3).min(axis=2)
-    return np.where((sine < SMOOTH_ANGLE) & (cosine > 0.0), SMOOTH, CREASE)
+        for m, n in ((i, j), (j, i)):
+            neighbour[e[m], s[m]] = e[n]
+            side[e[m], s[m]] = s[n]
+            flip[e[m], s[m]] = reverse_dist[k] < forward_dist[k]
 
 
 def _rings(corner: FloatArray, collapsed: np.ndarray, tolerance: float) -> IntArray:
-    """Return (n, 4) the next of the sides (element*4 + side) that collapse to the same point."""
+    """Return (n, 4) next of the sides (element*4 + side) that collapse to the same pole."""
     ring = np.full(collapsed.shape, -1)
     e, s = np.nonzero(collapsed)
     if len(e) == 0:
@@ -119,96 +111,92 @@ def _rings(corner: FloatArray, collapsed: np.ndarray, tolerance: float) -> IntAr
     first, second = near_pairs(corner[e, s], tolerance).T
     label = groups_of(first, second, len(e))
     for pole in np.unique(label):
-        elements = np.flatnonzero(label == pole)
-        after = np.roll(elements, -1)
-        ring[e[elements], s[elements]] = 4 * e[after] + s[after]
+        rows = np.flatnonzero(label == pole)
+        next_rows = np.roll(rows, -1)
+        ring[e[rows], s[rows]] = 4 * e[next_rows] + s[next_rows]
     return ring
 
 
-def _round(table: Records, normals: FloatArray, body: Faces) -> IntArray:
-    """Return 1 (n, 4) for sides at whose pole the surface has one tangent plane, as a sphere has.
+def _smooth_poles(table: Records, normals: FloatArray, body: Faces) -> IntArray:
+    """Return (n, 4) 1 for sides at whose pole the surface has a tangent plane, as a sphere has.
 
-    There it has a normal as anywhere else, and a foot is none at a vertex. `normals` (n, 4, 5, 3)
-    are those along the sides.
+    There it has a normal as elsewhere, and a foot at the pole is not at a vertex. `normals`
+    (n, 4, 5, 3) are the normals along the sides.
     """
     ring = table["ring"]
-    found = np.zeros(ring.shape, int)
-    seen = np.zeros(ring.shape, bool)
+    is_smooth = np.zeros(ring.shape, int)
+    visited = np.zeros(ring.shape, bool)
     for e, side in np.argwhere(ring >= 0).tolist():
-        around = []
-        while not seen[e, side]:
-            seen[e, side] = True
-            around.append((e, side))
+        sides_at_pole = []
+        while not visited[e, side]:
+            visited[e, side] = True
+            sides_at_pole.append((e, side))
             e, side = divmod(int(ring[e, side]), 4)
-        if around:
-            rows, sides = np.array(around).T
-            here = normals[rows, sides].reshape(-1, 3)
-            off = np.linalg.norm(here - here[0], axis=1).max()
-            flat = here[0].any() and off < SMOOTH_ANGLE
-            whole = set(rows.tolist())
-            found[rows, sides] = flat and all(_goes_on(table, body, whole, *at) for at in around)
-    return found
+        if sides_at_pole:
+            rows, sides = np.array(sides_at_pole).T
+            normal = normals[rows, sides].reshape(-1, 3)
+            deviation = np.linalg.norm(normal - normal[0], axis=1).max()
+            elements = set(rows.tolist())
+            is_smooth[rows, sides] = (
+                normal[0].any()
+                and deviation < SMOOTH_ANGLE
+                and all(_surrounds_pole(table, body, elements, e, s) for e, s in sides_at_pole)
+            )
+    return is_smooth
 
 
-def _goes_on(table: Records, body: Faces, around: set[int], e: int, pole: int) -> bool:
-    """Whether the face is there beside the pole and joined to its neighbours around it.
+def _surrounds_pole(table: Records, body: Faces, elements: set[int], e: int, pole: int) -> bool:
+    """Return whether element e is not trimmed at its pole and joined to the next ones around it.
 
-    Both sides that start from the pole must lead to other faces of those `around` it.
+    Both sides that start from the pole must lead to other `elements` at the pole.
     """
-    along = 2 if pole < 2 else 0
-    if not around.issuperset(table["neighbour"][e, along : along + 2].tolist()):
+    first = 2 if pole < 2 else 0
+    if not elements.issuperset(table["neighbour"][e, first : first + 2].tolist()):
         return False
     (u0, u1), (v0, v1) = table["box"][e].reshape(2, 2)
-    share, off = (
-        np.linspace(0.05, 0.95, 5),
-        np.full(5, BESIDE_POLE if pole % 2 == 0 else 1.0 - BESIDE_POLE),
-    )
-    s, t = (off, share) if pole < 2 else (share, off)
-    places = np.column_stack([u0 + s * (u1 - u0), v0 + t * (v1 - v0)])
-    return bool(points_in_trim(body.trim_tables, int(table["patch"][e]), places).all())
+    x = np.linspace(0.05, 0.95, 5)
+    y = np.full(5, POLE_OFFSET if pole % 2 == 0 else 1.0 - POLE_OFFSET)
+    s, t = (y, x) if pole < 2 else (x, y)
+    uv = np.column_stack([u0 + s * (u1 - u0), v0 + t * (v1 - v0)])
+    return bool(points_in_trim(body.trim_tables, int(table["patch"][e]), uv).all())
 
 
 def _mark_shared(patch_of: IntArray, body: Faces, kind: IntArray) -> None:
-    """Natural sides on which the topology knows a second face: SHARED instead of BORDER."""
-    shared: dict[tuple[int, int], bool] = {}
+    """Mark natural sides with a second face in the topology as SHARED instead of BORDER."""
+    is_shared: dict[tuple[int, int], bool] = {}
     for edge, gapes in zip(body.edges, gaping_edges(body), strict=True):
         for use in edge.uses:
             if use.loop < 0:
                 key = (use.patch, use.index)
-                shared[key] = shared.get(key, True) and len(edge.uses) > 1 and not gapes
-    for (patch, side), both in shared.items():
-        inside = patch_of == patch
-        if both:
-            kind[inside, side] = np.where(kind[inside, side] == BORDER, SHARED, kind[inside, side])
+                is_shared[key] = is_shared.get(key, True) and len(edge.uses) > 1 and not gapes
+    for (patch, side), shared in is_shared.items():
+        if shared:
+            kind[(patch_of == patch) & (kind[:, side] == BORDER), side] = SHARED
 
 
 def _with_adjacency(grid: Grid, patch_of: IntArray, body: Faces, neighbour: IntArray) -> Grid:
-    """`grid` with, for each patch, itself and then the patches it touches."""
+    """Return `grid` with, for each patch, the list of itself and then the patches it touches."""
     n = len(body.patches)
-    linked: list[set[int]] = [set() for _ in range(n)]
-    touching: list[set[int]] = [set() for _ in range(n)]
+    joined: list[set[int]] = [set() for _ in range(n)]
+    on_edge: list[set[int]] = [set() for _ in range(n)]
     e, s = np.nonzero(neighbour >= 0)
     pairs = np.stack([patch_of[e], patch_of[neighbour[e, s]]], axis=1)
     for i, j in np.unique(pairs, axis=0).tolist():
-        linked[i].add(j)
+        joined[i].add(j)
     for edge in body.edges:
         patches = {use.patch for use in edge.uses}
         for i in patches:
-            touching[i] |= patches
+            on_edge[i] |= patches
     adjacent: list[int] = []
     loose: list[int] = []
-    patches_table = grid.patches.copy()
+    table = grid.patches.copy()
     for i in range(n):
-        others = sorted((linked[i] | touching[i]) - {i})
-        patches_table["adjacent"][i] = len(adjacent), len(adjacent) + 1 + len(others)
-        adjacent += [i, *others]
+        touching = sorted((joined[i] | on_edge[i]) - {i})
+        table["adjacent"][i] = len(adjacent), len(adjacent) + 1 + len(touching)
+        adjacent += [i, *touching]
         loose.append(0)
-        for j in others:
-            whole = body.trims[i] is None and body.trims[j] is None
-            loose.append(int(j in touching[i] and not (j in linked[i] and whole)))
-    return Grid(
-        patches_table,
-        grid.breaks,
-        np.array(adjacent, dtype=np.int32),
-        np.array(loose, dtype=np.int8),
-    )
+        for j in touching:
+            is_untrimmed = body.trims[i] is None and body.trims[j] is None
+            loose.append(int(j in on_edge[i] and not (j in joined[i] and is_untrimmed)))
+    adjacent_array = np.array(adjacent, dtype=np.int32)
+    return Grid(table, grid.breaks, adjacent_array, np.array(loose, dtype=np.int8))

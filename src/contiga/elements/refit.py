@@ -1,8 +1,8 @@
-"""Bézier elements of faces whose control points have moved: topology stays, coefficients follow.
+"""Bézier elements of faces whose control points have moved: only coefficients change.
 
 The map from control points to the coefficients of elements (Bézier extraction) depends on degrees
-and knots alone. So do patches, parameters, neighbours, poles and trims. What a shape decides is
-worked out for each: coefficients, origins, rounding.
+and knots alone. So do patches, parameters, neighbours, poles and trims. Coefficients, origins and
+rounding depend on the shape, and are computed for each.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ class PatchMap(NamedTuple):
         return coefs.reshape(-1, *coefs.shape[2:])
 
 
-class Alike(NamedTuple):
+class SameDegrees(NamedTuple):
     """Patches of the same degrees."""
 
     maps: tuple[PatchMap, ...]
@@ -51,66 +51,66 @@ class Refit(NamedTuple):
     """The elements of a body for any control points."""
 
     table: Records
-    """(n,) `ELEMENT`: what does not depend on the shape is right, the rest is that at rest."""
-    groups: tuple[Alike, ...]
+    """(n,) `ELEMENT` at rest; fields that do not depend on the shape are always valid."""
+    groups: tuple[SameDegrees, ...]
 
     def at(self, control_points: FloatArray, growth: float) -> Elements:
-        """Elements of the control points (m, 3), in a body so many times as large as at rest."""
+        """Return the elements for control points (m, 3); `growth` is the size over that at rest."""
         table = self.table.copy()
-        for name in ("width", "edge_tolerance"):  # they hold rounding, which grows with the body
+        for name in ("width", "edge_tolerance"):  # they include rounding, which grows with the body
             table[name] *= max(growth, 1.0)
         coefs: list[FloatArray] = []
-        used = 0
+        n_coefs = 0
         for group in self.groups:
-            net = np.concatenate([each.coefs(control_points) for each in group.maps])
-            rows = table[group.rows]
-            for part in fill(rows, net, group.poles, used):
+            net = np.concatenate([map_.coefs(control_points) for map_ in group.maps])
+            records = table[group.rows]
+            for part in fill(records, net, group.poles, n_coefs):
                 coefs.append(part)
-                used += part.size
-            table[group.rows] = rows
+                n_coefs += part.size
+            table[group.rows] = records
         return Elements(table, np.concatenate([part.ravel() for part in coefs]))
 
 
 def refit_of(body: Faces, net: ControlNet, elements: Elements, grid: Grid) -> Refit:
-    """Collect what stays of `elements` as the control points of `body` move.
+    """Collect the data of `elements` that stay valid as the control points of `body` move.
 
-    Across a knot line the surface stays as smooth as the knots say; a joint of patches, a seam or
-    a pole that is smooth at rest may get a kink, so each counts as one.
+    Across a knot line the surface stays as smooth as the knots allow; a joint of patches, a seam or
+    a pole that is smooth at rest may get a kink, so that each counts as one.
     """
     table = elements.table.copy()
     maps = []
     for k, patch in enumerate(body.patches):
-        ends = grid.patches[k]
-        u, v = (grid.breaks[ends[name][0] : ends[name][1]] for name in ("u", "v"))
+        record = grid.patches[k]
+        u, v = (grid.breaks[record[name][0] : record[name][1]] for name in ("u", "v"))
         weights = np.ones(net.control[k].shape) if patch.weights is None else patch.weights
         map_ = PatchMap(net.control[k], weights[..., None].copy(), extraction_of(patch, u, v))
         maps.append(map_)
         for axis, breaks in enumerate((u, v)):
-            _mark_knots(table, k, axis, patch.knots[axis], patch.degrees[axis], breaks)
+            _mark_knot_lines(table, k, axis, patch.knots[axis], patch.degrees[axis], breaks)
     table["round"] = 0
     groups = []
     for degrees in dict.fromkeys(patch.degrees for patch in body.patches):
-        alike = [k for k, patch in enumerate(body.patches) if patch.degrees == degrees]
-        rows = np.concatenate([np.flatnonzero(table["patch"] == k) for k in alike])
+        group = [k for k, patch in enumerate(body.patches) if patch.degrees == degrees]
+        rows = np.concatenate([np.flatnonzero(table["patch"] == k) for k in group])
         about = table["about"][rows]
         poles = np.stack([about[:, 0], -about[:, 0], about[:, 1], -about[:, 1]], axis=1) < 0.0
-        groups.append(Alike(tuple(maps[k] for k in alike), rows, poles))
+        groups.append(SameDegrees(tuple(maps[k] for k in group), rows, poles))
     return Refit(table, tuple(groups))
 
 
-def _mark_knots(
+def _mark_knot_lines(
     table: Records, patch: int, axis: int, knots: FloatArray, degree: int, breaks: FloatArray
 ) -> None:
-    """Mark the sides of a patch's elements that have others across them.
+    """Mark the two sides of a patch's elements at constant u (axis 0) or v, if joined to another.
 
-    The sides are those of either end of one parameter. A side is SMOOTH where the surface continues
-    within the patch over a knot of less than full multiplicity, else CREASE.
+    A side is SMOOTH if the surface continues within the patch over a knot of less than full
+    multiplicity, else CREASE.
     """
     rows = np.flatnonzero(table["patch"] == patch)
-    times = (knots[:, None] == breaks).sum(axis=0)
+    multiplicity = (knots[:, None] == breaks).sum(axis=0)
     for side in (2 * axis, 2 * axis + 1):
-        at = np.searchsorted(breaks, table["box"][rows, side])
-        inner = (at > 0) & (at < len(breaks) - 1)
-        linked = (table["neighbour"][rows, side] >= 0) & (table["kind"][rows, side] != POLE)
-        kind = np.where(inner & (times[at] < degree), SMOOTH, CREASE)
-        table["kind"][rows[linked], side] = kind[linked]
+        k = np.searchsorted(breaks, table["box"][rows, side])
+        is_inner = (k > 0) & (k < len(breaks) - 1)
+        is_joined = (table["neighbour"][rows, side] >= 0) & (table["kind"][rows, side] != POLE)
+        kind = np.where(is_inner & (multiplicity[k] < degree), SMOOTH, CREASE)
+        table["kind"][rows[is_joined], side] = kind[is_joined]

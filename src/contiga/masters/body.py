@@ -1,4 +1,4 @@
-"""Body: a rigid master of exact geometry, and what can be asked of it."""
+"""Body: a rigid master of exact geometry."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ if TYPE_CHECKING:
     from contiga.search.exact_surface import ExactSurface
     from contiga.triangles.trimesh import TriMesh
 
-# The search is imported when it is first asked for: it takes longer than reading a small file.
+# The search is imported at its first use: that takes longer than reading a small file.
 
 _MOMENTS = DiskCache("moments", trim_area.__file__)
 
@@ -46,18 +46,18 @@ class Body(Faces, Queries):
     Parameters
     ----------
     patches : NurbsSurface, one or more
-    name : what reports and messages call it
+    name : name in reports and messages
     trims : one entry a patch: None for the whole natural rectangle, else loops of p-curves in the
         patch's (u, v), head to tail. The even-odd rule decides what is inside. All None if omitted.
     edges : `BodyEdge`, which patches share which edge
     unit : length unit of the coordinates, None if unknown
-    reference_point : (3,) point the wrench is taken about, length, body frame
+    reference_point : (3,) point about which the wrench is taken, length, body frame
 
     Raises
     ------
     GeometryError
         No patches, a count of trims that does not fit, loops that do not close or leave the
-        patch's rectangle, edges that name patches which are not there.
+        patch's rectangle, edges that name patches which do not exist.
 
     Bodies are immutable; methods return new ones. They compare and hash by identity.
 
@@ -111,7 +111,7 @@ class Body(Faces, Queries):
     def net(self) -> ControlNet:
         """The control points of all patches in one array, as `Contact.step` is told new ones.
 
-        Those that patches share, along edges, seams and at poles, are in it once.
+        Points that patches share, along edges, seams and at poles, occur once.
 
         >>> import contiga as cg
         >>> ball = Body([cg.shapes.sphere(radius=1.0)])
@@ -141,16 +141,16 @@ class Body(Faces, Queries):
     def closed(self) -> bool:
         """Whether the surface has no border and its faces agree on the free side.
 
-        Told by the edges: each is used by two faces that meet there within its tolerance.
+        Each edge is then used by two faces that meet there within its tolerance.
         """
         return self.openings.closed
 
     def mass_properties(self, density: float) -> MassProperties:
         """Mass, centre and inertia of the solid that a closed body encloses.
 
-        The divergence theorem over the exact faces, trims obeyed, to about 1e-9 (after Mirtich,
-        Fast and accurate computation of polyhedral mass properties, 1996); where faces gape within
-        the tolerance of their edges, to the volume of the gaps. `density` is a mass a length³.
+        By the divergence theorem over the exact trimmed faces, to about 1e-9 (after Mirtich, Fast
+        and accurate computation of polyhedral mass properties, 1996); if faces gape within the
+        tolerance of their edges, to the volume of the gaps. `density` is a mass per length³.
 
         Raises
         ------
@@ -185,8 +185,8 @@ class Body(Faces, Queries):
         """Triangles of the faces, trims obeyed, without cracks at shared edges.
 
         `tol` is a length for "chord" and an area by patch for "net", as for patches. No side is
-        longer than `size`, a length; if omitted, triangles are as large as the tolerance lets them
-        be, so that a flat face has the points of its border only.
+        longer than `size`, a length; if omitted, triangles are as large as the tolerance allows,
+        so that a flat face has the points of its border only.
 
         Raises
         ------
@@ -203,11 +203,11 @@ class Body(Faces, Queries):
     def split(self, plane: tuple[ArrayLike, ArrayLike]) -> tuple[Body, Body]:
         """Cut the body in two by a plane, by OpenCASCADE.
 
-        Pieces that are closed stay so, by new flat faces in the plane; open ones are cut along it.
+        Closed pieces stay closed, by new flat faces in the plane; open ones are cut along it.
 
         Parameters
         ----------
-        plane : a point (3,) of it, length, and its normal (3,)
+        plane : a point (3,) of the plane, length, and its normal (3,)
 
         Returns
         -------
@@ -217,7 +217,7 @@ class Body(Faces, Queries):
         Raises
         ------
         InputError
-            No point and normal.
+            The plane is not a point and a normal.
         GeometryError
             The plane misses the body.
         MissingPackageError
@@ -231,7 +231,7 @@ class Body(Faces, Queries):
         >>> above.closed, round(above.volume() / math.pi, 6), round(below.volume() / math.pi, 6)
         (True, 0.208333, 1.125)
         """
-        # By its name: OpenCASCADE is spoken to in a room above, and only when this is called.
+        # Imported by name: the room for OpenCASCADE is above this one, and loaded only here.
         parts: tuple[Body, Body] = import_module("contiga.io.cad.split_body").split(self, plane)
         return parts
 
@@ -296,7 +296,7 @@ class Body(Faces, Queries):
         Raises
         ------
         GeometryError
-            As said.
+            It is such a body.
         """
         from contiga.search.tables import check_size
 

@@ -1,7 +1,7 @@
-"""The search on a closed master of a user's own, of which only closest points are known.
+"""The search on a closed master of a user's own that provides closest points only.
 
-Where a path crosses the surface is found by steps as long as the distance to it: the distance
-changes by no more than the way (Hart, Sphere tracing, 1996).
+Sphere tracing finds where a path crosses the surface: steps as long as the distance to it cannot
+pass it, because the distance changes by no more than the step (Hart, Sphere tracing, 1996).
 """
 
 from __future__ import annotations
@@ -33,27 +33,27 @@ from contiga.statuses import Feature, Status
 ClosestPoints: TypeAlias = Callable[[FloatArray], tuple[ArrayLike, ArrayLike]]
 """From points (n, 3), body axes, to their closest points (n, 3) and unit normals there (n, 3)."""
 
-SHORTEST = 2.0**-10
-"""Part of a path that a search for crossings goes on by at least. What comes in and leaves again
+MIN_STEP = 2.0**-10
+"""Least step of a search for crossings, as a share of the path. A path that enters and leaves again
 within it may be missed."""
-DIFFERENCE = float(np.cbrt(np.finfo(np.float64).eps))
-"""Step of differences, as a share of the coordinates."""
-HALVINGS = 60
-"""By which a crossing is found to the last bits of its place on the path."""
+DIFFERENCE_STEP = float(np.cbrt(np.finfo(np.float64).eps))
+"""Step of central differences, as a share of the coordinates."""
+N_HALVINGS = 60
+"""Number of bisections, which find a crossing to the last bits of its place on the path."""
 
 
 def closest_point_search(closest_points: ClosestPoints) -> Surface:
     """Make the `surface` of a `Master` of one's own, whose closest points are known.
 
     The surface must be closed, or bound a half-space or the like: each point lies inside or
-    outside. Feet count as proved. On bodies that are thinner than a penetration the nearest wall
-    pushes, wherever a point came in.
+    outside. Feet count as proved. On bodies thinner than a penetration the nearest wall pushes,
+    wherever a point entered.
 
     Parameters
     ----------
     closest_points : from points (n, 3), body axes, to their closest points on the surface (n, 3)
-        and the unit normals there (n, 3), which point outward. At an edge a normal says on which
-        side its point is. A point without a closest one has NaN there
+        and the unit normals there (n, 3), which point outward. At an edge the normal decides on
+        which side the point is. A point without a closest one has NaN there
 
     Raises
     ------
@@ -85,7 +85,7 @@ def closest_point_search(closest_points: ClosestPoints) -> Surface:
 
 
 class ClosestPointSearch(NamedTuple):
-    """A `Surface` that knows its closest points and nothing else; see `closest_point_search`."""
+    """A `Surface` by closest points alone; see `closest_point_search`."""
 
     closest_points: ClosestPoints
 
@@ -111,26 +111,26 @@ class ClosestPointSearch(NamedTuple):
         out: Projection,
         within: FloatArray | None = None,
     ) -> None:
-        """Closest points; what is known of their distances would save nothing."""
+        """Closest points; bounds `within` of their distances would save nothing."""
         if len(rows) == 0:
             return
         points = p_B[rows]
-        foot, normal = self._checked(points)
-        away = points - foot
-        gap = np.copysign(row_lengths(away), row_products(away, normal))
-        found = np.isfinite(gap)
-        out.patch[rows] = np.where(found, 0, -1)
+        foot, normal = self._closest_points(points)
+        arm = points - foot
+        gap = np.copysign(row_lengths(arm), row_products(arm, normal))
+        has_foot = np.isfinite(gap)
+        out.patch[rows] = np.where(has_foot, 0, -1)
         out.uv[rows] = 0.0
         out.point[rows], out.normal[rows], out.gap[rows] = foot, normal, gap
         out.feature[rows] = Feature.FACE
-        out.status[rows] = np.where(found, Status.OK, Status.MAX_ITERATIONS)
-        out.certified[rows] = found
+        out.status[rows] = np.where(has_foot, Status.OK, Status.MAX_ITERATIONS)
+        out.certified[rows] = has_foot
 
-    def _checked(self, points: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Return what `closest_points` answers; refuse it where a row is no point and normal."""
-        answer = self.closest_points(points)
+    def _closest_points(self, points: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return the user's closest points and normals; refuse results of another shape."""
+        result = self.closest_points(points)
         try:
-            foot, normal = (np.asarray(part, dtype=np.float64) for part in answer)
+            foot, normal = (np.asarray(part, dtype=np.float64) for part in result)
         except (TypeError, ValueError):
             foot = normal = np.zeros(0)
         if not foot.shape == normal.shape == points.shape:
@@ -150,12 +150,11 @@ class ClosestPointSearch(NamedTuple):
         starts: SurfacePlaces,
         out: Projection,
     ) -> None:
-        """Closest points, of walls that do not face away; farther ones are not known."""
+        """Closest points, of walls that do not face away; there are no farther ones."""
         self.closest(p_B, np.arange(len(p_B), dtype=np.int32), out)
-        facing = row_products(out.normal, guards) >= limits.cosine
-        facing &= (out.gap <= 0.0) & (-out.gap >= limits.near)
-        facing &= -out.gap <= limits.far
-        out.status[~facing] = Status.MAX_ITERATIONS
+        is_facing = row_products(out.normal, guards) >= limits.cosine
+        is_facing &= (out.gap <= 0.0) & (-out.gap >= limits.near) & (-out.gap <= limits.far)
+        out.status[~is_facing] = Status.MAX_ITERATIONS
 
     def track(
         self,
@@ -165,60 +164,61 @@ class ClosestPointSearch(NamedTuple):
         out: Projection,
         before: FloatArray | None = None,
     ) -> None:
-        """Closest points, wherever feet were."""
+        """Closest points, regardless of the previous feet."""
         self.closest(p_B, np.arange(len(p_B), dtype=np.int32), out)
 
     def slopes(self, p_B: FloatArray, feet: Projection, out: FootSlopes) -> None:
-        """By central differences of normals, which miss by 1e-10 of what they turn by."""
+        """Derivatives by central differences of normals, with a relative error of 1e-10."""
         out.depth[...] = -feet.normal
-        step = DIFFERENCE * float(np.abs(p_B).max(initial=0.0))
+        step = DIFFERENCE_STEP * float(np.abs(p_B).max(initial=0.0))
         for j in range(3):
-            way = step * np.eye(3)[j]
-            ahead, behind = self._checked(p_B + way)[1], self._checked(p_B - way)[1]
+            shift = step * np.eye(3)[j]
+            _, ahead = self._closest_points(p_B + shift)
+            _, behind = self._closest_points(p_B - shift)
             out.normal[:, :, j] = (ahead - behind) / (2.0 * step)
 
     def entries(self, a_B: FloatArray, b_B: FloatArray, rows: IntArray) -> Hit:
         """First crossings from outside to inside."""
         a, b = a_B[rows], b_B[rows]
-        share, _ = self._first_change(a, b, entries_only=True)
-        return _hits(a, b, share)
+        fraction, _ = self._first_change(a, b, entries_only=True)
+        return _hits(a, b, fraction)
 
     def last_crossings(
         self, a_B: FloatArray, b_B: FloatArray, rows: IntArray
     ) -> tuple[Hit, ByteArray]:
-        """Crossings of either sense nearest to the ends: the first ones on the way back."""
+        """Crossings of either sense nearest to the ends: the first ones of the reversed paths."""
         a, b = a_B[rows], b_B[rows]
-        back, sense = self._first_change(b, a, entries_only=False)
-        return _hits(a, b, 1.0 - back), (-sense).astype(np.int8)
+        from_end, sense = self._first_change(b, a, entries_only=False)
+        return _hits(a, b, 1.0 - from_end), (-sense).astype(np.int8)
 
     def _first_change(
         self, start: FloatArray, end: FloatArray, *, entries_only: bool
     ) -> tuple[FloatArray, ByteArray]:
-        """Return where paths first change sides, as a share (n,) of the way, and in which sense.
+        """Return the fraction (n,) at which paths first change sides, and in which sense.
 
-        The share is NaN where a path does not change sides. The sense is 1 on the way in, −1 on the
-        way out.
+        The fraction is NaN if a path does not change sides. The sense is 1 if it enters there, −1
+        if it leaves.
         """
         n, length = len(start), row_lengths(end - start)
-        share, sense = np.full(n, np.nan), np.zeros(n, np.int8)
-        at, gap = np.zeros(n), np.nan_to_num(self._gaps(start), nan=0.0)
-        left = np.flatnonzero((length > 0.0) & np.isfinite(length))
-        while len(left):
-            step = np.maximum(np.abs(gap[left]) / length[left], SHORTEST)
-            to = np.minimum(at[left] + step, 1.0)
-            new = self._gaps(_along(start, end, left, to))
-            unknown = np.isnan(new)  # such a place does not change the side
-            new[unknown] = np.copysign(1e-300, gap[left][unknown])
-            change = (gap[left] > 0.0) != (new > 0.0)
-            change &= (gap[left] > 0.0) | (not entries_only)
-            rows = left[change]
-            share[rows] = self._halved(start, end, rows, at[rows], to[change])
-            sense[rows] = np.where(gap[rows] > 0.0, 1, -1)
-            at[left], gap[left] = to, new
-            left = left[~change & (to < 1.0)]
-        return share, sense
+        fraction, sense = np.full(n, np.nan), np.zeros(n, np.int8)
+        t, gap = np.zeros(n), np.nan_to_num(self._gaps(start), nan=0.0)
+        rows = np.flatnonzero((length > 0.0) & np.isfinite(length))
+        while len(rows):
+            step = np.maximum(np.abs(gap[rows]) / length[rows], MIN_STEP)
+            t_new = np.minimum(t[rows] + step, 1.0)
+            gap_new = self._gaps(_points_on(start, end, rows, t_new))
+            has_none = np.isnan(gap_new)  # a point without a closest one stays on its side
+            gap_new[has_none] = np.copysign(1e-300, gap[rows][has_none])
+            changes = (gap[rows] > 0.0) != (gap_new > 0.0)
+            changes &= (gap[rows] > 0.0) | (not entries_only)
+            crossing = rows[changes]
+            fraction[crossing] = self._bisect(start, end, crossing, t[crossing], t_new[changes])
+            sense[crossing] = np.where(gap[crossing] > 0.0, 1, -1)
+            t[rows], gap[rows] = t_new, gap_new
+            rows = rows[~changes & (t_new < 1.0)]
+        return fraction, sense
 
-    def _halved(
+    def _bisect(
         self,
         start: FloatArray,
         end: FloatArray,
@@ -226,14 +226,14 @@ class ClosestPointSearch(NamedTuple):
         low: FloatArray,
         high: FloatArray,
     ) -> FloatArray:
-        """Shares of the way between `low` and `high` at which paths `rows` change sides."""
+        """Return the fractions between `low` and `high` at which paths `rows` change sides."""
         if len(rows) == 0:
             return low
-        before = self._gaps(_along(start, end, rows, low)) > 0.0
-        for _ in range(HALVINGS):
+        was_outside = self._gaps(_points_on(start, end, rows, low)) > 0.0
+        for _ in range(N_HALVINGS):
             middle = 0.5 * (low + high)
-            same = (self._gaps(_along(start, end, rows, middle)) > 0.0) == before
-            low, high = np.where(same, middle, low), np.where(same, high, middle)
+            is_same = (self._gaps(_points_on(start, end, rows, middle)) > 0.0) == was_outside
+            low, high = np.where(is_same, middle, low), np.where(is_same, high, middle)
         return high
 
     def _gaps(self, p_B: FloatArray) -> FloatArray:
@@ -242,31 +242,31 @@ class ClosestPointSearch(NamedTuple):
         return feet.gap
 
     def safe_distance(self, p_B: FloatArray, rows: IntArray, lengths: FloatArray) -> None:
-        """The distances themselves; zero where there is no closest point."""
+        """The distances themselves; zero for points without a closest one."""
         lengths[rows] = np.nan_to_num(np.abs(self._gaps(p_B[rows])), nan=0.0)
 
     def sides(self, p_B: FloatArray, rows: IntArray) -> KnownSides:
-        """Nothing is known at once."""
+        """No side is known without a search."""
         return KnownSides(np.zeros(len(rows), np.int8), np.zeros(len(rows)))
 
     def clear_ways(self, a_B: FloatArray, b_B: FloatArray, rows: IntArray) -> NDArray[np.bool_]:
-        """Nothing is known at once."""
+        """No path is known to be clear without a search."""
         return np.zeros(len(rows), dtype=bool)
 
     @property
     def contact_tables(self) -> None:
-        """Nothing is known at once."""
+        """None: there are no tables."""
 
 
-def _along(start: FloatArray, end: FloatArray, rows: IndexArray, share: FloatArray) -> FloatArray:
-    """Return (k, 3) at shares of the ways of some paths."""
-    return np.asarray(start[rows] + share[:, None] * (end[rows] - start[rows]))
+def _points_on(start: FloatArray, end: FloatArray, rows: IndexArray, t: FloatArray) -> FloatArray:
+    """Return points (k, 3) at fractions t (k,) of the paths `rows`."""
+    return np.asarray(start[rows] + t[:, None] * (end[rows] - start[rows]))
 
 
-def _hits(a: FloatArray, b: FloatArray, share: FloatArray) -> Hit:
-    """Hits of paths at shares of their ways, NaN for none."""
-    hit = np.isfinite(share)
+def _hits(a: FloatArray, b: FloatArray, fraction: FloatArray) -> Hit:
+    """Return hits at fractions of the paths a → b, NaN for none."""
+    hit = np.isfinite(fraction)
     status = np.where(hit, Status.OK, Status.NO_HIT).astype(np.int8)
     uv = np.where(hit[:, None], 0.0, np.nan) * np.ones(2)
-    point = _along(a, b, np.arange(len(a)), share)
-    return Hit(share, np.where(hit, 0, -1).astype(np.int32), uv, point, status)
+    point = _points_on(a, b, np.arange(len(a)), fraction)
+    return Hit(fraction, np.where(hit, 0, -1).astype(np.int32), uv, point, status)

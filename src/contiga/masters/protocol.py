@@ -1,4 +1,4 @@
-"""A master as everything above sees it: the same few questions to exact geometry and triangles."""
+"""The protocol of a master: the same methods for exact geometry and for triangles."""
 
 from __future__ import annotations
 
@@ -36,15 +36,15 @@ class Surface(Protocol):
 
     @property
     def closed(self) -> bool:
-        """Whether the surface has no border anywhere."""
+        """Whether the surface has no border."""
 
     @property
     def n_elements(self) -> int:
-        """Pieces the search works on."""
+        """Number of elements that the search works on."""
 
     @property
     def nbytes(self) -> int:
-        """Memory of what the search has built, bytes."""
+        """Memory of the search's tables, bytes."""
 
     def closest(
         self,
@@ -53,10 +53,10 @@ class Surface(Protocol):
         out: Projection,
         within: FloatArray | None = None,
     ) -> None:
-        """Closest points of p_B[rows] into the same rows of `out`.
+        """Find the closest points of p_B[rows], into the same rows of `out`.
 
-        `within` (len(rows),) are distances to points of the surface that are known, infinite where
-        none is: what is farther need not be looked at.
+        `within` (len(rows),) are upper bounds of the distances, infinite if unknown: they cut the
+        search.
         """
 
     def closest_facing(
@@ -67,11 +67,11 @@ class Surface(Protocol):
         starts: SurfacePlaces,
         out: Projection,
     ) -> None:
-        """Closest feet that do not face away from `guards` (n, 3) into `out`, one row each.
+        """Find the closest feet that do not face away from `guards` (n, 3), into `out`.
 
-        Feet are minima of the distance along the surface, and the point is behind them; rows
-        without any are MAX_ITERATIONS. At a kink the normal leads from the point to the foot.
-        `starts` are feet to look about first.
+        Feet are local minima of the distance along the surface with the point behind them; rows
+        without any get MAX_ITERATIONS. At a kink the normal leads from the point to the foot. The
+        search begins around `starts`.
         """
 
     def track(
@@ -82,56 +82,53 @@ class Surface(Protocol):
         out: Projection,
         before: FloatArray | None = None,
     ) -> None:
-        """Feet continued from (patch, uv) into `out`; rows of patch −1 by `closest`.
+        """Continue feet from (patch, uv), into `out`; rows of patch −1 by `closest`.
 
-        `before` (n, 3) is where the points were when their feet were (patch, uv): needed for
-        tracked feet to be certified.
+        `before` (n, 3) are the points whose feet (patch, uv) are; without it no tracked foot is
+        certified.
         """
 
     def slopes(self, p_B: FloatArray, feet: Projection, out: FootSlopes) -> None:
-        """Derivatives of depth and normal at `feet`, one row each of points p_B (k, 3).
+        """Compute the derivatives of depth and normal at `feet` of points p_B (k, 3), into `out`.
 
         The gaps of the feet are their signed distances along their normals.
         """
 
     def entries(self, a_B: FloatArray, b_B: FloatArray, rows: IntArray) -> Hit:
-        """First entries of the segments a_B[rows] → b_B[rows], one row an entry of `rows`."""
+        """Find the first entries of the segments a_B[rows] → b_B[rows], one per entry of `rows`."""
 
     def last_crossings(
         self, a_B: FloatArray, b_B: FloatArray, rows: IntArray
     ) -> tuple[Hit, ByteArray]:
         """Find the crossings of either sense nearest to the ends of a_B[rows] → b_B[rows].
 
-        Returns too whether the path enters there (1), leaves (−1), or crosses nothing (0).
+        Also returns whether the path enters there (1), leaves (−1), or crosses nothing (0).
         """
 
     def safe_distance(self, p_B: FloatArray, rows: IntArray, lengths: FloatArray) -> None:
-        """Lower bounds of the distance of p_B[rows] into lengths[rows]; zero when near."""
+        """Write lower bounds of the distance of p_B[rows] to lengths[rows]; zero when near."""
 
     def sides(self, p_B: FloatArray, rows: IntArray) -> KnownSides:
-        """Return the sides of p_B[rows] as far as they are known at once.
+        """Return the sides of p_B[rows] that need no search.
 
-        A side is 1 outside, −1 inside, else 0. A known one comes with a length, greater than
-        rounding, over which no surface is reached.
-
-        An open surface has none.
+        A side is 1 outside, −1 inside, 0 unknown, as always for an open surface. A known side comes
+        with a radius, greater than rounding, within which there is no surface.
         """
 
     def clear_ways(self, a_B: FloatArray, b_B: FloatArray, rows: IntArray) -> NDArray[np.bool_]:
-        """Return (len(rows),) True where a_B[rows] → b_B[rows] is known to meet no surface."""
+        """Return (len(rows),) whether a_B[rows] → b_B[rows] is known to meet no surface."""
 
     @property
     def contact_tables(self) -> ContactTables | None:
-        """Tables that kernels of contact may search themselves; None where there are none."""
+        """Tables that kernels of contact may search directly; None if there are none."""
 
 
 class Master(Protocol):
     """A rigid master: `Body`, `TriMesh`, or a class of a user's own that is derived from this one.
 
-    A class of one's own must have `bounds` and `surface`, the search on it, which
-    `closest_point_search` makes of its closest points. The rest is worked out from these, or needed
-    only by what a user may do without: a master without `tessellate` is not drawn, one without
-    `transformed` is moved by its pose only.
+    A user's class must have `bounds` and `surface`, the search on it, which `closest_point_search`
+    makes of its closest points. All other methods follow from these, or are optional: a master
+    without `tessellate` is not drawn, one without `transformed` is moved by its pose only.
     """
 
     @property
@@ -166,7 +163,7 @@ class Master(Protocol):
 
     @property
     def n_pieces(self) -> int:
-        """Patches or triangles: what the `patch` of a foot counts."""
+        """Number of patches or triangles, the range of the `patch` of a foot."""
         return 1
 
     @property
@@ -217,23 +214,23 @@ class Master(Protocol):
     def tessellate(self, tol: float) -> TriMesh:
         """Triangles at most `tol` off it, length.
 
-        Without a method of its own there are none, over the corners of its box: views have room
-        for it, and nothing is drawn.
+        Without a method of the class there are no triangles, only the corners of the box, so that
+        views have room for it.
         """
         corners = np.stack(np.meshgrid(*np.asarray(self.bounds()).T), axis=-1).reshape(-1, 3)
         return TriMesh(corners, np.zeros((0, 3), np.int64), name=self.name)
 
     def transformed(self, matrix: PoseLike) -> Master:
         """Return the same master moved by a regular affine (4, 4) matrix."""
-        raise _lacks(self, "transformed", "Give the body a motion, or the contact a pose")
+        raise _missing(self, "transformed", "Give the body a motion, or the contact a pose")
 
     def with_reference_point(self, point: ArrayLike) -> Master:
         """Return the same master with another reference point (3,)."""
-        raise _lacks(self, "with_reference_point", "Give its class a reference_point")
+        raise _missing(self, "with_reference_point", "Give its class a reference_point")
 
     def mass_properties(self, density: float) -> MassProperties:
         """Mass, centre and inertia of what a closed master encloses."""
-        raise _lacks(self, "mass_properties", "Give its mass, centre and inertia as numbers")
+        raise _missing(self, "mass_properties", "Give its mass, centre and inertia as numbers")
 
     def digest(self, digest: Digest) -> None:
         """Add what decides results to a digest."""
@@ -248,8 +245,8 @@ class Master(Protocol):
         return []
 
 
-def _lacks(master: Master, method: str, remedy: str) -> InputError:
-    """The error of a master of a user's own that is asked for what it does not have."""
+def _missing(master: Master, method: str, remedy: str) -> InputError:
+    """Return the error of a user's master without an optional method."""
     return InputError(
         f"has no {method} of its own",
         where=master.name,
@@ -259,10 +256,10 @@ def _lacks(master: Master, method: str, remedy: str) -> InputError:
     )
 
 
-_ASKED = [name for name in vars(Master) if not name.startswith("_")]
+_MASTER_NAMES = [name for name in vars(Master) if not name.startswith("_")]
 
 
 def is_master(value: object) -> bool:
-    """Return whether a value answers what masters are asked; nothing is worked out."""
+    """Return whether a value has all attributes of a master; no property is evaluated."""
     attributes = getattr(value, "__dict__", {})
-    return all(hasattr(type(value), name) or name in attributes for name in _ASKED)
+    return all(hasattr(type(value), name) or name in attributes for name in _MASTER_NAMES)

@@ -1,4 +1,4 @@
-"""The surface of a body as points and triangles of a size, so that flat faces have points, too."""
+"""Triangles of a given size on a body, so that flat faces have inner points, too."""
 
 from __future__ import annotations
 
@@ -12,19 +12,17 @@ from contiga.masters.protocol import Master
 from contiga.triangles.trimesh import TriMesh
 
 OF_ITSELF = 0.1
-"""Share of the size of a body that the sides of its triangles have at most."""
-OF_OTHERS = 0.25
-"""The same of the smallest body that it is to meet."""
+"""Longest side of triangles, as a share of the size of their body."""
+OTHER_SIZE_SHARE = 0.25
+"""Longest side of triangles, as a share of the smallest other body."""
 FULL = 20_000
-"""Triangles beyond which sides are no shorter for what is met."""
-
-
-_SLIM = 0.125
-"""Area of a right triangle that halving has just made too short, in squares of the longest side."""
+"""Number of triangles above which other bodies do not make sides shorter."""
+_MIN_AREA_RATIO = 0.125
+"""Least area of triangles after halving, in squares of the longest side."""
 
 
 def refined(body: Master, mesh: TriMesh, size: float) -> TriMesh:
-    """Triangles of a body cut until no side is longer than `size`; new points lie on the body.
+    """Divide triangles of a body until no side is longer than `size`; new points lie on the body.
 
     >>> from contiga.geometry import shapes
     >>> from contiga.masters.body import Body
@@ -38,22 +36,22 @@ def refined(body: Master, mesh: TriMesh, size: float) -> TriMesh:
         return mesh
     if body.faces is not None:
         feet = body.project(points[count:]).point
-        known = np.isfinite(feet).all(axis=1)
-        points[count:][known] = feet[known]
+        has_foot = np.isfinite(feet).all(axis=1)
+        points[count:][has_foot] = feet[has_foot]
     return TriMesh(points, triangles).like(mesh.name, mesh.unit, mesh.reference_point)
 
 
-def least_size(mesh: TriMesh, most: int) -> float:
-    """Longest sides, length, with which `refined` makes no more than `most` triangles of a mesh."""
-    return math.sqrt(mesh.area() / (_SLIM * most))
+def least_size(mesh: TriMesh, max_triangles: int) -> float:
+    """Smallest `size`, length, for which `refined` makes no more than `max_triangles` of a mesh."""
+    return math.sqrt(mesh.area() / (_MIN_AREA_RATIO * max_triangles))
 
 
 def default_size(body: Master, mesh: TriMesh, others: Iterable[float] = ()) -> float:
-    """Return the length of the sides of triangles where none is given.
+    """Return the default length of the sides of triangles.
 
-    A tenth of the body's size, and a quarter of the `others`' (of bodies that it is to meet), which
-    would else slip through between its points, as long as that takes no more than 20,000 triangles.
+    It is a tenth of the body's size, and at most a quarter of the sizes of `others`, which could
+    slip between its points, unless that takes more than 20,000 triangles.
     """
     size = OF_ITSELF * body.size
     least = least_size(mesh, FULL)
-    return min(size, max(OF_OTHERS * min(others, default=math.inf), least))
+    return min(size, max(OTHER_SIZE_SHARE * min(others, default=math.inf), least))

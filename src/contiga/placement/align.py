@@ -1,4 +1,4 @@
-"""Laying a part along another's box, or its principal axes along x, y and z."""
+"""Align a part with the box of another, or its principal axes with x, y and z."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ from contiga.rigid import transform
 from contiga.slaves.slave import Slave
 
 AXES = ("x", "y", "z")
-_ALIKE = 1e-6
-"""Part of the largest second moment within which two are one: no axes between them are told."""
+_ALIKE_TOL = 1e-6
+"""Share of the largest second moment within which two are equal: their axes are undefined."""
 _HALF_TURNS = np.array(
     [np.diag(d) for d in ((1, 1, 1), (1, -1, -1), (-1, 1, -1), (-1, -1, 1))], float
 )
@@ -40,12 +40,12 @@ def align(
     ----------
     thing : a body or slave, which stays as it is
     to : the body or slave whose box counts; the origin if omitted
-    centres : of "x", "y", "z": the middles of both boxes meet there
+    centres : of "x", "y", "z": along these axes the middles of both boxes meet
     lows, highs : the same for their low and their high ends
-    axes : "principal": the longest of the principal axes along x, the shortest along z, by the
-        smallest turn about the centre, which stays. Of a closed body those of its inertia; of an
-        open one those of its area; of a slave those of its active points. Axes that are alike are
-        not told apart: a ball is not turned at all.
+    axes : "principal": turns the longest of the principal axes to x and the shortest to z, by the
+        smallest rotation about the centre, which stays. The axes are those of the inertia of a
+        closed body, of the area of an open one, of the active points of a slave. Axes of equal
+        moments are not distinguished: a ball is not turned at all.
 
     Returns
     -------
@@ -70,21 +70,21 @@ def align(
         check_part(to, "to")
     ends = check_choices(centres, lows, highs, axes)
     if axes is not None:
-        thing = thing.transformed(_turn_to_axes(thing))
+        thing = thing.transformed(_principal_rotation(thing))
     if not ends:
         return thing
-    size = extent(thing)
-    there = np.zeros((2, 3)) if to is None else extent(to)
-    way = np.zeros(3)
+    box = extent(thing)
+    target_box = np.zeros((2, 3)) if to is None else extent(to)
+    shift = np.zeros(3)
     for axis, weight in ends.items():
-        way[axis] = product(weight, there[:, axis] - size[:, axis])
-    return thing.transformed(transform.translation(way))
+        shift[axis] = product(weight, target_box[:, axis] - box[:, axis])
+    return thing.transformed(transform.translation(shift))
 
 
 def check_choices(
     centres: Iterable[str], lows: Iterable[str], highs: Iterable[str], axes: str | None
 ) -> dict[int, tuple[float, float]]:
-    """Return which parts of two boxes each axis brings together, as shares of low and high end.
+    """Return which places of two boxes each axis brings together, as shares of low and high end.
 
     Raises
     ------
@@ -94,13 +94,13 @@ def check_choices(
     if axes not in (None, "principal"):
         raise InputError("unknown axes", where="axes", found=axes, allowed='"principal"')
     ends: dict[int, tuple[float, float]] = {}
-    named = (
+    choices = (
         ("centres", centres, (0.5, 0.5)),
         ("lows", lows, (1.0, 0.0)),
         ("highs", highs, (0.0, 1.0)),
     )
-    for key, chosen, weight in named:
-        for name in chosen:
+    for key, names, weight in choices:
+        for name in names:
             if name not in AXES:
                 raise InputError("not an axis", where=key, found=name, allowed='"x", "y", "z"')
             if AXES.index(name) in ends:
@@ -116,39 +116,39 @@ def check_choices(
     return ends
 
 
-def _turn_to_axes(part: Master | Slave) -> FloatArray:
-    """The smallest turn about its centre that lays the principal axes along x, y and z."""
+def _principal_rotation(part: Master | Slave) -> FloatArray:
+    """Return (4, 4) the smallest rotation about the centre of the principal axes to x, y, z."""
     centre, second = _second_moments(part)
-    sizes, rows = principal_axes(second)
-    alike = sizes[:2] - sizes[1:] <= _ALIKE * sizes[0]
+    moments, axes = principal_axes(second)
+    alike = moments[:2] - moments[1:] <= _ALIKE_TOL * moments[0]
     if alike.all():
         return np.eye(4)
     if alike.any():
         single = 0 if alike[1] else 2
-        turn = _shortest(rows[single], np.eye(3)[single])
+        rotation = _smallest_rotation(axes[single], np.eye(3)[single])
     else:
-        rows[2] = np.cross(rows[0], rows[1])
-        turns = [product(half, rows) for half in _HALF_TURNS]
-        turn = turns[int(np.argmax([np.trace(one) for one in turns]))]
+        axes[2] = np.cross(axes[0], axes[1])
+        rotations = [product(half, axes) for half in _HALF_TURNS]
+        rotation = rotations[int(np.argmax([np.trace(r) for r in rotations]))]
     matrix = np.eye(4)
-    matrix[:3, :3] = turn
-    matrix[:3, 3] = centre - product(turn, centre)
+    matrix[:3, :3] = rotation
+    matrix[:3, 3] = centre - product(rotation, centre)
     return matrix
 
 
-def _shortest(axis: FloatArray, target: FloatArray) -> FloatArray:
-    """The smallest rotation that lays the line of the unit vector `axis` along `target`."""
-    toward = axis if float((axis * target).sum()) >= 0.0 else -axis
-    normal = np.cross(toward, target)
+def _smallest_rotation(axis: FloatArray, target: FloatArray) -> FloatArray:
+    """Return (3, 3) the smallest rotation of the line of the unit vector `axis` to `target`."""
+    direction = axis if float((axis * target).sum()) >= 0.0 else -axis
+    normal = np.cross(direction, target)
     sine = float(np.sqrt(np.square(normal).sum()))
     if sine == 0.0:
         return np.eye(3)
-    angle = float(np.arctan2(sine, (toward * target).sum()))
+    angle = float(np.arctan2(sine, (direction * target).sum()))
     return transform.rotation(normal, angle)[:3, :3]
 
 
 def _second_moments(part: Master | Slave) -> tuple[FloatArray, FloatArray]:
-    """Centre (3,) and second moments (3, 3) about it: of volume, of area, or of points."""
+    """Return centre (3,) and second moments (3, 3) about it, of volume, of area, or of points."""
     if isinstance(part, Slave):
         points = points_of(part)
         centre = points.mean(axis=0)
@@ -160,8 +160,8 @@ def _second_moments(part: Master | Slave) -> tuple[FloatArray, FloatArray]:
     corners, area = mesh.corners(), mesh.areas()
     centre = np.einsum("m,mi->i", area, corners.mean(axis=1)) / area.sum()
     arms = corners - centre
-    middle = arms.sum(axis=1)
-    # Of a triangle exactly: a twelfth of its area times the corners' and their sum's squares.
+    arm_sum = arms.sum(axis=1)
+    # Exact for a triangle: A/12 (Σ a aᵀ + s sᵀ), with the arms a of its corners and their sum s.
     second = np.einsum("m,mci,mcj->ij", area, arms, arms)
-    second += np.einsum("m,mi,mj->ij", area, middle, middle)
+    second += np.einsum("m,mi,mj->ij", area, arm_sum, arm_sum)
     return centre, second / 12.0

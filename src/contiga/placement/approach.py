@@ -1,50 +1,50 @@
-"""Find how far one part is to be moved along a line until its gap to another is a given one."""
+"""Find how far a part must move along a line until its gap to another has a given value."""
 
 from __future__ import annotations
 
 from contiga.errors import InputError
 from contiga.placement.pair import Pair
 
-_STEP = 2e-4
-"""Least step along the line, in parts of the body's size: what grazes within it may be passed."""
-_ROUNDS = 20
+_MIN_STEP = 2e-4
+"""Least step along the line, as a share of the body's size: a shorter touch may be passed."""
+_MAX_ROUNDS = 20
 
 
-def shift_to_gap(pair: Pair, gap: float, most: tuple[float, float]) -> float | None:
-    """The way along the line to the place where the least gap is `gap`; None if there is none.
+def shift_to_gap(pair: Pair, gap: float, limits: tuple[float, float]) -> float | None:
+    """Return the distance along the line at which the smallest gap is `gap`; None if there is none.
 
-    From a place that is free, no point nearer than `gap`, forward to the first such place; from
-    one that is not, back to the last such place before it. Gaps change by no more than the way
-    moved, so no step as long as the least gap passes the place (sphere tracing: Hart, 1996).
-    Points of two bodies are added where they come closest until that changes nothing.
+    If no point is nearer than `gap`, search forward for the first such place, else back for the
+    last such place behind. Gaps change by no more than the distance moved, so that no step as long
+    as the smallest gap passes the place (sphere tracing: Hart, 1996). After each search the closest
+    places of two bodies are added as points, until that changes nothing.
 
     Parameters
     ----------
     pair : the two parts, moved along the line
     gap : length
-    most : how far to look forward and back, length
+    limits : largest distances forward and back, length
 
     Raises
     ------
     InputError
-        The gap jumps over the one wanted: points come round the border of an open body. Or places
-        still nearer are found each time it is reached.
+        The gap jumps over the given one: points come round the border of an open body. Or still
+        nearer places appear each time it is reached.
     """
     shift: float | None = 0.0
-    for _ in range(_ROUNDS):
+    for _ in range(_MAX_ROUNDS):
         assert shift is not None
-        free = pair.least(shift) - gap
-        if free < -pair.tolerance:
-            shift = _back(pair, gap, (shift, -most[1]))
-        elif free > pair.tolerance:
-            shift = _forward(pair, gap, (shift, most[0]))
+        excess = pair.least(shift) - gap
+        if excess < -pair.tolerance:
+            shift = _sphere_trace(pair, gap, shift, -1.0, limits[1])
+        elif excess > pair.tolerance:
+            shift = _sphere_trace(pair, gap, shift, 1.0, limits[0])
         if shift is None or not pair.sharpen(shift):
             return shift
     assert shift is not None
     if abs(pair.least(shift) - gap) <= pair.tolerance:
         return shift
     raise InputError(
-        f"the gap is not settled: each of {_ROUNDS} rounds found places that are nearer still",
+        f"the gap is not settled: each of {_MAX_ROUNDS} rounds found places that are nearer still",
         where="direction",
         found=f"a gap of {pair.least(shift):.6g} where {gap:.6g} is sought",
         allowed=f"within {pair.tolerance:.3g}",
@@ -52,41 +52,35 @@ def shift_to_gap(pair: Pair, gap: float, most: tuple[float, float]) -> float | N
     )
 
 
-def _forward(pair: Pair, gap: float, span: tuple[float, float]) -> float | None:
-    """The first place from span[0], where all is free, to span[1] with the least gap `gap`."""
-    shift, end = span
+def _sphere_trace(pair: Pair, gap: float, start: float, sign: float, limit: float) -> float | None:
+    """Return the first place from `start` with the smallest gap `gap`; None up to the limit.
+
+    The search goes forward (sign 1) through free places, or back (sign −1) through places that are
+    not free.
+    """
+    shift = start
     while True:
-        free = pair.least(shift) - gap
-        if free <= pair.tolerance:
+        excess = sign * (pair.least(shift) - gap)
+        if excess <= pair.tolerance:
             break
-        before, shift = shift, shift + max(free, _STEP * pair.size)
-        if shift > end:
+        previous, shift = shift, shift + sign * max(excess, _MIN_STEP * pair.size)
+        if (shift if sign > 0.0 else -previous) > limit:
             return None
-    return shift if free >= -pair.tolerance else _between(pair, gap, (before, shift))
+    if excess >= -pair.tolerance:
+        return shift
 
+    from scipy.optimize import brentq  # few cases need it, and loading it takes longer than numba
 
-def _back(pair: Pair, gap: float, span: tuple[float, float]) -> float | None:
-    """The last place before span[0], where not all is free, and not before span[1]."""
-    shift, end = span
-    while True:
-        free = pair.least(shift) - gap
-        if free >= -pair.tolerance:
-            break
-        before, shift = shift, shift - max(-free, _STEP * pair.size)
-        if before < end:
-            return None
-    return shift if free <= pair.tolerance else _between(pair, gap, (shift, before))
-
-
-def _between(pair: Pair, gap: float, span: tuple[float, float]) -> float:
-    """The place between a free one and one that is not at which the least gap is `gap`."""
-    from scipy.optimize import brentq  # which few cases need takes longer to load than numba
-
-    def free(shift: float) -> float:
-        return pair.least(shift) - gap
-
-    shift = float(brentq(free, *span, xtol=0.25 * pair.tolerance, rtol=1e-15))
-    if abs(free(shift)) > pair.tolerance:
+    shift = float(
+        brentq(
+            lambda s: pair.least(s) - gap,
+            min(previous, shift),
+            max(previous, shift),
+            xtol=0.25 * pair.tolerance,
+            rtol=1e-15,
+        )
+    )
+    if abs(pair.least(shift) - gap) > pair.tolerance:
         raise InputError(
             "the gap jumps on the way: points come round the border of an open body",
             where="direction",

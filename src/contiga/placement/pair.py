@@ -1,4 +1,4 @@
-"""Two parts, the gaps between them, and how these change as one of them is moved along a line."""
+"""Gaps between two parts as one of them moves along a line."""
 
 from __future__ import annotations
 
@@ -15,29 +15,30 @@ from contiga.records import FloatArray, IndexArray
 from contiga.slaves.slave import Slave
 from contiga.statuses import Status
 
-_STARTS = 12
-"""Places from which the closest ones of two bodies are sharpened, at most."""
+_MAX_STARTS = 12
+"""Largest number of places from which the closest places of two bodies are sharpened."""
 
 
-class _Leg(NamedTuple):
-    """Points of one part before the other, a body."""
+class _Direction(NamedTuple):
+    """Gaps from points of one part to the other, which is a body."""
 
-    home: Master | Slave
+    part: Master | Slave
+    """The part with the points."""
     master: Master
-    way: FloatArray
-    """(3,) how the points move in the master's frame as the moved part does."""
-    both: bool = False
-    """Whether behind an open master is outside of it, too: a sheet, no border of a solid."""
+    axis: FloatArray
+    """(3,) direction in which the points move in the master's frame."""
+    is_sheet: bool = False
+    """Whether an open master is a sheet, so that points behind it are outside, too."""
 
     @property
     def depth(self) -> float | None:
         """Depth up to which points behind an open master are inside: see `nearness`."""
-        return None if self.both else np.inf
+        return None if self.is_sheet else np.inf
 
     def gaps(self, points: FloatArray) -> tuple[FloatArray, NDArray[np.bool_]]:
-        """Gaps (n,) of points (n, 3), and which lie past a border: these may jump on their way.
+        """Return gaps (n,) of points (n, 3), and which lie past a border, where gaps may jump.
 
-        Behind a face of an open body is inside, however deep.
+        Points behind a face of an open body are inside at any depth, unless it is a sheet.
         """
         gaps, feet = gaps_of(self.master.surface, points, self.depth)
         return gaps, (feet.status != Status.OK) & (not self.master.closed)
@@ -46,15 +47,15 @@ class _Leg(NamedTuple):
 class Pair:
     """Two parts, the first of which can be moved along a line.
 
-    Between a body and a slave the gap is that of the slave's active points. Between two bodies it
-    is that of a sample of each before the other, among which `sharpen` puts the closest places.
-    Past a border of an open body the distance counts, as `contiga.masters.nearness` says.
+    Between a body and a slave the gaps are those of the slave's active points. Between two bodies
+    they are those of a sample of each to the other, to which `sharpen` adds the closest places.
+    Past a border of an open body the distance counts, as in `contiga.masters.nearness`.
 
     Parameters
     ----------
     moved, other : bodies or slaves, at least one of them a body
-    way : (3,) unit vector of the line
-    both : take open bodies for sheets, of which both sides are free
+    axis : (3,) unit vector of the line
+    open_is_sheet : whether open bodies are sheets, with both sides free
 
     Raises
     ------
@@ -63,50 +64,60 @@ class Pair:
     """
 
     def __init__(
-        self, moved: Master | Slave, other: Master | Slave, way: FloatArray, *, both: bool = False
+        self,
+        moved: Master | Slave,
+        other: Master | Slave,
+        axis: FloatArray,
+        *,
+        open_is_sheet: bool = False,
     ) -> None:
-        legs = []
+        directions = []
         if not isinstance(other, Slave):
-            legs.append(_Leg(moved, other, way, both and not other.closed))
+            is_sheet = open_is_sheet and not other.closed
+            directions.append(_Direction(moved, other, axis, is_sheet))
         if not isinstance(moved, Slave):
-            legs.append(_Leg(other, moved, -way, both and not moved.closed))
-        if not legs:
+            is_sheet = open_is_sheet and not moved.closed
+            directions.append(_Direction(other, moved, -axis, is_sheet))
+        if not directions:
             raise InputError(
                 "two slaves have no gap: neither has a surface to measure from",
                 where="on",
                 found=other.name,
                 allowed="a body, or a slave for a body to be placed on",
             )
-        self._legs = legs
-        points = [points_of(leg.home) for leg in legs]
+        self._directions = directions
+        points, bounds = [], []
+        for direction in directions:
+            p = points_of(direction.part)
+            rows = np.arange(len(p), dtype=np.int32)
+            bounds.append(lower_bounds(direction.master.surface, p, rows, direction.depth))
+            points.append(p)
         self._points = np.concatenate(points)
-        self._leg = np.repeat(np.arange(len(legs)), [len(rows) for rows in points])
-        # What is known of each point: at which shift its gap is this, or at least this.
-        self._gap = np.concatenate(
-            [_bounds(leg, rows) for leg, rows in zip(legs, points, strict=True)]
-        )
+        self._direction = np.repeat(np.arange(len(directions)), [len(p) for p in points])
+        # Each point's last gap, or a lower bound of it, and the shift at which that holds.
+        self._gap = np.concatenate(bounds)
         self._at = np.zeros(len(self._points))
-        self._past = np.zeros(len(self._points), dtype=bool)
-        sizes = [leg.master.size for leg in legs]
+        self._is_past_border = np.zeros(len(self._points), dtype=bool)
+        sizes = [direction.master.size for direction in directions]
         self.size = min(sizes)
-        """Of the body, the smaller one of two."""
+        """Size of the body, of the smaller one of two."""
         self.tolerance = max(1e-10 * min(sizes), 2e-12 * max(sizes))
-        """To which gaps are sought, length."""
+        """Tolerance of gaps, length."""
 
     def gaps(self, rows: IndexArray, shift: float) -> FloatArray:
         """Return signed gaps (len(rows),) of the points `rows`, the first part moved by `shift`."""
         gaps = np.empty(len(rows))
         self._at[rows] = shift
-        for k, leg in enumerate(self._legs):
-            on_leg = np.flatnonzero(self._leg[rows] == k)
-            if len(on_leg):
-                at = self._points[rows[on_leg]] + shift * leg.way
-                gaps[on_leg], self._past[rows[on_leg]] = leg.gaps(at)
+        for k, direction in enumerate(self._directions):
+            indices = np.flatnonzero(self._direction[rows] == k)
+            if len(indices):
+                p = self._points[rows[indices]] + shift * direction.axis
+                gaps[indices], self._is_past_border[rows[indices]] = direction.gaps(p)
         self._gap[rows] = gaps
         return gaps
 
     def bounds(self, shift: float) -> FloatArray:
-        """Return lower bounds (n,) of each point's gap: the known one less the way since."""
+        """Return lower bounds (n,) of each point's gap: the last one less the motion since."""
         return self._gap - np.abs(self._at - shift)
 
     def least(self, shift: float) -> float:
@@ -114,52 +125,45 @@ class Pair:
         return least(self.bounds(shift), lambda rows: self.gaps(rows, shift))[0]
 
     def sharpen(self, shift: float) -> bool:
-        """Add the points past borders and the closest places of two bodies.
+        """Update points past borders and add the closest places of two bodies.
 
         Returns whether the smallest gap became smaller.
         """
-        before = self.least(shift)
-        past = np.flatnonzero(self._past & (self._at != shift))
+        previous = self.least(shift)
+        past = np.flatnonzero(self._is_past_border & (self._at != shift))
         if len(past):
             self.gaps(past, shift)
-        if len(self._legs) > 1:
-            self._add_closest(shift)
-        return self.least(shift) < before - 0.1 * self.tolerance
+        if len(self._directions) > 1:
+            self._add_closest_places(shift)
+        return self.least(shift) < previous - 0.1 * self.tolerance
 
-    def _add_closest(self, shift: float) -> None:
-        closest = self.least(shift)
-        added = []
-        for k, leg in enumerate(self._legs):
-            assert not isinstance(leg.home, Slave)
-            spacing = SPACING * leg.home.size
-            near = np.flatnonzero((self._leg == k) & (self.bounds(shift) <= closest + spacing))
-            gaps = self.gaps(near, shift)
-
-            def before(at: FloatArray, leg: _Leg = leg) -> FloatArray:
-                return leg.gaps(at + shift * leg.way)[0]
-
+    def _add_closest_places(self, shift: float) -> None:
+        smallest = self.least(shift)
+        places = []
+        for k, direction in enumerate(self._directions):
+            assert not isinstance(direction.part, Slave)
+            spacing = SPACING * direction.part.size
+            limit = smallest + spacing
+            rows = np.flatnonzero((self._direction == k) & (self.bounds(shift) <= limit))
+            gaps = self.gaps(rows, shift)
             order = np.argsort(gaps, kind="stable")
-            starts = _apart(self._points[near[order[gaps[order] <= closest + spacing]]], spacing)
+            candidates = self._points[rows[order[gaps[order] <= limit]]]
+            # Start from the nearest point, and from each next one that is not close to a start.
+            starts = candidates[:0]
+            while len(candidates) and len(starts) < _MAX_STARTS:
+                starts = np.concatenate([starts, candidates[:1]])
+                distance2 = np.square(candidates - candidates[0]).sum(axis=1)
+                candidates = candidates[distance2 > (2.0 * spacing) ** 2]
+
+            def gaps_to_master(p: FloatArray, direction: _Direction = direction) -> FloatArray:
+                return direction.gaps(p + shift * direction.axis)[0]
+
             if len(starts):
-                added.append((k, sharpened(leg.home, starts, before)))
-        for k, points in added:
+                places.append((k, sharpened(direction.part, starts, gaps_to_master)))
+        for k, points in places:
+            n = len(points)
             self._points = np.concatenate([self._points, points])
-            self._leg = np.concatenate([self._leg, np.full(len(points), k)])
-            self._gap = np.concatenate([self._gap, np.full(len(points), -np.inf)])
-            self._at = np.concatenate([self._at, np.zeros(len(points))])
-            self._past = np.concatenate([self._past, np.zeros(len(points), dtype=bool)])
-
-
-def _bounds(leg: _Leg, points: FloatArray) -> FloatArray:
-    """Return lower bounds (n,) of the gaps of points (n, 3) before any is computed."""
-    rows = np.arange(len(points), dtype=np.int32)
-    return lower_bounds(leg.master.surface, points, rows, leg.depth)
-
-
-def _apart(points: FloatArray, spacing: float) -> FloatArray:
-    """The first of `points` and those after it that are not near to one taken already."""
-    taken = points[:0]
-    while len(points) and len(taken) < _STARTS:
-        taken = np.concatenate([taken, points[:1]])
-        points = points[np.square(points - points[0]).sum(axis=1) > (2.0 * spacing) ** 2]
-    return taken
+            self._direction = np.concatenate([self._direction, np.full(n, k)])
+            self._gap = np.concatenate([self._gap, np.full(n, -np.inf)])
+            self._at = np.concatenate([self._at, np.zeros(n)])
+            self._is_past_border = np.concatenate([self._is_past_border, np.zeros(n, dtype=bool)])

@@ -1,4 +1,4 @@
-"""Putting a part at a gap from another."""
+"""Place a part at a gap from another."""
 
 from __future__ import annotations
 
@@ -24,10 +24,11 @@ Part = TypeVar("Part", Body, TriMesh, Slave, Body | TriMesh | Slave)
 def place(thing: Part, *, on: Master | Slave, direction: Axis, gap: float = 0.0) -> Part:
     """`thing` moved along `direction` until its smallest gap to `on` is `gap`.
 
-    A start that is free, with no point nearer than `gap`, is moved forward to the first place that
-    is not nearer; one that is nearer or overlaps is moved back to the last such place behind it.
-    Nothing but the way along the line changes. Behind the faces of an open body counts as inside.
-    If it meets a closed one and there is no such place, it is a sheet, which is free on both sides.
+    If no point of `thing` is nearer than `gap` at the start, it moves forward to the first place
+    with this gap; if it is nearer or overlaps, it moves back to the last such place behind it. Only
+    the position along the line changes. Points behind the faces of an open body count as inside. If
+    an open body meets a closed one and there is no such place, the open body is taken as a sheet,
+    which is free on both sides.
 
     Between a body and a slave the gap is that of the slave's active points, to 1e-10 of the body's
     size; past the border of an open body it is the distance, on both sides. Of two bodies samples
@@ -63,55 +64,66 @@ def place(thing: Part, *, on: Master | Slave, direction: Axis, gap: float = 0.0)
     """
     for key, value in (("thing", thing), ("on", on)):
         check_part(value, key)
-    way, least = unit_axis(direction, "direction"), _checked_gap(gap)
-    shift = _shift(thing, on, way, least)
+    axis = unit_axis(direction, "direction")
+    if isinstance(gap, bool) or not isinstance(gap, int | float | np.number):
+        raise InputError("must be a number", where="gap", found=gap, allowed=">= 0")
+    gap = float(gap)
+    if not 0.0 <= gap < np.inf:
+        raise InputError("must be a finite number, not below zero", where="gap", found=gap)
+    shift = _shift_along(axis, thing, on, gap)
     if shift is None:
+        remedy = "Turn the direction towards it, or align the two first"
+        open_bodies = [part.name for part in _bodies(thing, on) if not part.closed]
+        if open_bodies:
+            are = "is" if len(open_bodies) == 1 else "are"
+            remedy += (
+                f", or swap the free side of {open_bodies[-1]} (flip = true): "
+                f"{' and '.join(open_bodies)} {are} open, "
+                "and what is behind an open face counts as inside"
+            )
         raise InputError(
-            f"{thing.name} never has a gap of {least:g} from {on.name} on its path",
+            f"{thing.name} never has a gap of {gap:g} from {on.name} on its path",
             where="direction",
-            found=[float(f"{x:.6g}") for x in way],
-            remedy=f"Turn the direction towards it, or align the two first{_open_side(thing, on)}",
+            found=[float(f"{x:.6g}") for x in axis],
+            remedy=remedy,
         )
-    return thing.transformed(translation(shift * way))
+    return thing.transformed(translation(shift * axis))
 
 
-def _shift(
-    thing: Master | Slave, on: Master | Slave, way: FloatArray, least: float
+def _shift_along(
+    axis: FloatArray, thing: Master | Slave, on: Master | Slave, gap: float
 ) -> float | None:
-    """Return how far `thing` is to be moved; None if there is no place for it."""
-    span, on_span = _along(thing, way), _along(on, way)
-    most = (on_span[1] - span[0] + least, span[1] - on_span[0] + least)
+    """Return the distance that `thing` moves along `axis`; None if no place has the gap."""
+    (low, high), (on_low, on_high) = _span(thing, axis), _span(on, axis)
+    limits = (on_high - low + gap, high - on_low + gap)
     try:
-        shift = shift_to_gap(Pair(thing, on, way), least, most)
+        shift = shift_to_gap(Pair(thing, on, axis), gap, limits)
     except InputError:
-        if not _is_sheet(thing, on):
+        if not _may_be_sheet(thing, on):
             raise
         shift = None
-    if shift is None and _is_sheet(thing, on):
-        return shift_to_gap(Pair(thing, on, way, both=True), least, most)
+    if shift is None and _may_be_sheet(thing, on):
+        return shift_to_gap(Pair(thing, on, axis, open_is_sheet=True), gap, limits)
     return shift
 
 
-def _is_sheet(thing: Master | Slave, on: Master | Slave) -> bool:
-    """Return whether an open body is to stand by a closed one."""
-    bodies = [part.closed for part in (thing, on) if not isinstance(part, Slave)]
-    return sorted(bodies) == [False, True]
+def _may_be_sheet(*parts: Master | Slave) -> bool:
+    """Return whether the parts are an open and a closed body."""
+    return sorted(body.closed for body in _bodies(*parts)) == [False, True]
 
 
-def _open_side(thing: Master | Slave, on: Master | Slave) -> str:
-    """Return the end of a sentence: which side of open bodies may be in the way."""
-    names = [part.name for part in (thing, on) if not isinstance(part, Slave) and not part.closed]
-    if not names:
-        return ""
-    are = "is" if len(names) == 1 else "are"
-    return (
-        f", or swap the free side of {names[-1]} (flip = true): {' and '.join(names)} {are} open, "
-        "and what is behind an open face counts as inside"
-    )
+def _bodies(*parts: Master | Slave) -> list[Master]:
+    return [part for part in parts if not isinstance(part, Slave)]
+
+
+def _span(part: Master | Slave, axis: FloatArray) -> tuple[float, float]:
+    """Return the range of the part's box along `axis`."""
+    heights = product(np.array(list(choices(*part.bounds().T))), axis)
+    return float(heights.min()), float(heights.max())
 
 
 def check_part(value: object, where: str) -> None:
-    """Refuse what is neither a body nor a slave."""
+    """Refuse a value that is neither a body nor a slave."""
     if not isinstance(value, Slave) and not is_master(value):
         raise InputError(
             "must be a body or a slave",
@@ -119,18 +131,3 @@ def check_part(value: object, where: str) -> None:
             found=type(value).__name__,
             allowed="a Body, a TriMesh or a Slave",
         )
-
-
-def _checked_gap(gap: float) -> float:
-    if isinstance(gap, bool) or not isinstance(gap, int | float | np.number):
-        raise InputError("must be a number", where="gap", found=gap, allowed=">= 0")
-    if not 0.0 <= gap < np.inf:
-        raise InputError("must be a finite number, not below zero", where="gap", found=float(gap))
-    return float(gap)
-
-
-def _along(part: Master | Slave, way: FloatArray) -> tuple[float, float]:
-    """Between what numbers a part lies along `way`, at most."""
-    corners = np.array(list(choices(*part.bounds().T)))
-    reach = product(corners, way)
-    return float(reach.min()), float(reach.max())

@@ -1,4 +1,4 @@
-"""Points on a part, and places on a surface where something is least."""
+"""Points on a part, its box, and local minima of a function on a surface."""
 
 from __future__ import annotations
 
@@ -8,21 +8,22 @@ import numpy as np
 
 from contiga.errors import InputError
 from contiga.masters.protocol import Master
-from contiga.records import FloatArray, IntArray
+from contiga.records import FloatArray
 from contiga.slaves.slave import Slave, box_of
 
 SPACING = 0.04
-"""Distance of the points of a sample, in parts of a body's size, at most."""
-_CHORD = 1e-3
-"""Tolerance of the triangles that are sampled, in parts of a body's size."""
-_FINEST = 3e-7
-"""Step, in parts of the size, below which a least value no longer falls by 1e-12 of it."""
+"""Largest distance of the points of a sample, as a share of the body's size."""
+_CHORD_TOL = 1e-3
+"""Tolerance of the triangles that are sampled, as a share of the body's size."""
+_MIN_STEP = 3e-7
+"""Step, as a share of the size, below which the minimum no longer falls by 1e-12 of the size."""
 _MAX_ROUNDS = 400
-_STAR = np.concatenate([np.eye(3), -np.eye(3)])
-"""Ways of which some lead downward in whatever tangent plane."""
-_WORTH = 1e-2
-_HOPELESS = 4.0
-"""Steps: a start whose value is above the least by more is given up."""
+_DIRECTIONS = np.concatenate([np.eye(3), -np.eye(3)])
+"""Search directions: in any tangent plane one of them leads downward."""
+_MIN_DECREASE = 1e-2
+"""Least decrease that a step is accepted for, in squares of the step over the size."""
+_HOPELESS_STEPS = 4.0
+"""A start is abandoned if its value exceeds the minimum by more than this many steps."""
 
 
 def points_of(part: Master | Slave) -> FloatArray:
@@ -41,64 +42,59 @@ def points_of(part: Master | Slave) -> FloatArray:
 
 
 def sample(body: Master) -> FloatArray:
-    """Return points (n, 3) on a body, of which no place is farther than `SPACING` of its size."""
-    mesh = body.tessellate(_CHORD * body.size)
-    points = _divided(mesh.vertices, mesh.triangles, SPACING * body.size)
-    return np.ascontiguousarray(body.project(points).point)
-
-
-def _divided(points: FloatArray, triangles: IntArray, longest: float) -> FloatArray:
-    """Corners of the triangles once all sides longer than `longest` are halved."""
-    corners = points[triangles]
-    kept = []
+    """Return points (n, 3) on a body; every place is within `SPACING` of its size from one."""
+    mesh = body.tessellate(_CHORD_TOL * body.size)
+    corners = mesh.vertices[mesh.triangles]
+    finished = []
+    # Halve triangles at their longest side until all sides are short.
     while len(corners):
-        steps = np.roll(corners, -1, axis=1) - corners
-        sides = np.sqrt(np.square(steps).sum(axis=2))
-        long = sides.max(axis=1) > longest
-        kept.append(corners[~long].reshape(-1, 3))
-        corners, side = corners[long], sides[long].argmax(axis=1)
+        lengths = np.sqrt(np.square(np.roll(corners, -1, axis=1) - corners).sum(axis=2))
+        is_long = lengths.max(axis=1) > SPACING * body.size
+        finished.append(corners[~is_long].reshape(-1, 3))
+        corners, side = corners[is_long], lengths[is_long].argmax(axis=1)
         rows = np.arange(len(corners))
-        a, b = corners[rows, side], corners[rows, (side + 1) % 3]
-        middle, c = 0.5 * (a + b), corners[rows, (side + 2) % 3]
+        a, b, c = (corners[rows, (side + k) % 3] for k in range(3))
+        middle = 0.5 * (a + b)
         corners = np.concatenate(
             [np.stack([a, middle, c], axis=1), np.stack([middle, b, c], axis=1)]
         )
-    return np.unique(np.concatenate(kept), axis=0)
+    points = np.unique(np.concatenate(finished), axis=0)
+    return np.ascontiguousarray(body.project(points).point)
 
 
 def sharpened(
     body: Master, points: FloatArray, value: Callable[[FloatArray], FloatArray]
 ) -> FloatArray:
-    """Points of a body near `points` (k, 3) of it, at which `value` is least to about 1e-12.
+    """Move `points` (k, 3) of a body to local minima of `value` on it, to about 1e-12.
 
-    A pattern search (Hooke and Jeeves, 1961) whose steps are brought back onto the surface by
-    projection, so that trims, edges and corners bound it as they bound the body. Points that turn
-    out not to lead to the least of all are left where they are.
+    A pattern search (Hooke and Jeeves, 1961) that projects its steps back onto the surface, so that
+    trims, edges and corners bound it as they bound the body. Points that cannot reach the smallest
+    minimum are abandoned on their way.
 
     Parameters
     ----------
     body : the body
     points : (k, 3) points of it
-    value : length, of points (n, 3) on the body, (n,); changes by no more than the way between two
+    value : of points (n, 3) on the body, (n,) lengths; must be 1-Lipschitz
     """
     step = np.full(len(points), 0.5 * SPACING * body.size)
-    best, least = points.copy(), value(points)
+    best, minimum = points.copy(), value(points)
     for _ in range(_MAX_ROUNDS):
-        hopeful = least - least.min() <= _HOPELESS * step
-        rows = np.flatnonzero(hopeful & (step > _FINEST * body.size))
+        is_hopeful = minimum - minimum.min() <= _HOPELESS_STEPS * step
+        rows = np.flatnonzero(is_hopeful & (step > _MIN_STEP * body.size))
         if len(rows) == 0:
             break
-        tried = best[rows, None] + step[rows, None, None] * _STAR
-        feet = body.project(tried.reshape(-1, 3)).point
+        trials = best[rows, None] + step[rows, None, None] * _DIRECTIONS
+        feet = body.project(trials.reshape(-1, 3)).point
         values = value(feet).reshape(len(rows), -1)
         choice = values.argmin(axis=1)
-        lower = values[np.arange(len(rows)), choice]
-        # Less than a step is worth near a place that is least is rounding, or not worth its while.
-        better = lower < least[rows] - _WORTH * step[rows] ** 2 / body.size
-        won = rows[better]
-        best[won] = feet.reshape(len(rows), -1, 3)[better, choice[better]]
-        least[won] = lower[better]
-        step[rows[~better]] *= 0.5
+        lowest = values[np.arange(len(rows)), choice]
+        # Near a minimum a smaller decrease is rounding, or not worth its step.
+        improved = lowest < minimum[rows] - _MIN_DECREASE * step[rows] ** 2 / body.size
+        moved = rows[improved]
+        best[moved] = feet.reshape(len(rows), -1, 3)[improved, choice[improved]]
+        minimum[moved] = lowest[improved]
+        step[rows[~improved]] *= 0.5
     return best
 
 

@@ -1,4 +1,4 @@
-"""Several masters as one obstacle: clearances, contact normals, and what segments run through."""
+"""Several masters as one obstacle: clearances, normals, and which segments enter a master."""
 
 from __future__ import annotations
 
@@ -10,9 +10,6 @@ from numpy.typing import NDArray
 
 from contiga.masters.protocol import Master
 from contiga.records import FloatArray, FootSlopes, IndexArray, Projection, empty_projection
-from contiga.statuses import Status
-
-NO_FOOT = (Status.NOT_FINITE, Status.MAX_ITERATIONS)
 
 
 class Clearances(NamedTuple):
@@ -23,7 +20,7 @@ class Clearances(NamedTuple):
     normal: FloatArray
     """(n, 3) gradient of the gap."""
     body: IndexArray
-    """(n,) number of the nearest master."""
+    """(n,) index of the nearest master."""
 
 
 class Obstacles:
@@ -51,15 +48,13 @@ class Obstacles:
         return 0.5 * (out.normal + out.normal.transpose(0, 2, 1))
 
     def clearances(self, points: FloatArray) -> Clearances:
-        """Distances of `points` (n, 3) from what is nearest to each."""
+        """Distances of `points` (n, 3) from the nearest master of each."""
         feet = self.feet(points)
-        nearest = np.argmin([one.gap for one in feet], axis=0)
-        each = np.arange(len(points))
-        gap, normal = (
-            np.array([getattr(one, name) for one in feet])[nearest, each]
-            for name in ("gap", "normal")
-        )
-        return Clearances(gap, normal, nearest)
+        gap = np.array([foot.gap for foot in feet])
+        normal = np.array([foot.normal for foot in feet])
+        nearest = np.argmin(gap, axis=0)
+        rows = np.arange(len(points))
+        return Clearances(gap[nearest, rows], normal[nearest, rows], nearest)
 
     def reach(self, points: FloatArray) -> FloatArray:
         """Return a radius (n,) around `points` (n, 3) without any surface; 0 inside."""
@@ -67,24 +62,23 @@ class Obstacles:
         rows = np.arange(len(points), dtype=np.int32)
         for body in self.bodies:
             sides = body.surface.sides(points, rows)
-            lengths = np.where(sides.side > 0, sides.reach, 0.0)
-            unknown = np.flatnonzero(sides.side == 0)
-            feet = empty_projection(len(unknown))
-            asked = np.ascontiguousarray(points[unknown])
-            body.surface.closest(asked, np.arange(len(unknown), dtype=np.int32), feet)
-            lengths[unknown] = np.maximum(feet.gap, 0.0)
-            np.minimum(reach, lengths, out=reach)
+            radius = np.where(sides.side > 0, sides.reach, 0.0)
+            undecided = np.flatnonzero(sides.side == 0)
+            feet = empty_projection(len(undecided))
+            p_B = np.ascontiguousarray(points[undecided])
+            body.surface.closest(p_B, np.arange(len(undecided), dtype=np.int32), feet)
+            radius[undecided] = np.maximum(feet.gap, 0.0)
+            np.minimum(reach, radius, out=reach)
         return reach
 
     def blocks(self, starts: FloatArray, ends: FloatArray, skin: float) -> NDArray[np.bool_]:
         """Return which segments (n,) enter a master farther than `skin` from both ends.
 
-        Starts are outside or on the surface.
+        The starts are outside or on the surface.
         """
         blocked = np.zeros(len(starts), dtype=bool)
         lengths = np.linalg.norm(ends - starts, axis=1)
         for body in self.bodies:
-            fraction = body.first_hit(starts, ends).fraction
-            along = fraction * lengths
-            blocked |= (along > skin) & (along < lengths - skin)
+            depth = body.first_hit(starts, ends).fraction * lengths
+            blocked |= (depth > skin) & (depth < lengths - skin)
         return blocked

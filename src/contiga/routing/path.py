@@ -15,11 +15,11 @@ from contiga.records import FloatArray, IndexArray
 from contiga.routing.obstacles import Obstacles
 from contiga.routing.taut import Tight
 
-CONTACT = 1e-9
+CONTACT_GAP = 1e-9
 """Gap up to which a point lies on a body, as a share of the length."""
 
 MOVES = 30
-"""Largest number of moves that take points off the nearest of several bodies."""
+"""Largest number of moves that take a point off the nearest of several bodies."""
 
 
 class Wrap(NamedTuple):
@@ -56,7 +56,7 @@ class Path(Displayed):
     """(n, 3) unit normals of the body that the path lies on; in a crease the mean of both, and off
     all bodies the normal of the nearest."""
     body: IndexArray
-    """(n,) number of the body that each point lies on, −1 where it lies on none."""
+    """(n,) index of the body that each point lies on, −1 where it lies on none."""
     over: Obstacles
     """The bodies."""
 
@@ -80,20 +80,33 @@ class Path(Displayed):
         """
         chords = np.diff(self.points, axis=0)
         a, b = chords[:-1], chords[1:]
-        across = np.linalg.norm(np.cross(a, b), axis=1)
-        inner = np.arctan2(across, (a * b).sum(axis=1))
-        ends = chords[[0, -1]] / np.linalg.norm(chords[[0, -1]], axis=1)[:, None]
-        rise = (ends * self.normal[[0, -1]]).sum(axis=1) * [-1.0, 1.0]
-        along = (self.body[[0, -1]] >= 0) & (self.body[[1, -2]] == self.body[[0, -1]])
-        first, last = np.where(along, np.arcsin(np.clip(rise, 0.0, 1.0)), 0.0)
+        sine = np.linalg.norm(np.cross(a, b), axis=1)
+        inner = np.arctan2(sine, (a * b).sum(axis=1))
+        directions = chords[[0, -1]] / np.linalg.norm(chords[[0, -1]], axis=1)[:, None]
+        rise = (directions * self.normal[[0, -1]]).sum(axis=1) * [-1.0, 1.0]
+        on_surface = (self.body[[0, -1]] >= 0) & (self.body[[1, -2]] == self.body[[0, -1]])
+        first, last = np.where(on_surface, np.arcsin(np.clip(rise, 0.0, 1.0)), 0.0)
         return np.concatenate([[first], inner, [last]])
 
     @cached_property
     def wraps(self) -> tuple[Wrap, ...]:
         """Stretches that lie on a body, in order."""
-        ends = np.flatnonzero(np.diff(self.body)) + 1
-        runs = np.split(np.arange(len(self.body)), ends)
-        return tuple(self._wrap(run) for run in runs if self.body[run[0]] >= 0)
+        wraps = []
+        for rows in np.split(np.arange(len(self.body)), np.flatnonzero(np.diff(self.body)) + 1):
+            first, last = rows[0], rows[-1]
+            if self.body[first] < 0:
+                continue
+            wraps.append(
+                Wrap(
+                    self.over.bodies[self.body[first]].name,
+                    float(self.arc[first]),
+                    float(self.arc[last]),
+                    float(self.turns[rows].sum()),
+                    self.points[first],
+                    self.points[last],
+                )
+            )
+        return tuple(wraps)
 
     @property
     def wrap_angle(self) -> float:
@@ -102,19 +115,17 @@ class Path(Displayed):
 
     def at(self, arc: ArrayLike) -> FloatArray:
         """Return (k, 3) points at arc lengths (k,)."""
-        return self._along(self.points, arc)
+        return self._at_arc(self.points, arc)
 
     def normal_at(self, arc: ArrayLike) -> FloatArray:
         """Return (k, 3) unit normals of the nearest body at arc lengths (k,)."""
-        normal = self._along(self.normal, arc)
+        normal = self._at_arc(self.normal, arc)
         return np.asarray(normal / np.linalg.norm(normal, axis=1)[:, None])
 
     def outside(self, points: ArrayLike, gap: float = 0.0) -> FloatArray:
         """Return `points` (k, 3), moved away from the bodies to a distance of `gap` (length).
 
-        Only nearer points move. Points on chords of the path, or beside it, may be inside.
-
-        Points on chords of the path, or beside it, may be inside.
+        Only nearer points move. Points on chords of the path, or next to it, may be inside.
         """
         moved = as_points(points).copy()
         for _ in range(MOVES):  # in a crease a move off one body may lead into another
@@ -125,19 +136,9 @@ class Path(Displayed):
             moved += shortage[:, None] * nearest.normal
         return moved
 
-    def _along(self, values: FloatArray, arc: ArrayLike) -> FloatArray:
-        return np.stack([np.interp(np.asarray(arc), self.arc, one) for one in values.T], axis=1)
-
-    def _wrap(self, run: IndexArray) -> Wrap:
-        first, last = run[0], run[-1]
-        return Wrap(
-            self.over.bodies[self.body[first]].name,
-            float(self.arc[first]),
-            float(self.arc[last]),
-            float(self.turns[run].sum()),
-            self.points[first],
-            self.points[last],
-        )
+    def _at_arc(self, values: FloatArray, arc: ArrayLike) -> FloatArray:
+        """Interpolate `values` (n, 3) of the points at arc lengths (k,)."""
+        return np.stack([np.interp(np.asarray(arc), self.arc, x) for x in values.T], axis=1)
 
     def _facts(self) -> Facts:
         return [
@@ -151,19 +152,20 @@ class Path(Displayed):
 def path_of(obstacles: Obstacles, tight: Tight) -> Path:
     """The path of a string at rest."""
     feet = obstacles.feet(tight.points)
-    gap, normal = (np.array([getattr(one, key) for one in feet]) for key in ("gap", "normal"))
+    gap = np.array([foot.gap for foot in feet])
+    normal = np.array([foot.normal for foot in feet])
     length = float(np.linalg.norm(np.diff(tight.points, axis=0), axis=1).sum())
-    lies = gap <= 2.0 * tight.rounding + CONTACT * length
+    touches = gap <= 2.0 * tight.rounding + CONTACT_GAP * length
     body = np.full(len(tight.points), -1)
     nearest = np.argmin(gap, axis=0)
     for i in range(len(body)):
-        # In a crease a string lies on two bodies: it is assigned to the one before.
-        before = body[i - 1]
-        if before >= 0 and lies[before, i]:
-            body[i] = before
-        elif lies[nearest[i], i]:
+        # In a crease a string lies on two bodies: the point stays on the body of the point before.
+        previous = body[i - 1]
+        if previous >= 0 and touches[previous, i]:
+            body[i] = previous
+        elif touches[nearest[i], i]:
             body[i] = nearest[i]
-    touched = np.where(lies.any(axis=0), lies, np.arange(len(gap))[:, None] == nearest)
-    mean = (touched[:, :, None] * normal).sum(axis=0)
+    counted = np.where(touches.any(axis=0), touches, np.arange(len(gap))[:, None] == nearest)
+    mean = (counted[:, :, None] * normal).sum(axis=0)
     unit = mean / np.linalg.norm(mean, axis=1)[:, None]
     return Path(tight.points, unit, body, obstacles)

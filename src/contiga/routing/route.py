@@ -14,11 +14,12 @@ from contiga.masters.protocol import Master
 from contiga.records import FloatArray
 from contiga.routing.obstacles import Obstacles
 from contiga.routing.path import Path, path_of
-from contiga.routing.start import SKIN, first_way, resampled
+from contiga.routing.start import SKIN, first_polyline, resampled
 from contiga.routing.taut import pull_tight
 
 POINTS = 200
-FEWEST = 10
+"""Default number of chords."""
+MIN_CHORDS = 10
 
 
 def route(
@@ -31,12 +32,12 @@ def route(
 ) -> Path:
     """Shortest path outside `body` from `start` to `end`: a taut string without friction.
 
-    A local minimum of the length, found from a first way: straight lines from `start` by way of
-    `via` to `end`, and where one of them is blocked, the shortest way over a grid outside the
-    bodies. The string is then let go of at `via` and pulled tight. So `via` chooses on which side
-    of a body it runs, and how often around it; the string passes through none of these points
-    unless the path does so by itself. Where it holds nowhere on that side, as on the upper half of
-    a ball that both ends are below, it slides off.
+    The result is a local minimum of the length. The first polyline consists of straight lines from
+    `start` by way of `via` to `end`; where a line is blocked, it takes the shortest path over a
+    grid outside the bodies. The string is then released at `via` and pulled tight. So `via`
+    chooses on which side of a body it runs, and how often around it; the string passes through
+    none of these points unless the path does so by itself. Where nothing holds it on that side, as
+    on the upper half of a ball with both ends below, it slides off.
 
     Parameters
     ----------
@@ -65,11 +66,14 @@ def route(
     (True, 1)
     """
     obstacles = Obstacles(list(body) if isinstance(body, Sequence) else [body])
-    stops = _stops(obstacles, start, end, via)
-    count = _count(points)
-    legs = [first_way(obstacles, a, b) for a, b in itertools.pairwise(stops)]
+    stops = _checked_stops(obstacles, start, end, via)
+    if not (isinstance(points, int) and points >= MIN_CHORDS):
+        raise InputError(
+            "must be a whole number", where="points", found=points, allowed=f"≥ {MIN_CHORDS}"
+        )
+    legs = [first_polyline(obstacles, a, b) for a, b in itertools.pairwise(stops)]
     corners = np.concatenate([legs[0][:1], *(leg[1:] for leg in legs)])
-    for chords in (count, 2 * count, 4 * count):
+    for chords in (points, 2 * points, 4 * points):
         tight = pull_tight(obstacles, resampled(corners, chords))
         if tight.at_rest:
             break
@@ -81,24 +85,36 @@ def route(
             remedy="Take more `points`, or lead it another way by `via`",
         )
     path = path_of(obstacles, tight)
-    _check_outside(obstacles, path)
+    # A chord off the bodies may still pass through a part that is thinner than the spacing.
+    free = np.flatnonzero((path.body[1:] < 0) & (path.body[:-1] < 0))
+    starts, ends = path.points[free], path.points[free + 1]
+    blocked = obstacles.blocks(starts, ends, SKIN * obstacles.size)
+    if blocked.any():
+        raise InputError(
+            "the string cannot be brought outside: it passes through a body",
+            found=starts[np.argmax(blocked)].tolist(),
+            allowed="a way that is pulled tight outside",
+            remedy="Lead it round by `via`, or take more `points`",
+        )
     return path
 
 
-def _count(points: int) -> int:
-    if not (isinstance(points, int) and points >= FEWEST):
-        raise InputError(
-            "must be a whole number", where="points", found=points, allowed=f"≥ {FEWEST}"
-        )
-    return points
-
-
-def _stops(obstacles: Obstacles, start: ArrayLike, end: ArrayLike, via: ArrayLike) -> FloatArray:
+def _checked_stops(
+    obstacles: Obstacles, start: ArrayLike, end: ArrayLike, via: ArrayLike
+) -> FloatArray:
     """Return (k, 3) start, via, end; all of them outside."""
     named: list[tuple[str, ArrayLike]] = [("start", start)]
-    named += [(f"via[{i}]", one) for i, one in enumerate(np.asarray(via, dtype=object))]
+    named += [(f"via[{i}]", value) for i, value in enumerate(np.asarray(via, dtype=object))]
     named.append(("end", end))
-    stops = np.array([_point(value, name) for name, value in named])
+    points = []
+    for name, value in named:
+        point = as_numbers(value, name, "must be a point", "[x, y, z]")
+        if point.shape != (3,) or not np.isfinite(point).all():
+            raise InputError(
+                "must be a point", where=name, found=value, allowed="[x, y, z], finite"
+            )
+        points.append(point)
+    stops = np.array(points)
     if np.array_equal(stops[0], stops[-1]):
         raise InputError(
             "a path ends in another point than it starts in",
@@ -106,8 +122,8 @@ def _stops(obstacles: Obstacles, start: ArrayLike, end: ArrayLike, via: ArrayLik
             found=stops[-1].tolist(),
             remedy="Of a closed loop, route two halves",
         )
-    near = obstacles.clearances(stops)
-    for (name, _), point, gap, body in zip(named, stops, near.gap, near.body, strict=True):
+    gaps, _, bodies = obstacles.clearances(stops)
+    for (name, _), point, gap, body in zip(named, stops, gaps, bodies, strict=True):
         if gap < -SKIN * obstacles.size:
             raise InputError(
                 f"lies {-gap:.6g} inside {obstacles.bodies[body].name}",
@@ -116,30 +132,3 @@ def _stops(obstacles: Obstacles, start: ArrayLike, end: ArrayLike, via: ArrayLik
                 allowed="a point outside the bodies, or on a surface",
             )
     return stops
-
-
-def _point(value: ArrayLike, name: str) -> FloatArray:
-    point = as_numbers(value, name, "must be a point", "[x, y, z]")
-    if point.shape != (3,) or not np.isfinite(point).all():
-        raise InputError("must be a point", where=name, found=value, allowed="[x, y, z], finite")
-    return point
-
-
-def _check_outside(obstacles: Obstacles, path: Path) -> None:
-    """Refuse a path that passes through something thinner than its spacing.
-
-    Raises
-    ------
-    InputError
-        It does.
-    """
-    free = np.flatnonzero((path.body[1:] < 0) & (path.body[:-1] < 0))
-    starts, ends = path.points[free], path.points[free + 1]
-    through = obstacles.blocks(starts, ends, SKIN * obstacles.size)
-    if through.any():
-        raise InputError(
-            "the string cannot be brought outside: it passes through a body",
-            found=starts[np.argmax(through)].tolist(),
-            allowed="a way that is pulled tight outside",
-            remedy="Lead it round by `via`, or take more `points`",
-        )

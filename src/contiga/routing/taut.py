@@ -1,15 +1,16 @@
 """Pull a string tight over obstacles.
 
-The string is a polyline x_0 … x_n with fixed ends. It minimises ½ Σ |x_{i+1} − x_i|²/w_i, whose
-minima with intervals w_i = |x_{i+1} − x_i| are those of the length, subject to gap(x_i) ≥ r. An
-augmented Lagrangian with an active set solves that: each step is one banded system with the
-curvature λ ∇²gap of the surfaces in it, so that it converges as Newton's method does; where the
-matrix is not positive definite, as on the way to a minimum, the curvature is left out.
+The string is a polyline x_0 … x_n with fixed ends. It minimises ½ Σ |x_{i+1} − x_i|²/w_i, which
+has the same minima as the length if the intervals are w_i = |x_{i+1} − x_i|, subject to
+gap(x_i) ≥ r. The solver is an augmented Lagrangian with an active set: each step is one banded
+system that includes the curvature λ ∇²gap of the surfaces, so that it converges as Newton's method
+does. If the matrix is not positive definite, as it may be far from a minimum, the step leaves the
+curvature out.
 
 On smooth bodies r = 0, and chords cut into a body by h²κ/8, so that the length is of second order
-in the spacing. Sharp edges lie between two points wherever these are, and a chord would cut them
-off. There r goes down from the spacing to `SHARP` of the length: the surface at a distance r is
-smooth, and points are added where a chord still cuts.
+in the spacing. A sharp edge always lies between two points, and a chord would cut it off. There r
+shrinks from the spacing to `FINAL_RADIUS` of the length: the surface at a distance r is smooth, and
+chords that still cut are divided.
 """
 
 from __future__ import annotations
@@ -24,34 +25,34 @@ from scipy.linalg.lapack import dpbsv
 from contiga.records import FloatArray
 from contiga.routing.obstacles import Obstacles
 
-TURN = 0.15
-"""Radians that the string may turn by within a chord at an edge."""
-SHARP = 1e-6
-"""Radius that sharp edges are rounded by at the end, as a share of the length."""
+MAX_TURN = 0.15
+"""Largest turn of the string within a chord at an edge, rad."""
+FINAL_RADIUS = 1e-6
+"""Final radius that rounds sharp edges, as a share of the length."""
 SHRINK = 0.25
 """Factor on that radius from one level to the next."""
 PENALTY = 1e4
-"""Stiffness of an active constraint over that of the two chords beside it."""
+"""Stiffness of an active constraint, as a multiple of that of its two chords."""
 MAX_SETS = 50
-"""Largest number of active sets in a step over sharp edges, where none may be right; elsewhere it
-is the number of points."""
-STEPS, EARLY_STEPS = 100, 20
-"""Relaxation steps at the last radius of edges, or without edges, and at earlier radii."""
-SETTLED, SETTLED_AT_EDGES = 1e-11, 1e-2
+"""Largest number of active sets tried in a step over sharp edges, where none may be right;
+elsewhere it is the number of constraints."""
+MAX_STEPS, EARLY_MAX_STEPS = 100, 20
+"""Largest numbers of steps at the last radius of edges, or without edges, and at earlier radii."""
+REST_TOL, EDGE_REST_TOL = 1e-11, 1e-2
 """Largest move of a string at rest, as a share of its length and of the radius of edges."""
-CHANGE = 1e-5
+LENGTH_TOL = 1e-5
 """Largest final change of a string's length over sharp edges, and largest length that its chords
 cut off, as shares of the length: points next to an edge may alternate across it without end."""
-BENDING = 1.0, 0.9, 0.0
-"""Shares of the curvature that a step is tried with: the second for strings that may lie on either
-side, as over a ball through its middle, to which curvature leaves no stiffness sideways."""
-DIVISIONS, EARLY_DIVISIONS = 8, 3
-"""Divisions of chords at the last radius, and at earlier radii."""
+CURVATURE_SHARES = 1.0, 0.9, 0.0
+"""Shares of the curvature that a step tries in turn: the second serves strings that may lie on
+either side, as over the middle of a ball, where full curvature leaves no sideways stiffness."""
+MAX_DIVISIONS, EARLY_MAX_DIVISIONS = 8, 3
+"""Largest numbers of divisions of chords at the last radius, and at earlier radii."""
 FIRST_RADIUS = 0.25
-"""Largest radius of edges, as a share of the spacing: a larger one does not fit into grooves and
+"""First radius of edges, as a share of the spacing: a larger one does not fit into grooves and
 holes, and points alternate across it."""
-PIECES = 8
-"""Parts that a chord which cuts off an edge is split into."""
+MAX_PIECES = 8
+"""Largest number of parts that a chord which cuts off an edge is split into."""
 
 
 class Tight(NamedTuple):
@@ -60,75 +61,70 @@ class Tight(NamedTuple):
     points: FloatArray
     """(n, 3)."""
     rounding: float
-    """Distance that it keeps from surfaces, length; 0 where no edge is sharp."""
+    """Distance of the string from surfaces, length; 0 if it passes no sharp edge."""
     at_rest: bool
-    """Whether it has come to rest, and no chord cuts off an edge."""
+    """Whether the string has come to rest and no chord cuts off an edge."""
 
 
 class _Constraints(NamedTuple):
-    """Constraints that keep interior points outside, one row a pair of a point and a body."""
+    """Constraints of interior points, one row per pair of a body and a point, body by body."""
 
     point: NDArray[np.intp]
     gap: FloatArray
     normal: FloatArray
     bending: FloatArray
+    """(n, 3, 3) second derivatives of the gap."""
+
+
+class _EdgeCuts(NamedTuple):
+    """Chords that cut off an edge."""
+
+    chords: NDArray[np.intp]
+    """(k,) indices of the chords."""
+    shortened: float
+    """Length that the chords save against the paths around these edges."""
 
 
 def pull_tight(obstacles: Obstacles, points: FloatArray) -> Tight:
     """Relax a polyline (n + 1, 3) of even spacing to a taut string."""
     length = _length(points)
     spacing = length / (len(points) - 1)
-    points, at_rest = _relaxed(obstacles, points, 0.0, _even(points))
-    if len(_cutting(obstacles, points, 0.0).chords) == 0:
+    even_intervals = np.full(len(points) - 1, length / (len(points) - 1))
+    points, at_rest = _relaxed(obstacles, points, 0.0, even_intervals)
+    if len(_edge_cuts(obstacles, points, 0.0).chords) == 0:
         return Tight(points, 0.0, at_rest)
-    first = FIRST_RADIUS * spacing
-    levels = ceil(log(first / (SHARP * length), 1.0 / SHRINK)) + 1
-    radii = np.geomspace(first, SHARP * length, levels)
+    first, final = FIRST_RADIUS * spacing, FINAL_RADIUS * length
+    radii = np.geomspace(first, final, ceil(log(first / final, 1.0 / SHRINK)) + 1)
     for i, radius in enumerate(radii):
         if i > 0:
-            points = _shrunk(obstacles, _thinned(points, spacing), radii[i - 1], radius)
+            points = _without_straight_points(points, spacing)
+            # Arcs about edges keep their points, and shrink to the smaller radius.
+            gap, normal, _ = obstacles.clearances(points)
+            on_arc = gap < 1.001 * radii[i - 1]
+            on_arc[[0, -1]] = False
+            points = np.where(on_arc[:, None], points - (gap - radius)[:, None] * normal, points)
         is_last = i == len(radii) - 1
-        for _ in range(DIVISIONS if is_last else EARLY_DIVISIONS):
-            before = _length(points)
-            steps = STEPS if is_last else EARLY_STEPS
+        for _ in range(MAX_DIVISIONS if is_last else EARLY_MAX_DIVISIONS):
+            previous_length = _length(points)
+            steps = MAX_STEPS if is_last else EARLY_MAX_STEPS
             points, at_rest = _relaxed(obstacles, points, radius, _chords(points), steps)
-            at_rest |= abs(_length(points) - before) <= CHANGE * length
-            cutting = _cutting(obstacles, points, radius)
-            if len(cutting.chords) == 0 or (
-                is_last and at_rest and cutting.shortened <= CHANGE * length
-            ):
+            at_rest |= abs(_length(points) - previous_length) <= LENGTH_TOL * length
+            cuts = _edge_cuts(obstacles, points, radius)
+            is_accurate = cuts.shortened <= LENGTH_TOL * length
+            if len(cuts.chords) == 0 or (is_last and at_rest and is_accurate):
                 break
-            points = _divided(points, cutting.chords, radius)
-    return Tight(points, SHARP * length, at_rest and cutting.shortened <= CHANGE * length)
-
-
-def _shrunk(obstacles: Obstacles, points: FloatArray, radius: float, smaller: float) -> FloatArray:
-    """The polyline with what lies at a distance `radius` moved to a `smaller` one.
-
-    Arcs about edges keep their points, and shrink.
-    """
-    near = obstacles.clearances(points)
-    lies = near.gap < 1.001 * radius
-    lies[[0, -1]] = False
-    return np.where(lies[:, None], points - (near.gap - smaller)[:, None] * near.normal, points)
-
-
-def _even(points: FloatArray) -> FloatArray:
-    """Intervals of a string whose points are to be evenly spaced."""
-    return np.full(len(points) - 1, _length(points) / (len(points) - 1))
+            points = _divided(points, cuts.chords, radius)
+    return Tight(points, final, at_rest and is_accurate)
 
 
 def _divided(points: FloatArray, chords: NDArray[np.intp], radius: float) -> FloatArray:
-    """Return the polyline with chords cut into pieces that turn by `TURN` at an edge of a `radius`.
-
-    There are at most `PIECES` of them.
-    """
+    """Divide chords into at most `MAX_PIECES` parts that turn by `MAX_TURN` at an edge."""
     pieces = np.ones(len(points) - 1, dtype=int)
     lengths = np.linalg.norm(points[chords + 1] - points[chords], axis=1)
-    pieces[chords] = np.clip(np.ceil(lengths / (TURN * radius)), 2, PIECES)
+    pieces[chords] = np.clip(np.ceil(lengths / (MAX_TURN * radius)), 2, MAX_PIECES)
     arc = np.concatenate([[0], np.cumsum(pieces)])
-    at = np.arange(arc[-1] + 1)
-    return np.stack([np.interp(at, arc, x) for x in points.T], axis=1)
+    t = np.arange(arc[-1] + 1)
+    return np.stack([np.interp(t, arc, x) for x in points.T], axis=1)
 
 
 def _length(points: FloatArray) -> float:
@@ -140,43 +136,31 @@ def _chords(points: FloatArray) -> FloatArray:
     return np.asarray(np.linalg.norm(np.diff(points, axis=0), axis=1))
 
 
-class _Cutting(NamedTuple):
-    """Chords that cut off an edge."""
-
-    chords: NDArray[np.intp]
-    """(k,) numbers of the chords."""
-    shortened: float
-    """Length that the chords save against the paths around these edges."""
-
-
-def _cutting(obstacles: Obstacles, points: FloatArray, radius: float) -> _Cutting:
-    """Chords whose middles are deeper than those of an arc that turns by `TURN`."""
+def _edge_cuts(obstacles: Obstacles, points: FloatArray, radius: float) -> _EdgeCuts:
+    """Find chords whose middles are deeper than that of an arc that turns by `MAX_TURN`."""
     chords = _chords(points)
     middles = 0.5 * (points[1:] + points[:-1])
     depth = radius - obstacles.clearances(middles).gap
-    # Ends may lie on a surface: the first and last chord come off it.
+    # Ends may lie on a surface: the first and the last chord start from it.
     depth[[0, -1]] -= radius
-    cut = np.flatnonzero(depth > TURN / 8.0 * chords)
+    cut = np.flatnonzero(depth > MAX_TURN / 8.0 * chords)
     around = 2.0 * np.hypot(0.5 * chords[cut], depth[cut])  # two sides of a triangle on the chord
-    return _Cutting(cut, float((around - chords[cut]).sum()))
+    return _EdgeCuts(cut, float((around - chords[cut]).sum()))
 
 
-def _thinned(points: FloatArray, spacing: float) -> FloatArray:
-    """Return a path without points between chords that are together straight and short.
-
-    Short is no longer than `spacing`.
-    """
-    keep = np.ones(len(points), dtype=bool)
+def _without_straight_points(points: FloatArray, spacing: float) -> FloatArray:
+    """Remove points between two chords that are straight and together no longer than `spacing`."""
+    is_needed = np.ones(len(points), dtype=bool)
     last = 0
     for i in range(1, len(points) - 1):
         before, after = points[i] - points[last], points[i + 1] - points[i]
         a, b = float(np.linalg.norm(before)), float(np.linalg.norm(after))
-        straight = float(np.linalg.norm(np.cross(before, after))) < 0.1 * TURN * a * b
-        if straight and a + b <= spacing:
-            keep[i] = False
+        is_straight = float(np.linalg.norm(np.cross(before, after))) < 0.1 * MAX_TURN * a * b
+        if is_straight and a + b <= spacing:
+            is_needed[i] = False
         else:
             last = i
-    return points[keep]
+    return points[is_needed]
 
 
 def _relaxed(
@@ -184,87 +168,89 @@ def _relaxed(
     points: FloatArray,
     radius: float,
     intervals: FloatArray,
-    steps: int = STEPS,
+    steps: int = MAX_STEPS,
 ) -> tuple[FloatArray, bool]:
-    """The string at rest at a distance `radius`, and whether it is.
+    """Relax the string to a distance `radius` from the bodies; also return whether it is at rest.
 
-    Its points slide along it until their chords are as `intervals` (n,).
+    Its points slide along it until the lengths of their chords are the `intervals` (n,).
     """
     x = points.copy()
     bodies, inner = len(obstacles.bodies), len(x) - 2
     multiplier = np.zeros(bodies * inner)
     length = float(intervals.sum())
-    room = 2.0 * np.minimum(intervals[1:], intervals[:-1])
-    settled = SETTLED_AT_EDGES * radius if radius > 0.0 else SETTLED * length
-    k = 1.0 / np.maximum(intervals, 1e-3 * SHARP * length)
+    margin = 2.0 * np.minimum(intervals[1:], intervals[:-1])
+    rest_tol = EDGE_REST_TOL * radius if radius > 0.0 else REST_TOL * length
+    k = 1.0 / np.maximum(intervals, 1e-3 * FINAL_RADIUS * length)
     for _ in range(steps):
-        pull = np.diff(x, axis=0) * k[:, None]
-        outside = _constraints(obstacles, x[1:-1])
-        move, multiplier = _step(k, pull[1:] - pull[:-1], outside, radius, multiplier)
-        # No farther than what is known to be free, and a little.
-        free = np.abs(outside.gap.reshape(bodies, inner)).min(axis=0) + room
+        tension = np.diff(x, axis=0) * k[:, None]
+        p = np.ascontiguousarray(x[1:-1])
+        feet = obstacles.feet(p)
+        constraints = _Constraints(
+            np.tile(np.arange(inner), bodies),
+            np.concatenate([foot.gap for foot in feet]),
+            np.concatenate([foot.normal for foot in feet]),
+            np.concatenate([obstacles.bending(p, foot, i) for i, foot in enumerate(feet)]),
+        )
+        force = tension[1:] - tension[:-1]
+        move, multiplier = _newton_step(k, force, constraints, radius, multiplier)
+        # A point moves no farther than its distance from all bodies, and a margin.
+        free = np.abs(constraints.gap.reshape(bodies, inner)).min(axis=0) + margin
         size = np.linalg.norm(move, axis=1)
         move *= np.minimum(1.0, free / np.maximum(size, 1e-300))[:, None]
         x[1:-1] += move
-        if size.max(initial=0.0) <= settled:
+        if size.max(initial=0.0) <= rest_tol:
             return x, True
     return x, False
 
 
-def _constraints(obstacles: Obstacles, points: FloatArray) -> _Constraints:
-    points = np.ascontiguousarray(points)
-    feet = obstacles.feet(points)
-    return _Constraints(
-        np.tile(np.arange(len(points)), len(feet)),
-        np.concatenate([one.gap for one in feet]),
-        np.concatenate([one.normal for one in feet]),
-        np.concatenate([obstacles.bending(points, one, i) for i, one in enumerate(feet)]),
-    )
-
-
-def _step(
-    k: FloatArray, force: FloatArray, outside: _Constraints, radius: float, multiplier: FloatArray
+def _newton_step(
+    k: FloatArray,
+    force: FloatArray,
+    constraints: _Constraints,
+    radius: float,
+    multiplier: FloatArray,
 ) -> tuple[FloatArray, FloatArray]:
-    """Moves (n, 3) of interior points and the new multipliers of their constraints."""
-    both = k[:-1] + k[1:]
-    stiff = PENALTY * both[outside.point]
-    slack = outside.gap - radius
-    bent = multiplier[:, None, None] * outside.bending
-    plain = both[:, None, None] * np.eye(3)
-    normal = outside.normal
-    normals = stiff[:, None, None] * normal[:, :, None] * normal[:, None, :]
-    pushed = normal * (multiplier - stiff * slack)[:, None]
-    active = multiplier - stiff * slack > 0.0
-    move, pressed = np.zeros_like(force), multiplier
-    for share in BENDING:
-        tried: set[bytes] = set()
-        # The string lifts off a chord at a time.
-        max_sets = MAX_SETS if radius > 0.0 else len(active)
-        while active.tobytes() not in tried and len(tried) < max_sets:
-            tried.add(active.tobytes())
+    """Return moves (n, 3) of interior points and the new multipliers of their constraints."""
+    point, gap, normal, bending = constraints
+    chord_stiffness = k[:-1] + k[1:]
+    penalty = PENALTY * chord_stiffness[point]
+    slack = gap - radius
+    pressure = multiplier - penalty * slack
+    curvature = multiplier[:, None, None] * bending
+    normal_stiffness = penalty[:, None, None] * normal[:, :, None] * normal[:, None, :]
+    push = normal * pressure[:, None]
+    active = pressure > 0.0
+    move, new_multiplier = np.zeros_like(force), multiplier
+    # The string lifts off one chord at a time.
+    max_sets = MAX_SETS if radius > 0.0 else len(active)
+    for share in CURVATURE_SHARES:
+        tried_sets: set[bytes] = set()
+        while active.tobytes() not in tried_sets and len(tried_sets) < max_sets:
+            tried_sets.add(active.tobytes())
             rows = np.flatnonzero(active)
-            at = outside.point[rows]
-            blocks, right = plain.copy(), force.copy()
-            np.add.at(blocks, at, normals[rows] - share * bent[rows])
-            np.add.at(right, at, pushed[rows])
-            solved = _solved(blocks, k[1:-1], right)
-            if solved is None:
+            blocks = chord_stiffness[:, None, None] * np.eye(3)
+            right = force.copy()
+            np.add.at(blocks, point[rows], normal_stiffness[rows] - share * curvature[rows])
+            np.add.at(right, point[rows], push[rows])
+            solution = _solve_block_tridiagonal(blocks, k[1:-1], right)
+            if solution is None:
                 break
-            move = solved
-            pressed = multiplier - stiff * (slack + (normal * move[outside.point]).sum(axis=1))
-            active = pressed > 0.0
+            move = solution
+            new_multiplier = multiplier - penalty * (slack + (normal * move[point]).sum(axis=1))
+            active = new_multiplier > 0.0
         else:
             break
-    return move, np.maximum(pressed, 0.0)
+    return move, np.maximum(new_multiplier, 0.0)
 
 
-def _solved(blocks: FloatArray, k: FloatArray, right: FloatArray) -> FloatArray | None:
-    """Solve the block tridiagonal system with 3 × 3 blocks and −k beside the diagonal.
+def _solve_block_tridiagonal(
+    blocks: FloatArray, k: FloatArray, right: FloatArray
+) -> FloatArray | None:
+    """Solve the system with 3 × 3 blocks on the diagonal and −k I next to it.
 
     Returns None if the matrix is not positive definite.
     """
-    n = len(blocks)
-    bands = np.zeros((4, n, 3))
+    bands = np.zeros((4, len(blocks), 3))
     bands[0, 1:] = -k[:, None]
     bands[3] = blocks[:, range(3), range(3)]
     bands[2, :, 1], bands[2, :, 2] = blocks[:, 0, 1], blocks[:, 1, 2]

@@ -181,9 +181,9 @@ def test_what_took_long_is_kept(folder: Path, monkeypatch: pytest.MonkeyPatch) -
         built.append("again")
         return list(built)
 
-    monkeypatch.setattr(disk_cache, "LONG", float("inf"))
+    monkeypatch.setattr(disk_cache, "MIN_SECONDS", float("inf"))
     assert [len(cache.kept("a", build)) for _ in range(2)] == [1, 2]
-    monkeypatch.setattr(disk_cache, "LONG", -1.0)
+    monkeypatch.setattr(disk_cache, "MIN_SECONDS", -1.0)
     assert [len(cache.kept(None, build)) for _ in range(2)] == [3, 4]
     assert not folder.exists()
     assert [len(cache.kept("a", build)) for _ in range(2)] == [5, 5]

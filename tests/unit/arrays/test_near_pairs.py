@@ -34,7 +34,7 @@ def test_points_in_a_plane_and_on_a_line_are_paired():
 
 
 def test_cells_that_share_a_number_are_told_apart(monkeypatch):
-    monkeypatch.setattr(module, "_named", lambda cell: np.zeros(len(cell), np.uint64))
+    monkeypatch.setattr(module, "_cell_keys", lambda cell: np.zeros(len(cell), np.uint64))
     points = np.random.default_rng(1).uniform(size=(40, 3))
     np.testing.assert_array_equal(near_pairs(points, 0.2), by_tree(points, 0.2))
 

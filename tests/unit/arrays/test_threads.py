@@ -131,7 +131,7 @@ def test_the_caller_takes_ranges_and_waits_for_no_thread_that_has_not_begun(
     threads.run_ranges(_count, 100, 8, rows)
     assert (rows == 1).all()
     assert not hold.is_set()
-    assert not hasattr(threads._own, "busy") or not threads._own.busy
+    assert not hasattr(threads._local, "busy") or not threads._local.busy
     hold.set()
 
 

@@ -8,12 +8,12 @@ from threading import Barrier
 import numpy as np
 import pytest
 
-from contiga.arrays.workspace import KEPT, PAGE, Workspace
+from contiga.arrays.workspace import MAX_KEPT_ROWS, PAGE_SIZE, Workspace
 
 
 def test_it_is_the_same_until_more_is_asked_for() -> None:
     space = Workspace()
-    few, most, more = 100, PAGE // 64, PAGE // 64 + 1
+    few, most, more = 100, PAGE_SIZE // 64, PAGE_SIZE // 64 + 1
     first = space.rows(few, 8)
     assert first.shape == (few, 8)
     assert np.shares_memory(first, space.rows(most, 8))  # a whole page from the first call on
@@ -31,8 +31,8 @@ def test_tables_start_with_a_large_page(n: int) -> None:
     for columns in (8, 12):
         space = Workspace()
         table = space.rows(n, columns)
-        assert table.ctypes.data % PAGE == 0
-        assert space._tables[columns].nbytes >= PAGE
+        assert table.ctypes.data % PAGE_SIZE == 0
+        assert space._tables[columns].nbytes >= PAGE_SIZE
         assert table.flags.c_contiguous
 
 
@@ -51,6 +51,6 @@ def test_threads_have_their_own() -> None:
 def test_what_is_large_is_given_back() -> None:
     space = Workspace()
     small = space.rows(10, 2)
-    large = space.rows(KEPT + 1, 2)
-    assert large.shape == (KEPT + 1, 2)
+    large = space.rows(MAX_KEPT_ROWS + 1, 2)
+    assert large.shape == (MAX_KEPT_ROWS + 1, 2)
     assert np.shares_memory(small, space.rows(10, 2))

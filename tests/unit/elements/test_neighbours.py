@@ -80,15 +80,15 @@ def test_patches_join_however_they_run(turn):
         right = right.transposed()
     table = rows(left, right)
     check_mutual(table)
-    across = table["patch"][table["neighbour"]] != table["patch"][:, None]
-    across &= table["neighbour"] >= 0
-    assert across.sum() > 0
+    across_side = table["patch"][table["neighbour"]] != table["patch"][:, None]
+    across_side &= table["neighbour"] >= 0
+    assert across_side.sum() > 0
     # A patch whose normal is turned over meets the other at a kink: its free side is the other.
     kind = SMOOTH if turn in ("as is", "both") else CREASE
-    assert (table["kind"][across] == kind).all()
+    assert (table["kind"][across_side] == kind).all()
     elements = tables_of(cg.Body([left, right])).elements
     points, _ = sides_nb.sample(elements)
-    for e, side in np.argwhere(across):
+    for e, side in np.argwhere(across_side):
         for x in (-0.5, 0.1):
             s, t = sides_nb.side_point(side, x)
             e2, s2, t2, _ = around_nb.cross(elements, e, side, s, t)

@@ -130,7 +130,7 @@ def test_a_point_that_comes_round_the_border_is_not_left_behind() -> None:
 
 
 def test_a_gap_that_is_not_settled_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(approach, "_ROUNDS", 1)
+    monkeypatch.setattr(approach, "_MAX_ROUNDS", 1)
     other = cg.Body(cg.shapes.sphere(radius=5.0, centre=[8.0, -6.0, 60.0]))
     with pytest.raises(cg.errors.InputError, match=r"the gap is not settled: each of 1 rounds"):
         cg.place(other, on=BALL, direction=DOWN, gap=1.5)

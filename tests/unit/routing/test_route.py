@@ -10,7 +10,7 @@ from scipy.integrate import quad
 
 import contiga as cg
 from contiga.routing.obstacles import Obstacles
-from contiga.routing.start import first_way
+from contiga.routing.start import first_polyline
 
 BALL = cg.Body([cg.shapes.sphere(radius=1.0)], name="ball")
 TUBE = cg.Body([cg.shapes.cylinder(radius=1.0, height=6.0)], name="tube")
@@ -115,7 +115,7 @@ def test_a_string_over_two_bodies_touches_both() -> None:
 
 def test_what_is_thinner_than_a_cell_of_the_grid_is_gone_round() -> None:
     plate = cg.TriMesh(box().vertices * [0.03, 1.0, 1.0], box().triangles, name="plate")
-    way = first_way(Obstacles([plate]), np.array([-1.0, 0, 0]), np.array([1.0, 0, 0]))
+    way = first_polyline(Obstacles([plate]), np.array([-1.0, 0, 0]), np.array([1.0, 0, 0]))
     assert np.abs(way[:, 1:]).max() > 1.0
     path = cg.route(plate, [-1.0, 0.3, 0.0], [1.0, 0.3, 0.0])
     assert abs(path.length - 2.0 * np.hypot(0.97, 0.7) - 0.06) < 1e-3

@@ -36,7 +36,7 @@ def egg(width: float = 1.0) -> cg.Body:
 
 
 def test_balls_are_read_where_they_took_long(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(disk_cache, "LONG", -1.0)
+    monkeypatch.setattr(disk_cache, "MIN_SECONDS", -1.0)
     first = ball.balls_of(egg().surface.tables)
     assert len(list(folder.glob("balls-*"))) == 1
     other = ball.balls_of(egg(1.1).surface.tables)
@@ -49,7 +49,7 @@ def test_balls_are_read_where_they_took_long(folder: Path, monkeypatch: pytest.M
 
 
 def test_what_is_quick_is_not_kept(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(disk_cache, "LONG", np.inf)
+    monkeypatch.setattr(disk_cache, "MIN_SECONDS", np.inf)
     ball.balls_of(egg().surface.tables)
     assert not folder.exists()
 
@@ -58,7 +58,7 @@ def test_openings_are_those_of_the_same_faces(
     folder: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(body_key, "PATCHES", 1)
-    monkeypatch.setattr(disk_cache, "LONG", -1.0)
+    monkeypatch.setattr(disk_cache, "MIN_SECONDS", -1.0)
     first = egg().openings
     moved = egg().translated((1.0, 0.0, 0.0)).openings
     assert len(list(folder.glob("openings-*"))) == 2
@@ -92,7 +92,7 @@ def test_what_is_read_is_to_kernels_what_was_built(
     make: Callable[[], cg.Body], folder: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(body_key, "PATCHES", 1)
-    monkeypatch.setattr(disk_cache, "LONG", -1.0)
+    monkeypatch.setattr(disk_cache, "MIN_SECONDS", -1.0)
     monkeypatch.setattr(side_grid._SIDES, "_least", 1)
     first = worked_out(make())
     for module, builder in (
@@ -112,7 +112,7 @@ def test_what_is_read_is_to_kernels_what_was_built(
 
 
 def test_small_bodies_leave_the_disk_alone(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(disk_cache, "LONG", -1.0)
+    monkeypatch.setattr(disk_cache, "MIN_SECONDS", -1.0)
     worked_out(egg())
     assert not folder.exists()
 
@@ -120,7 +120,7 @@ def test_small_bodies_leave_the_disk_alone(folder: Path, monkeypatch: pytest.Mon
 def test_lists_of_pieces_are_read_where_they_took_long(
     folder: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(disk_cache, "LONG", -1.0)
+    monkeypatch.setattr(disk_cache, "MIN_SECONDS", -1.0)
     monkeypatch.setattr(piece_lists._LISTS, "_least", 1)
     first = piece_lists.lists_of(egg().surface.tables, piece_lists.MIN_PATHS)
     assert len(list(folder.glob("lists-*"))) == 1
@@ -132,7 +132,7 @@ def test_lists_of_pieces_are_read_where_they_took_long(
 
 def test_a_mesh_is_read_with_its_warning(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(body_key, "PATCHES", 1)
-    monkeypatch.setattr(disk_cache, "LONG", -1.0)
+    monkeypatch.setattr(disk_cache, "MIN_SECONDS", -1.0)
     monkeypatch.setattr(body_mesh._Mesher, "_cut", lambda *of: False)
     monkeypatch.setattr(FaceMesh, "_between", lambda face: (np.zeros(0, dtype=bool), False))
     with pytest.warns(ContigaWarning, match="egg: the borders of face 0 cross each other"):

@@ -1,4 +1,4 @@
-"""Closed lines from segments, gone along from node to node."""
+"""Chain segments to closed lines, node by node."""
 
 from __future__ import annotations
 
@@ -8,17 +8,17 @@ from contiga.jit import kernel
 
 
 @kernel()
-def chain(ends, first, around, order, starts):
-    """Go along the segments between nodes `ends` (m, 2) until none is left; returns how many lines.
+def chain(ends, first, incident, order, starts):
+    """Chain the segments between nodes `ends` (m, 2) to lines; return the number of lines.
 
     Parameters
     ----------
-    first, around : the segments at node a are around[first[a]:first[a + 1]], ascending
-    order : (2 m,) takes the nodes, line after line
-    starts : (m + 1,) takes where lines start in it, and where the last one ends
+    first, incident : the segments at node a are incident[first[a]:first[a + 1]], ascending
+    order : (2 m,) out, the nodes, line after line
+    starts : (m + 1,) out, where lines start in `order`, and where the last one ends
     """
     unused = np.ones(ends.shape[0], np.bool_)
-    at = first[:-1].copy()
+    next_of = first[:-1].copy()
     lines = n = 0
     for k in range(ends.shape[0]):
         if not unused[k]:
@@ -32,11 +32,11 @@ def chain(ends, first, around, order, starts):
         while node != start:
             order[n] = node
             n += 1
-            while at[node] < first[node + 1] and not unused[around[at[node]]]:
-                at[node] += 1
-            if at[node] == first[node + 1]:
-                break  # facets that meet in no proper surface: the line is closed straight
-            s = around[at[node]]
+            while next_of[node] < first[node + 1] and not unused[incident[next_of[node]]]:
+                next_of[node] += 1
+            if next_of[node] == first[node + 1]:
+                break  # facets do not form a proper surface: the line is closed straight
+            s = incident[next_of[node]]
             unused[s] = False
             node = ends[s, 1] if ends[s, 0] == node else ends[s, 0]
     starts[lines] = n

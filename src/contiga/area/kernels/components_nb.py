@@ -10,14 +10,14 @@ from contiga.jit import kernel
 
 @kernel()
 def facet_components(whole, corner, n_c):
-    """Return (n_c,) regions of the points in contact that facets join, numbered as they come.
+    """Return (n_c,) regions of the points in contact that facets join, in order of appearance.
 
     Parameters
     ----------
     whole : (m, 3) corners of facets, all of them below n_c
-    corner : (k, 3) corners of facets of which those below n_c are joined
+    corner : (k, 3) corners of facets that touch in part: those below n_c are joined
     """
-    parent = np.arange(n_c).astype(np.int32)  # half the memory to go through
+    parent = np.arange(n_c).astype(np.int32)  # half the memory traffic
     for f in range(whole.shape[0]):
         unite(parent, whole[f, 0], whole[f, 1])
         unite(parent, whole[f, 0], whole[f, 2])

@@ -1,4 +1,4 @@
-"""Facets that touch in part: their cut at the edge of contact, and the area of what is left."""
+"""Facets that touch in part: their cut at the edge of contact, and the area of their parts."""
 
 from __future__ import annotations
 
@@ -10,8 +10,8 @@ from contiga.arrays.codes import OK
 from contiga.jit import inner, kernel
 from contiga.jit.scratch import scratch, stack_int64
 
-# Cut of an edge whose outer end lies inside without being in contact: each end keeps its half.
-HALF = 0.5
+# Fraction at which an edge is cut whose outer end lies inside without being in contact.
+MIDDLE = 0.5
 
 
 @kernel()
@@ -19,8 +19,8 @@ def cuts(corner, feet, n_c, fraction):
     """Find where contact ends on the edges of the facets, by the signed gap at their ends.
 
     `corner` is (m, 3) indices of the corners, those below n_c in contact. `fraction` (m, 3) is
-    filled for edge k (corner k to k + 1) with the way from its end in contact. Returns the edges
-    (facet*3 + k) on which the foot leaves the surface, whose cut must be searched for.
+    filled for edge k (corner k to k + 1) with the fraction from its end in contact. Returns the
+    edges (facet*3 + k) on which the foot leaves the surface, whose cut needs a search.
     """
     border = np.empty(3 * corner.shape[0], np.int64)
     n = 0
@@ -40,13 +40,17 @@ def cuts(corner, feet, n_c, fraction):
                 depth = max(-feet.gap[a], 0.0)
                 fraction[f, k] = depth / (depth + feet.gap[b])
             else:
-                fraction[f, k] = HALF
+                fraction[f, k] = MIDDLE
     return border[:n].copy()
 
 
 @inner()
 def polygon_of(inside, fraction, f, polygon, edge):
-    """Corners of the part in contact: barycentric coordinates, and the edge each is cut from."""
+    """Find the corners of the part in contact; return their number.
+
+    `polygon` (4, 3) gets their barycentric coordinates, `edge` (4,) the edge that each cuts, or
+    −1 − k for corner k.
+    """
     n = 0
     for k in range(3):
         if inside[k]:
@@ -67,33 +71,33 @@ def polygon_of(inside, fraction, f, polygon, edge):
 
 @inner()
 def hand_over(share, inside):
-    """Give the shares of corners that are not in contact to those that are."""
-    kept = 0.0
-    lost = 0.0
+    """Distribute the shares of corners that are not in contact over the ones that are."""
+    inner_sum = 0.0
+    outer_sum = 0.0
     count = 0
     for k in range(3):
         if inside[k]:
-            kept += share[k]
+            inner_sum += share[k]
             count += 1
         else:
-            lost += share[k]
+            outer_sum += share[k]
             share[k] = 0.0
     for k in range(3):
         if inside[k]:
-            share[k] += lost * (share[k] / kept if kept > 0.0 else 1.0 / count)
+            share[k] += outer_sum * (share[k] / inner_sum if inner_sum > 0.0 else 1.0 / count)
 
 
 @kernel()
 def slave_pieces(nodes, points, corner, n_c, fraction, share, start, stop):
-    """Area in contact of facets start … stop (corners `nodes`), split to the corners, into `share`.
+    """Compute the area in contact of facets start … stop (corners `nodes`), split to the corners.
 
-    Each corner is given the integral of its linear shape function.
+    Each corner gets in `share` the integral of its linear shape function.
     """
     polygon = scratch(4, 3)
     edge = stack_int64(4)
     inside = np.empty(3, np.bool_)
     for f in range(start, stop):
-        area = _triangle(points[nodes[f, 0]], points[nodes[f, 1]], points[nodes[f, 2]])
+        area = _triangle_area(points[nodes[f, 0]], points[nodes[f, 1]], points[nodes[f, 2]])
         for k in range(3):
             inside[k] = corner[f, k] < n_c
             share[f, k] = 0.0
@@ -106,7 +110,7 @@ def slave_pieces(nodes, points, corner, n_c, fraction, share, start, stop):
 
 
 @inner()
-def _triangle(a, b, c):
+def _triangle_area(a, b, c):
     """Area of a triangle in space."""
     x1, y1, z1 = b[0] - a[0], b[1] - a[1], b[2] - a[2]
     x2, y2, z2 = c[0] - a[0], c[1] - a[1], c[2] - a[2]
@@ -127,10 +131,10 @@ def _determinant(a, b, c):
 
 @kernel()
 def slave_whole(rows, points, corner, share, start, stop):
-    """Areas of facets start … stop that touch as a whole, split to the corners."""
+    """Compute the areas of facets start … stop that touch with all corners, split to these."""
     for f in range(start, stop):
         share[f, :] = (
-            _triangle(
+            _triangle_area(
                 points[rows[corner[f, 0]]], points[rows[corner[f, 1]]], points[rows[corner[f, 2]]]
             )
             / 3.0

@@ -8,21 +8,22 @@ from contiga.jit import inner, kernel
 
 
 @inner()
-def _turn(p, a, b, c):
+def _orientation(p, a, b, c):
+    """Twice the signed area of the triangle a b c: positive counter-clockwise."""
     return (p[b, 0] - p[a, 0]) * (p[c, 1] - p[a, 1]) - (p[b, 1] - p[a, 1]) * (p[c, 0] - p[a, 0])
 
 
 @inner()
-def _far(p, a, b):
+def _distance2(p, a, b):
     return (p[b, 0] - p[a, 0]) ** 2 + (p[b, 1] - p[a, 1]) ** 2
 
 
 @kernel()
 def jarvis(p):
-    """Corners of the hull of p (n, 2), counter-clockwise from the lowest of the leftmost points.
+    """Return the corners of the hull of p (n, 2), counter-clockwise from the leftmost point.
 
-    One point gives one corner, points on a line its two ends; duplicates and points on a side
-    are left out.
+    Of several leftmost points it is the lowest. One point gives one corner, points on a line the
+    two ends; duplicates and points on a side are left out.
     """
     n = p.shape[0]
     corners = np.empty(n, np.int64)
@@ -33,21 +34,21 @@ def jarvis(p):
         if p[i, 0] < p[start, 0] or (p[i, 0] == p[start, 0] and p[i, 1] < p[start, 1]):
             start = i
     count = 0
-    at = start
+    last = start
     while count < n:
-        corners[count] = at
+        corners[count] = last
         count += 1
         end = -1
         for i in range(n):
-            if _far(p, at, i) == 0.0:
+            if _distance2(p, last, i) == 0.0:
                 continue
             if end < 0:
                 end = i
                 continue
-            turn = _turn(p, at, end, i)
-            if turn < 0.0 or (turn == 0.0 and _far(p, at, i) > _far(p, at, end)):
+            turn = _orientation(p, last, end, i)
+            if turn < 0.0 or (turn == 0.0 and _distance2(p, last, i) > _distance2(p, last, end)):
                 end = i
-        if end < 0 or _far(p, end, start) == 0.0:
+        if end < 0 or _distance2(p, end, start) == 0.0:
             break
-        at = end
+        last = end
     return corners[:count].copy()

@@ -1,10 +1,10 @@
-"""The image of facets on the master, whole or cut, measured in space from feet and normals.
+"""Area of the image of facets on the master, whole or cut, from feet and normals in space.
 
-The image of a facet's edge is the curve from foot to foot that leaves either in its tangent plane:
+The image of a facet's edge is the curve from foot to foot that is tangent to the surface at both:
 a parabola in the plane of the chord and the normals (Nagata 2005, Computer Aided Geometric Design
-22, Eq. 6, with the root of its determinant for arcs). Three such sides span the quadratic triangle
-that is measured, with an error of fourth order. Nothing is asked of the parameters, which are no
-map of the surface at a pole, across a seam or a border of patches.
+22, Eq. 6, with the root of its determinant for arcs). Three such sides span a quadratic triangle,
+whose area has an error of fourth order. The parameters (u, v) play no part: they are no chart of
+the surface at a pole, across a seam or a border of patches.
 """
 
 from __future__ import annotations
@@ -17,13 +17,13 @@ from contiga.area.kernels.facet_area_nb import hand_over, polygon_of
 from contiga.arrays.kernels.fma_nb import fma
 from contiga.jit import inlined, inner, kernel
 
-LANES = 16
+N_LANES = 16
 THIRD = 1.0 / 3.0
 # Gauss points of the triangle (barycentric), each with a third of its area.
 NEAR, FAR = 2.0 / 3.0, 1.0 / 6.0
-# The square of the sum of two normals below which the image is torn: they are a right angle apart.
-TORN = 2.0
-# Keeps what is thrown away, of opposite normals, from a division by zero.
+# Square of the sum of two normals below which the image is torn: they are a right angle apart.
+MIN_SUM2 = 2.0
+# Prevents a division by zero for opposite normals, whose result is discarded.
 TINY = 1e-30
 
 
@@ -50,7 +50,7 @@ def _plus(a, t, b):
 
 @inlined()
 def _sag(side, m, change):
-    """Return the factor of m that leads from the middle of a chord to the middle of its image.
+    """Factor of m that leads from the middle of a chord to the middle of its image.
 
     With m = n_a + n_b and q = (n_b − n_a)·(p_b − p_a) it is q/(2|m| (2 + |m|)): exact for an arc.
     """
@@ -62,7 +62,7 @@ def _sag(side, m, change):
 def _density(ab, ac, sags, x, y):
     """Area element, in units of the triangle's own, at the barycentric (1 − x − y, x, y).
 
-    `ab` and `ac` are two sides, `sags` those of the sides ab, bc and ca.
+    `ab` and `ac` are two sides, `sags` the sags of the sides ab, bc and ca.
     """
     z = 1.0 - x - y
     d, e, f = sags
@@ -78,8 +78,8 @@ def _density(ab, ac, sags, x, y):
 def _shares(points, normals):
     """Integrals of the linear shape functions of three feet over the image of their triangle.
 
-    Where normals are more than a right angle apart the image is torn, over a thin edge say, and
-    that of the plane triangle is taken. There are no branches: a loop of these is vectorised.
+    If normals are more than a right angle apart, as over a thin edge, the image is torn, and the
+    plane triangle replaces it. There are no branches, so that a loop of these is vectorised.
     """
     a, b, c = points
     n_a, n_b, n_c = normals
@@ -89,15 +89,15 @@ def _shares(points, normals):
     m_d = _sum(n_a, n_b)
     m_e = _sum(n_b, n_c)
     m_f = _sum(n_c, n_a)
-    one = (_dot(m_d, m_d) > TORN) & (_dot(m_e, m_e) > TORN) & (_dot(m_f, m_f) > TORN)
+    smooth = (_dot(m_d, m_d) > MIN_SUM2) & (_dot(m_e, m_e) > MIN_SUM2) & (_dot(m_f, m_f) > MIN_SUM2)
     d = _sag(ab, m_d, _difference(n_b, n_a))
     e = _sag(bc, m_e, _difference(n_c, n_b))
     f = _sag(ca, m_f, _difference(n_a, n_c))
-    d = d if one else 0.0
-    e = e if one else 0.0
-    f = f if one else 0.0
-    nothing = (0.0, 0.0, 0.0)
-    sags = (_plus(nothing, d, m_d), _plus(nothing, e, m_e), _plus(nothing, f, m_f))
+    d = d if smooth else 0.0
+    e = e if smooth else 0.0
+    f = f if smooth else 0.0
+    zero = (0.0, 0.0, 0.0)
+    sags = (_plus(zero, d, m_d), _plus(zero, e, m_e), _plus(zero, f, m_f))
     ac = _difference(c, a)
     at_a = _density(ab, ac, sags, FAR, FAR)
     at_b = _density(ab, ac, sags, NEAR, FAR)
@@ -122,9 +122,12 @@ def _lane(lanes, k, l):
 
 
 @inner(error_model="numpy")
-def _block(lanes):
-    """Shares of the facets of all lanes, from feet and normals, into the first three rows."""
-    for l in range(LANES):
+def _block_shares(lanes):
+    """Compute the shares of the facets of all lanes, into the first three rows of `lanes`.
+
+    Rows 0 to 8 hold the feet of the three corners, rows 9 to 17 the normals.
+    """
+    for l in range(N_LANES):
         points = (_lane(lanes, 0, l), _lane(lanes, 3, l), _lane(lanes, 6, l))
         normals = (_lane(lanes, 9, l), _lane(lanes, 12, l), _lane(lanes, 15, l))
         a, b, c = _shares(points, normals)
@@ -135,20 +138,21 @@ def _block(lanes):
 
 @kernel()
 def image_whole(corner, point, normal, share, start, stop):
-    """Areas of the images of facets start … stop (corners among the feet), split to the corners.
+    """Compute the areas of the images of facets start … stop, split to the corners.
 
-    Sixteen at a time, the lanes' data one after the other: 0.5 of the time of one by one.
+    `corner` (m, 3) is among the feet. Blocks of sixteen, with the lanes' data next to each other,
+    take 0.5 of the time of single facets.
     """
-    lanes = np.zeros((18, LANES))
-    for first in range(start, stop, LANES):
-        n = min(LANES, stop - first)
+    lanes = np.zeros((18, N_LANES))
+    for first in range(start, stop, N_LANES):
+        n = min(N_LANES, stop - first)
         for l in range(n):
             for k in range(3):
                 r = corner[first + l, k]
                 for c in range(3):
                     lanes[3 * k + c, l] = point[r, c]
                     lanes[9 + 3 * k + c, l] = normal[r, c]
-        _block(lanes)
+        _block_shares(lanes)
         for l in range(n):
             for k in range(3):
                 share[first + l, k] = lanes[k, l]
@@ -156,11 +160,11 @@ def image_whole(corner, point, normal, share, start, stop):
 
 @kernel()
 def image_pieces(corner, feet, n_c, border, fraction, share, start, stop):
-    """Do as `image_whole` for the parts of facets that are cut at the edge of contact.
+    """Compute the areas of the images of facets that are cut at the edge of contact, as above.
 
-    `feet` is a `Projection`: those of the corners, of which the ones below n_c are in contact, and
-    those of edges on which the foot leaves the surface; `border` (m, 3) is the row of each such
-    edge among them, or −1.
+    `feet` is a `Projection`: first the feet of the corners, of which the ones below n_c are in
+    contact, then the feet on edges where they leave the surface; `border` (m, 3) is the row of
+    each such edge among them, or −1.
     """
     point, normal = feet.point, feet.normal
     polygon = np.empty((4, 3))
@@ -182,7 +186,7 @@ def image_pieces(corner, feet, n_c, border, fraction, share, start, stop):
             else:
                 b = (edge[i] + 1) % 3
                 ends = (corner[f, edge[i]], corner[f, b])
-                _between(feet, ends, polygon[i, b], p[i], n[i])
+                _cut_foot(feet, ends, polygon[i, b], p[i], n[i])
         for j in range(1, count - 1):
             parts = _shares(
                 (_row(p, 0), _row(p, j), _row(p, j + 1)), (_row(n, 0), _row(n, j), _row(n, j + 1))
@@ -197,29 +201,29 @@ def image_pieces(corner, feet, n_c, border, fraction, share, start, stop):
 
 
 @inner()
-def _between(feet, ends, t, p, n):
-    """Foot and normal of a cut, the share `t` of the way along an edge between two of the feet.
+def _cut_foot(feet, ends, t, p, n):
+    """Compute foot `p` and normal `n` of a cut, at the fraction `t` of an edge between two feet.
 
     The foot lies above the chord as high as the image does, but along the normal there. Where the
-    image is torn the normal is zero, and tears what lies beside it.
+    image is torn the normal is zero, so that the adjacent triangles are torn, too.
     """
     point, normal = feet.point, feet.normal
     a, b = ends
     s = 1.0 - t
     m = _sum(_row(normal, a), _row(normal, b))
-    one = _dot(m, m) > TORN
+    smooth = _dot(m, m) > MIN_SUM2
     side = _difference(_row(point, b), _row(point, a))
-    high = 0.0
-    if one:
-        high = 4.0 * s * t * _sag(side, m, _difference(_row(normal, b), _row(normal, a)))
+    height = 0.0
+    if smooth:
+        height = 4.0 * s * t * _sag(side, m, _difference(_row(normal, b), _row(normal, a)))
     square = 0.0
-    along = 0.0
+    m_n = 0.0
     for c in range(3):
         p[c] = s * point[a, c] + t * point[b, c]
-        n[c] = s * normal[a, c] + t * normal[b, c] if one else 0.0
+        n[c] = s * normal[a, c] + t * normal[b, c] if smooth else 0.0
         square += n[c] * n[c]
-        along += m[c] * n[c]
-    if one:
+        m_n += m[c] * n[c]
+    if smooth:
         for c in range(3):
-            p[c] += high * along / square * n[c]
+            p[c] += height * m_n / square * n[c]
             n[c] /= math.sqrt(square)

@@ -1,4 +1,4 @@
-"""Facets that touch, told apart by how many of their corners do."""
+"""Facets that touch with all or with some of their corners."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from contiga.jit import inner, kernel
 
 @kernel()
 def incidence(facets, n):
-    """Facets at each of n points: (first (n+1,), incident)."""
+    """Return the facets at each of n points: (first (n+1,), incident)."""
     first = np.zeros(n + 1, np.int64)
     for f in range(facets.shape[0]):
         for k in range(3):
@@ -30,11 +30,11 @@ def incidence(facets, n):
 
 @kernel()
 def touched(topology, rows, place):
-    """Facets with corners in contact: all three, or some of them.
+    """Find the facets with all three or with some corners in contact.
 
     `place` is (n,), −1; filled with the index in `rows` of every point in contact. Returns the
-    corners (m, 3) in `rows` of the facets that touch as a whole, and the rows (k,) of those that
-    touch in part.
+    corners (m, 3) in `rows` of the facets that touch with all corners, and the rows (k,) of the
+    facets that touch in part.
     """
     bound = 0
     for i in range(rows.shape[0]):
@@ -46,21 +46,22 @@ def touched(topology, rows, place):
     part = np.empty(limit, np.int32)
     n = 0
     m = 0
-    # Where most facets touch, going through all of them in order misses the cache less.
+    # If most facets touch, a pass over all of them in order has fewer cache misses.
     if bound > facets.shape[0]:
         for f in range(facets.shape[0]):
-            n, m = _sort_in(facets, f, place, whole, part, (n, m))
+            n, m = _classify(facets, f, place, whole, part, (n, m))
         return whole[:n], part[:m]
     for r in rows:
         for j in range(topology.first[r], topology.first[r + 1]):
             f = topology.incident[j]
             if _first_corner(facets, f, place) == r:
-                n, m = _sort_in(facets, f, place, whole, part, (n, m))
+                n, m = _classify(facets, f, place, whole, part, (n, m))
     return whole[:n], part[:m]
 
 
 @inner()
-def _sort_in(facets, f, place, whole, part, counts):
+def _classify(facets, f, place, whole, part, counts):
+    """Append facet f to `whole` or `part` if it touches; return their new lengths."""
     n, m = counts
     a = place[facets[f, 0]]
     b = place[facets[f, 1]]
@@ -86,13 +87,13 @@ def _first_corner(facets, f, place):
 
 @kernel()
 def around(facets, part, points, place):
-    """Corners of the facets `part`, numbered on their own: those in contact first.
+    """Number the corners of the facets `part`, the ones in contact first.
 
-    `place` (n,) is the index of every point among those in contact, or −1. Returns (facets (m,)
-    those whose corners are finite, corner (m, 3), inner (i,) indices among the points in contact,
+    `place` (n,) is the index of every point among the points in contact, or −1. Returns (facets
+    (m,) with finite corners, corner (m, 3), inner (i,) indices among the points in contact,
     free (f,) rows of the corners out of contact, start (f,) the nearest inner corner of each).
     """
-    kept = np.empty(part.shape[0], np.int32)
+    finite_facets = np.empty(part.shape[0], np.int32)
     inner = np.empty(2 * part.shape[0], np.int32)
     free = np.empty(2 * part.shape[0], np.int32)
     number = np.full(points.shape[0], -1, np.int32)
@@ -102,7 +103,7 @@ def around(facets, part, points, place):
     for f in part:
         if not _finite(facets, f, points):
             continue
-        kept[m] = f
+        finite_facets[m] = f
         m += 1
         for k in range(3):
             c = facets[f, k]
@@ -118,21 +119,21 @@ def around(facets, part, points, place):
                 n_f += 1
     corner = np.empty((m, 3), np.int32)
     start = np.empty(n_f, np.int32)
-    near = np.full(n_f, math.inf)
+    min_distance2 = np.full(n_f, math.inf)
     for j in range(m):
         for k in range(3):
-            c = facets[kept[j], k]
+            c = facets[finite_facets[j], k]
             corner[j, k] = number[c]
             if place[c] >= 0:
                 continue
             corner[j, k] += n_i
             for l in range(3):
-                d = facets[kept[j], l]
-                way = _distance2(points, c, d)
-                if place[d] >= 0 and way < near[number[c]]:
-                    near[number[c]] = way
+                d = facets[finite_facets[j], l]
+                distance2 = _distance2(points, c, d)
+                if place[d] >= 0 and distance2 < min_distance2[number[c]]:
+                    min_distance2[number[c]] = distance2
                     start[number[c]] = number[d]
-    return kept[:m].copy(), corner, inner[:n_i].copy(), free[:n_f].copy(), start
+    return finite_facets[:m].copy(), corner, inner[:n_i].copy(), free[:n_f].copy(), start
 
 
 @inner()

@@ -1,8 +1,8 @@
-"""The fused multiply-add, written where it is meant: x·y + z rounded once (IEEE 754, 5.4.1).
+"""The explicit fused multiply-add: x·y + z rounded once (IEEE 754, 5.4.1).
 
-The compiler may neither fuse nor split on its own, so that a kernel gives the same bits whenever
-and for whatever processor it is compiled. LLVM vectorises the intrinsic; a processor without the
-instruction calls the library's, which is slow and gives the same value.
+The compiler may neither fuse nor split multiply-adds on its own, so that a kernel gives the same
+bits on every processor. LLVM vectorises the intrinsic; a processor without the instruction calls
+the library's function, which is slow and gives the same value.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from numba.extending import intrinsic
 
 
 def exact_fma(x, y, z):
-    """x·y + z of floats, rounded once, without the instruction: by integers, which are exact."""
+    """Return x·y + z of floats, rounded once, by exact integers instead of the instruction."""
     x, y, z = float(x), float(y), float(z)
     rounded = x * y + z
     if not math.isfinite(x) or not math.isfinite(y):
@@ -35,7 +35,7 @@ def exact_fma(x, y, z):
 
 
 @intrinsic
-def _fused(typingctx, x, y, z):
+def _fma_intrinsic(typingctx, x, y, z):
     if not all(isinstance(v, types.Float) for v in (x, y, z)):
         return None
 
@@ -46,4 +46,4 @@ def _fused(typingctx, x, y, z):
     return double(double, double, double), generate
 
 
-fma = exact_fma if config.DISABLE_JIT else _fused
+fma = exact_fma if config.DISABLE_JIT else _fma_intrinsic

@@ -1,4 +1,4 @@
-"""Kernels that searches of splines and of triangles share: blank rows, and the lengths of paths."""
+"""Blank rows and lengths of paths, for searches of splines and of triangles."""
 
 from __future__ import annotations
 
@@ -12,20 +12,20 @@ from contiga.jit import inner, kernel
 ROUNDING = 8.0 * 2.220446049250313e-16
 """Share of the coordinates and the body's size below which lengths are rounding."""
 
-NOT_ALIKE = -2
-"""In place of a patch: arrays of other rows than each other, or other columns than feet have."""
+BAD_SHAPES = -2
+"""Result in place of a patch: the arrays differ in rows, or have other columns than feet."""
 
 
 @kernel()
 def highest_patch(patch, uv, point, normal, gap, feature, status, certified):
-    """The highest patch that feet lie on, -1 where there is none, or NOT_ALIKE."""
+    """Return the highest patch of feet, −1 if there is none, or BAD_SHAPES."""
     n = patch.shape[0]
     if uv.shape[0] != n or point.shape[0] != n or normal.shape[0] != n or gap.shape[0] != n:
-        return NOT_ALIKE
+        return BAD_SHAPES
     if feature.shape[0] != n or status.shape[0] != n or certified.shape[0] != n:
-        return NOT_ALIKE
+        return BAD_SHAPES
     if uv.shape[1] != 2 or point.shape[1] != 3 or normal.shape[1] != 3:
-        return NOT_ALIKE
+        return BAD_SHAPES
     highest = np.int32(-1)
     for i in range(n):
         highest = max(highest, patch[i])
@@ -34,7 +34,7 @@ def highest_patch(patch, uv, point, normal, gap, feature, status, certified):
 
 @inner()
 def blank_foot(out, k, status):
-    """Row k of `out` for a point without a foot."""
+    """Write row k of `out` for a point without a foot."""
     out.patch[k] = -1
     out.feature[k] = -1
     out.status[k] = status
@@ -49,7 +49,7 @@ def blank_foot(out, k, status):
 
 @inner()
 def blank_hit(out, i, status):
-    """Row i of `out` for a path that enters nowhere."""
+    """Write row i of `out` for a path that does not enter."""
     out.patch[i] = -1
     out.fraction[i] = math.nan
     out.uv[i] = math.nan
@@ -59,7 +59,7 @@ def blank_hit(out, i, status):
 
 @inner()
 def direction(p, q):
-    """Length of p → q and its direction, without squares that vanish or overflow."""
+    """Return the length of p → q and its direction, without underflow or overflow of squares."""
     d0 = q[0] - p[0]
     d1 = q[1] - p[1]
     d2 = q[2] - p[2]
@@ -75,18 +75,18 @@ def direction(p, q):
 
 @inner()
 def slack_of(p, q, size):
-    """Rounding error, a length, of distances measured along p → q past a body of this size."""
-    most = 0.0
+    """Return the rounding error, length, of distances along p → q near a body of this size."""
+    largest = 0.0
     for c in range(3):
-        most = max(most, abs(p[c]), abs(q[c]))
-    return ROUNDING * (most + size)
+        largest = max(largest, abs(p[c]), abs(q[c]))
+    return ROUNDING * (largest + size)
 
 
 @inner()
 def begin_path(out, i, p, q, size):
-    """Blank row i of `out` for the path p → q: its length, its direction, its `slack_of`.
+    """Blank row i of `out` for the path p → q; return its length, direction and `slack_of`.
 
-    The length is zero where there is nothing to look for; the row's status says why.
+    The length is zero if there is nothing to search; the row's status gives the reason.
     """
     length, d = direction(p, q)
     if not (math.isfinite(p[0] + p[1] + p[2] + length) and math.isfinite(q[0] + q[1] + q[2])):

@@ -1,5 +1,5 @@
-"""Rows of tables, written by loops: numba's ``rows[k] = values`` compiles, in each process, 4 s of
-text for an error about lengths that kernels do not have."""
+"""Write rows of tables by loops: numba's ``rows[k] = values`` compiles, in each process, 4 s of
+code for an error about lengths that does not occur in kernels."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ def put(rows, k, values):
 
 @inner(linked=False)
 def doubled(rows):
-    """A copy of a table (m, n) with room for twice the rows."""
+    """Return a copy of a table (m, n) with room for twice the rows."""
     new = np.empty((2 * rows.shape[0], rows.shape[1]))
     for k in range(rows.shape[0]):
         for c in range(rows.shape[1]):

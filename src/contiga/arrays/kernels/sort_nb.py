@@ -1,4 +1,4 @@
-"""Sorting in kernels, and counting in what is sorted: numba's take a second to compile."""
+"""Sorting in kernels, and counting in sorted arrays: numba's functions take a second to compile."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from contiga.jit import inner
 
 @inner(linked=False)
 def sort(values):
-    """Put numbers in ascending order where they are (Shell 1959)."""
+    """Sort numbers in ascending order in place (Shell 1959)."""
     n = values.size
     gap = n
     while gap > 1:
@@ -23,8 +23,8 @@ def sort(values):
 
 @inner(linked=False)
 def sort_by(keys, column, rows, spare):
-    """Put rows in ascending order of keys[row, column] where they are; of equals, which was first
-    stays first. `spare` is as long as `rows`."""
+    """Sort rows in ascending order of keys[row, column] in place, stably; `spare` is as long as
+    `rows`."""
     n = rows.size
     width = 1
     while width < n:

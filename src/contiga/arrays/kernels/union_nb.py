@@ -1,4 +1,4 @@
-"""Sets that are joined, by union and find."""
+"""Disjoint sets, by union and find."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from contiga.jit import inner
 
 @inner()
 def root(parent, i):
-    """The first member of the set that holds i; ways to it are halved."""
+    """Return the first member of the set that contains i; paths to it are halved."""
     while parent[i] != i:
         parent[i] = parent[parent[i]]
         i = parent[i]
@@ -18,8 +18,8 @@ def root(parent, i):
 
 @inner()
 def unite(parent, a, b):
-    """Make the sets that hold a and b one."""
-    if parent[a] == parent[b]:  # nearly always, once the first are through
+    """Join the sets that contain a and b."""
+    if parent[a] == parent[b]:  # nearly always, after the first pairs
         return
     a = root(parent, a)
     b = root(parent, b)
@@ -31,7 +31,7 @@ def unite(parent, a, b):
 
 @inner()
 def numbered(parent):
-    """Return (n,) int32 number of the set that holds each, in the order of their first members."""
+    """Return (n,) int32 number of the set of each, in the order of their first members."""
     label = np.empty(parent.shape[0], np.int32)
     count = 0
     for i in range(parent.shape[0]):

@@ -19,8 +19,8 @@ from contiga.jit.scratch import scratch
 
 
 @inner()
-def _cut(net, n, stride, start, a, b):
-    """Bernstein coefficients net[start + i*stride, :], i = 0..n, restricted to [a, b] in place."""
+def _restrict_line(net, n, stride, start, a, b):
+    """Restrict Bernstein coefficients net[start + i*stride, :], i = 0..n, to [a, b] in place."""
     for c in range(4):
         for k in range(1, n + 1):  # de Casteljau at b: keep the left part
             for i in range(n, k - 1, -1):
@@ -35,23 +35,24 @@ def _cut(net, n, stride, start, a, b):
 
 @inner(linked=False)
 def restrict(coefs, degree, box, net):
-    """Coefficients of the element on `box` (s0, s1, t0, t1 in [-1/2, 1/2]) into net[k, 4]."""
+    """Write coefficients of the element on `box` (s0, s1, t0, t1 in [-1/2, 1/2]) to net[k, 4]."""
     p, q = degree
     for k in range((p + 1) * (q + 1)):
         for c in range(4):
             net[k, c] = coefs[4 * k + c]
     for j in range(q + 1):
-        _cut(net, p, q + 1, j, box[0] + 0.5, box[1] + 0.5)
+        _restrict_line(net, p, q + 1, j, box[0] + 0.5, box[1] + 0.5)
     for i in range(p + 1):
-        _cut(net, q, 1, i * (q + 1), box[2] + 0.5, box[3] + 0.5)
+        _restrict_line(net, q, 1, i * (q + 1), box[2] + 0.5, box[3] + 0.5)
 
 
 @inner()
 def _differences(net, shape, stride, step, factor, out):
-    """Differences of coefficients from each of the first `shape` = (rows, columns) of a net to that
-    `step` places on, into `out`; rows begin `stride` places apart.
+    """Write the differences of coefficients `step` places apart to `out`; return the largest |A|
+    and |w| of them, times `factor`.
 
-    Returns the largest |A| and |w| of them, times `factor`.
+    They are taken for the first `shape` = (rows, columns) of a net; rows begin `stride` places
+    apart.
     """
     top = 0.0
     top_w = 0.0
@@ -66,10 +67,10 @@ def _differences(net, shape, stride, step, factor, out):
 
 @inner(linked=False)
 def derivative_bounds(net, degree, size, bound, low, high):
-    """Bounds over a box whose coefficients are `net` and whose sides are `size` long.
+    """Compute derivative bounds over a box with coefficients `net` and sides of length `size`.
 
     Fills bound[9] (orders 10, 01, 20, 11, 02, 30, 21, 12, 03) and the corners low, high of the
-    box around the control points. Changes `net`: its origin is moved to the middle of the box.
+    box around the control points. Changes `net`: its origin moves to the middle of the box.
     """
     p, q = degree
     n = (p + 1) * (q + 1)
@@ -92,19 +93,19 @@ def derivative_bounds(net, degree, size, bound, low, high):
             net[k, c] -= net[k, 3] * middle
         radius = max(radius, square)
     radius = math.sqrt(radius)
-    # Each order from the one before; of an order above the degree there are none, and it is 0.
+    # Each order follows from the one before; orders above the degree are 0.
     m = q + 1
     pp, qq = p * (p - 1), q * (q - 1)
-    one, two, end = np.empty((n, 4)), np.empty((n, 4)), np.empty((n, 4))
-    a10, w10 = _differences(net, (p, m), m, m, p, one)
-    a20, w20 = _differences(one, (p - 1, m), m, m, pp, two)
-    a30, w30 = _differences(two, (p - 2, m), m, m, pp * (p - 2), end)
-    a21, w21 = _differences(two, (p - 1, q), m, 1, pp * q, end)
-    a11, w11 = _differences(one, (p, q), m, 1, p * q, two)
-    a12, w12 = _differences(two, (p, q - 1), m, 1, p * qq, end)
-    a01, w01 = _differences(net, (p + 1, q), m, 1, q, one)
-    a02, w02 = _differences(one, (p + 1, q - 1), m, 1, qq, two)
-    a03, w03 = _differences(two, (p + 1, q - 2), m, 1, qq * (q - 2), end)
+    first_diff, second_diff, third_diff = np.empty((n, 4)), np.empty((n, 4)), np.empty((n, 4))
+    a10, w10 = _differences(net, (p, m), m, m, p, first_diff)
+    a20, w20 = _differences(first_diff, (p - 1, m), m, m, pp, second_diff)
+    a30, w30 = _differences(second_diff, (p - 2, m), m, m, pp * (p - 2), third_diff)
+    a21, w21 = _differences(second_diff, (p - 1, q), m, 1, pp * q, third_diff)
+    a11, w11 = _differences(first_diff, (p, q), m, 1, p * q, second_diff)
+    a12, w12 = _differences(second_diff, (p, q - 1), m, 1, p * qq, third_diff)
+    a01, w01 = _differences(net, (p + 1, q), m, 1, q, first_diff)
+    a02, w02 = _differences(first_diff, (p + 1, q - 1), m, 1, qq, second_diff)
+    a03, w03 = _differences(second_diff, (p + 1, q - 2), m, 1, qq * (q - 2), third_diff)
     v = 1.0 / w_min
     k10 = (a10 + w10 * radius) * v
     k01 = (a01 + w01 * radius) * v
@@ -129,13 +130,13 @@ def derivative_bounds(net, degree, size, bound, low, high):
 
 @inner()
 def cell_bounds(elements, e, cell, bound):
-    """Bounds over one cell alone, into bound[9]: tighter than its leaf's, above all at a pole."""
+    """Compute the bounds over one cell, bound[9]: tighter than its leaf's, above all at a pole."""
     cell_box(elements, e, cell, bound, scratch(2, 3))
 
 
 @inner()
 def cell_box(elements, e, cell, bound, corner):
-    """Do as `cell_bounds`; `corner` (2, 3) takes the box of the cell's control points."""
+    """Compute `cell_bounds`, and the box `corner` (2, 3) of the cell's control points."""
     table = elements.table[e]
     p = table["degree"][0]
     q = table["degree"][1]
@@ -148,23 +149,23 @@ def cell_box(elements, e, cell, bound, corner):
 
 
 @inner()
-def _beyond(net, degree, limit):
-    """Return whether |A|² − limit² w² > 0 on the whole box whose coefficients are `net`.
+def _is_farther(net, degree, limit):
+    """Return whether |A|² − limit² w² > 0 on the complete box with coefficients `net`.
 
     The Bernstein coefficients of the product of two polynomials are the convolution of theirs,
     each times a binomial (Farouki & Rajan 1988, doi 10.1016/0167-8396(88)90016-7); only their sign
-    is asked for. Changes `net`: multiplied by the binomials.
+    matters. Changes `net`: multiplied by the binomials.
     """
     p, q = degree
-    binomial = 1.0
+    binomial_p = 1.0
     for i in range(p + 1):
-        other = binomial
+        binomial = binomial_p
         for j in range(q + 1):
             for c in range(3):
-                net[i * (q + 1) + j, c] *= other
-            net[i * (q + 1) + j, 3] *= other * limit
-            other *= (q - j) / (j + 1.0)
-        binomial *= (p - i) / (i + 1.0)
+                net[i * (q + 1) + j, c] *= binomial
+            net[i * (q + 1) + j, 3] *= binomial * limit
+            binomial *= (q - j) / (j + 1.0)
+        binomial_p *= (p - i) / (i + 1.0)
     for k in range(2 * p + 1):
         for m in range(2 * q + 1):
             total = 0.0
@@ -182,9 +183,9 @@ def _beyond(net, degree, limit):
 
 @kernel()
 def look_closer(elements, e, cell, point, limit, bound):
-    """Return whether a cell is all farther than `limit` from `point` (about the element's origin).
+    """Return whether all of a cell is farther than `limit` from `point`, relative to the origin.
 
-    If not, `bound` takes the derivative bounds over this cell alone.
+    If not, `bound` gets the derivative bounds over this cell.
     """
     table = elements.table[e]
     p = table["degree"][0]
@@ -200,7 +201,7 @@ def look_closer(elements, e, cell, point, limit, bound):
         for c in range(3):
             moved[k, c] = net[k, c] - net[k, 3] * point[c]
         moved[k, 3] = net[k, 3]
-    if limit > 0.0 and _beyond(moved, (p, q), limit):
+    if limit > 0.0 and _is_farther(moved, (p, q), limit):
         return True
     size = (cell[1] - cell[0], cell[3] - cell[2])
     derivative_bounds(net, (p, q), size, bound, corner[0], corner[1])
@@ -209,10 +210,10 @@ def look_closer(elements, e, cell, point, limit, bound):
 
 @inner()
 def split_direction(bound, size, flatness):
-    """Return which way to halve a box: 0 in s, 1 in t, -1 when it is flat and square enough.
+    """Return the direction in which to halve a box: 0 for s, 1 for t, −1 if the box is flat.
 
-    Flat: the surface leaves its tangent parallelogram by less than `flatness` of the box's
-    larger extent. Square: no extent more than thrice the other, unless it is already flat.
+    Flat: the surface departs from its tangent parallelogram by less than `flatness` of the box's
+    larger extent. Otherwise an extent more than three times the other is halved first.
     """
     hs = 0.5 * size[0]
     ht = 0.5 * size[1]
@@ -232,10 +233,10 @@ def split_direction(bound, size, flatness):
 
 @inner()
 def subdivide(elements, e, flatness, depth, rows):
-    """Leaves of element e into the first rows (m, 20); returns how many there are.
+    """Write the leaves of element e to the first of `rows` (m, 20); return their number.
 
     A row is e, the box in (s, t), nine bounds, and the low and the high corner of the box around
-    the control points. At most `depth` halvings a leaf.
+    the control points. A leaf results from at most `depth` halvings.
     """
     p = elements.table[e]["degree"][0]
     q = elements.table[e]["degree"][1]
@@ -254,14 +255,14 @@ def subdivide(elements, e, flatness, depth, rows):
         restrict(coefs, (p, q), (s0, s1, t0, t1), net)
         size = (s1 - s0, t1 - t0)
         derivative_bounds(net, (p, q), size, row[5:14], row[14:17], row[17:20])
-        way = split_direction(row[5:14], size, flatness)
-        if way < 0 or level >= depth:
+        direction = split_direction(row[5:14], size, flatness)
+        if direction < 0 or level >= depth:
             put(rows, count, (float(e), s0, s1, t0, t1))
             for c in range(3):
                 row[14 + c] += elements.table[e]["origin"][c]
                 row[17 + c] += elements.table[e]["origin"][c]
             count += 1
-        elif way == 0:
+        elif direction == 0:
             m = 0.5 * (s0 + s1)
             put(stack, top, (s0, m, t0, t1, level + 1.0))
             put(stack, top + 1, (m, s1, t0, t1, level + 1.0))

@@ -2,8 +2,8 @@
 
 Horner's scheme carries the value and its first two derivatives together (value, slope and half
 the curvature), in t for every power of s and then in s. The rational case follows the quotient
-rule of Piegl & Tiller, The NURBS Book, Eq. 4.20. Multiply-adds are fused where they are written so,
-nowhere else: the compiler is left no choice that would show in the bits.
+rule of Piegl & Tiller, The NURBS Book, Eq. 4.20. Multiply-adds are fused only where the code says
+so: the compiler has no choice that would change bits.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ BINOMIAL = np.array([[float(math.comb(n, k)) for k in range(16)] for n in range(
 @inlined()
 def cubic(a, b, c, d, x):
     """Value, slope and half the curvature of a + b x + c x² + d x³."""
-    # The sums run beside the multiply-adds: 0.9 of the time of six multiply-adds.
+    # The sums run in parallel with the multiply-adds: 0.9 of the time of six multiply-adds.
     top = d * x
     v = top + c
     d1 = top + v
@@ -62,8 +62,8 @@ def quotient(n, w):
 
 
 @inner(inline="never")
-def _cubic_element(k, s, t, h, rational):
-    """Do as `_horner` for coefficients kept as a bicubic: 2.5 times as fast, unrolled."""
+def _evaluate_bicubic(k, s, t, h, rational):
+    """Evaluate coefficients stored as a bicubic: unrolled, 2.5 times as fast as by loops."""
     x = bicubic(k, 0, 1, s, t)
     y = bicubic(k, 16, 1, s, t)
     z = bicubic(k, 32, 1, s, t)
@@ -79,7 +79,8 @@ def _cubic_element(k, s, t, h, rational):
 
 
 @inner(inline="never")
-def _horner(coefs, start, degree, s, t, h, components):
+def _evaluate_monomial(coefs, start, degree, s, t, h, components):
+    """Evaluate coefficients of powers by Horner's scheme."""
     p, q = degree
     for c in range(components):
         a = a_s = a_ss = a_t = a_st = a_tt = 0.0
@@ -107,7 +108,7 @@ def _horner(coefs, start, degree, s, t, h, components):
 
 @inner(inline="never")
 def bernstein_basis(degree, x, basis):
-    """Bernstein polynomials of `degree` at x in [0, 1] with two derivatives into basis[3, :]."""
+    """Write Bernstein polynomials of `degree` at x in [0, 1] and two derivatives to basis[3, :]."""
     low = degree - 2
     basis[0, 0] = 1.0
     for k in range(1, degree + 1):
@@ -134,59 +135,60 @@ def bernstein_basis(degree, x, basis):
 
 
 @inner()
-def _row(coefs, k, q, t):
+def _bernstein_row(coefs, k, q, t):
     """Value, slope and curvature at t in [0, 1] of the Bernstein coefficients coefs[k], k + 4, …
 
-    Nested: value·(1 − t) + binomial·tʲ·coefficient; all terms of a positive polynomial are
-    positive, no digits are lost however much its coefficients differ.
+    Nested as value·(1 − t) + binomial·tʲ·coefficient: all terms of a positive polynomial are
+    positive, so that no digits are lost however much its coefficients differ.
     """
     r = 1.0 - t
     b0 = b1 = b2 = 0.0
-    power = before = twice = 1.0
+    power = power1 = power2 = 1.0
     x1 = x2 = 0.0
     for j in range(q + 1):
         x = coefs[k]
         k += 4
         b0 = b0 * r + BINOMIAL[q, j] * power * x
         if j > 0:
-            b1 = b1 * r + BINOMIAL[q - 1, j - 1] * before * (x - x1)
+            b1 = b1 * r + BINOMIAL[q - 1, j - 1] * power1 * (x - x1)
         if j > 1:
-            b2 = b2 * r + BINOMIAL[q - 2, j - 2] * twice * (x - 2.0 * x1 + x2)
+            b2 = b2 * r + BINOMIAL[q - 2, j - 2] * power2 * (x - 2.0 * x1 + x2)
         x2 = x1
         x1 = x
-        twice = before
-        before = power
+        power2 = power1
+        power1 = power
         power *= t
     return b0, q * b1, q * (q - 1) * b2
 
 
 @inner(inline="never")
-def _bernstein(coefs, start, degree, s, t, h, components):
+def _evaluate_bernstein(coefs, start, degree, s, t, h, components):
+    """Evaluate Bernstein coefficients, of which the monomials would lose digits."""
     p, q = degree
     s += 0.5
     t += 0.5
     r = 1.0 - s
     for c in range(components):
         v = v_s = v_t = v_ss = v_st = v_tt = 0.0
-        power = before = twice = 1.0
+        power = power1 = power2 = 1.0
         x1 = y1 = x2 = 0.0
         for i in range(p + 1):
-            x, y, z = _row(coefs, start + i * (q + 1) * 4 + c, q, t)
+            x, y, z = _bernstein_row(coefs, start + i * (q + 1) * 4 + c, q, t)
             weight = BINOMIAL[p, i] * power
             v = v * r + weight * x
             v_t = v_t * r + weight * y
             v_tt = v_tt * r + weight * z
             if i > 0:
-                weight = BINOMIAL[p - 1, i - 1] * before
+                weight = BINOMIAL[p - 1, i - 1] * power1
                 v_s = v_s * r + weight * (x - x1)
                 v_st = v_st * r + weight * (y - y1)
             if i > 1:
-                v_ss = v_ss * r + BINOMIAL[p - 2, i - 2] * twice * (x - 2.0 * x1 + x2)
+                v_ss = v_ss * r + BINOMIAL[p - 2, i - 2] * power2 * (x - 2.0 * x1 + x2)
             x2 = x1
             x1 = x
             y1 = y
-            twice = before
-            before = power
+            power2 = power1
+            power1 = power
             power *= s
         h[c, 0] = v
         h[c, 1] = p * v_s
@@ -198,21 +200,21 @@ def _bernstein(coefs, start, degree, s, t, h, components):
 
 @kernel()
 def evaluate(elements, e, s, t, h):
-    """Point and derivatives of element e at (s, t) into h[:3, :6], relative to its origin."""
+    """Write point and derivatives of element e at (s, t) to h[:3, :6], relative to its origin."""
     form = elements.table[e]["form"]
     x = s - elements.table[e]["about"][0]
     y = t - elements.table[e]["about"][1]
     if form != GENERAL:
-        _cubic_element(elements.table[e]["cubic"], x, y, h, form == RATIONAL_CUBIC)
+        _evaluate_bicubic(elements.table[e]["cubic"], x, y, h, form == RATIONAL_CUBIC)
         return
     p = elements.table[e]["degree"][0]
     q = elements.table[e]["degree"][1]
     n = elements.table[e]["components"]
     start = elements.table[e]["monomial"]
     if start >= 0:
-        _horner(elements.coefs, start, (p, q), x, y, h, n)
+        _evaluate_monomial(elements.coefs, start, (p, q), x, y, h, n)
     else:
-        _bernstein(elements.coefs, elements.table[e]["bernstein"], (p, q), s, t, h, n)
+        _evaluate_bernstein(elements.coefs, elements.table[e]["bernstein"], (p, q), s, t, h, n)
     if n == 4:
         w = (h[3, 0], h[3, 1], h[3, 2], h[3, 3], h[3, 4], h[3, 5])
         for c in range(3):
@@ -223,13 +225,13 @@ def evaluate(elements, e, s, t, h):
 
 @inlined()
 def place_in(u, first, last):
-    """Return the local s of the parameter u in an element, no farther out than its side."""
+    """Return the local s of the parameter u in an element, clamped to its sides."""
     return min(max((u - first) / (last - first) - 0.5, -0.5), 0.5)
 
 
 @inner(linked=False)
 def locate(grid, patch, u, v):
-    """Element of `patch` that holds (u, v), and the local (s, t) there."""
+    """Return the element of `patch` that contains (u, v), and the local (s, t) there."""
     row = grid.patches[patch]
     ku = _span(grid.breaks, row["u"][0], row["u"][1], u)
     kv = _span(grid.breaks, row["v"][0], row["v"][1], v)
@@ -241,13 +243,13 @@ def locate(grid, patch, u, v):
 
 @inner()
 def _span(breaks, start, stop, x):
-    return span(breaks, start, stop, spans_a_length(breaks, start, stop), x)
+    return span(breaks, start, stop, span_density(breaks, start, stop), x)
 
 
 @inner()
-def spans_a_length(breaks, start, stop):
-    """Return how many spans of breaks[start:stop] there are in a length of one."""
-    # In bodies of many faces most are one element, and their breaks need not be read.
+def span_density(breaks, start, stop):
+    """Return the number of spans of breaks[start:stop] per unit of the parameter."""
+    # In bodies of many faces most are one element: their breaks need not be read.
     if stop - start == 2:
         return 0.0
     return (stop - 1 - start) / (breaks[stop - 1] - breaks[start])
@@ -255,14 +257,14 @@ def spans_a_length(breaks, start, stop):
 
 @inner()
 def span(breaks, start, stop, density, x):
-    """The one of breaks[start:stop] that the span with x begins at; `density` is of
-    `spans_a_length`."""
+    """Return the index of breaks[start:stop] at which the span with x begins; `density` is the
+    result of `span_density`."""
     if stop - start == 2:
         return start
-    # Even breaks are guessed right: 2.5 times as fast as halving, whose branches are random.
-    share = (x - breaks[start]) * density
-    if 0.0 <= share < stop - 1 - start:
-        guess = start + int(share)
+    # For even breaks the guess is right: 2.5 times as fast as bisection, whose branches are random.
+    offset = (x - breaks[start]) * density
+    if 0.0 <= offset < stop - 1 - start:
+        guess = start + int(offset)
         if breaks[guess] <= x < breaks[guess + 1]:
             return guess
     low = start
@@ -278,7 +280,7 @@ def span(breaks, start, stop, density, x):
 
 @inner()
 def parameters(elements, e, s, t):
-    """Patch parameters (u, v) of local (s, t); exact on the element's sides."""
+    """Return the patch parameters (u, v) of local (s, t); exact on the element's sides."""
     u0 = elements.table[e]["box"][0]
     u1 = elements.table[e]["box"][1]
     v0 = elements.table[e]["box"][2]

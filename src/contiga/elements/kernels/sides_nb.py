@@ -10,10 +10,10 @@ from contiga.elements.kernels.element_nb import evaluate
 from contiga.jit import inner, kernel
 from contiga.jit.scratch import scratch
 
-SAMPLES = 5
-COLLAPSED = 1e-14
-"""A tangent this much shorter than the twist (squared) is that of a point, not of a side, unless
-the element is measured from its pole and the tangent exact."""
+N_SAMPLES = 5
+COLLAPSE_RATIO = 1e-14
+"""Squared ratio of tangent to twist below which a side is a point, unless the element is expanded
+about its pole and the tangent is exact."""
 
 
 @kernel(linked=True)
@@ -30,7 +30,7 @@ def side_point(side, x):
 
 @inner()
 def _unit_cross(h, a, b, sign):
-    """Unit vector along sign · h[:, a] × h[:, b]; zero where the two are parallel."""
+    """Unit vector along sign · h[:, a] × h[:, b]; zero if the two are parallel."""
     x = h[1, a] * h[2, b] - h[2, a] * h[1, b]
     y = h[2, a] * h[0, b] - h[0, a] * h[2, b]
     z = h[0, a] * h[1, b] - h[1, a] * h[0, b]
@@ -47,32 +47,32 @@ def _square(h, a):
 
 @inner(linked=False)
 def normal_at(elements, e, s, t, h):
-    """Unit normal at (s, t); `h` holds the derivatives there afterwards.
+    """Return the unit normal at (s, t); `h` holds the derivatives there afterwards.
 
     At a side that is one point S_s vanishes and S_s ≈ (t ∓ 1/2) S_st: the limit of the normal
-    from inside is ± S_st × S_t. Zero where that vanishes too.
+    from inside is ± S_st × S_t. Zero if that vanishes, too.
     """
     evaluate(elements, e, s, t, h)
     about = elements.table[e]["about"]
     m = _square(h, 4)
-    if _square(h, 1) <= (0.0 if about[1] != 0.0 else COLLAPSED * m):
+    if _square(h, 1) <= (0.0 if about[1] != 0.0 else COLLAPSE_RATIO * m):
         return _unit_cross(h, 4, 2, 1.0 if t < 0.0 else -1.0)
-    if _square(h, 2) <= (0.0 if about[0] != 0.0 else COLLAPSED * m):
+    if _square(h, 2) <= (0.0 if about[0] != 0.0 else COLLAPSE_RATIO * m):
         return _unit_cross(h, 1, 4, 1.0 if s < 0.0 else -1.0)
     return _unit_cross(h, 1, 2, 1.0)
 
 
 @kernel()
 def sample(elements):
-    """Points (n, 4, 5, 3) and unit normals along the four sides of every element."""
+    """Return points (n, 4, 5, 3) and unit normals along the four sides of every element."""
     n = elements.table.shape[0]
-    points = np.empty((n, 4, SAMPLES, 3))
-    normals = np.empty((n, 4, SAMPLES, 3))
+    points = np.empty((n, 4, N_SAMPLES, 3))
+    normals = np.empty((n, 4, N_SAMPLES, 3))
     h = scratch(4, 6)
     for e in range(n):
         for side in range(4):
-            for k in range(SAMPLES):
-                s, t = side_point(side, k / (SAMPLES - 1) - 0.5)
+            for k in range(N_SAMPLES):
+                s, t = side_point(side, k / (N_SAMPLES - 1) - 0.5)
                 normal = normal_at(elements, e, s, t, h)
                 for c in range(3):
                     normals[e, side, k, c] = normal[c]

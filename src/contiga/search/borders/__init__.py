@@ -1,6 +1,6 @@
 """Find where the faces of a body meet, and whether any border is open.
 
-Question: is the body closed, and how far are its faces apart where they meet? Asked with `Faces`;
-answered by `Openings`. Read `openings`, `meetings` (borders along one another), `crossings` (faces
-that go through one another), `coincident` (faces that lie on one another).
+Question: is the body closed, and how far are its faces apart where they meet? The input is `Faces`,
+the result is `Openings`. Read `openings`, `meetings` (pieces that touch or overlap), `crossings`
+(faces that cross), `coincident` (faces that coincide).
 """

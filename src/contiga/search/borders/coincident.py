@@ -1,8 +1,8 @@
-"""Faces of one piece that lie on each other: found from points on both sides of each face.
+"""Faces of one piece that coincide, found from points on both sides of each face.
 
-A point a hair before a face has that face's foot, and is as far before it; one behind is behind.
-Where another face lies there that faces the other way, one of the two is answered for both, and to
-the other the sides are wrong.
+A point slightly before a face has its foot on that face, with the same positive gap; a point behind
+it has a negative gap. If a face that faces the other way coincides with it, the search returns one
+of the two for both sides, and the sign of the gap is wrong for the other.
 """
 
 from __future__ import annotations
@@ -17,41 +17,41 @@ from contiga.records import FloatArray, IndexArray
 from contiga.search.track.project import project
 from contiga.statuses import Feature
 
-DRAWN, TAKEN = 48, 3
-"""Places drawn in the parameters of a face, and how many of those in it are looked at."""
-HAIR = 1e-7
-"""How far before and behind a face it is looked, in the body's size."""
+N_TRIALS, N_SAMPLES = 48, 3
+"""Number of random places in the rectangle of a face, and number of samples inside the trims."""
+OFFSET = 1e-7
+"""Distance of the points before and behind a face, as a share of the body's size."""
 
 
 def coincident_at(body: Faces) -> tuple[int, int, FloatArray] | None:
-    """Two faces of a closed body that have a part in common, and a place there; None if none do."""
-    patch, places, normals = _places(body)
-    hair = HAIR * body.size
+    """Find two faces of a closed body with a common part, and a point there; None if none have."""
+    patch, points, normals = _samples(body)
+    offset = OFFSET * body.size
     for sign in (1.0, -1.0):
-        points = places + sign * hair * normals
-        feet = project(body, points)
-        beside = (np.abs(np.abs(feet.gap) - hair) < 0.1 * hair) & (feet.feature == Feature.FACE)
-        wrong = np.flatnonzero(beside & (sign * feet.gap < 0.0) & (feet.patch != patch))
-        if len(wrong):
-            k = int(wrong[0])
-            return int(patch[k]), int(feet.patch[k]), places[k]
+        feet = project(body, points + sign * offset * normals)
+        at_offset = np.abs(np.abs(feet.gap) - offset) < 0.1 * offset
+        is_wrong = at_offset & (feet.feature == Feature.FACE) & (sign * feet.gap < 0.0)
+        rows = np.flatnonzero(is_wrong & (feet.patch != patch))
+        if len(rows):
+            k = int(rows[0])
+            return int(patch[k]), int(feet.patch[k]), points[k]
     return None
 
 
-def _places(body: Faces) -> tuple[IndexArray, FloatArray, FloatArray]:
-    """Patch, place and normal of the places looked at."""
+def _samples(body: Faces) -> tuple[IndexArray, FloatArray, FloatArray]:
+    """Return patch (n,), point (n, 3) and unit normal (n, 3) of random samples of all faces."""
     rng = np.random.default_rng(0)
-    patch, places, normals = [], [], []
+    patch, points, normals = [], [], []
     for k, (surface, loops) in enumerate(zip(body.patches, body.trims, strict=True)):
         low, high = parameter_box(surface, loops)
-        uv = low + (high - low) * rng.random((TAKEN if loops is None else DRAWN, 2))
+        uv = low + (high - low) * rng.random((N_SAMPLES if loops is None else N_TRIALS, 2))
         if loops is not None:
-            uv = uv[points_in_trim(body.trim_tables, k, as_contiguous(uv, np.float64))][:TAKEN]
-        first = surface.derivatives(uv, 1)
-        n = np.cross(first[:, 1, 0], first[:, 0, 1])
-        size = np.linalg.norm(n, axis=1)
-        good = size > 0.0
-        patch.append(np.full(int(good.sum()), k))
-        places.append(first[good, 0, 0])
-        normals.append(n[good] / size[good, None])
-    return np.concatenate(patch), np.concatenate(places), np.concatenate(normals)
+            uv = uv[points_in_trim(body.trim_tables, k, as_contiguous(uv, np.float64))][:N_SAMPLES]
+        d = surface.derivatives(uv, 1)
+        normal = np.cross(d[:, 1, 0], d[:, 0, 1])
+        length = np.linalg.norm(normal, axis=1)
+        is_regular = length > 0.0
+        patch.append(np.full(int(is_regular.sum()), k))
+        points.append(d[is_regular, 0, 0])
+        normals.append(normal[is_regular] / length[is_regular, None])
+    return np.concatenate(patch), np.concatenate(points), np.concatenate(normals)

@@ -13,45 +13,46 @@ from contiga.records import FloatArray, IndexArray
 
 @pass_by_pointer
 class Starts(NamedTuple):
-    """Places on pairs of leaves that Newton's method starts from, as many of each pair."""
+    """Starting places of Newton's method on pairs of leaves, the same number for each pair."""
 
     pairs: IndexArray
     """(n, 2) leaves."""
-    share: FloatArray
-    """(n, count, 2, 2) where in its leaf a place is: shares of the leaf's sides."""
+    fractions: FloatArray
+    """(n, count, 2, 2) place in its leaf, as fractions of the leaf's sides."""
     distance: FloatArray
     """(n, count) between the two places, length."""
 
 
 @pass_by_pointer
 class CommonPoints(NamedTuple):
-    """The points that places of two leaves each were led to."""
+    """The points where Newton's method ended, on both leaves of each pair."""
 
-    met: NDArray[np.bool_]
-    """(n, count) whether to one point, and no start before of the same leaves to the same one."""
+    is_common: NDArray[np.bool_]
+    """(n, count) whether it is a common point, and no earlier start of the pair led to it."""
     uv: FloatArray
     """(n, count, 2, 2) parameters in the patches."""
     point: FloatArray
     """(n, count, 2, 3) points, body frame."""
-    along: FloatArray
+    tangents: FloatArray
     """(n, count, 2, 2, 3) derivatives there along u and v."""
 
     @classmethod
     def of(cls, n: int, count: int) -> Self:
         """Memory for n pairs."""
-        each = n, count, 2
-        met = np.empty(each[:2], np.bool_)
-        return cls(met, np.empty((*each, 2)), np.empty((*each, 3)), np.empty((*each, 2, 3)))
+        shape = n, count, 2
+        is_common = np.empty(shape[:2], np.bool_)
+        uv, point = np.empty((*shape, 2)), np.empty((*shape, 3))
+        return cls(is_common, uv, point, np.empty((*shape, 2, 3)))
 
 
-class LeadWork(NamedTuple):
-    """Memory for one pair of places, both leaves' two parameters one after the other."""
+class NewtonWork(NamedTuple):
+    """Memory for one pair of places; the two parameters of each leaf follow one another."""
 
     place: FloatArray
     """(4,) in their elements."""
-    wide: FloatArray
+    width: FloatArray
     """(4,) widths of the elements in the parameters of their patches."""
-    slope: FloatArray
-    """(4, 3) how the first moves with its parameters, and against the second with those."""
+    jacobian: FloatArray
+    """(4, 3) derivatives of the first point minus the second, one row per parameter."""
     h: FloatArray
     """(4, 6) derivatives of an element."""

@@ -1,4 +1,4 @@
-"""Whether a body is closed: from which faces share its edges, as far as its tolerances go."""
+"""Whether a body is closed: from the faces that share its edges, within its tolerances."""
 
 from __future__ import annotations
 
@@ -30,73 +30,73 @@ if TYPE_CHECKING:
     from contiga.search.borders.crossings import Crossing
     from contiga.search.borders.meetings import Meeting
 
-SAMPLES = 33
-"""Points of each knot span of a free edge its length is measured with."""
-TOUCH = 1e-9
-"""Pieces that come nearer than this share of the size touch."""
+N_SAMPLES = 33
+"""Number of points per knot span that measure the length of a free edge."""
+TOUCH_TOL = 1e-9
+"""Largest distance of pieces that touch, as a share of the body's size."""
 SENSE = np.array([-1, 1, 1, -1])
-"""Of the growing parameter along u0, u1, v0, v1, to a walk round with the patch on the left."""
+"""Sense of the parameter along u0, u1, v0, v1, relative to a walk with the patch on the left."""
 
 
 class Openings(NamedTuple):
     """The places where a body's surface ends or is not sound; lengths in the body's unit."""
 
     free_edges: int
-    """Edges (and sides of untrimmed patches no edge names) that one face uses and no other."""
+    """Number of edges (and unnamed sides of untrimmed patches) that only one face uses."""
     free_length: float
     """Their total length."""
     gaping_edges: int
-    """Edges shared by faces that are farther off them than `bridged`."""
+    """Number of shared edges from which a face is farther off than `bridged`."""
     crowded_edges: int
-    """Edges more than two faces use, not in pairs."""
+    """Number of edges that more than two faces use, not in pairs."""
     turned_faces: tuple[int, ...]
-    """Patches whose free side is the contact side of the most they are joined to."""
+    """Patches whose free side is the contact side of most patches joined to them."""
     one_sided: int
-    """Joints no choice of sides agrees with, as on a Moebius strip."""
+    """Number of joints that agree with no choice of sides, as on a Moebius strip."""
     slit: float
-    """Farthest that a face is off an edge it shares."""
+    """Largest distance of a face from an edge it shares."""
     slit_patches: tuple[int, ...]
-    """The patches that meet there; none where no faces share an edge."""
+    """The patches that meet there; empty if no faces share an edge."""
     slit_point: tuple[float, float, float]
-    """Where that is, body frame."""
+    """The place of the slit, body frame."""
     tolerance: float
-    """Largest tolerance of edges and corners that the file states, 0 where it states none."""
+    """Largest tolerance of edges and corners that the file states, 0 if it states none."""
     bridged: float
-    """Faces that are off a shared edge by up to this meet there all the same."""
+    """Largest distance from a shared edge within which faces count as joined."""
     size: float
-    """Of the body."""
+    """Size of the body."""
     unit: str | None
-    """Of lengths, where that is known."""
+    """Unit of lengths, None if unknown."""
     meetings: tuple[Meeting, ...] = ()
-    """Where closed pieces touch or overlap: the first few."""
+    """The first few places where closed pieces touch or overlap."""
     crossing: Crossing | None = None
-    """Where a face goes through itself, or of a closed piece through another: the first found."""
+    """A place where a face crosses itself or another of its closed piece."""
 
     @property
     def closed(self) -> bool:
-        """Whether the surface ends nowhere, faces agree on the free side, pieces are apart."""
-        ends = self.free_edges + self.gaping_edges + self.crowded_edges + self.one_sided
-        sound = not self.turned_faces and not self.meetings and self.crossing is None
-        return ends == 0 and sound
+        """Whether the surface has no border, faces agree on the free side, pieces are apart."""
+        n_open = self.free_edges + self.gaping_edges + self.crowded_edges + self.one_sided
+        is_sound = not self.turned_faces and not self.meetings and self.crossing is None
+        return n_open == 0 and is_sound
 
     @property
     def flaws(self) -> list[str]:
-        """Flaws of a body that was to be closed, or of its joints; one text each."""
+        """Flaws of a body that should be closed, or of its joints; one text each."""
         texts = []
         if self.gaping_edges:
             texts.append(
-                f"{_several(self.gaping_edges, 'edge')} shared by faces that do not meet "
-                f"(tolerance {self._told(self.bridged)}): {self._where()}"
+                f"{_counted(self.gaping_edges, 'edge')} shared by faces that do not meet "
+                f"(tolerance {self._with_unit(self.bridged)}): {self._slit_text()}"
             )
         elif self.slit > ROUNDING * self.size:
-            texts.append(f"a slit along a shared edge, which is bridged: {self._where()}")
+            texts.append(f"a slit along a shared edge, which is bridged: {self._slit_text()}")
         if self.crowded_edges:
-            texts.append(f"{_several(self.crowded_edges, 'edge')} of more than two faces")
+            texts.append(f"{_counted(self.crowded_edges, 'edge')} of more than two faces")
         if self.turned_faces:
-            some = ", ".join(str(k) for k in self.turned_faces[:4])
+            patches = ", ".join(str(k) for k in self.turned_faces[:4])
             more = ", …" if len(self.turned_faces) > 4 else ""
-            count = _several(len(self.turned_faces), "face")
-            texts.append(f"{count} turned the other way than those around (patch {some}{more})")
+            count = _counted(len(self.turned_faces), "face")
+            texts.append(f"{count} turned the other way than those around (patch {patches}{more})")
         if self.one_sided:
             texts.append("faces that cannot agree on a free side")
         if self.crossing is not None:
@@ -107,40 +107,40 @@ class Openings(NamedTuple):
 
     @property
     def rows(self) -> list[tuple[str, str]]:
-        """Rows for people: (label, text)."""
-        rows = [("surface", self._surface())]
+        """Rows of a table for users: (label, text)."""
+        if self.closed:
+            surface = "closed"
+        elif self.free_edges:
+            edges = _counted(self.free_edges, "free edge")
+            surface = f"open, {edges}, {self._with_unit(self.free_length, 6)} long in all"
+        elif self.crossing is not None:
+            surface = "goes through itself: it has no proved sides"
+        elif self.meetings:
+            surface = "closed pieces that meet: it has no proved sides"
+        else:
+            surface = "open"
+        rows = [("surface", surface)]
         rows += [("", flaw) for flaw in self.flaws]
         if self.slit_patches:
             if self.tolerance > 0.0:
-                rows.append(("largest tolerance", self._told(self.tolerance)))
-            rows.append(("largest gap", self._where()))
+                rows.append(("largest tolerance", self._with_unit(self.tolerance)))
+            rows.append(("largest gap", self._slit_text()))
         return rows
 
-    def _surface(self) -> str:
-        if self.closed:
-            return "closed"
-        if self.free_edges:
-            edges = _several(self.free_edges, "free edge")
-            return f"open, {edges}, {self._told(self.free_length, 6)} long in all"
-        if self.crossing is not None:
-            return "goes through itself: it has no proved sides"
-        return "closed pieces that meet: it has no proved sides" if self.meetings else "open"
-
-    def _told(self, value: float, digits: int = 3) -> str:
+    def _with_unit(self, value: float, digits: int = 3) -> str:
         return f"{value:.{digits}g}" + ("" if self.unit is None else f" {self.unit}")
 
-    def _where(self) -> str:
+    def _slit_text(self) -> str:
         x, y, z = self.slit_point
-        where = "between patches {} and {}" if len(self.slit_patches) > 1 else "within patch {}"
-        share = self.slit / self.size
+        place = "between patches {} and {}" if len(self.slit_patches) > 1 else "within patch {}"
         return (
-            f"{self._told(self.slit)} ({share:.1g} of the size) {where.format(*self.slit_patches)} "
-            f"at ({x:.6g}, {y:.6g}, {z:.6g})"
+            f"{self._with_unit(self.slit)} ({self.slit / self.size:.1g} of the size) "
+            f"{place.format(*self.slit_patches)} at ({x:.6g}, {y:.6g}, {z:.6g})"
         )
 
 
-def _several(count: int, what: str) -> str:
-    return f"{count} {what}" + ("" if count == 1 else "s")
+def _counted(count: int, noun: str) -> str:
+    return f"{count} {noun}" + ("" if count == 1 else "s")
 
 
 _DISK = DiskCache("openings", __file__)
@@ -148,27 +148,26 @@ _DISK = DiskCache("openings", __file__)
 
 @once
 def openings_of(body: Faces) -> Openings:
-    """Return where `body` is open or unsound: nothing of a closed one.
+    """Return where `body` is open or unsound; computed at the first call and cached.
 
-    Faces are joined where they share an edge of the body; its tolerances say how far they may be
-    apart. Sides of untrimmed patches that no edge names are matched in space. A flood over the
-    joints tells which faces disagree on the free side. Worked out at the first call and kept.
+    Faces are joined if they share an edge of the body, within its tolerances. Sides of untrimmed
+    patches that no edge names are matched in space. A flood fill over the joints finds the faces
+    that disagree on the free side.
     """
-    return _DISK.kept(key_of(body), lambda: _found(body))
+    return _DISK.kept(key_of(body), lambda: _compute(body))
 
 
-def _found(body: Faces) -> Openings:
+def _compute(body: Faces) -> Openings:
     joints = joints_of(body)
-    curves = [body.edges[k].curve for k in np.flatnonzero(joints.open)]
-    breaks = [np.unique(curve.knots) for curve in curves]
-    length = sum(
-        _length(curve, np.stack([ends[:-1], ends[1:]]))
-        for curve, ends in zip(curves, breaks, strict=True)
-    )
+    length = 0.0
+    for k in np.flatnonzero(joints.open):
+        curve = body.edges[k].curve
+        breaks = np.unique(curve.knots)
+        length += _length(curve, np.stack([breaks[:-1], breaks[1:]]))
     extents, is_open = stitches(body)
     sides, side_joints = _unnamed_sides(body)
     turned, at_odds = turned_faces(len(body.patches), joints.joints + side_joints)
-    slit, patches, point = _worst(body)
+    slit, patches, point = _widest_gap(body)
     openings = Openings(
         free_edges=int(joints.open.sum()) + int(is_open.sum()) + len(sides),
         free_length=float(length + extents[is_open].sum() + sum(sides)),
@@ -184,52 +183,53 @@ def _found(body: Faces) -> Openings:
         size=body.size,
         unit=body.unit,
     )
-    every: IntArray = np.arange(len(body.patches), dtype=np.int32)
-    piece = _pieces(len(every), joints.joints + side_joints) if openings.closed else every
-    from contiga.search.borders.crossings import crossing_of  # they search
+    piece: IntArray = np.arange(len(body.patches), dtype=np.int32)
+    if openings.closed:
+        piece = _connected_pieces(len(body.patches), joints.joints + side_joints)
+    from contiga.search.borders.crossings import crossing_of  # loads the search
     from contiga.search.borders.meetings import meetings_of
 
     openings = openings._replace(crossing=crossing_of(body, piece, slit))
     if body.pieces_apart or not openings.closed or len(body.patches) < 2:
         return openings
-    within = max(TOUCH * body.size, 2.0 * slit)
-    return openings._replace(meetings=meetings_of(body, piece, within))
+    tolerance = max(TOUCH_TOL * body.size, 2.0 * slit)
+    return openings._replace(meetings=meetings_of(body, piece, tolerance))
 
 
 def pieces_of(body: Faces) -> list[IndexArray]:
-    """Patches of each piece: of what hangs together by edges, or by sides that no edge names."""
+    """Return the patches of each piece, connected by edges or by sides that no edge names."""
     joints = joints_of(body).joints + _unnamed_sides(body)[1]
-    piece = _pieces(len(body.patches), joints)
+    piece = _connected_pieces(len(body.patches), joints)
     return [np.flatnonzero(piece == k) for k in range(piece.max() + 1)]
 
 
-def _pieces(n: int, joints: list[Joint]) -> IntArray:
-    """Return (n,) numbers of the pieces that patches hang together in."""
+def _connected_pieces(n: int, joints: list[Joint]) -> IntArray:
+    """Return (n,) number of the connected piece of each patch."""
     first, second = np.array([joint[:2] for joint in joints], np.int64).reshape(-1, 2).T
     return groups_of(first, second, n)
 
 
-def _worst(body: Faces) -> tuple[float, tuple[int, ...], tuple[float, float, float]]:
-    """The largest gap of a shared edge, the patches that meet there, and where it is."""
+def _widest_gap(body: Faces) -> tuple[float, tuple[int, ...], tuple[float, float, float]]:
+    """Return the largest gap of a shared edge, the patches that meet there, and its place."""
     shared = [edge for edge in body.edges if len(edge.uses) > 1]
     if not shared:
         return 0.0, (), (0.0, 0.0, 0.0)
-    edge = max(shared, key=lambda each: each.gap)
+    edge = max(shared, key=lambda edge: edge.gap)
     images = [image_of(edge, k, body.patches, body.trims) for k in range(len(edge.uses))]
-    image = max(images, key=lambda each: each.gap)
+    image = max(images, key=lambda image: image.gap)
     patches = tuple(dict.fromkeys(use.patch for use in edge.uses))
     return image.gap, patches, image.point
 
 
 def _unnamed_sides(body: Faces) -> tuple[list[float], list[Joint]]:
-    """Lengths of free sides of untrimmed patches that no edge names, and the joints of others."""
+    """Return lengths of free sides of untrimmed patches that no edge names, and other joints."""
     named = {(use.patch, use.index) for e in body.edges for use in e.uses if use.loop == UNTRIMMED}
     reach = reach_of_loops(body)
     unnamed = np.zeros((len(body.patches), 4), bool)
     for k in (k for k, loops in enumerate(body.trims) if loops is None):
         net = body.patches[k].control_points
         for side, row in enumerate((net[0], net[-1], net[:, 0], net[:, -1])):
-            # Its length is 0 where the side is a point, else no less than the side's.
+            # The length of the control polygon is an upper bound, and 0 if the side is a point.
             length = float(np.linalg.norm(np.diff(row, axis=0), axis=1).sum())
             unnamed[k, side] = (k, side) not in named and length > reach[k, UNTRIMMED]
     if not unnamed.any():
@@ -244,26 +244,25 @@ def _unnamed_sides(body: Faces) -> tuple[list[float], list[Joint]]:
     rows, sides = rows[order], sides[order]
     kind = table["kind"][rows, sides]
     free = kind == BORDER
+    free_sides = zip(patch[rows[free]].tolist(), sides[free].tolist(), strict=True)
     lengths = []
-    for k, side in dict.fromkeys(
-        zip(patch[rows[free]].tolist(), sides[free].tolist(), strict=True)
-    ):
-        here = rows[free & (patch[rows] == k) & (sides == side)]
-        along = 1 - side // 2
-        end = {"uv"[1 - along]: domain[k, side]}
-        spans = table["box"][here][:, 2 * along : 2 * along + 2]
-        lengths.append(_length(body.patches[k].isocurve(**end), spans.T))
+    for k, side in dict.fromkeys(free_sides):
+        elements = rows[free & (patch[rows] == k) & (sides == side)]
+        axis = 1 - side // 2
+        side_value = {"uv"[1 - axis]: domain[k, side]}
+        spans = table["box"][elements][:, 2 * axis : 2 * axis + 2]
+        lengths.append(_length(body.patches[k].isocurve(**side_value), spans.T))
     rows, sides = rows[kind <= CREASE], sides[kind <= CREASE]
-    other = table["neighbour"][rows, sides]
+    neighbour = table["neighbour"][rows, sides]
     sense = SENSE[sides] * SENSE[table["neighbour_side"][rows, sides]]
     agree = sense * (1 - 2 * table["flip"][rows, sides]) < 0
-    pairs = np.sort([patch[rows], patch[other]], axis=0)
+    pairs = np.sort([patch[rows], patch[neighbour]], axis=0)
     joints = zip(*pairs.tolist(), agree.tolist(), strict=True)
-    return lengths, [Joint(*each) for each in dict.fromkeys(joints)]
+    return lengths, [Joint(*joint) for joint in dict.fromkeys(joints)]
 
 
 def _length(curve: NurbsCurve, spans: FloatArray) -> float:
-    """Length of a curve over spans of its parameter (2, n), by chords, to about 1e-4 of it."""
-    t = np.linspace(spans[0], spans[1], SAMPLES)
+    """Return the length of a curve over spans (2, n) by chords, with a relative error of 1e-4."""
+    t = np.linspace(spans[0], spans[1], N_SAMPLES)
     points = curve.evaluate(t.ravel()).reshape(*t.shape, 3)
     return float(np.linalg.norm(np.diff(points, axis=0), axis=2).sum())

@@ -1,4 +1,4 @@
-"""Records of arrays that kernels make for the certificates of tracked feet."""
+"""Records of the certificates of tracked feet."""
 
 from __future__ import annotations
 
@@ -8,13 +8,14 @@ from contiga.records import FloatArray
 
 
 class Bending(NamedTuple):
-    """The Taylor polynomial of a cell and its remainder, as `bend_bounds` leaves them."""
+    """The Taylor polynomial of a cell and the bounds of its remainder; see `bend_bounds`."""
 
     derivatives: FloatArray
-    """(4, 6) S and its derivatives to the second order in the middle, by parameters that run over
+    """(4, 6) S and its derivatives to second order in the middle, by parameters that run over
     [-1, 1] in the cell."""
-    rest: FloatArray
-    """(2, 5) what they depart from that polynomial by over the cell, at most; along the normal."""
+    remainder: FloatArray
+    """(2, 5) bounds of the remainder's derivatives over the cell: of their length, and of their
+    part along the normal."""
 
 
 class Principal(NamedTuple):
@@ -25,12 +26,12 @@ class Principal(NamedTuple):
     metric: tuple[float, float, float, float]
 
 
-class Seen(NamedTuple):
-    """A motion P(0) → P(1), as a foot sees it."""
+class Motion(NamedTuple):
+    """A motion P(0) → P(1), relative to a foot Q with normal n."""
 
     heights: tuple[float, float]
-    """(P − Q)·n of both."""
-    far: float
-    """The larger distance from the foot."""
+    """(P − Q)·n of both ends."""
+    distance: float
+    """The larger distance of both ends from the foot."""
     slip: float
-    """How far the motion leads along the surface at most, length."""
+    """Upper bound of the tangential part of the motion, length."""

@@ -17,21 +17,21 @@ from contiga.search.hierarchy.forms import forms_of
 from contiga.search.hierarchy.kernels import curve_leaves_nb, hierarchy_nb, plates_nb, tree_nb
 from contiga.search.hierarchy.table_types import LEAF, NODE, PLATE, Items, Seeds
 
-# A leaf leaves its tangent parallelogram by at most this share of its larger extent: flat leaves
-# save a third of a search, and of bodies of many curved faces take too much memory.
-FLATNESS = (0.125, 0.25)
-FLAT_LEAVES = 200_000
-# Halvings of one element at most.
-DEPTH = 9
-# Halvings of a stretch of a trimming piece at most.
-CURVE_DEPTH = 8
-# Voxels of the grid of seeds along its longest side, and how far it goes beyond the body, in them.
-VOXELS = 64
-BEYOND = 3
+# Largest departures of a leaf from its tangent parallelogram, as shares of its larger extent: flat
+# leaves save a third of a search, but bodies of many curved faces would take too much memory.
+FLATNESSES = (0.125, 0.25)
+MAX_FLAT_LEAVES = 200_000
+# Largest number of halvings of an element.
+MAX_HALVINGS = 9
+# Largest number of halvings of a stretch of a trimming piece.
+MAX_CURVE_HALVINGS = 8
+# Number of voxels of the grid of seeds along its longest side, and its margin around the body.
+N_VOXELS = 64
+VOXEL_MARGIN = 3
 
 
 class Hierarchy(NamedTuple):
-    """Leaves over every element that is not trimmed away whole, and over every trimming piece."""
+    """Leaves over every element that is not completely trimmed away, and every trimming piece."""
 
     leaves: Records
     """`LEAF`, in the order of the hierarchy."""
@@ -45,16 +45,16 @@ class Hierarchy(NamedTuple):
 
 
 def build_hierarchy(elements: Elements, grid: Grid, trims: TrimTables) -> Hierarchy:
-    """The hierarchy of a body."""
-    for flatness in FLATNESS:
-        faces = hierarchy_nb.surface_leaves(elements, flatness, DEPTH)
-        curves = curve_leaves_nb.curve_leaves(elements, grid, trims, flatness, CURVE_DEPTH)
+    """Build the hierarchy of a body."""
+    for flatness in FLATNESSES:
+        faces = hierarchy_nb.surface_leaves(elements, flatness, MAX_HALVINGS)
+        curves = curve_leaves_nb.curve_leaves(elements, grid, trims, flatness, MAX_CURVE_HALVINGS)
         rows = np.concatenate([faces, curves])
-        if len(rows) <= FLAT_LEAVES:
+        if len(rows) <= MAX_FLAT_LEAVES:
             break
     element = rows[:, 0].astype(np.int32)
     box, bound, low, high = np.split(rows[:, 1:], [4, 13, 16], axis=1)
-    # Where its edges have width, a face reaches that much beyond them.
+    # A face reaches beyond its edges by their width.
     on_face = element >= 0
     edge_tolerance = elements.table["edge_tolerance"][element[on_face], None]
     low[on_face] -= edge_tolerance
@@ -75,29 +75,31 @@ def build_hierarchy(elements: Elements, grid: Grid, trims: TrimTables) -> Hierar
 def items_of(
     hierarchy: Hierarchy, elements: Elements, trims: TrimTables, tolerance: float
 ) -> Items:
-    """Return what the closest point is searched among; forms are exact to `tolerance`, a length."""
+    """Return the items of the closest point search; forms are exact to `tolerance`, a length."""
     leaves, plates, tree, low, high = hierarchy
     forms = forms_of(elements, trims, tolerance)
-    formed = np.isin(leaves["element"], np.flatnonzero(forms["kind"] != NO_FORM))
-    if not formed.any():
+    has_form = np.isin(leaves["element"], np.flatnonzero(forms["kind"] != NO_FORM))
+    if not has_form.any():
         return Items(leaves, plates, tree, forms[:0].copy())
-    rows, item = np.unique(leaves["element"][formed], return_inverse=True)
-    whole = np.zeros(len(rows), LEAF)
-    whole["element"], whole["patch"] = rows, elements.table["patch"][rows]
-    whole["has_form"], whole["box"] = 1, (-0.5, 0.5, -0.5, 0.5)
-    item_low, item_high = np.full((len(rows), 3), np.inf), np.full((len(rows), 3), -np.inf)
-    np.minimum.at(item_low, item, low[formed])
-    np.maximum.at(item_high, item, high[formed])
+    # The leaves of an element with a form become one item.
+    rows, item = np.unique(leaves["element"][has_form], return_inverse=True)
+    n = len(rows)
+    form_items = np.zeros(n, LEAF)
+    form_items["element"], form_items["patch"] = rows, elements.table["patch"][rows]
+    form_items["has_form"], form_items["box"] = 1, (-0.5, 0.5, -0.5, 0.5)
+    item_low, item_high = np.full((n, 3), np.inf), np.full((n, 3), -np.inf)
+    np.minimum.at(item_low, item, low[has_form])
+    np.maximum.at(item_high, item, high[has_form])
     tree, order = tree_over(
-        np.concatenate([low[~formed], item_low]), np.concatenate([high[~formed], item_high])
+        np.concatenate([low[~has_form], item_low]), np.concatenate([high[~has_form], item_high])
     )
-    leaves = np.concatenate([leaves[~formed], whole])[order]
-    plates = np.concatenate([plates[~formed], np.zeros(len(rows), PLATE)])[order]
+    leaves = np.concatenate([leaves[~has_form], form_items])[order]
+    plates = np.concatenate([plates[~has_form], np.zeros(n, PLATE)])[order]
     return Items(leaves, plates, tree, forms)
 
 
 def tree_over(low: FloatArray, high: FloatArray) -> tuple[Records, IntArray]:
-    """Nodes of a hierarchy over boxes (n, 3), and the boxes in its order."""
+    """Return the nodes of a hierarchy over boxes (n, 3), and the order of the boxes in it."""
     *columns, order = tree_nb.build(low, high)
     tree = np.zeros(len(columns[0]), NODE)
     tree["low"], tree["high"], tree["first"], tree["count"] = columns
@@ -109,7 +111,7 @@ def empty_seeds(tree: Records) -> Seeds:
     low, high = tree["low"][0], tree["high"][0]
     if not np.isfinite(low).all():  # a body without leaves
         low = high = np.zeros(3)
-    side = float((high - low).max()) / (VOXELS - 2 * BEYOND) or 1.0
-    voxels = np.ceil((high - low) / side).astype(np.int32) + 2 * BEYOND
+    side = float((high - low).max()) / (N_VOXELS - 2 * VOXEL_MARGIN) or 1.0
+    voxels = np.ceil((high - low) / side).astype(np.int32) + 2 * VOXEL_MARGIN
     leaf = np.full(int(np.prod(voxels)), -1, np.int32)
-    return Seeds(low - BEYOND * side, np.array([1.0 / side]), voxels, leaf)
+    return Seeds(low - VOXEL_MARGIN * side, np.array([1.0 / side]), voxels, leaf)

@@ -1,6 +1,6 @@
-"""Keep what is computed once from a body's tables, as long as they live.
+"""Cache results that are computed once from a body's tables, as long as these live.
 
-What takes long is kept on the disk, too, by all that it is made of: the tables' arrays.
+Results that take long are also cached on the disk, by a digest of the tables' arrays.
 """
 
 from __future__ import annotations
@@ -19,32 +19,31 @@ T = TypeVar("T")
 
 
 class Kept(Generic[T]):
-    """Answers of `build`, one for each body.
+    """Results of `build`, one for each body.
 
-    They are in `disk` for other processes, where there is one and a body has `least` elements.
+    They are also in `disk`, if given, for bodies with at least `min_elements` elements.
     """
 
     def __init__(
-        self, build: Callable[..., T], disk: DiskCache | None = None, least: int = 0
+        self, build: Callable[..., T], disk: DiskCache | None = None, min_elements: int = 0
     ) -> None:
-        self._build, self._disk, self._least = build, disk, least
+        self._build, self._disk, self._min_elements = build, disk, min_elements
         self._kept: dict[int, T] = {}
         self._asked: dict[int, int] = {}
 
     def of(self, tables: Tables, *how: Any) -> T:
-        """Return the answer for the body of `tables`, computed at the first call with `how`."""
+        """Return the result for the body of `tables`, computed at the first call with `how`."""
         key = self._key(tables)
         if key not in self._kept:
-            disk = self._disk if len(tables.elements.table) >= self._least else None
-            self._kept[key] = (
-                self._build(tables, *how)
-                if disk is None
-                else disk.kept(_digest_of(tables, how), lambda: self._build(tables, *how))
-            )
+            if self._disk is None or len(tables.elements.table) < self._min_elements:
+                self._kept[key] = self._build(tables, *how)
+            else:
+                digest = _digest_of(tables, how)
+                self._kept[key] = self._disk.kept(digest, lambda: self._build(tables, *how))
         return self._kept[key]
 
     def if_worth(self, tables: Tables, asked: int, worth: int) -> T | None:
-        """Return the value if it is there, or if `asked` with all asked before is `worth` it."""
+        """Return the result if it exists, or if the sum of `asked` over all calls is `worth` it."""
         key = self._key(tables)
         if key not in self._kept:
             self._asked[key] += asked
@@ -53,38 +52,34 @@ class Kept(Generic[T]):
         return self.of(tables)
 
     def _key(self, tables: Tables) -> int:
-        # Tuples of tables are put together anew; the array of elements is one a body.
+        # Tuples of tables are rebuilt, but a body has one array of elements.
         elements = tables.elements.table
         key = id(elements)
         if key not in self._asked:
             self._asked[key] = 0
-            weakref.finalize(elements, self._forget, key)
+            for cache in (self._kept, self._asked):
+                weakref.finalize(elements, cache.pop, key, None)
         return key
-
-    def _forget(self, key: int) -> None:
-        self._kept.pop(key, None)
-        self._asked.pop(key, None)
 
 
 def _digest_of(tables: Tables, how: tuple[Any, ...]) -> str:
     """Return a digest of all arrays and numbers of tables, and of `how`.
 
-    It leaves out the leaves that guesses begin at and the neighbourhoods: those are filled in when
-    they are asked for.
+    Seeds and neighbourhoods are left out: they are filled in later, on demand.
     """
     digest, seeds = Digest(), tables.seeds
     digest.text(repr(how))
     tables = tables._replace(seeds=seeds._replace(leaf=seeds.leaf[:0]))
     tables = tables._replace(neighbourhoods=tables.neighbourhoods[:0])
-    for k, leaf in enumerate(_leaves(tables)):
-        digest.arrays(str(k), np.asarray(leaf))
+    for k, array in enumerate(_arrays(tables)):
+        digest.arrays(str(k), np.asarray(array))
     return digest.hexdigest()
 
 
-def _leaves(tables: Any) -> Iterator[Any]:
-    """Yield the entries of named tuples in named tuples."""
+def _arrays(tables: Any) -> Iterator[Any]:
+    """Yield the arrays in nested named tuples."""
     for part in tables:
         if isinstance(part, tuple):
-            yield from _leaves(part)
+            yield from _arrays(part)
         else:
             yield part

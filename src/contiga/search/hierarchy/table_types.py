@@ -1,7 +1,7 @@
-"""The tables the search kernels work on, beside the elements.
+"""The tables of leaves, plates, forms and nodes that the search kernels work on.
 
-One record a leaf or a node: a kernel is handed one array instead of twenty (handing a tuple of
-twenty arrays to a small function costs more than the function).
+Each leaf or node is one record, so that a kernel gets one array instead of twenty (see
+`contiga.elements.element_arrays`).
 """
 
 from __future__ import annotations
@@ -17,14 +17,14 @@ from contiga.records import FloatArray, IntArray
 
 NEIGHBOURHOOD = np.dtype(
     [
-        # Over a part of an element and those around it (see `neighbourhood_nb`):
-        ("curvature", "f8", 2),  # largest towards the normal and away from it, each 0 at least
-        ("room", "f8"),  # a way shorter than this does not lead out of them
-        ("speed", "f8", 2),  # |S_u|, |S_v| at most, within `block`
-        ("width", "f8", 2),  # part of S_u across S_v, of S_v across S_u at least
+        # Bounds over a part of an element and the parts around it (see `neighbourhood_nb`):
+        ("curvature", "f8", 2),  # largest towards the normal and away from it, each at least 0
+        ("room", "f8"),  # lower bound of the length of a path that leaves the parts
+        ("speed", "f8", 2),  # upper bounds of |S_u|, |S_v| within `block`
+        ("width", "f8", 2),  # lower bounds of the part of S_u across S_v, and of S_v across S_u
         ("block", "f8", 4),  # u0, u1, v0, v1 around the part
-        ("ends", "i1", 4),  # 1 where the element's side is not smooth and within reach
-        ("reach", "i1", 4),  # parts of the element across each side that are among them
+        ("ends", "i1", 4),  # 1 if the element's side is not smooth and within reach
+        ("reach", "i1", 4),  # number of included parts of the element across each side
         ("pole", "i1"),  # side that is a pole within reach, -1 none
     ],
     align=True,
@@ -33,28 +33,28 @@ LEAF = np.dtype(
     [
         ("element", "i4"),  # surface leaf: its element; curve leaf: -1 - trimming piece
         ("patch", "i4"),
-        ("has_form", "i4"),  # 1 where it is all of an element that has a form
+        ("has_form", "i4"),  # 1 if it is a complete element that has a form
         ("box", "f8", 4),  # s0, s1, t0, t1; curve leaf: t0, t1 of the piece
-        # |S_s|, |S_t|, |S_ss|, |S_st|, |S_tt|, |S_sss|, |S_sst|, |S_stt|, |S_ttt| at most; curve
-        # leaf: |C'|, |C''|, |C'''|, the way into the face in its middle (3), how far it is off,
-        # 1 where the face is to the left of the piece, -1 to the right, 0 where that is not known,
-        # the sine of the largest turn of its normal
+        # Upper bounds of |S_s|, |S_t|, |S_ss|, |S_st|, |S_tt|, |S_sss|, |S_sst|, |S_stt|, |S_ttt|;
+        # curve leaf: of |C'|, |C''|, |C'''|; the inward direction in its middle (3), its largest
+        # deviation, 1 if the face is to the left of the piece, -1 to the right, 0 if unknown, the
+        # sine of the largest turn of the face's normal
         ("bound", "f8", 9),
     ],
     align=True,
 )
 PLATE = np.dtype(
     [
-        # A leaf laid flat (see `plates_nb`):
+        # A flat copy of a leaf (see `plates_nb`):
         ("middle", "f8", 3),
-        ("x", "f8", 3),  # from there to the middles of two sides; of a curve leaf the second is 0
+        ("x", "f8", 3),  # vectors from there to the middles of two sides; curve leaf: y is 0
         ("y", "f8", 3),
         ("metric", "f8", 3),  # products x x, x y, y y
-        ("departure", "f8"),  # how far the leaf leaves it at most
-        ("spare", "f8"),  # how far the body is from its middle: infinite where that is trimmed away
-        ("normal", "f8", 3),  # of length one, or zero where the plate has none
-        ("radius", "f8"),  # no point of the leaf is farther from the middle
-        ("edge_tolerance", "f8"),  # how far beyond its edges the leaf's face may be met
+        ("departure", "f8"),  # largest distance of the leaf from it
+        ("spare", "f8"),  # largest distance of the body from its middle: infinite if trimmed away
+        ("normal", "f8", 3),  # unit vector, or zero if the plate has none
+        ("radius", "f8"),  # largest distance of a point of the leaf from the middle
+        ("edge_tolerance", "f8"),  # margin of the leaf's face beyond its edges
     ],
     align=True,
 )
@@ -62,7 +62,7 @@ FORM = np.dtype(
     [
         # An element whose closest point is a formula (see `forms`, `form_nb`):
         ("kind", "i4"),
-        ("turned_along_t", "i4"),  # 1 where t runs around the axis and s along the meridian
+        ("turned_along_t", "i4"),  # 1 if t runs around the axis and s along the meridian
         ("origin", "f8", 3),  # middle of a plane; else on the axis
         ("x", "f8", 3),  # half sides of a plane; else unit vectors to the middle of the turn
         ("y", "f8", 3),  # and along its chord
@@ -91,40 +91,38 @@ NODE = np.dtype(
 
 @pass_by_pointer
 class Seeds(NamedTuple):
-    """A leaf near every voxel of a grid over the body: where to look for a closest point first."""
+    """A leaf near every voxel of a grid over the body: first guesses of closest points."""
 
     low: FloatArray
     """(3,) corner of the grid."""
     scale: FloatArray
-    """(1,) voxels a length."""
+    """(1,) voxels per length."""
     voxels: IntArray
-    """(3,) how many along each axis."""
+    """(3,) number of voxels along each axis."""
     leaf: IntArray
-    """(voxels,) the leaf, −1 where nobody has asked yet."""
+    """(voxels,) the leaf, −1 if it has not been computed yet."""
 
 
 @pass_by_pointer
 class Items(NamedTuple):
-    """The items that the closest point is searched among.
+    """The items of the closest point search: complete elements that have a form, and other leaves.
 
-    They are elements that have a form, each whole, and the leaves of all else.
-
-    Of a body without forms these are its leaves.
+    For a body without forms these are its leaves.
     """
 
     leaves: Records
     """`LEAF`, in the order of the hierarchy."""
     plates: Records
-    """`PLATE` of each; of an element that has a form it says nothing."""
+    """`PLATE` of each; undefined for an element with a form."""
     tree: Records
     """`NODE`, the root first."""
     forms: Records
-    """(elements,) `FORM`; of a body without forms there are none."""
+    """(elements,) `FORM`; empty for a body without forms."""
 
 
 @pass_by_pointer
 class Tables(NamedTuple):
-    """Everything the kernels are handed about a body."""
+    """All tables of a body for kernels."""
 
     elements: Elements
     grid: Grid
@@ -138,10 +136,10 @@ class Tables(NamedTuple):
     seeds: Seeds
     trims: TrimTables
     piece_open: FloatArray
-    """(pieces,) 1 where a trimming piece bounds the body (no second face uses its edge)."""
+    """(pieces,) 1 if a trimming piece bounds the body (no second face uses its edge)."""
     piece_width: FloatArray
-    """(pieces,) width of the edge along a trimming piece, length; 0 where no second face joins."""
+    """(pieces,) width of the edge along a trimming piece, length; 0 without a second face."""
     scale: FloatArray
     """(2,) size of the body, tangential tolerance of a foot; lengths."""
     neighbourhoods: Records
-    """(elements, 16) `NEIGHBOURHOOD`, of no elements but where tracked feet are certified."""
+    """(elements, 16) `NEIGHBOURHOOD`; empty unless tracked feet are certified."""

@@ -1,11 +1,11 @@
-"""Tracking with the body's tables and the feet resident on a GPU: a seam, not yet a backend.
+"""Tracking with the body's tables and the feet resident on a GPU: an interface, not yet a backend.
 
-A thread takes one point from its last foot to the next proved one (`row_nb`: the mathematics are
-those of the CPU's lanes). What it cannot finish it flags: past borders and creases, near trims that
-the bounds kept of the surroundings do not clear, of degrees above three, off their element's next
-neighbour. Those rows alone come back and take the CPU's way (`contiga.search.track.project.track`).
+A thread continues one point from its last foot to the next proved one (`row_nb`, with the
+mathematics of the CPU's lanes). It flags rows that it cannot finish: past borders and creases, near
+trims that the neighbourhood does not exclude, of degrees above three, beyond the neighbours of
+their element. Only these rows come back, to the CPU (`contiga.search.track.project.track`).
 
-Nothing else of the library comes by here.
+No other part of the library uses this module.
 """
 
 from __future__ import annotations
@@ -27,10 +27,7 @@ from contiga.search.track.track_records import FlaggedFeet, RowStarts, Way
 
 
 class FlatTables(NamedTuple):
-    """The part of `Tables` that a thread reads.
-
-    These are arrays of records and numbers, with no pointers between them.
-    """
+    """The part of `Tables` that a thread reads: arrays, without pointers between them."""
 
     elements: Any
     grid: Any
@@ -43,15 +40,15 @@ class Tracked(NamedTuple):
     """Feet of n points that stay on the device from step to step."""
 
     tables: Tables
-    """Of the body, for the rows that come back."""
+    """Tables of the body, for the rows that come back."""
     flat: FlatTables
     """The same, on the device."""
     feet: Any
     """The members of a `Projection`, on the device."""
     before: Any
-    """(n, 3) where the points are, on the device."""
+    """(n, 3) present points, on the device."""
     back: Any
-    """(n,) uint8 on the device: the rows of the last step that the CPU did."""
+    """(n,) uint8 flags on the device: the rows of the last step that the CPU did."""
 
 
 def start(tables: Tables, feet: Projection, points: Any) -> Tracked:
@@ -62,79 +59,75 @@ def start(tables: Tables, feet: Projection, points: Any) -> Tracked:
     MissingPackageError, RunError
         No kernels can be launched here (`contiga.arrays.device.check_device`).
     InputError
-        `feet` and `points` are not of the same number.
+        `feet` and `points` differ in number.
     """
     check_device()
     n = len(feet.gap)
-    there, tables = _on_device(points, n), with_neighbourhoods(tables)
-    return Tracked(tables, flat(tables), resident(feet), there, resident(np.zeros(n, np.uint8)))
+    p_B, tables = _on_device(points, n), with_neighbourhoods(tables)
+    return Tracked(tables, flat(tables), resident(feet), p_B, resident(np.zeros(n, np.uint8)))
 
 
 def flat(tables: Tables) -> FlatTables:
-    """Put what threads read of the tables on the device."""
-    read = FlatTables(
-        tables.elements, tables.grid, tables.trims, tables.neighbourhoods, tables.scale
-    )
-    return FlatTables(*resident(read))
+    """Put the part of the tables that threads read on the device."""
+    return FlatTables(*resident(FlatTables(*(getattr(tables, f) for f in FlatTables._fields))))
 
 
 def track(tracked: Tracked, points: Any) -> tuple[Tracked, IntArray]:
-    """The feet one step on, of the points at `points` (n, 3), body frame; certified where they can.
+    """Continue the feet to `points` (n, 3), body frame, and certify them as far as possible.
 
-    `points` may be on the device already, as C-contiguous float64. They are kept there as they are,
-    not copied, for the next step: write its points to other memory.
+    `points` may be on the device already, as C-contiguous float64. They are not copied but kept for
+    the next step: write its points to other memory.
 
-    Returns the new state, and which rows the CPU did. The feet of the state that was handed in are
-    overwritten.
+    Returns the new state, and which rows the CPU did. The feet of the given state are overwritten.
     """
     now = _on_device(points, len(tracked.before))
-    track_there(tracked, now)
-    return track_left(tracked, now)
+    start_on_device(tracked, now)
+    return finish_on_host(tracked, now)
 
 
-def track_there(tracked: Tracked, now: Any) -> None:
+def start_on_device(tracked: Tracked, now: Any) -> None:
     """Start the device's part of a step, without waiting for it.
 
-    It flags in `tracked.back` the rows that it leaves. `now` (n, 3) is on the device.
+    It flags unfinished rows in `tracked.back`. `now` (n, 3) is on the device.
     """
-    way, results = Way(tracked.before, now), FlaggedFeet(tracked.feet, tracked.back)
-    launch(row_nb.track_row, len(tracked.before), tracked.flat, way, results)
+    motion, results = Way(tracked.before, now), FlaggedFeet(tracked.feet, tracked.back)
+    launch(row_nb.track_row, len(tracked.before), tracked.flat, motion, results)
 
 
-def track_left(tracked: Tracked, now: Any) -> tuple[Tracked, IntArray]:
-    """Finish the step on the CPU for the flagged rows.
+def finish_on_host(tracked: Tracked, now: Any) -> tuple[Tracked, IntArray]:
+    """Finish the step on the CPU for the flagged rows; return the result of `track`.
 
-    Only these are copied to and fro. It returns what `track` does.
+    Only these rows are copied between host and device.
     """
-    # A bit a flag is fetched, the flags stay where they are.
-    bytes_there = resident(np.empty(ceil(len(tracked.back) / 8), np.uint8))
-    launch(row_nb.pack_flags, len(bytes_there), tracked.back, bytes_there)
-    packed = on_host(bytes_there)
-    some = np.flatnonzero(packed)
-    bits = np.unpackbits(packed[some, None], axis=1, bitorder="little").astype(bool)
-    rows = (8 * some[:, None] + np.arange(8))[bits].astype(np.int32)
+    # The flags are fetched as one bit each.
+    packed_on_device = resident(np.empty(ceil(len(tracked.back) / 8), np.uint8))
+    launch(row_nb.pack_flags, len(packed_on_device), tracked.back, packed_on_device)
+    packed = on_host(packed_on_device)
+    bytes_with_flags = np.flatnonzero(packed)
+    bits = np.unpackbits(packed[bytes_with_flags, None], axis=1, bitorder="little").astype(bool)
+    rows = (8 * bytes_with_flags[:, None] + np.arange(8))[bits].astype(np.int32)
     m = len(rows)
     if m:
-        there = resident(rows)
+        rows_on_device = resident(rows)
         starts = resident(
             RowStarts(np.empty(m, np.int32), np.empty((m, 2)), np.empty((m, 3)), np.empty((m, 3)))
         )
         feet = RowStarts(tracked.feet.patch, tracked.feet.uv, tracked.before, now)
-        launch(row_nb.gather_row, m, feet, there, starts)
+        launch(row_nb.gather_row, m, feet, rows_on_device, starts)
         patch, uv, before, p_B = on_host(starts)
         out = empty_projection(m)
         project.track(tracked.tables, p_B, SurfacePlaces(patch, uv), out, before)
-        launch(row_nb.scatter_row, m, resident(out), there, tracked.feet)
+        launch(row_nb.scatter_row, m, resident(out), rows_on_device, tracked.feet)
     return tracked._replace(before=now), rows
 
 
 def feet_of(tracked: Tracked) -> Projection:
-    """A copy of the feet, on the host."""
+    """Return a copy of the feet on the host."""
     return Projection(*on_host(tracked.feet))
 
 
 def _on_device(points: Any, n: int) -> Any:
-    """Points (n, 3) on the device: those given, or a copy of those of the host."""
+    """Return points (n, 3) on the device, copied if they are on the host."""
     p_B = points if is_resident(points) else as_points(points)
     if p_B.shape != (n, 3):
         raise InputError(

@@ -22,18 +22,18 @@ from contiga.search.hierarchy.table_types import Tables
 from contiga.search.tables import tables_of
 from contiga.search.track.kernels import track_nb
 from contiga.search.track.kernels.lanes_nb import RECORD
-from contiga.search.track.track_records import Path, Room
+from contiga.search.track.track_records import Path, PendingBuffer
 
-SMALLEST, LARGEST = 2048, 16384
-"""Rows of a chunk: below a thread does not pay, above what they use does not stay near."""
-CHUNKS = 4
-"""Chunks a thread, so that none waits long for another."""
-ROWS_AN_ELEMENT = 64
-"""With fewer many lanes are empty."""
+MIN_CHUNK, MAX_CHUNK = 2048, 16384
+"""Rows of a chunk: with fewer a thread does not pay, with more their data leave the cache."""
+CHUNKS_PER_THREAD = 4
+"""Number of chunks per thread, so that no thread waits long for another."""
+ROWS_PER_ELEMENT = 64
+"""Least number of rows per element in a chunk: with fewer, many lanes are empty."""
 NOWHERE = np.zeros((0, 3))
-"""Where points were, where that is not told."""
+"""Previous points that are not given."""
 _workspace = Workspace()
-_room = Room()
+_buffer = PendingBuffer()
 
 
 def project(
@@ -54,8 +54,8 @@ def project(
     mode : "global" for the closest point of the body (branch and bound over its hierarchy),
         "track" for the local minimum continued from `start` (safeguarded Newton that walks over
         elements, seams and edges)
-    out : a `Projection` of n rows that is filled and returned, not to ask for new memory at every
-        step; it may be `start`
+    out : a `Projection` of n rows that is filled and returned, to avoid new memory at every step;
+        it may be `start`
 
     Returns
     -------
@@ -97,39 +97,42 @@ def track(
 ) -> None:
     """Continue the feet `starts` to `p_B`, into `out`; rows of patch −1 globally.
 
-    With `before` (n, 3), where the points were, or the feet they had, the feet are certified where
-    the quick proof of `branch_nb` shows that they are on the branch of stationary points that leads
-    from their start. A row whose walk comes to no minimum
-    is a BRANCH_EVENT, with the closest point for a foot.
+    With the previous points (n, 3) or the previous feet `before`, feet are certified if the quick
+    proof of `branch_nb` shows that they are on the branch of stationary points from their start. A
+    row whose walk reaches no minimum becomes a BRANCH_EVENT, with the closest point for a foot.
     """
     n, certify = len(p_B), before is not None
     if certify:
         tables = with_neighbourhoods(tables)
     size = rows_of_a_chunk(n, len(tables.elements.table))
-    feet = before if isinstance(before, Projection) else NO_FEET
-    there = before if isinstance(before, np.ndarray) else NOWHERE
-    path = Path(there, p_B, feet)
+    last_feet = before if isinstance(before, Projection) else NO_FEET
+    last_points = before if isinstance(before, np.ndarray) else NOWHERE
+    path = Path(last_points, p_B, last_feet)
     rows = min(size, n)
     track_chunks = straight(track_nb.track_chunks)
 
     def chunks(first: int, last: int) -> None:
         records = _workspace.rows(rows, RECORD)
-        left = _room.of(min((last - first) * size, n))
-        m = track_chunks(tables, path, starts, size, records, left, out, (first, last))
-        if (left.flags[:m] != DONE).any():
-            straight(track_nb.continue_left)(tables, p_B, left, m, out)
+        pending = _buffer.of(min((last - first) * size, n))
+        m = track_chunks(tables, path, starts, size, records, pending, out, (first, last))
+        if (pending.flags[:m] != DONE).any():
+            straight(track_nb.continue_pending)(tables, p_B, pending, m, out)
         if m and certify:
-            straight(branch_nb.certify_rows)(tables, p_B, left, m, out)
+            straight(branch_nb.certify_rows)(tables, p_B, pending, m, out)
 
     run_ranges(chunks, ceil(n / size), 1)
 
 
 def rows_of_a_chunk(n: int, elements: int) -> int:
-    """Rows of n that are tracked together on a surface of so many elements.
+    """Return the number of rows per chunk, of n rows on a surface of a number of elements.
 
-    Enough of them to an element, and as many chunks for each thread, so that they all end at once.
+    Elements get enough rows, and threads equal numbers of chunks, so that they finish together.
     """
     share = n / thread_count()
-    wanted = max(min(share / CHUNKS, LARGEST), min(ROWS_AN_ELEMENT * elements, share), SMALLEST)
-    chunks = max(round(share / wanted), 1)
-    return max(ceil(share / chunks), SMALLEST)
+    target = max(
+        min(share / CHUNKS_PER_THREAD, MAX_CHUNK),
+        min(ROWS_PER_ELEMENT * elements, share),
+        MIN_CHUNK,
+    )
+    chunks = max(round(share / target), 1)
+    return max(ceil(share / chunks), MIN_CHUNK)

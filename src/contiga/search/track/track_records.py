@@ -1,4 +1,4 @@
-"""Records of arrays that the stages of tracking hand each other, one row a point."""
+"""Records of the stages of tracking, one row a point."""
 
 from __future__ import annotations
 
@@ -10,60 +10,57 @@ import numpy as np
 from contiga.pointer_records import pass_by_pointer
 from contiga.records import ByteArray, FloatArray, IntArray, Projection
 
-KEPT = 2**16
-"""Rows that memory is kept for: to ask for it anew takes as long as to track a third of them."""
+MAX_KEPT_ROWS = 2**16
+"""Largest number of rows of a buffer that is kept: its allocation takes a third of the tracking."""
 
 
 class Path(NamedTuple):
-    """The places where points were and are.
-
-    Where it is not told where they were, no foot is certified.
-    """
+    """Previous and present points; without the previous ones no foot is certified."""
 
     before: FloatArray
-    """(n, 3) length, body frame; no rows where that is not told, or by the feet they had."""
+    """(n, 3) length, body frame; no rows if they are unknown, or given by `feet`."""
     now: FloatArray
     """(n, 3) length, body frame."""
     feet: Projection
-    """The feet that the points had, for where they were; no rows where that is not told so."""
+    """The previous feet, which give the previous points; no rows if they are not used."""
 
 
 @pass_by_pointer
 class Left(NamedTuple):
-    """Rows that a stage leaves to those after it, with their starts.
+    """Rows that a stage leaves to the next ones, with copies of their starts.
 
-    The feet that rows are continued from may be overwritten by those found.
+    The new feet may overwrite the feet that they are continued from.
     """
 
     rows: IntArray
     """(m,) int32."""
     flags: IntArray
-    """(m,) uint8: what is to be done (`contiga.arrays.codes.TO_…`), 0 where it is done."""
+    """(m,) uint8, the next task (`contiga.arrays.codes.TO_…`), 0 if the row has a foot."""
     before: FloatArray
-    """(m, 3) where the points were; read where that is told."""
+    """(m, 3) previous points; undefined if they are unknown."""
     patch: IntArray
     """(m,) int32 of the start."""
     uv: FloatArray
     """(m, 2) of the start."""
 
 
-class Room(threading.local):
-    """Memory for rows that are left, kept by the thread from one call to the next."""
+class PendingBuffer(threading.local):
+    """Memory for pending rows, kept by the thread from one call to the next."""
 
     def __init__(self) -> None:
-        self._left = room_for(0)
+        self._pending = room_for(0)
 
     def of(self, n: int) -> Left:
-        """Memory for n rows at least, the thread's until it asks for the next."""
-        if n > KEPT:
+        """Return memory for at least n rows; the thread may use it until the next call."""
+        if n > MAX_KEPT_ROWS:
             return room_for(n)
-        if n > len(self._left.rows):
-            self._left = room_for(n)
-        return self._left
+        if n > len(self._pending.rows):
+            self._pending = room_for(n)
+        return self._pending
 
 
 def room_for(n: int) -> Left:
-    """Memory for n rows, nothing in it."""
+    """Return uninitialised memory for n rows."""
     return Left(
         np.empty(n, np.int32),
         np.empty(n, np.uint8),
@@ -74,7 +71,7 @@ def room_for(n: int) -> Left:
 
 
 class FeetBefore(NamedTuple):
-    """The columns of old feet that tell where points were; as of `Projection`."""
+    """The columns of the previous feet that give the previous points; as in `Projection`."""
 
     status: ByteArray
     point: FloatArray
@@ -95,12 +92,12 @@ class Waiting(NamedTuple):
 
     lanes: FloatArray
     """The banks."""
-    who: IntArray
-    """(3, LANES) of each: its row, the element of its start, and the one that it is in."""
+    slots: IntArray
+    """(3, N_LANES) row, element of the start and present element of each."""
 
 
 class Way(NamedTuple):
-    """The places where points were and are."""
+    """Previous and present points."""
 
     before: Any
     """(n, 3) length, body frame, on a device or not."""
@@ -108,7 +105,7 @@ class Way(NamedTuple):
 
 
 class FlaggedFeet(NamedTuple):
-    """Feet, and which of them are left to others."""
+    """Feet, with flags of the rows that are left to the CPU."""
 
     feet: Any
     """A `Projection`, on a device or not."""
@@ -117,13 +114,13 @@ class FlaggedFeet(NamedTuple):
 
 
 class RowStarts(NamedTuple):
-    """The starts that rows are tracked from, on a device or not."""
+    """The starts from which rows are tracked, on a device or not."""
 
     patch: Any
     """(n,)."""
     uv: Any
     """(n, 2)."""
     before: Any
-    """(n, 3) where the points were, length, body frame."""
+    """(n, 3) previous points, length, body frame."""
     now: Any
-    """(n, 3) where they are."""
+    """(n, 3) present points."""

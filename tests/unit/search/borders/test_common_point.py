@@ -8,7 +8,11 @@ from tests.unit.search.borders.test_crossings import UPRIGHT, wall
 
 import contiga as cg
 from contiga.search.borders.crossing_records import CommonPoints, Starts
-from contiga.search.borders.kernels.common_point_nb import PLACES, lead_together, nearest_starts
+from contiga.search.borders.kernels.common_point_nb import (
+    PLACES,
+    find_common_points,
+    nearest_starts,
+)
 from contiga.search.tables import tables_of
 
 SHARES = np.array([0.1, 0.5, 0.9])
@@ -20,7 +24,7 @@ def led(body: cg.Body, shares: np.ndarray) -> CommonPoints:
     first = [int(np.flatnonzero(tables.leaves["patch"] == k)[0]) for k in (0, 1)]
     starts = Starts(np.array([first]), shares[None], np.full((1, len(shares)), body.size))
     common = CommonPoints.of(1, len(shares))
-    lead_together(tables.elements, tables.leaves, starts, 1e-11 * body.size, common, 0, 1)
+    find_common_points(tables.elements, tables.leaves, starts, 1e-11 * body.size, common, 0, 1)
     return common
 
 
@@ -32,7 +36,7 @@ def all_shares() -> np.ndarray:
 def test_walls_that_cross_are_met_on_their_line_with_their_own_derivatives() -> None:
     body = cg.Body([UPRIGHT, wall((-1.0, -0.5), (1.0, 2.0), 1.0)])
     common = led(body, all_shares())
-    met = common.met[0]
+    met = common.is_common[0]
     assert met.any()
     point = common.point[0, met]
     assert np.abs(point[:, :, :2]).max() < 1e-10
@@ -40,20 +44,20 @@ def test_walls_that_cross_are_met_on_their_line_with_their_own_derivatives() -> 
         d = patch.derivatives(common.uv[0, met, side], 1)
         np.testing.assert_allclose(d[:, 0, 0], point[:, side], atol=1e-12)
         along = np.stack([d[:, 1, 0], d[:, 0, 1]], axis=1)
-        np.testing.assert_allclose(along, common.along[0, met, side], atol=1e-12)
+        np.testing.assert_allclose(along, common.tangents[0, met, side], atol=1e-12)
 
 
 def test_a_point_is_met_once_by_each_pair() -> None:
     body = cg.Body([UPRIGHT, wall((-1.0, 0.999), (1.0, 2.0), 1.0)])
     shares = np.repeat(all_shares()[:1], 5, axis=0)
-    assert led(body, shares).met.tolist() == [[True, False, False, False, False]]
+    assert led(body, shares).is_common.tolist() == [[True, False, False, False, False]]
 
 
 @pytest.mark.parametrize("gap", [1e-6, 0.1])
 def test_walls_apart_are_not_met_and_places_stay_in_their_leaves(gap: float) -> None:
     body = cg.Body([UPRIGHT, wall((-1.0, 1.0 + gap), (1.0, 2.0), 1.0)])
     common = led(body, all_shares())
-    assert not common.met.any()
+    assert not common.is_common.any()
     for side, patch in enumerate(body.patches):
         low, high = np.array(patch.domain).T
         assert (low <= common.uv[0, :, side]).all()
@@ -69,8 +73,10 @@ def test_a_curved_face_is_met_by_a_flat_one() -> None:
     share = rng.uniform(size=(len(pairs), 4, 2, 2))
     starts = Starts(pairs, share, np.full((len(pairs), 4), body.size))
     common = CommonPoints.of(len(pairs), 4)
-    lead_together(tables.elements, tables.leaves, starts, 1e-11 * body.size, common, 0, len(pairs))
-    point = common.point[common.met]
+    find_common_points(
+        tables.elements, tables.leaves, starts, 1e-11 * body.size, common, 0, len(pairs)
+    )
+    point = common.point[common.is_common]
     assert len(point) > 20
     assert np.abs(point[:, 0] - point[:, 1]).max() <= 1e-11 * body.size
     assert np.abs(point[:, :, 2]).max() < 1e-10 * body.size

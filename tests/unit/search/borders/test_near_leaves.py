@@ -65,6 +65,6 @@ def test_there_is_room_for_more_pairs_than_are_reckoned_with(
 ) -> None:
     tables = tables_of(cg.Body([bent_pipe(0.2)]))
     usual = near_leaves(tables)
-    monkeypatch.setattr(crossings, "PAIRS", 1)
+    monkeypatch.setattr(crossings, "PAIRS_PER_LEAF", 1)
     assert len(usual) > len(tables.leaves)
     np.testing.assert_array_equal(near_leaves(tables), usual)

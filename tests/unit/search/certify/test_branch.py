@@ -264,8 +264,8 @@ def test_what_is_certified_over_joints_is_where_many_small_steps_lead(name, size
 
 
 @njit
-def way_beyond(table, neighbourhoods, foot, start):
-    return branch_nb.way_beyond(table, neighbourhoods, foot, start)
+def path_across_side(table, neighbourhoods, foot, start):
+    return branch_nb.path_across_side(table, neighbourhoods, foot, start)
 
 
 SIDES = {
@@ -277,7 +277,7 @@ SIDES = {
 
 
 def corners_of_way(row, foot, side, start):
-    """The way that `way_beyond` measures: from a foot along a side, over it, and on to a start;
+    """The path that `path_across_side` measures: from a foot along a side, over it, to a start;
     its places (s, t) in the two elements."""
     s, t = foot
     x0 = start[1] if row["neighbour_side"][side] < 2 else start[0]
@@ -309,7 +309,7 @@ def test_a_way_over_a_side_is_no_shorter_than_on_the_surface(name):
         foot = np.array(foot) * np.where(np.abs(foot) == 0.5, rng.uniform(0.4, 1.0), 1.0)
         start = np.array(SIDES[there](x0))
         start *= np.where(np.abs(start) == 0.5, rng.uniform(0.4, 1.0), 1.0)
-        way = way_beyond(table, tables.neighbourhoods, (e, *foot), (n, *start))
+        way = path_across_side(table, tables.neighbourhoods, (e, *foot), (n, *start))
         here, beyond = corners_of_way(row, foot, side, start)
         lines = [along(e, here[0], here[1]), along(e, here[1], here[2]), along(n, *beyond)]
         np.testing.assert_allclose(lines[1][-1], lines[2][0], atol=1e-9)

@@ -7,13 +7,13 @@ import pytest
 from numba import njit
 from tests.unit.search.strips import geodesics
 
-from contiga.search.certify.certify_records import Seen
+from contiga.search.certify.certify_records import Motion
 from contiga.search.certify.kernels import branch_nb
 
 
 @njit
-def holds(curvature, seen, r):
-    return branch_nb.holds(curvature, seen, r)
+def proof_holds(curvature, seen, r):
+    return branch_nb.proof_holds(curvature, seen, r)
 
 
 @njit
@@ -44,11 +44,13 @@ def test_the_theorem_holds_on_every_surface_within_its_bounds(given):
     points[0, :, 1] = slip * np.sin(aside)
     far = np.linalg.norm(points, axis=-1).max(axis=0)
     bend, high = list(zip(inner, outer, strict=True)), list(zip(*m, strict=True))
-    seen = [Seen(high[k], far[k], slip[k]) for k in range(n)]
+    seen = [Motion(high[k], far[k], slip[k]) for k in range(n)]
     if given == "ball":
-        held = np.array([holds(bend[k], seen[k], r[k]) for k in range(n)])
+        held = np.array([proof_holds(bend[k], seen[k], r[k]) for k in range(n)])
     else:
-        r = np.array([ball_radius(bend[k], r[k] / branch_nb.WIDER, seen[k]) for k in range(n)])
+        r = np.array(
+            [ball_radius(bend[k], r[k] / branch_nb.BALL_MARGIN, seen[k]) for k in range(n)]
+        )
         held = r > 0.0
     assert held.sum() > 2000
     x, tangent, normal = geodesics(rng, held.sum(), inner[held], outer[held], r[held])

@@ -21,13 +21,13 @@ def part_of(s, t):
 
 @njit
 def take(neighbourhood, bend, scale_s, scale_t):
-    part_nb.take_curvature(neighbourhood, bend)
-    part_nb.take_metric(neighbourhood, bend, scale_s, scale_t)
+    part_nb.add_curvature(neighbourhood, bend)
+    part_nb.add_metric(neighbourhood, bend, scale_s, scale_t)
 
 
 @njit
 def adjoins(elements, e, n, side):
-    return part_nb.adjoins(elements, e, n, side), part_nb.is_whole(elements, e, n)
+    return part_nb.adjoins(elements, e, n, side), part_nb.is_untrimmed_beyond(elements, e, n)
 
 
 def test_parts_are_numbered_along_t_first_and_sides_belong_to_the_last():

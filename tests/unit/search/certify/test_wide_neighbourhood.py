@@ -117,8 +117,8 @@ def test_speeds_widths_and_curvatures_hold_within_wide_blocks():
 
 
 @njit
-def way_beyond(table, neighbourhoods, foot, start):
-    return branch_nb.way_beyond(table, neighbourhoods, foot, start)
+def path_across_side(table, neighbourhoods, foot, start):
+    return branch_nb.path_across_side(table, neighbourhoods, foot, start)
 
 
 @pytest.mark.parametrize("name", ["plane", "torus"])
@@ -144,7 +144,7 @@ def test_ways_over_sides_slivers_and_corners_are_no_shorter_than_the_straight_on
 
     for k in np.flatnonzero(foot.patch != start.patch):
         here, there = place(foot, k), place(start, k)
-        way = way_beyond(table, tables.neighbourhoods, here, there)
+        way = path_across_side(table, tables.neighbourhoods, here, there)
         straight = np.linalg.norm(foot.point[k] - start.point[k])
         assert way >= straight * (1.0 - 1e-9)
         if way < np.inf:

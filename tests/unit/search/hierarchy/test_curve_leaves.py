@@ -10,7 +10,7 @@ from tests.unit.search.holed import holed_plate, leaf_boxes
 import contiga as cg
 from contiga.geometry.kernels.trim_nb import point_in_trim
 from contiga.search.hierarchy.kernels import curve_nb
-from contiga.search.hierarchy.kernels.curve_leaves_nb import NOTHING_KNOWN
+from contiga.search.hierarchy.kernels.curve_leaves_nb import MAX_DEVIATION
 from contiga.search.tables import tables_of
 
 
@@ -51,7 +51,7 @@ def test_the_way_into_the_face_is_never_farther_off_than_it_says(tmp_path):
         h, d = np.empty((4, 6)), np.empty((3, 3))
         for leaf in tables.leaves[tables.leaves["element"] < 0]:
             way, off = leaf["bound"][3:6], leaf["bound"][6]
-            if off >= NOTHING_KNOWN:
+            if off >= MAX_DEVIATION:
                 continue
             piece, (t0, t1) = -1 - leaf["element"], leaf["box"][:2]
             middle = 0.5 * (t0 + t1)
@@ -59,9 +59,9 @@ def test_the_way_into_the_face_is_never_farther_off_than_it_says(tmp_path):
             tangent = d[1] / np.linalg.norm(d[1])
             for t in np.linspace(t0, t1, 5):
                 curve_nb.curve_point(tables.elements, tables.grid, tables.trims, piece, t, h, d)
-                across = np.cross(np.cross(h[:3, 1], h[:3, 2]), d[1])
-                across *= np.copysign(1.0, across @ way) / np.linalg.norm(across)
-                assert np.linalg.norm(across - way) <= off + 1e-9
+                across_side = np.cross(np.cross(h[:3, 1], h[:3, 2]), d[1])
+                across_side *= np.copysign(1.0, across_side @ way) / np.linalg.norm(across_side)
+                assert np.linalg.norm(across_side - way) <= off + 1e-9
                 normal = np.cross(h[:3, 1], h[:3, 2]) / np.linalg.norm(np.cross(h[:3, 1], h[:3, 2]))
                 middle_normal = leaf["bound"][7] * np.cross(tangent, way)
                 assert np.linalg.norm(np.cross(normal, middle_normal)) <= leaf["bound"][8] + 1e-9

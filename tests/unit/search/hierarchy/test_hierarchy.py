@@ -42,7 +42,7 @@ def test_bodies_of_many_curved_faces_have_fewer_leaves_and_the_same_closest_poin
     body = cg.Body([cg.shapes.torus()])
     p = body.patches[0].evaluate(np.random.default_rng(1).random((200, 2))) * 1.2
     feet, fine = body.project(p), len(tables_of(body).leaves)
-    monkeypatch.setattr(build, "FLAT_LEAVES", fine - 1)
+    monkeypatch.setattr(build, "MAX_FLAT_LEAVES", fine - 1)
     coarse = cg.Body([cg.shapes.torus()])
     assert len(tables_of(coarse).leaves) < 0.5 * fine  # 1,168 of 3,856
     np.testing.assert_allclose(coarse.project(p).point, feet.point, atol=1e-10)

@@ -26,8 +26,8 @@ NOWHERE = np.empty((0, 3))
 
 
 @njit
-def hand_rows(tables, path, starts, chunk, records):
-    return bins_nb.hand_rows(tables, path, starts, chunk, records)
+def fill_records(tables, path, starts, chunk, records):
+    return bins_nb.fill_records(tables, path, starts, chunk, records)
 
 
 @njit
@@ -36,8 +36,8 @@ def order_rows(element, counts):
 
 
 @njit
-def fetch_rows(records, path, starts, chunk, left, out):
-    return bins_nb.fetch_rows(records, path, starts, chunk, left, 0, out)
+def collect_rows(records, path, starts, chunk, left, out):
+    return bins_nb.collect_rows(records, path, starts, chunk, left, 0, out)
 
 
 @pytest.mark.parametrize("faces", [1, few(121, 9)])
@@ -58,7 +58,7 @@ def test_rows_come_in_the_order_of_their_elements_and_blocks_hold_them(faces):
     patch[lost] = -1
     records = np.empty((n, RECORD))
     path = Path(NOWHERE, rng.random((n, 3)), NOBODY)
-    element, counts = hand_rows(tables, path, SurfacePlaces(patch, uv), Chunk(first, n), records)
+    element, counts = fill_records(tables, path, SurfacePlaces(patch, uv), Chunk(first, n), records)
     assert counts.sum() == n - first - len(lost)
     order, blocks = order_rows(element, counts)
     np.testing.assert_array_equal(np.sort(order), np.flatnonzero(patch[first:] >= 0))
@@ -94,7 +94,7 @@ def test_what_is_handed_stands_at_the_head_of_a_record(told):
     tables, now, feet, was = scene()
     path = Path(was if told == "by points" else NOWHERE, now, feet if told == "by feet" else NOBODY)
     records = np.full((3, RECORD), np.nan)
-    hand_rows(tables, path, SurfacePlaces(feet.patch, feet.uv), Chunk(1, 4), records)
+    fill_records(tables, path, SurfacePlaces(feet.patch, feet.uv), Chunk(1, 4), records)
     for i in (1, 2):
         np.testing.assert_array_equal(records[i, :3], now[1 + i])
         np.testing.assert_array_equal(records[i, 6:8], feet.uv[1 + i])
@@ -120,7 +120,7 @@ def test_what_is_found_is_fetched_by_its_flag_and_the_rest_is_kept(told):
     path = path._replace(feet=out) if told == "by feet" else path
     # The feet that were started from are written over.
     room = room_for(4)
-    m = fetch_rows(records, path, SurfacePlaces(out.patch, out.uv), Chunk(1, 5), room, out)
+    m = collect_rows(records, path, SurfacePlaces(out.patch, out.uv), Chunk(1, 5), room, out)
     rows, flags, before, patch, uv = (column[:m] for column in room)
     left = [1, 4] if told == "not" else [1, 3, 4]
     assert rows.tolist() == left

@@ -38,7 +38,7 @@ def test_numbers_of_a_record_are_where_lanes_look_for_them():
         "ends": rows.ENDS,
     }
     assert {name: places[name] for name in expected} == {n: 8 * r for n, r in expected.items()}
-    assert NEIGHBOURHOOD.itemsize == 8 * rows.NUMBERS
+    assert NEIGHBOURHOOD.itemsize == 8 * rows.NEIGHBOURHOOD_SIZE
     assert NEIGHBOURHOOD["ends"].shape == (4,)
     assert NEIGHBOURHOOD["ends"].base == np.int8
 
@@ -123,8 +123,8 @@ def test_lanes_look_at_holes_within_the_ball_of_a_proof():
 
 def test_the_loop_over_the_lanes_of_a_proof_is_vector_code():
     lanes, told = (
-        np.zeros((lanes_nb.BANKS, lanes_nb.ROWS * lanes_nb.WIDE)),
-        np.ones(lanes_nb.LANE_NUMBERS),
+        np.zeros((lanes_nb.BANKS, lanes_nb.ROWS * lanes_nb.BANK_WIDTH)),
+        np.ones(lanes_nb.ELEMENT_SIZE),
     )
     kernel = getattr(lanes_nb, "prove_lanes")  # noqa: B009
     code = vector_code(kernel, lanes, lanes_nb.BANKS, told, 1e-12)

@@ -46,7 +46,7 @@ def walk_only(body, points, start):
     n = len(points)
     rows, flags = np.arange(n, dtype=np.int32), np.full(n, TO_WALK, np.uint8)
     left = Left(rows, flags, np.empty((n, 3)), start.patch, start.uv)
-    track_nb.continue_left(tables, points, left, n, out)
+    track_nb.continue_pending(tables, points, left, n, out)
     return out
 
 
@@ -148,13 +148,13 @@ def vector_code(kernel, *arguments):
 @pytest.mark.parametrize("name", ["newton_rational", "newton_polynomial"])
 def test_the_loop_over_the_lanes_is_vector_code(name):
     """As it is not where the kernel is compiled within its callers: half the speed of tracking."""
-    lanes = np.zeros((lanes_nb.BANKS, lanes_nb.ROWS * lanes_nb.WIDE))
+    lanes = np.zeros((lanes_nb.BANKS, lanes_nb.ROWS * lanes_nb.BANK_WIDTH))
     code = vector_code(
-        getattr(lanes_nb, name), lanes, lanes_nb.BANKS, np.ones(lanes_nb.LANE_NUMBERS)
+        getattr(lanes_nb, name), lanes, lanes_nb.BANKS, np.ones(lanes_nb.ELEMENT_SIZE)
     )
     fused = re.findall(r"call <(\d+) x double> @llvm\.fma", code)
     assert len(fused) > 50
-    assert set(fused) == {str(lanes_nb.WIDE)}
+    assert set(fused) == {str(lanes_nb.BANK_WIDTH)}
     assert "double @llvm.fma.f64" not in code.replace("declare double @llvm.fma.f64", "")
 
 

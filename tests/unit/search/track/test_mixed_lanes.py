@@ -82,15 +82,15 @@ def gone_on(tables, e, left, point):
     """The record of one row that was at (s, t) = left of element e, however it got there."""
     lanes, records = lanes_nb.new_lanes(lanes_nb.ROWS), np.zeros((1, lanes_nb.RECORD))
     queue = mixed_lanes_nb.new_queue()
-    bank, n = lanes[0], lanes_nb.WIDE
+    bank, n = lanes[0], lanes_nb.BANK_WIDTH
     for c in range(3):
         bank[(lanes_nb.ROW_NOW + c) * n] = point[c]
         bank[(lanes_nb.ROW_BEFORE + c) * n] = point[c]
     bank[lanes_nb.ROW_S * n], bank[lanes_nb.ROW_T * n] = left
     bank[lanes_nb.ROW_F * n] = 1.0
     bank[lanes_nb.ROW_START * n] = bank[(lanes_nb.ROW_START + 1) * n] = 0.5
-    mixed_lanes_nb.wait_beyond(tables, e, bank, 0, 0, queue, 0)
-    waiting = mixed_lanes_nb.go_on(tables, True, queue, 1, records)
+    mixed_lanes_nb.enqueue_left(tables, e, bank, 0, 0, queue, 0)
+    waiting = mixed_lanes_nb.process_queue(tables, True, queue, 1, records)
     return records[0], waiting
 
 
@@ -110,13 +110,13 @@ def test_what_is_told_of_an_element_is_where_lanes_look_for_it():
     assert ELEMENT.itemsize == 8 * mixed_lanes_nb.ELEMENT_NUMBERS
     assert ELEMENT.fields["cubic"][1] == 8 * mixed_lanes_nb.CUBIC
     assert ELEMENT["cubic"].shape == (lanes_nb.ORIGIN,)
-    assert 8 * mixed_lanes_nb.CUBIC <= 64 * mixed_lanes_nb.HEAD
-    assert ELEMENT.itemsize <= 64 * mixed_lanes_nb.ALL
+    assert 8 * mixed_lanes_nb.CUBIC <= 64 * mixed_lanes_nb.HEAD_LINES
+    assert ELEMENT.itemsize <= 64 * mixed_lanes_nb.RECORD_LINES
 
 
 @pytest.mark.parametrize("name", ["newton_mixed", "finish_mixed", "prove_mixed"])
 def test_the_loop_over_the_lanes_is_vector_code(name):
-    lanes = np.ones((lanes_nb.BANKS, mixed_lanes_nb.MIXED_ROWS * lanes_nb.WIDE))
+    lanes = np.ones((lanes_nb.BANKS, mixed_lanes_nb.MIXED_ROWS * lanes_nb.BANK_WIDTH))
     tolerance = () if name == "finish_mixed" else (1e-12,)
     code = vector_code(getattr(mixed_lanes_nb, name), lanes, lanes_nb.BANKS, *tolerance)
-    assert len(re.findall(rf"fmul <{lanes_nb.WIDE} x double>", code)) > 20
+    assert len(re.findall(rf"fmul <{lanes_nb.BANK_WIDTH} x double>", code)) > 20

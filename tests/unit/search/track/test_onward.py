@@ -18,8 +18,8 @@ pytestmark = pytest.mark.interpreted
 
 
 @njit
-def onward(tables, e, s, t):
-    return onward_nb.onward(tables, e, s, t)
+def next_element(tables, e, s, t):
+    return onward_nb.next_element(tables, e, s, t)
 
 
 @njit
@@ -60,7 +60,7 @@ def test_over_sides_slivers_and_corners_of_a_plane_it_is_the_same_point(cut):
         e = int(rng.integers(len(tables.elements.table)))
         s, t = rng.uniform(-0.98, 0.98, 2)
         point = beyond(body, tables, e, s, t)
-        other, uv = onward(tables, e, s, t)
+        other, uv = next_element(tables, e, s, t)
         if other < 0 or max(abs(s), abs(t)) <= 0.5:
             continue
         gone += 1
@@ -75,16 +75,16 @@ def test_from_a_sliver_it_may_be_as_far_as_is_near_in_the_next(cut):
     body, tables = cut
     # 0.01 wide, and turned about: its t runs across it.
     narrow = int(np.flatnonzero(tables.elements.table["patch"] == 7 + 2)[0])
-    other, uv = onward(tables, narrow, 0.0, 4.0)
+    other, uv = next_element(tables, narrow, 0.0, 4.0)
     where = beyond(body, tables, narrow, 0.0, 4.0)
     np.testing.assert_allclose(at(body, patch_of(tables, other), uv), where, rtol=0, atol=1e-12)
-    assert onward(tables, narrow, 0.0, 40.0)[0] == -1
+    assert next_element(tables, narrow, 0.0, 40.0)[0] == -1
 
 
 def test_over_borders_creases_and_poles_and_to_no_number_it_does_not_go_on():
     plane = plain.joined(cg.Body([cg.shapes.plane()]))
-    assert onward(plane, 0, 0.6, 0.0)[0] == -1
-    assert onward(plane, 0, np.nan, 0.0)[0] == -1
+    assert next_element(plane, 0, 0.6, 0.0)[0] == -1
+    assert next_element(plane, 0, np.nan, 0.0)[0] == -1
     ball = plain.joined(cg.Body([cg.shapes.sphere()]))
     floor = cg.shapes.bilinear([0, 0, 0], [1, 0, 0], [0, 1, 0], [1, 1, 0])
     wall = cg.shapes.bilinear([1, 0, 0], [1, 0, 1], [1, 1, 0], [1, 1, 1])
@@ -92,4 +92,4 @@ def test_over_borders_creases_and_poles_and_to_no_number_it_does_not_go_on():
     for tables, kind in ((ball, POLE), (fold, CREASE)):
         e, side = np.argwhere(tables.elements.table["kind"] == kind)[0]
         place = ((-0.6, 0.0), (0.6, 0.0), (0.0, -0.6), (0.0, 0.6))[side]
-        assert onward(tables, int(e), *place)[0] == -1
+        assert next_element(tables, int(e), *place)[0] == -1

@@ -40,7 +40,7 @@ def one_by_one(body: cg.Body, before, points, feet: Projection) -> tuple[Project
     out, back = copy_of(feet), np.full(len(points), 7, np.uint8)
     for k in range(len(points)):
         row_nb.track_row(tracking_tables_of(body), Way(before, points), FlaggedFeet(out, back), k)
-    assert set(back) <= {0, row_nb.HANDED_BACK}
+    assert set(back) <= {0, row_nb.FLAGGED}
     return out, back == 0
 
 

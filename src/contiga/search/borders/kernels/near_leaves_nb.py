@@ -1,7 +1,7 @@
-"""Pairs of leaves of faces that may come nearer than a distance: the hierarchy met with itself.
+"""Pairs of leaves of faces that may come nearer than a distance: a hierarchy traversed with itself.
 
-Two nodes are opened while their boxes meet; of the leaves at the ends the plates must, which are
-rectangles as thick as the leaf departs from them, by their separating axes.
+Two nodes are opened if their boxes meet. Two leaves form a pair if their plates, rectangles as
+thick as the departure of the leaf, meet by the separating axis test.
 """
 
 from __future__ import annotations
@@ -11,15 +11,14 @@ import math
 from contiga.jit import inner, kernel
 from contiga.jit.scratch import scratch, stack_int64
 
-DEPTH = 512
-"""Pairs of nodes that wait at once: three a level of the hierarchy of each of the two."""
+STACK_SIZE = 512
+"""Largest number of pairs of nodes on the stack: three per level of each of the two nodes."""
 
 
 @kernel()
 def list_near_leaves(tree, leaves, plates, within, pairs):
-    """Return how many pairs of leaves of faces there are, each once; the first are listed in
-    `pairs`."""
-    stack = stack_int64(DEPTH, 2)
+    """Return the number of pairs of leaves of faces, each counted once; `pairs` gets the first."""
+    stack = stack_int64(STACK_SIZE, 2)
     stack[0, 0] = 0
     stack[0, 1] = 0
     axes = scratch(6, 3)
@@ -48,7 +47,7 @@ def list_near_leaves(tree, leaves, plates, within, pairs):
             continue
         for i in range(2):
             for j in range(2):
-                # An end stays itself; of a node and itself each pair of children counts once.
+                # A leaf node stays itself; of a node and itself each pair of children counts once.
                 if (i > 0 and tree[a]["count"] > 0) or (j > 0 and tree[b]["count"] > 0):
                     continue
                 if a == b and i > j:
@@ -60,37 +59,40 @@ def list_near_leaves(tree, leaves, plates, within, pairs):
 
 
 @inner()
-def _boxes_meet(one, two, within):
+def _boxes_meet(a_record, b_record, within):
     for c in range(3):
-        if one["low"][c] > two["high"][c] + within or two["low"][c] > one["high"][c] + within:
+        if (
+            a_record["low"][c] > b_record["high"][c] + within
+            or b_record["low"][c] > a_record["high"][c] + within
+        ):
             return False
     return True
 
 
 @inner()
-def _plates_meet(one, two, within, axes):
+def _plates_meet(a_record, b_record, within, axes):
     """Return whether the balls about two plates meet, and no axis of either separates them.
 
-    `axes` (6, 3) is memory: their sides, then their normals.
+    `axes` (6, 3) is memory for their sides and normals.
     """
-    x = two["middle"][0] - one["middle"][0]
-    y = two["middle"][1] - one["middle"][1]
-    z = two["middle"][2] - one["middle"][2]
-    if math.sqrt(x * x + y * y + z * z) > one["radius"] + two["radius"] + within:
+    x = b_record["middle"][0] - a_record["middle"][0]
+    y = b_record["middle"][1] - a_record["middle"][1]
+    z = b_record["middle"][2] - a_record["middle"][2]
+    if math.sqrt(x * x + y * y + z * z) > a_record["radius"] + b_record["radius"] + within:
         return False
     for c in range(3):
-        axes[0, c] = one["x"][c]
-        axes[1, c] = one["y"][c]
-        axes[2, c] = two["x"][c]
-        axes[3, c] = two["y"][c]
-        axes[4, c] = one["normal"][c]
-        axes[5, c] = two["normal"][c]
-    thick = within + one["departure"] + two["departure"]
+        axes[0, c] = a_record["x"][c]
+        axes[1, c] = a_record["y"][c]
+        axes[2, c] = b_record["x"][c]
+        axes[3, c] = b_record["y"][c]
+        axes[4, c] = a_record["normal"][c]
+        axes[5, c] = b_record["normal"][c]
+    thickness = within + a_record["departure"] + b_record["departure"]
     for k in range(6):
         a = axes[k, 0]
         b = axes[k, 1]
         c = axes[k, 2]
-        reach = thick * math.sqrt(a * a + b * b + c * c)
+        reach = thickness * math.sqrt(a * a + b * b + c * c)
         for i in range(4):
             reach += abs(axes[i, 0] * a + axes[i, 1] * b + axes[i, 2] * c)
         if abs(x * a + y * b + z * c) > reach:

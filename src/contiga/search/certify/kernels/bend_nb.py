@@ -1,11 +1,12 @@
 """Bound the bend of an element over a box: its normal curvatures and widths, rigorously.
 
-In a frame orthonormal in the middle of the box, S_p and S_q change by what the second derivatives
-there say, and a rest (`rest_nb`). The part of the change in the tangent plane of the middle, made
-symmetric, is ε at most (a turn of the frame is no stretch), the part across it D. So lengths shrink
-by 1 − ε at most and the normal turns by τ = D/(1 − ε) at most. With λ the eigenvalues of the second
-fundamental form in the middle, T the largest tangential second derivative there, E the largest
-change of a second derivative and E_N that along the normal of the middle,
+In a frame that is orthonormal in the middle of the box, S_p and S_q change by their second
+derivatives there and a remainder (`remainder_nb`). The part of the change in the tangent plane of
+the middle, made symmetric, is ε at most (a turn of the frame is no stretch), the part along the
+normal D at most. So lengths shrink by 1 − ε at most and the normal turns by τ = D/(1 − ε) at most.
+With the eigenvalues λ of the second fundamental form in the middle, the largest tangential second
+derivative T there, the largest change E of a second derivative and E_N of its part along the normal
+of the middle,
 
     |II(d, d) − II_0(d, d)| ≤ W |d|²,   W = E_N + (T + E) τ + |λ| τ²/2,   I(d, d) ≥ (1 − 2ε) |d|²,
 
@@ -21,12 +22,20 @@ import numpy as np
 from contiga.jit import inner, kernel
 from contiga.jit.scratch import scratch, zero_scratch
 from contiga.search.certify.certify_records import Bending, Principal
-from contiga.search.certify.kernels.rest_nb import D01, D02, D10, D11, D20, rest_of, unit_normal
+from contiga.search.certify.kernels.remainder_nb import (
+    D01,
+    D02,
+    D10,
+    D11,
+    D20,
+    remainder_of,
+    unit_normal,
+)
 
 INNER, OUTER, SPEED_S, SPEED_T, WIDTH_S, WIDTH_T = 0, 1, 2, 3, 4, 5
-BENDS = 6
+N_BENDS = 6
 MAX_STRETCH = 0.45
-"""Largest ε that is worked with."""
+"""Largest admissible ε."""
 
 
 @kernel(linked=True, error_model="numpy")
@@ -36,14 +45,15 @@ def bend_work():
 
 
 @inner(error_model="numpy")
-def largest_and_spread(a, b, c):
+def mean_and_spread(a, b, c):
     """Middle and half the difference of the eigenvalues of the matrix ((a, b), (b, c))."""
     return 0.5 * (a + c), math.sqrt(0.25 * (a - c) ** 2 + b * b)
 
 
 @inner(error_model="numpy")
-def unbounded(bend):
-    for c in range(BENDS):
+def set_unbounded(bend):
+    """Set the bounds to infinite curvatures and speeds, and zero widths."""
+    for c in range(N_BENDS):
         bend[c] = 0.0 if c >= WIDTH_S else math.inf
 
 
@@ -67,8 +77,8 @@ def frame_of(v):
 
 @inner(linked=False, error_model="numpy")
 def second_form(h, alpha, beta, gamma):
-    """Second derivatives in the frame S_p = α S_s, S_q = β S_s + γ S_t: their normal parts, and the
-    largest tangential one. `h` holds the derivatives of S."""
+    """Return the normal parts of the second derivatives in the frame S_p = α S_s, S_q = β S_s +
+    γ S_t, and the largest tangential part. `h` holds the derivatives of S."""
     n = unit_normal(h)
     pp = pq = qq = 0.0
     app = apq = aqq = 0.0
@@ -85,14 +95,14 @@ def second_form(h, alpha, beta, gamma):
     app = math.sqrt(max(app - pp * pp, 0.0))
     apq = math.sqrt(max(apq - pq * pq, 0.0))
     aqq = math.sqrt(max(aqq - qq * qq, 0.0))
-    middle, spread = largest_and_spread(app, apq, aqq)
+    middle, spread = mean_and_spread(app, apq, aqq)
     return pp, pq, qq, middle + spread
 
 
 @inner(error_model="numpy")
 def principal(h):
-    """`Principal`: largest normal curvature towards the normal and away from it, and |S_s|, |S_t|
-    and their parts across each other, where `h` holds the derivatives."""
+    """Return `Principal`: the largest normal curvatures towards the normal and away from it, and
+    |S_s|, |S_t| and their parts across each other; `h` holds the derivatives."""
     xx = xy = yy = 0.0
     for c in range(3):
         xx += h[c, 1] * h[c, 1]
@@ -105,17 +115,17 @@ def principal(h):
     y = math.sqrt(yy)
     area = math.sqrt(det)
     pp, pq, qq, _ = second_form(h, 1.0 / x, -xy / (x * area), x / area)
-    middle, spread = largest_and_spread(pp, pq, qq)
+    middle, spread = mean_and_spread(pp, pq, qq)
     return Principal(middle + spread, spread - middle, (x, y, area / y, area / x))
 
 
 @inner(error_model="numpy")
-def stretch_and_turn(v, n, frame, rest):
-    """ε and D of a cell: largest stretch, largest change across the plane whose normal is n.
+def stretch_and_turn(v, n, frame, remainder):
+    """Return ε and D of a cell: the largest stretch, and the largest change along the normal n.
 
     v[:, 0] and v[:, 1] are the tangents in the middle, v[:, 2:4] and v[:, 4:6] their slopes by the
-    parameters, which run over [-1, 1]; rest[0] is what they change by beyond that, rest[1] the part
-    along n. `frame` is (α, β, γ).
+    parameters, which run over [-1, 1]; remainder[0] bounds their change beyond that, remainder[1]
+    its part along n. `frame` is (α, β, γ).
     """
     alpha, beta, gamma = frame
     pp = zero_scratch(2)  # of ΔS_p along e1, by each parameter
@@ -134,15 +144,15 @@ def stretch_and_turn(v, n, frame, rest):
             pq[k] += e1 * q + e2 * p
             np_[k] += n[c] * p
             nq[k] += n[c] * q
-    rest_p = alpha * rest[0, 0]
-    rest_q = abs(beta) * rest[0, 0] + gamma * rest[0, 1]
-    middle, spread = largest_and_spread(
+    rest_p = alpha * remainder[0, 0]
+    rest_q = abs(beta) * remainder[0, 0] + gamma * remainder[0, 1]
+    middle, spread = mean_and_spread(
         abs(pp[0]) + abs(pp[1]) + rest_p,
         0.5 * (abs(pq[0]) + abs(pq[1]) + rest_p + rest_q),
         abs(qq[0]) + abs(qq[1]) + rest_q,
     )
-    rest_p = alpha * rest[1, 0]
-    rest_q = abs(beta) * rest[1, 0] + gamma * rest[1, 1]
+    rest_p = alpha * remainder[1, 0]
+    rest_q = abs(beta) * remainder[1, 0] + gamma * remainder[1, 1]
     turn = math.hypot(abs(np_[0]) + abs(np_[1]) + rest_p, abs(nq[0]) + abs(nq[1]) + rest_q)
     return middle + spread, turn
 
@@ -153,12 +163,12 @@ def length(h, column):
 
 
 @inner(error_model="numpy")
-def _form_change(frame, rest):
+def _form_change(frame, remainder):
     """Largest change of the second derivative in a direction of the frame."""
     alpha, beta, gamma = frame
     b = abs(beta)
-    xx, xy, yy = rest[D20], rest[D11], rest[D02]
-    middle, spread = largest_and_spread(
+    xx, xy, yy = remainder[D20], remainder[D11], remainder[D02]
+    middle, spread = mean_and_spread(
         alpha * alpha * xx,
         alpha * (b * xx + gamma * xy),
         b * b * xx + 2.0 * b * gamma * xy + gamma * gamma * yy,
@@ -168,15 +178,17 @@ def _form_change(frame, rest):
 
 @kernel(error_model="numpy")
 def bend_bounds(elements, e, cell, bend, work):
-    """Bounds over a cell (s0, s1, t0, t1) of element e into bend[6]; whether there are any.
+    """Compute the bounds bend[6] over a cell (s0, s1, t0, t1) of element e; return whether it has
+    any.
 
-    Largest normal curvature towards the normal and away from it (each 0 at least), largest |S_s|
-    and |S_t|, smallest part of S_s across S_t and of S_t across S_s: the lengths of ways that lead
-    from one side of the cell to the other. `work` is of `bend_work`.
+    They are the largest normal curvature towards the normal and away from it (each at least 0), the
+    largest |S_s| and |S_t|, and the smallest part of S_s across S_t and of S_t across S_s: the
+    widths that bound the length of paths from one side of the cell to the other. `work` is the
+    result of `bend_work`.
     """
-    h, rest = work.derivatives, work.rest
-    if not rest_of(elements, e, cell, h, rest):
-        unbounded(bend)
+    h, remainder = work.derivatives, work.remainder
+    if not remainder_of(elements, e, cell, h, remainder):
+        set_unbounded(bend)
         return False
     v = scratch(3, 6)
     for c in range(3):
@@ -184,17 +196,19 @@ def bend_bounds(elements, e, cell, bend, work):
         v[c, 2], v[c, 3], v[c, 4], v[c, 5] = h[c, 3], h[c, 4], h[c, 4], h[c, 5]
     x, m, across = frame_of(v)
     if not (x > 0.0 and across > 0.0):
-        unbounded(bend)
+        set_unbounded(bend)
         return False
     frame = (1.0 / x, -m / (x * across), 1.0 / across)
-    stretch, turn = stretch_and_turn(v, unit_normal(h), frame, rest)
+    stretch, turn = stretch_and_turn(v, unit_normal(h), frame, remainder)
     if not stretch < MAX_STRETCH:
-        unbounded(bend)
+        set_unbounded(bend)
         return False
     turn /= 1.0 - stretch
     pp, pq, qq, tangential = second_form(h, frame[0], frame[1], frame[2])
-    middle, spread = largest_and_spread(pp, pq, qq)
-    change = _form_change(frame, rest[1]) + (tangential + _form_change(frame, rest[0])) * turn
+    middle, spread = mean_and_spread(pp, pq, qq)
+    change = (
+        _form_change(frame, remainder[1]) + (tangential + _form_change(frame, remainder[0])) * turn
+    )
     change += 0.5 * turn * turn * (abs(middle) + spread)
     scale = 1.0 / (1.0 - 2.0 * stretch)
     hs = 0.5 * (cell[1] - cell[0])
@@ -203,8 +217,8 @@ def bend_bounds(elements, e, cell, bend, work):
     xy = length(h, 4)
     bend[INNER] = max(middle + spread + change, 0.0) * scale
     bend[OUTER] = max(spread - middle + change, 0.0) * scale
-    bend[SPEED_S] = (x + length(h, 3) + xy + rest[0, D10]) / hs
-    bend[SPEED_T] = (y + xy + length(h, 5) + rest[0, D01]) / ht
+    bend[SPEED_S] = (x + length(h, 3) + xy + remainder[0, D10]) / hs
+    bend[SPEED_T] = (y + xy + length(h, 5) + remainder[0, D01]) / ht
     bend[WIDTH_S] = (1.0 - stretch) * x * across / (y * hs)
     bend[WIDTH_T] = (1.0 - stretch) * across / ht
     return True

@@ -1,9 +1,9 @@
-"""Bounds around every sixteenth of an element: what the quick certificate of a tracked foot asks.
+"""Bounds around every sixteenth of an element, for the quick certificate of a tracked foot.
 
-A foot in one of the 4 × 4 parts of an element has the parts around it for its surroundings: those
-of the element itself and, over smooth sides and corners, of the elements that join it. A way that
-leads out of these is at least `room` long, unless it leaves over a side where the surface ends or
-has a kink; which sides those are is kept in `ends`.
+The neighbourhood of a foot in one of the 4 × 4 parts of an element is formed by the parts around
+it: of the element itself and, across smooth sides and corners, of adjoining elements. A path that
+leaves it is at least `room` long, unless it leaves over a side where the surface ends or has a
+kink; `ends` marks these sides.
 """
 
 from __future__ import annotations
@@ -15,8 +15,8 @@ from contiga.arrays.kernels.rows_nb import put
 from contiga.jit import inner, kernel
 from contiga.jit.scratch import scratch, stack_int64
 from contiga.search.certify.kernels.bend_nb import (
-    BENDS,
     INNER,
+    N_BENDS,
     OUTER,
     SPEED_S,
     SPEED_T,
@@ -28,41 +28,41 @@ from contiga.search.certify.kernels.bend_nb import (
     principal,
 )
 from contiga.search.certify.kernels.part_nb import (
-    PARTS,
+    N_PARTS,
+    add_curvature,
+    add_metric,
     adjoins,
-    is_whole,
+    is_untrimmed_beyond,
     part_of,
     scales,
-    take_curvature,
-    take_metric,
 )
 from contiga.search.certify.kernels.pole_nb import pole_bounds, pole_side
 from contiga.search.certify.kernels.wide_neighbourhood_nb import widen
 from contiga.search.closest.kernels.around_nb import MAX_AROUND, around, stands
 
-BY_POLE = 2
-"""Parts this close to a pole have all that is round it for surroundings."""
-TIGHT = 1.3
-"""Bounds this many times as large as the curvatures are good enough,"""
-FLAT = 0.02
-"""and so are those of a cell that turns by no more than this (radians)."""
+POLE_PARTS = 2
+"""Largest distance from a pole, in parts, of parts whose neighbourhood is a cap around the pole."""
+MAX_LOOSENESS = 1.3
+"""Ratio of bounds to the curvatures up to which they are tight,"""
+MAX_TURN = 0.02
+"""and turn of the normal in a cell, rad, up to which any bounds are tight enough."""
 
 
 @kernel(error_model="numpy")
 def bends_of_parts(elements, depth, raw, start, stop):
-    """Bounds of all parts of elements start … stop into raw[element, part, 6].
+    """Compute the bounds raw[element, part, 6] of all parts of elements start … stop.
 
-    From those of their pieces: quartered until they are tight, `depth` times at most.
+    Parts are quartered until the bounds of their pieces are tight, at most `depth` times.
     """
-    stack, bend, work = scratch(16, 5), scratch(BENDS), bend_work()
+    stack, bend, work = scratch(16, 5), scratch(N_BENDS), bend_work()
     h = work.derivatives
-    for k in range(start * PARTS * PARTS, stop * PARTS * PARTS):
-        e, part = k // (PARTS * PARTS), k % (PARTS * PARTS)
-        s, t = part // PARTS / PARTS - 0.5, part % PARTS / PARTS - 0.5
+    for k in range(start * N_PARTS * N_PARTS, stop * N_PARTS * N_PARTS):
+        e, part = k // (N_PARTS * N_PARTS), k % (N_PARTS * N_PARTS)
+        s, t = part // N_PARTS / N_PARTS - 0.5, part % N_PARTS / N_PARTS - 0.5
         total = raw[e, part]
         total[:] = 0.0
         total[WIDTH_S] = total[WIDTH_T] = math.inf
-        put(stack, 0, (s, s + 1.0 / PARTS, t, t + 1.0 / PARTS, 0.0))
+        put(stack, 0, (s, s + 1.0 / N_PARTS, t, t + 1.0 / N_PARTS, 0.0))
         top = 1
         while top > 0:
             top -= 1
@@ -80,12 +80,12 @@ def bends_of_parts(elements, depth, raw, start, stop):
             if good and pole < 0:
                 inner, outer, _ = principal(h)
                 largest = max(bend[INNER], bend[OUTER])
-                tight = largest <= TIGHT * max(inner, outer)
-                tight = tight or largest * (length(h, 1) + length(h, 2)) <= FLAT
+                tight = largest <= MAX_LOOSENESS * max(inner, outer)
+                tight = tight or largest * (length(h, 1) + length(h, 2)) <= MAX_TURN
             if level >= depth or tight:
                 for c in range(WIDTH_S):
                     total[c] = max(total[c], bend[c])
-                for c in range(WIDTH_S, BENDS):
+                for c in range(WIDTH_S, N_BENDS):
                     total[c] = min(total[c], bend[c])
                 if not good:
                     break
@@ -99,48 +99,50 @@ def bends_of_parts(elements, depth, raw, start, stop):
 
 
 @inner(error_model="numpy")
-def _keep_room(neighbourhood, length):
-    """A way that leads out may be as short as `length`."""
+def _limit_room(neighbourhood, length):
+    """Limit the length of paths that leave a neighbourhood to `length`."""
     neighbourhood["room"] = min(neighbourhood["room"], length)
 
 
 @inner(error_model="numpy")
-def _add_across(elements, raw, e, side, along, neighbourhood):
-    """The parts across a smooth side of element e: the one that adjoins, and those beside it."""
-    n, there = elements.table[e]["neighbour"][side], elements.table[e]["neighbour_side"][side]
-    edge = 0 if there & 1 == 0 else PARTS - 1
-    if not is_whole(elements, e, n):
+def _add_parts_across(elements, raw, e, side, along, neighbourhood):
+    """Add the parts across a smooth side of element e: the adjoining one, and its neighbours."""
+    n, side_there = elements.table[e]["neighbour"][side], elements.table[e]["neighbour_side"][side]
+    edge = 0 if side_there & 1 == 0 else N_PARTS - 1
+    if not is_untrimmed_beyond(elements, e, n):
         neighbourhood["room"] = 0.0
-    for k in range(max(along - 1, 0), min(along + 2, PARTS)):
-        beside = PARTS - 1 - k if elements.table[e]["flip"][side] == 1 else k
-        bend = raw[n, edge * PARTS + beside if there < 2 else beside * PARTS + edge]
-        take_curvature(neighbourhood, bend)
-        _keep_room(neighbourhood, bend[WIDTH_S if there < 2 else WIDTH_T] / PARTS)
+    for k in range(max(along - 1, 0), min(along + 2, N_PARTS)):
+        index = N_PARTS - 1 - k if elements.table[e]["flip"][side] == 1 else k
+        bend = raw[n, edge * N_PARTS + index if side_there < 2 else index * N_PARTS + edge]
+        add_curvature(neighbourhood, bend)
+        _limit_room(neighbourhood, bend[WIDTH_S if side_there < 2 else WIDTH_T] / N_PARTS)
         if k != along:
-            _keep_room(neighbourhood, bend[WIDTH_T if there < 2 else WIDTH_S] / PARTS)
+            _limit_room(neighbourhood, bend[WIDTH_T if side_there < 2 else WIDTH_S] / N_PARTS)
         if adjoins(elements, e, n, side):
             scale_s, scale_t = scales(elements, e, n)
-            take_metric(neighbourhood, bend, scale_s, scale_t)
-        else:  # linked point by point: the parameter along the side is the same
+            add_metric(neighbourhood, bend, scale_s, scale_t)
+        else:  # joined point by point: the parameter along the side is the same
             axis = 1 if side < 2 else 0
-            width = bend[WIDTH_T if there < 2 else WIDTH_S]
+            width = bend[WIDTH_T if side_there < 2 else WIDTH_S]
             neighbourhood["width"][axis] = min(neighbourhood["width"][axis], width)
 
 
 @inner(error_model="numpy")
-def _add_corner(elements, raw, e, out, neighbourhood, work):
-    """The parts of all elements around the corner between the sides `out` of element e; False where
-    a way may lead out there, by a kink or an end."""
+def _add_parts_at_corner(elements, raw, e, out, neighbourhood, work):
+    """Add the parts of all elements around the corner between the sides `out` of element e.
+
+    Returns False if a path may leave there, over a kink or a border.
+    """
     table, (side_s, side_t), (list_e, list_st) = elements.table, out, work
     smooth_s, smooth_t = table[e]["kind"][side_s] == SMOOTH, table[e]["kind"][side_t] == SMOOTH
     if not (smooth_s and smooth_t):
         if not (smooth_s or smooth_t):
             return True
         # Beyond the smooth side the surface has to end where it ends here.
-        smooth, ended = (side_s, side_t) if smooth_s else (side_t, side_s)
-        there = table[e]["neighbour_side"][smooth]
-        end = (ended & 1) ^ table[e]["flip"][smooth]
-        kind = table[table[e]["neighbour"][smooth]]["kind"][(2 if there < 2 else 0) + end]
+        smooth_side, end_side = (side_s, side_t) if smooth_s else (side_t, side_s)
+        side_there = table[e]["neighbour_side"][smooth_side]
+        end = (end_side & 1) ^ table[e]["flip"][smooth_side]
+        kind = table[table[e]["neighbour"][smooth_side]]["kind"][(2 if side_there < 2 else 0) + end]
         return kind != SMOOTH and kind != POLE
     s, t = -0.5 if side_s == 0 else 0.5, -0.5 if side_t == 2 else 0.5
     n = around(elements, (e, s, t), list_e, list_st)
@@ -155,20 +157,20 @@ def _add_corner(elements, raw, e, out, neighbourhood, work):
                 return False
         if e2 == e:
             continue
-        if not is_whole(elements, e, e2):
+        if not is_untrimmed_beyond(elements, e, e2):
             return False
         bend = raw[e2, part_of(s2, t2)]
-        take_curvature(neighbourhood, bend)
-        _keep_room(neighbourhood, min(bend[WIDTH_S], bend[WIDTH_T]) / PARTS)
+        add_curvature(neighbourhood, bend)
+        _limit_room(neighbourhood, min(bend[WIDTH_S], bend[WIDTH_T]) / N_PARTS)
         if table[e2]["patch"] == table[e]["patch"]:
             scale_s, scale_t = scales(elements, e, e2)
-            take_metric(neighbourhood, bend, scale_s, scale_t)
+            add_metric(neighbourhood, bend, scale_s, scale_t)
     return True
 
 
 @inner(error_model="numpy")
 def _fan_of_pole(elements, e, side, list_e, list_side):
-    """Elements around the round pole that is a side of e; 0 where they do not join smoothly."""
+    """List the elements around the pole at a side of e; return their number, 0 if not smooth."""
     n = 0
     link = 4 * e + side
     while n < MAX_AROUND:
@@ -189,55 +191,57 @@ def _fan_of_pole(elements, e, side, list_e, list_side):
 
 
 @inner(error_model="numpy")
-def _cap(elements, raw, foot, part, neighbourhood, work):
-    """Fill the record of a part beside a pole: all round it, one part farther than this one.
+def _fill_at_pole(elements, raw, foot, part, neighbourhood, work):
+    """Fill the record of a part near a pole with the cap around it, one part deeper than this one.
 
-    `foot` is (element, side that is the pole). A way leads out only over the far rim.
+    `foot` is (element, side that is the pole). A path leaves the cap only over its rim.
     """
     e, side = foot
     list_e = work[0]
     list_side = stack_int64(MAX_AROUND)
     n = _fan_of_pole(elements, e, side, list_e, list_side)
     k = part[0] if side < 2 else part[1]
-    deep = (k if side & 1 == 0 else PARTS - 1 - k) + 1
+    n_deep = (k if side & 1 == 0 else N_PARTS - 1 - k) + 1
     box = elements.table[e]["box"]
     for c in range(4):
         neighbourhood["block"][c] = box[c]
     axis = 0 if side < 2 else 2
-    away = (deep + 1) / PARTS * (box[axis + 1] - box[axis])
+    cap_depth = (n_deep + 1) / N_PARTS * (box[axis + 1] - box[axis])
     neighbourhood["block"][axis + 1 if side & 1 == 0 else axis] = (
-        box[axis] + away if side & 1 == 0 else box[axis + 1] - away
+        box[axis] + cap_depth if side & 1 == 0 else box[axis + 1] - cap_depth
     )
-    if n == 0 or deep >= PARTS:
+    if n == 0 or n_deep >= N_PARTS:
         neighbourhood["room"] = 0.0
     for f in range(n):
         e2 = list_e[f]
-        if not is_whole(elements, e, e2):
+        if not is_untrimmed_beyond(elements, e, e2):
             neighbourhood["room"] = 0.0
-        same = elements.table[e2]["patch"] == elements.table[e]["patch"] and list_side[f] == side
-        for depth in range(min(deep + 1, PARTS)):
-            for along in range(PARTS):
-                off = depth if list_side[f] & 1 == 0 else PARTS - 1 - depth
+        is_same_patch = (
+            elements.table[e2]["patch"] == elements.table[e]["patch"] and list_side[f] == side
+        )
+        for depth in range(min(n_deep + 1, N_PARTS)):
+            for along in range(N_PARTS):
+                off = depth if list_side[f] & 1 == 0 else N_PARTS - 1 - depth
                 by_s = list_side[f] < 2
-                bend = raw[e2, off * PARTS + along if by_s else along * PARTS + off]
-                take_curvature(neighbourhood, bend)
-                if depth == deep:
-                    _keep_room(neighbourhood, bend[WIDTH_S if by_s else WIDTH_T] / PARTS)
-                if same:
+                bend = raw[e2, off * N_PARTS + along if by_s else along * N_PARTS + off]
+                add_curvature(neighbourhood, bend)
+                if depth == n_deep:
+                    _limit_room(neighbourhood, bend[WIDTH_S if by_s else WIDTH_T] / N_PARTS)
+                if is_same_patch:
                     scale_s, scale_t = scales(elements, e, e2)
-                    take_metric(neighbourhood, bend, scale_s, scale_t)
-        if same:
-            other = elements.table[e2]["box"]
+                    add_metric(neighbourhood, bend, scale_s, scale_t)
+        if is_same_patch:
+            box2 = elements.table[e2]["box"]
             low = 2 - axis
-            neighbourhood["block"][low] = min(neighbourhood["block"][low], other[low])
-            neighbourhood["block"][low + 1] = max(neighbourhood["block"][low + 1], other[low + 1])
+            neighbourhood["block"][low] = min(neighbourhood["block"][low], box2[low])
+            neighbourhood["block"][low + 1] = max(neighbourhood["block"][low + 1], box2[low + 1])
 
 
 @inner(error_model="numpy")
-def _fill(elements, raw, e, part, neighbourhood, work):
+def _fill_record(elements, raw, e, part, neighbourhood, work):
     """Fill the record of a part (i, j) of element e."""
     i, j = part
-    bend = raw[e, i * PARTS + j]
+    bend = raw[e, i * N_PARTS + j]
     kind, is_round = elements.table[e]["kind"], elements.table[e]["round"]
     neighbourhood["curvature"][0] = bend[INNER]
     neighbourhood["curvature"][1] = bend[OUTER]
@@ -250,46 +254,50 @@ def _fill(elements, raw, e, part, neighbourhood, work):
     for side in range(3, -1, -1):
         neighbourhood["ends"][side] = neighbourhood["reach"][side] = 0
         k = i if side < 2 else j
-        # Where the surface does not close round it in one plane, a pole is an end like others.
-        if is_round[side] == 1 and (k if side & 1 == 0 else PARTS - 1 - k) <= BY_POLE:
+        # A pole without a tangent plane is an end like others.
+        if is_round[side] == 1 and (k if side & 1 == 0 else N_PARTS - 1 - k) <= POLE_PARTS:
             neighbourhood["pole"] = side
     if neighbourhood["pole"] >= 0:
-        _cap(elements, raw, (e, neighbourhood["pole"]), part, neighbourhood, work)
+        _fill_at_pole(elements, raw, (e, neighbourhood["pole"]), part, neighbourhood, work)
         return
-    for a in range(max(i - 1, 0), min(i + 2, PARTS)):
-        for b in range(max(j - 1, 0), min(j + 2, PARTS)):
-            bend = raw[e, a * PARTS + b]
-            take_curvature(neighbourhood, bend)
-            take_metric(neighbourhood, bend, 1.0, 1.0)
+    for a in range(max(i - 1, 0), min(i + 2, N_PARTS)):
+        for b in range(max(j - 1, 0), min(j + 2, N_PARTS)):
+            bend = raw[e, a * N_PARTS + b]
+            add_curvature(neighbourhood, bend)
+            add_metric(neighbourhood, bend, 1.0, 1.0)
             if a != i:
-                _keep_room(neighbourhood, bend[WIDTH_S] / PARTS)
+                _limit_room(neighbourhood, bend[WIDTH_S] / N_PARTS)
             if b != j:
-                _keep_room(neighbourhood, bend[WIDTH_T] / PARTS)
-    out_s = 0 if i == 0 else (1 if i == PARTS - 1 else -1)
-    out_t = 2 if j == 0 else (3 if j == PARTS - 1 else -1)
+                _limit_room(neighbourhood, bend[WIDTH_T] / N_PARTS)
+    out_s = 0 if i == 0 else (1 if i == N_PARTS - 1 else -1)
+    out_t = 2 if j == 0 else (3 if j == N_PARTS - 1 else -1)
     for side in (out_s, out_t):
         if side >= 0:
             if kind[side] == SMOOTH:
                 neighbourhood["reach"][side] = 1
-                _add_across(elements, raw, e, side, j if side < 2 else i, neighbourhood)
+                _add_parts_across(elements, raw, e, side, j if side < 2 else i, neighbourhood)
             else:
                 neighbourhood["ends"][side] = 1
     out = out_s, out_t
-    if out_s >= 0 and out_t >= 0 and not _add_corner(elements, raw, e, out, neighbourhood, work):
+    if (
+        out_s >= 0
+        and out_t >= 0
+        and not _add_parts_at_corner(elements, raw, e, out, neighbourhood, work)
+    ):
         neighbourhood["room"] = 0.0
-    # The parameters of the patch around the part, as far as its surroundings go on in them.
+    # The block of the patch's parameters around the part, as far as the neighbourhood covers it.
     table, box = elements.table, elements.table[e]["box"]
     for side in range(4):
         axis, end = side >> 1, side & 1
         k = i if axis == 0 else j
-        wide = (box[2 * axis + 1] - box[2 * axis]) / PARTS
-        edge = box[2 * axis] + (max(k - 1, 0) if end == 0 else min(k + 2, PARTS)) * wide
-        if k == (PARTS - 1 if end == 1 else 0):
+        width = (box[2 * axis + 1] - box[2 * axis]) / N_PARTS
+        edge = box[2 * axis] + (max(k - 1, 0) if end == 0 else min(k + 2, N_PARTS)) * width
+        if k == (N_PARTS - 1 if end == 1 else 0):
             edge = box[side]
             n = table[e]["neighbour"][side]
             if kind[side] == SMOOTH and adjoins(elements, e, n, side):
-                beyond = (table[n]["box"][2 * axis + 1] - table[n]["box"][2 * axis]) / PARTS
-                edge += beyond if end == 1 else -beyond
+                part_width = (table[n]["box"][2 * axis + 1] - table[n]["box"][2 * axis]) / N_PARTS
+                edge += part_width if end == 1 else -part_width
         neighbourhood["block"][side] = edge
 
 
@@ -299,10 +307,10 @@ def join_parts(elements, raw, neighbourhoods, start, stop):
     work = (stack_int64(MAX_AROUND), scratch(MAX_AROUND, 2))
     for e in range(start, stop):
         box = elements.table[e]["box"]
-        for i in range(PARTS):
-            for j in range(PARTS):
-                neighbourhood = neighbourhoods[e, i * PARTS + j]
-                _fill(elements, raw, e, (i, j), neighbourhood, work)
+        for i in range(N_PARTS):
+            for j in range(N_PARTS):
+                neighbourhood = neighbourhoods[e, i * N_PARTS + j]
+                _fill_record(elements, raw, e, (i, j), neighbourhood, work)
                 widen(elements, raw, e, (i, j), neighbourhood)
                 for axis in range(2):  # from local parameters to those of the patch
                     scale = 1.0 / (box[2 * axis + 1] - box[2 * axis])

@@ -1,13 +1,13 @@
-"""Bound the bend of an element over a box one side of which is a point, as at a sphere's pole.
+"""Bound the bend of an element over a box with a side that is one point, as at a sphere's pole.
 
-With τ in [0, 1] the way from the pole P, S − P = τ C, and C = B/w is rational too. The tangent
-plane is spanned by U = C_x (S_x = τ U) and V = C + τ C_τ (= S_τ), which do not vanish. Along
-a U + b V the second fundamental form is
+With the parameter τ in [0, 1] from the pole P, S − P = τ C, where C = B/w is rational, too. The
+tangent plane is spanned by U = C_x (S_x = τ U) and V = C + τ C_τ (= S_τ), which do not vanish.
+Along a U + b V the second fundamental form is
 
     a² C_xx·N/τ + 2 a b C_xτ·N + b² (2 C_τ + τ C_ττ)·N.
 
-Where the surface has a tangent plane at the pole, with normal n, n·C(x, 0) = 0: then n·C_xx/τ is
-(F/w)_xx, F = n·B/τ a polynomial, and N leaves n by no more than τ G, so all of it is bounded.
+If the surface has a tangent plane at the pole, with normal n, then n·C(x, 0) = 0, n·C_xx/τ is
+(F/w)_xx with a polynomial F = n·B/τ, and |N − n| ≤ τ G, so that all terms are bounded.
 """
 
 from __future__ import annotations
@@ -26,30 +26,30 @@ from contiga.search.certify.kernels.bend_nb import (
     WIDTH_S,
     WIDTH_T,
     frame_of,
-    largest_and_spread,
+    mean_and_spread,
+    set_unbounded,
     stretch_and_turn,
-    unbounded,
 )
-from contiga.search.certify.kernels.rest_nb import (
+from contiga.search.certify.kernels.remainder_nb import (
     D01,
     D02,
     D10,
     D11,
     D20,
     N_COEFS,
-    centred,
-    quotient_rest,
+    centred_coefficients,
+    quotient_remainder,
     sums_of,
     taylor,
 )
 
-PLANE = 1e-9
-"""Tangents at a pole leave a plane by no more than this share of their length."""
+PLANE_TOL = 1e-9
+"""Largest distance of tangents at a pole from a plane, as a share of their length."""
 
 
 @kernel(linked=True, error_model="numpy")
 def pole_side(elements, e, cell):
-    """The side of the cell that is a pole; −1 where there is none, or more than one."""
+    """Return the side of the cell that is a pole; −1 if there is none, or more than one."""
     pole = -1
     kind = elements.table[e]["kind"]
     for side in range(4):
@@ -62,9 +62,9 @@ def pole_side(elements, e, cell):
 
 
 @inner(error_model="numpy")
-def _from_pole(elements, e, cell, side, a, b):
-    """Coefficients of (B, w) in powers of x in [-1, 1] along the pole and τ in [0, 1] from it."""
-    p, q = centred(elements, e, cell, b)
+def _coefficients_from_pole(elements, e, cell, side, a, b):
+    """Compute the coefficients of (B, w) in powers of x in [-1, 1] along the pole and τ from it."""
+    p, q = centred_coefficients(elements, e, cell, b)
     n, m = (q, p) if side < 2 else (p, q)
     sign = -1.0 if side & 1 == 0 else 1.0  # the pole is at y = sign; y = sign (1 − 2 τ)
     a[:] = 0.0
@@ -91,8 +91,8 @@ def _from_pole(elements, e, cell, side, a, b):
 
 
 @inner(error_model="numpy")
-def _bowl(a, n, m, normal, least):
-    """Bound of (F/w)_xx; infinite where the tangents at the pole lie in no plane."""
+def _bend_along_pole(a, n, m, normal, min_slope):
+    """Return a bound of (F/w)_xx; infinite if the tangents at the pole lie in no plane."""
     f = zero_scratch(3)
     w = zero_scratch(3)
     off = size = 0.0
@@ -111,28 +111,28 @@ def _bowl(a, n, m, normal, least):
                 f[2] += i * (i - 1) * abs(value)
             w[1] += i * abs(a[i, j, 3])
             w[2] += i * (i - 1) * abs(a[i, j, 3])
-    if not off <= PLANE * math.sqrt(size):
+    if not off <= PLANE_TOL * math.sqrt(size):
         return math.inf
-    first = (f[1] + w[1] * f[0] / least) / least
-    return (f[2] + 2.0 * w[1] * first + w[2] * f[0] / least) / least
+    first = (f[1] + w[1] * f[0] / min_slope) / min_slope
+    return (f[2] + 2.0 * w[1] * first + w[2] * f[0] / min_slope) / min_slope
 
 
 @inner(error_model="numpy")
-def _parts(h, column, normal):
-    """Length of a derivative, and of its part along the normal."""
+def _length_and_height(h, column, normal):
+    """Return the length of a derivative, and of its part along the normal."""
     x, y, z = h[0, column], h[1, column], h[2, column]
     return math.sqrt(x * x + y * y + z * z), abs(x * normal[0] + y * normal[1] + z * normal[2])
 
 
 @kernel(error_model="numpy")
 def pole_bounds(elements, e, cell, side, bend, work):
-    """Do as `bend_bounds` over a cell whose `side` is a pole; no width along that."""
-    unbounded(bend)
-    h, rest = work.derivatives, work.rest
+    """Compute `bend_bounds` over a cell whose `side` is a pole; the width along it is 0."""
+    set_unbounded(bend)
+    h, remainder = work.derivatives, work.remainder
     if elements.table[e]["monomial"] < 0:
         return False
     a, sums = scratch(N_COEFS, N_COEFS, 4), scratch(3, 6)
-    n, m = _from_pole(elements, e, cell, side, a, scratch(N_COEFS, N_COEFS, 4))
+    n, m = _coefficients_from_pole(elements, e, cell, side, a, scratch(N_COEFS, N_COEFS, 4))
     taylor(a, h)
     v = scratch(3, 6)  # U, V and their slopes by x and τ at the pole
     for c in range(3):
@@ -151,42 +151,52 @@ def pole_bounds(elements, e, cell, side, bend, work):
         (v[2, 0] * v[0, 1] - v[0, 0] * v[2, 1]) * i,
         (v[0, 0] * v[1, 1] - v[1, 0] * v[0, 1]) * i,
     )
-    least = sums_of(a, n, m, h, normal, sums)
-    if not least > 0.0:
+    min_slope = sums_of(a, n, m, h, normal, sums)
+    if not min_slope > 0.0:
         return False
-    quotient_rest(sums[0], sums[2], least, rest[0])
-    quotient_rest(sums[1], sums[2], least, rest[1])
-    bowl = _bowl(a, n, m, normal, least)
+    quotient_remainder(sums[0], sums[2], min_slope, remainder[0])
+    quotient_remainder(sums[1], sums[2], min_slope, remainder[1])
+    bend_xx = _bend_along_pole(a, n, m, normal, min_slope)
     # Of C_t, C_xx, C_xt and C_tt: length, and part along the normal.
-    t, xx = _parts(h, 2, normal), _parts(h, 3, normal)
-    xt, tt = _parts(h, 4, normal), _parts(h, 5, normal)
-    change = scratch(2, 2)  # what U and V leave their slopes by: all, and along n
+    t, xx = _length_and_height(h, 2, normal), _length_and_height(h, 3, normal)
+    xt, tt = _length_and_height(h, 4, normal), _length_and_height(h, 5, normal)
+    change = scratch(2, 2)  # deviation of U and V from their slopes: length, and part along n
     for k in range(2):
-        change[k, 0] = rest[k, D10]
-        change[k, 1] = 0.5 * xx[k] + 2.0 * xt[k] + 1.5 * tt[k] + rest[k, D10] + 2.0 * rest[k, D01]
+        change[k, 0] = remainder[k, D10]
+        change[k, 1] = (
+            0.5 * xx[k] + 2.0 * xt[k] + 1.5 * tt[k] + remainder[k, D10] + 2.0 * remainder[k, D01]
+        )
     alpha, beta, gamma = 1.0 / x, -along / (x * across), 1.0 / across
     b = abs(beta)
     stretch, _ = stretch_and_turn(v, normal, (alpha, beta, gamma), change)
-    if not (stretch < MAX_STRETCH and bowl < math.inf):
+    if not (stretch < MAX_STRETCH and bend_xx < math.inf):
         return False
-    lean_u = xt[1] + rest[1, D11]
-    lean_v = 2.0 * (t[1] + xt[1] + tt[1] + rest[1, D01])
-    turn = math.hypot(alpha * lean_u, b * lean_u + gamma * lean_v) / (1.0 - stretch)
-    # The three terms of the second form, where N leaves n by τ `turn` at most.
-    uu = bowl + (xx[0] + rest[0, D20]) * turn
-    uv = xt[1] + rest[1, D11] + (xt[0] + rest[0, D11]) * turn
+    height_rate_u = xt[1] + remainder[1, D11]
+    height_rate_v = 2.0 * (t[1] + xt[1] + tt[1] + remainder[1, D01])
+    turn = math.hypot(alpha * height_rate_u, b * height_rate_u + gamma * height_rate_v) / (
+        1.0 - stretch
+    )
+    # The three terms of the second form, with |N − n| ≤ τ `turn`.
+    uu = bend_xx + (xx[0] + remainder[0, D20]) * turn
+    uv = xt[1] + remainder[1, D11] + (xt[0] + remainder[0, D11]) * turn
     vv = 0.0
     for k in range(2):
-        slope = t[k] + xt[k] + tt[k] + rest[k, D01]  # of C_τ
-        vv += (2.0 * slope + tt[k] + rest[k, D02]) * (turn if k == 0 else 1.0)
-    middle, spread = largest_and_spread(
+        slope = t[k] + xt[k] + tt[k] + remainder[k, D01]  # of C_τ
+        vv += (2.0 * slope + tt[k] + remainder[k, D02]) * (turn if k == 0 else 1.0)
+    middle, spread = mean_and_spread(
         alpha * alpha * uu,
         alpha * (b * uu + gamma * uv),
         b * b * uu + 2.0 * b * gamma * uv + gamma * gamma * vv,
     )
     bend[INNER] = bend[OUTER] = (middle + spread) / (1.0 - 2.0 * stretch)
-    speed = x + _parts(v, 2, normal)[0] + _parts(v, 3, normal)[0] + change[0, 0]
-    down = math.hypot(along, across) + _parts(v, 4, normal)[0] + _parts(v, 5, normal)[0]
+    speed = (
+        x + _length_and_height(v, 2, normal)[0] + _length_and_height(v, 3, normal)[0] + change[0, 0]
+    )
+    down = (
+        math.hypot(along, across)
+        + _length_and_height(v, 4, normal)[0]
+        + _length_and_height(v, 5, normal)[0]
+    )
     down += change[0, 1]
     width = (1.0 - stretch) * across
     wide, high = cell[1] - cell[0], cell[3] - cell[2]

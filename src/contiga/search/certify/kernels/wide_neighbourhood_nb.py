@@ -1,12 +1,12 @@
-"""Surroundings of parts beside which elements are narrow: whole rows and columns of parts.
+"""Neighbourhoods of parts next to narrow elements: complete rows and columns of parts.
 
-Cutting a surface leaves slivers, and of a sliver a quarter (`neighbourhood_nb`) is next to nothing.
-Here the parts around one are taken row by row and column by column, from element to element, until
-they are about as deep in each direction as parts nearby are wide. They make a rectangle: what
-stands where a row and a column cross is the same whichever is gone along first, and all sides
-within are smooth. Along a side parameters go on from part to part, and so a way that leaves the
-rectangle on the left has gone through every column there, from side to side, in parts of the
-rectangle: its length is the sum of the least widths of these columns at least.
+Cutting a surface leaves slivers, and a quarter of a sliver (`neighbourhood_nb`) is far too narrow.
+Here rows and columns of parts are added around one, from element to element, until they are about
+as deep in each direction as parts nearby are wide. They form a rectangle: the part where a row and
+a column cross is the same whichever is followed first, and all sides within are smooth. Parameters
+along a side continue from part to part; so a path that leaves the rectangle on the left has crossed
+every column there, from side to side, within parts of the rectangle, and is at least as long as the
+sum of the least widths of these columns.
 """
 
 from __future__ import annotations
@@ -15,184 +15,185 @@ from contiga.arrays.codes import IN, SMOOTH
 from contiga.jit import inner
 from contiga.jit.scratch import scratch, stack_int64
 from contiga.search.certify.kernels.bend_nb import INNER, WIDTH_S
-from contiga.search.certify.kernels.part_nb import PARTS, scales, take_metric
+from contiga.search.certify.kernels.part_nb import N_PARTS, add_metric, scales
 
 MAX_PARTS = 12
-"""Parts in one direction,"""
-ACROSS = 2 * MAX_PARTS + 1
+"""Largest number of parts in one direction,"""
+N_COLUMNS = 2 * MAX_PARTS + 1
 """and in both."""
-NEAR = 0.75
-"""Share of the width of parts nearby that surroundings are to be deep at least,"""
-DEEP = 2.0
-"""and where they hardly bend."""
-BENT = 2.0
-"""Wider surroundings may be curved this many times as much,"""
-FLAT = 0.1
-"""or so much that they turn by this (radians)."""
+MIN_DEPTH = 0.75
+"""Least depth of a neighbourhood, in widths of parts nearby,"""
+MAX_DEPTH = 2.0
+"""and depth where it hardly bends."""
+MAX_BEND_RATIO = 2.0
+"""Largest ratio of the turns of a wider neighbourhood and of the first one,"""
+MAX_TURN = 0.1
+"""unless its turn is below this, rad."""
 LEFT, RIGHT, DOWN, UP = 0, 1, 2, 3
-"""Directions: of falling and growing s, and of t, in the element that is started from."""
+"""Directions of falling and growing s and t in the first element."""
 
 
 @inner(error_model="numpy")
-def _beside(table, cell, way):
-    """The part beside a part in a direction; of element −1 where no smooth side leads there.
+def _next_part(table, cell, direction):
+    """Return the next part in a direction; of element −1 if no smooth side leads there.
 
-    A part is (element, i, j, whether its s runs along the t of the start, and whether the
-    directions s and t of the start run backwards in it).
+    A part is (element, i, j, whether its s runs along the t of the first element, and whether the
+    directions s and t of the first element run backwards in it).
     """
     e, i, j, swap, back_s, back_t = cell
-    axis, on = way >> 1, way & 1
+    axis, on = direction >> 1, direction & 1
     own_axis = axis ^ swap
     on = on ^ (back_s if axis == 0 else back_t)
     k = (i if own_axis == 0 else j) + 2 * on - 1
-    if 0 <= k < PARTS:
+    if 0 <= k < N_PARTS:
         return e, (k if own_axis == 0 else i), (j if own_axis == 0 else k), swap, back_s, back_t
     side = 2 * own_axis + on
     if table[e]["kind"][side] != SMOOTH:
         return -1, 0, 0, 0, 0, 0
-    there, flip = table[e]["neighbour_side"][side], table[e]["flip"][side]
-    k = 0 if there & 1 == 0 else PARTS - 1
+    side_there, flip = table[e]["neighbour_side"][side], table[e]["flip"][side]
+    k = 0 if side_there & 1 == 0 else N_PARTS - 1
     along = j if own_axis == 0 else i
     if flip == 1:
-        along = PARTS - 1 - along
-    turned = (way & 1) ^ (1 - (there & 1))
-    back_s, back_t = (turned, back_t ^ flip) if axis == 0 else (back_s ^ flip, turned)
-    i, j = (k, along) if there < 2 else (along, k)
-    return table[e]["neighbour"][side], i, j, (there >> 1) ^ axis, back_s, back_t
+        along = N_PARTS - 1 - along
+    reverses = (direction & 1) ^ (1 - (side_there & 1))
+    back_s, back_t = (reverses, back_t ^ flip) if axis == 0 else (back_s ^ flip, reverses)
+    i, j = (k, along) if side_there < 2 else (along, k)
+    return table[e]["neighbour"][side], i, j, (side_there >> 1) ^ axis, back_s, back_t
 
 
 @inner(error_model="numpy")
-def _far(table, cell, way, count):
-    """The part so many parts off in a direction."""
+def _walk(table, cell, direction, count):
+    """Return the part that many parts away in a direction."""
     for _ in range(count):
         if cell[0] >= 0:
-            cell = _beside(table, cell, way)
+            cell = _next_part(table, cell, direction)
     return cell
 
 
 @inner(error_model="numpy")
 def _width(raw, cell, axis):
-    """Least width of a part along an axis of the start."""
-    return raw[cell[0], cell[1] * PARTS + cell[2], WIDTH_S + (axis ^ cell[3])] / PARTS
+    """Return the least width of a part along an axis of the first element."""
+    return raw[cell[0], cell[1] * N_PARTS + cell[2], WIDTH_S + (axis ^ cell[3])] / N_PARTS
 
 
 @inner(error_model="numpy")
-def _at(table, home, a, b):
-    """The part a columns to the right of a part and b rows up; of element −1 where that is not the
-    same whichever is gone first."""
+def _part_at(table, home, a, b):
+    """Return the part a columns to the right of a part and b rows up; of element −1 if it depends
+    on which is followed first."""
     across, along = (RIGHT if a >= 0 else LEFT), (UP if b >= 0 else DOWN)
-    cell = _far(table, _far(table, home, across, abs(a)), along, abs(b))
-    other = _far(table, _far(table, home, along, abs(b)), across, abs(a))
+    cell = _walk(table, _walk(table, home, across, abs(a)), along, abs(b))
+    other = _walk(table, _walk(table, home, along, abs(b)), across, abs(a))
     if cell != other:
         return -1, 0, 0, 0, 0, 0
     return cell
 
 
 @inner(error_model="numpy")
-def _look(table, raw, home, extents, work):
-    """Least widths of the columns and rows around a part, and the largest curvatures in them, into
-    `work` = ((2, 2 MAX_PARTS + 1), (2,)).
+def _survey(table, raw, home, extents, work):
+    """Compute the least widths of the columns and rows around a part, and their largest curvatures,
+    into `work` = ((2, 2 MAX_PARTS + 1), (2,)).
 
-    Returns whether they make a rectangle, of which nothing is trimmed away that the patch of the
-    part does not tell.
+    Returns whether they form a rectangle that is untrimmed, or of the patch of the part.
     """
-    widths, bent = work
+    widths, max_curvature = work
     widths[:] = 1e300
-    bent[:] = 0.0
+    max_curvature[:] = 0.0
     patch = table[home[0]]["patch"]
     same = whole = True
     for a in range(-extents[LEFT], extents[RIGHT] + 1):
         for b in range(-extents[DOWN], extents[UP] + 1):
-            cell = _at(table, home, a, b)
+            cell = _part_at(table, home, a, b)
             if cell[0] < 0:
                 return False
             widths[0, MAX_PARTS + a] = min(widths[0, MAX_PARTS + a], _width(raw, cell, 0))
             widths[1, MAX_PARTS + b] = min(widths[1, MAX_PARTS + b], _width(raw, cell, 1))
             for c in range(2):
-                bent[c] = max(bent[c], raw[cell[0], cell[1] * PARTS + cell[2], INNER + c])
+                max_curvature[c] = max(
+                    max_curvature[c], raw[cell[0], cell[1] * N_PARTS + cell[2], INNER + c]
+                )
             same = same and table[cell[0]]["patch"] == patch
             whole = whole and table[cell[0]]["trim"] == IN
     return same or whole
 
 
 @inner(error_model="numpy")
-def _edge(table, cell, way):
-    """Parameter at which a part ends in a direction; to the bit that of its element, if it does."""
-    axis, end = way >> 1, way & 1
+def _edge(table, cell, direction):
+    """Return the parameter at which a part ends in a direction; the exact one at element sides."""
+    axis, end = direction >> 1, direction & 1
     low, high = table[cell[0]]["box"][2 * axis], table[cell[0]]["box"][2 * axis + 1]
     k = cell[1 + axis] + end
-    return low if k == 0 else (high if k == PARTS else low + k * (high - low) / PARTS)
+    return low if k == 0 else (high if k == N_PARTS else low + k * (high - low) / N_PARTS)
 
 
 @inner(error_model="numpy")
 def widen(elements, raw, e, part, neighbourhood):
-    """Put wider surroundings of a part (i, j) of element e into its record, if they are any good.
+    """Replace the neighbourhood of a part (i, j) of element e by a wider one, if that is better.
 
     `raw` (elements, parts, 6) bounds every part by itself. Speeds and widths are in local
-    parameters of e. Surroundings that end somewhere or turn round a pole stay as they are.
+    parameters of e. Neighbourhoods with an end or a pole stay as they are.
     """
     table = elements.table
     home = (e, part[0], part[1], 0, 0, 0)
     ends = neighbourhood["ends"]
     if neighbourhood["pole"] >= 0 or ends[0] + ends[1] + ends[2] + ends[3] > 0:
         return
-    # How wide parts of this element and of those beside it are, along the narrower axis.
+    # Width of the parts of this element and of adjoining ones, along the narrower axis.
     nearby = 1e300
     for axis in range(2):
         widest = _width(raw, home, axis)
         k = home[1 + axis]
         for end in range(2):
-            cell = _far(table, home, 2 * axis + end, k + 1 if end == 0 else PARTS - k)
+            cell = _walk(table, home, 2 * axis + end, k + 1 if end == 0 else N_PARTS - k)
             if cell[0] >= 0:
                 widest = max(widest, _width(raw, cell, axis))
         nearby = min(nearby, widest)
-    bent = max(neighbourhood["curvature"][0], neighbourhood["curvature"][1])
-    wanted = max(NEAR * nearby, min(DEEP * nearby, FLAT / bent))
-    if not neighbourhood["room"] < wanted:
+    max_curvature = max(neighbourhood["curvature"][0], neighbourhood["curvature"][1])
+    target_depth = max(MIN_DEPTH * nearby, min(MAX_DEPTH * nearby, MAX_TURN / max_curvature))
+    if not neighbourhood["room"] < target_depth:
         return
-    extents, own = stack_int64(4), stack_int64(4)
-    widths, bends = scratch(2, ACROSS), scratch(2)
-    for way in range(4):
-        depth, count, cell = 0.0, 0, _beside(table, home, way)
-        while cell[0] >= 0 and count < MAX_PARTS and depth < wanted:
-            depth += _width(raw, cell, way >> 1)
+    extents, patch_extents = stack_int64(4), stack_int64(4)
+    widths, curvatures = scratch(2, N_COLUMNS), scratch(2)
+    for direction in range(4):
+        depth, count, cell = 0.0, 0, _next_part(table, home, direction)
+        while cell[0] >= 0 and count < MAX_PARTS and depth < target_depth:
+            depth += _width(raw, cell, direction >> 1)
             count += 1
-            cell = _beside(table, cell, way)
-        extents[way] = count
-    if not _look(table, raw, home, extents, (widths, bends)):
+            cell = _next_part(table, cell, direction)
+        extents[direction] = count
+    if not _survey(table, raw, home, extents, (widths, curvatures)):
         return
-    # A way that leads out goes through all columns or rows on one side.
+    # A path that leaves crosses all columns or rows on one side.
     room = 1e300
-    for way in range(4):
+    for direction in range(4):
         depth = 0.0
-        for k in range(1, extents[way] + 1):
-            depth += widths[way >> 1, MAX_PARTS + (k if way & 1 == 1 else -k)]
+        for k in range(1, extents[direction] + 1):
+            depth += widths[direction >> 1, MAX_PARTS + (k if direction & 1 == 1 else -k)]
         room = min(room, depth)
-    turn = max(BENT * bent * room, FLAT)
-    if not (room > neighbourhood["room"] and max(bends[0], bends[1]) * room <= turn):
+    turn = max(MAX_BEND_RATIO * max_curvature * room, MAX_TURN)
+    if not (room > neighbourhood["room"] and max(curvatures[0], curvatures[1]) * room <= turn):
         return
     neighbourhood["room"] = room
     for c in range(2):
-        neighbourhood["curvature"][c] = max(neighbourhood["curvature"][c], bends[c])
-    # As far as parts have the parameters of the patch, turned in no way, they are told in these.
-    for way in range(4):
+        neighbourhood["curvature"][c] = max(neighbourhood["curvature"][c], curvatures[c])
+    # Parts with the parameters of the same patch, in the same directions, extend the block.
+    for direction in range(4):
         cell, count = home, 0
-        while count < extents[way]:
-            after = _beside(table, cell, way)
+        while count < extents[direction]:
+            after = _next_part(table, cell, direction)
             same = table[after[0]]["patch"] == table[e]["patch"]
             if after[3] | after[4] | after[5] != 0 or not same:
                 break
-            if _edge(table, after, way ^ 1) != _edge(table, cell, way):
+            if _edge(table, after, direction ^ 1) != _edge(table, cell, direction):
                 break
             cell = after
             count += 1
-        own[way] = count
-        neighbourhood["block"][way] = _edge(table, cell, way)
-        k = home[1 + (way >> 1)]
-        beyond = extents[way] - (k if way & 1 == 0 else PARTS - 1 - k)
-        neighbourhood["reach"][way] = min(max(beyond, 0), PARTS)
-    for a in range(-own[LEFT], own[RIGHT] + 1):
-        for b in range(-own[DOWN], own[UP] + 1):
-            n, i, j, _, _, _ = _at(table, home, a, b)
+        patch_extents[direction] = count
+        neighbourhood["block"][direction] = _edge(table, cell, direction)
+        k = home[1 + (direction >> 1)]
+        beyond = extents[direction] - (k if direction & 1 == 0 else N_PARTS - 1 - k)
+        neighbourhood["reach"][direction] = min(max(beyond, 0), N_PARTS)
+    for a in range(-patch_extents[LEFT], patch_extents[RIGHT] + 1):
+        for b in range(-patch_extents[DOWN], patch_extents[UP] + 1):
+            n, i, j, _, _, _ = _part_at(table, home, a, b)
             scale_s, scale_t = scales(elements, e, n)
-            take_metric(neighbourhood, raw[n, i * PARTS + j], scale_s, scale_t)
+            add_metric(neighbourhood, raw[n, i * N_PARTS + j], scale_s, scale_t)

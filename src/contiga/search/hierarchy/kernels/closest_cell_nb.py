@@ -1,8 +1,8 @@
-"""One cell of an element against a point: whether it can hold a closer one, or just one minimum.
+"""One cell of an element and a point: whether it can contain a closer point, or a single minimum.
 
 With the residual r from the point and the derivative bounds of the cell, f = |S − P|²/2 is expanded
-about its middle: values of the tangent parallelogram and of the Hessian, and how far they can be
-off over the cell.
+about its middle: values of the tangent parallelogram and of the Hessian, and bounds of their
+changes over the cell.
 """
 
 from __future__ import annotations
@@ -55,18 +55,18 @@ class Hessian(NamedTuple):
 
 
 @inner()
-def slopes_away(elements, e, side, kept, g, change):
-    """Return whether f has no minimum in a cell because its slope across it keeps its sign.
+def slopes_away(elements, e, side, at_ends, g, change):
+    """Return whether f has no minimum in a cell because its slope has the same sign all over it.
 
-    `kept` tells for `side` (0: s, 2: t) which of the two ends the cell reaches; a minimum may
-    stand there against the slope where the surface has a kink or ends. `g` is the slope in the
+    `at_ends` are the two ends, along `side` (0: s, 2: t), that the cell reaches; if the surface has
+    a kink or a border there, a minimum may be there in spite of the slope. `g` is the slope in the
     cell's middle, `change` its largest change.
     """
     kind = elements.table[e]["kind"]
     if g > change:
-        return not (kept[0] and kind[side] != SMOOTH)
+        return not (at_ends[0] and kind[side] != SMOOTH)
     if -g > change:
-        return not (kept[1] and kind[side + 1] != SMOOTH)
+        return not (at_ends[1] and kind[side + 1] != SMOOTH)
     return False
 
 
@@ -88,25 +88,25 @@ def nearest_on_plate(m):
     best = math.inf
     best_x = best_y = 0.0
     for k in range(2):
-        fix = 1.0 - 2.0 * k
-        y = -(m.ry + fix * m.xy) / m.yy if m.yy > 0.0 else 0.0
+        fixed = 1.0 - 2.0 * k
+        y = -(m.ry + fixed * m.xy) / m.yy if m.yy > 0.0 else 0.0
         y = min(max(y, -1.0), 1.0)
-        square = _square_at(m, fix, y)
+        square = _square_at(m, fixed, y)
         if square < best:
-            best, best_x, best_y = square, fix, y
-        x = -(m.rx + fix * m.xy) / m.xx if m.xx > 0.0 else 0.0
+            best, best_x, best_y = square, fixed, y
+        x = -(m.rx + fixed * m.xy) / m.xx if m.xx > 0.0 else 0.0
         x = min(max(x, -1.0), 1.0)
-        square = _square_at(m, x, fix)
+        square = _square_at(m, x, fixed)
         if square < best:
-            best, best_x, best_y = square, x, fix
+            best, best_x, best_y = square, x, fixed
     return best_x, best_y, best
 
 
 @inner()
 def plate_distance(m):
-    """Smallest |r + x a + y b| over |x|, |y| ≤ 1, or less by rounding: to a cell laid flat.
+    """Lower bound, within rounding, of |r + x a + y b| over |x|, |y| ≤ 1: distance of a plate.
 
-    Far from its middle the products leave but noise of a small distance.
+    Far from its middle, cancellation in the products leaves only noise of a small distance.
     """
     noise = ROUNDING * (m.rr + m.xx + m.yy)
     return math.sqrt(max(0.0, nearest_on_plate(m)[2] - noise))
@@ -116,7 +116,7 @@ def plate_distance(m):
 def middle(h, local, hs, ht):
     """Products of r, from the point to a cell's middle, and the cell's half sides x and y there.
 
-    Also the second derivatives of the surface along r, as they come.
+    Also the products of r with the second derivatives of the surface, unscaled.
     """
     rr = rx = ry = xx = xy = yy = hxx = hxy = hyy = 0.0
     for c in range(3):
@@ -137,7 +137,7 @@ def middle(h, local, hs, ht):
 
 @inner()
 def scaled(k, hs, ht):
-    """The bounds of a cell's derivatives, as those of the cell laid on −1 … 1."""
+    """Scale the bounds of a cell's derivatives to parameters that run over −1 … 1 in the cell."""
     return Bounds(
         k[0] * hs,
         k[1] * ht,
@@ -153,14 +153,14 @@ def scaled(k, hs, ht):
 
 @inner()
 def hessian(m, b, hs, ht):
-    """Second derivatives of f in a cell's middle, and how much each changes in the cell."""
-    far = math.sqrt(m.rr) + b.x + b.y
+    """Second derivatives of f in a cell's middle, and the largest change of each in the cell."""
+    max_residual = math.sqrt(m.rr) + b.x + b.y
     xx = m.hxx * hs * hs + m.xx
     xy = m.hxy * hs * ht + m.xy
     yy = m.hyy * ht * ht + m.yy
-    dxx = 3.0 * b.xx * b.x + 2.0 * b.xy * b.x + b.y * b.xx + far * (b.xxx + b.xxy)
-    dyy = 3.0 * b.yy * b.y + 2.0 * b.xy * b.y + b.x * b.yy + far * (b.yyy + b.xyy)
-    dxy = 2.0 * b.xy * (b.x + b.y) + b.xx * b.y + b.x * b.yy + far * (b.xxy + b.xyy)
+    dxx = 3.0 * b.xx * b.x + 2.0 * b.xy * b.x + b.y * b.xx + max_residual * (b.xxx + b.xxy)
+    dyy = 3.0 * b.yy * b.y + 2.0 * b.xy * b.y + b.x * b.yy + max_residual * (b.yyy + b.xyy)
+    dxy = 2.0 * b.xy * (b.x + b.y) + b.xx * b.y + b.x * b.yy + max_residual * (b.xxy + b.xyy)
     return Hessian(xx, xy, yy, dxx, dxy, dyy)
 
 
@@ -176,49 +176,49 @@ def without_minimum(elements, e, cell, m, f):
 
 @inner()
 def bends_down(elements, e, cell, f):
-    """Return whether f has no minimum in a cell because somewhere it bends down all over it.
+    """Return whether f has no minimum in a cell because it is nowhere convex in it.
 
-    A minimum may stand there all the same on a side where the surface has a kink or ends.
+    A minimum may still be on a side where the surface has a kink or a border.
     """
     kind = elements.table[e]["kind"]
     flat_s = (cell[0] > -0.5 or kind[0] == SMOOTH) and (cell[1] < 0.5 or kind[1] == SMOOTH)
     flat_t = (cell[2] > -0.5 or kind[2] == SMOOTH) and (cell[3] < 0.5 or kind[3] == SMOOTH)
-    high, high_y = f.xx + f.dxx, f.yy + f.dyy
-    if (flat_s and high < 0.0) or (flat_t and high_y < 0.0):
+    max_ss, max_tt = f.xx + f.dxx, f.yy + f.dyy
+    if (flat_s and max_ss < 0.0) or (flat_t and max_tt < 0.0):
         return True
     across = abs(f.xy) - f.dxy
-    return flat_s and flat_t and across > 0.0 and high * high_y < across * across
+    return flat_s and flat_t and across > 0.0 and max_ss * max_tt < across * across
 
 
 @inner()
 def convex(f):
     """Return whether f is convex in a cell."""
-    low = f.xx - f.dxx
-    low_y = f.yy - f.dyy
-    return low > 0.0 and low_y > 0.0 and low * low_y > (abs(f.xy) + f.dxy) ** 2
+    min_ss = f.xx - f.dxx
+    min_tt = f.yy - f.dyy
+    return min_ss > 0.0 and min_tt > 0.0 and min_ss * min_tt > (abs(f.xy) + f.dxy) ** 2
 
 
 @inner()
 def least_value(m, f):
     """Return a lower bound of f = |S − P|²/2 in a cell, by its Taylor series about the middle.
 
-    The Hessian is off by no more than τ times its largest change on the part τ of a way from the
-    middle, so the series of second order by a sixth of that. Of a quadratic function that is not
-    convex, the least value stands on the sides.
+    At the fraction τ from the middle the Hessian has changed by no more than τ times its largest
+    change, so that the error of the second-order series is a sixth of that. A quadratic function
+    that is not convex has its minimum on the sides.
     """
-    rest = (f.dxx + 2.0 * f.dxy + f.dyy) / 6.0
+    remainder = (f.dxx + 2.0 * f.dxy + f.dyy) / 6.0
     det = f.xx * f.yy - f.xy * f.xy
     if f.xx > 0.0 and det > 1e-12 * f.xx * f.yy:
         x, y = (m.ry * f.xy - m.rx * f.yy) / det, (m.rx * f.xy - m.ry * f.xx) / det
         if -1.0 <= x <= 1.0 and -1.0 <= y <= 1.0:
-            return 0.5 * (m.rr + m.rx * x + m.ry * y) - rest
+            return 0.5 * (m.rr + m.rx * x + m.ry * y) - remainder
     best = math.inf
     for k in range(2):
-        fix = 1.0 - 2.0 * k
-        slope = m.ry + fix * f.xy
+        fixed = 1.0 - 2.0 * k
+        slope = m.ry + fixed * f.xy
         y = min(max(-slope / f.yy, -1.0), 1.0) if f.yy > 0.0 else -math.copysign(1.0, slope)
-        best = min(best, fix * m.rx + 0.5 * f.xx + y * slope + 0.5 * y * y * f.yy)
-        slope = m.rx + fix * f.xy
+        best = min(best, fixed * m.rx + 0.5 * f.xx + y * slope + 0.5 * y * y * f.yy)
+        slope = m.rx + fixed * f.xy
         x = min(max(-slope / f.xx, -1.0), 1.0) if f.xx > 0.0 else -math.copysign(1.0, slope)
-        best = min(best, fix * m.ry + 0.5 * f.yy + x * slope + 0.5 * x * x * f.xx)
-    return 0.5 * m.rr + best - rest
+        best = min(best, fixed * m.ry + 0.5 * f.yy + x * slope + 0.5 * x * x * f.xx)
+    return 0.5 * m.rr + best - remainder

@@ -9,18 +9,18 @@ from contiga.jit import inner, kernel
 from contiga.jit.scratch import scratch, zero_scratch
 
 MAX_ITERATIONS = 60
-LAST_STEP = 1e-8
-"""Newton's step (of a piece's parameter) after which another one would be rounding."""
+STEP_TOL = 1e-8
+"""Newton step (of a piece's parameter) after which another one would be rounding."""
 POLISH_STEPS = 3
 POLISH_REACH = 1e-5
 ROUNDING = 1e-14
-"""Of a squared distance, as a share of the products it is made of: some fifty roundings."""
-SMALLEST = 1e-9
+"""Rounding of a squared distance, as a share of its terms: some fifty roundings."""
+MIN_HALF_WIDTH = 1e-9
 """Half-width of an interval (of a piece's parameter) that is not halved further."""
 MAX_INTERVALS = 400
 ELEMENT, S, T, LEFT_OUT = 0, 1, 2, 3
-"""Columns of what a search for the closest point answers: element, s and t; or −1 − piece and the
-piece's parameter, where it is on a trimming piece. The last is 0, or what the search left out."""
+"""Columns of the result of a search for the closest point: element, s and t; or −1 − piece and the
+piece's parameter on a trimming piece. The last is 0, or what the search left out."""
 
 
 @inner()
@@ -46,10 +46,10 @@ def piece_parameters(trims, piece, t, c):
 
 @kernel()
 def curve_point(elements, grid, trims, piece, t, h, d):
-    """Point and two derivatives of the trimming curve in space into d[3, 3].
+    """Write the point and two derivatives of the trimming curve in space to d[3, 3].
 
-    The point is relative to the origin of the element it lies in. Returns that element and the
-    local (s, t) there; `h` holds the element's derivatives.
+    The point is relative to the origin of its element. Returns that element and the local (s, t)
+    there; `h` holds the element's derivatives.
     """
     c = scratch(3, 3)
     piece_parameters(trims, piece, t, c)
@@ -90,8 +90,8 @@ def _expand(tables, piece, t, point, h, d):
 
 
 @inner()
-def _descend(tables, piece, limits, start, point, h, d):
-    """Minimum of f where f'' > 0 inside `limits`: Newton in a bracket. Returns t and f there."""
+def _newton_in_bracket(tables, piece, limits, start, point, h, d):
+    """Find the minimum of f with f'' > 0 inside `limits`: Newton in a bracket. Returns t and f."""
     low, high = limits
     t = start
     best_t = t
@@ -109,8 +109,8 @@ def _descend(tables, piece, limits, start, point, h, d):
         new = min(max(new, limits[0]), limits[1])
         if new != t and not (low <= new <= high):
             new = 0.5 * (low + high)
-        if abs(new - t) <= LAST_STEP:
-            # The series of f tells what the step gains; the digits it does not are rounding.
+        if abs(new - t) <= STEP_TOL:
+            # The Taylor series gives the gain of the step; smaller changes of f are rounding.
             step = new - t
             gain = -step * (slope + 0.5 * curvature * step)
             if gain > 0.0 and f - gain < best:
@@ -131,11 +131,10 @@ def _straight_distance(f, slope, speed, h):
 
 @inner()
 def closest_on_stretch(tables, leaf, point, best, slack, h):
-    """Closest point of a curve leaf nearer than `best`: t and the distance, or `best` unchanged.
+    """Find the closest point of a curve leaf nearer than `best`: t and the distance, or `best`.
 
-    The third value tells whether an interval was taken for convex to come to an end.
-
-    Intervals are dropped and finished as the cells of a face are (see `global_nb`), with the
+    The third value tells whether an interval was treated as convex without proof, to end the
+    search. Intervals are dropped and finished as the cells of a face are (see `global_nb`), by the
     leaf's bounds on |C'|, |C''| and |C'''|.
     """
     piece = -1 - leaf["element"]
@@ -150,11 +149,11 @@ def closest_on_stretch(tables, leaf, point, best, slack, h):
     stack[0, 1] = t1
     top = 1
     best_t = t0
-    opened = 0
-    left = False
+    n_opened = 0
+    has_forced = False
     while top > 0:
         top -= 1
-        opened += 1
+        n_opened += 1
         low = stack[top, 0]
         high = stack[top, 1]
         t = 0.5 * (low + high)
@@ -172,22 +171,22 @@ def closest_on_stretch(tables, leaf, point, best, slack, h):
         at_end = low <= t0 or high >= t1
         if not at_end and abs(slope) > w * (abs(curvature) + change):
             continue
-        if curvature > change or w < SMALLEST or opened > MAX_INTERVALS or top > 37:
-            left = left or (curvature <= change and w >= SMALLEST)
+        if curvature > change or w < MIN_HALF_WIDTH or n_opened > MAX_INTERVALS or top > 37:
+            has_forced = has_forced or (curvature <= change and w >= MIN_HALF_WIDTH)
             start = t if speed == 0.0 else min(max(t - slope / speed, low), high)
-            x, f = _descend(tables, piece, (low, high), start, point, h, d)
+            x, f = _newton_in_bracket(tables, piece, (low, high), start, point, h, d)
             distance = math.sqrt(2.0 * f)
             if distance < best:
                 best = distance
                 best_t = x
             continue
-        first = 0 if slope > 0.0 else 1  # pushed last, opened first: the way f falls
+        first = 0 if slope > 0.0 else 1  # pushed last, opened first: the side to which f falls
         stack[top, 0] = t if first == 0 else low
         stack[top, 1] = high if first == 0 else t
         stack[top + 1, 0] = low if first == 0 else t
         stack[top + 1, 1] = t if first == 0 else high
         top += 2
-    return best_t, best, left
+    return best_t, best, has_forced
 
 
 @inner()
@@ -211,7 +210,7 @@ def polish(tables, nearest, point, h):
 
 @inner()
 def surface_foot(tables, nearest, h):
-    """Return (element, s, t) of the point that a search found, on a face or on a trimming piece."""
+    """Return (element, s, t) of the result of a search, on a face or on a trimming piece."""
     if nearest[ELEMENT] >= 0:
         return int(nearest[ELEMENT]), nearest[S], nearest[T]
     d = scratch(3, 3)

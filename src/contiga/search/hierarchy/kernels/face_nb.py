@@ -1,4 +1,4 @@
-"""Elements as pieces of faces: what the trims leave of them, and sides that are one point."""
+"""Elements as parts of trimmed faces, and their poles."""
 
 from __future__ import annotations
 

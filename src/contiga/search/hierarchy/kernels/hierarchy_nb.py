@@ -12,16 +12,16 @@ from contiga.jit import kernel
 
 @kernel()
 def surface_leaves(elements, flatness, depth):
-    """Rows (n, 20) of all surface leaves: element, box (4), bound (9), low (3) and high corner (3).
+    """Return rows (n, 20) of all surface leaves: element, box (4), bound (9), low and high (3).
 
-    Elements are halved until their parts are flat, `depth` times at most.
+    Elements are halved until their parts are flat, at most `depth` times.
     """
-    most = 1 << depth
-    rows = np.empty((most + elements.table.shape[0], 20))
+    max_leaves = 1 << depth
+    rows = np.empty((max_leaves + elements.table.shape[0], 20))
     n = 0
     for e in range(elements.table.shape[0]):
         if elements.table[e]["trim"] != OUT:
-            if n + most > rows.shape[0]:
+            if n + max_leaves > rows.shape[0]:
                 rows = doubled(rows)
             n += subdivide(elements, e, flatness, depth, rows[n:])
     return rows[:n]

@@ -1,7 +1,7 @@
-"""Plates: every leaf laid flat, with how far it leaves that, for bounds before anything is opened.
+"""Plates: flat copies of all leaves with their largest departure, for cheap bounds.
 
 A plate is the tangent parallelogram of a piece of surface in the middle of its leaf, or the tangent
-of a stretch of a trimming curve. With the leaf's bounds of the second derivatives no point of it is
+of a stretch of a trimming curve. By the leaf's bounds of the second derivatives no point of it is
 farther from the point at the same parameters of the plate than its `departure`.
 """
 
@@ -21,13 +21,13 @@ from contiga.search.hierarchy.kernels.closest_cell_nb import (
 from contiga.search.hierarchy.kernels.curve_nb import ROUNDING, curve_point
 from contiga.search.hierarchy.kernels.face_nb import in_face
 
-SURELY = 1e-9
-"""Sine of an angle that is not rounding's."""
+ANGLE_TOL = 1e-9
+"""Sine of the smallest angle that exceeds rounding."""
 
 
 @kernel()
 def fill_plates(elements, grid, trims, leaves, rounding, plates):
-    """The plates of all leaves, body axes; `rounding` is that of their coordinates, a length."""
+    """Fill in the plates of all leaves, body axes; `rounding` of their coordinates is a length."""
     h = scratch(4, 6)
     d = scratch(3, 3)
     for i in range(leaves.shape[0]):
@@ -89,13 +89,13 @@ def _products(plate, point):
 
 @inner()
 def on_plate(plate, point):
-    """x, y (−1 … 1) of the plate's point nearest to `point`, and the square of its distance."""
+    """Return x, y (−1 … 1) of the plate's point nearest to `point`, and its squared distance."""
     return nearest_on_plate(_products(plate, point))
 
 
 @inner()
 def no_nearer_than(plate, point):
-    """Distance that a leaf has from `point` at least."""
+    """Return a lower bound of the distance of a leaf from `point`."""
     return plate_distance(_products(plate, point)) - plate["departure"]
 
 
@@ -103,33 +103,39 @@ def no_nearer_than(plate, point):
 def is_beyond(plate, point, limit):
     """Return whether a leaf is farther from `point` than `limit`.
 
-    The disk about its plate is looked at first: it tells of two thirds of the leaves in a fourth of
-    the time.
+    The disk about its plate is tested first: it decides two thirds of the cases in a fourth of the
+    time.
     """
     m, n = plate["middle"], plate["normal"]
     x, y, z = point[0] - m[0], point[1] - m[1], point[2] - m[2]
     height = x * n[0] + y * n[1] + z * n[2]
     square = x * x + y * y + z * z
-    across = math.sqrt(max(square - height * height, 0.0)) - plate["radius"] + plate["departure"]
-    away = height * height + (across * across if across > 0.0 else 0.0) - ROUNDING * square
-    within = limit + plate["departure"]
-    if within < 0.0 or away > within * within:
+    beside_disk = (
+        math.sqrt(max(square - height * height, 0.0)) - plate["radius"] + plate["departure"]
+    )
+    distance2 = (
+        height * height
+        + (beside_disk * beside_disk if beside_disk > 0.0 else 0.0)
+        - ROUNDING * square
+    )
+    limit_dist = limit + plate["departure"]
+    if limit_dist < 0.0 or distance2 > limit_dist * limit_dist:
         return True
     return no_nearer_than(plate, point) > limit
 
 
 @inner()
 def is_before_face(leaf, plate, point):
-    """Return whether a point is on the inner side of all of a curve leaf's stretch, so that its
-    face has points nearer than those of the stretch, or one of the next stretch is as near.
+    """Return whether a point is on the inner side of a complete curve leaf, so that the face has
+    points nearer than the leaf, or a point of the next stretch is as near.
 
     At a corner the face may end before it is nearer; then the point is on the outer side of the
     other stretch there.
     """
     m, k = plate["middle"], leaf["bound"]
     x, y, z = point[0] - m[0], point[1] - m[1], point[2] - m[2]
-    away = math.sqrt(x * x + y * y + z * z) + plate["radius"]
-    return x * k[3] + y * k[4] + z * k[5] > plate["departure"] + (k[6] + SURELY) * away
+    distance = math.sqrt(x * x + y * y + z * z) + plate["radius"]
+    return x * k[3] + y * k[4] + z * k[5] > plate["departure"] + (k[6] + ANGLE_TOL) * distance
 
 
 @inner()
@@ -143,9 +149,9 @@ def no_farther_than(plate, point):
 
 @inner()
 def is_passed(plate, p, d, span, pad):
-    """Return whether a path stays off what a leaf holds: on one side of it, or beside it.
+    """Return whether a path misses a leaf: it stays on one side of the plate, or outside its disk.
 
-    `span` (near, far) is the part of p + x d that counts, `pad` how far from the leaf it counts.
+    `span` (first, last) is the range of x of the path p + x d, `pad` a margin around the leaf.
     """
     m = plate["middle"]
     n = (plate["normal"][0], plate["normal"][1], plate["normal"][2])
@@ -154,8 +160,8 @@ def is_passed(plate, p, d, span, pad):
     slope = dot(d, n)
     first = height + span[0] * slope
     last = height + span[1] * slope
-    thick = plate["departure"] + pad
-    if min(first, last) > thick or max(first, last) < -thick:
+    thickness = plate["departure"] + pad
+    if min(first, last) > thickness or max(first, last) < -thickness:
         return True
     x = min(max(-dot(r, d), span[0]), span[1])
     e = (r[0] + x * d[0], r[1] + x * d[1], r[2] + x * d[2])

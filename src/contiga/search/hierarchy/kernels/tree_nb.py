@@ -1,9 +1,9 @@
-"""A binary hierarchy of boxes, each cut where the surface area heuristic says.
+"""A binary hierarchy of boxes, split by the surface area heuristic.
 
-The area of a box is the chance that a query comes by; of the cuts at the borders of equal bins
-along each axis that one is made after which the areas, times how many boxes are in them, are least
-(Wald, On fast construction of SAH-based bounding volume hierarchies, 2007). Queries open half as
-many nodes as if boxes were halved at their median.
+The area of a box is proportional to the probability that a query opens it; of the splits at the
+borders of equal bins along each axis, the one with the smallest sum of area times number of boxes
+is made (Wald, On fast construction of SAH-based bounding volume hierarchies, 2007). Queries open
+half as many nodes as with splits at the median.
 """
 
 from __future__ import annotations
@@ -18,14 +18,14 @@ from contiga.jit import inner, kernel
 from contiga.jit.scratch import scratch
 
 LEAF_SIZE = 2
-BINS = 16
-ROWS = BINS + 1
-"""The bins, and their sum from one end on."""
-DEEP = 40
-"""Levels below which boxes are halved at their median, so that no hierarchy is deeper than its
-queries have room for."""
+N_BINS = 16
+N_BIN_ROWS = N_BINS + 1
+"""The bins, and their sum from one end."""
+MAX_SAH_DEPTH = 40
+"""Level below which boxes are split at their median, so that no hierarchy is deeper than the stacks
+of its queries."""
 COUNT = 6
-"""Column of a bin that says how many boxes are in it; before it are low and high of these."""
+"""Column of a bin with the number of its boxes; before it are their low and high corners."""
 
 
 @inner()
@@ -38,7 +38,7 @@ def _clear(bins, k):
 
 @inner()
 def _add(bins, k, other, j):
-    """Let bin k hold what bin j of `other` holds, too."""
+    """Add bin j of `other` to bin k."""
     for c in range(3):
         bins[k, c] = min(bins[k, c], other[j, c])
         bins[k, 3 + c] = max(bins[k, 3 + c], other[j, 3 + c])
@@ -47,81 +47,81 @@ def _add(bins, k, other, j):
 
 @inner()
 def _cost(bins, k):
-    """Half the surface of the box of bin k, times how many boxes it holds."""
+    """Half the surface of the box of bin k, times the number of its boxes."""
     x, y, z = bins[k, 3] - bins[k, 0], bins[k, 4] - bins[k, 1], bins[k, 5] - bins[k, 2]
     return (x * y + y * z + z * x) * bins[k, COUNT]
 
 
 @inner()
-def _bin_of(x, least, most):
-    """The bin of a middle at x, of those at `least` … `most`."""
-    return min(int((x - least) / (most - least) * BINS), BINS - 1)
+def _bin_of(x, low, high):
+    """Return the bin of a middle at x in the range `low` … `high`."""
+    return min(int((x - low) / (high - low) * N_BINS), N_BINS - 1)
 
 
 @inner()
 def _best_cut(boxes, middle, rows, axis, ends, bins):
-    """The first bin behind the best cut along an axis, and its cost."""
-    for k in range(ROWS):
+    """Return the first bin behind the best cut along an axis, and its cost."""
+    for k in range(N_BIN_ROWS):
         _clear(bins, k)
     for i in rows:
         _add(bins, _bin_of(middle[i, axis], ends[0], ends[1]), boxes, i)
-    right = scratch(BINS)
-    for k in range(BINS - 1, 0, -1):
-        _add(bins, BINS, bins, k)
-        right[k] = _cost(bins, BINS)
-    _clear(bins, BINS)
+    right = scratch(N_BINS)
+    for k in range(N_BINS - 1, 0, -1):
+        _add(bins, N_BINS, bins, k)
+        right[k] = _cost(bins, N_BINS)
+    _clear(bins, N_BINS)
     best, cut = math.inf, 0
-    for k in range(1, BINS):
-        _add(bins, BINS, bins, k - 1)
-        cost = _cost(bins, BINS) + right[k]
+    for k in range(1, N_BINS):
+        _add(bins, N_BINS, bins, k - 1)
+        cost = _cost(bins, N_BINS) + right[k]
         if cost < best:
             best, cut = cost, k
     return cut, best
 
 
 @inner()
-def _put_before(middle, rows, axis, ends, cut, spare):
-    """Move the rows of bins before `cut` to the front, in their order; how many there are."""
-    n = behind = 0
+def _partition(middle, rows, axis, ends, cut, spare):
+    """Move the rows of bins before `cut` to the front, in their order; return their number."""
+    n = n_behind = 0
     for i in rows:
         if _bin_of(middle[i, axis], ends[0], ends[1]) < cut:
             rows[n] = i
             n += 1
         else:
-            spare[behind] = i
-            behind += 1
-    for k in range(behind):
+            spare[n_behind] = i
+            n_behind += 1
+    for k in range(n_behind):
         rows[n + k] = spare[k]
     return n
 
 
 @inner()
-def _cut(boxes, middle, rows, level, spare, bins):
-    """Put the rows of one child before those of the other; how many the first has."""
-    best, wide, cut, cut_axis, axis = math.inf, 0.0, 0, 0, 0
+def _split(boxes, middle, rows, level, spare, bins):
+    """Sort the rows of the first child before the rows of the second; return their number."""
+    best, extent, cut, cut_axis, axis = math.inf, 0.0, 0, 0, 0
     ends = (0.0, 0.0)
     for c in range(3):
-        least = math.inf
-        most = -math.inf
+        low = math.inf
+        high = -math.inf
         for i in rows:
-            least = min(least, middle[i, c])
-            most = max(most, middle[i, c])
-        if most - least > wide:
+            low = min(low, middle[i, c])
+            high = max(high, middle[i, c])
+        if high - low > extent:
             axis = c
-            wide = most - least
-        if level < DEEP and most > least:
-            at, cost = _best_cut(boxes, middle, rows, c, (least, most), bins)
+            extent = high - low
+        if level < MAX_SAH_DEPTH and high > low:
+            bin_cut, cost = _best_cut(boxes, middle, rows, c, (low, high), bins)
             if cost < best:
-                best, cut, cut_axis, ends = cost, at, c, (least, most)
+                best, cut, cut_axis, ends = cost, bin_cut, c, (low, high)
     if cut > 0:
-        return _put_before(middle, rows, cut_axis, ends, cut, spare)
+        return _partition(middle, rows, cut_axis, ends, cut, spare)
     sort_by(middle, axis, rows, spare)
     return rows.size // 2
 
 
 @kernel()
 def build(low, high):
-    """Node arrays (low, high, first, count) and the order of the n boxes `low`, `high` (n, 3)."""
+    """Return node arrays (low, high, first, count) and the order of boxes `low`, `high` (n, 3)."""
     n = low.shape[0]
     order = np.empty(n, np.int32)
     spare = np.empty(n, np.int32)
@@ -139,11 +139,11 @@ def build(low, high):
     node_high = np.empty((size, 3))
     first = np.zeros(size, np.int32)
     count = np.zeros(size, np.int32)
-    bins = scratch(ROWS, 7)
+    bins = scratch(N_BIN_ROWS, 7)
     stack = np.empty((128, 4), np.int64)
     put(stack, 0, (0, 0, n, 0))
     top = 1
-    used = 1
+    n_nodes = 1
     while top > 0:
         top -= 1
         node, start, stop, level = stack[top]
@@ -158,17 +158,17 @@ def build(low, high):
             count[node] = stop - start
             continue
         rows = order[start:stop]
-        half = start + _cut(boxes, middle, rows, level, spare[start:stop], bins)
-        first[node] = used
-        put(stack, top, (used, start, half, level + 1))
-        put(stack, top + 1, (used + 1, half, stop, level + 1))
-        used += 2
+        half = start + _split(boxes, middle, rows, level, spare[start:stop], bins)
+        first[node] = n_nodes
+        put(stack, top, (n_nodes, start, half, level + 1))
+        put(stack, top + 1, (n_nodes + 1, half, stop, level + 1))
+        n_nodes += 2
         top += 2
     return (
-        node_low[:used].copy(),
-        node_high[:used].copy(),
-        first[:used].copy(),
-        count[:used].copy(),
+        node_low[:n_nodes].copy(),
+        node_high[:n_nodes].copy(),
+        first[:n_nodes].copy(),
+        count[:n_nodes].copy(),
         order,
     )
 
@@ -199,8 +199,8 @@ def open_node(tree, first, point, nodes, bounds, top):
 
 @inner()
 def next_leaves(tree, point, limit, nodes, bounds, top):
-    """The next node of leaves on the stack that is no farther than the square `limit`, −1 for none,
-    and how many nodes are left; bounds[left] is its squared distance."""
+    """Return the next leaf node on the stack within the squared distance `limit`, or −1, and the
+    new size of the stack; bounds[size] is the squared distance of the node."""
     while top > 0:
         top -= 1
         if bounds[top] > limit:

@@ -1,5 +1,5 @@
-"""Kernels, in reading order: derivatives of feet. Each stands on those before it.
+"""Kernels of derivatives of feet, in reading order: each depends on the ones before it only.
 
-- bending_nb: the second fundamental form at a place of a surface, at its poles too
+- bending_nb: the second fundamental form at a place of a surface, also at its poles
 - slopes_nb: derivatives of depth and normal at feet on faces, edges and vertices
 """

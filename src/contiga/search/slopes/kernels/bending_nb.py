@@ -10,15 +10,16 @@ from contiga.elements.kernels.element_nb import evaluate
 from contiga.elements.kernels.sides_nb import side_point
 from contiga.jit import inner
 
-PARALLEL = 1e-14
-"""Sine between S_s and S_t, squared, below which they span no plane."""
-WAYS = (-0.5, -0.3, 0.1)
-"""Where along the side the ways begin: no two are opposite in a side of half or a full turn."""
-AT_POLE = 1e-8
-"""|S_s| over |S_t| below which a place counts as the pole: nearer, rounding takes more from the
-curvature than its change on the way there."""
-ONE_WAY = 1e-9
-"""Determinant below which three ways from a pole are too much alike to tell a curvature by."""
+PARALLEL_TOL = 1e-14
+"""Squared sine of the angle between S_s and S_t below which they span no plane."""
+SIDE_PLACES = (-0.5, -0.3, 0.1)
+"""Places along a pole's side at which three curves start: no two are opposite if the side makes
+half a turn or a full one."""
+POLE_RATIO = 1e-8
+"""|S_s| over |S_t| below which a place counts as the pole: nearer to it, the rounding of the
+curvature exceeds its change from there to the pole."""
+DETERMINANT_TOL = 1e-9
+"""Determinant below which the three curves are too similar to determine the curvature."""
 
 
 @inner()
@@ -27,18 +28,18 @@ def _scaled(v, factor):
 
 
 @inner()
-def _at_pole(elements, e, side, normal, h):
-    """Do as `bending` where a whole side is one point: from the curvature of three ways out of it.
+def _pole_bending(elements, e, side, normal, h):
+    """Compute `bending` at a side that is one point, from the curvatures of three curves out of it.
 
-    The curve across the side at x leaves the pole along its derivative d, and bends towards the
-    normal by its second derivative over |d|².
+    The curve across the side at x leaves the pole along its derivative d, and its normal curvature
+    is its second derivative along the normal over |d|².
     """
     first = 1 if side < 2 else 2
     q = p = (0.0, 0.0, 0.0)
-    # Curvatures k_i = b11 c² + 2 b12 c s + b22 s² of the angles to the first way, c = 1 there.
+    # Curvatures k_i = b11 c² + 2 b12 c s + b22 s², with the angles to the first curve (c = 1).
     k0 = c1 = s1 = k1 = c2 = s2 = k2 = 0.0
     for i in range(3):
-        s, t = side_point(side, WAYS[i])
+        s, t = side_point(side, SIDE_PLACES[i])
         evaluate(elements, e, s, t, h)
         d = column(h, first)
         square = dot(d, d)
@@ -53,7 +54,7 @@ def _at_pole(elements, e, side, normal, h):
         else:
             c2, s2, k2 = dot(d, q), dot(d, p), k
     determinant = 2.0 * s1 * s2 * (c1 * s2 - c2 * s1)
-    if abs(determinant) < ONE_WAY:
+    if abs(determinant) < DETERMINANT_TOL:
         return q, p, k0, 0.0, k0
     r1, r2 = k1 - k0 * c1 * c1, k2 - k0 * c2 * c2
     b12 = (r1 * s2 * s2 - r2 * s1 * s1) / determinant
@@ -63,29 +64,28 @@ def _at_pole(elements, e, side, normal, h):
 
 @inner(linked=False)
 def bending(elements, foot, normal, h):
-    """Two orthonormal vectors of the tangent plane at `foot` = (element, s, t), and the second
-    fundamental form there towards `normal`: b11, b12, b22.
+    """Return two orthonormal tangents at `foot` = (element, s, t), and b11, b12, b22 there.
 
-    `h` holds the derivatives at the foot afterwards, but for a pole. Zeros where the patch has no
-    tangent plane there.
+    These are the second fundamental form towards `normal`; zeros if the patch has no tangent plane
+    there. Afterwards `h` holds the derivatives at the foot, except at a pole.
     """
     e, s, t = foot
     evaluate(elements, e, s, t, h)
-    one, other = column(h, 1), column(h, 2)
-    a, b = math.sqrt(dot(one, one)), math.sqrt(dot(other, other))
+    d_s, d_t = column(h, 1), column(h, 2)
+    a, b = math.sqrt(dot(d_s, d_s)), math.sqrt(dot(d_t, d_t))
     side = -1
-    if a <= AT_POLE * b:
+    if a <= POLE_RATIO * b:
         side = 3 if t > 0.0 else 2
-    elif b <= AT_POLE * a:
+    elif b <= POLE_RATIO * a:
         side = 1 if s > 0.0 else 0
     if side >= 0 and elements.table[e]["kind"][side] == POLE:
-        return _at_pole(elements, e, side, normal, h)
+        return _pole_bending(elements, e, side, normal, h)
     if a == 0.0 or b == 0.0:
-        return one, other, 0.0, 0.0, 0.0
-    q, d = _scaled(one, 1.0 / a), _scaled(other, 1.0 / b)
+        return d_s, d_t, 0.0, 0.0, 0.0
+    q, d = _scaled(d_s, 1.0 / a), _scaled(d_t, 1.0 / b)
     p = cross(normal, q)
     c, s = dot(d, q), dot(d, p)
-    if s * s < PARALLEL:
+    if s * s < PARALLEL_TOL:
         return q, p, 0.0, 0.0, 0.0
     l11 = dot(column(h, 3), normal) / (a * a)
     l12 = dot(column(h, 4), normal) / (a * b)

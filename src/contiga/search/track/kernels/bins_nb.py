@@ -1,9 +1,9 @@
-"""Rows in the order of their elements: what lanes are handed of them, and what these find.
+"""Rows in the order of their elements: the input and the results of lanes.
 
-Rows of one element lie anywhere among the points. What is read of each is put in one record, a line
-of the memory, in one pass from end to end, and what is found is taken out of these in another. The
-lanes take the records in the order of the elements, and ask for those of the next block while they
-work on one: nothing else goes through the memory at random.
+Rows of one element lie anywhere among the points. One pass over all rows copies the input of each
+to a record, one cache line, and another pass copies the results from the records. The lanes process
+the records in the order of the elements, and prefetch the next block while they work on one: no
+other data is accessed at random.
 """
 
 from __future__ import annotations
@@ -13,14 +13,14 @@ import math
 import numpy as np
 
 from contiga.arrays.codes import BRANCH_EVENT, FACE, OK, TO_SEARCH
-from contiga.elements.kernels.element_nb import span, spans_a_length
+from contiga.elements.kernels.element_nb import span, span_density
 from contiga.jit import inlined, inner
 from contiga.jit.prefetch import LINE, prefetch
 from contiga.search.track.kernels.lanes_nb import (
     FLAG,
     FOOT,
     GAP,
-    LANES,
+    N_LANES,
     NORMAL,
     PATCH,
     PLACE,
@@ -31,33 +31,33 @@ from contiga.search.track.kernels.lanes_nb import (
 )
 from contiga.search.track.track_records import FeetBefore
 
-AHEAD = 16
-"""Rows that are asked for before they are come to."""
-NEAR_PATCHES = 100
-"""Patches above which what is read of them does not stay near."""
+PREFETCH_ROWS = 16
+"""Number of rows by which prefetches run ahead."""
+MAX_CACHED_PATCHES = 100
+"""Number of patches above which their tables do not stay in the cache."""
 
 
 @inner(linked=False)
 def order_rows(element, counts):
-    """Rows in the order of their elements, and blocks (n, 3) of these: element, first, one past the
-    last, LANES rows at most.
+    """Return the rows in the order of their elements, and blocks (n, 3) of at most N_LANES rows:
+    element, first and end.
 
-    Rows of element -1 are left out; `counts` (elements,) are how many rows each has, and become
-    where each element's rows end.
+    Rows of element −1 are left out; `counts` (elements,) are the numbers of rows of each, and
+    become the ends of each element's rows.
     """
     n_elements, total, n_blocks = counts.shape[0], 0, 0
     for e in range(n_elements):
-        here = counts[e]
+        count = counts[e]
         counts[e] = total
-        total += here
-        n_blocks += (here + LANES - 1) // LANES
+        total += count
+        n_blocks += (count + N_LANES - 1) // N_LANES
     order = np.empty(total, np.int32)
     n = element.shape[0]
     for i in range(n):
-        if i + AHEAD < n:
-            soon = element[i + AHEAD]
-            if soon >= 0:
-                prefetch(order, counts[soon], 0)
+        if i + PREFETCH_ROWS < n:
+            upcoming = element[i + PREFETCH_ROWS]
+            if upcoming >= 0:
+                prefetch(order, counts[upcoming], 0)
         e = element[i]
         if e >= 0:
             order[counts[e]] = i
@@ -65,25 +65,25 @@ def order_rows(element, counts):
     blocks = np.empty((n_blocks, 3), np.int64)
     b, start = 0, 0
     for e in range(n_elements):
-        for first in range(start, counts[e], LANES):
+        for first in range(start, counts[e], N_LANES):
             blocks[b, 0] = e
             blocks[b, 1] = first
-            blocks[b, 2] = min(first + LANES, counts[e])
+            blocks[b, 2] = min(first + N_LANES, counts[e])
             b += 1
         start = counts[e]
     return order, blocks
 
 
 @inlined()
-def _where_it_was(there, feet, k):
-    """Return the position of point k before the step, given or from its foot; NaN if unknown.
+def _previous_point(previous_points, feet, k):
+    """Return the previous position of point k, given or from its foot; NaN if unknown.
 
-    `feet` are `FeetBefore`. A tracked foot held at a border has the surface's own normal, which
-    does not lead to the point.
+    `feet` are `FeetBefore`. A tracked foot held at a border keeps the surface normal, which does
+    not lead to the point.
     """
     status, foot, gap, normal = feet.status, feet.point, feet.gap, feet.normal
     if gap.shape[0] == 0:
-        return there[k, 0], there[k, 1], there[k, 2]
+        return previous_points[k, 0], previous_points[k, 1], previous_points[k, 2]
     if status[k] != OK and status[k] != BRANCH_EVENT:
         return math.nan, math.nan, math.nan
     return (
@@ -94,10 +94,10 @@ def _where_it_was(there, feet, k):
 
 
 @inlined()
-def _of_chunk(feet, first, last):
-    """Return the previous places of the rows of a chunk, out of its record.
+def _feet_of_chunk(feet, first, last):
+    """Return the previous feet of the rows of a chunk.
 
-    Within a loop each would be looked for there.
+    They are taken out of the record once, not in every pass of a loop.
     """
     rows = feet.gap.shape[0]
     a, b = min(first, rows), min(last, rows)
@@ -105,41 +105,41 @@ def _of_chunk(feet, first, last):
 
 
 @inner(linked=False)
-def hand_rows(tables, path, starts, chunk, records):
-    """Write what lanes are handed of the rows of a `Chunk` into `records`.
+def fill_records(tables, path, starts, chunk, records):
+    """Write the input of lanes for the rows of a `Chunk` to `records`.
 
-    Returns the element of each, -1 where it has no foot to start from, and how many rows each
-    element has. The rest as of `track_lanes`.
+    Returns the element of each row, −1 if it has no foot to start from, and the number of rows of
+    each element. The other arguments are the same as for `track_lanes`.
     """
     first, last = chunk.first, chunk.last
     n = last - first
-    there, points = path.before[first:last], path.now[first:last]
-    feet = _of_chunk(path.feet, first, last)
+    previous_points, points = path.before[first:last], path.now[first:last]
+    feet = _feet_of_chunk(path.feet, first, last)
     patch, uv = starts.patch[first:last], starts.uv[first:last]
-    proves = tells(path)
+    proves = has_previous(path)
     patches, breaks = tables.grid.patches, tables.grid.breaks
     element = np.empty(n, np.int32)
     counts = np.zeros(tables.elements.table.shape[0], np.int64)
-    home, start, u0, u1, v0, v1 = np.int32(-1), 0, 0, 0, 0, 0
+    current_patch, start, u0, u1, v0, v1 = np.int32(-1), 0, 0, 0, 0, 0
     in_u = in_v = 0.0
-    many = patches.shape[0] > NEAR_PATCHES
+    many = patches.shape[0] > MAX_CACHED_PATCHES
     for i in range(n):
-        if i + AHEAD < n:
-            prefetch(patches, patch[i + AHEAD], 0)
-            soon = patch[i + AHEAD // 2]
-            if many and soon >= 0:
-                prefetch(counts, patches[soon]["first"], 0)
-                prefetch(breaks, patches[soon]["u"][0], 0)
-                prefetch(breaks, patches[soon]["v"][0], 0)
+        if i + PREFETCH_ROWS < n:
+            prefetch(patches, patch[i + PREFETCH_ROWS], 0)
+            upcoming = patch[i + PREFETCH_ROWS // 2]
+            if many and upcoming >= 0:
+                prefetch(counts, patches[upcoming]["first"], 0)
+                prefetch(breaks, patches[upcoming]["u"][0], 0)
+                prefetch(breaks, patches[upcoming]["v"][0], 0)
         if patch[i] < 0:
             element[i] = -1
             records[i, FLAG] = TO_SEARCH
             continue
-        if patch[i] != home:
-            home = patch[i]
-            row = patches[home]
+        if patch[i] != current_patch:
+            current_patch = patch[i]
+            row = patches[current_patch]
             start, u0, u1, v0, v1 = row["first"], row["u"][0], row["u"][1], row["v"][0], row["v"][1]
-            in_u, in_v = spans_a_length(breaks, u0, u1), spans_a_length(breaks, v0, v1)
+            in_u, in_v = span_density(breaks, u0, u1), span_density(breaks, v0, v1)
         u, v = span(breaks, u0, u1, in_u, uv[i, 0]), span(breaks, v0, v1, in_v, uv[i, 1])
         e = start + (u - u0) * (v1 - v0 - 1) + v - v0
         counts[e] += 1
@@ -147,7 +147,7 @@ def hand_rows(tables, path, starts, chunk, records):
         for c in range(3):
             records[i, ROW_NOW + c] = points[i, c]
         if proves:
-            x, y, z = _where_it_was(there, feet, i)
+            x, y, z = _previous_point(previous_points, feet, i)
             records[i, ROW_BEFORE] = x
             records[i, ROW_BEFORE + 1] = y
             records[i, ROW_BEFORE + 2] = z
@@ -157,46 +157,53 @@ def hand_rows(tables, path, starts, chunk, records):
 
 
 @inner()
-def tells(path):
-    """Return whether `path` tells where points were."""
+def has_previous(path):
+    """Return whether the previous points of `path` are known."""
     return path.before.shape[0] > 0 or path.feet.gap.shape[0] > 0
 
 
 @inner()
-def ask_for(records, order, first, last, offset):
-    """Ask for a line of the memory of each record of the rows order[first:last]."""
+def prefetch_rows(records, order, first, last, offset):
+    """Prefetch a cache line of each record of the rows order[first:last]."""
     for i in range(first, min(last, order.shape[0])):
         prefetch(records, order[i], offset)
 
 
 @inner(linked=False)
-def fetch_rows(records, path, starts, chunk, left, m, out):
-    """Write the results of the rows of a chunk into `out`.
+def collect_rows(records, path, starts, chunk, pending, m, out):
+    """Write the results of the rows of a chunk to `out`; list unfinished rows in `pending`.
 
-    Rows that are left to do go behind the first m of `left`; returns how many these are then.
-
-    Left are those that are flagged, or not proved though it is told where they were. Each row is
-    read before it is written, so `out` may be what was started from.
+    Unfinished rows are flagged, or unproved although their previous points are known. They go
+    behind the first m of `pending`; the new number is returned. Each row is read before it is
+    written, so that `out` may contain the starts.
     """
     first, last = chunk.first, chunk.last
-    there, feet = path.before[first:last], _of_chunk(path.feet, first, last)
+    previous_points, feet = path.before[first:last], _feet_of_chunk(path.feet, first, last)
     last_patch, last_uv = starts.patch[first:last], starts.uv[first:last]
-    proves = tells(path)
+    proves = has_previous(path)
     patch, gap, feature = out.patch[first:last], out.gap[first:last], out.feature[first:last]
     uv, point, normal = out.uv[first:last], out.point[first:last], out.normal[first:last]
     status, certified = out.status[first:last], out.certified[first:last]
-    rows, flags, was, home, place = left.rows, left.flags, left.before, left.patch, left.uv
+    rows, flags, previous, current_patch, place = (
+        pending.rows,
+        pending.flags,
+        pending.before,
+        pending.patch,
+        pending.uv,
+    )
     for i in range(last - first):
-        prefetch(records, i + AHEAD, 0)
-        prefetch(records, i + AHEAD, LINE)
+        prefetch(records, i + PREFETCH_ROWS, 0)
+        prefetch(records, i + PREFETCH_ROWS, LINE)
         flag, proved = int(records[i, FLAG]), int(records[i, PROVED])
         if flag != 0 or (proves and proved == 0):
             rows[m], flags[m] = first + i, flag
-            home[m] = last_patch[i]
+            current_patch[m] = last_patch[i]
             for c in range(2):
                 place[m, c] = last_uv[i, c]
             if proves:
-                was[m, 0], was[m, 1], was[m, 2] = _where_it_was(there, feet, i)
+                previous[m, 0], previous[m, 1], previous[m, 2] = _previous_point(
+                    previous_points, feet, i
+                )
             m += 1
         if flag != 0:
             continue

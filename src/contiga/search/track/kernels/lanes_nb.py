@@ -1,18 +1,17 @@
-"""Newton's method on many points of one element at once: the fast lane of tracking.
+"""Newton's method on many points of one element at once: the fast path of tracking.
 
-Elements of degree up to three in each direction are kept as bicubics. Points are binned by
-element and taken sixteen at a time, in banks of as many as a vector holds: the coefficients are the
-same for all lanes, the lanes' data lie one after the other in a bank, and the body of the lane loop
-has no branches, so the compiler turns it into vector code without gathers: as long as these kernels
-are compiled by themselves, and not within their callers. Coefficients are read anew for each bank,
-where they are needed: read before the loop they were all written to the stack, whole vectors of
-each, a fifth of a round. Rows that want to leave the element go on from there in lanes with others
-that do (`mixed_lanes_nb`); those that meet an indefinite Hessian or do not descend are handed back,
-and the careful walk takes them.
+Elements of degree up to three in each direction are stored as bicubics. Points are binned by
+element and processed sixteen at a time, in banks as wide as a vector: the coefficients are the same
+for all lanes, the lanes' data are contiguous in a bank, and the body of the lane loop has no
+branches, so that the compiler makes vector code without gathers of it, if these kernels are
+compiled by themselves and not within their callers. The coefficients are copied anew for each bank:
+read once before the loop they were all spilled to the stack as vectors, a fifth of a round. Rows
+that leave the element continue in lanes with others (`mixed_lanes_nb`); rows that meet an
+indefinite Hessian or do not descend are handed to the careful walk.
 
-Where they are asked for, the quick certificates (`branch_nb`) of these feet follow, by the bounds
-kept around each, for a start in the surroundings of the same patch: nearly all feet of small steps.
-Ways over a pole or a joint are left to be tried one by one.
+If requested, the quick certificates (`branch_nb`) of these feet follow, by their neighbourhoods,
+for starts in the same patch: nearly all feet of small steps. Paths across a pole or a joint are
+tested one by one later.
 """
 
 from __future__ import annotations
@@ -28,8 +27,8 @@ from contiga.jit.prebuilt import made_for
 from contiga.jit.prefetch import LINE
 from contiga.jit.scratch import scratch
 from contiga.jit.vectors import numbers_in_vector
-from contiga.search.certify.kernels.branch_nb import ball_radius, seen_from
-from contiga.search.certify.kernels.part_nb import PARTS, part_of
+from contiga.search.certify.kernels.branch_nb import ball_radius, motion_from
+from contiga.search.certify.kernels.part_nb import N_PARTS, part_of
 from contiga.search.closest.kernels.newton_nb import (
     ACTIVE,
     DONE,
@@ -40,56 +39,55 @@ from contiga.search.closest.kernels.newton_nb import (
     rational_at,
 )
 
-LANES = 16
-WIDE = numbers_in_vector(made_for())
+N_LANES = 16
+BANK_WIDTH = numbers_in_vector(made_for())
 """Lanes of a bank."""
-BANKS = LANES // WIDE
-# Rows of a bank, each WIDE long, the rest in the order in which they come to be. What lanes are
-# handed: the point now and before, and the start (u, v). Newton's method: the point from the
-# element's origin, where it is, the square of the distance so far, the state.
+BANKS = N_LANES // BANK_WIDTH
+# Rows of a bank, each BANK_WIDTH long. Input of the lanes: the present and the previous point, and
+# the start (u, v). Newton's method: the point relative to the element's origin, the place (s, t),
+# the smallest squared distance, the state.
 ROW_NOW, ROW_BEFORE, ROW_START = 0, 3, 6
-NUMBERS_HANDED = 8
+N_INPUTS = 8
 ROW_X, ROW_S, ROW_T, ROW_F, ROW_STATE = 8, 11, 12, 13, 14
-# What is found, in the order of the columns it is handed on in; the place is (u, v).
-ROW_FOUND = 15
+# Results, in the order of their columns in a record; the place is (u, v).
+ROW_RESULT = 15
 FLAG, PROVED, PLACE, FOOT, NORMAL, GAP, PATCH = 0, 1, 2, 4, 7, 10, 11
-FOUND = 12
+N_RESULTS = 12
 RECORD = 16
-"""Numbers of a row's record, two lines of the memory: what is handed is in the first, and what is
-found takes its place."""
-# The proof: what is kept around the foot, and the radius of the ball.
-ROW_KEPT, ROW_RADIUS = 27, 39
+"""Numbers of a row's record, two cache lines: the first contains the input, and later results."""
+# The proof: the neighbourhood of the foot, and the radius of the ball.
+ROW_BOUNDS, ROW_RADIUS = 27, 39
 ROWS = 40
-# Rows of what is kept around a foot, as the record of a neighbourhood holds it.
+# Rows of the neighbourhood of a foot, in the order of its record.
 CURVATURE, ROOM, SPEED, WIDTH, BLOCK, ENDS = 0, 2, 3, 5, 7, 11
-KEPT = 12
-NUMBERS = 13
-"""Of the record of a neighbourhood."""
-# What lanes read of an element: coefficients of x, y, z and the weight, sixteen each, its origin,
-# the square of the tolerance, u0, v0, the lengths in u and v, u1, v1, their reciprocals, the patch,
-# and where its powers are about.
-ORIGIN, TOLERANCE, BOX, SCALE, HOME, ABOUT = 64, 67, 68, 74, 76, 77
-LANE_NUMBERS = 79
+N_BOUNDS = 12
+NEIGHBOURHOOD_SIZE = 13
+"""Numbers of the record of a neighbourhood."""
+# Data of an element for lanes: coefficients of x, y, z and the weight, sixteen each, its origin,
+# the square of the tolerance, u0, v0, the lengths in u and v, u1, v1, the reciprocals of the
+# lengths, the patch, and the place about which its powers are expanded.
+ORIGIN, TOLERANCE, BOX, SCALE, PATCH_OF, ABOUT = 64, 67, 68, 74, 76, 77
+ELEMENT_SIZE = 79
 
 
 @inlined()
 def _three(bank, row, l):
-    n = WIDE
+    n = BANK_WIDTH
     return bank[row * n + l], bank[(row + 1) * n + l], bank[(row + 2) * n + l]
 
 
 @inlined()
 def powers_of(bank, l, element, o, k):
-    """Return (s, t) of lane l from where the powers of its element are about."""
-    s, t = bank[ROW_S * WIDE + l], bank[ROW_T * WIDE + l]
+    """Return (s, t) of lane l relative to the place about which its element is expanded."""
+    s, t = bank[ROW_S * BANK_WIDTH + l], bank[ROW_T * BANK_WIDTH + l]
     return s - element[o + ABOUT * k], t - element[o + (ABOUT + 1) * k]
 
 
 @inlined()
-def start(bank, l, place, element, o, k):
-    """Set the start of lane l at place = (u, v), in the element whose numbers are every k-th from
-    element[o] on."""
-    n = WIDE
+def start_lane(bank, l, place, element, o, k):
+    """Set the start of lane l at place = (u, v), in the element with every k-th number from
+    element[o]."""
+    n = BANK_WIDTH
     bank[ROW_S * n + l] = local_place(place[0], element[o + BOX * k], element[o + SCALE * k])
     bank[ROW_T * n + l] = local_place(
         place[1], element[o + (BOX + 1) * k], element[o + (SCALE + 1) * k]
@@ -99,9 +97,9 @@ def start(bank, l, place, element, o, k):
 
 
 @inlined()
-def one_round(bank, l, x, y, z, tolerance):
-    """One Newton round of lane l, from the derivatives x, y, z of the surface's coordinates."""
-    n = WIDE
+def newton_round(bank, l, x, y, z, tolerance):
+    """Do one Newton round of lane l with the derivatives x, y, z of the surface's coordinates."""
+    n = BANK_WIDTH
     place = (bank[ROW_S * n + l], bank[ROW_T * n + l])
     so_far = (bank[ROW_F * n + l], bank[ROW_STATE * n + l])
     point = _three(bank, ROW_X, l)
@@ -113,12 +111,12 @@ def one_round(bank, l, x, y, z, tolerance):
 
 
 @inlined()
-def finish(bank, l, x, y, z, element, o, k):
-    """Write what is found of lane l; it is given back if it misses by more than tolerated.
+def finish_lane(bank, l, x, y, z, element, o, k):
+    """Write the results of lane l; it is flagged if its miss exceeds the tolerance.
 
-    The numbers of its element are every k-th from element[o] on.
+    The numbers of its element are every k-th from element[o].
     """
-    n, first = WIDE, ROW_FOUND * WIDE + l
+    n, first = BANK_WIDTH, ROW_RESULT * BANK_WIDTH + l
     s, t, state = bank[ROW_S * n + l], bank[ROW_T * n + l], bank[ROW_STATE * n + l]
     n_x, n_y, n_z, gap, now = foot_record(
         _three(bank, ROW_X, l), state, x, y, z, element[o + TOLERANCE * k]
@@ -137,18 +135,18 @@ def finish(bank, l, x, y, z, element, o, k):
     bank[first + (NORMAL + 1) * n] = n_y
     bank[first + (NORMAL + 2) * n] = n_z
     bank[first + GAP * n] = gap
-    bank[first + PATCH * n] = element[o + HOME * k]
+    bank[first + PATCH * n] = element[o + PATCH_OF * k]
 
 
 @inner()
 def fill_place(elements, e, tolerance, element, o, k):
-    """Write what lanes read of an element beside its coefficients into every k-th number from
-    element[o] on."""
+    """Write the data of an element, except its coefficients, to every k-th number from
+    element[o]."""
     row = elements.table[e]
     for c in range(3):
         element[o + (ORIGIN + c) * k] = row["origin"][c]
     element[o + TOLERANCE * k] = tolerance
-    element[o + HOME * k] = row["patch"]
+    element[o + PATCH_OF * k] = row["patch"]
     for axis in range(2):
         first, last = row["box"][2 * axis], row["box"][2 * axis + 1]
         element[o + (BOX + axis) * k] = first
@@ -160,7 +158,7 @@ def fill_place(elements, e, tolerance, element, o, k):
 
 @inner()
 def fill_element(elements, e, tolerance, element):
-    """Write what lanes read of element e into `element`."""
+    """Write the data of element e for lanes to `element`."""
     cubic = elements.table[e]["cubic"]
     for i in range(ORIGIN):
         element[i] = cubic[i]
@@ -169,58 +167,57 @@ def fill_element(elements, e, tolerance, element):
 
 @inner()
 def new_lanes(rows):
-    """Lanes of a block, (BANKS, rows * WIDE): from a line of the memory on, as vectors across two
-    take 4 % of a tracked point."""
-    n = rows * WIDE
+    """Allocate the lanes of a block, (BANKS, rows * BANK_WIDTH), aligned to a cache line: vectors
+    across two lines take 4 % of a tracked point."""
+    n = rows * BANK_WIDTH
     memory = np.empty(BANKS * n + LINE // SIZE)
-    start = -memory.ctypes.data % LINE // SIZE
-    return memory[start : start + BANKS * n].reshape(BANKS, n)
+    start_lane = -memory.ctypes.data % LINE // SIZE
+    return memory[start_lane : start_lane + BANKS * n].reshape(BANKS, n)
 
 
 @inner()
 def load(records, order, first, last, lanes):
-    """Load what is handed of the rows order[first:last] into the lanes; those beyond repeat the
-    last.
+    """Load the input of the rows order[first:last] into the lanes; lanes beyond repeat the last.
 
-    Returns how many banks hold rows.
+    Returns the number of banks with rows.
     """
-    banks = (last - first + WIDE - 1) // WIDE
+    banks = (last - first + BANK_WIDTH - 1) // BANK_WIDTH
     for b in range(banks):
         bank = lanes[b]
-        for l in range(0, WIDE, 4):
-            rows = _records_of(order, first + b * WIDE + l, last)
-            for c in range(0, NUMBERS_HANDED, 4):
+        for l in range(0, BANK_WIDTH, 4):
+            rows = _records_of(order, first + b * BANK_WIDTH + l, last)
+            for c in range(0, N_INPUTS, 4):
                 turn(records, below(rows, c), bank, columns_from(c, l))
     return banks
 
 
 @inner()
 def unload(lanes, records, order, first, last):
-    """Store what lanes have found of the rows order[first:last] in their records."""
-    for b in range((last - first + WIDE - 1) // WIDE):
+    """Store the results of the rows order[first:last] in their records."""
+    for b in range((last - first + BANK_WIDTH - 1) // BANK_WIDTH):
         bank = lanes[b]
-        for l in range(0, WIDE, 4):
-            at = first + b * WIDE + l
+        for l in range(0, BANK_WIDTH, 4):
+            at = first + b * BANK_WIDTH + l
             if at < last:
                 rows = _records_of(order, at, last)
-                for c in range(0, FOUND, 4):
-                    turn(bank, columns_from(ROW_FOUND + c, l), records, below(rows, c))
+                for c in range(0, N_RESULTS, 4):
+                    turn(bank, columns_from(ROW_RESULT + c, l), records, below(rows, c))
 
 
 @inner()
 def lanes_in(state, lanes, banks):
-    """Return how many lanes of so many banks are in a state."""
+    """Return the number of lanes of the first banks that are in a state."""
     n = 0
     for b in range(banks):
         bank = lanes[b]
-        for l in range(WIDE):
-            n += bank[ROW_STATE * WIDE + l] == state
+        for l in range(BANK_WIDTH):
+            n += bank[ROW_STATE * BANK_WIDTH + l] == state
     return n
 
 
 @inlined()
 def _records_of(order, at, last):
-    """Return where the records of four rows begin, of those from `at` on and before `last`."""
+    """Return the offsets of the records of four rows from `at` on, before `last`."""
     end = last - 1
     return (
         RECORD * order[min(at, end)],
@@ -232,150 +229,155 @@ def _records_of(order, at, last):
 
 @inlined()
 def below(places, c):
-    """Places so many columns on."""
+    """Return the places c columns further."""
     return places[0] + c, places[1] + c, places[2] + c, places[3] + c
 
 
 @inlined()
 def columns_from(row, l):
-    """Places in a bank of four rows from `row` on, of lane l."""
-    n = WIDE
+    """Return the places of lane l in four rows of a bank from `row` on."""
+    n = BANK_WIDTH
     return row * n + l, (row + 1) * n + l, (row + 2) * n + l, (row + 3) * n + l
 
 
 @inner(linked=False)
 def start_lanes(lanes, n, element):
-    """Set where the first n lanes start, from what they are handed; lanes beyond are done."""
-    copy = scratch(LANE_NUMBERS)
-    for b in range((n + WIDE - 1) // WIDE):
+    """Set the starts of the first n lanes from their input; lanes beyond are done."""
+    copy = scratch(ELEMENT_SIZE)
+    for b in range((n + BANK_WIDTH - 1) // BANK_WIDTH):
         bank = lanes[b]
-        read_anew(element, copy, LANE_NUMBERS)
-        for l in range(WIDE):
-            u, v = bank[ROW_START * WIDE + l], bank[(ROW_START + 1) * WIDE + l]
-            start(bank, l, (u, v), copy, 0, 1)
-            bank[ROW_F * WIDE + l] = math.inf
-            bank[ROW_STATE * WIDE + l] = ACTIVE if b * WIDE + l < n else DONE
+        read_anew(element, copy, ELEMENT_SIZE)
+        for l in range(BANK_WIDTH):
+            u, v = bank[ROW_START * BANK_WIDTH + l], bank[(ROW_START + 1) * BANK_WIDTH + l]
+            start_lane(bank, l, (u, v), copy, 0, 1)
+            bank[ROW_F * BANK_WIDTH + l] = math.inf
+            bank[ROW_STATE * BANK_WIDTH + l] = ACTIVE if b * BANK_WIDTH + l < n else DONE
 
 
 @inner(linked=False)
 def newton_rational(lanes, banks, element):
-    """One round in so many banks of lanes."""
-    copy = scratch(LANE_NUMBERS)
+    """Do one round in the first banks of lanes."""
+    copy = scratch(ELEMENT_SIZE)
     for b in range(banks):
         bank = lanes[b]
-        read_anew(element, copy, LANE_NUMBERS)
-        for l in range(WIDE):
+        read_anew(element, copy, ELEMENT_SIZE)
+        for l in range(BANK_WIDTH):
             x, y, z = rational_at(copy, 0, 1, *powers_of(bank, l, copy, 0, 1))
-            one_round(bank, l, x, y, z, copy[TOLERANCE])
+            newton_round(bank, l, x, y, z, copy[TOLERANCE])
 
 
 @inner(linked=False)
 def newton_polynomial(lanes, banks, element):
-    """Do as `newton_rational`, for elements whose weight is one."""
-    copy = scratch(LANE_NUMBERS)
+    """Do one round for elements whose weight is one."""
+    copy = scratch(ELEMENT_SIZE)
     for b in range(banks):
         bank = lanes[b]
-        read_anew(element, copy, LANE_NUMBERS)
-        for l in range(WIDE):
+        read_anew(element, copy, ELEMENT_SIZE)
+        for l in range(BANK_WIDTH):
             x, y, z = polynomial_at(copy, 0, 1, *powers_of(bank, l, copy, 0, 1))
-            one_round(bank, l, x, y, z, copy[TOLERANCE])
+            newton_round(bank, l, x, y, z, copy[TOLERANCE])
 
 
 @inner(linked=False)
 def finish_rational(lanes, banks, element):
-    """The records of these lanes where they have come to."""
-    copy = scratch(LANE_NUMBERS)
+    """Write the results of the lanes at their final places."""
+    copy = scratch(ELEMENT_SIZE)
     for b in range(banks):
         bank = lanes[b]
-        read_anew(element, copy, LANE_NUMBERS)
-        for l in range(WIDE):
+        read_anew(element, copy, ELEMENT_SIZE)
+        for l in range(BANK_WIDTH):
             x, y, z = rational_at(copy, 0, 1, *powers_of(bank, l, copy, 0, 1))
-            finish(bank, l, x, y, z, copy, 0, 1)
+            finish_lane(bank, l, x, y, z, copy, 0, 1)
 
 
 @inner(linked=False)
 def finish_polynomial(lanes, banks, element):
-    """Do as `finish_rational`, for elements whose weight is one."""
-    copy = scratch(LANE_NUMBERS)
+    """Write the results for elements whose weight is one."""
+    copy = scratch(ELEMENT_SIZE)
     for b in range(banks):
         bank = lanes[b]
-        read_anew(element, copy, LANE_NUMBERS)
-        for l in range(WIDE):
+        read_anew(element, copy, ELEMENT_SIZE)
+        for l in range(BANK_WIDTH):
             x, y, z = polynomial_at(copy, 0, 1, *powers_of(bank, l, copy, 0, 1))
-            finish(bank, l, x, y, z, copy, 0, 1)
+            finish_lane(bank, l, x, y, z, copy, 0, 1)
 
 
 @inner()
-def load_surroundings(neighbourhoods, e, lanes, banks):
-    """Load what is kept around the feet of so many banks of lanes of element e into these."""
+def load_neighbourhoods(neighbourhoods, e, lanes, banks):
+    """Load the neighbourhoods of the feet in the first banks of lanes, all of element e."""
     for b in range(banks):
-        for l in range(0, WIDE, 4):
-            surround(neighbourhoods, (e, e, e, e), lanes[b], l)
+        for l in range(0, BANK_WIDTH, 4):
+            load_four_neighbourhoods(neighbourhoods, (e, e, e, e), lanes[b], l)
 
 
 @inlined()
-def surround(neighbourhoods, elements, bank, l):
-    """Load the stored neighbourhoods of the feet of lanes l … l + 3, in the given elements."""
+def load_four_neighbourhoods(neighbourhoods, elements, bank, l):
+    """Load the neighbourhoods of the feet of lanes l … l + 3, in the given elements."""
     records = (
-        _record(elements[0], bank, l),
-        _record(elements[1], bank, l + 1),
-        _record(elements[2], bank, l + 2),
-        _record(elements[3], bank, l + 3),
+        _neighbourhood_offset(elements[0], bank, l),
+        _neighbourhood_offset(elements[1], bank, l + 1),
+        _neighbourhood_offset(elements[2], bank, l + 2),
+        _neighbourhood_offset(elements[3], bank, l + 3),
     )
-    for c in range(0, KEPT, 4):
-        turn(neighbourhoods, below(records, c), bank, columns_from(ROW_KEPT + c, l))
+    for c in range(0, N_BOUNDS, 4):
+        turn(neighbourhoods, below(records, c), bank, columns_from(ROW_BOUNDS + c, l))
 
 
 @inlined()
-def _record(e, bank, l):
-    """Return the offset of the stored neighbourhood of the foot of lane l."""
-    part = part_of(bank[ROW_S * WIDE + l], bank[ROW_T * WIDE + l])
-    return NUMBERS * (e * PARTS * PARTS + part)
+def _neighbourhood_offset(e, bank, l):
+    """Return the offset of the neighbourhood of the foot of lane l."""
+    part = part_of(bank[ROW_S * BANK_WIDTH + l], bank[ROW_T * BANK_WIDTH + l])
+    return NEIGHBOURHOOD_SIZE * (e * N_PARTS * N_PARTS + part)
 
 
 @inlined()
-def way_around(bank, l):
-    """Length of the way from the foot of a lane to its start, at most; infinite where that is not
-    in the surroundings of the same patch."""
-    n, place, kept = WIDE, (ROW_FOUND + PLACE) * WIDE + l, ROW_KEPT * WIDE + l
+def path_to_start(bank, l):
+    """Return an upper bound of the path from the foot of a lane to its start; infinite if the start
+    is outside the neighbourhood in the same patch."""
+    n, place, bounds = (
+        BANK_WIDTH,
+        (ROW_RESULT + PLACE) * BANK_WIDTH + l,
+        ROW_BOUNDS * BANK_WIDTH + l,
+    )
     u, v = bank[place], bank[place + n]
     u0, v0 = bank[ROW_START * n + l], bank[(ROW_START + 1) * n + l]
-    around = (
-        (bank[kept + BLOCK * n] <= u0)
-        & (u0 <= bank[kept + (BLOCK + 1) * n])
-        & (bank[kept + (BLOCK + 2) * n] <= v0)
-        & (v0 <= bank[kept + (BLOCK + 3) * n])
+    is_around = (
+        (bank[bounds + BLOCK * n] <= u0)
+        & (u0 <= bank[bounds + (BLOCK + 1) * n])
+        & (bank[bounds + (BLOCK + 2) * n] <= v0)
+        & (v0 <= bank[bounds + (BLOCK + 3) * n])
     )
-    way = abs(u0 - u) * bank[kept + SPEED * n] + abs(v0 - v) * bank[kept + (SPEED + 1) * n]
-    return way if around else math.inf
+    path = abs(u0 - u) * bank[bounds + SPEED * n] + abs(v0 - v) * bank[bounds + (SPEED + 1) * n]
+    return path if is_around else math.inf
 
 
-# As numba puts it there: put there by LLVM, the loop over the lanes was no vector code.
+# Inlined by numba: inlined by LLVM, the loop over the lanes was not vectorised.
 @inner(inline="always")
-def prove(bank, l, way, tolerance, element, o, k):
-    """The ball that proves the foot of lane l with its start at the end of a `way`, or none.
+def prove_lane(bank, l, path, tolerance, element, o, k):
+    """Compute the radius of the ball that proves the foot of lane l, with its start at the end of a
+    `path`, or 0.
 
-    The numbers of its element are every k-th from element[o] on.
+    The numbers of its element are every k-th from element[o].
     """
-    n, first, kept = WIDE, ROW_FOUND * WIDE + l, ROW_KEPT * WIDE + l
+    n, first, bounds = BANK_WIDTH, ROW_RESULT * BANK_WIDTH + l, ROW_BOUNDS * BANK_WIDTH + l
     u, v = bank[first + PLACE * n], bank[first + (PLACE + 1) * n]
-    foot, normal = _three(bank, ROW_FOUND + FOOT, l), _three(bank, ROW_FOUND + NORMAL, l)
+    foot, normal = _three(bank, ROW_RESULT + FOOT, l), _three(bank, ROW_RESULT + NORMAL, l)
     before, now = _three(bank, ROW_BEFORE, l), _three(bank, ROW_NOW, l)
-    seen = seen_from(foot, normal, before, now, tolerance)
-    width_u, width_v = bank[kept + WIDTH * n], bank[kept + (WIDTH + 1) * n]
+    motion = motion_from(foot, normal, before, now, tolerance)
+    width_u, width_v = bank[bounds + WIDTH * n], bank[bounds + (WIDTH + 1) * n]
     off_0, off_1 = (u - element[o + BOX * k]) * width_u, (element[o + (BOX + 4) * k] - u) * width_u
     off_2, off_3 = (
         (v - element[o + (BOX + 1) * k]) * width_v,
         (element[o + (BOX + 5) * k] - v) * width_v,
     )
-    ends = bits_of(bank[kept + ENDS * n])
+    ends = bits_of(bank[bounds + ENDS * n])
     off_0 = off_0 if ends & 0xFF else math.inf
     off_1 = off_1 if ends & 0xFF00 else math.inf
     off_2 = off_2 if ends & 0xFF0000 else math.inf
     off_3 = off_3 if ends & 0xFF000000 else math.inf
     margin = min(min(off_0, off_1), min(off_2, off_3))
-    curvature = (bank[kept + CURVATURE * n], bank[kept + (CURVATURE + 1) * n])
-    r = ball_radius(curvature, bank[kept + ROOM * n], margin, way, seen, tolerance)
+    curvature = (bank[bounds + CURVATURE * n], bank[bounds + (CURVATURE + 1) * n])
+    r = ball_radius(curvature, bank[bounds + ROOM * n], margin, path, motion, tolerance)
     r = r if bank[ROW_STATE * n + l] == DONE else 0.0
     bank[ROW_RADIUS * n + l] = r
     bank[first + PROVED * n] = 1.0 if r > 0.0 else 0.0
@@ -383,13 +385,13 @@ def prove(bank, l, way, tolerance, element, o, k):
 
 @inner(linked=False)
 def prove_lanes(lanes, banks, element, tolerance):
-    """Radii of balls that prove the feet of so many banks of lanes, or 0.
+    """Compute the radii of balls that prove the feet in the first banks of lanes, or 0.
 
-    Trims are left to be looked at.
+    Trims are not tested.
     """
-    copy = scratch(LANE_NUMBERS)
+    copy = scratch(ELEMENT_SIZE)
     for b in range(banks):
         bank = lanes[b]
-        read_anew(element, copy, LANE_NUMBERS)
-        for l in range(WIDE):
-            prove(bank, l, way_around(bank, l), tolerance, copy, 0, 1)
+        read_anew(element, copy, ELEMENT_SIZE)
+        for l in range(BANK_WIDTH):
+            prove_lane(bank, l, path_to_start(bank, l), tolerance, copy, 0, 1)

@@ -1,9 +1,9 @@
-"""Tracking one point by itself: what a thread of a GPU does.
+"""Tracking of a single point, as a thread of a GPU does it.
 
-The mathematics are those of the lanes and of the quick certificate, so the results are the same
-numbers. A row that ends otherwise than in a proved foot within its patch is flagged and left as it
-was: the careful walk, creases, edges and the search for closest points are the CPU's. `tables` is
-whatever has `elements`, `grid`, `trims`, `neighbourhoods` and `scale` as `Tables` does.
+The mathematics are the same as in the lanes and in the quick certificate, so that the results have
+the same bits. A row without a proved foot within its patch is flagged and not changed: the CPU does
+the careful walk, creases, edges and the search for closest points. `tables` is any record with
+`elements`, `grid`, `trims`, `neighbourhoods` and `scale` as `Tables` has them.
 """
 
 from __future__ import annotations
@@ -12,23 +12,23 @@ import math
 
 from contiga.elements.kernels.element_nb import locate
 from contiga.jit import kernel
-from contiga.search.certify.kernels.branch_nb import kept_ball, seen_from
+from contiga.search.certify.kernels.branch_nb import certified_ball, motion_from
 from contiga.search.closest.kernels.one_foot_nb import foot_from, write_proved
 
-HANDED_BACK = 1
+FLAGGED = 1
 """Flag of rows that are left to the CPU."""
 
 
 @kernel()
-def track_row(tables, way, results, k):
+def track_row(tables, motion, results, k):
     """Track row k from its foot in `results` (FlaggedFeet), which the new one replaces.
 
-    `way` is a `Way`. The row is flagged HANDED_BACK and not written where no foot is found here, or
-    its certificate takes more than the bounds kept around it.
+    `motion` is a `Way`. The row is flagged and not written if no foot is found here, or its
+    neighbourhood does not prove it.
     """
-    before, points = way.before, way.now
+    before, points = motion.before, motion.now
     out, back = results.feet, results.back
-    back[k] = HANDED_BACK
+    back[k] = FLAGGED
     patch = out.patch[k]
     a = (before[k, 0], before[k, 1], before[k, 2])
     b = (points[k, 0], points[k, 1], points[k, 2])
@@ -40,8 +40,8 @@ def track_row(tables, way, results, k):
     e, _, uv, record = foot_from(tables, e, start, b)
     if e < 0:
         return
-    seen = seen_from(record.point, record.normal, a, b, tables.scale[1])
-    if not kept_ball(tables, (patch, patch), uv, start, seen) > 0.0:
+    relative_motion = motion_from(record.point, record.normal, a, b, tables.scale[1])
+    if not certified_ball(tables, (patch, patch), uv, start, relative_motion) > 0.0:
         return
     back[k] = 0
     write_proved(out, k, patch, uv, record)

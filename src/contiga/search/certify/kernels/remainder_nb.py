@@ -1,13 +1,13 @@
 """Bound the second-order Taylor remainder of an element over a parameter box.
 
-With T that polynomial of S = A/w about the middle of the box and D = S − T, the polynomial
-B = A − w T = w D begins with terms of third order. The sum of the sizes of its coefficients in
-powers about the middle bounds it and its derivatives, and the quotient rule those of D:
+With the Taylor polynomial T of S = A/w about the middle of the box and D = S − T, the polynomial
+B = A − w T = w D begins with terms of third order. The sum of the magnitudes of its coefficients in
+powers about the middle bounds B and its derivatives, and the quotient rule bounds D:
 
     |D_x| ≤ (|B_x| + |w_x| |D|)/w_min,   |D_xx| ≤ (|B_xx| + 2 |w_x| |D_x| + |w_xx| |D|)/w_min, …
 
-Unlike bounds of third derivatives of a quotient, which grow with its weights' slopes, these tend
-to what the third derivatives in the middle say as the box shrinks.
+Bounds of the third derivatives of a quotient grow with the slopes of the weights; these bounds tend
+to the values by the third derivatives in the middle as the box shrinks.
 """
 
 from __future__ import annotations
@@ -20,13 +20,13 @@ from contiga.jit import inlined, inner
 from contiga.jit.scratch import scratch
 
 N_COEFS = 8
-"""Coefficients of B a direction: degree five at most, and two of T."""
+"""Number of coefficients of B in a direction: degree five at most, plus two of T."""
 D10, D01, D20, D11, D02 = 0, 1, 2, 3, 4
 
 
 @inner(linked=False, error_model="numpy")
-def centred(elements, e, cell, a):
-    """Coefficients of (A, w) over a cell in powers of x, y in [-1, 1], into a[8, 8, 4]."""
+def centred_coefficients(elements, e, cell, a):
+    """Write the coefficients of (A, w) over a cell in powers of x, y in [-1, 1] to a[8, 8, 4]."""
     p = elements.table[e]["degree"][0]
     q = elements.table[e]["degree"][1]
     start = elements.table[e]["monomial"]
@@ -37,8 +37,8 @@ def centred(elements, e, cell, a):
                 a[i, j, c] = elements.coefs[start + (i * (q + 1) + j) * 4 + c]
     at = 0.5 * (cell[0] + cell[1]) - elements.table[e]["about"][0]
     half = 0.5 * (cell[1] - cell[0])
-    # Powers along the first direction become those of (x − at)/half; of all the columns there is
-    # room for, as a loop of that many needs no choice.
+    # Powers along the first direction become powers of (x − at)/half; the loop runs over all
+    # columns of the array, as a loop of constant length has no branches.
     for k in range(p):
         for i in range(p - 1, k - 1, -1):
             for m in range(N_COEFS):
@@ -67,7 +67,7 @@ def centred(elements, e, cell, a):
 
 @inner(error_model="numpy")
 def taylor(a, h):
-    """S and its derivatives by x and y to second order in the middle, into h[:3, :6]."""
+    """Write S and its derivatives by x and y to second order in the middle to h[:3, :6]."""
     i = 1.0 / a[0, 0, 3]
     for c in range(3):
         v = a[0, 0, c] * i
@@ -82,8 +82,8 @@ def taylor(a, h):
 
 
 @inlined()
-def _with(total, i, j, size):
-    """A total with the largest value and derivatives of a term x^i y^j times `size` added."""
+def _add_term(total, i, j, size):
+    """Add the largest value and derivatives of a term `size` x^i y^j to a total."""
     return (
         total[0] + size,
         total[1] + i * size,
@@ -95,8 +95,8 @@ def _with(total, i, j, size):
 
 
 @inlined()
-def _departure(a, h, c, i, j):
-    """A coordinate of the coefficient of x^i y^j of B; each of i and j with the two before it."""
+def _remainder_coef(a, h, c, i, j):
+    """Coordinate c of the coefficient of x^i y^j of B; i and j come with the two indices before."""
     return (
         a[i[0], j[0], c]
         - h[c, 0] * a[i[0], j[0], 3]
@@ -109,51 +109,51 @@ def _departure(a, h, c, i, j):
 
 
 @inlined()
-def _before(i):
-    """Return the index of the coefficient before the i-th: of a zero, where that is the first."""
+def _previous(i):
+    """Return the index of the coefficient before the i-th; before the first it is one that is 0."""
     return (i - 1) & (N_COEFS - 1)
 
 
 @inner(linked=False, error_model="numpy")
 def sums_of(a, p, q, h, normal, sums):
-    """Bounds of B (0), of its part along the normal (1) and of w (2) with derivatives to the
-    second, into sums[3, 6]; returns the least weight."""
-    whole = along = weight = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    """Write bounds of B (0), of its part along the normal (1) and of w (2), with derivatives to
+    second order, to sums[3, 6]; return the least weight."""
+    total = along = weight = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
     for i in range(p + 1):
         for j in range(q + 1):
             if i + j > 0:
-                weight = _with(weight, i, j, abs(a[i, j, 3]))
+                weight = _add_term(weight, i, j, abs(a[i, j, 3]))
     for i in range(p + 3):
-        i1 = _before(i)
-        i2 = _before(i1)
+        i1 = _previous(i)
+        i2 = _previous(i1)
         for j in range(max(3 - i, 0), q + 3):
-            j1 = _before(j)
-            j2 = _before(j1)
-            x = _departure(a, h, 0, (i, i1, i2), (j, j1, j2))
-            y = _departure(a, h, 1, (i, i1, i2), (j, j1, j2))
-            z = _departure(a, h, 2, (i, i1, i2), (j, j1, j2))
-            whole = _with(whole, i, j, math.sqrt(x * x + y * y + z * z))
-            along = _with(along, i, j, abs(x * normal[0] + y * normal[1] + z * normal[2]))
+            j1 = _previous(j)
+            j2 = _previous(j1)
+            x = _remainder_coef(a, h, 0, (i, i1, i2), (j, j1, j2))
+            y = _remainder_coef(a, h, 1, (i, i1, i2), (j, j1, j2))
+            z = _remainder_coef(a, h, 2, (i, i1, i2), (j, j1, j2))
+            total = _add_term(total, i, j, math.sqrt(x * x + y * y + z * z))
+            along = _add_term(along, i, j, abs(x * normal[0] + y * normal[1] + z * normal[2]))
     for k in range(6):
-        sums[0, k], sums[1, k], sums[2, k] = whole[k], along[k], weight[k]
+        sums[0, k], sums[1, k], sums[2, k] = total[k], along[k], weight[k]
     return a[0, 0, 3] - weight[0]
 
 
 @inner(error_model="numpy")
-def quotient_rest(b, w, least, rest):
-    """Bounds of D from those of B and w, into rest[5]."""
-    i = 1.0 / least
+def quotient_remainder(b, w, min_slope, remainder):
+    """Compute the bounds of D from the bounds of B and w, into remainder[5]."""
+    i = 1.0 / min_slope
     d = b[0] * i
-    rest[D10] = (b[1] + w[1] * d) * i
-    rest[D01] = (b[2] + w[2] * d) * i
-    rest[D20] = (b[3] + 2.0 * w[1] * rest[D10] + w[3] * d) * i
-    rest[D11] = (b[4] + w[1] * rest[D01] + w[2] * rest[D10] + w[4] * d) * i
-    rest[D02] = (b[5] + 2.0 * w[2] * rest[D01] + w[5] * d) * i
+    remainder[D10] = (b[1] + w[1] * d) * i
+    remainder[D01] = (b[2] + w[2] * d) * i
+    remainder[D20] = (b[3] + 2.0 * w[1] * remainder[D10] + w[3] * d) * i
+    remainder[D11] = (b[4] + w[1] * remainder[D01] + w[2] * remainder[D10] + w[4] * d) * i
+    remainder[D02] = (b[5] + 2.0 * w[2] * remainder[D01] + w[5] * d) * i
 
 
 @inner(error_model="numpy")
 def unit_normal(h):
-    """Unit normal of the derivatives `h`; zero where there is none."""
+    """Unit normal of the derivatives `h`; zero if there is none."""
     x = h[1, 1] * h[2, 2] - h[2, 1] * h[1, 2]
     y = h[2, 1] * h[0, 2] - h[0, 1] * h[2, 2]
     z = h[0, 1] * h[1, 2] - h[1, 1] * h[0, 2]
@@ -164,22 +164,23 @@ def unit_normal(h):
 
 
 @inner(error_model="numpy")
-def rest_of(elements, e, cell, h, rest):
-    """Bounds of D_x, D_y, D_xx, D_xy, D_yy over a cell into rest[0], along the normal in rest[1].
+def remainder_of(elements, e, cell, h, remainder):
+    """Compute bounds of D_x, D_y, D_xx, D_xy, D_yy over a cell, of their lengths in remainder[0]
+    and of their parts along the normal in remainder[1].
 
-    x and y run over [-1, 1] in the cell; `h` takes the derivatives by them in its middle. False
-    where the weights allow no bound. Elements that have no powers are bounded by their third
+    x and y run over [-1, 1] in the cell; `h` gets the derivatives by them in its middle. Returns
+    False if the weights allow no bound. Elements without monomials are bounded by their third
     derivatives.
     """
     if elements.table[e]["monomial"] >= 0:
         a, sums = scratch(N_COEFS, N_COEFS, 4), scratch(3, 6)
-        p, q = centred(elements, e, cell, a)
+        p, q = centred_coefficients(elements, e, cell, a)
         taylor(a, h)
-        least = sums_of(a, p, q, h, unit_normal(h), sums)
-        if not least > 0.0:
+        min_slope = sums_of(a, p, q, h, unit_normal(h), sums)
+        if not min_slope > 0.0:
             return False
-        quotient_rest(sums[0], sums[2], least, rest[0])
-        quotient_rest(sums[1], sums[2], least, rest[1])
+        quotient_remainder(sums[0], sums[2], min_slope, remainder[0])
+        quotient_remainder(sums[1], sums[2], min_slope, remainder[1])
         return True
     hs = 0.5 * (cell[1] - cell[0])
     ht = 0.5 * (cell[3] - cell[2])
@@ -197,9 +198,9 @@ def rest_of(elements, e, cell, h, rest):
     xyy = bound[7] * hs * ht * ht
     yyy = bound[8] * ht**3
     for k in range(2):
-        rest[k, D10] = 0.5 * (xxx + 2.0 * xxy + xyy)
-        rest[k, D01] = 0.5 * (xxy + 2.0 * xyy + yyy)
-        rest[k, D20] = xxx + xxy
-        rest[k, D11] = xxy + xyy
-        rest[k, D02] = xyy + yyy
+        remainder[k, D10] = 0.5 * (xxx + 2.0 * xxy + xyy)
+        remainder[k, D01] = 0.5 * (xxy + 2.0 * xyy + yyy)
+        remainder[k, D20] = xxx + xxy
+        remainder[k, D11] = xxy + xyy
+        remainder[k, D02] = xyy + yyy
     return True

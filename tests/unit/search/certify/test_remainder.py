@@ -8,21 +8,21 @@ from numba import njit
 from tests.unit.search import plain
 
 import contiga as cg
-from contiga.search.certify.kernels import rest_nb
+from contiga.search.certify.kernels import remainder_nb
 
 pytestmark = pytest.mark.interpreted
 
 
 @njit
-def rest_of(elements, e, cell, h, rest):
-    return rest_nb.rest_of(elements, e, cell, h, rest)
+def remainder_of(elements, e, cell, h, rest):
+    return remainder_nb.remainder_of(elements, e, cell, h, rest)
 
 
 @njit
 def sums_over(elements, e, cell, a, h, normal, sums):
-    p, q = rest_nb.centred(elements, e, cell, a)
-    rest_nb.taylor(a, h)
-    return rest_nb.sums_of(a, p, q, h, normal, sums)
+    p, q = remainder_nb.centred_coefficients(elements, e, cell, a)
+    remainder_nb.taylor(a, h)
+    return remainder_nb.sums_of(a, p, q, h, normal, sums)
 
 
 def rough(seed):
@@ -41,7 +41,7 @@ def test_the_rest_is_bounded_and_the_bound_is_no_waste(seed, size):
     rng, h, rest = np.random.default_rng(seed), np.zeros((4, 6)), np.empty((2, 5))
     low = rng.uniform(-0.5, 0.5 - size, 2)
     cell = (low[0], low[0] + size, low[1], low[1] + size)
-    assert rest_of(elements, 0, cell, h, rest)
+    assert remainder_of(elements, 0, cell, h, rest)
     xy = rng.uniform(-1.0, 1.0, (500, 2))
     uv = low + 0.5 + 0.5 * size * (xy + 1.0)
     half = 0.5 * size
