@@ -41,7 +41,7 @@ def user_folder() -> Path | None:
     return None
 
 
-def is_ours(path: str | Path) -> bool:
+def is_owned(path: str | Path) -> bool:
     """Return whether only this user can have written a file or a folder."""
     if not hasattr(os, "geteuid"):
         return True
@@ -49,7 +49,7 @@ def is_ours(path: str | Path) -> bool:
     return status.st_uid == os.geteuid() and not status.st_mode & 0o022
 
 
-def asked_for(path: str | Path) -> None:
+def mark_used(path: str | Path) -> None:
     """Record that a file was used today, if its time can be written, so that it stays."""
     with suppress(OSError):
         if os.stat(path).st_mtime < time() - DAY:

@@ -124,7 +124,7 @@ class SurfacePlaces(NamedTuple):
     """(n, 2)."""
 
 
-class KnownSides(NamedTuple):
+class Sides(NamedTuple):
     """Sides of points by a closed surface, if known."""
 
     side: ByteArray
@@ -132,9 +132,9 @@ class KnownSides(NamedTuple):
     reach: FloatArray
     """(n,) distance, length, within which there is no surface; for points with a known side."""
 
-    def at(self, rows: IndexArray) -> KnownSides:
+    def at(self, rows: IndexArray) -> Sides:
         """Return some of the rows."""
-        return KnownSides(self.side[rows], self.reach[rows])
+        return Sides(self.side[rows], self.reach[rows])
 
 
 class FacingLimits(NamedTuple):

@@ -60,7 +60,7 @@ def test_a_side_told_is_the_side_and_a_reach_no_more_than_the_distance(
     assert (reach[told] <= np.abs(gap[told]) + 1e-10 * body.size).all()
     assert told.mean() > 0.5
     start, end = points[:N], points[N:]
-    clear = side_grid.clear_ways(grid, start, end, rows[:N])
+    clear = side_grid.clear_paths(grid, start, end, rows[:N])
     assert (side[:N] == side[N:])[clear & told[:N] & told[N:]].all()
     _, sense = surface.last_crossings(start, end, rows[:N])
     assert not (clear & (sense != 0)).any()

@@ -22,7 +22,7 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from contiga.cache_folder import asked_for, cache_folder, is_ours, trim
+from contiga.cache_folder import cache_folder, is_owned, mark_used, trim
 from contiga.jit.stamps import stamp_of
 from contiga.version import __version__
 
@@ -53,7 +53,7 @@ class DiskCache:
         versions = f"{__version__} {sys.version_info[:2]} {np.__version__}"
         return " ".join((self._kind, *map(stamp_of, self._sources), versions))
 
-    def kept(self, key: str | None, build: Callable[[], T]) -> T:
+    def get_or_build(self, key: str | None, build: Callable[[], T]) -> T:
         """Return the entry of a key, or the result of `build`, which is stored if it took long.
 
         Without a key it is built and not stored.
@@ -73,13 +73,13 @@ class DiskCache:
             return None
         path = self._path(folder, key)
         with suppress(OSError):
-            if not (is_ours(folder) and is_ours(path)):
+            if not (is_owned(folder) and is_owned(path)):
                 return None
             content = path.read_bytes()
             if content[:_CHECKSUM_SIZE] == sha256(content[_CHECKSUM_SIZE:]).digest():
                 with suppress(Exception):  # of another make of the same version
                     value = pickle.loads(memoryview(content)[_CHECKSUM_SIZE:])
-                    asked_for(path)
+                    mark_used(path)
                     return value
             path.unlink()
         return None
@@ -94,7 +94,7 @@ class DiskCache:
                 pickle.dump(value, buffer, protocol=5)
                 content = buffer.getvalue()
             folder.mkdir(mode=0o700, parents=True, exist_ok=True)
-            if not is_ours(folder):
+            if not is_owned(folder):
                 return  # entries there would not be opened
             path = self._path(folder, key)
             temporary = folder / f"{secrets.token_hex(8)}.new"

@@ -142,7 +142,7 @@ def not_negative(value: object, name: str) -> float:
     return number
 
 
-def one_of(where: str, value: object, allowed: tuple[str, ...]) -> str:
+def checked_choice(where: str, value: object, allowed: tuple[str, ...]) -> str:
     """Return `value` if it is one of the words `allowed`."""
     if not isinstance(value, str) or value not in allowed:
         raise InputError(
@@ -151,7 +151,7 @@ def one_of(where: str, value: object, allowed: tuple[str, ...]) -> str:
     return value
 
 
-def all_of(
+def check_types(
     kinds: type | tuple[type, ...] | UnionType,
     given: Iterable[object],
     where: str,

@@ -17,9 +17,9 @@ from contiga.errors import InputError
 from contiga.jit.dispatcher import KernelDispatcher
 from contiga.records import FloatArray, Projection, empty_projection
 
-NO_FEET = empty_projection(0)
+NO_PROJECTION = empty_projection(0)
 """A projection without rows."""
-EMPTY_ARRAYS: tuple[NDArray[Any], ...] = NO_FEET
+EMPTY_ARRAYS: tuple[NDArray[Any], ...] = NO_PROJECTION
 """Its arrays, with the type and shape of each."""
 OUT_RULE = "arrays of their own, or those of start: out=start"
 """Rule for `out` in messages."""

@@ -12,7 +12,7 @@ from contiga.case.spec import Count, Name, NotNegative, Positive, Spec, Vector
 from contiga.case.spring_spec import WebbingSpec
 from contiga.dynamics.belt import ENDS, FREE, GROUND, Belt, BeltEnd
 from contiga.masters.protocol import Master
-from contiga.routing.route import POINTS, route
+from contiga.routing.route import DEFAULT_CHORDS, route
 
 Anchors = Annotated[list[Name], Field(min_length=2, max_length=2)]
 
@@ -25,7 +25,7 @@ class PathSpec(Spec):
     via: list[Vector] = Field(default_factory=list)
     over: Annotated[list[Name], Field(min_length=1)]
     """Bodies that the belt stays outside of."""
-    points: Annotated[int, Field(ge=10)] = POINTS
+    points: Annotated[int, Field(ge=10)] = DEFAULT_CHORDS
 
 
 class BeltEndSpec(WebbingSpec[BeltEnd]):

@@ -14,12 +14,12 @@ from contiga.case.deform_spec import DeformSpec
 from contiga.case.geometry_spec import FileGeometry
 from contiga.case.motion_spec import AttachedSpec, FreeSpec, SeriesSpec
 from contiga.case.part_cache import PartCache
+from contiga.case.placement_order import order_of, references
 from contiga.case.points_spec import BodyPoints
 from contiga.case.problems import ErrorCollector, Fault
 from contiga.case.reading import warnings_as_findings
 from contiga.case.schema import BodySpec, Case, SlaveSpec
 from contiga.case.slave_motion import check_elements, nodes_named, prescribed, slave_motion
-from contiga.case.standing import order_of, references
 from contiga.case.surface_spec import RefineSpec, meshed_of, surface_of
 from contiga.case.toml import resolved_toml
 from contiga.contact.preloaded import preload_search
@@ -29,7 +29,7 @@ from contiga.dynamics.gas import Chamber
 from contiga.dynamics.prescribed import BodyMotion, Fixed, pose_at
 from contiga.dynamics.springs import Spring
 from contiga.errors import CaseError
-from contiga.io.cad.formats import was_read
+from contiga.io.cad.formats import is_cached
 from contiga.masters.body import Body
 from contiga.masters.protocol import Master
 from contiga.records import FloatArray
@@ -226,7 +226,7 @@ def _placed_geometry(
     keys |= {spec.name: f"slave[{i}].{spec.source_key}" for i, spec in enumerate(case.slave)}
     # Results for files that have been read before are mostly cached.
     if any(
-        isinstance(spec.geometry, FileGeometry) and not was_read(Path(spec.geometry.file))
+        isinstance(spec.geometry, FileGeometry) and not is_cached(Path(spec.geometry.file))
         for spec in case.body
     ):
         preload_search()  # while a worker loads the reader of CAD
@@ -249,7 +249,7 @@ def _placed_geometry(
         neighbours = before_then if source.then else parts
         with errors.at(keys[name]):
             if isinstance(spec, BodySpec):
-                body = spec.geometry.standing(bodies[name], neighbours)
+                body = spec.geometry.place_part(bodies[name], neighbours)
                 before_then[name], parts[name] = body, source.moved(body)
             else:
                 masters = [contact.master for contact in case.contact if contact.slave == name]
@@ -292,7 +292,7 @@ def _slave(
             slave = meshed_of(geometry, mesh, names, master_sizes)
         else:
             slave = surface_of(geometry, spec.refine or RefineSpec(), names)
-    slave = spec.source.standing(slave, parts)
+    slave = spec.source.place_part(slave, parts)
 
     def nodal(value: float | None, values_of_file: FloatArray | None) -> FloatArray | None:
         return values_of_file if value is None else np.full(len(slave), value)

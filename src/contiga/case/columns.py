@@ -16,18 +16,25 @@ from contiga.dynamics.belt import BeltEnd
 from contiga.dynamics.joints import KINDS
 from contiga.dynamics.springs import Spring
 from contiga.io.channels import channel_names
-from contiga.simulation.gas import OF_GAS
-from contiga.simulation.history import COUNTED, OF_BODIES
-from contiga.simulation.joints import OF_JOINT_LAWS, OF_REACTIONS
-from contiga.simulation.sensor import OF_RELATIVE, OF_SENSORS
-from contiga.simulation.springs import OF_DEVICES, OF_SLIP_RINGS, OF_SPRINGS
-from contiga.simulation.trigger import OF_TRIGGERS
+from contiga.simulation.gas import GAS_COLUMNS
+from contiga.simulation.history import BODY_COLUMNS, STATUS_OF_COLUMN
+from contiga.simulation.joints import JOINT_LAW_COLUMNS, REACTION_COLUMNS
+from contiga.simulation.sensor import RELATIVE_COLUMNS, SENSOR_COLUMNS
+from contiga.simulation.springs import DEVICE_COLUMNS, SLIP_RING_COLUMNS, SPRING_COLUMNS
+from contiga.simulation.trigger import TRIGGER_COLUMNS
 
 _OF_CONTACTS = (
     *("n_contact", "max_penetration", "force_x", "force_y", "force_z", "force"),
     *("moment_x", "moment_y", "moment_z", "area", "n_clusters", "mean_pressure", "max_pressure"),
     *("centre_x", "centre_y", "centre_z", "work", "energy_stored", "energy_hysteresis"),
-    *("energy_damping", "energy_friction", "energy_error", "wall_time", *COUNTED, "n_unproved"),
+    *(
+        "energy_damping",
+        "energy_friction",
+        "energy_error",
+        "wall_time",
+        *STATUS_OF_COLUMN,
+        "n_unproved",
+    ),
     "n_tunnelled",
 )
 _OF_FRICTION = ("friction_x", "friction_y", "friction_z")
@@ -93,12 +100,12 @@ def columns_of_case(case: Tables) -> list[str]:
             columns += names
         columns += [f"{contact.title}.{name}" for name in names]
     for sensor in case.sensor:
-        by_measure = OF_RELATIVE if isinstance(sensor, RelativeSensorSpec) else OF_SENSORS
+        by_measure = RELATIVE_COLUMNS if isinstance(sensor, RelativeSensorSpec) else SENSOR_COLUMNS
         names = [name for measure in sensor.instance.measures for name in by_measure[measure]]
         if isinstance(sensor, PointSensorSpec) and sensor.filter is not None:
             names += ["filtered_ax", "filtered_ay", "filtered_az", "filtered_a"]
         if getattr(sensor, "trigger", None) is not None:
-            names += OF_TRIGGERS
+            names += TRIGGER_COLUMNS
         columns += [f"{sensor.name}.{name}" for name in names]
     springs: dict[str, Spring | BeltEnd] = {
         spec.instance.name: spec.instance for spec in case.spring
@@ -106,17 +113,19 @@ def columns_of_case(case: Tables) -> list[str]:
     for belt in case.belt:
         springs |= {f"{belt.name} {end}": spec.instance for end, spec in belt.webbing.items()}
     for spring_name, spring in springs.items():
-        names = [*OF_SPRINGS, *(["filtered_force"] if spring.filter else [])]
-        names += OF_DEVICES if any(spring.devices) else ()
+        names = [*SPRING_COLUMNS, *(["filtered_force"] if spring.filter else [])]
+        names += DEVICE_COLUMNS if any(spring.devices) else ()
         columns += [f"{spring_name}.{name}" for name in names]
-    columns += [f"{ring.instance.name}.{name}" for ring in case.slip_ring for name in OF_SLIP_RINGS]
+    columns += [
+        f"{ring.instance.name}.{name}" for ring in case.slip_ring for name in SLIP_RING_COLUMNS
+    ]
     for joint in (spec.instance for spec in case.joint):
-        names = [*OF_REACTIONS, *KINDS[joint.kind].coordinates]
-        names += [f"{key}_{name}" for key in joint.laws for name in OF_JOINT_LAWS]
+        names = [*REACTION_COLUMNS, *KINDS[joint.kind].coordinates]
+        names += [f"{key}_{name}" for key in joint.laws for name in JOINT_LAW_COLUMNS]
         columns += [f"{joint.name}.{name}" for name in names]
-    columns += [f"{chamber.name}.{name}" for chamber in case.gas for name in OF_GAS]
+    columns += [f"{chamber.name}.{name}" for chamber in case.gas for name in GAS_COLUMNS]
     free_bodies = [body.name for body in case.body if body.motion.by_forces]
-    columns += [f"{name}.{column}" for name in free_bodies for column in OF_BODIES]
+    columns += [f"{name}.{column}" for name in free_bodies for column in BODY_COLUMNS]
     nodes_move = case.deforms or any(slave.motion.by_forces for slave in case.slave)
     if free_bodies or case.spring or nodes_move:
         columns += [f"energy.{name}" for name in _OF_SYSTEM]

@@ -10,7 +10,7 @@ from pydantic import Field, model_validator
 from contiga.case.spec import Axis, Name, NotNegative, Spec
 from contiga.errors import CaseError
 from contiga.masters.protocol import Master
-from contiga.placement.align import align, check_choices
+from contiga.placement.align import align, check_alignment
 from contiga.placement.place import Part, place
 from contiga.rigid.transform import unit_axis
 from contiga.slaves.slave import Slave
@@ -28,7 +28,7 @@ class AlignSpec(Spec):
 
     @model_validator(mode="after")
     def _something_is_aligned(self) -> Self:
-        ends = check_choices(self.centres, self.lows, self.highs, self.axes)
+        ends = check_alignment(self.centres, self.lows, self.highs, self.axes)
         if self.to is not None and not ends:
             raise CaseError(
                 "nothing of the boxes is named",

@@ -83,7 +83,7 @@ class Placed(Spec):
         """The steps of `transform` as one (4, 4) matrix."""
         return matrix_of(self.transform)
 
-    def standing(self, part: Part, parts: Mapping[str, Master | Slave]) -> Part:
+    def place_part(self, part: Part, parts: Mapping[str, Master | Slave]) -> Part:
         """Return `part` at its place among the placed parts, before the steps of `then`."""
         for key, entry in (("align", self.align), ("place", self.place)):
             with errors_at(key):

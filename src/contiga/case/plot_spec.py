@@ -14,7 +14,7 @@ from contiga.case.problems import validated
 from contiga.case.spec import ExistingFile, Spec, is_number, must_be
 from contiga.errors import CaseError
 from contiga.io.channels import unknown_channel
-from contiga.io.column_units import known_kind
+from contiga.io.column_units import kind_of_column
 from contiga.io.measured import read_measured
 from contiga.io.units import Quantity
 
@@ -189,7 +189,7 @@ def _kind_of(data: dict[str, Any], key: str, default: str | None = None) -> Quan
     if key not in data and default is None:
         raise CaseError("is missing", where=key, allowed="the channel of the run that was measured")
     name = data.get(key, default)
-    kind = known_kind(name) if isinstance(name, str) else None
+    kind = kind_of_column(name) if isinstance(name, str) else None
     if kind is None:
         raise CaseError(
             "is not a channel of a run",
@@ -209,7 +209,7 @@ def check_channel(key: str, name: str, channels: Iterable[str]) -> None:
 
 def check_kinds(key: str, names: list[str]) -> None:
     """Refuse channels of different quantities in one figure."""
-    kinds = {kind for name in names if (kind := known_kind(name)) is not None}
+    kinds = {kind for name in names if (kind := kind_of_column(name)) is not None}
     if len(kinds) > 1:
         raise CaseError(
             "the channels of one figure must have one unit",

@@ -161,10 +161,10 @@ def at_key(fault: Fault, key: str, file: str, origins: Origins) -> Fault:
     """Return `fault` with the key of the case it belongs to, in the file that has it."""
     if isinstance(fault, MissingPackageError):
         return MissingPackageError(f"{_file_and_key(file, key)}: {fault}")
-    return in_its_file(relocated(fault, key, ""), origins, file)
+    return in_its_file(with_case_key(fault, key, ""), origins, file)
 
 
-def relocated(error: InputError, key: str, file: str) -> InputError:
+def with_case_key(error: InputError, key: str, file: str) -> InputError:
     """Return `error` with the key of the case it belongs to; an `InputError` as a `CaseError`."""
     where = error.where
     if not where:
@@ -184,7 +184,7 @@ def errors_at(key: str, file: str = "") -> Iterator[None]:
     try:
         yield
     except InputError as error:
-        raise relocated(error, key, file) from error
+        raise with_case_key(error, key, file) from error
 
 
 def check_at(key: str, check: Callable[..., object], *arguments: object) -> None:
@@ -207,7 +207,7 @@ def error_of(detail: ErrorDetails, data: object, key: str = "") -> InputError:
     path = key_path(detail["loc"], data, key)
     cause = (detail.get("ctx") or {}).get("error")
     if isinstance(cause, InputError):
-        return relocated(cause, path, "")
+        return with_case_key(cause, path, "")
     return CaseError(where=path or None, **_explained(detail))
 
 

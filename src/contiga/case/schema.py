@@ -37,6 +37,7 @@ from contiga.case.motion_spec import BodyMotionSpec, SeriesSpec, SlaveMotionSpec
 from contiga.case.names import EITHER, check_apart, check_defined, check_fires, check_unique
 from contiga.case.output_spec import OutputSpec
 from contiga.case.placed_spec import Placed, matrix_of
+from contiga.case.placement_order import order_of, references
 from contiga.case.plot_spec import PlotSpec, ReferenceSpec, check_channel, check_kinds
 from contiga.case.points_spec import BodyPoints, PointsSpec, Sampling
 from contiga.case.problems import Origin, case_error, check_at
@@ -59,7 +60,6 @@ from contiga.case.spec import (
     suggest,
 )
 from contiga.case.spring_spec import SpringSpec
-from contiga.case.standing import order_of, references
 from contiga.case.surface_spec import RefineSpec, check_surface
 from contiga.dynamics.springs import GROUND
 from contiga.dynamics.stepping import AutoSteps, EqualSteps

@@ -21,7 +21,7 @@ from contiga.errors import InputError
 _PLACE = re.compile(r"^(\w+)\[(\d+)\]")
 
 
-def load_whole(path: Path, *, set: Mapping[str, Any] | None = None) -> Case:
+def load_case_to_build(path: Path, *, set: Mapping[str, Any] | None = None) -> Case:
     """Return the case of a file that is to be built, as `load_case`.
 
     If its tables are wrong, the parts that the correct tables describe are built all the same, and

@@ -328,7 +328,7 @@ def mesh(
     from contiga.geometry.tessellate import check_request
     from contiga.io.cad.read_cad import read_cad
     from contiga.io.out.write_mesh import check_suffix, write_mesh
-    from contiga.masters.sampling import OF_ITSELF
+    from contiga.masters.sampling import BODY_SIZE_SHARE
 
     check_suffix(out)
     check_request(tol, method)
@@ -339,7 +339,7 @@ def mesh(
     parts = None if part is None else [int(key) if key.isdecimal() else key for key in part]
     body = read_cad(cad, unit=unit, parts=parts)
     if size is None and method == "chord":
-        size = OF_ITSELF * body.size
+        size = BODY_SIZE_SHARE * body.size
     if method == "chord":
         foretell(body, tol)
     triangles = body.tessellate(tol, method=method, size=size or None)

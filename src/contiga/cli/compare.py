@@ -69,14 +69,14 @@ def runs_in(folder: Path) -> list[Path]:
 
 def _lines(comparison: Comparison) -> Iterator[str]:
     """Yield the lines to print: settings, peaks and differences, criteria, steps, seconds."""
-    from contiga.report.comparison_page import criteria_with_units, in_short, peaks_of
+    from contiga.report.comparison_page import criteria_with_units, peaks_of, shortened
     from contiga.report.style import number
 
     if len(comparison.runs) > 2:
         yield f"runs: {' → '.join(comparison.names)}"
     first_settings = list(comparison.settings.items())[:_MAX_SETTINGS]
     for key, values in first_settings:
-        yield f"{key}: {' → '.join(map(in_short, values))}"
+        yield f"{key}: {' → '.join(map(shortened, values))}"
     if len(comparison.settings) > len(first_settings):
         yield f"and {len(comparison.settings) - len(first_settings)} more settings"
     if not comparison.settings:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import typer
 
-from contiga.jit.notice import leave_out
+from contiga.jit.notice import suppress_notice
 
 if TYPE_CHECKING:
     from contiga.warmup.compile_pool import CompilePool, Progress
@@ -30,7 +30,7 @@ def watch_compiling(context: typer.Context, helped: bool = False) -> None:
     A first run compiles hundreds of kernels, so they begin at once, while it reads its case and
     CAD. If all kernels are cached, there are no events, and nothing is started.
     """
-    leave_out()
+    suppress_notice()
     tell = sys.stderr.isatty() and "--quiet" not in sys.argv
     if not tell and not helped:
         return

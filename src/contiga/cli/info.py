@@ -52,10 +52,10 @@ def _cad(file: Path, faces: bool) -> list[Row]:
     from contiga.io.cad.formats import expect_cad
 
     expect_cad(file)
-    from contiga.io.cad.read_cache import answer_kept
+    from contiga.io.cad.read_cache import cached_answer
 
     question = "info and faces" if faces else "info"
-    return answer_kept(file, question, __file__, lambda: list(_cad_rows(file, faces)))
+    return cached_answer(file, question, __file__, lambda: list(_cad_rows(file, faces)))
 
 
 def _cad_rows(file: Path, faces: bool) -> Iterator[Row]:

@@ -56,6 +56,6 @@ def load(
         watch_compiling(context, helped=is_readable)
     from contiga.case.schema import load_case
     from contiga.case.settings import parse_settings
-    from contiga.case.whole import load_whole
+    from contiga.case.whole import load_case_to_build
 
-    return (load_whole if whole else load_case)(case, set=parse_settings(settings or ()))
+    return (load_case_to_build if whole else load_case)(case, set=parse_settings(settings or ()))

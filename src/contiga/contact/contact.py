@@ -33,7 +33,7 @@ from contiga.contact.curved import detect_on_curves, is_turned
 from contiga.contact.detect import detect, detect_at_start
 from contiga.contact.dry_run import DryRun, dry_run
 from contiga.contact.kernels.totals_nb import WORK
-from contiga.contact.loads import NO_FORCES, NOWHERE, Column, guard_states_of
+from contiga.contact.loads import NO_FORCES, NO_POINTS, Column, guard_states_of
 from contiga.contact.measured import Measure
 from contiga.contact.points import default_area, half_of, pressure_of, sampling_of
 from contiga.contact.respond import (
@@ -82,7 +82,7 @@ from contiga.records import (
     SurfacePlaces,
     rows_of,
 )
-from contiga.rigid.frames import standing, to_body, turn_to_world
+from contiga.rigid.frames import checked_pose, to_body, turn_to_world
 from contiga.rigid.pose import identity
 from contiga.rigid.transform import PoseLike, vector
 from contiga.slaves.slave import Slave
@@ -535,7 +535,7 @@ class Contact(Displayed):
             a limit of contact (constant nodal areas).
         """
         state = self._checked_state(state)
-        X_WB = state.pose if pose is None else standing(pose)
+        X_WB = state.pose if pose is None else checked_pose(pose)
         return self._measure.outlines(self._cached_area_input(state), X_WB)
 
     def nodal_sum(self, rows: IndexArray, values: FloatArray) -> Column:
@@ -571,7 +571,7 @@ class Contact(Displayed):
             )
         if self._sampling.first:
             p_W = self._sampling.points(p_W)
-        return p_W, identity() if pose is None else standing(pose)
+        return p_W, identity() if pose is None else checked_pose(pose)
 
     def _checked_state(self, state: State) -> State:
         """Return the state with arrays for kernels; refuse a state of another contact."""
@@ -635,8 +635,8 @@ class Contact(Displayed):
             "safe_distance": detected.safe_distance,
             "wrench": felt.totals[:WORK],
             "energies": felt.totals[WORK:],
-            "control_points": NOWHERE,
-            "control_force": NOWHERE,
+            "control_points": NO_POINTS,
+            "control_force": NO_POINTS,
         }
         if shape is not None:
             force_B = response.normal.force[:, None] * points.normal

@@ -49,11 +49,11 @@ class Column(NamedTuple):
         return Column(self.rows[rows], self.values[rows])
 
 
-NOWHERE = np.zeros((0, 3))
+NO_POINTS = np.zeros((0, 3))
 """No vectors: velocities that are not given, forces without points."""
 NONE = np.zeros(0)
 NO_ROWS = np.zeros(0, np.int32)
-NO_SIZES, NO_FORCES = Column(NO_ROWS, NONE), Column(NO_ROWS, NOWHERE)
+NO_SIZES, NO_FORCES = Column(NO_ROWS, NONE), Column(NO_ROWS, NO_POINTS)
 
 
 class GuardStates(NamedTuple):
@@ -83,7 +83,7 @@ class Guards(NamedTuple):
     """(k, 3) of length one."""
 
 
-UNGUARDED = Guards(NO_ROWS, NOWHERE)
+UNGUARDED = Guards(NO_ROWS, NO_POINTS)
 
 
 def guard_states_of(depths: Column, normal: FloatArray, opposed: Guards) -> GuardStates:

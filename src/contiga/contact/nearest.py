@@ -109,7 +109,7 @@ def _stay_inside(search: StepSearch, rows: IntArray, inside: BoolArray) -> BoolA
     has_past = np.isfinite(step.path_length[rows])
     unsure = np.flatnonzero(inside & step.inside_since_start[rows] & has_past)
     if len(unsure) and not search.options.penetration:
-        stays[unsure] = surface.clear_ways(step.before, step.now, rows[unsure])
+        stays[unsure] = surface.clear_paths(step.before, step.now, rows[unsure])
         unsure = unsure[~stays[unsure]]
         _, sense = search.last_crossings(rows[unsure])
         stays[unsure] = sense == 0

@@ -22,10 +22,10 @@ from contiga.arrays.threads import run_ranges
 from contiga.contact.kernels import carrying_nb, relative_nb, totals_nb
 from contiga.contact.loads import (
     NO_FORCES,
+    NO_POINTS,
     NO_ROWS,
     NO_SIZES,
     NONE,
-    NOWHERE,
     UNGUARDED,
     Column,
     Kept,
@@ -204,7 +204,7 @@ class ContactRows(NamedTuple):
     """(k, 3) relative to the body; (0, 3) if velocities are not given."""
 
     @classmethod
-    def of(cls, rows: IntArray, velocity: FloatArray = NOWHERE) -> ContactRows:
+    def of(cls, rows: IntArray, velocity: FloatArray = NO_POINTS) -> ContactRows:
         """Return a record for these rows with uninitialised columns."""
         k = len(rows)
         normal, foot, path = np.empty((k, 3)), np.empty((k, 3)), np.empty((k, 3))
@@ -245,7 +245,7 @@ def contact_rows(detected: Detection, p_B: FloatArray, past: PreviousStep | None
         points.rate.fill(0.0)
         return points
     state, last_points = past.state, past.state.points_B
-    velocity = NOWHERE if past.velocity is None else past.velocity.at(rows)
+    velocity = NO_POINTS if past.velocity is None else past.velocity.at(rows)
     if past.shape is not None:  # paths and velocities are relative to the surface at the foot
         feet, points_B = SurfacePlaces(detected.feet.patch[rows], detected.uv[rows]), p_B[rows]
         last_points = last_points.copy()
@@ -484,7 +484,7 @@ def forces(
     (force, _, stored, _, hysteresis, damping, *_), friction_output, _ = response
     k = len(points.rows)
     out = PointForces(np.empty((k, 3)), np.empty(k), np.empty(totals_nb.TOTALS))
-    friction_arrays = NOWHERE, NONE, NONE
+    friction_arrays = NO_POINTS, NONE, NONE
     if friction_output is not None:  # energies are only summed: they may have any shape
         stored_by_friction, lost_by_friction = (
             np.array(friction_output.stored, np.float64),

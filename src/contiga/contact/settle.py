@@ -21,7 +21,7 @@ from contiga.contact.settle_records import DeepRows, Work
 from contiga.jit import straight
 from contiga.records import IntArray
 from contiga.search.certify.neighbourhoods import with_neighbourhoods
-from contiga.search.track.project import rows_of_a_chunk
+from contiga.search.track.project import rows_per_chunk
 
 DEEP_CHUNK = 256
 """Rows of a chunk whose closest points are searched, which takes a hundred times as long."""
@@ -65,7 +65,7 @@ def settle_points(search: StepSearch, rows: Rows) -> Rows:
         def settle(chunk: IntArray, work: Work, unsettled: IntArray) -> int:
             return int(kernel(tables, step, feet, chunk, limits, work, detected, unsettled))
 
-        size = rows_of_a_chunk(len(touching), surface.n_elements)
+        size = rows_per_chunk(len(touching), surface.n_elements)
         touching = _settle_chunks(settle, touching, size, tracked)
     if len(touching) and not tracked:
         deep_kernel = straight(settle_nb.settle_deep)
@@ -81,7 +81,7 @@ def settle_points(search: StepSearch, rows: Rows) -> Rows:
         def settle_free(chunk: IntArray, work: Work, unsettled: IntArray) -> int:
             return int(free_kernel(tables, step, chunk, limits, work, detected, unsettled))
 
-        size = rows_of_a_chunk(len(free), surface.n_elements)
+        size = rows_per_chunk(len(free), surface.n_elements)
         free = _settle_chunks(settle_free, free, size, False)
     return Rows(touching, free)
 

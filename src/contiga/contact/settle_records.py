@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from contiga.arrays.query_checks import NO_FEET
+from contiga.arrays.query_checks import NO_PROJECTION
 from contiga.arrays.workspace import Workspace
 from contiga.records import (
     ByteArray,
@@ -18,9 +18,9 @@ from contiga.records import (
     SurfacePlaces,
     empty_projection,
 )
-from contiga.search.track.kernels.lanes_nb import RECORD
-from contiga.search.track.project import NOWHERE
-from contiga.search.track.track_records import Left, Path, room_for
+from contiga.search.track.kernels.lanes_nb import RECORD_SIZE
+from contiga.search.track.project import NO_POINTS
+from contiga.search.track.track_records import Path, PendingRows, empty_pending
 
 
 class TouchingRows(NamedTuple):
@@ -133,7 +133,7 @@ class Work(NamedTuple):
     cell_places: SurfacePlaces
     """Places on the surface near the cells of points."""
     feet: Projection
-    unsolved: Left
+    unsolved: PendingRows
     """Rows that lanes leave to other stages."""
     records: FloatArray
     mark: ByteArray
@@ -163,12 +163,12 @@ class Work(NamedTuple):
             rows=rows,
             side=side,
             reach=reach,
-            path=Path(before if certify else NOWHERE, now, NO_FEET),
+            path=Path(before if certify else NO_POINTS, now, NO_PROJECTION),
             starts=starts,
             cell_places=cell_places,
             feet=empty_projection(n),
-            unsolved=room_for(n),
-            records=Workspace().rows(n, RECORD),
+            unsolved=empty_pending(n),
+            records=Workspace().rows(n, RECORD_SIZE),
             mark=mark,
             ball_feet=ball_feet,
             ball_sides=ball_sides,

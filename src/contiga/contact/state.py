@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from contiga.area.method import AreaInput, Areas
 from contiga.arrays.layout import as_contiguous
 from contiga.arrays.ordered import product
-from contiga.contact.loads import NOWHERE, Column, Guards, Kept
+from contiga.contact.loads import NO_POINTS, Column, Guards, Kept
 from contiga.display import Displayed, Facts
 from contiga.errors import InputError
 from contiga.records import IN_CONTACT, ByteArray, FloatArray, IntArray
@@ -155,9 +155,9 @@ class State(Displayed):
     the slave's points."""
     energies: FloatArray
     """(5,) `energy` as an array."""
-    control_points: FloatArray = field(default_factory=lambda: NOWHERE)
+    control_points: FloatArray = field(default_factory=lambda: NO_POINTS)
     """(m, 3) of the master, body axes, in the order of `body.net`; (0, 3) for a constant shape."""
-    control_force: FloatArray = field(default_factory=lambda: NOWHERE)
+    control_force: FloatArray = field(default_factory=lambda: NO_POINTS)
     """(m, 3) forces on the master's control points, in balance with the forces on the slave's
     points and their moments; (0, 3) for a constant shape."""
     of: InitVar[Owner | None] = None

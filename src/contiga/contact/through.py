@@ -66,7 +66,7 @@ def detect(search: StepSearch, rows: Rows) -> Rows:
     free = np.concatenate((touching[released], free_before))
     free = free[np.isfinite(step.path_length[free])]
     if options.closed:
-        free = free[~surface.clear_ways(step.before, step.now, free)]
+        free = free[~surface.clear_paths(step.before, step.now, free)]
     new = _find_held_entries(surface, starts, step.now, free, options)
     settled = np.concatenate((settled, _keep_held(search, new)))
     return Rows(np.setdiff1d(touching, settled), np.setdiff1d(free_before, settled))

@@ -34,7 +34,7 @@ from contiga.masters.protocol import Master
 from contiga.records import FloatArray
 from contiga.rigid.frames import to_world
 from contiga.simulation.critical import Rates
-from contiga.simulation.history import OF_BODIES, contact_columns, energy_columns
+from contiga.simulation.history import BODY_COLUMNS, contact_columns, energy_columns
 from contiga.simulation.model import ContactPart
 from contiga.simulation.parts import by_name
 from contiga.simulation.recorder import as_column
@@ -383,7 +383,7 @@ class MujocoCoupling(Displayed):
             row |= {prefix + name: value for name, value in columns.items()}
         for name, body in self._moving.items():
             values = motion_of(self.model, data, body, now.speed, now.acceleration)
-            row |= {f"{name}.{c}": float(v) for c, v in zip(OF_BODIES, values, strict=True)}
+            row |= {f"{name}.{c}": float(v) for c, v in zip(BODY_COLUMNS, values, strict=True)}
         if self._sensors:
             physics = self.model, data
             state_now = self._scene.state(physics, now.speed, self._contacts, self._time)

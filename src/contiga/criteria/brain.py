@@ -12,7 +12,7 @@ from contiga.criteria.samples import finite_rows, numbers
 from contiga.errors import InputError
 from contiga.records import FloatArray
 
-CRITICAL = (66.25, 56.45, 42.87)
+CRITICAL_VELOCITIES = (66.25, 56.45, 42.87)
 """Critical angular velocities about x, y and z of the head, rad/s (Takhounts et al. 2013)."""
 
 
@@ -24,7 +24,7 @@ class BrIC(NamedTuple):
     """(3,) largest magnitudes of the angular velocity about x, y and z, rad/s."""
 
 
-def bric(w: ArrayLike, critical: ArrayLike = CRITICAL) -> BrIC:
+def bric(w: ArrayLike, critical: ArrayLike = CRITICAL_VELOCITIES) -> BrIC:
     """Return √ Σ (max abs ω / ω_C)² over the axes of the head, with maxima at any times.
 
     Takhounts, Craig, Moorhouse, McFadden and Hasija, Development of Brain Injury Criteria (BrIC),

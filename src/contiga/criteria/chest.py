@@ -11,7 +11,7 @@ from contiga.arrays.layout import positive
 from contiga.criteria.samples import finite_rows, numbers
 from contiga.errors import InputError
 
-LEAST = 5
+MIN_SAMPLES = 5
 """Smallest number of samples: the velocity needs two on either side."""
 
 
@@ -48,7 +48,7 @@ def vc(deflection: ArrayLike, dt: float, *, scale: float = 1.3, depth: float = 0
     """
     D, step = numbers(deflection, "vc, deflection"), positive(dt, "vc, dt")
     factor = positive(scale, "vc, scale") / positive(depth, "vc, depth")
-    if D.ndim != 1 or len(D) < LEAST:
+    if D.ndim != 1 or len(D) < MIN_SAMPLES:
         raise InputError(
             "five samples at least are needed, in one list",
             where="vc, deflection",

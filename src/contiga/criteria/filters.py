@@ -16,7 +16,7 @@ from contiga.records import FloatArray
 
 CLASSES = (60, 180, 600, 1000)
 NAMES = tuple(f"CFC{number}" for number in CLASSES)
-LEAST_RATE = 10
+MIN_RATE = 10
 """Smallest sample rate for each Hz of the class, 1/s; lower ones leave the corridor of gains."""
 MEMORY = 0.75
 """Settling time of a step to 1e-3, seconds times the class: poles decay by 9.23 · class a second.
@@ -82,12 +82,12 @@ def cfc(signal: ArrayLike, dt: float, cls: int | str) -> FloatArray:
             allowed="60, 180, 600, 1000, or CFC60 and so on",
         )
     step = positive(dt, "cfc, dt")
-    if step * LEAST_RATE * number > 1.0 + 1e-9:
+    if step * MIN_RATE * number > 1.0 + 1e-9:
         raise InputError(
             f"too few samples for CFC{number}",
             where="cfc, dt",
             found=step,
-            allowed=f"at most {1.0 / (LEAST_RATE * number):.6g} s",
+            allowed=f"at most {1.0 / (MIN_RATE * number):.6g} s",
             remedy="dt is in seconds",
         )
     if is_short(len(values), step, number) and np.ptp(values, axis=0).any():

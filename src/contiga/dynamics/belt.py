@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from scipy.ndimage import maximum_filter1d, uniform_filter1d
 
-from contiga.arrays.layout import one_of, positive
+from contiga.arrays.layout import checked_choice, positive
 from contiga.curves.characteristic import CurveLike
 from contiga.dynamics.belt_devices import Devices, LoadLimiter, Pretensioner, Retractor
 from contiga.dynamics.deforming import Deforming
@@ -20,7 +20,7 @@ from contiga.matter.materials import Elastic
 from contiga.matter.woven import Belt as Webbing
 from contiga.patches.splines import Splines
 from contiga.records import FloatArray, IntArray
-from contiga.routing.path import MOVES, Path
+from contiga.routing.path import MAX_MOVES, Path
 from contiga.slaves.slave import Slave
 from contiga.slaves.strip import Strip
 
@@ -153,7 +153,7 @@ class Belt:
     name: str = "belt"
 
     def __post_init__(self) -> None:
-        one_of("kind", self.kind, KINDS)
+        checked_choice("kind", self.kind, KINDS)
         for key in ("density", "width", "thickness"):
             positive(getattr(self, key), key)
         for key in ("segments", "across"):
@@ -374,7 +374,7 @@ class Belt:
         start, end = self._span
         arc = start + (end - start) * self._strip.along
         min_gap = gap = LIFT * self.path.length
-        for _ in range(MOVES):
+        for _ in range(MAX_MOVES):
             rows = self._laid(arc, gap)
             nodes = Splines.of(self._strip.through(rows)).points
             shortage = min_gap - self.path.over.clearances(nodes).gap.min()
@@ -434,7 +434,7 @@ class Belt:
         least `gap` outside.
         """
         lift = np.zeros(len(rows))
-        for _ in range(MOVES):
+        for _ in range(MAX_MOVES):
             lifted = rows + (lift[:, None] * normal)[:, None]
             shortage = self._shortage(lifted, normal, gap)
             if self.kind == "ribbon":

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from contiga.arrays.layout import all_of, as_points, positive, read_only
+from contiga.arrays.layout import as_points, check_types, positive, read_only
 from contiga.dynamics.deforming_nodes import DeformingNodes, joints_of
 from contiga.dynamics.deforming_parts import Filling, nodal_thickness, parts_of, uniform_thickness
 from contiga.dynamics.free import Dependent, Number, checked_velocity
@@ -31,7 +31,7 @@ from contiga.slaves.skin import tributary_area
 from contiga.slaves.slave import Slave
 
 NodalLoad = Pressure | NodalForce
-SAME_POINT = 1e-9
+POINT_TOL = 1e-9
 """Distance of points of matter and slave, over the slave's size, below which they are the same."""
 
 
@@ -169,7 +169,7 @@ class Deforming(Dependent):
         put(self, "hourglass", positive(hourglass, "hourglass"))
         put(self, "bulk_viscosity", _checked_viscosity(bulk_viscosity))
         put(self, "parts", tuple(parts))
-        all_of(Part, self.parts, "parts", "must be a part", "contiga.matter.Part")
+        check_types(Part, self.parts, "parts", "must be a part", "contiga.matter.Part")
         put(self, "fixed", fixed)
         put(self, "velocity", checked_velocity(velocity))
         put(self, "damping", float(damping))
@@ -188,7 +188,7 @@ class Deforming(Dependent):
         if not (np.isfinite(self.damping) and self.damping >= 0.0):
             raise InputError("must be 0 or more", where="damping", found=damping)
         kinds = "contiga.motion.Pressure, NodalForce"
-        all_of(NodalLoad, self.loads, "loads", "must be a load on nodes", kinds)
+        check_types(NodalLoad, self.loads, "loads", "must be a load on nodes", kinds)
 
     @property
     def kinks(self) -> FloatArray:
@@ -271,12 +271,12 @@ class Deforming(Dependent):
         if points.shape == slave.points.shape:
             distance = float(np.abs(points - slave.points).max(initial=0.0))
         size = float(np.ptp(slave.points, axis=0).max())
-        if not distance <= SAME_POINT * size:
+        if not distance <= POINT_TOL * size:
             raise InputError(
                 "its points must be those of the slave",
                 where=f"{where}: material",
                 found=f"{len(points)} points" if np.isinf(distance) else f"{distance:.3g} apart",
-                allowed=f"{len(slave)} points, apart by no more than {SAME_POINT:g} of their size",
+                allowed=f"{len(slave)} points, apart by no more than {POINT_TOL:g} of their size",
             )
         surface_matter: Matter = matter
         return surface_matter
@@ -471,7 +471,7 @@ def _as_tables(value: Any, name: str, key: str, meaning: str) -> list[dict[str, 
     is_list = isinstance(value, Iterable) and not isinstance(value, str | Mapping)
     tables = list(value) if is_list else [] if value is None else [value]
     allowed = f'{{"plane": …, "{key}": {meaning}}}, or a list of such tables'
-    all_of(Mapping, tables, name, "must be tables", allowed)
+    check_types(Mapping, tables, name, "must be tables", allowed)
     return [dict(table) for table in tables]
 
 

@@ -24,21 +24,21 @@ from contiga.dynamics.kernels import nodes_nb
 from contiga.dynamics.nodal_loads import NodalForces
 from contiga.dynamics.nodes import (
     Arrays,
+    BodyForces,
     ElementState,
     Forces,
     Imbalance,
     Instant,
     Joint,
     JointSprings,
+    NodeEnergies,
     NodeMover,
-    Pull,
     SlaveState,
-    Stored,
     work_of_weight,
 )
 from contiga.errors import ElementError
 from contiga.jit import straight
-from contiga.matter.element_fields import Inside, Reached
+from contiga.matter.element_fields import KindFields, LargestStrain
 from contiga.matter.mass_scaling import MARGIN, sums_near_rest
 from contiga.matter.parts import Part
 from contiga.matter.protocol import Matter, MatterForces, MatterState
@@ -142,7 +142,7 @@ def accelerated(masses: Masses, forces: Acting) -> FloatArray:
     return out
 
 
-def drifted(
+def drift_nodes(
     masses: Masses, forces: Acting, points: FloatArray, velocities: FloatArray, dt: float
 ) -> Drifted:
     """Return the nodes after the drift of a step from points and velocities (n, 3)."""
@@ -153,7 +153,7 @@ def drifted(
     return out
 
 
-def kicked(
+def kick_nodes(
     masses: Masses,
     forces: Acting,
     half: FloatArray,
@@ -283,7 +283,7 @@ class DeformingNodes(NodeMover):
         """See `NodeMover`: undeformed, but with the forces of elements with a prestrain."""
         return self._start_from(self.matter.start(), self.rest.copy(), now)
 
-    def taken_up(self, rest: SlaveState, now: Instant) -> SlaveState:
+    def restarted(self, rest: SlaveState, now: Instant) -> SlaveState:
         """See `NodeMover`: with the velocities of the start, and no losses."""
         state = MatterState(self._of_dofs(rest.points), rest.matter["memory"])
         return self._start_from(state, rest.points.copy(), now)
@@ -308,7 +308,7 @@ class DeformingNodes(NodeMover):
     def drift(self, last: SlaveState, forces: Forces, now: Instant) -> SlaveState:
         """See `NodeMover`: half a kick and a drift; a second half kick predicts the velocities."""
         acting = _acting(last.matter, forces, now.gravity)
-        points, velocities, half = drifted(self._masses, acting, *last, now.dt)
+        points, velocities, half = drift_nodes(self._masses, acting, *last, now.dt)
         if self._drivers:
             self._place_driven(now, points, velocities)
             half = 0.5 * (last.velocities + velocities)
@@ -326,7 +326,7 @@ class DeformingNodes(NodeMover):
             **self._loads(drifted.points, now.time),
         }
         acting = _acting(arrays, forces, now.gravity)
-        velocities, kinetic_energies = kicked(
+        velocities, kinetic_energies = kick_nodes(
             self._masses, acting, half, drifted.velocities, now.dt, self.damping
         )
         drag_work = 0.0
@@ -419,7 +419,7 @@ class DeformingNodes(NodeMover):
         """See `NodeMover`."""
         return float(state.matter["limit"][0]), self.damping
 
-    def pulls(self, state: SlaveState, forces: Forces) -> Sequence[Pull]:
+    def pulls(self, state: SlaveState, forces: Forces) -> Sequence[BodyForces]:
         """See `NodeMover`: forces of contacts, elements and loads."""
         if not self.joints:
             return ()
@@ -427,7 +427,8 @@ class DeformingNodes(NodeMover):
         inner = arrays["force"] + arrays["load"] if "load" in arrays else arrays["force"]
         total = forces() + inner
         return [
-            Pull(joint.host, state.points[joint.rows], total[joint.rows]) for joint in self.joints
+            BodyForces(joint.host, state.points[joint.rows], total[joint.rows])
+            for joint in self.joints
         ]
 
     def springs_to_bodies(self, state: SlaveState) -> Sequence[JointSprings]:
@@ -448,7 +449,7 @@ class DeformingNodes(NodeMover):
         a = accelerated(self._masses, _acting(state.matter, forces, gravity))
         return 0.125 * float((self.mass * row_products(a, a)).sum())
 
-    def inside(self, state: SlaveState) -> Sequence[Inside]:
+    def inside(self, state: SlaveState) -> Sequence[KindFields]:
         """See `NodeMover`: for matter that has `element_fields`."""
         element_fields = getattr(self.matter, "element_fields", None)
         if element_fields is None:
@@ -456,12 +457,14 @@ class DeformingNodes(NodeMover):
         groups = element_fields(MatterState(self._of_dofs(state.points), state.matter["memory"]))
         return [group._replace(elements=self.rows[group.elements]) for group in groups]
 
-    def reached(self, state: SlaveState) -> Sequence[Reached]:
+    def reached(self, state: SlaveState) -> Sequence[LargestStrain]:
         """Return the largest strains of tables of materials since the start, if matter has them."""
         reached = getattr(self.matter, "reached", None)
         if reached is None:
             return ()
-        strains: Sequence[Reached] = reached(MatterState(state.points, state.matter["memory"]))
+        strains: Sequence[LargestStrain] = reached(
+            MatterState(state.points, state.matter["memory"])
+        )
         return strains
 
     def stopped(self, state: SlaveState) -> SlaveState:
@@ -471,11 +474,11 @@ class DeformingNodes(NodeMover):
         arrays = {**state.matter, "energy": energy, **self._drag(velocities)}
         return ElementState.of(state.points, velocities, arrays)
 
-    def shaken(self, state: SlaveState) -> float:
+    def velocity_energy(self, state: SlaveState) -> float:
         """See `NodeMover`."""
         return kinetic(self._masses, state.velocities)
 
-    def steered(
+    def with_mixed_velocities(
         self, state: SlaveState, forces: Forces, gravity: FloatArray, share: float
     ) -> SlaveState:
         """See `NodeMover`."""
@@ -503,11 +506,11 @@ class DeformingNodes(NodeMover):
             rounding=EPS * stiffness * length(np.ptp(state.points, axis=0)),
         )
 
-    def energy(self, state: SlaveState) -> Stored:
+    def energy(self, state: SlaveState) -> NodeEnergies:
         """See `NodeMover`: kinetic energy, and the energies of the elements."""
-        return Stored(*state.matter["energy"].tolist())
+        return NodeEnergies(*state.matter["energy"].tolist())
 
-    def by_gravity(self, last: SlaveState, now: SlaveState, gravity: FloatArray) -> float:
+    def gravity_work(self, last: SlaveState, now: SlaveState, gravity: FloatArray) -> float:
         """See `NodeMover`."""
         if not gravity.any():
             return 0.0
@@ -516,7 +519,9 @@ class DeformingNodes(NodeMover):
             displacement = np.where(self._driven, 0.0, displacement)
         return work_of_weight(self.mass, displacement, gravity)
 
-    def by_motion(self, last: SlaveState, now: SlaveState, before: Forces, forces: Forces) -> float:
+    def motion_work(
+        self, last: SlaveState, now: SlaveState, before: Forces, forces: Forces
+    ) -> float:
         """See `NodeMover`: work of motions and loads.
 
         Loads do work on degrees of freedom that no motion drives; on those that motions drive, the

@@ -29,7 +29,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from contiga.arrays.layout import all_of, positive, real
+from contiga.arrays.layout import check_types, positive, real
 from contiga.curves.curve_records import Curves, joined, piecewise
 from contiga.curves.tables import is_number, table_of
 from contiga.dynamics.gas_tables import (
@@ -86,7 +86,7 @@ class Inflator:
         put(self, "mass_rate", _curve("mass_rate", mass_rate, over="t"))
         put(self, "temperature", _curve("temperature", temperature, over="t", above_zero=True))
         if gas is not None:
-            all_of(Gas | Mixture, (gas,), "gas", "must be a gas", GASES)
+            check_types(Gas | Mixture, (gas,), "gas", "must be a gas", GASES)
         put(self, "gas", gas)
         put(self, "trigger", trigger)
 
@@ -213,12 +213,16 @@ class Chamber:
             raise InputError(
                 "stands for the surroundings", where="name", found=name, allowed="another name"
             )
-        all_of(Surroundings, (surroundings,), "surroundings", "must be", "contiga.gas.Surroundings")
+        check_types(
+            Surroundings, (surroundings,), "surroundings", "must be", "contiga.gas.Surroundings"
+        )
         positive(surroundings.pressure, "surroundings: pressure")
         positive(surroundings.temperature, "surroundings: temperature")
-        all_of(Gas | Mixture, (surroundings.gas,), "surroundings: gas", "must be a gas", GASES)
-        all_of(Inflator, tuple(inflators), "inflators", "must be inflators", "contiga.gas.Inflator")
-        all_of(Vent, tuple(vents), "vents", "must be vents", "contiga.gas.Vent")
+        check_types(Gas | Mixture, (surroundings.gas,), "surroundings: gas", "must be a gas", GASES)
+        check_types(
+            Inflator, tuple(inflators), "inflators", "must be inflators", "contiga.gas.Inflator"
+        )
+        check_types(Vent, tuple(vents), "vents", "must be vents", "contiga.gas.Vent")
         put = object.__setattr__
         put(self, "slave", slave)
         put(self, "surroundings", surroundings)

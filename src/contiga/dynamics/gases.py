@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from contiga.arrays.layout import all_of, positive, real
+from contiga.arrays.layout import check_types, positive, real
 from contiga.curves.tables import table_of
 from contiga.errors import InputError
 
@@ -191,7 +191,9 @@ class Mixture:
 
     def __init__(self, parts: Sequence[tuple[Gas, float]]) -> None:
         gases = tuple(gas for gas, _ in parts)
-        all_of(Gas, gases, "mixture", "must be a gas", "contiga.gas.IdealGas, ThermallyPerfectGas")
+        check_types(
+            Gas, gases, "mixture", "must be a gas", "contiga.gas.IdealGas, ThermallyPerfectGas"
+        )
         shares = [positive(share, f"mixture[{k}]: share") for k, (_, share) in enumerate(parts)]
         total = sum(shares)
         if not abs(total - 1.0) <= SHARE_TOL:

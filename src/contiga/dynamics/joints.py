@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from contiga.arrays.layout import as_numbers, one_of, read_only
+from contiga.arrays.layout import as_numbers, checked_choice, read_only
 from contiga.arrays.ordered import length, product
 from contiga.dynamics.joint_laws import JointLaw
 from contiga.dynamics.joint_records import (
@@ -147,7 +147,7 @@ class Joint:
         twist: JointLaw | None = None,
     ) -> None:
         put = object.__setattr__
-        put(self, "kind", one_of("kind", kind, tuple(KINDS)))
+        put(self, "kind", checked_choice("kind", kind, tuple(KINDS)))
         for key, end in (("first", first), ("second", second)):
             if not isinstance(end, str) or not end:
                 raise InputError("must be the name of a body", where=key, found=end)

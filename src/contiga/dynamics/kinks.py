@@ -2,7 +2,7 @@
 
 A step uses a load, or a motion, at its two ends, and takes it as linear between them. So it may
 skip rows of a table that lie on a line. They do if ∫|f − line| dt between the ends is at most the
-share `PASSED` of ∫|f| dt there, or of its mean over the table. All skipped rows together then
+share `SKIP_TOL` of ∫|f| dt there, or of its mean over the table. All skipped rows together then
 change ∫|f| dt over the table by at most twice that share, however short and high a pulse is.
 """
 
@@ -14,9 +14,9 @@ import numpy as np
 
 from contiga.records import FloatArray
 
-PASSED = 2e-3
+SKIP_TOL = 2e-3
 """Largest ∫|f − line| dt, over ∫|f| dt, of rows that a step may skip."""
-SAME_TIME = 1e-9
+TIME_TOL = 1e-9
 """Difference, over the length of a run, below which two times count as one."""
 
 
@@ -54,9 +54,9 @@ def jumps_of(times: FloatArray, rates: FloatArray) -> FloatArray:
     return _thinned(times, spans * _norms(rates), deviation)
 
 
-def united(kinks: Iterable[Iterable[float]], start: float, end: float) -> tuple[float, ...]:
-    """Return all kinks between two times, rising, none closer than `SAME_TIME` to another."""
-    tol, times = SAME_TIME * (end - start), [start]
+def merge_kinks(kinks: Iterable[Iterable[float]], start: float, end: float) -> tuple[float, ...]:
+    """Return all kinks between two times, rising, none closer than `TIME_TOL` to another."""
+    tol, times = TIME_TOL * (end - start), [start]
     for time in sorted({float(t) for source in kinks for t in source}):
         if time > times[-1] + tol and time < end - tol:
             times.append(time)
@@ -83,7 +83,7 @@ def _thinned(
         if last >= len(times):
             return False
         scale = max(total[last] - total[first], mean * (times[last] - times[first]))
-        return bool(deviation(first, last) <= PASSED * scale)
+        return bool(deviation(first, last) <= SKIP_TOL * scale)
 
     rows = [0]
     while rows[-1] < len(times) - 1:

@@ -13,7 +13,7 @@ from contiga.dynamics.joint_laws import JointLaw, JointLawState
 from contiga.dynamics.joint_records import AXES, JointTable, work_for
 from contiga.dynamics.joints import KINDS, Joint
 from contiga.dynamics.kernels import joints_nb
-from contiga.dynamics.rigid_bodies import Placed, started
+from contiga.dynamics.rigid_bodies import Placed, bodies_at_start
 from contiga.dynamics.springs import GROUND
 from contiga.errors import InputError
 from contiga.jit import straight
@@ -275,7 +275,7 @@ class Linkage:
         rows, fixed, table = start.copy(), self.fixed, self.table
         work = work_for(table, len(rows))
         misfit = float(joints_nb.fit(rows, poses, fixed, table, work))
-        before, after = started(start, fixed), started(rows, fixed)
+        before, after = bodies_at_start(start, fixed), bodies_at_start(rows, fixed)
         turned, turn = np.zeros(len(rows)), slice(lanes.TURN, lanes.TURN + 4)
         for b, row in enumerate(rows):
             turned[b] = length(quaternion.rotation_vector(start[b, turn], row[turn]))
@@ -310,7 +310,7 @@ class Linkage:
             for side in range(2):
                 if (row := table.rows[g, side]) >= 0:
                     weighted[m, row] += jacobian[m, side]
-        weighted *= fixed[:, lanes.WAYS : lanes.WAYS + 6].astype(bool)
+        weighted *= fixed[:, lanes.FREE_DIRECTIONS : lanes.FREE_DIRECTIONS + 6].astype(bool)
         weighted[..., :3] /= np.sqrt(fixed[:, lanes.MASS])[:, None]
         weighted[..., 3:] /= np.sqrt(fixed[:, lanes.MOMENTS + 1])[:, None]
         matrix = weighted.reshape(len(weighted), -1)

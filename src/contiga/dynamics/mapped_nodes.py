@@ -24,36 +24,36 @@ from contiga.dynamics.deforming_nodes import DeformingNodes, joints_of
 from contiga.dynamics.holding import Drive
 from contiga.dynamics.nodal_loads import NodalForces
 from contiga.dynamics.nodes import (
+    BodyForces,
     ElementState,
     Forces,
     Imbalance,
     Instant,
     Joint,
     JointSprings,
+    ListedForces,
+    NodeEnergies,
     NodeMover,
-    Pull,
-    Pushes,
     SlaveState,
-    Stored,
 )
 from contiga.errors import InputError
-from contiga.matter.element_fields import ElementFields, Inside, Reached
+from contiga.matter.element_fields import ElementFields, KindFields, LargestStrain
 from contiga.matter.protocol import Matter, MatterState
 from contiga.records import FloatArray, IndexArray
 
-MOVES = 1e-12
+MIN_WEIGHT = 1e-12
 """Entry of N above which a degree of freedom moves a node: below it is rounding."""
 
 
 def moved_by(matter: Matter, nodes: NDArray[np.bool_]) -> NDArray[np.bool_]:
     """Return the mask (m, 3) of degrees of freedom that move nodes of the mask (n, 3)."""
-    return np.asarray(matter.spread(nodes.astype(np.float64)) > MOVES)
+    return np.asarray(matter.spread(nodes.astype(np.float64)) > MIN_WEIGHT)
 
 
 def nodal_masses(matter: Matter, n: int) -> FloatArray:
     """Return the masses (n,) of nodes: those of degrees of freedom, shared by weights in N."""
     sums = matter.spread(np.ones((n, 3)))[:, 0]
-    share = np.divide(matter.mass, sums, out=np.zeros(len(sums)), where=sums > MOVES)
+    share = np.divide(matter.mass, sums, out=np.zeros(len(sums)), where=sums > MIN_WEIGHT)
     return np.ascontiguousarray(matter.points(np.repeat(share[:, None], 3, axis=1))[:, 0])
 
 
@@ -145,16 +145,16 @@ class SpreadForces(NamedTuple):
 
     def __call__(self) -> FloatArray:
         """Return the forces (m, 3) on degrees of freedom."""
-        force, direct = self.matter.spread(self.nodal()), self.nodal.on_degrees()
+        force, direct = self.matter.spread(self.nodal()), self.nodal.on_dofs()
         return force if direct is None else force + direct
 
-    def on_degrees(self) -> None:
+    def on_dofs(self) -> None:
         """Return None: the forces are on degrees of freedom already."""
 
-    def listed(self) -> Pushes:
+    def listed(self) -> ListedForces:
         """Return the forces on all degrees of freedom."""
         force = np.ascontiguousarray(self())
-        return Pushes(np.arange(len(force), dtype=np.int32), force)
+        return ListedForces(np.arange(len(force), dtype=np.int32), force)
 
 
 class SpreadLoad(NamedTuple):
@@ -223,9 +223,9 @@ class MappedNodes(NodeMover):
         """See `NodeMover`."""
         return self._nodal(self.dofs.start(now))
 
-    def taken_up(self, rest: SlaveState, now: Instant) -> SlaveState:
+    def restarted(self, rest: SlaveState, now: Instant) -> SlaveState:
         """See `NodeMover`."""
-        return self._nodal(self.dofs.taken_up(self._of(rest), now))
+        return self._nodal(self.dofs.restarted(self._of(rest), now))
 
     def drift(self, last: SlaveState, forces: Forces, now: Instant) -> SlaveState:
         """See `NodeMover`."""
@@ -244,7 +244,7 @@ class MappedNodes(NodeMover):
             return state
         return self._nodal(self.dofs.carried(self._of(state), now))
 
-    def pulls(self, state: SlaveState, forces: Forces) -> Sequence[Pull]:
+    def pulls(self, state: SlaveState, forces: Forces) -> Sequence[BodyForces]:
         """See `NodeMover`: forces of degrees of freedom."""
         return self.dofs.pulls(self._of(state), self._spread(forces))
 
@@ -262,15 +262,15 @@ class MappedNodes(NodeMover):
         """Return the upper bound of ω² by row sums (m,) of a stiffness of degrees of freedom."""
         return float((sums / self.dofs.mass).max(initial=0.0))
 
-    def swing(self, forces: FloatArray) -> float:
+    def force_square_over_mass(self, forces: FloatArray) -> float:
         """See `NodeMover`."""
-        return self.dofs.swing(self.matter.spread(forces))
+        return self.dofs.force_square_over_mass(self.matter.spread(forces))
 
     def kick_energy(self, state: SlaveState, forces: Forces, gravity: FloatArray) -> float:
         """See `NodeMover`: by the degrees of freedom."""
         return self.dofs.kick_energy(self._of(state), self._spread(forces), gravity)
 
-    def inside(self, state: SlaveState) -> Sequence[Inside]:
+    def inside(self, state: SlaveState) -> Sequence[KindFields]:
         """See `NodeMover`: for matter that has `nodal_fields`, with one element for each node."""
         nodal_fields = getattr(self.matter, "nodal_fields", None)
         if nodal_fields is None:
@@ -284,9 +284,9 @@ class MappedNodes(NodeMover):
         triples = [np.ascontiguousarray(triple) for triple in np.split(padded, n_triples, axis=1)]
         nodal = np.concatenate([self.matter.points(triple) for triple in triples], axis=1)
         fields = ElementFields(nodal[:, :6], nodal[:, 6:12], nodal[:, 12])
-        return [Inside(np.arange(n, dtype=np.int32)[:, None], np.ones(n), fields)]
+        return [KindFields(np.arange(n, dtype=np.int32)[:, None], np.ones(n), fields)]
 
-    def reached(self, state: SlaveState) -> Sequence[Reached]:
+    def reached(self, state: SlaveState) -> Sequence[LargestStrain]:
         """Return the largest strains of tables of materials since the start."""
         return self.dofs.reached(self._of(state))
 
@@ -294,36 +294,40 @@ class MappedNodes(NodeMover):
         """See `NodeMover`."""
         return self.dofs.rates(state)
 
-    def energy(self, state: SlaveState) -> Stored:
+    def energy(self, state: SlaveState) -> NodeEnergies:
         """See `NodeMover`: kinetic energy, and the energies of matter."""
         return self.dofs.energy(state)
 
-    def by_gravity(self, last: SlaveState, now: SlaveState, gravity: FloatArray) -> float:
+    def gravity_work(self, last: SlaveState, now: SlaveState, gravity: FloatArray) -> float:
         """See `NodeMover`."""
-        return self.dofs.by_gravity(self._of(last), self._of(now), gravity)
+        return self.dofs.gravity_work(self._of(last), self._of(now), gravity)
 
-    def by_motion(self, last: SlaveState, now: SlaveState, before: Forces, forces: Forces) -> float:
+    def motion_work(
+        self, last: SlaveState, now: SlaveState, before: Forces, forces: Forces
+    ) -> float:
         """See `NodeMover`."""
         spread_before, spread_after = self._spread(before), self._spread(forces)
-        return self.dofs.by_motion(self._of(last), self._of(now), spread_before, spread_after)
+        return self.dofs.motion_work(self._of(last), self._of(now), spread_before, spread_after)
 
     def stopped(self, state: SlaveState) -> SlaveState:
         """See `NodeMover`."""
         return self._nodal(self.dofs.stopped(self._of(state)))
 
-    def shaken(self, state: SlaveState) -> float:
+    def velocity_energy(self, state: SlaveState) -> float:
         """See `NodeMover`."""
-        return self.dofs.shaken(self._of(state))
+        return self.dofs.velocity_energy(self._of(state))
 
     def kinetic_between(self, last: SlaveState, now: SlaveState, dt: float) -> float:
         """See `NodeMover`: by the mean velocities of the degrees of freedom."""
         return self.dofs.kinetic_between(self._of(last), self._of(now), dt)
 
-    def steered(
+    def with_mixed_velocities(
         self, state: SlaveState, forces: Forces, gravity: FloatArray, share: float
     ) -> SlaveState:
         """See `NodeMover`."""
-        dofs = self.dofs.steered(self._of(state), self._spread(forces), gravity, share)
+        dofs = self.dofs.with_mixed_velocities(
+            self._of(state), self._spread(forces), gravity, share
+        )
         return self._nodal(dofs)
 
     def imbalance(self, state: SlaveState, forces: Forces, gravity: FloatArray) -> Imbalance:

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from contiga.arrays.ordered import row_products
 from contiga.dynamics.prescribed import Moved, SlaveMotion, pose_at
 from contiga.errors import InputError
-from contiga.matter.element_fields import Inside
+from contiga.matter.element_fields import KindFields
 from contiga.records import FloatArray, IndexArray
 from contiga.rigid.frames import to_world
 
@@ -32,7 +32,7 @@ _MAX_SAMPLES = 64
 """Samples of a motion of points in a digest: each may read a large file of a series again."""
 
 
-class Pushes(NamedTuple):
+class ListedForces(NamedTuple):
     """Contact forces, of the nodes that they act on only."""
 
     rows: IndexArray
@@ -47,10 +47,10 @@ class Forces(Protocol):
     def __call__(self) -> FloatArray:
         """Return the forces (n, 3) on all nodes."""
 
-    def listed(self) -> Pushes:
+    def listed(self) -> ListedForces:
         """Return the forces on the nodes that contacts act on."""
 
-    def on_degrees(self) -> FloatArray | None:
+    def on_dofs(self) -> FloatArray | None:
         """Return the forces (m, 3) on degrees of freedom that are not nodes; None without such."""
 
 
@@ -100,7 +100,7 @@ class Instant(NamedTuple):
     """(b, 6) velocity of their origins and spin, world axes; predicted for free bodies."""
 
 
-class Stored(NamedTuple):
+class NodeEnergies(NamedTuple):
     """Kinetic and strain energy of the nodes of a slave, and their losses since the start."""
 
     kinetic: float = 0.0
@@ -124,7 +124,7 @@ class Imbalance(NamedTuple):
     """Part of the force that may be rounding."""
 
 
-class Pull(NamedTuple):
+class BodyForces(NamedTuple):
     """Forces that nodes attached to a body exert on it."""
 
     host: int
@@ -205,11 +205,11 @@ class NodeMover:
         """Return the state in which nodes fixed to bodies have the final velocities of these."""
         return state
 
-    def energy(self, state: SlaveState) -> Stored:
+    def energy(self, state: SlaveState) -> NodeEnergies:
         """Return the energies of the nodes for the ledger; zeros if forces do not move them."""
-        return Stored()
+        return NodeEnergies()
 
-    def pulls(self, state: SlaveState, forces: Forces) -> Sequence[Pull]:
+    def pulls(self, state: SlaveState, forces: Forces) -> Sequence[BodyForces]:
         """Return the forces that nodes attached to bodies exert on them.
 
         They include contact `forces`, element forces and loads.
@@ -229,7 +229,7 @@ class NodeMover:
         mass = self.mass if len(rows) == len(self.mass) else self.mass[rows]
         return float((stiffness / mass).max(initial=0.0))
 
-    def swing(self, forces: FloatArray) -> float:
+    def force_square_over_mass(self, forces: FloatArray) -> float:
         """Return Σ f²/m of forces (n, 3) on the nodes.
 
         It bounds ω² of a spring that distributes its force in these shares.
@@ -244,7 +244,7 @@ class NodeMover:
         """
         return 0.0
 
-    def inside(self, state: SlaveState) -> Sequence[Inside]:
+    def inside(self, state: SlaveState) -> Sequence[KindFields]:
         """Return the fields in the elements, which are rows of nodes; none without elements."""
         return ()
 
@@ -252,11 +252,13 @@ class NodeMover:
         """Return ω² and the decay rate γ of the fastest vibration without contacts."""
         return 0.0, 0.0
 
-    def by_gravity(self, last: SlaveState, now: SlaveState, gravity: FloatArray) -> float:
+    def gravity_work(self, last: SlaveState, now: SlaveState, gravity: FloatArray) -> float:
         """Return the work of gravity on the nodes in a step."""
         return 0.0
 
-    def by_motion(self, last: SlaveState, now: SlaveState, before: Forces, forces: Forces) -> float:
+    def motion_work(
+        self, last: SlaveState, now: SlaveState, before: Forces, forces: Forces
+    ) -> float:
         """Return the work of driving motions in a step, from the forces at its start and end."""
         return 0.0
 
@@ -264,7 +266,7 @@ class NodeMover:
         """Return the state without velocities, if forces move the nodes."""
         return state
 
-    def taken_up(self, rest: SlaveState, now: Instant) -> SlaveState:
+    def restarted(self, rest: SlaveState, now: Instant) -> SlaveState:
         """Return the nodes at the start of a run from `rest`, their state of equilibrium."""
         return self.start(now)
 
@@ -272,19 +274,19 @@ class NodeMover:
         """Return the distance of the nodes from equilibrium; zeros if forces do not move them."""
         return Imbalance()
 
-    def steered(
+    def with_mixed_velocities(
         self, state: SlaveState, forces: Forces, gravity: FloatArray, share: float
     ) -> SlaveState:
         """Return the state with a share of the velocities turned into the forces (FIRE)."""
         return state
 
-    def shaken(self, state: SlaveState) -> float:
+    def velocity_energy(self, state: SlaveState) -> float:
         """Return ½ Σ m v² of the nodes that forces move, by the velocities of a state."""
         return self.energy(state).kinetic
 
     def kinetic_between(self, last: SlaveState, now: SlaveState, dt: float) -> float:
         """Return ½ Σ m v² of the nodes that forces move, with the mean velocity of a step."""
-        return self.shaken(SlaveState(now.points, (now.points - last.points) / dt))
+        return self.velocity_energy(SlaveState(now.points, (now.points - last.points) / dt))
 
     def digest(self, digest: Any, times: FloatArray) -> None:
         """Add everything that decides the motion of the nodes."""
@@ -328,7 +330,9 @@ class DrivenNodes(NodeMover):
         """See `NodeMover`: by the motion."""
         return self.start(now)
 
-    def by_motion(self, last: SlaveState, now: SlaveState, before: Forces, forces: Forces) -> float:
+    def motion_work(
+        self, last: SlaveState, now: SlaveState, before: Forces, forces: Forces
+    ) -> float:
         """Return the work of the motion against the mean of the forces."""
         displacement = now.points - last.points
         if not displacement.any():
@@ -421,12 +425,12 @@ class FreeNodes(NodeMover):
     def _acceleration(self, forces: Forces, gravity: FloatArray) -> FloatArray:
         return forces() / self.mass[:, None] + gravity
 
-    def energy(self, state: SlaveState) -> Stored:
+    def energy(self, state: SlaveState) -> NodeEnergies:
         """See `NodeMover`: the kinetic energy."""
         v = state.velocities
-        return Stored(0.5 * float((self.mass * row_products(v, v)).sum()))
+        return NodeEnergies(0.5 * float((self.mass * row_products(v, v)).sum()))
 
-    def by_gravity(self, last: SlaveState, now: SlaveState, gravity: FloatArray) -> float:
+    def gravity_work(self, last: SlaveState, now: SlaveState, gravity: FloatArray) -> float:
         """See `NodeMover`."""
         return work_of_weight(self.mass, now.points - last.points, gravity)
 

@@ -101,12 +101,12 @@ def nodes_at(key: str | None, value: Any, slave: Slave, where: str) -> Mask:
             "no node of the slave is there",
             where=where,
             found=value,
-            allowed=f"nodes {box_told(points)}",
+            allowed=f"nodes {box_text(points)}",
         )
     return mask
 
 
-def box_told(points: FloatArray) -> str:
+def box_text(points: FloatArray) -> str:
     """Return the bounding box of points (n, 3) in words."""
     low, high = np.round([points.min(axis=0), points.max(axis=0)], 6).tolist()
     return f"from {low} to {high}"

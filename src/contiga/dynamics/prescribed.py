@@ -27,7 +27,7 @@ from contiga.io.sheet import read_sheet
 from contiga.io.units import Quantity
 from contiga.records import FloatArray
 from contiga.rigid import pose, quaternion, twist
-from contiga.rigid.frames import standing
+from contiga.rigid.frames import checked_pose
 from contiga.rigid.transform import Axis, PoseLike, unit_axis, vector
 from contiga.rigid.twist import Twist
 
@@ -65,7 +65,7 @@ class SlaveMotion(Protocol):
 
 def pose_at(motion: BodyMotion, t: float) -> FloatArray:
     """Return X_WB (4, 4) of a motion at time `t`; checked, since the motion may be a user's own."""
-    return standing(motion.pose(t), f"{type(motion).__name__}.pose({t:g})")
+    return checked_pose(motion.pose(t), f"{type(motion).__name__}.pose({t:g})")
 
 
 def kinks_in(motion: object) -> FloatArray:
@@ -78,7 +78,7 @@ def rows_in(motion: object) -> FloatArray:
     return np.asarray(getattr(motion, "rows", ()), dtype=np.float64).reshape(-1)
 
 
-def is_told(motion: object) -> bool:
+def is_known_ahead(motion: object) -> bool:
     """Return whether a motion can be evaluated ahead of time; a user's may come from a solver."""
     return bool(getattr(motion, "told", False))
 
@@ -102,7 +102,7 @@ def _rate_jumps(times: FloatArray, increments: FloatArray) -> FloatArray:
 class Fixed:
     """A body that does not move."""
 
-    told = still = True
+    known_ahead = still = True
 
     def pose(self, t: float) -> FloatArray:
         """Return the identity."""
@@ -117,7 +117,7 @@ class Fixed:
 class Stopped:
     """A body at the place that a motion gives it at one time."""
 
-    told = True
+    known_ahead = True
     motion: BodyMotion
     time: float
 
@@ -139,7 +139,7 @@ class Translate:
     table : (n, 4) rows t, dx, dy, dz; t strictly increasing
     """
 
-    told: ClassVar[bool] = True
+    known_ahead: ClassVar[bool] = True
     times: FloatArray
     offsets: FloatArray
 
@@ -178,7 +178,7 @@ class Rotate:
     centre : (3,) a point on the axis, world coordinates
     """
 
-    told: ClassVar[bool] = True
+    known_ahead: ClassVar[bool] = True
     times: FloatArray
     degrees: FloatArray
     axis: FloatArray
@@ -224,7 +224,7 @@ class Poses:
     poses : n rigid poses X_WB: (n, 4, 4), rotations of scipy, or pairs (R, t)
     """
 
-    told: ClassVar[bool] = True
+    known_ahead: ClassVar[bool] = True
     times: FloatArray
     poses: FloatArray
 
@@ -326,9 +326,9 @@ class Combine:
         object.__setattr__(self, "motions", tuple(motions))
 
     @property
-    def told(self) -> bool:
+    def known_ahead(self) -> bool:
         """True if all of them can be evaluated ahead of time."""
-        return all(map(is_told, self.motions))
+        return all(map(is_known_ahead, self.motions))
 
     @property
     def rows(self) -> FloatArray:
@@ -373,9 +373,11 @@ class Moved:
         object.__setattr__(self, "motion", motion)
 
     @property
-    def told(self) -> bool:
+    def known_ahead(self) -> bool:
         """True if both motions can be evaluated ahead of time."""
-        return is_told(self.motion) and (isinstance(self.base, np.ndarray) or is_told(self.base))
+        return is_known_ahead(self.motion) and (
+            isinstance(self.base, np.ndarray) or is_known_ahead(self.base)
+        )
 
     @property
     def rows(self) -> FloatArray:

@@ -30,7 +30,7 @@ _TIME_TOL = 1e-9
 class _Pulse:
     """A translation by piecewise polynomials, with constant velocity before and after them."""
 
-    told: ClassVar[bool] = True
+    known_ahead: ClassVar[bool] = True
     displacements: Pieces
     _order: ClassVar[int]
     """Order of the derivative of the displacement that the table contains."""

@@ -83,8 +83,12 @@ def fixed_of(name: str, motion: Free) -> FloatArray:
         )
     fixed = np.zeros(lanes.FIXED)
     fixed[lanes.MASS] = motion.mass
-    fixed[lanes.WAYS : lanes.WAYS + 3] = [axis not in motion.hold for axis in HOLDS[:3]]
-    fixed[lanes.SPINS : lanes.SPINS + 3] = [axis not in motion.hold for axis in HOLDS[3:]]
+    fixed[lanes.FREE_DIRECTIONS : lanes.FREE_DIRECTIONS + 3] = [
+        axis not in motion.hold for axis in HOLDS[:3]
+    ]
+    fixed[lanes.FREE_ROTATIONS : lanes.FREE_ROTATIONS + 3] = [
+        axis not in motion.hold for axis in HOLDS[3:]
+    ]
     if motion.centre is not None:
         fixed[lanes.CENTRE_B : lanes.CENTRE_B + 3] = motion.centre
     fixed[lanes.MOMENTS : lanes.MOMENTS + 3] = 1.0
@@ -93,7 +97,7 @@ def fixed_of(name: str, motion: Free) -> FloatArray:
         moments, axes = principal_axes(motion.inertia)
         fixed[lanes.MOMENTS : lanes.MOMENTS + 3] = moments[::-1]
         fixed[lanes.AXES : lanes.AXES + 9] = axes[::-1].T.ravel()
-    elif fixed[lanes.SPINS : lanes.SPINS + 3].any():
+    elif fixed[lanes.FREE_ROTATIONS : lanes.FREE_ROTATIONS + 3].any():
         raise InputError(
             "a free body that may turn needs its inertia",
             where=where,
@@ -114,7 +118,7 @@ def row_of(motion: Free, fixed: FloatArray) -> FloatArray:
     return row
 
 
-def started(rows: FloatArray, fixed: FloatArray) -> Placed:
+def bodies_at_start(rows: FloatArray, fixed: FloatArray) -> Placed:
     """Return the bodies at the start, with poses and twists from `rows` (b, 19)."""
     b = len(rows)
     placed = Placed(rows.copy(), np.empty((b, 4, 4)), np.empty((b, 6)))
@@ -122,10 +126,10 @@ def started(rows: FloatArray, fixed: FloatArray) -> Placed:
     return placed
 
 
-def drifted(last: FloatArray, fixed: FloatArray, dt: float) -> Placed:
+def drift_bodies(last: FloatArray, fixed: FloatArray, dt: float) -> Placed:
     """Return the bodies after the drift of a step, with velocities predicted by constant forces.
 
-    The momenta in the rows are those at mid-step, until `kicked`.
+    The momenta in the rows are those at mid-step, until `kick_bodies`.
     """
     b = len(last)
     placed = Placed(last.copy(), np.empty((b, 4, 4)), np.empty((b, 6)))
@@ -133,12 +137,12 @@ def drifted(last: FloatArray, fixed: FloatArray, dt: float) -> Placed:
     return placed
 
 
-def kicked(placed: Placed, fixed: FloatArray, loads: FloatArray, dt: float) -> float:
-    """End the step of `drifted` in place, and return the kinetic energy.
+def kick_bodies(placed: Placed, fixed: FloatArray, loads: FloatArray, dt: float) -> float:
+    """End the step of `drift_bodies` in place, and return the kinetic energy.
 
     Parameters
     ----------
-    placed : places and velocities from `drifted`, changed in place
+    placed : places and velocities from `drift_bodies`, changed in place
     fixed : (b, 22) constants of the bodies, rows of `fixed_of`
     loads : (b, 6) force and moment about the frames' origins, world axes
     dt : length of the step; 0 at the start
@@ -152,7 +156,7 @@ def kicked(placed: Placed, fixed: FloatArray, loads: FloatArray, dt: float) -> f
 def add_gravity(
     placed: Placed, fixed: FloatArray, gravity: FloatArray, free: IndexArray, loads: FloatArray
 ) -> None:
-    """Add the weights of the bodies to the rows `free` (b,) of loads (n, 6), see `kicked`."""
+    """Add the weights of the bodies to the rows `free` (b,) of loads (n, 6), see `kick_bodies`."""
     straight(rigid_body_nb.weigh)(placed.rows, fixed, gravity, placed.poses, free, loads)
 
 

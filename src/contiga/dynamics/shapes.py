@@ -43,7 +43,7 @@ class ControlPoints:
     1.25
     """
 
-    told = True
+    known_ahead = True
     times: FloatArray
     points: FloatArray
 

@@ -12,7 +12,14 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from contiga.arrays.layout import all_of, as_numbers, not_negative, one_of, read_only, real
+from contiga.arrays.layout import (
+    as_numbers,
+    check_types,
+    checked_choice,
+    not_negative,
+    read_only,
+    real,
+)
 from contiga.criteria.filters import NAMES as FILTERS
 from contiga.curves.characteristic import Characteristic, CurveLike, as_curve
 from contiga.curves.hysteresis import Hysteresis, hysteresis_of
@@ -196,14 +203,14 @@ class Spring:
         put(self, "damping", damping)
         put(self, "length", rest)
         put(self, "name", name or "-".join(pair))
-        put(self, "filter", None if filter is None else one_of("filter", filter, FILTERS))
+        put(self, "filter", None if filter is None else checked_choice("filter", filter, FILTERS))
         put(self, "is_taut", length is None)
         put(self, "spread", spread)
         devices = Devices(retractor, limiter, pretensioner, release)
         put(self, "devices", devices)
         for device, kind in zip(devices, (Retractor, LoadLimiter, Pretensioner, str), strict=True):
             if device is not None:
-                all_of(kind, (device,), kind.__name__.lower(), "must be", kind.__name__)
+                check_types(kind, (device,), kind.__name__.lower(), "must be", kind.__name__)
         put(self, "is_webbing", any(device is not None for device in devices))
         if self.is_webbing:
             _check_webbing(self, "a device")

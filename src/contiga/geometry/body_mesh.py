@@ -81,7 +81,7 @@ def body_mesh(body: FacesLike, tol: float, method: str = "chord") -> TriMesh:
         if number > MAX_TRIANGLES:
             raise too_many(tol, number)
     key = key_of(body)
-    points, triangles, crossed = _MESHES.kept(
+    points, triangles, crossed = _MESHES.get_or_build(
         None if key is None else f"{key} {method} {tol!r}",
         lambda: _Mesher(body, tol, method == "net").mesh(),
     )

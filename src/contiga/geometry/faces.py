@@ -186,7 +186,7 @@ class Faces(Displayed, Movable):
         """Tables for `point_in_trim` and `box_state`, built when first asked for."""
         if self._tables is None:
             faces = self.patches, self.trims, self.edges
-            self._tables = _TRIMS.kept(key_of(self), lambda: build_trim_tables(*faces))
+            self._tables = _TRIMS.get_or_build(key_of(self), lambda: build_trim_tables(*faces))
         return self._tables
 
     def bounds(self) -> FloatArray:
@@ -196,7 +196,7 @@ class Faces(Displayed, Movable):
         """
         if self._bounds is None:
             faces = self._patches, self._trims, lambda: self.trim_tables
-            self._bounds = read_only(_BOXES.kept(key_of(self), lambda: bounds_of(*faces)))
+            self._bounds = read_only(_BOXES.get_or_build(key_of(self), lambda: bounds_of(*faces)))
         return self._bounds
 
     def area(self, rtol: float = 1e-9) -> float:

@@ -32,10 +32,10 @@ _KINDS: tuple[tuple[str, Quantity], ...] = (
 )
 
 
-def known_kind(column: str) -> Quantity | None:
+def kind_of_column(column: str) -> Quantity | None:
     """Return the quantity of a column or channel of a history; None for an unknown name.
 
-    >>> known_kind("head.ax"), known_kind("energy.total"), known_kind("head.forse")
+    >>> kind_of_column("head.ax"), kind_of_column("energy.total"), kind_of_column("head.forse")
     ('acceleration', 'energy', None)
     """
     owner, _, name = column.rpartition(".")
@@ -46,7 +46,7 @@ def known_kind(column: str) -> Quantity | None:
 
 def column_kind(column: str) -> Quantity:
     """Return the quantity of a column; "ratio" for counts, quaternions and unknown names."""
-    return known_kind(column) or "ratio"
+    return kind_of_column(column) or "ratio"
 
 
 def column_factor(column: str, old: Units, new: Units) -> float:

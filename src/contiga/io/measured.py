@@ -78,7 +78,7 @@ def read_measured(
         raise InputError("only an ISO-MME test has codes", where="code", found=code)
     sheet = read_sheet(path, _HEADER)
     sheet.check_header(_HEADER)
-    sheet = sheet.with_row_of_units()
+    sheet = sheet.with_unit_row()
     order = sheet.order(columns, (len(kinds),), _COLUMN_MEANINGS[len(kinds)])
     column_units = [units[0], *[units[1]] * (len(kinds) - 1)]
     for k, unit in zip(order, column_units, strict=True):

@@ -83,7 +83,7 @@ class Sheet:
     def _head_texts(self) -> str:
         return ", ".join(head.text for head in self.heads)
 
-    def with_row_of_units(self) -> Sheet:
+    def with_unit_row(self) -> Sheet:
         """Return the table with units from its first row if that is text and no head has a unit."""
         first = next(self.rows, None)
         if first is None:

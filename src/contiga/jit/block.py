@@ -113,7 +113,7 @@ The first numbers of all rows go to the first of four places in the array `to`, 
 are counted in numbers. They are written from the last to the first: where they overlap the first
 wins.
 """
-read_anew = copy_numbers if config.DISABLE_JIT else _copy_numbers
+reload_numbers = copy_numbers if config.DISABLE_JIT else _copy_numbers
 """read_anew(source, to, n): copy the first n numbers of an array, always at this place in the
 code."""
 bits_of = to_bits if config.DISABLE_JIT else _to_bits

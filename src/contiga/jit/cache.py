@@ -34,12 +34,12 @@ import numba
 from numba.core import event
 from numba.core.caching import CompileResultCacheImpl, FunctionCache
 
-from contiga.cache_folder import asked_for
+from contiga.cache_folder import mark_used
 from contiga.jit.folder import PRIVATE, kernel_folder, make_room
 from contiga.jit.libraries import CalledLibrary, calls_of, module_of
 from contiga.jit.locks import alone
 from contiga.jit.notice import notify_once
-from contiga.jit.prebuilt import Version, choice, made_for
+from contiga.jit.prebuilt import Version, choice, kernel_target
 from contiga.jit.stamps import LOCAL, PACKAGES, stamp_at_import
 from contiga.jit.vectors import numbers_in_vector
 
@@ -72,7 +72,9 @@ class Sourced:
 
     def __init__(self, function: Any, file: Path, folder: Path) -> None:
         self._py_file = str(file)
-        stamp = f"{numba.__version__} {numbers_in_vector(made_for())} {stamp_at_import(function)}"
+        stamp = (
+            f"{numba.__version__} {numbers_in_vector(kernel_target())} {stamp_at_import(function)}"
+        )
         self._stamp = sha256(stamp.encode()).hexdigest()
         self._folder = folder
 
@@ -194,7 +196,7 @@ class KernelCache(FunctionCache):  # type: ignore[misc]
             self.flush()
             return None
         if overload is not None:
-            asked_for(self.index)
+            mark_used(self.index)
         return overload
 
     def save_overload(self, signature: Any, compiled: Any) -> None:

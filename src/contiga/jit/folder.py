@@ -15,7 +15,7 @@ from tempfile import TemporaryFile, gettempdir
 
 from numba import config
 
-from contiga.cache_folder import is_ours, trim, user_folder
+from contiga.cache_folder import is_owned, trim, user_folder
 
 RECORD = "warmup"
 """Prefix of the names of files that record a warm-up."""
@@ -43,7 +43,7 @@ def _kernel_folder(named: str) -> Path | None:
             for new_folder in (folder.parent, folder):
                 new_folder.mkdir(mode=mode, parents=True, exist_ok=True)
             TemporaryFile(dir=folder).close()
-            if mode == SHARED or is_ours(folder):
+            if mode == SHARED or is_owned(folder):
                 return folder
     return None
 

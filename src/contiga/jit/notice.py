@@ -2,7 +2,7 @@
 
 Compiling takes seconds to minutes, in which a script or a notebook would seem to hang. The line is
 not printed if the stream is neither a terminal nor a notebook, in child processes, and if `SWITCH`
-is set. Commands print messages of their own, and call `leave_out`.
+is set. Commands print messages of their own, and call `suppress_notice`.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ def notify_once() -> None:
     )
 
 
-def leave_out() -> None:
+def suppress_notice() -> None:
     """Suppress the line in this process."""
     global _is_notified
     _is_notified = True

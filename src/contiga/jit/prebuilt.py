@@ -121,7 +121,7 @@ def choice() -> Choice:
     return Choice(prebuilt, f"kernels are those of {NAME} in {folder}: {prebuilt.manifest.level}")
 
 
-def made_for() -> Target:
+def kernel_target() -> Target:
     """Return the target for the constants of kernels in this process.
 
     It is the level of prebuilt kernels, or else numba's target.

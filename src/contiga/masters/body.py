@@ -176,7 +176,7 @@ class Body(Faces, Queries):
                 remedy="Give its mass, centre and inertia as numbers",
             )
         middle = self.bounds().mean(axis=0)
-        moments = _MOMENTS.kept(key_of(self), lambda: body_moments(self, middle))
+        moments = _MOMENTS.get_or_build(key_of(self), lambda: body_moments(self, middle))
         return of_volume(moments, middle, rho, self.name)
 
     def tessellate(

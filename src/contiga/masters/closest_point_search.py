@@ -23,8 +23,8 @@ from contiga.records import (
     Hit,
     IndexArray,
     IntArray,
-    KnownSides,
     Projection,
+    Sides,
     SurfacePlaces,
     empty_projection,
 )
@@ -245,11 +245,11 @@ class ClosestPointSearch(NamedTuple):
         """The distances themselves; zero for points without a closest one."""
         lengths[rows] = np.nan_to_num(np.abs(self._gaps(p_B[rows])), nan=0.0)
 
-    def sides(self, p_B: FloatArray, rows: IntArray) -> KnownSides:
+    def sides(self, p_B: FloatArray, rows: IntArray) -> Sides:
         """No side is known without a search."""
-        return KnownSides(np.zeros(len(rows), np.int8), np.zeros(len(rows)))
+        return Sides(np.zeros(len(rows), np.int8), np.zeros(len(rows)))
 
-    def clear_ways(self, a_B: FloatArray, b_B: FloatArray, rows: IntArray) -> NDArray[np.bool_]:
+    def clear_paths(self, a_B: FloatArray, b_B: FloatArray, rows: IntArray) -> NDArray[np.bool_]:
         """No path is known to be clear without a search."""
         return np.zeros(len(rows), dtype=bool)
 

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from contiga.arrays.digest import Digest
-from contiga.arrays.layout import as_points, one_of
+from contiga.arrays.layout import as_points, checked_choice
 from contiga.arrays.ordered import length
 from contiga.errors import GeometryError, InputError
 from contiga.geometry.faces import Faces
@@ -20,9 +20,9 @@ from contiga.records import (
     FootSlopes,
     Hit,
     IntArray,
-    KnownSides,
     MassProperties,
     Projection,
+    Sides,
     SurfacePlaces,
     empty_projection,
 )
@@ -108,14 +108,14 @@ class Surface(Protocol):
     def safe_distance(self, p_B: FloatArray, rows: IntArray, lengths: FloatArray) -> None:
         """Write lower bounds of the distance of p_B[rows] to lengths[rows]; zero when near."""
 
-    def sides(self, p_B: FloatArray, rows: IntArray) -> KnownSides:
+    def sides(self, p_B: FloatArray, rows: IntArray) -> Sides:
         """Return the sides of p_B[rows] that need no search.
 
         A side is 1 outside, −1 inside, 0 unknown, as always for an open surface. A known side comes
         with a radius, greater than rounding, within which there is no surface.
         """
 
-    def clear_ways(self, a_B: FloatArray, b_B: FloatArray, rows: IntArray) -> NDArray[np.bool_]:
+    def clear_paths(self, a_B: FloatArray, b_B: FloatArray, rows: IntArray) -> NDArray[np.bool_]:
         """Return (len(rows),) whether a_B[rows] → b_B[rows] is known to meet no surface."""
 
     @property
@@ -196,7 +196,7 @@ class Master(Protocol):
         """
         p_B = as_points(points)
         feet = empty_projection(len(p_B))
-        if one_of("mode", mode, ("global", "track")) == "track" and start is not None:
+        if checked_choice("mode", mode, ("global", "track")) == "track" and start is not None:
             self.surface.track(p_B, start.patch, start.uv, feet)
         else:
             self.surface.closest(p_B, np.arange(len(p_B), dtype=np.int32), feet)

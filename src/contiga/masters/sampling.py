@@ -11,11 +11,11 @@ from contiga.geometry.divide import divided
 from contiga.masters.protocol import Master
 from contiga.triangles.trimesh import TriMesh
 
-OF_ITSELF = 0.1
+BODY_SIZE_SHARE = 0.1
 """Longest side of triangles, as a share of the size of their body."""
 OTHER_SIZE_SHARE = 0.25
 """Longest side of triangles, as a share of the smallest other body."""
-FULL = 20_000
+MAX_TRIANGLES = 20_000
 """Number of triangles above which other bodies do not make sides shorter."""
 _MIN_AREA_RATIO = 0.125
 """Least area of triangles after halving, in squares of the longest side."""
@@ -52,6 +52,6 @@ def default_size(body: Master, mesh: TriMesh, others: Iterable[float] = ()) -> f
     It is a tenth of the body's size, and at most a quarter of the sizes of `others`, which could
     slip between its points, unless that takes more than 20,000 triangles.
     """
-    size = OF_ITSELF * body.size
-    least = least_size(mesh, FULL)
+    size = BODY_SIZE_SHARE * body.size
+    least = least_size(mesh, MAX_TRIANGLES)
     return min(size, max(OTHER_SIZE_SHARE * min(others, default=math.inf), least))

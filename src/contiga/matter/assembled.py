@@ -14,7 +14,7 @@ from contiga.errors import ElementError
 from contiga.jit import straight
 from contiga.matter.blocks import NodeSums, sum_at_nodes
 from contiga.matter.coefficients import Reach
-from contiga.matter.element_fields import ElementFields, Inside, Reached, at_nodes
+from contiga.matter.element_fields import ElementFields, KindFields, LargestStrain, at_nodes
 from contiga.matter.kernels import elements_nb, row_sums_nb
 from contiga.matter.kernels.lanes_nb import KINDS, LANES
 from contiga.matter.mass_scaling import AddedMass
@@ -152,7 +152,7 @@ class Assembled:
         """
         return at_nodes(self.element_fields(state), len(self.mass))
 
-    def element_fields(self, state: MatterState) -> list[Inside]:
+    def element_fields(self, state: MatterState) -> list[KindFields]:
         """Return stress, strain and stored energy of all elements, one entry for each part.
 
         Stresses of membranes and bars are by the thickness or section at rest, and their strains
@@ -180,10 +180,10 @@ class Assembled:
                 green(corners, pieces.gradients, pieces.rest_metric),
                 energies[:n] / volumes,
             )
-            entries.append(Inside(group.elements, volumes, fields))
+            entries.append(KindFields(group.elements, volumes, fields))
         return entries
 
-    def reached(self, state: MatterState) -> list[Reached]:
+    def reached(self, state: MatterState) -> list[LargestStrain]:
         """Return the largest strains since the start of the tables of all parts."""
         strains = []
         for group in self.groups:
@@ -191,7 +191,7 @@ class Assembled:
             lanes = state.memory[group.memory].reshape(blocks, -1, LANES)
             for reach in group.reaches:
                 largest = float(lanes[:, reach.column].ravel()[:n].max())
-                strains.append(Reached(group.name, reach.what, largest, reach.end))
+                strains.append(LargestStrain(group.name, reach.what, largest, reach.end))
         return strains
 
     def _corner_forces(

@@ -38,7 +38,7 @@ FIELDS: dict[str, Callable[[ElementFields], FloatArray]] = {
 TENSORS = ("stress", "strain")
 
 
-class Inside(NamedTuple):
+class KindFields(NamedTuple):
     """Elements of one kind and their fields."""
 
     elements: IntArray
@@ -48,7 +48,7 @@ class Inside(NamedTuple):
     fields: ElementFields
 
 
-class Reached(NamedTuple):
+class LargestStrain(NamedTuple):
     """The largest strain of a table of a part since the start."""
 
     part: str
@@ -59,7 +59,7 @@ class Reached(NamedTuple):
     """Strain of the table's last row."""
 
 
-def at_nodes(groups: Sequence[Inside], count: int) -> ElementFields:
+def at_nodes(groups: Sequence[KindFields], count: int) -> ElementFields:
     """Return the means (count,) of the elements at each node by volume at rest; NaN without any."""
     weight = np.zeros(count)
     sums = np.zeros((count, 13))
@@ -76,7 +76,7 @@ def at_nodes(groups: Sequence[Inside], count: int) -> ElementFields:
     return ElementFields(means[:, :6], means[:, 6:12], means[:, 12])
 
 
-def at_facets(groups: Sequence[Inside], facets: IntArray) -> ElementFields:
+def at_facets(groups: Sequence[KindFields], facets: IntArray) -> ElementFields:
     """Return the fields of the first element at each facet (f, 3); NaN without an element."""
     values = np.full((len(facets), 13), np.nan)
     count = 1 + int(facets.max(initial=-1))

@@ -21,7 +21,7 @@ from contiga.records import FloatArray
 
 MAX_DEGREE = 5
 """Highest degree of a shell."""
-PARALLEL = 1e-9
+PARALLEL_TOL = 1e-9
 """Sine of the angle between S_u and S_v below which a surface has no normal."""
 MAX_HALVINGS = 40
 """Largest number of refinements of the distance between samples, down to rounding."""
@@ -56,7 +56,7 @@ def check_edges(patch: Piece, tol: float) -> None:
         normal_length = _lengths(np.cross(S_u, S_v))
         if np.abs(line - line[0]).max() <= tol:
             fault = "is a pole: all its control points are one"
-        elif (normal_length <= PARALLEL * _lengths(S_u) * _lengths(S_v)).any():
+        elif (normal_length <= PARALLEL_TOL * _lengths(S_u) * _lengths(S_v)).any():
             fault = "is degenerate: the surface has no normal along it"
         else:
             continue

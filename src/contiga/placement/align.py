@@ -68,7 +68,7 @@ def align(
     check_part(thing, "thing")
     if to is not None:
         check_part(to, "to")
-    ends = check_choices(centres, lows, highs, axes)
+    ends = check_alignment(centres, lows, highs, axes)
     if axes is not None:
         thing = thing.transformed(_principal_rotation(thing))
     if not ends:
@@ -81,7 +81,7 @@ def align(
     return thing.transformed(transform.translation(shift))
 
 
-def check_choices(
+def check_alignment(
     centres: Iterable[str], lows: Iterable[str], highs: Iterable[str], axes: str | None
 ) -> dict[int, tuple[float, float]]:
     """Return which places of two boxes each axis brings together, as shares of low and high end.

@@ -75,7 +75,7 @@ def page_of(comparison: Comparison) -> str:
     title = " and ".join(names) if len(names) == 2 else f"{len(names)} runs"
     settings = "<p>None.</p>"
     if comparison.settings:
-        rows = ((key, *map(in_short, values)) for key, values in comparison.settings.items())
+        rows = ((key, *map(shortened, values)) for key, values in comparison.settings.items())
         settings = _table(("Key", *comparison.short_names), rows, numbers=0)
     shares = comparison.energies.get("relative", ())
     energies = {
@@ -126,7 +126,7 @@ def _section(title: str, table: str) -> str:
     return f'<h2>{title}</h2><div class="wide">{table}</div>' if table else ""
 
 
-def in_short(value: Any) -> str:
+def shortened(value: Any) -> str:
     """Return the value of a setting as text, cut where it is long."""
     text = "–" if value is None else str(value)
     return text if len(text) <= _MAX_CHARACTERS else f"{text[:_MAX_CHARACTERS]}…"

@@ -16,7 +16,7 @@ POINTS = 32768
 """Number of points below which a second thread does not pay."""
 
 
-def standing(X: PoseLike, where: str = "pose") -> FloatArray:
+def checked_pose(X: PoseLike, where: str = "pose") -> FloatArray:
     """Check a rigid pose and return it as a copy, like `as_pose`.
 
     A kernel checks arrays four times as fast, since this is done in every step.

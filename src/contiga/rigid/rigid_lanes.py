@@ -23,8 +23,8 @@ AXES = 4
 """Principal axes, the columns of a matrix (3, 3)."""
 MOMENTS = 13
 """Principal moments of inertia, rising."""
-WAYS = 16
+FREE_DIRECTIONS = 16
 """1 for each world direction in which the centre may move, 0 for held ones."""
-SPINS = 19
+FREE_ROTATIONS = 19
 """1 for each world axis about which the body may rotate, 0 for held ones."""
 FIXED = 22

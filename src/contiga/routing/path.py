@@ -18,7 +18,7 @@ from contiga.routing.taut import Tight
 CONTACT_GAP = 1e-9
 """Gap up to which a point lies on a body, as a share of the length."""
 
-MOVES = 30
+MAX_MOVES = 30
 """Largest number of moves that take a point off the nearest of several bodies."""
 
 
@@ -128,7 +128,7 @@ class Path(Displayed):
         Only nearer points move. Points on chords of the path, or next to it, may be inside.
         """
         moved = as_points(points).copy()
-        for _ in range(MOVES):  # in a crease a move off one body may lead into another
+        for _ in range(MAX_MOVES):  # in a crease a move off one body may lead into another
             nearest = self.over.clearances(moved)
             shortage = np.maximum(gap - nearest.gap, 0.0)
             if not shortage.any():

@@ -17,7 +17,7 @@ from contiga.routing.path import Path, path_of
 from contiga.routing.start import SKIN, first_polyline, resampled
 from contiga.routing.taut import pull_tight
 
-POINTS = 200
+DEFAULT_CHORDS = 200
 """Default number of chords."""
 MIN_CHORDS = 10
 
@@ -28,7 +28,7 @@ def route(
     end: ArrayLike,
     via: ArrayLike = (),
     *,
-    points: int = POINTS,
+    points: int = DEFAULT_CHORDS,
 ) -> Path:
     """Shortest path outside `body` from `start` to `end`: a taut string without friction.
 

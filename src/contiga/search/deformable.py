@@ -33,8 +33,8 @@ from contiga.records import (
     FloatArray,
     Hit,
     IntArray,
-    KnownSides,
     Projection,
+    Sides,
     SurfacePlaces,
 )
 from contiga.search.closest.kernels import nearest_nb
@@ -108,7 +108,7 @@ class DeformedSurface(ExactSurface):
         """
         super().track(p_B, patch, uv, out)
 
-    def sides(self, p_B: FloatArray, rows: IntArray) -> KnownSides:
+    def sides(self, p_B: FloatArray, rows: IntArray) -> Sides:
         """Return the sides of points that follow from boxes alone.
 
         A point beyond the box of a closed body is outside; other sides are unknown.
@@ -121,9 +121,9 @@ class DeformedSurface(ExactSurface):
             self.safe_distance(p_B, rows[beyond], lengths)
             side[beyond], reach[beyond] = 1, lengths[rows[beyond]]
             side[reach == 0.0] = 0
-        return KnownSides(side, reach)
+        return Sides(side, reach)
 
-    def clear_ways(self, a_B: FloatArray, b_B: FloatArray, rows: IntArray) -> NDArray[np.bool_]:
+    def clear_paths(self, a_B: FloatArray, b_B: FloatArray, rows: IntArray) -> NDArray[np.bool_]:
         """Return False for all rows: no path is known to be clear."""
         return np.zeros(len(rows), np.bool_)
 

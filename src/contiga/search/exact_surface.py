@@ -21,8 +21,8 @@ from contiga.records import (
     FootSlopes,
     Hit,
     IntArray,
-    KnownSides,
     Projection,
+    Sides,
     SurfacePlaces,
     empty_hit,
 )
@@ -121,13 +121,13 @@ class ExactSurface:
         query = self.tables.tree, p_B, rows, lengths
         run_ranges(safe_distance_nb.box_distance, len(rows), MIN_POINTS, *query)
 
-    def sides(self, p_B: FloatArray, rows: IntArray) -> KnownSides:
+    def sides(self, p_B: FloatArray, rows: IntArray) -> Sides:
         """Return the sides by the cells of a grid."""
         return side_grid.side_of(self._grid, p_B, rows)
 
-    def clear_ways(self, a_B: FloatArray, b_B: FloatArray, rows: IntArray) -> NDArray[np.bool_]:
+    def clear_paths(self, a_B: FloatArray, b_B: FloatArray, rows: IntArray) -> NDArray[np.bool_]:
         """Return whether paths are clear, by the cells of a grid that they pass."""
-        return side_grid.clear_ways(self._grid, a_B, b_B, rows)
+        return side_grid.clear_paths(self._grid, a_B, b_B, rows)
 
     @cached_property
     def contact_tables(self) -> ContactTables | None:

@@ -37,7 +37,7 @@ _DISK = DiskCache("tables", __file__)
 def tables_of(body: Faces) -> Tables:
     """Return the search tables of `body` without neighbourhoods, built at the first call."""
     check_size(body)
-    tables = _DISK.kept(key_of(body), lambda: _build(body))
+    tables = _DISK.get_or_build(key_of(body), lambda: _build(body))
     return tables._replace(trims=body.trim_tables)
 
 

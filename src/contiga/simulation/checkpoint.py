@@ -18,7 +18,7 @@ from contiga.dynamics.slip_rings import SlipRingState
 from contiga.dynamics.springs import SpringState
 from contiga.errors import CheckpointError, InputError
 from contiga.io.out.hdf5 import is_sealed, whole_file
-from contiga.io.out.stored import TOLD, unsealed_told
+from contiga.io.out.stored import SUMMARY_KEY, unsealed_message
 from contiga.records import FloatArray
 from contiga.simulation.checks.finding import Finding
 from contiga.simulation.fingerprint import fingerprint_of
@@ -99,7 +99,7 @@ def write_checkpoint(
         file.attrs["ends"] = np.array(checkpoint.ends, np.float64)
         file.attrs["done"] = checkpoint.done
         file.attrs["written"] = checkpoint.written
-        file[TOLD] = json.dumps(summary)
+        file[SUMMARY_KEY] = json.dumps(summary)
         _write_state(file, checkpoint.state)
         # Keep the order of columns: a resumed run writes the same file.
         history = file.create_group("history", track_order=True)
@@ -241,7 +241,7 @@ def read_checkpoint(path: Path, model: Model) -> Checkpoint:
             remedy="Run the case without --resume",
         )
     if not is_sealed(path):
-        raise CheckpointError(**unsealed_told(path), where=str(path))
+        raise CheckpointError(**unsealed_message(path), where=str(path))
     try:
         import h5py
 

@@ -27,7 +27,7 @@ from contiga.jit import straight
 from contiga.records import FloatArray, IndexArray, SurfacePlaces
 from contiga.rigid import quaternion
 from contiga.rigid.frames import cross
-from contiga.rigid.rigid_lanes import AXES, CENTRE, MASS, MOMENTS, TURN, WAYS
+from contiga.rigid.rigid_lanes import AXES, CENTRE, FREE_DIRECTIONS, MASS, MOMENTS, TURN
 from contiga.simulation.model import ContactPart, Model
 from contiga.simulation.system_state import SystemState
 from contiga.slaves.sampling import more_points
@@ -236,7 +236,9 @@ def _mobility(
     moment = direction[3:] + cross(point - row[CENTRE : CENTRE + 3], direction[:3])
     turn = quaternion.to_matrix(row[TURN : TURN + 4])
     principal = product(fixed[AXES : AXES + 9].reshape(3, 3).T, product(turn.T, moment))
-    linear = np.square(direction[:3] * fixed[WAYS : WAYS + 3]).sum() / fixed[MASS]
+    linear = (
+        np.square(direction[:3] * fixed[FREE_DIRECTIONS : FREE_DIRECTIONS + 3]).sum() / fixed[MASS]
+    )
     return float(linear + (principal * principal / fixed[MOMENTS : MOMENTS + 3]).sum())
 
 
@@ -254,7 +256,7 @@ def _add_gas(
         nodal = np.zeros(points.shape)
         Column(skin.rows, gradient).add_to(nodal)
         gamma = chambers.physics.gamma(gas)
-        square = gamma * gas.pressure / gas.volume * mover.swing(nodal)
+        square = gamma * gas.pressure / gas.volume * mover.force_square_over_mass(nodal)
         excess = abs(gas.pressure - chamber.surroundings.pressure)
         square += mover.fastest(skin.rows, excess * stiffness)
         couplings.append((f"gas {name!r}", [_EndRates(chamber.slave, Rates(square), Rates())]))
@@ -355,7 +357,7 @@ def check_stable(model: Model, state: SystemState) -> None:
     for name, nodes in joined.items():
         # Unstable steps conserve the usual kinetic energy: take that of the shaking instead.
         slave = state.slaves[name]
-        gain += nodes.shaken(slave) - nodes.energy(slave).kinetic
+        gain += nodes.velocity_energy(slave) - nodes.energy(slave).kinetic
     if gain <= MAX_GAIN * supplied:
         return
     for name in joined:

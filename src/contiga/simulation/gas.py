@@ -17,7 +17,7 @@ from contiga.contact.state import State
 from contiga.dynamics.gas import Chamber, Chambers, Exposed, GasState
 from contiga.dynamics.kernels.closed_skin_nb import AT_NODES, measure_facets, sum_at_nodes
 from contiga.dynamics.nodes import SlaveState
-from contiga.dynamics.places import box_told, facets_at, place_of
+from contiga.dynamics.places import box_text, facets_at, place_of
 from contiga.errors import InputError, RunError
 from contiga.jit import straight
 from contiga.matter.blocks import NodeSums, count_blocks, node_sums, nodes_in_lanes
@@ -25,7 +25,7 @@ from contiga.matter.kernels.lanes_nb import LANES
 from contiga.records import FloatArray, IntArray
 from contiga.slaves.slave import Slave
 
-OF_GAS = ("pressure", "temperature", "volume", "mass", "flow_in", "flow_out")
+GAS_COLUMNS = ("pressure", "temperature", "volume", "mass", "flow_in", "flow_out")
 """Columns of a chamber; the last two are the enthalpies that have flowed in and out so far."""
 BLOCKS, NODES = 32, 4096
 """Fewest blocks of facets, and nodes, for one thread."""
@@ -229,7 +229,7 @@ class GasSystem:
                 gas.came,
                 gas.left,
             )
-            columns |= {f"{name}.{c}": v for c, v in zip(OF_GAS, values, strict=True)}
+            columns |= {f"{name}.{c}": v for c, v in zip(GAS_COLUMNS, values, strict=True)}
         return columns
 
 
@@ -260,7 +260,7 @@ def _make_skin(name: str, chamber: Chamber, slaves: Mapping[str, Slave]) -> Skin
                     "the vent is on no fabric: no facet has all its corners there",
                     where=at,
                     found=vent.on,
-                    allowed=f"a larger place; the slave reaches {box_told(slave.points)}",
+                    allowed=f"a larger place; the slave reaches {box_text(slave.points)}",
                 )
         vents.append(on)
     skin = Skin(rows.astype(np.int32), corners, tuple(vents))
@@ -302,7 +302,7 @@ def _check_closed(where: str, slave: str, corners: IntArray, points: FloatArray)
         )
         label = holes[ends[is_wrong, 0]]
         places = [ends[is_wrong][label == one] for one in np.unique(label)]
-        texts = [f"{len(some)} {box_told(points[some.ravel()])}" for some in places[:MAX_PLACES]]
+        texts = [f"{len(some)} {box_text(points[some.ravel()])}" for some in places[:MAX_PLACES]]
         more_text = (
             f", and at {len(places) - MAX_PLACES} more places" if len(places) > MAX_PLACES else ""
         )

@@ -26,7 +26,7 @@ from contiga.simulation.system_state import Energy, SystemState
 from contiga.simulation.triggers import trigger_columns
 
 # Columns of the history that count the points of each status after the step.
-COUNTED = {
+STATUS_OF_COLUMN = {
     "n_new": ContactStatus.NEW,
     "n_old": ContactStatus.OLD,
     "n_held": ContactStatus.HELD,
@@ -47,7 +47,7 @@ _OF_SYSTEM = (
 """Energies of a system, in the order of their columns."""
 _OF_CONTACT = ("stored", "hysteresis", "damping", "friction", "error")
 """Energies of a contact, in the order of their columns."""
-OF_BODIES = (
+BODY_COLUMNS = (
     *("x", "y", "z", "vx", "vy", "vz", "ax", "ay", "az"),
     *("qw", "qx", "qy", "qz", "wx", "wy", "wz"),
 )
@@ -90,7 +90,7 @@ def history_row(
                 *rigid[lanes.TURN : lanes.TURN + 4],
                 *stepped.state.bodies[names[i]].twist.spin,
             )
-            row |= {f"{names[i]}.{c}": float(v) for c, v in zip(OF_BODIES, values, strict=True)}
+            row |= {f"{names[i]}.{c}": float(v) for c, v in zip(BODY_COLUMNS, values, strict=True)}
         row |= energy_columns(stepped.state.energy)
         if model.gas:
             row["energy.gas"] = stepped.state.energy.gas
@@ -165,7 +165,7 @@ def contact_columns(
         **{f"energy_{name}": getattr(state.energy, name) for name in _OF_CONTACT},
         "wall_time": wall,
     }
-    columns |= {name: counts[status] for name, status in COUNTED.items()}
+    columns |= {name: counts[status] for name, status in STATUS_OF_COLUMN.items()}
     columns["n_unproved"] = state.n_unproved if n_touching else 0
     columns["n_tunnelled"] = 0 if last is None else tunnelled(last, state)
     return columns

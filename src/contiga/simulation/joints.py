@@ -9,18 +9,24 @@ import numpy as np
 from contiga.arrays.ordered import product
 from contiga.dynamics.joints import KINDS
 from contiga.dynamics.linkage import OPEN, JointStates
-from contiga.dynamics.prescribed import is_told
-from contiga.dynamics.rigid_bodies import Placed, started
+from contiga.dynamics.prescribed import is_known_ahead
+from contiga.dynamics.rigid_bodies import Placed, bodies_at_start
 from contiga.dynamics.springs import GROUND
 from contiga.errors import RunError
 from contiga.records import FloatArray
 from contiga.simulation.model import Model
 from contiga.simulation.system_state import BodyStates, SystemState
 
-OF_REACTIONS = ("fx", "fy", "fz", "mx", "my", "mz")
+REACTION_COLUMNS = ("fx", "fy", "fz", "mx", "my", "mz")
 """Columns of a joint, ``<joint>.<column>``: reaction force on its second body, and moment about its
 point there, world axes, without its laws."""
-OF_JOINT_LAWS = ("force", "energy_stored", "energy_hysteresis", "energy_damping", "energy_friction")
+JOINT_LAW_COLUMNS = (
+    "force",
+    "energy_stored",
+    "energy_hysteresis",
+    "energy_damping",
+    "energy_friction",
+)
 """Columns of a law, ``<joint>.<coordinate>_<column>``: moment or force that opposes the coordinate,
 energy stored, and energies lost since the start."""
 START_STEP = 1e-6
@@ -112,13 +118,13 @@ def driven_acceleration(
     if hasattr(motion, "acceleration"):
         return np.concatenate([motion.acceleration(time), np.zeros(3)])
     if last is None:
-        if not is_told(motion):
+        if not is_known_ahead(motion):
             return np.zeros(6)
         step = START_STEP * (model.stepping.end - model.stepping.start)
         after = np.concatenate(motion.twist(time + step))
         return np.asarray((after - now) / step)
     dt = time - last.time
-    if not is_told(motion):
+    if not is_known_ahead(motion):
         return np.asarray((now - last.bodies.twists[i]) / dt)
     earlier, later = time - 0.5 * dt, max(time, min(time + 0.5 * dt, model.stepping.end))
     change = np.concatenate(motion.twist(later)) - np.concatenate(motion.twist(earlier))
@@ -132,14 +138,14 @@ def joint_columns(model: Model, state: SystemState) -> dict[str, float]:
         return columns
     linkage = model.linkage
     for name, reaction in zip(linkage.names, joints.reactions.tolist(), strict=True):
-        for column, value in zip(OF_REACTIONS, reaction, strict=True):
+        for column, value in zip(REACTION_COLUMNS, reaction, strict=True):
             columns[f"{name}.{column}"] = value
     for coordinate, value in zip(linkage.coordinates, joints.values.tolist(), strict=True):
         columns[f"{coordinate.joint}.{coordinate.name}"] = value
     for k, entry in enumerate(linkage.laws):
         law = joints.law(k)
         values = law.force, law.stored, law.hysteresis, law.damping, law.friction
-        for column, value in zip(OF_JOINT_LAWS, values, strict=True):
+        for column, value in zip(JOINT_LAW_COLUMNS, values, strict=True):
             columns[f"{entry.joint}.{entry.coordinate}_{column}"] = value
     return columns
 
@@ -166,7 +172,7 @@ def joint_lines(model: Model) -> dict[str, FloatArray]:
     if not model.joints:
         return {}
     table, poses = model.linkage.table, model.origins.copy()
-    poses[model.mechanism.free] = started(model.joint_fit.rows, model.mechanism.fixed).poses
+    poses[model.mechanism.free] = bodies_at_start(model.joint_fit.rows, model.mechanism.fixed).poses
     lines = {}
     for g, (name, joint) in enumerate(model.joints.items()):
         half = 0.5 * min(model.bodies[b].body.size for b in joint.between if b != GROUND)

@@ -12,7 +12,7 @@ import numpy as np
 from contiga.arrays.ordered import product
 from contiga.dynamics.loads import Load
 from contiga.dynamics.nodes import Instant
-from contiga.dynamics.rigid_bodies import Placed, kicked
+from contiga.dynamics.rigid_bodies import Placed, kick_bodies
 from contiga.records import FloatArray
 from contiga.rigid import quaternion
 from contiga.rigid.frames import cross
@@ -91,7 +91,7 @@ def foresee_loads(model: Model, last: SystemState, free: Placed, time: float) ->
         arms = free.rows[:, CENTRE : CENTRE + 3] - free.poses[:, :3, 3]
         acting[:, 3:] += cross(arms, acting[:, :3])
         ended = free._replace(rows=free.rows.copy())
-        kicked(ended, model.mechanism.fixed, acting, time - last.time)
+        kick_bodies(ended, model.mechanism.fixed, acting, time - last.time)
 
 
 def _load_about_centre(

@@ -17,7 +17,7 @@ from contiga.display import Displayed, Facts
 from contiga.dynamics.free import Dependent, Free, is_driven
 from contiga.dynamics.gas import Chamber
 from contiga.dynamics.joints import Joint
-from contiga.dynamics.kinks import united
+from contiga.dynamics.kinks import merge_kinks
 from contiga.dynamics.linkage import OPEN, Fit, Linkage, check_fit, joint_ends
 from contiga.dynamics.loads import Load
 from contiga.dynamics.nodes import SlaveState
@@ -305,7 +305,7 @@ class Model(Displayed):
         bodies, slaves = self.bodies.values(), self.slaves.values()
         motions = [*(p.motion for p in bodies), *(p.motion for p in slaves)]
         movers: list[object] = [*motions, *self.loads, *self.gas.values()]
-        return united(map(kinks_in, movers), self.stepping.start, self.stepping.end)
+        return merge_kinks(map(kinks_in, movers), self.stepping.start, self.stepping.end)
 
     def _facts(self) -> Facts:
         planned = self.stepping.planned()

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, TypeVar
 
-from contiga.arrays.layout import all_of
+from contiga.arrays.layout import check_types
 from contiga.dynamics.deforming import Deforming
 from contiga.dynamics.free import Dependent
 from contiga.dynamics.gas import Chamber
@@ -191,5 +191,5 @@ def parts_of_kind(where: str, items: Any, *kinds: type[Part]) -> tuple[Part, ...
     """Return loads or sensors as a tuple, with checked types."""
     parts = tuple(items) if isinstance(items, Sequence) else (items,)
     allowed = f"a list of contiga.{' or contiga.'.join(kind.__name__ for kind in kinds)}"
-    all_of(kinds, parts, where, f"must be {where}", allowed)
+    check_types(kinds, parts, where, f"must be {where}", allowed)
     return parts

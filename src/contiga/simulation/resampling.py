@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from contiga.criteria.filters import LEAST_RATE
+from contiga.criteria.filters import MIN_RATE
 from contiga.records import FloatArray
 
-FINE = 8 * LEAST_RATE
+FINE = 8 * MIN_RATE
 """Samples per second for each Hz of a filter's class, for unequal steps. Averaging over a sample
 attenuates by a part in 4,000 at the frequency where the filter attenuates by 3 dB."""
 MAX_SAMPLES = 2_000_000

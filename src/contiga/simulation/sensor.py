@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from contiga.arrays.layout import all_of, as_numbers, one_of, read_only
+from contiga.arrays.layout import as_numbers, check_types, checked_choice, read_only
 from contiga.arrays.ordered import product
 from contiga.criteria.bands import Bands
 from contiga.criteria.dummies import DUMMIES
@@ -28,7 +28,7 @@ RATES = ("velocity", "acceleration")
 """Further measures: the motion of the second point as seen from the first body."""
 SPRING_MEASURES = ("force", "moment")
 """Further measures: those of the springs between the two bodies."""
-OF_SENSORS = {
+SENSOR_COLUMNS = {
     "acceleration": ("ax", "ay", "az", "a"),
     "velocity": ("vx", "vy", "vz", "v"),
     "displacement": ("x", "y", "z"),
@@ -37,11 +37,11 @@ OF_SENSORS = {
     "spin": ("wx", "wy", "wz"),
 }
 """Columns of the measures of a `Sensor`."""
-OF_RELATIVE = {
+RELATIVE_COLUMNS = {
     "distance": ("distance", "rate"),
     "displacement": ("x", "y", "z"),
     "angle": ("angle", "angle_x", "angle_y", "angle_z"),
-    **{measure: OF_SENSORS[measure] for measure in (*RATES, *SPRING_MEASURES)},
+    **{measure: SENSOR_COLUMNS[measure] for measure in (*RATES, *SPRING_MEASURES)},
 }
 """Columns of the measures of a `RelativeSensor`."""
 
@@ -151,7 +151,7 @@ class Sensor:
         put(self, "at", None if at is None else read_only(vector(at, "at")))
         put(self, "axes", _checked_axes(axes))
         put(self, "measures", _checked_names("measures", measures, MEASURES))
-        put(self, "filter", None if filter is None else one_of("filter", filter, FILTERS))
+        put(self, "filter", None if filter is None else checked_choice("filter", filter, FILTERS))
         put(self, "criteria", _checked_names("criteria", criteria, tuple(CRITERIA)))
         put(self, "bands", dict(bands or {}))
         put(self, "code", _checked_code(code))
@@ -249,7 +249,7 @@ class RelativeSensor:
         )
         put(self, "criteria", _checked_names("criteria", criteria, tuple(RELATIVE_CRITERIA)))
         put(self, "bands", dict(bands or {}))
-        put(self, "dummy", one_of("dummy", dummy, tuple(DUMMIES)))
+        put(self, "dummy", checked_choice("dummy", dummy, tuple(DUMMIES)))
         put(self, "code", _checked_code(code))
         put(self, "trigger", trigger)
         _check_criteria(self)
@@ -273,7 +273,7 @@ class RelativeSensor:
 def _check_criteria(sensor: Sensor | RelativeSensor) -> None:
     """Refuse bands of other criteria, and criteria without their measures."""
     for which in sensor.bands:
-        one_of("bands", which, sensor.criteria)
+        checked_choice("bands", which, sensor.criteria)
     for criterion in sensor.criteria:
         _check_measured(sensor, "criteria", ALL_CRITERIA[criterion].measures)
         if ALL_CRITERIA[criterion].in_body_axes and not sensor.turns:
@@ -295,8 +295,8 @@ def _check_trigger(sensor: Sensor | RelativeSensor) -> None:
     if sensor.trigger is None:
         return
     where = f"sensor {sensor.name!r}: trigger"
-    all_of(Trigger, (sensor.trigger,), where, "must be a trigger", "contiga.Trigger")
-    columns_of = OF_SENSORS if isinstance(sensor, Sensor) else OF_RELATIVE
+    check_types(Trigger, (sensor.trigger,), where, "must be a trigger", "contiga.Trigger")
+    columns_of = SENSOR_COLUMNS if isinstance(sensor, Sensor) else RELATIVE_COLUMNS
     columns = [column for measure in sensor.measures for column in columns_of[measure]]
     if channel_of(sensor) not in columns:
         raise InputError(
@@ -331,7 +331,7 @@ def _checked_code(code: str | None) -> str | None:
 
 def _checked_axes(axes: str | ArrayLike) -> str | FloatArray:
     if isinstance(axes, str):
-        return one_of("axes", axes, ("world", "body"))
+        return checked_choice("axes", axes, ("world", "body"))
     rows = as_numbers(axes, "axes", "must be three unit vectors", "(3, 3), one a row")
     square = rows.shape == (3, 3) and np.isfinite(rows).all()
     if not square or np.abs(product(rows, rows.T) - np.eye(3)).max() > _AXES_TOL:
@@ -355,5 +355,5 @@ def _two_points(at: ArrayLike, where: str = "at") -> FloatArray:
 
 def _checked_names(where: str, values: Iterable[str], allowed: tuple[str, ...]) -> tuple[str, ...]:
     given = (values,) if isinstance(values, str) else tuple(values)
-    chosen = [one_of(where, value, allowed) for value in given]
+    chosen = [checked_choice(where, value, allowed) for value in given]
     return tuple(name for name in allowed if name in chosen)

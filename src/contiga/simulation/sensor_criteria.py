@@ -9,8 +9,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from contiga.arrays.ordered import length
-from contiga.criteria.brain import CRITICAL, bric
-from contiga.criteria.chest import LEAST, vc
+from contiga.criteria.brain import CRITICAL_VELOCITIES, bric
+from contiga.criteria.chest import MIN_SAMPLES, vc
 from contiga.criteria.dummies import DUMMIES
 from contiga.criteria.femur import femur_force
 from contiga.criteria.head_injury import hic, hicd
@@ -174,13 +174,13 @@ class Signal(NamedTuple):
 
 def _bric(signal: Signal) -> Value:
     w = signal.values / signal.second
-    time = signal.times[int(np.argmax((np.abs(w) / CRITICAL).max(axis=1)))]
+    time = signal.times[int(np.argmax((np.abs(w) / CRITICAL_VELOCITIES).max(axis=1)))]
     return {"value": bric(w).value, "start": time, "end": time}
 
 
 def _vc(signal: Signal) -> Value | None:
     """Return the viscous criterion; None for a run with too few samples."""
-    if len(signal.times) < LEAST:
+    if len(signal.times) < MIN_SAMPLES:
         return None
     dummy, distance, t = DUMMIES[signal.pair.dummy], signal.values[:, 0], signal.times
     compression = (distance[0] - distance) * signal.metre

@@ -163,10 +163,12 @@ def acceleration(
         moments = fixed[lanes.MOMENTS : lanes.MOMENTS + 3]
         momentum = product(axes, moments * product(axes.T, spin))
         torque = row[lanes.TORQUE : lanes.TORQUE + 3] - cross(spin, momentum)
-        if fixed[lanes.SPINS : lanes.SPINS + 3].all():
+        if fixed[lanes.FREE_ROTATIONS : lanes.FREE_ROTATIONS + 3].all():
             angular = product(axes, product(axes.T, torque) / moments)
         else:
-            free: NDArray[np.intp] = np.flatnonzero(fixed[lanes.SPINS : lanes.SPINS + 3])
+            free: NDArray[np.intp] = np.flatnonzero(
+                fixed[lanes.FREE_ROTATIONS : lanes.FREE_ROTATIONS + 3]
+            )
             angular = np.zeros(3)
             if len(free):
                 inertia = product(axes * moments, axes.T)
@@ -187,5 +189,8 @@ def acceleration(
 
 def centre_acceleration(row: FloatArray, fixed: FloatArray) -> FloatArray:
     """Return the acceleration (3,) of the centre of a free body, zero along locked axes."""
-    force, free_axes = row[lanes.FORCE : lanes.FORCE + 3], fixed[lanes.WAYS : lanes.WAYS + 3]
+    force, free_axes = (
+        row[lanes.FORCE : lanes.FORCE + 3],
+        fixed[lanes.FREE_DIRECTIONS : lanes.FREE_DIRECTIONS + 3],
+    )
     return np.asarray(force / fixed[lanes.MASS] * free_axes)

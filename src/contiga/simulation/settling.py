@@ -24,12 +24,20 @@ from contiga.dynamics.deforming import Deforming
 from contiga.dynamics.free import Attached, Dependent, Free
 from contiga.dynamics.nodes import Imbalance
 from contiga.dynamics.prescribed import Fixed, Moved, Stopped
-from contiga.dynamics.rigid_bodies import Placed, kicked
+from contiga.dynamics.rigid_bodies import Placed, kick_bodies
 from contiga.dynamics.shapes import ControlPoints, ControlPointsOf
 from contiga.dynamics.springs import GROUND, Spring
 from contiga.dynamics.stepping import GivenTimes
 from contiga.errors import InputError, RunError
-from contiga.rigid.rigid_lanes import FORCE, MASS, MOMENTUM, SPINS, TORQUE, VELOCITY, WAYS
+from contiga.rigid.rigid_lanes import (
+    FORCE,
+    FREE_DIRECTIONS,
+    FREE_ROTATIONS,
+    MASS,
+    MOMENTUM,
+    TORQUE,
+    VELOCITY,
+)
 from contiga.rigid.twist import still
 from contiga.simulation.clock import Clock
 from contiga.simulation.critical import check_stable, limit_of
@@ -127,7 +135,9 @@ def come_to_rest(model: Model, clock: Clock, on_settle: OnSettle | None = None) 
             slaves = {}
             for name, nodes in resting.mechanism.nodes.items():
                 acting = NodalForces(resting, name, state.acting)
-                slaves[name] = nodes.steered(state.slaves[name], acting, resting.gravity, share)
+                slaves[name] = nodes.with_mixed_velocities(
+                    state.slaves[name], acting, resting.gravity, share
+                )
             state, share = replace(state, slaves=slaves), STEERING_DECAY * share
     raise RunError(
         f"it has not come to rest: after {options.steps} steps the unbalanced forces are "
@@ -208,8 +218,8 @@ def _imbalance(model: Model, state: SystemState) -> Imbalance:
     weight = math.sqrt(float((model.gravity**2).sum()))
     names = list(model.bodies)
     for row, fixed, i in zip(state.rigid, system.fixed, system.free, strict=True):
-        pull = row[FORCE : FORCE + 3] * fixed[WAYS : WAYS + 3]
-        turn = row[TORQUE : TORQUE + 3] * fixed[SPINS : SPINS + 3]
+        pull = row[FORCE : FORCE + 3] * fixed[FREE_DIRECTIONS : FREE_DIRECTIONS + 3]
+        turn = row[TORQUE : TORQUE + 3] * fixed[FREE_ROTATIONS : FREE_ROTATIONS + 3]
         size = model.bodies[names[i]].body.size
         force += length(pull) + length(turn) / size
         load += float(fixed[MASS]) * weight
@@ -243,7 +253,7 @@ def _first_state(
     poses, twists = poses[system.root], twists[system.root]
     now = placement.now._replace(poses=poses, twists=twists)
     slaves = {
-        name: nodes.taken_up(at_rest.slaves[name], now) for name, nodes in system.nodes.items()
+        name: nodes.restarted(at_rest.slaves[name], now) for name, nodes in system.nodes.items()
     }
     bodies = BodyStates(system.index, poses, twists)
     placement = placement._replace(bodies=bodies, slaves=slaves, free=placed, now=now)
@@ -281,7 +291,7 @@ def _first_state(
                 joints.laws[k] = entry.law.begun(at_standstill)
     forces = Acting(contacts, springs, gas, rings, joints)
     acting = wrenches(model, forces, placement)
-    kinetic = kicked(placed, system.fixed, acting[system.free], 0.0)
+    kinetic = kick_bodies(placed, system.fixed, acting[system.free], 0.0)
     if joints is not None:
         kinetic, joints = react_joints(model, None, joints, placed, bodies, start, acting)
         forces = forces._replace(joints=joints)

@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from contiga.arrays.ordered import length
-from contiga.criteria.filters import LEAST_RATE, cfc, memory
+from contiga.criteria.filters import MIN_RATE, cfc, memory
 from contiga.errors import ContigaWarning
 from contiga.io.units import base_factor
 from contiga.records import FloatArray
@@ -71,7 +71,7 @@ def longest_sample(model: Model) -> float:
 
 
 def _longest_sample_of(model: Model, cls: str) -> float:
-    hertz = LEAST_RATE * int(cls.removeprefix("CFC"))
+    hertz = MIN_RATE * int(cls.removeprefix("CFC"))
     return 1.0 / (hertz * base_factor(model.units[2], "time"))
 
 
@@ -113,7 +113,7 @@ def signal_warnings(model: Model, history: dict[str, FloatArray]) -> list[str]:
         if too_coarse(model, cls, history):
             texts.append(
                 f"{name}: the steps are too long for {cls}, which needs "
-                f"{LEAST_RATE} samples a second for each Hz of its class; nothing is filtered and "
+                f"{MIN_RATE} samples a second for each Hz of its class; nothing is filtered and "
                 'its criteria are left out. Take smaller steps, or step = "auto" with a shorter '
                 "largest one"
             )

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 from contiga.arrays.layout import read_only
 from contiga.arrays.ordered import length, row_products
 from contiga.criteria.bands import Bands
-from contiga.dynamics.places import box_told
+from contiga.dynamics.places import box_text
 from contiga.errors import InputError
 from contiga.records import FloatArray, IndexArray
 from contiga.rigid.transform import vector
@@ -167,7 +167,7 @@ def nodes_of(sensor: SlaveSensor, points: FloatArray) -> IndexArray:
                 where=f"sensor {sensor.name!r}: at",
                 found=sensor.at.tolist(),
                 allowed=f"a place within {MAX_DISTANCE * size:.6g} of a node of the slave, which "
-                f"reaches {box_told(points)}",
+                f"reaches {box_text(points)}",
             )
         return nearest
     point, normal = sensor.plane
@@ -178,6 +178,6 @@ def nodes_of(sensor: SlaveSensor, points: FloatArray) -> IndexArray:
             "all nodes of the slave are on one side of it",
             where=f"sensor {sensor.name!r}: plane",
             found=sensor.plane.tolist(),
-            allowed=f"a plane through the slave: nodes {box_told(points)}",
+            allowed=f"a plane through the slave: nodes {box_text(points)}",
         )
     return beyond

@@ -24,7 +24,7 @@ from contiga.simulation.model import Model
 from contiga.simulation.sensors import point_velocity
 from contiga.simulation.system_state import BodyStates, SystemState
 
-OF_SPRINGS = (
+SPRING_COLUMNS = (
     *("force", "elongation", "rate"),
     *("energy_stored", "energy_hysteresis", "energy_damping"),
 )
@@ -32,11 +32,11 @@ OF_SPRINGS = (
 stored energy, and energies lost since the start."""
 
 
-OF_DEVICES = ("paid_out", "travel", "pulled_in", "locked", "released", "energy_pretension")
+DEVICE_COLUMNS = ("paid_out", "travel", "pulled_in", "locked", "released", "energy_pretension")
 """Columns of a spring with devices: length paid out since the start, travel of film and limiter
 under load, length pulled in; 1 once the retractor has locked, and once the end is released; work of
 the pretensioner."""
-OF_SLIP_RINGS = ("slipped", "angle", "energy_friction")
+SLIP_RING_COLUMNS = ("slipped", "angle", "energy_friction")
 """Columns of a slip ring: length that slipped from its first segment into the second, wrap angle of
 the webbing, and energy lost."""
 MAX_SWEEPS = 1000
@@ -207,7 +207,7 @@ def spring_columns(model: Model, state: SystemState) -> dict[str, float]:
             now.hysteresis,
             now.damping,
         )
-        columns |= {f"{name}.{c}": float(v) for c, v in zip(OF_SPRINGS, values, strict=True)}
+        columns |= {f"{name}.{c}": float(v) for c, v in zip(SPRING_COLUMNS, values, strict=True)}
         if any(spring.devices):
             devices = now.devices
             locked, released = (
@@ -221,11 +221,13 @@ def spring_columns(model: Model, state: SystemState) -> dict[str, float]:
                 released,
                 devices.work,
             )
-            columns |= {f"{name}.{c}": v for c, v in zip(OF_DEVICES, of_devices, strict=True)}
+            columns |= {f"{name}.{c}": v for c, v in zip(DEVICE_COLUMNS, of_devices, strict=True)}
     for name, ring in state.slip_rings.items():
         columns |= {
             f"{name}.{c}": v
-            for c, v in zip(OF_SLIP_RINGS, (ring.slipped, ring.angle, ring.friction), strict=True)
+            for c, v in zip(
+                SLIP_RING_COLUMNS, (ring.slipped, ring.angle, ring.friction), strict=True
+            )
         }
     return columns
 

@@ -19,13 +19,13 @@ import numpy as np
 from contiga.contact.loads import Column
 from contiga.contact.state import State
 from contiga.dynamics.belt_devices import Moment
-from contiga.dynamics.nodes import Instant, Pushes, SlaveState, Stored
+from contiga.dynamics.nodes import Instant, ListedForces, NodeEnergies, SlaveState
 from contiga.dynamics.rigid_bodies import (
     Placed,
     add_gravity,
-    drifted,
-    kicked,
-    started,
+    bodies_at_start,
+    drift_bodies,
+    kick_bodies,
     work_of_gravity,
 )
 from contiga.dynamics.slip_rings import SlipRingState
@@ -80,7 +80,7 @@ class NodalForces(NamedTuple):
         """Return the forces (n, 3) on all nodes."""
         return nodal_force(*self)
 
-    def on_degrees(self) -> FloatArray | None:
+    def on_dofs(self) -> FloatArray | None:
         """Return the forces (m, 3) on the degrees of freedom of a slave that is also a master."""
         forces = [
             self.acting.contacts[part.name].control_force
@@ -89,7 +89,7 @@ class NodalForces(NamedTuple):
         ]
         return np.array(sum(forces[1:], forces[0])) if forces else None
 
-    def listed(self) -> Pushes:
+    def listed(self) -> ListedForces:
         """Return the forces on the nodes on which any force acts."""
         columns = []
         for part in self.model.contacts:
@@ -102,18 +102,18 @@ class NodalForces(NamedTuple):
                 Column(self.model.chambers.skins[name].rows, self.acting.gas[name].force)
             )
         if len(columns) == 1:
-            return Pushes(*columns[0])
+            return ListedForces(*columns[0])
         count = len(self.model.slaves[self.name].slave.points)
         total = np.zeros((count, 3))
         for column in columns:
             column.add_to(total)
         if any(len(column.rows) == count for column in columns):
-            return Pushes(np.arange(count, dtype=np.int32), total)
+            return ListedForces(np.arange(count, dtype=np.int32), total)
         pushed = np.zeros(count, np.bool_)
         for column in columns:
             pushed[column.rows] = True
         rows = np.flatnonzero(pushed).astype(np.int32)
-        return Pushes(rows, total[rows])
+        return ListedForces(rows, total[rows])
 
 
 def nodal_force(model: Model, name: str, acting: Acting) -> FloatArray:
@@ -162,7 +162,7 @@ def advance(
             forces = NodalForces(model, name, acting)
             slaves[name] = system.nodes[name].kick(last.slaves[name], slaves[name], forces, now)
     total = wrenches(model, acting, placement)
-    kinetic = kicked(placement.free, system.fixed, total[system.free], now.dt)
+    kinetic = kick_bodies(placement.free, system.fixed, total[system.free], now.dt)
     if acting.joints is not None:
         kinetic, joints = react_joints(
             model, last, acting.joints, placement.free, bodies, time, total
@@ -279,9 +279,9 @@ def place(model: Model, last: SystemState | None, time: float) -> Placement:
     system = model.mechanism
     dt = 0.0 if last is None else time - last.time
     if last is None:
-        free = started(model.joint_fit.rows if model.joints else system.start, system.fixed)
+        free = bodies_at_start(model.joint_fit.rows if model.joints else system.start, system.fixed)
     else:
-        free = drifted(last.rigid, system.fixed, dt)
+        free = drift_bodies(last.rigid, system.fixed, dt)
     n = len(system.index)
     poses, twists = np.zeros((n, 4, 4)), np.zeros((n, 6))
     poses[:] = np.eye(4)
@@ -382,7 +382,7 @@ def contact_energy(contacts: Mapping[str, State]) -> Energy:
 
 def energy_of(
     acting: Acting,
-    slaves: Sequence[Stored],
+    slaves: Sequence[NodeEnergies],
     kinetic: float,
     external: float,
     initial: float | None,
@@ -406,7 +406,7 @@ def energy_of(
             hysteresis += law.hysteresis
             damping += law.damping
             friction += law.friction
-    nodes = Stored(*map(sum, zip(*slaves, strict=True)))
+    nodes = NodeEnergies(*map(sum, zip(*slaves, strict=True)))
     energy = Energy(
         of_contacts.contact,
         hysteresis + nodes.hysteresis,
@@ -441,7 +441,7 @@ def external_work(
         work += work_of_gravity(last.rigid, rows, system.fixed, model.gravity)
         for name in system.masses:
             nodes = system.nodes[name]
-            work += nodes.by_gravity(last.slaves[name], slaves[name], model.gravity)
+            work += nodes.gravity_work(last.slaves[name], slaves[name], model.gravity)
     if system.loads:
         poses, rows = placement.bodies.poses, placement.free.rows
         work += work_of_loads(model, last, poses, rows, placement.now)
@@ -462,7 +462,7 @@ def external_work(
     for name, nodes in system.nodes.items():
         if nodes.host is None:  # else their forces act on the host
             before, after = (NodalForces(model, name, each) for each in (last.acting, acting))
-            of_points += nodes.by_motion(last.slaves[name], slaves[name], before, after)
+            of_points += nodes.motion_work(last.slaves[name], slaves[name], before, after)
     for name, spring in acting.springs.items():
         work += spring.devices.work - last.springs[name].devices.work
     if model.gas:

@@ -49,7 +49,16 @@ from contiga.geometry.net import NetMotion
 from contiga.masters.protocol import Surface
 from contiga.records import ContactStatus, FloatArray, IndexArray, IntArray, SurfacePlaces
 from contiga.rigid.frames import cross, to_world, turn_to_world
-from contiga.rigid.rigid_lanes import AXES, CENTRE, FORCE, MASS, MOMENTS, SPINS, TORQUE, WAYS
+from contiga.rigid.rigid_lanes import (
+    AXES,
+    CENTRE,
+    FORCE,
+    FREE_DIRECTIONS,
+    FREE_ROTATIONS,
+    MASS,
+    MOMENTS,
+    TORQUE,
+)
 from contiga.simulation.clock import Clock
 from contiga.simulation.critical import Limit, Rates, check_stable, find_limit, limit_of
 from contiga.simulation.load_forces import unrealised_load_work
@@ -549,9 +558,9 @@ def shaking_of(model: Model, last: SystemState, state: SystemState, limit: Limit
 def _over_root_mass(system: Mechanism, k: int, rate: FloatArray, state: SystemState) -> float:
     """Return √(ṗᵀ M⁻¹ ṗ) for the rate (6,) of force and moment about the centre of a body."""
     fixed, turn = system.fixed[k], state.bodies.poses[int(system.free[k]), :3, :3]
-    torque = product(turn.T, rate[3:] * fixed[SPINS : SPINS + 3])
+    torque = product(turn.T, rate[3:] * fixed[FREE_ROTATIONS : FREE_ROTATIONS + 3])
     moment = product(fixed[AXES : AXES + 9].reshape(3, 3).T, torque)
-    square = np.square(rate[:3] * fixed[WAYS : WAYS + 3]).sum() / fixed[MASS]
+    square = np.square(rate[:3] * fixed[FREE_DIRECTIONS : FREE_DIRECTIONS + 3]).sum() / fixed[MASS]
     return math.sqrt(float(square + (moment * moment / fixed[MOMENTS : MOMENTS + 3]).sum()))
 
 

@@ -17,7 +17,7 @@ from contiga.simulation.checks.run_checks import notes_on
 from contiga.simulation.checks.surface_checks import OPEN
 from contiga.simulation.clock import Clock
 from contiga.simulation.energy_balance import energy_summary, energy_warnings
-from contiga.simulation.history import COUNTED
+from contiga.simulation.history import STATUS_OF_COLUMN
 from contiga.simulation.joints import joint_summary
 from contiga.simulation.model import Model, column_prefixes
 from contiga.simulation.sensor_criteria import sensor_summary, sensors_without_criteria
@@ -187,7 +187,8 @@ def _statuses(model: Model, history: dict[str, FloatArray]) -> dict[str, dict[st
     """Return the number of points with each status, summed over the steps, by contact."""
     return {
         name: {
-            status.name: int(np.sum(history[prefix + column])) for column, status in COUNTED.items()
+            status.name: int(np.sum(history[prefix + column]))
+            for column, status in STATUS_OF_COLUMN.items()
         }
         for name, prefix in column_prefixes(model).items()
     }

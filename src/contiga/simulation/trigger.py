@@ -9,7 +9,7 @@ from typing import NamedTuple
 from contiga.arrays.layout import not_negative, positive, real
 from contiga.errors import InputError
 
-OF_TRIGGERS = ("trigger", "fired")
+TRIGGER_COLUMNS = ("trigger", "fired")
 """Columns of a trigger: its filtered channel, and 1 once it has fired."""
 CORNER = 2.0775
 """Corner frequency of one pass of SAE J211's filters over their class: 3 dB are of two passes."""

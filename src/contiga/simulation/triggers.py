@@ -5,14 +5,14 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 
-from contiga.dynamics.kinks import SAME_TIME
+from contiga.dynamics.kinks import TIME_TOL
 from contiga.io.units import base_factor
 from contiga.simulation.model import Model
 from contiga.simulation.relative_sensors import between_columns
 from contiga.simulation.sensor import Sensor, channel_of
 from contiga.simulation.sensors import point_columns
 from contiga.simulation.system_state import SystemState
-from contiga.simulation.trigger import CORNER, OF_TRIGGERS, TriggerState
+from contiga.simulation.trigger import CORNER, TRIGGER_COLUMNS, TriggerState
 
 
 def trigger_states(
@@ -50,7 +50,7 @@ def firing_times(states: Mapping[str, TriggerState]) -> dict[str, float]:
 
 def kinks_of_triggers(model: Model, state: SystemState) -> list[float]:
     """Return times after `state` at which fired devices have kinks: steps end there."""
-    nearest = SAME_TIME * (model.stepping.end - model.stepping.start)
+    nearest = TIME_TOL * (model.stepping.end - model.stepping.start)
     return [
         float(time)
         for name, fires in firing_times(state.triggers).items()
@@ -64,5 +64,5 @@ def trigger_columns(state: SystemState) -> dict[str, float]:
     columns: dict[str, float] = {}
     for name, one in state.triggers.items():
         values = one.value, float(one.fires <= state.time)
-        columns |= {f"{name}.{c}": v for c, v in zip(OF_TRIGGERS, values, strict=True)}
+        columns |= {f"{name}.{c}": v for c, v in zip(TRIGGER_COLUMNS, values, strict=True)}
     return columns

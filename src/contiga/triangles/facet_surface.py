@@ -17,8 +17,8 @@ from contiga.records import (
     FootSlopes,
     Hit,
     IntArray,
-    KnownSides,
     Projection,
+    Sides,
     SurfacePlaces,
 )
 from contiga.triangles.facet_feet import closest_of_rows, is_smooth, track
@@ -106,11 +106,11 @@ class FacetedSurface(NamedTuple):
         facets = self.tables.facets
         run_ranges(closest_nb.box_distance, len(rows), MIN_POINTS, facets, p_B, rows, lengths)
 
-    def sides(self, p_B: FloatArray, rows: IntArray) -> KnownSides:
+    def sides(self, p_B: FloatArray, rows: IntArray) -> Sides:
         """Return unknown sides: a mesh has no grid of sides."""
-        return KnownSides(np.zeros(len(rows), np.int8), np.zeros(len(rows)))
+        return Sides(np.zeros(len(rows), np.int8), np.zeros(len(rows)))
 
-    def clear_ways(self, a_B: FloatArray, b_B: FloatArray, rows: IntArray) -> NDArray[np.bool_]:
+    def clear_paths(self, a_B: FloatArray, b_B: FloatArray, rows: IntArray) -> NDArray[np.bool_]:
         """Return False for all rows: no path is known to be clear."""
         return np.zeros(len(rows), dtype=bool)
 

@@ -13,7 +13,7 @@ from typing import Any
 import numba
 
 from contiga.jit.folder import RECORD, kernel_folder
-from contiga.jit.prebuilt import made_for
+from contiga.jit.prebuilt import kernel_target
 from contiga.jit.stamps import PACKAGE
 from contiga.jit.vectors import numbers_in_vector
 from contiga.rigid.kernels.rigid_nb import to_body
@@ -42,7 +42,7 @@ def _record_path() -> Path | None:
     folder = kernel_folder()
     if folder is None:
         return None
-    compiler = sys.implementation.cache_tag, numba.__version__, numbers_in_vector(made_for())
+    compiler = sys.implementation.cache_tag, numba.__version__, numbers_in_vector(kernel_target())
     digest = sha256(repr((*compiler, to_body.targetctx.codegen().magic_tuple())).encode())
     for file in sorted(PACKAGE.rglob("*.py")):
         digest.update(file.relative_to(PACKAGE).as_posix().encode() + file.read_bytes())

@@ -182,8 +182,8 @@ def test_what_took_long_is_kept(folder: Path, monkeypatch: pytest.MonkeyPatch) -
         return list(built)
 
     monkeypatch.setattr(disk_cache, "MIN_SECONDS", float("inf"))
-    assert [len(cache.kept("a", build)) for _ in range(2)] == [1, 2]
+    assert [len(cache.get_or_build("a", build)) for _ in range(2)] == [1, 2]
     monkeypatch.setattr(disk_cache, "MIN_SECONDS", -1.0)
-    assert [len(cache.kept(None, build)) for _ in range(2)] == [3, 4]
+    assert [len(cache.get_or_build(None, build)) for _ in range(2)] == [3, 4]
     assert not folder.exists()
-    assert [len(cache.kept("a", build)) for _ in range(2)] == [5, 5]
+    assert [len(cache.get_or_build("a", build)) for _ in range(2)] == [5, 5]

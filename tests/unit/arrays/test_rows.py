@@ -17,8 +17,8 @@ def put(rows, k, values):
 
 
 @njit
-def doubled(rows):
-    return rows_nb.doubled(rows)
+def double_rows(rows):
+    return rows_nb.double_rows(rows)
 
 
 @pytest.mark.parametrize("kind", [float, np.int64, np.int32])
@@ -37,7 +37,7 @@ def test_a_shorter_tuple_leaves_the_rest_of_its_row():
 @pytest.mark.parametrize("m", [1, 7])
 def test_a_table_grows_and_keeps_its_rows(m):
     rows = np.random.default_rng(3).normal(size=(m, 5))
-    grown = doubled(rows)
+    grown = double_rows(rows)
     assert grown.shape == (2 * m, 5)
     np.testing.assert_array_equal(grown[:m], rows)
     grown[:] = 0.0

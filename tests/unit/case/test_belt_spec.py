@@ -15,7 +15,7 @@ from contiga.case.columns import columns_of_case
 from contiga.case.describe import describe
 from contiga.case.schema import parse_case
 from contiga.case.toml import resolved_toml
-from contiga.case.whole import load_whole
+from contiga.case.whole import load_case_to_build
 from contiga.errors import InputError, RunError
 
 CASE = """
@@ -102,7 +102,7 @@ def test_a_wrong_belt_is_told_with_its_key(tmp_path: Path, old: str, new: str, s
     file = tmp_path / "case.toml"
     file.write_text(text)
     with pytest.raises(InputError) as told:
-        cg.build(load_whole(file))
+        cg.build(load_case_to_build(file))
     assert said.lower() in str(told.value).lower()
     assert str(told.value).count("\n") == 0
 
@@ -285,7 +285,7 @@ def test_ends_that_cannot_be_are_told_by_one_message(
     file = tmp_path / "case.toml"
     file.write_text(held("bars", old, new))
     with pytest.raises(InputError) as told:
-        cg.build(load_whole(file))
+        cg.build(load_case_to_build(file))
     assert said.lower() in str(told.value).lower()
     assert str(told.value).count("\n") == 0
 
@@ -302,7 +302,7 @@ def test_a_belt_is_laid_where_its_bodies_are_at_the_start(tmp_path: Path) -> Non
         text = case(old="radius = 100.0 }", new=f"radius = 100.0 }}\n{moved}\n{rider}")
         text = text.replace('over = ["ball"]', f'over = ["{over}"]')
         file.write_text(text)
-        (belt,) = belts_of(load_whole(file)).values()
+        (belt,) = belts_of(load_case_to_build(file)).values()
         centre = np.array([30.0, 0.0, 0.0 if over == "ball" else -10.0])
         away = np.linalg.norm(belt.slave.points - centre, axis=1)
         assert 100.0 <= away.min() < 100.01

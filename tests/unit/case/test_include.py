@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 import contiga as cg
 from contiga.case.schema import Case, load_case
 from contiga.case.toml import resolved_toml
-from contiga.case.whole import load_whole
+from contiga.case.whole import load_case_to_build
 from contiga.errors import CaseError, InputError
 from contiga.rigid import pose
 
@@ -359,7 +359,7 @@ def test_what_is_wrong_with_files_of_parts_names_the_file(tmp_path: Path) -> Non
         cg.build(read(tmp_path, leg=open_mass))
     two = CASE.replace("1e-4", "-1e-4")
     with pytest.raises(InputError) as whole:
-        load_whole(written(tmp_path, leg=open_mass, case=two))
+        load_case_to_build(written(tmp_path, leg=open_mass, case=two))
     assert "leg.toml: body[0].mass.centre" in str(whole.value)
     assert "contact[0].law.stiffness" in str(whole.value)
 

@@ -9,7 +9,7 @@ import pytest
 from contiga.case.build import build
 from contiga.case.problems import ErrorCollector
 from contiga.case.schema import load_case
-from contiga.case.whole import load_whole
+from contiga.case.whole import load_case_to_build
 from contiga.errors import InputError, MissingPackageError
 
 CASE = """
@@ -113,7 +113,7 @@ def test_what_tables_say_wrong_is_told_with_what_cannot_be_made(tmp_path: Path) 
     (tmp_path / "part.stl").write_text("solid nothing\nfacet\n")
     (tmp_path / "case.toml").write_text(text)
     with pytest.raises(InputError) as caught:
-        load_whole(tmp_path / "case.toml")
+        load_case_to_build(tmp_path / "case.toml")
     first, *others = [line.strip() for line in str(caught.value).splitlines()]
     assert first == f"{tmp_path / 'case.toml'}: 3 things are wrong"
     assert others[0].startswith("slave[0].thicknes: unknown key")
@@ -121,21 +121,21 @@ def test_what_tables_say_wrong_is_told_with_what_cannot_be_made(tmp_path: Path) 
     assert others[2].startswith("body[0].mass")
 
 
-@pytest.mark.parametrize("reader", [load_case, load_whole])
+@pytest.mark.parametrize("reader", [load_case, load_case_to_build])
 def test_names_of_nothing_are_in_the_list(tmp_path: Path, reader) -> None:
     """Beside a key that is none, a master is misspelt, and so are a load's body and a spring's."""
     text = CASE.replace("thickness = 10.0", "thicknes = 10.0")
     text = text.replace('master = "ball"\nslave = "skin"', 'master = "bal"\nslave = "skin"')
     text += '[[load]]\nbody = "pad"\nforce = [1, 0, 0]\n'
     text += '[[spring]]\nbetween = ["ground", "sledd"]\nat = [[0, 0, 0], [9, 0, 0]]\ncurve = 1\n'
-    if reader is load_whole:
+    if reader is load_case_to_build:
         text = text.replace(*WRONG["ball's mass"][:2])
     (tmp_path / "case.toml").write_text(text)
     with pytest.raises(InputError) as caught:
         reader(tmp_path / "case.toml")
     _, *lines = [line.strip() for line in str(caught.value).splitlines()]
     starts = ["slave[0].thicknes: unknown key", "contact[1].master: no body", "load[0].body: no"]
-    starts += ["spring[0].between[1]: no"] + ["body[0].mass"] * (reader is load_whole)
+    starts += ["spring[0].between[1]: no"] + ["body[0].mass"] * (reader is load_case_to_build)
     assert [line[: len(start)] for line, start in zip(lines, starts, strict=True)] == starts
     assert "Did you mean 'ball'?" in lines[1]
     assert "'pad' is a slave" in lines[2]
@@ -166,7 +166,7 @@ def test_what_is_wrong_alone_is_told_alone(tmp_path: Path, old: str, new: str, k
     with pytest.raises(InputError) as alone:
         load_case(tmp_path / "case.toml")
     with pytest.raises(InputError) as whole:
-        load_whole(tmp_path / "case.toml")
+        load_case_to_build(tmp_path / "case.toml")
     assert str(whole.value) == str(alone.value)
     assert key in str(alone.value)
 
@@ -176,7 +176,7 @@ def test_entries_that_are_no_tables_are_told_with_the_rest(tmp_path: Path, key: 
     old, new, place = WRONG["ball's mass"]
     (tmp_path / "case.toml").write_text(f"{key} = ['a', 5]\n" + CASE.replace(old, new))
     with pytest.raises(InputError) as caught:
-        load_whole(tmp_path / "case.toml")
+        load_case_to_build(tmp_path / "case.toml")
     lines = [line.strip() for line in str(caught.value).splitlines()]
     assert len(lines) == 4
     for line, start in zip(lines[1:], (f"{key}[0]", f"{key}[1]", place), strict=True):
@@ -186,7 +186,7 @@ def test_entries_that_are_no_tables_are_told_with_the_rest(tmp_path: Path, key: 
 def test_bodies_that_are_no_tables_are_told(tmp_path: Path) -> None:
     (tmp_path / "case.toml").write_text(CASE)
     with pytest.raises(InputError, match=r"body\[0\]: must be a table; found 5"):
-        load_whole(tmp_path / "case.toml", set={"body": [5]})
+        load_case_to_build(tmp_path / "case.toml", set={"body": [5]})
 
 
 def no_cad(*_: object) -> None:
@@ -211,7 +211,7 @@ def test_a_missing_package_is_one_line_of_the_list(
     (tmp_path / "case.toml").write_text(CASE.replace("thickness = 10.0", "thicknes = 10.0"))
     monkeypatch.setattr("contiga.case.build._checked_body", no_cad)
     with pytest.raises(InputError, match=r"body\[0\]\.geometry: reading CAD needs") as caught:
-        load_whole(tmp_path / "case.toml")
+        load_case_to_build(tmp_path / "case.toml")
     assert "thicknes: unknown key" in str(caught.value)
 
 
@@ -230,7 +230,7 @@ def test_places_are_counted_as_in_the_file(tmp_path: Path) -> None:
     text = CASE.replace("radius = 20.0", "radius = '20'").replace(old, new)
     (tmp_path / "case.toml").write_text(text)
     with pytest.raises(InputError) as caught:
-        load_whole(tmp_path / "case.toml", set={"contact[1].master": "sled"})
+        load_case_to_build(tmp_path / "case.toml", set={"contact[1].master": "sled"})
     lines = [line.strip() for line in str(caught.value).splitlines()]
     assert lines[1].startswith("body[0].geometry")
     assert lines[2].startswith("body[1].motion.table")

@@ -135,8 +135,8 @@ def test_nodes_of_no_element_stay_where_they_are() -> None:
     simulation = _simulation(slave, motion, end=1.0, step=0.05, gravity=[0.0, 0.0, 2.0])
     assert "lone" not in {finding.rule for finding in simulation.check()}
     active = cg.Slave(points, slave.facets, active=np.ones(9, bool), elements=slave.elements)
-    told = _simulation(active, motion, end=1.0, step=0.05).check()
-    assert any("1 of its points" in finding.text for finding in told if finding.rule == "lone")
+    findings = _simulation(active, motion, end=1.0, step=0.05).check()
+    assert any("1 of its points" in finding.text for finding in findings if finding.rule == "lone")
     state = simulation.run().state
     way = state.slaves["soft"].points - points
     assert not way[0].any()

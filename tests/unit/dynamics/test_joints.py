@@ -14,7 +14,14 @@ from contiga.dynamics.joint_records import work_for
 from contiga.dynamics.joints import KINDS, Joint
 from contiga.dynamics.kernels import joints_nb
 from contiga.dynamics.linkage import Linkage, check_fit
-from contiga.dynamics.rigid_bodies import Placed, drifted, fixed_of, kicked, row_of, started
+from contiga.dynamics.rigid_bodies import (
+    Placed,
+    bodies_at_start,
+    drift_bodies,
+    fixed_of,
+    kick_bodies,
+    row_of,
+)
 from contiga.errors import InputError
 from contiga.records import FloatArray
 from contiga.rigid import rigid_lanes as lanes
@@ -58,14 +65,14 @@ def linkage_of(joints: list[Joint], **given: Any) -> tuple[Linkage, FloatArray, 
 def moved(linkage: Linkage, rows: FloatArray, poses: FloatArray, step: float, count: int) -> Placed:
     """Bodies that fly for some steps without forces but those of their joints."""
     fixed, still = linkage.fixed, np.zeros((2, 6))
-    placed = started(rows, fixed)
-    kicked(placed, fixed, still, 0.0)
+    placed = bodies_at_start(rows, fixed)
+    kick_bodies(placed, fixed, still, 0.0)
     linkage.react(placed, poses, still, still)
     for _ in range(count):
         last = placed.rows
-        placed = drifted(last, fixed, step)
+        placed = drift_bodies(last, fixed, step)
         assert linkage.close(last, poses, placed, poses, step) <= 1e-12
-        kicked(placed, fixed, still, step)
+        kick_bodies(placed, fixed, still, step)
         linkage.react(placed, poses, still, still)
     return placed
 
@@ -143,7 +150,7 @@ def test_with_its_reactions_a_joint_opens_by_the_third_power_of_a_step(kind: str
     placed = moved(linkage, rows, poses, 0.05, 10)
     work, open_by = work_for(linkage.table, 2), []
     for step in (0.02, 0.01):
-        gone = drifted(placed.rows, linkage.fixed, step).rows
+        gone = drift_bodies(placed.rows, linkage.fixed, step).rows
         open_by.append(joints_nb.misfits(gone, poses, linkage.fixed, linkage.table, work))
     assert open_by[1] > 1e-9
     assert np.log2(open_by[0] / open_by[1]) == pytest.approx(3.0, abs=0.3)
@@ -215,7 +222,7 @@ def test_velocities_are_those_of_gauss_least_change() -> None:
         Joint("spherical", "ground", "a", at=[0, 1, 0]),
     ]
     linkage, rows, poses = linkage_of(joints)
-    placed, still = started(rows, linkage.fixed), np.zeros((2, 6))
+    placed, still = bodies_at_start(rows, linkage.fixed), np.zeros((2, 6))
     work = work_for(linkage.table, 2)
     joints_nb.misfits(rows, poses, linkage.fixed, linkage.table, work)
     joints_nb.derive(rows, linkage.fixed, linkage.table, work)
@@ -232,7 +239,7 @@ def test_velocities_are_those_of_gauss_least_change() -> None:
         velocities[6 * k + 3 : 6 * k + 6] = placed.twists[k, 3:]
     W = np.linalg.inv(M)
     expected = velocities - W @ G.T @ np.linalg.pinv(G @ W @ G.T) @ G @ velocities
-    kicked(placed, linkage.fixed, still, 0.0)
+    kick_bodies(placed, linkage.fixed, still, 0.0)
     kinetic, _ = linkage.react(placed, poses, still, still)
     for k in range(2):
         own = placed.rows[k, lanes.VELOCITY : lanes.VELOCITY + 3]
@@ -253,8 +260,8 @@ def test_reactions_of_redundant_joints_are_the_least_and_the_motion_is_the_same(
     np.testing.assert_allclose(ends[1], ends[0], atol=1e-11)
     still, told = np.zeros((2, 6)), []
     for linkage in (single, double):
-        placed = started(rows, linkage.fixed)
-        kicked(placed, linkage.fixed, np.ones((2, 6)), 0.0)
+        placed = bodies_at_start(rows, linkage.fixed)
+        kick_bodies(placed, linkage.fixed, np.ones((2, 6)), 0.0)
         told.append(linkage.react(placed, poses, still, still)[1])
     np.testing.assert_allclose(told[1], np.repeat(0.5 * told[0], 2, axis=0), atol=1e-12)
     fit = double.fit(rows, poses)
@@ -265,7 +272,7 @@ def test_reactions_of_redundant_joints_are_the_least_and_the_motion_is_the_same(
 def test_held_ways_stay_held() -> None:
     joint = Joint("spherical", "a", "b", at=AT)
     linkage, rows, poses = linkage_of([joint])
-    linkage.fixed[0, [lanes.WAYS, lanes.SPINS + 2]] = 0.0
+    linkage.fixed[0, [lanes.FREE_DIRECTIONS, lanes.FREE_ROTATIONS + 2]] = 0.0
     rows[0, lanes.VELOCITY] = 0.0
     placed = moved(linkage, rows, poses, 0.02, 20)
     assert placed.rows[0, lanes.CENTRE] == 0.0
@@ -277,7 +284,7 @@ def test_bodies_are_moved_least_by_their_masses_to_close_a_joint() -> None:
     """The gap is shared as the masses, 1 and 2, have it."""
     joint = Joint("spherical", "a", "b", at=[[0.0, 0.0, 0.0], [0.0, 0.0, 0.3]])
     linkage, rows, poses = linkage_of([joint])
-    linkage.fixed[:, lanes.SPINS : lanes.SPINS + 3] = 0.0
+    linkage.fixed[:, lanes.FREE_ROTATIONS : lanes.FREE_ROTATIONS + 3] = 0.0
     rows[:, lanes.MOMENTUM : lanes.MOMENTUM + 3] = 0.0
     fit = linkage.fit(rows, poses)
     assert fit.misfit <= 1e-15
@@ -288,11 +295,11 @@ def test_bodies_are_moved_least_by_their_masses_to_close_a_joint() -> None:
 def test_axes_are_turned_to_meet() -> None:
     joint = Joint("revolute", "ground", "a", at=[0, 0, 0], axis=[[0, 0, 1], [0, 0.1, 1]])
     linkage, rows, poses = linkage_of([joint])
-    before = started(rows, linkage.fixed).twists[0, 3:]
+    before = bodies_at_start(rows, linkage.fixed).twists[0, 3:]
     fit = linkage.fit(rows, poses)
     assert fit.misfit <= 1e-15
     assert fit.turned[0] == pytest.approx(np.arctan(0.1), rel=0.1)
-    after = started(fit.rows, linkage.fixed).twists[0, 3:]
+    after = bodies_at_start(fit.rows, linkage.fixed).twists[0, 3:]
     np.testing.assert_allclose(after, before, atol=1e-13)  # the spin given is that of the body
 
 

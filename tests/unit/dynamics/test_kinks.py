@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import contiga as cg
-from contiga.dynamics.kinks import PASSED, bends_of, jumps_of, united
+from contiga.dynamics.kinks import SKIP_TOL, bends_of, jumps_of, merge_kinks
 from contiga.dynamics.prescribed import kinks_in
 
 PUSH = [[0.0, 0.0], [20.13, 0.0], [20.18, 1e4], [20.23, 0.0], [100.0, 0.0]]
@@ -38,7 +38,7 @@ def test_what_passed_rows_leave_out_is_at_most_twice_their_share(seed: int) -> N
     )
     size = np.sqrt((whole**2).sum(axis=1))
     off = np.sqrt(((whole - few) ** 2).sum(axis=1))
-    assert np.trapezoid(off, fine) <= 2.001 * PASSED * np.trapezoid(size, fine)
+    assert np.trapezoid(off, fine) <= 2.001 * SKIP_TOL * np.trapezoid(size, fine)
     assert len(kept) < len(t)
 
 
@@ -51,7 +51,7 @@ def test_even_rates_are_one_piece_and_a_turn_is_seen() -> None:
 
 def test_times_between_start_and_end_once_each() -> None:
     some = [0.0, 1.0, 1.0 + 1e-12, 2.0, 5.0], [1.0, 3.0], ()
-    assert united(some, 0.0, 5.0) == (1.0, 2.0, 3.0)
+    assert merge_kinks(some, 0.0, 5.0) == (1.0, 2.0, 3.0)
 
 
 HAMMER = [[0.0, 0, 0, 0], [2.0, 0, 0, 0], [2.1, 0, 0, -1.0], [2.2, 0, 0, 0], [9.0, 0, 0, 0]]

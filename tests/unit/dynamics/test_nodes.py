@@ -46,7 +46,7 @@ def test_a_drift_is_half_a_kick_a_way_and_a_prediction(held: np.ndarray, loads: 
     masses = node_steps.masses_of(MASS, held, NONE)
     expected = accelerations(held, loads)
     np.testing.assert_allclose(node_steps.accelerated(masses, acting(loads)), expected, rtol=1e-13)
-    moved = node_steps.drifted(masses, acting(loads), POINTS, VELOCITIES, DT)
+    moved = node_steps.drift_nodes(masses, acting(loads), POINTS, VELOCITIES, DT)
     half = VELOCITIES + 0.5 * DT * expected
     np.testing.assert_allclose(moved.half, half, rtol=1e-12, atol=1e-14)
     np.testing.assert_allclose(moved.points, POINTS + DT * half, rtol=1e-12, atol=1e-14)
@@ -57,7 +57,7 @@ def test_a_drift_is_half_a_kick_a_way_and_a_prediction(held: np.ndarray, loads: 
 def test_a_kick_ends_the_step_with_damping_and_without_driven_nodes(driven: np.ndarray) -> None:
     masses = node_steps.masses_of(MASS, HELD, driven)
     half, predicted = RNG.normal(size=(2, N, 3))
-    velocities, energy = node_steps.kicked(masses, acting(True), half, predicted, DT, DAMPING)
+    velocities, energy = node_steps.kick_nodes(masses, acting(True), half, predicted, DT, DAMPING)
     free = half + 0.5 * DT * accelerations(HELD, True)
     free /= 1.0 + 0.5 * DT * DAMPING
     expected_velocities = np.where(driven, predicted, free)

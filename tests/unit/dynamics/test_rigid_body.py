@@ -7,7 +7,14 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from contiga.dynamics.free import Free
-from contiga.dynamics.rigid_bodies import Placed, drifted, fixed_of, kicked, row_of, started
+from contiga.dynamics.rigid_bodies import (
+    Placed,
+    bodies_at_start,
+    drift_bodies,
+    fixed_of,
+    kick_bodies,
+    row_of,
+)
 from contiga.errors import InputError
 from contiga.records import FloatArray, MassProperties
 from contiga.rigid import quaternion
@@ -21,19 +28,19 @@ TOP = np.array([[1.0, 0.2, 0.1], [0.2, 2.0, 0.3], [0.1, 0.3, 2.5]])
 def flown(motion: Free, time: float, steps: int, loads: FloatArray | None = None) -> Placed:
     """A body after a flight with a constant load about its frame's origin."""
     fixed = fixed_of("top", motion)[None]
-    placed = started(row_of(motion, fixed[0])[None], fixed)
+    placed = bodies_at_start(row_of(motion, fixed[0])[None], fixed)
     own = np.zeros((1, 6)) if loads is None else loads
-    kicked(placed, fixed, own, 0.0)
+    kick_bodies(placed, fixed, own, 0.0)
     for _ in range(steps):
-        placed = drifted(placed.rows, fixed, time / steps)
-        kicked(placed, fixed, own, time / steps)
+        placed = drift_bodies(placed.rows, fixed, time / steps)
+        kick_bodies(placed, fixed, own, time / steps)
     return placed
 
 
 def energy_of(placed: Placed, motion: Free) -> float:
     fixed = fixed_of("top", motion)[None]
     again = Placed(placed.rows.copy(), placed.poses, placed.twists.copy())
-    return kicked(again, fixed, np.zeros((1, 6)), 0.0)
+    return kick_bodies(again, fixed, np.zeros((1, 6)), 0.0)
 
 
 def turned(placed: Placed) -> FloatArray:
@@ -74,11 +81,11 @@ def test_its_energy_comes_back() -> None:
     fixed = fixed_of("top", motion)[None]
     worst = []
     for step in (0.04, 0.02):
-        placed = started(row_of(motion, fixed[0])[None], fixed)
+        placed = bodies_at_start(row_of(motion, fixed[0])[None], fixed)
         first = energy_of(placed, motion)
         drift = np.empty(2000)
         for k in range(len(drift)):
-            placed = drifted(placed.rows, fixed, step)
+            placed = drift_bodies(placed.rows, fixed, step)
             drift[k] = abs(energy_of(placed, motion) / first - 1.0)
         assert drift[1000:].max() < 1.05 * drift[:1000].max()
         worst.append(drift.max())

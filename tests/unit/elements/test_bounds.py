@@ -26,7 +26,7 @@ def test_derivatives_stay_below_their_bounds(p, q, cell):
     patch = patch_of(p + 10 * q, p, q)
     tables = tables_of(cg.Body([patch]))
     bound = np.empty(9)
-    assert not bounds_nb.look_closer(tables.elements, 0, cell, (0.0, 0.0, 0.0), 0.0, bound)
+    assert not bounds_nb.is_beyond_limit(tables.elements, 0, cell, (0.0, 0.0, 0.0), 0.0, bound)
     rng = np.random.default_rng(0)
     s = rng.uniform(cell[0], cell[1], 400) + 0.5
     t = rng.uniform(cell[2], cell[3], 400) + 0.5
@@ -49,7 +49,7 @@ def test_a_cell_is_called_beyond_a_distance_only_when_it_is(p, q):
         least = np.linalg.norm(surface - point, axis=1).min()
         local = tuple(point - origin)
         cell = (-0.1, 0.1, -0.1, 0.1)
-        look = bounds_nb.look_closer
+        look = bounds_nb.is_beyond_limit
         assert not look(tables.elements, 0, cell, local, least * (1 + 1e-9), bound)
         proved += look(tables.elements, 0, cell, local, 0.9 * least, bound)
     assert proved > 40

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from numba import config, njit
 
-from contiga.jit.block import bits_of, read_anew, turn
+from contiga.jit.block import bits_of, reload_numbers, turn
 from contiga.jit.scratch import scratch
 
 
@@ -22,7 +22,7 @@ def sums(table, m):
     own = scratch(8)
     total = 0.0
     for k in range(m):
-        read_anew(table, own, 8)
+        reload_numbers(table, own, 8)
         for i in range(8):
             total += own[i]
         table[0] = k

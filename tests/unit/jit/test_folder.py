@@ -155,7 +155,7 @@ def test_kernels_that_were_not_used_the_longest_make_room(tmp_path: Path) -> Non
     for days, name in enumerate("abcd"):
         entries(tmp_path, f"{name}_nb.f", age=days * DAY)
     (tmp_path / "notes-of-a-user.txt").touch()
-    cache_folder.asked_for(tmp_path / "d_nb.f-0123456789abcdef.py311.nbi")
+    cache_folder.mark_used(tmp_path / "d_nb.f-0123456789abcdef.py311.nbi")
     assert trim(tmp_path, at.SUFFIXES, 500) == ["c_nb.f0123456789abcdef", "b_nb.f0123456789abcdef"]
     assert left(tmp_path) == {"a_nb.f", "d_nb.f", "notes"}
     assert len(list(tmp_path.iterdir())) == 5

@@ -69,7 +69,7 @@ def test_it_is_left_out_by_the_switch_and_by_commands(monkeypatch: pytest.Monkey
     assert said(monkeypatch, Terminal()) == ""
     monkeypatch.setenv(notice.SWITCH, "0")
     monkeypatch.setattr(notice, "_is_notified", False)
-    notice.leave_out()
+    notice.suppress_notice()
     assert said(monkeypatch, Terminal()) == ""
 
 

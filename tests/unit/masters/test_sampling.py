@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import contiga as cg
-from contiga.masters.sampling import FULL, default_size, refined
+from contiga.masters.sampling import MAX_TRIANGLES, default_size, refined
 
 
 def test_new_points_lie_on_the_body() -> None:
@@ -33,7 +33,7 @@ def test_sides_are_as_short_as_what_is_met_asks_for() -> None:
     assert default_size(plate, mesh) == pytest.approx(0.1 * plate.size)
     assert default_size(plate, mesh, [4000.0, 173.2]) == pytest.approx(0.25 * 173.2)
     least = default_size(plate, mesh, [1e-3])
-    assert 0.2 * FULL < len(refined(plate, mesh, least).triangles) <= FULL
+    assert 0.2 * MAX_TRIANGLES < len(refined(plate, mesh, least).triangles) <= MAX_TRIANGLES
 
 
 CASE = """

@@ -8,7 +8,7 @@ from tests.blocks import block
 
 from contiga.materials import Belt, Elastic, Fabric, Foam, NeoHooke
 from contiga.matter import Assembled, Part, assemble
-from contiga.matter.element_fields import ElementFields, Inside, at_facets, at_nodes
+from contiga.matter.element_fields import ElementFields, KindFields, at_facets, at_nodes
 from contiga.matter.strain import largest_principal
 
 CELLS = {"tet4": "tetra", "hex8": "hexahedron"}
@@ -133,7 +133,7 @@ def test_facets_have_their_elements_and_nodes_the_means_of_them() -> None:
     cells = np.asarray(slave.elements["hexahedron"])
     values = np.array([1.0, 5.0])
     own = ElementFields(np.zeros((2, 6)), np.zeros((2, 6)), values)
-    groups = [Inside(cells, np.array([1.0, 3.0]), own)]
+    groups = [KindFields(cells, np.array([1.0, 3.0]), own)]
     facets = np.concatenate([slave.facets, [[0, 1, len(slave) - 1]]])
     told = at_facets(groups, facets).energy_density
     middle = slave.points[slave.facets].mean(axis=1)[:, 0]

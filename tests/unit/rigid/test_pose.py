@@ -8,7 +8,7 @@ from scipy.spatial.transform import Rotation
 
 from contiga.errors import InputError
 from contiga.rigid import pose, transform
-from contiga.rigid.frames import standing
+from contiga.rigid.frames import checked_pose
 
 
 def test_a_quarter_turn_about_z_is_exact() -> None:
@@ -109,7 +109,7 @@ def matrix(t: object = (0.0, 0.0, 0.0)) -> np.ndarray:
 )
 def test_a_pose_may_be_a_rotation_or_a_pair(given: object, expected: np.ndarray) -> None:
     np.testing.assert_allclose(pose.as_pose(given), expected, rtol=0, atol=1e-15)  # type: ignore[arg-type]
-    np.testing.assert_array_equal(standing(given), pose.as_pose(given))  # type: ignore[arg-type]
+    np.testing.assert_array_equal(checked_pose(given), pose.as_pose(given))  # type: ignore[arg-type]
     np.testing.assert_array_equal(transform.affine(given), pose.as_pose(given))  # type: ignore[arg-type]
 
 
@@ -136,4 +136,4 @@ def test_what_is_no_rotation_or_pair_is_refused_with_its_name(given: object, mes
         pose.as_pose(given, "bodies['ball']")  # type: ignore[arg-type]
     assert "bodies['ball']" in str(raised.value)
     with pytest.raises(InputError, match=message):
-        standing(given)  # type: ignore[arg-type]
+        checked_pose(given)  # type: ignore[arg-type]

@@ -8,7 +8,7 @@ import pytest
 from contiga.arrays.layout import locked
 from contiga.errors import InputError
 from contiga.rigid import pose
-from contiga.rigid.frames import standing, to_body, to_world, turn_to_world
+from contiga.rigid.frames import checked_pose, to_body, to_world, turn_to_world
 from contiga.rigid.kernels import rigid_nb
 
 X_WB = pose.compose(pose.translation([1.0, -2.0, 3.0]), pose.rotation("z", 0.7))
@@ -74,12 +74,12 @@ def test_columns_of_a_wider_array_are_turned(points: np.ndarray) -> None:
 def test_a_pose_is_taken_as_a_copy_of_its_own() -> None:
     given = np.asfortranarray(X_WB)
     given.flags.writeable = False
-    taken = standing(given)
+    taken = checked_pose(given)
     assert taken.flags.carray
     assert not np.shares_memory(taken, given)
     np.testing.assert_array_equal(taken, X_WB)
-    np.testing.assert_array_equal(standing(X_WB.tolist()), X_WB)
-    assert standing(np.eye(4, dtype=np.int64)).dtype == np.float64
+    np.testing.assert_array_equal(checked_pose(X_WB.tolist()), X_WB)
+    assert checked_pose(np.eye(4, dtype=np.int64)).dtype == np.float64
 
 
 def changed(*entries: tuple[int, int, float]) -> np.ndarray:
@@ -108,7 +108,7 @@ def test_what_is_no_pose_is_refused_with_the_words_of_poses(name: str) -> None:
     with pytest.raises(InputError) as wanted:
         pose.as_pose(WRONG[name])
     with pytest.raises(InputError) as error:
-        standing(WRONG[name])
+        checked_pose(WRONG[name])
     assert str(error.value) == str(wanted.value)
 
 

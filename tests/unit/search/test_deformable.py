@@ -169,7 +169,7 @@ def test_nothing_is_kept_of_shapes() -> None:
         feet = feet_on(shape, points)
         shape.track(points, feet.patch, feet.uv, empty_projection(300), points)
         shape.sides(points, rows)
-        shape.clear_ways(points, points + 0.1, rows)
+        shape.clear_paths(points, points + 0.1, rows)
         shape.last_crossings(points, points + 0.5, rows)
         assert shape.contact_tables is None
 

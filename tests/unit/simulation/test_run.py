@@ -19,7 +19,7 @@ from contiga.io.out.outlines import read_outlines
 from contiga.io.out.vtkhdf import read_fields
 from contiga.records import ContactStatus as Is
 from contiga.simulation import step as step_module
-from contiga.simulation.history import COUNTED
+from contiga.simulation.history import STATUS_OF_COLUMN
 from contiga.simulation.model import ContactPart, OutputOptions
 
 Make = Callable[..., Simulation]
@@ -30,7 +30,7 @@ COLUMNS = [
     *("moment_x", "moment_y", "moment_z", "area", "n_clusters", "mean_pressure", "max_pressure"),
     *("centre_x", "centre_y", "centre_z", "work", "energy_stored", "energy_hysteresis"),
     *("energy_damping", "energy_friction", "energy_error", "wall_time"),
-    *COUNTED,
+    *STATUS_OF_COLUMN,
     "n_unproved",
     "n_tunnelled",
 ]
@@ -67,7 +67,7 @@ def test_the_history_has_a_row_a_step_of_what_the_states_say(simulation: Simulat
             "n_unproved": state.n_unproved,
         } | dict(zip(("force_x", "force_y", "force_z"), state.total_force, strict=True))
         expected |= dict(zip(("moment_x", "moment_y", "moment_z"), state.wrench[3:], strict=True))
-        expected |= {name: int((state.status == s).sum()) for name, s in COUNTED.items()}
+        expected |= {name: int((state.status == s).sum()) for name, s in STATUS_OF_COLUMN.items()}
         for name, value in expected.items():
             assert history[name][k] == pytest.approx(value, rel=1e-15, abs=0.0), (name, k)
     assert history["n_contact"].max() > 10

@@ -16,7 +16,7 @@ def put(rows, k, values):
 
 
 @inner(linked=False)
-def doubled(rows):
+def double_rows(rows):
     """Return a copy of a table (m, n) with room for twice the rows."""
     new = np.empty((2 * rows.shape[0], rows.shape[1]))
     for k in range(rows.shape[0]):

@@ -23,10 +23,10 @@ from contiga.contact.settle_records import (
     TouchingRows,
 )
 from contiga.jit import inner, kernel
-from contiga.records import KnownSides, SurfacePlaces
+from contiga.records import Sides, SurfacePlaces
 from contiga.search.balls.kernels.ball_nb import radii
 from contiga.search.closest.kernels.nearest_nb import project_proved
-from contiga.search.sides.kernels.side_nb import clear_ways, places, sides
+from contiga.search.sides.kernels.side_nb import clear_paths, places, sides
 from contiga.search.track.kernels.track_nb import track_chunks
 
 MAY_KEEP, IS_KEPT = 1, 2
@@ -153,7 +153,7 @@ def remember_foot(detected, k, feet, i):
 def release_outside(rows, known_sides, step, last, detected, band, touching_rows):
     """Release points in contact that are outside; list the others, and return their number.
 
-    `known_sides` are `KnownSides`, `step` a `Step`, `last` the `SurfacePlaces` of the feet of all
+    `known_sides` are `Sides`, `step` a `Step`, `last` the `SurfacePlaces` of the feet of all
     points, `detected` a `Detection`. `touching_rows` are `TouchingRows`, which may share arrays
     with `known_sides`; their positions `before` are filled in if they have rows.
     """
@@ -239,7 +239,7 @@ def mark_nearest(rows, feet, guard_states, path_length, band, mark, queries):
 def settle_marked(rows, feet, known_sides, mark, balls, limits, detected, unsettled):
     """Settle marked points in contact; list the others in `unsettled`, and return their number.
 
-    `known_sides` are `KnownSides`, `balls` the `FootBalls` of the queries, `detected` a
+    `known_sides` are `Sides`, `balls` the `FootBalls` of the queries, `detected` a
     `Detection`. In front of an open body a point may be behind another sheet of it, and is not
     settled.
     """
@@ -329,7 +329,7 @@ def list_ball_queries(feet, count, band, queries):
 def apply_balls(rows_of_feet, feet, points, balls, band, known_sides, max_distance):
     """Fill in the sides that balls at feet prove, and the distances of points from their feet.
 
-    Foot m is that of points[m]; `rows_of_feet` are its rows in `known_sides` (`KnownSides`) and in
+    Foot m is that of points[m]; `rows_of_feet` are its rows in `known_sides` (`Sides`) and in
     `max_distance`, the upper bound of the distance to the surface. `balls` are `FootBalls`.
     """
     side, reach = known_sides.side, known_sides.reach
@@ -537,7 +537,7 @@ def settle_by_feet(tables, step, last, rows, limits, work, detected, path_rows):
     n, band = rows.shape[0], limits.band
     side, reach = work.side, work.reach
     sides(tables.grid, step.now, rows, side, reach, 0, n)
-    known_sides, starts, path = KnownSides(side, reach), work.starts, work.path
+    known_sides, starts, path = Sides(side, reach), work.starts, work.path
     touching_rows = TouchingRows(
         work.rows, side, reach, starts.patch, starts.uv, path.before, path.now
     )
@@ -553,7 +553,7 @@ def settle_by_feet(tables, step, last, rows, limits, work, detected, path_rows):
         )
         for j in range(n_paths):
             path_rows[j] = remaining[work.unsettled[j]]
-        clear_ways(tables.grid, step.before, step.now, path_rows, work.is_clear, 0, n_paths)
+        clear_paths(tables.grid, step.before, step.now, path_rows, work.is_clear, 0, n_paths)
         for j in range(n_paths):
             if work.is_clear[j]:
                 mark[work.unsettled[j]] |= IS_KEPT
@@ -581,7 +581,7 @@ def settle_touching(tables, step, last, rows, limits, work, detected, unsettled)
 def settle_free(tables, step, rows, limits, work, detected, unsettled):
     """Settle free points near the surface that stay free; for arguments see `settle_touching`."""
     n, band = rows.shape[0], limits.band
-    known_sides = KnownSides(work.side, work.reach)
+    known_sides = Sides(work.side, work.reach)
     places(tables.grid, step.now, rows, known_sides, work.cell_places, 0, n)
     free_rows = FreeRows(work.rows, work.starts.patch, work.starts.uv, work.path.now)
     m = list_starts(

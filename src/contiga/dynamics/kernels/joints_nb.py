@@ -55,14 +55,14 @@ from contiga.rigid.rigid_lanes import (
     CENTRE,
     CENTRE_B,
     FORCE,
+    FREE_DIRECTIONS,
+    FREE_ROTATIONS,
     MASS,
     MOMENTS,
     MOMENTUM,
-    SPINS,
     TORQUE,
     TURN,
     VELOCITY,
-    WAYS,
 )
 
 DEPENDENT = 1e-10
@@ -159,7 +159,12 @@ def _derive(table, work, rows, fixed):
     tensor, unit = scratch(3, 3), scratch(3)
     for b in range(rows.shape[0]):
         q, constants, inverse = rows[b, TURN : TURN + 4], fixed[b], work.inverse[b]
-        if constants[SPINS] + constants[SPINS + 1] + constants[SPINS + 2] == 3.0:
+        if (
+            constants[FREE_ROTATIONS]
+            + constants[FREE_ROTATIONS + 1]
+            + constants[FREE_ROTATIONS + 2]
+            == 3.0
+        ):
             for i in range(3):
                 for j in range(3):
                     inverse[i, j] = 0.0
@@ -204,7 +209,7 @@ def _derive(table, work, rows, fixed):
                 weighted[k] = weighted[3 + k] = 0.0
             if row >= 0:
                 for k in range(3):
-                    weighted[k] = jacobian[k] / fixed[row, MASS] * fixed[row, WAYS + k]
+                    weighted[k] = jacobian[k] / fixed[row, MASS] * fixed[row, FREE_DIRECTIONS + k]
                     weighted[3 + k] = dot(work.inverse[row, k], jacobian[3:])
 
 
@@ -336,9 +341,9 @@ def _kick(table, work, rows, fixed, part):
     _shift(table, work, work.jacobian)
     for b in range(rows.shape[0]):
         for k in range(3):
-            change = work.shift[b, k] / fixed[b, MASS] * fixed[b, WAYS + k]
+            change = work.shift[b, k] / fixed[b, MASS] * fixed[b, FREE_DIRECTIONS + k]
             rows[b, VELOCITY + k] += part * change
-            rows[b, MOMENTUM + k] += part * work.shift[b, 3 + k] * fixed[b, SPINS + k]
+            rows[b, MOMENTUM + k] += part * work.shift[b, 3 + k] * fixed[b, FREE_ROTATIONS + k]
 
 
 @kernel(error_model="numpy")
@@ -401,9 +406,11 @@ def close(last, last_poses, free, poses, fixed, h, table, work):
     for b in range(rows.shape[0]):
         row, constants = rows[b], fixed[b]
         for k in range(3):
-            kick = 0.5 * h * last[b, FORCE + k] / constants[MASS] * constants[WAYS + k]
+            kick = 0.5 * h * last[b, FORCE + k] / constants[MASS] * constants[FREE_DIRECTIONS + k]
             velocity[k] = row[VELOCITY + k] + kick
-            momentum[k] = row[MOMENTUM + k] + 0.5 * h * last[b, TORQUE + k] * constants[SPINS + k]
+            momentum[k] = (
+                row[MOMENTUM + k] + 0.5 * h * last[b, TORQUE + k] * constants[FREE_ROTATIONS + k]
+            )
         place_frame(row, constants, free.poses[b])
         twist_of(row, constants, free.poses[b], momentum, velocity, free.twists[b], tensor)
     return misfit
@@ -477,7 +484,9 @@ def _marker_accelerations(table, work, rows, fixed, poses, accelerations):
                     momentum[k] = dot(tensor[k], spin)
                 _cross(spin, momentum, turn)
                 for k in range(3):
-                    acceleration[k] = rows[row, FORCE + k] / constants[MASS] * constants[WAYS + k]
+                    acceleration[k] = (
+                        rows[row, FORCE + k] / constants[MASS] * constants[FREE_DIRECTIONS + k]
+                    )
                     torque[k] = rows[row, TORQUE + k] - turn[k]
                     arm[k] = work.arms[g, side, k]
                 for k in range(3):

@@ -26,14 +26,14 @@ from contiga.rigid.rigid_lanes import (
     CENTRE,
     CENTRE_B,
     FORCE,
+    FREE_DIRECTIONS,
+    FREE_ROTATIONS,
     MASS,
     MOMENTS,
     MOMENTUM,
-    SPINS,
     TORQUE,
     TURN,
     VELOCITY,
-    WAYS,
 )
 
 MAX_ITERATIONS = 50
@@ -91,14 +91,14 @@ def spin_of(q, constants, momentum, tensor):
     """Return the spin of a body with an angular momentum, world axes; zero about held axes."""
     inertia_tensor(q, constants, tensor)
     for k in range(3):
-        if constants[SPINS + k] == 0.0:
+        if constants[FREE_ROTATIONS + k] == 0.0:
             for j in range(3):
                 tensor[k, j] = tensor[j, k] = 0.0
             tensor[k, k] = 1.0
     x, y, z = (
-        momentum[0] * constants[SPINS],
-        momentum[1] * constants[SPINS + 1],
-        momentum[2] * constants[SPINS + 2],
+        momentum[0] * constants[FREE_ROTATIONS],
+        momentum[1] * constants[FREE_ROTATIONS + 1],
+        momentum[2] * constants[FREE_ROTATIONS + 2],
     )
     # Cholesky's factors of a positive definite tensor.
     a = math.sqrt(tensor[0, 0])
@@ -144,7 +144,12 @@ def _drift_midpoint(q, constants, momentum, h, tensor):
 def drift_turn(row, constants, h, tensor):
     """Rotate a body by its angular momentum over a time `h`."""
     q, momentum = row[TURN : TURN + 4], row[MOMENTUM : MOMENTUM + 3]
-    n_held = 3.0 - constants[SPINS] - constants[SPINS + 1] - constants[SPINS + 2]
+    n_held = (
+        3.0
+        - constants[FREE_ROTATIONS]
+        - constants[FREE_ROTATIONS + 1]
+        - constants[FREE_ROTATIONS + 2]
+    )
     if n_held == 0.0:
         _drift_about(q, constants, momentum, 0, 0.5 * h)
         _drift_about(q, constants, momentum, 2, h)
@@ -219,11 +224,11 @@ def drift(last, fixed, h, rows, poses, twists):
         for k in range(last.shape[1]):
             row[k] = last[i, k]
         for k in range(3):
-            kick = 0.5 * h * last[i, FORCE + k] / constants[MASS] * constants[WAYS + k]
+            kick = 0.5 * h * last[i, FORCE + k] / constants[MASS] * constants[FREE_DIRECTIONS + k]
             row[VELOCITY + k] += kick
             velocity[k] = row[VELOCITY + k] + kick
             row[CENTRE + k] += h * row[VELOCITY + k]
-            kick = 0.5 * h * last[i, TORQUE + k] * constants[SPINS + k]
+            kick = 0.5 * h * last[i, TORQUE + k] * constants[FREE_ROTATIONS + k]
             row[MOMENTUM + k] += kick
             momentum[k] = row[MOMENTUM + k] + kick
         drift_turn(row, constants, h, tensor)
@@ -249,8 +254,10 @@ def kick(rows, fixed, loads, h, poses, twists):
         row[TORQUE + 2] = load[5] + a * load[1] - b * load[0]
         for k in range(3):
             row[FORCE + k] = load[k]
-            row[VELOCITY + k] += 0.5 * h * load[k] / constants[MASS] * constants[WAYS + k]
-            row[MOMENTUM + k] += 0.5 * h * row[TORQUE + k] * constants[SPINS + k]
+            row[VELOCITY + k] += (
+                0.5 * h * load[k] / constants[MASS] * constants[FREE_DIRECTIONS + k]
+            )
+            row[MOMENTUM + k] += 0.5 * h * row[TORQUE + k] * constants[FREE_ROTATIONS + k]
         momentum, velocity = row[MOMENTUM : MOMENTUM + 3], row[VELOCITY : VELOCITY + 3]
         twist_of(row, constants, poses[i], momentum, velocity, twists[i], tensor)
         for k in range(3):

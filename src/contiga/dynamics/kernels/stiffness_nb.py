@@ -10,7 +10,15 @@ import contiga.jit  # noqa: F401 (before any kernel: how they are kept)
 from contiga.dynamics.kernels.rigid_body_nb import direction
 from contiga.jit import inner, kernel
 from contiga.jit.scratch import scratch
-from contiga.rigid.rigid_lanes import AXES, CENTRE, MASS, MOMENTS, SPINS, TURN, WAYS
+from contiga.rigid.rigid_lanes import (
+    AXES,
+    CENTRE,
+    FREE_DIRECTIONS,
+    FREE_ROTATIONS,
+    MASS,
+    MOMENTS,
+    TURN,
+)
 
 MAX_SWEEPS = 30
 ROUNDING = 1e-15
@@ -54,11 +62,11 @@ def _largest_eigenvalue(a):
 def _mass_weighted(constants, axes, d, arm, y):
     """Write the mass-weighted six components of a direction `d` at `arm` from the centre."""
     root = math.sqrt(constants[MASS])
-    x0 = (arm[1] * d[2] - arm[2] * d[1]) * constants[SPINS]
-    x1 = (arm[2] * d[0] - arm[0] * d[2]) * constants[SPINS + 1]
-    x2 = (arm[0] * d[1] - arm[1] * d[0]) * constants[SPINS + 2]
+    x0 = (arm[1] * d[2] - arm[2] * d[1]) * constants[FREE_ROTATIONS]
+    x1 = (arm[2] * d[0] - arm[0] * d[2]) * constants[FREE_ROTATIONS + 1]
+    x2 = (arm[0] * d[1] - arm[1] * d[0]) * constants[FREE_ROTATIONS + 2]
     for k in range(3):
-        y[k] = d[k] * constants[WAYS + k] / root
+        y[k] = d[k] * constants[FREE_DIRECTIONS + k] / root
         y[3 + k] = axes[k, 0] * x0 + axes[k, 1] * x1 + axes[k, 2] * x2
 
 

@@ -182,7 +182,7 @@ def _is_farther(net, degree, limit):
 
 
 @kernel()
-def look_closer(elements, e, cell, point, limit, bound):
+def is_beyond_limit(elements, e, cell, point, limit, bound):
     """Return whether all of a cell is farther than `limit` from `point`, relative to the origin.
 
     If not, `bound` gets the derivative bounds over this cell.

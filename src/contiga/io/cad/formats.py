@@ -38,7 +38,7 @@ def expect_cad(*files: Path) -> None:
     """
     for file in files:
         suffix = file.suffix.lower()
-        if "OCP" in PACKAGES.get(suffix, ()) and not was_read(file):
+        if "OCP" in PACKAGES.get(suffix, ()) and not is_cached(file):
             prepare(reader(suffix))
             return
 
@@ -53,7 +53,7 @@ def cad_files_in(text: str, folder: Path) -> list[Path]:
     return [folder / name for name in names if "OCP" in PACKAGES.get(Path(name).suffix.lower(), ())]
 
 
-def was_read(file: Path) -> bool:
+def is_cached(file: Path) -> bool:
     """Return whether any results of a file with the same bytes are cached."""
     folder = cache_folder()
     try:

@@ -76,7 +76,7 @@ def _warn(messages: list[str]) -> None:
         warnings.warn(text, ContigaWarning, stacklevel=4)
 
 
-def answer_kept(file: Path, request: str, source: str, make: Callable[[], T]) -> T:
+def cached_answer(file: Path, request: str, source: str, make: Callable[[], T]) -> T:
     """Return the answer of `make`, or the cached one for the same bytes.
 
     An answer with warnings is not cached.

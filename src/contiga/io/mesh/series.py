@@ -74,7 +74,7 @@ class MeshSeries:
         A file cannot be read, has other nodes than the first, or the times do not fit.
     """
 
-    told = True
+    known_ahead = True
     """Whether it is known at any time."""
 
     def __init__(

@@ -24,7 +24,7 @@ SUMMARY = "summary.json"
 CHECKPOINT, CHECKPOINT_BEFORE = "checkpoint.h5", "checkpoint.before.h5"
 OUTLINES = "outlines.vtkhdf"
 UNFINISHED, UNFINISHED_OUTLINES = FIELDS + ".part", OUTLINES + ".part"
-TOLD = "summary"
+SUMMARY_KEY = "summary"
 """Name of the summary in a checkpoint, as JSON text."""
 
 
@@ -93,7 +93,7 @@ def newest_checkpoint(folder: Path) -> Path:
     return before if before.is_file() and not newest.is_file() else newest
 
 
-def unsealed_told(path: Path) -> dict[str, str]:
+def unsealed_message(path: Path) -> dict[str, str]:
     """Return the parts of the error message about a checkpoint that is not sealed."""
     try:
         older = begins_as_hdf5(path)
@@ -120,16 +120,16 @@ def _checkpoint_output(path: Path) -> Stored | None:
     if not path.is_file():
         return None
     if not is_sealed(path):
-        raise FileError(**unsealed_told(path), where=str(path))
+        raise FileError(**unsealed_message(path), where=str(path))
     require("what an unfinished run has left", "h5py")
     import h5py
 
     try:
         with h5py.File(path, "r", locking=False) as file:
-            if TOLD not in file:
+            if SUMMARY_KEY not in file:
                 return None
             history = {name: np.asarray(column) for name, column in file["history"].items()}
-            summary: dict[str, Any] = json.loads(file[TOLD].asstr()[()])
+            summary: dict[str, Any] = json.loads(file[SUMMARY_KEY].asstr()[()])
     except (OSError, KeyError, ValueError, AttributeError) as error:
         raise FileError("the checkpoint cannot be read", where=str(path)) from error
     return Stored(path.parent, False, _floats(history), summary)

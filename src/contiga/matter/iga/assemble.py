@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from contiga.arrays.layout import not_negative, one_of, positive
+from contiga.arrays.layout import checked_choice, not_negative, positive
 from contiga.errors import InputError
 from contiga.matter.blocks import block_sums, in_lanes, node_sums, nodes_in_lanes
 from contiga.matter.coefficients import Coefficients, Material
@@ -137,7 +137,7 @@ def assemble_shell(
     slopes = None
     if share > 0.0:
         slopes = slope_tables(unstrained, symmetry, Bending(rigidity, thickness, slope_stiffness))
-    one_of("contact", contact, ("nodes", *RULES))
+    checked_choice("contact", contact, ("nodes", *RULES))
     count = None
     if points is not None:
         count = whole_number(points, "points", 2 if contact == "nodes" else 1)

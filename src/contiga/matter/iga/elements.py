@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from contiga.errors import GeometryError
 from contiga.patches.basis import UU, UV, VALUE, VV, BasisAt, U, V, elements_of
-from contiga.patches.checks import PARALLEL
+from contiga.patches.checks import PARALLEL_TOL
 from contiga.patches.net import Net, on_net
 from contiga.patches.nodes import Rule
 from contiga.patches.pieces import Piece
@@ -93,7 +93,7 @@ def at_rest(net: Net, at: BasisAt, direction: FloatArray | None) -> AtRest:
     a, b = at.of(U, net.points), at.of(V, net.points)
     normal = np.cross(a, b)
     area = _lengths(normal)
-    is_flat = ~(area > PARALLEL * _lengths(a) * _lengths(b))
+    is_flat = ~(area > PARALLEL_TOL * _lengths(a) * _lengths(b))
     if is_flat.any():
         place = at.of(VALUE, net.points)[np.argmax(is_flat)]
         raise GeometryError(
@@ -105,7 +105,7 @@ def at_rest(net: Net, at: BasisAt, direction: FloatArray | None) -> AtRest:
     normal /= area[:, None]
     first = a if direction is None else direction - _dot(normal, direction)[:, None] * normal
     length = _lengths(first)
-    if (length <= PARALLEL).any() and direction is not None:
+    if (length <= PARALLEL_TOL).any() and direction is not None:
         raise GeometryError(
             "the warp is across the surface",
             where="direction",

@@ -14,7 +14,7 @@ from contiga.arrays.workspace import Workspace
 from contiga.errors import ElementError
 from contiga.jit import straight
 from contiga.matter.blocks import NodeSums, sum_at_nodes
-from contiga.matter.element_fields import ElementFields, Inside
+from contiga.matter.element_fields import ElementFields, KindFields
 from contiga.matter.iga.elements import drawn_points, gauss, points_of
 from contiga.matter.iga.inside import GaussPoints, as_fields, fields_at, gauss_points
 from contiga.matter.kernels import shell_elements_nb, shell_slope_nb, shell_tangent_nb
@@ -191,7 +191,7 @@ class Shell:
         size = 3 * len(self.mass)
         return coo_array((np.concatenate(values), indices), shape=(size, size)).tocsr()
 
-    def element_fields(self, state: MatterState, height: float = 0.0) -> list[Inside]:
+    def element_fields(self, state: MatterState, height: float = 0.0) -> list[KindFields]:
         """Return stress, strain and stored energy of all elements, by pairs of degrees.
 
         They are means over Gauss points, at a height of −1 … 1 of half the thickness along a₃.
@@ -201,7 +201,7 @@ class Shell:
             columns, weights = self._columns(group, state, height)
             areas = weights.sum(axis=1)
             means = (weights[:, :, None] * columns).sum(axis=1) / areas[:, None]
-            entries.append(Inside(group.elements, areas * self.thickness, as_fields(means)))
+            entries.append(KindFields(group.elements, areas * self.thickness, as_fields(means)))
         return entries
 
     def nodal_fields(self, state: MatterState, height: float = 0.0) -> ElementFields:

@@ -33,4 +33,4 @@ def known_balls(tables: Tables, n_points: int) -> Balls | None:
 
     Results have the same bits with them and without.
     """
-    return _BALLS.if_worth(tables, n_points, MIN_POINTS)
+    return _BALLS.if_pays(tables, n_points, MIN_POINTS)

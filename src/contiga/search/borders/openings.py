@@ -154,7 +154,7 @@ def openings_of(body: Faces) -> Openings:
     patches that no edge names are matched in space. A flood fill over the joints finds the faces
     that disagree on the free side.
     """
-    return _DISK.kept(key_of(body), lambda: _compute(body))
+    return _DISK.get_or_build(key_of(body), lambda: _compute(body))
 
 
 def _compute(body: Faces) -> Openings:

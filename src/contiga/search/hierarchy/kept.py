@@ -39,10 +39,10 @@ class Kept(Generic[T]):
                 self._kept[key] = self._build(tables, *how)
             else:
                 digest = _digest_of(tables, how)
-                self._kept[key] = self._disk.kept(digest, lambda: self._build(tables, *how))
+                self._kept[key] = self._disk.get_or_build(digest, lambda: self._build(tables, *how))
         return self._kept[key]
 
-    def if_worth(self, tables: Tables, asked: int, worth: int) -> T | None:
+    def if_pays(self, tables: Tables, asked: int, worth: int) -> T | None:
         """Return the result if it exists, or if the sum of `asked` over all calls is `worth` it."""
         key = self._key(tables)
         if key not in self._kept:

@@ -24,7 +24,7 @@ from contiga.pointer_records import pass_by_pointer
 from contiga.records import (
     FloatArray,
     IntArray,
-    KnownSides,
+    Sides,
     empty_projection,
 )
 from contiga.search.closest.closest import closest_of_rows
@@ -200,18 +200,18 @@ def build_sides(tables: Tables, slit: float) -> SideGrid:
 _SIDES = Kept(build_sides, DiskCache("sides", __file__), MIN_ELEMENTS)
 
 
-def side_of(grid: SideGrid, p_B: FloatArray, rows: IntArray) -> KnownSides:
+def side_of(grid: SideGrid, p_B: FloatArray, rows: IntArray) -> Sides:
     """Return the sides of p_B[rows], 1 outside, −1 inside, 0 unknown, and their safe distances.
 
     A safe distance, a length, is positive where the side is known: no surface is that near.
     """
-    sides = KnownSides(np.empty(len(rows), np.int8), np.empty(len(rows)))
+    sides = Sides(np.empty(len(rows), np.int8), np.empty(len(rows)))
     run_ranges(straight(side_nb.sides), len(rows), MIN_POINTS, grid, p_B, rows, *sides)
     return sides
 
 
-def clear_ways(grid: SideGrid, before: FloatArray, now: FloatArray, rows: IntArray) -> Records:
+def clear_paths(grid: SideGrid, before: FloatArray, now: FloatArray, rows: IntArray) -> Records:
     """Return (len(rows),) whether the path before[rows] → now[rows] certainly meets no surface."""
     is_clear = np.empty(len(rows), bool)
-    run_ranges(side_nb.clear_ways, len(rows), MIN_POINTS, grid, before, now, rows, is_clear)
+    run_ranges(side_nb.clear_paths, len(rows), MIN_POINTS, grid, before, now, rows, is_clear)
     return is_clear

@@ -76,7 +76,7 @@ def lists_of(tables: Tables, n_paths: int) -> PieceLists:
 
     `n_paths` are the paths of this search. Results have the same bits with lists and without.
     """
-    return _LISTS.if_worth(tables, n_paths, MIN_PATHS) or NO_LISTS
+    return _LISTS.if_pays(tables, n_paths, MIN_PATHS) or NO_LISTS
 
 
 def build_lists(tables: Tables) -> PieceLists:

@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 
 from contiga.arrays.codes import DONE
 from contiga.arrays.layout import as_points
-from contiga.arrays.query_checks import NO_FEET, checked_feet, checked_mode, checked_out
+from contiga.arrays.query_checks import NO_PROJECTION, checked_feet, checked_mode, checked_out
 from contiga.arrays.threads import run_ranges, thread_count
 from contiga.arrays.workspace import Workspace
 from contiga.geometry.faces import Faces
@@ -21,7 +21,7 @@ from contiga.search.closest.closest import closest_of_rows
 from contiga.search.hierarchy.table_types import Tables
 from contiga.search.tables import tables_of
 from contiga.search.track.kernels import track_nb
-from contiga.search.track.kernels.lanes_nb import RECORD
+from contiga.search.track.kernels.lanes_nb import RECORD_SIZE
 from contiga.search.track.track_records import Path, PendingBuffer
 
 MIN_CHUNK, MAX_CHUNK = 2048, 16384
@@ -30,7 +30,7 @@ CHUNKS_PER_THREAD = 4
 """Number of chunks per thread, so that no thread waits long for another."""
 ROWS_PER_ELEMENT = 64
 """Least number of rows per element in a chunk: with fewer, many lanes are empty."""
-NOWHERE = np.zeros((0, 3))
+NO_POINTS = np.zeros((0, 3))
 """Previous points that are not given."""
 _workspace = Workspace()
 _buffer = PendingBuffer()
@@ -104,15 +104,15 @@ def track(
     n, certify = len(p_B), before is not None
     if certify:
         tables = with_neighbourhoods(tables)
-    size = rows_of_a_chunk(n, len(tables.elements.table))
-    last_feet = before if isinstance(before, Projection) else NO_FEET
-    last_points = before if isinstance(before, np.ndarray) else NOWHERE
+    size = rows_per_chunk(n, len(tables.elements.table))
+    last_feet = before if isinstance(before, Projection) else NO_PROJECTION
+    last_points = before if isinstance(before, np.ndarray) else NO_POINTS
     path = Path(last_points, p_B, last_feet)
     rows = min(size, n)
     track_chunks = straight(track_nb.track_chunks)
 
     def chunks(first: int, last: int) -> None:
-        records = _workspace.rows(rows, RECORD)
+        records = _workspace.rows(rows, RECORD_SIZE)
         pending = _buffer.of(min((last - first) * size, n))
         m = track_chunks(tables, path, starts, size, records, pending, out, (first, last))
         if (pending.flags[:m] != DONE).any():
@@ -123,7 +123,7 @@ def track(
     run_ranges(chunks, ceil(n / size), 1)
 
 
-def rows_of_a_chunk(n: int, elements: int) -> int:
+def rows_per_chunk(n: int, elements: int) -> int:
     """Return the number of rows per chunk, of n rows on a surface of a number of elements.
 
     Elements get enough rows, and threads equal numbers of chunks, so that they finish together.

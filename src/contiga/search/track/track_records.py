@@ -26,7 +26,7 @@ class Path(NamedTuple):
 
 
 @pass_by_pointer
-class Left(NamedTuple):
+class PendingRows(NamedTuple):
     """Rows that a stage leaves to the next ones, with copies of their starts.
 
     The new feet may overwrite the feet that they are continued from.
@@ -48,20 +48,20 @@ class PendingBuffer(threading.local):
     """Memory for pending rows, kept by the thread from one call to the next."""
 
     def __init__(self) -> None:
-        self._pending = room_for(0)
+        self._pending = empty_pending(0)
 
-    def of(self, n: int) -> Left:
+    def of(self, n: int) -> PendingRows:
         """Return memory for at least n rows; the thread may use it until the next call."""
         if n > MAX_KEPT_ROWS:
-            return room_for(n)
+            return empty_pending(n)
         if n > len(self._pending.rows):
-            self._pending = room_for(n)
+            self._pending = empty_pending(n)
         return self._pending
 
 
-def room_for(n: int) -> Left:
+def empty_pending(n: int) -> PendingRows:
     """Return uninitialised memory for n rows."""
-    return Left(
+    return PendingRows(
         np.empty(n, np.int32),
         np.empty(n, np.uint8),
         np.empty((n, 3)),

@@ -8,7 +8,7 @@ import numpy as np
 
 from contiga.arrays.ordered import length
 from contiga.dynamics.linkage import OPEN
-from contiga.dynamics.rigid_bodies import started
+from contiga.dynamics.rigid_bodies import bodies_at_start
 from contiga.rigid.rigid_lanes import VELOCITY
 from contiga.simulation.checks.finding import Finding
 from contiga.simulation.checks.scene import Scene
@@ -38,7 +38,7 @@ def check_joints(scene: Scene) -> Iterator[Finding]:
             f"{np.degrees(fit.turned[worst]):.3g}°",
             "Place them so that the points and axes of their joints meet, if that was not intended",
         )
-    initial = started(fit.rows, model.mechanism.fixed)
+    initial = bodies_at_start(fit.rows, model.mechanism.fixed)
     state = advance(model, None, model.stepping.start, Clock()).state
     changes = state.rigid[:, VELOCITY : VELOCITY + 3] - initial.rows[:, VELOCITY : VELOCITY + 3]
     speeds = [length(change) for change in changes]

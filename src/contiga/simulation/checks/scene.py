@@ -16,7 +16,7 @@ from contiga.arrays.ordered import length
 from contiga.contact.dry_run import DryRun, spread
 from contiga.dynamics.free import Dependent, Free
 from contiga.dynamics.nodes import NodeMover
-from contiga.dynamics.prescribed import BodyMotion, Moved, is_told, pose_at, rows_in
+from contiga.dynamics.prescribed import BodyMotion, Moved, is_known_ahead, pose_at, rows_in
 from contiga.masters.protocol import Master
 from contiga.records import FloatArray
 from contiga.rigid import pose, quaternion
@@ -83,7 +83,9 @@ class Pair:
             return False
         if self._mover.mass is not None and self._mover.flight is None:
             return False
-        return all(isinstance(motion, Dependent) or is_told(motion) for motion in self._motions)
+        return all(
+            isinstance(motion, Dependent) or is_known_ahead(motion) for motion in self._motions
+        )
 
     @property
     def _has_devices(self) -> bool:
@@ -100,7 +102,7 @@ class Pair:
         if self.foretold:
             return self.shown_times[: _searches_to_touch(self.dry_runs)]
         motions = self._motions
-        is_known = isinstance(motions[0], Dependent) or is_told(motions[0])
+        is_known = isinstance(motions[0], Dependent) or is_known_ahead(motions[0])
         is_pushed = self._has_devices or self.model.settling is not None
         times = spread(self.model.stepping.planned(), 2 * STANDINGS)
         if is_pushed or not (self._mover.stands and is_known):

@@ -44,7 +44,7 @@ def box(solids: ModuleType, tmp_path: Path) -> Path:
 def test_a_file_is_read_once_for_what_is_asked_of_it(asked: list[Path], box: Path) -> None:
     first, second = (cg.read_cad(box, unit="cm") for _ in range(2))
     assert asked == [box]
-    assert formats.was_read(box)
+    assert formats.is_cached(box)
     points = np.random.default_rng(0).uniform(-1.0, 1.0, (20, 3))
     assert (first.project(points).gap == second.project(points).gap).all()
     assert first.unit == second.unit == "cm"
@@ -58,7 +58,7 @@ def test_other_bytes_or_another_name_are_read(asked: list[Path], box: Path) -> N
     other = Path(shutil.copy(box, box.with_name("other.step")))
     assert cg.read_cad(other).name == "other"
     box.write_text(box.read_text() + "\n")
-    assert not formats.was_read(box)
+    assert not formats.is_cached(box)
     cg.read_cad(box)
     assert asked == [box, other, box]
 
@@ -87,7 +87,7 @@ def test_what_is_refused_is_not_kept(
         with pytest.raises(FileError, match="too far from the origin"):
             cg.read_cad(box)
     assert asked == [box, box]
-    assert not formats.was_read(box)
+    assert not formats.is_cached(box)
 
 
 def test_a_reader_is_not_loaded_ahead_of_what_was_read(
@@ -111,7 +111,7 @@ def test_what_is_told_of_a_file_is_told_again(asked: list[Path], box: Path) -> N
     assert told[0] != told[1]
     assert ("patches", "6") in told[0]
     for k in range(2):
-        assert read_cache.answer_kept(box, "a number", __file__, lambda k=k: k + 1) == 1
+        assert read_cache.cached_answer(box, "a number", __file__, lambda k=k: k + 1) == 1
 
 
 def test_what_has_warned_is_told_anew(asked: list[Path], box: Path) -> None:
@@ -121,9 +121,9 @@ def test_what_has_warned_is_told_anew(asked: list[Path], box: Path) -> None:
 
     for _ in range(2):
         with pytest.warns(ContigaWarning, match="a slit"):
-            assert read_cache.answer_kept(box, "a number", __file__, warning) == 1
+            assert read_cache.cached_answer(box, "a number", __file__, warning) == 1
 
 
 def test_a_file_that_is_not_there_is_told_by_who_reads_it(asked: list[Path], box: Path) -> None:
     box.unlink()
-    assert read_cache.answer_kept(box, "a number", __file__, lambda: 2) == 2
+    assert read_cache.cached_answer(box, "a number", __file__, lambda: 2) == 2

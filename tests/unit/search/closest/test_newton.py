@@ -9,7 +9,7 @@ import pytest
 from numba import njit
 
 from contiga.search.closest.kernels import newton_nb
-from contiga.search.closest.kernels.newton_nb import ACTIVE, DONE, GIVEN_BACK, LEFT
+from contiga.search.closest.kernels.newton_nb import ACTIVE, DONE, LEFT, REJECTED
 
 TOLERANCE = 1e-24
 
@@ -66,7 +66,7 @@ def test_rounds_lead_to_the_foot_and_its_record(way):
 @pytest.mark.interpreted
 def test_a_point_beyond_the_centre_of_curvature_is_given_back():
     (state,), place, _ = rounds(AT["polynomial"], bowl(), (0.0, 0.0, 1.5), (0.01, 0.0))
-    assert state == GIVEN_BACK
+    assert state == REJECTED
     assert place == (0.01, 0.0)
 
 
@@ -83,7 +83,7 @@ def test_what_is_no_nearer_than_allowed_is_given_back():
     x, y, z = at(bowl(), 0, 1, 0.2, 0.0)
     p, place = (0.1, 0.0, 0.5), (0.2, 0.0)
     f = 0.1**2 + 0.48**2
-    for best, wanted in ((f * (1.0 + 1e-9), ACTIVE), (f * (1.0 - 1e-9), GIVEN_BACK)):
+    for best, wanted in ((f * (1.0 + 1e-9), ACTIVE), (f * (1.0 - 1e-9), REJECTED)):
         state = newton_step(place, (best, ACTIVE), p, x, y, z, TOLERANCE)[3]
         assert state == wanted
 
@@ -92,7 +92,7 @@ def test_what_is_no_nearer_than_allowed_is_given_back():
 def test_a_record_beside_the_foot_is_given_back():
     derivatives = AT["polynomial"](bowl(), 0, 1, 1e-9, 0.0)
     p = (0.0, 0.0, 0.5)
-    assert foot_record(p, DONE, *derivatives, TOLERANCE)[4] == GIVEN_BACK
+    assert foot_record(p, DONE, *derivatives, TOLERANCE)[4] == REJECTED
     assert foot_record(p, DONE, *derivatives, 1e-17)[4] == DONE
     assert foot_record(p, LEFT, *derivatives, TOLERANCE)[4] == LEFT
 

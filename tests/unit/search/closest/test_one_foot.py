@@ -20,18 +20,18 @@ pytestmark = pytest.mark.interpreted
 
 
 @njit
-def foot_from(tables, e, start, point):
-    return one_foot_nb.foot_from(tables, e, start, point)
+def newton_foot(tables, e, start, point):
+    return one_foot_nb.newton_foot(tables, e, start, point)
 
 
 @njit
-def may_go_on(elements, e, s, t):
-    return one_foot_nb.may_go_on(elements, e, s, t)
+def may_continue(elements, e, s, t):
+    return one_foot_nb.may_continue(elements, e, s, t)
 
 
 @njit
-def write_proved(out, k, patch, uv, record):
-    one_foot_nb.write_proved(out, k, patch, uv, record)
+def write_certified(out, k, patch, uv, record):
+    one_foot_nb.write_certified(out, k, patch, uv, record)
 
 
 def element_at(tables, u, v):
@@ -50,7 +50,7 @@ def test_feet_are_those_of_the_whole_search_in_the_element_and_in_the_next():
     feet, gone_on = body.project(p), 0
     for k, (u, v) in enumerate(uv + width**0.5 * rng.uniform(-0.05, 0.05, uv.shape)):
         e = element_at(tables, u, v)
-        at, place, own, (point, normal, gap) = foot_from(tables, e, (u, v), tuple(p[k]))
+        at, place, own, (point, normal, gap) = newton_foot(tables, e, (u, v), tuple(p[k]))
         if at < 0:
             continue
         gone_on += at != e
@@ -69,27 +69,27 @@ def test_there_is_none_past_a_border_nor_far_off_nor_in_what_is_trimmed_away():
     tables = plain.joined(body)
     gone = np.flatnonzero(tables.elements.table["trim"] == 2)
     for point in ((0.5, 0.0, 50.0), (1.7, 0.0, 0.0)):
-        assert foot_from(tables, 0, (0.0, 0.0), point)[0] == -1
+        assert newton_foot(tables, 0, (0.0, 0.0), point)[0] == -1
     for e in gone[:3]:
         u, _, v, _ = tables.elements.table[e]["box"]
-        assert foot_from(tables, int(e), (u, v), (0.0, 0.0, 0.0))[0] == -1
+        assert newton_foot(tables, int(e), (u, v), (0.0, 0.0, 0.0))[0] == -1
 
 
 def test_what_leaves_its_element_is_gone_on_with_across_smooth_sides_of_its_patch_alone():
     tables = plain.joined(cg.Body([cg.shapes.bumpy_plate(waves=1)]))
     plate, inside = tables.elements, element_at(tables, 0.3, 0.3)
-    assert may_go_on(plate, inside, 0.7, -0.6)
-    assert not may_go_on(plate, inside, 1.2, 0.0)
-    assert not may_go_on(plate, inside, 0.0, np.nan)
-    assert not may_go_on(plate, 0, -0.7, 0.0)  # over the border
+    assert may_continue(plate, inside, 0.7, -0.6)
+    assert not may_continue(plate, inside, 1.2, 0.0)
+    assert not may_continue(plate, inside, 0.0, np.nan)
+    assert not may_continue(plate, 0, -0.7, 0.0)  # over the border
     torus = plain.joined(cg.Body([cg.shapes.torus()])).elements
-    assert not may_go_on(torus, 0, -0.7, 0.0)  # over the seam
+    assert not may_continue(torus, 0, -0.7, 0.0)  # over the seam
 
 
 def test_a_record_that_is_written_is_a_proved_foot():
     out = empty_projection(2)
     record = FootRecord((1.0, 2.0, 3.0), (0.0, 0.0, 1.0), -0.5)
-    write_proved(out, 1, 3, (0.25, 0.5), record)
+    write_certified(out, 1, 3, (0.25, 0.5), record)
     assert (out.patch[1], out.gap[1], out.certified[1]) == (3, -0.5, 1)
     assert (out.feature[1], out.status[1]) == (Feature.FACE, Status.OK)
     np.testing.assert_array_equal(out.uv[1], [0.25, 0.5])

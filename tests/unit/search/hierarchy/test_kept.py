@@ -30,17 +30,17 @@ def test_it_is_built_once_a_body():
 def test_it_is_built_where_enough_was_asked_or_it_is_there():
     built = []
     kept, tables = counting(built), tables_of(cg.Body([cg.shapes.torus()]))
-    assert [kept.if_worth(tables, 40, 100) for _ in range(3)] == [None, None, 1]
-    assert kept.if_worth(tables, 0, 10**9) == 1
+    assert [kept.if_pays(tables, 40, 100) for _ in range(3)] == [None, None, 1]
+    assert kept.if_pays(tables, 0, 10**9) == 1
     other = tables_of(cg.Body([cg.shapes.sphere()]))
     assert kept.of(other) == 2
-    assert kept.if_worth(other, 1, 100) == 2
+    assert kept.if_pays(other, 1, 100) == 2
 
 
 def test_it_is_forgotten_with_the_body():
     built = []
     kept, body = counting(built), cg.Body([cg.shapes.torus()])
-    kept.if_worth(tables_of(body), 5, 1)
+    kept.if_pays(tables_of(body), 5, 1)
     del body
     gc.collect()
     assert kept._kept == kept._asked == {}

@@ -25,7 +25,7 @@ def test_sides_that_are_known_are_right_and_their_lengths_safe():
 def test_ways_that_are_clear_meet_no_surface():
     body = cg.Body([cg.shapes.sphere(radius=1.0)])
     a, b = np.random.default_rng(1).uniform(-1.5, 1.5, (2, 2000, 3))
-    clear = body.surface.clear_ways(a, b, np.arange(2000, dtype=np.int32))
+    clear = body.surface.clear_paths(a, b, np.arange(2000, dtype=np.int32))
     share = np.clip(-(a * (b - a)).sum(1) / ((b - a) ** 2).sum(1), 0.0, 1.0)
     near = np.linalg.norm(a + share[:, None] * (b - a), axis=1)
     ends = np.linalg.norm(a, axis=1), np.linalg.norm(b, axis=1)

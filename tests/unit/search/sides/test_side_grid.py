@@ -9,7 +9,7 @@ from tests.scenes import box
 from tests.stress import solids
 
 import contiga as cg
-from contiga.records import KnownSides, SurfacePlaces
+from contiga.records import Sides, SurfacePlaces
 from contiga.search.exact_surface import ExactSurface
 from contiga.search.sides import side_grid
 from contiga.search.sides.kernels import side_grid_nb, side_nb
@@ -29,12 +29,10 @@ def _sides(body: cg.Body, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return side_grid.side_of(_grid(body), points, np.arange(len(points), dtype=np.int32))
 
 
-def _places(
-    grid: SideGrid, points: np.ndarray, rows: np.ndarray
-) -> tuple[KnownSides, SurfacePlaces]:
+def _places(grid: SideGrid, points: np.ndarray, rows: np.ndarray) -> tuple[Sides, SurfacePlaces]:
     """Sides of points, and places of the surface near those whose side is not known."""
     n = len(rows)
-    known = KnownSides(np.empty(n, np.int8), np.empty(n))
+    known = Sides(np.empty(n, np.int8), np.empty(n))
     near = SurfacePlaces(np.empty(n, np.int32), np.empty((n, 2)))
     side_nb.places(grid, points, rows, known, near, 0, n)
     return known, near
@@ -165,7 +163,7 @@ def test_clear_ways_cross_nothing_and_crossings_are_never_clear() -> None:
     d *= body.size * 10.0 ** rng.uniform(-5, 0, (len(a), 1)) / np.linalg.norm(d, axis=1)[:, None]
     b = a + d
     rows = np.arange(len(a), dtype=np.int32)
-    clear = side_grid.clear_ways(_grid(body), a, b, rows)
+    clear = side_grid.clear_paths(_grid(body), a, b, rows)
     _, sense = body.surface.last_crossings(a, b, rows)
     assert not (clear & (sense != 0)).any()
     assert clear.sum() > 0.6 * (sense == 0).sum()
@@ -178,9 +176,9 @@ def test_ways_through_thin_walls_are_not_clear() -> None:
     d /= np.linalg.norm(d, axis=1, keepdims=True)
     rows = np.arange(len(d), dtype=np.int32)
     grid = _grid(shell)
-    assert not side_grid.clear_ways(grid, 0.9 * d, 1.1 * d, rows).any()
-    assert not side_grid.clear_ways(grid, 1.1 * d, 0.9 * d, rows).any()
-    assert side_grid.clear_ways(grid, 1.1 * d, 1.3 * d, rows).all()
+    assert not side_grid.clear_paths(grid, 0.9 * d, 1.1 * d, rows).any()
+    assert not side_grid.clear_paths(grid, 1.1 * d, 0.9 * d, rows).any()
+    assert side_grid.clear_paths(grid, 1.1 * d, 1.3 * d, rows).all()
 
 
 def test_places_near_by_lie_on_the_surface_about_a_cell_away() -> None:
@@ -205,7 +203,7 @@ def test_points_that_are_not_finite_are_on_no_side() -> None:
     body = cg.Body([cg.shapes.sphere()])
     assert _sides(body, points)[0].tolist() == [0, 0, -1]
     rows = np.arange(3, dtype=np.int32)
-    assert side_grid.clear_ways(_grid(body), points, points, rows).tolist() == [False, False, True]
+    assert side_grid.clear_paths(_grid(body), points, points, rows).tolist() == [False, False, True]
 
 
 @pytest.mark.interpreted
@@ -216,7 +214,7 @@ def test_sides_without_compilation(monkeypatch: pytest.MonkeyPatch) -> None:
     body = box((-1.0, -1.0, -1.0), (1.0, 1.0, 1.0))
     assert _sides(body, points)[0].tolist() == [-1, 0, 1, 1]
     rows = np.arange(4, dtype=np.int32)
-    clear = side_grid.clear_ways(_grid(body), points, points[::-1].copy(), rows)
+    clear = side_grid.clear_paths(_grid(body), points, points[::-1].copy(), rows)
     assert clear.tolist() == [False, False, False, False]
     assert _places(_grid(body), points, rows)[1].patch.tolist() == [-1, 0, -1, -1]
 

@@ -14,15 +14,15 @@ import contiga as cg
 from contiga.arrays.codes import TO_SEARCH, TO_WALK
 from contiga.records import SurfacePlaces, empty_projection, rows_of
 from contiga.search.track.kernels import bins_nb
-from contiga.search.track.kernels.lanes_nb import RECORD
-from contiga.search.track.track_records import Chunk, Path, room_for
+from contiga.search.track.kernels.lanes_nb import RECORD_SIZE
+from contiga.search.track.track_records import Chunk, Path, empty_pending
 from contiga.statuses import Feature, Status
 
 pytestmark = pytest.mark.interpreted
 
 
 NOBODY = empty_projection(0)
-NOWHERE = np.empty((0, 3))
+NO_POINTS = np.empty((0, 3))
 
 
 @njit
@@ -56,8 +56,8 @@ def test_rows_come_in_the_order_of_their_elements_and_blocks_hold_them(faces):
     )
     uv = domain[:, 0] + rng.random((n, 2)) * (domain[:, 1] - domain[:, 0])
     patch[lost] = -1
-    records = np.empty((n, RECORD))
-    path = Path(NOWHERE, rng.random((n, 3)), NOBODY)
+    records = np.empty((n, RECORD_SIZE))
+    path = Path(NO_POINTS, rng.random((n, 3)), NOBODY)
     element, counts = fill_records(tables, path, SurfacePlaces(patch, uv), Chunk(first, n), records)
     assert counts.sum() == n - first - len(lost)
     order, blocks = order_rows(element, counts)
@@ -92,8 +92,10 @@ def scene():
 @pytest.mark.parametrize("told", ["not", "by points", "by feet"])
 def test_what_is_handed_stands_at_the_head_of_a_record(told):
     tables, now, feet, was = scene()
-    path = Path(was if told == "by points" else NOWHERE, now, feet if told == "by feet" else NOBODY)
-    records = np.full((3, RECORD), np.nan)
+    path = Path(
+        was if told == "by points" else NO_POINTS, now, feet if told == "by feet" else NOBODY
+    )
+    records = np.full((3, RECORD_SIZE), np.nan)
     fill_records(tables, path, SurfacePlaces(feet.patch, feet.uv), Chunk(1, 4), records)
     for i in (1, 2):
         np.testing.assert_array_equal(records[i, :3], now[1 + i])
@@ -112,14 +114,14 @@ def test_what_is_found_is_fetched_by_its_flag_and_the_rest_is_kept(told):
     was = was[[0, 0, 1, 2, 3]]
     out.patch[:] = [5, 6, 7, 8, 9]
     last = rows_of(out, np.arange(5))
-    records = rng.random((4, RECORD))
+    records = rng.random((4, RECORD_SIZE))
     records[:, 0] = [TO_WALK, 0.0, TO_SEARCH, 0.0]
     records[:, 1], records[:, 11] = [1.0, 1.0, 0.0, 0.0], [3.0, 4.0, 9.0, 2.0]
     records = records[[0, 1, 3, 2]]
-    path = Path(was if told == "by points" else NOWHERE, np.empty((5, 3)), NOBODY)
+    path = Path(was if told == "by points" else NO_POINTS, np.empty((5, 3)), NOBODY)
     path = path._replace(feet=out) if told == "by feet" else path
     # The feet that were started from are written over.
-    room = room_for(4)
+    room = empty_pending(4)
     m = collect_rows(records, path, SurfacePlaces(out.patch, out.uv), Chunk(1, 5), room, out)
     rows, flags, before, patch, uv = (column[:m] for column in room)
     left = [1, 4] if told == "not" else [1, 3, 4]

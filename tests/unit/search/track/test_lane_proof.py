@@ -15,7 +15,7 @@ from contiga.records import empty_projection
 from contiga.search.certify.kernels import branch_nb
 from contiga.search.hierarchy.table_types import NEIGHBOURHOOD
 from contiga.search.track.kernels import lanes_nb
-from contiga.search.track.track_records import Left
+from contiga.search.track.track_records import PendingRows
 
 from .test_lanes import PATCHES, in_lanes, vector_code
 
@@ -63,7 +63,7 @@ def test_lanes_prove_what_the_bounds_around_a_foot_prove_one_by_one(kind):
     few = type(out)(*(x[rows] for x in out))
     n = len(rows)
     own, flags = np.arange(n, dtype=np.int32), np.zeros(n, np.uint8)
-    left = Left(own, flags, p[rows], start.patch[rows], start.uv[rows])
+    left = PendingRows(own, flags, p[rows], start.patch[rows], start.uv[rows])
     branch_nb.certify_rows(tables, q[rows], left, n, few)
     alone = few.certified == 1
     told = in_lanes_proved[rows] == 1

@@ -15,8 +15,8 @@ from contiga.arrays.codes import TO_WALK
 from contiga.jit.pipeline import CalledCompiler
 from contiga.records import SurfacePlaces, empty_projection
 from contiga.search.track.kernels import lanes_nb, track_nb
-from contiga.search.track.kernels.lanes_nb import RECORD
-from contiga.search.track.track_records import Chunk, Left, Path, room_for
+from contiga.search.track.kernels.lanes_nb import RECORD_SIZE
+from contiga.search.track.track_records import Chunk, Path, PendingRows, empty_pending
 
 PATCHES = {
     "polynomial": cg.shapes.bumpy_plate(),
@@ -28,9 +28,9 @@ PATCHES = {
 def in_lanes(tables, points, start, out, before=None):
     """Feet of the rows that lanes can do into `out`; the flag of each row."""
     path = Path(np.empty((0, 3)) if before is None else before, points, empty_projection(0))
-    records, flags = np.empty((len(points), RECORD)), np.zeros(len(points), np.uint8)
+    records, flags = np.empty((len(points), RECORD_SIZE)), np.zeros(len(points), np.uint8)
     starts, chunk = SurfacePlaces(start.patch, start.uv), Chunk(0, len(points))
-    left = room_for(len(points))
+    left = empty_pending(len(points))
     m = track_nb.track_lanes(tables, path, starts, chunk, records, left, 0, out)
     flags[left.rows[:m]] = left.flags[:m]
     return flags
@@ -45,7 +45,7 @@ def walk_only(body, points, start):
     tables, out = tracking_tables_of(body), empty_projection(len(points))
     n = len(points)
     rows, flags = np.arange(n, dtype=np.int32), np.full(n, TO_WALK, np.uint8)
-    left = Left(rows, flags, np.empty((n, 3)), start.patch, start.uv)
+    left = PendingRows(rows, flags, np.empty((n, 3)), start.patch, start.uv)
     track_nb.continue_pending(tables, points, left, n, out)
     return out
 

@@ -80,7 +80,7 @@ def test_a_row_that_leaves_its_element_waits_again_and_one_that_leaves_two_is_fl
 @njit
 def gone_on(tables, e, left, point):
     """The record of one row that was at (s, t) = left of element e, however it got there."""
-    lanes, records = lanes_nb.new_lanes(lanes_nb.ROWS), np.zeros((1, lanes_nb.RECORD))
+    lanes, records = lanes_nb.new_lanes(lanes_nb.ROWS), np.zeros((1, lanes_nb.RECORD_SIZE))
     queue = mixed_lanes_nb.new_queue()
     bank, n = lanes[0], lanes_nb.BANK_WIDTH
     for c in range(3):

@@ -113,10 +113,10 @@ def test_rows_are_gathered_and_scattered():
     to = RowStarts(np.empty(2, np.int32), *(np.empty((2, n)) for n in (2, 3, 3)))
     for i in range(2):
         row_nb.gather_row(start, rows, to, i)
-    for own, all_of in zip(to, start, strict=True):
-        np.testing.assert_array_equal(own, all_of[rows])
+    for own, check_types in zip(to, start, strict=True):
+        np.testing.assert_array_equal(own, check_types[rows])
     out = rows_of(feet, np.array([0, 0, 0, 0, 0]))
     for i in range(2):
         row_nb.scatter_row(rows_of(feet, rows), rows, out, i)
-    for own, all_of in zip(out, feet, strict=True):
-        np.testing.assert_array_equal(own, all_of[[0, 1, 0, 3, 0]])
+    for own, check_types in zip(out, feet, strict=True):
+        np.testing.assert_array_equal(own, check_types[[0, 1, 0, 3, 0]])

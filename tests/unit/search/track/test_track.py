@@ -10,7 +10,7 @@ import contiga as cg
 from contiga.records import Projection, SurfacePlaces, empty_projection
 from contiga.search.certify.kernels.branch_nb import certify_rows
 from contiga.search.track import project
-from contiga.search.track.track_records import Left
+from contiga.search.track.track_records import PendingRows
 from contiga.statuses import Status
 
 
@@ -103,7 +103,7 @@ def test_rows_without_a_place_or_a_foot_are_not_certified() -> None:
     out = _tracked(body, (before, now), (patch, feet.uv), len(now))
     told, out.certified[:] = out.certified.copy(), 0
     rows, flags = np.arange(len(now), dtype=np.int32), np.zeros(len(now), np.uint8)
-    left = Left(rows, flags, before, patch, feet.uv)
+    left = PendingRows(rows, flags, before, patch, feet.uv)
     certify_rows(tracking_tables_of(body), now, left, len(now), out)
     lost = (patch < 0) | np.isnan(before[:, 0])
     assert not out.certified[lost].any()

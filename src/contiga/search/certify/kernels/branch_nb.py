@@ -280,7 +280,7 @@ def certified_ball(tables, patches, foot, start, motion):
 
 @kernel(error_model="numpy")
 def certify_rows(tables, points, pending, m, out):
-    """Certify the feet of the first m rows `pending` (`Left`) by their neighbourhoods.
+    """Certify the feet of the first m rows `pending` (`PendingRows`) by their neighbourhoods.
 
     `points` (n, 3) are the present points.
     """

@@ -22,7 +22,7 @@ import math
 from contiga.arrays.codes import POLE, SMOOTH
 from contiga.arrays.kernels.rows_nb import put
 from contiga.arrays.kernels.vector_nb import column, cross, dot
-from contiga.elements.kernels.bounds_nb import look_closer
+from contiga.elements.kernels.bounds_nb import is_beyond_limit
 from contiga.elements.kernels.element_nb import evaluate
 from contiga.jit import inner
 from contiga.jit.scratch import scratch, stack_int64
@@ -221,7 +221,7 @@ def search_leaf(elements, trims, leaf, point, limits, nearest, stack, h):
         best = _improve(elements, trims, (e, s, t), math.sqrt(m.rr), best, nearest, query)
         is_hard = opened > max_loose
         if is_hard or (pole and 4.0 * hs * ht < pole_area):
-            if look_closer(elements, e, cell, local, best - slack, bound):
+            if is_beyond_limit(elements, e, cell, local, best - slack, bound):
                 continue
         else:
             for c in range(9):

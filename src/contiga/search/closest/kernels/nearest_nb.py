@@ -25,7 +25,7 @@ from contiga.search.closest.closest_records import FootRecord, Guess
 from contiga.search.closest.kernels.foot_nb import closest_within, write_nearest
 from contiga.search.closest.kernels.global_nb import MIN_GAIN, OVER_BUDGET, closest
 from contiga.search.closest.kernels.global_scope_nb import all_patches
-from contiga.search.closest.kernels.one_foot_nb import foot_from, parameters_of, write_proved
+from contiga.search.closest.kernels.one_foot_nb import newton_foot, parameters_of, write_certified
 from contiga.search.closest.kernels.proof_nb import is_closest
 from contiga.search.hierarchy.kernels.curve_nb import LEFT_OUT
 from contiga.search.hierarchy.kernels.face_nb import in_face
@@ -106,7 +106,7 @@ def _guess(tables, point):
     place = (0.5 * (s0 + s1 + x * (s1 - s0)), 0.5 * (t0 + t1 + y * (t1 - t0)))
     elements = tables.elements
     start = parameters_of(elements.table[leaf["element"]]["box"], place)
-    e, place, uv, record = foot_from(tables, leaf["element"], start, point)
+    e, place, uv, record = newton_foot(tables, leaf["element"], start, point)
     if e >= 0 and not in_face(elements, tables.trims, e, place[0], place[1]):
         e = -1
     return Guess(e, uv, record)
@@ -126,7 +126,7 @@ def _search(tables, k, point, within, guess, out, nearest, h):
             write_nearest(tables, k, point, out, nearest, h)
             return
         if nearest[LEFT_OUT] != OVER_BUDGET:
-            write_proved(out, k, tables.elements.table[e]["patch"], uv, record)
+            write_certified(out, k, tables.elements.table[e]["patch"], uv, record)
             out.certified[k] = 1 if nearest[LEFT_OUT] == 0.0 else 0
             return
         within = min(within, distance)
@@ -206,7 +206,7 @@ def project_proved(tables, balls, points, rows, within, out, start, stop):
             patch = tables.elements.table[guess.element]["patch"]
             radius = radius_at(balls, tables.grid, patch, u, v, 1 if gap > 0.0 else 0)
             if not is_moved and abs(gap) <= BALL_SHARE * radius:
-                write_proved(out, k, patch, guess.uv, guess.record)
+                write_certified(out, k, patch, guess.uv, guess.record)
                 continue
         _search(tables, k, query, within[i], guess, out, nearest, h)
         if is_moved:
@@ -233,11 +233,11 @@ def project_from(tables, surroundings, points, starts, out, start, stop):
         if patch >= 0 and not is_moved:
             uv = starts.uv[k, 0], starts.uv[k, 1]
             e = locate(tables.grid, patch, uv[0], uv[1])[0]
-            e, place, uv, record = foot_from(tables, e, uv, point)
+            e, place, uv, record = newton_foot(tables, e, uv, point)
             if e >= 0 and in_face(tables.elements, tables.trims, e, place[0], place[1]):
                 foot = e, place[0], place[1]
                 if is_closest(tables, surroundings, foot, point, abs(record.gap)):
-                    write_proved(out, k, patch, uv, record)
+                    write_certified(out, k, patch, uv, record)
                     continue
                 guess = Guess(e, uv, record)
         if guess.element < 0:

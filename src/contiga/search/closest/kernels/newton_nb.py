@@ -14,7 +14,7 @@ from contiga.jit import inlined
 
 ROUNDS = 6
 """Largest number of rounds; points that need more are left to the safeguarded walk."""
-ACTIVE, DONE, GIVEN_BACK, LEFT = 0.0, 1.0, 2.0, 3.0
+ACTIVE, DONE, REJECTED, LEFT = 0.0, 1.0, 2.0, 3.0
 """States of a point: iterating, at its foot, to be walked with safeguards, outside its element."""
 LAST_STEP = 1e10
 """A step shorter than the root of this many tolerances (1e-7 of the body's size) is the last one:
@@ -90,9 +90,9 @@ def newton_step(place, progress, p, x, y, z, tolerance):
     step_t = new_t - t
     last = fma(step_s * step_s, a, step_t * step_t * b) <= LAST_STEP * tolerance
     inside = (new_s >= -0.5) & (new_s <= 0.5) & (new_t >= -0.5) & (new_t <= 0.5)
-    new_state = GIVEN_BACK if not sound else (LEFT if not inside else (DONE if last else ACTIVE))
+    new_state = REJECTED if not sound else (LEFT if not inside else (DONE if last else ACTIVE))
     is_active = state == ACTIVE
-    takes_step = is_active & (new_state != GIVEN_BACK)
+    takes_step = is_active & (new_state != REJECTED)
     next_s = new_s if takes_step else s
     next_t = new_t if takes_step else t
     next_best = f * (1.0 + 1e-12) if is_active else best
@@ -115,7 +115,7 @@ def foot_record(p, state, x, y, z, tolerance):
     a = _dot(x[1], y[1], z[1], x[1], y[1], z[1])
     b = _dot(x[2], y[2], z[2], x[2], y[2], z[2])
     is_missed = (g_s * g_s > tolerance * a) | (g_t * g_t > tolerance * b)
-    new_state = GIVEN_BACK if (state == DONE) & is_missed else state
+    new_state = REJECTED if (state == DONE) & is_missed else state
     n_x = fma(y[1], z[2], -z[1] * y[2])
     n_y = fma(z[1], x[2], -x[1] * z[2])
     n_z = fma(x[1], y[2], -y[1] * x[2])

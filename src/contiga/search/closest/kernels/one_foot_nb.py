@@ -15,8 +15,8 @@ from contiga.search.closest.closest_records import FootRecord
 from contiga.search.closest.kernels.newton_nb import (
     ACTIVE,
     DONE,
-    GIVEN_BACK,
     LEFT,
+    REJECTED,
     ROUNDS,
     foot_record,
     local_place,
@@ -30,7 +30,7 @@ MAX_OVERSHOOT = 1.0
 
 
 @inner()
-def may_go_on(elements, e, s, t):
+def may_continue(elements, e, s, t):
     """Return whether (s, t) outside the element is near it, and across smooth sides within its
     patch."""
     if not (abs(s) <= MAX_OVERSHOOT and abs(t) <= MAX_OVERSHOOT):
@@ -82,7 +82,7 @@ def _in_element(tables, e, foot, best, point):
     t = local_place(foot[1], box[2], 1.0 / (box[3] - box[2]))
     p = (point[0] - origin[0], point[1] - origin[1], point[2] - origin[2])
     if element["form"] == GENERAL or element["trim"] == OUT:
-        return (s, t), best, GIVEN_BACK, FootRecord(p, p, best)
+        return (s, t), best, REJECTED, FootRecord(p, p, best)
     return _newton(element, (s, t), best, p, tables.scale[1] ** 2)
 
 
@@ -95,7 +95,7 @@ def parameters_of(box, place):
 
 
 @inner()
-def foot_from(tables, e, start, point):
+def newton_foot(tables, e, start, point):
     """Return the foot in element e, or in the element where Newton's method from start = (u, v)
     ends.
 
@@ -105,7 +105,7 @@ def foot_from(tables, e, start, point):
     elements = tables.elements
     place, best, state, record = _in_element(tables, e, start, math.inf, point)
     u, v = parameters_of(elements.table[e]["box"], place)
-    if state == LEFT and may_go_on(elements, e, place[0], place[1]):
+    if state == LEFT and may_continue(elements, e, place[0], place[1]):
         e = locate(tables.grid, elements.table[e]["patch"], u, v)[0]
         place, best, state, record = _in_element(tables, e, (u, v), best, point)
         u, v = parameters_of(elements.table[e]["box"], place)
@@ -116,7 +116,7 @@ def foot_from(tables, e, start, point):
 
 
 @inner()
-def write_proved(out, k, patch, uv, record):
+def write_certified(out, k, patch, uv, record):
     """Write row k of the projection `out`: a certified foot inside a face.
 
     `record` is a `FootRecord`.

@@ -12,7 +12,7 @@ import math
 import numpy as np
 
 from contiga.arrays.codes import POLE
-from contiga.arrays.kernels.rows_nb import doubled, put
+from contiga.arrays.kernels.rows_nb import double_rows, put
 from contiga.arrays.kernels.sort_nb import sort
 from contiga.arrays.kernels.vector_nb import column, cross, dot
 from contiga.elements.kernels.bounds_nb import cell_bounds, derivative_bounds, restrict
@@ -219,7 +219,7 @@ def curve_leaves(elements, grid, trims, flatness, depth):
                     top += 2
                     continue
                 if n == rows.shape[0]:
-                    rows = doubled(rows)
+                    rows = double_rows(rows)
                 put(rows, n, (-1.0 - piece, t0, t1, 0.0, 0.0))
                 for c in range(9):
                     rows[n, 5 + c] = bound[c]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from contiga.arrays.codes import OUT
-from contiga.arrays.kernels.rows_nb import doubled
+from contiga.arrays.kernels.rows_nb import double_rows
 from contiga.elements.kernels.bounds_nb import subdivide
 from contiga.jit import kernel
 
@@ -22,6 +22,6 @@ def surface_leaves(elements, flatness, depth):
     for e in range(elements.table.shape[0]):
         if elements.table[e]["trim"] != OUT:
             if n + max_leaves > rows.shape[0]:
-                rows = doubled(rows)
+                rows = double_rows(rows)
             n += subdivide(elements, e, flatness, depth, rows[n:])
     return rows[:n]

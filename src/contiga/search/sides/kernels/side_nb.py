@@ -112,7 +112,7 @@ def places(grid, points, rows, out_sides, out_places, start, stop):
 
 
 @kernel()
-def clear_ways(grid, before, now, rows, clear, start, stop):
+def clear_paths(grid, before, now, rows, clear, start, stop):
     """Write whether the paths before[rows] → now[rows] are known to meet no surface to `clear`."""
     skin = grid.skin / grid.size
     for i in range(start, stop):

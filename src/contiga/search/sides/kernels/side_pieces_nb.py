@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from contiga.arrays.codes import CUT, OUT
-from contiga.arrays.kernels.rows_nb import doubled, put
+from contiga.arrays.kernels.rows_nb import double_rows, put
 from contiga.elements.kernels.bounds_nb import restrict
 from contiga.geometry.kernels.trim_nb import box_state
 from contiga.jit import inner, kernel
@@ -148,8 +148,8 @@ def surface_pieces(elements, trims, origin, margins, limits):
             along_t = _longest_row(net, (p + 1, q + 1), (q, 1))
             longest = max(along_s, along_t)
             if n_pieces == pieces.shape[0]:
-                pieces = doubled(pieces)
-                middles = doubled(middles)
+                pieces = double_rows(pieces)
+                middles = double_rows(middles)
             thickness = hull(net, n, _net_normal(net, degree), pieces[n_pieces])
             is_small = longest <= (limits.max_trimmed_length if state == CUT else limits.max_length)
             is_small = is_small and min(thickness, longest) <= limits.max_thickness

@@ -22,8 +22,8 @@ import numpy as np
 
 from contiga.arrays.codes import TO_WALK
 from contiga.jit import inlined, inner
-from contiga.jit.block import SIZE, bits_of, read_anew, turn
-from contiga.jit.prebuilt import made_for
+from contiga.jit.block import SIZE, bits_of, reload_numbers, turn
+from contiga.jit.prebuilt import kernel_target
 from contiga.jit.prefetch import LINE
 from contiga.jit.scratch import scratch
 from contiga.jit.vectors import numbers_in_vector
@@ -40,7 +40,7 @@ from contiga.search.closest.kernels.newton_nb import (
 )
 
 N_LANES = 16
-BANK_WIDTH = numbers_in_vector(made_for())
+BANK_WIDTH = numbers_in_vector(kernel_target())
 """Lanes of a bank."""
 BANKS = N_LANES // BANK_WIDTH
 # Rows of a bank, each BANK_WIDTH long. Input of the lanes: the present and the previous point, and
@@ -53,7 +53,7 @@ ROW_X, ROW_S, ROW_T, ROW_F, ROW_STATE = 8, 11, 12, 13, 14
 ROW_RESULT = 15
 FLAG, PROVED, PLACE, FOOT, NORMAL, GAP, PATCH = 0, 1, 2, 4, 7, 10, 11
 N_RESULTS = 12
-RECORD = 16
+RECORD_SIZE = 16
 """Numbers of a row's record, two cache lines: the first contains the input, and later results."""
 # The proof: the neighbourhood of the foot, and the radius of the ball.
 ROW_BOUNDS, ROW_RADIUS = 27, 39
@@ -220,10 +220,10 @@ def _records_of(order, at, last):
     """Return the offsets of the records of four rows from `at` on, before `last`."""
     end = last - 1
     return (
-        RECORD * order[min(at, end)],
-        RECORD * order[min(at + 1, end)],
-        RECORD * order[min(at + 2, end)],
-        RECORD * order[min(at + 3, end)],
+        RECORD_SIZE * order[min(at, end)],
+        RECORD_SIZE * order[min(at + 1, end)],
+        RECORD_SIZE * order[min(at + 2, end)],
+        RECORD_SIZE * order[min(at + 3, end)],
     )
 
 
@@ -246,7 +246,7 @@ def start_lanes(lanes, n, element):
     copy = scratch(ELEMENT_SIZE)
     for b in range((n + BANK_WIDTH - 1) // BANK_WIDTH):
         bank = lanes[b]
-        read_anew(element, copy, ELEMENT_SIZE)
+        reload_numbers(element, copy, ELEMENT_SIZE)
         for l in range(BANK_WIDTH):
             u, v = bank[ROW_START * BANK_WIDTH + l], bank[(ROW_START + 1) * BANK_WIDTH + l]
             start_lane(bank, l, (u, v), copy, 0, 1)
@@ -260,7 +260,7 @@ def newton_rational(lanes, banks, element):
     copy = scratch(ELEMENT_SIZE)
     for b in range(banks):
         bank = lanes[b]
-        read_anew(element, copy, ELEMENT_SIZE)
+        reload_numbers(element, copy, ELEMENT_SIZE)
         for l in range(BANK_WIDTH):
             x, y, z = rational_at(copy, 0, 1, *powers_of(bank, l, copy, 0, 1))
             newton_round(bank, l, x, y, z, copy[TOLERANCE])
@@ -272,7 +272,7 @@ def newton_polynomial(lanes, banks, element):
     copy = scratch(ELEMENT_SIZE)
     for b in range(banks):
         bank = lanes[b]
-        read_anew(element, copy, ELEMENT_SIZE)
+        reload_numbers(element, copy, ELEMENT_SIZE)
         for l in range(BANK_WIDTH):
             x, y, z = polynomial_at(copy, 0, 1, *powers_of(bank, l, copy, 0, 1))
             newton_round(bank, l, x, y, z, copy[TOLERANCE])
@@ -284,7 +284,7 @@ def finish_rational(lanes, banks, element):
     copy = scratch(ELEMENT_SIZE)
     for b in range(banks):
         bank = lanes[b]
-        read_anew(element, copy, ELEMENT_SIZE)
+        reload_numbers(element, copy, ELEMENT_SIZE)
         for l in range(BANK_WIDTH):
             x, y, z = rational_at(copy, 0, 1, *powers_of(bank, l, copy, 0, 1))
             finish_lane(bank, l, x, y, z, copy, 0, 1)
@@ -296,7 +296,7 @@ def finish_polynomial(lanes, banks, element):
     copy = scratch(ELEMENT_SIZE)
     for b in range(banks):
         bank = lanes[b]
-        read_anew(element, copy, ELEMENT_SIZE)
+        reload_numbers(element, copy, ELEMENT_SIZE)
         for l in range(BANK_WIDTH):
             x, y, z = polynomial_at(copy, 0, 1, *powers_of(bank, l, copy, 0, 1))
             finish_lane(bank, l, x, y, z, copy, 0, 1)
@@ -392,6 +392,6 @@ def prove_lanes(lanes, banks, element, tolerance):
     copy = scratch(ELEMENT_SIZE)
     for b in range(banks):
         bank = lanes[b]
-        read_anew(element, copy, ELEMENT_SIZE)
+        reload_numbers(element, copy, ELEMENT_SIZE)
         for l in range(BANK_WIDTH):
             prove_lane(bank, l, path_to_start(bank, l), tolerance, copy, 0, 1)

@@ -22,8 +22,8 @@ from contiga.search.certify.kernels.part_nb import part_of
 from contiga.search.closest.kernels.newton_nb import (
     ACTIVE,
     DONE,
-    GIVEN_BACK,
     LEFT,
+    REJECTED,
     ROUNDS,
     polynomial_at,
     weight_at,
@@ -157,7 +157,7 @@ def _start_queue(tables, queue, n):
                 e, position = next_element(tables, slots[START_ELEMENT, i], place[0], place[1])
                 is_usable = e >= 0 and table[e]["form"] != GENERAL and table[e]["trim"] != OUT
                 slots[CURRENT_ELEMENT, i] = e if is_usable else slots[START_ELEMENT, i]
-                place, state = position, ACTIVE if is_usable else GIVEN_BACK
+                place, state = position, ACTIVE if is_usable else REJECTED
         e = slots[CURRENT_ELEMENT, i]
         for line in range(HEAD_LINES, RECORD_LINES):
             prefetch(table, e, line * LINE)
@@ -328,7 +328,7 @@ def process_queue(tables, proves, queue, n, records):
             continue
         s, t = bank[ROW_S * BANK_WIDTH + l], bank[ROW_T * BANK_WIDTH + l]
         if not in_face(elements, tables.trims, e, s, t):
-            bank[ROW_STATE * BANK_WIDTH + l] = GIVEN_BACK
+            bank[ROW_STATE * BANK_WIDTH + l] = REJECTED
             bank[(ROW_RESULT + FLAG) * BANK_WIDTH + l] = TO_WALK
     if proves:
         _prove_queue(tables, queue, n, banks)

@@ -14,7 +14,7 @@ from contiga.elements.kernels.element_nb import evaluate, locate
 from contiga.elements.kernels.sides_nb import side_point
 from contiga.jit import inner
 from contiga.jit.scratch import scratch
-from contiga.search.closest.kernels.one_foot_nb import may_go_on, parameters_of
+from contiga.search.closest.kernels.one_foot_nb import may_continue, parameters_of
 
 MAX_SIDES = 3
 """Largest number of sides crossed."""
@@ -53,7 +53,7 @@ def next_element(tables, e, s, t):
     neighbour = row["neighbour"][side]
     # Test the nearest neighbour first: most faces of many are one element, left over any side.
     is_same_patch = neighbour >= 0 and table[neighbour]["patch"] == row["patch"]
-    if is_same_patch and may_go_on(elements, e, s, t):
+    if is_same_patch and may_continue(elements, e, s, t):
         u, v = parameters_of(row["box"], (s, t))
         return locate(tables.grid, row["patch"], u, v)[0], (u, v)
     h = scratch(4, 6)

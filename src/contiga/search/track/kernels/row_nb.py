@@ -13,7 +13,7 @@ import math
 from contiga.elements.kernels.element_nb import locate
 from contiga.jit import kernel
 from contiga.search.certify.kernels.branch_nb import certified_ball, motion_from
-from contiga.search.closest.kernels.one_foot_nb import foot_from, write_proved
+from contiga.search.closest.kernels.one_foot_nb import newton_foot, write_certified
 
 FLAGGED = 1
 """Flag of rows that are left to the CPU."""
@@ -37,14 +37,14 @@ def track_row(tables, motion, results, k):
     start = (out.uv[k, 0], out.uv[k, 1])
     e = locate(tables.grid, patch, start[0], start[1])[0]
     # Trims are left to the certificate: it clears all of a neighbourhood.
-    e, _, uv, record = foot_from(tables, e, start, b)
+    e, _, uv, record = newton_foot(tables, e, start, b)
     if e < 0:
         return
     relative_motion = motion_from(record.point, record.normal, a, b, tables.scale[1])
     if not certified_ball(tables, (patch, patch), uv, start, relative_motion) > 0.0:
         return
     back[k] = 0
-    write_proved(out, k, patch, uv, record)
+    write_certified(out, k, patch, uv, record)
 
 
 @kernel()

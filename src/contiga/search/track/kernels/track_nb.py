@@ -1,5 +1,5 @@
 """Complete tracking: chunks of points in lanes, from binning to quick certificates; then the stages
-for the other rows (`Left`).
+for the other rows (`PendingRows`).
 
 The lanes finish most rows. The data of a chunk stay in the cache of its core, a thread takes the
 next chunk when one is done, and a few points cost one call.
@@ -106,9 +106,9 @@ def _prefetch_next(neighbourhoods, blocks, b, half):
 def track_lanes(tables, path, starts, chunk, records, pending, m, out):
     """Track the rows of a `Chunk` in lanes, each in the element of its start.
 
-    `path` is a `Path`, `starts` are `SurfacePlaces`, `pending` is `Left`, `records` is a work table
-    with at least as many rows as the chunk. The feet go to `out`, which may contain the starts.
-    Returns the number of pending rows, m of them from before: see `collect_rows`.
+    `path` is a `Path`, `starts` are `SurfacePlaces`, `pending` is `PendingRows`, `records` is a
+    work table with at least as many rows as the chunk. The feet go to `out`, which may contain the
+    starts. Returns the number of pending rows, m of them from before: see `collect_rows`.
 
     A row is flagged for the careful walk if it does not descend, its element is trimmed away at the
     foot or of too high a degree, or it leaves over a side that is not smooth. Feet are proved if
