@@ -12,7 +12,7 @@ from unittest.mock import patch
 
 from contiga.contact.contact import Contact
 from contiga.search.exact_surface import ExactSurface
-from contiga.search.hierarchy.kept import Kept
+from contiga.search.hierarchy.table_cache import TableCache
 from contiga.simulation import step
 from contiga.simulation.clock import Clock
 from contiga.simulation.recorder import Recorder
@@ -23,7 +23,7 @@ START = "start"
 """What is worked out once of a body, at whatever step that is."""
 _SIDES = ("sides", "clear_ways", "last_crossings")
 TIMED: tuple[tuple[str, Any, tuple[str, ...]], ...] = (
-    (START, Kept, ("of",)),
+    (START, TableCache, ("of",)),
     ("place", step, ("place",)),
     ("forces", Contact, ("start", "step")),
     ("sides", ExactSurface, _SIDES),

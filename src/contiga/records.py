@@ -142,9 +142,9 @@ class FacingLimits(NamedTuple):
 
     cosine: float
     """Lower bound of the cosine between normal and guard."""
-    near: FloatArray
+    min_distance: FloatArray
     """(n,) lower bound of their distance, length."""
-    far: FloatArray
+    max_distance: FloatArray
     """(n,) upper bound of their distance, length, infinite if unknown. A search ends there."""
 
 

@@ -38,7 +38,9 @@ Crossings = Callable[[Paths, Hit, FloatArray], None]
 sense, 1 for an entry, −1 for an exit, 0 for none, and the width within which rounding decides."""
 
 
-def settled(search: Crossings, a_B: FloatArray, b_B: FloatArray) -> tuple[Hit, ByteArray]:
+def robust_last_crossings(
+    search: Crossings, a_B: FloatArray, b_B: FloatArray
+) -> tuple[Hit, ByteArray]:
     """Return the last crossings of a_B → b_B by `search`, robust against rounding.
 
     A path that meets an edge or a corner within its width, or enters and leaves in one place, may

@@ -108,7 +108,7 @@ def merged(first: Guards, second: Guards) -> Guards:
     return Guards(rows[order], np.concatenate((first.normal, second.normal))[order])
 
 
-class Kept(NamedTuple):
+class KeptColumns(NamedTuple):
     """Rows, for points in contact, of those arrays of a `State` that are zero without contact."""
 
     penetration: Column

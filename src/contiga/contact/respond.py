@@ -28,7 +28,7 @@ from contiga.contact.loads import (
     NONE,
     UNGUARDED,
     Column,
-    Kept,
+    KeptColumns,
 )
 from contiga.contact.search_records import BoolArray, Detection
 from contiga.contact.shape import Shape
@@ -524,12 +524,12 @@ def forces(
 
 def kept_columns(
     touching: ContactRows, rows: IntArray, response: Responses, out: PointForces, is_damped: bool
-) -> Kept:
+) -> KeptColumns:
     """Return the columns of a state for the points in contact; forces are those on `rows`."""
     normal, friction, _ = response
     bound, damping = normal.stiffness_bound, normal.damping if is_damped else None
     # Friction's memory and stiffness are copied, as it may reuse its arrays.
-    return Kept(
+    return KeptColumns(
         penetration=Column(touching.rows, touching.depth),
         normal_B=Column(touching.rows, touching.normal),
         foot_B=Column(touching.rows, touching.foot),

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from contiga.area.method import AreaInput, Areas
 from contiga.arrays.layout import as_contiguous
 from contiga.arrays.ordered import product
-from contiga.contact.loads import NO_POINTS, Column, Guards, Kept
+from contiga.contact.loads import NO_POINTS, Column, Guards, KeptColumns
 from contiga.display import Displayed, Facts
 from contiga.errors import InputError
 from contiga.records import IN_CONTACT, ByteArray, FloatArray, IntArray
@@ -172,8 +172,8 @@ class State(Displayed):
 
         def __getattr__(self, name: str) -> Any:
             """Return an array that is stored for some rows only, made on first use."""
-            kept: Kept | None = self.__dict__.get("kept")
-            if kept is not None and name in Kept._fields:
+            kept: KeptColumns | None = self.__dict__.get("kept")
+            if kept is not None and name in KeptColumns._fields:
                 whole = self.__dict__[name] = kept.whole(name, self.points_B)
                 return whole
             spent = "" if self.__dict__ else " any more: it was the out of a step that failed"
@@ -203,14 +203,14 @@ class State(Displayed):
         return {f.name: getattr(self, f.name) for f in fields(self)}
 
     @cached_property
-    def kept(self) -> Kept:
+    def kept(self) -> KeptColumns:
         """Rows, for points in contact, of the arrays that are zero without contact.
 
         Steps store them; for a state made by hand they follow from the whole arrays.
         """
         touching = np.flatnonzero(self.patch >= 0).astype(np.int32)
         rows: dict[str, Any] = {}
-        for name in Kept._fields:
+        for name in KeptColumns._fields:
             array = getattr(self, name)
             rows[name] = (
                 Column(touching, array[touching]) if len(array) == len(self.patch) else None
@@ -221,7 +221,7 @@ class State(Displayed):
             rows["friction_memory"] = None
         guarded = rows["guard_B"].values.any(axis=1)
         rows["guard_B"] = Guards(touching[guarded], rows["guard_B"].values[guarded])
-        return Kept(**rows)
+        return KeptColumns(**rows)
 
     @cached_property
     def held_W(self) -> HeldInWorld:
@@ -375,7 +375,7 @@ class State(Displayed):
 
 
 def state_of(
-    fields_by_name: dict[str, Any], kept: Kept, owner: Owner, spent: State | None = None
+    fields_by_name: dict[str, Any], kept: KeptColumns, owner: Owner, spent: State | None = None
 ) -> State:
     """Return a state with these fields; other arrays are made on first use.
 

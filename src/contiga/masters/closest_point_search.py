@@ -153,7 +153,9 @@ class ClosestPointSearch(NamedTuple):
         """Closest points, of walls that do not face away; there are no farther ones."""
         self.closest(p_B, np.arange(len(p_B), dtype=np.int32), out)
         is_facing = row_products(out.normal, guards) >= limits.cosine
-        is_facing &= (out.gap <= 0.0) & (-out.gap >= limits.near) & (-out.gap <= limits.far)
+        is_facing &= (
+            (out.gap <= 0.0) & (-out.gap >= limits.min_distance) & (-out.gap <= limits.max_distance)
+        )
         out.status[~is_facing] = Status.MAX_ITERATIONS
 
     def track(

@@ -19,7 +19,7 @@ from contiga.arrays.codes import SHARED
 from contiga.arrays.layout import read_only
 from contiga.arrays.once import once
 from contiga.arrays.ordered import length, row_lengths
-from contiga.arrays.perturbed_paths import Paths, settled
+from contiga.arrays.perturbed_paths import Paths, robust_last_crossings
 from contiga.arrays.threads import run_ranges
 from contiga.elements.element_arrays import Elements
 from contiga.elements.kernels import sides_nb
@@ -155,7 +155,7 @@ class DeformedSurface(ExactSurface):
             arguments = surface, start, end, between, out, verdict
             run_ranges(moving_nb.last_moving_crossings, len(start), MIN_POINTS, *arguments)
 
-        return settled(search, a_B + shift, b_B)
+        return robust_last_crossings(search, a_B + shift, b_B)
 
     @property
     def contact_tables(self) -> None:

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from contiga.arrays.layout import bytes_of
 from contiga.arrays.once import once
-from contiga.arrays.perturbed_paths import Paths, settled
+from contiga.arrays.perturbed_paths import Paths, robust_last_crossings
 from contiga.arrays.threads import run_ranges
 from contiga.geometry.faces import Faces
 from contiga.geometry.slits import stitches
@@ -114,7 +114,7 @@ class ExactSurface:
             query = self.tables, lists, start, end, loose, out, verdict
             run_ranges(hit_nb.last_crossings, len(start), MIN_SEGMENTS, *query)
 
-        return settled(search, a_B[rows], b_B[rows])
+        return robust_last_crossings(search, a_B[rows], b_B[rows])
 
     def safe_distance(self, p_B: FloatArray, rows: IntArray, lengths: FloatArray) -> None:
         """Write the distances to the nearest box of a leaf to lengths[rows]."""

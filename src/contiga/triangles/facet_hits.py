@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from contiga.arrays.perturbed_paths import Paths, settled
+from contiga.arrays.perturbed_paths import Paths, robust_last_crossings
 from contiga.arrays.query_checks import checked_segments
 from contiga.arrays.threads import run_ranges
 from contiga.records import ByteArray, FloatArray, Hit, IntArray, empty_hit
@@ -71,4 +71,4 @@ def last_crossings(
         query = facets, paths.start, paths.end, out, verdict
         run_ranges(entry_nb.last_crossings, len(verdict), MIN_SEGMENTS, *query)
 
-    return settled(search, a_M[rows], b_M[rows])
+    return robust_last_crossings(search, a_M[rows], b_M[rows])

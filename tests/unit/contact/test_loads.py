@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import contiga as cg
-from contiga.contact.loads import Column, Guards, Kept, guard_states_of
+from contiga.contact.loads import Column, Guards, KeptColumns, guard_states_of
 from contiga.contact.state import State
 
 N = 400
@@ -117,7 +117,7 @@ def test_no_rows_at_all() -> None:
 def test_what_the_next_step_asks_is_the_same_of_whole_arrays(friction: cg.Coulomb | None) -> None:
     state = _run(_contact(friction=friction), dense=False)[-1]
     kept, same = state.kept, State(**copy.copy(state).arrays).kept
-    for name, one, other in zip(Kept._fields, kept, same, strict=True):
+    for name, one, other in zip(KeptColumns._fields, kept, same, strict=True):
         assert (one is None) == (other is None), name
         for a, b in zip(one or (), other or (), strict=True):
             np.testing.assert_array_equal(a, b, name)

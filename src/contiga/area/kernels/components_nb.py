@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from contiga.arrays.kernels.union_nb import numbered, unite
+from contiga.arrays.kernels.union_nb import set_numbers, unite
 from contiga.jit import kernel
 
 
@@ -27,7 +27,7 @@ def facet_components(whole, corner, n_c):
             b = corner[f, (k + 1) % 3]
             if 0 <= a < n_c and 0 <= b < n_c:
                 unite(parent, a, b)
-    return numbered(parent)
+    return set_numbers(parent)
 
 
 @kernel()
@@ -41,4 +41,4 @@ def graph_components(first, neighbour, rows, place):
             k = place[neighbour[j]]
             if k >= 0:
                 unite(parent, i, k)
-    return numbered(parent)
+    return set_numbers(parent)

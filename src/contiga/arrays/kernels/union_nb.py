@@ -30,7 +30,7 @@ def unite(parent, a, b):
 
 
 @inner()
-def numbered(parent):
+def set_numbers(parent):
     """Return (n,) int32 number of the set of each, in the order of their first members."""
     label = np.empty(parent.shape[0], np.int32)
     count = 0

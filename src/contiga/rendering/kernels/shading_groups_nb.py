@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from contiga.arrays.kernels.union_nb import numbered, unite
+from contiga.arrays.kernels.union_nb import set_numbers, unite
 from contiga.jit import kernel
 
 
@@ -17,4 +17,4 @@ def joined(pairs, n):
     parent = np.arange(n).astype(np.int32)
     for k in range(pairs.shape[0]):
         unite(parent, pairs[k, 0], pairs[k, 1])
-    return numbered(parent)
+    return set_numbers(parent)

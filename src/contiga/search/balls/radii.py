@@ -14,13 +14,13 @@ from __future__ import annotations
 from contiga.arrays.disk_cache import DiskCache
 from contiga.search.balls import ball_cells
 from contiga.search.balls.ball_cells import Balls, build_balls
-from contiga.search.hierarchy.kept import Kept
+from contiga.search.hierarchy.table_cache import TableCache
 from contiga.search.hierarchy.table_types import Tables
 
 MIN_POINTS = 200_000
 """Number of closest points of a body from which on its balls pay: computing them takes as long."""
 
-_BALLS = Kept(build_balls, DiskCache("balls", ball_cells.__file__))
+_BALLS = TableCache(build_balls, DiskCache("balls", ball_cells.__file__))
 
 
 def balls_of(tables: Tables) -> Balls:

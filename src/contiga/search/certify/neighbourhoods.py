@@ -10,7 +10,7 @@ import numpy as np
 from contiga.arrays.threads import run_ranges
 from contiga.elements.element_arrays import Records
 from contiga.search.certify.kernels import neighbourhood_nb, part_nb
-from contiga.search.hierarchy.kept import Kept
+from contiga.search.hierarchy.table_cache import TableCache
 from contiga.search.hierarchy.table_types import NEIGHBOURHOOD, Tables
 
 # Number of elements below which a second thread does not pay.
@@ -37,9 +37,9 @@ def build_neighbourhoods(tables: Tables) -> Records:
     return neighbourhoods
 
 
-_KEPT = Kept(build_neighbourhoods)
+_NEIGHBOURHOODS = TableCache(build_neighbourhoods)
 
 
 def with_neighbourhoods(tables: Tables) -> Tables:
     """Return the tables of a body with its neighbourhoods, computed at the first call."""
-    return tables._replace(neighbourhoods=_KEPT.of(tables))
+    return tables._replace(neighbourhoods=_NEIGHBOURHOODS.of(tables))

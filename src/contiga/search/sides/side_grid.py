@@ -28,7 +28,7 @@ from contiga.records import (
     empty_projection,
 )
 from contiga.search.closest.closest import closest_of_rows
-from contiga.search.hierarchy.kept import Kept
+from contiga.search.hierarchy.table_cache import TableCache
 from contiga.search.hierarchy.table_types import Tables
 from contiga.search.sides.kernels import side_grid_nb, side_nb, side_pieces_nb
 from contiga.search.sides.kernels.side_grid_nb import SPLIT
@@ -197,7 +197,7 @@ def build_sides(tables: Tables, slit: float) -> SideGrid:
     return SideGrid(cells.origin, cells.size, cells.skin, outer_side, cell, masks, piece, patch, uv)
 
 
-_SIDES = Kept(build_sides, DiskCache("sides", __file__), MIN_ELEMENTS)
+_SIDES = TableCache(build_sides, DiskCache("sides", __file__), MIN_ELEMENTS)
 
 
 def side_of(grid: SideGrid, p_B: FloatArray, rows: IntArray) -> Sides:

@@ -12,7 +12,7 @@ import numpy as np
 from contiga.arrays.disk_cache import DiskCache
 from contiga.pointer_records import pass_by_pointer
 from contiga.records import FloatArray, IntArray
-from contiga.search.hierarchy.kept import Kept
+from contiga.search.hierarchy.table_cache import TableCache
 from contiga.search.hierarchy.table_types import Tables
 from contiga.search.sides.kernels import side_pieces_nb
 from contiga.search.sides.kernels.side_pieces_nb import PieceLimits
@@ -110,4 +110,4 @@ def build_lists(tables: Tables) -> PieceLists:
     return PieceLists(origin, 1.0 / side, reach, voxels, first, listed, pieces)
 
 
-_LISTS = Kept(build_lists, DiskCache("lists", __file__), MIN_ELEMENTS)
+_LISTS = TableCache(build_lists, DiskCache("lists", __file__), MIN_ELEMENTS)

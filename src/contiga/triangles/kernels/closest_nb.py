@@ -239,7 +239,7 @@ def project_facing(facets, points, guards, limits, smooth, out, start, stop):
             blank_foot(out, k, NOT_FINITE)
             continue
         guard = (guards[k, 0], guards[k, 1], guards[k, 2])
-        within = max(limits.near[k], 0.0), limits.far[k]
+        within = max(limits.min_distance[k], 0.0), limits.max_distance[k]
         s, place, a, b = _closest_facing(facets, point, guard, limits.cosine, within, queue)
         if s < 0:
             blank_foot(out, k, MAX_ITERATIONS)

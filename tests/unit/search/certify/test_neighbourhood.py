@@ -12,7 +12,7 @@ from contiga.arrays.codes import POLE
 from contiga.records import empty_projection
 from contiga.search.certify import neighbourhoods
 from contiga.search.certify.neighbourhoods import build_neighbourhoods, with_neighbourhoods
-from contiga.search.hierarchy.kept import Kept
+from contiga.search.hierarchy.table_cache import TableCache
 from contiga.search.tables import tables_of
 
 
@@ -99,7 +99,7 @@ def built(monkeypatch):
         built.append(tables)
         return build_neighbourhoods(tables)
 
-    monkeypatch.setattr(neighbourhoods, "_KEPT", Kept(build))
+    monkeypatch.setattr(neighbourhoods, "_KEPT", TableCache(build))
     return built
 
 

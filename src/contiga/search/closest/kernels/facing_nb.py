@@ -85,7 +85,7 @@ def project_facing(tables, points, guards, limits, starts, out, start, stop):
             blank_foot(out, k, NOT_FINITE)
             continue
         guard = (guards[k, 0], guards[k, 1], guards[k, 2])
-        scope = Scope(-1, guard, limits.cosine, limits.near[k])
+        scope = Scope(-1, guard, limits.cosine, limits.min_distance[k])
         # The distance of the foot at the end of a walk from the start, if it is admissible.
         walk_distance = math.inf
         if patch[k] >= 0:
@@ -98,9 +98,11 @@ def project_facing(tables, points, guards, limits, starts, out, start, stop):
                 for c in range(3):
                     square += (point[c] - elements.table[e]["origin"][c] - h[c, 0]) ** 2
                 walk_distance = math.sqrt(square)
-        walk_distance = walk_distance if walk_distance <= limits.far[k] else math.inf
+        walk_distance = walk_distance if walk_distance <= limits.max_distance[k] else math.inf
         for _ in range(MAX_TRIES):
-            distance = closest(tables, point, scope, min(walk_distance, limits.far[k]), nearest, h)
+            distance = closest(
+                tables, point, scope, min(walk_distance, limits.max_distance[k]), nearest, h
+            )
             if math.isfinite(distance):
                 _write_guarded(tables, k, point, distance, out, nearest, h)
             elif math.isfinite(walk_distance):

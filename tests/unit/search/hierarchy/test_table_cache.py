@@ -5,7 +5,7 @@ from __future__ import annotations
 import gc
 
 import contiga as cg
-from contiga.search.hierarchy.kept import Kept
+from contiga.search.hierarchy.table_cache import TableCache
 from contiga.search.tables import tables_of
 
 
@@ -14,7 +14,7 @@ def counting(built):
         built.append(how)
         return len(built)
 
-    return Kept(build)
+    return TableCache(build)
 
 
 def test_it_is_built_once_a_body():

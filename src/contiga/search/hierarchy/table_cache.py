@@ -18,7 +18,7 @@ from contiga.search.hierarchy.table_types import Tables
 T = TypeVar("T")
 
 
-class Kept(Generic[T]):
+class TableCache(Generic[T]):
     """Results of `build`, one for each body.
 
     They are also in `disk`, if given, for bodies with at least `min_elements` elements.
@@ -28,26 +28,28 @@ class Kept(Generic[T]):
         self, build: Callable[..., T], disk: DiskCache | None = None, min_elements: int = 0
     ) -> None:
         self._build, self._disk, self._min_elements = build, disk, min_elements
-        self._kept: dict[int, T] = {}
-        self._asked: dict[int, int] = {}
+        self._results: dict[int, T] = {}
+        self._uses: dict[int, int] = {}
 
     def of(self, tables: Tables, *how: Any) -> T:
         """Return the result for the body of `tables`, computed at the first call with `how`."""
         key = self._key(tables)
-        if key not in self._kept:
+        if key not in self._results:
             if self._disk is None or len(tables.elements.table) < self._min_elements:
-                self._kept[key] = self._build(tables, *how)
+                self._results[key] = self._build(tables, *how)
             else:
                 digest = _digest_of(tables, how)
-                self._kept[key] = self._disk.get_or_build(digest, lambda: self._build(tables, *how))
-        return self._kept[key]
+                self._results[key] = self._disk.get_or_build(
+                    digest, lambda: self._build(tables, *how)
+                )
+        return self._results[key]
 
     def if_pays(self, tables: Tables, asked: int, worth: int) -> T | None:
         """Return the result if it exists, or if the sum of `asked` over all calls is `worth` it."""
         key = self._key(tables)
-        if key not in self._kept:
-            self._asked[key] += asked
-            if self._asked[key] < worth:
+        if key not in self._results:
+            self._uses[key] += asked
+            if self._uses[key] < worth:
                 return None
         return self.of(tables)
 
@@ -55,9 +57,9 @@ class Kept(Generic[T]):
         # Tuples of tables are rebuilt, but a body has one array of elements.
         elements = tables.elements.table
         key = id(elements)
-        if key not in self._asked:
-            self._asked[key] = 0
-            for cache in (self._kept, self._asked):
+        if key not in self._uses:
+            self._uses[key] = 0
+            for cache in (self._results, self._uses):
                 weakref.finalize(elements, cache.pop, key, None)
         return key
 
