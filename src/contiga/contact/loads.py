@@ -87,9 +87,10 @@ UNGUARDED = Guards(NO_ROWS, NO_POINTS)
 
 
 def guard_states_of(depths: Column, normal: FloatArray, opposed: Guards) -> GuardStates:
-    """Return the `GuardStates` of points `depths` = (rows, depth).
+    """Return the guards and depths of the points in contact, `depths` = (rows, depth).
 
-    Guards are those in `opposed`, else `normal` (k, 3).
+    The guard of a point is the normal (k, 3) at its foot, or that in `opposed` for the points that
+    it lists, a subset of those in `depths`.
     """
     rows, depth = depths
     is_opposed = np.zeros(len(rows), np.bool_)

@@ -252,13 +252,13 @@ class MappedNodes(NodeMover):
         """See `NodeMover`: stiffness of degrees of freedom."""
         return self.dofs.springs_to_bodies(self._of(state))
 
-    def fastest(self, rows: IndexArray, stiffness: FloatArray) -> float:
+    def square_bound(self, rows: IndexArray, stiffness: FloatArray) -> float:
         """See `NodeMover`: Gershgorin's bound of Nᵀ k N over the masses."""
         nodal = np.zeros((len(self.mass), 3))
         nodal[rows] = stiffness[:, None]
-        return self.fastest_of_degrees(self.matter.spread(nodal)[:, 0])
+        return self.square_bound_of_dofs(self.matter.spread(nodal)[:, 0])
 
-    def fastest_of_degrees(self, sums: FloatArray) -> float:
+    def square_bound_of_dofs(self, sums: FloatArray) -> float:
         """Return the upper bound of ω² by row sums (m,) of a stiffness of degrees of freedom."""
         return float((sums / self.dofs.mass).max(initial=0.0))
 

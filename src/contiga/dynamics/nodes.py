@@ -220,7 +220,7 @@ class NodeMover:
         """Return the stiffness by which elements hold nodes that are attached to bodies."""
         return ()
 
-    def fastest(self, rows: IndexArray, stiffness: FloatArray) -> float:
+    def square_bound(self, rows: IndexArray, stiffness: FloatArray) -> float:
         """Return an upper bound of ω² of springs (k,) from nodes (k,) to fixed points.
 
         For dashpots it bounds the decay rate.

@@ -78,7 +78,8 @@ class View:
         """Shade a surface and draw its borders and creases; it hides what is behind it if `hides`.
 
         `back` is the colour of the contact side, where the eye sees that one. `colours` (n, 3) of
-        the vertices of a triangle mesh, red, green and blue from 0 to 1, are blended over it.
+        the vertices of a triangle mesh, red, green and blue from 0 to 1, replace `colour`; they are
+        interpolated between vertices.
         """
         from matplotlib.colors import to_rgb
 

@@ -187,8 +187,8 @@ def _coupling_rates(model: Model, state: SystemState, of: Of) -> list[tuple[str,
         for end in system.ends[name]:
             if end.slave is not None and end.slave in system.masses:
                 mover = system.nodes[end.slave]
-                square = mover.fastest(end.nodes, max(axial, lateral) * end.shares)
-                decay = mover.fastest(end.nodes, float(spring.damping) * end.shares)
+                square = mover.square_bound(end.nodes, max(axial, lateral) * end.shares)
+                decay = mover.square_bound(end.nodes, float(spring.damping) * end.shares)
                 ends.append(_EndRates(end.slave, Rates(square, decay), Rates()))
         if ends:
             couplings.append((f"spring {name!r}", ends))
@@ -258,7 +258,7 @@ def _add_gas(
         gamma = chambers.physics.gamma(gas)
         square = gamma * gas.pressure / gas.volume * mover.force_square_over_mass(nodal)
         excess = abs(gas.pressure - chamber.surroundings.pressure)
-        square += mover.fastest(skin.rows, excess * stiffness)
+        square += mover.square_bound(skin.rows, excess * stiffness)
         couplings.append((f"gas {name!r}", [_EndRates(chamber.slave, Rates(square), Rates())]))
 
 
@@ -271,16 +271,16 @@ def _add_contact(
 ) -> None:
     """Add a contact with its rates on the free bodies and slaves at its two sides."""
     system, contact, ends = model.mechanism, state.contacts[part.name], []
-    kept, bodies = contact.kept, model.mechanism.sides[part.name].free
-    rows, along = kept.springs
+    columns, bodies = contact.kept, model.mechanism.sides[part.name].free
+    rows, normal_stiffness = columns.springs
     host = model.shapes.slave_of(part.master)
     if len(rows) == 0 or not (bodies or host or part.slave in system.masses):
         return
-    across = damping = dragging = np.zeros(len(rows))
-    if of != "following" and kept.tangential is not None:
-        across = kept.tangential.at(rows)
-    if kept.viscosity is not None:
-        damping = kept.viscosity.at(rows)
+    tangential_stiffness = damping = friction_damping = np.zeros(len(rows))
+    if of != "following" and columns.tangential is not None:
+        tangential_stiffness = columns.tangential.at(rows)
+    if columns.viscosity is not None:
+        damping = columns.viscosity.at(rows)
     if (viscosity := getattr(part.contact.friction, "viscosity", None)) is not None:
         # Viscosity at the sliding speed; points between nodes count at speed zero, the stiffest.
         speed, (pose, twist) = np.zeros(len(rows)), state.bodies[part.master]
@@ -289,40 +289,46 @@ def _add_contact(
         v_W = slave.velocities[nodes] - twist.at(pose[:3, 3], slave.points[nodes])
         n_W = contact.held_W.normals.at(nodes)
         speed[: len(nodes)] = row_lengths(v_W - row_products(v_W, n_W)[:, None] * n_W)
-        dragging = np.array(viscosity(kept.normal_force.at(rows), speed), np.float64)
-    damped = damping.any() or dragging.any()
+        friction_damping = np.array(viscosity(columns.normal_force.at(rows), speed), np.float64)
+    damped = damping.any() or friction_damping.any()
+    max_stiffness = np.maximum(normal_stiffness, tangential_stiffness)
+    max_damping = np.maximum(damping, friction_damping)
     if bodies:
         points, normals = contact.held_W.points.at(rows), contact.held_W.normals.at(rows)
     for row in bodies:
         body = state.rigid[row], system.fixed[row]
         rates = whole = Rates(
-            straight(fastest)(points, normals, along, across, *body),
-            straight(fastest)(points, normals, damping, dragging, *body) if damped else 0.0,
+            straight(fastest)(points, normals, normal_stiffness, tangential_stiffness, *body),
+            straight(fastest)(points, normals, damping, friction_damping, *body) if damped else 0.0,
         )
-        if kept.stiffness_bound is not None:
+        if columns.stiffness_bound is not None:
             # Steps follow the swing of the body; points sharing its force are only kept stable.
-            single = kept.stiffness.at(rows)
-            whole = Rates(straight(fastest)(points, normals, single, across, *body), rates.decay)
+            single = columns.stiffness.at(rows)
+            whole = Rates(
+                straight(fastest)(points, normals, single, tangential_stiffness, *body), rates.decay
+            )
         ends.append(_EndRates(row, rates, whole))
     if part.slave in system.masses:
-        nodes, stiffness = part.contact.nodal_sum(rows, np.maximum(along, across))
+        nodes, stiffness = part.contact.nodal_sum(rows, max_stiffness)
         mover, decay = system.nodes[part.slave], 0.0
-        square = mover.fastest(nodes, stiffness)
+        square = mover.square_bound(nodes, stiffness)
         if damped:
-            viscosity = part.contact.nodal_sum(rows, np.maximum(damping, dragging)).values
-            decay = mover.fastest(nodes, viscosity)
+            nodal_damping = part.contact.nodal_sum(rows, max_damping).values
+            decay = mover.square_bound(nodes, nodal_damping)
         ends.append(_EndRates(part.slave, Rates(square, decay), Rates()))
     if host is not None:  # its degrees of freedom are the master's control points
         degrees = system.nodes[host]
         assert isinstance(degrees, MappedNodes)
-        sums = _sums_at_control_points(part, contact, rows, np.maximum(along, across))
-        square, decay = degrees.fastest_of_degrees(sums), 0.0
+        sums = _sums_at_control_points(part, contact, rows, max_stiffness)
+        square, decay = degrees.square_bound_of_dofs(sums), 0.0
         if damped:
-            sums = _sums_at_control_points(part, contact, rows, np.maximum(damping, dragging))
-            decay = degrees.fastest_of_degrees(sums)
+            sums = _sums_at_control_points(part, contact, rows, max_damping)
+            decay = degrees.square_bound_of_dofs(sums)
         ends.append(_EndRates(host, Rates(square, decay), Rates()))
-    drags = dragging.any() and all(end.rates.decay**2 > end.rates.square for end in ends)
-    couplings.append((f"{'viscous friction of ' if drags else ''}contact {part.name!r}", ends))
+    is_dragged = friction_damping.any() and all(
+        end.rates.decay**2 > end.rates.square for end in ends
+    )
+    couplings.append((f"{'viscous friction of ' if is_dragged else ''}contact {part.name!r}", ends))
 
 
 def _sums_at_control_points(
@@ -334,13 +340,13 @@ def _sums_at_control_points(
     """
     body = part.contact.master.faces
     assert body is not None
-    feet, along = SurfacePlaces(state.patch[rows], state.uv[rows]), np.zeros((len(rows), 3))
-    along[:, 0] = values
+    feet, forces = SurfacePlaces(state.patch[rows], state.uv[rows]), np.zeros((len(rows), 3))
+    forces[:, 0] = values
     # Points on the surface itself: a force there has no couple.
     half = part.contact.half_thickness
     assert half is not None
     points = state.kept.foot_B.at(rows) - half[rows, None] * state.kept.normal_B.at(rows)
-    return spread(body, state.control_points, feet, points, along)[:, 0]
+    return spread(body, state.control_points, feet, points, forces)[:, 0]
 
 
 def check_stable(model: Model, state: SystemState) -> None:

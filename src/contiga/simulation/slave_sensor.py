@@ -152,6 +152,9 @@ def slave_of(sensor: SlaveSensor) -> str:
 def nodes_of(sensor: SlaveSensor, points: FloatArray) -> IndexArray:
     """Return the numbers (k,) of the nodes of a slave with points (n, 3) that a sensor measures.
 
+    These are the node nearest to the place of a node sensor, or all nodes of a section sensor that
+    lie on the side to which its normal points.
+
     Raises
     ------
     InputError

@@ -195,7 +195,8 @@ def _packed(
 def _platform_tag() -> str:
     """Return the platform tag of the wheel.
 
-    Python for macOS may be for two kinds of processor, and these kernels are for one.
+    Python for macOS may be for two kinds of processor, and these kernels are for one. On arm64 the
+    oldest version of macOS is 11.
     """
     system, version, *_ = *sysconfig.get_platform().split("-"), ""
     if system != "macosx":

@@ -165,7 +165,7 @@ def test_steps_are_chosen_by_the_degrees_of_freedom() -> None:
     assert isinstance(mover.dofs, DeformingNodes)
     # Of one spring at a node that is a degree of freedom: k/m.
     corner = np.array([0], np.int32)
-    assert mover.fastest(corner, np.array([3.0])) == pytest.approx(3.0 / mover.dofs.mass[0])
+    assert mover.square_bound(corner, np.array([3.0])) == pytest.approx(3.0 / mover.dofs.mass[0])
 
 
 def test_a_run_resumes_with_the_same_bits(tmp_path: Any) -> None:

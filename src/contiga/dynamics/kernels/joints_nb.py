@@ -215,7 +215,10 @@ def _derive(table, work, rows, fixed):
 
 @inner(linked=False, error_model="numpy")
 def _factor(table, work):
-    """Scale G M⁻¹ Gᵀ to a diagonal of ones, factor it, and return its rank."""
+    """Build G M⁻¹ Gᵀ from `work.jacobian` and `.weighted`, factor it, and return its rank.
+
+    It is scaled to a diagonal of ones. If rows depend on others, Lᵀ L is factored, too.
+    """
     n, matrix, scale = table.constraints.shape[0], work.matrix, work.scale
     for i in range(n):
         for j in range(table.first[i], i + 1):

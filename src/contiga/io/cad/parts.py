@@ -108,7 +108,7 @@ def choice_of(parts: PartKeys | None, faces: int | Iterable[int] | None) -> Choi
     Raises
     ------
     GeometryError
-        Nothing, or something that is neither a name nor a number.
+        An empty choice, or an entry that is neither a name nor a number from 1 on.
 
     >>> choice_of("box", 3)
     Choice(parts=('box',), faces=(3,))

@@ -113,7 +113,11 @@ def _pcurve(chart: Chart, edge: NurbsCurve, max_distance: float) -> NurbsCurve |
 def _close_loops(
     loops: list[list[Trim]], curves: Mapping[int, NurbsCurve], tolerance: float, chart: Chart
 ) -> list[Loop]:
-    """Return loops of consecutive p-curves, closed over poles and around the surface."""
+    """Return loops of consecutive p-curves, closed over poles and around the surface.
+
+    Two opposite loops around the surface become one, the border of a band; a single one is closed
+    along a side of the patch.
+    """
     periods = chart.periods
     closed: list[Loop] = []
     around: list[Loop] = []

@@ -170,7 +170,8 @@ def read_mme(path: Path, code: str | None = None) -> MmeChannel:
     Parameters
     ----------
     path : file of a channel, or of a test (.mme), whose channels are in the folder ``Channel``
-    code : code of the channel, or its first characters; needed for a test of several channels
+    code : code of the channel, or its first characters; needed for a test of several channels, and
+        ignored for the file of a channel
 
     Raises
     ------

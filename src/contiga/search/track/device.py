@@ -23,7 +23,7 @@ from contiga.search.certify.neighbourhoods import with_neighbourhoods
 from contiga.search.hierarchy.table_types import Tables
 from contiga.search.track import project
 from contiga.search.track.kernels import row_nb
-from contiga.search.track.track_records import FlaggedFeet, RowStarts, Way
+from contiga.search.track.track_records import FlaggedFeet, RowStarts, PointMotion
 
 
 class FlatTables(NamedTuple):
@@ -90,7 +90,7 @@ def start_on_device(tracked: Tracked, now: Any) -> None:
 
     It flags unfinished rows in `tracked.back`. `now` (n, 3) is on the device.
     """
-    motion, results = Way(tracked.before, now), FlaggedFeet(tracked.feet, tracked.back)
+    motion, results = PointMotion(tracked.before, now), FlaggedFeet(tracked.feet, tracked.back)
     launch(row_nb.track_row, len(tracked.before), tracked.flat, motion, results)
 
 

@@ -96,7 +96,7 @@ class Waiting(NamedTuple):
     """(3, N_LANES) row, element of the start and present element of each."""
 
 
-class Way(NamedTuple):
+class PointMotion(NamedTuple):
     """Previous and present points."""
 
     before: Any

@@ -24,7 +24,7 @@ from contiga.search.tables import tables_of
 from contiga.search.track import device
 from contiga.search.track.kernels import row_nb
 from contiga.search.track.project import track
-from contiga.search.track.track_records import FlaggedFeet, RowStarts, Way
+from contiga.search.track.track_records import FlaggedFeet, RowStarts, PointMotion
 from contiga.statuses import Status
 
 PROGRAM = Path(__file__).with_name("simulated.py")
@@ -156,7 +156,7 @@ def test_rows_compile_for_a_gpu(monkeypatch: pytest.MonkeyPatch, name: str) -> N
     records = {
         "track_row": (
             device.flat(tables_of(body)),
-            Way(points, points),
+            PointMotion(points, points),
             FlaggedFeet(feet, flags),
         ),
         "pack_flags": (flags, flags),

@@ -11,7 +11,7 @@ import contiga as cg
 from contiga.records import Projection, SurfacePlaces, empty_projection, rows_of
 from contiga.search.track.kernels import row_nb
 from contiga.search.track.project import track
-from contiga.search.track.track_records import FlaggedFeet, RowStarts, Way
+from contiga.search.track.track_records import FlaggedFeet, RowStarts, PointMotion
 from contiga.statuses import Status
 
 
@@ -39,7 +39,9 @@ def one_by_one(body: cg.Body, before, points, feet: Projection) -> tuple[Project
     """Feet, and which rows were done."""
     out, back = copy_of(feet), np.full(len(points), 7, np.uint8)
     for k in range(len(points)):
-        row_nb.track_row(tracking_tables_of(body), Way(before, points), FlaggedFeet(out, back), k)
+        row_nb.track_row(
+            tracking_tables_of(body), PointMotion(before, points), FlaggedFeet(out, back), k
+        )
     assert set(back) <= {0, row_nb.FLAGGED}
     return out, back == 0
 

@@ -23,7 +23,7 @@ FLAGGED = 1
 def track_row(tables, motion, results, k):
     """Track row k from its foot in `results` (FlaggedFeet), which the new one replaces.
 
-    `motion` is a `Way`. The row is flagged and not written if no foot is found here, or its
+    `motion` is a `PointMotion`. The row is flagged and not written if no foot is found here, or its
     neighbourhood does not prove it.
     """
     before, points = motion.before, motion.now
