@@ -23,7 +23,7 @@ from contiga.search.certify.neighbourhoods import with_neighbourhoods
 from contiga.search.hierarchy.table_types import Tables
 from contiga.search.track import project
 from contiga.search.track.kernels import row_nb
-from contiga.search.track.track_records import FlaggedFeet, RowStarts, PointMotion
+from contiga.search.track.track_records import FlaggedFeet, PointMotion, RowStarts
 
 
 class FlatTables(NamedTuple):

@@ -24,7 +24,7 @@ from contiga.search.tables import tables_of
 from contiga.search.track import device
 from contiga.search.track.kernels import row_nb
 from contiga.search.track.project import track
-from contiga.search.track.track_records import FlaggedFeet, RowStarts, PointMotion
+from contiga.search.track.track_records import FlaggedFeet, PointMotion, RowStarts
 from contiga.statuses import Status
 
 PROGRAM = Path(__file__).with_name("simulated.py")

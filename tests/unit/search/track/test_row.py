@@ -11,7 +11,7 @@ import contiga as cg
 from contiga.records import Projection, SurfacePlaces, empty_projection, rows_of
 from contiga.search.track.kernels import row_nb
 from contiga.search.track.project import track
-from contiga.search.track.track_records import FlaggedFeet, RowStarts, PointMotion
+from contiga.search.track.track_records import FlaggedFeet, PointMotion, RowStarts
 from contiga.statuses import Status
 
 
