@@ -200,7 +200,7 @@ def _acting(arrays: Arrays, forces: Forces, gravity: FloatArray) -> Acting:
 class DeformingNodes(NodeMover):
     """Nodes of elements."""
 
-    joined: ClassVar[bool] = True
+    has_elements: ClassVar[bool] = True
     has_sections: ClassVar[bool] = True
     where: str
     matter: Matter
@@ -345,7 +345,7 @@ class DeformingNodes(NodeMover):
         }
         return ElementState.of(drifted.points, velocities, arrays)
 
-    def carried(self, state: SlaveState, now: Instant) -> SlaveState:
+    def with_carried_nodes(self, state: SlaveState, now: Instant) -> SlaveState:
         """See `NodeMover`: attached nodes move with their bodies."""
         if not self.joints:
             return state
@@ -419,7 +419,7 @@ class DeformingNodes(NodeMover):
         """See `NodeMover`."""
         return float(state.matter["limit"][0]), self.damping
 
-    def pulls(self, state: SlaveState, forces: Forces) -> Sequence[BodyForces]:
+    def forces_on_bodies(self, state: SlaveState, forces: Forces) -> Sequence[BodyForces]:
         """See `NodeMover`: forces of contacts, elements and loads."""
         if not self.joints:
             return ()
@@ -440,7 +440,7 @@ class DeformingNodes(NodeMover):
         return springs
 
     @property
-    def stands(self) -> bool:  # type: ignore[override]  # a class attribute of the base
+    def is_at_rest(self) -> bool:  # type: ignore[override]  # a class attribute of the base
         """See `NodeMover`."""
         return not (self.loads or self.drives or self.joints or self.velocity.any())
 
@@ -467,7 +467,7 @@ class DeformingNodes(NodeMover):
         )
         return strains
 
-    def stopped(self, state: SlaveState) -> SlaveState:
+    def without_velocities(self, state: SlaveState) -> SlaveState:
         """See `NodeMover`."""
         velocities = np.zeros_like(state.velocities)
         energy = np.concatenate([[0.0], state.matter["energy"][1:]])

@@ -172,7 +172,7 @@ class SpreadLoad(NamedTuple):
 class MappedNodes(NodeMover):
     """Nodes that follow the degrees of freedom of matter."""
 
-    joined: ClassVar[bool] = True
+    has_elements: ClassVar[bool] = True
     dofs: DeformingNodes
     """Mover of the degrees of freedom."""
     mass: FloatArray = field()  # overrides the class attribute of the base, None
@@ -195,9 +195,9 @@ class MappedNodes(NodeMover):
         return flight[0] if flight is not None and (flight == flight[0]).all() else None
 
     @property
-    def stands(self) -> bool:  # type: ignore[override]  # a class attribute of the base
+    def is_at_rest(self) -> bool:  # type: ignore[override]  # a class attribute of the base
         """See `NodeMover`."""
-        return self.dofs.stands
+        return self.dofs.is_at_rest
 
     @property
     def joints(self) -> tuple[Joint, ...]:  # type: ignore[override]  # a class attribute of the base
@@ -238,15 +238,15 @@ class MappedNodes(NodeMover):
         spread = self._spread(forces)
         return self._nodal(self.dofs.kick(self._of(last), self._of(drifted), spread, now))
 
-    def carried(self, state: SlaveState, now: Instant) -> SlaveState:
+    def with_carried_nodes(self, state: SlaveState, now: Instant) -> SlaveState:
         """See `NodeMover`."""
         if not self.joints:
             return state
-        return self._nodal(self.dofs.carried(self._of(state), now))
+        return self._nodal(self.dofs.with_carried_nodes(self._of(state), now))
 
-    def pulls(self, state: SlaveState, forces: Forces) -> Sequence[BodyForces]:
+    def forces_on_bodies(self, state: SlaveState, forces: Forces) -> Sequence[BodyForces]:
         """See `NodeMover`: forces of degrees of freedom."""
-        return self.dofs.pulls(self._of(state), self._spread(forces))
+        return self.dofs.forces_on_bodies(self._of(state), self._spread(forces))
 
     def springs_to_bodies(self, state: SlaveState) -> Sequence[JointSprings]:
         """See `NodeMover`: stiffness of degrees of freedom."""
@@ -309,9 +309,9 @@ class MappedNodes(NodeMover):
         spread_before, spread_after = self._spread(before), self._spread(forces)
         return self.dofs.motion_work(self._of(last), self._of(now), spread_before, spread_after)
 
-    def stopped(self, state: SlaveState) -> SlaveState:
+    def without_velocities(self, state: SlaveState) -> SlaveState:
         """See `NodeMover`."""
-        return self._nodal(self.dofs.stopped(self._of(state)))
+        return self._nodal(self.dofs.without_velocities(self._of(state)))
 
     def velocity_energy(self, state: SlaveState) -> float:
         """See `NodeMover`."""

@@ -171,13 +171,13 @@ class NodeMover:
     """Number of the body that the nodes are fixed to, and that their forces act on."""
     mass: FloatArray | None = None
     """(n,) masses if forces move the nodes, else None."""
-    joined: ClassVar[bool] = False
+    has_elements: ClassVar[bool] = False
     """True if elements connect the nodes: steps need not resolve their fastest vibrations."""
     has_sections: ClassVar[bool] = False
     """True if the element forces at nodes on one side of a plane add up to its section force."""
     bare: NDArray[np.bool_] = np.zeros(0, np.bool_)
     """(n,) nodes that are in no element though others are; they do not move."""
-    stands: bool = False
+    is_at_rest: bool = False
     """True if nothing moves the nodes before a contact."""
     joints: tuple[Joint, ...] = ()
     """Nodes of a deforming slave that are attached to bodies."""
@@ -201,7 +201,7 @@ class NodeMover:
         """Return the end of the step of `drift`, with the forces there; here the predicted one."""
         return drifted
 
-    def carried(self, state: SlaveState, now: Instant) -> SlaveState:
+    def with_carried_nodes(self, state: SlaveState, now: Instant) -> SlaveState:
         """Return the state in which nodes fixed to bodies have the final velocities of these."""
         return state
 
@@ -209,7 +209,7 @@ class NodeMover:
         """Return the energies of the nodes for the ledger; zeros if forces do not move them."""
         return NodeEnergies()
 
-    def pulls(self, state: SlaveState, forces: Forces) -> Sequence[BodyForces]:
+    def forces_on_bodies(self, state: SlaveState, forces: Forces) -> Sequence[BodyForces]:
         """Return the forces that nodes attached to bodies exert on them.
 
         They include contact `forces`, element forces and loads.
@@ -262,7 +262,7 @@ class NodeMover:
         """Return the work of driving motions in a step, from the forces at its start and end."""
         return 0.0
 
-    def stopped(self, state: SlaveState) -> SlaveState:
+    def without_velocities(self, state: SlaveState) -> SlaveState:
         """Return the state without velocities, if forces move the nodes."""
         return state
 
@@ -377,7 +377,7 @@ class CarriedNodes(NodeMover):
         """See `NodeMover`: by the body."""
         return self.start(now)
 
-    def carried(self, state: SlaveState, now: Instant) -> SlaveState:
+    def with_carried_nodes(self, state: SlaveState, now: Instant) -> SlaveState:
         """See `NodeMover`: by the body."""
         return SlaveState(state.points, velocities_on(now, self.host, state.points))
 

@@ -179,7 +179,7 @@ def _parts(model: Model, start: Placement) -> Iterator[Drawn]:
         slave = slave_part.slave
         facets = np.zeros((0, 3), np.int32) if slave.facets is None else slave.facets
         triangles = facets[slave.active[facets].all(axis=1)]
-        host = model.mechanism.carried.get(name)
+        host = model.mechanism.carrier_of_slave.get(name)
         if host is not None:
             # A slave on the body that carries it is drawn already.
             body = bodies[host]

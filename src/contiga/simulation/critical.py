@@ -157,7 +157,7 @@ def _coupling_rates(model: Model, state: SystemState, of: Of) -> list[tuple[str,
     if of == "following":
         return couplings
     _add_gas(couplings, model, state)
-    for name, nodes in system.joined.items():
+    for name, nodes in system.element_movers.items():
         rates = Rates(*nodes.rates(state.slaves[name]))
         text = f"the elements of slave {name!r}"
         if rates.square > 0.0:
@@ -359,7 +359,7 @@ def check_stable(model: Model, state: SystemState) -> None:
     """
     energy = state.energy
     gain, supplied = -energy.error, max(energy.initial + energy.external, 0.0)
-    joined = model.mechanism.joined
+    joined = model.mechanism.element_movers
     for name, nodes in joined.items():
         # Unstable steps conserve the usual kinetic energy: take that of the shaking instead.
         slave = state.slaves[name]

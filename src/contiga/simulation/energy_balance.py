@@ -23,7 +23,7 @@ def energy_summary(model: Model, history: dict[str, FloatArray]) -> dict[str, fl
     Keys: `most` kinetic, stored and lost together, `error` at the end, `worst` the largest
     departure at any step, and `relative`, that over `most`.
     """
-    return balance_of(history) if model.mechanism.moved else {}
+    return balance_of(history) if model.mechanism.has_dynamics else {}
 
 
 def balance_of(history: dict[str, FloatArray]) -> dict[str, float]:

@@ -78,7 +78,7 @@ def history_row(
     row |= model.chambers.columns(stepped.state.gas)
     if isinstance(model.stepping, AutoSteps):
         row |= step_columns(model, stepped.choice)
-    if model.mechanism.moved:
+    if model.mechanism.has_dynamics:
         # Centre of mass, velocity, acceleration, orientation and spin of each free body.
         system, names = model.mechanism, list(model.bodies)
         for k, i in enumerate(system.free):

@@ -118,12 +118,12 @@ class Mechanism:
     """Whether there are chambers of gas."""
 
     @cached_property
-    def carried(self) -> Mapping[str, int]:
+    def carrier_of_slave(self) -> Mapping[str, int]:
         """Bodies by number that carry attached slaves, by the slaves' names."""
         return {k: mover.host for k, mover in self.nodes.items() if mover.host is not None}
 
     @cached_property
-    def riding(self) -> tuple[str, ...]:
+    def carried_slaves(self) -> tuple[str, ...]:
         """Slaves with nodes that bodies carry, all or some."""
         return tuple(k for k, mover in self.nodes.items() if mover.host is not None or mover.joints)
 
@@ -135,17 +135,19 @@ class Mechanism:
     @cached_property
     def loose(self) -> Mapping[str, FloatArray]:
         """Nodal masses (n,) of slaves of free nodes without elements."""
-        return {name: mass for name, mass in self.masses.items() if not self.nodes[name].joined}
+        return {
+            name: mass for name, mass in self.masses.items() if not self.nodes[name].has_elements
+        }
 
     @cached_property
-    def joined(self) -> Mapping[str, NodeMover]:
+    def element_movers(self) -> Mapping[str, NodeMover]:
         """Movers of the nodes of slaves that are made of elements."""
-        return {name: mover for name, mover in self.nodes.items() if mover.joined}
+        return {name: mover for name, mover in self.nodes.items() if mover.has_elements}
 
     @cached_property
     def deforms(self) -> bool:
         """Whether any slave is made of elements."""
-        return len(self.joined) > 0
+        return len(self.element_movers) > 0
 
     @cached_property
     def attached(self) -> bool:
@@ -153,7 +155,7 @@ class Mechanism:
         return bool((self.root != np.arange(len(self.root))).any())
 
     @cached_property
-    def moved(self) -> bool:
+    def has_dynamics(self) -> bool:
         """Whether forces move anything, or springs or gas take part."""
         devices = len(self.springs) > 0 or self.gas
         return len(self.free) > 0 or len(self.masses) > 0 or devices
@@ -185,7 +187,7 @@ class Mechanism:
         """The two sides of each contact."""
         sides: dict[str, Sides] = {}
         for part in self.contacts:
-            i, host = self.root_of(part.master), self.carried.get(part.slave)
+            i, host = self.root_of(part.master), self.carrier_of_slave.get(part.slave)
             free = [(self.row[i], -1.0)] if i in self.row else []
             if host is not None and host in self.row:
                 free.append((self.row[host], 1.0))

@@ -213,7 +213,7 @@ class Model(Displayed):
             for part in self.contacts
             if is_driven(self.slaves[part.slave].motion)
             or system.root_of(part.master) in system.driven
-            or system.carried.get(part.slave) in system.driven
+            or system.carrier_of_slave.get(part.slave) in system.driven
         )
 
     @cached_property
@@ -555,7 +555,7 @@ def check_movers(model: Model) -> None:
     """Raise `InputError` for contacts within one body, and for tables that end before the run."""
     system = model.mechanism
     for part in model.contacts:
-        host = system.carried.get(part.slave)
+        host = system.carrier_of_slave.get(part.slave)
         if host is not None and host == system.root_of(part.master):
             raise InputError(
                 "its slave is attached to its master: they never touch anew",

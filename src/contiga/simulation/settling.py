@@ -196,7 +196,7 @@ def _resting_model(model: Model, settle: Settle) -> Model:
 def _stopped(model: Model, state: SystemState) -> SystemState:
     """Return the state with all velocities zero."""
     nodes = model.mechanism.nodes
-    slaves = {name: nodes[name].stopped(slave) for name, slave in state.slaves.items()}
+    slaves = {name: nodes[name].without_velocities(slave) for name, slave in state.slaves.items()}
     rows, twists = state.rigid.copy(), state.bodies.twists.copy()
     rows[:, VELOCITY : VELOCITY + 3] = 0.0
     rows[:, MOMENTUM : MOMENTUM + 3] = 0.0

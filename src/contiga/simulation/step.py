@@ -152,7 +152,7 @@ def advance(
     contacts, wall_times = contact_states(model, last, placement, clock)
     system, now = model.mechanism, placement.now
     bodies, slaves = placement.bodies, placement.slaves
-    if not (system.moved or model.sensors):
+    if not (system.has_dynamics or model.sensors):
         energy = contact_energy(contacts)
         return StepResult(SystemState(time, bodies, slaves, contacts, energy, now.dt), wall_times)
     begin = perf_counter()
@@ -177,8 +177,8 @@ def advance(
     # Twists of free bodies are now those after the kick, and what rides on bodies follows them.
     bodies = kicked_bodies(system, placement)
     now = now._replace(twists=bodies.twists)
-    for name in system.riding:
-        slaves[name] = system.nodes[name].carried(slaves[name], now)
+    for name in system.carried_slaves:
+        slaves[name] = system.nodes[name].with_carried_nodes(slaves[name], now)
     state = SystemState(
         time,
         bodies,
@@ -344,7 +344,7 @@ def wrenches(model: Model, acting: Acting, placement: Placement) -> FloatArray:
             points = placement.slaves[part.slave].points[rows]
             add_forces(total[host], points, force, poses[host, :3, 3])
     for name, nodes in system.nodes.items():
-        for host, points, force in nodes.pulls(
+        for host, points, force in nodes.forces_on_bodies(
             placement.slaves[name], NodalForces(model, name, acting)
         ):
             add_forces(total[host], points, force, poses[host, :3, 3])

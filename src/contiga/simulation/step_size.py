@@ -204,7 +204,7 @@ def next_step(model: Model, last: SystemState, clock: Clock) -> StepResult:
         stepped = _automatic_step(model, stepping, last, clock)
     else:
         time = stepping.after(last.time)
-        if model.mechanism.moved and not model.allow_unstable:
+        if model.mechanism.has_dynamics and not model.allow_unstable:
             begin = perf_counter()
             limit, step = find_limit(model, last), time - last.time
             clock.add("motion", begin)
@@ -226,7 +226,7 @@ def _automatic_step(
 ) -> StepResult:
     """Return a step that is as long as allowed."""
     begin = perf_counter()
-    if model.mechanism.followers and model.mechanism.moved and not model.allow_unstable:
+    if model.mechanism.followers and model.mechanism.has_dynamics and not model.allow_unstable:
         limit = limit_of(model, last, "following")
         if last.step > limit.critical:
             raise RunError(
@@ -234,9 +234,9 @@ def _automatic_step(
                 f"step: the critical one is {limit.critical / last.step:.3g} of any. Take a "
                 "smaller scale of its law; allow_unstable lets it pass"
             )
-    limit = limit_of(model, last, "lasting") if model.mechanism.moved else NO_LIMIT
+    limit = limit_of(model, last, "lasting") if model.mechanism.has_dynamics else NO_LIMIT
     kicks = 0.0
-    for name, nodes in model.mechanism.joined.items():
+    for name, nodes in model.mechanism.element_movers.items():
         acting = NodalForces(model, name, last.acting)
         kicks += nodes.kick_energy(last.slaves[name], acting, model.gravity)
     start = Start(last, stepping.most, limit, kicks)
@@ -258,7 +258,7 @@ def _automatic_step(
         stepped = advance(model, last, time, clock)
         begin = perf_counter()
         trial = Trial(stepped, NO_LIMIT)
-        if model.mechanism.moved:
+        if model.mechanism.has_dynamics:
             trial = judge_step(model, stepping, start, stepped)
         loses_energy = model.mechanism.keeps_energy and trial.missing > trial.allowed
         shorter = rejection(model, stepping, start, trial, loses_energy=loses_energy)
@@ -332,7 +332,7 @@ def _cuts_in_state(
         if spin > 0.0:
             part = MAX_TURN if i in system.row else MAX_DRIVEN_TURN
             cuts.append(Cut(part / spin, Reason.TURN, f"body {list(model.bodies)[i]!r}"))
-    if system.moved:
+    if system.has_dynamics:
         cuts.append(Cut(stepping.safety * limit.critical, Reason.CRITICAL, limit.of))
         if shaking > 0.0:
             followed = SWING_STEP * math.sqrt(math.sqrt(2.0 * state.peak_energy) / shaking)
@@ -392,7 +392,7 @@ def rejection(
         passage = unnoticed_passage(model, last, state)
         if passage is not None:
             return passage
-    if not model.mechanism.moved:
+    if not model.mechanism.has_dynamics:
         return None
     cuts_at_end = _cuts_in_state(model, stepping, start, state, trial.limit, trial.shaking)
     next_cut = min(cuts_at_end, default=Cut(math.inf, Reason.END))

@@ -208,7 +208,7 @@ def _depths(model: Model, history: dict[str, FloatArray]) -> dict[str, str]:
     return {
         part.name: f"{part.master}.travel"
         for part in model.contacts
-        if part.slave in model.mechanism.joined and f"{part.master}.x" in history
+        if part.slave in model.mechanism.element_movers and f"{part.master}.x" in history
     }
 
 

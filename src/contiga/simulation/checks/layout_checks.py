@@ -23,7 +23,7 @@ def check_layout(scene: Scene) -> Iterator[Finding]:
     model = scene.model
     used = {part.slave for part in model.contacts} | model.mechanism.tied.keys()
     for name, slave in model.slaves.items():
-        if name not in used and not model.mechanism.nodes[name].joined:
+        if name not in used and not model.mechanism.nodes[name].has_elements:
             yield Finding(
                 "unused",
                 f"slave {name}",

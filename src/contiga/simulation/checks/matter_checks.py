@@ -48,7 +48,7 @@ def check_matter(scene: Scene) -> Iterator[Finding]:
                         'Name the ways, as hold = ["x", "y", "z"], or leave hold out for all of '
                         "them",
                     )
-    for name, nodes in model.mechanism.joined.items():
+    for name, nodes in model.mechanism.element_movers.items():
         critical = Rates(*nodes.rates(placement.slaves[name])).critical
         step = stepping.step if isinstance(stepping, EqualSteps) else 0.0
         if step > critical and not model.allow_unstable:

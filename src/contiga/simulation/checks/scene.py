@@ -105,7 +105,7 @@ class Pair:
         is_known = isinstance(motions[0], Dependent) or is_known_ahead(motions[0])
         is_pushed = self._has_devices or self.model.settling is not None
         times = spread(self.model.stepping.planned(), 2 * STANDINGS)
-        if is_pushed or not (self._mover.stands and is_known):
+        if is_pushed or not (self._mover.is_at_rest and is_known):
             return times[:1]
         placements = (self.placement(time) for time in times.tolist())
         return times[: _searches_to_touch(self.contact.dry_run(placements, most=MAX_POINTS))]
