@@ -168,6 +168,9 @@ BEFORE = [
     wrong("friction in percents", PRESSED, "friction", "is 30",
           law=f'law = {{ kind = "stress", elastic = {CURVE} }}\n'
           'friction = { kind = "coulomb", static = 30.0 }'),
+    wrong("viscous friction in percents", PRESSED, "friction", "is 40",
+          law=f'law = {{ kind = "stress", elastic = {CURVE} }}\n'
+          'friction = { kind = "viscous-regularised", coefficient = 40.0, speed = 0.1 }'),
     wrong("damping in percents", PRESSED, "damping", "10 times the critical",
           law='law = { kind = "penalty", stiffness = 10.0, damping_ratio = 10.0 }',
           nodal="thickness = 20.0\nmass = 1.0\n"),

@@ -143,7 +143,7 @@ def friction_terms(friction: Friction, inputs: FrictionInputs, points: CarryingP
             allowed="Coulomb, ViscousFriction, or an object with changes",
             remedy="Give it changes(FrictionInput, FrictionChange), (n, 3, m) of its forces",
         )
-    change = points.friction_change(inputs.points, getattr(friction, "has_rate", True))
+    change = points.friction_change(inputs.points, getattr(friction, "has_rate", False))
     if inputs.common is None:
         return _terms_of_points(friction, inputs.points, points, change)
     return _terms_of_common_friction(friction, inputs, inputs.common, points, change)

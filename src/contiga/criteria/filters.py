@@ -18,7 +18,7 @@ CLASSES = (60, 180, 600, 1000)
 NAMES = tuple(f"CFC{number}" for number in CLASSES)
 MIN_RATE = 10
 """Smallest sample rate for each Hz of the class, 1/s; lower ones leave the corridor of gains."""
-MEMORY = 0.75
+SETTLING = 0.75
 """Settling time of a step to 1e-3, seconds times the class: poles decay by 9.23 · class a second.
 The ends of shorter signals have errors of up to a fifth of their size, of longer ones 2e-3."""
 _PAD_TIME, _PAD_SAMPLES = 0.01, 100
@@ -57,8 +57,9 @@ def cfc(signal: ArrayLike, dt: float, cls: int | str) -> FloatArray:
     Warns
     -----
     ContigaWarning
-        The signal is shorter than the filter's memory, 0.75 s / class (12.5 ms for CFC60), and not
-        constant: the result depends on its images at the ends, by up to a fifth of its size.
+        The signal is shorter than the filter's settling time, 0.75 s / class (12.5 ms for CFC60),
+        and not constant: the result depends on its images at the ends, by up to a fifth of its
+        size.
 
     >>> cfc([5.0, 5.0, 5.0], 1e-4, "CFC1000").tolist()
     [5.0, 5.0, 5.0]
@@ -92,8 +93,8 @@ def cfc(signal: ArrayLike, dt: float, cls: int | str) -> FloatArray:
         )
     if is_short(len(values), step, number) and np.ptp(values, axis=0).any():
         warnings.warn(
-            f"the signal is shorter than the memory of CFC{number}, {memory(number):.3g} s: its "
-            "ends may be off by a fifth of its size",
+            f"the signal is shorter than the memory of CFC{number}, {settling_time(number):.3g} s: "
+            "its ends may be off by a fifth of its size",
             ContigaWarning,
             stacklevel=2,
         )
@@ -106,14 +107,14 @@ def cfc(signal: ArrayLike, dt: float, cls: int | str) -> FloatArray:
     return np.ascontiguousarray(padded[pad : pad + len(values)])
 
 
-def memory(cls: int) -> float:
+def settling_time(cls: int) -> float:
     """Return the settling time of the filter of a class, seconds."""
-    return MEMORY / cls
+    return SETTLING / cls
 
 
 def is_short(samples: int, dt: float, cls: int) -> bool:
-    """Return whether a signal is shorter than the memory of a filter."""
-    return (samples - 1) * dt < memory(cls)
+    """Return whether a signal is shorter than the settling time of a filter."""
+    return (samples - 1) * dt < settling_time(cls)
 
 
 def coefficients(cls: int, dt: float) -> tuple[FloatArray, FloatArray]:

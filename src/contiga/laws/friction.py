@@ -37,7 +37,7 @@ class FrictionInput(NamedTuple):
     force: FloatArray
     """(n,) normal forces ≥ 0."""
     stiffness: FloatArray
-    """(n,) stiffness of the law of normal force: `LawOutput.stiffness`."""
+    """(n,) stiffness of the law of normal force, force / length: `LawOutput.stiffness`."""
     area: FloatArray
     """(n,) contact areas."""
     path: FloatArray
@@ -113,6 +113,10 @@ class Friction(Protocol):
       largest ratio of friction to normal force. They limit automatic steps.
     - ``changes(inp: FrictionInput, change: FrictionChange)``, which returns the changes (n, 3, m)
       of the forces: `Contact.tangent` needs it.
+    - ``largest_coefficient``: the largest ratio of friction to normal force at any speed. Checks of
+      a model compare it with coefficients of real surfaces.
+
+    Without ``has_rate``, velocities are taken to have no effect on the force.
     """
 
     @property
@@ -213,6 +217,11 @@ class Coulomb:
         """True if the force depends on the velocity: the coefficient falls with it."""
         return self.decay > 0.0 and self.dynamic not in (None, self.static)
 
+    @property
+    def largest_coefficient(self) -> float:
+        """Coefficient at rest, which no sliding speed exceeds."""
+        return self.static
+
     def coefficient(self, speed: FloatArray) -> FloatArray:
         """Return μ (n,) at sliding speeds (n,) ≥ 0."""
         dynamic = self._numbers.dynamic
@@ -298,6 +307,11 @@ class ViscousFriction:
 
     n_memory = 3
     has_rate = True
+
+    @property
+    def largest_coefficient(self) -> float:
+        """Coefficient of fast sliding, which no sliding speed exceeds."""
+        return self.coefficient
 
     def slid(self, memory: FloatArray) -> FloatArray:
         """Return zeros (n, 3): no sliding distance is remembered."""

@@ -54,7 +54,8 @@ class Criterion(NamedTuple):
     columns: tuple[str, ...] = ()
     """Columns of the sensor that it is computed from, each filtered by `filter`."""
     filter: str | None = None
-    """Filter class that its source specifies; None for the sensor's own filter."""
+    """Filter class that its source specifies, which `OF_SIGNALS` then evaluates by its name; None
+    for the sensor's own filter and `OF_ACCELERATION`."""
     unit: str = ""
     in_body_axes: bool = False
     """Whether its components are in axes that turn with a body."""

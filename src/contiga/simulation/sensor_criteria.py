@@ -2,24 +2,27 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Container, Iterator, Mapping
 from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
 
+from contiga.arrays.layout import checked_choice
 from contiga.arrays.ordered import length
 from contiga.criteria.brain import CRITICAL_VELOCITIES, bric
 from contiga.criteria.chest import MIN_SAMPLES, vc
 from contiga.criteria.dummies import DUMMIES
 from contiga.criteria.femur import femur_force
+from contiga.criteria.filters import NAMES as FILTERS
 from contiga.criteria.head_injury import hic, hicd
 from contiga.criteria.held_level import clip
 from contiga.criteria.neck import nij
+from contiga.errors import InputError
 from contiga.io.units import acceleration_factor, base_factor
 from contiga.records import FloatArray
 from contiga.simulation.model import Model
-from contiga.simulation.sensor import ALL_CRITERIA, RelativeSensor, Sensor
+from contiga.simulation.sensor import ALL_CRITERIA, Criterion, RelativeSensor, Sensor
 from contiga.simulation.sensors import on_axes
 from contiga.simulation.signals import smooth, too_coarse
 from contiga.simulation.slave_sensor import slave_of
@@ -220,3 +223,27 @@ OF_SIGNALS: dict[str, Callable[[Signal], Value | None]] = {
     "femur": _femur,
 }
 """Criteria with a filter of their own."""
+
+
+def check_criteria(
+    rows: Mapping[str, Criterion], of_acceleration: Container[str], of_signals: Container[str]
+) -> None:
+    """Raise `InputError` for a criterion that a run would leave out without a word.
+
+    A row with a filter has its function in `of_signals`, one without in `of_acceleration`; nothing
+    else is evaluated.
+    """
+    for name, row in rows.items():
+        if row.filter is not None:
+            checked_choice(f"criterion {name!r}: filter", row.filter, FILTERS)
+        table = "OF_ACCELERATION" if row.filter is None else "OF_SIGNALS"
+        if name not in (of_acceleration if row.filter is None else of_signals):
+            raise InputError(
+                "a criterion with this filter has no function that evaluates it",
+                where=f"criterion {name!r}: filter",
+                found=row.filter,
+                allowed=f"a function in {table}",
+            )
+
+
+check_criteria(ALL_CRITERIA, OF_ACCELERATION, OF_SIGNALS)

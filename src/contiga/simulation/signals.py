@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from contiga.arrays.ordered import length
-from contiga.criteria.filters import MIN_RATE, cfc, memory
+from contiga.criteria.filters import MIN_RATE, cfc, settling_time
 from contiga.errors import ContigaWarning
 from contiga.io.units import base_factor
 from contiga.records import FloatArray
@@ -118,12 +118,13 @@ def signal_warnings(model: Model, history: dict[str, FloatArray]) -> list[str]:
                 "largest one"
             )
             continue
-        memory_time = memory(int(cls.removeprefix("CFC"))) / base_factor(model.units[2], "time")
+        number, second = int(cls.removeprefix("CFC")), base_factor(model.units[2], "time")
+        settling = settling_time(number) / second
         duration = float(np.ptp(history["time"]))
-        if duration < memory_time:
+        if duration < settling:
             texts.append(
                 f"{name}: the run lasts {duration:.4g} {model.units[2]}, less than the memory of "
-                f"{cls}, {memory_time:.4g}: what is filtered may be off by a fifth of its size at "
+                f"{cls}, {settling:.4g}: what is filtered may be off by a fifth of its size at "
                 "the ends, and its criteria with it"
             )
     return texts

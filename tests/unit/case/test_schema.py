@@ -147,27 +147,30 @@ def test_a_combined_contact_takes_both_laws() -> None:
 
 
 @pytest.mark.parametrize(
-    ("text", "friction"),
+    ("text", "friction", "description"),
     [
-        ('{ kind = "coulomb", static = 0.4 }', Coulomb(0.4)),
+        ('{ kind = "coulomb", static = 0.4 }', Coulomb(0.4), "coulomb: static"),
         (
             '{ kind = "coulomb", static = 0.4, dynamic = 0.3, decay = 2, stiffness = 5, '
             "per_area = true }",
             Coulomb(0.4, 0.3, decay=2.0, stiffness=5.0, per_area=True),
+            "coulomb: static",
         ),
         (
             '{ kind = "viscous-regularised", coefficient = 0.4, speed = 2 }',
             ViscousFriction(0.4, 2.0),
+            "viscous-regularised: coeff",
         ),
     ],
 )
-def test_every_friction_comes_with_its_options(text: str, friction: Friction) -> None:
+def test_every_friction_comes_with_its_options(
+    text: str, friction: Friction, description: str
+) -> None:
     case = case_with(contact=f"{CONTACT}friction = {text}\n")
     for read in (case, parse_case(resolved_toml(case))):
         assert read.contact[0].friction is not None
         assert read.contact[0].friction.instance == friction
-    kind = "coulomb: static" if isinstance(friction, Coulomb) else "viscous-regularised: coeff"
-    assert dict(describe(case))["  friction"].startswith(kind)
+    assert dict(describe(case))["  friction"].startswith(description)
 
 
 def test_several_contacts_of_one_pair_need_names() -> None:

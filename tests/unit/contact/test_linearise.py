@@ -206,6 +206,29 @@ def test_friction_without_derivatives_is_told_what_to_add() -> None:
         contact.tangent(contact.start(points))
 
 
+def test_velocities_change_only_for_friction_that_has_a_rate() -> None:
+    """`Contact.step` and `Contact.tangent` take a friction without `has_rate` alike."""
+    changes = []
+
+    class Silent:
+        n_memory = cg.Coulomb.n_memory
+        respond, slid = cg.Coulomb(0.3).respond, cg.Coulomb(0.3).slid
+
+        def changes(self, inp: object, change: object) -> np.ndarray:
+            changes.append(change)
+            return cg.Coulomb(0.3).changes(inp, change)
+
+    class WithRate(Silent):
+        has_rate = True
+
+    points, _ = pressed(DEPTHS)
+    for friction in (Silent(), WithRate()):
+        contact = contact_of(EGG, 4, friction=friction)
+        state = contact.step(contact.start(points), points + 0.01, dt=0.1)
+        contact.tangent(state)
+    assert [len(change.velocity) > 0 for change in changes] == [False, True]
+
+
 def test_a_state_is_stepped_from_again_and_again_and_history_is_that_of_the_one_kept() -> None:
     contact = contact_of(EGG, 4, friction=cg.Coulomb(0.4))
     state, points = slid(contact, DEPTHS, 0.01, dt=0.0)

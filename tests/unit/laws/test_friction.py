@@ -41,6 +41,23 @@ def seen(normal, before, force, path, memory, *, stiffness=0.0, area=1.0, veloci
     )
 
 
+@pytest.mark.parametrize(
+    "law",
+    [
+        Coulomb(0.4, stiffness=1e3),
+        Coulomb(0.4, 0.3, decay=2.0, stiffness=1e3),
+        ViscousFriction(0.3, 0.01),
+    ],
+)
+def test_the_largest_coefficient_is_reached_and_never_exceeded(law: Friction) -> None:
+    speeds = np.array([0.0, 0.1, 1.0, 10.0])
+    velocity = speeds[:, None] * [1.0, 0.0, 0.0]
+    path = np.tile([1.0, 0.0, 0.0], (4, 1))
+    answer = law.respond(seen(UP, UP, 5.0, path, np.zeros((4, law.n_memory)), velocity=velocity))
+    ratios = np.linalg.norm(answer.force, axis=1) / 5.0
+    assert ratios.max() == pytest.approx(law.largest_coefficient, rel=1e-12)
+
+
 def drag(law: Friction, ways, force, **given) -> list[FrictionOutput]:
     """One block on a plane moved to each of `ways` along x under the normal `force`."""
     memory, at, answers = np.zeros((1, law.n_memory)), 0.0, []

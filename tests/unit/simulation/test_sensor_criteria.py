@@ -10,8 +10,8 @@ import contiga as cg
 from contiga.case.columns import columns_of_case, criteria_of_case
 from contiga.case.schema import parse_case
 from contiga.errors import InputError
-from contiga.simulation.sensor import ALL_CRITERIA
-from contiga.simulation.sensor_criteria import OF_ACCELERATION, OF_SIGNALS
+from contiga.simulation.sensor import ALL_CRITERIA, Criterion
+from contiga.simulation.sensor_criteria import OF_ACCELERATION, OF_SIGNALS, check_criteria
 
 BALL = cg.Body([cg.shapes.sphere(radius=0.1)])
 SI = ("m", "kg", "s")
@@ -32,6 +32,21 @@ def test_each_criterion_that_a_sensor_takes_is_evaluated_on_its_own_signal() -> 
     assert set(OF_ACCELERATION) == set(ALL_CRITERIA) - set(own)
     assert all(one.columns for one in own.values())
     assert all(ALL_CRITERIA[name].measures == ("acceleration",) for name in OF_ACCELERATION)
+
+
+@pytest.mark.parametrize(
+    ("row", "words"),
+    [
+        (Criterion(), "'new': filter.*found None.*OF_ACCELERATION"),
+        (Criterion(filter="CFC60"), "'new': filter.*found 'CFC60'.*OF_SIGNALS"),
+        (Criterion(filter="FIR100"), "'new': filter.*not known.*FIR100.*'CFC60', 'CFC180'"),
+    ],
+)
+def test_a_row_that_no_function_evaluates_is_refused(row: Criterion, words: str) -> None:
+    of_other_table = {"new"}
+    tables = (set(), of_other_table) if row.filter is None else (of_other_table, set())
+    with pytest.raises(InputError, match=words):
+        check_criteria({"new": row}, *tables)
 
 
 @pytest.mark.parametrize("units", [SI, MM])

@@ -9,7 +9,6 @@ import numpy as np
 from contiga.area.nodal import NodalArea
 from contiga.contact.dry_run import spread
 from contiga.laws.by_face import FaceLaws
-from contiga.laws.friction import Coulomb
 from contiga.laws.normal import PenaltyLaw
 from contiga.laws.stress import StressLaw
 from contiga.records import FloatArray
@@ -94,12 +93,13 @@ def check_laws(scene: Scene) -> Iterator[Finding]:
                     f"Give the thickness in {scene.fmt.unit('length')}",
                 )
         yield from _check_weights(pair, scene.fmt)
-        friction, ratio = pair.contact.friction, getattr(pair.contact.law, "damping_ratio", 0.0)
-        if isinstance(friction, Coulomb) and friction.static > _MAX_FRICTION:
+        coefficient = getattr(pair.contact.friction, "largest_coefficient", 0.0)
+        ratio = getattr(pair.contact.law, "damping_ratio", 0.0)
+        if coefficient > _MAX_FRICTION:
             yield Finding(
                 "friction",
                 pair.where,
-                f"its coefficient of friction is {friction.static:g}, and rubber on dry asphalt "
+                f"its coefficient of friction is {coefficient:g}, and rubber on dry asphalt "
                 "has about 1",
                 "Give a coefficient, not percents",
             )
