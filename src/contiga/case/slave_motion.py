@@ -17,7 +17,7 @@ from contiga.case.pulse_spec import AccelerationSpec, VelocitySpec
 from contiga.case.rigid_spec import PrescribedMotionSpec
 from contiga.case.schema import Case, SlaveSpec
 from contiga.dynamics.deforming import Deforming
-from contiga.dynamics.deforming_parts import KINDS, same_elements, split
+from contiga.dynamics.deforming_parts import ELEMENT_OF_CELL, same_elements, split
 from contiga.dynamics.free import Attached, Dependent
 from contiga.dynamics.prescribed import BodyMotion, Fixed, Moved, SlaveMotion
 from contiga.dynamics.pulses import check_covers
@@ -144,12 +144,12 @@ def _elements_of_set(spec: SlaveSpec, slave: Slave, key: str | int) -> dict[str,
     elements: dict[str, list[IntArray]] = {}
     if len(lines := cells.pop("line", ())):
         # Lines along edges of other cells are bars only if their set is named.
-        elements[KINDS["line"]] = [np.asarray(lines, np.int32)]
+        elements[ELEMENT_OF_CELL["line"]] = [np.asarray(lines, np.int32)]
     for kind, rows in slave.elements.items():
         if kind in cells and len(cells[kind]):
             rows_of_set = rows[same_elements(rows, cells[kind])]
             if len(rows_of_set):
-                parts = elements.setdefault(KINDS.get(kind, kind), [])
+                parts = elements.setdefault(ELEMENT_OF_CELL.get(kind, kind), [])
                 parts.append(split(slave, kind, rows_of_set))
     if not elements:
         raise CaseError(

@@ -15,7 +15,7 @@ from contiga.records import FloatArray, IntArray
 from contiga.slaves.cells import split_shells
 from contiga.slaves.slave import Slave
 
-KINDS = {
+ELEMENT_OF_CELL = {
     "tetra": "tet4",
     "hexahedron": "hex8",
     "triangle": "tri3",
@@ -123,18 +123,18 @@ def elements_by_kind(slave: Slave, where: str, *, required: bool = True) -> dict
             found="a cloud",
             allowed="a mesh from read_mesh, Slave(elements=…), or facets as membranes",
         )
-    unknown = [kind for kind in cells if kind not in KINDS]
+    unknown = [kind for kind in cells if kind not in ELEMENT_OF_CELL]
     if unknown:
         raise InputError(
             "no element is known for these cells",
             where=where,
             found=", ".join(f"{len(cells[kind])} {kind}" for kind in unknown),
-            allowed=", ".join(KINDS),
+            allowed=", ".join(ELEMENT_OF_CELL),
             remedy="Mesh it by linear tetrahedra or hexahedra, shells by triangles",
         )
     by_kind: dict[str, list[IntArray]] = {}
     for kind, rows in cells.items():
-        by_kind.setdefault(KINDS[kind], []).append(split(slave, kind, rows))
+        by_kind.setdefault(ELEMENT_OF_CELL[kind], []).append(split(slave, kind, rows))
     return {kind: np.concatenate(rows) for kind, rows in by_kind.items()}
 
 

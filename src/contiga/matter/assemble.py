@@ -126,35 +126,35 @@ def _group(
     Its rows and its memory begin at `first_row` and `first_memory`.
     """
     sums, nodes_of_rows = block_sums(part.elements, len(nodes))
-    material = part.material.coefficients(part.kind, part.across)
+    coefficients = part.material.coefficients(part.kind, part.across)
     viscosity = np.zeros(0)
     if any(part.bulk_viscosity):
         linear, quadratic = part.bulk_viscosity
-        wave_speed = np.sqrt(material.wave_modulus / part.density)
+        wave_speed = np.sqrt(coefficients.wave_modulus / part.density)
         viscosity = np.array([linear * wave_speed, quadratic, part.density])
     tables = ElementTables(
         nodes_in_lanes(part.elements),
         in_lanes(shapes.gradients),
         in_lanes(shapes.measures[:, None], np.zeros(1)),
-        material.stage,
-        material.numbers,
-        material.curves,
-        material.tangent,
-        _hourglass_table(part, shapes, nodes, material.modulus),
+        coefficients.material,
+        coefficients.numbers,
+        coefficients.curves,
+        coefficients.tangent,
+        _hourglass_table(part, shapes, nodes, coefficients.modulus),
         viscosity,
         in_lanes(np.cbrt(shapes.measures)[:, None]),
         0,
         sums,
     )
     rows = slice(first_row, first_row + len(nodes_of_rows))
-    n_memory = material.memory + (MEMORY if viscosity.size else 0)
+    n_memory = coefficients.memory + (MEMORY if viscosity.size else 0)
     memory = slice(first_memory, first_memory + tables.measures.size * n_memory)
     bound, average = tables, None
-    if material.averaged:
-        tables = tables._replace(numbers=material.numbers * [1.0, 0.0], averaged=1)
+    if coefficients.averaged:
+        tables = tables._replace(numbers=coefficients.numbers * [1.0, 0.0], averaged=1)
         corners, weights = part.elements.ravel(), shapes.shares.ravel()
         volumes = np.bincount(corners, weights=weights, minlength=len(nodes)).astype(np.float64)
-        average = Average(material.averaged, volumes, node_sums(nodes_of_rows, len(nodes)))
+        average = Average(coefficients.averaged, volumes, node_sums(nodes_of_rows, len(nodes)))
     group = Group(
         part.name,
         part.kind,
@@ -165,7 +165,7 @@ def _group(
         rows,
         memory,
         part.across,
-        material.reaches,
+        coefficients.reaches,
     )
     return group, nodes_of_rows
 

@@ -16,7 +16,7 @@ from contiga.matter.blocks import NodeSums, sum_at_nodes
 from contiga.matter.coefficients import Reach
 from contiga.matter.element_fields import ElementFields, KindFields, LargestStrain, at_nodes
 from contiga.matter.kernels import elements_nb, row_sums_nb
-from contiga.matter.kernels.lanes_nb import KINDS, LANES
+from contiga.matter.kernels.lanes_nb import LANES, N_ENERGIES
 from contiga.matter.mass_scaling import AddedMass
 from contiga.matter.parts import DIMENSION
 from contiga.matter.protocol import MatterEnergy, MatterForces, MatterState
@@ -109,11 +109,11 @@ class Assembled:
         q, v = np.ascontiguousarray(q, np.float64), np.ascontiguousarray(v, np.float64)
         motion = Motion(locked(q), locked(v), float(dt), np.zeros(0))
         partial = _workspace.rows(len(self._sums.rows), 3)
-        energy, memory = np.zeros(KINDS), np.empty(self._memory_size)
+        energy, memory = np.zeros(N_ENERGIES), np.empty(self._memory_size)
         for group in self.groups:
             blocks = len(group.tables.nodes)
             out = ElementOutput(
-                partial[group.rows], np.empty((blocks, KINDS)), np.empty(blocks, np.int32)
+                partial[group.rows], np.empty((blocks, N_ENERGIES)), np.empty(blocks, np.int32)
             )
             averaged_energy, group_motion = 0.0, motion
             if group.average is not None:
@@ -204,7 +204,7 @@ class Assembled:
         blocks, q = len(group.tables.nodes), locked(state.points)
         rows = max(len(pieces.rows), group.rows.stop - group.rows.start)
         partial = np.empty((rows, 3))
-        energy, inverted = np.zeros((blocks, KINDS + LANES)), np.empty(blocks, np.int32)
+        energy, inverted = np.zeros((blocks, N_ENERGIES + LANES)), np.empty(blocks, np.int32)
         out = ElementOutput(partial, energy, inverted)
         corner_pressures, averaged_energies = np.zeros(0), np.zeros(0)
         if group.average is not None:
@@ -220,7 +220,7 @@ class Assembled:
         run_ranges(KERNELS[group.kind][0], blocks, MIN_BLOCKS, motion, pieces.tables, memory, out)
         forces = np.empty((len(pieces.corners), 3))
         forces[pieces.rows] = partial[: len(pieces.rows)]
-        stored = energy[:, KINDS:].ravel()
+        stored = energy[:, N_ENERGIES:].ravel()
         stored[: len(averaged_energies)] += averaged_energies
         return forces, stored
 
@@ -230,7 +230,9 @@ class Assembled:
         partial = _workspace.rows(len(self._sums.rows), 3)
         for group in self.groups:
             blocks = len(group.tables.nodes)
-            out = ElementOutput(partial[group.rows], np.empty((0, KINDS)), np.empty(0, np.int32))
+            out = ElementOutput(
+                partial[group.rows], np.empty((0, N_ENERGIES)), np.empty(0, np.int32)
+            )
             memory = _memory(group, state, np.empty(self._memory_size))
             run_ranges(KERNELS[group.kind][1], blocks, MIN_BLOCKS, motion, group.bound, memory, out)
         return np.asarray(sum_at_nodes(partial, self._sums).max(axis=1))

@@ -34,7 +34,7 @@ class Reach(NamedTuple):
 class Coefficients(NamedTuple):
     """Coefficients of a material for kernels."""
 
-    stage: int
+    material: int
     """Number of the material in the kernels `elements_stress_nb`."""
     numbers: FloatArray
     modulus: float

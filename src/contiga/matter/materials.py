@@ -68,9 +68,9 @@ class Elastic:
         numbers = np.array([self.young * across, self.poisson])
         plane = self.young * across / (1.0 - self.poisson**2)
         tangent = plane * np.array([1.0, 1.0, self.poisson, 0.5 * (1.0 - self.poisson)])
-        stage = ELASTIC if self.compression else SLACK
+        law = ELASTIC if self.compression else SLACK
         bending = tangent if self.compression else NONE
-        return Coefficients(stage, numbers, self.young, self.young, tangent, bending)
+        return Coefficients(law, numbers, self.young, self.young, tangent, bending)
 
 
 @dataclass(frozen=True, kw_only=True)

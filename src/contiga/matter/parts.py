@@ -13,7 +13,7 @@ from contiga.matter.coefficients import Material
 from contiga.matter.shapes import FLAT, Shapes, bars, hexahedra, tetrahedra, triangles
 from contiga.records import FloatArray, IntArray
 
-CORNERS = {"tet4": 4, "hex8": 8, "tri3": 3, "bar2": 2}
+N_CORNERS = {"tet4": 4, "hex8": 8, "tri3": 3, "bar2": 2}
 DIMENSION = {"tet4": 3, "hex8": 3, "tri3": 2, "bar2": 1}
 SHAPES = {"tet4": tetrahedra, "hex8": hexahedra, "tri3": triangles, "bar2": bars}
 MEASURES = {3: "volume", 2: "area", 1: "length"}
@@ -56,12 +56,12 @@ class Part:
 
     def __post_init__(self) -> None:
         put = object.__setattr__
-        if self.kind not in CORNERS:
+        if self.kind not in N_CORNERS:
             raise InputError(
                 "is not a kind of element",
                 where=f"{self.name}: kind",
                 found=self.kind,
-                allowed=", ".join(CORNERS),
+                allowed=", ".join(N_CORNERS),
             )
         if self.kind not in self.material.kinds:
             raise InputError(
@@ -160,7 +160,7 @@ def shapes_of(part: Part, nodes: FloatArray) -> Shapes:
 def _checked_elements(elements: ArrayLike, kind: str, name: str) -> IntArray:
     """Return the rows (n, k) of nodes of elements of a kind."""
     rows = np.asarray(elements)
-    n_corners = CORNERS[kind]
+    n_corners = N_CORNERS[kind]
     if rows.ndim != 2 or len(rows) == 0 or not np.issubdtype(rows.dtype, np.integer):
         raise MeshError(
             "elements must be rows of nodes",

@@ -31,8 +31,10 @@ def skin(parts: list[tuple[str, IntArray]]) -> IntArray:
         faces = FACES.get(kind, ())
         if kind == "tri3":
             triangles.append(elements)
-        elif faces:
-            solid_faces.append(elements[:, np.array(faces)].reshape(-1, len(faces[0])))
+        else:
+            for width in sorted({len(face) for face in faces}):
+                columns = np.array([face for face in faces if len(face) == width])
+                solid_faces.append(elements[:, columns].reshape(-1, width))
     for width in sorted({faces.shape[1] for faces in solid_faces}):
         of_width = np.concatenate([faces for faces in solid_faces if faces.shape[1] == width])
         _, index, counts = np.unique(

@@ -1,8 +1,9 @@
 """Cell kinds: the nodes of their faces, and the split of a face into linear triangles.
 
 Nodes are numbered as in VTK (corners, then mid-edge nodes, then mid-face nodes), and so by meshio
-for any file. Faces are listed with their normal outward for a cell of positive volume; `skin` turns
-wedges, whose sense differs between codes, by their volume.
+for any file. Faces are listed with their normal outward for a cell of positive volume. Wedges come
+in both senses: here the normal of corners 0, 1, 2 points inward, as in Gmsh and Abaqus; in VTK it
+points outward. `skin` turns the faces of inverted cells, which it knows by their volume.
 """
 
 from __future__ import annotations
@@ -40,6 +41,13 @@ _WEDGE_EDGES = (
     *((0, 3), (1, 4), (2, 5)),
 )
 _PYRAMID_EDGES = ((0, 1), (1, 2), (2, 3), (3, 0), (0, 4), (1, 4), (2, 4), (3, 4))
+CORNER_EDGES: dict[str, tuple[Face, ...]] = {
+    "tetra": _TETRA_EDGES,
+    "hexahedron": _HEXAHEDRON_EDGES,
+    "wedge": _WEDGE_EDGES,
+    "pyramid": _PYRAMID_EDGES,
+}
+"""Edges of linear solids, as pairs of corners."""
 
 # Faces in the order of their mid-face nodes, which follow the mid-edge nodes.
 _HEXAHEDRON_CENTRES = (

@@ -15,7 +15,7 @@ from contiga.slaves.cells import N_NODES, SHELLS, SOLIDS
 from contiga.slaves.skin import CellBlock, Int64Array
 
 NO_ELEMENTS: Mapping[str, IntArray] = MappingProxyType({})
-# Order of the corners of linear solids that gives a mirrored one a positive volume.
+# Order of corners that gives a mirrored solid a positive volume, for the kinds that deform.
 _MIRRORED = {"tetra": (0, 2, 1, 3), "hexahedron": (4, 5, 6, 7, 0, 1, 2, 3)}
 
 
@@ -61,7 +61,7 @@ def mirrored(elements: Mapping[str, IntArray]) -> dict[str, IntArray]:
         elif kind in _MIRRORED:
             reordered[kind] = rows[:, list(_MIRRORED[kind])]
         else:
-            reordered[kind] = rows  # such elements cannot deform
+            reordered[kind] = rows  # other solids do not deform
     return reordered
 
 

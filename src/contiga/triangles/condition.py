@@ -18,7 +18,7 @@ class Condition(NamedTuple):
     """Number of triangles."""
     without_area: int
     """Triangles that do not count because their corners are on a line."""
-    double_rows: int
+    doubled: int
     """Repeated triangles of the same sense: the first counts."""
     back_to_back: int
     """Pairs of triangles with the same corners that face opposite ways: no master."""
@@ -45,7 +45,7 @@ class Condition(NamedTuple):
         """Rows of a report (label, text), with the flaws that there are."""
         texts = [
             (self.without_area, "triangles without area take no part"),
-            (self.double_rows, "triangles given twice count once"),
+            (self.doubled, "triangles given twice count once"),
             (self.loose_vertices, "nodes of no triangle take no part"),
             (self.crowded_edges, "edges of more than two triangles"),
             (
@@ -85,7 +85,7 @@ def condition_of(mesh: TriangleArrays) -> Condition:
     return Condition(
         triangles=m,
         without_area=flat,
-        double_rows=m - flat - len(t.triangle),
+        doubled=m - flat - len(t.triangle),
         back_to_back=len(t.back_to_back),
         turned_edges=t.turned,
         crowded_edges=t.crowded,

@@ -10,6 +10,9 @@ from tests.unit.matter import rig
 from contiga.materials import Elastic, Foam, NeoHooke
 from contiga.matter import MatterState
 from contiga.matter.coefficients import Material
+from contiga.matter.kernels import row_sums_nb
+from contiga.matter.kernels.lanes_nb import LANES, SIZE
+from contiga.matter.kernels.row_sums_nb import GRADIENTS_SIZE, ROW, TANGENT, X
 
 MATERIALS = [
     NeoHooke(young=3.0, poisson=0.45),
@@ -37,6 +40,21 @@ def test_of_a_hexahedron_they_bound_what_its_springs_add() -> None:
     told = matter.stiffness(matter.start()._replace(points=q))
     assert (told >= exact * (1.0 - 1e-6)).all()
     assert (told <= 1.2 * exact).all()
+
+
+def test_of_a_number_of_corners_without_a_branch_they_are_nan(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """With the terms of eight corners, or with none, the bound would be wrong in silence."""
+    for name in ("_add_row_of_4", "_add_row_of_8"):
+        monkeypatch.setattr(row_sums_nb, name, lambda *_: None)
+    add_rows = getattr(row_sums_nb.add_rows, "py_func", row_sums_nb.add_rows)
+    bank, full = np.zeros(SIZE), np.ones(GRADIENTS_SIZE)
+    add_rows(bank, np.ones(TANGENT), full, 6, np.ones(LANES))
+    end = X + 6 * ROW
+    assert np.isnan(bank[X:end]).all()
+    assert not bank[:X].any()
+    assert not bank[end:].any()
 
 
 SOFT = NeoHooke(young=3.0, poisson=0.499, volume="nodes")

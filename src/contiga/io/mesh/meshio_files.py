@@ -77,18 +77,19 @@ def read_with_meshio(path: Path) -> RawMesh:
     MeshError
         The mesh has cells of a kind without facets.
     """
-    from contiga.io.cad import formats
-    from contiga.io.mesh import cloud_files, lsdyna
-
     known_suffixes = suffixes()
     # meshio knows double suffixes too (.vol.gz).
     last, last_two = path.suffix.lower(), "".join(path.suffixes[-2:]).lower()
     if last not in known_suffixes and last_two not in known_suffixes:
+        from contiga.io.cad import formats
+        from contiga.io.mesh.read_mesh import OWN_SUFFIXES
+
+        own_suffixes = [suffix for suffix in OWN_SUFFIXES if suffix not in known_suffixes]
         raise FileError(
             "no format of meshes has this suffix",
             where=str(path),
             found=path.suffix,
-            allowed=" ".join([*lsdyna.SUFFIXES, *cloud_files.SUFFIXES, *known_suffixes]),
+            allowed=" ".join([*own_suffixes, *known_suffixes]),
             remedy=f"CAD ({' '.join(formats.SUFFIXES)}) is read by read_cad, or in a case by "
             "geometry = { file = … }",
         )

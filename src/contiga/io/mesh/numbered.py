@@ -87,6 +87,7 @@ class Elements(NamedTuple):
     nodes: list[list[int]]
     """Numbers of their nodes, in VTK's order."""
     properties: list[int]
+    """Number of the property or part of each element; each number becomes a group."""
     where: list[str]
     """File and line of each, for messages."""
 
@@ -98,6 +99,13 @@ def raw_mesh(
     allowed: str,
 ) -> RawMesh:
     """Return a mesh of nodes by number, with a group for each property of its elements.
+
+    Parameters
+    ----------
+    positions : coordinates by the number of the node; their order is that of the points
+    elements : the elements of the deck, one item for each kind
+    where : the deck, for messages about elements without a place of their own
+    allowed : where the deck has its node numbers, such as "numbers given by GRID"; for messages
 
     Raises
     ------

@@ -6,6 +6,7 @@ not active.
 
 from __future__ import annotations
 
+from itertools import chain
 from pathlib import Path
 
 import numpy as np
@@ -31,6 +32,8 @@ _READERS = {
     "polygon_files:read_polygons": polygon_files.SUFFIXES,
 }
 """Suffixes by module and function of their reader; meshio reads all others."""
+OWN_SUFFIXES = (*chain.from_iterable(_READERS.values()), *cloud_files.SUFFIXES)
+"""Suffixes that are read without meshio."""
 
 
 def read_mesh(

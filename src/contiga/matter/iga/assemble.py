@@ -238,22 +238,22 @@ def _group(
     """
     count, points = elements.weights.shape
     sums, nodes_of_rows = block_sums(elements.control, n_nodes)
-    material = section.coefficients
+    coefficients = section.coefficients
     tables = ShellTables(
         nodes_in_lanes(elements.control),
         points,
         in_lanes(elements.basis.reshape(count, -1)),
         in_lanes(elements.curvature.reshape(count, -1)),
         in_lanes(elements.weights, np.zeros(points)),
-        material.stage,
-        material.numbers,
-        material.curves,
-        material.tangent,
+        coefficients.material,
+        coefficients.numbers,
+        coefficients.curves,
+        coefficients.tangent,
         section.bending,
         section.layers,
         sums,
     )
-    size = len(tables.nodes) * LANES * points * max(len(section.layers), 1) * material.memory
+    size = len(tables.nodes) * LANES * points * max(len(section.layers), 1) * coefficients.memory
     rows = slice(first_row, first_row + len(nodes_of_rows))
     memory = slice(first_memory, first_memory + size)
     return ShellGroup(elements.control, elements.values, tables, rows, memory), nodes_of_rows

@@ -18,7 +18,7 @@ from contiga.matter.element_fields import ElementFields, KindFields
 from contiga.matter.iga.elements import drawn_points, gauss, points_of
 from contiga.matter.iga.inside import GaussPoints, as_fields, fields_at, gauss_points
 from contiga.matter.kernels import shell_elements_nb, shell_slope_nb, shell_tangent_nb
-from contiga.matter.kernels.lanes_nb import KINDS, LANES
+from contiga.matter.kernels.lanes_nb import LANES, N_ENERGIES
 from contiga.matter.kernels.shell_nb import INSIDE
 from contiga.matter.protocol import MatterEnergy, MatterForces, MatterState
 from contiga.matter.tables import (
@@ -118,11 +118,11 @@ class Shell:
         q = np.ascontiguousarray(q, np.float64)
         motion = Motion(locked(q), locked(q), float(dt), np.zeros(0))
         partial = _workspace.rows(len(self._sums.rows), 3)
-        energy, memory = np.zeros(KINDS), np.empty(self._memory_size)
+        energy, memory = np.zeros(N_ENERGIES), np.empty(self._memory_size)
         for group in self.groups:
             blocks = len(group.tables.nodes)
             out = ElementOutput(
-                partial[group.rows], np.empty((blocks, KINDS)), np.empty(blocks, np.int32)
+                partial[group.rows], np.empty((blocks, N_ENERGIES)), np.empty(blocks, np.int32)
             )
             run_ranges(
                 straight(shell_elements_nb.shells),
@@ -163,7 +163,9 @@ class Shell:
         motion = Motion(locked(state.points), locked(state.points), 0.0, np.zeros(0))
         for group in self.groups:
             blocks = len(group.tables.nodes)
-            out = ElementOutput(partial[group.rows], np.empty((0, KINDS)), np.empty(0, np.int32))
+            out = ElementOutput(
+                partial[group.rows], np.empty((0, N_ENERGIES)), np.empty(0, np.int32)
+            )
             memory = _memory(group, state, np.empty(self._memory_size))
             kernel = shell_tangent_nb.shell_row_sums
             run_ranges(kernel, blocks, MIN_BLOCKS, motion, group.tables, memory, out)

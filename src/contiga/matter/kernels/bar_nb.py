@@ -10,9 +10,9 @@ import math
 
 from contiga.curves.kernels.hysteresis_nb import hysteretic
 from contiga.jit import inner
-from contiga.matter.kernels.lanes_nb import CORNERS, ENERGY, HYSTERESIS, LANES
+from contiga.matter.kernels.lanes_nb import CORNER_ROWS, ENERGY, HYSTERESIS, LANES
 
-X, W, LOST = CORNERS * LANES, ENERGY * LANES, HYSTERESIS * LANES
+X, W, LOST = CORNER_ROWS * LANES, ENERGY * LANES, HYSTERESIS * LANES
 CORNER = 3 * LANES
 # Coefficients: stiffness E A in tension and in compression, and the slope K of hysteresis between
 # the loading and the unloading curve: 0 without curves, beside which there is no stiffness.

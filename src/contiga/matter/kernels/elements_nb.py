@@ -9,8 +9,8 @@ from contiga.matter.kernels.elements_stress_nb import membrane_stress, solid_str
 from contiga.matter.kernels.lanes_nb import (
     ENERGY,
     HOURGLASS,
-    KINDS,
     LANES,
+    N_ENERGIES,
     SIZE,
     blank,
     copy_to_rate,
@@ -39,14 +39,14 @@ from contiga.matter.kernels.solid_viscosity_nb import bulk_viscosity
 @inner()
 def _write_energies(bank, measures, energy):
     """Write the energies (4,) of a block, and behind them those of each lane if there is room."""
-    for kind in range(KINDS):
+    for kind in range(N_ENERGIES):
         row = (ENERGY + kind) * LANES
         for lane in range(LANES):
             bank[row + lane] *= measures[lane]
-    if len(energy) > KINDS:
+    if len(energy) > N_ENERGIES:
         for lane in range(LANES):
-            energy[KINDS + lane] = bank[ENERGY * LANES + lane] + bank[HOURGLASS * LANES + lane]
-    for kind in range(KINDS):
+            energy[N_ENERGIES + lane] = bank[ENERGY * LANES + lane] + bank[HOURGLASS * LANES + lane]
+    for kind in range(N_ENERGIES):
         energy[kind] = total(bank, ENERGY + kind)
 
 

@@ -16,10 +16,10 @@ from contiga.jit import inner, kernel
 LANES = 64
 # Rows of a bank: corners, three rows each, which forces overwrite; F, 3 × 3; the first
 # Piola-Kirchhoff stress P, 3 × 3; energies.
-CORNERS, GRADIENT, STRESS = 0, 24, 33
+CORNER_ROWS, GRADIENT, STRESS = 0, 24, 33
 ENERGY, HOURGLASS, VISCOSITY, HYSTERESIS = 42, 43, 44, 45
 """Energies by reference volume (area of membranes, length of bars)."""
-KINDS = 4
+N_ENERGIES = 4
 STRETCH = 46
 """J = det F of solids, above zero unless an element is inverted."""
 RATE = 47
@@ -43,7 +43,7 @@ SIZE = ROWS * LANES
 def gather(points, nodes, corners, bank):
     """Copy the rows of `points` at nodes (corners, LANES) into the bank."""
     for a in range(corners):
-        row = (CORNERS + 3 * a) * LANES
+        row = (CORNER_ROWS + 3 * a) * LANES
         for lane in range(LANES):
             n = nodes[a, lane]
             bank[row + lane] = points[n, 0]
@@ -54,7 +54,7 @@ def gather(points, nodes, corners, bank):
 @inner(linked=False)
 def blank(bank):
     """Set energies and pressure to zero."""
-    for at in range(ENERGY * LANES, (ENERGY + KINDS) * LANES):
+    for at in range(ENERGY * LANES, (ENERGY + N_ENERGIES) * LANES):
         bank[at] = 0.0
     for lane in range(LANES):
         bank[PRESSURE * LANES + lane] = 0.0

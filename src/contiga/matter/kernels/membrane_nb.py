@@ -7,11 +7,11 @@ places of a solid's rows. Stress and energy are by area, and include the thickne
 from __future__ import annotations
 
 from contiga.jit import inlined, inner
-from contiga.matter.kernels.lanes_nb import CORNERS, GRADIENT, LANES, SECOND, STRAIN, STRESS
+from contiga.matter.kernels.lanes_nb import CORNER_ROWS, GRADIENT, LANES, SECOND, STRAIN, STRESS
 
 F, P, E, S = GRADIENT * LANES, STRESS * LANES, STRAIN * LANES, SECOND * LANES
 ROW, CORNER = 3 * LANES, 3 * LANES
-X = CORNERS * LANES
+X = CORNER_ROWS * LANES
 
 
 @inner(linked=False)

@@ -7,10 +7,10 @@ D_ab = G_a·C·G_b with C = ∂S/∂E is the material part, s_ab = G_a·S·G_b t
 from __future__ import annotations
 
 from contiga.jit import inlined, inner
-from contiga.matter.kernels.lanes_nb import CORNERS, GRADIENT, LANES, SECOND, TANGENT
+from contiga.matter.kernels.lanes_nb import CORNER_ROWS, GRADIENT, LANES, SECOND, TANGENT
 
 F, S, C = GRADIENT * LANES, SECOND * LANES, TANGENT * LANES
-X, ROW, NINE = CORNERS * LANES, 3 * LANES, 9 * LANES
+X, ROW, NINE = CORNER_ROWS * LANES, 3 * LANES, 9 * LANES
 PAIRS = 3 * NINE
 """K of the pairs (1, 1), (1, 2) and (2, 2)."""
 

@@ -7,12 +7,14 @@ direction of unloading, in which materials with hysteresis are stiffer; their re
 
 from __future__ import annotations
 
+import math
+
 from contiga.jit import inlined, inner, kernel
 from contiga.jit.scratch import scratch, zero_scratch
 from contiga.matter.kernels.bar_nb import bar_rows as rows_of_bars
 from contiga.matter.kernels.elements_stress_nb import membrane_stress, solid_stress
 from contiga.matter.kernels.lanes_nb import (
-    CORNERS,
+    CORNER_ROWS,
     GRADIENT,
     LANES,
     SIZE,
@@ -26,7 +28,7 @@ from contiga.matter.kernels.membrane_tangent_nb import membrane_tangent
 from contiga.matter.kernels.solid_hex_nb import ROW_SUMS, hex_gradient
 from contiga.matter.kernels.solid_nb import determinant, tet_gradient
 
-F, P, X = GRADIENT * LANES, STRESS * LANES, CORNERS * LANES
+F, P, X = GRADIENT * LANES, STRESS * LANES, CORNER_ROWS * LANES
 ROW = 3 * LANES
 NINE = 9 * LANES
 TANGENT = 3 * NINE
@@ -107,14 +109,18 @@ def _add_row_of_8(tangent, full, corner, row, measures):
 
 @inner()
 def add_rows(bank, tangent, full, corners, measures):
-    """Add |K| of one direction of all columns to the rows of all corners."""
+    """Add |K| of one direction of all columns to the rows of all corners, of which there are four
+    or eight; any other number gives nan."""
     for a in range(corners):
         for i in range(3):
             at = X + a * ROW + i * LANES
             if corners == 4:
                 _add_row_of_4(tangent[i * ROW :], full, a, bank[at : at + LANES], measures)
-            else:
+            elif corners == 8:
                 _add_row_of_8(tangent[i * ROW :], full, a, bank[at : at + LANES], measures)
+            else:
+                for lane in range(LANES):
+                    bank[at + lane] = math.nan
 
 
 @inner()

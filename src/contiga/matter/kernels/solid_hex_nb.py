@@ -10,10 +10,10 @@ the twelve numbers h_α·X are sufficient.
 from __future__ import annotations
 
 from contiga.jit import inlined, inner
-from contiga.matter.kernels.lanes_nb import CORNERS, GRADIENT, HOURGLASS, LANES, SPRINGS, STRESS
+from contiga.matter.kernels.lanes_nb import CORNER_ROWS, GRADIENT, HOURGLASS, LANES, SPRINGS, STRESS
 
-F, P, X = GRADIENT * LANES, STRESS * LANES, CORNERS * LANES
-Q, ENERGY = SPRINGS * LANES, HOURGLASS * LANES
+F, P, X = GRADIENT * LANES, STRESS * LANES, CORNER_ROWS * LANES
+Q, HOURGLASS_ENERGY = SPRINGS * LANES, HOURGLASS * LANES
 ROW = 3 * LANES
 STIFF, ROW_SUMS = 12, 16
 """Rows of the hourglass table behind the h_α·X: c of each mode, and row sums at eight corners."""
@@ -68,7 +68,7 @@ def hourglass(bank, table):
                 bank[p] -= q * u
                 bank[p + LANES] -= q * v
                 bank[p + 2 * LANES] -= q * w
-            bank[ENERGY + lane] += energy
+            bank[HOURGLASS_ENERGY + lane] += energy
 
 
 @inner(linked=False)

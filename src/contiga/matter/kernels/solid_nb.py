@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from contiga.jit import inner
 from contiga.matter.kernels.lanes_nb import (
-    CORNERS,
+    CORNER_ROWS,
     GRADIENT,
     LANES,
     PRESSURE,
@@ -18,7 +18,7 @@ from contiga.matter.kernels.lanes_nb import (
 
 F, P, J = GRADIENT * LANES, STRESS * LANES, STRETCH * LANES
 ROW, CORNER = 3 * LANES, 3 * LANES
-X = CORNERS * LANES
+X = CORNER_ROWS * LANES
 
 
 @inner(linked=False)

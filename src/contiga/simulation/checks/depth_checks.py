@@ -14,6 +14,7 @@ from contiga.rigid.frames import turn_to_world
 from contiga.simulation.checks.finding import Finding, Quantities
 from contiga.simulation.checks.layers import Layer, layers_of
 from contiga.simulation.checks.scene import Pair, Scene
+from contiga.slaves.cells import CORNER_EDGES
 
 # Largest increase of penetration in a step, over a layer's thickness, and over the body's extent.
 STEP_PER_LAYER = 0.5
@@ -25,14 +26,6 @@ _REMEDY_DEPTH = 0.05
 # Stiffness of matter against an even pressure, over the row sums of the skin's stiffness: these are
 # four to five times modulus over height for blocks.
 _SKIN_FACTOR = 0.25
-_CELL_EDGES = {
-    "tetra": ((0, 1), (1, 2), (2, 0), (0, 3), (1, 3), (2, 3)),
-    "hexahedron": (
-        *((0, 1), (1, 2), (2, 3), (3, 0)),
-        *((4, 5), (5, 6), (6, 7), (7, 4)),
-        *((0, 4), (1, 5), (2, 6), (3, 7)),
-    ),
-}
 
 
 def check_depth(scene: Scene) -> Iterator[Finding]:
@@ -137,7 +130,7 @@ def deeper_than_elements(
     penetration = min(2.0 * energy / force, largest) if force > 0.0 else largest
     slave = pair.slave
     shortest = [np.zeros(0)]
-    for kind, edges in _CELL_EDGES.items():
+    for kind, edges in CORNER_EDGES.items():
         if kind in slave.elements:
             cells = slave.elements[kind]
             ends = slave.points[cells[slave.active[cells].any(axis=1)][:, np.array(edges)]]

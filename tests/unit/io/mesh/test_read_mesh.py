@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from importlib import import_module
 from types import SimpleNamespace
 
 import meshio
@@ -253,6 +254,19 @@ def test_without_a_file_unit_numbers_are_taken_as_they_are(abaqus):
     assert slave.points.max() == 6.0
     assert read_mesh(abaqus, file_unit="in").unit == "in"
     assert read_mesh(abaqus).unit is None
+
+
+def test_the_suffixes_of_every_reader_are_named(tmp_path, monkeypatch):
+    """A new reader is in the message about an unknown suffix by its line in `_READERS`."""
+    module = import_module("contiga.io.mesh.read_mesh")
+    for suffixes in module._READERS.values():
+        assert set(suffixes) <= set(module.OWN_SUFFIXES)
+    monkeypatch.setattr(module, "OWN_SUFFIXES", (*module.OWN_SUFFIXES, ".unv"))
+    with pytest.raises(FileError, match="no format of meshes") as refusal:
+        read_with_meshio(tmp_path / "a.docx")
+    named = refusal.value.allowed.split()
+    assert set(module.OWN_SUFFIXES) <= set(named)
+    assert len(named) == len(set(named))
 
 
 def test_a_unit_that_is_none_is_refused(abaqus):
