@@ -31,7 +31,7 @@ from benchmarks.matter import (
     solid,
 )
 from benchmarks.timing import in_turns, means_in_turns, on_threads
-from contiga.dynamics.deforming_nodes import REFRESH
+from contiga.dynamics.deforming_nodes import MAX_INTERVAL
 from contiga.gas import Chamber, IdealGas, Inflator, Surroundings, Vent
 from contiga.matter import Assembled, MatterState
 
@@ -84,9 +84,9 @@ def beside_forces(sheet_side: int, block_side: int) -> list[str]:
     for name, stepped in scenes.items():
         forces = OfStep(stepped)
         with on_threads(1):
-            for k in range(REFRESH):  # until row sums are taken as often as in a run
+            for k in range(MAX_INTERVAL):  # until row sums are taken as often as in a run
                 stepped(k)
-            step, alone = means_in_turns((stepped, forces), 2 * REFRESH, process_time)
+            step, alone = means_in_turns((stepped, forces), 2 * MAX_INTERVAL, process_time)
         touching = stepped.state.n_contact / len(stepped.state.slaves["it"].points)
         lines.append(
             f"{name}, {touching:.0%} of the nodes in contact: a whole step takes "
@@ -127,9 +127,9 @@ def beside_forces_and_contact(side: int) -> list[str]:
     stepped = Stepped({"head": (head, falls)}, (slave, motion), [contact], 2e-6, gas=[bag])
     works = stepped, OfStep(stepped), OfContact(stepped, contact)
     with on_threads(1):
-        for k in range(REFRESH):
+        for k in range(MAX_INTERVAL):
             stepped(k)
-        step, forces, touching = means_in_turns(works, 4 * REFRESH, process_time)
+        step, forces, touching = means_in_turns(works, 4 * MAX_INTERVAL, process_time)
     ratio = step / (forces + touching)
     state = next(iter(stepped.state.contacts.values()))
     return [

@@ -99,7 +99,7 @@ def _named(module: Any, name: str) -> Any:
 def main() -> None:
     """Print the counts."""
     from contiga.elements.kernels import element_nb
-    from contiga.search.certify.certify_records import Seen
+    from contiga.search.certify.certify_records import Motion
     from contiga.search.certify.kernels import branch_nb
     from contiga.search.closest.kernels import newton_nb
     from contiga.search.track.kernels import lanes_nb
@@ -108,8 +108,8 @@ def main() -> None:
     newton_nb.math = branch_nb.math = SimpleNamespace(sqrt=_sqrt, inf=math.inf)
     rng = np.random.default_rng(0)
     net = np.concatenate([rng.normal(size=48), [2.0], rng.uniform(0.0, 0.01, 15)])
-    element = [Number(x) for x in (*net, *np.ones(lanes_nb.LANE_NUMBERS - 64))]
-    banks = lanes_nb.BANKS, lanes_nb.ROWS * lanes_nb.WIDE
+    element = [Number(x) for x in (*net, *np.ones(lanes_nb.ELEMENT_SIZE - 64))]
+    banks = lanes_nb.BANKS, lanes_nb.ROWS * lanes_nb.BANK_WIDTH
     lanes = [[Number(x) for x in bank] for bank in 0.1 * rng.random(banks)]
     lanes_nb.scratch = lambda n: [0.0] * n
     of_lanes = lanes, lanes_nb.BANKS, element
@@ -121,14 +121,14 @@ def main() -> None:
         "width": (one, one),
     }  # fmt: skip
     uv = (Number(0.1), Number(0.2))
-    seen = Seen((Number(0.1), Number(0.1)), Number(0.1), Number(0.1))
-    proof = _count(_named(branch_nb, "seen_from"), *three, one)
+    motion = Motion((Number(0.1), Number(0.1)), Number(0.1), Number(0.1))
+    proof = _count(_named(branch_nb, "motion_from"), *three, one)
     box = (-1.0, 1.0, -1.0, 1.0)
-    proof += _count(_named(branch_nb, "way_within"), ring, box, uv, uv)
-    proof += _count(_named(branch_nb, "by_neighbourhood"), ring, box, uv, one, seen, one)
+    proof += _count(_named(branch_nb, "path_within"), ring, box, uv, uv)
+    proof += _count(_named(branch_nb, "ball_by_neighbourhood"), ring, box, uv, one, motion, one)
     counts = {
-        "round": _count(_named(lanes_nb, "newton_rational"), *of_lanes) / lanes_nb.LANES,
-        "record": _count(_named(lanes_nb, "finish_rational"), *of_lanes) / lanes_nb.LANES,
+        "round": _count(_named(lanes_nb, "newton_rational"), *of_lanes) / lanes_nb.N_LANES,
+        "record": _count(_named(lanes_nb, "finish_rational"), *of_lanes) / lanes_nb.N_LANES,
         "proof": proof,
     }
     print(json.dumps(counts))

@@ -21,7 +21,7 @@ from contiga.triangles.facet_surface import FacetedSurface
 ROOMS = ("place", "search", "sides", "forces", "motion", "ledger", "record", "output")
 START = "start"
 """What is worked out once of a body, at whatever step that is."""
-_SIDES = ("sides", "clear_ways", "last_crossings")
+_SIDES = ("sides", "clear_paths", "last_crossings")
 TIMED: tuple[tuple[str, Any, tuple[str, ...]], ...] = (
     (START, TableCache, ("of",)),
     ("place", step, ("place",)),

@@ -26,6 +26,6 @@ def test_a_shape_whose_way_does_not_count_is_found_out(
     name: str, kind: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """The judge itself."""
-    monkeypatch.setattr(Shape, "way", 0.0)
+    monkeypatch.setattr(Shape, "travel", 0.0)
     tally = deforming.deformed(name, np.array([0.02]), n=200, steps=8, seed=21)
     assert tally.notes[kind] > 0

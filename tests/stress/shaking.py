@@ -29,7 +29,7 @@ FLAGS = tuple(
 """Statuses that say that something was not solved, or had to be mended."""
 PARTS = 64
 """Chords that the path of a point against a turning body is cut into."""
-SKIP_TOL = np.linspace(0.0, 1.0, 9)
+SHARES = np.linspace(0.0, 1.0, 9)
 """Shares of a step at which it is asked whether it passes a joint."""
 
 
@@ -93,7 +93,7 @@ class Judge:
         # On which side of a joint a point is or was is not known, nor if it came in from there.
         odd = odd[touching[odd] & ~self.came_in[odd]]
         way = p_B[odd] - self.before[odd]
-        passed = [truth.at_a_joint(solid, self.before[odd] + k * way) for k in SKIP_TOL]
+        passed = [truth.at_a_joint(solid, self.before[odd] + k * way) for k in SHARES]
         odd = odd[(sign[odd] == 0) | np.any(passed, axis=0)]
         known[odd], self.came_in[odd] = False, True
         expected = (sign < 0) & self.came_in

@@ -9,14 +9,14 @@ import numpy as np
 
 from contiga.records import ByteArray, FloatArray, Hit, empty_hit
 
-# Largest number of detours of a path whose last crossing depends on rounding.
+# Largest number of bent paths tried for a path whose last crossing depends on rounding.
 MAX_TRIES = 6
 # Offset of the first detour, in widths of the edge that it meets; it grows with every try.
 DETOUR_WIDTHS = 3.0
 # Widths of an edge by which the halves of a detour extend beyond their common end, so that at least
 # one of them meets an edge there.
 NO_OVERLAP, FIRST_HALF, SECOND_HALF = (0.0, 0.0), (0.0, 2.0), (2.0, 0.0)
-# Angle between the directions of successive detours: multiples of the golden angle never repeat.
+# Angle between the directions of successive bent paths: multiples of the golden angle never repeat.
 GOLDEN_ANGLE = 2.399963229728653
 
 
@@ -67,7 +67,7 @@ def robust_last_crossings(
             * width[:, None]
             * _perpendicular(b - a, k * GOLDEN_ANGLE)
         )
-        detour, new_verdict = _last_crossings_of_detours(
+        detour, new_verdict = _last_crossings_around(
             search, a, a + fraction[:, None] * (b - a) + offset, b, fraction
         )
         is_clear = new_verdict[:, 1] == 0.0
@@ -79,10 +79,10 @@ def robust_last_crossings(
     return out, verdict[:, 0].astype(np.int8)
 
 
-def _last_crossings_of_detours(
+def _last_crossings_around(
     search: Crossings, a_B: FloatArray, m_B: FloatArray, b_B: FloatArray, fraction: FloatArray
 ) -> tuple[Hit, FloatArray]:
-    """Return the last crossings of the detours a_B → m_B → b_B; m_B counts as at `fraction`."""
+    """Return the last crossings of the bent paths a_B → m_B → b_B; m_B counts as at `fraction`."""
     n = len(fraction)
     out, verdict = empty_hit(n), np.zeros((n, 2))
     search(Paths(m_B, b_B, _between(fraction, np.ones(n)), SECOND_HALF), out, verdict)

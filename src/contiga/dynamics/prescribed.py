@@ -80,7 +80,7 @@ def rows_in(motion: object) -> FloatArray:
 
 def is_known_ahead(motion: object) -> bool:
     """Return whether a motion can be evaluated ahead of time; a user's may come from a solver."""
-    return bool(getattr(motion, "told", False))
+    return bool(getattr(motion, "known_ahead", False))
 
 
 def is_still(motion: object) -> bool:

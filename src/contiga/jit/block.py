@@ -62,8 +62,8 @@ def _transpose(typingctx: Any, source: Any, rows: Any, to: Any, columns: Any) ->
 
         a, b, c, d = (builder.load(place, align=SIZE) for place in places(0))
         above, below = ([mixed(*two, which) for which in PAIRS] for two in ((a, b), (c, d)))
-        transpose = [mixed(above[i], below[i], which) for which in HALVES for i in range(2)]
-        for value, place in reversed(list(zip(transpose, places(2), strict=True))):
+        transposed = [mixed(above[i], below[i], which) for which in HALVES for i in range(2)]
+        for value, place in reversed(list(zip(transposed, places(2), strict=True))):
             builder.store(value, place, align=SIZE)
         return context.get_dummy_value()
 
@@ -114,7 +114,7 @@ are counted in numbers. They are written from the last to the first: where they 
 wins.
 """
 reload_numbers = copy_numbers if config.DISABLE_JIT else _copy_numbers
-"""read_anew(source, to, n): copy the first n numbers of an array, always at this place in the
+"""reload_numbers(source, to, n): copy the first n numbers of an array, always at this place in the
 code."""
 bits_of = to_bits if config.DISABLE_JIT else _to_bits
 """bits_of(x): the 64 bits of a number as an integer."""

@@ -716,7 +716,7 @@ def unnoticed_passage(model: Model, last: SystemState, state: SystemState) -> Cu
     for part in model.contacts:
         before, now = last.contacts[part.name], state.contacts[part.name]
         if len(now.control_points):
-            continue  # `_room` alone keeps the ways short of points beside it
+            continue  # `_allowed_travel` alone limits the paths of points beside a changing surface
         free = (before.patch < 0) & (now.patch < 0) & (before.safe_distance >= 0.0)
         travel = travels[part.name]
         rows = np.flatnonzero(free & (travel > before.safe_distance)).astype(np.int32)

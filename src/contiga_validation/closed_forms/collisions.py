@@ -88,7 +88,7 @@ def meet(
     points: cg.Slave | None = None,
     **options: Any,
 ) -> Meeting:
-    """A ball flies by `way` at another that rests, in the direction `line` from the first.
+    """Two balls: one flies at the other, which rests in the direction `line` from it.
 
     The second carries points and nothing else, the first is exact.
     """

@@ -12,7 +12,7 @@ pytestmark = pytest.mark.interpreted
 
 
 @njit
-def check_types(a, b, h):
+def vectors(a, b, h):
     return (
         vector_nb.dot(a, b),
         vector_nb.minus(a, b),
@@ -25,7 +25,7 @@ def test_products_and_differences_are_those_of_numpy():
     rng = np.random.default_rng(0)
     for a, b in rng.integers(-9, 9, (20, 2, 3)).astype(float):
         h = rng.random((3, 4))
-        dot, minus, cross, column = check_types(tuple(a), tuple(b), h)
+        dot, minus, cross, column = vectors(tuple(a), tuple(b), h)
         assert dot == a @ b
         assert minus == tuple(a - b)
         assert cross == tuple(np.cross(a, b))

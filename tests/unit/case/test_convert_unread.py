@@ -119,7 +119,7 @@ def test_every_field_counts_or_is_listed(tmp_path: Path, keyword: str) -> None:
     cards = BASE | OTHER.get(keyword, {})
     plain = made(tmp_path, cards)
 
-    def is_known_ahead(rows: list[str]) -> bool:
+    def is_reported(rows: list[str]) -> bool:
         try:
             other = made(tmp_path, cards | {keyword: rows})
         except ContigaError:
@@ -131,7 +131,7 @@ def test_every_field_counts_or_is_listed(tmp_path: Path, keyword: str) -> None:
     for k, row in enumerate(rows):
         for field in range(8) if row[:1] in (" ", "") else ():
             others = [[*rows[:k], changed(row, field, v), *rows[k + 1 :]] for v in (3, 7, "")]
-            if not any(map(is_known_ahead, others)):
+            if not any(map(is_reported, others)):
                 silent.append((k, field))
     assert set(silent) == NO_PART.get(keyword, set())
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from contiga.contact.kernels.carrying_nb import gather
-from contiga.contact.loads import NOWHERE
+from contiga.contact.loads import NO_POINTS
 from contiga.contact.respond import ContactRows, LastDepths
 from contiga.records import Projection
 
@@ -35,7 +35,7 @@ def test_every_point_is_seen_as_plain_numpy_says(known: bool) -> None:
     feature = rng.integers(0, 3, N).astype(np.int8)
     deep = np.flatnonzero(rng.random(N) < 0.5).astype(np.int32)
     penetration = rng.random(len(deep))
-    velocity = rng.normal(size=(len(rows), 3)) if known else NOWHERE
+    velocity = rng.normal(size=(len(rows), 3)) if known else NO_POINTS
     points = ContactRows.of(rows, velocity)
     last = LastDepths(patch, feature, before, deep, penetration)
     gather(feet, now, last, 0.25, points)

@@ -15,7 +15,7 @@ import contiga as cg
 
 SAME = 1e-7
 """Relative difference: rounding of the differences."""
-PATHS_PER_RANGE = 4
+N_DIRECTIONS = 4
 """Ways along which differences are taken."""
 TABLE = [[0.0, 0.0], [0.1, 1.0], [1.0, 30.0]]
 POSE = np.eye(4)
@@ -58,8 +58,8 @@ def misses(
 
     found = after(points, shape)
     assert found.in_contact.all()
-    ways = np.random.default_rng(5).normal(size=(PATHS_PER_RANGE, points.size))
-    bends = np.random.default_rng(6).normal(size=(PATHS_PER_RANGE, shape.size))
+    ways = np.random.default_rng(5).normal(size=(N_DIRECTIONS, points.size))
+    bends = np.random.default_rng(6).normal(size=(N_DIRECTIONS, shape.size))
 
     def over_points(a: np.ndarray) -> cg.State:
         return after(points + (a @ ways).reshape(points.shape), shape)
@@ -67,7 +67,7 @@ def misses(
     def over_control(a: np.ndarray) -> cg.State:
         return after(points, shape + (a @ bends).reshape(shape.shape))
 
-    actual, still, off = contact.linearise(found), np.zeros(PATHS_PER_RANGE), {}
+    actual, still, off = contact.linearise(found), np.zeros(N_DIRECTIONS), {}
     for by, moved, along in (("points", over_points, ways), ("control", over_control, bends)):
         for of, name in (("force", "force"), ("control_force", "control")):
             wanted = jacobian(lambda a, of=of, moved=moved: getattr(moved(a), of), still, step)

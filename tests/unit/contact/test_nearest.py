@@ -1,4 +1,4 @@
-"""Points that their closest points judge, by one kernel: as the whole of `decide` has it."""
+"""Points that one kernel decides by their closest points, compared with the rule of `decide`."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from tests.sample import FULL, few
 from contiga.contact import followed, nearest
 from contiga.contact.foot_rows import blank
 from contiga.contact.kernels import settle_nb
-from contiga.contact.loads import NO_SIZES, NOWHERE, UNGUARDED, guard_states_of
+from contiga.contact.loads import NO_POINTS, NO_SIZES, UNGUARDED, guard_states_of
 from contiga.contact.search_records import Detection, Limits, Options, Step, StepSearch
 from contiga.contact.settle_records import Candidates
 from contiga.records import ContactStatus, Hit, Projection, SurfacePlaces, empty_hit, rows_of
@@ -19,7 +19,7 @@ from contiga.statuses import Status
 
 pytestmark = pytest.mark.interpreted
 
-UNHELD = guard_states_of(NO_SIZES, NOWHERE, UNGUARDED)
+UNHELD = guard_states_of(NO_SIZES, NO_POINTS, UNGUARDED)
 
 N = few(1500 if FULL else 500, 150)
 BAND = 0.01

@@ -8,14 +8,14 @@ import pytest
 from contiga.arrays.layout import locked
 from contiga.contact.foot_rows import blank
 from contiga.contact.kernels import place_nb
-from contiga.contact.loads import NO_SIZES, NOWHERE, UNGUARDED, guard_states_of
+from contiga.contact.loads import NO_POINTS, NO_SIZES, UNGUARDED, guard_states_of
 from contiga.contact.search_records import Columns, Detection, Last, PlacementArrays
 from contiga.records import ContactStatus
 from contiga.rigid.frames import to_body
 
 pytestmark = pytest.mark.interpreted
 
-UNHELD = guard_states_of(NO_SIZES, NOWHERE, UNGUARDED)
+UNHELD = guard_states_of(NO_SIZES, NO_POINTS, UNGUARDED)
 
 
 @pytest.mark.filterwarnings("ignore::RuntimeWarning")

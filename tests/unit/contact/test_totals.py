@@ -9,7 +9,7 @@ import pytest
 
 import contiga as cg
 from contiga.contact.kernels import totals_nb
-from contiga.contact.loads import NO_FORCES, NONE, NOWHERE, Column
+from contiga.contact.loads import NO_FORCES, NO_POINTS, NONE, Column
 from contiga.contact.respond import ContactRows, Frame, LastForces, LawForces, PointForces
 
 pytestmark = pytest.mark.interpreted
@@ -73,7 +73,7 @@ def test_forces_wrench_and_energies_are_those_of_plain_numpy(
     carrying, frame, last = scene["carrying"], scene["frame"], scene["last"]
     rows, normal, way, rate = carrying.rows, carrying.normal, carrying.path, carrying.rate
     size, stored, lost, damping = scene["answer"]
-    friction = scene["friction"] if rubbed else (NOWHERE, NONE, NONE)
+    friction = scene["friction"] if rubbed else (NO_POINTS, NONE, NONE)
     now, before = scene["now"], last.points
     out = unfilled(len(rows))
     answer = LawForces(size, stored, lost, damping if damped else NONE, *friction)
@@ -105,6 +105,6 @@ def test_forces_wrench_and_energies_are_those_of_plain_numpy(
 
 def test_a_law_that_damps_nothing_has_no_viscosity(scene: dict[str, Any]) -> None:
     size, stored, lost, damping = scene["answer"]
-    answer = LawForces(size, stored, lost, 0.0 * damping, NOWHERE, NONE, NONE)
+    answer = LawForces(size, stored, lost, 0.0 * damping, NO_POINTS, NONE, NONE)
     out, given = unfilled(len(size)), (scene["now"], scene["frame"])
     assert not totals_nb.forces(scene["carrying"], answer, scene["last"], *given, out)

@@ -9,7 +9,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from contiga.dynamics import Combine, Fixed, Moved, Poses, Rotate, Translate, Twist
-from contiga.dynamics.prescribed import pose_at
+from contiga.dynamics.prescribed import is_known_ahead, pose_at
 from contiga.errors import FileError, InputError, UnitError
 from contiga.rigid import pose
 from contiga.rigid.transform import PoseLike
@@ -198,3 +198,18 @@ def test_poses_may_be_rotations_or_pairs() -> None:
     np.testing.assert_allclose(motion.pose(1.0)[:3, 3], [2, 0, 0])
     with pytest.raises(InputError, match=r"poses\[1\].*rotation and a translation"):
         Poses([0.0, 2.0], [turns[0], (np.diag([1.0, -1.0, 1.0]), [0, 0, 0])])
+
+
+def test_built_in_motions_are_known_ahead_and_others_if_they_say_so() -> None:
+    table = [[0.0, 0.0, 0.0, 0.0], [1.0, 1.0, 0.0, 0.0]]
+    moved = Translate(table)
+    known = [moved, Fixed(), Combine([moved, moved]), Poses([0.0], [np.eye(4)])]
+    assert all(is_known_ahead(motion) for motion in known)
+
+    class Live:
+        """Poses that come from a solver."""
+
+        known_ahead = False
+
+    assert not is_known_ahead(Live())
+    assert not is_known_ahead(object())

@@ -101,7 +101,7 @@ def test_an_array_of_the_stack_cannot_be_answered() -> None:
         return n, own
 
     @kernel()
-    def checked_choice(x: np.ndarray) -> np.ndarray:
+    def first_of_two(x: np.ndarray) -> np.ndarray:
         out = x
         if x[0] > 0.0:
             out = scratch(3)
@@ -114,7 +114,7 @@ def test_an_array_of_the_stack_cannot_be_answered() -> None:
     with pytest.raises(TypingError, match="an array of its stack"):
         among(1)
     with pytest.raises(TypingError, match="an array of its stack"):
-        checked_choice(np.ones(3))
+        first_of_two(np.ones(3))
 
 
 @compiled

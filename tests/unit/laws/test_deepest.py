@@ -11,7 +11,7 @@ from contiga.laws.deepest import WIDTH, deepest
 
 # Clusters near the greatest depth, where points share, and others far above.
 depths = st.lists(
-    st.checked_choice(st.floats(0.0, 1.0), st.floats(1.0 - 2.0 * WIDTH, 1.0)),
+    st.one_of(st.floats(0.0, 1.0), st.floats(1.0 - 2.0 * WIDTH, 1.0)),
     min_size=1,
     max_size=40,
 ).map(np.array)

@@ -25,7 +25,7 @@ from .test_comparison import write_run
 from .test_motion import falling
 from .test_plots import moving
 from .test_springs import hang
-from .test_steps import COLUMNS, SUMMARY_KEY
+from .test_steps import COLUMNS, REASONS
 
 
 def test_what_the_schema_does_not_know_is_found() -> None:
@@ -38,7 +38,7 @@ def test_what_the_schema_does_not_know_is_found() -> None:
 
 def test_every_figure_of_a_report_is_as_the_schema_wants_it(run_folder: Path) -> None:
     run = falling(moving(read_run(run_folder)))
-    told = run.summary | {"step_reasons": SUMMARY_KEY}
+    told = run.summary | {"step_reasons": REASONS}
     steps = {name: values[:5] for name, values in COLUMNS.items()}
     ball = run.bodies["ball"] | {"wx": np.linspace(0.0, 0.02, 5)}
     sensors = run.sensors | {"neck": {"distance": np.arange(5.0), "angle": np.arange(5.0)}}

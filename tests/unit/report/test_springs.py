@@ -21,7 +21,7 @@ from contiga.report.springs import spring_figures, spring_table
 
 from .conftest import DEPTHS
 
-SUMMARY_KEY = {
+SPRINGS = {
     "belt": {"between": ["ball", "ground"], "at": [[14, 0, 11], [14, 0, 20]], "filter": "CFC60"},
     "slack": {"between": ["ball", "ground"], "at": [[-10, 0, 11], [-14, 0, 11]], "filter": None},
 }
@@ -43,7 +43,7 @@ def hang(run_folder: Path) -> Path:
     history["belt.filtered_force"] = 0.9 * pull
     write_history(run_folder / "history.csv", history)
     path = run_folder / "summary.json"
-    path.write_text(json.dumps(json.loads(path.read_text()) | {"springs": SUMMARY_KEY}))
+    path.write_text(json.dumps(json.loads(path.read_text()) | {"springs": SPRINGS}))
     return run_folder
 
 

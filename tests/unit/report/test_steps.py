@@ -11,7 +11,7 @@ from contiga.report.run_folder import Run, units_of
 from contiga.report.steps import steps_figure, steps_section
 
 TIMES = np.array([0.0, 1.0, 2.0, 4.0, 5.0, 6.0])
-SUMMARY_KEY = {
+REASONS = {
     "least": 1.0, "when": 1.0, "tries": 9, "let_pass": 2, "energy_error": 0.1,
     "reasons": [
         {"number": [4, 0], "told": "swings (contact 'a<b')", "steps": 3, "time": 4.0},
@@ -32,14 +32,14 @@ def run(told: dict, steps: dict) -> Run:
 
 
 def test_a_lane_has_the_time_of_the_steps_that_its_reason_set() -> None:
-    swing, energy = checked(steps_figure(run(SUMMARY_KEY, COLUMNS), SUMMARY_KEY, 2.0)).data
+    swing, energy = checked(steps_figure(run(REASONS, COLUMNS), REASONS, 2.0)).data
     np.testing.assert_array_equal(swing.x, [0.0, 2.0, np.nan, 5.0, 6.0, np.nan])
     np.testing.assert_array_equal(energy.x, [2.0, 5.0, np.nan])
     assert swing.y[0] > energy.y[0]
 
 
 def test_the_section_tells_and_escapes_and_is_not_there_for_given_steps() -> None:
-    text = steps_section(run(SUMMARY_KEY, COLUMNS), None)
+    text = steps_section(run(REASONS, COLUMNS), None)
     assert "swings (contact &#x27;a&lt;b&#x27;)</td>" in text
     assert "2 have an energy balance error" in text
     assert steps_section(run({}, {}), None) == ""

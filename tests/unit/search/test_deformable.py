@@ -20,7 +20,7 @@ from contiga.search.sides import side_grid
 from contiga.search.sweep import piece_lists
 from contiga.search.tables import tables_of
 
-KEPT = (radii._BALLS, neighbourhoods._KEPT, side_grid._SIDES, piece_lists._LISTS)
+KEPT = (radii._BALLS, neighbourhoods._NEIGHBOURHOODS, side_grid._SIDES, piece_lists._LISTS)
 
 
 def pinched(body: cg.Body) -> cg.Body:
@@ -175,11 +175,11 @@ def test_nothing_is_kept_of_shapes() -> None:
 
     use(deformable.at(body.net.points))
     gc.collect()
-    kept = [len(each._asked) for each in KEPT]
+    kept = [len(each._uses) for each in KEPT]
     for k in range(20):
         use(deformable.at(body.net.points * (1.0 + 0.01 * k)))
     gc.collect()
-    assert [len(each._asked) for each in KEPT] == kept
+    assert [len(each._uses) for each in KEPT] == kept
 
 
 def test_of_a_closed_shape_what_is_beyond_its_box_is_outside() -> None:

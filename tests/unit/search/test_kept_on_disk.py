@@ -57,12 +57,12 @@ def test_what_is_quick_is_not_kept(folder: Path, monkeypatch: pytest.MonkeyPatch
 def test_openings_are_those_of_the_same_faces(
     folder: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(body_key, "PATCHES", 1)
+    monkeypatch.setattr(body_key, "MIN_PATCHES", 1)
     monkeypatch.setattr(disk_cache, "MIN_SECONDS", -1.0)
     first = egg().openings
     moved = egg().translated((1.0, 0.0, 0.0)).openings
     assert len(list(folder.glob("openings-*"))) == 2
-    monkeypatch.setattr(openings, "_found", None)
+    monkeypatch.setattr(openings, "_compute", None)
     assert egg().openings == first
     assert egg().translated((1.0, 0.0, 0.0)).openings == moved
 
@@ -91,9 +91,9 @@ def leaves(value: Any) -> Iterator[Any]:
 def test_what_is_read_is_to_kernels_what_was_built(
     make: Callable[[], cg.Body], folder: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(body_key, "PATCHES", 1)
+    monkeypatch.setattr(body_key, "MIN_PATCHES", 1)
     monkeypatch.setattr(disk_cache, "MIN_SECONDS", -1.0)
-    monkeypatch.setattr(side_grid._SIDES, "_least", 1)
+    monkeypatch.setattr(side_grid._SIDES, "_min_elements", 1)
     first = worked_out(make())
     for module, builder in (
         (faces, "bounds_of"),
@@ -121,7 +121,7 @@ def test_lists_of_pieces_are_read_where_they_took_long(
     folder: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(disk_cache, "MIN_SECONDS", -1.0)
-    monkeypatch.setattr(piece_lists._LISTS, "_least", 1)
+    monkeypatch.setattr(piece_lists._LISTS, "_min_elements", 1)
     first = piece_lists.lists_of(egg().surface.tables, piece_lists.MIN_PATHS)
     assert len(list(folder.glob("lists-*"))) == 1
     monkeypatch.setattr(piece_lists._LISTS, "_build", None)  # which would not do
@@ -131,10 +131,10 @@ def test_lists_of_pieces_are_read_where_they_took_long(
 
 
 def test_a_mesh_is_read_with_its_warning(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(body_key, "PATCHES", 1)
+    monkeypatch.setattr(body_key, "MIN_PATCHES", 1)
     monkeypatch.setattr(disk_cache, "MIN_SECONDS", -1.0)
-    monkeypatch.setattr(body_mesh._Mesher, "_cut", lambda *of: False)
-    monkeypatch.setattr(FaceMesh, "_between", lambda face: (np.zeros(0, dtype=bool), False))
+    monkeypatch.setattr(body_mesh._Mesher, "_halve_parts", lambda *of: False)
+    monkeypatch.setattr(FaceMesh, "_triangulate", lambda face: (np.zeros(0, dtype=bool), False))
     with pytest.warns(ContigaWarning, match="egg: the borders of face 0 cross each other"):
         first = egg().renamed("egg").tessellate(0.1)
     monkeypatch.setattr(body_mesh, "_Mesher", None)  # which would not do

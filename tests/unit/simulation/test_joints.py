@@ -153,7 +153,7 @@ def crank(table_end: float, step: float) -> cg.Simulation:
     class Swing:
         """x = 0.3 sin² 4t."""
 
-        told = True
+        known_ahead = True
 
         def pose(self, t: float) -> FloatArray:
             X = np.eye(4)

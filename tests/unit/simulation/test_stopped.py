@@ -34,15 +34,15 @@ def open_below(folder: Path) -> list[str]:
 def test_a_run_that_is_stopped_holds_no_file(
     steps: int, simulation: Simulation, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    out, own = tmp_path / "out", FieldsWriter._append
+    out, own = tmp_path / "out", FieldsWriter.append
 
-    def append(self: FieldsWriter, time: float, arrays: dict[str, Any]) -> None:
-        own(self, time, arrays)
+    def append(self: FieldsWriter, time: float, *arrays: Any) -> None:
+        own(self, time, *arrays)
         if self.n_steps == steps:
             assert len(open_below(out)) == 3  # fields, outlines and the lock
             raise KeyboardInterrupt
 
-    monkeypatch.setattr(FieldsWriter, "_append", append)
+    monkeypatch.setattr(FieldsWriter, "append", append)
     with pytest.raises(KeyboardInterrupt) as caught:
         simulation.run(out)
     assert not open_below(out)

@@ -11,7 +11,7 @@ def normal_blocks(points, change, tangent, blocks, start, stop):
     """Fill `blocks` (k, 3, m) from start to stop with the derivatives of F n, body axes:
     n (∂F/∂λ dλ + ∂F/∂λ̇ dλ̇) + F dn.
 
-    `points` are `ContactRows`, `change` is an `InputChange`, `tangent` is a `NormalTangent`.
+    `points` are `ContactRows`, `change` is an `InputChange`, `tangent` is a `_NormalTangent`.
     """
     path, velocity = points.path, points.velocity
     paths, velocities = change.path.shape[0], change.velocity.shape[0]

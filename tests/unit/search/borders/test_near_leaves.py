@@ -42,7 +42,7 @@ def by_all_pairs(tables: Tables, within: float) -> set[tuple[int, int]]:
 def test_near_leaves_are_those_of_all_pairs_whose_boxes_meet(
     name: str, within: float, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(build, "FLATNESS", (0.2,))  # fewer leaves, of which all pairs are tried
+    monkeypatch.setattr(build, "FLATNESSES", (0.2,))  # fewer leaves, of which all pairs are tried
     tables = tables_of(BODIES[name]())
     pairs = near_leaves(tables, within)
     found = set(map(tuple, np.sort(pairs, axis=1).tolist()))

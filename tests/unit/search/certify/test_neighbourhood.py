@@ -99,7 +99,7 @@ def built(monkeypatch):
         built.append(tables)
         return build_neighbourhoods(tables)
 
-    monkeypatch.setattr(neighbourhoods, "_KEPT", TableCache(build))
+    monkeypatch.setattr(neighbourhoods, "_NEIGHBOURHOODS", TableCache(build))
     return built
 
 

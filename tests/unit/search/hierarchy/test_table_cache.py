@@ -43,4 +43,4 @@ def test_it_is_forgotten_with_the_body():
     kept.if_pays(tables_of(body), 5, 1)
     del body
     gc.collect()
-    assert kept._kept == kept._asked == {}
+    assert kept._results == kept._uses == {}

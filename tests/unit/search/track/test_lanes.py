@@ -128,7 +128,7 @@ def test_so_many_rows_of_an_element_find_what_all_do(count):
 def test_binned_in_chunks_or_as_a_whole_the_feet_are_the_same(monkeypatch):
     body, start, q = moved("polynomial", 0.01)
     whole = body.project(q, start=start, mode="track")
-    monkeypatch.setattr("contiga.search.track.project.rows_of_a_chunk", lambda *_: 700)
+    monkeypatch.setattr("contiga.search.track.project.rows_per_chunk", lambda *_: 700)
     chunks = body.project(q, start=start, mode="track")
     for a, b in zip(chunks, whole, strict=True):
         np.testing.assert_array_equal(a, b)

@@ -115,10 +115,10 @@ def test_rows_are_gathered_and_scattered():
     to = RowStarts(np.empty(2, np.int32), *(np.empty((2, n)) for n in (2, 3, 3)))
     for i in range(2):
         row_nb.gather_row(start, rows, to, i)
-    for own, check_types in zip(to, start, strict=True):
-        np.testing.assert_array_equal(own, check_types[rows])
+    for own, all_rows in zip(to, start, strict=True):
+        np.testing.assert_array_equal(own, all_rows[rows])
     out = rows_of(feet, np.array([0, 0, 0, 0, 0]))
     for i in range(2):
         row_nb.scatter_row(rows_of(feet, rows), rows, out, i)
-    for own, check_types in zip(out, feet, strict=True):
-        np.testing.assert_array_equal(own, check_types[[0, 1, 0, 3, 0]])
+    for own, all_rows in zip(out, feet, strict=True):
+        np.testing.assert_array_equal(own, all_rows[[0, 1, 0, 3, 0]])

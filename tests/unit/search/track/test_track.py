@@ -24,7 +24,7 @@ def _tracked(
     before, now = path
     out = empty_projection(len(now))
     with pytest.MonkeyPatch.context() as patched:
-        patched.setattr(project, "rows_of_a_chunk", lambda *_: size)
+        patched.setattr(project, "rows_per_chunk", lambda *_: size)
         known = before if len(before) else None
         project.track(tracking_tables_of(body), now, SurfacePlaces(*start), out, known)
     return out

@@ -105,7 +105,7 @@ def foot_record(p, state, x, y, z, tolerance):
     """Return normal (three numbers), gap and state of the point p, by the derivatives x, y, z at
     its foot.
 
-    A foot that misses by more than the tolerance is GIVEN_BACK.
+    A foot that misses by more than the tolerance is REJECTED.
     """
     r_x = x[0] - p[0]
     r_y = y[0] - p[1]

@@ -183,8 +183,8 @@ def slopes(tables, points, feet, out, start, stop):
         foot_point = (feet.point[k, 0], feet.point[k, 1], feet.point[k, 2])
         r = minus((points[k, 0], points[k, 1], points[k, 2]), foot_point)
         d, curvature = _curve_at(tables, foot, feet.feature[k], r, h)
-        foot_rate = dot(d, d) - dot(r, curvature)
-        scale = 1.0 / foot_rate if foot_rate > 0.0 else 0.0
+        denominator = dot(d, d) - dot(r, curvature)
+        scale = 1.0 / denominator if denominator > 0.0 else 0.0
         foot_move = (d, (d[0] * scale, d[1] * scale, d[2] * scale))
         if not is_along(r, normal, min_length):
             _border_slopes(elements, k, foot, r, foot_move, normal, out, h)
