@@ -7,7 +7,6 @@ import os
 import shutil
 from errno import ENOSPC
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -34,15 +33,16 @@ def open_below(folder: Path) -> list[str]:
 def test_a_run_that_is_stopped_holds_no_file(
     steps: int, simulation: Simulation, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    out, own = tmp_path / "out", FieldsWriter.append
+    out, own = tmp_path / "out", FieldsWriter._append_array
 
-    def append(self: FieldsWriter, time: float, *arrays: Any) -> None:
-        own(self, time, *arrays)
+    def append(self: FieldsWriter, name: str, values: np.ndarray) -> int:
+        start = own(self, name, values)
         if self.n_steps == steps:
             assert len(open_below(out)) == 3  # fields, outlines and the lock
             raise KeyboardInterrupt
+        return start
 
-    monkeypatch.setattr(FieldsWriter, "append", append)
+    monkeypatch.setattr(FieldsWriter, "_append_array", append)
     with pytest.raises(KeyboardInterrupt) as caught:
         simulation.run(out)
     assert not open_below(out)
