@@ -279,7 +279,7 @@ first, weights = both(knots, 2, 5, np.sort(np.append(knots, (0.1, 0.7))))
 first_again, weights_again = refinement_rows(knots, 2, 5, np.sort(np.append(knots, (0.1, 0.7))))
 compiled = sum(sum(k.stats.cache_misses.values()) for k in (find_span, refinement_rows))
 print(json.dumps({
-    "used": choice().prebuilt is not None, "text": choice().text, "lanes": lanes.WIDE,
+    "used": choice().prebuilt is not None, "text": choice().text, "lanes": lanes.BANK_WIDTH,
     "loaded": loaded, "compiled": compiled, "folder": kernel_folder() is not None,
     "both": sum(both.stats.cache_misses.values()), "bits": weights.tobytes().hex(),
     "bits again": weights_again.tobytes().hex(),

@@ -103,7 +103,9 @@ def within(body, caps, k, n, seed=0):
     """Random parameters, points and normals of cap k, many near the pole."""
     rng = np.random.default_rng(seed)
     table = body.surface.tables.elements.table
-    e, side = np.argwhere(caps.of == k)[rng.integers((caps.of == k).sum(), size=n)].T
+    e, side = np.argwhere(caps.cap_of_side == k)[
+        rng.integers((caps.cap_of_side == k).sum(), size=n)
+    ].T
     far = caps.reach[k] * rng.uniform(1e-4, 1.0, n) ** rng.choice([1.0, 3.0], n)
     local = rng.uniform(0.0, 1.0, (n, 2))
     local[np.arange(n), side // 2] = np.where(side % 2 == 0, far, 1.0 - far)
@@ -280,7 +282,7 @@ REFUSED = {
 @pytest.mark.parametrize("name", REFUSED)
 def test_there_is_no_cap_where_the_surface_is_not_smooth_or_does_not_close(name):
     caps = caps_of(cg.Body([REFUSED[name]()]))
-    lower = caps.of[:, 2] if name == "bent up at one place" else caps.of
+    lower = caps.cap_of_side[:, 2] if name == "bent up at one place" else caps.cap_of_side
     assert (lower < 0).all()
 
 
@@ -299,7 +301,7 @@ def test_a_cap_ends_before_a_kink_of_the_profile():
     body = cg.Body([cg.shapes.revolved(curve)])
     caps = caps_of(body)
     assert len(caps.reach) == 1
-    assert (caps.of[body.surface.tables.elements.table["box"][:, 2] >= 0.5] < 0).all()
+    assert (caps.cap_of_side[body.surface.tables.elements.table["box"][:, 2] >= 0.5] < 0).all()
     small = np.minimum(*balls_at(body, np.array([[0.3, 0.1], [0.3, 0.49]])))
     assert small[0] > 0.1
     assert small[1] <= 0.01 + 1e-12
