@@ -18,7 +18,7 @@ killed process are removed, seconds."""
 
 
 def cache_folder() -> Path | None:
-    """Return the folder of cached results, or None if nothing is cached.
+    """Return the cache folder; None if caching is off or there is no home folder.
 
     It is the folder of the environment variable, else the user's.
     """

@@ -107,7 +107,7 @@ class Projection(NamedTuple):
 
 
 class FootSlopes(NamedTuple):
-    """Derivatives of depths and normals at feet by their points, one row a point."""
+    """Derivatives of depths and normals at feet with respect to the points, one row per point."""
 
     depth: FloatArray
     """(n, 3) of the depth, the negative signed distance."""

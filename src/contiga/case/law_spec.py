@@ -132,7 +132,7 @@ class CoulombSpec(_KindSpec[Friction]):
 
 
 class ViscousSpec(_KindSpec[Friction]):
-    """`{ kind = "viscous-regularised", coefficient, speed }`: `ViscousFriction`."""
+    """The table `{ kind = "viscous-regularised", coefficient, speed }` of a `ViscousFriction`."""
 
     makes = ViscousFriction
     kind: Literal["viscous-regularised"] = "viscous-regularised"

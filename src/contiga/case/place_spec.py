@@ -62,7 +62,7 @@ class AlignSpec(Spec):
 
 
 class PlaceSpec(Spec):
-    """`place = { on, direction, gap }`: `contiga.place`."""
+    """The table `place = { on, direction, gap }`: the arguments of `contiga.place`."""
 
     on: Name
     direction: Axis

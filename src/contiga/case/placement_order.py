@@ -19,7 +19,7 @@ class PlacedPart(Protocol):
 
     @property
     def source_key(self) -> str:
-        """The key of that table."""
+        """The key of the table `source` in the case file."""
 
 
 def references(part: PlacedPart) -> Iterator[tuple[str, str]]:

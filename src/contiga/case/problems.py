@@ -194,7 +194,7 @@ def check_at(key: str, check: Callable[..., object], *arguments: object) -> None
 
 
 def _with_place(error: InputError, where: str | None) -> InputError:
-    """Return `error` at another place; a plain `InputError` as a `CaseError`."""
+    """Return `error` with `where` as its place; a plain `InputError` becomes a `CaseError`."""
     kind = CaseError if type(error) is InputError else type(error)
     details: dict[str, Any] = {"allowed": error.allowed, "remedy": error.remedy}
     if error.has_found:

@@ -141,7 +141,7 @@ class BodySpec(LayeredSpec):
 
     @property
     def source_key(self) -> str:
-        """The key of that table."""
+        """The key of the table `source` in the case file."""
         return "geometry"
 
 

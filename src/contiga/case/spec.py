@@ -115,7 +115,7 @@ def unknown_keys(data: dict[str, Any], known_keys: Iterable[str]) -> dict[str, C
 
 
 def as_detail(error: InputError, data: object) -> InitErrorDetails:
-    """Return an error of ours as one of several that pydantic reports."""
+    """Return an `InputError` as an entry of the list of errors that pydantic reports."""
     return InitErrorDetails(type="value_error", loc=(), input=data, ctx={"error": error})
 
 

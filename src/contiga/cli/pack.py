@@ -20,7 +20,7 @@ def pack(
         bool, typer.Option("--fields", help="Include the fields for ParaView, too.")
     ] = False,
 ) -> None:
-    """Put the pages and numbers of a run or a study into one zip file, which reads offline."""
+    """Put the pages and numbers of a run or a study into one zip file for reading offline."""
     from contiga.report.pack import pack as write_zip
 
     resolved = folder.resolve()

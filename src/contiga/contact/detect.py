@@ -77,7 +77,7 @@ def detect(
     moved: tuple[FloatArray, FloatArray] | None = None,
     shape: ChangedShape | None = None,
 ) -> Detection:
-    """Search one step, from the points of the last step to the points `now`, body axes.
+    """Search one step from the points of the last step to the points `now`, both in body axes.
 
     The results lie in `memory`; the next step with it overwrites the workspace. With `moved`,
     points in world axes and the pose of the body, `now` is filled in. `shape` is the change of the

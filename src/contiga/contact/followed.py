@@ -49,7 +49,8 @@ def track(
 ) -> TrackedFeet:
     """Continue the feet of points along `path` = (before, now) from `start` = (patch, uv).
 
-    Feet are certified only with positions before. Feet that are lost become the closest points.
+    Feet are certified only with positions before. Those that do not converge become the closest
+    points; those at borders stay there, and their points stay in contact only with `hold`.
     """
     out = follow(surface, path, start)
     border = at_border(out)

@@ -332,7 +332,7 @@ class ChangedShape(Protocol):
         """Return points (k, 3), given before the step, after the surface has carried them along."""
 
     def turned(self, feet: SurfacePlaces, points: FloatArray, directions: FloatArray) -> FloatArray:
-        """Return unit vectors `directions` (k, 3) at such points, rotated with the surface."""
+        """Return unit vectors `directions` (k, 3) at places, rotated with the surface."""
 
     def last_crossings(self, a_B: FloatArray, b_B: FloatArray) -> tuple[Hit, ByteArray]:
         """Return the last crossings of points from `a_B` to `b_B` while the surface changes.

@@ -405,7 +405,7 @@ def _checked_law_tangent(law: Law, inp: LawInput) -> tuple[LawOutput, LawTangent
 
 
 def _checked_slopes(values: Any, n: int, name: str) -> DepthSlopes:
-    """Return slopes of n points, checked; plain arrays are slopes over the own penetration."""
+    """Return checked slopes of n points; a plain array has slopes over each point's penetration."""
     slopes = values if isinstance(values, DepthSlopes) else DepthSlopes(values)
     own = _checked(slopes.own, (n,), f"{name}.own")
     left_given: Any = slopes.left

@@ -51,7 +51,7 @@ class Response(NamedTuple):
 
 
 def piecewise(x: FloatArray, y: FloatArray, before: float, beyond: float) -> Curves:
-    """Return one curve.
+    """Return one curve through the knots, linear between and beyond them.
 
     Parameters
     ----------

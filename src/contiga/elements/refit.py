@@ -55,7 +55,7 @@ class Refit(NamedTuple):
     groups: tuple[SameDegrees, ...]
 
     def at(self, control_points: FloatArray, growth: float) -> Elements:
-        """Return the elements for control points (m, 3); `growth` is the size over that at rest."""
+        """Return the elements for control points (m, 3); `growth` is size over size at rest."""
         table = self.table.copy()
         for name in ("width", "edge_tolerance"):  # they include rounding, which grows with the body
             table[name] *= max(growth, 1.0)

@@ -89,7 +89,11 @@ class EdgeShape:
         return path_points(self.sides[i].path, self.patches[i], shares)
 
     def misses(self, share: FloatArray, sag: float) -> NDArray[np.bool_]:
-        """Return (n − 1,) whether each chord is more than `sag` off the edge or an image of it."""
+        """Return (n − 1,) whether a chord is more than `sag` off the edge, or one between images.
+
+        A chord between the images of two vertices is compared with their patch along the straight
+        line in (u, v), at `CHORD_SHARES`. Flat patches are left out.
+        """
         between = share[:-1, None] + np.diff(share)[:, None] * CHORD_SHARES
         bad = _chord_distance(self.evaluate(share), self.evaluate(between.ravel())) > sag
         for i, patch in enumerate(self.patches):

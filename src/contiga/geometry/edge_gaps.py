@@ -37,7 +37,7 @@ class Image(NamedTuple):
 
 
 def image_of(edge: BodyEdge, k: int, patches: Sequence[NurbsSurface], trims: Trims) -> Image:
-    """Measure the image of `edge` by its use `k` at samples, refined around the farthest."""
+    """Measure the gap of the image of `edge` by its use `k`, refined around the farthest sample."""
     patch = patches[edge.uses[k].patch]
     (u0, u1), (v0, v1) = patch.domain
     recheck = RECHECK_SHARE * float(np.ptp(edge.curve.bounds(), axis=0).max())

@@ -219,7 +219,7 @@ class Faces(Displayed, Movable):
         return body_mesh(self, tol, method).like(self.name, self.unit, self.reference_point)
 
     def to_pyvista(self, tol: float | None = None) -> pyvista.PolyData:
-        """Return the faces as triangles in a `pyvista.PolyData`.
+        """Return the faces, trims obeyed, as triangles without data in a `pyvista.PolyData`.
 
         Parameters
         ----------
@@ -294,7 +294,7 @@ class Faces(Displayed, Movable):
         )
 
     def digest(self, digest: Digest) -> None:
-        """Add geometry, trims and shared edges to a digest."""
+        """Add reference point, patches, trims and shared edges to a digest."""
         digest.arrays("about", np.asarray(self.reference_point))
         for patch, loops in zip(self.patches, self.trims, strict=True):
             digest.arrays("patch", *patch.knots, patch.control_points, patch.weights)

@@ -1,4 +1,4 @@
-"""Protocols of the curve and the surface that lower files read: the classes import these files."""
+"""Protocols of the curve and the surface for modules that the classes themselves import."""
 
 from __future__ import annotations
 

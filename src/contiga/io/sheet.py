@@ -348,7 +348,7 @@ def check_times(times: FloatArray, lines: Sequence[int], path: str | Path) -> No
 
 
 def as_number(cell: str, mark: str) -> float:
-    """Return the number in a cell; its decimal mark is a point, or a comma that is not `mark`."""
+    """Return the number in a cell; its decimal mark is a point, or a comma unless `mark` is one."""
     return float(cell if mark == "," else cell.replace(",", "."))
 
 

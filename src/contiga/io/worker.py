@@ -290,7 +290,10 @@ class _Pool:
         self.can_start = is_python and not getattr(sys, "frozen", False)
 
     def take(self) -> _Worker | None:
-        """Return a waiting worker or a new one; None if none can be started."""
+        """Return a waiting worker, which may have ended since, or a new one; None if none starts.
+
+        After one failed start none is tried again.
+        """
         with self._lock:
             if self.workers:
                 return self.workers.pop()

@@ -65,7 +65,7 @@ def alone(
 
 @cache
 def _open_once(path: str) -> int:
-    """Return the open file; closing it would release all locks of the process."""
+    """Return the file descriptor; closing the file would release all locks of the process."""
     return os.open(path, os.O_RDWR | os.O_CREAT, 0o666)
 
 

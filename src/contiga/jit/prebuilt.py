@@ -86,7 +86,7 @@ class Prebuilt:
         self._code = memoryview(code)
 
     def versions(self, name: str) -> dict[Version, bytes]:
-        """Return the versions of a kernel by the name of its files; empty if not installed."""
+        """Return the versions of the kernel with the file name `name`; empty if not installed."""
         if name not in self.manifest.places:
             return {}
         start, size = self.manifest.places[name]
@@ -212,7 +212,7 @@ def _check_fits(manifest: Manifest) -> None:
 
 
 def python_name() -> str:
-    """Return Python's tag in the names of files that only it can read."""
+    """Return the tag of this Python in names of files that no other version reads."""
     return f"{sys.implementation.cache_tag}{getattr(sys, 'abiflags', '')}"
 
 

@@ -110,7 +110,7 @@ def _names(listed: str) -> list[str]:
 
 @cache
 def _file_of(module: str, package: Path) -> str | None:
-    """Return the source of a module of the package; None for other modules and names in modules."""
+    """Return the path of a module's source file; None for other packages and names in modules."""
     parts = module.split(".")
     if parts[0] != package.name:
         return None

@@ -43,7 +43,7 @@ N_HALVINGS = 60
 
 
 def closest_point_search(closest_points: ClosestPoints) -> Surface:
-    """Make the `surface` of a `Master` of one's own, whose closest points are known.
+    """Make the `surface` of a user-defined `Master` from a function for closest points.
 
     The surface must be closed, or bound a half-space or the like: each point lies inside or
     outside. Feet count as proved. On bodies thinner than a penetration the nearest wall pushes,

@@ -53,7 +53,7 @@ class Surface(Protocol):
         out: Projection,
         within: FloatArray | None = None,
     ) -> None:
-        """Find the closest points of p_B[rows], into the same rows of `out`.
+        """Find the closest points to p_B[rows] and write them to the same rows of `out`.
 
         `within` (len(rows),) are upper bounds of the distances, infinite if unknown: they cut the
         search.

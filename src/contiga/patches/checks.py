@@ -28,7 +28,7 @@ MAX_HALVINGS = 40
 
 
 def check_numbers(patch: Patch, where: str) -> None:
-    """Raise InputError for a degree above 5, infinite points or weights that are not positive."""
+    """Raise `InputError` for a degree outside 1 to 5, or for invalid control points or weights."""
     if max(patch.degrees) > MAX_DEGREE or min(patch.degrees) < 1:
         raise InputError(
             "is of a degree that shells do not have",

@@ -84,7 +84,7 @@ def align(
 def check_alignment(
     centres: Iterable[str], lows: Iterable[str], highs: Iterable[str], axes: str | None
 ) -> dict[int, tuple[float, float]]:
-    """Return which places of two boxes each axis brings together, as shares of low and high end.
+    """Return the weights of the low and high end of both boxes in the alignment of each axis.
 
     Raises
     ------

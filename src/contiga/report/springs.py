@@ -87,7 +87,7 @@ def device_table(run: Run) -> str:
 
 
 def _event_time(facts: Mapping[str, Any], event: str, unit: str) -> str:
-    """Return the time of an event; a dash if there is none."""
+    """Return the time of an event; "never" if it has not happened, a dash if it cannot."""
     if event not in facts:
         return "–"
     return "never" if facts[event] is None else f"{number(float(facts[event]))} {unit}"

@@ -89,7 +89,13 @@ class _Grid:
         return path
 
     def _nodes_seen_from(self, end: FloatArray) -> IndexArray:
-        """Return the nodes that a straight line joins to an end."""
+        """Return the free nodes within `JOIN_DIST` cells that a straight line joins to an end.
+
+        Raises
+        ------
+        InputError
+            There are none: the end is shut in.
+        """
         distance = np.linalg.norm(self._nodes - end, axis=1)
         nodes = np.flatnonzero((distance < JOIN_DIST * self._cell) & (self._reach > 0.0))
         ends = np.repeat(end[None], len(nodes), axis=0)

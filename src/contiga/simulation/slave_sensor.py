@@ -26,7 +26,7 @@ MAX_DISTANCE = 0.5
 
 @dataclass(frozen=True, init=False, eq=False)
 class NodeSensor:
-    """A sensor of the motion of a node of a slave, driven, free or of elements.
+    """A sensor of the motion of a node of a driven, free or deforming slave.
 
     Parameters
     ----------

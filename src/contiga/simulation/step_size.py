@@ -224,7 +224,15 @@ def next_step(model: Model, last: SystemState, clock: Clock) -> StepResult:
 def _automatic_step(
     model: Model, stepping: AutoSteps, last: SystemState, clock: Clock
 ) -> StepResult:
-    """Return a step that is as long as allowed."""
+    """Compute the next step, repeated with a shorter length until it is accepted.
+
+    It ends on kinks and on the end of the run.
+
+    Raises
+    ------
+    RunError
+        No step is stable for a law whose stiffness follows the step.
+    """
     begin = perf_counter()
     if model.mechanism.followers and model.mechanism.has_dynamics and not model.allow_unstable:
         limit = limit_of(model, last, "following")

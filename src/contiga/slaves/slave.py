@@ -295,7 +295,7 @@ class Slave(Displayed):
         return Slave(**(fields | {"facets": facets, "active": active}))
 
     def _shares_its_facets(self) -> bool:
-        """Return whether the areas are shares of the facets."""
+        """Return whether `area` has the tributary areas of the facets."""
         if self.area is None or self.facets is None:
             return False
         areas = tributary_area(self.points, self.facets, self.quads)

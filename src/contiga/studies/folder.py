@@ -131,7 +131,10 @@ def _definition(study: StudySpec, case: Case) -> dict[str, Any]:
 
 
 def _flat(value: Any, key: str) -> Iterator[tuple[str, Any]]:
-    """Yield the leaves of nested tables with their keys; files by their content."""
+    """Yield the leaves of nested tables with their keys; lists of plain values are leaves.
+
+    The absolute path of a file becomes its name and digest (`_content`).
+    """
     if isinstance(value, dict) and value:
         for name, entry in value.items():
             yield from _flat(entry, f"{key}.{name}" if key else str(name))

@@ -271,7 +271,7 @@ def draw_map(colour_map: ColourMap, title: str, path: Path) -> None:
 
 
 def map_figure(colour_map: ColourMap, rows: dict[int, int]) -> dict[str, Any]:
-    """Return the map as a 3D view for plotly's script; `rows` are by number of the case.
+    """Return the map as a 3D view for plotly.js; `rows` maps the number of a case to its row.
 
     In addition to `data` and `layout` it has `back`: the factor of the camera distance on a narrow
     page.

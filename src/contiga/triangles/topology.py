@@ -201,7 +201,7 @@ def _around_flat(half: _HalfEdges, m: int, neighbour: Ints, fans: list[Ints]) ->
 
 
 def _rings(vertex: Ints, flat: Ints, outer: list[Ints], count: int) -> tuple[IntArray, IntArray]:
-    """Return the triangles around each vertex, with those around a flat triangle at its corners."""
+    """Return the triangles around each vertex and around the flat triangles at the vertex."""
     owner = vertex.ravel()
     triangle = np.repeat(np.arange(len(vertex)), 3)
     if len(flat):

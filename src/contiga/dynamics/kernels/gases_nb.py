@@ -117,7 +117,7 @@ def capacity_of(gases, masses, temperature):
 
 @inner(error_model="numpy")
 def entropy_of(gases, masses, start, end):
-    """Return Σ m ∫ c_p/T dT of masses (k,) between two temperatures, energy by kelvin."""
+    """Return Σ m ∫ c_p/T dT of masses (k,) between two temperatures, in energy per kelvin."""
     total = 0.0
     for g in range(masses.shape[0]):
         if masses[g] != 0.0:

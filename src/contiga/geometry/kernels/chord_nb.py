@@ -153,7 +153,7 @@ def to_points(coefs, points):
 
 @inner()
 def copy_piece(source, target):
-    """target = source, entry by entry: numba takes seconds to compile the slice assignment."""
+    """Copy `source` to `target` by entries: numba takes seconds to compile the slice assignment."""
     for i in range(source.shape[0]):
         for j in range(source.shape[1]):
             for d in range(source.shape[2]):

@@ -141,7 +141,7 @@ def square(a, b, c, x, y):
 
 @inner()
 def expected_miss(xy, corners, neighbours, forms):
-    """Expected distance of a triangle from the surface over the sag.
+    """Ratio of the expected distance of a triangle from the surface to the allowed sag.
 
     The surface is taken as the quadratic with the mean second form. Its distance is largest at the
     middle of a side, or, for a bowl, at the circumcentre if that is inside. Sides on the border do

@@ -144,7 +144,7 @@ def _knot_crossings(tables, piece, u_breaks, v_breaks):
 
 @inner()
 def add_piece(tables, piece, start, grid, rule, sign, out):
-    """Add `sign` ∮ F dv along one piece, ``F(u, v)`` the strip integral from u = `start`."""
+    """Add `sign` ∮ F dv along one piece; ``F(u, v)`` is the strip integral from u = `start`."""
     coefs = tables.piece_coefs[piece]
     degree = tables.piece_degree[piece]
     u0, u1, v0, v1 = (

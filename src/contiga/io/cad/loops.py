@@ -62,7 +62,9 @@ def chain_pcurves(loop: Loop, periods: FloatArray) -> Loop:
     loop : the p-curves
     periods : (2,) of the surface in u and v, 0 where it is not periodic
 
-    The order of the file is kept if it closes the loop; else the nearest start follows.
+    The order of the file is kept unless it leaves a gap, and taking the nearest start next more
+    than halves the worst one. Gaps may remain: see `gaps`. The first p-curve stays; none is
+    reversed.
     """
     in_order = join_pcurves(loop, periods)
     extent = float(np.ptp(np.concatenate([ends(pcurve) for pcurve in in_order]), axis=0).max())

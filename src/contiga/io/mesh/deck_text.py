@@ -41,7 +41,7 @@ def parse_whole(text: str, where: str) -> int:
 
 
 def parse_real(text: str, where: str) -> float:
-    """Return a number in any of Fortran's notations; empty text is 0.
+    """Return the number in a stripped field, in any notation of Fortran; an empty one is 0.
 
     Raises
     ------

@@ -134,7 +134,10 @@ def _start(bank, stress, corners):
 
 @kernel()
 def tet_rows(motion, tables, memory, out, start, stop):
-    """Write row sums of blocks start … stop, at nodes of blocks."""
+    """Write row sums of |K| of blocks start … stop − 1, at their nodes.
+
+    The new memory is overwritten with that of nudged states.
+    """
     bank, full = zero_scratch(SIZE), scratch(GRADIENTS_SIZE)
     stress, change, tangent = scratch(NINE), scratch(LANES), scratch(TANGENT)
     for b in range(start, stop):
@@ -157,7 +160,10 @@ def tet_rows(motion, tables, memory, out, start, stop):
 
 @kernel()
 def hex_rows(motion, tables, memory, out, start, stop):
-    """Write row sums of blocks start … stop, at nodes of blocks."""
+    """Write row sums of |K|, with hourglass springs, of blocks start … stop − 1, at their nodes.
+
+    The new memory is overwritten with that of nudged states.
+    """
     bank = zero_scratch(SIZE)
     stress, change, tangent = scratch(NINE), scratch(LANES), scratch(TANGENT)
     for b in range(start, stop):

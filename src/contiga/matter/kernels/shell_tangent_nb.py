@@ -147,7 +147,7 @@ def point_rows(bank, basis, first, out):
 
 @inner(linked=False)
 def _times(bank, first, rows, at, out, to):
-    """Add three rows of moduli that begin at `first` times three rows of R."""
+    """Add to `out` the symmetric 3 × 3 moduli, six rows from `first`, times three rows of R."""
     for lane in range(LANES):
         d = D + first * LANES + lane
         c_1, c_2, c_both = bank[d], bank[d + LANES], bank[d + 2 * LANES]

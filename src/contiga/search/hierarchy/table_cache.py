@@ -65,7 +65,7 @@ class TableCache(Generic[T]):
 
 
 def _digest_of(tables: Tables, how: tuple[Any, ...]) -> str:
-    """Return a digest of all arrays and numbers of tables, and of `how`.
+    """Return a digest of `how` and of tables, except for seeds and neighbourhoods.
 
     Seeds and neighbourhoods are left out: they are filled in later, on demand.
     """

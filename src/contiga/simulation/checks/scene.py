@@ -274,7 +274,7 @@ class Scene:
 
 
 def _searches_to_touch(runs: Iterable[DryRun]) -> int:
-    """Return the number of searches up to the first with a point in contact, or of all."""
+    """Return the number of searches up to the first point in contact; all if there is none."""
     count = 0
     for run in runs:
         count += 1

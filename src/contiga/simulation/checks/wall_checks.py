@@ -31,7 +31,7 @@ def jump_columns(history: Mapping[str, FloatArray], prefix: str) -> dict[str, Fl
 def force_jumps(
     scene: Scene, pair: Pair, columns: Mapping[str, FloatArray], last: SystemState
 ) -> Iterator[Finding]:
-    """Report jumps of normal forces while the same points touch, in automatic steps.
+    """Report the largest jump of the normal force while the same points touch, in automatic steps.
 
     A point at equal distance from two walls changes between them at once. The time of the change
     affects all that follows, and depends on the last digits of its position.

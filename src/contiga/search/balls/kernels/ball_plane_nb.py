@@ -98,7 +98,7 @@ def unit(x, y, z, m):
 
 @inner()
 def unit_normal(h, m):
-    """Write the unit normal by the derivatives `h` to m; return False if there is none."""
+    """Write the unit normal from the derivatives `h` to `m`; return False if there is none."""
     return unit(
         h[1, 1] * h[2, 2] - h[2, 1] * h[1, 2],
         h[2, 1] * h[0, 2] - h[0, 1] * h[2, 2],

@@ -118,7 +118,10 @@ def _path_to_side(row, speed, side, s, t):
 
 @inner(error_model="numpy")
 def _speeds_towards(neighbourhoods, n, place, sides):
-    """Return the largest speeds in element n from the part of place = (s, t) to two sides."""
+    """Return bounds of |S_u|, |S_v| in element n, from the part at place = (s, t) to two sides.
+
+    They hold over the rectangle of parts that reaches both sides, which may be the same.
+    """
     home = part_of(place[0], place[1])
     i, j = home // N_PARTS, home % N_PARTS
     side_a, other = sides

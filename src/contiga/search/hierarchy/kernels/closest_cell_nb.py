@@ -166,7 +166,7 @@ def hessian(m, b, hs, ht):
 
 @inner()
 def without_minimum(elements, e, cell, m, f):
-    """Return whether f has no minimum in a cell, `f` its Hessian there."""
+    """Return whether slopes rule out a minimum in a cell; `f` is the Hessian and its changes."""
     change = abs(f.xx) + f.dxx + abs(f.xy) + f.dxy
     if slopes_away(elements, e, 0, (cell[0] <= -0.5, cell[1] >= 0.5), m.rx, change):
         return True
