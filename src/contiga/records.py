@@ -287,7 +287,7 @@ class LawOutput(NamedTuple):
     stored: FloatArray
     """(n_c,) elastic energy that unloading returns."""
     memory: FloatArray
-    """(n_c, m) state of each point for the next step: its `LawInput.memory`."""
+    """(n_c, m) state of each point for the next step, where it is `LawInput.memory`."""
     hysteresis: FloatArray | None = None
     """(n_c,) energy lost in the step because unloading differs from loading; None for elastic
     laws."""
