@@ -270,11 +270,11 @@ class LawTangent(NamedTuple):
     """
 
     force: DepthSlopes
-    """Of the forces, at fixed rates."""
+    """Derivatives of the forces at fixed rates."""
     rate: FloatArray | None = None
     """(n_c,) derivative of each force by its own rate; None if no force depends on it."""
     stiffness: DepthSlopes | None = None
-    """Of `LawOutput.stiffness`, which scales friction's springs; None if it is constant."""
+    """Derivatives of `LawOutput.stiffness`, which scales friction's springs; None if constant."""
 
 
 class LawOutput(NamedTuple):

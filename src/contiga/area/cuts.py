@@ -47,7 +47,7 @@ class Cut(NamedTuple):
     """The places where facets that touch in part are cut."""
 
     feet: Projection
-    """Of the corners, inner ones first."""
+    """Feet of the corners, inner ones first."""
     fraction: FloatArray
     """(m, 3) place on each edge, as a fraction of it from its end in contact."""
     border: IntArray

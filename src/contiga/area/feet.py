@@ -29,7 +29,7 @@ class Web(NamedTuple):
     """The points in contact and their neighbours, with triangles between their feet."""
 
     inp: AreaInput
-    """Of these points alone, the ones in contact first."""
+    """Area input of these points alone, those in contact first."""
     topology: Topology
     clusters: IntArray
     """(n_c,) regions, joined over neighbours at rest."""

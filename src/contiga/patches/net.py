@@ -32,7 +32,7 @@ class Net(NamedTuple):
     control: tuple[IntArray, ...]
     """(n, m) degree of freedom of each control point of each patch."""
     pieces: tuple[Piece, ...]
-    """Of all patches."""
+    """Pieces of all patches."""
     points: FloatArray
     """(d, 3) control points at rest."""
     sites: FloatArray

@@ -38,7 +38,7 @@ class Peak(NamedTuple):
 
     force: float = 0.0
     row: int = -1
-    """Of the history; −1 before there is any force."""
+    """Row of the history; −1 before there is any force."""
     state: SystemState | None = None
     """State that is still to be written; None once written."""
 

@@ -82,7 +82,7 @@ class RingSide(NamedTuple):
 
     spring: str
     end: int
-    """Which of its ends is at the ring."""
+    """Number of the end at the ring."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -85,7 +85,7 @@ SHORTEST_SHARE = 0.002
 """Share of the critical step below which only stability, travel and kinks shorten a step: a fifth
 of the step that follows a swing with all the energy."""
 ELEMENT_SHORTEST_SHARE = 0.05
-"""The same for models with elements: from there steps grow slowly."""
+"""Value of `SHORTEST_SHARE` for models with elements, whose steps grow slowly from there."""
 GROWTH = 1.5
 ELEMENT_GROWTH, ELEMENT_ENERGY_GAIN = 1.1, 2e-6
 """A leapfrog conserves E − h² Σ F²/(8 m) of elements, so that a step which shrinks while a contact
@@ -95,7 +95,7 @@ ENERGY_TOL = 4e-6
 """Energy balance error allowed in a step, as a share of the largest energy so far: a thousandth in
 all if each of 250 steps has it, and hardly any does."""
 ELEMENT_ENERGY_TOL = 2e-5
-"""The same for models with elements: errors of many steps have both signs, a thousandth in all."""
+"""Value of `ENERGY_TOL` for models with elements: errors of many steps have both signs."""
 LEAK_FACTOR = 2.0
 """Allowed error, as a multiple of the energy per time that shorter steps have not conserved."""
 LEAK_GAIN = 0.25
@@ -118,7 +118,7 @@ PHASE_LIMIT = 0.05
 SWING_SHARE = 1e-3
 """Velocity amplitude of single points, over √(2 E_peak), from which their phase counts."""
 PARTING_SHARE = 1e-4
-"""The same for the speed at which depths of points that share a force part."""
+"""Speed at which depths of points that share a force part, over the same, from which it counts."""
 HAND_OVER_SHARE = 1e-4
 """Minimum change of velocity in a step, as a fraction of √(2 E_peak), for the hand-over error to
 count."""

@@ -50,20 +50,20 @@ class Row(NamedTuple):
     fewest: float | None
     """Triangles of the best mesh with this error."""
     seconds: float | None
-    """Of a step of tracked points, warm."""
+    """Time of a step of tracked points, kernels compiled."""
     exact_seconds: float
-    """Of the same step on the exact master, timed alternately."""
+    """Time of the same step on the exact master, in turns with the mesh."""
     points: int
     depth_error: float | None
-    """Of the largest penetration, over the size."""
+    """Error of the largest penetration, over the size."""
     worst_error: float | None
     """Largest error of a point's penetration, over the size."""
     force_error: float | None
-    """Of the sum of penetrations, relative."""
+    """Relative error of the sum of penetrations."""
     megabytes: float
-    """Of the search tables and the geometry; extrapolated for a mesh that was not built."""
+    """Size of the search tables and the geometry; extrapolated for a mesh that was not built."""
     peer_seconds: float | None
-    """Of FCPW's closest points for the same step and mesh; None if it was not run."""
+    """Time of FCPW's closest points for the same step and mesh; None if it was not run."""
 
 
 def bodies() -> dict[str, Body]:

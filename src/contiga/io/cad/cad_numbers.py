@@ -42,7 +42,7 @@ def check_numbers(path: Path) -> None:
     parameters = _IGES_PARAMETERS.search(data) if is_iges else None
     begin = parameters.start() if parameters else 0
     aside_borders: list[int] | None = None
-    """Where strings and comments begin and end, alternating; located once, when needed."""
+    """Offsets at which strings and comments begin and end, alternating; found when needed."""
     for suspect in chain(*(pattern.finditer(upper, begin) for pattern in _SUSPECTS)):
         position = suspect.start()
         token = _token(data, position)

@@ -23,7 +23,7 @@ class LeafPath(NamedTuple):
     wide: float
     """Largest distance beside the element at which a crossing counts, length: its widest edge."""
     room: tuple[float, float, float, float]
-    """The same beyond each of its sides."""
+    """Largest distance beyond each side at which a crossing counts, length."""
 
 
 class Ends(NamedTuple):

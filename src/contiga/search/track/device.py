@@ -42,7 +42,7 @@ class Tracked(NamedTuple):
     tables: Tables
     """Tables of the body, for the rows that come back."""
     flat: FlatTables
-    """The same, on the device."""
+    """Those tables on the device."""
     feet: Any
     """The members of a `Projection`, on the device."""
     before: Any

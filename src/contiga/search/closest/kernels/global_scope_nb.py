@@ -20,7 +20,7 @@ NORMAL_TOL = 1e-3
 """Sine of the largest angle between the normal and the direction to the point at a minimum: half
 of the digits of a minimum are known, and beside a pole fewer."""
 BORDER_TOL = 1e-7
-"""The same at a border, which is the foot of points behind the face up to there: rounding."""
+"""Largest height behind the face at a border, as a share of the distance: rounding."""
 NO_GUARD = -2.0
 """Minimum cosine that every two directions exceed."""
 
