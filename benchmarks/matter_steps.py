@@ -31,7 +31,7 @@ from benchmarks.matter import (
     solid,
 )
 from benchmarks.timing import in_turns, means_in_turns, on_threads
-from contiga.dynamics.deforming_nodes import MAX_INTERVAL
+from contiga.dynamics.deforming_nodes import MAX_INTERVAL, DeformingNodes
 from contiga.gas import Chamber, IdealGas, Inflator, Surroundings, Vent
 from contiga.matter import Assembled, MatterState
 
@@ -184,7 +184,9 @@ class OfStep:
 
     def __init__(self, stepped: Stepped) -> None:
         self.stepped = stepped
-        self.matter = stepped.simulation.mechanism.nodes["it"].matter
+        nodes = stepped.simulation.mechanism.nodes["it"]
+        assert isinstance(nodes, DeformingNodes)
+        self.matter = nodes.matter
 
     def __call__(self, _: int) -> None:
         before, now = (state.slaves["it"] for state in (self.stepped.before, self.stepped.state))

@@ -104,14 +104,16 @@ def main() -> None:
     from contiga.search.closest.kernels import newton_nb
     from contiga.search.track.kernels import lanes_nb
 
-    element_nb.fma = newton_nb.fma = _fma
-    newton_nb.math = branch_nb.math = SimpleNamespace(sqrt=_sqrt, inf=math.inf)
+    for module in (element_nb, newton_nb):
+        vars(module)["fma"] = _fma
+    for module in (newton_nb, branch_nb):
+        vars(module)["math"] = SimpleNamespace(sqrt=_sqrt, inf=math.inf)
     rng = np.random.default_rng(0)
     net = np.concatenate([rng.normal(size=48), [2.0], rng.uniform(0.0, 0.01, 15)])
     element = [Number(x) for x in (*net, *np.ones(lanes_nb.ELEMENT_SIZE - 64))]
     banks = lanes_nb.BANKS, lanes_nb.ROWS * lanes_nb.BANK_WIDTH
     lanes = [[Number(x) for x in bank] for bank in 0.1 * rng.random(banks)]
-    lanes_nb.scratch = lambda n: [0.0] * n
+    vars(lanes_nb)["scratch"] = lambda n: [0.0] * n
     of_lanes = lanes, lanes_nb.BANKS, element
     three = [tuple(Number(x) for x in rng.normal(size=3)) for _ in range(4)]
     one = Number(1.0)

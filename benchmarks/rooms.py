@@ -105,7 +105,7 @@ class RoomClock(Clock):
 def kernel_seconds(profile: cProfile.Profile) -> float:
     """Seconds inside of kernels, by a profile of a run."""
     profile.create_stats()
-    times = profile.stats.items()  # type: ignore[attr-defined]
+    times = profile.stats.items()
     return sum(
         own
         for (file, _, name), (_, _, own, _, _) in times

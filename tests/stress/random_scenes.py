@@ -12,6 +12,7 @@ import numpy as np
 from tests.scenes import box
 
 import contiga as cg
+from contiga.laws.law import Law
 
 FAR = 4.0
 """Half of the width of what is wide."""
@@ -215,7 +216,7 @@ class _Maker:
 
     # ------------------------------------------------------------ what acts
 
-    def law(self, count: int) -> cg.Law:
+    def law(self, count: int) -> Law:
         """A law under which what strikes goes about as deep as is wanted."""
         u, deep = self.units, self.deep
         whole = self.mass * self.struck**2 / deep**2

@@ -83,12 +83,14 @@ def look(rule: Rule, places: np.ndarray) -> Seen:
     return _with_entries(rule, places, inside, distance.reshape(shape), normal)
 
 
-def _with_entries(rule: Rule, *columns: np.ndarray) -> Seen:
-    places, inside, _, normal = columns
+def _with_entries(
+    rule: Rule, places: np.ndarray, inside: np.ndarray, distance: np.ndarray, normal: np.ndarray
+) -> Seen:
+    """Add to places on paths the normals of the walls by which the paths come in."""
     entry = np.zeros_like(normal)
     new = inside[1:] & ~inside[:-1]
     entry[1:][new] = _crossed(rule, places[:-1][new], places[1:][new])
-    return Seen(*columns, entry)
+    return Seen(places, inside, distance, normal, entry)
 
 
 def every(rule: Rule, seen: Seen, finer: int) -> Seen:

@@ -578,8 +578,12 @@ class Shell:
         distance = [np.reshape(own.distance, (len(p), -1)) for own in found]
         normal = [np.reshape(own.normal, (len(p), -1, 3)) for own in found]
         behind = [np.reshape(own.behind, (len(p), -1)) for own in found]
-        columns = (np.concatenate(column, axis=1) for column in (distance, normal, behind))
-        return Feet(*columns, self.border(p))
+        return Feet(
+            np.concatenate(distance, axis=1),
+            np.concatenate(normal, axis=1),
+            np.concatenate(behind, axis=1),
+            self.border(p),
+        )
 
     def nearest(self, p: np.ndarray) -> np.ndarray:
         """(n,) distance to all of it."""

@@ -11,6 +11,7 @@ from tests.scenes import box
 import contiga as cg
 from contiga.contact import settle
 from contiga.contact.kernels import settle_nb
+from contiga.contact.settle_records import Work
 
 
 def bowl() -> cg.Body:
@@ -114,7 +115,7 @@ def test_of_contacts_that_keep_their_walls_no_closest_point_is_asked_for(
 def test_rows_of_many_chunks_are_left_in_their_order() -> None:
     rows = np.arange(100_000, dtype=np.int32)
 
-    def settled(some: np.ndarray, work: settle.Work, left: np.ndarray) -> int:
+    def settled(some: np.ndarray, work: Work, left: np.ndarray) -> int:
         assert len(work.rows) >= len(some)
         odd = some[some % 7 == 3]
         left[: len(odd)] = odd

@@ -37,7 +37,7 @@ def make_simulation(**changes: object) -> Simulation:
         "output": OutputOptions(),
         "case_text": 'title = "A ball dips into a sheet"\n',
     }
-    return Simulation(**(values | changes))  # type: ignore[arg-type]
+    return Simulation(**(values | changes))
 
 
 @pytest.fixture

@@ -8,9 +8,10 @@ from pathlib import Path
 import numpy as np
 
 from contiga.contact.state import State
+from contiga.dynamics.nodes import SlaveState
 from contiga.io.out.outlines import read_outlines
 from contiga.io.out.vtkhdf import FieldSeries, read_fields
-from contiga.simulation.system_state import BodyState, SlaveState, SystemState
+from contiga.simulation.system_state import BodyState, SystemState
 
 
 def same_fields(a: FieldSeries, b: FieldSeries) -> None:
@@ -53,7 +54,7 @@ def same_output(path: Path) -> None:
     assert one.times.tobytes() == other.times.tobytes()
     for i in range(len(one.times)):
         for a, b in zip(one.loops(i), other.loops(i), strict=True):
-            assert a.tobytes() == b.tobytes()
+            assert np.asarray(a).tobytes() == np.asarray(b).tobytes()
 
 
 def same_history(a: dict[str, np.ndarray], b: dict[str, np.ndarray]) -> None:

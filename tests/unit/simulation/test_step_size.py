@@ -10,6 +10,7 @@ from tests.scenes import box
 import contiga as cg
 from contiga.dynamics.stepping import AutoSteps
 from contiga.errors import InputError, RunError
+from contiga.laws.law import Law
 from contiga.simulation.checkpoint import read_checkpoint
 from contiga.simulation.critical import limit_of
 from contiga.simulation.reasons import Reason
@@ -138,7 +139,7 @@ def test_where_no_shorter_step_was_tried_none_is_told_of() -> None:
     assert result["tries"] < 300
 
 
-def falling(law: cg.Law, **more) -> cg.Simulation:
+def falling(law: Law, **more) -> cg.Simulation:
     plane = cg.Body([cg.shapes.plane(width=4, length=4)])
     node = cg.Slave([[0.1, 0.2, 0.5]], area=[1.0], mass=[2.0])
     own = {"end": 4.0, "step": "auto", "gravity": [0.0, 0.0, -10.0]} | more
