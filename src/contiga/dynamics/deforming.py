@@ -375,7 +375,8 @@ class Deforming(Dependent):
         It is an upper bound, force / volume: the sum of the row sums of their stiffness at the
         nodes of facets, over the area of the facets. `PenaltyLaw(scale * stiffness,
         per_area=True)` with a scale of 0.1 to 1 keeps surfaces apart within the accuracy of the
-        mesh, and shortens the critical step by about √(1 + scale).
+        mesh, and shortens the critical step by about √(1 + scale). Of splines, or matter with
+        `points(q)`, the row sums of all degrees of freedom count.
 
         Raises
         ------

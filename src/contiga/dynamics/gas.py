@@ -499,7 +499,8 @@ class Chambers:
     ) -> Contents:
         """Return the contents of the chambers at the beginning of a step.
 
-        The arrays are new: a step may be rejected and repeated.
+        The arrays are new: a step may be rejected and repeated. Energies of surroundings, volumes
+        and temperatures of the rows to work in, and pressures are not initialised.
         """
         n = len(states)
         masses = np.empty((2 * n + 2, len(self.gases)))
