@@ -131,7 +131,15 @@ class Characteristic:
                 ) from error
 
     def __call__(self, x: ArrayLike) -> FloatArray:
-        """Return the ordinates at `x`, an array of any shape; the result has the same shape."""
+        """Return the ordinates at `x`, an array of any shape; the result has the same shape.
+
+        Raises
+        ------
+        RunError
+            `x` is outside a table with ``extrapolation="error"``.
+        InputError
+            A callable returns another shape, or numbers that are not finite.
+        """
         at = np.asarray(real(x), dtype=np.float64)
         if self.function is None:
             check_inside(self, at)
@@ -153,7 +161,10 @@ class Characteristic:
         return y
 
     def slope(self, x: ArrayLike) -> FloatArray:
-        """Return dy/dx to the right of `x`; for a callable by differences of second order."""
+        """Return dy/dx to the right of `x`; for a callable by differences of second order.
+
+        Outside a table it is that of the extrapolation, zero with ``extrapolation="error"``.
+        """
         at = np.asarray(real(x), dtype=np.float64)
         if self.function is None:
             return _points(self.pieces, at).slope
@@ -192,6 +203,8 @@ class Characteristic:
     def response(self, x: float) -> Response:
         """Return force, slope and ∫₀ˣ y dx of an elastic spring at `x` of either sign.
 
+        The integral is exact for a table, by Gauss's rule for a callable. Forces may be negative.
+
         Raises
         ------
         RunError
@@ -208,8 +221,8 @@ class Characteristic:
     def max_slope_near(self, x: float) -> float:
         """Return an upper bound, ≥ 0, of the slope in a step from `x`.
 
-        For a table it is the largest slope of the piece at `x` and its two neighbours, for a
-        callable the slope at `x`.
+        For a table it is the largest slope of the piece at `x` and its two neighbours, which holds
+        for steps up to these. For a callable it is the slope at `x`, no bound.
         """
         if self.function is not None:
             return max(0.0, float(self.slope(x)))
@@ -217,7 +230,7 @@ class Characteristic:
         return max(0.0, float(self.pieces.slope[max(k - 1, 0) : k + 2].max()))
 
     def _quadrature(self, x: FloatArray, least: float) -> FloatArray:
-        """Return ∫₀ˣ max(y, least) dx of a callable."""
+        """Return ∫₀ˣ max(y, least) dx of a callable, by Gauss's rule in `_N_PANELS` panels."""
         points = (np.arange(_N_PANELS)[:, None] + 0.5 * (1.0 + _NODES)) / _N_PANELS
         y = np.maximum(self(x[..., None, None] * points), least)
         return np.asarray(x * (y @ _WEIGHTS).sum(axis=-1) / (2.0 * _N_PANELS))
@@ -248,7 +261,10 @@ class Characteristic:
 
     @cached_property
     def carried_pieces(self) -> Curves:
-        """Table of `carried` for x ≥ 0, for kernels."""
+        """Table of `carried` for x ≥ 0, for kernels, with knots where the curve meets zero.
+
+        Beyond its last knot it never falls.
+        """
         table, is_extrapolated = self.pieces, self.extrapolation != "error"
         with np.errstate(divide="ignore", invalid="ignore"):
             zeros = np.append(table.x[0], table.x) - np.append(table.y[0], table.y) / table.slope
@@ -282,7 +298,7 @@ CurveLike: TypeAlias = Characteristic | float | ArrayLike | Function
 
 
 def as_curve(curve: CurveLike, name: str) -> Characteristic:
-    """Return `curve` as a `Characteristic`, with a `name` for errors."""
+    """Return a new `Characteristic` with a `name` for errors, or `curve` itself if it is one."""
     return curve if isinstance(curve, Characteristic) else Characteristic(curve, name=name)
 
 

@@ -51,7 +51,9 @@ class Response(NamedTuple):
 
 
 def piecewise(x: FloatArray, y: FloatArray, before: float, beyond: float) -> Curves:
-    """Return one curve through the knots, linear between and beyond them.
+    """Return one curve through the knots, linear between and beyond them; arrays are read-only.
+
+    Its integral counts from zero only if zero is a knot, see `Curves.integral`.
 
     Parameters
     ----------
@@ -66,7 +68,7 @@ def piecewise(x: FloatArray, y: FloatArray, before: float, beyond: float) -> Cur
 
 
 def joined(*curves: Curves) -> Curves:
-    """Return the curves of several records in one."""
+    """Return the curves of several records in one, in their order; none makes an empty record."""
     counts = np.concatenate([[0], *(np.diff(record.first) for record in curves)])
     columns = [np.zeros(0)] * 4
     if curves:

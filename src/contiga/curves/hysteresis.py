@@ -62,7 +62,7 @@ class Responses(NamedTuple):
 
 
 def elastic_move(curve: Characteristic, x: FloatArray) -> Responses:
-    """Return the elastic forces at `x` (n,) ≥ 0, without losses.
+    """Return the elastic forces max(y, 0) at `x` (n,) ≥ 0, without losses.
 
     Raises
     ------
@@ -85,7 +85,9 @@ def hysteresis_of(
     *,
     to: float = np.inf,
 ) -> Hysteresis | None:
-    """Return the hysteresis of a law; None for an elastic one.
+    """Return the hysteresis of a law; None for an elastic one, without `unloading` and `slope`.
+
+    `to` is the x up to which tables are compared, see `Hysteresis`.
 
     Raises
     ------
@@ -249,7 +251,10 @@ class Hysteresis:
             check_inside(curve, x)
 
     def bend(self, x: FloatArray, force: FloatArray) -> FloatArray:
-        """Return d²F/dx² (n,) at points (`x`, `force`): zero on lines and tables."""
+        """Return d²F/dx² (n,) at points (`x`, `force`): zero on lines, and if both are tables.
+
+        On the loading or the unloading curve it is the curve's; if they coincide the loading's.
+        """
         bend = np.zeros(x.shape)
         if not self.exact:
             is_upper = force >= self.loading.carried(x)
@@ -274,7 +279,8 @@ class Hysteresis:
         """Return x (n,) where the line through `point` (x, F) meets the curve, in [low, high].
 
         The curve is above the line to the left and below it to the right. The root is found by
-        bracketing; without an intersection the result is one of the ends.
+        bracketing; without an intersection it is `high` if the curve is above the line at `low`,
+        else `low`.
         """
         from scipy.optimize.elementwise import find_root
 
@@ -290,7 +296,11 @@ class Hysteresis:
         return np.clip(meet, low, high)
 
     def _check_tables(self, to: float) -> None:
-        """Refuse tables that break a rule at some x up to `to`."""
+        """Refuse tables that break a rule at some x ≥ 0 up to `to`, or where a table ends.
+
+        An `InputError` is raised for U below zero or above L at a knot, U steeper than L beyond all
+        knots, and a steepest slope above K.
+        """
         curves = self.loading, self.unloading
         end = min([to, *(curve.x[-1] for curve in curves if curve.extrapolation == "error")])
         x = np.union1d(*(curve.carried_pieces.x for curve in curves))
@@ -309,7 +319,7 @@ class Hysteresis:
             self._check_slope(curve, float(curve.carried_pieces.slope[1:].max()))
 
     def _check_samples(self, upto: float) -> None:
-        """Refuse callables that break a rule at samples up to an x."""
+        """Refuse callables that break a rule at `_N_SAMPLES` samples up to an x."""
         x = np.linspace(0.0, upto, _N_SAMPLES)
         self._check_order(x)
         if upto > 0.0:
@@ -317,7 +327,11 @@ class Hysteresis:
                 self._check_slope(curve, float((np.diff(curve.carried(x)) / np.diff(x)).max()))
 
     def _check_order(self, x: FloatArray) -> None:
-        """Refuse an unloading above the loading or below zero at `x`."""
+        """Refuse an unloading above the loading or below zero at `x` (n,).
+
+        Beyond its last row a table may be below zero. `_TABLE_TOL` of the largest loading counts as
+        equal.
+        """
         upper, lower = self.loading.carried(x), self.unloading(x)
         end = self.unloading.x[-1] if self.unloading.is_table else np.inf
         negative = np.flatnonzero((lower < 0.0) & (x <= end))
@@ -340,7 +354,7 @@ class Hysteresis:
             )
 
     def _check_slope(self, curve: Characteristic, steepest: float) -> None:
-        """Refuse a hysteresis slope below the steepest slope of a curve."""
+        """Refuse a hysteresis slope K below the steepest slope of a curve, beyond a tolerance."""
         tol = _TABLE_TOL if curve.is_table else _FUNCTION_TOL
         if steepest > self.slope * (1.0 + tol):
             raise InputError(

@@ -27,7 +27,7 @@ def table_of(
     at_least: int = 1,
     allowed: str | None = None,
 ) -> FloatArray:
-    """Return rows (n, m) of finite numbers whose first column is strictly increasing.
+    """Return a copy of rows (n, m) of finite numbers whose first column is strictly increasing.
 
     Parameters
     ----------

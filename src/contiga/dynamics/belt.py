@@ -217,7 +217,11 @@ class Belt:
 
     @cached_property
     def slave(self) -> Slave:
-        """The slave: nodes along the path, row by row across the belt."""
+        """The slave: nodes along the path, row by row across the belt, just above the bodies.
+
+        Bars are a cloud whose nodes have the area of their lengths of webbing; a ribbon has two
+        facets a cell, which face away from the bodies; a membrane is a slave of splines.
+        """
         if self.kind == "membrane":
             patch = self._strip.through(self._rows_of_strip)
             return Slave(surfaces=patch, thickness=self.thickness, name=self.name)
@@ -240,7 +244,11 @@ class Belt:
 
     @cached_property
     def motion(self) -> Deforming:
-        """The motion: a slave that deforms by the forces of its elements."""
+        """The motion: a slave that deforms by the forces of its elements.
+
+        Nodes of an end without webbing are fixed at "ground", or attached to the body of its
+        anchor; an end with webbing, or "free", is held by springs only.
+        """
         ends = [
             (anchor if end is None else FREE, rows)
             for anchor, end, rows in zip(
@@ -266,6 +274,9 @@ class Belt:
     @property
     def springs(self) -> dict[str, Spring]:
         """Springs of the webbing at the ends, by name: "<belt> start" and "<belt> end".
+
+        Each goes from its anchor to the row of nodes at the end, which shares its force by
+        tributary width. An end without webbing has none.
 
         Raises
         ------
@@ -300,7 +311,11 @@ class Belt:
         return springs
 
     def _webbing(self, name: str, end: BeltEnd) -> dict[str, Any]:
-        """Return the curves of the webbing at an end, as arguments of `Spring`."""
+        """Return the curves of the webbing at an end, as arguments of `Spring`.
+
+        They are the end's own, or the material's with strain turned into elongation. An
+        `InputError` is raised if neither has one: membranes and ribbons of other materials.
+        """
         if end.curve is not None:
             keys = "curve", "unloading", "hysteresis_slope"
             return {key: getattr(end, key) for key in keys}
@@ -323,7 +338,10 @@ class Belt:
 
     @property
     def ends(self) -> tuple[IntArray, IntArray]:
-        """Nodes (k,) of its start and of its end, each across the belt."""
+        """Nodes (k,) of its start and of its end, each across the belt.
+
+        For a membrane they are the surface nodes on the edges "u0" and "u1" of its patch.
+        """
         if self.kind == "membrane":
             surfaces = self.slave.surfaces
             assert surfaces is not None
@@ -367,9 +385,10 @@ class Belt:
 
     @cached_property
     def _rows_of_strip(self) -> FloatArray:
-        """Rows (n, k, 3) of points that the patch of a membrane interpolates.
+        """Rows (n, k, 3) of points along the path that the patch of a membrane interpolates.
 
-        They are along the path, high enough above the bodies for all nodes between to be outside.
+        All are raised by the same gap, until the patch's nodes are all outside the bodies by `LIFT`
+        of the path, or after `MAX_MOVES` passes.
         """
         start, end = self._span
         arc = start + (end - start) * self._strip.along
@@ -387,7 +406,8 @@ class Belt:
         """Return straight rows (n, k, 3) across the path at arc lengths (n,), above the bodies.
 
         They are at least `gap` above them, and bridge a body that is concave across the path, as in
-        a crease.
+        a crease. An `InputError` is raised if the path runs along the normal of the nearest body,
+        where a ribbon or membrane has no direction across.
         """
         normal, step = self._normals(arc), 0.5 * self.laid_length / self.segments
         middle = self.path.at(arc)
@@ -413,9 +433,10 @@ class Belt:
     def _normals(self, arc: FloatArray) -> FloatArray:
         """Return unit normals (n, 3) of the belt at arc lengths (n,).
 
-        They are the normals of the bodies below it, interpolated between two bodies, and averaged
-        over `SMOOTHING_WIDTHS` widths: a belt that twists faster is stretched by more than one per
-        cent at its edges.
+        Of bars, or of a path that touches nothing, they are the path's. Otherwise they are the
+        normals of the bodies below it, interpolated between two bodies, and averaged over
+        `SMOOTHING_WIDTHS` widths: a belt that twists faster is stretched by more than one per cent
+        at its edges.
         """
         path = self.path
         on_body = np.flatnonzero(path.body >= 0)
@@ -430,8 +451,8 @@ class Belt:
     def _lift(self, rows: FloatArray, normal: FloatArray, gap: float) -> FloatArray:
         """Return displacements (n, 3) of rows (n, k, 3) along normals (n, 3) out of bodies.
 
-        They are smooth over the belt's width, and put all nodes, and edges of a ribbon's facets, at
-        least `gap` outside.
+        They are smoothed over the belt's width, and put all nodes, and the middles of the edges of
+        a ribbon's facets, at least `gap` outside, unless `MAX_MOVES` passes do not suffice.
         """
         lift = np.zeros(len(rows))
         for _ in range(MAX_MOVES):
@@ -453,7 +474,11 @@ class Belt:
         return np.asarray(smooth[:, None] * normal)
 
     def _shortage(self, rows: FloatArray, normal: FloatArray, gap: float) -> FloatArray:
-        """Return the lengths (n,) that rows (n, k, 3) lack along normals to be `gap` outside."""
+        """Return the lengths (n,) that rows (n, k, 3) lack along normals to be `gap` outside.
+
+        A length is the largest of its row, to first order: the missing clearance over the cosine
+        between the normals of belt and body, at least `MIN_COSINE`.
+        """
         nearest = self.path.over.clearances(np.ascontiguousarray(rows.reshape(-1, 3)))
         shortage = np.maximum(gap - nearest.gap, 0.0).reshape(rows.shape[:2])
         cosine = np.abs((nearest.normal.reshape(rows.shape) * normal[:, None]).sum(axis=2))
@@ -463,7 +488,7 @@ class Belt:
     def _rest(self) -> FloatArray:
         """Nodes (n, 3) at rest, or control points of a membrane, flat and along x.
 
-        The distance of two rows is the mean distance of their nodes, less the shortening.
+        The distance of two rows is the mean distance of their nodes, times 1 − shortening.
         """
         if self.kind == "membrane":
             return self._strip.flat(self._rows_of_strip, self.width, 1.0 - self.shortening)

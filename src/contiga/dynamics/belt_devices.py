@@ -49,6 +49,7 @@ class Moment(NamedTuple):
 
     time: float = 0.0
     dt: float = 0.0
+    """Length of the step; 0 at the start."""
     fired: Mapping[str, float] = {}
     """Time at which the trigger of each sensor fires; infinite or missing if it does not."""
 
@@ -82,6 +83,7 @@ class SegmentStep(NamedTuple):
     """Result of a step of a segment."""
 
     axial: Response
+    """Tension, stiffness and energies; `lost` includes the work of film and limiter."""
     state: DeviceState
 
 
@@ -256,13 +258,16 @@ class Pretensioner:
         return np.asarray(rows[:, 0])
 
     def length_at(self, since: float) -> float:
-        """Return the length that its pull prescribes at a time since firing."""
+        """Return the length that its pull prescribes at a time since firing.
+
+        It is 0 before, and the last one after the last row; 0 for a pretensioner with a force.
+        """
         if self.pull is None or since < 0.0:
             return 0.0
         return float(np.interp(since, self.pull[:, 0], self.pull[:, 1]))
 
     def force_at(self, since: float) -> float:
-        """Return its pulling force at a time since firing."""
+        """Return its pulling force at a time since firing; 0 outside its rows, or without them."""
         if self.force is None or not self.force[0, 0] <= since <= self.force[-1, 0]:
             return 0.0
         return float(np.interp(since, self.force[:, 0], self.force[:, 1]))
@@ -307,7 +312,10 @@ class Webbing:
         fed: float,
         moment: Moment,
     ) -> SegmentStep:
-        """Step webbing and devices to the end of a step.
+        """Return the response of webbing and devices at the end of a step, and their new state.
+
+        A released end is slack for good. An unlocked retractor follows its spool; it locks at the
+        first trigger of its own or of the pretensioner, or by its rate at the end of a step.
 
         Parameters
         ----------
@@ -331,18 +339,24 @@ class Webbing:
         return self._step_locked(old, last, reach - fed, moment)
 
     def _lock(self, last: DeviceState, tension: float, time: float) -> DeviceState:
-        """Return the devices with the retractor locked at a tension."""
+        """Return the devices with the retractor locked, the film tightened up to a tension."""
         travel = 0.0 if self._slider is None else self._slider.travel(tension)
         return last._replace(locked=time, travel=travel)
 
     def _webbing_at(self, old: tuple[float, float], x: float) -> Response:
-        """Return the response of the webbing to a step from `old` to the elongation `x`."""
+        """Return the response of the webbing to a step from `old` to an elongation; slack below 0.
+
+        `old` has elongation and tension.
+        """
         return self._webbing.move(*old, x) if x >= 0.0 else SLACK
 
     def _step_unlocked(
         self, old: tuple[float, float], last: DeviceState, reach: float, moment: Moment
     ) -> SegmentStep:
-        """Balance webbing and spool; the retractor locks if it paid out faster than its rate."""
+        """Return the step in which webbing and spool carry the same force.
+
+        The retractor locks, from the next step on, if the spool paid out faster than its rate.
+        """
         spool, retractor = self._spool, self._devices.retractor
         assert spool is not None
         assert retractor is not None
@@ -364,7 +378,11 @@ class Webbing:
     def _step_locked(
         self, old: tuple[float, float], last: DeviceState, reach: float, moment: Moment
     ) -> SegmentStep:
-        """Let the pretensioner pull in, or film and limiter pay out, until the tension fits."""
+        """Let the pretensioner pull in, or film and limiter pay out, until the tension fits.
+
+        It pulls in its length, or up to the smaller of its force and the yield force. The travel of
+        film and limiter is added to what the webbing loses; both stop at the end of their strokes.
+        """
         pretensioner, slider = self._devices.pretensioner, self._slider
         pulled_in, pull_force = last.pulled_in, 0.0
         if pretensioner is not None:
@@ -419,16 +437,23 @@ class _Slider(NamedTuple):
     """Film and limiter in series: the yield force over their travel."""
 
     curve: Curves
+    """Yield force over the travel of both."""
     end: float
     """Travel at which they stop."""
 
     def travel(self, tension: float) -> float:
-        """Return the least travel at which they hold a tension."""
+        """Return the least travel at which they hold a tension; 0 without one.
+
+        Above their highest force it is the travel at the last kink.
+        """
         return float(np.interp(tension, self.curve.y, self.curve.x)) if tension > 0.0 else 0.0
 
 
 def _slider(devices: Devices) -> _Slider | None:
-    """Return film and limiter in series; None without both."""
+    """Return film and limiter in series; None if there is neither.
+
+    A film alone stops at its last row; a limiter pays out without end.
+    """
     film = None if devices.retractor is None else devices.retractor.film
     limiter = devices.limiter
     if limiter is None:
@@ -452,26 +477,28 @@ def _slider(devices: Devices) -> _Slider | None:
 
 
 def _in_series(first: float, second: float) -> float:
-    """Return the stiffness of two springs in series."""
+    """Return the stiffness of two springs in series; 0 if their sum is not positive."""
     total = first + second
     return first * second / total if total > 0.0 else 0.0
 
 
 def _curve(rows: FloatArray) -> Curves:
-    """Return the curve through rows (n, 2), constant beyond its ends."""
+    """Return the curve through rows (n, 2), constant beyond its ends, with a point at x = 0."""
     x = np.union1d(rows[:, 0], 0.0)
     return piecewise(x, np.interp(x, rows[:, 0], rows[:, 1]), 0.0, 0.0)
 
 
 def _point(curve: Curves, x: float) -> CurvePoint:
-    """Return a curve at x."""
+    """Return value, slope and integral of a curve at x."""
     return CurvePoint(*curve_nb.point(curve, 0, x))
 
 
 def root(falling: Callable[[float], tuple[float, float]], low: float, width: float) -> float:
-    """Find the zero of a function that never rises, at `low` or above; `low` if it starts below.
+    """Find the zero of a function that never rises, at `low` or above; `low` if it is ≤ 0 there.
 
-    Newton's method within a bracket, which is exact for piecewise linear functions.
+    Newton's method within a bracket, which is exact for piecewise linear functions; ends at a
+    relative change of a few rounding errors. A function that stays positive is followed upwards by
+    doubling, and the last point returned: nothing is raised.
 
     Parameters
     ----------
@@ -504,7 +531,13 @@ def root(falling: Callable[[float], tuple[float, float]], low: float, width: flo
 
 
 def _monotone_rows(where: str, rows: object, columns: tuple[str, str]) -> FloatArray:
-    """Return rows (n, 2) whose second column, ≥ 0, never falls."""
+    """Return rows (n, 2) whose second column never falls, checked.
+
+    Raises
+    ------
+    InputError
+        No such rows.
+    """
     table = table_of(rows, columns, where=where)
     check_never_falls(table, columns, where)
     return table

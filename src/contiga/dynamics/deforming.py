@@ -202,7 +202,7 @@ class Deforming(Dependent):
         return tuple(dict.fromkeys(table["body"] for table in self.attached))
 
     def resting(self, time: float) -> Deforming:
-        """Return a copy without velocity, with loads and motions as they are at `time`."""
+        """Return a copy without velocity, with loads and motions stopped at `time`."""
         at_rest = copy(self)
         put = object.__setattr__
         put(at_rest, "velocity", read_only(np.zeros(3)))
@@ -212,7 +212,17 @@ class Deforming(Dependent):
         return at_rest
 
     def nodes(self, where: str, slave: Slave, number: Number) -> NodeMover:
-        """Return the nodes of the elements; nodes in no element are held."""
+        """Return the nodes of the elements; nodes in no element are held.
+
+        A shell of splines, or matter with `points(q)`, gets `MappedNodes`, all other matter
+        `DeformingNodes`. `where` starts the names in messages, `number` gives a body's number.
+
+        Raises
+        ------
+        InputError
+            Velocities or a rest that do not fit the slave, a node held twice over, elements or
+            places that do not exist.
+        """
         shape = slave.points.shape
         _check_shape(where, "rest", self._rest_of(slave), shape)
         if self.velocity.ndim == 2:
@@ -256,7 +266,8 @@ class Deforming(Dependent):
     def _surface_matter(self, slave: Slave, where: str) -> Matter | None:
         """Return the matter whose surface points x = N q are the points of the slave.
 
-        None if the points are its degrees of freedom q.
+        None if the points are its degrees of freedom q. An `InputError` is raised if its points at
+        the start are farther than `POINT_TOL` of the slave's size from those of the slave.
         """
         matter: Any = self.material
         if slave.surfaces is not None and not hasattr(matter, "forces"):
@@ -282,7 +293,11 @@ class Deforming(Dependent):
         return surface_matter
 
     def _shell(self, net: Net, slave: Slave, where: str) -> Shell:
-        """Return the shell of a slave of splines."""
+        """Return the shell of a slave of splines, clamped at edges whose slope is held.
+
+        An `InputError` is raised for options of meshes, a missing density or thickness, a thickness
+        that is not the same everywhere, a rest that is not one row a control point.
+        """
         of_meshes = {
             "parts": self.parts,
             "section": self.section,
@@ -317,7 +332,7 @@ class Deforming(Dependent):
     def with_masses(self, slave: Slave) -> Slave:
         """Return a copy of the slave with the masses (n,) of its elements and of `masses`.
 
-        The slave's previous masses do not count.
+        The slave's previous masses do not count. A node in no element gets the mean mass.
 
         Laws with a `damping_ratio` use these masses: make contacts and simulation with that slave.
 
@@ -335,7 +350,8 @@ class Deforming(Dependent):
     def nodal_thickness(self, slave: Slave) -> FloatArray:
         """Return the thickness (n,) of membranes at the nodes for `Contact(shell_thickness=…)`.
 
-        It is the mean of the elements at a node, and zero without an element.
+        It is the mean of the membranes at a node, and zero without one. A slave of splines has its
+        one thickness everywhere, 0 if it has none.
 
         Raises
         ------
@@ -359,7 +375,8 @@ class Deforming(Dependent):
         It is an upper bound, force / volume: the sum of the row sums of their stiffness at the
         nodes of facets, over the area of the facets. `PenaltyLaw(scale * stiffness,
         per_area=True)` with a scale of 0.1 to 1 keeps surfaces apart within the accuracy of the
-        mesh, and shortens the critical step by about √(1 + scale).
+        mesh, and shortens the critical step by about √(1 + scale). Of splines, or matter with
+        `points(q)`, the row sums of all degrees of freedom count.
 
         Raises
         ------
@@ -395,7 +412,15 @@ class Deforming(Dependent):
     ) -> tuple[Matter, NDArray[np.intp]]:
         """Return the matter, and the node of the slave for each of its degrees of freedom.
 
-        `free` (n,) are the nodes that forces move; all if omitted.
+        Degrees of freedom are the nodes of elements, ascending; facets with a node in no element
+        are dropped. `free` (n,) are the nodes that forces move, all if omitted: `mass_scaling`
+        adds mass for their elements only.
+
+        Raises
+        ------
+        InputError
+            Own matter with another number of masses than the slave has points, a lumped mass on a
+            node in no element.
         """
         if hasattr(self.material, "forces"):
             matter: Any = self.material
@@ -426,7 +451,11 @@ class Deforming(Dependent):
         return matter, rows.astype(np.intp)
 
     def _parts(self, slave: Slave, where: str) -> list[Part]:
-        """Return elements with materials, as rows of the slave's points; [] for own matter."""
+        """Return elements with materials, as rows of the slave's points; [] for own matter.
+
+        They are the parts and, if the motion has a material, all other elements; see `parts_of` for
+        errors.
+        """
         material: Any = self.material
         if hasattr(material, "forces"):
             return []
@@ -444,14 +473,17 @@ class Deforming(Dependent):
 
 
 def _masses(matter: Matter, rows: NDArray[np.intp], n: int) -> FloatArray:
-    """Return the masses (n,) of nodes; nodes in no element, which are held, have the mean."""
+    """Return the masses (n,) of nodes; nodes in no element, which are held, get the mean mass."""
     mass = np.full(n, float(np.mean(matter.mass)))
     mass[rows] = matter.mass
     return mass
 
 
 def _checked_viscosity(coefficients: Sequence[float]) -> tuple[float, float]:
-    """Return the linear and the quadratic coefficient of bulk viscosity, ≥ 0."""
+    """Return the linear and the quadratic coefficient of bulk viscosity.
+
+    An `InputError` is raised unless they are two finite numbers ≥ 0.
+    """
     try:
         linear, quadratic = (float(number) for number in coefficients)
     except (TypeError, ValueError):
@@ -467,7 +499,10 @@ def _checked_viscosity(coefficients: Sequence[float]) -> tuple[float, float]:
 
 
 def _as_tables(value: Any, name: str, key: str, meaning: str) -> list[dict[str, Any]]:
-    """Return one table, or several, as a list."""
+    """Return copies of one table, or of several, as a list; [] for None.
+
+    An `InputError` is raised for anything but tables; it shows `key` and `meaning` as an example.
+    """
     is_list = isinstance(value, Iterable) and not isinstance(value, str | Mapping)
     tables = list(value) if is_list else [] if value is None else [value]
     allowed = f'{{"plane": …, "{key}": {meaning}}}, or a list of such tables'

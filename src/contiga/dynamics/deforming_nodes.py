@@ -130,7 +130,10 @@ class Kicked(NamedTuple):
 
 
 def masses_of(mass: FloatArray, held: NDArray[np.bool_], driven: NDArray[np.bool_]) -> Masses:
-    """Return masses (n,) with the degrees of freedom (n, 3) that are held, and driven."""
+    """Return masses (n,) with the degrees of freedom (n, 3) that are held, and driven.
+
+    A mask without a True becomes (0, 3), by which kernels skip it.
+    """
     masks = (locked(mask if mask.any() else mask[:0]) for mask in (held, driven))
     return Masses(locked(mass), *masks)
 
@@ -145,7 +148,10 @@ def accelerated(masses: Masses, forces: Acting) -> FloatArray:
 def drift_nodes(
     masses: Masses, forces: Acting, points: FloatArray, velocities: FloatArray, dt: float
 ) -> Drifted:
-    """Return the nodes after the drift of a step from points and velocities (n, 3)."""
+    """Return new arrays of the nodes after the first half kick and the drift of a step.
+
+    `points` and `velocities` (n, 3) are those before it; `forces` act at its start.
+    """
     shape = points.shape
     out = Drifted(np.empty(shape), np.empty(shape), np.empty(shape))
     last = Course(points, velocities)
@@ -161,7 +167,10 @@ def kick_nodes(
     dt: float,
     damping: float,
 ) -> Kicked:
-    """Return the end of a step from velocities (n, 3) at mid-step and those predicted."""
+    """Return the end of a step from velocities (n, 3) at mid-step, by `forces` at its end.
+
+    Driven degrees of freedom keep the `predicted` velocity. Damping is implicit in the velocity.
+    """
     out = Kicked(np.empty(half.shape), np.empty(ceil(half.size / nodes_nb.BLOCK)))
     kick = Kick(half, predicted, dt, damping)
     run_ranges(straight(nodes_nb.kick), len(half), MIN_NODES, masses, forces, kick, out)
@@ -187,7 +196,10 @@ class _Limit(NamedTuple):
 
 
 def _acting(arrays: Arrays, forces: Forces, gravity: FloatArray) -> Acting:
-    """Return the forces of contacts and elements, with loads and drag if `arrays` has them."""
+    """Return the forces of contacts and elements, with loads and drag if `arrays` has them.
+
+    Contact forces are listed by node unless they act on all nodes.
+    """
     loads, drag = arrays.get("load", NO_FORCES), arrays.get("drag", NO_FORCES)
     rows, pushes = forces.listed()
     everywhere = NO_FORCES
@@ -220,7 +232,9 @@ class DeformingNodes(NodeMover):
     """The motion of the slave, for the digest."""
     loads: tuple[NodalForces, ...] = ()
     drives: tuple[Drive, ...] = ()
+    """Nodes that motions drive."""
     joints: tuple[Joint, ...] = ()
+    """Nodes that are attached to bodies."""
     parts: tuple[Part, ...] = ()
     """Elements with their materials, as rows of the nodes; empty for matter of a user's own."""
 
@@ -289,7 +303,7 @@ class DeformingNodes(NodeMover):
         return self._start_from(state, rest.points.copy(), now)
 
     def _start_from(self, state: MatterState, points: FloatArray, now: Instant) -> SlaveState:
-        """Return the state at the start of a run."""
+        """Return the state at the start of a run; writes the driven nodes into `points`."""
         velocities = self.velocity.copy()
         self._place_driven(now, points, velocities)
         response = self._matter_forces(state, points, velocities, now)
@@ -306,7 +320,10 @@ class DeformingNodes(NodeMover):
         return ElementState.of(points, velocities, arrays)
 
     def drift(self, last: SlaveState, forces: Forces, now: Instant) -> SlaveState:
-        """See `NodeMover`: half a kick and a drift; a second half kick predicts the velocities."""
+        """See `NodeMover`: half a kick and a drift; a second half kick predicts the velocities.
+
+        If nodes are driven, these are placed, and every mid-step velocity is the mean of both ends.
+        """
         acting = _acting(last.matter, forces, now.gravity)
         points, velocities, half = drift_nodes(self._masses, acting, *last, now.dt)
         if self._drivers:
@@ -317,7 +334,11 @@ class DeformingNodes(NodeMover):
     def kick(
         self, last: SlaveState, drifted: SlaveState, forces: Forces, now: Instant
     ) -> SlaveState:
-        """See `NodeMover`: the element forces, and the second half of the kick."""
+        """See `NodeMover`: the element forces, and the second half of the kick.
+
+        The losses in the energies are summed up; the bound of ω² is computed again when its
+        interval has passed.
+        """
         before, half = last.matter, drifted.matter["half"]
         state = MatterState(self._of_dofs(last.points), before["memory"])
         response = self._matter_forces(state, drifted.points, half, now)
@@ -357,7 +378,7 @@ class DeformingNodes(NodeMover):
     def _matter_forces(
         self, state: MatterState, points: FloatArray, velocities: FloatArray, now: Instant
     ) -> MatterForces:
-        """Return the forces of matter; errors of elements name the time."""
+        """Return the forces of matter; an `ElementError` is raised again with the time in it."""
         points_of_dofs, velocities_of_dofs = self._of_dofs(points), self._of_dofs(velocities)
         try:
             response = self.matter.forces(state, points_of_dofs, velocities_of_dofs, now.dt)
@@ -367,24 +388,24 @@ class DeformingNodes(NodeMover):
         return response._replace(force=np.require(response.force, np.float64, ("C", "W")))
 
     def _loads(self, points: FloatArray, time: float) -> dict[str, FloatArray]:
-        """Return the forces of the loads, empty without loads."""
+        """Return {"load": sum (n, 3) of the forces of the loads}, {} without loads."""
         if not self.loads:
             return {}
         forces = [load.at(points, time) for load in self.loads]
         return {"load": np.asarray(sum(forces[1:], forces[0]))}
 
     def _drag(self, velocities: FloatArray) -> dict[str, FloatArray]:
-        """Return the drag on free degrees of freedom, empty without damping."""
+        """Return {"drag": −α m v (n, 3)}, zero where driven nodes are held; {} without damping."""
         if self.damping == 0.0:
             return {}
         drag = (-self.damping * self.mass)[:, None] * velocities
         return {"drag": np.where(self.held, 0.0, drag) if self._drivers else drag}
 
     def _bounds(self, state: MatterState, interval: float) -> dict[str, FloatArray]:
-        """Return the upper bound of ω² of the elements, and the row sums of their stiffness.
+        """Return the `_Limit` of the elements as "limit", and their row sums as "stiffness" (n,).
 
-        ω² is never below that at rest: a material that has softened, such as foam on its plateau,
-        is stiff again within a few steps of unloading.
+        Both have the factor `MARGIN`. ω² is never below that at rest: a material that has softened,
+        such as foam on its plateau, is stiff again within a few steps of unloading.
         """
         sums = self.matter.stiffness(state)
         square = max(self._gershgorin_bound(sums), self._bound_at_rest)
@@ -397,12 +418,19 @@ class DeformingNodes(NodeMover):
         return self._gershgorin_bound(sums_near_rest(self.matter))
 
     def _gershgorin_bound(self, sums: FloatArray) -> float:
-        """Return the upper bound of ω² by row sums (m,) of the stiffness (Gershgorin)."""
+        """Return `MARGIN` times the bound of ω² by row sums (m,) of the stiffness (Gershgorin).
+
+        Nodes that are wholly held do not count; 0 if all are.
+        """
         is_free = ~self.held[self.rows].all(axis=1)
         return MARGIN * float((sums[is_free] / self.mass[self.rows][is_free]).max(initial=0.0))
 
     def _next_bounds(self, before: Arrays, state: MatterState) -> dict[str, FloatArray]:
-        """Return the bounds of the last step, or new ones if their interval has passed."""
+        """Return the bounds of the last step, or new ones if their interval has passed.
+
+        The next interval is half as long if ω² changed by more than `SQUARE_TOL` of itself, else
+        twice as long, within `MIN_INTERVAL` and `MAX_INTERVAL`.
+        """
         limit = _Limit(*before["limit"].tolist())
         if limit.countdown > 1.0:
             same_limit = limit._replace(countdown=limit.countdown - 1.0)
@@ -458,7 +486,7 @@ class DeformingNodes(NodeMover):
         return [group._replace(elements=self.rows[group.elements]) for group in groups]
 
     def reached(self, state: SlaveState) -> Sequence[LargestStrain]:
-        """Return the largest strains of tables of materials since the start, if matter has them."""
+        """See `NodeMover`: the largest strains of material tables; () if matter has none."""
         reached = getattr(self.matter, "reached", None)
         if reached is None:
             return ()

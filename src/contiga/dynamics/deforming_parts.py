@@ -41,11 +41,15 @@ def parts_of(
 ) -> list[Part]:
     """Return all parts of a slave, their elements as rows of its points.
 
+    The given parts come first, then one a kind for the elements in no part, of the `filling`.
+
     Raises
     ------
     InputError
         No elements, cells of a kind without an element, an element in two parts, elements in no
-        part without a `filling`.
+        part without a `filling` or its density.
+    MeshError
+        A part with points that the slave does not have.
     """
     for part in parts:
         if part.elements.max(initial=0) >= len(slave):
@@ -108,6 +112,9 @@ def parts_of(
 def elements_by_kind(slave: Slave, where: str, *, required: bool = True) -> dict[str, IntArray]:
     """Return the elements of a slave by their kind; without cells its facets, as membranes.
 
+    Quadrilaterals are split into two triangles, which follow the triangles or precede them in the
+    order of the cells.
+
     Raises
     ------
     InputError
@@ -169,7 +176,8 @@ def uniform_thickness(where: str, slave: Slave, thickness: float | None) -> floa
     Raises
     ------
     InputError
-        The thickness of the slave is not the same everywhere.
+        The thickness of the slave differs by more than 1e-9 of itself between points; those
+        without one, 0, do not count.
     """
     if thickness is not None or slave.thickness is None:
         return thickness

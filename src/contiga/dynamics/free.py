@@ -46,12 +46,15 @@ class Dependent:
         raise NotImplementedError
 
     def resting(self, time: float) -> Dependent:
-        """Return the motion for coming to rest, with loads and motions as they are at `time`."""
+        """Return the motion for coming to rest, with loads and motions stopped at `time`.
+
+        Here it is `self`; subclasses with velocities, loads or motions return a copy.
+        """
         return self
 
 
 def is_driven(motion: object) -> bool:
-    """Return whether a motion is prescribed and moves, as far as is known."""
+    """Return whether a motion is prescribed and moves; True for one of which it is not known."""
     return not (isinstance(motion, Dependent) or is_still(motion))
 
 
@@ -146,7 +149,14 @@ class Free(Dependent):
         return at_rest
 
     def nodes(self, where: str, slave: Slave, number: Number) -> NodeMover:
-        """Return nodes that are each a free mass."""
+        """Return nodes that are each a free mass, with the slave's masses if the motion has none.
+
+        Raises
+        ------
+        InputError
+            An inertia, a centre or a hold; no masses, masses that are not positive, masses or
+            velocities of another number than the slave's points.
+        """
         if self.inertia is not None or self.centre is not None or self.hold:
             raise InputError(
                 "nodes have a mass and a velocity only",
@@ -225,7 +235,13 @@ class Attached(Dependent):
 
 
 def checked_velocity(velocity: ArrayLike) -> FloatArray:
-    """Return a velocity (3,), or (n, 3) of nodes, that is finite."""
+    """Return a read-only velocity (3,), or (n, 3) of nodes.
+
+    Raises
+    ------
+    InputError
+        Another shape, or numbers that are not finite.
+    """
     vectors = as_numbers(velocity, "velocity")
     if vectors.ndim not in (1, 2) or vectors.shape[-1] != 3 or not np.isfinite(vectors).all():
         raise InputError(

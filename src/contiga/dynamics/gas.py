@@ -92,7 +92,10 @@ class Inflator:
 
     @property
     def kinks(self) -> FloatArray:
-        """Times (k,) at which the inflow has kinks or jumps; since firing if it has a trigger."""
+        """Times (k,) at which the inflow has kinks or jumps; since firing if it has a trigger.
+
+        They are the rows of both tables in turn, unsorted; a number counts as a row at time 0.
+        """
         return np.concatenate([self.mass_rate.x, self.temperature.x])
 
 
@@ -257,7 +260,10 @@ class Chamber:
         return np.concatenate([np.zeros(0), *kinks])
 
     def resting(self) -> Chamber:
-        """Return a copy without inflow, open vents or leaks."""
+        """Return a copy through which no gas flows: inflow, vent areas and leak are zero.
+
+        Inflators and vents stay, in the same order.
+        """
         still = copy(self)
         nothing = piecewise(np.zeros(1), np.zeros(1), 0.0, 0.0)
         for key, openings, flow in (
@@ -398,7 +404,10 @@ class Chambers:
         )
 
     def start(self, volumes: FloatArray) -> list[GasState]:
-        """Return the states of chambers with volumes (c,) at the start: gas as around them."""
+        """Return the states of chambers with volumes (c,) at the start: gas as around them.
+
+        Vents that need no pressure are marked as open.
+        """
         states = []
         for chamber, volume in zip(self.chambers, volumes.tolist(), strict=True):
             pressure, temperature, gas = chamber.surroundings
@@ -431,6 +440,8 @@ class Chambers:
         fired: Mapping[str, float] | None = None,
     ) -> list[GasState]:
         """Return the states of the chambers after a step of length `dt` that ends at `time`.
+
+        `states` are not changed, so that a step can be repeated.
 
         Parameters
         ----------
@@ -477,7 +488,7 @@ class Chambers:
         return capacity / (capacity - constant)
 
     def _energy(self, masses: FloatArray, temperature: float) -> float:
-        """Return the internal energy of masses (k,) at a temperature."""
+        """Return the internal energy Σ m (h − R T) of masses (k,) at a temperature."""
         pairs = zip(masses.tolist(), self.gases, strict=True)
         return sum(
             mass * (gas.enthalpy(temperature) - gas.constant * temperature) for mass, gas in pairs
@@ -488,7 +499,8 @@ class Chambers:
     ) -> Contents:
         """Return the contents of the chambers at the beginning of a step.
 
-        The arrays are new: a step may be rejected and repeated.
+        The arrays are new: a step may be rejected and repeated. Energies of surroundings, volumes
+        and temperatures of the rows to work in, and pressures are not initialised.
         """
         n = len(states)
         masses = np.empty((2 * n + 2, len(self.gases)))
@@ -521,7 +533,11 @@ class Chambers:
         )
 
     def _opening_table(self) -> OpeningTable:
-        """Return the table of vents and fabric for kernels."""
+        """Return the table of vents and fabric for kernels, in the order of `_openings`.
+
+        Areas of vents have the discharge coefficient in them. An opening to the surroundings leads
+        to the row of its own chamber's surroundings.
+        """
         areas: list[Curves] = []
         over_time, opens_at, opens_after = [], [], []
         for c, _, number in self._openings:
@@ -554,7 +570,10 @@ class Chambers:
         )
 
     def _inflator_table(self) -> InflatorTable:
-        """Return the table of inflators for kernels."""
+        """Return the table of inflators for kernels, chamber by chamber.
+
+        An inflator without a gas blows in that of its chamber's surroundings.
+        """
         every = [
             (c, inflator, inflator.gas or chamber.surroundings.gas)
             for c, chamber in enumerate(self.chambers)
@@ -580,7 +599,10 @@ def _clock_starts(triggers: Sequence[str | None], fired: Mapping[str, float]) ->
 
 
 def _threshold(name: str, value: float) -> float:
-    """Return the pressure or time at which a vent opens, which may be infinite."""
+    """Return the pressure or time at which a vent opens, which may be infinite.
+
+    An `InputError` is raised if it is no number, or NaN.
+    """
     try:
         number = float(real(value, name))
     except (TypeError, ValueError) as error:

@@ -108,7 +108,7 @@ class Contents(NamedTuple):
 
 
 def gas_table(gases: Sequence[Gas]) -> GasTable:
-    """Return the table of gases for kernels."""
+    """Return the table of gases for kernels; shorter polynomials are filled up with zeros."""
     first: list[int] = []
     highest: list[float] = []
     pieces: list[tuple[float, ...]] = []
@@ -128,6 +128,6 @@ def gas_table(gases: Sequence[Gas]) -> GasTable:
 
 
 def shares_of(gases: Sequence[Gas], gas: Gas | Mixture) -> list[float]:
-    """Return the mass fractions (k,) of `gases` in a gas or a mixture."""
+    """Return the mass fractions (k,) of `gases` in a gas or a mixture, 0 for those not in it."""
     fractions: Mapping[Gas, float] = dict(parts_of(gas))
     return [fractions.get(component, 0.0) for component in gases]

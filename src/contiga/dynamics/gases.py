@@ -79,7 +79,8 @@ class ThermallyPerfectGas:
     Raises
     ------
     InputError
-        A heat capacity that is not above R somewhere, a polynomial without its temperatures.
+        A heat capacity that is not above R at a row of the table, or at one of `N_SAMPLES`
+        temperatures of a polynomial; a polynomial without its temperatures, a table with them.
 
     Examples
     --------
@@ -137,7 +138,7 @@ class ThermallyPerfectGas:
                 )
 
     def heat_capacity(self, temperature: float) -> float:
-        """Return c_p at a temperature."""
+        """Return c_p at a temperature, energy by mass and kelvin; constant beyond both ends."""
         piece = self.pieces[bisect_right(self.temperatures, temperature)]
         return _polynomial(piece, temperature)
 
@@ -153,7 +154,10 @@ class ThermallyPerfectGas:
         return total
 
     def entropy(self, start: float, end: float) -> float:
-        """Return ∫ c_p/T dT between two temperatures, energy by mass and kelvin."""
+        """Return ∫ c_p/T dT between two temperatures, energy by mass and kelvin.
+
+        It is negative if `end` is below `start`.
+        """
         if end < start:
             return -self.entropy(end, start)
         total, low = 0.0, start
@@ -179,7 +183,8 @@ class Mixture:
 
     Parameters
     ----------
-    parts : (gas, share) pairs; the shares sum to one
+    parts : (gas, share) pairs; the shares sum to one within `SHARE_TOL`, and are scaled to do so
+        exactly
 
     Raises
     ------

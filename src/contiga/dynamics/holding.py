@@ -33,7 +33,7 @@ class Drive(NamedTuple):
     motion: BodyMotion
 
     def place(self, now: Instant, points: FloatArray, velocities: FloatArray) -> None:
-        """Write points and velocities (n, 3) of the driven degrees of freedom."""
+        """Write the driven degrees of freedom at a time into points and velocities (n, 3)."""
         X, twist = pose_at(self.motion, now.time), self.motion.twist(now.time)
         points_W, dofs = to_world(X, self.base), self.dofs[self.rows]
         velocities_W = twist.at(X[:3, 3], points_W)
@@ -43,6 +43,8 @@ class Drive(NamedTuple):
 
 def held_dofs(fixed: Any, slave: Slave, where: str) -> DofMask:
     """Return the mask (n, 3) of the degrees of freedom of a slave's points that are held.
+
+    Tables add up. Nodes by number, or a mask (n,), are held in all directions.
 
     Parameters
     ----------
@@ -55,7 +57,7 @@ def held_dofs(fixed: Any, slave: Slave, where: str) -> DofMask:
     Raises
     ------
     InputError
-        The argument is none of these, or no node is at a place.
+        The argument is none of these, a table has no place or more than one, or no node is at it.
     """
     held = np.zeros(slave.points.shape, np.bool_)
     if fixed is None:
@@ -80,9 +82,10 @@ def held_dofs(fixed: Any, slave: Slave, where: str) -> DofMask:
 
 
 def clamped_edges(fixed: Any, slave: Slave, where: str) -> list[tuple[int, str]]:
-    """Return patch and name of the edges of a slave of splines whose slope is held.
+    """Return patch and name of the edges of a slave of splines whose slope is held, each once.
 
-    All their nodes are at one place of `fixed` with ``"slope": True``.
+    All their nodes are at one place of `fixed` with ``"slope": True``. Without such a table the
+    list is empty; `fixed` need not be tables.
 
     Raises
     ------
@@ -112,7 +115,7 @@ def clamped_edges(fixed: Any, slave: Slave, where: str) -> list[tuple[int, str]]
 def drives_of(
     driven: Sequence[Mapping[str, Any]], held: DofMask, slave: Slave, where: str
 ) -> tuple[Drive, ...]:
-    """Return the drives of nodes of a slave, whose degrees of freedom `held` (n, 3) are held.
+    """Return one drive a table for nodes of a slave, which move from their places in the slave.
 
     Parameters
     ----------
@@ -200,7 +203,7 @@ def attachment_hosts(
 
 
 def _tables_of(fixed: Any) -> Sequence[Mapping[str, Any]] | None:
-    """Return one table, or the tables of a list; None if `fixed` is neither."""
+    """Return one table, or the tables of a list; None if `fixed` is neither, or an empty list."""
     tables = [fixed] if isinstance(fixed, Mapping) else fixed
     is_list = isinstance(tables, Sequence) and len(tables) > 0
     return tables if is_list and all(isinstance(table, Mapping) for table in tables) else None
@@ -209,7 +212,10 @@ def _tables_of(fixed: Any) -> Sequence[Mapping[str, Any]] | None:
 def _dofs_of_table(
     table: Mapping[str, Any], other_keys: tuple[str, ...], slave: Slave, where: str
 ) -> DofMask:
-    """Return the mask (n, 3) of the degrees of freedom that one table selects."""
+    """Return the mask (n, 3) of the degrees of freedom that one table selects.
+
+    Without ``"hold"`` they are all three of a node; without a place, those of all nodes.
+    """
     key = place_of(table, ("hold", *other_keys), where)
     names = held_names(table.get("hold", DIRECTIONS), DIRECTIONS, f"{where}: hold")
     axes = np.array([axis in names for axis in DIRECTIONS])
@@ -217,7 +223,7 @@ def _dofs_of_table(
 
 
 def held_names(hold: Any, allowed_names: tuple[str, ...], where: str) -> tuple[str, ...]:
-    """Return the names in `hold`, in the order of `allowed_names`.
+    """Return the names in `hold`, a string or several, once each in the order of `allowed_names`.
 
     Raises
     ------

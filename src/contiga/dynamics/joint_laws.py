@@ -150,7 +150,10 @@ class JointLaw:
             )
 
     def begin(self, value: float, rate: float) -> JointLawState:
-        """Return the state at the start, at a coordinate and its rate; no energy is lost yet."""
+        """Return the state at the start, at a coordinate and its rate.
+
+        The curve is loaded from zero up to there; friction is without force, and no energy lost.
+        """
         state = self.step(_AT_REST, value, rate)
         return self.begun(
             state._replace(  # friction sticks where it starts
@@ -166,7 +169,10 @@ class JointLaw:
         return state._replace(hysteresis=0.0, damping=0.0, friction=0.0)
 
     def step(self, last: JointLawState, value: float, rate: float) -> JointLawState:
-        """Return the state after a step from `last` to a coordinate `value`, at `rate`."""
+        """Return the state after a step from `last` to a coordinate `value`, at `rate`.
+
+        Losses are summed up since the start.
+        """
         change = value - last.value
         curve, stop = self._curve_response(last, value), self._stop_response(value)
         trial = last.stuck + self.friction_slope * change
@@ -203,7 +209,10 @@ class JointLaw:
         return None if self.stop_curve is None else SpringLaw(self.stop_curve, None)
 
     def _curve_response(self, last: JointLawState, value: float) -> Response:
-        """Return force and energies of the curve; hysteresis loads each sign from zero."""
+        """Return force and energies of the curve in a step from `last`; slack without a curve.
+
+        Hysteresis loads each sign of the coordinate from zero.
+        """
         if self._law is None:
             return SLACK
         if self.hysteresis is None:
@@ -217,7 +226,7 @@ class JointLaw:
         return max(self.stops[0] - value, value - self.stops[1], 0.0)
 
     def _stop_response(self, value: float) -> Response:
-        """Return force and energies of the stops."""
+        """Return force and energies of the stops, elastic; slack between them."""
         depth = self._stop_depth(value)
         if self._stop_law is None or depth == 0.0:
             return SLACK

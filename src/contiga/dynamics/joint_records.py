@@ -108,7 +108,10 @@ _work = _WorkBySize()
 
 
 def work_for(table: JointTable, b: int) -> JointWork:
-    """Return work arrays for the joints of `b` free bodies, valid until this thread's next call."""
+    """Return work arrays for the joints of `b` free bodies, valid until this thread's next call.
+
+    They are kept for each thread and size, and hold whatever the last call left in them.
+    """
     g, m = len(table.bodies), len(table.constraints)
     if (work := _work.by_size.get((g, m, b))) is not None:
         return work

@@ -228,7 +228,10 @@ class Joint:
 
 
 def _pair_of(where: str, vectors: ArrayLike) -> FloatArray:
-    """Return (2, 3) from one vector for both bodies, or one for each."""
+    """Return (2, 3) from one vector for both bodies, or one for each, read-only.
+
+    An `InputError` is raised for another shape, or numbers that are not finite.
+    """
     allowed = "(3,) for both bodies, or (2, 3) one each"
     pair = as_numbers(vectors, where, "must be three numbers, or three for each body", allowed)
     if pair.shape not in ((3,), (2, 3)) or not np.isfinite(pair).all():
@@ -242,7 +245,11 @@ def _pair_of(where: str, vectors: ArrayLike) -> FloatArray:
 
 
 def _axes_of(kind: str, axis: ArrayLike | None) -> FloatArray:
-    """Return the unit axes (2, 3) of a joint on both bodies."""
+    """Return the unit axes (2, 3) of a joint on both bodies; z if it needs none.
+
+    An `InputError` is raised for a missing axis, one without length, axes of a universal joint
+    with a sine below `_MIN_SINE`, and axes at 90° or more where the kind aligns them.
+    """
     axes_needed = KINDS[kind].axes
     if axis is None and axes_needed:
         raise InputError(
@@ -280,14 +287,17 @@ def _axes_of(kind: str, axis: ArrayLike | None) -> FloatArray:
 
 
 def _axes_with(third: FloatArray, towards: FloatArray) -> FloatArray:
-    """Return right-handed axes, one a row, with a given third and the first nearest a direction."""
+    """Return right-handed axes, one a row, with a given third and the first nearest a direction.
+
+    They are NaN if the direction is parallel to the third.
+    """
     first = towards - float(product(towards, third)) * third
     first = first / length(first)
     return np.array([first, cross(third, first), third])
 
 
 def _rotate(axes: FloatArray, axis: FloatArray, angle: float) -> FloatArray:
-    """Rotate axes, one a row, about a unit axis by an angle (Rodrigues)."""
+    """Return axes, one a row, rotated about a unit axis by an angle (Rodrigues)."""
     c, s = math.cos(angle), math.sin(angle)
     parallel = product(axes, axis)[:, None] * axis
     return np.asarray(parallel + c * (axes - parallel) + s * cross(np.tile(axis, (3, 1)), axes))

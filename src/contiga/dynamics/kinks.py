@@ -21,7 +21,9 @@ TIME_TOL = 1e-9
 
 
 def bends_of(times: FloatArray, values: FloatArray) -> FloatArray:
-    """Return the `times` (n,) that end steps, for a function linear between rows `values` (n, d).
+    """Return the `times` (k,) that end steps, for a function linear between rows `values` (n, d).
+
+    The first and the last are among them.
 
     >>> t = np.arange(6.0)
     >>> bends_of(t, np.array([[0.0], [0.0], [1.0], [2.0], [3.0], [0.0]])).tolist()
@@ -41,6 +43,8 @@ def bends_of(times: FloatArray, values: FloatArray) -> FloatArray:
 def jumps_of(times: FloatArray, rates: FloatArray) -> FloatArray:
     """Return the times (k,) that end steps, for rates (n − 1, d) constant between `times` (n,).
 
+    The first and the last are among them.
+
     >>> jumps_of(np.arange(4.0), np.array([[2.0], [2.0], [-1.0]])).tolist()
     [0.0, 2.0, 3.0]
     """
@@ -55,7 +59,10 @@ def jumps_of(times: FloatArray, rates: FloatArray) -> FloatArray:
 
 
 def merge_kinks(kinks: Iterable[Iterable[float]], start: float, end: float) -> tuple[float, ...]:
-    """Return all kinks between two times, rising, none closer than `TIME_TOL` to another."""
+    """Return all kinks strictly between two times, rising, the first of those that nearly agree.
+
+    Kinks closer than `TIME_TOL` of the span to the one before, or to an end, are dropped.
+    """
     tol, times = TIME_TOL * (end - start), [start]
     for time in sorted({float(t) for source in kinks for t in source}):
         if time > times[-1] + tol and time < end - tol:
@@ -70,8 +77,9 @@ def _norms(rows: FloatArray) -> FloatArray:
 def _thinned(
     times: FloatArray, integrals: FloatArray, deviation: Callable[[int, int], float]
 ) -> FloatArray:
-    """Return the rows of a table that remain if each skips as many as a line may replace.
+    """Return the times (k,) of the rows that remain if each skips as many as a line may replace.
 
+    How many is searched by doubling and halving, so that a longer straight stretch may be missed.
     `integrals` (n − 1,) are ∫|f| dt of the pieces, `deviation` is ∫|f − line| dt between two rows.
     """
     if len(times) < 3:

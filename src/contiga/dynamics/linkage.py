@@ -122,10 +122,10 @@ class _Constraints(NamedTuple):
 
 
 def _constraints(joints: Mapping[str, Joint], rows: NDArray[np.int32]) -> _Constraints:
-    """Order the constraint rows, and find which of them free bodies couple.
+    """Return the constraint rows in an order of small envelope, and which of them bodies couple.
 
-    The envelope of their matrix is small in this order (E. Cuthill and J. McKee, 1969). `rows` (g,
-    2) are the bodies of the joints.
+    Joints that share a free body are neighbours (reverse order of E. Cuthill and J. McKee, 1969).
+    `rows` (g, 2) are the free bodies of the joints, −1 for others.
     """
     from scipy.sparse import csr_array
     from scipy.sparse.csgraph import reverse_cuthill_mckee
@@ -265,7 +265,8 @@ class Linkage:
     def fit(self, start: FloatArray, poses: FloatArray) -> Fit:
         """Close all joints by the smallest motions of the free bodies, weighted by their masses.
 
-        Velocities and spins stay as given: `react` makes them compatible with the joints.
+        Velocities and spins stay as given: `react` makes them compatible with the joints. Joints
+        that cannot be closed are in `Fit.gaps`; nothing is raised, and `start` is not changed.
 
         Parameters
         ----------
@@ -300,9 +301,10 @@ class Linkage:
         return Fit(rows, moved, turned, misfit, gaps, *self._redundancy(work.jacobian))
 
     def _redundancy(self, jacobian: FloatArray) -> _Redundancy:
-        """Find dependent constraints from the rank of their derivatives (m, 2, 6).
+        """Count the dependent constraints by the rank of their derivatives (m, 2, 6).
 
-        Each derivative is divided by the root of its mass or moment of inertia and normalised.
+        Each derivative is divided by the root of the body's mass or middle moment of inertia, each
+        row by its norm. Singular values up to `_RANK_TOL` of the largest count as zero.
         """
         table, fixed = self.table, self.fixed
         weighted = np.zeros((len(table.constraints), len(fixed), 6))
@@ -332,10 +334,12 @@ class Linkage:
     ) -> float:
         """Correct the drift of the free bodies in place so that all joints are closed.
 
+        Joints that stay open raise nothing: the result tells of them, and `worst` names one.
+
         Parameters
         ----------
         last, last_poses : (b, 19) free bodies and (n, 4, 4) poses of all bodies before the step
-        free : free bodies after the drift; changed
+        free : free bodies after the drift; rows, poses and predicted twists are changed
         poses : (n, 4, 4) after the step; those of driven bodies are used
         dt : length of the step, time, > 0
 
@@ -352,9 +356,10 @@ class Linkage:
         )
 
     def worst(self, free: Placed, poses: FloatArray) -> Misfit:
-        """Return the joint farthest from closed.
+        """Return the joint with the largest misfit; lengths and sines are compared as they are.
 
-        `free` are free bodies, `poses` (n, 4, 4) those of driven ones.
+        A misfit that is not finite is the largest. `poses` (n, 4, 4) are of all bodies, but only
+        those of driven ones are used.
         """
         work = work_for(self.table, len(free.rows))
         joints_nb.misfits(free.rows, poses, self.fixed, self.table, work)
@@ -366,7 +371,8 @@ class Linkage:
     ) -> Reaction:
         """Project the velocities of the free bodies onto the constraints, in place.
 
-        Reactions are added to the forces on the bodies.
+        Reactions make their accelerations fulfil the constraints, and are added to the forces in
+        `free.rows`.
 
         Parameters
         ----------
@@ -385,7 +391,8 @@ class Linkage:
     ) -> JointStates:
         """Return the joints as measured from poses (n, 4, 4) and twists (n, 6) of all bodies.
 
-        Laws and reactions are those of `last`, or zeros at the start, where `last` is None.
+        Angles continue those of `last` beyond ±π, or the `start` of the laws where it is None, at
+        the start. Laws and reactions are those of `last`, or zeros.
         """
         g, c = len(self.names), len(self.coordinates)
         values = self._starts.copy() if last is None else last.values.copy()
@@ -398,7 +405,10 @@ class Linkage:
         return JointStates(values, rates, ways, points, reactions, laws)
 
     def with_laws(self, last: JointStates | None, now: JointStates) -> JointStates:
-        """Return the joints `now` with their laws advanced from `last`; None at the start."""
+        """Return a copy of the joints `now` with their laws advanced from `last`.
+
+        `last` is None at the start, where the laws begin.
+        """
         laws = np.empty((len(self.laws), _LAW_FIELDS))
         for k, entry in enumerate(self.laws):
             value, rate = float(now.values[entry.number]), float(now.rates[entry.number])
@@ -427,7 +437,8 @@ def check_fit(linkage: Linkage, fit: Fit) -> None:
     Raises
     ------
     InputError
-        Such a joint, with the misfit that remains and the joints that contradict each other.
+        The first joint without a free body; else the joint with the largest misfit, with that
+        misfit and the joints that contradict each other.
     """
     for name, rows in zip(linkage.names, linkage.table.rows.tolist(), strict=True):
         if max(rows) < 0:

@@ -107,7 +107,7 @@ class Load:
 
     @property
     def span(self) -> tuple[float, float] | None:
-        """First and last time that its table covers; None for a constant load."""
+        """First and last time that both its tables cover, or its one; None for a constant load."""
         tables = [table for table in (self.force, self.moment) if isinstance(table, Pieces)]
         if not tables:
             return None
@@ -142,7 +142,11 @@ def value_at(load: FloatArray | Pieces, t: float) -> FloatArray:
 
 
 def vector_over_time(values: ArrayLike | None, name: str, smooth: bool) -> FloatArray | Pieces:
-    """Return a constant vector (3,), zero for None, or the vector over time of a table."""
+    """Return a constant vector (3,), zero for None, or the vector over time of a table.
+
+    `name` is "force" or "moment". An `InputError` is raised for neither a vector nor two rows or
+    more.
+    """
     if values is None:
         return read_only(np.zeros(3))
     try:

@@ -46,12 +46,18 @@ MIN_WEIGHT = 1e-12
 
 
 def moved_by(matter: Matter, nodes: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """Return the mask (m, 3) of degrees of freedom that move nodes of the mask (n, 3)."""
+    """Return the mask (m, 3) of degrees of freedom that move nodes of the mask (n, 3).
+
+    Their weights in N, summed over these nodes, are above `MIN_WEIGHT`.
+    """
     return np.asarray(matter.spread(nodes.astype(np.float64)) > MIN_WEIGHT)
 
 
 def nodal_masses(matter: Matter, n: int) -> FloatArray:
-    """Return the masses (n,) of nodes: those of degrees of freedom, shared by weights in N."""
+    """Return the masses (n,) of nodes: those of degrees of freedom, shared by weights in N.
+
+    The mass of a degree of freedom that moves no node is lost.
+    """
     sums = matter.spread(np.ones((n, 3)))[:, 0]
     share = np.divide(matter.mass, sums, out=np.zeros(len(sums)), where=sums > MIN_WEIGHT)
     return np.ascontiguousarray(matter.points(np.repeat(share[:, None], 3, axis=1))[:, 0])
@@ -63,6 +69,7 @@ class Places(NamedTuple):
     held: NDArray[np.bool_]
     """(n, 3) degrees of freedom that no force moves: held, driven or attached to bodies."""
     drives: tuple[Drive, ...]
+    """Nodes that motions drive, with rows and places of nodes."""
     hosts: NDArray[np.int32]
     """(n,) number of the body that each node is attached to, −1 for none."""
 
@@ -77,6 +84,9 @@ def mapped(
     motion: object,
 ) -> MappedNodes:
     """Return nodes x = N q, with places and loads of the nodes transferred to q.
+
+    All degrees of freedom that move a held, driven or attached node are held, driven or attached;
+    an attached one in all three directions. `velocity` (3,) holds for all that are free.
 
     Raises
     ------
@@ -124,7 +134,10 @@ def mapped(
 
 
 def _add_held(where: str, dofs: NDArray[np.bool_], held: NDArray[np.bool_]) -> None:
-    """Add degrees of freedom (m, 3) to those in `held`, and refuse any that is there already."""
+    """Write degrees of freedom (m, 3) into `held`.
+
+    An `InputError` is raised if any is there already.
+    """
     is_shared = (dofs & held).any(axis=1)
     if is_shared.any():
         raise InputError(
@@ -144,7 +157,7 @@ class SpreadForces(NamedTuple):
     nodal: Forces
 
     def __call__(self) -> FloatArray:
-        """Return the forces (m, 3) on degrees of freedom."""
+        """Return the forces (m, 3) on degrees of freedom, with any that act on these directly."""
         force, direct = self.matter.spread(self.nodal()), self.nodal.on_dofs()
         return force if direct is None else force + direct
 
@@ -152,7 +165,7 @@ class SpreadForces(NamedTuple):
         """Return None: the forces are on degrees of freedom already."""
 
     def listed(self) -> ListedForces:
-        """Return the forces on all degrees of freedom."""
+        """Return the forces on all degrees of freedom, zeros among them."""
         force = np.ascontiguousarray(self())
         return ListedForces(np.arange(len(force), dtype=np.int32), force)
 
@@ -271,7 +284,10 @@ class MappedNodes(NodeMover):
         return self.dofs.kick_energy(self._of(state), self._spread(forces), gravity)
 
     def inside(self, state: SlaveState) -> Sequence[KindFields]:
-        """See `NodeMover`: for matter that has `nodal_fields`, with one element for each node."""
+        """See `NodeMover`: the matter's `nodal_fields`, () if it has none.
+
+        Each node is an element of its own, of weight 1, with the fields interpolated by N.
+        """
         nodal_fields = getattr(self.matter, "nodal_fields", None)
         if nodal_fields is None:
             return ()
@@ -287,7 +303,7 @@ class MappedNodes(NodeMover):
         return [KindFields(np.arange(n, dtype=np.int32)[:, None], np.ones(n), fields)]
 
     def reached(self, state: SlaveState) -> Sequence[LargestStrain]:
-        """Return the largest strains of tables of materials since the start."""
+        """See `NodeMover`: the largest strains of material tables; () if matter has none."""
         return self.dofs.reached(self._of(state))
 
     def rates(self, state: SlaveState) -> tuple[float, float]:

@@ -112,7 +112,13 @@ class Pressure(_OverTime):
         object.__setattr__(self, "on", dict(on or {}))
 
     def nodes(self, slave: Slave, where: str) -> NodalForces:
-        """Return the load on the facets of a slave."""
+        """Return the load on the facets of a slave.
+
+        Raises
+        ------
+        InputError
+            A slave without facets, an invalid place, or no facet with all its corners there.
+        """
         key = place_of(self.on, (), where)
         facets = facets_at(key, self.on.get(key or ""), slave, where)
         if slave.facets is None or not facets.any():
@@ -159,7 +165,13 @@ class NodalForce(_OverTime):
         put(self, "on", dict(on or {}))
 
     def nodes(self, slave: Slave, where: str) -> NodalForces:
-        """Return the load on the nodes of a slave."""
+        """Return the load on the nodes of a slave, with shares by their areas at rest.
+
+        Raises
+        ------
+        InputError
+            See `shares_at`.
+        """
         key = place_of(self.on, (), where)
         return _Shared(self, shares_at(key, self.on.get(key or ""), slave, where))
 
@@ -195,7 +207,10 @@ class _OnFacets(NamedTuple):
     skin: SkinCorners
 
     def at(self, points: FloatArray, time: float) -> FloatArray:
-        """Return −p ∫ N n dA at the corners of faces, −p times the gradient of their volume."""
+        """Return −p ∫ N n dA at the corners of faces, −p times the gradient of their volume.
+
+        The pressure is zero outside its rows.
+        """
         pressure = float(value_at(self.load.value, time)[0])
         if pressure == 0.0:
             return np.zeros(points.shape)
@@ -212,5 +227,5 @@ class _Shared(NamedTuple):
     """(n,) of each node, 1 in total."""
 
     def at(self, points: FloatArray, time: float) -> FloatArray:
-        """Return the share of each node."""
+        """Return the share (n, 3) of each node in the force; zero outside the force's rows."""
         return self.shares[:, None] * value_at(self.load.value, time)

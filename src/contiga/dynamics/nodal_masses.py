@@ -17,7 +17,7 @@ from contiga.slaves.slave import Slave
 
 
 def lumped_masses(masses: Sequence[Mapping[str, Any]], slave: Slave, where: str) -> FloatArray:
-    """Return the sum (n,) of the lumped masses on each node of a slave.
+    """Return the sum (n,) of the lumped masses on each node of a slave; zeros without tables.
 
     Parameters
     ----------
@@ -72,7 +72,7 @@ def check_carried(lumped: FloatArray, carriers: NDArray[np.intp], slave: Slave, 
     Raises
     ------
     InputError
-        A mass on another node, which does not move.
+        A mass above zero on another node, which does not move; the lowest one is named.
     """
     bare = np.setdiff1d(np.flatnonzero(lumped), carriers)
     if len(bare):

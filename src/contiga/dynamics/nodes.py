@@ -101,12 +101,14 @@ class Instant(NamedTuple):
 
 
 class NodeEnergies(NamedTuple):
-    """Kinetic and strain energy of the nodes of a slave, and their losses since the start."""
+    """Energies of the nodes of a slave at one time, and their losses since the start."""
 
     kinetic: float = 0.0
     strain: float = 0.0
     hourglass: float = 0.0
+    """Energy stored in hourglass springs."""
     viscosity: float = 0.0
+    """The first of the losses."""
     hysteresis: float = 0.0
     damping: float = 0.0
 
@@ -202,7 +204,10 @@ class NodeMover:
         return drifted
 
     def with_carried_nodes(self, state: SlaveState, now: Instant) -> SlaveState:
-        """Return the state in which nodes fixed to bodies have the final velocities of these."""
+        """Return the state in which nodes fixed to bodies move as these do at the end of the step.
+
+        Here, without such nodes, it is `state` itself.
+        """
         return state
 
     def energy(self, state: SlaveState) -> NodeEnergies:
@@ -223,7 +228,8 @@ class NodeMover:
     def square_bound(self, rows: IndexArray, stiffness: FloatArray) -> float:
         """Return an upper bound of ω² of springs (k,) from nodes (k,) to fixed points.
 
-        For dashpots it bounds the decay rate.
+        For dashpots it bounds the decay rate. `rows` are different nodes; as many as there are
+        nodes must be all of them, in order.
         """
         assert self.mass is not None
         mass = self.mass if len(rows) == len(self.mass) else self.mass[rows]
@@ -253,13 +259,13 @@ class NodeMover:
         return 0.0, 0.0
 
     def gravity_work(self, last: SlaveState, now: SlaveState, gravity: FloatArray) -> float:
-        """Return the work of gravity on the nodes in a step."""
+        """Return the work of gravity on the nodes in a step; 0 if forces do not move them."""
         return 0.0
 
     def motion_work(
         self, last: SlaveState, now: SlaveState, before: Forces, forces: Forces
     ) -> float:
-        """Return the work of driving motions in a step, from the forces at its start and end."""
+        """Return the work of motions and loads in a step, from the contact forces at both ends."""
         return 0.0
 
     def without_velocities(self, state: SlaveState) -> SlaveState:
@@ -267,7 +273,10 @@ class NodeMover:
         return state
 
     def restarted(self, rest: SlaveState, now: Instant) -> SlaveState:
-        """Return the nodes at the start of a run from `rest`, their state of equilibrium."""
+        """Return the nodes at the start of a run from `rest`, their state of equilibrium.
+
+        Nodes without elements start where their motion says, whatever `rest` is.
+        """
         return self.start(now)
 
     def imbalance(self, state: SlaveState, forces: Forces, gravity: FloatArray) -> Imbalance:
@@ -277,7 +286,11 @@ class NodeMover:
     def with_mixed_velocities(
         self, state: SlaveState, forces: Forces, gravity: FloatArray, share: float
     ) -> SlaveState:
-        """Return the state with a share of the velocities turned into the forces (FIRE)."""
+        """Return the state with a share of the velocities turned towards the accelerations (FIRE).
+
+        That share has the kinetic energy of all velocities. Only deforming nodes are changed; also
+        they are not without velocities or without forces.
+        """
         return state
 
     def velocity_energy(self, state: SlaveState) -> float:
@@ -289,12 +302,12 @@ class NodeMover:
         return self.velocity_energy(SlaveState(now.points, (now.points - last.points) / dt))
 
     def digest(self, digest: Any, times: FloatArray) -> None:
-        """Add everything that decides the motion of the nodes."""
+        """Add everything that decides the motion of the nodes at `times` (t,) to `digest`."""
         raise NotImplementedError
 
 
 def velocities_on(now: Instant, host: int, points: FloatArray) -> FloatArray:
-    """Return the velocities (k, 3) of points (k, 3) that are fixed to a body."""
+    """Return the velocities (k, 3) of points (k, 3) that are fixed to a body, world axes."""
     twist, origin = now.twists[host], now.poses[host, :3, 3]
     return np.asarray(twist[:3] + np.cross(twist[3:], points - origin))
 
@@ -314,7 +327,7 @@ class DrivenNodes(NodeMover):
     """Shape that the arrays of the motion must have."""
 
     def start(self, now: Instant) -> SlaveState:
-        """See `NodeMover`: by the motion, checked since it may be a user's."""
+        """See `NodeMover`: by the motion; an `InputError` is raised for rows of another shape."""
         state = SlaveState(self.motion.points(now.time), self.motion.velocities(now.time))
         for method, rows in zip(state._fields, state, strict=True):
             if np.shape(rows) != self.shape:
@@ -333,7 +346,10 @@ class DrivenNodes(NodeMover):
     def motion_work(
         self, last: SlaveState, now: SlaveState, before: Forces, forces: Forces
     ) -> float:
-        """Return the work of the motion against the mean of the forces."""
+        """See `NodeMover`: the work against the mean of the forces.
+
+        Displacements that are not finite do not count.
+        """
         displacement = now.points - last.points
         if not displacement.any():
             return 0.0
@@ -346,6 +362,10 @@ class DrivenNodes(NodeMover):
 
 
 def _digest_motion(digest: Any, motion: SlaveMotion, times: FloatArray) -> None:
+    """Add the poses of a moved motion at all times and its base, else up to `_MAX_SAMPLES` points.
+
+    Samples are at evenly spaced rows of `times`, with both ends.
+    """
     if isinstance(motion, Moved):
         digest.arrays("carried", *(pose_at(motion.motion, float(t)) for t in times))
         if isinstance(motion.base, np.ndarray):

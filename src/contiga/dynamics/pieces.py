@@ -56,7 +56,10 @@ class Pieces:
         return self.coefficients, first, _derivative(first)
 
     def kinks(self, order: int = 0) -> FloatArray:
-        """Return the times at which steps end so that the derivative of `order` is resolved."""
+        """Return the times at which steps must end so that the derivative of `order` is resolved.
+
+        They are bends of the table by `bends_of`; curved pieces are cut into `_N_SAMPLES` parts.
+        """
         rows, times = self._derivatives[order], np.array(self.times)
         is_curved = rows.shape[1] > 2 and rows[:, 2:].any()
         shares = np.arange(_N_SAMPLES) / _N_SAMPLES if is_curved else np.zeros(1)
@@ -85,7 +88,10 @@ class Pieces:
 
 
 def pieces_between(times: FloatArray, rows: FloatArray, *, smooth: bool) -> Pieces:
-    """Return the function through `rows` (n, 3) at `times` (n,), linear or monotone cubic."""
+    """Return the function through `rows` (n, 3) at `times` (n,), n ≥ 2; `smooth` is cubic.
+
+    The cubics are monotone between rows, see the head of the module.
+    """
     instants = tuple(times.tolist())
     if smooth:
         from scipy.interpolate import PchipInterpolator
@@ -97,7 +103,7 @@ def pieces_between(times: FloatArray, rows: FloatArray, *, smooth: bool) -> Piec
 
 
 def _derivative(coefficients: FloatArray) -> FloatArray:
-    """Return the coefficients of the derivative, one row or more."""
+    """Return the coefficients of the derivative; of a constant, one row of zeros."""
     count = coefficients.shape[1]
     if count == 1:
         return np.zeros_like(coefficients)

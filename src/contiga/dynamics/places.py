@@ -23,7 +23,7 @@ Mask = NDArray[np.bool_]
 
 
 def place_of(table: Mapping[str, Any], other_keys: tuple[str, ...], where: str) -> str | None:
-    """Return the key of a table that selects nodes; None if the table is for all nodes.
+    """Return the key of a table that selects nodes; None if it has none.
 
     Raises
     ------
@@ -58,7 +58,8 @@ def nodes_at(key: str | None, value: Any, slave: Slave, where: str) -> Mask:
         (2, 3) a point and the normal; "side" a direction and an angle in degrees, of the normals of
         facets; "layer" a direction, with the depth below the outermost node along it; "curve" a
         `NurbsCurve` that they lie on; "edge" of a slave of splines "u0", "u1", "v0" or "v1", or
-        one of these with the number of the patch, from 0
+        one of these with the number of the patch, from 0. Boxes, planes, layers and curves have a
+        tolerance of `PLACE_TOL` times the diagonal of the slave's box
     where : for messages
     slave : slave with the nodes
 
@@ -107,7 +108,7 @@ def nodes_at(key: str | None, value: Any, slave: Slave, where: str) -> Mask:
 
 
 def box_text(points: FloatArray) -> str:
-    """Return the bounding box of points (n, 3) in words."""
+    """Return the bounding box of points (n, 3) in words, "from [x, y, z] to [x, y, z]"."""
     low, high = np.round([points.min(axis=0), points.max(axis=0)], 6).tolist()
     return f"from {low} to {high}"
 
@@ -115,7 +116,13 @@ def box_text(points: FloatArray) -> str:
 def facets_at(key: str | None, value: Any, slave: Slave, where: str) -> Mask:
     """Return the mask (m,) of facets all of whose corners are at a place; all if `key` is None.
 
-    For the halves of a quadrilateral all four corners count.
+    For the halves of a quadrilateral all four corners count. At a "side" are the facets that face
+    its direction themselves.
+
+    Raises
+    ------
+    InputError
+        A slave without facets; see `nodes_at`. A place with nodes but no whole facet is no error.
     """
     if slave.facets is None:
         raise InputError("a slave without facets has no surface", where=where, found="a cloud")
@@ -128,7 +135,13 @@ def facets_at(key: str | None, value: Any, slave: Slave, where: str) -> Mask:
 
 
 def mask_of(nodes: NDArray[Any], count: int, where: str) -> Mask:
-    """Return the mask (n,) of nodes given by a mask or by their numbers."""
+    """Return the mask (n,) of nodes given by a mask or by their numbers, as a new array.
+
+    Raises
+    ------
+    InputError
+        Neither, no number at all, or one outside 0 … n − 1.
+    """
     if nodes.dtype == np.bool_ and nodes.shape == (count,):
         return nodes.copy()
     if nodes.dtype.kind not in "iu" or nodes.ndim != 1 or not nodes.size:
@@ -152,7 +165,11 @@ def mask_of(nodes: NDArray[Any], count: int, where: str) -> Mask:
 
 
 def _facets_facing(value: Any, slave: Slave, where: str) -> Mask:
-    """Return the mask (m,) of facets whose normals are within an angle of a direction."""
+    """Return the mask (m,) of facets whose normals are within an angle of a direction.
+
+    `value` is a direction and degrees. An `InputError` is raised for a slave without facets; see
+    `faces_to` for others.
+    """
     direction, angle = _direction_and_number(value, where)
     if slave.facets is None:
         raise InputError("a slave without facets has no side", where=where, found="a cloud")
@@ -161,7 +178,11 @@ def _facets_facing(value: Any, slave: Slave, where: str) -> Mask:
 
 
 def _nodes_of_edge(value: Any, slave: Slave, where: str) -> IntArray:
-    """Return the numbers (k,) of the nodes on an edge of a patch."""
+    """Return the numbers (k,) of the nodes on an edge of a patch: its name, or name and patch.
+
+    An `InputError` is raised for another value, a name alone if there are several patches, and a
+    slave without splines.
+    """
     if slave.surfaces is None:
         raise InputError(
             "only a slave of splines has edges of patches",
@@ -183,7 +204,10 @@ def _nodes_of_edge(value: Any, slave: Slave, where: str) -> IntArray:
 
 
 def _direction_and_number(value: Any, where: str) -> tuple[FloatArray, float]:
-    """Return a direction (3,) and an angle or a depth, ≥ 0."""
+    """Return a direction (3,), as it is given, and an angle or a depth, ≥ 0.
+
+    An `InputError` is raised for anything else, or a direction without length.
+    """
     try:
         direction, number = np.asarray(real(value[0]), dtype=np.float64), float(value[1])
         is_vector = direction.shape == (3,) and bool(np.isfinite(direction).all())
@@ -201,7 +225,7 @@ def _direction_and_number(value: Any, where: str) -> tuple[FloatArray, float]:
 
 
 def _two_rows(value: Any, where: str) -> FloatArray:
-    """Return two finite vectors (2, 3)."""
+    """Return two finite vectors (2, 3); an `InputError` is raised for anything else."""
     real(value, where)
     try:
         rows = np.asarray(value, dtype=np.float64)

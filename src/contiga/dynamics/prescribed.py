@@ -64,34 +64,47 @@ class SlaveMotion(Protocol):
 
 
 def pose_at(motion: BodyMotion, t: float) -> FloatArray:
-    """Return X_WB (4, 4) of a motion at time `t`; checked, since the motion may be a user's own."""
+    """Return X_WB (4, 4) of a motion at time `t`; checked, since the motion may be a user's own.
+
+    An error of `checked_pose` names the motion and the time.
+    """
     return checked_pose(motion.pose(t), f"{type(motion).__name__}.pose({t:g})")
 
 
 def kinks_in(motion: object) -> FloatArray:
-    """Return the times (k,) at which steps end so that a motion is resolved."""
+    """Return the times (k,) at which steps end so that a motion or load is resolved.
+
+    They are its `kinks`, unsorted; none without that property.
+    """
     return np.asarray(getattr(motion, "kinks", ()), dtype=np.float64).reshape(-1)
 
 
 def rows_in(motion: object) -> FloatArray:
-    """Return the times (k,) of the rows of a motion's tables, between which it is smooth."""
+    """Return the times (k,) of the rows of a motion's tables, between which it is smooth.
+
+    They are its `rows`, unsorted; none without that property.
+    """
     return np.asarray(getattr(motion, "rows", ()), dtype=np.float64).reshape(-1)
 
 
 def is_known_ahead(motion: object) -> bool:
-    """Return whether a motion can be evaluated ahead of time; a user's may come from a solver."""
+    """Return whether a motion says that it can be evaluated ahead of time.
+
+    A user's own, without `known_ahead`, may come from a solver, and cannot.
+    """
     return bool(getattr(motion, "known_ahead", False))
 
 
 def is_still(motion: object) -> bool:
-    """Return whether a motion is known to be at rest."""
+    """Return whether a motion says that it is at rest; False for one without `still`."""
     return bool(getattr(motion, "still", False))
 
 
 def _rate_jumps(times: FloatArray, increments: FloatArray) -> FloatArray:
     """Return the times at which rates jump, of a motion by `increments` (n − 1, d) between rows.
 
-    The first and the last time are among them: there the motion begins and stops.
+    Jumps too small for a step to resolve are left out (`jumps_of`). The first and the last time are
+    among them: there the motion begins and stops.
     """
     if len(times) < 2:
         return times
@@ -238,7 +251,7 @@ class Poses:
         """Make poses from rows t, x, y, z, qw, qx, qy, qz.
 
         Quaternions are normalised, as they may have few digits. One whose length differs from 1 by
-        more than 1 % is refused: most likely its columns are in another order.
+        more than 1 % raises an error: most likely its columns are in another order.
         """
         rows = table_of(table, POSE_COLUMNS)
         rotations = quaternion.as_unit(rows[:, 4:], tolerance=_QUATERNION_TOL)
@@ -283,7 +296,7 @@ class Poses:
 
     @property
     def kinks(self) -> FloatArray:
-        """Times at which steps must end so that no part of the table is lost."""
+        """Times at which steps must end for the positions, then those for the rotations."""
         q = [pose.to_quaternion(X) for X in self.poses]
         rotations = [quaternion.rotation_vector(a, b) for a, b in pairwise(q)]
         translations = np.diff(self.poses[:, :3, 3], axis=0)
@@ -295,7 +308,7 @@ class Poses:
         )
 
     def pose(self, t: float) -> FloatArray:
-        """Return the pose at `t`."""
+        """Return the pose at `t`; a copy of the first or last one outside the times."""
         after = int(np.searchsorted(self.times, t, side="right"))
         if after == 0:
             return np.array(self.poses[0])
@@ -306,7 +319,7 @@ class Poses:
         return pose.interpolate(self.poses[after - 1], self.poses[after], share)
 
     def twist(self, t: float) -> Twist:
-        """Return the constant velocity and spin of the piece that contains `t`."""
+        """Return the constant velocity and spin of the piece that contains `t`; zero outside."""
         k = piece_at(self.times, t)
         if k is None:
             return twist.still()
@@ -341,7 +354,7 @@ class Combine:
         return np.concatenate([np.zeros(0), *map(kinks_in, self.motions)])
 
     def pose(self, t: float) -> FloatArray:
-        """Return the product of the motions' poses."""
+        """Return the product of the motions' poses, the last one leftmost."""
         return pose.compose(*(pose_at(motion, t) for motion in reversed(self.motions)))
 
     def twist(self, t: float) -> Twist:
@@ -401,7 +414,10 @@ class Moved:
         return pose.apply(pose_at(self.motion, t), self._base_points(t))
 
     def velocities(self, t: float) -> FloatArray:
-        """Return velocities (n, 3) at `t`, world axes, of the points and of the body together."""
+        """Return velocities (n, 3) at `t`, world axes, of the points and of the body together.
+
+        Points that never move share one read-only array.
+        """
         if is_still(self.motion):
             return self._zeros if isinstance(self.base, np.ndarray) else self.base.velocities(t)
         X_WB = pose_at(self.motion, t)

@@ -48,8 +48,9 @@ def read_pulse(
     Raises
     ------
     FileError
-        The file is missing or unreadable, has no header, lacks a column, or names another unit than
-        the caller; a cell is not a finite number, times do not increase. With file and line.
+        The file is missing or unreadable, has no header or no rows, lacks a column, or names
+        another unit than the caller; a cell is not a finite number, times do not increase. With
+        file and line.
     UnitError
         A unit is not one of time, or of the quantity.
     InputError

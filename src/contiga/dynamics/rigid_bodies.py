@@ -32,13 +32,14 @@ def with_attached(
 ) -> Free:
     """Return a free body with the masses of the bodies attached and the nodes glued to it.
 
-    The velocity of the motion is that of the centre of mass of all bodies at the start. The
-    velocity of the common centre follows from the spin, except along held directions.
+    The velocity of the motion counts for the common centre of the bodies; that of the centre with
+    the nodes follows from the spin, and is 0 along held directions. Without anything to add the
+    result is `motion` itself.
 
     Raises
     ------
     InputError
-        The body has no mass, or no inertia though it may rotate.
+        The body has no mass or one for each node, or no inertia though it may rotate.
     """
     if not (attached or glued):
         return motion
@@ -68,10 +69,12 @@ def with_attached(
 def fixed_of(name: str, motion: Free) -> FloatArray:
     """Return the constants (22,) of a free body, columns by `contiga.rigid.rigid_lanes`.
 
+    A body that cannot rotate and has no inertia gets moments of 1, which have no effect.
+
     Raises
     ------
     InputError
-        No mass, masses of nodes, no inertia though the body may rotate.
+        No mass, masses or velocities of nodes, no inertia though the body may rotate.
     """
     where = f"bodies[{name!r}]: motion"
     if motion.mass is None or np.ndim(motion.mass) != 0 or motion.velocity.ndim != 1:
@@ -107,7 +110,10 @@ def fixed_of(name: str, motion: Free) -> FloatArray:
 
 
 def row_of(motion: Free, fixed: FloatArray) -> FloatArray:
-    """Return the row (19,) of a body with constants `fixed` (22,) at the start, without forces."""
+    """Return the row (19,) of a body with constants `fixed` (22,) at the start, without forces.
+
+    It is not displaced or turned; its angular momentum is that of the motion's spin.
+    """
     row = np.zeros(lanes.STATE)
     row[lanes.CENTRE : lanes.CENTRE + 3] = fixed[lanes.CENTRE_B : lanes.CENTRE_B + 3]
     row[lanes.TURN] = 1.0
@@ -119,7 +125,10 @@ def row_of(motion: Free, fixed: FloatArray) -> FloatArray:
 
 
 def bodies_at_start(rows: FloatArray, fixed: FloatArray) -> Placed:
-    """Return the bodies at the start, with poses and twists from `rows` (b, 19)."""
+    """Return the bodies at the start: a copy of `rows` (b, 19), with the poses and twists of them.
+
+    Spins about held axes are zero, whatever the angular momenta in the rows.
+    """
     b = len(rows)
     placed = Placed(rows.copy(), np.empty((b, 4, 4)), np.empty((b, 6)))
     straight(rigid_body_nb.start)(placed.rows, fixed, placed.poses, placed.twists)
@@ -129,7 +138,8 @@ def bodies_at_start(rows: FloatArray, fixed: FloatArray) -> Placed:
 def drift_bodies(last: FloatArray, fixed: FloatArray, dt: float) -> Placed:
     """Return the bodies after the drift of a step, with velocities predicted by constant forces.
 
-    The momenta in the rows are those at mid-step, until `kick_bodies`.
+    The momenta in the rows are those at mid-step, until `kick_bodies`. `last` (b, 19) is not
+    changed.
     """
     b = len(last)
     placed = Placed(last.copy(), np.empty((b, 4, 4)), np.empty((b, 6)))

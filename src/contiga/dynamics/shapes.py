@@ -73,7 +73,7 @@ class ControlPoints:
         return self.times
 
     def pose(self, t: float) -> FloatArray:
-        """The identity."""
+        """Return the identity."""
         return pose.identity()
 
     def twist(self, t: float) -> Twist:
@@ -87,7 +87,7 @@ class ControlPoints:
         return CubicSpline(self.times, self.points, bc_type="clamped")
 
     def control_points(self, t: float) -> FloatArray:
-        """Return the control points (m, 3) at time `t`."""
+        """Return the control points (m, 3) at time `t`, as a new array; constant outside."""
         if t <= self.times[0] or len(self.times) == 1:
             return np.array(self.points[0])
         if t >= self.times[-1]:

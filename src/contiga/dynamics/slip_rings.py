@@ -82,9 +82,11 @@ def slip(
 ) -> float:
     """Return the length that slips from the first segment into the second; may be negative.
 
+    It is 0 if the webbing sticks; else the tensions end at the bound, to rounding (`root`).
+
     Parameters
     ----------
-    first, second : tensions over the length that is fed in
+    first, second : responses over the length that is fed in
     ratio : e^{μ θ}
     """
     force_1, force_2 = first(0.0).force, second(0.0).force

@@ -229,14 +229,21 @@ class Spring:
         return segment
 
     def resting(self) -> Spring:
-        """Return a copy for coming to rest before a run: nothing fires, no retractor locks."""
+        """Return a copy for coming to rest before a run: nothing fires, no retractor locks.
+
+        It keeps retractor and load limiter, without pretensioner and release.
+        """
         resting, retractor = copy(self), self.devices.retractor
         unlocked = None if retractor is None else retractor.unlocked()
         object.__setattr__(resting, "devices", Devices(unlocked, self.devices.limiter))
         return resting
 
     def with_ends(self, at: FloatArray) -> Spring:
-        """Return a copy between other points (2, 3) at the start, with the same length at rest."""
+        """Return a copy between other points (2, 3) at the start.
+
+        Its length at rest is the same if it was given, else the new distance of the points. An
+        `InputError` is raised if they are not two different, finite points.
+        """
         moved, ends = copy(self), _checked_ends(at)
         object.__setattr__(moved, "at", ends)
         if self.is_taut:
@@ -277,12 +284,21 @@ class Spring:
     ) -> SpringState:
         """Return the state after a step from `last`.
 
+        The energy stored in webbing that is released in this step is lost, with its work until
+        then.
+
         Parameters
         ----------
         last : state before the step
         ends_W, velocities_W : (2, 3) of the two points at the end of the step, world axes
         moment : time and length of the step, and fired triggers, for its devices
         fed : length of webbing that slip rings feed in during the step
+
+        Raises
+        ------
+        RunError
+            Pretensioner and slip rings have used up all the webbing, or the elongation is beyond a
+            table that must not be left.
         """
         ends = np.array(real(ends_W), dtype=np.float64)
         (x0, y0, z0), (x1, y1, z1) = ends.tolist()
@@ -325,7 +341,10 @@ class Spring:
         )
 
     def moved(self, last: SpringState, length: float, fed: float, moment: Moment) -> SegmentStep:
-        """Step a segment from `last` to a `length`, while rings feed the length `fed` into it."""
+        """Return the result of a step from `last` to a `length` of webbing and its devices.
+
+        Rings feed the length `fed` into it during the step.
+        """
         old, devices = (self.elongation(last), last.memory), last.devices
         return self._webbing.move(old, devices, length - self.length, devices.fed + fed, moment)
 
@@ -353,7 +372,7 @@ class Spring:
 
 
 def _checked_pair(between: Sequence[str]) -> tuple[str, str]:
-    """Return two different names."""
+    """Return two different names; an `InputError` is raised for anything else."""
     allowed = f'the names of two bodies or slaves, or of one and "{GROUND}"'
     names = [between] if isinstance(between, str) else list(between)
     if len(names) != 2 or not all(isinstance(name, str) and name for name in names):
@@ -368,7 +387,10 @@ def _checked_pair(between: Sequence[str]) -> tuple[str, str]:
 
 
 def _checked_ends(at: ArrayLike) -> FloatArray:
-    """Return two different points (2, 3)."""
+    """Return two finite points (2, 3), read-only.
+
+    An `InputError` is raised for anything else, or a distance that is rounding (`_SAME_POINT`).
+    """
     ends = as_numbers(at, "at", "must be two points", allowed="(2, 3)")
     if ends.shape != (2, 3) or not np.isfinite(ends).all():
         raise InputError("must be two finite points", where="at", found=at, allowed="(2, 3)")
@@ -380,7 +402,11 @@ def _checked_ends(at: ArrayLike) -> FloatArray:
 
 
 def _check_webbing(spring: Spring, device: str) -> None:
-    """Refuse a spring that cannot be webbing, as its `device` needs."""
+    """Refuse a spring that cannot be webbing, as its `device` needs.
+
+    An `InputError` is raised for a damper, no curve, a curve by a function, and one that does not
+    begin at [0, 0] or falls.
+    """
     curve = spring.curve
     if curve is None:
         raise InputError(

@@ -108,14 +108,14 @@ class EqualSteps:
         return nearest if abs(steps - nearest) < _COUNT_TOL else math.ceil(steps)
 
     def after(self, time: float) -> float:
-        """Return the first multiple of the step after `time`."""
+        """Return the first multiple of the step from the start on after `time`, at most `end`."""
         k = max(math.floor((time - self.start) / self.step) - 1, 0)
         while self.start + self.step * k <= time:
             k += 1
         return self.end if k >= self.count else self.start + self.step * k
 
     def planned(self) -> FloatArray:
-        """Return all times."""
+        """Return all times (n,), the last one exactly `end`."""
         times = self.start + self.step * np.arange(self.count + 1, dtype=np.float64)
         times[-1] = self.end
         return times
@@ -174,11 +174,11 @@ class AutoSteps:
         return self.largest or (self.end - self.start) / _MIN_AUTO_STEPS
 
     def after(self, time: float) -> float:
-        """Return the time after the longest step."""
+        """Return the time after the longest step, at most `end`."""
         return min(time + self.most, self.end)
 
     def planned(self) -> FloatArray:
-        """Return the times of the longest steps, the fewest that a run can have."""
+        """Return the times (n,) of the fewest equal steps of which none is above the longest."""
         count = math.ceil((self.end - self.start) / self.most)
         return np.linspace(self.start, self.end, count + 1)
 
@@ -220,7 +220,7 @@ class GivenTimes:
         return float(self.times[-1])
 
     def after(self, time: float) -> float:
-        """Return the first time of the list after `time`."""
+        """Return the first time of the list after `time`; the last one if there is none."""
         k = int(np.searchsorted(self.times, time, side="right"))
         return float(self.times[min(k, len(self.times) - 1)])
 
@@ -231,6 +231,8 @@ class GivenTimes:
 
 def ended(stepping: Stepping, end: float) -> Stepping:
     """Return the same steps to another end; a list of times is cut off there.
+
+    Nothing is added to a list that ends before. Steps of any other class are returned as they are.
 
     >>> ended(EqualSteps(0.0, 4.0, 1.0), 2.0).planned()
     array([0., 1., 2.])

@@ -71,6 +71,9 @@ class Grid(NamedTuple):
     patches: Records
     """(patches,) `PATCH`."""
     breaks: FloatArray
+    """Parameters of the sides of elements, first those in u, then in v, patch by patch."""
     adjacent: IntArray
+    """Numbers of patches: each patch itself and then those it touches, patch by patch."""
     loose: ByteArray
-    """1 where two patches meet at an edge without lining up element by element."""
+    """For each entry of `adjacent`: 1 where the two meet at an edge without lining up element by
+    element, else 0."""

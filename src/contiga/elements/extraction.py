@@ -35,7 +35,10 @@ ROUNDING = 2.0 * float(np.finfo(float).eps)
 
 
 def monomial_matrix(degree: int, about: float = 0.0) -> FloatArray:
-    """Return the matrix from Bernstein coefficients on [0, 1] to powers of x − 1/2 − about."""
+    """Return the matrix from Bernstein coefficients on [0, 1] to powers of x − 1/2 − about.
+
+    Its rows are powers from 0 on, its columns Bernstein polynomials.
+    """
     matrix = np.zeros((degree + 1, degree + 1))
     one_minus_x, x = np.array([0.5 - about, -1.0]), np.array([0.5 + about, 1.0])
     for k in range(degree + 1):
@@ -48,7 +51,11 @@ def monomial_matrix(degree: int, about: float = 0.0) -> FloatArray:
 
 
 def elements_of(body: Faces, trims: TrimTables) -> tuple[Elements, Grid]:
-    """Return the elements of `body`, without neighbours yet, and the grid of their places."""
+    """Return the elements of `body`, without neighbours yet, and the grid of their places.
+
+    Elements are in the order of the patches, with v inner; patches with an element between two
+    poles have more than their knots make. The grid has no adjacent patches yet.
+    """
     grids = [bezier.extract(patch) for patch in body.patches]
     patches_by_degrees: defaultdict[tuple[int, int], list[int]] = defaultdict(list)
     for k, patch in enumerate(body.patches):
@@ -88,8 +95,8 @@ def _split_between_poles(
 ) -> tuple[FloatArray, NDArray[np.bool_]]:
     """Return coefficients (n, p + 1, q + 1, 4) and poles (n, 4) of the elements of some patches.
 
-    The patches `group` have the same degrees. Elements with poles on two opposite sides are halved
-    in `grids` before.
+    The patches `group` have the same degrees. Before, their `grids` are replaced where elements
+    have poles on two opposite sides: whole rows and columns with such elements are halved.
     """
 
     def net() -> FloatArray:
@@ -114,10 +121,10 @@ def _split_between_poles(
 
 
 def _poles(net: FloatArray) -> NDArray[np.bool_]:
-    """Return which sides (n, 4) of elements have one point as control points, within rounding.
+    """Return which sides (n, 4) of elements have one point as control points.
 
-    A side that is merely short stays a side; an element that is thin over its full length is a
-    line, and has no pole.
+    Their control points differ by rounding, or `POLE_TOL` of the element's extent, at most. An
+    element that is as thin over its full length is a line, and has no pole.
     """
     p, q = net.shape[1] - 1, net.shape[2] - 1
     points = np.ascontiguousarray(np.moveaxis(net[..., :3] / net[..., 3:], 0, -1))
@@ -130,8 +137,9 @@ def _poles(net: FloatArray) -> NDArray[np.bool_]:
 def fill(rows: Records, net: FloatArray, poles: NDArray[np.bool_], used: int) -> list[FloatArray]:
     """Compute the coefficients of elements of the same degrees, each about its own origin.
 
-    Fills the degree, origin, cubic, form, noise and places of the records `rows`; returns the parts
-    of the flat array of coefficients from place `used` on.
+    Writes degree, origin, about, cubic, form, noise and places of the records `rows`; returns the
+    parts of the flat array of coefficients from place `used` on: Bernstein coefficients and, up to
+    `MAX_MONOMIAL_DEGREE`, monomials, which elements of uneven weights do not use.
 
     Parameters
     ----------

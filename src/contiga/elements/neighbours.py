@@ -29,7 +29,12 @@ POLE_OFFSET = 1e-3
 
 
 def join(elements: Elements, grid: Grid, body: Faces) -> Grid:
-    """Fill in the sides of `elements`; return `grid` with the list of adjacent patches."""
+    """Write the sides of `elements`; return a copy of `grid` with the list of adjacent patches.
+
+    A joint is SMOOTH if the normals differ by less than `SMOOTH_ANGLE` at all samples, else a
+    CREASE; a side without neighbour is a BORDER, or SHARED if the topology has a second face there
+    and no gap; a side that is a point is a POLE, without neighbour.
+    """
     table = elements.table
     points, normals = sides_nb.sample(elements)  # (n, 4, 5, 3), body axes
     size = body.size
@@ -60,7 +65,16 @@ def join(elements: Elements, grid: Grid, body: Faces) -> Grid:
     kind = np.where(neighbour >= 0, joint, BORDER)
     kind[collapsed] = POLE
     neighbour[collapsed] = -1
-    _mark_shared(table["patch"], body, kind)
+    # Natural sides with a second face in the topology.
+    is_shared: dict[tuple[int, int], bool] = {}
+    for edge, gapes in zip(body.edges, gaping_edges(body), strict=True):
+        for use in edge.uses:
+            if use.loop < 0:
+                key = (use.patch, use.index)
+                is_shared[key] = is_shared.get(key, True) and len(edge.uses) > 1 and not gapes
+    for (patch, s), shared in is_shared.items():
+        if shared:
+            kind[(table["patch"] == patch) & (kind[:, s] == BORDER), s] = SHARED
     table["kind"] = kind
     table["neighbour"] = neighbour
     table["neighbour_side"] = side
@@ -78,7 +92,11 @@ def _match_sides(
     flip: IntArray,
     tolerance: float,
 ) -> None:
-    """Match the open sides of all patches, seams included, by their points in space."""
+    """Write neighbour, side and flip of the open sides of all patches, matched in space.
+
+    Pairs whose points differ by `tolerance` at most are joined from the closest on, seams included;
+    of more than two sides in one place the others stay open.
+    """
     e, s = np.nonzero((neighbour < 0) & ~collapsed)
     if len(e) < 2:
         return
@@ -103,7 +121,11 @@ def _match_sides(
 
 
 def _rings(corner: FloatArray, collapsed: np.ndarray, tolerance: float) -> IntArray:
-    """Return (n, 4) next of the sides (element*4 + side) that collapse to the same pole."""
+    """Return (n, 4) next of the sides (element*4 + side) that collapse to the same pole.
+
+    The last one is followed by the first; −1 at sides that are no pole. Poles closer than
+    `tolerance` are the same; `corner` (n, 4, 3) is the first point of each side.
+    """
     ring = np.full(collapsed.shape, -1)
     e, s = np.nonzero(collapsed)
     if len(e) == 0:
@@ -120,8 +142,9 @@ def _rings(corner: FloatArray, collapsed: np.ndarray, tolerance: float) -> IntAr
 def _smooth_poles(table: Records, normals: FloatArray, body: Faces) -> IntArray:
     """Return (n, 4) 1 for sides at whose pole the surface has a tangent plane, as a sphere has.
 
-    There it has a normal as elsewhere, and a foot at the pole is not at a vertex. `normals`
-    (n, 4, 5, 3) are the normals along the sides.
+    There it has a normal as elsewhere, and a foot at the pole is not at a vertex. All normals at
+    the pole agree within `SMOOTH_ANGLE`, and its elements surround it without gap or trim.
+    `normals` (n, 4, 5, 3) are the normals along the sides.
     """
     ring = table["ring"]
     is_smooth = np.zeros(ring.shape, int)
@@ -148,7 +171,8 @@ def _smooth_poles(table: Records, normals: FloatArray, body: Faces) -> IntArray:
 def _surrounds_pole(table: Records, body: Faces, elements: set[int], e: int, pole: int) -> bool:
     """Return whether element e is not trimmed at its pole and joined to the next ones around it.
 
-    Both sides that start from the pole must lead to other `elements` at the pole.
+    Both sides that start from the pole must lead to `elements` at the pole, and five samples at
+    `POLE_OFFSET` from it must be inside the trim.
     """
     first = 2 if pole < 2 else 0
     if not elements.issuperset(table["neighbour"][e, first : first + 2].tolist()):
@@ -161,21 +185,12 @@ def _surrounds_pole(table: Records, body: Faces, elements: set[int], e: int, pol
     return bool(points_in_trim(body.trim_tables, int(table["patch"][e]), uv).all())
 
 
-def _mark_shared(patch_of: IntArray, body: Faces, kind: IntArray) -> None:
-    """Mark natural sides with a second face in the topology as SHARED instead of BORDER."""
-    is_shared: dict[tuple[int, int], bool] = {}
-    for edge, gapes in zip(body.edges, gaping_edges(body), strict=True):
-        for use in edge.uses:
-            if use.loop < 0:
-                key = (use.patch, use.index)
-                is_shared[key] = is_shared.get(key, True) and len(edge.uses) > 1 and not gapes
-    for (patch, side), shared in is_shared.items():
-        if shared:
-            kind[(patch_of == patch) & (kind[:, side] == BORDER), side] = SHARED
-
-
 def _with_adjacency(grid: Grid, patch_of: IntArray, body: Faces, neighbour: IntArray) -> Grid:
-    """Return `grid` with, for each patch, the list of itself and then the patches it touches."""
+    """Return a copy of `grid` with, for each patch, the list of itself and the patches it touches.
+
+    Those come ascending: patches with a joined element, and all at an edge of the topology. A pair
+    at an edge is loose unless elements are joined and neither patch is trimmed.
+    """
     n = len(body.patches)
     joined: list[set[int]] = [set() for _ in range(n)]
     on_edge: list[set[int]] = [set() for _ in range(n)]

@@ -27,11 +27,15 @@ class PatchMap(NamedTuple):
     control: IntArray
     """(n, m) rows of its control points."""
     weights: FloatArray
-    """(n, m, 1)."""
+    """(n, m, 1); ones for a polynomial patch."""
     extraction: Extraction
+    """From control points to Bernstein coefficients, by the breaks of the elements."""
 
     def coefs(self, control_points: FloatArray) -> FloatArray:
-        """Return (elements, p + 1, q + 1, 4) homogeneous Bernstein coefficients."""
+        """Return (elements, p + 1, q + 1, 4) homogeneous Bernstein coefficients.
+
+        `control_points` are those of the body.
+        """
         points, w = control_points[self.control], self.weights
         coefs = self.extraction.of(np.concatenate([points * w, w], axis=2)).coefs
         return coefs.reshape(-1, *coefs.shape[2:])
@@ -55,7 +59,11 @@ class Refit(NamedTuple):
     groups: tuple[SameDegrees, ...]
 
     def at(self, control_points: FloatArray, growth: float) -> Elements:
-        """Return the elements for control points (m, 3); `growth` is size over size at rest."""
+        """Return the elements for control points (m, 3); `growth` is size over size at rest.
+
+        Coefficients, origins and rounding are new. Widths of edges grow with the body, and do not
+        shrink with it.
+        """
         table = self.table.copy()
         for name in ("width", "edge_tolerance"):  # they include rounding, which grows with the body
             table[name] *= max(growth, 1.0)
@@ -74,8 +82,9 @@ class Refit(NamedTuple):
 def refit_of(body: Faces, net: ControlNet, elements: Elements, grid: Grid) -> Refit:
     """Collect the data of `elements` that stay valid as the control points of `body` move.
 
-    Across a knot line the surface stays as smooth as the knots allow; a joint of patches, a seam or
-    a pole that is smooth at rest may get a kink, so that each counts as one.
+    Across a knot line the surface stays as smooth as the knots allow: joined sides within a patch
+    are SMOOTH there below full multiplicity. A joint of patches, a seam or a pole that is smooth at
+    rest may get a kink, so that each counts as one: CREASE, not round.
     """
     table = elements.table.copy()
     maps = []
@@ -85,8 +94,16 @@ def refit_of(body: Faces, net: ControlNet, elements: Elements, grid: Grid) -> Re
         weights = np.ones(net.control[k].shape) if patch.weights is None else patch.weights
         map_ = PatchMap(net.control[k], weights[..., None].copy(), extraction_of(patch, u, v))
         maps.append(map_)
-        for axis, breaks in enumerate((u, v)):
-            _mark_knot_lines(table, k, axis, patch.knots[axis], patch.degrees[axis], breaks)
+        rows = np.flatnonzero(table["patch"] == k)
+        for side in range(4):
+            knots, degree = patch.knots[side // 2], patch.degrees[side // 2]
+            breaks = (u, v)[side // 2]
+            multiplicity = (knots[:, None] == breaks).sum(axis=0)
+            b = np.searchsorted(breaks, table["box"][rows, side])
+            is_inner = (b > 0) & (b < len(breaks) - 1)
+            is_joined = (table["neighbour"][rows, side] >= 0) & (table["kind"][rows, side] != POLE)
+            kind = np.where(is_inner & (multiplicity[b] < degree), SMOOTH, CREASE)
+            table["kind"][rows[is_joined], side] = kind[is_joined]
     table["round"] = 0
     groups = []
     for degrees in dict.fromkeys(patch.degrees for patch in body.patches):
@@ -96,21 +113,3 @@ def refit_of(body: Faces, net: ControlNet, elements: Elements, grid: Grid) -> Re
         poles = np.stack([about[:, 0], -about[:, 0], about[:, 1], -about[:, 1]], axis=1) < 0.0
         groups.append(SameDegrees(tuple(maps[k] for k in group), rows, poles))
     return Refit(table, tuple(groups))
-
-
-def _mark_knot_lines(
-    table: Records, patch: int, axis: int, knots: FloatArray, degree: int, breaks: FloatArray
-) -> None:
-    """Mark the two sides of a patch's elements at constant u (axis 0) or v, if joined to another.
-
-    A side is SMOOTH if the surface continues within the patch over a knot of less than full
-    multiplicity, else CREASE.
-    """
-    rows = np.flatnonzero(table["patch"] == patch)
-    multiplicity = (knots[:, None] == breaks).sum(axis=0)
-    for side in (2 * axis, 2 * axis + 1):
-        k = np.searchsorted(breaks, table["box"][rows, side])
-        is_inner = (k > 0) & (k < len(breaks) - 1)
-        is_joined = (table["neighbour"][rows, side] >= 0) & (table["kind"][rows, side] != POLE)
-        kind = np.where(is_inner & (multiplicity[k] < degree), SMOOTH, CREASE)
-        table["kind"][rows[is_joined], side] = kind[is_joined]

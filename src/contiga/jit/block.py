@@ -16,9 +16,9 @@ from numba.core import types as numba_types
 from numba.extending import intrinsic
 from numba.np.arrayobj import make_array
 
+from contiga.jit.scratch import SIZE as SIZE
+
 types: Any = numba_types
-SIZE = 8
-"""Size of a number, bytes."""
 N_LANES = 4
 """Numbers of a vector."""
 PAIRS = ((0, 4, 2, 6), (1, 5, 3, 7))
@@ -27,7 +27,7 @@ HALVES = ((0, 1, 4, 5), (2, 3, 6, 7))
 
 
 def transpose(source: Any, rows: Any, to: Any, columns: Any) -> None:
-    """Transpose the block number by number."""
+    """Transpose the block number by number, for the interpreter; see `turn`."""
     a, b = (x.reshape(-1).view(np.uint8).view(np.float64) for x in (source, to))
     block = [[a[row + c] for c in range(N_LANES)] for row in rows]
     for c in reversed(range(N_LANES)):
@@ -36,7 +36,7 @@ def transpose(source: Any, rows: Any, to: Any, columns: Any) -> None:
 
 
 def copy_numbers(source: Any, to: Any, n: int) -> None:
-    """Copy number by number."""
+    """Copy the first n numbers of `source` to `to`, for the interpreter; see `reload_numbers`."""
     to[:n] = source[:n]
 
 

@@ -91,13 +91,16 @@ class Sourced:
         return self._stamp[:DIGITS]
 
     def ensure_cache_path(self) -> None:
-        """Make the folder before a kernel is written."""
+        """Make the folder before a kernel is written, and room in it; raise OSError on failure."""
         self._folder.mkdir(mode=PRIVATE, parents=True, exist_ok=True)
         make_room(self._folder)
 
 
 class KernelCacheImpl(CompileResultCacheImpl):  # type: ignore[misc]
-    """Serialisation of a compiled kernel: numba's own, and the functions it calls by name."""
+    """Serialisation of a compiled kernel: numba's own, and the functions it calls by name.
+
+    Functions of packages outside `PACKAGES` are cached as numba does.
+    """
 
     def __init__(self, function: Any) -> None:
         file = Path(inspect.getfile(function)).resolve()
@@ -111,18 +114,18 @@ class KernelCacheImpl(CompileResultCacheImpl):  # type: ignore[misc]
         )
 
     def check_cachable(self, compiled: Any) -> bool:
-        """Return whether a kernel can be cached: it calls nothing others lack."""
+        """Return whether a kernel can be cached: it calls no local kernel, and numba agrees."""
         is_known = all(LOCAL not in kernel for _, _, kernel, _ in calls_of(compiled.library))
         return is_known and bool(super().check_cachable(compiled))
 
     def reduce(self, compiled: Any) -> Any:
-        """Return the data to be written."""
+        """Return the data to be written: the kernels that it calls, and numba's own."""
         return calls_of(compiled.library), super().reduce(compiled)
 
     def rebuild(self, target: Any, stored: Any) -> Any:
-        """Rebuild a compiled kernel once all that it calls is available (`known_as`).
+        """Return the compiled kernel once all that it calls is read or compiled (`known_as`).
 
-        None where that has another name by now: it is compiled anew.
+        None if one of those has another name by now: the kernel is then compiled anew.
         """
         calls, code = stored
         for name, module, kernel, arguments in calls:
@@ -155,15 +158,26 @@ class KernelCache(FunctionCache):  # type: ignore[misc]
         return {} if prebuilt is None else prebuilt.versions(self._impl.filename_base)
 
     def prebuilt_signatures(self, target: Any) -> list[Any]:
-        """Return the argument types of the installed versions."""
+        """Return the argument types of the installed versions that fit this process."""
         codegen = target.codegen()
         return [
             types for types, _ in self._prebuilt if self._version(types, codegen) in self._prebuilt
         ]
 
     def load_overload(self, signature: Any, target: Any) -> Any:
-        """Return an installed or cached version; None if the caller has to compile until `done`."""
-        overload = self._installed(signature, target) or self._cached(signature, target)
+        """Return an installed or cached version; None if the caller has to compile until `done`.
+
+        Before it returns None it notifies listeners and the user, and waits for the lock of this
+        version, to look into the cache once more: another process may have compiled it. The lock is
+        held until `done`.
+        """
+        overload = None
+        if self._prebuilt:
+            target.refresh()  # the order in which numba's own loading does it
+            stored = self._prebuilt.get(self._version(signature, target.codegen()))
+            if stored is not None:
+                overload = self._impl.rebuild(target, pickle.loads(stored))
+        overload = overload or self._cached(signature, target)
         if overload is None and self._enabled and signature not in self._locks:
             for listener in COMPILE_LISTENERS:
                 with _waiting():
@@ -175,21 +189,16 @@ class KernelCache(FunctionCache):  # type: ignore[misc]
             notify_once()
         return overload
 
-    def _installed(self, signature: Any, target: Any) -> Any:
-        """Return an installed version."""
-        if not self._prebuilt:
-            return None
-        target.refresh()  # the order in which numba's own loading does it
-        stored = self._prebuilt.get(self._version(signature, target.codegen()))
-        return None if stored is None else self._impl.rebuild(target, pickle.loads(stored))
-
     def _version(self, signature: Any, codegen: Any) -> Version:
         """Return numba's key without the target."""
         types, _, hashes = self._index_key(signature, codegen)
         return types, hashes
 
     def _cached(self, signature: Any, target: Any) -> Any:
-        """Return a cached version; None if the modules of its record types have moved since."""
+        """Return a cached version; None without one.
+
+        The files of a kernel are removed if the modules of its record types have moved since.
+        """
         try:
             overload = super().load_overload(signature, target)
         except (ImportError, AttributeError):
@@ -200,9 +209,10 @@ class KernelCache(FunctionCache):  # type: ignore[misc]
         return overload
 
     def save_overload(self, signature: Any, compiled: Any) -> None:
-        """Cache a version, if the folder is writable.
+        """Cache a version; do nothing if it cannot be written.
 
         numba reads the index of a kernel and writes it again with one more line, hence the lock.
+        Files whose index cannot be read are removed before.
         """
         with suppress(OSError), self._lock("index"):
             try:
@@ -212,7 +222,7 @@ class KernelCache(FunctionCache):  # type: ignore[misc]
                 super().save_overload(signature, compiled)
 
     def done(self, signature: Any) -> None:
-        """Note that a version is cached or cannot be compiled, so that others may look."""
+        """Release the lock of a version that is cached or cannot be compiled; notify listeners."""
         self._locks.pop(signature, ExitStack()).close()
         for listener in COMPILE_LISTENERS:
             listener.after(*self._home, signature)

@@ -18,7 +18,7 @@ Decorator = Callable[[Any], Any]
 
 
 def kernel(linked: bool = False, **options: Any) -> Decorator:
-    """Decorator of kernels that Python calls, on any thread.
+    """Return a decorator of kernels that Python calls, on any thread: they release the GIL.
 
     A kernel that other kernels also call very often is better `linked` into them.
     """
@@ -26,7 +26,7 @@ def kernel(linked: bool = False, **options: Any) -> Decorator:
 
 
 def inner(linked: bool = True, **options: Any) -> Decorator:
-    """Decorator of kernels that only kernels call.
+    """Return a decorator of kernels that only kernels call.
 
     Without the wrapper for calls from Python they compile a fifth faster. A call from Python would
     crash; a test checks that there is none.
@@ -52,7 +52,7 @@ def straight(function: Callable[..., Any]) -> Callable[..., Any]:
 
 
 def inlined(**options: Any) -> Decorator:
-    """Decorator of small kernels that LLVM inlines in their callers, whatever their size.
+    """Return a decorator of small kernels that LLVM inlines in their callers.
 
     numba's own ``inline="always"`` copies their source into each caller and infers all types again:
     the two kernels of crossings took 12 s to compile that way.

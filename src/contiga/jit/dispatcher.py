@@ -31,7 +31,8 @@ class KernelDispatcher(CPUDispatcher):  # type: ignore[misc]
     def enable_caching(self) -> None:
         """Enable the cache; its files are located at the first read or write.
 
-        Most kernels of an import are not called in a process.
+        Most kernels of an import are not called in a process. The stamp of the sources is that of
+        now, at import.
         """
         stamp_at_import(self.py_func)
         self.__dict__.pop("_cache", None)
@@ -41,7 +42,7 @@ class KernelDispatcher(CPUDispatcher):  # type: ignore[misc]
         return KernelCache(self.py_func)
 
     def compile(self, signature: Any) -> Any:
-        """Return a version, read from the cache or compiled."""
+        """Return a version, read from the cache or compiled; its lock is released in any case."""
         try:
             return super().compile(signature)
         finally:
@@ -54,12 +55,12 @@ class KernelDispatcher(CPUDispatcher):  # type: ignore[misc]
         return str(self.overloads[arguments].fndesc.mangled_name)
 
     def get_call_template(self, args: Any, kws: Any) -> Any:
-        """Return numba's template for the types of a call."""
+        """Return numba's template for the types of a call between kernels, by `kernel_type`."""
         args = tuple(kernel_type(kind) for kind in args)
         return super().get_call_template(args, {name: kernel_type(kws[name]) for name in kws})
 
     def add_overload(self, compiled: Any) -> None:
-        """Register a version that numba has compiled or read."""
+        """Register a version that numba has compiled or read, in `entries` and in `CALLED`."""
         super().add_overload(compiled)
         self.entries = *self.entries, compiled.entry_point
         if issubclass(self._compiler.pipeline_class, CalledCompiler):
@@ -69,7 +70,10 @@ class KernelDispatcher(CPUDispatcher):  # type: ignore[misc]
 
 
 def kernel_type(kind: Any) -> Any:
-    """Return the argument type that stands for a type in kernels."""
+    """Return the argument type that stands for a type in kernels.
+
+    Shorter integers are int64, literals their type, also in tuples; all others are themselves.
+    """
     kind = types.unliteral(kind)
     if isinstance(kind, types.Integer) and kind.bitwidth < types.int64.bitwidth:
         return types.int64
@@ -86,8 +90,9 @@ def decorator(
 ) -> Callable[[Any], Any]:
     """Return a decorator of cached kernels of a compiler; options are numba's.
 
-    By default quotients by zero are infinite or NaN and raise nothing. A kernel without this
-    option would take it, and with it its name, from the first kernel that calls it.
+    With ``NUMBA_DISABLE_JIT`` it returns functions as they are. By default quotients by zero are
+    infinite or NaN and raise nothing. A kernel without this option would take it, and with it its
+    name, from the first kernel that calls it.
     """
     target_options = {"nopython": True, "no_cfunc_wrapper": True, "error_model": "numpy"} | options
 

@@ -7,7 +7,6 @@ files that it has installed, and a folder that is left behind can still be impor
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator
 from contextlib import suppress
 from functools import cache
 from pathlib import Path
@@ -28,17 +27,27 @@ LIMIT = 1024**3
 
 
 def kernel_folder() -> Path | None:
-    """Return the folder of kernels, or None if none is writable.
+    """Return the folder of kernels, or None if none is writable; it is made if it is missing.
 
-    It is the first writable one of `NUMBA_CACHE_DIR`, the user's cache, and a temporary folder.
+    It is the first writable one of `NUMBA_CACHE_DIR`, the user's cache, and a temporary folder. The
+    last two count only if they belong to the user.
     """
     return _kernel_folder(config.CACHE_DIR)
 
 
 @cache
 def _kernel_folder(named: str) -> Path | None:
-    """Return the first writable folder; `named` is the user's choice or empty."""
-    for folder, mode in _candidate_folders(named):
+    """Return the first writable folder, made if missing; `named` is the user's choice or empty."""
+    candidates: list[tuple[Path, int]] = []
+    if named:
+        candidates.append((Path(named).absolute() / "contiga", SHARED))
+    user = user_folder()
+    if user is not None:
+        candidates.append((user / "kernels", PRIVATE))
+    with suppress(OSError):  # no folder of temporary files either
+        name = f"contiga-kernels-{os.getuid()}" if hasattr(os, "getuid") else "contiga-kernels"
+        candidates.append((Path(gettempdir()) / name, PRIVATE))
+    for folder, mode in candidates:
         with suppress(OSError):
             for new_folder in (folder.parent, folder):
                 new_folder.mkdir(mode=mode, parents=True, exist_ok=True)
@@ -48,27 +57,18 @@ def _kernel_folder(named: str) -> Path | None:
     return None
 
 
-def _candidate_folders(named: str) -> Iterator[tuple[Path, int]]:
-    """Yield the candidate folders, and the modes of new ones."""
-    if named:
-        yield Path(named).absolute() / "contiga", SHARED
-    user = user_folder()
-    if user is not None:
-        yield user / "kernels", PRIVATE
-    with suppress(OSError):  # no folder of temporary files either
-        name = f"contiga-kernels-{os.getuid()}" if hasattr(os, "getuid") else "contiga-kernels"
-        yield Path(gettempdir()) / name, PRIVATE
-
-
 @cache
 def make_room(folder: Path) -> None:
-    """Remove the least recently used kernels above the limit, once per process."""
+    """Remove the least recently used kernels above `LIMIT`, once per process; ignore errors."""
     with suppress(OSError):
         trim(folder, SUFFIXES, LIMIT)
 
 
 def remove_kernels() -> int:
-    """Remove all kernels of the folder, of any sources; return their number."""
+    """Remove all kernels of the folder, of any sources; return their number.
+
+    Records of warm-ups are removed too, and not counted.
+    """
     folder = kernel_folder()
     if folder is None:
         return 0

@@ -56,7 +56,10 @@ class CalledLibrary(JITCodeLibrary):  # type: ignore[misc]
         return module_of([], self._final_module)
 
     def serialize_using_object_code(self) -> Any:
-        """Return the serialised code; numba uses the second part to find names of the first."""
+        """Return the serialised code: object code, and a module of the functions in it.
+
+        numba looks for the names of functions in that module; theirs are empty.
+        """
         defined = [function.name for function in self.get_defined_functions()]
         names = module_of(
             [f'define void @"{name}"() {{ ret void }}' for name in defined], self._final_module
@@ -73,7 +76,7 @@ def module_of(lines: list[str], like: Any) -> Any:
 
 
 def calls_of(library: Any) -> list[Call]:
-    """Return the entries of `CALLED` that a library calls by name."""
+    """Return the entries of `CALLED` that a library calls by name, itself or by linked code."""
     linked = isinstance(library, LinkedLibrary)
     module = library._shared_module if linked else library._final_module
     names = (function.name for function in module.functions if function.is_declaration)

@@ -38,6 +38,8 @@ def alone(
 ) -> Iterator[None]:
     """Hold the lock of a `name` in a folder within this block.
 
+    The block runs without the lock if locks are not possible there, or after the longest wait.
+
     Parameters
     ----------
     folder : an existing folder, which contains the file
@@ -65,7 +67,7 @@ def alone(
 
 @cache
 def _open_once(path: str) -> int:
-    """Return the file descriptor; closing the file would release all locks of the process."""
+    """Return the descriptor of a file, opened once: closing it would release all its locks."""
     return os.open(path, os.O_RDWR | os.O_CREAT, 0o666)
 
 

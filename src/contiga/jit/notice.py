@@ -21,7 +21,7 @@ _is_notified = False
 
 
 def notify_once() -> None:
-    """Print that kernels are compiled, on the first call in a process."""
+    """Print that kernels are compiled, on the first call in a process, unless it is to be quiet."""
     global _is_notified
     if _is_notified:
         return

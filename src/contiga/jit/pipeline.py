@@ -55,9 +55,10 @@ class KernelCompiler(CompilerBase):  # type: ignore[misc]
 
     state: Any
     library: type[JITCodeLibrary] | None = None
+    """Kind of code library; None for numba's own."""
 
     def define_pipelines(self) -> list[Any]:
-        """Return the passes of numba's nopython mode and ours."""
+        """Return one pipeline: the passes of numba's nopython mode without `UNUSED`, and ours."""
         passes = DefaultPassBuilder.define_nopython_pipeline(self.state)
         passes.passes = [
             (FuseArrayExpressions if kind is NopythonRewrites else kind, name)
@@ -94,7 +95,10 @@ class PrepareLibrary(AnalysisPass):  # type: ignore[misc]
         AnalysisPass.__init__(self)
 
     def run_pass(self, state: Any) -> bool:
-        """Create the library; the kernel itself is unchanged."""
+        """Create `state.library`, and name a called kernel by its stamp; its code is unchanged.
+
+        Returns False, for unchanged. Local functions keep numba's names.
+        """
         kind, identity = state.kind_of_library, state.func_id
         state.library = kind(state.targetctx.codegen(), kind.__name__)
         state.library.enable_object_caching()
@@ -111,7 +115,10 @@ class FuseArrayExpressions(NopythonRewrites):  # type: ignore[misc]
     _name = "contiga_fused"
 
     def run_pass(self, state: Any) -> bool:
-        """Run the rewrites unless the kernel has arithmetic with numbers only."""
+        """Run the rewrites unless the kernel has arithmetic with numbers only.
+
+        Returns whether they have changed it.
+        """
         values = (
             state.typemap[line.target.name]
             for block in state.func_ir.blocks.values()

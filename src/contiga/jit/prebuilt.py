@@ -108,7 +108,7 @@ class Choice(NamedTuple):
 
 @cache
 def choice() -> Choice:
-    """Return the choice of this process, made once."""
+    """Return the choice of this process, made once: installed kernels if they are usable."""
     default = "kernels are compiled on this machine"
     spec = PathFinder.find_spec(NAME)  # without importing it
     if spec is None or spec.origin is None:
@@ -143,7 +143,8 @@ class _UnusableError(Exception):
 def _load(package: Path) -> Prebuilt:
     """Return the kernels of the highest level of this processor, if they fit and are intact.
 
-    Raises `_UnusableError` otherwise.
+    They fit the same versions of Python, numba and llvmlite, the same system, and the same sources.
+    `_UnusableError` is raised otherwise, or if the user's settings exclude them.
     """
     if os.environ.get(SWITCH) == "0":
         raise _UnusableError(f"{SWITCH} is 0")
@@ -164,12 +165,29 @@ def _load(package: Path) -> Prebuilt:
         raise _UnusableError(f"its {MANIFEST} is damaged") from None
     if digest_of(manifest, code) != manifest.digest:
         raise _UnusableError("its files are damaged")
-    _check_fits(manifest)
+    for label, packed, current in (
+        ("Python", manifest.python, python_name()),
+        ("numba", manifest.numba, numba.__version__),
+        ("llvmlite", manifest.llvmlite, llvmlite.__version__),
+        ("system", *(SYSTEM_VERSION.sub("", t[0]) for t in (manifest.target, compiled_for()))),
+    ):
+        if packed != current:
+            raise _UnusableError(f"it was compiled for {label} {packed}, and this is {current}")
+    try:
+        stamp = stamp_of_files(manifest.sources)
+    except FileNotFoundError:
+        stamp = ""
+    if stamp != manifest.stamp:
+        raise _UnusableError("it was compiled from other sources of contiga than these")
     return Prebuilt(manifest, code)
 
 
 def _highest_level(package: Path) -> tuple[Path, Manifest]:
-    """Return folder and manifest of the highest level that this processor supports, by name."""
+    """Return folder and manifest of the highest level that this processor supports.
+
+    Levels are ordered by the names of their folders. `_UnusableError` is raised if it supports
+    none, or if another user may write to one of the files read (`_check_owner`).
+    """
     _check_owner(package.parent, package)
     reason = "it holds no kernels"
     for folder in sorted((path for path in package.iterdir() if path.is_dir()), reverse=True):
@@ -192,25 +210,6 @@ def digest_of(manifest: Manifest, code: bytes) -> str:
     return hasher.hexdigest()
 
 
-def _check_fits(manifest: Manifest) -> None:
-    """Refuse prebuilt kernels with other versions, target or sources than this process."""
-    system = compiled_for()[0]
-    for label, packed, current in (
-        ("Python", manifest.python, python_name()),
-        ("numba", manifest.numba, numba.__version__),
-        ("llvmlite", manifest.llvmlite, llvmlite.__version__),
-        ("system", *(SYSTEM_VERSION.sub("", name) for name in (manifest.target[0], system))),
-    ):
-        if packed != current:
-            raise _UnusableError(f"it was compiled for {label} {packed}, and this is {current}")
-    try:
-        stamp = stamp_of_files(manifest.sources)
-    except FileNotFoundError:
-        stamp = ""
-    if stamp != manifest.stamp:
-        raise _UnusableError("it was compiled from other sources of contiga than these")
-
-
 def python_name() -> str:
     """Return the tag of this Python in names of files that no other version reads."""
     return f"{sys.implementation.cache_tag}{getattr(sys, 'abiflags', '')}"
@@ -220,7 +219,8 @@ def _check_owner(*paths: Path) -> None:
     """Refuse files and folders that a user may write to who may not write to contiga itself.
 
     Root, this user, the owner of contiga, and a group that contiga has as well may write: where
-    each user has a group of his own, he creates his files so.
+    each user has a group of his own, he creates his files so. `_UnusableError` is raised otherwise;
+    systems without user ids are not checked.
     """
     if not hasattr(os, "geteuid"):
         return

@@ -10,10 +10,10 @@ from contiga.jit.cache import KernelCache
 
 
 def preload(kernels: Iterable[Any]) -> int:
-    """Load the cached versions of `kernels`; return their number.
+    """Load the installed or cached versions of `kernels`; return their number.
 
-    Nothing is compiled: other kernels are left to their first call. Without a compiler
-    (``NUMBA_DISABLE_JIT``) there is nothing to load.
+    Kernels without one are left to their first call; nothing is compiled but a version whose file
+    cannot be read. Without a compiler (``NUMBA_DISABLE_JIT``) there is nothing to load.
     """
     loaded = 0
     for kernel in kernels:
@@ -24,7 +24,10 @@ def preload(kernels: Iterable[Any]) -> int:
 
 
 def is_missing(kernel: Any) -> bool:
-    """Return whether a kernel would have to be compiled: its cache has no version of it."""
+    """Return whether a kernel would have to be compiled: no version is loaded, installed or cached.
+
+    False without a compiler.
+    """
     is_cached = getattr(kernel, "_cache", None) is not None
     return is_cached and not (kernel.overloads or _cached_signatures(kernel))
 

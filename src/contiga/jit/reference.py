@@ -53,7 +53,7 @@ _of_tuple = typeof_impl.dispatch(tuple)
 
 
 def _type_of(value: tuple[Any, ...], context: Any) -> Any:
-    """Return the type of a tuple of a marked class."""
+    """Return the type of a tuple of a marked class; None if a member has no numba type."""
     members = _of_tuple(value, context)
     return None if members is None else Reference(members)
 
@@ -63,7 +63,11 @@ for_each_marked(lambda kind: typeof_impl.register(kind, _type_of))
 
 @unbox(Reference)  # type: ignore[untyped-decorator]
 def lay_out(reference: Reference, value: Any, c: Any) -> NativeValue:
-    """Lay out the members of a Python tuple in memory; return a pointer to them."""
+    """Emit code that lays out the members of a Python tuple in memory.
+
+    Returns a pointer to them, with the error flag. The memory is on the stack of the wrapper of the
+    called kernel.
+    """
     place = cgutils.alloca_once(c.builder, _memory_type(c.context, reference.members))
     failed = _call_layout(c.pyapi, reference, value, place)
     # Loads marked as invariant may move up to the definition of their pointer, but not above the
@@ -89,7 +93,10 @@ def _memory_type(context: Any, members: Any) -> Any:
 
 
 def _call_layout(api: Any, reference: Reference, value: Any, place: Any) -> Any:
-    """Emit code that writes the members of a tuple to its memory; return the error flag."""
+    """Emit a call that writes the members of a tuple to its memory; return the error flag.
+
+    The called function is made once for a module and type.
+    """
     function = shared_function(api, f"contiga_lay_out_{reference.name}", [place.type])
     if function.is_declaration:
         builder = ir.IRBuilder(function.append_basic_block())
@@ -111,7 +118,11 @@ def _nested_members(kind: Any) -> list[Any]:
 
 
 def _emit_write(api: Any, kind: Any, value: Any, place: Any, rooms: Iterator[Any]) -> Any:
-    """Emit code that writes a Python object to a place; return the error flag."""
+    """Emit code that writes a Python object to a place; return the error flag.
+
+    `rooms` are the memories of tuples passed by pointer, in the order of `_nested_members`. Raises
+    TypeError for members other than numbers, arrays and tuples.
+    """
     builder, context = api.builder, api.context
     if isinstance(kind, types.Array):
         return _emit_array(api, kind, value, place)
@@ -136,8 +147,9 @@ def _emit_write(api: Any, kind: Any, value: Any, place: Any, rooms: Iterator[Any
 def _emit_array(api: Any, kind: Any, value: Any, place: Any) -> Any:
     """Emit code that fills the struct of an array at a place; return the error flag.
 
-    One function of the module serves all arrays: numba emits its code for each, which was a fifth
-    of all machine code in kernels that get the tables of a body.
+    Numbers of another size are an error at run time. One function of the module serves all arrays:
+    numba emits its code for each, which was a fifth of all machine code in kernels that get the
+    tables of a body.
     """
     function = shared_function(api, f"contiga_{ADAPT_ARRAY}", [cgutils.voidptr_t, cgutils.intp_t])
     if function.is_declaration:
@@ -162,7 +174,10 @@ def _emit_array(api: Any, kind: Any, value: Any, place: Any) -> Any:
 
 
 def shared_function(api: Any, name: str, arguments: list[Any]) -> Any:
-    """Return a function of the module that takes a Python object and returns an error flag."""
+    """Return the function of a name that takes a Python object and `arguments`, and returns a flag.
+
+    A new one is only declared, for the caller to fill; it is shared by all modules and not inlined.
+    """
     kind = ir.FunctionType(cgutils.bool_t, [api.pyobj, *arguments])
     function = cgutils.get_or_insert_function(api.module, kind, name)
     if function.is_declaration:
@@ -185,7 +200,7 @@ class ReferenceAttributes(AttributeTemplate):  # type: ignore[misc]
 
 @lower_getattr_generic(Reference)  # type: ignore[untyped-decorator]
 def member(context: Any, builder: Any, reference: Reference, place: Any, name: str) -> Any:
-    """Emit code that reads a member."""
+    """Emit code that reads a member at a pointer; arrays have no owner (see `_without_owner`)."""
     members = reference.members
     k = members.fields.index(name)
     tuple_pointer = context.get_value_type(members).as_pointer()
@@ -207,7 +222,7 @@ def _without_owner(context: Any, builder: Any, kind: Any, value: Any) -> Any:
 
 
 def _load(builder: Any, pointer: Any, kind: Any) -> Any:
-    """Return the value at a pointer, read number by number."""
+    """Emit code that reads a value number by number, by loads that are marked as invariant."""
     if isinstance(kind, (ir.LiteralStructType, ir.ArrayType)):
         value = ir.Constant(kind, ir.Undefined)
         is_struct = isinstance(kind, ir.LiteralStructType)

@@ -39,9 +39,10 @@ class SkipReferenceCounts(AnalysisPass):  # type: ignore[misc]
         AnalysisPass.__init__(self)
 
     def run_pass(self, state: Any) -> bool:
-        """Inspect the typed kernel, which is not changed.
+        """Replace the target by one without reference counts if the kernel owns no array.
 
-        Raises numba's TypingError for a kernel that returns an array of its stack.
+        The kernel is not changed, and the result False. Raises numba's TypingError for a kernel
+        that returns an array of its stack.
         """
         _check_returned(state)
         if not _owns_arrays(state):
@@ -52,7 +53,10 @@ class SkipReferenceCounts(AnalysisPass):  # type: ignore[misc]
 
 
 def _owns_arrays(state: Any) -> bool:
-    """Return whether a kernel allocates an array, gets one from a call, or returns one."""
+    """Return whether a kernel allocates an array, gets one from a call, or returns one.
+
+    Arrays of the stack do not count; a slice that is written from an array does, by a copy.
+    """
     holds = _array_test(state)
     if holds(state.return_type):
         return True
@@ -69,7 +73,10 @@ def _owns_arrays(state: Any) -> bool:
 
 
 def _check_returned(state: Any) -> None:
-    """Refuse a kernel that returns an array of its stack, which has ended by then."""
+    """Refuse a kernel that returns an array of its stack, or a part or tuple of it.
+
+    Raises numba's TypingError.
+    """
     holds = _array_test(state)
     blocks = state.func_ir.blocks.values()
     assignments = [line for block in blocks for line in block.find_insts(ir.Assign)]
@@ -115,7 +122,10 @@ def _sources(value: Any, typemap: Any) -> set[str]:
 
 
 def _is_borrowed(value: Any, typemap: Any) -> bool:
-    """Return whether an array that is assigned to a variable belongs to another one."""
+    """Return whether an array that is assigned to a variable belongs to another one or the stack.
+
+    Arguments count as others.
+    """
     if not isinstance(value, ir.Expr):
         return isinstance(value, (ir.Arg, ir.Var))
     if value.op == "call":

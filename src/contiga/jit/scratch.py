@@ -79,7 +79,10 @@ def _zeros_on_the_stack(context: Any, builder: Any, call: Any, _: Any) -> Any:
 
 
 def _stack_array(context: Any, builder: Any, call: Any) -> tuple[Any, Any]:
-    """Return an array of the given shape and type, and the address of its items."""
+    """Emit code for an array of the type of a call on the stack; return it and its items' address.
+
+    It is uninitialised, and does not count references.
+    """
     counts = [count.literal_value for count in call.args]
     number = context.get_data_type(call.return_type.dtype)
     place = cgutils.alloca_once(builder, ir.ArrayType(number, prod(counts)))

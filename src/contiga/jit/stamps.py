@@ -26,9 +26,10 @@ _IMPORTED: dict[str, tuple[Any, str]] = {}
 
 
 def stamp_at_import(function: Callable[..., Any]) -> str:
-    """Return `stamp_of` the file of a function, computed once per import.
+    """Return `stamp_of` the file of a function, computed once per import of its module.
 
-    The code in memory is that of the import: a file that has changed since has another stamp.
+    The code in memory is that of the import: a file that has changed since has another stamp. The
+    package is the last of `PACKAGES` that holds the file, else contiga.
     """
     file, spec = function.__code__.co_filename, function.__globals__.get("__spec__")
     last_spec, stamp = _IMPORTED.get(file, (None, ""))
@@ -52,7 +53,7 @@ def stamp_of(file: str | Path, package: Path = PACKAGE) -> str:
 
 
 def sources_of(files: Iterable[str | Path]) -> list[str]:
-    """Return the files of the package and their imports, relative to its folder."""
+    """Return `files` of contiga and all that they import of it, sorted, relative to its folder."""
     paths = {path for file in files for path in _with_imports(file, PACKAGE)}
     return sorted(Path(path).relative_to(PACKAGE).as_posix() for path in paths)
 
@@ -66,7 +67,10 @@ def stamp_of_files(names: Iterable[str]) -> str:
 
 
 def _with_imports(file: str | Path, package: Path) -> dict[str, bytes]:
-    """Return name and hash of a file and of its imports in the package, by path."""
+    """Return name and hash of a file and of its imports in the package, by path.
+
+    Indirect imports are among them.
+    """
     hashes: dict[str, bytes] = {}
     pending = [os.path.realpath(file)]
     while pending:
@@ -87,7 +91,8 @@ def _hashed(name: str, text: bytes) -> bytes:
 def _read(path: str, when: int, size: int, package: Path) -> tuple[bytes, tuple[str, ...]]:
     """Return name and hash of a file, and the files of the package that it imports itself.
 
-    Time and size are arguments so that a file which changes while this process runs is read again.
+    Imports are found by their text, wherever they are in the file, each once. Time and size are
+    arguments so that a file which changes while this process runs is read again.
     """
     text = Path(path).read_bytes()
     imported: list[str] = []
@@ -110,7 +115,7 @@ def _names(listed: str) -> list[str]:
 
 @cache
 def _file_of(module: str, package: Path) -> str | None:
-    """Return the path of a module's source file; None for other packages and names in modules."""
+    """Return the path of a module's source file; None if there is no such file in the package."""
     parts = module.split(".")
     if parts[0] != package.name:
         return None

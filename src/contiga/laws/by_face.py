@@ -102,12 +102,22 @@ class FaceLaws:
         return max((face for faces in self.faces for face in faces), default=-1)
 
     def with_slave(self, slave: StressLaw) -> FaceLaws:
-        """Return the laws, each in series with the law of the slave's side."""
+        """Return the laws of the same faces, each a `CombinedLaw` with the slave's side.
+
+        Raises
+        ------
+        InputError
+            A law that `CombinedLaw` refuses as the master's side, or the slave's.
+        """
         laws = [CombinedLaw(slave, law) for law in self.laws]  # type: ignore[arg-type]
         return FaceLaws(laws[0], dict(zip(self.faces, laws[1:], strict=True)))
 
     def respond(self, inp: LawInput) -> LawOutput:
-        """Return the forces of each point by the law of its face."""
+        """Return the forces of each point by the law of its face, which `inp.patch` has to name.
+
+        Memories of laws with fewer columns are filled up with zeros. There is no tangent if one of
+        the laws with points has none.
+        """
         assert inp.patch is not None
         n, memory = len(inp.penetration), remembered(inp, self.n_memory)
         force, stiffness, stored, hysteresis, damping = np.zeros((5, n))

@@ -67,6 +67,7 @@ class CombinedLaw:
     slave: StressLaw
     master: StressLaw
     path: StressPath | None
+    """Polyline of equal stress of two tables; None if a side is a callable."""
 
     def __init__(self, slave: StressLaw, master: StressLaw) -> None:
         for side, law in (("law", slave), ("master_law", master)):
@@ -122,7 +123,11 @@ class CombinedLaw:
         return _balance(self.slave, self.master, inp.penetration, t_s, t_m)
 
     def respond(self, inp: LawInput) -> LawOutput:
-        """Return area times the stress of the intermediate surface, with energies of both sides."""
+        """Return area times the stress of the intermediate surface, with energies of both sides.
+
+        The force is zero where damping would pull. The stiffness is that of the two sides in
+        series, zero on a plateau.
+        """
         t_s, t_m = self.slave.thickness_of(inp), self.master.thickness_of(inp)
         split = self.split(inp)
         share_s = np.full(inp.penetration.shape, 0.5)
@@ -154,7 +159,8 @@ class CombinedLaw:
     ) -> LawTangent:
         """Return the derivatives of the forces, zero for a damped point that does not push.
 
-        `share_s` is λ_s/λ, `stiffness` is by unit area.
+        `share_s` is λ_s/λ, `stiffness` is by unit area. That of callables has a derivative too, by
+        differences; the stiffness of tables is piecewise constant.
         """
         t_s, t_m = self.slave.thickness_of(inp), self.master.thickness_of(inp)
         # Of an additional penetration the slave takes the share of its compliance.
@@ -185,7 +191,10 @@ class CombinedLaw:
         return LawTangent(DepthSlopes(scale * slope), scale * viscosity, stiffening)
 
     def _bend(self, inp: LawInput) -> FloatArray:
-        """Return the derivative (n_c,) of the stiffness by unit area, by differences."""
+        """Return the derivative (n_c,) of the stiffness by unit area, by central differences.
+
+        They are of fourth order, with steps of a thousandth of the penetration; 0 without one.
+        """
         step = 1e-3 * inp.penetration
         unit = inp._replace(area=np.ones(len(step)), wants_tangent=False)
 
@@ -200,6 +209,8 @@ class CombinedLaw:
 
 def forces_in_series(slave: ForceLaw, master: ForceLaw) -> ForceLaw:
     """Return one force law for two sides that carry the same force, λ = λ_s + λ_m.
+
+    Its table has the knots of both; it ends, or goes on linearly, as the two together do.
 
     Raises
     ------
@@ -226,7 +237,10 @@ def forces_in_series(slave: ForceLaw, master: ForceLaw) -> ForceLaw:
 
 
 def _compliance(law: StressLaw, strain: FloatArray, stress: FloatArray) -> FloatArray:
-    """Return the tangent compliance (n_c,), zero where the other side yields first."""
+    """Return the tangent compliance (n_c,), strain over stress; infinite on a plateau.
+
+    It is zero where the curve of the law is above `stress`: the other side yields first.
+    """
     slope = law.elastic.carried_slope(strain)
     deforms = law.elastic.carried(strain) <= stress * (1.0 + _STRESS_TOL)
     compliance = np.full(strain.shape, np.inf)
@@ -237,7 +251,11 @@ def _compliance(law: StressLaw, strain: FloatArray, stress: FloatArray) -> Float
 def _balance(
     slave: StressLaw, master: StressLaw, depth: FloatArray, t_s: FloatArray, t_m: FloatArray
 ) -> Split:
-    """Return the split for callables, by bracketing λ_s in [0, λ]."""
+    """Return the split for callables, by bracketing λ_s in [0, λ].
+
+    Without a sign change one side takes all: the master if the slave's stress at zero is not below
+    its own, else the slave. An `InputError` is raised for a curve that falls between samples.
+    """
     from scipy.optimize.elementwise import find_root
 
     if depth.size == 0:
@@ -270,7 +288,10 @@ def _balance(
 
 
 def _check_rising(curve: Characteristic, upto: float, where: str) -> None:
-    """Refuse a callable that falls between samples; more cannot be proved of it."""
+    """Refuse a callable that falls between `_N_SAMPLES` samples up to a strain.
+
+    An `InputError` is raised with the place. More cannot be proved of a callable.
+    """
     strain = np.linspace(0.0, upto, _N_SAMPLES)
     falls = np.flatnonzero(np.diff(curve(strain)) < 0.0)
     if falls.size:

@@ -40,6 +40,7 @@ class Deepest(NamedTuple):
 def deepest(penetration: FloatArray) -> Deepest:
     """Return m and its gradient, for `penetration` (n,) ≥ 0, n ≥ 1; equal weights if all are zero.
 
+    Its curvature is an upper bound, and set to zero where one point counts or 1/layer overflows.
     With p the parentheses above, y = λ/m and w the weights, of the points with p > 0, the second
     derivative along d is |d − y (w·d)|²/(η m p·y). As w·y = 1, this is an oblique projection of d,
     which lengthens it by |y| |w| at most.

@@ -109,7 +109,9 @@ class ForceLaw:
         """Return forces whose sum is Γ(λ_max), or lower on unloading with hysteresis.
 
         Shared by penetration the sum is exact to rounding; else λ_max is greater by up to 0.5 %,
-        and the sum of the weights as well: up to 1 % together for a straight curve.
+        and the sum of the weights as well: up to 1 % together for a straight curve. The past of a
+        hysteresis is the largest remembered λ_max and F. Shared by the deepest the output has a
+        `stiffness_bound`.
         """
         n = inp.penetration.size
         if n == 0:
@@ -154,7 +156,11 @@ class ForceLaw:
         )
 
     def _slopes(self, inp: LawInput, weighted: Deepest, value: float, slope: float) -> DepthSlopes:
-        """Return the slopes of a shared total `value` with its `slope` over the greatest depth."""
+        """Return the slopes of a shared total `value` with its `slope` over the greatest depth.
+
+        They are a diagonal and, unless one point carries all, products of two (share
+        "deepest") or one (share "penetration") column pairs.
+        """
         shares, depth = weighted.weight, inp.penetration
         if self.share == "penetration":
             area, of_deepest = inp.area, np.zeros(len(shares))

@@ -92,7 +92,7 @@ class FrictionChange(NamedTuple):
 
 
 class CoulombNumbers(NamedTuple):
-    """The parameters of a `Coulomb` for its kernel."""
+    """The parameters of a `Coulomb` for its kernel; `dynamic` is `static` if it has none."""
 
     static: float
     dynamic: float
@@ -237,7 +237,10 @@ class Coulomb:
         return CoulombNumbers(self.static, dynamic, self.decay, self.stiffness, bool(self.per_area))
 
     def changes(self, inp: FrictionInput, change: FrictionChange) -> FloatArray:
-        """Return the changes (n, 3, m) of the forces with the input, at the same memory."""
+        """Return the changes (n, 3, m) of the forces with the input, at the same memory.
+
+        A point is differentiated as it is, sticking or slipping; a point at the cone sticks.
+        """
         rows, _ = _rows_of(inp, self.n_memory)
         directions, out = _changes_of(change)
         kernel = friction_nb.coulomb_changes
@@ -245,7 +248,13 @@ class Coulomb:
         return out
 
     def respond(self, inp: FrictionInput) -> FrictionOutput:
-        """Return friction forces inside the cone, with stored and dissipated energy."""
+        """Return friction forces inside the cone, with stored and dissipated energy.
+
+        Raises
+        ------
+        InputError
+            Arrays of another shape, a point with a normal force whose spring has no stiffness.
+        """
         rows, out = _rows_of(inp, self.n_memory)
         n = len(rows.force)
         run_ranges(straight(friction_nb.coulomb), n, MIN_POINTS, rows, self._numbers, out)
@@ -320,6 +329,8 @@ class ViscousFriction:
     def viscosity(self, force: FloatArray, speed: FloatArray) -> FloatArray:
         """Return μ F tanh(v/v₀)/v (n,), friction by sliding speed (n,), at normal forces (n,).
 
+        At rest it is that of a speed of 1e-9 v₀, the limit to rounding.
+
         >>> ViscousFriction(0.3, speed=0.01).viscosity(np.array([10.0]), np.zeros(1)).round(9)
         array([300.])
         """
@@ -327,7 +338,7 @@ class ViscousFriction:
         return np.asarray(self.coefficient * force / self.speed * (np.tanh(ratio) / ratio))
 
     def changes(self, inp: FrictionInput, change: FrictionChange) -> FloatArray:
-        """Return the changes (n, 3, m) of the forces with the input."""
+        """Return the changes (n, 3, m) of the forces with the input, at the same memory."""
         rows, _ = _rows_of(inp, self.n_memory)
         directions, out = _changes_of(change)
         numbers, kernel = (self.coefficient, self.speed), friction_nb.viscous_changes
@@ -335,7 +346,13 @@ class ViscousFriction:
         return out
 
     def respond(self, inp: FrictionInput) -> FrictionOutput:
-        """Return forces against the sliding velocity."""
+        """Return forces against the sliding velocity, and their losses, with no stiffness.
+
+        Raises
+        ------
+        InputError
+            Arrays of another shape.
+        """
         rows, out = _rows_of(inp, self.n_memory)
         numbers, kernel = (self.coefficient, self.speed), straight(friction_nb.viscous)
         run_ranges(kernel, len(rows.force), MIN_POINTS, rows, *numbers, out)
@@ -343,7 +360,7 @@ class ViscousFriction:
 
 
 def _rows_of(inp: FrictionInput, n_memory: int) -> tuple[FrictionInput, FrictionOutput]:
-    """Return the input as contiguous arrays for kernels, and an output to be filled.
+    """Return the input as contiguous arrays for kernels, and an output with empty arrays to fill.
 
     Raises
     ------

@@ -47,7 +47,7 @@ def no_memory(
 
 
 def remembered(inp: LawInput, columns: int) -> FloatArray:
-    """Return the memory (n_c, columns) of the points; zeros if the input has none.
+    """Return the memory (n_c, columns) of the points, not a copy; zeros if it is empty.
 
     Raises
     ------
@@ -69,6 +69,8 @@ def remembered(inp: LawInput, columns: int) -> FloatArray:
 
 def critical_damping(ratio: float, stiffness: FloatArray, mass: FloatArray | None) -> FloatArray:
     """Return c = 2 ζ √(k m) (n,), force × time / length; ζ = 1 is critical damping.
+
+    A negative stiffness counts as zero.
 
     Parameters
     ----------

@@ -70,7 +70,11 @@ class PenaltyLaw:
     n_memory = 0
 
     def respond(self, inp: LawInput) -> LawOutput:
-        """Return forces k λ + c λ̇ and energies k λ²/2."""
+        """Return forces k λ + c λ̇, zero where they would pull, and energies k λ²/2.
+
+        With a damping ratio c has the critical damping of each point in it, and an `InputError` is
+        raised without masses.
+        """
         force = elastic = self.stiffness * inp.penetration
         stiffness = np.empty(elastic.shape)
         stiffness.fill(self.stiffness)
@@ -137,7 +141,7 @@ class AdaptiveLaw:
     n_memory = 0
 
     def respond(self, inp: LawInput) -> LawOutput:
-        """Return forces s (m/Δt²) λ, whose stiffness and energy depend on the step.
+        """Return forces s (m/Δt²) λ, whose stiffness and energy depend on the step; 0 at Δt = 0.
 
         Raises
         ------

@@ -126,7 +126,13 @@ class StressLaw:
         return self.thickness is None
 
     def thickness_of(self, inp: LawInput) -> FloatArray:
-        """Return the thickness (n_c,) of each point, the law's or the slave's."""
+        """Return the thickness (n_c,) of each point, the law's or, if it has none, the slave's.
+
+        Raises
+        ------
+        InputError
+            Neither has one, or a point in contact has none above zero.
+        """
         if self.thickness is not None:
             return np.full(inp.penetration.shape, self.thickness)
         if inp.thickness is None:
@@ -146,7 +152,10 @@ class StressLaw:
         return inp.thickness
 
     def damping_stress(self, strain_rate: FloatArray, elastic_stress: FloatArray) -> FloatArray:
-        """Return the damping stress (n,) (C_d λ̇/t + σ_d(λ̇/t)) f_d(σ_e), of either sign."""
+        """Return the damping stress (n,) (C_d λ̇/t + σ_d(λ̇/t)) f_d(σ_e), of either sign.
+
+        An `InputError` is raised if a callable σ_d has the wrong sign at one of these rates.
+        """
         stress = self.damping * strain_rate
         if self.damping_curve is not None:
             by_curve = self.damping_curve(strain_rate)
@@ -160,7 +169,10 @@ class StressLaw:
     def damping_slopes(
         self, strain_rate: FloatArray, elastic_stress: FloatArray
     ) -> tuple[FloatArray, FloatArray]:
-        """Return the derivatives of `damping_stress` by the elastic stress, and by the rate."""
+        """Return the derivatives (n,) of `damping_stress` by the elastic stress and by the rate.
+
+        A callable damping curve is not checked here.
+        """
         by_rate = np.full(strain_rate.shape, self.damping)
         stress = self.damping * strain_rate
         if self.damping_curve is not None:
@@ -172,7 +184,17 @@ class StressLaw:
         return stress * self.amplification.slope(elastic_stress), by_rate * factor
 
     def respond(self, inp: LawInput) -> LawOutput:
-        """Return the forces of Eq. 3.4, with the energy of the elastic stress."""
+        """Return the forces of Eq. 3.4, zero where they would pull, with the elastic energy.
+
+        Stiffness is that of the elastic stress alone. Points without an area get no force of the
+        damping ratio.
+
+        Raises
+        ------
+        InputError
+            No thickness, a damping ratio without masses, a callable damping curve of the wrong
+            sign.
+        """
         thickness = self.thickness_of(inp)
         strain = inp.penetration / thickness
         # Response of the elastic stress, by unit of volume.
@@ -210,7 +232,11 @@ class StressLaw:
         elastic: Responses,
         is_pushing: NDArray[np.bool_],
     ) -> LawTangent:
-        """Return the derivatives of the forces, zero for a damped point that does not push."""
+        """Return the derivatives of the forces, zero for a damped point that does not push.
+
+        `strain` is λ/t, and `elastic` the response of the stress to it. The derivative of the
+        stiffness is that of the elastic part.
+        """
         bend = self.elastic.carried_bend(strain)
         if self.hysteresis is not None:
             bend = self.hysteresis.bend(strain, elastic.force)
@@ -233,6 +259,8 @@ class StressLaw:
 
 def _check_damping(curve: Characteristic, rates: FloatArray, stress: FloatArray) -> None:
     """Refuse stresses (k,) at rates (k,) that are not zero at rate zero, or of the other sign.
+
+    Stresses up to `_STRESS_TOL` of the largest count as zero.
 
     Raises
     ------

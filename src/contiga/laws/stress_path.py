@@ -45,7 +45,10 @@ class StressPath(NamedTuple):
     def solve(
         self, depth: FloatArray, t_s: FloatArray, t_m: FloatArray
     ) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Return λ_s, λ_m and σ, each (n,), for penetrations and thicknesses `t_s`, `t_m` (n,)."""
+        """Return λ_s, λ_m and σ, each (n,), for penetrations and thicknesses `t_s`, `t_m` (n,).
+
+        A penetration beyond a path without a ray raises a `RunError`, unless by rounding.
+        """
 
         def reach(node: NDArray[np.intp]) -> FloatArray:
             return t_s * self.slave[node] + t_m * self.master[node]
@@ -77,7 +80,7 @@ class StressPath(NamedTuple):
 
 
 def stress_path(slave: Characteristic, master: Characteristic) -> StressPath:
-    """Return the polyline of equal stress of two tables.
+    """Return the polyline of equal stress of two tables, up to the highest stress of the weaker.
 
     Raises
     ------
@@ -107,7 +110,10 @@ def stress_path(slave: Characteristic, master: Characteristic) -> StressPath:
 
 
 def _side(curve: Characteristic, where: str) -> _Side:
-    """Return a curve on x ≥ 0, with its negative part set to zero."""
+    """Return a curve on x ≥ 0, with its negative part set to zero, and a knot where that ends.
+
+    An `InputError` is raised for a table that falls there, or starts above 0 without extrapolation.
+    """
     if curve.extrapolation == "error" and curve.x[0] > 0.0:
         raise InputError(
             "combined contact needs a table that starts at zero or below",
@@ -140,7 +146,11 @@ def _side(curve: Characteristic, where: str) -> _Side:
 
 
 def _inverse(side: _Side, stress: FloatArray, end: Literal["left", "right"]) -> FloatArray:
-    """Return the first (`end` "left") or last ("right") strain at which a side carries `stress`."""
+    """Return the first (`end` "left") or last ("right") strain at which a side carries `stress`.
+
+    `stress` (k,) is within its range: below it the strain is 0, above it the last, or beyond that
+    on a rising slope.
+    """
     place = np.searchsorted(side.y, stress, side=end)
     upper = np.clip(place, 1, max(len(side.x) - 1, 1))
     lower = upper - 1

@@ -339,3 +339,14 @@ def test_joints_that_are_none_are_refused(
     with pytest.raises(InputError, match=what) as told:
         Joint(*arguments, **({"at": [0, 0, 0]} | options))
     assert told.value.where == where
+
+
+@pytest.mark.parametrize("broken", [0, 1])
+def test_a_misfit_that_is_not_a_number_is_the_largest(broken: int) -> None:
+    """Also if the joints after it are closed."""
+    joints = [Joint("spherical", "ground", body, at=AT) for body in ("a", "b")]
+    linkage, rows, poses = linkage_of(joints)
+    work = work_for(linkage.table, 2)
+    assert joints_nb.misfits(rows, poses, linkage.fixed, linkage.table, work) <= 1e-15
+    rows[broken, lanes.CENTRE] = np.nan
+    assert np.isnan(joints_nb.misfits(rows, poses, linkage.fixed, linkage.table, work))

@@ -8,7 +8,7 @@ from contiga.jit import inner, kernel
 
 @inner()
 def curve_at(curves, c, x):
-    """Return the `CurvePoint` of curve c at x."""
+    """Return the `CurvePoint` of curve c at x, on the piece to the right of a knot."""
     first, low, high = curves.first[c], curves.first[c], curves.first[c + 1]
     while low < high:
         middle = (low + high) // 2

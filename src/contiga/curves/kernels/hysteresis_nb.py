@@ -20,7 +20,8 @@ PARALLEL = 1e-12
 def _meet(curves, c, slope, x, force, low, high):
     """Return where the line through (x, force) meets curve c, clipped to [low, high].
 
-    The line less the curve, K x − y, never falls: its level is found by bisection.
+    The line less the curve, K x − y, never falls: its level is found by bisection. On a piece
+    parallel to the line it is the beginning of the piece.
     """
     first, stop = curves.first[c], curves.first[c + 1]
     level = slope * x - force
@@ -49,9 +50,9 @@ def _stored(curves, unloading, slope, x, force):
 
 @inner(linked=False)
 def hysteretic(curves, pair, slope, x_old, f_old, x):
-    """Return the `Response` to a step from (x_old, f_old) to x.
+    """Return the `Response` to a step from (x_old, f_old) to x; nothing below x = 0.
 
-    A force without memory, x_old ≤ 0, starts at zero, between the curves.
+    A force without memory, x_old ≤ 0, starts at x = 0, from f_old clipped to the curves.
     """
     if x < 0.0:
         return Response(0.0, 0.0, 0.0, 0.0)
@@ -84,7 +85,7 @@ def hysteretic(curves, pair, slope, x_old, f_old, x):
 
 @kernel()
 def step(curves, slope, x_old, f_old, x):
-    """Return force, stiffness, stored and lost energy of the first pair at x."""
+    """Return force, stiffness, stored and lost energy of the first pair after a step to x."""
     at = hysteretic(curves, 0, slope, x_old, f_old, x)
     return at.force, at.stiffness, at.stored, at.lost
 

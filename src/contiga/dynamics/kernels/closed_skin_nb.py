@@ -25,7 +25,10 @@ AT_NODES = 4
 
 @inner(linked=False)
 def _measure(bank, x, y, z):
-    """Measure the facets of a block, with tetrahedra to the point (x, y, z)."""
+    """Write the measures of a block's facets into its bank, with tetrahedra to (x, y, z).
+
+    The first nine rows of the bank are the coordinates of the three corners.
+    """
     for lane in range(LANES):
         ax, ay, az = bank[lane], bank[LANES + lane], bank[2 * LANES + lane]
         bx = bank[3 * LANES + lane] - ax
@@ -70,10 +73,10 @@ def measure_facets(points, corners, facets, areas, volumes, start, stop):
 
 @kernel()
 def sum_at_nodes(facets, starts, rows, gradient, stiffness, start, stop):
-    """Sum `facets` (f, AT_NODES) at nodes start … stop into the `gradient` ∂V/∂x (k, 3) and the
-    `stiffness` (k,), bounds of the row sums of ∂²V/∂x².
+    """Sum `facets` (f, AT_NODES) at nodes start … stop, and write the sums.
 
-    The facets of node n are `rows` starts[n] … starts[n + 1].
+    They are the `gradient` ∂V/∂x (k, 3), and the `stiffness` (k,), bounds of the row sums of
+    ∂²V/∂x². The facets of node n are `rows` starts[n] … starts[n + 1].
     """
     for n in range(start, stop):
         x, y, z, sides = 0.0, 0.0, 0.0, 0.0

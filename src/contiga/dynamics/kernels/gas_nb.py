@@ -51,8 +51,11 @@ def _pressure(gases, now, row):
 
 @inner(error_model="numpy")
 def _add(gases, now, row, sign, heat):
-    """Add the masses `now.moved` and their enthalpy `heat` to a row, or remove both if `sign` is
-    −1, and find its temperature by Newton's method."""
+    """Add the masses `now.moved` and their enthalpy `heat` to a row; remove both if `sign` is −1.
+
+    Its new temperature is found by Newton's method, to `TEMPERATURE_TOL` or `MAX_ITERATIONS`; no
+    iteration lowers it below a tenth.
+    """
     masses = now.masses[row]
     for g in range(masses.shape[0]):
         masses[g] += sign * now.moved[g]
@@ -68,7 +71,10 @@ def _add(gases, now, row, sign, heat):
 
 @inner(error_model="numpy")
 def _squeeze(gases, now, row, volume):
-    """Change the volume of a row at constant entropy."""
+    """Change the volume of a row at constant entropy, and its energy and temperature with it.
+
+    The temperature is found by Newton's method in its logarithm.
+    """
     if volume == now.volume[row]:
         return
     masses, start = now.masses[row], now.temperature[row]
@@ -87,10 +93,10 @@ def _squeeze(gases, now, row, volume):
 
 @inner(error_model="numpy")
 def flux(upstream, downstream, temperature, gamma, constant):
-    """Return the mass flux, mass / (area time), through an opening between two pressures.
+    """Return the mass flux, mass / (area time), through an opening between two pressures, ≥ 0.
 
     `temperature` (kelvin), `gamma` and gas `constant` (energy by mass and kelvin) are those
-    upstream. The flow is choked below the critical pressure ratio.
+    upstream, where the pressure is higher. The flow is choked below the critical pressure ratio.
     """
     critical = (2.0 / (gamma + 1.0)) ** (gamma / (gamma - 1.0))
     ratio = max(downstream / upstream, critical)
@@ -101,7 +107,10 @@ def flux(upstream, downstream, temperature, gamma, constant):
 
 @inner(error_model="numpy")
 def _flow(tables, now, o, chamber, neighbour, time):
-    """Find the `Flow` through opening o between two rows; marks a vent that opens."""
+    """Return the `Flow` through opening o between two rows, and mark it in `now` if it opens.
+
+    Nothing flows before its trigger, its pressure or its time, and at pressures that are `EQUAL`.
+    """
     gases, openings = tables.gases, tables.openings
     inside, outside = _pressure(gases, now, chamber), _pressure(gases, now, neighbour)
     excess = inside - outside
@@ -127,7 +136,10 @@ def _flow(tables, now, o, chamber, neighbour, time):
 
 @inner(error_model="numpy")
 def _pressure_by_mass(gases, now, row, source):
-    """Return the derivative of a chamber's pressure by the mass added from the gas of `source`."""
+    """Return the derivative of a row's pressure by the mass added from the gas of `source`.
+
+    The volume is constant; the mass brings its enthalpy.
+    """
     flowing, temperature = now.masses[source], now.temperature[source]
     mass, masses, t = mass_of(flowing), now.masses[row], now.temperature[row]
     heat = enthalpy_of(gases, flowing, temperature) - energy_of(gases, flowing, t)
@@ -138,8 +150,11 @@ def _pressure_by_mass(gases, now, row, source):
 
 @inner(error_model="numpy")
 def _move(gases, now, sides, mass, source):
-    """Move a mass of the gas of row `source` from the first row of `sides` to the second, and
-    return its enthalpy. A second row of −1 stands for the surroundings, which do not change."""
+    """Move a mass of the gas of row `source` from the first row of `sides` to the second.
+
+    It goes the other way if it is negative. A second row of −1 stands for the surroundings, which
+    do not change. Returns the enthalpy that has left the first row; overwrites `now.moved`.
+    """
     flowing = now.masses[source]
     part = mass / mass_of(flowing)
     for g in range(flowing.shape[0]):
@@ -164,9 +179,10 @@ def _copy(now, row, to):
 def _flow_through(tables, now, o, time, dt):
     """Advance the flow through opening o by a time `dt`; returns the enthalpy that flowed out.
 
-    Without other flows the pressures equalise in a finite time and never cross. Close to that the
-    flow is proportional to the square root of their difference, which falls as the square of the
-    remaining time. Farther away the midpoint method takes substeps.
+    It is negative if gas came in. The last two rows of `now` are overwritten. Without other flows
+    the pressures equalise in a finite time and never cross. Close to that the flow is proportional
+    to the square root of their difference, which falls as the square of the remaining time. Farther
+    away the midpoint method takes substeps.
     """
     gases, chambers = tables.gases, now.came.shape[0]
     chamber, neighbour = tables.openings.chamber[o], tables.openings.neighbour[o]
@@ -204,7 +220,10 @@ def _flow_through(tables, now, o, time, dt):
 
 @inner(error_model="numpy")
 def _vent(tables, now, o, time, dt):
-    """Advance the flow through opening o, and add the enthalpy exchanged with the surroundings."""
+    """Advance the flow through opening o by a time `dt`, and its chamber's account of enthalpy.
+
+    Enthalpy that flows to another chamber is in no account.
+    """
     enthalpy, chamber = _flow_through(tables, now, o, time, dt), tables.openings.chamber[o]
     if tables.openings.neighbour[o] >= now.came.shape[0]:
         now.left[chamber] += max(enthalpy, 0.0)
@@ -213,7 +232,10 @@ def _vent(tables, now, o, time, dt):
 
 @inner(error_model="numpy")
 def _blow_in(tables, now, i, time, dt):
-    """Add the gas of inflator i in a step `dt` with its middle at `time`."""
+    """Add the gas of inflator i in a step `dt`, by its rate and temperature in the middle, `time`.
+
+    Nothing flows before its trigger, and outside the rows of its rate.
+    """
     gases, inflators = tables.gases, tables.inflators
     at, rates = time - now.fired[i], inflators.rates
     first, last = rates.first[i], rates.first[i + 1] - 1
@@ -234,10 +256,10 @@ def _blow_in(tables, now, i, time, dt):
 
 @kernel(error_model="numpy")
 def flow(tables, now, volumes, time, dt):
-    """Advance the contents of the chambers by a step `dt` that ends at `time`, with `volumes` (c,)
-    at its end.
+    """Advance the contents of the chambers by a step `dt` that ends at `time`.
 
-    The parts of the step are symmetric about the inflow from inflators (Strang splitting).
+    `volumes` (c,) are those at its end. The parts of the step are symmetric about the inflow from
+    inflators (Strang splitting). Writes the pressures at the end.
     """
     gases, chambers, openings = tables.gases, volumes.shape[0], now.is_open.shape[0]
     for c in range(chambers):

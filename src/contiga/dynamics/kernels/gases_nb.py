@@ -57,7 +57,7 @@ def enthalpy(gases, g, temperature):
 
 @inner(error_model="numpy")
 def entropy(gases, g, start, end):
-    """Return ∫ c_p/T dT of gas g between two temperatures, energy by mass and kelvin."""
+    """Return ∫ c_p/T dT of gas g from one temperature to another, energy by mass and kelvin."""
     low, high = min(start, end), max(start, end)
     p, total = gases.first[g], 0.0
     while low >= gases.highest[p]:

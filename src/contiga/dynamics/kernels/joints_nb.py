@@ -36,7 +36,6 @@ from contiga.dynamics.joint_records import (
     OFFSET_W,
     SECOND_ANGLE,
     TRAVEL,
-    TWIST,
 )
 from contiga.dynamics.joint_records import AXES as AXES_ROW
 from contiga.dynamics.kernels.rigid_body_nb import (
@@ -87,7 +86,11 @@ def _cross(a, b, out):
 
 @inner(linked=False, error_model="numpy")
 def _place_markers(table, work, rows, fixed, poses):
-    """Place the markers: on free bodies by their `rows`, on driven ones by `poses` (n, 4, 4)."""
+    """Write points, arms and axes of the markers into `work`.
+
+    Free bodies are placed by their `rows`, driven ones by `poses` (n, 4, 4); the ground does not
+    move.
+    """
     for g in range(table.bodies.shape[0]):
         for side in range(2):
             row, body = table.rows[g, side], table.bodies[g, side]
@@ -128,9 +131,10 @@ def _place_markers(table, work, rows, fixed, poses):
 
 @inner(linked=False, error_model="numpy")
 def _misfits(table, work):
-    """Write the residuals of all constraints into `work.right`.
+    """Write the residuals of all constraints into `work.right`, and return the largest misfit.
 
-    Returns the largest misfit, over the size of the mechanism.
+    Residuals are lengths, or a_i · b_j, the sine of an angle. The largest has lengths over the size
+    of the mechanism, and is NaN if one of them is.
     """
     worst = 0.0
     for m in range(table.constraints.shape[0]):
@@ -148,7 +152,7 @@ def _misfits(table, work):
                 value += difference * component
             misfit = abs(value) / table.size[0]
         work.right[m] = value
-        if not misfit <= worst:  # NaN counts as the worst
+        if not (misfit <= worst or math.isnan(worst)):
             worst = misfit
     return worst
 
@@ -217,7 +221,8 @@ def _derive(table, work, rows, fixed):
 def _factor(table, work):
     """Build G M⁻¹ Gᵀ from `work.jacobian` and `.weighted`, factor it, and return its rank.
 
-    It is scaled to a diagonal of ones. If rows depend on others, Lᵀ L is factored, too.
+    It is scaled to a diagonal of ones. A row whose pivot is at most `DEPENDENT` gets the pivot 0,
+    and does not count in the rank; Lᵀ L is then factored, too. Writes `matrix`, `scale`, `gram`.
     """
     n, matrix, scale = table.constraints.shape[0], work.matrix, work.scale
     for i in range(n):
@@ -257,7 +262,10 @@ def _factor(table, work):
 
 @inner(linked=False, error_model="numpy")
 def _factor_gram(table, work):
-    """Factor Lᵀ L by Cholesky; columns that are left out of L get a diagonal of one."""
+    """Write Lᵀ L into `work.gram` and factor it by Cholesky.
+
+    Columns that are left out of L get a diagonal of one.
+    """
     matrix, gram = work.matrix, work.gram
     n = matrix.shape[0]
     for i in range(n):
@@ -294,7 +302,11 @@ def _substitute(lower, first, x):
 
 @inner(linked=False, error_model="numpy")
 def _solve(table, work, rank):
-    """Solve G M⁻¹ Gᵀ λ = −right for the multipliers; `work.right` is overwritten."""
+    """Solve G M⁻¹ Gᵀ λ = −right for `work.multipliers`; `work.right` is overwritten.
+
+    Below full `rank` of `_factor` they are the least squares solution of least norm of the scaled
+    system.
+    """
     n, right, out = work.right.shape[0], work.right, work.multipliers
     for i in range(n):
         right[i] *= -work.scale[i]
@@ -325,8 +337,7 @@ def _solve(table, work, rank):
 
 @inner(error_model="numpy")
 def _shift(table, work, columns):
-    """Write Σ λ columns over the constraints into `work.shift`, for `columns` (m, 2, 6) that are G
-    or M⁻¹ Gᵀ."""
+    """Write Σ λ columns over the constraints into `work.shift`; `columns` (m, 2, 6) G or M⁻¹ Gᵀ."""
     for b in range(work.shift.shape[0]):
         for k in range(6):
             work.shift[b, k] = 0.0
@@ -340,7 +351,10 @@ def _shift(table, work, columns):
 
 @inner(error_model="numpy")
 def _kick(table, work, rows, fixed, part):
-    """Kick the velocities and angular momenta by Gᵀ λ times `part`."""
+    """Kick the velocities and angular momenta in `rows` by Gᵀ λ times `part`.
+
+    Held directions and rotations are not kicked; `work.shift` is overwritten.
+    """
     _shift(table, work, work.jacobian)
     for b in range(rows.shape[0]):
         for k in range(3):
@@ -351,10 +365,11 @@ def _kick(table, work, rows, fixed, part):
 
 @kernel(error_model="numpy")
 def fit(rows, poses, fixed, table, work):
-    """Move free bodies so that all joints close, each iteration by the least motion weighted by
-    mass (Gauss); `rows` (b, 19) are changed.
+    """Move free bodies so that all joints close: places and orientations in `rows` (b, 19).
 
-    Returns the misfit that remains, over the size of the mechanism.
+    Each iteration is the least motion weighted by mass (Gauss). They end at a misfit of `CLOSED`,
+    below `ROUNDING` where it falls no more, or after `MAX_FIT_ITERATIONS`. Returns the misfit that
+    remains, over the size of the mechanism.
     """
     before, misfit = math.inf, math.inf
     for _ in range(MAX_FIT_ITERATIONS):
@@ -381,9 +396,10 @@ def fit(rows, poses, fixed, table, work):
 def close(last, last_poses, free, poses, fixed, h, table, work):
     """Correct a drift over the time `h` so that all joints are closed at its end.
 
-    `free` are the bodies (`Placed`) after `rigid_body_nb.drift` from the rows `last` (b, 19); they
-    are changed. `last_poses` and `poses` (n, 4, 4) are those of driven bodies before and after the
-    step. Returns the misfit that remains, over the size of the mechanism.
+    `free` are the bodies (`Placed`) after `rigid_body_nb.drift` from the rows `last` (b, 19); rows,
+    poses and predicted twists are changed. `last_poses` and `poses` (n, 4, 4) are those of driven
+    bodies before and after the step. Iterations end as in `fit`, after `MAX_ITERATIONS`, or at a
+    misfit that is not finite. Returns the misfit that remains, over the size of the mechanism.
     """
     rows, tensor = free.rows, scratch(3, 3)
     momentum, velocity = scratch(3), scratch(3)
@@ -421,8 +437,10 @@ def close(last, last_poses, free, poses, fixed, h, table, work):
 
 @inner(linked=False, error_model="numpy")
 def _marker_rates(table, work, rows, fixed, poses, twists):
-    """Write velocities and spins of the markers into `work.rates`; `twists` (n, 6) are those of
-    driven bodies."""
+    """Write velocities and spins of the markers into `work.rates`; zeros on the ground.
+
+    `poses` (n, 4, 4) and `twists` (n, 6) are those of driven bodies.
+    """
     arm, turn = scratch(3), scratch(3)
     for g in range(table.bodies.shape[0]):
         for side in range(2):
@@ -448,7 +466,7 @@ def _marker_rates(table, work, rows, fixed, poses, twists):
 
 @inner(linked=False, error_model="numpy")
 def _row_rates(table, work):
-    """Write the rates of all constraints into `work.right`."""
+    """Write the rates of all constraints into `work.right`, from the markers' rates in `work`."""
     a_rate, b_rate, difference = scratch(3), scratch(3), scratch(3)
     for m in range(table.constraints.shape[0]):
         g, kind, i, j = table.constraints[m]
@@ -470,8 +488,11 @@ def _row_rates(table, work):
 
 @inner(linked=False, error_model="numpy")
 def _marker_accelerations(table, work, rows, fixed, poses, accelerations):
-    """Write accelerations of the markers into `work.accelerations`: of free bodies by the forces
-    in `rows`, of driven ones from `accelerations` (n, 6)."""
+    """Write accelerations of the markers into `work.accelerations`; zeros on the ground.
+
+    Free bodies have those by the forces in `rows`, driven ones `accelerations` (n, 6). Rates of the
+    markers are in `work.rates`.
+    """
     arm, turn, centripetal = scratch(3), scratch(3), scratch(3)
     tensor, momentum, torque = scratch(3, 3), scratch(3), scratch(3)
     for g in range(table.bodies.shape[0]):
@@ -510,7 +531,10 @@ def _marker_accelerations(table, work, rows, fixed, poses, accelerations):
 
 @inner(linked=False, error_model="numpy")
 def _row_accelerations(table, work):
-    """Write the second time derivatives of all constraints into `work.right`."""
+    """Write the second time derivatives of all constraints into `work.right`.
+
+    They follow from the markers, their rates and their accelerations in `work`.
+    """
     a_rate, a_second, difference = scratch(3), scratch(3), scratch(3)
     b_rate, b_second, change = scratch(3), scratch(3), scratch(3)
     for m in range(table.constraints.shape[0]):
@@ -596,6 +620,32 @@ def react(free, poses, twists, accelerations, fixed, table, work, reactions):
     return energy
 
 
+@inner(error_model="numpy")
+def _angle(kind, a, b, moment):
+    """Return an angle between axes `a` and `b` (3, 3), radians, and write its `moment` (3,).
+
+    That is the moment on the second body per unit of the coordinate's; zero for a CONE of parallel
+    axes, which have no direction. Angles are within ±π, without full turns.
+    """
+    if kind == ANGLE:
+        for k in range(3):
+            moment[k] = a[2, k]
+        return math.atan2(dot(b[0], a[1]), dot(b[0], a[0]))
+    if kind == SECOND_ANGLE:
+        for k in range(3):
+            moment[k] = b[0, k]
+        return math.atan2(dot(a[2], b[1]), dot(a[2], b[2]))
+    if kind == CONE:
+        _cross(a[2], b[2], moment)
+        sine = math.sqrt(dot(moment, moment))
+        for k in range(3):
+            moment[k] = moment[k] / sine if sine > 0.0 else 0.0
+        return math.atan2(sine, dot(a[2], b[2]))
+    for k in range(3):
+        moment[k] = (a[2, k] + b[2, k]) / (1.0 + dot(a[2], b[2]))
+    return math.atan2(dot(a[1], b[0]) - dot(a[0], b[1]), dot(a[0], b[0]) + dot(a[1], b[1]))
+
+
 @kernel(error_model="numpy")
 def measure(poses, twists, table, points, values, rates, ways):
     """Measure the coordinates of joints from poses (n, 4, 4) and twists (n, 6) of all bodies.
@@ -638,48 +688,32 @@ def measure(poses, twists, table, points, values, rates, ways):
         a, b, force = axes[0], axes[1], ways[c]
         for k in range(6):
             force[k] = 0.0
-        value = 0.0
+        rates[c] = 0.0
         if kind == TRAVEL:
             for k in range(3):
                 arm[k] = at[1, k] - at[0, k]
                 force[k] = a[2, k]
-            value = dot(arm, a[2])
-        elif kind == ANGLE:
-            value = math.atan2(dot(b[0], a[1]), dot(b[0], a[0]))
-            for k in range(3):
-                force[3 + k] = a[2, k]
-        elif kind == SECOND_ANGLE:
-            value = math.atan2(dot(a[2], b[1]), dot(a[2], b[2]))
-            for k in range(3):
-                force[3 + k] = b[0, k]
-        elif kind == CONE:
-            _cross(a[2], b[2], turn)
-            sine = math.sqrt(dot(turn, turn))
-            value = math.atan2(sine, dot(a[2], b[2]))
-            if sine > 0.0:  # parallel axes give no direction
-                for k in range(3):
-                    force[3 + k] = turn[k] / sine
-        else:
-            value = math.atan2(dot(a[1], b[0]) - dot(a[0], b[1]), dot(a[0], b[0]) + dot(a[1], b[1]))
-            for k in range(3):
-                force[3 + k] = (a[2, k] + b[2, k]) / (1.0 + dot(a[2], b[2]))
-        if kind in (ANGLE, SECOND_ANGLE, TWIST):
-            value += 2.0 * math.pi * math.floor((values[c] - value) / (2.0 * math.pi) + 0.5)
-        values[c] = value
-        rates[c] = 0.0
-        for k in range(3):
+            values[c] = dot(arm, a[2])
             # The first body carries the second's marker with it.
-            rates[c] += force[3 + k] * (rate[1, 3 + k] - rate[0, 3 + k])
-        if kind == TRAVEL:
             _cross(rate[0, 3:], arm, turn)
             for k in range(3):
                 rates[c] += force[k] * (rate[1, k] - rate[0, k] - turn[k])
+            continue
+        value = _angle(kind, a, b, force[3:])
+        if kind != CONE:
+            value += 2.0 * math.pi * math.floor((values[c] - value) / (2.0 * math.pi) + 0.5)
+        values[c] = value
+        for k in range(3):
+            rates[c] += force[3 + k] * (rate[1, 3 + k] - rate[0, 3 + k])
 
 
 @kernel(error_model="numpy")
 def add_wrenches(table, points, wrenches, poses, total):
-    """Add `wrenches` (g, 6) on second bodies about `points` (g, 3), and the opposite on first ones,
-    to `total` (n, 6), the wrenches about the origins of bodies at `poses` (n, 4, 4)."""
+    """Add `wrenches` (g, 6) on second bodies about `points` (g, 3), and the opposite on first ones.
+
+    They are added to `total` (n, 6), the wrenches about the origins of bodies at `poses`
+    (n, 4, 4). The ground gets none.
+    """
     arm, turn = scratch(3), scratch(3)
     for g in range(table.bodies.shape[0]):
         for side in range(2):
@@ -696,7 +730,7 @@ def add_wrenches(table, points, wrenches, poses, total):
 
 @kernel(error_model="numpy")
 def misfits(rows, poses, fixed, table, work):
-    """Place the markers and write the residuals of all constraints into `work.right`.
+    """Place the markers in `work` and write the residuals of all constraints into `work.right`.
 
     Returns the largest misfit, over the size of the mechanism.
     """
@@ -706,5 +740,5 @@ def misfits(rows, poses, fixed, table, work):
 
 @kernel(error_model="numpy")
 def derive(rows, fixed, table, work):
-    """Write G and M⁻¹ Gᵀ into `work`, with the markers that `misfits` has placed."""
+    """Write G, M⁻¹ Gᵀ and inverse inertias into `work`, by the markers that `misfits` placed."""
     _derive(table, work, rows, fixed)

@@ -25,8 +25,10 @@ def _add(forces, first, out):
 
 @inner(linked=False)
 def _add_listed(listed, j, first, out):
-    """Add the listed forces, from place j of the list on, to a block that begins at number `first`,
-    and return the next place."""
+    """Add listed forces to a block that begins at number `first`, and return the next place.
+
+    `listed` are nodes (k,), ascending, and forces (k, 3); place j is the first one to be added.
+    """
     rows, forces = listed
     node, end = first // 3, (first + out.shape[0]) // 3
     while j < rows.shape[0] and rows[j] < end:
@@ -39,8 +41,10 @@ def _add_listed(listed, j, first, out):
 
 @inner(linked=False)
 def _overwrite(mask, first, values, out):
-    """Overwrite a block, which begins at number `first`, by values where `mask` (n, 3) is true; an
-    empty mask is false everywhere."""
+    """Overwrite a block, which begins at number `first`, by values where `mask` (n, 3) is true.
+
+    A mask (0, 3) is false everywhere.
+    """
     if mask.shape[0] > 0:
         block = mask.reshape(-1)[first : first + out.shape[0]]
         for k in range(out.shape[0]):
@@ -71,10 +75,10 @@ def _repeat_vector(vector, out):
 
 @inner()
 def _accelerations(masses, acting, place, rows, out):
-    """Write the accelerations of a block, place = (its first number, its place j in the list of
-    contact forces), and return the next j.
+    """Write the accelerations of a block, and return the next place in the list of contact forces.
 
-    `rows` (BLOCK,) each are repeated gravity, zeros, and an array for the masses.
+    `place` is the first number of the block and the place in the list; `rows` (BLOCK,) each are
+    repeated gravity, zeros, and an array into which the masses are written. Held numbers get 0.
     """
     first, j = place
     out[:] = 0.0
@@ -134,7 +138,10 @@ def _block_sum(values):
 
 @inner()
 def _energy(driven, first, velocities, rows, terms):
-    """Return ½ Σ m v₋·v₊ of a block without driven numbers; overwrites `terms` (BLOCK,)."""
+    """Return ½ Σ m v₋·v₊ of a block without driven numbers; overwrites `terms` (BLOCK,).
+
+    `velocities` are those at mid-step and at the end; v₊ is extrapolated from them.
+    """
     half, end = velocities
     n = half.shape[0]
     _energy_terms(half, end, rows[2], terms[:n])
@@ -156,7 +163,11 @@ def accelerate(masses, acting, out, start, stop):
 
 @kernel()
 def drift(masses, acting, last, dt, out, start, stop):
-    """Write points, mid-step velocities and predicted velocities of nodes start … stop."""
+    """Write points, mid-step velocities and predicted velocities of nodes start … stop.
+
+    `last` has points and velocities before the step. Predicted is v + dt a, with a at the start;
+    driven nodes move like free ones, or stay if they are held.
+    """
     rows, block = (scratch(BLOCK), zero_scratch(BLOCK), scratch(BLOCK)), scratch(BLOCK)
     _repeat_vector(acting.gravity, rows[0])
     j = count_below(acting.rows, start)
@@ -177,7 +188,7 @@ def kick(masses, acting, mid, out, start, stop):
     """Write the velocities of nodes start … stop at the end of a step, and energies of blocks.
 
     `mid` is a `Kick`. Damping is implicit, by the velocity at the end, so that it is of second
-    order and stable.
+    order and stable. Driven degrees of freedom keep their predicted velocity, and have no energy.
     """
     rows, terms = (scratch(BLOCK), zero_scratch(BLOCK), scratch(BLOCK)), scratch(BLOCK)
     _repeat_vector(acting.gravity, rows[0])

@@ -64,7 +64,7 @@ def turn_by(q, x, y, z):
 
 @inner(error_model="numpy")
 def direction(q, x, y, z):
-    """Return a direction of the body in world axes."""
+    """Return a vector (x, y, z) of the body in world axes, by its unit quaternion w, x, y, z."""
     a = 2.0 * (q[2] * z - q[3] * y)
     b = 2.0 * (q[3] * x - q[1] * z)
     c = 2.0 * (q[1] * y - q[2] * x)
@@ -77,7 +77,7 @@ def direction(q, x, y, z):
 
 @inner(linked=False, error_model="numpy")
 def inertia_tensor(q, constants, tensor):
-    """Write the inertia tensor in world axes."""
+    """Write the inertia tensor of a body turned by `q` in world axes into `tensor` (3, 3)."""
     tensor[:] = 0.0
     for k in range(3):
         a = direction(q, constants[AXES + k], constants[AXES + 3 + k], constants[AXES + 6 + k])
@@ -88,7 +88,10 @@ def inertia_tensor(q, constants, tensor):
 
 @inner(error_model="numpy")
 def spin_of(q, constants, momentum, tensor):
-    """Return the spin of a body with an angular momentum, world axes; zero about held axes."""
+    """Return the spin of a body with an angular momentum, world axes; zero about held axes.
+
+    `tensor` (3, 3) is overwritten. Momenta about held axes do not count.
+    """
     inertia_tensor(q, constants, tensor)
     for k in range(3):
         if constants[FREE_ROTATIONS + k] == 0.0:
@@ -116,7 +119,7 @@ def spin_of(q, constants, momentum, tensor):
 
 @inner(error_model="numpy")
 def _drift_about(q, constants, momentum, k, h):
-    """Solve the part of principal axis `k` over a time `h`."""
+    """Rotate `q` in place by the part of H of principal axis `k` over a time `h`."""
     a = direction(q, constants[AXES + k], constants[AXES + 3 + k], constants[AXES + 6 + k])
     m = a[0] * momentum[0] + a[1] * momentum[1] + a[2] * momentum[2]
     angle = h * m * (1.0 / constants[MOMENTS + k] - 1.0 / constants[MOMENTS + 1])
@@ -125,7 +128,10 @@ def _drift_about(q, constants, momentum, k, h):
 
 @inner(error_model="numpy")
 def _drift_midpoint(q, constants, momentum, h, tensor):
-    """Rotate a body with held rotations by the implicit midpoint rule."""
+    """Rotate `q` of a body with held rotations in place by the implicit midpoint rule.
+
+    Fixed-point iterations end at a change of `ANGLE_TOL`, or after `MAX_ITERATIONS`.
+    """
     middle = scratch(4)
     x, y, z = spin_of(q, constants, momentum, tensor)
     for _ in range(MAX_ITERATIONS):
@@ -142,7 +148,10 @@ def _drift_midpoint(q, constants, momentum, h, tensor):
 
 @inner(linked=False, error_model="numpy")
 def drift_turn(row, constants, h, tensor):
-    """Rotate a body by its angular momentum over a time `h`."""
+    """Rotate a body's `row` in place by its angular momentum over a time `h`.
+
+    Its quaternion is normalised; a body with three held rotations does not turn.
+    """
     q, momentum = row[TURN : TURN + 4], row[MOMENTUM : MOMENTUM + 3]
     n_held = (
         3.0
@@ -165,7 +174,7 @@ def drift_turn(row, constants, h, tensor):
 
 @inner(error_model="numpy")
 def place_frame(row, constants, pose):
-    """Write the pose of a body's frame."""
+    """Write the `pose` (4, 4) of a body's frame, by the centre of mass and turn in its `row`."""
     q = row[TURN : TURN + 4]
     for k in range(3):
         d = direction(q, 1.0 * (k == 0), 1.0 * (k == 1), 1.0 * (k == 2))
@@ -182,7 +191,10 @@ def place_frame(row, constants, pose):
 
 @inner(error_model="numpy")
 def twist_of(row, constants, pose, momentum, velocity, twist, tensor):
-    """Write the velocity of the origin of a body's frame, and its spin."""
+    """Write the velocity of the origin of a body's frame, and its spin, into `twist` (6,).
+
+    `momentum` and `velocity` of the centre are those to use in place of the row's.
+    """
     x, y, z = spin_of(row[TURN : TURN + 4], constants, momentum, tensor)
     a = pose[0, 3] - row[CENTRE]
     b = pose[1, 3] - row[CENTRE + 1]
@@ -240,8 +252,8 @@ def drift(last, fixed, h, rows, poses, twists):
 def kick(rows, fixed, loads, h, poses, twists):
     """Add the second half of the kick by `loads` (b, 6), and return the kinetic energy.
 
-    Loads are forces and moments about the frames' origins. `rows` and `twists` are changed to the
-    end of the step.
+    Loads are forces and moments about the frames' origins. `rows`, with the forces in them, and
+    `twists` are changed to the end of the step. Held directions and rotations are not kicked.
     """
     tensor, energy = scratch(3, 3), 0.0
     for i in range(rows.shape[0]):
@@ -268,8 +280,10 @@ def kick(rows, fixed, loads, h, poses, twists):
 
 @kernel(error_model="numpy")
 def weigh(rows, fixed, gravity, poses, free, loads):
-    """Add the weights of bodies to rows `free` (b,) of loads (n, 6), forces and moments about the
-    frames' origins."""
+    """Add the weights of bodies to rows `free` (b,) of `loads` (n, 6).
+
+    Loads are forces and moments about the frames' origins.
+    """
     for i in range(rows.shape[0]):
         mass, load = fixed[i, MASS], loads[free[i]]
         x, y, z = mass * gravity[0], mass * gravity[1], mass * gravity[2]

@@ -26,7 +26,11 @@ ROUNDING = 1e-15
 
 @inner(error_model="numpy")
 def _largest_eigenvalue(a):
-    """Return the largest eigenvalue of a symmetric matrix by Jacobi's method; overwrites it."""
+    """Return the largest eigenvalue of a symmetric matrix, at least 0; overwrites the matrix.
+
+    Jacobi's sweeps end when the off-diagonal norm is `ROUNDING` of the diagonal's, or after
+    `MAX_SWEEPS`.
+    """
     n = a.shape[0]
     for _ in range(MAX_SWEEPS):
         off_diagonal, diagonal = 0.0, 0.0
@@ -60,7 +64,11 @@ def _largest_eigenvalue(a):
 
 @inner(error_model="numpy")
 def _mass_weighted(constants, axes, d, arm, y):
-    """Write the mass-weighted six components of a direction `d` at `arm` from the centre."""
+    """Write the mass-weighted six components of a direction `d` at `arm` from the centre into `y`.
+
+    `axes` are principal axes over the roots of their moments. Held directions and rotations do not
+    count.
+    """
     root = math.sqrt(constants[MASS])
     x0 = (arm[1] * d[2] - arm[2] * d[1]) * constants[FREE_ROTATIONS]
     x1 = (arm[2] * d[0] - arm[0] * d[2]) * constants[FREE_ROTATIONS + 1]

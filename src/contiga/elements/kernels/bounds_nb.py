@@ -20,7 +20,10 @@ from contiga.jit.scratch import scratch
 
 @inner()
 def _restrict_line(net, n, stride, start, a, b):
-    """Restrict Bernstein coefficients net[start + i*stride, :], i = 0..n, to [a, b] in place."""
+    """Restrict Bernstein coefficients net[start + i*stride, :], i = 0..n, to [a, b] in place.
+
+    0 ≤ a < b ≤ 1, by de Casteljau's algorithm at both ends.
+    """
     for c in range(4):
         for k in range(1, n + 1):  # de Casteljau at b: keep the left part
             for i in range(n, k - 1, -1):
@@ -35,7 +38,10 @@ def _restrict_line(net, n, stride, start, a, b):
 
 @inner(linked=False)
 def restrict(coefs, degree, box, net):
-    """Write coefficients of the element on `box` (s0, s1, t0, t1 in [-1/2, 1/2]) to net[k, 4]."""
+    """Write the Bernstein coefficients of the element on a box to net[(p + 1)(q + 1), 4].
+
+    `box` is s0, s1, t0, t1 in [-1/2, 1/2]; `coefs` are the element's own, flat, and not changed.
+    """
     p, q = degree
     for k in range((p + 1) * (q + 1)):
         for c in range(4):
@@ -48,11 +54,10 @@ def restrict(coefs, degree, box, net):
 
 @inner()
 def _differences(net, shape, stride, step, factor, out):
-    """Write the differences of coefficients `step` places apart to `out`; return the largest |A|
-    and |w| of them, times `factor`.
+    """Write the differences of coefficients `step` places apart to `out`, and return their bounds.
 
-    They are taken for the first `shape` = (rows, columns) of a net; rows begin `stride` places
-    apart.
+    They are taken for the first `shape` = (rows, columns) of a net, none if one is not positive;
+    rows begin `stride` places apart. The bounds are the largest |A| and |w|, times `factor`.
     """
     top = 0.0
     top_w = 0.0
@@ -67,10 +72,11 @@ def _differences(net, shape, stride, step, factor, out):
 
 @inner(linked=False)
 def derivative_bounds(net, degree, size, bound, low, high):
-    """Compute derivative bounds over a box with coefficients `net` and sides of length `size`.
+    """Write bounds of the derivatives over a box with coefficients `net` and two sides `size`.
 
-    Fills bound[9] (orders 10, 01, 20, 11, 02, 30, 21, 12, 03) and the corners low, high of the
-    box around the control points. Changes `net`: its origin moves to the middle of the box.
+    They go into bound[9], for orders 10, 01, 20, 11, 02, 30, 21, 12, 03, and the corners of the
+    box around the control points into `low` and `high`, relative to the element's origin. Changes
+    `net`: its origin moves to the middle of that box.
     """
     p, q = degree
     n = (p + 1) * (q + 1)
@@ -130,13 +136,19 @@ def derivative_bounds(net, degree, size, bound, low, high):
 
 @inner()
 def cell_bounds(elements, e, cell, bound):
-    """Compute the bounds over one cell, bound[9]: tighter than its leaf's, above all at a pole."""
+    """Write the derivative bounds over one cell of element e into bound[9].
+
+    `cell` is s0, s1, t0, t1. They are tighter than those of its leaf, above all at a pole.
+    """
     cell_box(elements, e, cell, bound, scratch(2, 3))
 
 
 @inner()
 def cell_box(elements, e, cell, bound, corner):
-    """Compute `cell_bounds`, and the box `corner` (2, 3) of the cell's control points."""
+    """Write `cell_bounds`, and the box of the cell's control points into `corner` (2, 3).
+
+    The box is relative to the element's origin.
+    """
     table = elements.table[e]
     p = table["degree"][0]
     q = table["degree"][1]
@@ -150,11 +162,12 @@ def cell_box(elements, e, cell, bound, corner):
 
 @inner()
 def _is_farther(net, degree, limit):
-    """Return whether |A|² − limit² w² > 0 on the complete box with coefficients `net`.
+    """Return whether |A|² − limit² w² > 0 is proved on the complete box with coefficients `net`.
 
-    The Bernstein coefficients of the product of two polynomials are the convolution of theirs,
-    each times a binomial (Farouki & Rajan 1988, doi 10.1016/0167-8396(88)90016-7); only their sign
-    matters. Changes `net`: multiplied by the binomials.
+    True if all its coefficients are positive; False proves nothing. The Bernstein coefficients of
+    the product of two polynomials are the convolution of theirs, each times a binomial (Farouki &
+    Rajan 1988, doi 10.1016/0167-8396(88)90016-7); only their sign matters. Changes `net`:
+    multiplied by the binomials, weights also by `limit`.
     """
     p, q = degree
     binomial_p = 1.0
@@ -183,9 +196,10 @@ def _is_farther(net, degree, limit):
 
 @kernel()
 def is_beyond_limit(elements, e, cell, point, limit, bound):
-    """Return whether all of a cell is farther than `limit` from `point`, relative to the origin.
+    """Return whether all of a cell is proved farther than `limit` from `point`.
 
-    If not, `bound` gets the derivative bounds over this cell.
+    `point` is relative to the element's origin. If it is not proved, or `limit` is 0, the result is
+    False, and the derivative bounds over this cell are written into `bound` (9,).
     """
     table = elements.table[e]
     p = table["degree"][0]
@@ -212,8 +226,9 @@ def is_beyond_limit(elements, e, cell, point, limit, bound):
 def split_direction(bound, size, flatness):
     """Return the direction in which to halve a box: 0 for s, 1 for t, −1 if the box is flat.
 
-    Flat: the surface departs from its tangent parallelogram by less than `flatness` of the box's
-    larger extent. Otherwise an extent more than three times the other is halved first.
+    Flat: the surface departs from its tangent parallelogram by `flatness` of the box's larger
+    extent at most. Otherwise an extent more than three times the other is halved first, else the
+    direction that bends more, s on a tie.
     """
     hs = 0.5 * size[0]
     ht = 0.5 * size[1]
@@ -236,7 +251,8 @@ def subdivide(elements, e, flatness, depth, rows):
     """Write the leaves of element e to the first of `rows` (m, 20); return their number.
 
     A row is e, the box in (s, t), nine bounds, and the low and the high corner of the box around
-    the control points. A leaf results from at most `depth` halvings.
+    the control points, body axes. A leaf is flat by `split_direction`, or results from `depth`
+    halvings; `rows` must have room for all.
     """
     p = elements.table[e]["degree"][0]
     q = elements.table[e]["degree"][1]

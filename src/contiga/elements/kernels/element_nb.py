@@ -24,7 +24,7 @@ BINOMIAL = np.array([[float(math.comb(n, k)) for k in range(16)] for n in range(
 
 @inlined()
 def cubic(a, b, c, d, x):
-    """Value, slope and half the curvature of a + b x + c x² + d x³."""
+    """Return value, slope and half the curvature of a + b x + c x² + d x³."""
     # The sums run in parallel with the multiply-adds: 0.9 of the time of six multiply-adds.
     top = d * x
     v = top + c
@@ -37,7 +37,10 @@ def cubic(a, b, c, d, x):
 
 @inlined()
 def bicubic(k, o, n, s, t):
-    """Value, d/ds, d/dt, d²/ds², d²/dsdt, d²/dt² of sixteen coefficients, each n-th from k[o]."""
+    """Return value, d/ds, d/dt, d²/ds², d²/dsdt, d²/dt² of a bicubic at (s, t).
+
+    The coefficient of sⁱ tʲ is k[o + (4 i + j) n].
+    """
     b0, p0, q0 = cubic(k[o], k[o + n], k[o + 2 * n], k[o + 3 * n], t)
     b1, p1, q1 = cubic(k[o + 4 * n], k[o + 5 * n], k[o + 6 * n], k[o + 7 * n], t)
     b2, p2, q2 = cubic(k[o + 8 * n], k[o + 9 * n], k[o + 10 * n], k[o + 11 * n], t)
@@ -50,7 +53,7 @@ def bicubic(k, o, n, s, t):
 
 @inlined()
 def quotient(n, w):
-    """Derivatives of a quotient, from those of numerator n and denominator w."""
+    """Return the derivatives of a quotient, from those of numerator n and denominator w."""
     i = 1.0 / w[0]
     v = n[0] * i
     v_s = fma(-w[1], v, n[1]) * i
@@ -63,7 +66,10 @@ def quotient(n, w):
 
 @inner(inline="never")
 def _evaluate_bicubic(k, s, t, h, rational):
-    """Evaluate coefficients stored as a bicubic: unrolled, 2.5 times as fast as by loops."""
+    """Write point and derivatives of coefficients `k` stored as bicubics to h[:3].
+
+    They are divided by the weight if `rational`. Unrolled, 2.5 times as fast as by loops.
+    """
     x = bicubic(k, 0, 1, s, t)
     y = bicubic(k, 16, 1, s, t)
     z = bicubic(k, 32, 1, s, t)
@@ -80,7 +86,10 @@ def _evaluate_bicubic(k, s, t, h, rational):
 
 @inner(inline="never")
 def _evaluate_monomial(coefs, start, degree, s, t, h, components):
-    """Evaluate coefficients of powers by Horner's scheme."""
+    """Write `components` and their derivatives to h by Horner's scheme, not divided by the weight.
+
+    The coefficients of powers begin at coefs[start]; s and t are relative to `about`.
+    """
     p, q = degree
     for c in range(components):
         a = a_s = a_ss = a_t = a_st = a_tt = 0.0
@@ -108,7 +117,10 @@ def _evaluate_monomial(coefs, start, degree, s, t, h, components):
 
 @inner(inline="never")
 def bernstein_basis(degree, x, basis):
-    """Write Bernstein polynomials of `degree` at x in [0, 1] and two derivatives to basis[3, :]."""
+    """Write Bernstein polynomials at x in [0, 1] and two derivatives to basis[3, :]; `degree` ≥ 1.
+
+    By the recurrence of de Casteljau: derivatives are differences of the rows of lower degree.
+    """
     low = degree - 2
     basis[0, 0] = 1.0
     for k in range(1, degree + 1):
@@ -136,7 +148,9 @@ def bernstein_basis(degree, x, basis):
 
 @inner()
 def _bernstein_row(coefs, k, q, t):
-    """Value, slope and curvature at t in [0, 1] of the Bernstein coefficients coefs[k], k + 4, …
+    """Return value, slope and curvature at t in [0, 1] of the Bernstein coefficients from coefs[k].
+
+    They are every fourth, q + 1 in all.
 
     Nested as value·(1 − t) + binomial·tʲ·coefficient: all terms of a positive polynomial are
     positive, so that no digits are lost however much its coefficients differ.
@@ -163,7 +177,10 @@ def _bernstein_row(coefs, k, q, t):
 
 @inner(inline="never")
 def _evaluate_bernstein(coefs, start, degree, s, t, h, components):
-    """Evaluate Bernstein coefficients, of which the monomials would lose digits."""
+    """Write `components` and their derivatives to h, not divided by the weight.
+
+    By Bernstein coefficients from coefs[start], for elements whose monomials would lose digits.
+    """
     p, q = degree
     s += 0.5
     t += 0.5
@@ -200,7 +217,10 @@ def _evaluate_bernstein(coefs, start, degree, s, t, h, components):
 
 @kernel()
 def evaluate(elements, e, s, t, h):
-    """Write point and derivatives of element e at (s, t) to h[:3, :6], relative to its origin."""
+    """Write point and derivatives of element e at (s, t) to h[:3, :6], relative to its origin.
+
+    Columns are the value, d/ds, d/dt, d²/ds², d²/dsdt, d²/dt²; h[3] may be overwritten.
+    """
     form = elements.table[e]["form"]
     x = s - elements.table[e]["about"][0]
     y = t - elements.table[e]["about"][1]
@@ -225,13 +245,16 @@ def evaluate(elements, e, s, t, h):
 
 @inlined()
 def place_in(u, first, last):
-    """Return the local s of the parameter u in an element, clamped to its sides."""
+    """Return the local s in [-1/2, 1/2] of u between `first` and `last`, clamped to these."""
     return min(max((u - first) / (last - first) - 0.5, -0.5), 0.5)
 
 
 @inner(linked=False)
 def locate(grid, patch, u, v):
-    """Return the element of `patch` that contains (u, v), and the local (s, t) there."""
+    """Return the element of `patch` that contains (u, v), and the local (s, t) there.
+
+    A point on a side is in the element after it, one outside the patch at its nearest side.
+    """
     row = grid.patches[patch]
     ku = _span(grid.breaks, row["u"][0], row["u"][1], u)
     kv = _span(grid.breaks, row["v"][0], row["v"][1], v)
@@ -248,7 +271,7 @@ def _span(breaks, start, stop, x):
 
 @inner()
 def span_density(breaks, start, stop):
-    """Return the number of spans of breaks[start:stop] per unit of the parameter."""
+    """Return the number of spans of breaks[start:stop] per unit of parameter; 0 for one span."""
     # In bodies of many faces most are one element: their breaks need not be read.
     if stop - start == 2:
         return 0.0
@@ -257,8 +280,10 @@ def span_density(breaks, start, stop):
 
 @inner()
 def span(breaks, start, stop, density, x):
-    """Return the index of breaks[start:stop] at which the span with x begins; `density` is the
-    result of `span_density`."""
+    """Return the index in `breaks` at which the span of breaks[start:stop] with x begins.
+
+    `density` is the result of `span_density`. Outside the breaks it is the first or the last span.
+    """
     if stop - start == 2:
         return start
     # For even breaks the guess is right: 2.5 times as fast as bisection, whose branches are random.

@@ -18,7 +18,10 @@ about its pole and the tangent is exact."""
 
 @kernel(linked=True)
 def side_point(side, x):
-    """Local (s, t) of the point x in [-1/2, 1/2] along a side."""
+    """Return the local (s, t) of the point x in [-1/2, 1/2] along a side.
+
+    Sides 0 to 3 are s = -1/2, s = 1/2, t = -1/2 and t = 1/2.
+    """
     if side == 0:
         return -0.5, x
     if side == 1:
@@ -30,7 +33,10 @@ def side_point(side, x):
 
 @inner()
 def _unit_cross(h, a, b, sign):
-    """Unit vector along sign · h[:, a] × h[:, b]; zero if the two are parallel."""
+    """Return the unit vector along sign · h[:, a] × h[:, b]; zero if the two are parallel.
+
+    Parallel: the sine of their angle is at most 1e-14.
+    """
     x = h[1, a] * h[2, b] - h[2, a] * h[1, b]
     y = h[2, a] * h[0, b] - h[0, a] * h[2, b]
     z = h[0, a] * h[1, b] - h[1, a] * h[0, b]
@@ -47,7 +53,7 @@ def _square(h, a):
 
 @inner(linked=False)
 def normal_at(elements, e, s, t, h):
-    """Return the unit normal at (s, t); `h` holds the derivatives there afterwards.
+    """Return the unit normal at (s, t), and write the derivatives there to `h` (4, 6).
 
     At a side that is one point S_s vanishes and S_s ≈ (t ∓ 1/2) S_st: the limit of the normal
     from inside is ± S_st × S_t. Zero if that vanishes, too.
@@ -64,7 +70,10 @@ def normal_at(elements, e, s, t, h):
 
 @kernel()
 def sample(elements):
-    """Return points (n, 4, 5, 3) and unit normals along the four sides of every element."""
+    """Return points and unit normals (n, 4, 5, 3) at even places of the sides of every element.
+
+    They are in body axes. A normal is zero where the surface has none.
+    """
     n = elements.table.shape[0]
     points = np.empty((n, 4, N_SAMPLES, 3))
     normals = np.empty((n, 4, N_SAMPLES, 3))

@@ -36,7 +36,7 @@ def _tangential(v, normal):
 
 @inner()
 def _transported(v, before, now):
-    """Rotate `v` by the smallest rotation from the unit normal `before` to `now`.
+    """Return `v` rotated by the smallest rotation from the unit normal `before` to `now`.
 
     For vectors tangential to the old plane this is the reflection at the plane normal to the sum of
     both normals, which preserves lengths to rounding. Between opposite normals there is no smallest
@@ -62,8 +62,11 @@ def _tangential_path(path, before, now):
 
 @inner()
 def _coulomb_spring(inp, law, k):
-    """Return the stiffness of a point's spring before and now, the mean of both, and the factor of
-    a change of the normal law's stiffness in the mean."""
+    """Return the stiffness of a point's spring before and now, their mean, and its factor.
+
+    The factor is that of a change of the normal law's stiffness in the mean: 0 for a spring of its
+    own stiffness or one that does not grow. A new point, 0 before, has its stiffness now as mean.
+    """
     old, new = inp.memory[k, 6], max(inp.stiffness[k], 0.0)
     if law.stiffness > 0.0:
         new = law.stiffness * (inp.area[k] if law.per_area else 1.0)
@@ -83,8 +86,10 @@ def _energy(traction, stiffness):
 
 @kernel()
 def coulomb(inp, law, out, start, stop):
-    """Fill the rows start … stop of `out`, a `FrictionOutput`; `inp` is a `FrictionInput`, `law`
-    are `CoulombNumbers`."""
+    """Write rows start … stop of `out`, a `FrictionOutput`, by the return mapping to the cone.
+
+    `inp` is a `FrictionInput`, `law` are `CoulombNumbers`.
+    """
     for k in range(start, stop):
         now, before = _row(inp.normal, k), _row(inp.normal_before, k)
         old_stiffness, stiffness, mean_stiffness, _ = _coulomb_spring(inp, law, k)
@@ -124,8 +129,10 @@ def coulomb(inp, law, out, start, stop):
 
 @kernel()
 def viscous(inp, coefficient, speed, out, start, stop):
-    """Fill the rows start … stop of `out`, a `FrictionOutput`, for −μ F tanh(|v|/v₀) v/|v|; `inp`
-    is a `FrictionInput`, μ the `coefficient` and v₀ the `speed`."""
+    """Write rows start … stop of `out`, a `FrictionOutput`, for −μ F tanh(|v|/v₀) v/|v|.
+
+    `inp` is a `FrictionInput`, μ the `coefficient` and v₀ the `speed`.
+    """
     for k in range(start, stop):
         now, before = _row(inp.normal, k), _row(inp.normal_before, k)
         velocity = _tangential(_row(inp.velocity, k), now)
@@ -200,8 +207,10 @@ def _speed_change(v, dv, normal, dn):
 
 @kernel()
 def coulomb_changes(inp, law, change, out, start, stop):
-    """Fill the rows start … stop of `out` (n, 3, m), the changes of the forces of `coulomb` with
-    its input: `change` is a `FrictionChange` in m directions."""
+    """Write rows start … stop of `out` (n, 3, m), the changes of the forces of `coulomb`.
+
+    `change` is a `FrictionChange` of its input in m directions.
+    """
     zero, new = (0.0, 0.0, 0.0), scratch(3)
     for k in range(start, stop):
         now, before = _row(inp.normal, k), _row(inp.normal_before, k)
@@ -246,8 +255,10 @@ def coulomb_changes(inp, law, change, out, start, stop):
 
 @kernel()
 def viscous_changes(inp, coefficient, speed, change, out, start, stop):
-    """Fill the rows start … stop of `out` (n, 3, m), the changes of the forces of `viscous` with
-    its input: `change` is a `FrictionChange` in m directions."""
+    """Write rows start … stop of `out` (n, 3, m), the changes of the forces of `viscous`.
+
+    `change` is a `FrictionChange` of its input in m directions.
+    """
     for k in range(start, stop):
         now, v = _row(inp.normal, k), _row(inp.velocity, k)
         tangential = _tangential(v, now)
