@@ -33,7 +33,7 @@ class Curve(NamedTuple):
 
     @property
     def label(self) -> str:
-        """Label of the vertical axis: the channel, or the quantity of several channels."""
+        """Label of the vertical axis: the channel, or the quantity of several; empty for ratios."""
         if len(self.y) == 1:
             return self.y[0]
         kind = column_kind(self.y[0])
@@ -41,7 +41,12 @@ class Curve(NamedTuple):
 
 
 def curves_of(run: Run) -> list[Curve]:
-    """Return the curves of a run: of contacts, of `[[plot]]` tables of its case, and of tests."""
+    """Return the curves of a run: of contacts, of `[[plot]]` tables of its case, and of tests.
+
+    The first six contacts with a force have force over depth and pressure over strain. A test has a
+    curve if no other shows its channels. Equal curves are given once, and those without a line
+    (`channels_of`) are left out.
+    """
     touched = [name for name, columns in run.contacts.items() if largest(columns.get("force"))]
     depths = run.summary_part("depths")
     curves = []
@@ -70,7 +75,7 @@ class Line(NamedTuple):
 
 
 def channels_of(run: Run, curve: Curve) -> list[Line]:
-    """Return abscissa and value of each line for which the run has both channels."""
+    """Return abscissa and value of each line of a curve for which the run has both channels."""
     lines = []
     for name in curve.y:
         try:
@@ -91,16 +96,17 @@ def curve_figure(
     colours: Sequence[str] = (),
     most: int = MAX_ROWS,
 ) -> Figure:
-    """Draw a curve: a line for each run and channel, and the tests of these channels.
+    """Return the figure of a curve: a line for each run and channel, tests and their corridors.
 
     Several runs have a colour each; several channels then have a dash each, which the legend names.
+    Rows that are not finite are left out, and tests of other channels.
 
     Parameters
     ----------
     runs : the runs
     curve : the curve
     references : tests of any channels, moved to where they are drawn
-    peak_time : time that the scene of the page shows; None without a scene
+    peak_time : time that the scene of the page shows, marked in curves over time; None without one
     label : label of the vertical axis without its unit; that of the curve if omitted
     colours : colour of each run; the palette of all figures if omitted
     most : largest number of rows of a line

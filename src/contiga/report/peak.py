@@ -29,7 +29,7 @@ class Outline(NamedTuple):
     points: FloatArray
     """(k, 3), the first not repeated at the end."""
     cluster: int
-    """Number of the region in its contact."""
+    """Number of the region in its contact, from 0."""
     contact: int
     """Number of the contact."""
 
@@ -94,7 +94,11 @@ class Touched(NamedTuple):
 
 
 def stacked(series: RecordedFields, frame: int, kind: str) -> tuple[FloatArray, IntArray, IntArray]:
-    """Return points (n, 3), triangles (m, 3) and row numbers (n,) of all parts of one `kind`."""
+    """Return points, triangles and rows of all parts of one `kind`, "body" or "slave", stacked.
+
+    These are points (n, 3), triangles (m, 3) of rows of these points, without those of bare clouds,
+    and the rows (n,) among the points of all parts.
+    """
     points = np.asarray(series.points(frame), dtype=np.float64)
     triangles, count = [np.zeros((0, 3), dtype=np.int32)], 0
     for part in series.parts:
@@ -107,7 +111,7 @@ def stacked(series: RecordedFields, frame: int, kind: str) -> tuple[FloatArray, 
 
 
 def _rows_of_kind(series: RecordedFields, kind: str) -> IndexArray:
-    """Return the row numbers (n,) of all parts of one `kind`."""
+    """Return the rows (n,), among the stacked points, of all parts of one `kind`."""
     rows = [np.arange(part.start, part.stop) for part in rows_of(series, kind)]
     return np.concatenate([np.zeros(0, dtype=np.int64), *rows])
 
@@ -120,7 +124,8 @@ def rows_of(series: RecordedFields, kind: str) -> list[slice]:
 def peak_frame(series: RecordedFields, times: FloatArray, force: FloatArray) -> int:
     """Return the recorded frame of largest force; without any force, that of the deepest point.
 
-    `times` and `force` (n_steps,) come from the history, which has every step.
+    The first of equal frames is returned. `times` and `force` (n_steps,) come from the history,
+    which has every step; a frame has the force of the row whose time is nearest to its own.
     """
     frames = np.asarray(series.times, dtype=np.float64)
     if len(times) and np.any(force > 0.0):
@@ -131,7 +136,7 @@ def peak_frame(series: RecordedFields, times: FloatArray, force: FloatArray) -> 
 
 
 def touched_at(series: RecordedFields, frame: int) -> Touched:
-    """Return the contact at one recorded frame."""
+    """Return the contact at one recorded frame, with zeros at points that are not in contact."""
     rows = _rows_of_kind(series, "slave")
     status = np.asarray(series.data(frame, "contact_status"))[rows]
     in_contact = np.isin(status, [int(member) for member in IN_CONTACT])
@@ -152,7 +157,10 @@ def touched_at(series: RecordedFields, frame: int) -> Touched:
 def at_frame(
     series: RecordedFields, frame: int, outlines: OutlineSeries | None = None, ties: Ties = ()
 ) -> Peak:
-    """Return the scene of one recorded frame; `outlines` has the same frames as `series`."""
+    """Return the scene of one recorded frame; `outlines` has the same frames as `series`.
+
+    Facets of slaves with an inactive node are left out.
+    """
     body_points, body_triangles, _ = stacked(series, frame, "body")
     slave_points, slave_triangles, rows = stacked(series, frame, "slave")
     touched = touched_at(series, frame)
@@ -200,7 +208,7 @@ def seen_parts(series: RecordedFields, frame: int) -> list[FloatArray]:
 
 
 def lines_at(outlines: OutlineSeries | None, frame: int) -> tuple[Outline, ...]:
-    """Return the lines around the regions of contact at a recorded time."""
+    """Return the lines around the regions of contact at a recorded frame; empty if it has none."""
     if outlines is None or frame >= len(outlines.times):
         return ()
     points, first, cluster, contact = outlines.loops(frame)

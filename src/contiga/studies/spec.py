@@ -57,12 +57,12 @@ class VariableSpec(Spec):
 
     @property
     def label(self) -> str:
-        """Its label in the table."""
+        """Its label in the table: its name, or its first key."""
         return self.name if self.name is not None else self.key[0]
 
     @property
     def ranged(self) -> bool:
-        """Whether it may be any value between two ends."""
+        """Whether it may be any value between `low` and `high`, because no `count` is given."""
         return self.low is not None and self.count is None
 
     @model_validator(mode="after")
@@ -137,7 +137,7 @@ class RuleSpec(Spec):
 
     @property
     def expression(self) -> Expression:
-        """The expression that is evaluated."""
+        """The expression of `value` or `require`, parsed anew; a bad one raises a CaseError."""
         text = self.value if self.value is not None else self.require
         assert text is not None
         return Expression(text, "value" if self.require is None else "require")
@@ -186,7 +186,7 @@ class GoalSpec(Spec):
 
     @property
     def limits(self) -> list[Limit]:
-        """The parsed `subject_to`."""
+        """The parsed `subject_to`; a text that is no limit raises a CaseError."""
         limits = []
         for text in self.subject_to:
             match = _LIMIT.fullmatch(text.strip())
@@ -240,7 +240,7 @@ class StudySpec(Spec):
 
     @property
     def quantities(self) -> dict[str, Quantity]:
-        """The collected quantities of each case and of the goal, by column."""
+        """The quantities collected from each case, by column, with those of the goal after them."""
         named = self.collect if isinstance(self.collect, dict) else {q: q for q in self.collect}
         quantities = {name: quantity_of(text) for name, text in named.items()}
         if self.goal is not None:
@@ -340,12 +340,13 @@ class StudySpec(Spec):
 
 
 def study_of(data: Mapping[str, Any], file: Path) -> StudySpec:
-    """Return the study of the tables of a file; relative file names start from its folder.
+    """Check the tables of a study file and return the study; file names start from its folder.
 
     Raises
     ------
     CaseError, FileError
-        Something is wrong; the message says the key, what was found and what is allowed.
+        A key or value is wrong, or a file is missing: the message says the key, what was found and
+        what is allowed.
     """
     try:
         study = StudySpec.model_validate(dict(data), context={"folder": file.parent})
@@ -363,7 +364,7 @@ def load_study(path: str | Path) -> StudySpec:
     FileError
         The file is missing or cannot be read, or one it names is not there.
     CaseError
-        It is not TOML, or something in it is wrong.
+        It is not TOML, is a case, names no base case, or has a wrong key or value.
     """
     path = Path(path)
     try:

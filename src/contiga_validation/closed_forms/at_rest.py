@@ -1,4 +1,4 @@
-"""What deforms, at rest under its weight or a pressure: a bar, rubber, a balloon, a drumhead."""
+"""Slaves that deform, at rest under weight or pressure: a bar, rubber, a balloon, a drumhead."""
 
 from __future__ import annotations
 
@@ -18,11 +18,12 @@ from contiga_validation.engine.arrays import FloatArray, IntArray
 CASES = Cases(GROUP)
 
 MU, NU, THIN = 1.0, 0.4999, 0.01
-"""Of rubber: shear modulus, Poisson's ratio, thickness."""
+"""Rubber: shear modulus, Poisson's ratio, thickness."""
 RUBBER = cg.materials.NeoHooke(young=2.0 * MU * (1.0 + NU), poisson=NU)
 STRETCH = 1.2
+"""Stretch of the balloon."""
 HENCKY = 0.653443
-"""w₀/a over (q a/E h)^⅓ of a clamped membrane with ν = 0.3, by his series."""
+"""w₀/a over (q a/E h)^⅓ of a clamped membrane with ν = 0.3, by Hencky's series."""
 
 
 def resting(
@@ -33,7 +34,10 @@ def resting(
     down: float = 0.0,
     contacts: Sequence[cg.Contact] = (),
 ) -> cg.SystemState:
-    """The state at rest of a slave named "it", under gravity and against bodies that stay."""
+    """Return the state at rest of a slave named "it", under gravity along −z and fixed masters.
+
+    `tolerance` is that of `cg.Settle`; `down` is the acceleration of gravity.
+    """
     return cg.Simulation(
         bodies={f"body {k}": contact.master for k, contact in enumerate(contacts)},
         slaves={"it": (slave, motion)},
@@ -76,7 +80,10 @@ def _hung() -> Answer:
 
 
 def squares(cells: int) -> tuple[FloatArray, list[Any]]:
-    """Points of the unit square, and the corners (cells, cells) of its cells in turn."""
+    """Return points (n, 3) of the unit square, and four arrays (cells, cells) of corners of cells.
+
+    Corners are in counter-clockwise order; cells are indexed by x, then y.
+    """
     line = np.linspace(0.0, 1.0, cells + 1)
     x, y = (grid.ravel() for grid in np.meshgrid(line, line, indexing="ij"))
     rows = np.arange(len(x)).reshape(cells + 1, cells + 1)
@@ -84,16 +91,11 @@ def squares(cells: int) -> tuple[FloatArray, list[Any]]:
     return np.stack([x, y, np.zeros_like(x)], axis=1), corners
 
 
-def _sheet(cells: int) -> tuple[FloatArray, IntArray]:
-    """A square of side 1 of triangles."""
-    points, corners = squares(cells)
-    a, b, c, d = (block.ravel() for block in corners)
-    return points, np.concatenate([np.stack([a, b, c], axis=1), np.stack([a, c, d], axis=1)])
-
-
 def _pulled(stretch: float, *, biaxial: bool) -> float:
-    """Cauchy stress along x of a sheet stretched in x, or in x and y."""
-    rest_points, facets = _sheet(4)
+    """Return the Cauchy stress along x of a square sheet stretched in x, or in x and y."""
+    rest_points, corners = squares(4)
+    a, b, c, d = (block.ravel() for block in corners)
+    facets = np.concatenate([np.stack([a, b, c], axis=1), np.stack([a, c, d], axis=1)])
     sheet = cg.Slave(rest_points * [stretch, stretch if biaxial else 1.0, 1.0], facets)
     fixed = np.zeros(rest_points.shape, np.bool_)
     fixed[:, 2] = True
@@ -107,16 +109,6 @@ def _pulled(stretch: float, *, biaxial: bool) -> float:
     return stretch * nominal
 
 
-def _in_one_direction(stretch: FloatArray) -> FloatArray:
-    """σ/μ."""
-    return np.asarray(stretch**2 - 1.0 / stretch)
-
-
-def _in_two(stretch: FloatArray) -> FloatArray:
-    """σ/μ."""
-    return np.asarray(stretch**2 - stretch**-4.0)
-
-
 @CASES.add(
     "matter-rubber",
     "Rubber, stretched in one direction and in two",
@@ -125,7 +117,13 @@ def _in_two(stretch: FloatArray) -> FloatArray:
     "has them; force over the section as it is.",
 )
 def _rubber() -> Answer:
-    laws = {False: _in_one_direction, True: _in_two}
+    def uniaxial(stretch: FloatArray) -> FloatArray:
+        return np.asarray(stretch**2 - 1.0 / stretch)
+
+    def equibiaxial(stretch: FloatArray) -> FloatArray:
+        return np.asarray(stretch**2 - stretch**-4.0)
+
+    laws = {False: uniaxial, True: equibiaxial}
     names = {False: "in one direction", True: "in two"}
     checks = tuple(
         relative(
@@ -156,7 +154,10 @@ def _rubber() -> Answer:
 
 
 def sphere(halved: int) -> tuple[FloatArray, IntArray]:
-    """Points and facets of a sphere of radius 1: an icosahedron whose edges are halved so often."""
+    """Return points and facets of a sphere of radius 1, from an icosahedron halved so many times.
+
+    Middles of edges are moved onto the sphere; facets point out.
+    """
     golden = 0.5 * (1.0 + math.sqrt(5.0))
     top = [(0.0, s, t * golden) for s in (1.0, -1.0) for t in (1.0, -1.0)]
     points = np.array([np.roll(p, k) for k in range(3) for p in top]) / math.hypot(1.0, golden)
@@ -189,13 +190,13 @@ def _volume(points: FloatArray, facets: IntArray) -> float:
 
 
 def _pressure(stretch: FloatArray | float) -> FloatArray:
-    """p R/(μ t) of an incompressible balloon."""
+    """Return p R/(μ t) of an incompressible balloon at a stretch."""
     x = np.asarray(stretch)
     return np.asarray(2.0 * (1.0 / x - x**-7.0))
 
 
 def _blown(pressure: float, halved: int) -> float:
-    """Stretch of a balloon, by its volume."""
+    """Return the stretch of a balloon at rest, from its volume; `pressure` is over μ t."""
     points, facets = sphere(halved)
     motion = cg.motion.Deforming(
         material=RUBBER,
@@ -237,7 +238,7 @@ def _balloon() -> Answer:
 
 
 def disc(rings: int) -> tuple[FloatArray, IntArray]:
-    """Points and facets of a disc of radius 1, in rings of six triangles more each."""
+    """Return points and facets of a disc of radius 1 in z = 0, with 6 r nodes in ring r."""
     counts = 6 * np.arange(rings + 1)
     first = np.concatenate([[0, 1], 1 + np.cumsum(counts[1:])])
     points = [np.zeros(3)]
@@ -257,7 +258,7 @@ def disc(rings: int) -> tuple[FloatArray, IntArray]:
 
 
 def _drumhead(rings: int) -> tuple[FloatArray, FloatArray]:
-    """Radii, and rises over (q a/E h)^⅓, of a membrane whose border is held."""
+    """Return radii, and rises over (q a/E h)^⅓, (n,), of a membrane whose border is held."""
     young, pressure = 1.0, 1e-8
     points, facets = disc(rings)
     radii = np.sqrt((points**2).sum(axis=1))
@@ -294,7 +295,7 @@ def _hencky() -> Answer:
 
 
 def _hencky_series() -> np.polynomial.Polynomial:
-    """The shape, scaled to his middle: a parabola with the first terms of his series."""
+    """Return w/a over (q a/E h)^⅓ as a polynomial in r/a, by the first four terms of his series."""
     b0 = 1.7244
     terms = np.array([1.0, 1.0 / (2.0 * b0**3), 5.0 / (9.0 * b0**6), 55.0 / (72.0 * b0**9)])
     powers = terms / b0

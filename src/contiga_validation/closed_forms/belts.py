@@ -17,28 +17,31 @@ CASES = Cases("Strings and belts")
 
 MU = 0.3
 STIFF, DENSITY = 3000.0, 0.01
-"""Of the belt: modulus times section, mass a length. It is pulled by 1 at its loose end."""
+"""Modulus times section, and mass per length, of the belt, whose loose end is pulled by 1."""
 TAUT = 3.0
 """Its tension at the start: more than that of the capstan anywhere, so that all of it slides."""
 DEPTH = 2e-5
-"""How far a node of the tension `TAUT` is pressed into the drum of radius 1."""
+"""Penetration of a node with the tension `TAUT` into the drum of radius 1, length."""
 DOWN = 0.25 * math.pi
 """Length of the straight ends: multiples of a bar, so that the belt lifts off at a node."""
 
 
-def _string(answer: float, body: cg.Body, ends: FloatArray, over: list[float]) -> Answer:
-    """Of the length of a string of 200 chords, and how the error falls with the chords."""
+def _string(exact: float, body: cg.Body, ends: FloatArray, over: list[float]) -> Answer:
+    """Compare the length of a string of 200 chords with the `exact` one, and find its order.
+
+    The string goes from one of the `ends` (2, 3) to the other, on the side of the point `over`.
+    """
 
     def path(points: int) -> cg.Path:
         return cg.route(body, ends[0], ends[1], via=[over], points=points)
 
     def missed(chord: float) -> float:
-        return abs(path(round(answer / chord)).length - answer)
+        return abs(path(round(exact / chord)).length - exact)
 
     string = path(200)
-    checks = (relative("length", string.length, answer),)
+    checks = (relative("length", string.length, exact),)
     draw = comparison(("x", "z"), [], [("200 chords", string.points[:, 0], string.points[:, 2])])
-    return Answer(checks, draw, order_of("length, by that of a chord", answer / 100.0, missed))
+    return Answer(checks, draw, order_of("length, by that of a chord", exact / 100.0, missed))
 
 
 @CASES.add(
@@ -84,10 +87,10 @@ def _ellipse() -> Answer:
 
 
 def tensions(segments: int, kind: str) -> FloatArray:
-    """Pulls on both ends of a belt over half a drum, when it has come to rest.
+    """Return the tensions (2,) at the loose and the held end of a belt over half a drum, at rest.
 
-    It lies there with the tension `TAUT`. The pull at its loose end falls slowly to 1, so that the
-    belt creeps to the end that is held and sticks nowhere.
+    The belt starts with the tension `TAUT`. The pull at its loose end falls slowly to 1, so that it
+    creeps to the held end and sticks nowhere. `kind` is that of `cg.Belt`.
     """
     drum = cg.Body([cg.shapes.cylinder(radius=1.0, height=4.0, axis="y")])
     path = cg.route(drum, [-1.0, 0.0, -DOWN], [1.0, 0.0, -DOWN], via=[[0.0, 0.0, 1.2]])
@@ -186,7 +189,7 @@ PAID = 4e-3
 
 
 def _ribbon(elements: int) -> cg.NurbsSurface:
-    """Return one patch of degree 2 along the belt's path, with its Greville points on the path."""
+    """Return one patch of degree 2 along the belt's path, which meets it at the Greville points."""
     knots = np.concatenate([np.zeros(2), np.linspace(0.0, 1.0, elements + 1), np.ones(2)])
     at = cg.knots.greville(knots, 2)
     arc_length = (2.0 * DOWN + math.pi) * at - DOWN
@@ -200,7 +203,10 @@ def _ribbon(elements: int) -> cg.NurbsSurface:
 
 
 def _pulls(elements: int) -> FloatArray:
-    """Return the tensions (2,) at the loose end, which is 1, and at the end that is pulled."""
+    """Run a belt of splines until all of it has slid; return the tensions (2,) at both ends.
+
+    The loose end comes first, which is pulled by 1. The other end is displaced by `PAID`.
+    """
     belt, length = cg.Slave(surfaces=[_ribbon(elements)]), 2.0 * DOWN + math.pi
     speed, section = math.sqrt(STIFF / DENSITY), WIDTH * THICK
     duration = 60.0 * length / speed
@@ -275,15 +281,15 @@ def _capstan_of_splines() -> Answer:
 
 
 LOOSE, SPEED = 1.0, 7.0
-"""Tension at the loose end of the running belt, and the speed of the end that is pulled."""
+"""Tension at the loose end of the running belt, and the speed of the belt without stretch."""
 FED, TAKEN = 2.5, 0.5
 """Lengths of its straight ends before and behind the drum."""
 RUN = 2.0
-"""How far it runs."""
+"""Length by which it runs."""
 
 
 class Running(NamedTuple):
-    """Pulls of a belt that runs over a drum, means over the run."""
+    """Forces of a belt that runs over a drum, means over the run."""
 
     ratio: float
     """(T₂ − ṁ v₂)/(T₁ − ṁ v₁), with ṁ v = ρ v² of the stretched belt."""
@@ -292,7 +298,10 @@ class Running(NamedTuple):
 
 
 def _running(bars: int) -> Running:
-    """Run a belt of `bars` bars a half turn, that begins in its steady state."""
+    """Run a belt, with `bars` bars in its half turn over a drum, from its steady state.
+
+    Means over the run are weighted by 1 − cos, which suppresses vibrations of the belt.
+    """
     bar = math.pi / bars
     arc_length = bar * np.arange(round((FED + math.pi + TAKEN) / bar) + 1)
     fed = bar * round(FED / bar)

@@ -18,17 +18,12 @@ CASES = Cases(GROUP)
 
 SPAN, LENGTH = 1.0, 1.2
 YOUNG = 1e4
-"""Modulus times section, over the weight a length: the ends pull by 8e-5 of it."""
+"""Modulus times section, over the weight per length; the tension at the ends is 8e-5 of it."""
 BARS = 40
 
 
-def _parameter() -> float:
-    """H/w of what does not stretch: 2 a sinh(span/2a) = length."""
-    return float(brentq(lambda a: 2.0 * a * math.sinh(0.5 * SPAN / a) - LENGTH, 0.1, 10.0))
-
-
 def _parabola(bars: int) -> FloatArray:
-    """Points of a chain that is slack a little, on a parabola of the chain's length."""
+    """Return points (bars + 1, 3) of a chain of `LENGTH` on a parabola, from which it settles."""
     x = np.linspace(-0.5 * SPAN, 0.5 * SPAN, bars + 1)
 
     def chain(depth: float) -> FloatArray:
@@ -41,8 +36,11 @@ def _parabola(bars: int) -> FloatArray:
 
 
 def hung(bars: int, young: float, tolerance: float) -> tuple[FloatArray, FloatArray]:
-    """Nodes of a chain at rest, and the force (3,) on its first end, which has half a bar's weight;
-    the weight a length is 1."""
+    """Return nodes (bars + 1, 3) of a chain at rest, and the force (3,) of its first support on it.
+
+    The weight per length is 1; the force is without half the weight of a bar, which the support
+    carries, too.
+    """
     line = np.linspace(0.0, LENGTH, bars + 1)
     first = np.arange(bars, dtype=np.int32)
     ends = np.stack([first, first + 1], axis=1)
@@ -60,7 +58,10 @@ def hung(bars: int, young: float, tolerance: float) -> tuple[FloatArray, FloatAr
 
 
 def stretched_sag(young: float) -> float:
-    """Of a cable that stretches by its pull over `young` (H. M. Irvine, Cable Structures, 1981)."""
+    """Return the sag of a cable of axial stiffness `young`, which stretches by tension over it.
+
+    H. M. Irvine, Cable Structures, 1981.
+    """
     half = 0.5 * LENGTH
 
     def span(pull: float) -> float:
@@ -79,7 +80,8 @@ def stretched_sag(young: float) -> float:
 )
 def _catenary() -> Answer:
     points, end = hung(BARS, YOUNG, 1e-4)
-    a = _parameter()
+    # H/w of a cable that does not stretch: 2 a sinh(span/2a) = length.
+    a = float(brentq(lambda a: 2.0 * a * math.sinh(0.5 * SPAN / a) - LENGTH, 0.1, 10.0))
     checks = (
         relative("sag", -points[BARS // 2, 2], a * (math.cosh(0.5 * SPAN / a) - 1.0), 1e-3),
         relative("H over the weight a length", abs(end[0]), a, 1e-3),

@@ -1,9 +1,9 @@
 """Hertz: an exact ball and an exact cylinder on an elastic half space.
 
-The block under the ball ends a few radii of contact from its middle, and its outer nodes are where
-Boussinesq's point load brings those of a half space: what is left of the block's size falls with
-its third power. The load must be known for that, so it is that of the formula; a block held where
-it was would carry a sixth more.
+The block under the ball ends a few contact radii from its middle. Its outer nodes have the
+displacements of a half space under a point load (Boussinesq), so that the error of the finite block
+falls with the third power of its size. This needs the load, which is taken from the formula; a
+block with its outer nodes fixed at rest would carry a sixth more.
 """
 
 from __future__ import annotations
@@ -29,45 +29,49 @@ NU = 0.3
 MODULUS = 1.0 / (1.0 - NU**2)
 """E* of a rigid indenter, E = 1."""
 BALL = 50.0
-"""Radius over that of the contact, which is 1: strains stay below 2 %."""
+"""Radius of the ball; the radius of contact is 1, and strains stay below 2 %."""
 DEPTH = 1.0 / BALL
 LOAD = 4.0 / 3.0 * MODULUS / BALL
-"""4/3 E* √R d^1.5 of a = √(R d) = 1."""
+"""Force 4/3 E* √R d^1.5 at a = √(R d) = 1."""
 STIFF = 100.0
-"""Of the contact, E over length: it gives way by half a percent of the depth."""
+"""Contact stiffness, E over length: nodes penetrate by half a percent of the depth."""
 FINE, OUTER, FAR = 7, 5, 6.0
-"""Even cells up to 1.4 radii of contact, cells that grow beyond, and where the block ends."""
+"""Number of even cells up to 1.4 contact radii, of growing cells beyond, and size of the block."""
 
 Held = NDArray[np.bool_]
-"""(n, 3) ways of nodes that are fixed."""
+"""(n, 3) mask of the fixed degrees of freedom of nodes."""
 
 
 class _Pressed(NamedTuple):
-    """What touches at rest."""
+    """Contact at rest."""
 
     force: float
-    """Of the whole contact; a length of the cylinder."""
+    """Force of the whole contact; per length of the cylinder."""
     radius: float
-    """Of the contact, by the mean square distance of the force from its middle."""
+    """Radius or half width of contact, from the mean square distance of the force."""
     places: FloatArray
-    """Distances of nodes from the middle."""
+    """(k,) distances of touching nodes from the middle."""
     pressures: FloatArray
+    """(k,) pressures at these nodes."""
 
 
 class _Shares(NamedTuple):
-    """What of the whole contact is seen."""
+    """Factors from the modelled part to the whole contact."""
 
     whole: float
-    """Over the part's force: the whole's."""
+    """Force of the whole over that of the part."""
     of_square: float
-    """Over the mean square distance of the force from the middle: a²."""
+    """a² over the mean square distance of the force from the middle."""
     ways: int
-    """In which distances are: x and y, or x."""
+    """Number of coordinates in a distance: 2 for x and y, 1 for x."""
 
 
 def far_field(points: FloatArray) -> FloatArray:
-    """(n, 3) displacements of a half space z < 0 under a load down at its origin (Boussinesq; K. L.
-    Johnson, Contact Mechanics, 3.2), within the contact those at its border."""
+    """Return displacements (n, 3) of a half space z < 0 under a load down at its origin.
+
+    Boussinesq's solution (K. L. Johnson, Contact Mechanics, 3.2). Distances below 1, the radius of
+    contact, count as 1.
+    """
     x, y, z = points.T
     z, r = -z, np.hypot(x, y)
     rho = np.maximum(np.sqrt(r**2 + z**2), 1.0)
@@ -78,7 +82,7 @@ def far_field(points: FloatArray) -> FloatArray:
 
 
 def _ball() -> _Pressed:
-    """A quarter of the block under a ball."""
+    """Press a ball on a quarter of the block, from the displacements of `far_field`."""
     line = spaced(FINE, 1.4, OUTER, FAR)
     rest, elements = bricks((line, line, -line[::-1]))
     sides = elements[:, [4, 5, 6, 7]]
@@ -93,7 +97,7 @@ def _ball() -> _Pressed:
 
 
 def _cylinder() -> _Pressed:
-    """Half of a strip of the block, one cell thick and in plane strain, under a cylinder."""
+    """Press a cylinder on half of a strip, one cell thick and in plane strain."""
     line = spaced(2 * FINE, 1.4, OUTER, 8.0)
     thick = line[1]
     rest, elements = bricks((line, np.array([0.0, thick]), -line[::-1]))
@@ -103,7 +107,7 @@ def _cylinder() -> _Pressed:
     fixed[:, 1] = True
     fixed[rest[:, 0] == 0.0, 0] = True
     fixed[rest[:, 2] == -line[-1]] = True
-    # It starts pressed down evenly: a cylinder as deep in cells at rest would turn them inside out.
+    # It starts evenly compressed: a cylinder so deep in undeformed cells would invert them.
     sunk = rest.copy()
     sunk[:, 2] -= 2.0 * DEPTH * (1.0 + rest[:, 2] / line[-1])
     strip = cg.Slave(sunk, sides[near], elements={"hexahedron": elements})
@@ -116,7 +120,7 @@ def _cylinder() -> _Pressed:
 def _pressed_by(
     slave: cg.Slave, shape: cg.NurbsSurface, held: tuple[FloatArray, Held], shares: _Shares
 ) -> _Pressed:
-    """At rest under a shape: nodes at rest, and which ways of them are fixed."""
+    """Settle a slave under a shape; `held` is its undeformed nodes and their mask of fixed ones."""
     rest, fixed = held
     motion = cg.motion.Deforming(
         material=cg.materials.Elastic(young=1.0, poisson=NU), density=1.0, rest=rest, fixed=fixed
@@ -138,6 +142,7 @@ def _pressed_by(
 
 
 def _pressure_error(pressed: _Pressed, radius: float, peak: float, tolerance: float) -> Check:
+    """Check pressures up to 0.8 of the contact radius against p₀ √(1 − r²/a²), over p₀ = `peak`."""
     inner = pressed.places < 0.8 * radius
     exact = np.sqrt(1.0 - (pressed.places[inner] / radius) ** 2)
     off = np.abs(pressed.pressures[inner] / peak - exact)
@@ -145,6 +150,7 @@ def _pressure_error(pressed: _Pressed, radius: float, peak: float, tolerance: fl
 
 
 def _drawn(pressed: _Pressed, radius: float, peak: float) -> Drawing:
+    """Return a drawing of the pressures over those of the formula."""
     r = np.linspace(0.0, 1.2, 300)
     return comparison(
         ("r/a", "p/p₀"),

@@ -23,6 +23,7 @@ PEAK, LENGTH = 100.0, 0.02
 
 
 def _half_sine(n: int) -> tuple[FloatArray, FloatArray]:
+    """Return times (n + 1,), s, and a half sine of `PEAK` g and `LENGTH` s at them."""
     t = np.linspace(0.0, LENGTH, n + 1)
     return t, np.abs(PEAK * np.sin(math.pi * t / LENGTH))
 
@@ -55,6 +56,8 @@ def _hic_sine() -> Answer:
 
 
 def _window(t: FloatArray, a: FloatArray, start: float, end: float) -> Drawing:
+    """Return a drawing of a signal, g over s, with the window from `start` to `end` shaded."""
+
     def draw(figure: Figure) -> None:
         axes = figure.subplots()
         axes.plot(1e3 * t, a, color=INK, lw=1.2)
@@ -113,10 +116,11 @@ def _clip() -> Answer:
 
 
 def _gain(cls: int, frequency: float) -> float:
-    """Of the filter for a long sine, by least squares in its middle.
+    """Return the gain of filter CFC `cls` for a long sine of `frequency`, Hz.
 
-    A thousand samples a period of the corner: the digital filter bends the axis of frequencies by
-    some parts in 10⁵ there, as the standard has it.
+    The amplitude is fitted by least squares to the middle third of 60 periods. There are a thousand
+    samples in a period of the corner frequency, where the digital filter of the standard shifts
+    frequencies by some parts in 10⁵.
     """
     dt = 1e-3 * 0.6 / cls
     count = round(20.0 / frequency / dt)

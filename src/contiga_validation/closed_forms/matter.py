@@ -1,4 +1,4 @@
-"""What deforms against exact bodies: a bar on a wall, a scene that is carried along."""
+"""Slaves that deform against exact bodies: a bar on a wall, at rest and carried along."""
 
 from __future__ import annotations
 
@@ -16,17 +16,18 @@ from contiga_validation.engine.arrays import FloatArray
 GROUP = "Slaves that deform"
 CASES = Cases(GROUP)
 YOUNG, DENSITY, LENGTH, SPEED = 210e9, 7850.0, 1.0, 1.0
-"""Of the bar: steel, in m, kg and s."""
+"""Steel bar, in m, kg and s: modulus, density, length, impact speed."""
 CELLS = 60
 CELERITY = math.sqrt(YOUNG / DENSITY)
 WAVE = DENSITY * CELERITY * SPEED
+"""Stress of the wave, Pa."""
 CORNERS = ((0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0, 0, 1), (1, 0, 1), (1, 1, 1), (0, 1, 1))
-"""Of a hexahedron of sides 1, in the order of its nodes."""
+"""Corners of a hexahedron of sides 1, in the order of its nodes."""
 _LOWER, _UPPER = (0, 3, 2, 1), (4, 5, 6, 7)
 
 
 def column(cells: int, length: float) -> cg.Slave:
-    """Hexahedra one on the other along z, with square sections; facets below and above."""
+    """Return a bar of hexahedra along z from 0, with square sections and facets at both ends."""
     side = length / cells
     heights = np.linspace(0.0, length, cells + 1)
     corners = side * np.array(CORNERS[:4], np.float64)
@@ -37,7 +38,7 @@ def column(cells: int, length: float) -> cg.Slave:
 
 
 def _bar_on_wall(carried: float = 0.0) -> dict[str, FloatArray]:
-    """History of the bar that comes down on a wall, all of it `carried` along x."""
+    """Return the history of the bar that hits a wall; both move along x at the speed `carried`."""
     bar, side = column(CELLS, LENGTH), LENGTH / CELLS
     wall = cg.Body([cg.shapes.plane(width=1.0, length=1.0)])
     end = 2.4 * LENGTH / CELERITY
@@ -81,8 +82,11 @@ def _bar() -> Answer:
 
 
 def carried_along(still: History, carried: History, sizes: Mapping[str, float]) -> Answer:
-    """Compare columns of the histories of a scene at rest and of the same scene carried along;
-    `sizes` gives the unit of each difference."""
+    """Compare columns of the histories of a scene at rest and of the same scene carried along.
+
+    `sizes` gives the columns and the size by which the difference of each is divided; 1e-9 of it is
+    allowed.
+    """
     checks = tuple(
         zero(
             f"{name}, largest difference by its size",

@@ -21,17 +21,23 @@ CASES = Cases(GROUP)
 THIN = 1e-3
 """Thickness of discs of radius 1 and modulus 1."""
 POINT = math.cbrt(3.0 / math.pi)
-"""w₀/a over (P/E h a)^⅓ under a point load at ν = ⅓: 0.984745."""
+"""w₀/a over (P/E h a)^⅓ under a point load P at ν = ⅓: 0.984745."""
 LOAD = 1e-3
-"""P/(E h a)."""
+"""Point load P/(E h a)."""
 SUNK, PRESSED = 0.0535900, 2.28049e-4
-"""δ R/a² and P R³/(E h a⁴) of a ball that touches up to 0.1 a, ν = 0.3: Föppl's equations, a
-parabola inside, integrated from there to the border."""
+"""Depth δ R/a² and load P R³/(E h a⁴) of a ball that touches up to `TOUCHED` a at ν = 0.3.
+
+By Föppl's equations: a parabola within, integrated from there to the border.
+"""
 TOUCHED = 0.1
+"""Radius of contact over that of the membrane."""
 
 
 def graded(radii: FloatArray) -> tuple[FloatArray, FloatArray, IntArray]:
-    """Points, their radii and the facets of a disc with rings of these radii, from 0."""
+    """Return points (n, 3), their radii (n,) and the facets of a disc with rings at ascending `radii`.
+
+    The first radius is 0. The topology is that of `disc`.
+    """
     points, facets = disc(len(radii) - 1)
     even = np.hypot(points[:, 0], points[:, 1])
     ring = np.rint((len(radii) - 1) * even).astype(np.int64)
@@ -40,7 +46,10 @@ def graded(radii: FloatArray) -> tuple[FloatArray, FloatArray, IntArray]:
 
 
 def spaced(fine: int, inner: float, outer: int, far: float) -> FloatArray:
-    """`fine` even steps from 0 to `inner`, then `outer` ones that grow evenly, to `far`."""
+    """Return coordinates with `fine` equal steps from 0 to `inner`, `outer` growing ones to `far`.
+
+    Each growing step is a fixed multiple, between 1 and 10, of the one before.
+    """
     first = inner / fine
     powers = np.arange(1, outer + 1)
 
@@ -52,7 +61,7 @@ def spaced(fine: int, inner: float, outer: int, far: float) -> FloatArray:
 
 
 def _loaded(rings: int) -> tuple[FloatArray, FloatArray]:
-    """Radii, and ways over (P/E h a)^⅓, of a disc under a load in its middle."""
+    """Return radii, and displacements over (P/E h a)^⅓, (n,), of a disc under a central load."""
     rest, radii, facets = graded(np.linspace(0.0, 1.0, rings + 1) ** 1.5)
     motion = cg.motion.Deforming(
         material=cg.materials.Elastic(young=1.0, poisson=1.0 / 3.0),
@@ -90,15 +99,18 @@ def _point() -> Answer:
 
 
 class _Sunk(NamedTuple):
-    """A ball's disc at rest."""
+    """A membrane under a ball, at rest."""
 
     radii: FloatArray
+    """(n,) radii of its nodes."""
     ways: FloatArray
+    """(n,) displacements along z."""
     force: float
+    """Force of the ball on it."""
 
 
 def _under_a_ball() -> _Sunk:
-    """A ball of radius 1 that has sunk in by SUNK."""
+    """Settle a disc under a ball of radius 1 at the depth `SUNK`."""
     rest, radii, facets = graded(spaced(7, 1.4 * TOUCHED, 7, 1.0))
     down = np.where(
         radii < TOUCHED,
@@ -125,8 +137,10 @@ def _under_a_ball() -> _Sunk:
 
 
 def _shape(radii: FloatArray) -> FloatArray:
-    """Of the membrane under the ball, by Föppl's equations: φ = r N, r² φ″ + r φ′ − φ = −r w′²/2
-    with E h = 1, and φ w′ = P/2π from the ball to the border."""
+    """Return displacements (n,) at `radii` (n,) of the membrane under the ball (Föppl's equations).
+
+    φ = r N, r² φ″ + r φ′ − φ = −r w′²/2 with E h = 1, and φ w′ = P/2π from the ball to the border.
+    """
     c, pull = TOUCHED, PRESSED / (2.0 * math.pi)
     phi = pull / c  # w′ = r there
     inside = (phi + c**3 / 16.0) / c  # φ = A r − r³/16 under the ball
@@ -165,14 +179,15 @@ def _ball() -> Answer:
 
 
 YOUNG, POISSON, BAG, PRESSURE, HALF = 588e6, 0.4, 0.6e-3, 5e3, 0.6 / math.sqrt(2.0)
-"""Of the square bag: Pa, thickness and half of its side in m, pressure."""
+"""Square bag: modulus, Poisson's ratio, thickness, pressure, half of its side; in m and Pa."""
 RISE, CORNER, SIDE, STRESS = 0.2166, -0.0348, -0.122, 3.91e6
-"""Of its middle, its corners each way, the middles of its sides, and the stress in the middle:
-finer meshes of the same relaxed energy; published rises are 0.216 to 0.217."""
+"""Displacements of the middle, the corners (x and y alike) and the middles of the sides, m, and the
+stress in the middle, Pa: by finer meshes of the same relaxed energy; published rises are 0.216 to
+0.217."""
 
 
 def _crossed(cells: int) -> tuple[FloatArray, IntArray]:
-    """The unit square, cut along diagonals that cross."""
+    """Return points and triangles of the unit square, with diagonals that alternate."""
     points, (a, b, c, d) = squares(cells)
     even = np.indices(a.shape).sum(axis=0) % 2 == 0
     halves = [((a, b, c), even), ((a, c, d), even), ((a, b, d), ~even), ((b, c, d), ~even)]
@@ -181,19 +196,23 @@ def _crossed(cells: int) -> tuple[FloatArray, IntArray]:
 
 
 class _Blown(NamedTuple):
-    """A quarter of one side of the bag."""
+    """A quarter of one side of the bag, at rest under pressure."""
 
     unit: FloatArray
+    """(n, 3) nodes on the unit square, of which the flat bag is a multiple."""
     ways: FloatArray
+    """(n, 3) displacements, m."""
     stress: float
+    """Stress in the first triangle, in the middle of the bag, Pa."""
 
     def at(self, x: float, y: float) -> FloatArray:
-        """The way of a node of the unit square."""
+        """Return the displacement (3,) of the node nearest to (x, y) on the unit square."""
         row = np.argmin(np.abs(self.unit[:, :2] - [x, y]).sum(axis=1))
         return np.asarray(self.ways[row])
 
 
 def _blown_up(cells: int) -> _Blown:
+    """Settle the bag from flat, of `cells` × `cells` squares of triangles without compression."""
     unit, facets = _crossed(cells)
     rest = HALF * unit
     fixed = unit == 0.0

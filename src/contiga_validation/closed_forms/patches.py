@@ -18,9 +18,9 @@ from contiga_validation.engine.arrays import FloatArray, IntArray
 CASES = Cases(GROUP)
 
 EXACT = 1e-12
-"""By the largest force that the same strain makes anywhere."""
+"""Error allowed of a force, over the largest force of the same strain at any node."""
 STRAIN = np.array([[1.2, 0.1, 0.05], [-0.03, 0.95, 0.02], [0.1, 0.0, 1.1]])
-"""An even gradient of the places."""
+"""Uniform deformation gradient."""
 _TETRA = ((0, 1, 2, 6), (0, 2, 3, 6), (0, 3, 7, 6), (0, 7, 4, 6), (0, 4, 5, 6), (0, 5, 1, 6))
 """Six tetrahedra about a diagonal of a hexahedron."""
 _TRIANGLES = ((0, 1, 2), (0, 2, 3))
@@ -47,17 +47,17 @@ MEMBRANES = {
 
 
 class Patch(NamedTuple):
-    """Distorted elements of one kind and material."""
+    """Distorted elements of one kind and material, assembled."""
 
     name: str
     matter: cg.matter.Assembled
     nodes: FloatArray
     inner: NDArray[np.bool_]
-    """Which nodes no border holds."""
+    """Mask (n,) of the nodes that are on no border."""
 
 
 def patches() -> Iterator[Patch]:
-    """Three elements each way, whose inner nodes are anywhere; of all kinds and materials."""
+    """Yield a patch of 3 × 3 (× 3) cells of each kind of element and material."""
     line = np.linspace(0.0, 1.0, 4)
     points, hexes = bricks((line, line, line))
     tets = np.concatenate([hexes[:, list(corners)] for corners in _TETRA])
@@ -81,7 +81,10 @@ def _distorted(
     material: Any,
     thickness: float | None = None,
 ) -> Patch:
-    """A patch whose inner nodes are moved along the ways that it has."""
+    """Return a patch whose inner nodes are moved by up to 0.05, the same at each call.
+
+    A flat patch stays flat. Membranes have a `thickness`.
+    """
     nodes, wide = rest.copy(), np.ptp(rest, axis=0) > 0.0
     inner = ((nodes > 0.01) & (nodes < 0.99) | ~wide).all(axis=1)
     shift = np.random.default_rng(0).uniform(-0.05, 0.05, nodes.shape)
@@ -93,12 +96,12 @@ def _distorted(
 
 
 def _forces(patch: Patch, q: FloatArray) -> FloatArray:
-    """On nodes that stand at q."""
+    """Return the internal forces (n, 3) on nodes at `q` (n, 3), without velocities."""
     return np.asarray(patch.matter.forces(patch.matter.start(), q, np.zeros_like(q), 0.0).force)
 
 
 def turned(angle: float) -> FloatArray:
-    """A rotation about an axis of its own."""
+    """Return the rotation matrix (3, 3) by `angle`, rad, about the axis (1, 2, −½)."""
     axis = np.array([1.0, 2.0, -0.5]) / np.sqrt(5.25)
     across = np.cross(np.eye(3), axis)
     return np.asarray(
@@ -109,21 +112,22 @@ def turned(angle: float) -> FloatArray:
 
 
 def _even(patch: Patch) -> tuple[float, float]:
-    """Largest force on an inner node, and of all, under an even strain."""
+    """Return the largest force on an inner node and on any node, under the uniform strain."""
     force = np.abs(_forces(patch, patch.nodes @ STRAIN.T))
     return float(force[patch.inner].max()), float(force.max())
 
 
 class Missed(NamedTuple):
-    """Forces that should not be there, by the largest of the even strain, over angles."""
+    """Errors (k,) of forces over angles, over the largest force of the uniform strain."""
 
     rigid: FloatArray
-    """Of a patch that is turned and moved without strain."""
+    """Largest force on a patch that is turned and moved without strain."""
     carried: FloatArray
-    """Of one under the even strain, turned and moved: off those turned along."""
+    """Largest difference of forces on a strained patch, turned and moved, from turned forces."""
 
 
 def _turned(patch: Patch, angles: FloatArray, size: float) -> Missed:
+    """Turn a patch by angles (k,), move it, and return the errors of its forces over `size`."""
     strained = patch.nodes @ STRAIN.T
     still = _forces(patch, strained)
     missed = np.empty((2, len(angles)))

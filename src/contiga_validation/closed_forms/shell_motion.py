@@ -30,7 +30,10 @@ CASES = Cases(GROUP)
 
 
 def _slowest(shell: Shell, free: IntArray, q: FloatArray) -> tuple[float, FloatArray]:
-    """Return the first circular frequency of a shell at q, and its mode (m, 3)."""
+    """Return the first circular frequency of a shell with control points `q`, and its mode (m, 3).
+
+    `free` numbers the degrees of freedom that are not held; masses are lumped.
+    """
     state = shell.start()._replace(points=q)
     stiffness = shell.tangent(state)[free][:, free].toarray()
     masses = np.diag(shell.mass[free // 3])
@@ -44,7 +47,7 @@ YOUNG, DENSITY, THIN, LENGTH = 3.0, 2.0, 0.1, 10.0
 
 
 def _strip(count: int) -> tuple[Shell, float, FloatArray]:
-    """Return a cantilever of `count` elements of degree 2, its frequency, and its mode."""
+    """Return a cantilever of `count` elements of degree 2, its first frequency and mode (m, 3)."""
     shell = assemble_shell(
         [plate(2, (count, 1), (LENGTH, 1.0))],
         material=cg.materials.Elastic(young=YOUNG),
@@ -88,7 +91,7 @@ STRAIN, POISSON = 1e-3, 0.3
 
 
 def _drum_of(count: int) -> float:
-    """Return the frequency of a stretched drum of splines of radius 1."""
+    """Return the first frequency of a stretched drum of radius 1, of `count` × `count` elements."""
     shell = assemble_shell(
         [disc(2, count)],
         material=cg.materials.Elastic(young=YOUNG, poisson=POISSON),
@@ -130,7 +133,7 @@ it; circular frequency."""
 
 
 def _breathing(step: float) -> cg.Result:
-    """Run 24 masses on a sphere whose control points grow by a table."""
+    """Run 24 masses on springs on a sphere whose control points grow by a table."""
     ball = cg.Body([cg.shapes.sphere(radius=RADIUS)])
     end = math.pi / BREATH
     times = np.linspace(0.0, end, 81)
@@ -245,7 +248,10 @@ def _torus() -> Answer:
 
 
 def _carried(along: float) -> dict[str, FloatArray]:
-    """Return the history of 25 masses falling on a free plate that moves the master."""
+    """Return the history of 25 masses falling on a free plate, whose surface is their master.
+
+    All start with the speed `along` along x.
+    """
     flat = refined(cg.shapes.plane(width=100.0, length=100.0), 2, (4, 4))
     line = np.linspace(-14.0, 14.0, 5)
     places = np.stack([*np.meshgrid(line, line), np.full((5, 5), 0.7)], axis=-1).reshape(-1, 3)
@@ -287,7 +293,10 @@ FIRM, TOUCH, GAP = 3.0, 0.06, 0.05
 
 
 def _sheet(radius: float, count: int, *, inward: bool) -> tuple[Shell, cg.Body]:
-    """Return an eighth of a sphere, as shell and as body, with its normals towards the contact."""
+    """Return an eighth of a sphere of `radius`, as shell and as body, with normals out or `inward`.
+
+    It has three patches of `count` × `count` elements of degree 4.
+    """
     patches = [refined(patch, 4, (count, count)) for patch in octant(radius)]
     patches = [patch.flipped() for patch in patches] if inward else patches
     shell = assemble_shell(

@@ -1,7 +1,7 @@
 """Shells of splines at rest: the obstacle course, large displacements, Hencky's membrane.
 
-Newton's method on the control points, with the shell's own tangent. The numbers to meet are those
-to which Kirchhoff-Love theory converges (Belytschko et al., CMAME 51, 1985, for the roof, the
+Newton's method on the control points, with the shell's own tangent. Expected numbers are the limits
+of Kirchhoff-Love theory (Belytschko et al., CMAME 51, 1985, for the roof, the
 cylinder and the hemisphere; Sze, Liu and Lo, Finite Elem. Anal. Des. 40, 2004, for large
 displacements).
 """
@@ -49,6 +49,7 @@ BENCHMARK = 1e-3
 """Relative error allowed of the benchmarks."""
 
 ROOF, CYLINDER, HEMISPHERE = 0.300588, 1.8249e-5, 0.092404
+"""Deflections of the obstacle course, in the units of each problem."""
 INNER, OUTER = 13.891, 17.528
 """Deflection of the slit annulus' loaded end at inner and outer radius (Sze, Liu and Lo)."""
 
@@ -91,7 +92,7 @@ def unheld(shell: Shell, *held: tuple[IntArray, str]) -> IntArray:
 
 
 def row_at(points: FloatArray, place: Sequence[float]) -> int:
-    """Return the row of the point at a place.
+    """Return the row of the point at a place, within 1e-9 of the largest coordinate.
 
     Raises
     ------
@@ -106,7 +107,10 @@ def row_at(points: FloatArray, place: Sequence[float]) -> int:
 
 
 def bent_little(shell: Shell, free: IntArray, load: FloatArray) -> FloatArray:
-    """(m, 3) displacements of control points by linear theory."""
+    """Return displacements (m, 3) of control points by linear theory, from the undeformed shell.
+
+    `free` numbers the free degrees of freedom; `load` (m, 3) are forces on control points.
+    """
     stiffness = shell.tangent(shell.start())[free][:, free].tocsc()
     ways = np.zeros(load.size)
     ways[free] = splu(stiffness).solve(load.ravel()[free])
@@ -120,12 +124,15 @@ def settled(
     shares: Sequence[float],
     q: FloatArray | None = None,
 ) -> FloatArray:
-    """(m, 3) control points at rest under shares of a load, one after the other, by Newton.
+    """Return control points (m, 3) at rest under the last share of a load, by Newton's method.
+
+    Each share of `load` (m, 3) starts from the result of the one before, the first from `q` or the
+    undeformed shell. Residuals are below 1e-7 of the largest load on a control point.
 
     Raises
     ------
     ArithmeticError
-        It does not come to rest.
+        A share does not converge in 40 iterations.
     """
     q = shell.nodes.copy() if q is None else q.copy()
     start, still = shell.start(), np.zeros_like(q)
@@ -145,7 +152,10 @@ def settled(
 def in_elements(
     what: str, at: Callable[[int], float], exact: float, counts: Sequence[int], least: float
 ) -> tuple[Order, dict[int, float]]:
-    """The order in 1/n of numbers at so many elements a side, and these numbers."""
+    """Return the order in 1/n of the error of `at(n)`, and these numbers by n.
+
+    `counts` are numbers n of elements along a side, each twice the one before.
+    """
     values = {n: at(n) for n in counts}
     order = order_of(
         what,
@@ -158,7 +168,7 @@ def in_elements(
 
 
 def _over_elements(what: str, found: dict[int, float], exact: float) -> Drawing:
-    """A number over the elements a side, and where it goes."""
+    """Return a drawing of a number over the elements along a side, with the exact one as a line."""
     counts = np.array(list(found), np.float64)
     ends = np.array([0.0, 1.1 * counts[-1]])
     return comparison(
@@ -237,7 +247,7 @@ def _cylinder() -> Answer:
 
 
 def _product(a: FloatArray, b: FloatArray) -> FloatArray:
-    """Bernstein coefficients of the product of two polynomials in u and v."""
+    """Return the Bernstein coefficients of the product of two polynomials in u and v."""
     (m, n), (k, l) = (np.array(each.shape) - 1 for each in (a, b))
     out = np.zeros((m + k + 1, n + l + 1))
     for i, j, r, s in np.ndindex(m + 1, n + 1, k + 1, l + 1):
@@ -248,7 +258,10 @@ def _product(a: FloatArray, b: FloatArray) -> FloatArray:
 
 
 def octant(radius: float) -> list[cg.NurbsSurface]:
-    """An eighth of a sphere by three patches without a pole: a quarter of a disc, projected."""
+    """Return an eighth of a sphere about the origin, x, y, z ≥ 0, by three patches without a pole.
+
+    They are the stereographic projection of three patches of a quarter of a disc, of degree 2 or 4.
+    """
     c, t = math.cos(math.pi / 8.0), math.tan(math.pi / 8.0)
     centre, middle, rim = [0.42, 0.42], [math.sqrt(0.5)] * 2, np.array([[1.0, 1.0], [c, c], [1, 1]])
     halves = [0.5 * (0.45 + 0.42), 0.5 * 0.42]
@@ -307,8 +320,10 @@ def _hemisphere() -> Answer:
 
 
 def _along_edge(shell: Shell, strip: cg.NurbsSurface, force: float) -> FloatArray:
-    """(m, 3) forces of a load along z that is even along the edge u1 of one patch: ∫ N of each
-    basis function is the distance of its last knot from its first over the degree and 1."""
+    """Return forces (m, 3) of a load along z, `force` in all, uniform along edge u1 of the patch.
+
+    ∫ N of a basis function is the distance of its last knot from its first over the degree plus 1.
+    """
     knots, degree = strip.knots[1], strip.degrees[1]
     spans = knots[degree + 1 :] - knots[: -degree - 1]
     load = np.zeros_like(shell.nodes)
@@ -321,10 +336,11 @@ LENGTH, FLEXURE, TENSION, PULL = 10.0, 100.0, 1.2e5, 4.0
 
 
 def _elastica() -> FloatArray:
-    """Return points (k, 2), along and up, from clamp to end of a strip with the shell's energy.
+    """Return points (k, 2), along and up, of the elastica with the shell's energy, clamp to end.
 
-    With its angle θ(s) and stretch λ(s) that is E I (λ θ′)²/2 + E A ((λ² − 1)/2)²/2: M = E I λ² θ′,
-    M′ = −P λ cos θ, and λ from P sin θ = E A λ (λ² − 1)/2 + E I λ θ′².
+    It is the exact solution for Sze's cantilever under `PULL`. With its angle θ(s) and stretch λ(s)
+    the energy is E I (λ θ′)²/2 + E A ((λ² − 1)/2)²/2: M = E I λ² θ′, M′ = −P λ cos θ, and λ from
+    P sin θ = E A λ (λ² − 1)/2 + E I λ θ′².
     """
 
     def stretch(angle: FloatArray, moment: FloatArray) -> FloatArray:
@@ -350,7 +366,7 @@ def _elastica() -> FloatArray:
 
 
 def _cantilever(count: int) -> FloatArray:
-    """(m, 3) control points of Sze's cantilever under its load, of so many elements."""
+    """Return one row (k, 3) of control points of Sze's cantilever under its load, clamp to end."""
     strip = plate(3, (count, 1), (LENGTH, 1.0))
     steel = cg.materials.Elastic(young=1.2e6)
     shell = assemble_shell([strip], material=steel, density=1.0, thickness=0.1)
@@ -390,11 +406,14 @@ def _bent_far() -> Answer:
 
 
 WITHIN, WITHOUT, SLIT = 6.0, 10.0, 1e-4
-"""Radii of the annulus, and the angle of its slit, wider than what is joined."""
+"""Radii of the annulus, and the angle of its slit, rad, too wide to be joined."""
 
 
 def _annulus(around: int, across: int) -> cg.NurbsSurface:
-    """A ring from angle 0 to 2π whose circles are cubic splines through points of circles."""
+    """Return a ring from angle 0 to 2π whose circles are cubic splines through points of circles.
+
+    It has `around` elements in u, along the circles, and `across` ones in v, of degree 3.
+    """
     knots = np.concatenate([np.zeros(3), np.linspace(0.0, 1.0, around + 1), np.ones(3)])
     at = cg.knots.greville(knots, 3)
     turns = (2.0 * math.pi - SLIT) * at
@@ -407,7 +426,10 @@ def _annulus(around: int, across: int) -> cg.NurbsSurface:
 
 
 def _lifted(around: int, across: int) -> tuple[FloatArray, FloatArray]:
-    """(k, 2) load over its largest, and ways up of the ends of the slit within and without."""
+    """Lift the slit annulus in 16 steps; return shares (16,) of the load and lifts (16, 2).
+
+    Lifts are those of the loaded side of the slit, at the inner and the outer radius.
+    """
     ring = _annulus(around, across)
     shell = assemble_shell(
         [ring], material=cg.materials.Elastic(young=21e6), density=1.0, thickness=0.03, rule=3
@@ -446,7 +468,7 @@ def _slit() -> Answer:
 
 
 def disc(degree: int, count: int) -> cg.NurbsSurface:
-    """A disc of radius 1 as one patch of four sides."""
+    """Return a disc of radius 1 in z = 0 as one four-sided patch of `count` × `count` elements."""
     c = math.sqrt(0.5)
     points = np.zeros((3, 3, 3))
     points[:, :, :2] = [
@@ -460,16 +482,16 @@ def disc(degree: int, count: int) -> cg.NurbsSurface:
 
 
 def rim(shell: Shell) -> IntArray:
-    """Control points on all edges of its first patch."""
+    """Return the control points on all edges of the only patch of a shell, ascending."""
     return np.unique(np.concatenate([shell.net.edge(name) for name in ("u0", "u1", "v0", "v1")]))
 
 
 SMALL_RISE = 5e-3
-"""w₀/a of Hencky's membrane, whose theory is that of small ones."""
+"""Rise w₀/a of Hencky's membrane, whose theory is of small rises."""
 
 
 def _hencky(count: int) -> tuple[FloatArray, FloatArray]:
-    """Radii and rises over (q a/E h)^⅓ of points of a membrane under pressure."""
+    """Return radii and rises over (q a/E h)^⅓, (k,), of points of a membrane under pressure."""
     thin = 0.01
     rubber = cg.materials.Elastic(young=1.0 / thin, poisson=0.3)
     shell = assemble_shell(

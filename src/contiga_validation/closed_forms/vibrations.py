@@ -1,4 +1,4 @@
-"""What deforms and swings: a cantilever and a drum, by their first frequencies."""
+"""Vibrations of slaves that deform: the first frequencies of a cantilever and a drum."""
 
 from __future__ import annotations
 
@@ -26,24 +26,25 @@ LENGTH, HEIGHT = 10.0, 0.5
 DRUM = 2.404825558
 """The first root of J₀."""
 POISSON, STRAIN, THIN = 0.3, 1e-3, 0.1
-"""Of the drum of radius 1: how far it is stretched, evenly, and how thick it is."""
+"""Drum of radius 1: Poisson's ratio, uniform strain at rest, and thickness."""
 SMALL = 1e-5
-"""Largest way over the length or the radius: all is linear."""
+"""Amplitude over the length or the radius: all is linear."""
 PERIODS = 0.75
+"""Duration of a run, periods of the formula."""
 
 
 class Swing(NamedTuple):
-    """A node that swings, and what it should do."""
+    """Vibration of one node."""
 
     times: FloatArray
     ways: FloatArray
-    """Over the largest by the formula."""
+    """Displacements (n,) over the amplitude of the formula."""
     frequency: float
-    """Over that of the formula, by the times at which it passes its place at rest."""
+    """Measured frequency over that of the formula."""
 
 
 def bent(x: FloatArray) -> FloatArray:
-    """The first mode of a cantilever of length 1 that is held at 0, one at its end."""
+    """Return the first mode at `x` of a cantilever of length 1, clamped at 0, with 1 at its end."""
     b = BEAM
     share = (math.cosh(b) + math.cos(b)) / (math.sinh(b) + math.sin(b))
     mode = np.cosh(b * x) - np.cos(b * x) - share * (np.sinh(b * x) - np.sin(b * x))
@@ -53,7 +54,12 @@ def bent(x: FloatArray) -> FloatArray:
 def _swung(
     slave: cg.Slave, motion: cg.motion.Deforming, at: FloatArray, exact: float, largest: float
 ) -> Swing:
-    """A run of a slave that begins at rest's place with the speeds of a mode."""
+    """Run a slave that starts undisplaced with the velocities of a mode, for `PERIODS`.
+
+    The node nearest to `at` is measured along the axis of its largest displacement. Its frequency
+    follows from the last time at which it returns to zero from above. `exact` is the circular
+    frequency and `largest` the amplitude of the formula.
+    """
     end = PERIODS * 2.0 * math.pi / exact
     sensor = cg.NodeSensor("node", "it", at=at)
     run = run_of(slaves={"it": (slave, motion)}, end=end, step="auto", sensors=[sensor])
@@ -69,7 +75,7 @@ def _swung(
 
 
 def _cantilever_of(cells: int) -> Swing:
-    """Hexahedra along a beam, and a tenth of them over its height."""
+    """Run a cantilever of `cells` hexahedra along it, and a tenth of them over its height."""
     across = max(cells // 10, 1)
     lines = (
         np.linspace(0.0, LENGTH, cells + 1),
@@ -91,7 +97,7 @@ def _cantilever_of(cells: int) -> Swing:
 
 
 def _drum_of(rings: int) -> Swing:
-    """Rings of triangles, stretched evenly and held at the border."""
+    """Run a drum of `rings` rings of triangles, stretched evenly and held at the border."""
     rest, facets = disc(rings)
     tension = YOUNG * THIN * STRAIN / (1.0 - POISSON)
     exact = DRUM * math.sqrt(tension / (DENSITY * THIN))
@@ -111,6 +117,7 @@ def _drum_of(rings: int) -> Swing:
 
 
 def _swings(what: str, swing: Swing) -> Drawing:
+    """Return a drawing of a vibration, named `what`, over the sine of the formula."""
     curve = np.linspace(0.0, PERIODS, 200)
     times = PERIODS / swing.times[-1] * swing.times
     return comparison(
