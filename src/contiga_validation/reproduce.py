@@ -71,7 +71,7 @@ def reproduce(
 def run_all(
     experiments: Sequence[Experiment], progress: Progress | None = None
 ) -> tuple[ExperimentResult, ...]:
-    """Run experiments and draw their pictures, in memory.
+    """Run experiments and draw their pictures, in memory, while a second process compiles kernels.
 
     Raises
     ------
@@ -105,6 +105,7 @@ def broken_claims(folder: str | Path) -> list[str]:
 
 
 def _run(experiment: Experiment) -> ExperimentResult:
+    """Run an experiment and draw its pictures; any error becomes a RunError that names it."""
     clock = Clock()
     start = perf_counter()
     try:
@@ -136,7 +137,7 @@ def _write(folder: Path, results: tuple[ExperimentResult, ...]) -> Path:
 
 
 def _pictures_of(folder: Path) -> set[str]:
-    """Names of the pictures an earlier reproduction says it has written."""
+    """Return the file names of pictures that an earlier reproduction lists; empty without one."""
     with suppress(FileError), reading(folder / JSON, "the tables of a reproduction") as content:
         listed = [p["file"] for e in content["experiments"] for p in e["pictures"]]
         return {Path(file).name for file in listed}

@@ -84,7 +84,7 @@ def _failure(case: dict[str, Any]) -> str:
 
 
 def _run(case: Case) -> CaseResult:
-    """Run a case and draw its picture."""
+    """Run a case and draw its picture; any error becomes a RunError that names the case."""
     start = perf_counter()
     try:
         answer = case.run()

@@ -17,7 +17,7 @@ from contiga_validation.engine.arrays import FloatArray, IntArray
 
 CASES = Cases(GROUP)
 
-MU, NU, THIN = 1.0, 0.4999, 0.01
+MU, NU, THICKNESS = 1.0, 0.4999, 0.01
 """Rubber: shear modulus, Poisson's ratio, thickness."""
 RUBBER = cg.materials.NeoHooke(young=2.0 * MU * (1.0 + NU), poisson=NU)
 STRETCH = 1.2
@@ -31,18 +31,18 @@ def resting(
     motion: cg.motion.Deforming,
     tolerance: float,
     *,
-    down: float = 0.0,
+    gravity_size: float = 0.0,
     contacts: Sequence[cg.Contact] = (),
 ) -> cg.SystemState:
     """Return the state at rest of a slave named "it", under gravity along −z and fixed masters.
 
-    `tolerance` is that of `cg.Settle`; `down` is the acceleration of gravity.
+    `tolerance` is that of `cg.Settle`; `gravity_size` is the acceleration of gravity.
     """
     return cg.Simulation(
         bodies={f"body {k}": contact.master for k, contact in enumerate(contacts)},
         slaves={"it": (slave, motion)},
         contacts=contacts,
-        gravity=[0.0, 0.0, -down],
+        gravity=[0.0, 0.0, -gravity_size],
         end=1.0,
         step="auto",
         settling=cg.Settle(tolerance=tolerance, steps=60_000),
@@ -56,26 +56,29 @@ def resting(
     "Ten hexahedra with ν = 0, held at the upper end; they come to rest by kinetic damping.",
 )
 def _hung() -> Answer:
-    young, density, down, length = 1.0, 1e-3, 1e-3, 20.0
+    young, density, gravity_size, length = 1.0, 1e-3, 1e-3, 20.0
     bar = column(10, length)
     motion = cg.motion.Deforming(
         material=cg.materials.Elastic(young=young),
         density=density,
         fixed={"layer": ([0, 0, 1], 0.0)},
     )
-    state = resting(bar, motion, 1e-6, down=down)
+    state = resting(bar, motion, 1e-6, gravity_size=gravity_size)
     heights = bar.points[:, 2]
-    ways = state.slaves["it"].points[:, 2] - heights
-    exact = -density * down * (length**2 - heights**2) / (2.0 * young)
+    displacements = state.slaves["it"].points[:, 2] - heights
+    exact = -density * gravity_size * (length**2 - heights**2) / (2.0 * young)
     assert state.rest is not None
     checks = (
-        relative("way of the lower end", ways[0], exact[0], 1e-4),
-        zero("largest error of all nodes, by that", np.abs(ways - exact).max() / -exact[0], 1e-4),
+        relative("way of the lower end", displacements[0], exact[0], 1e-4),
+        zero("largest error of all nodes, by that",
+             np.abs(displacements - exact).max() / -exact[0], 1e-4),
         zero("residual", state.rest.residual, 1e-6),
     )  # fmt: skip
     z = np.linspace(0.0, length, 100)
-    curve = -density * down * (length**2 - z**2) / (2.0 * young)
-    draw = comparison(("z", "way"), [("formula", z, curve)], [("nodes", heights[::4], ways[::4])])
+    curve = -density * gravity_size * (length**2 - z**2) / (2.0 * young)
+    draw = comparison(
+        ("z", "way"), [("formula", z, curve)], [("nodes", heights[::4], displacements[::4])]
+    )
     return Answer(checks, draw)
 
 
@@ -102,10 +105,10 @@ def _pulled(stretch: float, *, biaxial: bool) -> float:
     fixed[(rest_points[:, 0] == 0.0) | (rest_points[:, 0] == 1.0), 0] = True
     fixed[(rest_points[:, 1] == 0.0) | (biaxial & (rest_points[:, 1] == 1.0)), 1] = True
     motion = cg.motion.Deforming(
-        material=RUBBER, density=1.0, thickness=THIN, fixed=fixed, rest=rest_points
+        material=RUBBER, density=1.0, thickness=THICKNESS, fixed=fixed, rest=rest_points
     )
     inside = resting(sheet, motion, 1e-5).slaves["it"].matter
-    nominal = -float(inside["force"][rest_points[:, 0] == 1.0, 0].sum()) / THIN
+    nominal = -float(inside["force"][rest_points[:, 0] == 1.0, 0].sum()) / THICKNESS
     return stretch * nominal
 
 
@@ -201,8 +204,8 @@ def _blown(pressure: float, halved: int) -> float:
     motion = cg.motion.Deforming(
         material=RUBBER,
         density=1.0,
-        thickness=THIN,
-        loads=cg.motion.Pressure(-pressure * MU * THIN),
+        thickness=THICKNESS,
+        loads=cg.motion.Pressure(-pressure * MU * THICKNESS),
     )
     state = resting(cg.Slave(points, facets), motion, 1e-5)
     now = _volume(state.slaves["it"].points, facets)

@@ -52,7 +52,7 @@ def hung(bars: int, young: float, tolerance: float) -> tuple[FloatArray, FloatAr
         fixed=[0, bars],
         rest=np.stack([line, 0.0 * line, 0.0 * line], axis=1),
     )
-    state = resting(cg.Slave(_parabola(bars)), motion, tolerance, down=1.0).slaves["it"]
+    state = resting(cg.Slave(_parabola(bars)), motion, tolerance, gravity_size=1.0).slaves["it"]
     weight = np.array([0.0, 0.0, -0.5 * LENGTH / bars])
     return state.points, -(state.matter["force"][0] + weight)
 
@@ -92,7 +92,7 @@ def _catenary() -> Answer:
     soft = 0.1 * YOUNG
     exact = stretched_sag(soft)
 
-    def missed(length: float) -> float:
+    def error(length: float) -> float:
         bars = round(LENGTH / length)
         return abs(-hung(bars, soft, 1e-6)[0][bars // 2, 2] - exact)
 
@@ -101,5 +101,5 @@ def _catenary() -> Answer:
     draw = comparison(
         ("x", "z"), [("catenary", x, curve)], [(f"{BARS} bars", points[:, 0], points[:, 2])]
     )
-    order = order_of("sag of a cable that stretches, by the length of bars", 0.3, missed)
+    order = order_of("sag of a cable that stretches, by the length of bars", 0.3, error)
     return Answer(checks, draw, order)

@@ -24,7 +24,7 @@ from contiga_validation.closed_forms.scenes import (
 from contiga_validation.engine.arrays import FloatArray
 
 CASES = Cases("Collisions")
-RADIUS, APART = 1.0, 1e-3
+RADIUS, GAP = 1.0, 1e-3
 ANGLE = math.radians(30.0)
 STIFFNESS = 4000.0
 
@@ -94,7 +94,7 @@ def meet(
     The first is exact; the second carries `points`, a `cap` if omitted. `options` are those of
     `cg.Contact`.
     """
-    one, towards = ball(RADIUS), (2.0 * RADIUS + APART) * line
+    one, towards = ball(RADIUS), (2.0 * RADIUS + GAP) * line
     sampled = cap(-line) if points is None else points
     slave = cg.Slave(sampled.points + towards, sampled.facets, area=sampled.area, name="points")
     law = cg.PenaltyLaw(STIFFNESS, per_area=True)

@@ -17,7 +17,7 @@ CASES = Cases(GROUP)
 
 ELASTIC = cg.materials.Elastic(young=1.0, poisson=1.0 / 3.0)
 RUBBER = cg.materials.NeoHooke(young=240.565, poisson=0.4999)
-SMALL = 1e-5, 1e-2
+LOADS = 1e-5, 1e-2
 """Loads in plane stress and in plane strain, small as for linear theory: displacements are a few
 1e-4 of the width."""
 MIDDLE = 23.965
@@ -44,7 +44,7 @@ def panel(cells: int, *, strain: bool, tolerance: float) -> Raised:
     The load is vertical, over the right side. In plane `strain`, of rubber, both faces are held
     across; in plane stress, of elastic material, one is, and the other is free.
     """
-    material, load = (RUBBER, SMALL[1]) if strain else (ELASTIC, SMALL[0])
+    material, load = (RUBBER, LOADS[1]) if strain else (ELASTIC, LOADS[0])
     line, thick = np.linspace(0.0, 1.0, cells + 1), 48.0 / cells
     points, elements = bricks((line, line, np.array([0.0, thick])))
     x, y, z = points.T
@@ -59,10 +59,11 @@ def panel(cells: int, *, strain: bool, tolerance: float) -> Raised:
     )
     motion = cg.motion.Deforming(material=material, density=1.0, fixed=fixed, loads=up)
     slave = cg.Slave(points, right, elements={"hexahedron": elements})
-    ways = resting(slave, motion, tolerance).slaves["it"].points[:, 1] - points[:, 1]
+    displacements = resting(slave, motion, tolerance).slaves["it"].points[:, 1] - points[:, 1]
     end = x == 1.0
     return Raised(
-        float(ways[end & (y == 0.5)].mean() / load), float(ways[end & (y == 1.0)].mean() / load)
+        float(displacements[end & (y == 0.5)].mean() / load),
+        float(displacements[end & (y == 1.0)].mean() / load),
     )
 
 

@@ -104,7 +104,7 @@ def bricks(lines: tuple[FloatArray, FloatArray, FloatArray]) -> tuple[FloatArray
     return points, np.stack(corners, axis=1)
 
 
-def _pressed() -> tuple[dict[str, FloatArray], FloatArray]:
+def _hit_block() -> tuple[dict[str, FloatArray], FloatArray]:
     """Return the history of a plate that hits a block of foam from below, and displacements (k,).
 
     These are the mean displacements along z of the block's lower nodes, mm, at each step.
@@ -133,8 +133,8 @@ def _pressed() -> tuple[dict[str, FloatArray], FloatArray]:
         keep=1,
     )
     lower = np.unique(facets)
-    ways = [state.slaves["block"].points[lower, 2].mean() for state in result.states]
-    return result.history, np.array(ways)
+    displacements = [state.slaves["block"].points[lower, 2].mean() for state in result.states]
+    return result.history, np.array(displacements)
 
 
 @CASES.add(
@@ -158,11 +158,11 @@ def _plate() -> Answer:
     area = SIDES[0] * SIDES[1]
     energy_density = 0.5 * MASS * SPEED**2 / (area * SIDES[2])
     strain = float(brentq(lambda x: absorbed(x) - energy_density, 0.0, 0.63))
-    history, ways = _pressed()
+    history, displacements = _hit_block()
     energy = history["energy.total"][0]
     checks = (
-        relative("largest strain", ways.max() / SIDES[2], strain, 6e-3),
-        relative("way of the block's lower side", ways.max(), strain * SIDES[2], 6e-3),
+        relative("largest strain", displacements.max() / SIDES[2], strain, 6e-3),
+        relative("way of the block's lower side", displacements.max(), strain * SIDES[2], 6e-3),
         relative("largest force", history["force"].max(), area * float(stress(strain)), 4e-3),
         zero("energy balance error, by the energy",
              np.abs(history["energy.error"]).max() / energy, 1e-3),
@@ -172,6 +172,12 @@ def _plate() -> Answer:
     draw = comparison(
         ("way", "force"),
         [("curve", SIDES[2] * x, area * stress(x))],
-        [("run", ways[: ways.argmax()], history["force"][: ways.argmax()])],
+        [
+            (
+                "run",
+                displacements[: displacements.argmax()],
+                history["force"][: displacements.argmax()],
+            )
+        ],
     )
     return Answer(checks, draw)

@@ -145,7 +145,7 @@ def _sticks() -> Answer:
 
 # ---------------------------------------------------------------- a ball that comes to roll
 
-SUNK = 1e-4
+DEPTH = 1e-4
 """Depth by its weight of a ball of radius 1; errors by it are of this size, too."""
 SPACING = 5e-4
 """Angle between the points of the arc, rad."""
@@ -163,11 +163,11 @@ def roll(
     pull = G * np.array([math.sin(slope), 0.0, -math.cos(slope)])
     angle = np.arange(-reach[0], reach[1], SPACING) + 0.5 * SPACING
     points = np.column_stack([np.sin(angle), np.zeros(angle.size), -np.cos(angle)])
-    depth = points[:, 2] - (SUNK - 1.0)
+    depth = points[:, 2] - (DEPTH - 1.0)
     each = -MASS * pull[2] / np.maximum(-depth, 0.0).sum()
-    points[:, 2] += 1.0 - SUNK
+    points[:, 2] += 1.0 - DEPTH
     arc, plate = cg.Slave(points, area=np.ones(len(points)), name="arc"), floor()
-    centre = (0.0, 0.0, 1.0 - SUNK)
+    centre = (0.0, 0.0, 1.0 - DEPTH)
     motion = solid_ball(
         MASS, 1.0, centre=centre, velocity=(speed, 0.0, 0.0), hold=("y", "rx", "rz")
     )
@@ -195,7 +195,7 @@ def _comes_to_roll() -> Answer:
     mu, speed = 0.5, 1.0
     slide = 2.0 * speed / (7.0 * mu * G)
     # Points take μ λ until they slide; weighted by their forces λ is 4/5 of the depth.
-    lasts = slide + 0.5 * mu * 0.8 * SUNK / speed
+    lasts = slide + 0.5 * mu * 0.8 * DEPTH / speed
     history = roll((0.03, 0.06), 1.1 * slide, "auto", speed=speed, friction=mu)
     t, v, w = history["time"], history["ball.vx"], history["ball.wy"]
     slip = v - w

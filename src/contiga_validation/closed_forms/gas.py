@@ -29,7 +29,7 @@ AIR = IdealGas(GAMMA, CONSTANT)
 C_P = GAMMA * CONSTANT / (GAMMA - 1.0)
 PRESSURE, TEMPERATURE = 101_325.0, 293.15
 AROUND = Surroundings(PRESSURE, TEMPERATURE, AIR)
-VOLUME, AFTER = 0.060, 0.040
+VOLUME, COMPRESSED_VOLUME = 0.060, 0.040
 """Volumes before and after the compression, m³."""
 AREA = 4e-4
 """Area of vents, m²."""
@@ -50,8 +50,8 @@ class Piston:
     after, until : times at which it starts to move, and at which it reaches `end`
     """
 
-    def __init__(self, start: float, end: float, after: float, until: float) -> None:
-        self.start, self.after, self.speed = start, after, (end - start) / (until - after)
+    def __init__(self, start: float, end: float, after: float, subsonic_start: float) -> None:
+        self.start, self.after, self.speed = start, after, (end - start) / (subsonic_start - after)
 
     def points(self, t: float) -> FloatArray:
         """Return the corners (8, 3) at a time."""
@@ -95,13 +95,13 @@ def _chamber(name: str = "air", around: Surroundings = AROUND, **options: Any) -
     "Air of 60 litres at 101,325 Pa and 293.15 K in a box whose lid goes down to 40 litres.",
 )
 def _compression() -> Answer:
-    history = _run({"air": (_chamber(), VOLUME)}, 0.01, 1e-3, to=AFTER)
+    history = _run({"air": (_chamber(), VOLUME)}, 0.01, 1e-3, to=COMPRESSED_VOLUME)
     t, volume, pressure = (history[name] for name in ("time", "air.volume", "air.pressure"))
-    exact = PRESSURE * (VOLUME / (VOLUME + (AFTER - VOLUME) * t / t[-1])) ** GAMMA
+    exact = PRESSURE * (VOLUME / (VOLUME + (COMPRESSED_VOLUME - VOLUME) * t / t[-1])) ** GAMMA
     energy = pressure * volume / (GAMMA - 1.0)
     first = PRESSURE * VOLUME / (GAMMA - 1.0)
-    squeezed = (VOLUME / AFTER) ** (GAMMA - 1.0)
-    around = PRESSURE * (AFTER - VOLUME)
+    squeezed = (VOLUME / COMPRESSED_VOLUME) ** (GAMMA - 1.0)
+    around = PRESSURE * (COMPRESSED_VOLUME - VOLUME)
     checks = (
         relative("pressure", pressure[-1], 178_749.0, 5e-6),
         relative("temperature", history["air.temperature"][-1], 344.768, 2e-6),
@@ -165,34 +165,42 @@ def _heat_capacity() -> Answer:
     argon = IdealGas(5.0 / 3.0, 208.13)
     mixture = Mixture([(nitrogen, 0.8), (argon, 0.2)])
     blow = Inflator([[0.0, rate], [blown, rate]], hot, mixture)
-    history = _run({"air": (_chamber(inflators=[blow]), VOLUME)}, end, 1e-3, to=AFTER, after=blown)
+    history = _run(
+        {"air": (_chamber(inflators=[blow]), VOLUME)}, end, 1e-3, to=COMPRESSED_VOLUME, after=blown
+    )
     t, temperature = history["time"], history["air.temperature"]
     masses = PRESSURE * VOLUME / (CONSTANT * TEMPERATURE), 0.8 * rate * blown, 0.2 * rate * blown
     heats = masses[0] * AIR.c_v + masses[2] * argon.c_v
-    whole = masses[0] * CONSTANT + masses[1] * constant + masses[2] * argon.constant
+    mass_constant = masses[0] * CONSTANT + masses[1] * constant + masses[2] * argon.constant
     low = 200.0 * (a + 200.0 * b)  # below its table c_p stays
 
     def enthalpy(x: float) -> float:
         return low + a * (x - 200.0) + 0.5 * b * (x * x - 200.0**2)
 
-    came = masses[1] * enthalpy(hot) + masses[2] * argon.c_p * hot
+    enthalpy_in = masses[1] * enthalpy(hot) + masses[2] * argon.c_p * hot
 
     def gained(x: float) -> float:
         energy = heats * x + masses[1] * (enthalpy(x) - constant * x)
-        return energy - masses[0] * AIR.c_v * TEMPERATURE - came
+        return energy - masses[0] * AIR.c_v * TEMPERATURE - enthalpy_in
 
     warm = float(brentq(gained, TEMPERATURE, hot, xtol=1e-12))
 
-    def pressed(x: float) -> float:
+    def entropy_change(x: float) -> float:
         entropy = (heats + masses[1] * (a - constant)) * math.log(x / warm)
-        return entropy + masses[1] * b * (x - warm) - whole * math.log(VOLUME / AFTER)
+        return (
+            entropy
+            + masses[1] * b * (x - warm)
+            - mass_constant * math.log(VOLUME / COMPRESSED_VOLUME)
+        )
 
-    last = float(brentq(pressed, warm, 2.0 * warm, xtol=1e-12))
+    last = float(brentq(entropy_change, warm, 2.0 * warm, xtol=1e-12))
     row = int(np.argmin(np.abs(t - blown)))
     checks = (
-        relative("enthalpy that came", history["air.flow_in"][-1], came, ROUNDING),
+        relative("enthalpy that came", history["air.flow_in"][-1], enthalpy_in, ROUNDING),
         relative("temperature when all is in", temperature[row], warm, ROUNDING),
-        relative("pressure then", history["air.pressure"][row], whole * warm / VOLUME, ROUNDING),
+        relative(
+            "pressure then", history["air.pressure"][row], mass_constant * warm / VOLUME, ROUNDING
+        ),
         relative("temperature at the end", temperature[-1], last, ROUNDING),
         relative("mass", history["air.mass"][-1], sum(masses), EXACT),
     )
@@ -250,15 +258,15 @@ def _subsonic() -> Answer:
         flow = AREA * p * np.sqrt(2.0 * GAMMA / ((GAMMA - 1.0) * CONSTANT * hot) * swing)
         return -GAMMA * CONSTANT * hot * flow / VOLUME
 
-    wanted = solve_ivp(slope, (0.0, end), [first], rtol=1e-11, atol=1e-6, dense_output=True)
+    reference = solve_ivp(slope, (0.0, end), [first], rtol=1e-11, atol=1e-6, dense_output=True)
 
     def error(step: float) -> float:
         run = _run(boxes, end, step)
-        return abs(float(run["air.pressure"][-1] / wanted.y[0, -1]) - 1.0)
+        return abs(float(run["air.pressure"][-1] / reference.y[0, -1]) - 1.0)
 
     history = _run(boxes, end, 1e-4)
     t, pressure = history["time"], history["air.pressure"]
-    exact = wanted.sol(t)[0]
+    exact = reference.sol(t)[0]
     checks = (
         zero("pressure over time", np.abs(pressure / exact - 1.0).max(), FLOW_TOL),
         relative("temperature", history["air.temperature"][-1],
@@ -288,7 +296,7 @@ def _blow_down() -> Answer:
     choked = (2.0 / (GAMMA + 1.0)) ** (0.5 * (GAMMA + 1.0) / (GAMMA - 1.0))
     pace = 0.5 * (GAMMA - 1.0) * choked * AREA * math.sqrt(GAMMA * CONSTANT * warm) / VOLUME
     slower = PRESSURE * (0.5 * (GAMMA + 1.0)) ** (1.0 / power)
-    until = blown + ((slower / full) ** (-0.5 * power) - 1.0) / pace
+    subsonic_start = blown + ((slower / full) ** (-0.5 * power) - 1.0) / pace
 
     def slope(_: float, p: FloatArray) -> FloatArray:
         swing = (PRESSURE / p) ** (2.0 / GAMMA) - (PRESSURE / p) ** ((GAMMA + 1.0) / GAMMA)
@@ -296,13 +304,15 @@ def _blow_down() -> Answer:
         flow = AREA * p * np.sqrt(2.0 * GAMMA / ((GAMMA - 1.0) * CONSTANT * now) * swing)
         return -GAMMA * CONSTANT * now * flow / VOLUME
 
-    late = solve_ivp(slope, (until, end), [slower], rtol=1e-11, atol=1e-6, dense_output=True)
+    late = solve_ivp(
+        slope, (subsonic_start, end), [slower], rtol=1e-11, atol=1e-6, dense_output=True
+    )
     exact = PRESSURE + (full - PRESSURE) * np.minimum(t / blown, 1.0)
-    fast, slow = (t > blown) & (t <= until), t > until
+    fast, slow = (t > blown) & (t <= subsonic_start), t > subsonic_start
     exact[fast] = full * (1.0 + pace * (t[fast] - blown)) ** (-2.0 / power)
     exact[slow] = late.sol(t[slow])[0]
-    left = masses * (exact[-1] / full) ** (1.0 / GAMMA)
-    came, went = history["air.flow_in"], history["air.flow_out"]
+    remaining_mass = masses * (exact[-1] / full) ** (1.0 / GAMMA)
+    enthalpy_in, enthalpy_out = history["air.flow_in"], history["air.flow_out"]
     inside = (pressure[-1] - PRESSURE) * VOLUME / (GAMMA - 1.0)
     by_fabric, by_vent = (
         _run({"air": (_chamber(inflators=[blow], **opening), VOLUME)}, blown, 1e-4)
@@ -310,8 +320,9 @@ def _blow_down() -> Answer:
     )
     checks = (
         zero("pressure over time", np.abs(pressure / exact - 1.0).max(), FLOW_TOL),
-        relative("mass at the end", mass[-1], left, FLOW_TOL),
-        zero("energy, by what came", (came[-1] - went[-1] - inside) / came[-1], EXACT),
+        relative("mass at the end", mass[-1], remaining_mass, FLOW_TOL),
+        zero("energy, by what came",
+             (enthalpy_in[-1] - enthalpy_out[-1] - inside) / enthalpy_in[-1], EXACT),
         relative("pressure of fabric that leaks", by_fabric["air.pressure"][-1],
                  by_vent["air.pressure"][-1], EXACT),
     )  # fmt: skip
@@ -328,23 +339,23 @@ def _blow_down() -> Answer:
 def _two() -> Answer:
     first = 3.0 * PRESSURE
     full = _chamber("air", AROUND._replace(pressure=first), vents=[Vent(AREA, to="room")])
-    boxes = {"air": (full, VOLUME), "room": (_chamber("room"), AFTER)}
-    common = (first * VOLUME + PRESSURE * AFTER) / (VOLUME + AFTER)
+    boxes = {"air": (full, VOLUME), "room": (_chamber("room"), COMPRESSED_VOLUME)}
+    common = (first * VOLUME + PRESSURE * COMPRESSED_VOLUME) / (VOLUME + COMPRESSED_VOLUME)
     power = (GAMMA - 1.0) / GAMMA
     cooled = TEMPERATURE * (common / first) ** power
-    masses = (first * VOLUME + PRESSURE * AFTER) / (CONSTANT * TEMPERATURE)
-    left = common * VOLUME / (CONSTANT * cooled)
+    masses = (first * VOLUME + PRESSURE * COMPRESSED_VOLUME) / (CONSTANT * TEMPERATURE)
+    remaining_mass = common * VOLUME / (CONSTANT * cooled)
     history = _run(boxes, 0.3, 1e-4)
     t = history["time"]
     mass = history["air.mass"] + history["room.mass"]
-    energy = history["air.pressure"] * VOLUME + history["room.pressure"] * AFTER
+    energy = history["air.pressure"] * VOLUME + history["room.pressure"] * COMPRESSED_VOLUME
     lines = [(f"p of {name}", t, history[f"{name}.pressure"]) for name in ("air", "room")]
     checks = (
         relative("pressure of the first", history["air.pressure"][-1], common, FLOW_TOL),
         relative("pressure of the second", history["room.pressure"][-1], common, FLOW_TOL),
         relative("temperature of the first", history["air.temperature"][-1], cooled, FLOW_TOL),
         relative("temperature of the second", history["room.temperature"][-1],
-                 common * AFTER / (CONSTANT * (masses - left)), FLOW_TOL),
+                 common * COMPRESSED_VOLUME / (CONSTANT * (masses - remaining_mass)), FLOW_TOL),
         zero("mass, by that of all", np.abs(mass / mass[0] - 1.0).max(), EXACT),
         zero("energy, by that of all", np.abs(energy / energy[0] - 1.0).max(), EXACT),
     )  # fmt: skip

@@ -16,14 +16,14 @@ from contiga_validation.closed_forms.scenes import run_of
 from contiga_validation.closed_forms.shells import (
     GROUP,
     disc,
+    free_dofs,
     in_elements,
     octant,
     plate,
     refined,
     rim,
-    unheld,
 )
-from contiga_validation.closed_forms.vibrations import BEAM, DRUM, bent
+from contiga_validation.closed_forms.vibrations import BEAM, DRUM, cantilever_mode
 from contiga_validation.engine.arrays import FloatArray, IntArray
 
 CASES = Cases(GROUP)
@@ -43,7 +43,7 @@ def _slowest(shell: Shell, free: IntArray, q: FloatArray) -> tuple[float, FloatA
     return math.sqrt(square), ways.reshape(q.shape)
 
 
-YOUNG, DENSITY, THIN, LENGTH = 3.0, 2.0, 0.1, 10.0
+YOUNG, DENSITY, THICKNESS, LENGTH = 3.0, 2.0, 0.1, 10.0
 
 
 def _strip(count: int) -> tuple[Shell, float, FloatArray]:
@@ -52,9 +52,9 @@ def _strip(count: int) -> tuple[Shell, float, FloatArray]:
         [plate(2, (count, 1), (LENGTH, 1.0))],
         material=cg.materials.Elastic(young=YOUNG),
         density=DENSITY,
-        thickness=THIN,
+        thickness=THICKNESS,
     )
-    free = unheld(shell, (shell.net.edge("u0", rows=2), "xyz"))
+    free = free_dofs(shell, (shell.net.edge("u0", rows=2), "xyz"))
     return shell, *_slowest(shell, free, shell.nodes)
 
 
@@ -66,7 +66,7 @@ def _strip(count: int) -> tuple[Shell, float, FloatArray]:
     "and lumped masses, which are of second order.",
 )
 def _swing() -> Answer:
-    exact = BEAM**2 * math.sqrt(YOUNG * THIN**2 / 12.0 / DENSITY / LENGTH**4)
+    exact = BEAM**2 * math.sqrt(YOUNG * THICKNESS**2 / 12.0 / DENSITY / LENGTH**4)
     order, found = in_elements("frequency", lambda n: _strip(n)[1], exact, (10, 20, 40), 1.9)
     checks = (
         relative("frequency, 40 elements", found[40], exact, 2e-3),
@@ -80,7 +80,7 @@ def _swing() -> Answer:
     shape = way[row] / way[row[-1]]
     draw = comparison(
         ("x/L", "way over that of the end"),
-        [("formula", x, bent(x))],
+        [("formula", x, cantilever_mode(x))],
         [("40 elements", nodes[row, 0] / LENGTH, shape)],
     )
     return Answer(checks, draw, order)
@@ -96,10 +96,12 @@ def _drum_of(count: int) -> float:
         [disc(2, count)],
         material=cg.materials.Elastic(young=YOUNG, poisson=POISSON),
         density=DENSITY,
-        thickness=THIN,
+        thickness=THICKNESS,
         bending=0.0,
     )
-    across = unheld(shell, (rim(shell), "xyz"), (np.arange(len(shell.nodes), dtype=np.int32), "xy"))
+    across = free_dofs(
+        shell, (rim(shell), "xyz"), (np.arange(len(shell.nodes), dtype=np.int32), "xy")
+    )
     return _slowest(shell, across, shell.nodes * math.sqrt(1.0 + 2.0 * STRAIN))[0]
 
 
@@ -171,18 +173,18 @@ def _breath(t: FloatArray) -> FloatArray:
 def _sphere() -> Answer:
     runs = {step: _breathing(step) for step in (0.02, 0.01, 0.005)}
 
-    def missed(step: float) -> float:
+    def error(step: float) -> float:
         history = runs[step].history
         out = np.sqrt(sum(history[f"node.{axis}"] ** 2 for axis in "xyz"))
         return float(np.abs(out - _breath(history["time"])).max() / GROWTH)
 
-    order = order_of("largest error of the way, by how far it grows", 0.02, missed)
+    order = order_of("largest error of the way, by how far it grows", 0.02, error)
     fine = runs[0.005].history
     points = runs[0.005].state.slaves["cloud"].points
     ways = np.sqrt((points**2).sum(axis=1))
     energy = float(np.abs(fine["energy.error"]).max() / fine["energy.external"].max())
     checks = (
-        zero("largest error of the way", missed(0.005), 2e-4),
+        zero("largest error of the way", error(0.005), 2e-4),
         zero("how much the masses differ", float(np.ptp(ways)) / GROWTH, 1e-9),
         zero("energy balance error, by the work done", energy, 1e-3),
     )
@@ -219,20 +221,20 @@ def _torus() -> Answer:
     rest = torus.net.points
     shaped, rigid = contact.start(points, control_points=rest), contact.start(points)
     angles = np.linspace(0.0, 2.0 * math.pi, 17)[1:]
-    forces, apart = [shaped.normal_force], []
+    forces, differences = [shaped.normal_force], []
     for angle in angles:
         pose = cg.motion.pose.rotation("z", angle)
         shaped = contact.step(shaped, points, control_points=rest @ pose[:3, :3].T)
         rigid = contact.step(rigid, points, pose)
         forces.append(shaped.normal_force)
-        apart.append(np.abs(shaped.force - rigid.force).max())
+        differences.append(np.abs(shaped.force - rigid.force).max())
     size, every = 400 * 0.03, np.array(forces)
     turn = np.cross(rest @ pose[:3, :3].T, shaped.control_force)
     turn = turn.sum(axis=0) + np.cross(points, shaped.force).sum(axis=0)
     pull = shaped.control_force.sum(axis=0) + shaped.force.sum(axis=0)
     checks = (
         zero("change of the forces, by their size", np.ptp(every, axis=0).max() / 0.03, 1e-12),
-        zero("difference from the rigid torus", max(apart) / 0.03, 1e-11),
+        zero("difference from the rigid torus", max(differences) / 0.03, 1e-11),
         relative("sum of forces", every[-1].sum(), size, 1e-12),
         zero(
             "force and moment of points and control points together, by that sum",
@@ -242,7 +244,7 @@ def _torus() -> Answer:
     )
     draw = errors_over(
         ("angle", "difference from the rigid torus"),
-        [("largest of 400 forces", angles, np.array(apart) / 0.03)],
+        [("largest of 400 forces", angles, np.array(differences) / 0.03)],
     )
     return Answer(checks, draw)
 
@@ -335,9 +337,13 @@ def _both() -> Answer:
     for i, (shell, _) in enumerate(sides):
         ratio = (radii[1 - i] / radii[i]) ** 2
         even = 0.5 * FIRM * (TOUCH - GAP) * (1.0 + ratio) * shell.pressure(shell.nodes)
-        off = np.sqrt(((forces[i] + even) ** 2).sum(axis=1) / (even**2).sum(axis=1).max())
-        errors.append(off)
-        checks.append(zero(f"largest error of a force, radius {radii[i]:g}", off.max(), 2e-5))
+        errors_of_force = np.sqrt(
+            ((forces[i] + even) ** 2).sum(axis=1) / (even**2).sum(axis=1).max()
+        )
+        errors.append(errors_of_force)
+        checks.append(
+            zero(f"largest error of a force, radius {radii[i]:g}", errors_of_force.max(), 2e-5)
+        )
     moment = sum(
         np.cross(shell.nodes, force).sum(axis=0)
         for (shell, _), force in zip(sides, forces, strict=True)
@@ -349,8 +355,8 @@ def _both() -> Answer:
     draw = errors_over(
         ("control point", "error of its force"),
         [
-            (f"radius {radius:g}", np.linspace(0.0, 1.0, len(off)), off)
-            for radius, off in zip(radii, errors, strict=True)
+            (f"radius {radius:g}", np.linspace(0.0, 1.0, len(errors_of_force)), errors_of_force)
+            for radius, errors_of_force in zip(radii, errors, strict=True)
         ],
     )
     return Answer(tuple(checks), draw)

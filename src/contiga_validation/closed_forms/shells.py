@@ -28,7 +28,7 @@ from contiga_validation.closed_forms.case import (
     zero,
 )
 from contiga_validation.closed_forms.membranes import (
-    BAG,
+    BAG_THICKNESS,
     CORNER,
     HALF,
     POISSON,
@@ -50,7 +50,7 @@ BENCHMARK = 1e-3
 
 ROOF, CYLINDER, HEMISPHERE = 0.300588, 1.8249e-5, 0.092404
 """Deflections of the obstacle course, in the units of each problem."""
-INNER, OUTER = 13.891, 17.528
+INNER_LIFT, OUTER_LIFT = 13.891, 17.528
 """Deflection of the slit annulus' loaded end at inner and outer radius (Sze, Liu and Lo)."""
 
 Counts = tuple[int, int]
@@ -82,7 +82,7 @@ def tube(
     return refined(cg.shapes.extruded(arc, (0.0, length, 0.0)), degree, counts)
 
 
-def unheld(shell: Shell, *held: tuple[IntArray, str]) -> IntArray:
+def free_dofs(shell: Shell, *held: tuple[IntArray, str]) -> IntArray:
     """Return the numbers of the free degrees of freedom, given held control points and axes."""
     free = np.ones(shell.nodes.shape, np.bool_)
     for rows, ways in held:
@@ -106,7 +106,7 @@ def row_at(points: FloatArray, place: Sequence[float]) -> int:
     return row
 
 
-def bent_little(shell: Shell, free: IntArray, load: FloatArray) -> FloatArray:
+def linear_displacements(shell: Shell, free: IntArray, load: FloatArray) -> FloatArray:
     """Return displacements (m, 3) of control points by linear theory, from the undeformed shell.
 
     `free` numbers the free degrees of freedom; `load` (m, 3) are forces on control points.
@@ -117,7 +117,7 @@ def bent_little(shell: Shell, free: IntArray, load: FloatArray) -> FloatArray:
     return ways.reshape(load.shape)
 
 
-def settled(
+def newton_equilibrium(
     shell: Shell,
     free: IntArray,
     load: FloatArray,
@@ -139,11 +139,11 @@ def settled(
     for share in shares:
         for _ in range(40):
             force = shell.forces(start, q, still, 0.0).force + share * load
-            missed = force.ravel()[free]
-            if np.abs(missed).max() < 1e-7 * np.abs(load).max():
+            residual = force.ravel()[free]
+            if np.abs(residual).max() < 1e-7 * np.abs(load).max():
                 break
             stiffness = shell.tangent(start._replace(points=q))[free][:, free].tocsc()
-            q.ravel()[free] += splu(stiffness).solve(missed)
+            q.ravel()[free] += splu(stiffness).solve(residual)
         else:
             raise ArithmeticError("does not come to rest")
     return q
@@ -190,9 +190,9 @@ def roof(degree: int, count: int, rule: int | None = None) -> float:
         rule=rule,
     )
     edge = shell.net.edge
-    free = unheld(shell, (edge("v0"), "xz"), (edge("v1"), "xz"), (edge("v0")[:1], "y"))
+    free = free_dofs(shell, (edge("v0"), "xz"), (edge("v1"), "xz"), (edge("v0")[:1], "y"))
     weight = shell.spread(shell.contact.weight[:, None] * np.array([0.0, 0.0, -90.0]))
-    ways = bent_little(shell, free, weight)
+    ways = linear_displacements(shell, free, weight)
     drawn = shell.drawn(2)
     place = [25.0 * math.sin(half), 25.0, 25.0 * math.cos(half)]
     return -float(drawn.points(ways)[row_at(drawn.points(shell.nodes), place), 2])
@@ -230,7 +230,7 @@ def _pinched_cylinder(count: int) -> float:
     top = row_at(shell.nodes, (0.0, 300.0, 300.0))
     load = np.zeros_like(shell.nodes)
     load[top, 2] = -0.25
-    return -float(bent_little(shell, unheld(shell, *held), load)[top, 2])
+    return -float(linear_displacements(shell, free_dofs(shell, *held), load)[top, 2])
 
 
 @CASES.add(
@@ -271,17 +271,19 @@ def octant(radius: float) -> list[cg.NurbsSurface]:
         (np.array([[centre, halves[::-1], [0, 0.45]], [middle, [t, 1], [0, 1]]]), rim.T),
     ]
     patches = []
-    for points, given in flat:
-        weights = np.array(given)
+    for points, patch_weights in flat:
+        weights = np.array(patch_weights)
         if weights.shape[1] == 3:
             weights[0] = 1.0
         x, y = points[:, :, 0] * weights, points[:, :, 1] * weights
         xx, yy, ww = _product(x, x), _product(y, y), _product(weights, weights)
-        whole = ww + xx + yy
+        denominator = ww + xx + yy
         net = np.stack([2.0 * _product(x, weights), 2.0 * _product(y, weights), ww - xx - yy], 2)
-        degrees = whole.shape[0] - 1, whole.shape[1] - 1
+        degrees = denominator.shape[0] - 1, denominator.shape[1] - 1
         u, v = ([0.0] * (p + 1) + [1.0] * (p + 1) for p in degrees)
-        patches.append(cg.NurbsSurface(degrees, (u, v), radius * net / whole[:, :, None], whole))
+        patches.append(
+            cg.NurbsSurface(degrees, (u, v), radius * net / denominator[:, :, None], denominator)
+        )
     return patches
 
 
@@ -303,7 +305,7 @@ def _pinched_hemisphere(count: int) -> float:
     load = np.zeros_like(shell.nodes)
     pulled = row_at(shell.nodes, (10.0, 0.0, 0.0))
     load[pulled, 0], load[row_at(shell.nodes, (0.0, 10.0, 0.0)), 1] = 1.0, -1.0
-    return float(bent_little(shell, unheld(shell, *held), load)[pulled, 0])
+    return float(linear_displacements(shell, free_dofs(shell, *held), load)[pulled, 0])
 
 
 @CASES.add(
@@ -370,8 +372,10 @@ def _cantilever(count: int) -> FloatArray:
     strip = plate(3, (count, 1), (LENGTH, 1.0))
     steel = cg.materials.Elastic(young=1.2e6)
     shell = assemble_shell([strip], material=steel, density=1.0, thickness=0.1)
-    free = unheld(shell, (shell.net.edge("u0", rows=2), "xyz"))
-    q = settled(shell, free, _along_edge(shell, strip, PULL), [k / 8 for k in range(1, 9)])
+    free = free_dofs(shell, (shell.net.edge("u0", rows=2), "xyz"))
+    q = newton_equilibrium(
+        shell, free, _along_edge(shell, strip, PULL), [k / 8 for k in range(1, 9)]
+    )
     return np.asarray(q[shell.net.control[0][:, 0]])
 
 
@@ -405,7 +409,7 @@ def _bent_far() -> Answer:
     return Answer(checks, draw, order)
 
 
-WITHIN, WITHOUT, SLIT = 6.0, 10.0, 1e-4
+INNER_RADIUS, OUTER_RADIUS, SLIT = 6.0, 10.0, 1e-4
 """Radii of the annulus, and the angle of its slit, rad, too wide to be joined."""
 
 
@@ -420,7 +424,7 @@ def _annulus(around: int, across: int) -> cg.NurbsSurface:
     circle = np.stack([np.cos(turns), np.sin(turns)], axis=1)
     points = np.zeros((len(at), 2, 3))
     points[:, :, :2] = np.linalg.solve(cg.knots.basis(knots, 3, at)[:, 0], circle)[:, None]
-    points *= np.array([WITHIN, WITHOUT])[:, None]
+    points *= np.array([INNER_RADIUS, OUTER_RADIUS])[:, None]
     ring = cg.NurbsSurface((3, 1), (knots, [0.0, 0.0, 1.0, 1.0]), points)
     return ring.k_refined((0, 2), [], np.arange(1, across) / across)
 
@@ -434,11 +438,11 @@ def _lifted(around: int, across: int) -> tuple[FloatArray, FloatArray]:
     shell = assemble_shell(
         [ring], material=cg.materials.Elastic(young=21e6), density=1.0, thickness=0.03, rule=3
     )
-    free = unheld(shell, (shell.net.edge("u0", rows=2), "xyz"))
-    load, q, ways = _along_edge(shell, ring, 0.8 * (WITHOUT - WITHIN)), None, []
+    free = free_dofs(shell, (shell.net.edge("u0", rows=2), "xyz"))
+    load, q, ways = _along_edge(shell, ring, 0.8 * (OUTER_RADIUS - INNER_RADIUS)), None, []
     shares = (np.arange(1, 17) / 16.0) ** 1.5
     for share in shares:
-        q = settled(shell, free, load, [share], q)
+        q = newton_equilibrium(shell, free, load, [share], q)
         ways.append(q[shell.net.control[0][-1, [0, -1]], 2])
     return shares, np.array(ways)
 
@@ -453,15 +457,18 @@ def _lifted(around: int, across: int) -> tuple[FloatArray, FloatArray]:
 )
 def _slit() -> Answer:
     shares, ways = _lifted(48, 6)
-    within, without = ways[-1]
+    inner_lift, outer_lift = ways[-1]
     checks = (
-        relative("way up within", within, INNER, 6e-3),
-        relative("way up without", without, OUTER, 6e-3),
+        relative("way up within", inner_lift, INNER_LIFT, 6e-3),
+        relative("way up without", outer_lift, OUTER_LIFT, 6e-3),
     )
     ends = np.array([0.0, 1.0])
     draw = comparison(
         ("load over the largest", "way up"),
-        [("published within", ends, np.full(2, INNER)), ("without", ends, np.full(2, OUTER))],
+        [
+            ("published within", ends, np.full(2, INNER_LIFT)),
+            ("without", ends, np.full(2, OUTER_LIFT)),
+        ],
         [("within", shares, ways[:, 0]), ("without", shares, ways[:, 1])],
     )
     return Answer(checks, draw)
@@ -492,16 +499,16 @@ SMALL_RISE = 5e-3
 
 def _hencky(count: int) -> tuple[FloatArray, FloatArray]:
     """Return radii and rises over (q a/E h)^⅓, (k,), of points of a membrane under pressure."""
-    thin = 0.01
-    rubber = cg.materials.Elastic(young=1.0 / thin, poisson=0.3)
+    thickness_value = 0.01
+    rubber = cg.materials.Elastic(young=1.0 / thickness_value, poisson=0.3)
     shell = assemble_shell(
-        [disc(3, count)], material=rubber, density=1.0, thickness=thin, bending=0.0
+        [disc(3, count)], material=rubber, density=1.0, thickness=thickness_value, bending=0.0
     )
     scale = SMALL_RISE / HENCKY
     load = shell.spread(shell.contact.weight[:, None] * np.array([0.0, 0.0, scale**3]))
     guess = shell.nodes.copy()
     guess[:, 2] = SMALL_RISE * (1.0 - (shell.net.sites**2).sum(axis=1))
-    q = settled(shell, unheld(shell, (rim(shell), "xyz")), load, [1.0], guess)
+    q = newton_equilibrium(shell, free_dofs(shell, (rim(shell), "xyz")), load, [1.0], guess)
     drawn = shell.drawn(2)
     radii = np.sqrt((drawn.points(shell.nodes)[:, :2] ** 2).sum(axis=1))
     return radii, drawn.points(q)[:, 2] / scale
@@ -532,7 +539,7 @@ def _blown_up(count: int) -> tuple[FloatArray, FloatArray]:
     motion = cg.motion.Deforming(
         material=cg.materials.Elastic(young=YOUNG, poisson=POISSON, compression=False),
         density=1e3,
-        thickness=BAG,
+        thickness=BAG_THICKNESS,
         bending=0.0,
         fixed=[
             {"edge": edge, "hold": [way]}

@@ -321,7 +321,7 @@ def _restitution(zeta: float = 0.2) -> Answer:
 
 # ---------------------------------------------------------------- critical step
 
-GENTLE = 1e-6
+INITIAL_SPEED = 1e-6
 """Initial speed of the runs near the critical step."""
 
 
@@ -350,7 +350,7 @@ def _swings(share: float, count: int = 120) -> FloatArray:
     Amplitudes start so small that growth does not reach the anchor.
     """
     step = share * 2.0 / OMEGA
-    simulation = _on_spring(speed=GENTLE, end=count * step, step=step, allow_unstable=True)
+    simulation = _on_spring(speed=INITIAL_SPEED, end=count * step, step=step, allow_unstable=True)
     return np.abs(simulation.run().history["body.x"])
 
 
@@ -369,7 +369,7 @@ def _critical() -> Answer:
     mu = 2.0 * 1.001**2 - 1.0
     growth = mu + math.sqrt(mu * mu - 1.0)
     # Under the critical step ways stay below v/(ω √(1 − ω² h²/4)).
-    largest = GENTLE / OMEGA / math.sqrt(1.0 - 0.999**2)
+    largest = INITIAL_SPEED / OMEGA / math.sqrt(1.0 - 0.999**2)
     checks = (
         relative("longest step that is let pass, spring", _bound(0.0), 2.0 / OMEGA, 1e-9),
         relative(

@@ -240,9 +240,11 @@ def _hysteresis() -> Answer:
     )  # fmt: skip
     # Down: a quarter of a swing on the loading line. Back: along the steep line, then the soft.
     omega, energy = math.sqrt(SPRING), 0.5 * speed**2
-    most = speed / omega
-    meet = most * (steep - SPRING) / (steep - soft)
-    back = 0.5 * soft * meet**2 + 0.5 * (soft * meet + SPRING * most) * (most - meet)
+    deepest_point = speed / omega
+    meet = deepest_point * (steep - SPRING) / (steep - soft)
+    back = 0.5 * soft * meet**2 + 0.5 * (soft * meet + SPRING * deepest_point) * (
+        deepest_point - meet
+    )
     out = math.sqrt(2.0 * back)
     history = on_a_point(law, 0.2, "auto", speed=speed)
     depth, push = -history["ball.z"], history["ball.az"]
@@ -257,14 +259,14 @@ def _hysteresis() -> Answer:
         return float(np.abs(np.array(ends) / out - 1.0).mean())
 
     checks = (
-        relative("largest depth", depth.max(), most),
+        relative("largest depth", depth.max(), deepest_point),
         relative("energy lost", history["energy.hysteresis"][-1], energy - back),
         relative("speed after it", history["ball.vz"][-1], out),
     )
     draw = comparison(
         ("depth", "force"),
-        [("formula", np.array([0.0, most, meet, 0.0]),
-          np.array([0.0, SPRING * most, soft * meet, 0.0]))],
+        [("formula", np.array([0.0, deepest_point, meet, 0.0]),
+          np.array([0.0, SPRING * deepest_point, soft * meet, 0.0]))],
         [("run", np.maximum(depth, 0.0), push)],
     )  # fmt: skip
     return Answer(checks, draw, order_of("speed after it, mean of four starts", 0.004, error))

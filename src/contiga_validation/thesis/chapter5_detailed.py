@@ -28,7 +28,10 @@ TABLE_5_1 = (20, 60, 80, 100, 100, 100, 100, 60, 40)
 
 
 def foot_errors(run: SceneRun) -> tuple[float, float]:
-    """Return the largest tangential miss of feet and error of penetrations, over the size."""
+    """Return the largest tangential miss of feet and the largest error of penetrations in contact.
+
+    Both are over the size of the master.
+    """
     miss = length = 0.0
     for k, state in enumerate(run.states):
         on = state.in_contact
@@ -109,13 +112,13 @@ def _flat() -> Outcome:
 
 
 def _beyond(points: FloatArray) -> NDArray[np.bool_]:
-    """Return (n,) which points are not over the master 0 ≤ x ≤ 4, 0 ≤ y ≤ 3."""
+    """Return a mask (n,) of the points that are not over the master 0 ≤ x ≤ 4, 0 ≤ y ≤ 3."""
     x, y, _ = points.T
     return np.asarray((x < 0.0) | (x > 4.0) | (y < 0.0) | (y > 3.0))
 
 
 def _side(state: State) -> NDArray[np.float64]:
-    """Return (n,) −1 for a foot on the left bump, 1 on the right one, 0 without contact."""
+    """Return −1 for a foot on the left bump, 1 on the right one, 0 without contact, (n,)."""
     return np.where(state.in_contact, np.sign(state.foot[:, 0] - 2.0), 0.0)
 
 
@@ -134,7 +137,9 @@ def _bumpy() -> Outcome:
     run = run_scene("out_of_boundary")
     states = run.states
     beyond = [_beyond(run.places[k]) for k in range(len(states))]
-    touched = sum(int((s.in_contact & b).sum()) for s, b in zip(states, beyond, strict=True))
+    n_beyond_in_contact = sum(
+        int((s.in_contact & b).sum()) for s, b in zip(states, beyond, strict=True)
+    )
     low = [int((b & (run.places[k][:, 2] < 0.35)).sum()) for k, b in enumerate(beyond)]
     rows = tuple(
         (
@@ -172,7 +177,7 @@ def _bumpy() -> Outcome:
                 (5.6, 3.8),
             ),
         ),
-        claims=_bumpy_claims(run, rows, touched),
+        claims=_bumpy_claims(run, rows, n_beyond_in_contact),
         difference=(
             "The thesis gives the knots and the number of control points of its master, not their "
             "heights; two bumps are designed here."
@@ -180,7 +185,9 @@ def _bumpy() -> Outcome:
     )
 
 
-def _bumpy_claims(run: SceneRun, rows: tuple[BumpyRow, ...], touched: int) -> tuple[Claim, ...]:
+def _bumpy_claims(
+    run: SceneRun, rows: tuple[BumpyRow, ...], n_beyond_in_contact: int
+) -> tuple[Claim, ...]:
     states = run.states
     changed = sum(int((_side(a) * _side(b) < 0.0).sum()) for a, b in pairwise(states))
     miss, length = foot_errors(run)
@@ -190,8 +197,8 @@ def _bumpy_claims(run: SceneRun, rows: tuple[BumpyRow, ...], touched: int) -> tu
     return (
         Claim(
             "Points beyond the border have no projection and are never in contact.",
-            touched == 0 and low > 100,
-            f"{touched} in contact, of {low} that are low enough at t = {peak}",
+            n_beyond_in_contact == 0 and low > 100,
+            f"{n_beyond_in_contact} in contact, of {low} that are low enough at t = {peak}",
         ),
         Claim(
             "The projections fall into two separate groups.",
@@ -326,7 +333,7 @@ def _square(axes: Axes, points: FloatArray) -> None:
 
 
 def _panels(figure: Figure, name: str, steps: Sequence[int]) -> None:
-    """Draw the scene at some steps, in two rows."""
+    """Run the scene `name` and draw it at some steps, in two rows of panels."""
     run = run_scene(name)
     flat = name == "cylinder_flat"
     towards = (-0.5, 0.8, -0.28) if flat else (-0.35, 0.75, -0.55)
