@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from contiga.records import FloatArray
-from contiga.report.peak import Outline, Peak, Touched
+from contiga.report.peak import Outline, Peak, RecordedContact
 from contiga.report.run_folder import Units
 from contiga.report.style import REGIONS
 
@@ -47,7 +47,7 @@ class ColouredField(NamedTuple):
     """Whether points without contact have it too."""
 
 
-def fields_of(peak: Peak | Touched, units: Units) -> dict[str, ColouredField]:
+def fields_of(peak: Peak | RecordedContact, units: Units) -> dict[str, ColouredField]:
     """Return the fields of the slave by name, in the units of the page.
 
     Penetration is always among them, pressure if it is positive anywhere, and each recorded field

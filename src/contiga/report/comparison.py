@@ -91,7 +91,10 @@ class Comparison(Displayed):
 
     @property
     def same(self) -> bool:
-        """Whether the runs have the same columns, with equal values at all times."""
+        """Whether all quantities that the runs have are equal.
+
+        They are if all runs have the same columns, which are equal at all times.
+        """
         return not any(self.only) and all(d.largest == 0.0 for d in self.differences.values())
 
     def _facts(self) -> Facts:

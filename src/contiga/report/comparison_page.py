@@ -169,10 +169,11 @@ def _differences(comparison: Comparison) -> str:
 
 
 def _curves(comparison: Comparison) -> str:
-    """Return figures over time and of channels over each other, a line for each run.
+    """Return figures of the columns in `_PANELS` over time and of `curves_of` all runs; ratings.
 
-    Tests of all runs are drawn, each once, if the first run has their channels; an earlier run's
-    goes before one of the same name. The ratings of all runs follow.
+    A figure has a line for each run; columns that are rounding have none. Tests of all runs are
+    drawn, each once, if the first run has their channels; an earlier run's goes before one of the
+    same name. Ratings of each run follow.
     """
     first = comparison.runs[0]
     references = {

@@ -28,6 +28,7 @@ class Curve(NamedTuple):
     """Channels of one figure, by their full names."""
 
     x: str
+    """Channel of the abscissa."""
     y: tuple[str, ...]
     """Channels of one unit."""
 
@@ -47,10 +48,10 @@ def curves_of(run: Run) -> list[Curve]:
     curve if no other shows its channels. Equal curves are given once, and those without a line
     (`channels_of`) are left out.
     """
-    touched = [name for name, columns in run.contacts.items() if largest(columns.get("force"))]
+    active = [name for name, columns in run.contacts.items() if largest(columns.get("force"))]
     depths = run.summary_part("depths")
     curves = []
-    for contact in touched[:_MAX_CONTACTS]:
+    for contact in active[:_MAX_CONTACTS]:
         depth = depths.get(contact, f"{contact}.max_penetration")
         curves.append(Curve(depth, (f"{contact}.force",)))
         curves.append(Curve(f"{contact}.strain", (f"{contact}.max_pressure",)))
@@ -68,7 +69,7 @@ def curves_of(run: Run) -> list[Curve]:
 
 
 class Line(NamedTuple):
-    """The channels of a line."""
+    """The channels of a line: abscissa and value."""
 
     x: Channel
     y: Channel
@@ -94,7 +95,7 @@ def curve_figure(
     *,
     label: str | None = None,
     colours: Sequence[str] = (),
-    most: int = MAX_ROWS,
+    max_rows: int = MAX_ROWS,
 ) -> Figure:
     """Return the figure of a curve: a line for each run and channel, tests and their corridors.
 
@@ -109,7 +110,7 @@ def curve_figure(
     peak_time : time that the scene of the page shows, marked in curves over time; None without one
     label : label of the vertical axis without its unit; that of the curve if omitted
     colours : colour of each run; the palette of all figures if omitted
-    most : largest number of rows of a line
+    max_rows : largest number of rows of a line (`rows_drawn`)
     """
     figure = Figure()
     tests = [test for test in references if test.x == curve.x and test.channel in curve.y]
@@ -127,7 +128,7 @@ def curve_figure(
             names = [run_name] * bool(run_name) + [y.name] * (len(curve.y) > 1 or not run_name)
             rows = np.flatnonzero(np.isfinite(x.values) & np.isfinite(y.values))
             if len(rows):
-                rows = rows[rows_drawn(y.values[rows], max_rows=most)]
+                rows = rows[rows_drawn(y.values[rows], max_rows=max_rows)]
             look = {"width": 2.0}
             if colours:
                 look |= {"color": colours[row], "dash": _DASHES[column % len(_DASHES)]}

@@ -1,7 +1,7 @@
 """Figures of plotly as plain data of its published schema, and their HTML.
 
-Its Python objects check every property of every page anew, which with their import took longer than
-all else of a page: tests hand the figures to them instead.
+Plotly's own Python objects check every property anew for every page, which with their import took
+longer than the rest of a page. Tests check the figures with them instead.
 """
 
 from __future__ import annotations

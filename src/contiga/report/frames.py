@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from contiga.records import FloatArray, IndexArray
 from contiga.rendering.shading import sharp_mesh
 from contiga.report.coloured import MIN_NODES, fields_of, region_colours
-from contiga.report.peak import Outline, Peak, lines_at, rows_of, seen_parts, touched_at
+from contiga.report.peak import Outline, Peak, contact_at, lines_at, rows_of, seen_parts
 from contiga.report.places import Ties, place_of, tie_ends
 from contiga.report.run_folder import Units
 from contiga.report.style import number
@@ -91,8 +91,9 @@ def frames_of(
 ) -> Frames:
     """Return recorded steps of a run: at most `MAX_FRAMES`, within `BUDGET`, `shown` among them.
 
-    The steps are those of `chosen_steps`, thinned by `within`. Colours end at the largest value of
-    all chosen steps, also of those that are then left out, and so do the ranges of the axes.
+    The steps are those of `chosen_steps`, thinned by `within`. Colours and axes are those of all
+    chosen steps, also of those that are then left out. Steps other than `shown` with fewer than
+    `MIN_NODES` points in contact do not raise the end of the colours of a contact.
 
     Parameters
     ----------
@@ -114,17 +115,17 @@ def frames_of(
     extremes: list[FloatArray] = []
     touching_extremes: list[FloatArray] = []
     for step in steps.tolist():
-        touched = touched_at(series, step)
+        record = contact_at(series, step)
         points = series.points(step)
-        rows = np.flatnonzero(touched.in_contact).astype(np.int32)
-        fields = touched._asdict()
+        rows = np.flatnonzero(record.in_contact).astype(np.int32)
+        fields = record._asdict()
         values = {
             name: np.asarray(fields[name][rows], np.float32)
             for name in names
             if fields.get(name) is not None
         }
         # fields that all points have
-        values |= {name: field.astype(np.float32) for name, field in touched.inside.items()}
+        values |= {name: field.astype(np.float32) for name, field in record.inside.items()}
         frames.append(
             Frame(
                 time=float(series.times[step]),
@@ -140,15 +141,15 @@ def frames_of(
         touching = np.concatenate(seen) if peak.focus is None else peak.focus.points(seen)
         touching_extremes += _extremes(touching)
         # a few nodes at a rim do not represent the rest, as in a picture of one step
-        for name, field in fields_of(touched, units).items():
+        for name, field in fields_of(record, units).items():
             if field.everywhere or len(rows) >= MIN_NODES:
                 tops[name] = max(tops.get(name, 0.0), field.top)
     sizes = np.array([frame.size for frame in frames])
-    kept = within(series.times[steps], sizes, int(np.searchsorted(steps, shown)))
+    rows_within = within(series.times[steps], sizes, int(np.searchsorted(steps, shown)))
     bodies, slaves = ([rows.stop - rows.start for rows in kind] for kind in kinds)
     return Frames(
-        frames=tuple(frames[k] for k in kept),
-        first=int(np.searchsorted(steps[kept], shown)),
+        frames=tuple(frames[k] for k in rows_within),
+        first=int(np.searchsorted(steps[rows_within], shown)),
         recorded=len(series.times),
         sizes=(bodies, slaves),
         tops=tops,

@@ -13,7 +13,7 @@ from contiga.report.html_tables import inputs_table, key_figures, status_table, 
 from contiga.report.joints import joint_table
 from contiga.report.lines import PLOT_CONFIG
 from contiga.report.motion import body_figures, criteria_table, extremes_table, sensor_figures
-from contiga.report.plots import energy_figure, history_figures, touched
+from contiga.report.plots import energy_figure, has_contact, history_figures
 from contiga.report.references import rated, ratings_table, references_of
 from contiga.report.run_folder import Run
 from contiga.report.runs import Named
@@ -247,7 +247,7 @@ def _contacts(run: Run, peak_time: float | None) -> str:
     panels = _panels(history_figures(run, peak_time), "history")
     if panels and peak_time is not None:
         panels += '<p class="caption">The dotted line marks the time that the scene shows.</p>'
-    idle = [name for name in run.contacts if not touched(run, name)]
+    idle = [name for name in run.contacts if not has_contact(run, name)]
     note = ""
     if len(idle) == len(run.contacts):
         note = "<p>No point came into contact: force, penetration and area are zero throughout.</p>"

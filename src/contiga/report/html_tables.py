@@ -150,8 +150,8 @@ def timings_table(run: Run) -> str:
     )
 
 
-def _timing_row(label: str, value: float, total: float, apart: bool) -> str:
-    kind = ' class="apart"' if apart else ""
+def _timing_row(label: str, value: float, total: float, is_apart: bool) -> str:
+    kind = ' class="apart"' if is_apart else ""
     width = 100.0 * min(max(value / total, 0.0), 1.0)
     return (
         f'<tr{kind}><td>{escape(label)}</td><td class="number">{number(value, 3)} s</td>'

@@ -15,7 +15,7 @@ from contiga.report.lines import add_line, finish, largest, vector_figure
 from contiga.report.run_folder import Columns, Run
 from contiga.report.style import INK, LINES, PAPER, number, span_of
 
-_STILL = 1e-9
+_TURN_TOL = 1e-9
 """Rotation, rad, below which a body has not turned: rounding."""
 
 
@@ -63,7 +63,7 @@ def body_quantities(run: Run, body: str) -> list[Quantity]:
         Quantity("Acceleration of the centre", units.accelerations(np.zeros(0))[1], acceleration),
     ]
     spin = _vector(columns, "w{}")
-    if max(map(largest, spin.values()), default=0.0) * np.ptp(run.times) > _STILL:
+    if max(map(largest, spin.values()), default=0.0) * np.ptp(run.times) > _TURN_TOL:
         quantities.append(Quantity("Spin", units.spin, spin))
     return [q for q in quantities if any(largest(c) > 0.0 for c in q.components.values())]
 

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 INSIDE = ("von_mises", "principal_strain", "energy_density")
 """Fields of the inside of deforming slaves, one number per node."""
-_NO_TIES = np.zeros((0, 2, 3))
+_EMPTY_TIES = np.zeros((0, 2, 3))
 
 
 class Outline(NamedTuple):
@@ -66,7 +66,7 @@ class Peak(NamedTuple):
     """Frame of the pictures; None for the whole scene."""
     framed: FloatArray | None = None
     """(k, 3) points of the frame; None for the whole scene."""
-    ties: FloatArray = _NO_TIES
+    ties: FloatArray = _EMPTY_TIES
     """(k, 2, 3) ends of springs and of lines of joints."""
     tie_kinds: tuple[str, ...] = ()
     """(k,) "spring" or "joint"."""
@@ -81,7 +81,7 @@ class Peak(NamedTuple):
         return np.asarray(points[np.isfinite(points).all(axis=1)])
 
 
-class Touched(NamedTuple):
+class RecordedContact(NamedTuple):
     """Contact at a recorded time, by the slave points (n_s,); see `Peak`."""
 
     status: IntArray
@@ -135,7 +135,7 @@ def peak_frame(series: RecordedFields, times: FloatArray, force: FloatArray) -> 
     return int(np.argmax(depth))
 
 
-def touched_at(series: RecordedFields, frame: int) -> Touched:
+def contact_at(series: RecordedFields, frame: int) -> RecordedContact:
     """Return the contact at one recorded frame, with zeros at points that are not in contact."""
     rows = _rows_of_kind(series, "slave")
     status = np.asarray(series.data(frame, "contact_status"))[rows]
@@ -151,7 +151,7 @@ def touched_at(series: RecordedFields, frame: int) -> Touched:
         for name in INSIDE
         if name in series.names
     }
-    return Touched(status, in_contact, penetration, pressure, cluster, inside)
+    return RecordedContact(status, in_contact, penetration, pressure, cluster, inside)
 
 
 def at_frame(
@@ -163,9 +163,9 @@ def at_frame(
     """
     body_points, body_triangles, _ = stacked(series, frame, "body")
     slave_points, slave_triangles, rows = stacked(series, frame, "slave")
-    touched = touched_at(series, frame)
-    in_contact, penetration = touched.in_contact, touched.penetration
-    active = touched.status >= 0  # bodies and inactive nodes have none
+    record = contact_at(series, frame)
+    in_contact, penetration = record.in_contact, record.penetration
+    active = record.status >= 0  # bodies and inactive nodes have none
     normal = np.asarray(series.data(frame, "normal"), dtype=np.float64)[rows]
     normal = np.where(in_contact[:, None], np.nan_to_num(normal), 0.0)
     mean = normal.sum(axis=0)
@@ -184,9 +184,9 @@ def at_frame(
         in_contact=in_contact,
         penetration=penetration,
         direction=mean / length if length > 0.0 else mean,
-        pressure=touched.pressure,
-        cluster=touched.cluster,
-        inside=touched.inside,
+        pressure=record.pressure,
+        cluster=record.cluster,
+        inside=record.inside,
         outlines=lines_at(outlines, frame),
         active=None if active.all() else active,
         focus=focus,

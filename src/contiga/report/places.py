@@ -23,6 +23,7 @@ class Tie(NamedTuple):
 
     name: str
     between: tuple[str, str]
+    """Names of the body, slave or ground that either end moves with."""
     at: FloatArray
     """(2, 3) the points at the start."""
     kind: str = "spring"
@@ -100,7 +101,7 @@ def place_of(base: FloatArray, points: FloatArray) -> FloatArray:
         turn = np.diag([1.0, 1.0, np.sign(np.linalg.det(left @ right))])
         R = (left @ turn @ right).T
         t = b - R @ a
-        off = np.abs(base @ R.T + t - points).max(initial=0.0)
-        if off <= _RIGID_TOL * (np.abs(points).max(initial=0.0) + np.ptp(points)):
+        departure = np.abs(base @ R.T + t - points).max(initial=0.0)
+        if departure <= _RIGID_TOL * (np.abs(points).max(initial=0.0) + np.ptp(points)):
             return np.concatenate([R.ravel(), t])
     return np.asarray(points, np.float32)

@@ -47,7 +47,7 @@ def history_figures(run: Run, peak_time: float | None) -> list[Figure]:
             axes = {axis: columns[f"force_{axis}"] for axis in "xyz" if f"force_{axis}" in columns}
             has_components = add_components(figure, run.times, axes, unit)
         for i, (name, columns) in enumerate(run.contacts.items()):
-            if column in columns and (only_one or touched(run, name)):
+            if column in columns and (only_one or has_contact(run, name)):
                 name = "magnitude" if has_components else name
                 colour = LINES[i % len(LINES)]
                 # areas are measured at the written steps; the line connects them
@@ -63,7 +63,7 @@ def history_figures(run: Run, peak_time: float | None) -> list[Figure]:
     return figures
 
 
-def touched(run: Run, contact: str) -> bool:
+def has_contact(run: Run, contact: str) -> bool:
     """Return whether a contact ever had points in contact, or a force."""
     columns = run.contacts[contact]
     return any(largest(columns.get(name)) > 0.0 for name in ("n_contact", "force"))

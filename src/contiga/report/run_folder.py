@@ -56,12 +56,15 @@ class Run(NamedTuple):
 
     folder: Path
     summary: dict[str, Any]
+    """Content of summary.json."""
     times: FloatArray
     """(n,) times of the history."""
     contacts: dict[str, Columns]
     """Columns (n,) of the history by contact and name."""
     case_text: str
+    """Content of case.toml; empty without one."""
     units: Units
+    """Units in which its numbers are: its own, or those that it was converted to."""
     bodies: dict[str, Columns]
     """Columns of free bodies, by body and name."""
     sensors: dict[str, Columns]

@@ -62,10 +62,11 @@ class View(NamedTuple):
 
 
 def view_of(peak: Peak, frames: Frames, units: Units, ties: Ties = ()) -> View:
-    """Return the 3D view: body, slave, points in contact, outlines, springs and joints.
+    """Return the 3D view of the peak: body, slave, contact, outlines, springs and joints.
 
-    The colours that it shows first are the pressure, if there is some; else the penetration, or
-    without a contact the von Mises stress of facets that have one.
+    Its data has the other steps of `frames`, and the styles of all fields. The colours that it
+    shows first are the pressure, if there is some; else the penetration, or without a contact the
+    von Mises stress of facets that have one.
     """
     figure = Figure()
     figure.data.append(mesh_trace(peak.body_points, peak.body_triangles, "body", BODY, GLASS))

@@ -13,15 +13,16 @@ from contiga.studies.spec import StudySpec
 
 
 class Line(NamedTuple):
-    """One quantity over the meshes, all other variables as they are."""
+    """One quantity over the meshes, for fixed values of all other variables."""
 
     label: str
     """Values of the other variables."""
     rows: list[int]
     """Numbers of the cases, coarse to fine."""
     values: list[float]
+    """Values of the quantity, coarse to fine."""
     errors: list[float]
-    """Distances from the finest value, of all others."""
+    """Distances of all values but the last from the last, the finest."""
     order: float
     """Order of convergence in the mesh size; NaN if it cannot be determined."""
 

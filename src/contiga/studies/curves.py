@@ -62,7 +62,7 @@ def curves_section(folder: Path, rows: Sequence[Row], label: str) -> str:
     tests = [reference.moved(first) for reference in references_of(first)]
     figures = []
     for k, curve in enumerate(curves_of(first)):
-        figure = curve_figure(runs, curve, tests, None, colours=colours, most=_MAX_ROWS)
+        figure = curve_figure(runs, curve, tests, None, colours=colours, max_rows=_MAX_ROWS)
         if len(curve.y) == 1:
             figure.layout["showlegend"] = False
         figures.append(embedded(figure, f"curve-{k}", PLOT_CONFIG))

@@ -1,6 +1,6 @@
 """Engines that run the cases of a study: Dask, or this process in turn.
 
-Both answer the same rows: which engine, how many workers and which of them died does not show.
+Both yield the same rows, whatever the number of workers, and however many of them are lost.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from contiga.studies.row import Row
 
 
 class Engine(Protocol):
-    """Runs cases."""
+    """Protocol of what runs cases."""
 
     def run(self, cases: Sequence[StudyCase]) -> Iterator[Row]:
         """Yield the rows of cases as they finish, in any order."""

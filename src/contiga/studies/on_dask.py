@@ -72,12 +72,12 @@ def local_client(workers: int) -> Iterator[Client]:
 
 @contextmanager
 def remote_client(address: str) -> Iterator[Client]:
-    """Provide a client of a running scheduler.
+    """Provide a client of a running scheduler for the duration of the block.
 
     Raises
     ------
     InputError
-        Nobody answers there, or somebody else than a scheduler.
+        No scheduler answers at the address within 5 s.
     """
     try:
         # A client that fails to connect tries to close itself for 20 s, and prints a traceback.

@@ -41,12 +41,14 @@ class Quantity(NamedTuple):
     """One number of a case. See `quantity_of`."""
 
     text: str
+    """The quantity as a study file writes it."""
     kind: str
     """"criterion", "at", one of `_OF_COLUMN`, or one of `_PLAIN`."""
     name: str = ""
     """Name of the column, or of the sensor."""
     criterion: str = ""
     time: float = 0.0
+    """Time of the kind "at"."""
 
     def check(self, columns: list[str], criteria: list[str], end: float) -> None:
         """Refuse columns and criteria that a case will not have, and times after its end.

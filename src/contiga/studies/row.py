@@ -18,6 +18,7 @@ class Row(NamedTuple):
 
     number: int
     status: str
+    """`DONE`, `FAILED` or `LOST`."""
     message: str
     """Message of a failed case, and of missing quantities."""
     values: dict[str, Any]

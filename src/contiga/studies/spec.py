@@ -67,6 +67,7 @@ class VariableSpec(Spec):
 
     @model_validator(mode="after")
     def _values_come_one_way(self) -> Self:
+        """Check that a key or a name is given, and one consistent source of values."""
         if not self.key and self.name is None:
             raise CaseError("is missing: a variable has a key of the case, or a name", where="key")
         has_source = {
@@ -126,6 +127,7 @@ class RuleSpec(Spec):
 
     @model_validator(mode="after")
     def _is_one_of_two(self) -> Self:
+        """Check that the rule has key and value, or a requirement alone, and that it parses."""
         if (self.value is None) == (self.require is None) or bool(self.key) != bool(self.value):
             raise CaseError(
                 "a rule sets a key, or requires something",
@@ -170,6 +172,7 @@ class GoalSpec(Spec):
 
     @model_validator(mode="after")
     def _goal_is_one(self) -> Self:
+        """Check that one quantity is minimised or maximised, and that the limits parse."""
         if (self.minimise is None) == (self.maximise is None):
             raise CaseError(
                 "a goal is one quantity", allowed="minimise = …, or maximise = …, one of them"
@@ -251,6 +254,7 @@ class StudySpec(Spec):
 
     @model_validator(mode="after")
     def _column_names_are_unique(self) -> Self:
+        """Check that labels, quantities and the columns that every table has differ."""
         names = [*RESERVED, *self.labels, *self.quantities]
         for name, count in Counter(names).items():
             if count > 1:
@@ -264,6 +268,7 @@ class StudySpec(Spec):
 
     @model_validator(mode="after")
     def _variables_have_their_values(self) -> Self:
+        """Check that columns have a table or targets, and ranged variables a sample or a goal."""
         columns = {v.label: v.column for v in self.variable if v.column is not None}
         if self.table is not None and self.targets is not None:
             raise CaseError("are in place of a table", where="targets", allowed="one of the two")
@@ -286,6 +291,7 @@ class StudySpec(Spec):
 
     @model_validator(mode="after")
     def _an_optimiser_chooses_the_cases(self) -> Self:
+        """Check that a goal comes without sample, columns and required conditions."""
         if self.goal is None:
             return self
         column = next((v.label for v in self.variable if v.column is not None), None)
@@ -308,6 +314,7 @@ class StudySpec(Spec):
 
     @model_validator(mode="after")
     def _names_are_those_of_variables(self) -> Self:
+        """Check that rules and map name variables and columns, and that each variable is used."""
         names = [v.name for v in self.variable if v.name is not None]
         for i, rule in enumerate(self.rule):
             expression = rule.expression

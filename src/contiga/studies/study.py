@@ -67,7 +67,10 @@ class Study(Displayed):
         return self.out / PAGE
 
     def folder_of(self, number: int) -> Path:
-        """Return the output folder of a case, by its number; it need not exist."""
+        """Return the output folder of a case, by its number.
+
+        Neither folder nor case need exist.
+        """
         return self.out / "cases" / f"{number:04d}"
 
     def to_pandas(self) -> DataFrame:
@@ -127,10 +130,10 @@ def study(
     resume: bool = False,
     **more: Any,
 ) -> Study:
-    """Run many variants of a case, in parallel, and gather their results in one table.
+    """Run many variants of a case, in parallel.
 
-    A case that fails is a row with its message. In a script the call stands under
-    ``if __name__ == "__main__":``.
+    Their results are gathered in one table and on a page. A case that fails is a row with its
+    message. In a script the call stands under ``if __name__ == "__main__":``.
 
     Parameters
     ----------

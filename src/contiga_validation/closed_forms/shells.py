@@ -414,7 +414,7 @@ INNER_RADIUS, OUTER_RADIUS, SLIT = 6.0, 10.0, 1e-4
 
 
 def _annulus(around: int, across: int) -> cg.NurbsSurface:
-    """Return a ring from angle 0 to 2π whose circles are cubic splines through points of circles.
+    """Return a ring from angle 0 to 2π, less the slit, of cubic splines through points of circles.
 
     It has `around` elements in u, along the circles, and `across` ones in v, of degree 3.
     """

@@ -38,21 +38,17 @@ MEMORY_SHARE = 0.8
 def max_triangles(options: Options) -> int:
     """Return the number of triangles of the largest mesh: a million, or what memory allows.
 
-    The free memory counts in a full reproduction only.
+    The free memory counts in a full reproduction only; it is 8 GB if the system does not say.
     """
     if not options.full:
         return MAX_TRIANGLES
-    return max(MAX_TRIANGLES, int(MEMORY_SHARE * _free_bytes() / TRIANGLE_BYTES))
-
-
-def _free_bytes() -> float:
-    """Return the available memory, bytes; 8 GB if the system does not say."""
     try:
         lines = Path("/proc/meminfo").read_text(encoding="utf-8").splitlines()
         facts = dict(line.split(":") for line in lines)
-        return 1024.0 * float(facts["MemAvailable"].split()[0])
+        free_bytes = 1024.0 * float(facts["MemAvailable"].split()[0])
     except (OSError, KeyError, ValueError):
-        return 8e9
+        free_bytes = 8e9
+    return max(MAX_TRIANGLES, int(MEMORY_SHARE * free_bytes / TRIANGLE_BYTES))
 
 
 def measured(options: Options) -> tuple[list[Row], str]:

@@ -182,12 +182,9 @@ def filleted(body: Any, radius: float, chosen: Callable[[np.ndarray], bool]) -> 
     return maker.Shape()
 
 
-def _off_axis(points: np.ndarray) -> np.ndarray:
-    return np.hypot(points[:, 0] - NECK_X, points[:, 1])
-
-
 def _at_neck_root(points: np.ndarray) -> bool:
-    return np.allclose(_off_axis(points), NECK_RADIUS, atol=1e-3) and np.ptp(points[:, 0]) > 1.0
+    radii = np.hypot(points[:, 0] - NECK_X, points[:, 1])
+    return np.allclose(radii, NECK_RADIUS, atol=1e-3) and np.ptp(points[:, 0]) > 1.0
 
 
 def _at_neck_end(points: np.ndarray) -> bool:

@@ -112,7 +112,14 @@ def _bases() -> Outcome:
 
 
 def _bases_claims(smallest: float, u: FloatArray, worst: list[float]) -> tuple[Claim, ...]:
-    bernstein = _bernstein_error(u)
+    # Errors of the recursion of 2.2.1 without and with an interior knot.
+    bernstein = []
+    for inner in ([], [0.5]):
+        knots = [np.concatenate([np.zeros(p + 1), inner, np.ones(p + 1)]) for p in (1, 2)]
+        low, high = (cox_de_boor(k, p, u) for p, k in enumerate(knots, start=1))
+        padded = np.pad(low, ((0, 0), (1, 1)))
+        short = (1.0 - u[:, None]) * padded[:, 1:] + u[:, None] * padded[:, :-1]
+        bernstein.append(float(np.abs(short - high).max()))
     return (
         Claim("The functions add up to 1.", worst[0] <= 1e-15, f"largest miss {worst[0]:.1e}"),
         Claim("No function is negative.", smallest >= 0.0, f"smallest value {smallest:.1e}"),
@@ -130,18 +137,6 @@ def _bases_claims(smallest: float, u: FloatArray, worst: list[float]) -> tuple[C
             "with an interior one",
         ),
     )
-
-
-def _bernstein_error(u: FloatArray) -> tuple[float, float]:
-    """Return the largest error of the recursion of 2.2.1 without and with an interior knot."""
-    misses = []
-    for inner in ([], [0.5]):
-        knots = [np.concatenate([np.zeros(p + 1), inner, np.ones(p + 1)]) for p in (1, 2)]
-        low, high = (cox_de_boor(k, p, u) for p, k in enumerate(knots, start=1))
-        padded = np.pad(low, ((0, 0), (1, 1)))
-        short = (1.0 - u[:, None]) * padded[:, 1:] + u[:, None] * padded[:, :-1]
-        misses.append(float(np.abs(short - high).max()))
-    return misses[0], misses[1]
 
 
 def _draw_bases(figure: Figure) -> None:

@@ -17,7 +17,6 @@ from contiga_validation.engine.experiment import Claim, Experiments, Outcome, Pi
 from contiga_validation.thesis.play import SceneRun, run_scene
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
 EXPERIMENTS = Experiments()
@@ -193,7 +192,9 @@ def _bumpy_claims(
     miss, length = foot_errors(run)
     peak = int(np.argmax(run.history["n_contact"]))
     _, _, left, right, _, low = rows[peak]
-    between = _between(states[peak])
+    # Gap in x between the feet on the two bumps.
+    x = states[peak].foot[states[peak].in_contact, 0]
+    between = float(x[x > 2.0].min() - x[x < 2.0].max())
     return (
         Claim(
             "Points beyond the border have no projection and are never in contact.",
@@ -216,12 +217,6 @@ def _bumpy_claims(
             f"within {miss:.1e} and {length:.1e} of the master's size",
         ),
     )
-
-
-def _between(state: State) -> float:
-    """Return the gap in x between the feet on the two bumps."""
-    x = state.foot[state.in_contact, 0]
-    return float(x[x > 2.0].min() - x[x < 2.0].max())
 
 
 def _draw_feet(figure: Figure) -> None:
@@ -316,17 +311,12 @@ def _draw_sliding(figure: Figure) -> None:
         points, on = run.places[k], run.states[k].in_contact
         axes.plot(*points[on, :2].T, "o", color=CONTACT, ms=2.6)
         axes.plot(*points[~on, :2].T, "o", color=FREE, ms=2.6)
-        _square(axes, points[slid_off])
+        axes.plot(*points[slid_off, :2].T, "s", ms=9.0, mfc="none", mec="#21262d", mew=1.0)
         axes.annotate(
             "", (-0.15, 0.4), (0.05, 0.3), arrowprops={"arrowstyle": "-|>", "color": "#21262d"}
         )
         axes.set_title(f"t = {k}, {int(on.sum())} in contact")
         axes.set(xlim=(-1.15, 0.55), ylim=(-0.55, 0.55))
-
-
-def _square(axes: Axes, points: FloatArray) -> None:
-    """Draw a square around each point."""
-    axes.plot(*points[:, :2].T, "s", ms=9.0, mfc="none", mec="#21262d", mew=1.0)
 
 
 # ---------------------------------------------------------------- pictures in space

@@ -164,7 +164,12 @@ def _sequence_claims(rows: tuple[SequenceRow, ...]) -> tuple[Claim, ...]:
 
 def _following_claims(run: SceneRun) -> tuple[Claim, ...]:
     leap, shift, jump = _leaps(run)
-    drop = _drop(run)
+    # Largest excess of a followed depth over the depth by the closest point.
+    _, closest = _closest(run)
+    drop = max(
+        float((state.penetration - depth).max())
+        for state, depth in zip(run.states, closest, strict=True)
+    )
     upwards = all((state.normal[state.in_contact, 1] < 0.0).all() for state in run.states)
     return (
         Claim(
@@ -179,15 +184,6 @@ def _following_claims(run: SceneRun) -> tuple[Claim, ...]:
             f"a foot moves by at most {shift:.2f} of the way its node goes, a closest point by "
             f"{jump:.1f} of it; by the closest point a node would be {drop:.3f} less deep",
         ),
-    )
-
-
-def _drop(run: SceneRun) -> float:
-    """Return the largest excess of a followed depth over the depth by the closest point."""
-    _, closest = _closest(run)
-    return max(
-        float((state.penetration - depth).max())
-        for state, depth in zip(run.states, closest, strict=True)
     )
 
 

@@ -244,7 +244,8 @@ def _draw_intersection(figure: Figure) -> None:
     a, b = _PATH
     body = Body.from_profile(curve.reversed())
     hit = body.first_hit(a[None], b[None])
-    foot = _followed(body, b, hit)
+    start = body.project(hit.point)
+    foot = body.project(b[None], start=start, mode="track").point[0]
     draw_curve(axes, curve, label="NURBS curve")
     axes.plot(*_PATH[:, :2].T, color=LINES[5], marker="o", label="path of the point")
     axes.plot(*hit.point[0, :2], "o", ms=8, mfc="none", mec=CONTACT, mew=1.8, label="first hit")
@@ -253,9 +254,3 @@ def _draw_intersection(figure: Figure) -> None:
     for at, name in ((a, "$P_{i-1}$"), (b, "$P_i$")):
         axes.annotate(name, at[:2], xytext=(6, 4), textcoords="offset points")
     axes.legend(loc="upper right")
-
-
-def _followed(body: Body, point: FloatArray, hit: Hit) -> FloatArray:
-    """Return the foot (3,) of `point`, tracked from the point at which its path entered."""
-    start = body.project(hit.point)
-    return body.project(point[None], start=start, mode="track").point[0]

@@ -23,6 +23,7 @@ class SplitStep(NamedTuple):
     """Areas of the master after some rounds of splits in half, in u and in v."""
 
     pieces: int
+    """Number of pieces."""
     net: float
     """Areas of the control nets, summed over the pieces (Algorithm 2)."""
     base: float

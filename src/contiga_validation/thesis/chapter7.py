@@ -125,12 +125,13 @@ def _clusters() -> Outcome:
 
 def _clusters_claims(study: Study) -> tuple[Claim, ...]:
     one, ten, counts = study.dbscan[1], study.dbscan[10], study.counts()
+    is_right = (study.uv[:, 0] > 0.5).astype(np.int32)
     drop = max(one[i] - one[i + 10] for i in range(len(one) - 10))
     return (
         Claim(
             "Forty points are in contact at step 9, in two groups that k-means with k = 2 "
             "tells apart.",
-            len(study.uv) == POINTS and _as_left_and_right(study),
+            len(study.uv) == POINTS and _same(study.labels["k-means, k = 2"], is_right),
             f"{len(study.uv)} points",
         ),
         Claim(
@@ -152,10 +153,6 @@ def _clusters_claims(study: Study) -> tuple[Claim, ...]:
             f"{counts['auto']} regions, the same as by k-means",
         ),
     )
-
-
-def _as_left_and_right(study: Study) -> bool:
-    return _same(study.labels["k-means, k = 2"], (study.uv[:, 0] > 0.5).astype(np.int32))
 
 
 def _same(a: IntArray, b: IntArray) -> bool:
