@@ -53,7 +53,7 @@ def cases_of(
     Raises
     ------
     FileError
-        The table cannot be read, lacks a column, has no rows, or has a hole.
+        The table cannot be read, lacks a column or a value, or has no rows.
     UnitError
         The head of a column says a unit that cannot be converted.
     CaseError
@@ -150,7 +150,7 @@ def check_keys(study: StudySpec, base: Mapping[str, Any], settings: Mapping[str,
     for owner, key in keys:
         if key in owners:
             raise CaseError(
-                "two have this key of the case",
+                "two entries set this key of the case",
                 where=f"{study.file}: {owner}",
                 found=key,
                 allowed=f"one of them; the other is {owners[key]}",
@@ -162,7 +162,7 @@ def check_keys(study: StudySpec, base: Mapping[str, Any], settings: Mapping[str,
             with_settings(base, {key: settings[key] for _, key in keys[: i + 1]})
         except CaseError as error:
             raise CaseError(
-                f"this key is none of the base case ({error.what})",
+                f"the base case has no such key ({error.what})",
                 where=f"{study.file}: {owner}",
                 found=key,
                 allowed=error.allowed,
@@ -198,7 +198,7 @@ def _rows_of_table(study: StudySpec, base: Mapping[str, Any]) -> list[dict[str, 
 
     A column with a unit in its head is converted to the units of the case. A UnitError is raised
     if the numbers of the variable's key have a unit of their own in the case, or if the label has
-    another unit than the case; a FileError without rows, or at a hole.
+    another unit than the case; a FileError without rows, or at a missing value.
     """
     assert study.table is not None
     sheet = read_sheet(Path(study.table), "x, y, speed")
@@ -254,7 +254,7 @@ def _cell_value(sheet: Sheet, row: Row, column: int, factor: float | None) -> An
     where, text = f"{sheet.path}:{row.line}", sheet.mark.join(row.cells)
     if len(row.cells) < len(sheet.heads) or row.cells[column].lower() in _EMPTY_CELLS:
         raise FileError(
-            "the table has a hole",
+            "a value of the table is missing",
             where=where,
             found=text,
             allowed=f"a value in each of the {len(sheet.heads)} columns",
@@ -266,7 +266,7 @@ def _cell_value(sheet: Sheet, row: Row, column: int, factor: float | None) -> An
         if factor is None:
             return cell
         raise FileError(
-            "a text under a head with a unit", where=where, found=text, allowed="numbers"
+            "a text in a column with a unit", where=where, found=text, allowed="numbers"
         ) from None
     if factor not in (None, 1.0):
         return number * factor

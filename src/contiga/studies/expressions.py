@@ -131,7 +131,7 @@ class Expression:
         if isinstance(node, ast.Call):
             named = isinstance(node.func, ast.Name) and node.func.id in _FUNCTIONS
             if not named or node.keywords:
-                raise self._error("calls what is not known")
+                raise self._error("calls an unknown function")
             parts: list[ast.expr] = node.args
         elif isinstance(node, ast.Compare):
             self._check_operators(node.ops, _BINARY)

@@ -78,7 +78,7 @@ class StudyFolder:
             before: dict[str, Any] = json.loads(manifest.read_text(encoding="utf-8"))
         except (OSError, ValueError) as error:
             raise OutputError(
-                "there is no study to go on with",
+                "there is no study to resume",
                 where=str(manifest),
                 remedy="Run it without --resume",
             ) from error
@@ -86,7 +86,7 @@ class StudyFolder:
             value, value_before = (d.get(key, _MISSING) for d in (self._manifest, before))
             if value_before != value and not _NOT_COMPARED.fullmatch(key):
                 raise OutputError(
-                    f"the study in the folder says something else: {key}",
+                    f"the study in the folder differs: {key}",
                     where=str(self._study.file),
                     found=value,
                     allowed=f"{value_before!r}, as the study was begun",

@@ -161,7 +161,7 @@ def quantity_of(text: str) -> Quantity:
 def _no_quantity(text: str, remedy: str | None = None) -> CaseError:
     functions = ", ".join([*_OF_COLUMN, "at"])
     return CaseError(
-        "is nothing that can be collected",
+        "cannot be collected",
         where="collect",
         found=text,
         allowed=f"such as {_EXAMPLES}; of columns {functions}",

@@ -325,7 +325,7 @@ class StudySpec(Spec):
         for variable in self.variable:
             if not variable.key and variable.name not in used:
                 raise CaseError(
-                    "nothing has this variable's value",
+                    "no key and no rule uses this variable",
                     where="variable",
                     found=variable.name,
                     allowed="a key of the case, or a rule with its name",

@@ -80,7 +80,7 @@ class TargetsSpec(Spec):
         reach = float(np.linalg.norm(across))
         if not size > 0.0 or not reach > 1e-6 * float(np.linalg.norm(self.across)):
             raise CaseError(
-                "must go another way than direction, and both somewhere",
+                "must not be parallel to direction, and neither may be zero",
                 where="targets.across",
                 found=self.across,
             )
@@ -165,7 +165,7 @@ def _check_number(spec: TargetsSpec, number: float) -> None:
     """Raise a CaseError above a million points; also at NaN, from a spacing that overflows."""
     if not number <= _MAX_RAYS:
         raise CaseError(
-            "so many points that nobody runs them all",
+            "too many targets",
             where="targets.spacing",
             found=spec.spacing,
             allowed=f"up to {_MAX_RAYS} points",

@@ -38,9 +38,9 @@ def _slowest(shell: Shell, free: IntArray, q: FloatArray) -> tuple[float, FloatA
     stiffness = shell.tangent(state)[free][:, free].toarray()
     masses = np.diag(shell.mass[free // 3])
     (square,), mode = eigh(stiffness, masses, subset_by_index=[0, 0])
-    ways = np.zeros(q.size)
-    ways[free] = mode[:, 0]
-    return math.sqrt(square), ways.reshape(q.shape)
+    displacements = np.zeros(q.size)
+    displacements[free] = mode[:, 0]
+    return math.sqrt(square), displacements.reshape(q.shape)
 
 
 YOUNG, DENSITY, THICKNESS, LENGTH = 3.0, 2.0, 0.1, 10.0
@@ -67,17 +67,17 @@ def _strip(count: int) -> tuple[Shell, float, FloatArray]:
 )
 def _swing() -> Answer:
     exact = BEAM**2 * math.sqrt(YOUNG * THICKNESS**2 / 12.0 / DENSITY / LENGTH**4)
-    order, found = in_elements("frequency", lambda n: _strip(n)[1], exact, (10, 20, 40), 1.9)
+    order, frequencies = in_elements("frequency", lambda n: _strip(n)[1], exact, (10, 20, 40), 1.9)
     checks = (
-        relative("frequency, 40 elements", found[40], exact, 2e-3),
-        relative("from 20 and 40", (4.0 * found[40] - found[20]) / 3.0, exact),
+        relative("frequency, 40 elements", frequencies[40], exact, 2e-3),
+        relative("from 20 and 40", (4.0 * frequencies[40] - frequencies[20]) / 3.0, exact),
     )
-    shell, _, ways = _strip(40)
-    nodes, way = shell.points(shell.nodes), shell.points(ways)[:, 2]
+    shell, _, displacements = _strip(40)
+    nodes, deflection = shell.points(shell.nodes), shell.points(displacements)[:, 2]
     row = np.flatnonzero(nodes[:, 1] == 0.0)
     row = row[np.argsort(nodes[row, 0])]
     x = np.linspace(0.0, 1.0, 200)
-    shape = way[row] / way[row[-1]]
+    shape = deflection[row] / deflection[row[-1]]
     draw = comparison(
         ("x/L", "way over that of the end"),
         [("formula", x, cantilever_mode(x))],
@@ -115,16 +115,18 @@ def _drum_of(count: int) -> float:
 )
 def _drum() -> Answer:
     exact = DRUM * math.sqrt(YOUNG * STRAIN / (1.0 - POISSON) / DENSITY)
-    order, found = in_elements("frequency", _drum_of, exact, (8, 16, 32), 1.9)
+    order, frequencies = in_elements("frequency", _drum_of, exact, (8, 16, 32), 1.9)
     checks = (
-        relative("frequency, 32 × 32", found[32], exact, 3e-3),
-        relative("from 16 × 16 and 32 × 32", (4.0 * found[32] - found[16]) / 3.0, exact, 5e-4),
+        relative("frequency, 32 × 32", frequencies[32], exact, 3e-3),
+        relative(
+            "from 16 × 16 and 32 × 32", (4.0 * frequencies[32] - frequencies[16]) / 3.0, exact, 5e-4
+        ),
     )
-    counts = np.array(list(found), np.float64)
+    counts = np.array(list(frequencies), np.float64)
     draw = comparison(
         ("elements a side", "frequency over the formula's"),
         [("formula", np.array([0.0, 35.0]), np.ones(2))],
-        [("degree 2", counts, np.array(list(found.values())) / exact)],
+        [("degree 2", counts, np.array(list(frequencies.values())) / exact)],
     )
     return Answer(checks, draw, order)
 
@@ -141,9 +143,9 @@ def _breathing(step: float) -> cg.Result:
     times = np.linspace(0.0, end, 81)
     radii = RADIUS + 0.5 * GROWTH * (1.0 - np.cos(BREATH * times))
     breath = cg.motion.ControlPoints(times, radii[:, None, None] / RADIUS * ball.net.points)
-    ways = np.random.default_rng(1).normal(size=(24, 3))
-    ways /= np.sqrt((ways**2).sum(axis=1))[:, None]
-    cloud = cg.Slave((RADIUS + HALF) * ways, area=np.ones(24))
+    directions = np.random.default_rng(1).normal(size=(24, 3))
+    directions /= np.sqrt((directions**2).sum(axis=1))[:, None]
+    cloud = cg.Slave((RADIUS + HALF) * directions, area=np.ones(24))
     contact = cg.Contact(ball, cloud, law=cg.PenaltyLaw(STIFF), shell_thickness=2.0 * HALF)
     return run_of(
         bodies={"ball": (ball, breath)},
@@ -159,8 +161,8 @@ def _breath(t: FloatArray) -> FloatArray:
     """Return the radial displacement of a mass from rest: ÿ = Ω² (r − y), r = G (1 − cos ω t)/2."""
     w, W = BREATH, math.sqrt(STIFF / MASS)
     share = 1.0 / (W**2 - w**2)
-    way = 1.0 - share * (W**2 * np.cos(w * t) - w**2 * np.cos(W * t))
-    return np.asarray(0.5 * GROWTH * way)
+    shape = 1.0 - share * (W**2 * np.cos(w * t) - w**2 * np.cos(W * t))
+    return np.asarray(0.5 * GROWTH * shape)
 
 
 @CASES.add(
@@ -175,26 +177,26 @@ def _sphere() -> Answer:
 
     def error(step: float) -> float:
         history = runs[step].history
-        out = np.sqrt(sum(history[f"node.{axis}"] ** 2 for axis in "xyz"))
-        return float(np.abs(out - _breath(history["time"])).max() / GROWTH)
+        radius = np.sqrt(sum(history[f"node.{axis}"] ** 2 for axis in "xyz"))
+        return float(np.abs(radius - _breath(history["time"])).max() / GROWTH)
 
     order = order_of("largest error of the way, by how far it grows", 0.02, error)
     fine = runs[0.005].history
     points = runs[0.005].state.slaves["cloud"].points
-    ways = np.sqrt((points**2).sum(axis=1))
+    radii = np.sqrt((points**2).sum(axis=1))
     energy = float(np.abs(fine["energy.error"]).max() / fine["energy.external"].max())
     checks = (
         zero("largest error of the way", error(0.005), 2e-4),
-        zero("how much the masses differ", float(np.ptp(ways)) / GROWTH, 1e-9),
+        zero("how much the masses differ", float(np.ptp(radii)) / GROWTH, 1e-9),
         zero("energy balance error, by the work done", energy, 1e-3),
     )
     t = np.linspace(0.0, fine["time"][-1], 200)
-    out = np.sqrt(sum(fine[f"node.{axis}"] ** 2 for axis in "xyz"))
+    radius = np.sqrt(sum(fine[f"node.{axis}"] ** 2 for axis in "xyz"))
     sphere = 0.5 * GROWTH * (1.0 - np.cos(BREATH * t))
     draw = comparison(
         ("t", "way"),
         [("formula", t, _breath(t)), ("sphere", t, sphere)],
-        [("masses", fine["time"], out)],
+        [("masses", fine["time"], radius)],
     )
     return Answer(checks, draw, order)
 

@@ -85,9 +85,9 @@ def tube(
 def free_dofs(shell: Shell, *held: tuple[IntArray, str]) -> IntArray:
     """Return the numbers of the free degrees of freedom, given held control points and axes."""
     free = np.ones(shell.nodes.shape, np.bool_)
-    for rows, ways in held:
-        for way in ways:
-            free[rows, "xyz".index(way)] = False
+    for rows, axes in held:
+        for axis in axes:
+            free[rows, "xyz".index(axis)] = False
     return np.flatnonzero(free.ravel()).astype(np.int32)
 
 
@@ -112,9 +112,9 @@ def linear_displacements(shell: Shell, free: IntArray, load: FloatArray) -> Floa
     `free` numbers the free degrees of freedom; `load` (m, 3) are forces on control points.
     """
     stiffness = shell.tangent(shell.start())[free][:, free].tocsc()
-    ways = np.zeros(load.size)
-    ways[free] = splu(stiffness).solve(load.ravel()[free])
-    return ways.reshape(load.shape)
+    displacements = np.zeros(load.size)
+    displacements[free] = splu(stiffness).solve(load.ravel()[free])
+    return displacements.reshape(load.shape)
 
 
 def newton_equilibrium(
@@ -167,14 +167,14 @@ def in_elements(
     return order, values
 
 
-def _over_elements(what: str, found: dict[int, float], exact: float) -> Drawing:
+def _over_elements(what: str, numbers: dict[int, float], exact: float) -> Drawing:
     """Return a drawing of a number over the elements along a side, with the exact one as a line."""
-    counts = np.array(list(found), np.float64)
+    counts = np.array(list(numbers), np.float64)
     ends = np.array([0.0, 1.1 * counts[-1]])
     return comparison(
         ("elements a side", what),
         [("converged", ends, np.full(2, exact))],
-        [("run", counts, np.array(list(found.values())))],
+        [("run", counts, np.array(list(numbers.values())))],
     )
 
 
@@ -192,10 +192,10 @@ def roof(degree: int, count: int, rule: int | None = None) -> float:
     edge = shell.net.edge
     free = free_dofs(shell, (edge("v0"), "xz"), (edge("v1"), "xz"), (edge("v0")[:1], "y"))
     weight = shell.spread(shell.contact.weight[:, None] * np.array([0.0, 0.0, -90.0]))
-    ways = linear_displacements(shell, free, weight)
-    drawn = shell.drawn(2)
+    displacements = linear_displacements(shell, free, weight)
+    sample = shell.drawn(2)
     place = [25.0 * math.sin(half), 25.0, 25.0 * math.cos(half)]
-    return -float(drawn.points(ways)[row_at(drawn.points(shell.nodes), place), 2])
+    return -float(sample.points(displacements)[row_at(sample.points(shell.nodes), place), 2])
 
 
 @CASES.add(
@@ -205,12 +205,12 @@ def roof(degree: int, count: int, rule: int | None = None) -> float:
     "Linear theory; a patch of degree 3, up to 16 × 16 elements, between two diaphragms.",
 )
 def _roof() -> Answer:
-    order, found = in_elements("way", lambda n: roof(3, n), ROOF, (4, 8, 16), 3.9)
+    order, deflections = in_elements("way", lambda n: roof(3, n), ROOF, (4, 8, 16), 3.9)
     checks = (
-        relative("middle of a free edge, 16 × 16 of degree 3", found[16], ROOF),
+        relative("middle of a free edge, 16 × 16 of degree 3", deflections[16], ROOF),
         relative("8 × 8 of degree 4", roof(4, 8), ROOF),
     )
-    return Answer(checks, _over_elements("way down", found, ROOF), order)
+    return Answer(checks, _over_elements("way down", deflections, ROOF), order)
 
 
 def _pinched_cylinder(count: int) -> float:
@@ -241,9 +241,9 @@ def _pinched_cylinder(count: int) -> float:
     "are kept by springs. Under a point load the order is that of the load, 2, at any degree.",
 )
 def _cylinder() -> Answer:
-    order, found = in_elements("way", _pinched_cylinder, CYLINDER, (8, 16, 32), 1.9)
-    checks = (relative("under the load, 32 × 32", found[32], CYLINDER, BENCHMARK),)
-    return Answer(checks, _over_elements("way in", found, CYLINDER), order)
+    order, deflections = in_elements("way", _pinched_cylinder, CYLINDER, (8, 16, 32), 1.9)
+    checks = (relative("under the load, 32 × 32", deflections[32], CYLINDER, BENCHMARK),)
+    return Answer(checks, _over_elements("way in", deflections, CYLINDER), order)
 
 
 def _product(a: FloatArray, b: FloatArray) -> FloatArray:
@@ -316,9 +316,9 @@ def _pinched_hemisphere(count: int) -> float:
     "elements each, that keep their slopes by springs.",
 )
 def _hemisphere() -> Answer:
-    order, found = in_elements("way", _pinched_hemisphere, HEMISPHERE, (2, 4, 8), 1.9)
-    checks = (relative("under a load, 3 × 8 × 8", found[8], HEMISPHERE, BENCHMARK),)
-    return Answer(checks, _over_elements("way out", found, HEMISPHERE), order)
+    order, deflections = in_elements("way", _pinched_hemisphere, HEMISPHERE, (2, 4, 8), 1.9)
+    checks = (relative("under a load, 3 × 8 × 8", deflections[8], HEMISPHERE, BENCHMARK),)
+    return Answer(checks, _over_elements("way out", deflections, HEMISPHERE), order)
 
 
 def _along_edge(shell: Shell, strip: cg.NurbsSurface, force: float) -> FloatArray:
@@ -346,18 +346,18 @@ def _elastica() -> FloatArray:
     """
 
     def stretch(angle: FloatArray, moment: FloatArray) -> FloatArray:
-        found = np.ones_like(angle)
+        ratio = np.ones_like(angle)
         for _ in range(8):
-            along = 0.5 * TENSION * found * (found**2 - 1.0) + moment**2 / (FLEXURE * found**3)
-            found -= (along - PULL * np.sin(angle)) / (TENSION * (1.5 * found**2 - 0.5))
-        return found
+            along = 0.5 * TENSION * ratio * (ratio**2 - 1.0) + moment**2 / (FLEXURE * ratio**3)
+            ratio -= (along - PULL * np.sin(angle)) / (TENSION * (1.5 * ratio**2 - 0.5))
+        return ratio
 
     def rates(_: FloatArray, y: FloatArray) -> FloatArray:
         angle, moment = y[:2]
-        found = stretch(angle, moment)
+        ratio = stretch(angle, moment)
         along, up = np.cos(angle), np.sin(angle)
-        turn = moment / (FLEXURE * found**3)
-        return np.array([turn, -PULL * along, along, up]) * found
+        turn = moment / (FLEXURE * ratio**3)
+        return np.array([turn, -PULL * along, along, up]) * ratio
 
     def ends(clamp: FloatArray, end: FloatArray) -> FloatArray:
         return np.array([clamp[0], end[1], clamp[2], clamp[3]])
@@ -390,16 +390,16 @@ def _bent_far() -> Answer:
     exact = _elastica()
     back, up = LENGTH - exact[-1, 0], exact[-1, 1]
     shapes = {n: _cantilever(n) for n in (4, 8, 16)}
-    ways = {n: np.array([LENGTH - q[-1, 0], q[-1, 2]]) for n, q in shapes.items()}
+    end_displacements = {n: np.array([LENGTH - q[-1, 0], q[-1, 2]]) for n, q in shapes.items()}
     order = order_of(
         "ways, by the length of elements",
         0.25,
-        lambda width: float(np.abs(ways[round(1.0 / width)] / [back, up] - 1.0).max()),
+        lambda width: float(np.abs(end_displacements[round(1.0 / width)] / [back, up] - 1.0).max()),
         least=3.9,
     )
     checks = (
-        relative("way back, 16 elements", ways[16][0], back),
-        relative("way up, 16 elements", ways[16][1], up),
+        relative("way back, 16 elements", end_displacements[16][0], back),
+        relative("way up, 16 elements", end_displacements[16][1], up),
     )
     draw = comparison(
         ("along", "up"),
@@ -439,12 +439,12 @@ def _lifted(around: int, across: int) -> tuple[FloatArray, FloatArray]:
         [ring], material=cg.materials.Elastic(young=21e6), density=1.0, thickness=0.03, rule=3
     )
     free = free_dofs(shell, (shell.net.edge("u0", rows=2), "xyz"))
-    load, q, ways = _along_edge(shell, ring, 0.8 * (OUTER_RADIUS - INNER_RADIUS)), None, []
+    load, q, lifts = _along_edge(shell, ring, 0.8 * (OUTER_RADIUS - INNER_RADIUS)), None, []
     shares = (np.arange(1, 17) / 16.0) ** 1.5
     for share in shares:
         q = newton_equilibrium(shell, free, load, [share], q)
-        ways.append(q[shell.net.control[0][-1, [0, -1]], 2])
-    return shares, np.array(ways)
+        lifts.append(q[shell.net.control[0][-1, [0, -1]], 2])
+    return shares, np.array(lifts)
 
 
 @CASES.add(
@@ -456,8 +456,8 @@ def _lifted(around: int, across: int) -> tuple[FloatArray, FloatArray]:
     "are 0.4 % below, and finer nets of degree 3 and 4 go to 13.843 and 17.481.",
 )
 def _slit() -> Answer:
-    shares, ways = _lifted(48, 6)
-    inner_lift, outer_lift = ways[-1]
+    shares, lifts = _lifted(48, 6)
+    inner_lift, outer_lift = lifts[-1]
     checks = (
         relative("way up within", inner_lift, INNER_LIFT, 6e-3),
         relative("way up without", outer_lift, OUTER_LIFT, 6e-3),
@@ -469,7 +469,7 @@ def _slit() -> Answer:
             ("published within", ends, np.full(2, INNER_LIFT)),
             ("without", ends, np.full(2, OUTER_LIFT)),
         ],
-        [("within", shares, ways[:, 0]), ("without", shares, ways[:, 1])],
+        [("within", shares, lifts[:, 0]), ("without", shares, lifts[:, 1])],
     )
     return Answer(checks, draw)
 
@@ -509,9 +509,9 @@ def _hencky(count: int) -> tuple[FloatArray, FloatArray]:
     guess = shell.nodes.copy()
     guess[:, 2] = SMALL_RISE * (1.0 - (shell.net.sites**2).sum(axis=1))
     q = newton_equilibrium(shell, free_dofs(shell, (rim(shell), "xyz")), load, [1.0], guess)
-    drawn = shell.drawn(2)
-    radii = np.sqrt((drawn.points(shell.nodes)[:, :2] ** 2).sum(axis=1))
-    return radii, drawn.points(q)[:, 2] / scale
+    sample = shell.drawn(2)
+    radii = np.sqrt((sample.points(shell.nodes)[:, :2] ** 2).sum(axis=1))
+    return radii, sample.points(q)[:, 2] / scale
 
 
 @CASES.add(
@@ -522,8 +522,8 @@ def _hencky(count: int) -> tuple[FloatArray, FloatArray]:
     "bending, up to 8 × 8 elements.",
 )
 def _drumhead() -> Answer:
-    found = {n: _hencky(n) for n in (2, 4, 8)}
-    rises = {n: float(w[np.argmin(r)]) for n, (r, w) in found.items()}
+    profiles = {n: _hencky(n) for n in (2, 4, 8)}
+    rises = {n: float(w[np.argmin(r)]) for n, (r, w) in profiles.items()}
     order = order_of(
         "rise, by the size of elements",
         0.5,
@@ -562,8 +562,8 @@ def _blown_up(count: int) -> tuple[FloatArray, FloatArray]:
 def _bag() -> Answer:
     (wide, coarse), (flat, fine) = _blown_up(8), _blown_up(16)
 
-    def at(points: FloatArray, ways: FloatArray, x: float, y: float) -> FloatArray:
-        return np.asarray(ways[row_at(points, (x * HALF, y * HALF, 0.0))])
+    def at(points: FloatArray, displacements: FloatArray, x: float, y: float) -> FloatArray:
+        return np.asarray(displacements[row_at(points, (x * HALF, y * HALF, 0.0))])
 
     corner = at(flat, fine, 1.0, 1.0)
     checks = (
@@ -578,8 +578,8 @@ def _bag() -> Answer:
         ("x", "z"),
         [("published rise", np.array([0.0, HALF]), np.full(2, RISE))],
         [
-            (name, (points + ways)[row, 0], ways[row, 2])
-            for name, points, ways, row in zip(
+            (name, (points + displacements)[row, 0], displacements[row, 2])
+            for name, points, displacements, row in zip(
                 ("16 × 16", "8 × 8"), (flat, wide), (fine, coarse), rows, strict=True
             )
         ],
