@@ -253,7 +253,10 @@ def space_axis(title: str) -> dict[str, Any]:
 
 
 def mesh_trace(points: Any, triangles: Any, name: str, colour: str, opacity: float) -> Trace:
-    """Return a mesh with sharp creases: its points are those of `sharp_mesh`."""
+    """Return a mesh with sharp creases: its points are those of `sharp_mesh`.
+
+    Points show their coordinates under the pointer, except on a mesh named "body".
+    """
     sharp = sharp_mesh(points, triangles)
     return {
         "type": "mesh3d",
@@ -270,6 +273,7 @@ def mesh_trace(points: Any, triangles: Any, name: str, colour: str, opacity: flo
 
 
 def dots(points: Any, name: str, size: float, marker: dict[str, Any]) -> Trace:
+    """Return markers at points (n, 3) of `size` pixels; `marker` overrides their style."""
     marker = {"size": size, "opacity": 1.0, **marker}
     trace = {"type": "scatter3d", "name": name, "mode": "markers", "marker": marker}
     return trace | columns(points)

@@ -22,7 +22,7 @@ _LOST = ("energy_hysteresis", "energy_damping")
 def spring_figures(run: Run, peak_time: float | None) -> list[Figure]:
     """Return figures of force, elongation and length paid out over time, a line for each spring.
 
-    A spring has no line where a quantity is zero throughout, and none has no figure.
+    A spring whose quantity is zero throughout has no line, and a quantity without lines no figure.
     """
     units = run.units
     figures = []

@@ -85,8 +85,18 @@ def page_data(study: StudySpec, base: Base, table: Table, rows: Sequence[Row]) -
             "scale": [[k / (len(_SCALE) - 1), colour] for k, colour in enumerate(_SCALE)],
         },
     }
-    if study.goal is not None:
-        data["goal"] = _goal(study, rows)
+    if (goal := study.goal) is not None:
+        within = [
+            row.status == DONE and max(excesses(goal, row), default=0.0) <= 0.0 for row in rows
+        ]
+        # The best value after each case within the limits, and after the last case.
+        x, y = [], []
+        for k, row in enumerate(rows):
+            best = best_of(goal, rows[: k + 1]) if within[k] or k == len(rows) - 1 else None
+            if best is not None:
+                x.append(row.number)
+                y.append(_short(best.collected[goal.quantity]))
+        data["goal"] = {"quantity": goal.quantity, "within": within, "best": {"x": x, "y": y}}
     if convergence.refined_variable(study) is not None:
         data["convergence"] = _convergence(study, base, list(rows))
     return data
@@ -113,23 +123,6 @@ def _short(value: float) -> float | int | None:
     if isinstance(value, int):
         return value
     return float(f"{value:.{_DIGITS}g}") if math.isfinite(value) else None
-
-
-def _goal(study: StudySpec, rows: Sequence[Row]) -> dict[str, Any]:
-    """Return whether each case is within the limits, and the best value after each such case.
-
-    The best value after the last case is always given, unless no case is within the limits.
-    """
-    goal = study.goal
-    assert goal is not None
-    within = [row.status == DONE and max(excesses(goal, row), default=0.0) <= 0.0 for row in rows]
-    x, y = [], []
-    for k, row in enumerate(rows):
-        best = best_of(goal, rows[: k + 1]) if within[k] or k == len(rows) - 1 else None
-        if best is not None:
-            x.append(row.number)
-            y.append(_short(best.collected[goal.quantity]))
-    return {"quantity": goal.quantity, "within": within, "best": {"x": x, "y": y}}
 
 
 def _convergence(study: StudySpec, base: Base, rows: list[Row]) -> dict[str, Any]:
