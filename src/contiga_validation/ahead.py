@@ -28,7 +28,11 @@ Wait = Callable[[], object]
 
 @contextmanager
 def compiling_ahead(experiments: Sequence[Experiment]) -> Iterator[Wait]:
-    """Run the second process if it pays; yield a function that waits until it is done."""
+    """Run the second process if it pays; yield a function that waits until it is done.
+
+    It pays from `MIN_EXPERIMENTS` experiments and two threads on. At the end of the block it is
+    killed.
+    """
     if thread_count() < 2 or len(experiments) < MIN_EXPERIMENTS:
         yield lambda: None
         return
@@ -44,7 +48,10 @@ def compiling_ahead(experiments: Sequence[Experiment]) -> Iterator[Wait]:
 
 
 def run_ahead(keys: Sequence[str] = AHEAD_KEYS) -> None:
-    """Run experiments to compile their kernels; errors are reported in the real run only."""
+    """Run experiments to compile their kernels, in this process; errors are ignored.
+
+    The real run reports them.
+    """
     from contiga_validation.catalogue import experiments
     from contiga_validation.engine.drawing import png
     from contiga_validation.rivals.comparison import bodies

@@ -41,7 +41,7 @@ DEFAULT = Options()
 
 
 def experiments(options: Options = DEFAULT) -> tuple[Experiment, ...]:
-    """Return all experiments, by chapter."""
+    """Return all experiments, sorted by chapter; their modules are imported."""
     all_experiments = [
         experiment
         for name in MODULES

@@ -71,7 +71,7 @@ def reproduce(
 def run_all(
     experiments: Sequence[Experiment], progress: Progress | None = None
 ) -> tuple[ExperimentResult, ...]:
-    """Run experiments and draw their pictures, in memory.
+    """Run experiments and draw their pictures, in memory, while a second process compiles kernels.
 
     Raises
     ------
@@ -105,6 +105,7 @@ def broken_claims(folder: str | Path) -> list[str]:
 
 
 def _run(experiment: Experiment) -> ExperimentResult:
+    """Run an experiment and draw its pictures; any error becomes a RunError that names it."""
     clock = Clock()
     start = perf_counter()
     try:
@@ -126,18 +127,14 @@ def _write(folder: Path, results: tuple[ExperimentResult, ...]) -> Path:
             names.add(f"{picture.key}.png")
             with files.atomic_write(figures / f"{picture.key}.png") as path:
                 path.write_bytes(content)
-    for name in _pictures_of(folder) - names:
+    earlier_names: set[str] = set()
+    with suppress(FileError), reading(folder / JSON, "the tables of a reproduction") as tables:
+        listed = [p["file"] for e in tables["experiments"] for p in e["pictures"]]
+        earlier_names = {Path(file).name for file in listed}
+    for name in earlier_names - names:
         (figures / name).unlink(missing_ok=True)
     facts = machine()
     files.write_text(folder / CSV, tidy_csv(results))
     files.write_json(folder / JSON, as_json(results, facts))
     files.write_text(folder / PAGE, page(results, facts, chapter_title))
     return folder / PAGE
-
-
-def _pictures_of(folder: Path) -> set[str]:
-    """Names of the pictures an earlier reproduction says it has written."""
-    with suppress(FileError), reading(folder / JSON, "the tables of a reproduction") as content:
-        listed = [p["file"] for e in content["experiments"] for p in e["pictures"]]
-        return {Path(file).name for file in listed}
-    return set()

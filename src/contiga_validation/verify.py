@@ -67,24 +67,24 @@ def broken_cases(folder: str | Path) -> list[str]:
         The folder holds no verification.
     """
     with reading(Path(folder) / JSON, "the numbers of a verification") as content:
-        return [_failure(case) for case in content["cases"] if not case["holds"]]
-
-
-def _failure(case: dict[str, Any]) -> str:
-    """Return a case's key and its checks that do not hold."""
-    parts = [
-        f"{check['what']} {check['error']} > {check['tolerance']:g}"
-        for check in case["checks"]
-        if not check["holds"]
-    ]
-    order = case["order"]
-    if order is not None and not order["holds"]:
-        parts.append(f"order {order['observed']}")
-    return f"{case['key']} ({', '.join(parts)})"
+        lines = []
+        for case in content["cases"]:
+            if case["holds"]:
+                continue
+            parts = [
+                f"{check['what']} {check['error']} > {check['tolerance']:g}"
+                for check in case["checks"]
+                if not check["holds"]
+            ]
+            order = case["order"]
+            if order is not None and not order["holds"]:
+                parts.append(f"order {order['observed']}")
+            lines.append(f"{case['key']} ({', '.join(parts)})")
+        return lines
 
 
 def _run(case: Case) -> CaseResult:
-    """Run a case and draw its picture."""
+    """Run a case and draw its picture; any error becomes a RunError that names the case."""
     start = perf_counter()
     try:
         answer = case.run()

@@ -32,7 +32,18 @@ def unit(vector: FloatArray) -> FloatArray:
 
 
 def look(towards: FloatArray, up: FloatArray, points: FloatArray, size: tuple[int, int]) -> Camera:
-    """Return a camera that looks along `towards` with all `points` (n, 3) just in its picture."""
+    """Return a camera that looks along `towards` with all `points` (n, 3) just in its picture.
+
+    It aims at the middle of their bounding box in its axes, and is moved three times until the
+    widest ray touches the scene, with 5 % of room. `up` (3,) points up in the picture; if it is
+    parallel to `towards`, y does, or x.
+
+    Parameters
+    ----------
+    towards, up : (3,) of any length
+    points : one or more, all finite
+    size : rows and columns of the picture, pixels
+    """
     forward = unit(towards)
     right = np.cross(forward, up)
     if np.linalg.norm(right) < 1e-6:
@@ -57,7 +68,11 @@ def look(towards: FloatArray, up: FloatArray, points: FloatArray, size: tuple[in
 
 
 def project(camera: Camera, points: FloatArray) -> FloatArray:
-    """Return (n, 3) columns, rows and depths of `points` (n, 3) in the picture."""
+    """Return columns, rows and depths (n, 3) of `points` (n, 3) in the picture.
+
+    Columns and rows are pixels from the centre of the upper left one. Points behind the eye have
+    NaN as column and row.
+    """
     local = (points - camera.eye) @ camera.axes.T
     depth = local[:, 2]
     with np.errstate(divide="ignore", invalid="ignore"):

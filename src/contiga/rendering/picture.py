@@ -29,8 +29,8 @@ def picture_of(points: FloatArray, triangles: IntArray) -> bytes:
 
     Parameters
     ----------
-    points : (n, 3), length
-    triangles : (m, 3) rows of `points`
+    points : (n, 3), length; only corners of triangles are framed
+    triangles : (m, 3) rows of `points`, one or more
     """
     rows, columns = (_SAMPLES * n for n in _SIZE)
     corners = points[np.unique(triangles)]

@@ -18,12 +18,12 @@ PAGE = "report.html"
 
 
 def require_packages(purpose: str = "a report") -> None:
-    """Check that the packages a report is drawn with are installed.
+    """Check that plotly and matplotlib are installed; `purpose` begins the message.
 
     Raises
     ------
     MissingPackageError
-        It is not.
+        One of them is not.
     """
     require(purpose, "plotly", "matplotlib")
 
@@ -32,8 +32,9 @@ def write_report(folder: str | Path) -> Path:
     """Write ``report.html`` and ``peak.png`` into the output folder of a run.
 
     Only files of the folder are read (history, fields, summary, case), so a report can be written
-    again at any time and on another machine. Without fields there are no pictures, and the page
-    says so. Of a run that goes on or was stopped it shows what there is up to the last checkpoint.
+    again at any time and on another machine. Without recorded fields there are no pictures: the
+    page says so, and ``peak.png`` is not written. A run that goes on or was stopped is shown up to
+    its last checkpoint.
 
     Parameters
     ----------
@@ -49,7 +50,9 @@ def write_report(folder: str | Path) -> Path:
     FileError
         The folder is not that of a run, or of one that has just begun.
     MissingPackageError
-        A package that a report is drawn with is not installed.
+        plotly or matplotlib is not installed.
+    OutputError
+        The folder cannot be written to.
     """
     require_packages()
     from contiga.io.out.files import atomic_write, write_text

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from contiga.records import FloatArray
-from contiga.report.peak import Outline, Peak, Touched
+from contiga.report.peak import Outline, Peak, RecordedContact
 from contiga.report.run_folder import Units
 from contiga.report.style import REGIONS
 
@@ -47,10 +47,11 @@ class ColouredField(NamedTuple):
     """Whether points without contact have it too."""
 
 
-def fields_of(peak: Peak | Touched, units: Units) -> dict[str, ColouredField]:
-    """Return the fields of the slave by name.
+def fields_of(peak: Peak | RecordedContact, units: Units) -> dict[str, ColouredField]:
+    """Return the fields of the slave by name, in the units of the page.
 
-    Penetration is always among them, pressure if there is some, and the inside of facets.
+    Penetration is always among them, pressure if it is positive anywhere, and each recorded field
+    of the inside of deforming slaves.
     """
     fields = {"penetration": _field("Penetration", units.length, peak.penetration, peak.in_contact)}
     if peak.pressure is not None and np.any(peak.pressure > 0.0):
@@ -72,7 +73,11 @@ def first_field(peak: Peak, units: Units) -> ColouredField:
 def _field(
     label: str, unit: str, values: FloatArray, has_value: NDArray[np.bool_]
 ) -> ColouredField:
-    """Return the field; points without a value do not set its colours; stresses in MPa, not GPa."""
+    """Return a field and the value at which its colours end; GPa becomes MPa.
+
+    That is the largest value. If `MIN_NODES` points or more have a value, it is their 98 %
+    quantile, where the largest is more than twice that.
+    """
     if unit == "GPa":
         unit, values = "MPa", 1e3 * values
     greatest = float(values.max(initial=0.0))
@@ -84,6 +89,9 @@ def _field(
 
 
 def region_colours(outlines: tuple[Outline, ...]) -> dict[tuple[int, int], str]:
-    """Return a colour for every region, by the numbers of its contact and cluster."""
+    """Return a colour for each region by the numbers of its contact and cluster, in their order.
+
+    The colours of `REGIONS` repeat after the last.
+    """
     keys = sorted({(line.contact, line.cluster) for line in outlines})
     return {key: REGIONS[k % len(REGIONS)] for k, key in enumerate(keys)}

@@ -21,9 +21,9 @@ def channels(colour: str) -> FloatArray:
 
 
 def scale_colours(share: FloatArray) -> FloatArray:
-    """Return the colours (k, 3) at shares (k,) of `SCALE`, as `colour_map` has them.
+    """Return red, green and blue (k, 3) at shares (k,) of `SCALE`, in 256 steps as `colour_map`.
 
-    What lies below, above or nowhere has the colour of an end.
+    Shares below 0 and NaN have the first colour, shares above 1 the last.
     """
     stops = np.array([channels(colour) for colour in SCALE])
     places, steps = np.linspace(0.0, 1.0, len(stops)), np.linspace(0.0, 1.0, _STEPS)

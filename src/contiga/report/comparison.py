@@ -69,7 +69,8 @@ class Comparison(Displayed):
     criteria: dict[str, Values]
     """Values of criteria, by ``<sensor>: <criterion>``."""
     energies: dict[str, Values]
-    """Energy balance error: its share of the largest energy, and that energy."""
+    """Energy balance error as a fraction of the largest energy (relative), and that energy (most).
+    """
     timings: dict[str, Values]
     """Seconds by stage, and steps."""
 
@@ -90,7 +91,10 @@ class Comparison(Displayed):
 
     @property
     def same(self) -> bool:
-        """Whether all quantities that the runs have are equal."""
+        """Whether all quantities that the runs have are equal.
+
+        They are if all runs have the same columns, which are equal at all times.
+        """
         return not any(self.only) and all(d.largest == 0.0 for d in self.differences.values())
 
     def _facts(self) -> Facts:
@@ -197,7 +201,7 @@ def compare(a: str | Path, b: str | Path, *more: str | Path) -> Comparison:
 def _noise_columns(
     run: Run, columns: Mapping[str, FloatArray], names: Sequence[str]
 ) -> frozenset[str]:
-    """Return the names of columns that are rounding beside others of their quantity.
+    """Return those of `names` whose columns are up to `NOISE` of the largest of their quantity.
 
     A moment is compared with the largest force times the largest length, too, and an angular
     velocity with one radian over the duration of the run.
@@ -214,7 +218,10 @@ def _noise_columns(
 
 
 def columns_of(run: Run) -> dict[str, FloatArray]:
-    """Return the columns (n,) of a history by ``<owner>.<name>``, also those of an only contact."""
+    """Return columns (n,) of a history by ``<owner>.<name>``, also those of an only contact.
+
+    Those of slip rings, joints and steps are left out.
+    """
     owners = [
         *run.contacts.items(),
         *run.bodies.items(),
@@ -229,7 +236,13 @@ def columns_of(run: Run) -> dict[str, FloatArray]:
 
 
 def _common_times(runs: Sequence[Run]) -> FloatArray:
-    """Return the times of all runs within their common time."""
+    """Return the times of all runs within their common time, sorted, each once.
+
+    Raises
+    ------
+    InputError
+        A history has no rows, or the runs have no time in common.
+    """
     for run in runs:
         if not len(run.times):
             raise InputError("the history has no rows", where=str(run.folder))
@@ -248,7 +261,11 @@ def _common_times(runs: Sequence[Run]) -> FloatArray:
 
 
 def _difference(signals: Sequence[tuple[FloatArray, FloatArray]], times: FloatArray) -> Difference:
-    """Return the differences of signals, each with its own times, from the first at `times`."""
+    """Return the differences of signals, pairs of times and values, from the first at `times`.
+
+    Signals are interpolated linearly between their finite values, constant beyond these; one
+    without any is zero.
+    """
     peaks, peak_times, resampled = [], [], []
     for signal_times, values in signals:
         finite = np.isfinite(values)
@@ -276,7 +293,11 @@ def _difference(signals: Sequence[tuple[FloatArray, FloatArray]], times: FloatAr
 
 
 def _flat(value: Any, key: str = "") -> dict[str, Any]:
-    """Return values by dotted key; tables in a list are keyed by name, or by index without one."""
+    """Return the leaves of nested tables by dotted key, below `key`.
+
+    Tables in a list are keyed by their name, or by their index without one. Empty tables have no
+    leaves.
+    """
     if isinstance(value, dict):
         parts = {f"{key}.{name}" if key else name: part for name, part in value.items()}
     elif isinstance(value, list) and value and all(isinstance(table, dict) for table in value):
@@ -290,6 +311,6 @@ def _flat(value: Any, key: str = "") -> dict[str, Any]:
 
 
 def _values_by_key(runs: Sequence[Mapping[str, Any]]) -> dict[str, Values]:
-    """Return a value for each run by key, in the order in which keys first appear."""
+    """Return the values of all runs by key, None where a run has none, in order of appearance."""
     keys = dict.fromkeys(key for run in runs for key in run)
     return {key: tuple(run.get(key) for run in runs) for key in keys}

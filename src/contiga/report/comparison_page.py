@@ -69,10 +69,18 @@ def write_comparison(comparison: Comparison, path: str | Path) -> Path:
 
 
 def page_of(comparison: Comparison) -> str:
-    """Return the page as one text."""
+    """Return the page as one text of HTML."""
     names, units = comparison.names, comparison.runs[0].units
     span = f"t = {number(comparison.span[0])} to {number(comparison.span[1])} {units.time}".strip()
     title = " and ".join(names) if len(names) == 2 else f"{len(names)} runs"
+    run_rows = ""
+    for k, (run, name) in enumerate(comparison.named):
+        text = escape(str(run.summary.get("title") or "a run"))
+        own, new = run.own_units, (run.units.length, run.units.mass, run.units.time)
+        if all(own) and own != new:
+            text += f" · converted from {escape(', '.join(own))} to {escape(', '.join(new))}"
+        colour = swatch(LINES[k % len(LINES)])
+        run_rows += f"<tr><td>{colour}{escape(name)}</td><td>{text}</td></tr>"
     settings = "<p>None.</p>"
     if comparison.settings:
         rows = ((key, *map(shortened, values)) for key, values in comparison.settings.items())
@@ -90,7 +98,8 @@ def page_of(comparison: Comparison) -> str:
     parts = [
         '<div class="maker"><b>contiga</b> · comparison of runs</div>'
         f'<h1>{escape(title)}</h1><p class="under">common time {escape(span)}</p>',
-        _list_of_runs(comparison),
+        '<div class="wide"><table><thead><tr><th>Run</th><th>Title</th></tr></thead>'
+        f"<tbody>{run_rows}</tbody></table></div>",
         _section("Settings that differ", settings),
         _section("Criteria", _values_table(comparison, criteria_with_units(comparison))),
         f"<h2>Curves</h2>{_curves(comparison)}",
@@ -107,27 +116,12 @@ def page_of(comparison: Comparison) -> str:
     return styled(title, text, script=plotly_script())
 
 
-def _list_of_runs(comparison: Comparison) -> str:
-    """Return the list of runs, with the colours of their lines and the conversions of units."""
-    rows = []
-    for k, (run, name) in enumerate(comparison.named):
-        title = escape(str(run.summary.get("title") or "a run"))
-        own, new = run.own_units, (run.units.length, run.units.mass, run.units.time)
-        if all(own) and own != new:
-            title += f" · converted from {escape(', '.join(own))} to {escape(', '.join(new))}"
-        rows.append(
-            f"<tr><td>{swatch(LINES[k % len(LINES)])}{escape(name)}</td><td>{title}</td></tr>"
-        )
-    heads = "<thead><tr><th>Run</th><th>Title</th></tr></thead>"
-    return f'<div class="wide"><table>{heads}<tbody>{"".join(rows)}</tbody></table></div>'
-
-
 def _section(title: str, table: str) -> str:
     return f'<h2>{title}</h2><div class="wide">{table}</div>' if table else ""
 
 
 def shortened(value: Any) -> str:
-    """Return the value of a setting as text, cut where it is long."""
+    """Return the value of a setting as text, cut after 60 characters; a dash for None."""
     text = "–" if value is None else str(value)
     return text if len(text) <= _MAX_CHARACTERS else f"{text[:_MAX_CHARACTERS]}…"
 
@@ -143,7 +137,10 @@ def peaks_of(comparison: Comparison, name: str) -> tuple[list[float], float, str
 
 
 def _differences(comparison: Comparison) -> str:
-    """Return the table of the columns that differ, and how many are equal or missing."""
+    """Return the table of the columns that differ, and a sentence on those that it leaves out.
+
+    These are equal columns, rounding (`Comparison.noise`), wall times, and those that a run lacks.
+    """
     names, two = comparison.short_names, len(comparison.runs) == 2
     heads = ("Column", *(f"Peak of {name}" for name in names))
     heads += ("Largest difference" if two else f"Largest difference from {names[0]}",)
@@ -172,9 +169,11 @@ def _differences(comparison: Comparison) -> str:
 
 
 def _curves(comparison: Comparison) -> str:
-    """Return figures over time and of channels over each other, a line for each run.
+    """Return figures of the columns in `_PANELS` over time and of `curves_of` all runs; ratings.
 
-    Tests of all runs are drawn, each once, if the first run has their channels; ratings follow.
+    A figure has a line for each run; columns that are rounding have none. Tests of all runs are
+    drawn, each once, if the first run has their channels; an earlier run's goes before one of the
+    same name. Ratings of each run follow.
     """
     first = comparison.runs[0]
     references = {
@@ -221,7 +220,10 @@ def criteria_with_units(comparison: Comparison) -> dict[str, Values]:
 
 
 def _values_table(comparison: Comparison, values: dict[str, Values]) -> str:
-    """Return a table of numbers of each run; of two runs with the change from the first."""
+    """Return a table of the numbers of each run; for two runs, with the change from the first.
+
+    The text is empty without values.
+    """
     if not values:
         return ""
     two = len(comparison.runs) == 2
@@ -238,7 +240,7 @@ def _values_table(comparison: Comparison, values: dict[str, Values]) -> str:
 
 
 def _table(heads: Iterable[str], rows: Iterable[tuple[str, ...]], *, numbers: int) -> str:
-    """Return a table whose last `numbers` columns are numbers."""
+    """Return a table of texts whose last `numbers` columns are numbers; empty without rows."""
     heads = tuple(heads)
     kinds = ("",) * (len(heads) - numbers) + (' class="number"',) * numbers
     head = "".join(f"<th{k}>{escape(h)}</th>" for k, h in zip(kinds, heads, strict=True))

@@ -22,7 +22,9 @@ def draw_curves(
     x: str | None = None,
     y: Sequence[str] = (),
 ) -> None:
-    """Draw curves of runs over each other, with the tests that the case of the first run names.
+    """Write a picture of curves of runs, a panel each, with the tests of the first run's case.
+
+    Later runs that lack a channel have no line of it.
 
     Parameters
     ----------
@@ -36,7 +38,8 @@ def draw_curves(
     FileError
         A folder is not that of a run.
     InputError
-        A channel that the first run lacks, nothing to draw, or a suffix of no picture format.
+        A channel that the first run lacks, nothing to draw, only some runs with units, or a suffix
+        of no picture format.
     MissingPackageError
         matplotlib is not installed.
     OutputError

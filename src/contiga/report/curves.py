@@ -28,12 +28,13 @@ class Curve(NamedTuple):
     """Channels of one figure, by their full names."""
 
     x: str
+    """Channel of the abscissa."""
     y: tuple[str, ...]
     """Channels of one unit."""
 
     @property
     def label(self) -> str:
-        """Label of the vertical axis: the channel, or the quantity of several channels."""
+        """Label of the vertical axis: the channel, or the quantity of several; empty for ratios."""
         if len(self.y) == 1:
             return self.y[0]
         kind = column_kind(self.y[0])
@@ -41,11 +42,16 @@ class Curve(NamedTuple):
 
 
 def curves_of(run: Run) -> list[Curve]:
-    """Return the curves of a run: of contacts, of `[[plot]]` tables of its case, and of tests."""
-    touched = [name for name, columns in run.contacts.items() if largest(columns.get("force"))]
+    """Return the curves of a run: of contacts, of `[[plot]]` tables of its case, and of tests.
+
+    The first six contacts with a force have force over depth and pressure over strain. A test has a
+    curve if no other shows its channels. Equal curves are given once, and those without a line
+    (`channels_of`) are left out.
+    """
+    active = [name for name, columns in run.contacts.items() if largest(columns.get("force"))]
     depths = run.summary_part("depths")
     curves = []
-    for contact in touched[:_MAX_CONTACTS]:
+    for contact in active[:_MAX_CONTACTS]:
         depth = depths.get(contact, f"{contact}.max_penetration")
         curves.append(Curve(depth, (f"{contact}.force",)))
         curves.append(Curve(f"{contact}.strain", (f"{contact}.max_pressure",)))
@@ -63,14 +69,14 @@ def curves_of(run: Run) -> list[Curve]:
 
 
 class Line(NamedTuple):
-    """The channels of a line."""
+    """The channels of a line: abscissa and value."""
 
     x: Channel
     y: Channel
 
 
 def channels_of(run: Run, curve: Curve) -> list[Line]:
-    """Return abscissa and value of each line for which the run has both channels."""
+    """Return abscissa and value of each line of a curve for which the run has both channels."""
     lines = []
     for name in curve.y:
         try:
@@ -89,21 +95,22 @@ def curve_figure(
     *,
     label: str | None = None,
     colours: Sequence[str] = (),
-    most: int = MAX_ROWS,
+    max_rows: int = MAX_ROWS,
 ) -> Figure:
-    """Draw a curve: a line for each run and channel, and the tests of these channels.
+    """Return the figure of a curve: a line for each run and channel, tests and their corridors.
 
     Several runs have a colour each; several channels then have a dash each, which the legend names.
+    Rows that are not finite are left out, and tests of other channels.
 
     Parameters
     ----------
     runs : the runs
     curve : the curve
     references : tests of any channels, moved to where they are drawn
-    peak_time : time that the scene of the page shows; None without a scene
+    peak_time : time that the scene of the page shows, marked in curves over time; None without one
     label : label of the vertical axis without its unit; that of the curve if omitted
     colours : colour of each run; the palette of all figures if omitted
-    most : largest number of rows of a line
+    max_rows : largest number of rows of a line (`rows_drawn`)
     """
     figure = Figure()
     tests = [test for test in references if test.x == curve.x and test.channel in curve.y]
@@ -121,7 +128,7 @@ def curve_figure(
             names = [run_name] * bool(run_name) + [y.name] * (len(curve.y) > 1 or not run_name)
             rows = np.flatnonzero(np.isfinite(x.values) & np.isfinite(y.values))
             if len(rows):
-                rows = rows[rows_drawn(y.values[rows], max_rows=most)]
+                rows = rows[rows_drawn(y.values[rows], max_rows=max_rows)]
             look = {"width": 2.0}
             if colours:
                 look |= {"color": colours[row], "dash": _DASHES[column % len(_DASHES)]}

@@ -41,10 +41,11 @@ class RecordedFields(Protocol):
 
 
 class ReadOnce:
-    """Fields that are read once when asked for several times in a row, at one step.
+    """Fields that keep the arrays read at the last step, for repeated reads of it.
 
-    A step of a scene asks five times for the points and three times for the statuses, which took
-    two fifths of its time. What is returned is shared, and cannot be written to.
+    A read at another step drops them. A step of a scene asks five times for the points and three
+    times for the statuses, which took two fifths of its time. The arrays returned are shared, and
+    cannot be written to.
     """
 
     def __init__(self, series: RecordedFields) -> None:

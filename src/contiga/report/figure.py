@@ -1,7 +1,7 @@
 """Figures of plotly as plain data of its published schema, and their HTML.
 
-Its Python objects check every property of every page anew, which with their import took longer than
-all else of a page: tests hand the figures to them instead.
+Plotly's own Python objects check every property anew for every page, which with their import took
+longer than the rest of a page. Tests check the figures with them instead.
 """
 
 from __future__ import annotations
@@ -17,7 +17,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 Trace = dict[str, Any]
 """One item of the legend, with all that it draws."""
@@ -48,7 +47,7 @@ def plotly_script() -> str:
 
 
 def side_by_side(figures: Iterable[str]) -> str:
-    """Return figures as HTML, side by side in frames, two in a row; an odd last one has full width.
+    """Return figures (HTML) in frames, two in a row; the last of an odd number has full width.
 
     CSS cannot do this: while a page is read, no frame is known to be the last.
     """
@@ -73,6 +72,9 @@ def embedded(figure: Figure, name: str, config: dict[str, Any]) -> str:
 def as_json(value: Any) -> str:
     """Return JSON that may stand in a script: nothing in it ends the script, and NaN is null.
 
+    Arrays become typed arrays of a browser, integers of the smallest type that fits; empty ones and
+    those of other types become lists. NaN stays in typed arrays.
+
     >>> as_json({"name": "</script>", "x": [1.5, float("nan")], "y": np.array([0.0, 2.0])})
     '{"name":"\\\\u003c/script>","x":[1.5,null],"y":{"dtype":"f8","bdata":"AAAAAAAAAAAAAAAAAAAAQA=="}}'
     """
@@ -81,26 +83,22 @@ def as_json(value: Any) -> str:
 
 
 def _plain(value: Any) -> Any:
+    """Return a value as `dumps` takes it, with arrays as base64 of little-endian numbers."""
     if isinstance(value, dict):
         return {key: _plain(item) for key, item in value.items()}
     if isinstance(value, list | tuple):
         return [_plain(item) for item in value]
-    if isinstance(value, np.ndarray):
-        return _packed_array(value)
     if isinstance(value, np.generic):
         return _plain(value.item())
-    return None if isinstance(value, float) and not math.isfinite(value) else value
-
-
-def _packed_array(values: NDArray[Any]) -> Any:
-    """Return numbers as bytes of a browser's array; integers of the smallest type that fits."""
-    if values.size and values.dtype.kind in "iu":
-        ends = (np.min_scalar_type(end) for end in (values.min(), values.max()))
-        values = values.astype(np.result_type(*ends))
-    kind = values.dtype
-    if not values.size or kind.itemsize not in _SIZES.get(kind.kind, ()):
-        return _plain(values.tolist())
-    raw = values.astype(kind.newbyteorder("<")).tobytes()
+    if not isinstance(value, np.ndarray):
+        return None if isinstance(value, float) and not math.isfinite(value) else value
+    if value.size and value.dtype.kind in "iu":
+        ends = (np.min_scalar_type(end) for end in (value.min(), value.max()))
+        value = value.astype(np.result_type(*ends))
+    kind = value.dtype
+    if not value.size or kind.itemsize not in _SIZES.get(kind.kind, ()):
+        return _plain(value.tolist())
+    raw = value.astype(kind.newbyteorder("<")).tobytes()
     packed = {"dtype": f"{kind.kind}{kind.itemsize}", "bdata": b64encode(raw).decode("ascii")}
-    shape = {"shape": ", ".join(map(str, values.shape))} if values.ndim > 1 else {}
+    shape = {"shape": ", ".join(map(str, value.shape))} if value.ndim > 1 else {}
     return packed | shape

@@ -58,7 +58,8 @@ def write_film(
     ----------
     folder : output folder of a run
     path : film to write
-    seconds : length of the film, seconds; its frames show equally spaced times of the run
+    seconds : length of the film, seconds; its frames show the recorded steps nearest to equally
+        spaced times of the run
     show : called with the number of frames drawn, the number of all frames, and a text
 
     Raises
@@ -71,6 +72,11 @@ def write_film(
         matplotlib, or for .mp4 imageio-ffmpeg, is not installed.
     OutputError
         The film cannot be written or encoded.
+
+    Returns
+    -------
+    Path
+        The film.
     """
     path = checked_path(path)
     if not 0.1 <= seconds <= 600.0:
@@ -107,7 +113,7 @@ def write_film(
 
 
 def checked_path(path: str | Path) -> Path:
-    """Return the path of a film whose suffix and packages are there.
+    """Return the path of a film after checking its suffix and the packages that it needs.
 
     Raises
     ------
@@ -131,7 +137,10 @@ def checked_path(path: str | Path) -> Path:
 
 
 def _nearest_steps(times: FloatArray, count: int) -> NDArray[np.intp]:
-    """Return the recorded step (count,) that is nearest to each of `count` equally spaced times."""
+    """Return the recorded step (count,) nearest to each of `count` equally spaced times.
+
+    Of two steps equally near it is the later one.
+    """
     frame_times = np.linspace(times[0], times[-1], count)
     after = np.clip(np.searchsorted(times, frame_times), 1, len(times) - 1)
     before_is_nearer = frame_times - times[after - 1] < times[after] - frame_times
@@ -145,9 +154,11 @@ def _frames(
     steps: NDArray[np.intp],
     show: Show | None,
 ) -> Iterator[Image]:
-    """Yield the frames; frames in a row that show the same step are drawn once.
+    """Yield the frames; frames in a row that show the same step are one picture, drawn once.
 
-    Colours are fitted to the peak, and the camera to the places of the touching parts at all steps.
+    All have the camera of the touching parts at up to `_MAX_FRAMED` steps, and the field and
+    colours of the peak: the von Mises stress of facets, else pressure, else penetration. `show` is
+    called after each frame.
     """
     from PIL import Image
 
@@ -185,6 +196,7 @@ def _frames(
 
 
 def _write_mp4(temporary: Path, frames: Iterator[Image], rate: int, path: Path) -> None:
+    """Encode frames; an error of the encoder becomes an OutputError that names `path`."""
     import imageio_ffmpeg
 
     try:

@@ -23,12 +23,16 @@ class Focus(NamedTuple):
     """(k, 3) corners of the pieces of larger parts."""
 
     def points(self, parts: list[FloatArray]) -> FloatArray:
-        """Return its points (n, 3), from the points of all parts."""
+        """Return its points (n, 3) from the points (n_k, 3) of all parts: whole parts, corners."""
         return np.concatenate([*(parts[k] for k in self.parts), self.corners])
 
 
 def focus_of(parts: list[FloatArray], patch: FloatArray, depth: float) -> Focus | None:
     """Return the frame for points (k, 3) of `patch` in contact; None without a contact.
+
+    Parts whose bounding boxes reach the box of the contact touch it. They are shown whole, unless
+    they are more than four times as large as the smallest: then only the piece of their box around
+    the contact is framed.
 
     Parameters
     ----------
@@ -40,12 +44,13 @@ def focus_of(parts: list[FloatArray], patch: FloatArray, depth: float) -> Focus 
         return None
     low, high = patch.min(axis=0), patch.max(axis=0)
     tol = 1.01 * depth + 1e-9 * float(np.abs(patch).max())
-    boxes = {k: _bounding_box(points) for k, points in enumerate(parts) if len(points)}
-    touching = {
-        k: box
-        for k, box in boxes.items()
-        if (box[0] <= high + tol).all() and (box[1] >= low - tol).all()
-    }
+    touching = {}
+    for k, points in enumerate(parts):
+        finite = points[np.isfinite(points).all(axis=1)]
+        if len(finite):
+            box = np.array([finite.min(axis=0), finite.max(axis=0)])
+            if (box[0] <= high + tol).all() and (box[1] >= low - tol).all():
+                touching[k] = box
     sizes = {k: float(np.linalg.norm(np.ptp(box, axis=0))) for k, box in touching.items()}
     smallest = min((size for size in sizes.values() if size > 0.0), default=0.0)
     reach = max(_PIECE_REACH * float(np.linalg.norm(high - low)), smallest)
@@ -57,11 +62,3 @@ def focus_of(parts: list[FloatArray], patch: FloatArray, depth: float) -> Focus 
             corners.append(np.stack(np.meshgrid(*piece.T), axis=-1).reshape(-1, 3))
     small_parts = tuple(k for k in touching if sizes[k] <= _MAX_SIZE_RATIO * smallest)
     return Focus(small_parts, np.concatenate(corners))
-
-
-def _bounding_box(points: FloatArray) -> FloatArray:
-    """Return the corners (2, 3) of the finite points; reversed without any."""
-    finite = points[np.isfinite(points).all(axis=1)]
-    if len(finite) == 0:
-        return np.array([[np.inf] * 3, [-np.inf] * 3])
-    return np.array([finite.min(axis=0), finite.max(axis=0)])

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from contiga.records import FloatArray, IndexArray
 from contiga.rendering.shading import sharp_mesh
 from contiga.report.coloured import MIN_NODES, fields_of, region_colours
-from contiga.report.peak import Outline, Peak, lines_at, rows_of, seen_parts, touched_at
+from contiga.report.peak import Outline, Peak, contact_at, lines_at, rows_of, seen_parts
 from contiga.report.places import Ties, place_of, tie_ends
 from contiga.report.run_folder import Units
 from contiga.report.style import number
@@ -42,11 +42,11 @@ class Frame(NamedTuple):
     """(k,) values of those points, by field; (n_s,) of all slave points if all have it."""
     outlines: tuple[Outline, ...]
     ties: FloatArray
-    """(k, 2, 3) ends of springs."""
+    """(k, 2, 3) ends of springs and joints."""
 
     @property
     def size(self) -> int:
-        """The size, bytes."""
+        """Size of its data for a page, bytes, without base64."""
         lines = sum(line.points.size * 4 for line in self.outlines)
         values = sum(v.nbytes for v in self.values.values())
         return sum(p.nbytes for p in self.places) + self.rows.nbytes + values + lines
@@ -89,7 +89,11 @@ def frames_of(
     units: Units,
     ties: Ties = (),
 ) -> Frames:
-    """Return recorded steps of a run; the one `shown` first is among them.
+    """Return recorded steps of a run: at most `MAX_FRAMES`, within `BUDGET`, `shown` among them.
+
+    The steps are those of `chosen_steps`, thinned by `within`. Colours and axes are those of all
+    chosen steps, also of those that are then left out. Steps other than `shown` with fewer than
+    `MIN_NODES` points in contact do not raise the end of the colours of a contact.
 
     Parameters
     ----------
@@ -111,17 +115,17 @@ def frames_of(
     extremes: list[FloatArray] = []
     touching_extremes: list[FloatArray] = []
     for step in steps.tolist():
-        touched = touched_at(series, step)
+        record = contact_at(series, step)
         points = series.points(step)
-        rows = np.flatnonzero(touched.in_contact).astype(np.int32)
-        fields = touched._asdict()
+        rows = np.flatnonzero(record.in_contact).astype(np.int32)
+        fields = record._asdict()
         values = {
             name: np.asarray(fields[name][rows], np.float32)
             for name in names
             if fields.get(name) is not None
         }
         # fields that all points have
-        values |= {name: field.astype(np.float32) for name, field in touched.inside.items()}
+        values |= {name: field.astype(np.float32) for name, field in record.inside.items()}
         frames.append(
             Frame(
                 time=float(series.times[step]),
@@ -137,15 +141,15 @@ def frames_of(
         touching = np.concatenate(seen) if peak.focus is None else peak.focus.points(seen)
         touching_extremes += _extremes(touching)
         # a few nodes at a rim do not represent the rest, as in a picture of one step
-        for name, field in fields_of(touched, units).items():
+        for name, field in fields_of(record, units).items():
             if field.everywhere or len(rows) >= MIN_NODES:
                 tops[name] = max(tops.get(name, 0.0), field.top)
     sizes = np.array([frame.size for frame in frames])
-    kept = within(series.times[steps], sizes, int(np.searchsorted(steps, shown)))
+    rows_within = within(series.times[steps], sizes, int(np.searchsorted(steps, shown)))
     bodies, slaves = ([rows.stop - rows.start for rows in kind] for kind in kinds)
     return Frames(
-        frames=tuple(frames[k] for k in kept),
-        first=int(np.searchsorted(steps[kept], shown)),
+        frames=tuple(frames[k] for k in rows_within),
+        first=int(np.searchsorted(steps[rows_within], shown)),
         recorded=len(series.times),
         sizes=(bodies, slaves),
         tops=tops,
@@ -161,7 +165,10 @@ def _extremes(points: FloatArray) -> list[FloatArray]:
 
 
 def spans(points: FloatArray) -> list[list[float]]:
-    """Return the ranges of x, y and z with some margin, also if all is flat."""
+    """Return the ranges [low, high] of x, y and z of points (n, 3), with a margin.
+
+    It is 2 % of the range, and at least 1 % of the largest one.
+    """
     low, high = points.min(axis=0), points.max(axis=0)
     margin = np.maximum(0.02 * (high - low), 0.01 * float((high - low).max()))
     ranges: list[list[float]] = np.stack([low - margin, high + margin], axis=1).tolist()
@@ -169,9 +176,16 @@ def spans(points: FloatArray) -> list[list[float]]:
 
 
 def chosen_steps(times: FloatArray, shown: int, count: int) -> IndexArray:
-    """Return at most `count` steps, with the first, the last and `shown` among them.
+    """Return at most `count` ascending steps, with the first, the last and `shown` among them.
 
-    Evenly chosen by half over time and by half over the steps, which are short where much happens.
+    They are equally spaced in the sum of the fractions of time and of the number of steps passed,
+    because steps are short where much happens. `shown` replaces the nearest inner step.
+
+    Parameters
+    ----------
+    times : (n,) times of all steps
+    shown : number of a step
+    count : 3 or more
     """
     n = len(times)
     if n <= count:
@@ -186,7 +200,11 @@ def chosen_steps(times: FloatArray, shown: int, count: int) -> IndexArray:
 
 
 def within(times: FloatArray, sizes: IndexArray, shown: int, budget: int = BUDGET) -> IndexArray:
-    """Return the steps that fit into `budget` bytes; `shown` is always among them."""
+    """Return the steps whose sizes (n,), bytes, fit into `budget`; `shown` is among them.
+
+    A quarter of the steps is left out at a time, down to three (`chosen_steps`). If these are too
+    large, `shown` alone is returned, whatever its size.
+    """
     count = len(sizes)
     steps: IndexArray = np.arange(count)
     while count > 3 and sizes[steps].sum() > budget:
@@ -196,7 +214,11 @@ def within(times: FloatArray, sizes: IndexArray, shown: int, budget: int = BUDGE
 
 
 def packed(frames: Frames, peak: Peak, units: Units) -> dict[str, Any]:
-    """Return the data of the frames for the script of the page; long arrays as base64."""
+    """Return the data of the frames for the script of the page, in single precision.
+
+    Arrays are base64; poses are lists of nine digits. Outlines are stacked by the number of their
+    region in `region_colours`.
+    """
     keys = list(region_colours(frames.regions))
     packed_frames = []
     for frame in frames.frames:
@@ -245,5 +267,5 @@ def parted(lines: FloatArray) -> FloatArray:
 
 
 def base64(values: NDArray[Any], dtype: Any = np.float32) -> str:
-    """Return the bytes of an array, little-endian, as base64 text."""
+    """Return an array as `dtype`, little-endian, in base64 text."""
     return b64encode(np.asarray(values, np.dtype(dtype).newbyteorder("<")).tobytes()).decode()

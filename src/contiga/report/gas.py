@@ -36,7 +36,7 @@ def gas_figures(run: Run, peak_time: float | None) -> list[Figure]:
 
 
 def gas_table(run: Run) -> str:
-    """Return the table of chambers: largest pressure, its time, volumes, masses in and out."""
+    """Return the table of chambers: largest pressure, temperature, volume; enthalpy in and out."""
     units, rows = run.units, []
     volume = f"{units.length}³" if units.length else ""
     for name, columns in run.gas.items():

@@ -13,7 +13,7 @@ from contiga.report.html_tables import inputs_table, key_figures, status_table, 
 from contiga.report.joints import joint_table
 from contiga.report.lines import PLOT_CONFIG
 from contiga.report.motion import body_figures, criteria_table, extremes_table, sensor_figures
-from contiga.report.plots import energy_figure, history_figures, touched
+from contiga.report.plots import energy_figure, has_contact, history_figures
 from contiga.report.references import rated, ratings_table, references_of
 from contiga.report.run_folder import Run
 from contiga.report.runs import Named
@@ -50,7 +50,7 @@ aria-valuetext="{label}, the peak">
 
 
 def page(run: Run, *, still: bytes | None, view: View | None, peak_time: float | None) -> str:
-    """Return the whole report as one text.
+    """Return the whole report as one text of HTML; sections without data are left out.
 
     Parameters
     ----------
@@ -60,13 +60,18 @@ def page(run: Run, *, still: bytes | None, view: View | None, peak_time: float |
     peak_time : the recorded time the pictures show
     """
     title = str(run.summary.get("title") or "Contact run")
+    curves, ratings = curves_of(run), [rated(run, test) for test in references_of(run)]
+    tests = [rating.reference for rating in ratings]
+    curve_figures = [curve_figure([Named(run, "")], curve, tests, peak_time) for curve in curves]
     spring_tables = f"{spring_table(run)}{device_table(run)}{slip_ring_table(run)}"
     parts = [
         _heading(run, escape(title)),
         key_figures(run),
         _pictures(run, still, view, peak_time),
         _contacts(run, peak_time),
-        _curves(run, peak_time),
+        f"<h2>Curves</h2>{_panels(curve_figures, 'curve')}{ratings_table(ratings, run.units.time)}"
+        if curves
+        else "",
         steps_section(run, peak_time),
         _energy(run, peak_time),
         _section(
@@ -87,8 +92,12 @@ def page(run: Run, *, still: bytes | None, view: View | None, peak_time: float |
         _section("What went in", inputs_table(run))
         + _section("Statuses, points counted over all steps", status_table(run))
         + _section("Where the time went", timings_table(run)),
-        _warnings(run),
     ]
+    warnings = "".join(
+        f"<li>{escape(str(text))}</li>" for text in run.summary.get("warnings") or []
+    )
+    warnings = f'<ul class="warnings">{warnings}</ul>' if warnings else "<p>None.</p>"
+    parts.append(f"<h2>Warnings</h2>{warnings}")
     details = "<details><summary>case.toml as it was run, defaults filled in</summary>"
     text = f"<h2>The case</h2>{details}<pre>{escape(run.case_text)}</pre></details>"
     parts.append(text if run.case_text else "")
@@ -121,6 +130,7 @@ def _panels_by_owner(figures_by_owner: dict[str, list[Figure]], kind: str) -> st
 
 
 def _heading(run: Run, title: str) -> str:
+    """Return title and version, and what is known of time span, units, end and threads."""
     version = escape(str(run.summary.get("version") or ""))
     facts = []
     if len(run.times):
@@ -141,6 +151,7 @@ def _heading(run: Run, title: str) -> str:
 
 
 def _pictures(run: Run, still: bytes | None, view: View | None, peak_time: float | None) -> str:
+    """Return the still picture and the 3D view; without fields, a sentence on how to get them."""
     if still is None or view is None:
         return (
             "<h2>Pictures</h2><p>This run wrote no fields, so there is nothing to draw. "
@@ -181,7 +192,7 @@ def _image(picture: bytes, name: str, style: str = "") -> str:
 
 
 def _view(view: View) -> str:
-    """Return the scene, its buttons, its steps and the script that shows them."""
+    """Return the scene, its buttons and slider as far as it has a use for them, and its script."""
     script = files("contiga.report").joinpath("view.js").read_text(encoding="utf-8")
     slider = steps = field_buttons = ""
     if view.steps > 1:
@@ -211,7 +222,7 @@ def _view(view: View) -> str:
 
 
 def _energy(run: Run, peak_time: float | None) -> str:
-    """Return the energies of the system over time, and the error of their balance."""
+    """Return the energies of the system and the error of their balance; empty without energies."""
     figure = energy_figure(run, peak_time)
     if figure is None:
         return ""
@@ -230,36 +241,16 @@ def _energy(run: Run, peak_time: float | None) -> str:
 
 
 def _contacts(run: Run, peak_time: float | None) -> str:
-    """Return the figures of the contacts; quantities without data are named in a sentence."""
+    """Return the figures of the contacts over time; a sentence names contacts that never touch."""
     if not run.contacts:
         return ""
     panels = _panels(history_figures(run, peak_time), "history")
     if panels and peak_time is not None:
         panels += '<p class="caption">The dotted line marks the time that the scene shows.</p>'
-    idle = [name for name in run.contacts if not touched(run, name)]
+    idle = [name for name in run.contacts if not has_contact(run, name)]
     note = ""
     if len(idle) == len(run.contacts):
         note = "<p>No point came into contact: force, penetration and area are zero throughout.</p>"
     elif idle:
         note = f"<p>No point came into contact in {escape(', '.join(idle))}.</p>"
     return f"<h2>Over time</h2>{panels}{note}" if panels or note else ""
-
-
-def _curves(run: Run, peak_time: float | None) -> str:
-    """Return channels over each other, and the tests beside them."""
-    curves = curves_of(run)
-    if not curves:
-        return ""
-    ratings = [rated(run, reference) for reference in references_of(run)]
-    tests = [rating.reference for rating in ratings]
-    figures = [curve_figure([Named(run, "")], curve, tests, peak_time) for curve in curves]
-    table = ratings_table(ratings, run.units.time)
-    return f"<h2>Curves</h2>{_panels(figures, 'curve')}{table}"
-
-
-def _warnings(run: Run) -> str:
-    warnings = [str(text) for text in run.summary.get("warnings") or []]
-    if not warnings:
-        return "<h2>Warnings</h2><p>None.</p>"
-    rows = "".join(f"<li>{escape(text)}</li>" for text in warnings)
-    return f'<h2>Warnings</h2><ul class="warnings">{rows}</ul>'

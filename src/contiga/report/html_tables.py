@@ -34,7 +34,10 @@ def _tile(value: str, unit: str, label: str, when: str = "") -> str:
 
 
 def key_figures(run: Run) -> str:
-    """Return the row of large numbers under the title."""
+    """Return the tiles of large numbers under the title: peaks of contacts, criteria, steps, time.
+
+    Peaks are over all contacts; at most six criteria of sensors are among them.
+    """
     tiles = []
     of_contacts = (
         ("force", run.units.force, "Peak force"),
@@ -64,7 +67,7 @@ def key_figures(run: Run) -> str:
 
 
 def inputs_table(run: Run) -> str:
-    """Return the table of bodies and slaves with their counts."""
+    """Return the table of bodies and slaves with their counts, and totals; empty without any."""
     rows = []
     for name, facts in run.summary_part("inputs").items():
         kind = escape(str(facts.get("kind", "")))
@@ -97,7 +100,10 @@ def _as_text(value: Any) -> str:
 
 
 def status_table(run: Run) -> str:
-    """Return the numbers of points by status, summed over steps, and the meanings of statuses."""
+    """Return the table of points by status and contact, summed over steps, with their meanings.
+
+    The table is empty for a run without contacts.
+    """
     statuses = run.summary_part("statuses")
     if not statuses:
         return ""
@@ -117,7 +123,11 @@ def status_table(run: Run) -> str:
 
 
 def timings_table(run: Run) -> str:
-    """Return seconds by stage; compiling stands apart."""
+    """Return the table of seconds by stage; empty without timings.
+
+    A last row has what no stage accounts for, if it is more than 0.5 % of the total. The total is
+    also given without compiling.
+    """
     timings = {k: float(v) for k, v in run.summary_part("timings").items()}
     total = timings.pop("total", sum(timings.values()))
     if not timings or total <= 0.0:
@@ -140,8 +150,8 @@ def timings_table(run: Run) -> str:
     )
 
 
-def _timing_row(label: str, value: float, total: float, apart: bool) -> str:
-    kind = ' class="apart"' if apart else ""
+def _timing_row(label: str, value: float, total: float, is_apart: bool) -> str:
+    kind = ' class="apart"' if is_apart else ""
     width = 100.0 * min(max(value / total, 0.0), 1.0)
     return (
         f'<tr{kind}><td>{escape(label)}</td><td class="number">{number(value, 3)} s</td>'
@@ -150,7 +160,7 @@ def _timing_row(label: str, value: float, total: float, apart: bool) -> str:
 
 
 def named_row(first: str, second: str, cells: list[str]) -> str:
-    """Return a row of two names and of numbers."""
+    """Return a row of two names, which are escaped, and of cells of HTML, which are not."""
     numbers = "".join(f'<td class="number">{cell.strip()}</td>' for cell in cells)
     return f"<tr><td>{escape(first)}</td><td>{escape(second)}</td>{numbers}</tr>"
 

@@ -17,7 +17,8 @@ _LOST = ("energy_hysteresis", "energy_damping", "energy_friction")
 def joint_table(run: Run) -> str:
     """Return the table of joints: ranges of coordinates, largest reactions, and energy lost.
 
-    It is empty for a run without joints.
+    Angles are in degrees; the energy lost is that to hysteresis, damping and friction at the end.
+    The table is empty for a run without joints.
     """
     units, rows = run.units, []
     for name, columns in run.joints.items():
@@ -46,6 +47,6 @@ def joint_table(run: Run) -> str:
 
 
 def _largest(columns: Columns, letter: str) -> float:
-    """Return the largest magnitude of a vector over time."""
+    """Return the largest magnitude over time of the vector with columns `letter` x, y and z."""
     squares = sum(np.square(columns[f"{letter}{axis}"]) for axis in "xyz")
     return float(np.sqrt(squares).max())

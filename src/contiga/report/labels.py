@@ -8,9 +8,10 @@ from contiga.records import FloatArray
 
 
 def spread(places: FloatArray, sizes: FloatArray, picture_size: FloatArray) -> FloatArray:
-    """Return centres of texts near their `places`, inside the picture and off each other.
+    """Return centres (n, 2) of texts near their `places`, inside the picture and off each other.
 
-    The higher ones are set first; each goes down until it is free, then up if it must.
+    Texts are set from the highest place to the lowest. Each goes down in its column until it is
+    free; if that takes it out of the picture, it goes up instead, even past the upper border.
 
     Parameters
     ----------

@@ -43,7 +43,12 @@ def largest(values: FloatArray | None) -> float:
 
 
 def rows_drawn(*columns: FloatArray, max_rows: int = MAX_ROWS) -> IndexArray:
-    """Return the rows of columns (n,) to draw: all, or the extremes of each short stretch."""
+    """Return the rows of columns (n,) to draw, ascending: all, or the extremes of each stretch.
+
+    Above `max_rows` rows, the columns are cut into equal stretches, so many that the smallest and
+    the largest value of each column in each, with the first and the last row, are at most
+    `max_rows`. NaN is no extreme.
+    """
     n = len(columns[0])
     if n <= max_rows:
         return np.arange(n)
@@ -59,7 +64,9 @@ def rows_drawn(*columns: FloatArray, max_rows: int = MAX_ROWS) -> IndexArray:
 def add_line(
     figure: Figure, times: FloatArray, values: FloatArray, name: str, unit: str, **look: Any
 ) -> None:
-    """Draw a column over time, with its unit in the hover text; NaN is skipped.
+    """Add a line of a column over time, with its unit in the hover text.
+
+    Rows with NaN are left out, without a gap; of more than `MAX_ROWS` only extremes are drawn.
 
     Parameters
     ----------
@@ -88,7 +95,10 @@ def add_line(
 def add_components(
     figure: Figure, times: FloatArray, components: Mapping[str, FloatArray], unit: str
 ) -> bool:
-    """Draw thin lines of the nonzero components along x, y and z; return whether any was drawn."""
+    """Add thin lines of the components along x, y and z; return whether the figure has lines.
+
+    Components up to 1e-6 of the largest are left out.
+    """
     min_size = _MIN_SHARE * max(map(largest, components.values()), default=0.0)
     for axis, values in components.items():
         if largest(values) > min_size:
@@ -99,7 +109,7 @@ def add_components(
 def vector_figure(
     run: Run, peak_time: float | None, components: Mapping[str, FloatArray], label: str, unit: str
 ) -> Figure | None:
-    """Draw components by axis and their resultant over time; None if all are zero.
+    """Return a figure of components by axis and their resultant over time; None if all are zero.
 
     Parameters
     ----------
@@ -121,7 +131,10 @@ def vector_figure(
 def finish(
     figure: Figure, run: Run, label: str, peak_time: float | None, *, height: int = 310
 ) -> None:
-    """Add the axes of a figure over time, the peak, and the common style."""
+    """Replace the layout of a figure over time: axes, the line at the peak, and the common style.
+
+    `label` is that of the vertical axis, with its unit; `height` is in pixels.
+    """
     axis = {"gridcolor": GRID, "zerolinecolor": "#c5cad0"}
     title = {"text": with_unit("Time", run.units.time), "standoff": 8}
     thin = {"showgrid": False, "linecolor": "#c5cad0", "ticks": "outside", "ticklen": 4}
@@ -162,5 +175,5 @@ def finish(
 
 
 def in_lines(label: str) -> str:
-    """Return a label in lines that a figure has room for."""
+    """Return a label broken by ``<br>`` into lines of 28 characters, between words only."""
     return "<br>".join(wrap(label, _LABEL_LENGTH, break_long_words=False))

@@ -15,7 +15,7 @@ from contiga.report.lines import add_line, finish, largest, vector_figure
 from contiga.report.run_folder import Columns, Run
 from contiga.report.style import INK, LINES, PAPER, number, span_of
 
-_STILL = 1e-9
+_TURN_TOL = 1e-9
 """Rotation, rad, below which a body has not turned: rounding."""
 
 
@@ -33,7 +33,10 @@ class Quantity(NamedTuple):
         return np.asarray(np.sqrt(sum(c**2 for c in self.components.values())))
 
     def equals(self, other: Quantity) -> bool:
-        """Return whether two quantities are equal, up to rounding."""
+        """Return whether two quantities have one unit and axes, and differ by rounding at most.
+
+        The bound is 1e-9 of the largest magnitude of `other`.
+        """
         if self.unit != other.unit or set(self.components) != set(other.components):
             return False
         tol = 1e-9 * largest(other.magnitudes)
@@ -44,7 +47,11 @@ class Quantity(NamedTuple):
 
 
 def body_quantities(run: Run, body: str) -> list[Quantity]:
-    """Return displacement of the centre, velocity, acceleration and spin of a body, if not zero."""
+    """Return displacement of the centre, velocity, acceleration and spin of a body, if not zero.
+
+    Accelerations are in g if the run names its units. Spins that turn the body by no more than
+    1e-9 rad over the run, at their largest, are left out.
+    """
     columns, units = run.bodies[body], run.units
     displacement = {axis: columns[axis] - columns[axis][0] for axis in "xyz" if axis in columns}
     acceleration = {
@@ -56,15 +63,15 @@ def body_quantities(run: Run, body: str) -> list[Quantity]:
         Quantity("Acceleration of the centre", units.accelerations(np.zeros(0))[1], acceleration),
     ]
     spin = _vector(columns, "w{}")
-    if max(map(largest, spin.values()), default=0.0) * np.ptp(run.times) > _STILL:
+    if max(map(largest, spin.values()), default=0.0) * np.ptp(run.times) > _TURN_TOL:
         quantities.append(Quantity("Spin", units.spin, spin))
     return [q for q in quantities if any(largest(c) > 0.0 for c in q.components.values())]
 
 
 def sensor_quantities(run: Run, sensor: str) -> list[Quantity]:
-    """Return the measurements of a sensor except its acceleration.
+    """Return velocity, displacement, force, moment and spin of a sensor.
 
-    Zeros are left out, and quantities that its body has already.
+    Zeros are left out, and quantities that are equal to one of its body.
     """
     columns, units = run.sensors[sensor], run.units
     quantities = [
@@ -90,11 +97,28 @@ def body_figures(run: Run, body: str, peak_time: float | None) -> list[Figure]:
 
 
 def sensor_figures(run: Run, sensor: str, peak_time: float | None) -> list[Figure]:
-    """Return figures of acceleration, raw and filtered, with its criteria, and of the rest."""
+    """Return the figures of a sensor: acceleration, distance and turn, and its other quantities.
+
+    The figure of the resultant acceleration marks its criteria; the raw signal is a thin line under
+    a filtered one. Zeros have no figure.
+    """
     columns = run.sensors[sensor]
     figures = []
     if largest(columns.get("a")) > 0.0:
-        figures.append(_acceleration_figure(run, sensor, peak_time))
+        figure, facts = Figure(), _summary_of(run, sensor)
+        acceleration, unit = run.units.accelerations(columns["a"])
+        name = "resultant"
+        if "filtered_a" in columns:
+            add_line(
+                figure, run.times, acceleration, "as computed", unit, color="#b4bac2", width=1.0
+            )
+            name = str(facts.get("filter") or "filtered")
+            acceleration = run.units.accelerations(columns["filtered_a"])[0]
+        add_line(figure, run.times, acceleration, name, unit, color=LINES[0], width=2.2)
+        finish(figure, run, with_unit("Acceleration, resultant", unit), peak_time)
+        _mark_criteria(figure, facts.get("criteria") or {})
+        figure.layout["showlegend"] = len(figure.data) > 1
+        figures.append(figure)
     # distance and turn of a sensor between two bodies
     measures = ("distance", "Distance", run.units.length), ("angle", "Turn", "rad")
     for column, label, unit in measures:
@@ -117,30 +141,15 @@ def _vector(columns: Columns, name: str) -> dict[str, FloatArray]:
     return {axis: columns[name.format(axis)] for axis in "xyz" if name.format(axis) in columns}
 
 
-def _acceleration_figure(run: Run, sensor: str, peak_time: float | None) -> Figure:
-    """Return the resultant acceleration and its criteria; thin under a filtered one."""
-    columns, facts = run.sensors[sensor], _summary_of(run, sensor)
-    figure = Figure()
-    raw, unit = run.units.accelerations(columns["a"])
-    if "filtered_a" in columns:
-        name = str(facts.get("filter") or "filtered")
-        add_line(figure, run.times, raw, "as computed", unit, color="#b4bac2", width=1.0)
-        smooth = run.units.accelerations(columns["filtered_a"])[0]
-        add_line(figure, run.times, smooth, name, unit, color=LINES[0], width=2.2)
-    else:
-        add_line(figure, run.times, raw, "resultant", unit, color=LINES[0], width=2.2)
-    finish(figure, run, with_unit("Acceleration, resultant", unit), peak_time)
-    _mark_criteria(figure, facts.get("criteria") or {})
-    figure.layout["showlegend"] = len(figure.data) > 1
-    return figure
-
-
 def _summary_of(run: Run, sensor: str) -> dict[str, Any]:
     return dict(run.summary_part("sensors").get(sensor) or {})
 
 
 def _mark_criteria(figure: Figure, criteria: dict[str, dict[str, float]]) -> None:
-    """Mark the window of the head injury criterion, and the level that is held for 3 ms."""
+    """Add the window of the head injury criterion and the level held for 3 ms to the layout.
+
+    The first of HIC15, HIC36 and HICd that `criteria` has is marked.
+    """
     shapes, notes = figure.layout["shapes"], []
     window = next((name for name in ("HIC15", "HIC36", "HICd") if name in criteria), None)
     if window is not None:
@@ -173,7 +182,10 @@ def _mark_criteria(figure: Figure, criteria: dict[str, dict[str, float]]) -> Non
 
 
 def extremes_table(run: Run) -> str:
-    """Return the largest magnitudes of quantities of free bodies, with times and end values."""
+    """Return the table of largest magnitudes over time of quantities of free bodies.
+
+    It has their times and the magnitudes at the end, and is empty if no body moves.
+    """
     rows = []
     for body in run.bodies:
         for quantity in body_quantities(run, body):
@@ -189,7 +201,7 @@ def extremes_table(run: Run) -> str:
 
 
 def criteria_table(run: Run) -> str:
-    """Return the criteria of all sensors, with their times."""
+    """Return the table of the criteria of all sensors, with their times; empty without any."""
     rows = []
     for sensor in run.sensors:
         facts = _summary_of(run, sensor)

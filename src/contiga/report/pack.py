@@ -19,7 +19,7 @@ def pack(folder: str | Path, path: str | Path, *, fields: bool = False) -> int:
     """Write the page, numbers and case of a run, or of all cases of a study, into a zip file.
 
     The files stand in one folder with the name of `folder`; links between the pages of a study
-    lead to the reports of its cases there.
+    lead to the reports of its cases there. Files that do not exist are skipped, except the page.
 
     Parameters
     ----------

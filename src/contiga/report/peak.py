@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 INSIDE = ("von_mises", "principal_strain", "energy_density")
 """Fields of the inside of deforming slaves, one number per node."""
-_NO_TIES = np.zeros((0, 2, 3))
+_EMPTY_TIES = np.zeros((0, 2, 3))
 
 
 class Outline(NamedTuple):
@@ -29,7 +29,7 @@ class Outline(NamedTuple):
     points: FloatArray
     """(k, 3), the first not repeated at the end."""
     cluster: int
-    """Number of the region in its contact."""
+    """Number of the region in its contact, from 0."""
     contact: int
     """Number of the contact."""
 
@@ -66,7 +66,7 @@ class Peak(NamedTuple):
     """Frame of the pictures; None for the whole scene."""
     framed: FloatArray | None = None
     """(k, 3) points of the frame; None for the whole scene."""
-    ties: FloatArray = _NO_TIES
+    ties: FloatArray = _EMPTY_TIES
     """(k, 2, 3) ends of springs and of lines of joints."""
     tie_kinds: tuple[str, ...] = ()
     """(k,) "spring" or "joint"."""
@@ -81,7 +81,7 @@ class Peak(NamedTuple):
         return np.asarray(points[np.isfinite(points).all(axis=1)])
 
 
-class Touched(NamedTuple):
+class RecordedContact(NamedTuple):
     """Contact at a recorded time, by the slave points (n_s,); see `Peak`."""
 
     status: IntArray
@@ -94,7 +94,11 @@ class Touched(NamedTuple):
 
 
 def stacked(series: RecordedFields, frame: int, kind: str) -> tuple[FloatArray, IntArray, IntArray]:
-    """Return points (n, 3), triangles (m, 3) and row numbers (n,) of all parts of one `kind`."""
+    """Return points, triangles and rows of all parts of one `kind`, "body" or "slave", stacked.
+
+    These are points (n, 3), triangles (m, 3) of rows of these points, without those of bare clouds,
+    and the rows (n,) among the points of all parts.
+    """
     points = np.asarray(series.points(frame), dtype=np.float64)
     triangles, count = [np.zeros((0, 3), dtype=np.int32)], 0
     for part in series.parts:
@@ -107,7 +111,7 @@ def stacked(series: RecordedFields, frame: int, kind: str) -> tuple[FloatArray, 
 
 
 def _rows_of_kind(series: RecordedFields, kind: str) -> IndexArray:
-    """Return the row numbers (n,) of all parts of one `kind`."""
+    """Return the rows (n,), among the stacked points, of all parts of one `kind`."""
     rows = [np.arange(part.start, part.stop) for part in rows_of(series, kind)]
     return np.concatenate([np.zeros(0, dtype=np.int64), *rows])
 
@@ -120,7 +124,8 @@ def rows_of(series: RecordedFields, kind: str) -> list[slice]:
 def peak_frame(series: RecordedFields, times: FloatArray, force: FloatArray) -> int:
     """Return the recorded frame of largest force; without any force, that of the deepest point.
 
-    `times` and `force` (n_steps,) come from the history, which has every step.
+    The first of equal frames is returned. `times` and `force` (n_steps,) come from the history,
+    which has every step; a frame has the force of the row whose time is nearest to its own.
     """
     frames = np.asarray(series.times, dtype=np.float64)
     if len(times) and np.any(force > 0.0):
@@ -130,8 +135,8 @@ def peak_frame(series: RecordedFields, times: FloatArray, force: FloatArray) -> 
     return int(np.argmax(depth))
 
 
-def touched_at(series: RecordedFields, frame: int) -> Touched:
-    """Return the contact at one recorded frame."""
+def contact_at(series: RecordedFields, frame: int) -> RecordedContact:
+    """Return the contact at one recorded frame, with zeros at points that are not in contact."""
     rows = _rows_of_kind(series, "slave")
     status = np.asarray(series.data(frame, "contact_status"))[rows]
     in_contact = np.isin(status, [int(member) for member in IN_CONTACT])
@@ -146,18 +151,21 @@ def touched_at(series: RecordedFields, frame: int) -> Touched:
         for name in INSIDE
         if name in series.names
     }
-    return Touched(status, in_contact, penetration, pressure, cluster, inside)
+    return RecordedContact(status, in_contact, penetration, pressure, cluster, inside)
 
 
 def at_frame(
     series: RecordedFields, frame: int, outlines: OutlineSeries | None = None, ties: Ties = ()
 ) -> Peak:
-    """Return the scene of one recorded frame; `outlines` has the same frames as `series`."""
+    """Return the scene of one recorded frame; `outlines` has the same frames as `series`.
+
+    Facets of slaves with an inactive node are left out.
+    """
     body_points, body_triangles, _ = stacked(series, frame, "body")
     slave_points, slave_triangles, rows = stacked(series, frame, "slave")
-    touched = touched_at(series, frame)
-    in_contact, penetration = touched.in_contact, touched.penetration
-    active = touched.status >= 0  # bodies and inactive nodes have none
+    record = contact_at(series, frame)
+    in_contact, penetration = record.in_contact, record.penetration
+    active = record.status >= 0  # bodies and inactive nodes have none
     normal = np.asarray(series.data(frame, "normal"), dtype=np.float64)[rows]
     normal = np.where(in_contact[:, None], np.nan_to_num(normal), 0.0)
     mean = normal.sum(axis=0)
@@ -176,9 +184,9 @@ def at_frame(
         in_contact=in_contact,
         penetration=penetration,
         direction=mean / length if length > 0.0 else mean,
-        pressure=touched.pressure,
-        cluster=touched.cluster,
-        inside=touched.inside,
+        pressure=record.pressure,
+        cluster=record.cluster,
+        inside=record.inside,
         outlines=lines_at(outlines, frame),
         active=None if active.all() else active,
         focus=focus,
@@ -200,7 +208,7 @@ def seen_parts(series: RecordedFields, frame: int) -> list[FloatArray]:
 
 
 def lines_at(outlines: OutlineSeries | None, frame: int) -> tuple[Outline, ...]:
-    """Return the lines around the regions of contact at a recorded time."""
+    """Return the lines around the regions of contact at a recorded frame; empty if it has none."""
     if outlines is None or frame >= len(outlines.times):
         return ()
     points, first, cluster, contact = outlines.loops(frame)

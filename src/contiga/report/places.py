@@ -23,6 +23,7 @@ class Tie(NamedTuple):
 
     name: str
     between: tuple[str, str]
+    """Names of the body, slave or ground that either end moves with."""
     at: FloatArray
     """(2, 3) the points at the start."""
     kind: str = "spring"
@@ -33,15 +34,18 @@ Ties = Sequence[Tie]
 
 
 def ties_of(summary: dict[str, Any]) -> list[Tie]:
-    """Return the springs and joints of a run, from its summary."""
+    """Return the springs and the lines of joints of a run, from its summary, in this order.
+
+    A line of a joint moves with its second body.
+    """
     springs, joints = summary.get("springs") or {}, summary.get("joints") or {}
     ties = [
-        Tie(name, tuple(one["between"]), np.asarray(one["at"], np.float64))
-        for name, one in springs.items()
+        Tie(name, tuple(spring["between"]), np.asarray(spring["at"], np.float64))
+        for name, spring in springs.items()
     ]
-    for name, one in joints.items():
-        for line in np.asarray(one.get("lines", ()), np.float64):
-            ties.append(Tie(name, (one["between"][1],) * 2, line, "joint"))
+    for name, joint in joints.items():
+        for line in np.asarray(joint.get("lines", ()), np.float64):
+            ties.append(Tie(name, (joint["between"][1],) * 2, line, "joint"))
     return ties
 
 
@@ -58,7 +62,8 @@ def tie_ends(
     """Return the ends (k, 2, 3) of ties after all points moved from `start` to `points` (n, 3).
 
     An end on a rigid body moves with it. An end on a slave moves by the mean displacement of the
-    nodes nearest to it at the start: several are equally near in the middle of a belt. Others stay.
+    nodes nearest to it at the start, within 1e-6: several are equally near in the middle of a belt.
+    Ends on the ground stay, and those on a body that does not move rigidly (`place_of`).
     """
     body_rows = {part.name: series.rows(part.name) for part in series.parts if part.kind == "body"}
     poses = {
@@ -86,7 +91,9 @@ def tie_ends(
 def place_of(base: FloatArray, points: FloatArray) -> FloatArray:
     """Return the rigid motion (12,) from `base` (n, 3) to `points` if it is one, else the points.
 
-    The closest rotation by Kabsch (1976).
+    A motion is the closest rotation by rows (Kabsch 1976), then a translation. It counts as rigid
+    if no coordinate departs by more than `_RIGID_TOL` of the size and distance of the part. The
+    points, also returned if any is not finite, are (n, 3) float32.
     """
     a, b = base.mean(axis=0), points.mean(axis=0)
     if np.isfinite(base).all() and np.isfinite(points).all():
@@ -94,7 +101,7 @@ def place_of(base: FloatArray, points: FloatArray) -> FloatArray:
         turn = np.diag([1.0, 1.0, np.sign(np.linalg.det(left @ right))])
         R = (left @ turn @ right).T
         t = b - R @ a
-        off = np.abs(base @ R.T + t - points).max(initial=0.0)
-        if off <= _RIGID_TOL * (np.abs(points).max(initial=0.0) + np.ptp(points)):
+        departure = np.abs(base @ R.T + t - points).max(initial=0.0)
+        if departure <= _RIGID_TOL * (np.abs(points).max(initial=0.0) + np.ptp(points)):
             return np.concatenate([R.ravel(), t])
     return np.asarray(points, np.float32)

@@ -30,10 +30,10 @@ _SYSTEM_ENERGIES = ("kinetic", "strain", "contact", "friction", "damping", "hyst
 def history_figures(run: Run, peak_time: float | None) -> list[Figure]:
     """Return figures of force, penetration, area and count over time, a line for each contact.
 
-    A figure shows the energies of all contacts, if there are none of the whole system: stored and
-    dissipated ones stacked under the work, so that the gap is the error.
-
-    A quantity that is zero throughout has no figure, and a contact that never touches no line.
+    A quantity that is zero throughout has no figure, and of several contacts one that never touches
+    has no line. The force of an only contact has its components, too. If the run has no energies of
+    the whole system, a last figure shows those of all contacts: stored and dissipated ones stacked
+    under the work, so that the gap is the error.
     """
     figures = []
     only_one = len(run.contacts) == 1
@@ -47,7 +47,7 @@ def history_figures(run: Run, peak_time: float | None) -> list[Figure]:
             axes = {axis: columns[f"force_{axis}"] for axis in "xyz" if f"force_{axis}" in columns}
             has_components = add_components(figure, run.times, axes, unit)
         for i, (name, columns) in enumerate(run.contacts.items()):
-            if column in columns and (only_one or touched(run, name)):
+            if column in columns and (only_one or has_contact(run, name)):
                 name = "magnitude" if has_components else name
                 colour = LINES[i % len(LINES)]
                 # areas are measured at the written steps; the line connects them
@@ -63,16 +63,17 @@ def history_figures(run: Run, peak_time: float | None) -> list[Figure]:
     return figures
 
 
-def touched(run: Run, contact: str) -> bool:
-    """Return whether a point of a contact ever came into contact."""
+def has_contact(run: Run, contact: str) -> bool:
+    """Return whether a contact ever had points in contact, or a force."""
     columns = run.contacts[contact]
     return any(largest(columns.get(name)) > 0.0 for name in ("n_contact", "force"))
 
 
 def energy_figure(run: Run, peak_time: float | None) -> Figure | None:
-    """Return the energies of the system, stacked, under the initial and the supplied energy.
+    """Return the energies of the system, stacked, under their sum with the balance error.
 
-    None if forces move nothing, or nothing moves.
+    That sum is the initial energy and what came in from outside; the error is a line of its own.
+    The energy of gas is left out if it is ever negative. None if all energies are zero.
     """
     layers = {name: run.energy[name] for name in _SYSTEM_ENERGIES if name in run.energy}
     # Negative energies cannot be stacked.
@@ -90,7 +91,7 @@ def energy_figure(run: Run, peak_time: float | None) -> Figure | None:
 
 
 def _stack(run: Run, layers: dict[str, Any], top: Any, name: str = "work") -> Figure:
-    """Draw the layers that are not zero, stacked, and the dashed line of their total."""
+    """Return a figure of the nonzero layers (n,), stacked, and a dashed line of `top` (n,)."""
     figure, unit = Figure(), run.units.energy
     nonzero = {name: values for name, values in layers.items() if largest(values) > 0.0}
     rows = rows_drawn(top, *nonzero.values())  # the layers of a stack share their rows

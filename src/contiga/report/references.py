@@ -23,7 +23,7 @@ _ONSET_SHARE = 0.05
 
 
 class Reference(NamedTuple):
-    """The curve of a test, in the units of a run as its channels are shown."""
+    """The curve of a test, in the units in which the channels of a run are shown."""
 
     channel: str
     """Channel of the run that was measured, by its full name."""
@@ -39,7 +39,15 @@ class Reference(NamedTuple):
     """Shift of the abscissa; None moves the onset of the test to that of the run."""
 
     def moved(self, run: Run) -> Reference:
-        """Return the curve shifted to where it is drawn beside a run."""
+        """Return a copy of the curve and its corridor, shifted to where it is drawn beside a run.
+
+        A shift of None becomes the difference of their onsets.
+
+        Raises
+        ------
+        InputError
+            The shift is None and the run lacks the channel.
+        """
         shift = self.shift
         if shift is None:
             channel = channel_of(run.history, run.summary, self.channel)
@@ -51,11 +59,14 @@ class Reference(NamedTuple):
 
 
 def onset(times: FloatArray, values: FloatArray) -> float:
-    """Return the time at which a signal reaches a twentieth of its greatest magnitude.
+    """Return the time at which a signal first reaches 5 % of its greatest magnitude.
+
+    The time is linear between two rows. It is the first time if the first row is at that level
+    already, which includes a signal of zeros, and 0 without finite rows.
 
     Parameters
     ----------
-    times, values : (n,); rows with NaN are left out
+    times, values : (n,); rows with a value that is not finite are left out
 
     >>> onset(np.array([0.0, 1.0, 2.0]), np.array([0.0, 0.0, -40.0]))
     1.05
@@ -71,7 +82,10 @@ def onset(times: FloatArray, values: FloatArray) -> float:
 
 
 def whole_name(run: Run, name: str) -> str:
-    """Return the name of a channel with its contact, which may be omitted for an only contact."""
+    """Return the name of a channel with its contact, which may be omitted if there is only one.
+
+    Other names, with a dot or ``time``, stay as they are.
+    """
     contacts = list(run.summary_part("statuses"))
     bare = name != "time" and "." not in name and len(contacts) == 1
     return f"{contacts[0]}.{name}" if bare else name
@@ -92,13 +106,17 @@ def references_of(run: Run) -> list[Reference]:
 
 
 def has_channels(run: Run, reference: Reference) -> bool:
-    """Return whether a run has both channels of a test."""
+    """Return whether a run has both channels of a test, abscissa and value."""
     names = channel_names(run.history, run.summary_part("statuses"), run.summary_part("layers"))
     return {reference.channel, reference.x} <= names
 
 
 def _reference(run: Run, table: dict[str, Any]) -> Reference:
-    """Return the test of a table of the case, in the units of the run as its channels are shown."""
+    """Return the test of a `[[reference]]` table, in the units in which channels are shown.
+
+    A corridor given as a number is that fraction of the greatest magnitude of the test, up and
+    down.
+    """
     x, channel = table.get("x", "time"), table["channel"]
     to = (run.units.length, run.units.mass, run.units.time)
     length = column_factor(x, run.own_units, to) if all(to) else 1.0
@@ -142,7 +160,16 @@ class Rated(NamedTuple):
 
 
 def rated(run: Run, reference: Reference, name: str = "") -> Rated:
-    """Rate a run beside a test; a rating that is not possible is None, with the reason."""
+    """Rate the agreement of a run with a test by ISO/TS 18571.
+
+    A rating that is not possible is None, with the reason: the abscissa is not time, the run has no
+    unit of time, `iso18571` refuses the signals, or a package is missing.
+
+    Raises
+    ------
+    InputError
+        The run lacks the channel of the test.
+    """
     moved = reference.moved(run)
     if reference.x != "time" or not run.units.time:
         why = "ISO/TS 18571 rates signals over time"
@@ -164,7 +191,10 @@ def rated(run: Run, reference: Reference, name: str = "") -> Rated:
 
 
 def ratings_table(ratings: Sequence[Rated], unit: str) -> str:
-    """Return the table of ratings, with the shift of each test, and a line about missing ones."""
+    """Return the table of ratings, with the shift of each test; empty without ratings.
+
+    A line follows for each reason for which ratings are missing, and names these.
+    """
     rows = []
     for reference, run, rating, _ in ratings:
         if rating is not None:

@@ -56,12 +56,15 @@ class Run(NamedTuple):
 
     folder: Path
     summary: dict[str, Any]
+    """Content of summary.json."""
     times: FloatArray
     """(n,) times of the history."""
     contacts: dict[str, Columns]
     """Columns (n,) of the history by contact and name."""
     case_text: str
+    """Content of case.toml; empty without one."""
     units: Units
+    """Units in which its numbers are: its own, or those that it was converted to."""
     bodies: dict[str, Columns]
     """Columns of free bodies, by body and name."""
     sensors: dict[str, Columns]
@@ -94,16 +97,19 @@ class Run(NamedTuple):
             return {}
 
     def summary_part(self, part: str) -> dict[str, Any]:
-        """Return a part of the summary; empty if there is none."""
+        """Return a table of the summary by its key; empty if there is none."""
         return self.summary.get(part) or {}
 
     def total(self, column: str) -> FloatArray:
-        """Return the sum (n,) of one column over the contacts."""
+        """Return the sum (n,) of one column over the contacts that have it; zeros if none has."""
         columns = [c[column] for c in self.contacts.values() if column in c]
         return np.sum(columns, axis=0) if columns else np.zeros(len(self.times))
 
     def greatest(self, column: str) -> tuple[float, float]:
-        """Return the largest value of one column in any contact, and its time."""
+        """Return the largest finite value of one column in any contact, and its time.
+
+        Without a positive value it is 0, at the first time of the history.
+        """
         greatest, time = 0.0, float(self.times[0]) if len(self.times) else 0.0
         for columns in self.contacts.values():
             values = columns.get(column)
@@ -114,7 +120,10 @@ class Run(NamedTuple):
 
 
 def read_run(folder: Path, units: tuple[str, str, str] | None = None) -> Run:
-    """Read the small files of an output folder; of an unfinished run up to its last checkpoint.
+    """Read history, summary and case of a run; of an unfinished one up to its last checkpoint.
+
+    Conversion to other `units` includes the columns, the thicknesses of layers and the largest
+    energy. The criteria of sensors and the text of the case stay as they were written.
 
     Parameters
     ----------
@@ -127,6 +136,7 @@ def read_run(folder: Path, units: tuple[str, str, str] | None = None) -> Run:
     FileError
         The folder, its history or its summary is missing or cannot be read.
     """
+    from contiga.io.column_units import column_factor, column_units
     from contiga.io.out.stored import read_stored
 
     stored = read_stored(folder)
@@ -134,7 +144,20 @@ def read_run(folder: Path, units: tuple[str, str, str] | None = None) -> Run:
     length, mass, time = (str((summary.get("units") or {}).get(key) or "") for key in _BASE_UNITS)
     own = (length, mass, time)
     if units is not None and all(own) and units != own:
-        history, summary = _convert(history, summary, own, units)
+        history = {
+            name: values * column_factor(name, own, units) for name, values in history.items()
+        }
+        changed: dict[str, Any] = {
+            "units": dict(zip(_BASE_UNITS, units, strict=True)),
+            "columns": column_units(history, units),
+        }
+        if layers := summary.get("layers"):
+            length_factor = column_factor("x", own, units)
+            changed["layers"] = {name: length_factor * layer for name, layer in layers.items()}
+        if energy := summary.get("energy"):
+            energy_factor = column_factor("energy.total", own, units)
+            changed["energy"] = energy | {"most": energy["most"] * energy_factor}
+        summary = summary | changed
     case = folder / "case.toml"
     owners = sort_columns(
         history,
@@ -154,30 +177,6 @@ def read_run(folder: Path, units: tuple[str, str, str] | None = None) -> Run:
         own_units=own,
         **owners._asdict(),
     )
-
-
-def _convert(
-    history: Columns,
-    summary: dict[str, Any],
-    own: tuple[str, str, str],
-    units: tuple[str, str, str],
-) -> tuple[Columns, dict[str, Any]]:
-    """Convert history and summary to other units; criteria of sensors keep their units."""
-    from contiga.io.column_units import column_factor, column_units
-
-    converted = {name: values * column_factor(name, own, units) for name, values in history.items()}
-    changed: dict[str, Any] = {
-        "units": dict(zip(_BASE_UNITS, units, strict=True)),
-        "columns": column_units(history, units),
-    }
-    if layers := summary.get("layers"):
-        length = column_factor("x", own, units)
-        changed["layers"] = {name: length * thickness for name, thickness in layers.items()}
-    if energy := summary.get("energy"):
-        changed["energy"] = energy | {
-            "most": energy["most"] * column_factor("energy.total", own, units)
-        }
-    return converted, summary | changed
 
 
 class Owners(NamedTuple):
@@ -203,7 +202,13 @@ def sort_columns(
     slip_rings: Sequence[str] = (),
     joints: Sequence[str] = (),
 ) -> Owners:
-    """Sort columns ``"<owner>.<name>"`` by their owners; bare names belong to the only contact."""
+    """Sort columns ``"<owner>.<name>"`` by their owners, of which the lists name all but bodies.
+
+    Bare names belong to the only contact, or to one called ``contact`` if there are none or
+    several. An unlisted owner is a body if the name is a coordinate or a velocity of one, and else
+    a contact; ``energy`` and ``step`` are contacts only if these are listed. The columns ``time``
+    and ``wall_time`` are left out.
+    """
     owners = Owners({}, {}, {}, {}, {}, {}, {}, {}, {})
     listed = (
         (sensors, owners.sensors),
@@ -241,7 +246,7 @@ def _existing_file(run: Run, name: str) -> Path | None:
 
 
 def read_fields(run: Run) -> RecordedFields | None:
-    """Return the fields over time, or None if the run wrote none."""
+    """Return the fields over time; None if the run wrote no file of them, or no step."""
     path = _existing_file(run, "fields.vtkhdf")
     if path is None:
         return None
@@ -263,7 +268,10 @@ def read_outlines(run: Run) -> OutlineSeries | None:
 
 
 def units_of(names: dict[str, str]) -> Units:
-    """Return all names of units that follow from those of length, mass and time."""
+    """Return the names of all units, from `names` by ``length``, ``mass`` and ``time``.
+
+    Without all three, the derived ones are empty.
+    """
     length, mass, time = (str(names.get(kind) or "") for kind in _BASE_UNITS)
     if not (length and mass and time):
         return Units(length, mass, time, "", "", "", "")

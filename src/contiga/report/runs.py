@@ -27,9 +27,7 @@ class Named(NamedTuple):
 
 
 def read_runs(folders: Sequence[str | Path]) -> list[Named]:
-    """Read runs, the later ones in the units of the first.
-
-    Their names are those of `names_of`.
+    """Read runs, the later ones converted to the units of the first, and name them (`names_of`).
 
     Parameters
     ----------
@@ -60,20 +58,19 @@ def read_runs(folders: Sequence[str | Path]) -> list[Named]:
 def names_of(runs: Sequence[Run]) -> list[str]:
     """Return the names of runs: those of their folders, with the values of a case of a study.
 
-    Where two names are the same, all are paths.
+    At most three values stand in a name. If two names are the same, all names are absolute paths.
     """
     paths = [run.folder.resolve() for run in runs]
-    names = [SEPARATOR.join([path.name, *_study_values(path)]) for path in paths]
+    names = []
+    for path in paths:
+        try:
+            values = json.loads((path / _ROW).read_text(encoding="utf-8"))["values"]
+            values = list(values.items())[:_MAX_VALUES]
+        except (OSError, ValueError, KeyError, TypeError, AttributeError):
+            values = []  # a run that is no case of a study
+        texts = (
+            f"{key.rpartition('.')[2]} {number(value) if isinstance(value, int | float) else value}"
+            for key, value in values
+        )
+        names.append(SEPARATOR.join([path.name, *texts]))
     return names if len(set(names)) == len(names) else [str(path) for path in paths]
-
-
-def _study_values(folder: Path) -> list[str]:
-    """Return the first values of a case of a study as texts; empty for any other run."""
-    try:
-        values = json.loads((folder / _ROW).read_text(encoding="utf-8"))["values"]
-    except (OSError, ValueError, KeyError, TypeError):
-        return []
-    return [
-        f"{key.rpartition('.')[2]} {number(value) if isinstance(value, int | float) else value}"
-        for key, value in list(values.items())[:_MAX_VALUES]
-    ]

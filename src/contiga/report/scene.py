@@ -21,7 +21,10 @@ INK = np.array([0.13, 0.15, 0.18])
 
 
 def upwards(peak: Peak) -> FloatArray:
-    """Return the world axis that is up in the pictures: z, or y if all is in one plane."""
+    """Return the world axis (3,) that is up in the pictures: z, or y if all points have one z.
+
+    Heights count as equal within 1e-9 of the size of the scene.
+    """
     points = np.vstack([peak.body_points, peak.slave_points])
     flat = np.ptp(points[:, 2]) <= 1e-9 * max(float(np.ptp(points)), 1e-300)
     return np.array([0.0, 1.0, 0.0]) if flat else np.array([0.0, 0.0, 1.0])
@@ -33,19 +36,28 @@ def _sideways(peak: Peak, up: FloatArray) -> FloatArray:
 
 
 def outside_direction(peak: Peak) -> FloatArray:
-    """Return the viewing direction (3,) from the side and a little from above."""
+    """Return the unit viewing direction (3,) from the side and a little from above.
+
+    The side is across the mean normal of the contact, and fixed if that is upright or zero.
+    """
     up = upwards(peak)
     level = peak.direction - (peak.direction @ up) * up
     return unit(-_sideways(peak, up) + 0.45 * level - 0.30 * up)
 
 
 def outside_view(peak: Peak, size: tuple[int, int]) -> Camera:
-    """Return the view of the touching parts, or of all, from the side and above."""
+    """Return the view of the touching parts, or of all without a contact, from the side and above.
+
+    `size` is rows and columns, pixels.
+    """
     return look(outside_direction(peak), upwards(peak), peak.seen, size)
 
 
 def through_view(peak: Peak, size: tuple[int, int]) -> Camera:
-    """Return the view of the contact from inside the body, nearly along the mean normal."""
+    """Return the view of the contact from inside the body, nearly along the mean normal.
+
+    Without a contact it is `outside_view`. `size` is rows and columns, pixels.
+    """
     if not peak.in_contact.any():
         return outside_view(peak, size)
     up = upwards(peak)
@@ -59,6 +71,7 @@ def through_view(peak: Peak, size: tuple[int, int]) -> Camera:
 
 
 def _slave_layer(camera: Camera, peak: Peak) -> shading.Layer:
+    """Return the layer of the slaves' facets; without any, of balls at their active points."""
     if len(peak.slave_triangles):
         return shading.mesh_layer(camera, peak.slave_points, peak.slave_triangles)
     points = peak.slave_points
@@ -69,7 +82,11 @@ def _slave_layer(camera: Camera, peak: Peak) -> shading.Layer:
 
 
 def slave_colours(layer: shading.Layer, peak: Peak, field: ColouredField) -> FloatArray:
-    """Return the colours (k, 3) of the slave's pixels: by `field` if it is defined, else plain."""
+    """Return the colours (k, 3) of the slave's pixels: by `field` where it has a value, else plain.
+
+    A field of the contact has values at points in contact, one of the inside where it is positive;
+    in a facet the nearer points decide.
+    """
     has_field = field.values > 0.0 if field.everywhere else peak.in_contact
     is_coloured = layer.at_pixels(has_field.astype(np.float64)) > 0.5
     share = layer.at_pixels(field.values)[is_coloured] / field.top
@@ -82,7 +99,12 @@ def slave_colours(layer: shading.Layer, peak: Peak, field: ColouredField) -> Flo
 # Layers are painted one after the other, and only their depth is kept: memory that a process has
 # not had before costs as much time as the work done with it.
 def render(camera: Camera, peak: Peak, field: ColouredField, *, through: bool) -> Picture:
-    """Return the picture (h, w, 3); with `through` the body is drawn faintly."""
+    """Return the picture (h, w, 3) of the scene, channels from 0 to 1.
+
+    Bodies and slaves hide each other, with their edges and with ties that nothing hides. `through`
+    draws the bodies as a veil over the slaves instead, without edges and ties, and dots the points
+    in contact if there are no outlines.
+    """
     picture = np.ones((*camera.size, 3), dtype=np.float32)
     if through:
         nearest = _paint_slave(camera, peak, field, picture)
@@ -130,7 +152,10 @@ def _paint_slave(
     picture: Picture,
     body_depth: FloatArray | None = None,
 ) -> FloatArray:
-    """Draw the slave over everything farther away; return the depth (h, w) of both."""
+    """Draw the slave into `picture` where the body is not nearer; return the depth (h, w) of both.
+
+    `body_depth`, if there is one, is overwritten with that depth.
+    """
     slave = _slave_layer(camera, peak)
     slave_depth = slave.buffer.depth
     nearest = slave_depth if body_depth is None else body_depth
@@ -142,7 +167,10 @@ def _paint_slave(
 def _draw_outlines(
     camera: Camera, peak: Peak, picture: Picture, nearest: FloatArray, bias: float
 ) -> None:
-    """Draw the lines around the regions, each in a colour of its own with a pale rim."""
+    """Draw the lines around the regions into `picture`, each in its colour with a pale rim.
+
+    Parts that lie behind `nearest` (h, w) by more than `bias` are hidden.
+    """
     width = max(1, camera.size[0] // 360)
     for key, colour in region_colours(peak.outlines).items():
         for line in peak.outlines:

@@ -62,7 +62,12 @@ class View(NamedTuple):
 
 
 def view_of(peak: Peak, frames: Frames, units: Units, ties: Ties = ()) -> View:
-    """Return body, slave, contact, its outlines, springs and joints, as a 3D view."""
+    """Return the 3D view of the peak: body, slave, contact, outlines, springs and joints.
+
+    Its data has the other steps of `frames`, and the styles of all fields. The colours that it
+    shows first are the pressure, if there is some; else the penetration, or without a contact the
+    von Mises stress of facets that have one.
+    """
     figure = Figure()
     figure.data.append(mesh_trace(peak.body_points, peak.body_triangles, "body", BODY, GLASS))
     fields = {
@@ -129,7 +134,7 @@ def view_of(peak: Peak, frames: Frames, units: Units, ties: Ties = ()) -> View:
 
 
 def _slave_trace(peak: Peak, look: dict[str, Any]) -> Trace:
-    """Return the slave's facets in the style of `look`, or the free points of a cloud."""
+    """Return the slave's facets in the style of `look`; of a cloud, its free active points."""
     if not len(peak.slave_triangles):
         free = ~peak.in_contact if peak.active is None else peak.active & ~peak.in_contact
         return dots(peak.slave_points[free], "slave", 2.0, {"color": MUTED})
@@ -163,7 +168,7 @@ def _look(peak: Peak, field: ColouredField) -> Look:
 
 
 def _cluster_look(peak: Peak, count: int) -> Look:
-    """Return the style by region: one colour each, a facet at a time."""
+    """Return the style by region, one colour each; facets have the smallest number of a corner."""
     assert peak.cluster is not None
     colours = [REGIONS[k % len(REGIONS)] for k in range(count)]
     stops: list[tuple[float, str]] = [
@@ -201,13 +206,13 @@ def _bar(title: str) -> dict[str, Any]:
 
 
 def line_in_space(name: str, points: FloatArray, look: dict[str, Any], **more: Any) -> Trace:
-    """Return a line through points (n, 3), broken at NaN; the hover text is its name."""
+    """Return a line through points (n, 3), broken at NaN; `more` overrides its attributes."""
     trace = {"type": "scatter3d", "name": name, "mode": "lines", "line": look, "hoverinfo": "name"}
     return trace | columns(points) | more
 
 
 def columns(points: FloatArray, names: str = "xyz") -> Trace:
-    """Return the columns of (n, 3) points or vectors by name, rounded for a screen."""
+    """Return the columns of (n, 3) points or vectors by name, in single precision."""
     return dict(zip(names, points.astype(np.float32).T, strict=True))
 
 
@@ -248,7 +253,10 @@ def space_axis(title: str) -> dict[str, Any]:
 
 
 def mesh_trace(points: Any, triangles: Any, name: str, colour: str, opacity: float) -> Trace:
-    """Return a mesh with sharp creases: its points are those of `sharp_mesh`."""
+    """Return a mesh with sharp creases: its points are those of `sharp_mesh`.
+
+    Points show their coordinates under the pointer, except on a mesh named "body".
+    """
     sharp = sharp_mesh(points, triangles)
     return {
         "type": "mesh3d",
@@ -265,6 +273,7 @@ def mesh_trace(points: Any, triangles: Any, name: str, colour: str, opacity: flo
 
 
 def dots(points: Any, name: str, size: float, marker: dict[str, Any]) -> Trace:
+    """Return markers at points (n, 3) of `size` pixels; `marker` overrides their style."""
     marker = {"size": size, "opacity": 1.0, **marker}
     trace = {"type": "scatter3d", "name": name, "mode": "markers", "marker": marker}
     return trace | columns(points)

@@ -20,7 +20,10 @@ _LOST = ("energy_hysteresis", "energy_damping")
 
 
 def spring_figures(run: Run, peak_time: float | None) -> list[Figure]:
-    """Return figures of force and elongation over time, a line for each spring."""
+    """Return figures of force, elongation and length paid out over time, a line for each spring.
+
+    A spring whose quantity is zero throughout has no line, and a quantity without lines no figure.
+    """
     units = run.units
     figures = []
     for label, unit, values_of in (
@@ -42,7 +45,11 @@ def spring_figures(run: Run, peak_time: float | None) -> list[Figure]:
 
 
 def spring_table(run: Run) -> str:
-    """Return the table of springs: largest force and elongation, their times, and energies."""
+    """Return the table of springs: largest force and its time, elongations, and energies.
+
+    The force is that of largest magnitude, with its sign, filtered if there is a filter. The energy
+    lost is that to hysteresis and damping at the end. The table is empty without springs.
+    """
     units, rows = run.units, []
     for name, columns in run.springs.items():
         facts = run.summary_part("springs").get(name) or {}
@@ -65,9 +72,10 @@ def spring_table(run: Run) -> str:
 
 
 def device_table(run: Run) -> str:
-    """Return the table of the devices of springs; empty without devices.
+    """Return the table of the belt devices of springs; empty without devices.
 
-    It has the lengths they let out and pulled in, and the times of their changes.
+    It has the lengths paid out and pulled in, the times of locking and release, and the work of the
+    pretensioner.
     """
     units, rows = run.units, []
     for name, columns in run.springs.items():
@@ -94,7 +102,10 @@ def _event_time(facts: Mapping[str, Any], event: str, unit: str) -> str:
 
 
 def slip_ring_table(run: Run) -> str:
-    """Return the table of slip through rings, and its energy; empty without rings."""
+    """Return the table of slip rings: largest slip, range of angles, friction; empty without any.
+
+    The slip is that of largest magnitude, with its sign; angles are in degrees.
+    """
     units, rows = run.units, []
     for name, columns in run.slip_rings.items():
         facts = run.summary_part("slip_rings").get(name) or {}

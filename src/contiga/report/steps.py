@@ -6,9 +6,7 @@ from html import escape
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from contiga.records import FloatArray
 from contiga.report.figure import Figure, embedded
 from contiga.report.lines import PLOT_CONFIG, finish
 from contiga.report.run_folder import Run
@@ -21,7 +19,7 @@ PIXEL = 5e-4
 
 
 def steps_section(run: Run, peak_time: float | None) -> str:
-    """Return the strip and the table of reasons; empty for given steps."""
+    """Return the strip and the table of reasons of automatic steps; empty for given steps."""
     reasons = run.summary_part("step_reasons")
     if not reasons or not run.steps:
         return ""
@@ -51,12 +49,20 @@ def steps_section(run: Run, peak_time: float | None) -> str:
 
 
 def steps_figure(run: Run, step_reasons: dict[str, Any], peak_time: float | None) -> Figure:
-    """Return a lane for each reason, the most frequent at the top, with its number in the table."""
+    """Return a lane for each reason in the order of `step_reasons`, from the top, with its number.
+
+    Stretches of steps for one reason are bars; gaps below `PIXEL` of the duration are not shown.
+    """
     figure, lanes = Figure(), step_reasons["reasons"]
     reasons, owners = run.steps["reason"][1:], run.steps["of"][1:]
     for k, lane in enumerate(lanes):
         reason, owner = lane["number"]
-        x = _stretches(run.times, (reasons == reason) & (owners == owner))
+        is_lane = (reasons == reason) & (owners == owner)
+        edges = np.flatnonzero(np.diff(np.concatenate([[0], is_lane.astype(np.int8), [0]])))
+        begins, ends = run.times[edges[::2]], run.times[edges[1::2]]
+        is_gap = begins[1:] - ends[:-1] > PIXEL * (run.times[-1] - run.times[0])
+        begins, ends = begins[np.append(True, is_gap)], ends[np.append(is_gap, True)]
+        x = np.column_stack([begins, ends, np.full(len(begins), np.nan)]).ravel()
         y, colour = np.full(len(x), float(len(lanes) - k)), LINES[k % len(LINES)]
         line = {"color": colour, "width": 0.5 * LANE}
         look = {"mode": "lines", "line": line, "name": lane["told"], "hoverinfo": "name+x"}
@@ -70,12 +76,3 @@ def steps_figure(run: Run, step_reasons: dict[str, Any], peak_time: float | None
         "range": [0.4, len(lanes) + 0.6],
     }
     return figure
-
-
-def _stretches(times: FloatArray, mask: NDArray[np.bool_]) -> FloatArray:
-    """Return begin, end, NaN (3 k,) of each stretch of the steps in a mask (n − 1,)."""
-    edges = np.flatnonzero(np.diff(np.concatenate([[0], mask.astype(np.int8), [0]])))
-    begins, ends = times[edges[::2]], times[edges[1::2]]
-    is_gap = begins[1:] - ends[:-1] > PIXEL * (times[-1] - times[0])
-    begins, ends = begins[np.append(True, is_gap)], ends[np.append(is_gap, True)]
-    return np.column_stack([begins, ends, np.full(len(begins), np.nan)]).ravel()

@@ -42,7 +42,11 @@ _MAX_LABELS = 12
 
 
 def draw_still(peak: Peak, path: Path, units: Units) -> None:
-    """Write the picture of `peak` as PNG to `path`."""
+    """Write the picture of `peak` as PNG to `path`.
+
+    Without a contact it has the view from outside only. That view shows the von Mises stress if
+    facets have one, and else the field of the other view.
+    """
     from PIL import Image
 
     touches = bool(peak.in_contact.any())
@@ -66,7 +70,7 @@ def draw_still(peak: Peak, path: Path, units: Units) -> None:
 
 
 def halves(picture: bytes) -> list[bytes]:
-    """Return both views of a still picture (PNG), to stand side by side or one over the other."""
+    """Cut a still picture (PNG) of two views into both, as PNG, from left to right."""
     from PIL import Image
 
     parts = []
@@ -83,7 +87,10 @@ def _save(picture: Image, file: Path | BytesIO) -> None:
 
 
 def put_view(picture: Image, view: shading.Picture, title: str, left: int, top: int = _TOP) -> None:
-    """Paste a view whose first column becomes `left`; its title is above or in it."""
+    """Shrink a view and paste it, right-aligned in `_COLUMNS` columns from `left` on.
+
+    Its first row becomes `top`. Its title stands above it, or in it if there is no room.
+    """
     from PIL import Image, ImageDraw
 
     pixels = (255.0 * shading.shrunk(view, SAMPLES)).round().astype(np.uint8)
@@ -92,7 +99,7 @@ def put_view(picture: Image, view: shading.Picture, title: str, left: int, top: 
 
 
 def _label_outlines(picture: Image, camera: Camera, peak: Peak) -> None:
-    """Write the number of each region beside its outline, in the right view."""
+    """Write the numbers of `_MAX_LABELS` regions at most above their outlines in the right view."""
     from PIL import ImageDraw
 
     draw, font = ImageDraw.Draw(picture), _font(17)
@@ -135,7 +142,7 @@ def put_bar(picture: Image, field: ColouredField, column: int) -> None:
 
 
 def _ticks(top: float) -> list[float]:
-    """Return a few round numbers from 0 to `top`.
+    """Return at most six round numbers from 0 to `top`, or up to a step below it.
 
     >>> _ticks(2.5), _ticks(6e-5)
     ([0.0, 0.5, 1.0, 1.5, 2.0, 2.5], [0.0, 1.5e-05, 3e-05, 4.5e-05, 6e-05])

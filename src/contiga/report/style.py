@@ -45,7 +45,9 @@ _PAGE_COLOURS = {
 def inverted(colour: str) -> str:
     """Return the colour of a dark page for one of a light page: inverted lightness, same hue.
 
-    White becomes a dark grey, not black. `scheme.js` does the same with the colours of figures.
+    Colours are ``#rrggbb``. All channels are shifted by 280 less the sum of the largest and the
+    smallest, up to 255: white becomes a dark grey, not black. `scheme.js` does the same with the
+    colours of figures.
 
     >>> inverted("#ffffff"), inverted("#21262d"), inverted("#1f5f8b")
     ('#191919', '#ebf0f7', '#8dcdf9')
@@ -68,9 +70,10 @@ def colour_map() -> Any:
 
 
 def number(value: float, digits: int = 4) -> str:
-    """Return `value` with `digits` significant digits; thousands are grouped.
+    """Return `value` as text with `digits` significant digits; thousands are grouped.
 
-    Trailing zeros are left out.
+    Trailing zeros after the point are left out; digits before it are all written. Magnitudes below
+    1e-3 or from 1e9 on have an exponent. NaN and infinity are a dash.
 
     >>> number(12345.678), number(0.00012345), number(3.0)
     ('12\N{NARROW NO-BREAK SPACE}346', '1.234e-04', '3')
@@ -119,7 +122,7 @@ def page(title: str, body: str, *, css: str = "", script: str = "") -> str:
 
 
 def span_of(criterion: Mapping[str, float]) -> str:
-    """Return when a criterion holds: from `start` to `end`, or the one time.
+    """Return the times of a criterion as text: ``start to end``, or one time if they read alike.
 
     >>> span_of({"start": 1.0, "end": 2.5}), span_of({"start": 2.0, "end": 2.0})
     ('1 to 2.5', '2')

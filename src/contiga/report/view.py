@@ -77,9 +77,14 @@ class View:
     ) -> View:
         """Shade a surface and draw its borders and creases; it hides what is behind it if `hides`.
 
-        `back` is the colour of the contact side, where the eye sees that one. `colours` (n, 3) of
-        the vertices of a triangle mesh, red, green and blue from 0 to 1, replace `colour`; they are
-        interpolated between vertices.
+        Surfaces drawn before hide parts of it. `back` is the colour of facets whose normals point
+        away from the eye. `colours` (n, 3) of the vertices of a triangle mesh, red, green and blue
+        from 0 to 1, replace `colour`; they are interpolated between vertices.
+
+        Returns
+        -------
+        View
+            This view, so that calls can be chained, as all that draw return it.
         """
         from matplotlib.colors import to_rgb
 
@@ -107,7 +112,10 @@ class View:
         return self
 
     def lines(self, points: ArrayLike, **style: Any) -> View:
-        """Draw a polyline through `points` (k, 3), with matplotlib's line styles."""
+        """Draw a polyline through `points` (k, 3), with matplotlib's line styles.
+
+        Parts behind a surface are faint. A `label` becomes one entry of a legend.
+        """
         fine = _fine(np.asarray(points, dtype=np.float64), 0.01 * self._span)
         at, seen = self._projected(fine)
         style_ = {"color": INK, "lw": 1.0, "solid_capstyle": "round", **style}
@@ -142,7 +150,7 @@ class View:
         return self
 
     def dots(self, points: ArrayLike, **style: Any) -> View:
-        """Draw markers at `points` (k, 3), with matplotlib's marker styles."""
+        """Draw markers at `points` (k, 3) with matplotlib's styles, faint behind a surface."""
         at, seen = self._projected(np.asarray(points, dtype=np.float64).reshape(-1, 3))
         style_ = {"color": LINES[0], "ls": "", "marker": "o", "ms": 3.0, "mew": 0.0, **style}
         label = style_.pop("label", None)
@@ -153,7 +161,7 @@ class View:
         return self
 
     def arrow(self, start: ArrayLike, end: ArrayLike, **style: Any) -> View:
-        """Draw an arrow in front of everything."""
+        """Draw an arrow from `start` to `end` (3,), in front of everything."""
         a, b = self._projected(np.array([start, end], dtype=np.float64))[0]
         style_ = {"color": INK, "lw": 1.4, "shrinkA": 0.0, "shrinkB": 0.0, **style}
         self._axes.annotate("", b, a, arrowprops={"arrowstyle": "-|>", **style_})
@@ -167,7 +175,10 @@ class View:
         return self
 
     def show(self, *, triad: bool = True) -> None:
-        """Draw the shaded surfaces under the lines, and the directions of the axes."""
+        """Draw the shaded surfaces under the lines, and the axes of the world at the lower left.
+
+        To be called last. An axis along the line of sight is not named.
+        """
         columns, rows = self._axes.get_xlim()[1], self._axes.get_ylim()[0]
         shaded = shading.shrunk(self._picture, _SAMPLES)
         self._axes.imshow(shaded, extent=(0.0, columns, rows, 0.0), zorder=0, aspect="equal")
@@ -194,7 +205,11 @@ class View:
         return self._projected(np.asarray(points, dtype=np.float64).reshape(-1, 3))[1]
 
     def _projected(self, points: FloatArray) -> tuple[FloatArray, NDArray[np.bool_]]:
-        """Return places (n, 2) in the picture and a mask (n,) of the points that nothing hides."""
+        """Return places (n, 2) in the picture and a mask (n,) of the points that nothing hides.
+
+        A point up to 0.6 % of the size of the scene behind a surface still counts as seen, and one
+        outside the picture is compared with the pixel nearest to it.
+        """
         screen = project(self._camera, points)
         rows, columns = self._depth.shape
         column = np.clip(np.nan_to_num(np.rint(screen[:, 0])), 0, columns - 1).astype(np.intp)

@@ -105,13 +105,7 @@ def summarise(
                 f"steps, first at t = {history['time'][bad[0]]:g}; look at the law's numbers"
             )
     return {
-        "title": model.title,
-        "version": __version__,
-        "units": dict(zip(("length", "mass", "time"), model.units, strict=True)),
-        "columns": column_units(history, model.units),
-        "timings": {**clock.seconds, "compile": clock.compiled},
-        "steps": len(history["time"]) - 1,
-        "step_reasons": steps_summary(model, history),
+        **_head(model, history, {**clock.seconds, "compile": clock.compiled}),
         "n_points": sum(len(part.slave.points) for part in model.slaves.values()),
         "n_elements": sum(part.body.surface.n_elements for part in model.bodies.values()),
         "threads": thread_count(),
@@ -122,13 +116,7 @@ def summarise(
         "settled": {} if rest is None else rest._asdict(),
         "mass_scaling": scaled,
         "sensors": sensor_summary(model, history),
-        "springs": spring_summary(model, history),
-        "slip_rings": slip_ring_summary(model),
-        "joints": joint_summary(model),
-        "gas": {name: {"slave": chamber.slave} for name, chamber in model.gas.items()},
-        "layers": _layers(model),
-        "depths": _depths(model, history),
-        "inputs": _inputs(model),
+        **_parts(model, history),
         "notes": joint_notes(model)
         + _status_texts(statuses, NOTED)
         + notes_on_feet
@@ -156,13 +144,7 @@ def summary_so_far(
     statuses = _statuses(model, history)
     time, end = float(history["time"][-1]), model.stepping.end
     return {
-        "title": model.title,
-        "version": __version__,
-        "units": dict(zip(("length", "mass", "time"), model.units, strict=True)),
-        "columns": column_units(history, model.units),
-        "timings": dict(clock.seconds),
-        "steps": len(history["time"]) - 1,
-        "step_reasons": steps_summary(model, history),
+        **_head(model, history, dict(clock.seconds)),
         "unfinished": {"time": time, "end": end},
         "statuses": statuses,
         "advice": _advice(statuses),
@@ -170,16 +152,59 @@ def summary_so_far(
         "sensors": sensor_summary(model, history)
         if stopped
         else sensors_without_criteria(model, history),
+        **_parts(model, history),
+        "notes": [],
+        "findings": [],
+        "warnings": [f"the run has not ended: it stands at t = {time:g} of {end:g}"],
+    }
+
+
+def _head(
+    model: Model, history: dict[str, FloatArray], timings: dict[str, float]
+) -> dict[str, Any]:
+    """Return title, version, units, timings and steps, with which every summary begins."""
+    return {
+        "title": model.title,
+        "version": __version__,
+        "units": dict(zip(("length", "mass", "time"), model.units, strict=True)),
+        "columns": column_units(history, model.units),
+        "timings": timings,
+        "steps": len(history["time"]) - 1,
+        "step_reasons": steps_summary(model, history),
+    }
+
+
+def _parts(model: Model, history: dict[str, FloatArray]) -> dict[str, Any]:
+    """Return the facts about the parts of a model, from springs to bodies and slaves (inputs).
+
+    ``layers`` has the thickness of the layer of each contact with a stress law. ``depths`` has the
+    channel of the depth of a body in a deforming slave: the penetration of such a contact is only
+    the compression of its own law.
+    """
+    thicknesses = {part.name: thickness_of(part.contact) for part in model.contacts}
+    inputs = {name: part.body.facts() for name, part in model.bodies.items()}
+    for name, slave_part in model.slaves.items():
+        slave = slave_part.slave
+        inputs[name] = {
+            "kind": "slave",
+            "points": len(slave.points),
+            "active": int(slave.active.sum()),
+            "facets": 0 if slave.facets is None else len(slave.facets),
+        }
+    return {
         "springs": spring_summary(model, history),
         "slip_rings": slip_ring_summary(model),
         "joints": joint_summary(model),
         "gas": {name: {"slave": chamber.slave} for name, chamber in model.gas.items()},
-        "layers": _layers(model),
-        "depths": _depths(model, history),
-        "inputs": _inputs(model),
-        "notes": [],
-        "findings": [],
-        "warnings": [f"the run has not ended: it stands at t = {time:g} of {end:g}"],
+        "layers": {
+            name: thickness for name, thickness in thicknesses.items() if thickness is not None
+        },
+        "depths": {
+            part.name: f"{part.master}.travel"
+            for part in model.contacts
+            if part.slave in model.mechanism.element_movers and f"{part.master}.x" in history
+        },
+        "inputs": inputs,
     }
 
 
@@ -192,39 +217,6 @@ def _statuses(model: Model, history: dict[str, FloatArray]) -> dict[str, dict[st
         }
         for name, prefix in column_prefixes(model).items()
     }
-
-
-def _layers(model: Model) -> dict[str, float]:
-    """Return the thickness of the layer of each contact with a stress law, by name."""
-    thicknesses = {part.name: thickness_of(part.contact) for part in model.contacts}
-    return {name: thickness for name, thickness in thicknesses.items() if thickness is not None}
-
-
-def _depths(model: Model, history: dict[str, FloatArray]) -> dict[str, str]:
-    """Return the channel of the depth of a body in a deforming slave, by contact.
-
-    The penetration of such a contact is only the compression of its own law.
-    """
-    return {
-        part.name: f"{part.master}.travel"
-        for part in model.contacts
-        if part.slave in model.mechanism.element_movers and f"{part.master}.x" in history
-    }
-
-
-def _inputs(model: Model) -> dict[str, dict[str, Any]]:
-    inputs: dict[str, dict[str, Any]] = {}
-    for name, body_part in model.bodies.items():
-        inputs[name] = body_part.body.facts()
-    for name, slave_part in model.slaves.items():
-        slave = slave_part.slave
-        inputs[name] = {
-            "kind": "slave",
-            "points": len(slave.points),
-            "active": int(slave.active.sum()),
-            "facets": 0 if slave.facets is None else len(slave.facets),
-        }
-    return inputs
 
 
 def _status_texts(

@@ -45,18 +45,19 @@ def cases_of(
 ) -> list[StudyCase]:
     """Return the cases of a study without a goal, in order: the last variable changes fastest.
 
-    Rows of the table, or of `targets` by column, change slowest, samples fastest. Columns of the
+    Rows of the table, or of `targets` by column, change slowest, samples fastest. Combinations that
+    a rule's `require` refuses are left out, and the others are numbered from 1. Columns of the
     table with a unit in their head are converted to the units of the `base` case, given by its
     tables.
 
     Raises
     ------
     FileError
-        The table cannot be read, lacks a column, or has a hole.
+        The table cannot be read, lacks a column or a value, or has no rows.
     UnitError
         The head of a column says a unit that cannot be converted.
     CaseError
-        A rule cannot be worked out or leaves nothing over; more cases than anybody runs.
+        A rule cannot be worked out or leaves no case over; more than `MAX_CASES` combinations.
     """
     axes: list[list[dict[str, Any]]] = []
     if study.table is not None:
@@ -96,7 +97,11 @@ def cases_of(
 
 
 def case_of(study: StudySpec, number: int, values: Mapping[str, Any]) -> StudyCase:
-    """Return a case from the values of its variables: common settings, variables, then rules."""
+    """Return a case from the values of its variables: common settings, variables, then rules.
+
+    Later settings of a key replace earlier ones. A rule that cannot be worked out raises a
+    CaseError.
+    """
     settings: dict[str, Any] = dict(study.set)
     for variable in study.variable:
         settings |= dict.fromkeys(variable.key, values[variable.label])
@@ -109,7 +114,11 @@ def case_of(study: StudySpec, number: int, values: Mapping[str, Any]) -> StudyCa
 
 
 def listed_values(variable: VariableSpec) -> list[Any]:
-    """Return the values of a variable that has some: a list, or evenly from low to high."""
+    """Return the values of a variable with `values` or `count`: the list, or from low to high.
+
+    `count` values are equally spaced, or in equal ratios on a logarithmic scale; `whole` ones are
+    rounded, so that some may be equal.
+    """
     if variable.values is not None:
         return list(variable.values)
     assert variable.low is not None
@@ -121,18 +130,18 @@ def listed_values(variable: VariableSpec) -> list[Any]:
 
 
 def check_keys(study: StudySpec, base: Mapping[str, Any], settings: Mapping[str, Any]) -> None:
-    """Refuse a key of the study that leads nowhere in its base case.
+    """Refuse a key of the study that its base case does not have, or that is set twice.
 
     Parameters
     ----------
     study : the specification of the study
     base : tables of the base case
-    settings : of a case of the study
+    settings : settings of any case of the study, by key
 
     Raises
     ------
     CaseError
-        The message says whose key it is.
+        The message names the key, and whether a variable, a rule or `set` has it.
     """
     keys = [("set", key) for key in study.set]
     keys += [(f"variable {v.label!r}", key) for v in study.variable for key in v.key]
@@ -141,7 +150,7 @@ def check_keys(study: StudySpec, base: Mapping[str, Any], settings: Mapping[str,
     for owner, key in keys:
         if key in owners:
             raise CaseError(
-                "two have this key of the case",
+                "two entries set this key of the case",
                 where=f"{study.file}: {owner}",
                 found=key,
                 allowed=f"one of them; the other is {owners[key]}",
@@ -153,7 +162,7 @@ def check_keys(study: StudySpec, base: Mapping[str, Any], settings: Mapping[str,
             with_settings(base, {key: settings[key] for _, key in keys[: i + 1]})
         except CaseError as error:
             raise CaseError(
-                f"this key is none of the base case ({error.what})",
+                f"the base case has no such key ({error.what})",
                 where=f"{study.file}: {owner}",
                 found=key,
                 allowed=error.allowed,
@@ -162,7 +171,7 @@ def check_keys(study: StudySpec, base: Mapping[str, Any], settings: Mapping[str,
 
 
 def _samples(sample: SampleSpec, ranged: list[VariableSpec]) -> list[dict[str, Any]]:
-    """Return points in the box of the variables."""
+    """Return points in the box of the variables, by label; a seed always gives the same points."""
     from scipy.stats import qmc
 
     if sample.kind == "sobol":
@@ -185,15 +194,48 @@ def _samples(sample: SampleSpec, ranged: list[VariableSpec]) -> list[dict[str, A
 
 
 def _rows_of_table(study: StudySpec, base: Mapping[str, Any]) -> list[dict[str, Any]]:
-    """Return the rows of the table: values of the variables that are columns of it."""
+    """Return the rows of the table: the values of the variables that are columns of it, by label.
+
+    A column with a unit in its head is converted to the units of the case. A UnitError is raised
+    if the numbers of the variable's key have a unit of their own in the case, or if the label has
+    another unit than the case; a FileError without rows, or at a missing value.
+    """
     assert study.table is not None
     sheet = read_sheet(Path(study.table), "x, y, speed")
     sheet.check_header("x, y, speed")
     case = with_settings(base, {k: v for k, v in study.set.items() if k.startswith("units")})
     variables = [(v, sheet.column(v.column)) for v in study.variable if v.column is not None]
-    columns = {v.label: (column, _factor(sheet, column, v, case)) for v, column in variables}
+    columns: dict[str, tuple[int, float | None]] = {}
+    for variable, column in variables:
+        unit, where = sheet.unit(column), f"{sheet.where}: {sheet.heads[column].text}"
+        columns[variable.label] = column, None
+        if unit is None:
+            continue
+        unit_keys = [
+            name for key in variable.key for name in _UNIT_KEYS if name in table_of_key(case, key)
+        ]
+        if unit_keys:
+            raise UnitError(
+                f"the numbers of this variable's key are in the {unit_keys[0]} that stands beside "
+                "it",
+                where=where,
+                found=unit,
+                allowed=f"no unit in the header, and numbers as {unit_keys[0]} says",
+            )
+        length, mass, time = (str(case["units"][name]) for name in ("length", "mass", "time"))
+        if (
+            variable.unit
+            and consistent_factor(variable.unit, length, mass, time, variable.label) != 1.0
+        ):
+            raise UnitError(
+                "a column with a unit is converted to the units of the case: its label must be one",
+                where=f"{variable.label}: unit",
+                found=variable.unit,
+                allowed="none, or that of the case",
+            )
+        columns[variable.label] = column, consistent_factor(unit, length, mass, time, where)
     rows = [
-        {label: _value(sheet, row, *column) for label, column in columns.items()}
+        {label: _cell_value(sheet, row, *column) for label, column in columns.items()}
         for row in sheet.rows
     ]
     if not rows:
@@ -201,43 +243,18 @@ def _rows_of_table(study: StudySpec, base: Mapping[str, Any]) -> list[dict[str, 
     return rows
 
 
-def _factor(
-    sheet: Sheet, column: int, variable: VariableSpec, case: Mapping[str, Any]
-) -> float | None:
-    """Return the factor for the numbers of a column; None if its head names no unit."""
-    unit, where = sheet.unit(column), f"{sheet.where}: {sheet.heads[column].text}"
-    if unit is None:
-        return None
-    unit_keys = [
-        name for key in variable.key for name in _UNIT_KEYS if name in table_of_key(case, key)
-    ]
-    if unit_keys:
-        raise UnitError(
-            f"the numbers of this variable's key are in the {unit_keys[0]} that stands beside it",
-            where=where,
-            found=unit,
-            allowed=f"no unit in the header, and numbers as {unit_keys[0]} says",
-        )
-    length, mass, time = (str(case["units"][name]) for name in ("length", "mass", "time"))
-    if (
-        variable.unit
-        and consistent_factor(variable.unit, length, mass, time, variable.label) != 1.0
-    ):
-        raise UnitError(
-            "a column with a unit is converted to the units of the case: its label must be one",
-            where=f"{variable.label}: unit",
-            found=variable.unit,
-            allowed="none, or that of the case",
-        )
-    return consistent_factor(unit, length, mass, time, where)
+def _cell_value(sheet: Sheet, row: Row, column: int, factor: float | None) -> Any:
+    """Return a cell: an integer, a number, or text; with a `factor`, a number times it.
 
-
-def _value(sheet: Sheet, row: Row, column: int, factor: float | None) -> Any:
-    """Return a whole number, a number in the units of the case, or text."""
+    Raises
+    ------
+    FileError
+        The row is short, the cell is empty or not finite, or it is text in a column with a factor.
+    """
     where, text = f"{sheet.path}:{row.line}", sheet.mark.join(row.cells)
     if len(row.cells) < len(sheet.heads) or row.cells[column].lower() in _EMPTY_CELLS:
         raise FileError(
-            "the table has a hole",
+            "a value of the table is missing",
             where=where,
             found=text,
             allowed=f"a value in each of the {len(sheet.heads)} columns",
@@ -249,7 +266,7 @@ def _value(sheet: Sheet, row: Row, column: int, factor: float | None) -> Any:
         if factor is None:
             return cell
         raise FileError(
-            "a text under a head with a unit", where=where, found=text, allowed="numbers"
+            "a text in a column with a unit", where=where, found=text, allowed="numbers"
         ) from None
     if factor not in (None, 1.0):
         return number * factor
@@ -257,7 +274,7 @@ def _value(sheet: Sheet, row: Row, column: int, factor: float | None) -> Any:
 
 
 def shown_value(value: Any) -> Any:
-    """Return a value as a table shows it: numbers and text unchanged, tables and lists as text."""
+    """Return a value as a table shows it: numbers and text unchanged, all others as JSON."""
     if isinstance(value, bool) or not isinstance(value, int | float | str):
         return json.dumps(value, ensure_ascii=False)
     return value

@@ -13,21 +13,24 @@ from contiga.studies.spec import StudySpec
 
 
 class Line(NamedTuple):
-    """One quantity over the meshes, all other variables as they are."""
+    """One quantity over the meshes, for fixed values of all other variables."""
 
     label: str
     """Values of the other variables."""
     rows: list[int]
     """Numbers of the cases, coarse to fine."""
     values: list[float]
+    """Values of the quantity, coarse to fine."""
     errors: list[float]
-    """Distances from the finest value, of all others."""
+    """Distances of all values but the last from the last, the finest."""
     order: float
     """Order of convergence in the mesh size; NaN if it cannot be determined."""
 
 
 def sizes_of(levels: list[float]) -> list[float]:
-    """Return sizes of meshes over the coarsest, which comes first; from sizes or element counts.
+    """Return the sizes of meshes, from coarse to fine, over that of the first.
+
+    Rising levels are counts of elements along a side, falling ones are sizes.
 
     >>> sizes_of([10.0, 20.0, 40.0]), sizes_of([4.0, 2.0, 1.0])
     ([1.0, 0.5, 0.25], [1.0, 0.5, 0.25])
@@ -37,7 +40,10 @@ def sizes_of(levels: list[float]) -> list[float]:
 
 
 def lines_of(study: StudySpec, rows: list[Row], quantity: str) -> list[Line]:
-    """Return a line for each choice of the other variables for which every mesh has been run."""
+    """Return a line for each choice of the other variables that has a row for every mesh.
+
+    Rows of failed cases count, with NaN. The study must have a refined variable.
+    """
     refined = refined_variable(study)
     assert refined is not None
     assert refined.values is not None
@@ -61,7 +67,7 @@ def lines_of(study: StudySpec, rows: list[Row], quantity: str) -> list[Line]:
 
 
 def refined_variable(study: StudySpec) -> Any:
-    """Return the variable whose values are meshes from coarse to fine; None if there is none."""
+    """Return the first variable that `refines` and has several positive numbers; None without."""
     for variable in study.variable:
         numeric = variable.values is not None and all(
             isinstance(value, int | float) and value > 0 for value in variable.values
@@ -72,9 +78,10 @@ def refined_variable(study: StudySpec) -> Any:
 
 
 def order_of(values: list[float], sizes: list[float]) -> float:
-    """Return the order p of values c + a h^p, from the last three of them (Roache 1998, 5.4).
+    """Return the order p of values c + a h^p at sizes h, from the last three (Roache 1998, 5.4).
 
-    The order is NaN if they do not approach a limit from one side, or there are fewer than three.
+    The order is NaN if it is not between 0.01 and 12, if the values do not approach a limit from
+    one side, the sizes do not fall, or there are fewer than three finite values.
 
     >>> round(order_of([1.0 + h**2 for h in (1.0, 0.5, 0.25)], [1.0, 0.5, 0.25]), 9)
     2.0
@@ -98,7 +105,7 @@ def order_of(values: list[float], sizes: list[float]) -> float:
 
 
 def line_in_words(line: Line) -> str:
-    """Describe a line in words."""
+    """Return the finest value of a line, its change in per cent, and its order, as a sentence."""
     text = f"{line.label}: {number(line.values[-1])} at the finest"
     if line.values[-1] != 0.0 and line.errors:
         text += (

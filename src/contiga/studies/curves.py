@@ -30,7 +30,8 @@ _PALEST = 0.3
 def curves_section(folder: Path, rows: Sequence[Row], label: str) -> str:
     """Return the curves of the report of the first case with a line for each case, as HTML.
 
-    The text is empty if there are no curves.
+    At most 20 complete cases are drawn, evenly chosen. The text is empty if there are no curves, or
+    a folder cannot be read. Colours are by size for numbers, by first appearance for other values.
 
     Parameters
     ----------
@@ -51,32 +52,23 @@ def curves_section(folder: Path, rows: Sequence[Row], label: str) -> str:
     except InputError:  # their folders are incomplete
         return ""
     first, values = runs[0].run, [row.values.get(label) for row in cases]
-    colours = _colours(values)
+    texts = [repr(value) for value in values]
+    are_numbers = all(isinstance(value, int | float) for value in values)
+    ranks = [list(dict.fromkeys(texts)).index(text) for text in texts]
+    sizes = np.array(values if are_numbers else ranks, np.float64)
+    shares = (sizes - sizes.min()) / max(float(np.ptp(sizes)), 1e-300)
+    rgb = (255.0 * scale_colours(_PALEST + (1.0 - _PALEST) * shares)).round().astype(int)
+    colours = [f"#{r:02x}{g:02x}{b:02x}" for r, g, b in rgb.tolist()]
     tests = [reference.moved(first) for reference in references_of(first)]
     figures = []
     for k, curve in enumerate(curves_of(first)):
-        figure = curve_figure(runs, curve, tests, None, colours=colours, most=_MAX_ROWS)
+        figure = curve_figure(runs, curve, tests, None, colours=colours, max_rows=_MAX_ROWS)
         if len(curve.y) == 1:
             figure.layout["showlegend"] = False
         figures.append(embedded(figure, f"curve-{k}", PLOT_CONFIG))
     if not figures:
         return ""
     lines = "A line is a case" if len(cases) == len(rows) else f"Lines are {len(cases)} cases"
-    order = "" if _are_numbers(values) else " in the order of its values"
+    order = "" if are_numbers else " in the order of its values"
     caption = f"{lines}, coloured from yellow to violet by {escape(label)}{order}."
     return f'<h2>Curves</h2>{side_by_side(figures)}<p class="caption">{caption}</p>'
-
-
-def _are_numbers(values: Sequence[object]) -> bool:
-    return all(isinstance(value, int | float) for value in values)
-
-
-def _colours(values: Sequence[object]) -> list[str]:
-    """Return a colour for each value: by size for numbers, by first appearance for others."""
-    if not _are_numbers(values):
-        texts = [repr(value) for value in values]
-        values = [list(dict.fromkeys(texts)).index(text) for text in texts]
-    sizes = np.array(values, np.float64)
-    shares = (sizes - sizes.min()) / max(float(np.ptp(sizes)), 1e-300)
-    rgb = (255.0 * scale_colours(_PALEST + (1.0 - _PALEST) * shares)).round().astype(int)
-    return [f"#{r:02x}{g:02x}{b:02x}" for r, g, b in rgb.tolist()]

@@ -1,6 +1,6 @@
 """Engines that run the cases of a study: Dask, or this process in turn.
 
-Both answer the same rows: which engine, how many workers and which of them died does not show.
+Both yield the same rows, whatever the number of workers, and however many of them are lost.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from contiga.studies.row import Row
 
 
 class Engine(Protocol):
-    """Runs cases."""
+    """Protocol of what runs cases."""
 
     def run(self, cases: Sequence[StudyCase]) -> Iterator[Row]:
         """Yield the rows of cases as they finish, in any order."""
@@ -40,21 +40,24 @@ class InTurn:
 def engine_for(
     base: Base, *, scheduler: str | None, workers: int | None, retries: int
 ) -> Iterator[Engine]:
-    """Provide the engine for the cases; its processes have ended when the block ends.
+    """Provide the engine for the cases; processes that it starts have ended when the block ends.
 
     Parameters
     ----------
     base : common data of the cases
     scheduler : address of a running Dask scheduler; a cluster on this machine if omitted
     workers : processes of that cluster, a core each if omitted; 0 runs the cases in this process
-    retries : how often a case is begun again whose worker was lost
+    retries : number of restarts of a case whose worker was lost
 
     Raises
     ------
     InputError
-        Nobody answers at the address, or what answers does not see the folder of the study.
+        `workers` is negative, or given with a scheduler; no scheduler answers at the address. While
+        it runs: a worker does not see the folder of the study, or has another version.
     MissingPackageError
         Dask is not installed.
+    RunError
+        The processes of this machine cannot be started.
     """
     if workers is not None and (isinstance(workers, bool) or workers < 0):
         raise InputError("must be a whole number", where="workers", found=workers, allowed=">= 0")

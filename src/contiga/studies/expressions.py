@@ -65,7 +65,7 @@ class Expression:
     Raises
     ------
     CaseError
-        It is no arithmetic, or calls an unknown function.
+        It is no arithmetic, is longer than 500 characters, or calls an unknown function.
 
     >>> Expression("2 * thickness + min(3, 4)", "rule").value({"thickness": 5.0})
     13.0
@@ -82,7 +82,7 @@ class Expression:
         """Names of variables in it."""
 
     def check_names(self, names: list[str]) -> None:
-        """Refuse a name that no variable has."""
+        """Raise a CaseError at the first name that no variable has."""
         for name in self.names:
             if name not in names:
                 raise CaseError(
@@ -94,7 +94,9 @@ class Expression:
                 )
 
     def value(self, names: Mapping[str, Any]) -> Any:
-        """Return the value for values of the variables.
+        """Return the value of the expression for values of the variables by name.
+
+        A power with an exponent beyond ±64 is one of floating-point numbers.
 
         Raises
         ------
@@ -114,7 +116,10 @@ class Expression:
         return CaseError(rule, where=self.where, found=self.text, allowed=_ALLOWED)
 
     def _check(self, node: ast.AST) -> list[str]:
-        """Return the names in a part of the tree; refuse nodes of unknown kinds."""
+        """Return the names of variables in a part of the tree, repeated as they appear.
+
+        Nodes of other kinds, unknown functions and arguments by keyword raise a CaseError.
+        """
         if isinstance(node, ast.Constant):
             if not isinstance(node.value, int | float | str):
                 raise self._error("is not an expression")
@@ -126,7 +131,7 @@ class Expression:
         if isinstance(node, ast.Call):
             named = isinstance(node.func, ast.Name) and node.func.id in _FUNCTIONS
             if not named or node.keywords:
-                raise self._error("calls what is not known")
+                raise self._error("calls an unknown function")
             parts: list[ast.expr] = node.args
         elif isinstance(node, ast.Compare):
             self._check_operators(node.ops, _BINARY)

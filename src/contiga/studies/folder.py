@@ -44,7 +44,14 @@ class StudyFolder:
 
     def __init__(self, path: Path, study: StudySpec, base: Base, case: Case) -> None:
         self.path, self.base = path, base
-        self._study, self._manifest = study, _definition(study, case)
+        self._study = study
+        tables = study.model_dump(mode="json", exclude_none=True, exclude={"base", "table"})
+        self._manifest = dict(_flat(tables, ""))
+        """Everything that determines the rows of a study, by key; files by their content."""
+        case_tables = case.model_dump(mode="json", exclude_none=True)
+        self._manifest |= {f"base: {key}": value for key, value in _flat(case_tables, "")}
+        if study.table is not None:
+            self._manifest["table"] = _content(study.table)
         self.rows: dict[int, Row] = {}
         """Rows by number."""
         self._written_at, self._writing_time = perf_counter(), 0.0
@@ -55,7 +62,8 @@ class StudyFolder:
         Raises
         ------
         OutputError
-            It holds rows of a study that is not resumed, or no study that could be resumed.
+            It holds rows of a study that is not to be resumed. Or it is to be resumed, and holds no
+            study, or one that differs in a key that determines the rows.
         """
         manifest = self.path / MANIFEST
         if not resume and manifest.is_file() and next((self.path / CASES).glob(f"*/{ROW}"), None):
@@ -70,7 +78,7 @@ class StudyFolder:
             before: dict[str, Any] = json.loads(manifest.read_text(encoding="utf-8"))
         except (OSError, ValueError) as error:
             raise OutputError(
-                "there is no study to go on with",
+                "there is no study to resume",
                 where=str(manifest),
                 remedy="Run it without --resume",
             ) from error
@@ -78,7 +86,7 @@ class StudyFolder:
             value, value_before = (d.get(key, _MISSING) for d in (self._manifest, before))
             if value_before != value and not _NOT_COMPARED.fullmatch(key):
                 raise OutputError(
-                    f"the study in the folder says something else: {key}",
+                    f"the study in the folder differs: {key}",
                     where=str(self._study.file),
                     found=value,
                     allowed=f"{value_before!r}, as the study was begun",
@@ -86,26 +94,29 @@ class StudyFolder:
                 )
 
     def open(self, rows: Iterable[Row]) -> None:
-        """Make the folder, with the rows that exist already.
+        """Make the folder, write ``study.json``, and store the rows that exist already.
 
         Raises
         ------
         OutputError
-            It is somebody else's, or cannot be written.
+            It holds other files but no study, or cannot be written.
         """
         open_folder(self.path, (MANIFEST,), "study")
         write_json(self.path / MANIFEST, self._manifest)
         self.rows |= {row.number: row for row in rows}
 
     def take(self, row: Row) -> None:
-        """Store a row as it comes; now and then the table is rewritten."""
+        """Store a row as it comes, and rewrite the table if it was not written for a while.
+
+        That is 2 s, or twenty times as long as the last writing took, if this is more.
+        """
         self.rows[row.number] = row
         elapsed = perf_counter() - self._written_at
         if elapsed > max(_MIN_SECONDS, _WRITING_RATIO * self._writing_time):
             self.write_table()
 
     def write_table(self) -> Table:
-        """Write the table of the rows so far."""
+        """Write the table of the rows so far, note how long that took, and return it."""
         start = perf_counter()
         table = self.table()
         table.write(self.path)
@@ -117,17 +128,6 @@ class StudyFolder:
         """Return the table of the rows so far."""
         units = {v.label: v.unit for v in self._study.variable} | self.base.units
         return table_of(self.rows.values(), self._study.labels, list(self.base.quantities), units)
-
-
-def _definition(study: StudySpec, case: Case) -> dict[str, Any]:
-    """Return everything that determines the rows of a study, by key; files by their content."""
-    tables = study.model_dump(mode="json", exclude_none=True, exclude={"base", "table"})
-    flat = dict(_flat(tables, ""))
-    base = case.model_dump(mode="json", exclude_none=True)
-    flat |= {f"base: {key}": value for key, value in _flat(base, "")}
-    if study.table is not None:
-        flat["table"] = _content(study.table)
-    return flat
 
 
 def _flat(value: Any, key: str) -> Iterator[tuple[str, Any]]:

@@ -28,6 +28,7 @@ class MapSpec(Spec):
 
     @model_validator(mode="after")
     def _colours_come_one_way(self) -> Self:
+        """Check that bands and limits are not both given, and rise."""
         if self.bands is not None and self.limits is not None:
             raise CaseError(
                 "colours come by bands, or between limits", where="bands", allowed="one of the two"

@@ -68,7 +68,7 @@ class ColourMap(NamedTuple):
 
     @property
     def colours(self) -> FloatArray:
-        """Red, green and blue (n, 3) of the vertices."""
+        """Red, green and blue (n, 3) of the vertices; those without a value are plain."""
         from matplotlib.colors import to_rgb
 
         rgb = self.shades.colours(self.values)
@@ -76,7 +76,7 @@ class ColourMap(NamedTuple):
 
     @property
     def towards(self) -> FloatArray:
-        """The viewing direction (3,) onto the side that is hit, a little from its front."""
+        """The viewing direction (3,) onto the side that has values, a little from its front."""
         p = self.vertices[self.triangles]
         facets = np.cross(p[:, 1] - p[:, 0], p[:, 2] - p[:, 0])
         has_values = np.isfinite(self.values)[self.triangles].all(axis=1)
@@ -91,7 +91,8 @@ class ColourMap(NamedTuple):
 def map_of(study: StudySpec, base: Base, rows: tuple[Row, ...]) -> ColourMap | None:
     """Return the map of a study; None if the study has none, or no case gave a value.
 
-    If several cases hit one point, the greatest of their values is drawn.
+    The body is that of the first complete case, at its start, in triangles of `_MAX_EDGE`. If
+    several cases hit one point, the greatest of their values is drawn.
     """
     spec = study.map
     if spec is None:
@@ -131,7 +132,9 @@ def map_of(study: StudySpec, base: Base, rows: tuple[Row, ...]) -> ColourMap | N
 
 
 def nearest(targets: FloatArray, hit: FloatArray, points: FloatArray) -> FloatArray:
-    """Return values (n,) at points: of the nearest target (k, 3), NaN out of its reach.
+    """Return values (n,) at points: of the nearest target (k, 3), NaN out of reach (`_reach`).
+
+    Targets with a NaN do not count; with fewer than two others all values are NaN.
 
     >>> row = np.array([[0.0, 0, 0], [2, 0, 0]])
     >>> nearest(row, np.array([1.0, 3.0]), np.array([[0.9, 0, 0], [1.1, 1, 0], [0, 1.6, 0]]))
@@ -160,9 +163,10 @@ def _reach(targets: FloatArray) -> float:
 def between(targets: FloatArray, hit: FloatArray, points: FloatArray) -> FloatArray:
     """Return values (n,) at points, linear between targets (k, 3) along their common normal.
 
-    The value is NaN outside the convex hull of the targets, and everywhere if they are on one line.
-    It is NaN on the far side of the part, too: where a point is farther from the surface through
-    the targets than the nearest point by more than their reach.
+    The normal is that of the plane fitted to the targets with a value. The value is NaN outside
+    their convex hull, and everywhere if they are on one line or fewer than three. It is NaN on the
+    far side of the part, too: where a point is farther from the surface through the targets than
+    the nearest point by more than their reach.
 
     >>> corners = np.array([[0.0, 0, 0], [2, 0, 0], [0, 2, 0]])
     >>> places = np.array([[1.0, 0, 1], [0, 1, 0], [0, 1, 5], [9, 9, 0]])
@@ -189,9 +193,11 @@ def between(targets: FloatArray, hit: FloatArray, points: FloatArray) -> FloatAr
 
 
 def refined(points: FloatArray, triangles: IntArray, longest: float) -> tuple[FloatArray, IntArray]:
-    """Return triangles whose edges are at most `longest`, as far as `_MAX_TRIANGLES` allows.
+    """Return points and triangles whose edges are at most `longest`, as `_MAX_TRIANGLES` allows.
 
-    Long edges are halved, in both of their triangles: the mesh gets no gaps.
+    Long edges are halved, in both of their triangles, so that the mesh gets no gaps; this is
+    repeated until none is left, or there are `_MAX_TRIANGLES` / 4 or more. New points follow the
+    given ones.
     """
     while len(triangles) < _MAX_TRIANGLES // 4:
         edges = np.sort(triangles[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
@@ -228,7 +234,10 @@ def _split(triangles: IntArray, middle: IntArray) -> IntArray:
 
 
 def draw_map(colour_map: ColourMap, title: str, path: Path) -> None:
-    """Write the map as PNG."""
+    """Write the map as PNG to `path`, with its colour bar and the targets as dots.
+
+    The dots of failed cases are white; a title is cut after 90 characters.
+    """
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 

@@ -72,12 +72,12 @@ def local_client(workers: int) -> Iterator[Client]:
 
 @contextmanager
 def remote_client(address: str) -> Iterator[Client]:
-    """Provide a client of a running scheduler.
+    """Provide a client of a running scheduler for the duration of the block.
 
     Raises
     ------
     InputError
-        Nobody answers there, or somebody else than a scheduler.
+        No scheduler answers at the address within 5 s.
     """
     try:
         # A client that fails to connect tries to close itself for 20 s, and prints a traceback.
@@ -117,7 +117,7 @@ class OnDask:
     ----------
     client : of the scheduler
     base : of the cases
-    retries : how often a case is begun again whose worker was lost
+    retries : number of restarts of a case whose worker was lost
     """
 
     def __init__(self, client: Client, base: Base, retries: int) -> None:
@@ -127,15 +127,27 @@ class OnDask:
         self._token = token_hex(4)
         """Part of the names of its tasks: others may use the same scheduler."""
         self._cold: dict[str, Event] | None = None
-        """Hosts whose kernels may have to be compiled, or None before they are known."""
+        """Signals of hosts that may have to compile kernels, set when they have; None at first."""
         self._usable: dict[str, bool] = {}
         """Whether a worker may be used, by address, for all workers asked so far."""
         self._tries = count()
         self._stranded: dict[Future, float] = {}
-        """Time since which no worker may run a case."""
+        """Time since which no usable worker may run a case, seconds."""
 
     def run(self, cases: Sequence[StudyCase]) -> Iterator[Row]:
-        """Yield the rows as they come. A machine that compiles kernels runs one case at a time."""
+        """Yield the rows as they come. A machine that compiles kernels runs one case at a time.
+
+        No case goes to free threads while any machine still compiles. A case whose worker was lost
+        is queued again; after all retries it is a row with the status `LOST`. Cases still running
+        when the caller stops are cancelled.
+
+        Raises
+        ------
+        InputError
+            A worker of the start cannot be used (`_workers`).
+        RunError
+            The scheduler was lost, or a case fails without a row.
+        """
         waiting, running = deque(cases), dict[Future, _Submission]()
         try:
             while waiting or running:
@@ -157,12 +169,26 @@ class OnDask:
             self._client.cancel(list(running), force=True)
 
     def _submit(self, waiting: deque[StudyCase], running: dict[Future, _Submission]) -> None:
-        """Submit as many cases as there are free threads: a dying worker loses no other case."""
+        """Move cases from `waiting` to `running`, one for each free thread of a usable worker.
+
+        A dying worker then loses no other case. While machines compile, each gets one case only.
+        Cases whose workers left before they began wait again after `_STRANDED_SECONDS`; the
+        scheduler reports lost cases itself.
+        """
         by_host = self._workers()
         if self._cold is None:
             self._cold = self._hosts(by_host)
         workers = [address for addresses in by_host.values() for address in addresses]
-        self._requeue_stranded({*workers}, waiting, running)
+        now = perf_counter()
+        self._stranded = {
+            future: self._stranded.get(future, now)
+            for future, submission in running.items()
+            if not future.done() and submission.workers.isdisjoint(workers)
+        }
+        for future, since in self._stranded.items():
+            if now - since > _STRANDED_SECONDS:
+                self._client.cancel([future], force=True)
+                waiting.append(running.pop(future).case)
         for host, warm in list(self._cold.items()):
             workers_of_host = by_host.get(host, [])
             if warm.is_set() or not workers_of_host:
@@ -187,29 +213,14 @@ class OnDask:
             future = self._client.submit(run_one, self._base, case, **options)
             running[future] = _Submission(case, frozenset(workers))
 
-    def _requeue_stranded(
-        self,
-        workers: set[str],
-        waiting: deque[StudyCase],
-        running: dict[Future, _Submission],
-    ) -> None:
-        """Take back cases whose workers left before they began; report lost cases."""
-        now = perf_counter()
-        self._stranded = {
-            future: self._stranded.get(future, now)
-            for future, submission in running.items()
-            if not future.done() and not submission.workers & workers
-        }
-        for future, since in self._stranded.items():
-            if now - since > _STRANDED_SECONDS:
-                self._client.cancel([future], force=True)
-                waiting.append(running.pop(future).case)
-
     def _key(self, case: StudyCase) -> str:
         return f"|{self._token}|{case.name}|{next(self._tries)}"
 
     def _hosts(self, by_host: dict[str, list[str]]) -> dict[str, Event]:
-        """Return the machines of workers, which are filled in; wait for the first of them."""
+        """Return a signal for each host, that its kernels are compiled; wait for a first worker.
+
+        Workers that come meanwhile are added to `by_host`.
+        """
         while not by_host:
             self._client.wait_for_workers(1)
             by_host.update(self._workers())
@@ -248,7 +259,11 @@ class OnDask:
         return workers
 
     def _row(self, future: Future, case: StudyCase) -> Row | None:
-        """Return the row of a case; None if the case is to be restarted."""
+        """Return the row of a finished task; None if the case is to restart on another worker.
+
+        After all retries a row with the status `LOST` is written and returned. Any other failure
+        raises a RunError. A first case that ends well marks its host as compiled.
+        """
         if future.status == "finished":
             row: Row = future.result()
             host = _host_of(future)
@@ -274,12 +289,12 @@ class OnDask:
 
 
 def _host_of(future: Future) -> str:
-    """Return the machine if it is its first case; else an empty text."""
+    """Return the host of a task that is the first case of it; else an empty text."""
     return str(future.key).partition("|")[0]
 
 
 def _unfit(address: str, answer: Any, folder: str) -> InputError | None:
-    """Return the error for a worker, from its answer."""
+    """Return the error for a worker, from its answer to `_sees`; None if it can be used."""
     if isinstance(answer, BaseException):
         return InputError(
             f"a worker cannot load contiga ({answer})",
@@ -308,7 +323,10 @@ def _sees(folder: str) -> tuple[bool, str]:
 
 
 def _first_on_host(base: Base, case: StudyCase, event: str) -> Row:
-    """Run a case, and signal when no kernel seems to be left to compile."""
+    """Run a case, and set the event when no kernel was compiled for `QUIET_SECONDS`.
+
+    The event is set at most once, after a step; a case that ends earlier does not set it.
+    """
     from numba.core import event as numba_event
 
     class Compiling(numba_event.Listener):  # type: ignore[misc]

@@ -10,7 +10,7 @@ from functools import cache
 from pathlib import Path
 from threading import Lock
 from time import perf_counter
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 from contiga.case.build import run
 from contiga.case.part_cache import PartCache
@@ -21,9 +21,6 @@ from contiga.simulation.run import RunOptions
 from contiga.studies.cases import StudyCase
 from contiga.studies.quantities import Quantity
 from contiga.studies.row import DONE, FAILED, LOST, Row, read_row
-
-if TYPE_CHECKING:
-    from contiga.simulation.result import Result
 
 Progress = Callable[[int, int, int], Any]
 CASES = "cases"
@@ -59,7 +56,7 @@ class Base(NamedTuple):
 
     @property
     def tables(self) -> dict[str, Any]:
-        """The tables of the base case, with the tables of files that it includes."""
+        """The tables of the base case; those with parts in included files are merged with them."""
         return tomllib.loads(self.text) | tables_of(self.text, Path(self.path)).data
 
     def case(self, settings: dict[str, Any]) -> Case:
@@ -72,7 +69,10 @@ class Base(NamedTuple):
 
 
 def row_of(base: Base, case: StudyCase) -> Row | None:
-    """Return the row of a case that has been run before; None if it is to be run."""
+    """Return the row of a case in its folder; None if the case is to be run.
+
+    A row is not that of the case if its worker was lost, or values or quantities differ.
+    """
     row = read_row(base.folder_of(case))
     if row is None or row.status == LOST:
         return None
@@ -80,9 +80,11 @@ def row_of(base: Base, case: StudyCase) -> Row | None:
 
 
 def run_one(base: Base, case: StudyCase, progress: Progress | None = None) -> Row:
-    """Run a case into its folder and write its row there; an existing row is returned instead.
+    """Run a case into its folder as `contiga.run` does, and write its row there.
 
-    It raises nothing but an interruption: a case that fails is a row with its message.
+    If there is a row already (`row_of`), it is returned instead; else the folder is emptied first.
+    Any error of the case becomes a row with its message, and quantities that it does not have are
+    NaN. Warnings of the run are in its summary only.
     """
     with _ONE_AT_A_TIME:
         row = row_of(base, case)
@@ -94,7 +96,11 @@ def run_one(base: Base, case: StudyCase, progress: Progress | None = None) -> Ro
         folder.mkdir(parents=True)
         status, message, collected = DONE, "", dict.fromkeys(base.quantities, float("nan"))
         try:
-            result = _run(base.case(case.settings), folder, progress)
+            checked = base.case(case.settings)
+            options = RunOptions(progress=progress, on_finish=write_report)
+            with warnings.catch_warnings():  # not on the stream of each worker
+                warnings.simplefilter("ignore", ContigaWarning)
+                result = run(checked, folder, options, parts=parts_of_process())
             collected = {
                 name: quantity.value(result.history, result.summary)
                 for name, quantity in base.quantities.items()
@@ -109,11 +115,3 @@ def run_one(base: Base, case: StudyCase, progress: Progress | None = None) -> Ro
         row = Row(case.number, status, message, case.values, collected, seconds)
         row.write(folder)
         return row
-
-
-def _run(case: Case, folder: Path, progress: Progress | None) -> Result:
-    """Run a case as `contiga.run` does, with the parts that cases have in common."""
-    with warnings.catch_warnings():  # reported in the summary, not on the stream of each worker
-        warnings.simplefilter("ignore", ContigaWarning)
-        how = RunOptions(progress=progress, on_finish=write_report)
-        return run(case, folder, how, parts=parts_of_process())

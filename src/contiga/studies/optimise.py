@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Iterable, Iterator
-from pathlib import Path
 from typing import Any
 
 from contiga.studies.cases import StudyCase, case_of, listed_values
@@ -27,13 +26,36 @@ _EXCESS_OF_MISSING = 1e300
 
 
 def optimised(study: StudySpec, engine: Engine, folder: StudyFolder) -> Iterator[Row]:
-    """Yield the rows of the cases that Optuna suggests, as they come."""
+    """Yield the rows of the cases that Optuna suggests, as they come.
+
+    Rows in the folder of the study are yielded instead of running their cases. Optuna's log there
+    is replaced. A failed case, or one without the quantity of the goal, is a failed trial.
+    """
+    import optuna
+    from optuna.storages import JournalStorage
+    from optuna.storages.journal import JournalFileBackend
+
     goal = study.goal
     assert goal is not None
-    optimiser = _optuna_study(study, folder.path / OPTUNA)
+    optuna.logging.set_verbosity(optuna.logging.WARNING)
+    path = folder.path / OPTUNA
+    path.unlink(missing_ok=True)
+    optimiser = optuna.create_study(
+        storage=JournalStorage(JournalFileBackend(str(path))),
+        study_name=study.title,
+        direction="minimize" if goal.minimise is not None else "maximize",
+    )
     n_suggested = 0
     while n_suggested < goal.trials:
-        optimiser.sampler = _sampler(goal.seed + n_suggested)
+        # A new sampler for each batch depends on the seed and the earlier results alone.
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", optuna.exceptions.ExperimentalWarning)
+            optimiser.sampler = optuna.samplers.TPESampler(
+                seed=goal.seed + n_suggested,
+                n_startup_trials=_N_RANDOM,
+                multivariate=True,
+                constant_liar=True,
+            )
         batch: dict[int, tuple[Any, StudyCase]] = {}
         last = min(n_suggested + goal.batch, goal.trials)
         for number in range(n_suggested + 1, last + 1):
@@ -53,12 +75,23 @@ def optimised(study: StudySpec, engine: Engine, folder: StudyFolder) -> Iterator
             rows[row.number] = row
             yield row
         for number, (trial, _) in batch.items():
-            _tell(optimiser, trial, goal, rows[number])
+            row = rows[number]
+            value = row.collected[goal.quantity]
+            if row.status != DONE or value != value:
+                optimiser.tell(trial, state=optuna.trial.TrialState.FAIL)
+                continue
+            for text, excess in zip(goal.subject_to, excesses(goal, row), strict=True):
+                trial.set_constraint(text, excess)
+            trial.set_user_attr("case", row.number)
+            optimiser.tell(trial, value)
         n_suggested += len(batch)
 
 
 def excesses(goal: GoalSpec, row: Row) -> list[float]:
-    """Return the excess of a row over each limit of the goal; zero or less is within."""
+    """Return the excess of a row over each limit of the goal, 1e300 for a missing quantity.
+
+    Zero or less is within the limit.
+    """
     values = [(limit, row.collected[limit.quantity]) for limit in goal.limits]
     return [
         _EXCESS_OF_MISSING if value != value else limit.excess(value) for limit, value in values
@@ -66,7 +99,7 @@ def excesses(goal: GoalSpec, row: Row) -> list[float]:
 
 
 def best_of(goal: GoalSpec, rows: Iterable[Row]) -> Row | None:
-    """Return the best row within all limits, the first of equal ones; None if there is none."""
+    """Return the best complete row within all limits, the first of equal ones; None without one."""
     sign = 1.0 if goal.minimise is not None else -1.0
     within = [
         row
@@ -78,36 +111,6 @@ def best_of(goal: GoalSpec, rows: Iterable[Row]) -> Row | None:
     return min(within, key=lambda row: sign * row.collected[goal.quantity], default=None)
 
 
-def _optuna_study(study: StudySpec, path: Path) -> Any:
-    """Return a new study of Optuna, stored in a file."""
-    import optuna
-    from optuna.storages import JournalStorage
-    from optuna.storages.journal import JournalFileBackend
-
-    assert study.goal is not None
-    optuna.logging.set_verbosity(optuna.logging.WARNING)
-    path.unlink(missing_ok=True)
-    return optuna.create_study(
-        storage=JournalStorage(JournalFileBackend(str(path))),
-        study_name=study.title,
-        direction="minimize" if study.goal.minimise is not None else "maximize",
-    )
-
-
-def _sampler(seed: int) -> Any:
-    """Return the sampler of a batch; it depends on the seed and the earlier results alone."""
-    import optuna
-
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", optuna.exceptions.ExperimentalWarning)
-        return optuna.samplers.TPESampler(
-            seed=seed,
-            n_startup_trials=_N_RANDOM,
-            multivariate=True,
-            constant_liar=True,
-        )
-
-
 def _suggest(trial: Any, variable: VariableSpec) -> Any:
     """Return the value that Optuna chooses for a variable: between two ends, or from a list."""
     if variable.ranged:
@@ -117,17 +120,3 @@ def _suggest(trial: Any, variable: VariableSpec) -> Any:
         return trial.suggest_float(variable.label, low, high, log=log)
     values = listed_values(variable)
     return values[trial.suggest_categorical(variable.label, list(range(len(values))))]
-
-
-def _tell(optimiser: Any, trial: Any, goal: GoalSpec, row: Row) -> None:
-    """Give Optuna the result of a case, and its excess over each limit."""
-    from optuna.trial import TrialState
-
-    value = row.collected[goal.quantity]
-    if row.status != DONE or value != value:
-        optimiser.tell(trial, state=TrialState.FAIL)
-        return
-    for text, excess in zip(goal.subject_to, excesses(goal, row), strict=True):
-        trial.set_constraint(text, excess)
-    trial.set_user_attr("case", row.number)
-    optimiser.tell(trial, value)

@@ -43,7 +43,7 @@ _CASES_TABLE = (
 
 
 def write_page(study: StudySpec, base: Base, table: Table, rows: tuple[Row, ...]) -> None:
-    """Write the page, and the picture of the map if the study has one."""
+    """Write the page, and the picture of the map if the study has one; an old picture goes."""
     folder = Path(base.folder)
     data = page_data(study, base, table, rows)
     colour_map = map_of(study, base, rows)
@@ -59,7 +59,10 @@ def write_page(study: StudySpec, base: Base, table: Table, rows: tuple[Row, ...]
 
 
 def page_data(study: StudySpec, base: Base, table: Table, rows: Sequence[Row]) -> dict[str, Any]:
-    """Return the data for the script of the page: plain lists and numbers."""
+    """Return the data for the script of the page: plain lists, and numbers of seven digits.
+
+    A case without a report is linked to its folder.
+    """
     names = [f"{CASES}/{row.number:04d}" for row in rows]
     reports = [(Path(base.folder) / name / "report.html").is_file() for name in names]
     data = {
@@ -82,15 +85,25 @@ def page_data(study: StudySpec, base: Base, table: Table, rows: Sequence[Row]) -
             "scale": [[k / (len(_SCALE) - 1), colour] for k, colour in enumerate(_SCALE)],
         },
     }
-    if study.goal is not None:
-        data["goal"] = _goal(study, rows)
+    if (goal := study.goal) is not None:
+        within = [
+            row.status == DONE and max(excesses(goal, row), default=0.0) <= 0.0 for row in rows
+        ]
+        # The best value after each case within the limits, and after the last case.
+        x, y = [], []
+        for k, row in enumerate(rows):
+            best = best_of(goal, rows[: k + 1]) if within[k] or k == len(rows) - 1 else None
+            if best is not None:
+                x.append(row.number)
+                y.append(_short(best.collected[goal.quantity]))
+        data["goal"] = {"quantity": goal.quantity, "within": within, "best": {"x": x, "y": y}}
     if convergence.refined_variable(study) is not None:
         data["convergence"] = _convergence(study, base, list(rows))
     return data
 
 
 def _column(study: StudySpec, base: Base, table: Table, name: str) -> dict[str, Any]:
-    """Return a column: its role, and its numbers, or the numbers of its texts."""
+    """Return a column of the table: its role, unit, and numbers, or `texts` and their numbers."""
     role = "other"
     if name in table.variables:
         role = "variable"
@@ -112,22 +125,8 @@ def _short(value: float) -> float | int | None:
     return float(f"{value:.{_DIGITS}g}") if math.isfinite(value) else None
 
 
-def _goal(study: StudySpec, rows: Sequence[Row]) -> dict[str, Any]:
-    """Return the cases within the limits, and the best so far."""
-    goal = study.goal
-    assert goal is not None
-    within = [row.status == DONE and max(excesses(goal, row), default=0.0) <= 0.0 for row in rows]
-    x, y = [], []
-    for k, row in enumerate(rows):
-        best = best_of(goal, rows[: k + 1]) if within[k] or k == len(rows) - 1 else None
-        if best is not None:
-            x.append(row.number)
-            y.append(_short(best.collected[goal.quantity]))
-    return {"quantity": goal.quantity, "within": within, "best": {"x": x, "y": y}}
-
-
 def _convergence(study: StudySpec, base: Base, rows: list[Row]) -> dict[str, Any]:
-    """Return the lines over the meshes of each collected quantity."""
+    """Return the lines over the meshes of each collected quantity, with orders in words."""
     refined = convergence.refined_variable(study)
     levels = [float(value) for value in refined.values]
     place = {row.number: k for k, row in enumerate(rows)}
@@ -159,28 +158,13 @@ def page_of(
     picture: bytes,
     curves: str = "",
 ) -> str:
-    """Return the page as one text; `curves` is its section of curves."""
+    """Return the page as one text; `picture` is the map as PNG, `curves` the section of curves."""
     room = files("contiga.studies")
     script = room.joinpath("page.js").read_text(encoding="utf-8")
     css = room.joinpath("page.css").read_text(encoding="utf-8")
     failed = sum(row.status != DONE for row in rows)
     base = "" if study.base is None else f" of {escape(Path(study.base).name)}"
     counts = [f"{len(rows)} cases{base}", *([f"{failed} failed"] if failed else [])]
-    parts = [
-        '<div class="maker"><b>contiga</b> · study</div>'
-        f'<h1>{escape(study.title)}</h1><p class="under">{" · ".join(counts)}</p>',
-        _figures(study, rows, failed),
-        *_charts(study, data, picture),
-        curves,
-        _CASES_TABLE,
-        f'<script type="application/json" id="study-data">{as_json(data)}</script>'
-        f"<script>{script}</script>",
-    ]
-    return styled(study.title, "\n".join(parts), css=css, script=plotly_script())
-
-
-def _figures(study: StudySpec, rows: Sequence[Row], failed: int) -> str:
-    """Return the row of large numbers."""
     tiles = [(number(len(rows)), "Cases", ""), (number(failed), "Failed", "")]
     if rows:
         seconds = sum(row.seconds for row in rows)
@@ -190,15 +174,22 @@ def _figures(study: StudySpec, rows: Sequence[Row], failed: int) -> str:
         value = "–" if best is None else number(best.collected[study.goal.quantity])
         place = "no case is within the limits" if best is None else f"case {best.number}"
         tiles.append((value, f"Best {study.goal.quantity}", place))
-    return (
-        '<div class="figures">'
-        + "".join(
-            f'<div><div class="value">{value}</div><div class="label">{escape(label)}</div>'
-            f'<div class="when">{escape(note)}</div></div>'
-            for value, label, note in tiles
-        )
-        + "</div>"
+    large_numbers = "".join(
+        f'<div><div class="value">{value}</div><div class="label">{escape(label)}</div>'
+        f'<div class="when">{escape(note)}</div></div>'
+        for value, label, note in tiles
     )
+    parts = [
+        '<div class="maker"><b>contiga</b> · study</div>'
+        f'<h1>{escape(study.title)}</h1><p class="under">{" · ".join(counts)}</p>',
+        f'<div class="figures">{large_numbers}</div>',
+        *_charts(study, data, picture),
+        curves,
+        _CASES_TABLE,
+        f'<script type="application/json" id="study-data">{as_json(data)}</script>'
+        f"<script>{script}</script>",
+    ]
+    return styled(study.title, "\n".join(parts), css=css, script=plotly_script())
 
 
 def _charts(study: StudySpec, data: dict[str, Any], picture: bytes) -> list[str]:

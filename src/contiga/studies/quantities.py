@@ -20,44 +20,49 @@ _PLAIN = ("energy_error", "steps", "warnings")
 _EXAMPLES = '"head_cg.HIC15", "max(force)", "at(head.vz, 5.0)", "energy_error"'
 
 
-def _mean(times: FloatArray, values: FloatArray) -> float:
-    span = float(times[-1] - times[0])
-    return float(trapezoid(values, times) / span) if span > 0.0 else float(values[0])
-
-
 _OF_COLUMN: dict[str, Callable[[FloatArray, FloatArray], float]] = {
     "max": lambda times, values: float(values.max()),
     "min": lambda times, values: float(values.min()),
     "peak": lambda times, values: float(values[np.argmax(np.abs(values))]),
-    "mean": _mean,
+    "mean": lambda times, values: float(
+        trapezoid(values, times) / (times[-1] - times[0]) if times[-1] > times[0] else values[0]
+    ),
     "start": lambda times, values: float(values[0]),
     "end": lambda times, values: float(values[-1]),
     "time_of_max": lambda times, values: float(times[np.argmax(values)]),
     "time_of_min": lambda times, values: float(times[np.argmin(values)]),
     "time_of_peak": lambda times, values: float(times[np.argmax(np.abs(values))]),
 }
-"""Numbers of a column over time; `peak` is the value of largest magnitude."""
+"""Numbers of a column over time: `peak` is the value of largest magnitude, `mean` the integral over
+the duration; times are those of the first extreme."""
 
 
 class Quantity(NamedTuple):
     """One number of a case. See `quantity_of`."""
 
     text: str
+    """The quantity as a study file writes it."""
     kind: str
     """"criterion", "at", one of `_OF_COLUMN`, or one of `_PLAIN`."""
     name: str = ""
     """Name of the column, or of the sensor."""
     criterion: str = ""
     time: float = 0.0
+    """Time of the kind "at"."""
 
     def check(self, columns: list[str], criteria: list[str], end: float) -> None:
-        """Refuse columns and criteria that a case will not have.
+        """Refuse columns and criteria that a case will not have, and times after its end.
 
         Parameters
         ----------
-        columns : of its history
-        criteria : ``sensor.criterion``
-        end : time it runs to
+        columns : names of columns of its history
+        criteria : names ``sensor.criterion`` of its criteria
+        end : time at which it ends
+
+        Raises
+        ------
+        CaseError
+            It will not have the quantity.
         """
         if self.kind in _PLAIN:
             return
@@ -91,6 +96,9 @@ class Quantity(NamedTuple):
 
     def value(self, history: Mapping[str, FloatArray], summary: Mapping[str, Any]) -> float:
         """Return the number from the results of a run; NaN if it has none.
+
+        Rows of a column that are not finite are left out. A value at a time is linear between rows,
+        and constant beyond the first and the last.
 
         Parameters
         ----------
@@ -153,7 +161,7 @@ def quantity_of(text: str) -> Quantity:
 def _no_quantity(text: str, remedy: str | None = None) -> CaseError:
     functions = ", ".join([*_OF_COLUMN, "at"])
     return CaseError(
-        "is nothing that can be collected",
+        "cannot be collected",
         where="collect",
         found=text,
         allowed=f"such as {_EXAMPLES}; of columns {functions}",

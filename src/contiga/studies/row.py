@@ -18,6 +18,7 @@ class Row(NamedTuple):
 
     number: int
     status: str
+    """`DONE`, `FAILED` or `LOST`."""
     message: str
     """Message of a failed case, and of missing quantities."""
     values: dict[str, Any]
@@ -28,12 +29,12 @@ class Row(NamedTuple):
     """Duration with the compiling of kernels, seconds."""
 
     def write(self, folder: Path) -> None:
-        """Write the row into the folder of its case, whole or not at all."""
+        """Write the row into the folder of its case, whole or not at all; NaN becomes null."""
         collected = {k: None if v != v else v for k, v in self.collected.items()}
         write_json(folder / ROW, {**self._asdict(), "collected": collected})
 
     def of_case(self, values: dict[str, Any], quantities: list[str]) -> bool:
-        """Return whether it is the row of a case with these values and quantities."""
+        """Return whether it has these values of variables, and these quantities in this order."""
         return self.values == values and list(self.collected) == quantities
 
 

@@ -23,7 +23,7 @@ class Shades(NamedTuple):
 
     @property
     def steps(self) -> list[str]:
-        """A colour for each band."""
+        """Colours of the bands: `RATED` for five bands, else interpolated in it."""
         if len(self.bands) == len(RATED) - 1:
             return list(RATED)
         from matplotlib.colors import LinearSegmentedColormap, to_hex
@@ -42,7 +42,10 @@ class Shades(NamedTuple):
         return np.where(np.isnan(values), np.nan, bands)
 
     def colours(self, values: FloatArray) -> FloatArray:
-        """Return red, green and blue (n, 3); NaN has the colour of zero."""
+        """Return red, green and blue (n, 3) of values, clipped to the limits.
+
+        NaN has the colour of the lower limit, or of the first band.
+        """
         from matplotlib.colors import to_rgb
 
         if self.bands:

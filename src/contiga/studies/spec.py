@@ -57,16 +57,17 @@ class VariableSpec(Spec):
 
     @property
     def label(self) -> str:
-        """Its label in the table."""
+        """Its label in the table: its name, or its first key."""
         return self.name if self.name is not None else self.key[0]
 
     @property
     def ranged(self) -> bool:
-        """Whether it may be any value between two ends."""
+        """Whether it may be any value between `low` and `high`, because no `count` is given."""
         return self.low is not None and self.count is None
 
     @model_validator(mode="after")
     def _values_come_one_way(self) -> Self:
+        """Check that a key or a name is given, and one consistent source of values."""
         if not self.key and self.name is None:
             raise CaseError("is missing: a variable has a key of the case, or a name", where="key")
         has_source = {
@@ -126,6 +127,7 @@ class RuleSpec(Spec):
 
     @model_validator(mode="after")
     def _is_one_of_two(self) -> Self:
+        """Check that the rule has key and value, or a requirement alone, and that it parses."""
         if (self.value is None) == (self.require is None) or bool(self.key) != bool(self.value):
             raise CaseError(
                 "a rule sets a key, or requires something",
@@ -137,7 +139,7 @@ class RuleSpec(Spec):
 
     @property
     def expression(self) -> Expression:
-        """The expression that is evaluated."""
+        """The expression of `value` or `require`, parsed anew; a bad one raises a CaseError."""
         text = self.value if self.value is not None else self.require
         assert text is not None
         return Expression(text, "value" if self.require is None else "require")
@@ -170,6 +172,7 @@ class GoalSpec(Spec):
 
     @model_validator(mode="after")
     def _goal_is_one(self) -> Self:
+        """Check that one quantity is minimised or maximised, and that the limits parse."""
         if (self.minimise is None) == (self.maximise is None):
             raise CaseError(
                 "a goal is one quantity", allowed="minimise = …, or maximise = …, one of them"
@@ -186,7 +189,7 @@ class GoalSpec(Spec):
 
     @property
     def limits(self) -> list[Limit]:
-        """The parsed `subject_to`."""
+        """The parsed `subject_to`; a text that is no limit raises a CaseError."""
         limits = []
         for text in self.subject_to:
             match = _LIMIT.fullmatch(text.strip())
@@ -240,7 +243,7 @@ class StudySpec(Spec):
 
     @property
     def quantities(self) -> dict[str, Quantity]:
-        """The collected quantities of each case and of the goal, by column."""
+        """The quantities collected from each case, by column, with those of the goal after them."""
         named = self.collect if isinstance(self.collect, dict) else {q: q for q in self.collect}
         quantities = {name: quantity_of(text) for name, text in named.items()}
         if self.goal is not None:
@@ -251,6 +254,7 @@ class StudySpec(Spec):
 
     @model_validator(mode="after")
     def _column_names_are_unique(self) -> Self:
+        """Check that labels, quantities and the columns that every table has differ."""
         names = [*RESERVED, *self.labels, *self.quantities]
         for name, count in Counter(names).items():
             if count > 1:
@@ -264,6 +268,7 @@ class StudySpec(Spec):
 
     @model_validator(mode="after")
     def _variables_have_their_values(self) -> Self:
+        """Check that columns have a table or targets, and ranged variables a sample or a goal."""
         columns = {v.label: v.column for v in self.variable if v.column is not None}
         if self.table is not None and self.targets is not None:
             raise CaseError("are in place of a table", where="targets", allowed="one of the two")
@@ -286,6 +291,7 @@ class StudySpec(Spec):
 
     @model_validator(mode="after")
     def _an_optimiser_chooses_the_cases(self) -> Self:
+        """Check that a goal comes without sample, columns and required conditions."""
         if self.goal is None:
             return self
         column = next((v.label for v in self.variable if v.column is not None), None)
@@ -308,6 +314,7 @@ class StudySpec(Spec):
 
     @model_validator(mode="after")
     def _names_are_those_of_variables(self) -> Self:
+        """Check that rules and map name variables and columns, and that each variable is used."""
         names = [v.name for v in self.variable if v.name is not None]
         for i, rule in enumerate(self.rule):
             expression = rule.expression
@@ -318,7 +325,7 @@ class StudySpec(Spec):
         for variable in self.variable:
             if not variable.key and variable.name not in used:
                 raise CaseError(
-                    "nothing has this variable's value",
+                    "no key and no rule uses this variable",
                     where="variable",
                     found=variable.name,
                     allowed="a key of the case, or a rule with its name",
@@ -340,12 +347,13 @@ class StudySpec(Spec):
 
 
 def study_of(data: Mapping[str, Any], file: Path) -> StudySpec:
-    """Return the study of the tables of a file; relative file names start from its folder.
+    """Check the tables of a study file and return the study; file names start from its folder.
 
     Raises
     ------
     CaseError, FileError
-        Something is wrong; the message says the key, what was found and what is allowed.
+        A key or value is wrong, or a file is missing: the message says the key, what was found and
+        what is allowed.
     """
     try:
         study = StudySpec.model_validate(dict(data), context={"folder": file.parent})
@@ -363,7 +371,7 @@ def load_study(path: str | Path) -> StudySpec:
     FileError
         The file is missing or cannot be read, or one it names is not there.
     CaseError
-        It is not TOML, or something in it is wrong.
+        It is not TOML, is a case, names no base case, or has a wrong key or value.
     """
     path = Path(path)
     try:

@@ -67,7 +67,10 @@ class Study(Displayed):
         return self.out / PAGE
 
     def folder_of(self, number: int) -> Path:
-        """Return the output folder of a case, by its number."""
+        """Return the output folder of a case, by its number.
+
+        Neither folder nor case need exist.
+        """
         return self.out / "cases" / f"{number:04d}"
 
     def to_pandas(self) -> DataFrame:
@@ -83,7 +86,8 @@ class Study(Displayed):
     def plot(self, *, columns: Sequence[str] | None = None) -> Figure:
         """Draw the quantities over the variable or, if there are several, over the cases.
 
-        Drawn with matplotlib, without a window; a notebook shows what is returned.
+        A variable of texts is not drawn over. At most nine quantities have a panel. The figure is
+        drawn with matplotlib, without a window; a notebook shows it.
 
         Parameters
         ----------
@@ -128,7 +132,8 @@ def study(
 ) -> Study:
     """Run many variants of a case, in parallel.
 
-    In a script the call stands under ``if __name__ == "__main__":``.
+    Their results are gathered in one table and on a page. A case that fails is a row with its
+    message. In a script the call stands under ``if __name__ == "__main__":``.
 
     Parameters
     ----------
@@ -146,7 +151,7 @@ def study(
     Raises
     ------
     InputError, MissingPackageError
-        Something is wrong with the study, its base case or the folder; nothing has been run.
+        The study, its base case or the folder cannot be used; nothing has been run.
     RunError
         The cluster was lost; the rows so far are in the folder.
 
@@ -184,21 +189,25 @@ def run_study(
     resume: bool = False,
     progress: Progress | None = None,
 ) -> Study:
-    """Run a study into its folder.
+    """Run a study into its folder: its cases, the table, the page and the map.
+
+    With `resume`, cases that have a row in the folder are not run again. The table is written even
+    if the study is interrupted, the page only at its end.
 
     Parameters
     ----------
     study : the specification
     out : folder of the study
     base : the base case, where it is not the file that the study names
-    scheduler, workers : as `engines.engine_for`
+    scheduler, workers : as `engines.engine_for`; if both are omitted, a process for each case, up
+        to the number of cores
     resume : run what is missing in `out`
     progress : called with the finished cases, the number of all cases, and a message
 
     Raises
     ------
     InputError, MissingPackageError
-        Something is wrong with the study, its base case or the folder; nothing has been run.
+        The study, its base case or the folder cannot be used; nothing has been run.
     RunError
         The cluster was lost; the rows so far are in the folder.
     """
@@ -253,7 +262,10 @@ def run_study(
 
 
 def _targets(study: StudySpec, base: Base) -> list[dict[str, Any]] | None:
-    """Return points on a body of the base case with the common settings; None without targets."""
+    """Return the targets on a body of the base case with the common settings; None without any.
+
+    A CaseError is raised if the base case does not have the body (`targets_of` has others).
+    """
     if study.targets is None:
         return None
     case = base.case(study.set)
@@ -282,7 +294,10 @@ def _failures_in_words(rows: Iterable[Row]) -> str:
 
 
 def _cases_at_ends(study: StudySpec) -> list[StudyCase]:
-    """Return cases that an optimiser might suggest: each variable's ends or values."""
+    """Return cases that an optimiser might suggest: all first values, then one changed at a time.
+
+    The values of a variable are its ends, or the listed ones.
+    """
     values_by_label = {
         variable.label: [variable.low, variable.high]
         if variable.ranged
@@ -297,9 +312,10 @@ def _cases_at_ends(study: StudySpec) -> list[StudyCase]:
 
 
 def _check(study: StudySpec, base: Base, cases: list[StudyCase]) -> None:
-    """Refuse errors in the cases before any is run.
+    """Raise the first CaseError of the study's keys, quantities, map or cases before any is run.
 
-    Each value that is listed is checked in one case that has it.
+    The first case is checked, and of the others those with a value that no case before them has,
+    up to `_MAX_CHECKED`.
     """
     check_keys(study, base.tables, cases[0].settings)
     first = base.case(cases[0].settings)

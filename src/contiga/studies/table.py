@@ -31,7 +31,10 @@ class Table(NamedTuple):
     """Units of the columns that have one."""
 
     def to_pandas(self) -> DataFrame:
-        """Return it as a table of pandas by case numbers; `attrs["units"]` has the units."""
+        """Return it as a DataFrame of pandas by case numbers; `attrs["units"]` has the units.
+
+        Without pandas a MissingPackageError is raised.
+        """
         require("Study.to_pandas", "pandas")
         from pandas import DataFrame
 
@@ -40,7 +43,11 @@ class Table(NamedTuple):
         return table
 
     def write(self, folder: Path) -> None:
-        """Write it as HDF5 and CSV, each whole or not at all; equal tables give equal bytes."""
+        """Write ``table.h5`` and ``table.csv``, each whole or not at all.
+
+        Equal tables give equal bytes. In HDF5 a column that is not all numbers is stored as text;
+        in CSV units stand in the header.
+        """
         require("the table of a study", "h5py")
         import h5py
 
@@ -72,7 +79,10 @@ def table_of(
     quantities: Sequence[str],
     units: Mapping[str, str] | None = None,
 ) -> Table:
-    """Return the table of rows in any order, sorted by their numbers; `units` are by column."""
+    """Return the table of rows in any order, sorted by their numbers; `units` are by column.
+
+    Values that are neither numbers nor text become JSON (`shown_value`).
+    """
     ordered = sorted(rows, key=lambda row: row.number)
 
     def column(part: str, name: str) -> list[Any]:

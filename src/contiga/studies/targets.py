@@ -50,7 +50,7 @@ class TargetsSpec(Spec):
         return PLACE if self.lines is None else (LINE, *PLACE)
 
     def check_columns(self, columns: Mapping[str, str]) -> None:
-        """Refuse columns, by labels of variables, that the targets do not have; or no column."""
+        """Raise a CaseError if there are no columns, by labels of variables, or an unknown one."""
         allowed = ", ".join(self.columns)
         if not columns:
             raise CaseError("no variable is a column of them", where="targets", allowed=allowed)
@@ -62,12 +62,14 @@ class TargetsSpec(Spec):
 
     @property
     def axes(self) -> FloatArray:
-        """The rows (3, 3) across, along and down the rays.
+        """The rows (3, 3): unit vectors across, along the lines, and down the rays.
+
+        `across` is made perpendicular to `direction`.
 
         Raises
         ------
         CaseError
-            `direction` is zero, or `across` goes along with it.
+            `direction` is zero, or `across` is parallel to it.
         """
         down = np.array(self.direction)
         size = float(np.linalg.norm(down))
@@ -78,7 +80,7 @@ class TargetsSpec(Spec):
         reach = float(np.linalg.norm(across))
         if not size > 0.0 or not reach > 1e-6 * float(np.linalg.norm(self.across)):
             raise CaseError(
-                "must go another way than direction, and both somewhere",
+                "must not be parallel to direction, and neither may be zero",
                 where="targets.across",
                 found=self.across,
             )
@@ -91,8 +93,9 @@ def targets_of(
 ) -> list[dict[str, Any]]:
     """Return rows of `columns`, each a point where a ray first meets the free side of the body.
 
-    Rays that meet nothing, through holes or past the border, give none. Points of a wrap line stand
-    where it passes multiples of the spacing, measured across from the origin.
+    Rays that meet nothing, through holes or past the border, give none. Points are in the world
+    frame, on their rays. Points of a wrap line stand where it passes multiples of the spacing,
+    measured across from the origin.
 
     Parameters
     ----------
@@ -104,9 +107,9 @@ def targets_of(
     Raises
     ------
     CaseError
-        No ray meets the body; a spacing far too small.
+        No ray meets the body; a spacing with more than a million points.
     FileError
-        The table of lines cannot be read.
+        The table of lines cannot be read, has no rows, or a line of one point.
 
     Warns
     -----
@@ -159,10 +162,10 @@ def targets_of(
 
 
 def _check_number(spec: TargetsSpec, number: float) -> None:
-    """Refuse an excessive number of points; also NaN, from a spacing without a finite number."""
+    """Raise a CaseError above a million points; also at NaN, from a spacing that overflows."""
     if not number <= _MAX_RAYS:
         raise CaseError(
-            "so many points that nobody runs them all",
+            "too many targets",
             where="targets.spacing",
             found=spec.spacing,
             allowed=f"up to {_MAX_RAYS} points",
@@ -170,7 +173,10 @@ def _check_number(spec: TargetsSpec, number: float) -> None:
 
 
 def _on_lines(spec: TargetsSpec, path: Path, unit: str) -> tuple[list[float], FloatArray]:
-    """Return the line numbers of points on wrap lines, and their places (n, 2) across and along."""
+    """Return the line numbers of points on wrap lines, and their places (n, 2) across and along.
+
+    Lines keep their order of appearance in the file, whose lengths are converted to `unit`.
+    """
     sheet = read_sheet(path, _HEADER)
     sheet.check_header(_HEADER)
     order = sheet.order([LINE, *PLACE], (4,), _HEADER)
@@ -198,7 +204,9 @@ def _on_lines(spec: TargetsSpec, path: Path, unit: str) -> tuple[list[float], Fl
 
 
 def _crossings(points: FloatArray, origin: float, spacing: float) -> FloatArray:
-    """Return the points (k, 2) where a line (n, 2) passes multiples of the spacing, and its ends.
+    """Return the points (k, 2) where a line (n, 2) passes multiples of the spacing, in its order.
+
+    Multiples are those of the first coordinate from `origin`. An end within 1e-9 of one counts.
 
     >>> _crossings(np.array([[-1.0, 0.0], [0.5, 1.5], [2.0, 3.0]]), 0.0, 1.0).tolist()
     [[-1.0, 0.0], [0.0, 1.0], [1.0, 2.0], [2.0, 3.0]]

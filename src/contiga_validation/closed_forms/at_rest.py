@@ -1,4 +1,4 @@
-"""What deforms, at rest under its weight or a pressure: a bar, rubber, a balloon, a drumhead."""
+"""Slaves that deform, at rest under weight or pressure: a bar, rubber, a balloon, a drumhead."""
 
 from __future__ import annotations
 
@@ -17,12 +17,13 @@ from contiga_validation.engine.arrays import FloatArray, IntArray
 
 CASES = Cases(GROUP)
 
-MU, NU, THIN = 1.0, 0.4999, 0.01
-"""Of rubber: shear modulus, Poisson's ratio, thickness."""
+MU, NU, THICKNESS = 1.0, 0.4999, 0.01
+"""Rubber: shear modulus, Poisson's ratio, thickness."""
 RUBBER = cg.materials.NeoHooke(young=2.0 * MU * (1.0 + NU), poisson=NU)
 STRETCH = 1.2
+"""Stretch of the balloon."""
 HENCKY = 0.653443
-"""w₀/a over (q a/E h)^⅓ of a clamped membrane with ν = 0.3, by his series."""
+"""w₀/a over (q a/E h)^⅓ of a clamped membrane with ν = 0.3, by Hencky's series."""
 
 
 def resting(
@@ -30,15 +31,18 @@ def resting(
     motion: cg.motion.Deforming,
     tolerance: float,
     *,
-    down: float = 0.0,
+    gravity_size: float = 0.0,
     contacts: Sequence[cg.Contact] = (),
 ) -> cg.SystemState:
-    """The state at rest of a slave named "it", under gravity and against bodies that stay."""
+    """Return the state at rest of a slave named "it", under gravity along −z and fixed masters.
+
+    `tolerance` is that of `cg.Settle`; `gravity_size` is the acceleration of gravity.
+    """
     return cg.Simulation(
         bodies={f"body {k}": contact.master for k, contact in enumerate(contacts)},
         slaves={"it": (slave, motion)},
         contacts=contacts,
-        gravity=[0.0, 0.0, -down],
+        gravity=[0.0, 0.0, -gravity_size],
         end=1.0,
         step="auto",
         settling=cg.Settle(tolerance=tolerance, steps=60_000),
@@ -52,31 +56,37 @@ def resting(
     "Ten hexahedra with ν = 0, held at the upper end; they come to rest by kinetic damping.",
 )
 def _hung() -> Answer:
-    young, density, down, length = 1.0, 1e-3, 1e-3, 20.0
+    young, density, gravity_size, length = 1.0, 1e-3, 1e-3, 20.0
     bar = column(10, length)
     motion = cg.motion.Deforming(
         material=cg.materials.Elastic(young=young),
         density=density,
         fixed={"layer": ([0, 0, 1], 0.0)},
     )
-    state = resting(bar, motion, 1e-6, down=down)
+    state = resting(bar, motion, 1e-6, gravity_size=gravity_size)
     heights = bar.points[:, 2]
-    ways = state.slaves["it"].points[:, 2] - heights
-    exact = -density * down * (length**2 - heights**2) / (2.0 * young)
+    displacements = state.slaves["it"].points[:, 2] - heights
+    exact = -density * gravity_size * (length**2 - heights**2) / (2.0 * young)
     assert state.rest is not None
     checks = (
-        relative("way of the lower end", ways[0], exact[0], 1e-4),
-        zero("largest error of all nodes, by that", np.abs(ways - exact).max() / -exact[0], 1e-4),
+        relative("way of the lower end", displacements[0], exact[0], 1e-4),
+        zero("largest error of all nodes, by that",
+             np.abs(displacements - exact).max() / -exact[0], 1e-4),
         zero("residual", state.rest.residual, 1e-6),
     )  # fmt: skip
     z = np.linspace(0.0, length, 100)
-    curve = -density * down * (length**2 - z**2) / (2.0 * young)
-    draw = comparison(("z", "way"), [("formula", z, curve)], [("nodes", heights[::4], ways[::4])])
+    curve = -density * gravity_size * (length**2 - z**2) / (2.0 * young)
+    draw = comparison(
+        ("z", "way"), [("formula", z, curve)], [("nodes", heights[::4], displacements[::4])]
+    )
     return Answer(checks, draw)
 
 
 def squares(cells: int) -> tuple[FloatArray, list[Any]]:
-    """Points of the unit square, and the corners (cells, cells) of its cells in turn."""
+    """Return points (n, 3) of the unit square, and four arrays (cells, cells) of corners of cells.
+
+    Corners are in counter-clockwise order; cells are indexed by x, then y.
+    """
     line = np.linspace(0.0, 1.0, cells + 1)
     x, y = (grid.ravel() for grid in np.meshgrid(line, line, indexing="ij"))
     rows = np.arange(len(x)).reshape(cells + 1, cells + 1)
@@ -84,37 +94,22 @@ def squares(cells: int) -> tuple[FloatArray, list[Any]]:
     return np.stack([x, y, np.zeros_like(x)], axis=1), corners
 
 
-def _sheet(cells: int) -> tuple[FloatArray, IntArray]:
-    """A square of side 1 of triangles."""
-    points, corners = squares(cells)
-    a, b, c, d = (block.ravel() for block in corners)
-    return points, np.concatenate([np.stack([a, b, c], axis=1), np.stack([a, c, d], axis=1)])
-
-
 def _pulled(stretch: float, *, biaxial: bool) -> float:
-    """Cauchy stress along x of a sheet stretched in x, or in x and y."""
-    rest_points, facets = _sheet(4)
+    """Return the Cauchy stress along x of a square sheet stretched in x, or in x and y."""
+    rest_points, corners = squares(4)
+    a, b, c, d = (block.ravel() for block in corners)
+    facets = np.concatenate([np.stack([a, b, c], axis=1), np.stack([a, c, d], axis=1)])
     sheet = cg.Slave(rest_points * [stretch, stretch if biaxial else 1.0, 1.0], facets)
     fixed = np.zeros(rest_points.shape, np.bool_)
     fixed[:, 2] = True
     fixed[(rest_points[:, 0] == 0.0) | (rest_points[:, 0] == 1.0), 0] = True
     fixed[(rest_points[:, 1] == 0.0) | (biaxial & (rest_points[:, 1] == 1.0)), 1] = True
     motion = cg.motion.Deforming(
-        material=RUBBER, density=1.0, thickness=THIN, fixed=fixed, rest=rest_points
+        material=RUBBER, density=1.0, thickness=THICKNESS, fixed=fixed, rest=rest_points
     )
     inside = resting(sheet, motion, 1e-5).slaves["it"].matter
-    nominal = -float(inside["force"][rest_points[:, 0] == 1.0, 0].sum()) / THIN
+    nominal = -float(inside["force"][rest_points[:, 0] == 1.0, 0].sum()) / THICKNESS
     return stretch * nominal
-
-
-def _in_one_direction(stretch: FloatArray) -> FloatArray:
-    """σ/μ."""
-    return np.asarray(stretch**2 - 1.0 / stretch)
-
-
-def _in_two(stretch: FloatArray) -> FloatArray:
-    """σ/μ."""
-    return np.asarray(stretch**2 - stretch**-4.0)
 
 
 @CASES.add(
@@ -125,7 +120,13 @@ def _in_two(stretch: FloatArray) -> FloatArray:
     "has them; force over the section as it is.",
 )
 def _rubber() -> Answer:
-    laws = {False: _in_one_direction, True: _in_two}
+    def uniaxial(stretch: FloatArray) -> FloatArray:
+        return np.asarray(stretch**2 - 1.0 / stretch)
+
+    def equibiaxial(stretch: FloatArray) -> FloatArray:
+        return np.asarray(stretch**2 - stretch**-4.0)
+
+    laws = {False: uniaxial, True: equibiaxial}
     names = {False: "in one direction", True: "in two"}
     checks = tuple(
         relative(
@@ -156,7 +157,10 @@ def _rubber() -> Answer:
 
 
 def sphere(halved: int) -> tuple[FloatArray, IntArray]:
-    """Points and facets of a sphere of radius 1: an icosahedron whose edges are halved so often."""
+    """Return points and facets of a sphere of radius 1, from an icosahedron halved so many times.
+
+    Middles of edges are moved onto the sphere; facets point out.
+    """
     golden = 0.5 * (1.0 + math.sqrt(5.0))
     top = [(0.0, s, t * golden) for s in (1.0, -1.0) for t in (1.0, -1.0)]
     points = np.array([np.roll(p, k) for k in range(3) for p in top]) / math.hypot(1.0, golden)
@@ -189,19 +193,19 @@ def _volume(points: FloatArray, facets: IntArray) -> float:
 
 
 def _pressure(stretch: FloatArray | float) -> FloatArray:
-    """p R/(μ t) of an incompressible balloon."""
+    """Return p R/(μ t) of an incompressible balloon at a stretch."""
     x = np.asarray(stretch)
     return np.asarray(2.0 * (1.0 / x - x**-7.0))
 
 
 def _blown(pressure: float, halved: int) -> float:
-    """Stretch of a balloon, by its volume."""
+    """Return the stretch of a balloon at rest, from its volume; `pressure` is over μ t."""
     points, facets = sphere(halved)
     motion = cg.motion.Deforming(
         material=RUBBER,
         density=1.0,
-        thickness=THIN,
-        loads=cg.motion.Pressure(-pressure * MU * THIN),
+        thickness=THICKNESS,
+        loads=cg.motion.Pressure(-pressure * MU * THICKNESS),
     )
     state = resting(cg.Slave(points, facets), motion, 1e-5)
     now = _volume(state.slaves["it"].points, facets)
@@ -237,7 +241,7 @@ def _balloon() -> Answer:
 
 
 def disc(rings: int) -> tuple[FloatArray, IntArray]:
-    """Points and facets of a disc of radius 1, in rings of six triangles more each."""
+    """Return points and facets of a disc of radius 1 in z = 0, with 6 r nodes in ring r."""
     counts = 6 * np.arange(rings + 1)
     first = np.concatenate([[0, 1], 1 + np.cumsum(counts[1:])])
     points = [np.zeros(3)]
@@ -257,7 +261,7 @@ def disc(rings: int) -> tuple[FloatArray, IntArray]:
 
 
 def _drumhead(rings: int) -> tuple[FloatArray, FloatArray]:
-    """Radii, and rises over (q a/E h)^⅓, of a membrane whose border is held."""
+    """Return radii, and rises over (q a/E h)^⅓, (n,), of a membrane whose border is held."""
     young, pressure = 1.0, 1e-8
     points, facets = disc(rings)
     radii = np.sqrt((points**2).sum(axis=1))
@@ -294,7 +298,7 @@ def _hencky() -> Answer:
 
 
 def _hencky_series() -> np.polynomial.Polynomial:
-    """The shape, scaled to his middle: a parabola with the first terms of his series."""
+    """Return w/a over (q a/E h)^⅓ as a polynomial in r/a, by the first four terms of his series."""
     b0 = 1.7244
     terms = np.array([1.0, 1.0 / (2.0 * b0**3), 5.0 / (9.0 * b0**6), 55.0 / (72.0 * b0**9)])
     powers = terms / b0

@@ -16,29 +16,32 @@ from contiga_validation.engine.arrays import FloatArray
 CASES = Cases("Strings and belts")
 
 MU = 0.3
-STIFF, DENSITY = 3000.0, 0.01
-"""Of the belt: modulus times section, mass a length. It is pulled by 1 at its loose end."""
-TAUT = 3.0
+STIFFNESS, DENSITY = 3000.0, 0.01
+"""Modulus times section, and mass per length, of the belt, whose loose end is pulled by 1."""
+START_TENSION = 3.0
 """Its tension at the start: more than that of the capstan anywhere, so that all of it slides."""
 DEPTH = 2e-5
-"""How far a node of the tension `TAUT` is pressed into the drum of radius 1."""
-DOWN = 0.25 * math.pi
+"""Penetration of a node with the tension `START_TENSION` into the drum of radius 1, length."""
+STRAIGHT_LENGTH = 0.25 * math.pi
 """Length of the straight ends: multiples of a bar, so that the belt lifts off at a node."""
 
 
-def _string(answer: float, body: cg.Body, ends: FloatArray, over: list[float]) -> Answer:
-    """Of the length of a string of 200 chords, and how the error falls with the chords."""
+def _string(exact: float, body: cg.Body, ends: FloatArray, over: list[float]) -> Answer:
+    """Compare the length of a string of 200 chords with the `exact` one, and find its order.
+
+    The string goes from one of the `ends` (2, 3) to the other, on the side of the point `over`.
+    """
 
     def path(points: int) -> cg.Path:
         return cg.route(body, ends[0], ends[1], via=[over], points=points)
 
-    def missed(chord: float) -> float:
-        return abs(path(round(answer / chord)).length - answer)
+    def error(chord: float) -> float:
+        return abs(path(round(exact / chord)).length - exact)
 
     string = path(200)
-    checks = (relative("length", string.length, answer),)
+    checks = (relative("length", string.length, exact),)
     draw = comparison(("x", "z"), [], [("200 chords", string.points[:, 0], string.points[:, 2])])
-    return Answer(checks, draw, order_of("length, by that of a chord", answer / 100.0, missed))
+    return Answer(checks, draw, order_of("length, by that of a chord", exact / 100.0, error))
 
 
 @CASES.add(
@@ -84,18 +87,20 @@ def _ellipse() -> Answer:
 
 
 def tensions(segments: int, kind: str) -> FloatArray:
-    """Pulls on both ends of a belt over half a drum, when it has come to rest.
+    """Return the tensions (2,) at the loose and the held end of a belt over half a drum, at rest.
 
-    It lies there with the tension `TAUT`. The pull at its loose end falls slowly to 1, so that the
-    belt creeps to the end that is held and sticks nowhere.
+    The belt starts with the tension `START_TENSION`. The pull at its loose end falls slowly to 1,
+    so that it creeps to the held end and sticks nowhere. `kind` is that of `cg.Belt`.
     """
     drum = cg.Body([cg.shapes.cylinder(radius=1.0, height=4.0, axis="y")])
-    path = cg.route(drum, [-1.0, 0.0, -DOWN], [1.0, 0.0, -DOWN], via=[[0.0, 0.0, 1.2]])
-    width, thickness, strain = 0.2, 0.05, TAUT / STIFF
+    path = cg.route(
+        drum, [-1.0, 0.0, -STRAIGHT_LENGTH], [1.0, 0.0, -STRAIGHT_LENGTH], via=[[0.0, 0.0, 1.2]]
+    )
+    width, thickness, strain = 0.2, 0.05, START_TENSION / STIFFNESS
     section = width * thickness
     belt = cg.Belt(
         path=path,
-        material=cg.materials.Elastic(young=STIFF / section),
+        material=cg.materials.Elastic(young=STIFFNESS / section),
         density=DENSITY / section,
         width=width,
         thickness=thickness,
@@ -106,11 +111,11 @@ def tensions(segments: int, kind: str) -> FloatArray:
         anchors=("free", "ground"),
     )
     loose, held = belt.ends
-    speed = math.sqrt(STIFF / DENSITY)
+    speed = math.sqrt(STIFFNESS / DENSITY)
     duration = 60.0 * path.length / speed
     pull = [
-        [0.0, 0.0, 0.0, -TAUT],
-        [0.1 * duration, 0.0, 0.0, -TAUT],
+        [0.0, 0.0, 0.0, -START_TENSION],
+        [0.1 * duration, 0.0, 0.0, -START_TENSION],
         [0.6 * duration, 0.0, 0.0, -1.0],
     ]
     pull.append([duration, 0.0, 0.0, -1.0])
@@ -130,7 +135,7 @@ def tensions(segments: int, kind: str) -> FloatArray:
         ],
         loads=cg.motion.NodalForce(pull, on={"nodes": loose}, smooth=True),
     )
-    stiff = TAUT / width / DEPTH
+    stiff = START_TENSION / width / DEPTH
     damping = 2.0 * math.sqrt(stiff * DENSITY / width)
     law = cg.PenaltyLaw(stiff, damping=damping, per_area=True)
     friction = cg.Coulomb(MU, stiffness=stiff, per_area=True)
@@ -166,7 +171,7 @@ def _capstan() -> Answer:
         loose, held = tensions(segments, kind)
         return float(held / loose)
 
-    def missed(bar: float) -> float:
+    def error(bar: float) -> float:
         return abs(ratio(round(1.5 * math.pi / bar), "bars") / exact - 1.0)
 
     fine = 156
@@ -177,19 +182,19 @@ def _capstan() -> Answer:
     )
     angle = np.linspace(0.0, math.pi, 100)
     draw = comparison(("angle", "T/T₁"), [("formula", angle, np.exp(MU * angle))], [])
-    return Answer(checks, draw, order_of("ratio, by the length of a bar", math.pi / 12, missed))
+    return Answer(checks, draw, order_of("ratio, by the length of a bar", math.pi / 12, error))
 
 
-WIDTH, THICK = 0.2, 0.05
-PAID = 4e-3
+WIDTH, THICKNESS = 0.2, 0.05
+END_DISPLACEMENT = 4e-3
 """Displacement of the held end of a belt of splines, length: just enough for all of it to slide."""
 
 
 def _ribbon(elements: int) -> cg.NurbsSurface:
-    """Return one patch of degree 2 along the belt's path, with its Greville points on the path."""
+    """Return one patch of degree 2 along the belt's path, which meets it at the Greville points."""
     knots = np.concatenate([np.zeros(2), np.linspace(0.0, 1.0, elements + 1), np.ones(2)])
     at = cg.knots.greville(knots, 2)
-    arc_length = (2.0 * DOWN + math.pi) * at - DOWN
+    arc_length = (2.0 * STRAIGHT_LENGTH + math.pi) * at - STRAIGHT_LENGTH
     angle = np.clip(arc_length, 0.0, math.pi)
     height = np.sin(angle) + np.minimum(arc_length, 0.0) + np.minimum(math.pi - arc_length, 0.0)
     sites = np.stack([-np.cos(angle), height], axis=1)
@@ -200,15 +205,24 @@ def _ribbon(elements: int) -> cg.NurbsSurface:
 
 
 def _pulls(elements: int) -> FloatArray:
-    """Return the tensions (2,) at the loose end, which is 1, and at the end that is pulled."""
-    belt, length = cg.Slave(surfaces=[_ribbon(elements)]), 2.0 * DOWN + math.pi
-    speed, section = math.sqrt(STIFF / DENSITY), WIDTH * THICK
+    """Run a belt of splines until all of it has slid; return the tensions (2,) at both ends.
+
+    The loose end comes first, which is pulled by 1. The other end is displaced by
+    `END_DISPLACEMENT`.
+    """
+    belt, length = cg.Slave(surfaces=[_ribbon(elements)]), 2.0 * STRAIGHT_LENGTH + math.pi
+    speed, section = math.sqrt(STIFFNESS / DENSITY), WIDTH * THICKNESS
     duration = 60.0 * length / speed
-    along = [[0.0, 0.0], [0.3 * duration, 0.0], [0.8 * duration, -PAID], [duration, -PAID]]
+    travel = [
+        [0.0, 0.0],
+        [0.3 * duration, 0.0],
+        [0.8 * duration, -END_DISPLACEMENT],
+        [duration, -END_DISPLACEMENT],
+    ]
     motion = cg.motion.Deforming(
-        material=cg.materials.Elastic(young=STIFF / section),
+        material=cg.materials.Elastic(young=STIFFNESS / section),
         density=DENSITY / section,
-        thickness=THICK,
+        thickness=THICKNESS,
         bending=0.0,
         damping=math.pi * speed / length,
         fixed=[
@@ -219,7 +233,7 @@ def _pulls(elements: int) -> FloatArray:
         driven={
             "edge": "u1",
             "hold": ["z"],
-            "motion": cg.motion.Translate([[t, 0.0, 0.0, z] for t, z in along]),
+            "motion": cg.motion.Translate([[t, 0.0, 0.0, z] for t, z in travel]),
         },
         loads=cg.motion.NodalForce(
             [[0.0, 0.0, 0.0, 0.0], [0.2 * duration, 0.0, 0.0, -1.0], [duration, 0.0, 0.0, -1.0]],
@@ -228,7 +242,7 @@ def _pulls(elements: int) -> FloatArray:
         ),
     )
     drum = cg.Body([cg.shapes.cylinder(radius=1.0, height=4.0, axis="y")])
-    stiff = TAUT / (WIDTH * DEPTH)
+    stiff = START_TENSION / (WIDTH * DEPTH)
     friction = cg.Coulomb(MU, stiffness=stiff * WIDTH * length / len(belt))
     press = cg.Contact(
         drum,
@@ -274,16 +288,16 @@ def _capstan_of_splines() -> Answer:
     return Answer(checks, draw)
 
 
-LOOSE, SPEED = 1.0, 7.0
-"""Tension at the loose end of the running belt, and the speed of the end that is pulled."""
-FED, TAKEN = 2.5, 0.5
+LOOSE_TENSION, SPEED = 1.0, 7.0
+"""Tension at the loose end of the running belt, and the speed of the belt without stretch."""
+FED_LENGTH, TAKEN_LENGTH = 2.5, 0.5
 """Lengths of its straight ends before and behind the drum."""
-RUN = 2.0
-"""How far it runs."""
+RUN_LENGTH = 2.0
+"""Length by which it runs."""
 
 
 class Running(NamedTuple):
-    """Pulls of a belt that runs over a drum, means over the run."""
+    """Forces of a belt that runs over a drum, means over the run."""
 
     ratio: float
     """(T₂ − ṁ v₂)/(T₁ − ṁ v₁), with ṁ v = ρ v² of the stretched belt."""
@@ -292,34 +306,39 @@ class Running(NamedTuple):
 
 
 def _running(bars: int) -> Running:
-    """Run a belt of `bars` bars a half turn, that begins in its steady state."""
+    """Run a belt, with `bars` bars in its half turn over a drum, from its steady state.
+
+    Means over the run are weighted by 1 − cos, which suppresses vibrations of the belt.
+    """
     bar = math.pi / bars
-    arc_length = bar * np.arange(round((FED + math.pi + TAKEN) / bar) + 1)
-    fed = bar * round(FED / bar)
-    angle = np.clip(arc_length - fed, 0.0, math.pi)
+    arc_length = bar * np.arange(round((FED_LENGTH + math.pi + TAKEN_LENGTH) / bar) + 1)
+    fed_length = bar * round(FED_LENGTH / bar)
+    angle = np.clip(arc_length - fed_length, 0.0, math.pi)
     # The flow of mass is the same everywhere: v grows with the stretch, T − ṁ v as on a drum.
-    flow = DENSITY * SPEED / (1.0 + LOOSE / STIFF)
+    flow = DENSITY * SPEED / (1.0 + LOOSE_TENSION / STIFFNESS)
     moving = flow**2 / DENSITY
-    pressing = (LOOSE - flow * SPEED) * np.exp(MU * angle)
-    tension = (pressing + moving) / (1.0 - moving / STIFF)
-    speed = flow / DENSITY * (1.0 + tension / STIFF)
-    stiff = TAUT / WIDTH / DEPTH
-    wraps = (arc_length > fed - 0.5 * bar) & (arc_length < fed + math.pi + 0.5 * bar)
+    pressing = (LOOSE_TENSION - flow * SPEED) * np.exp(MU * angle)
+    tension = (pressing + moving) / (1.0 - moving / STIFFNESS)
+    speed = flow / DENSITY * (1.0 + tension / STIFFNESS)
+    stiff = START_TENSION / WIDTH / DEPTH
+    wraps = (arc_length > fed_length - 0.5 * bar) & (arc_length < fed_length + math.pi + 0.5 * bar)
     radius = np.where(wraps, 1.0 - pressing / (stiff * WIDTH), 1.0)
-    height = np.minimum(arc_length - fed, 0.0) - np.maximum(arc_length - fed - math.pi, 0.0)
+    height = np.minimum(arc_length - fed_length, 0.0) - np.maximum(
+        arc_length - fed_length - math.pi, 0.0
+    )
     zeros = np.zeros(len(arc_length))
     x, z = -radius * np.cos(angle), radius * np.sin(angle) + height
     points = np.stack([x, zeros, z], axis=1)
     tangent = np.stack([np.sin(angle), zeros, np.cos(angle)], axis=1)
     chord = np.linalg.norm(np.diff(points, axis=0), axis=1)
-    stretch = 1.0 + 0.5 * (tension[1:] + tension[:-1]) / STIFF
+    stretch = 1.0 + 0.5 * (tension[1:] + tension[:-1]) / STIFFNESS
     rest_points = np.stack([np.append(0.0, np.cumsum(chord / stretch)), zeros, zeros], axis=1)
     node, last = np.arange(len(arc_length)), len(arc_length) - 1
     area = WIDTH * bar * np.where((node == 0) | (node == last), 0.5, 1.0)
     belt = cg.Slave(points, elements={"line": np.stack([node[:-1], node[1:]], axis=1)}, area=area)
-    end, section = RUN / SPEED, WIDTH * THICK
+    end, section = RUN_LENGTH / SPEED, WIDTH * THICKNESS
     motion = cg.motion.Deforming(
-        material=cg.materials.Elastic(young=STIFF / section),
+        material=cg.materials.Elastic(young=STIFFNESS / section),
         density=DENSITY / section,
         section=section,
         rest=rest_points,
@@ -333,7 +352,7 @@ def _running(bars: int) -> Running:
             ),
         },
         loads=cg.motion.NodalForce(
-            [[0.0, 0.0, 0.0, -LOOSE], [end, 0.0, 0.0, -LOOSE]], on={"nodes": [0]}
+            [[0.0, 0.0, 0.0, -LOOSE_TENSION], [end, 0.0, 0.0, -LOOSE_TENSION]], on={"nodes": [0]}
         ),
     )
     drum = cg.Body([cg.shapes.cylinder(radius=1.0, height=4.0, axis="y")])
@@ -359,10 +378,10 @@ def _running(bars: int) -> Running:
     )
     turn = 2.0 * math.pi * t / end
     power = -np.trapezoid(2.0 * math.pi / end * np.sin(turn) * work, t) / end
-    pull = (power + LOOSE * speed[0]) / speed[-1]
-    resultant = LOOSE + tension[-1] - flow * (speed[0] + speed[-1])
+    pull = (power + LOOSE_TENSION * speed[0]) / speed[-1]
+    resultant = LOOSE_TENSION + tension[-1] - flow * (speed[0] + speed[-1])
     return Running(
-        float((pull - flow * speed[-1]) / (LOOSE - flow * speed[0])),
+        float((pull - flow * speed[-1]) / (LOOSE_TENSION - flow * speed[0])),
         float(np.trapezoid((1.0 - np.cos(turn)) * np.abs(push), t) / end / resultant),
     )
 
@@ -378,7 +397,7 @@ def _runs() -> Answer:
     exact = math.exp(MU * math.pi)
     runs = {bars: _running(bars) for bars in (12, 24, 48)}
 
-    def missed(bar: float) -> float:
+    def error(bar: float) -> float:
         return abs(runs[round(math.pi / bar)].ratio / exact - 1.0)
 
     checks = (
@@ -401,4 +420,4 @@ def _runs() -> Answer:
             )
         ],
     )
-    return Answer(checks, draw, order_of("ratio, by the length of a bar", math.pi / 12, missed))
+    return Answer(checks, draw, order_of("ratio, by the length of a bar", math.pi / 12, error))

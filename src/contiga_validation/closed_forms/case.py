@@ -44,7 +44,7 @@ class Order(NamedTuple):
 
     @property
     def observed(self) -> float:
-        """Order from the longest to the shortest step; NaN if an error is zero."""
+        """Order from the longest to the shortest step; NaN if an error is zero or NaN."""
         if not all(error > 0.0 for error in self.errors):
             return math.nan
         return math.log(self.errors[0] / self.errors[-1]) / math.log(self.steps[0] / self.steps[-1])
@@ -100,7 +100,7 @@ class Cases(list[Case]):
         self._group = group
 
     def add(self, key: str, title: str, formula: str, scene: str) -> Callable[[Run], Run]:
-        """Decorate a function that returns an answer: add it as a case."""
+        """Return a decorator that adds a function that returns an `Answer` as a case."""
 
         def register(run: Run) -> Run:
             self.append(Case(key, self._group, title, formula, scene, run))
@@ -117,20 +117,23 @@ def relative(
     *,
     scale: float | None = None,
 ) -> Check:
-    """Check the error relative to the expected number, or to `scale`."""
+    """Return the check of a number by its error over the expected magnitude, or over `scale`.
+
+    `what` is its name on the page.
+    """
     size = abs(expected) if scale is None else scale
     error = abs(float(measured) - float(expected)) / float(size)
     return Check(what, float(measured), float(expected), error, float(tolerance))
 
 
 def absolute(what: str, measured: float, expected: float, tolerance: float) -> Check:
-    """Check the absolute difference."""
+    """Return the check of a number by its absolute error."""
     error = abs(float(measured) - float(expected))
     return Check(what, float(measured), float(expected), error, float(tolerance))
 
 
 def zero(what: str, measured: float, tolerance: float) -> Check:
-    """Check a number that should be zero."""
+    """Return the check of a number that should be zero, by its magnitude."""
     return absolute(what, measured, 0.0, tolerance)
 
 
@@ -142,6 +145,9 @@ def order_of(
     *,
     least: float = LEAST_ORDER,
 ) -> Order:
-    """Return the order from errors at a step, at half of it, and so on."""
+    """Return the order from errors at the `longest` step, at half of it, and so on, `count` times.
+
+    Steps may be sizes of elements; `of` names them and the error, and `least` is the order needed.
+    """
     steps: Sequence[float] = [longest / 2**k for k in range(count)]
     return Order(of, tuple(steps), tuple(float(error_at(step)) for step in steps), least)

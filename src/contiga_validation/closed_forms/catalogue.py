@@ -35,7 +35,7 @@ MODULES = (
 
 
 def cases() -> tuple[Case, ...]:
-    """Return all cases."""
+    """Return all cases in the order of the page; their modules are imported."""
     modules = [import_module(f"contiga_validation.closed_forms.{name}").CASES for name in MODULES]
     return tuple(case for module in modules for case in module)
 

@@ -18,17 +18,12 @@ CASES = Cases(GROUP)
 
 SPAN, LENGTH = 1.0, 1.2
 YOUNG = 1e4
-"""Modulus times section, over the weight a length: the ends pull by 8e-5 of it."""
+"""Modulus times section, over the weight per length; the tension at the ends is 8e-5 of it."""
 BARS = 40
 
 
-def _parameter() -> float:
-    """H/w of what does not stretch: 2 a sinh(span/2a) = length."""
-    return float(brentq(lambda a: 2.0 * a * math.sinh(0.5 * SPAN / a) - LENGTH, 0.1, 10.0))
-
-
 def _parabola(bars: int) -> FloatArray:
-    """Points of a chain that is slack a little, on a parabola of the chain's length."""
+    """Return points (bars + 1, 3) of a chain of `LENGTH` on a parabola, from which it settles."""
     x = np.linspace(-0.5 * SPAN, 0.5 * SPAN, bars + 1)
 
     def chain(depth: float) -> FloatArray:
@@ -41,8 +36,11 @@ def _parabola(bars: int) -> FloatArray:
 
 
 def hung(bars: int, young: float, tolerance: float) -> tuple[FloatArray, FloatArray]:
-    """Nodes of a chain at rest, and the force (3,) on its first end, which has half a bar's weight;
-    the weight a length is 1."""
+    """Return nodes (bars + 1, 3) of a chain at rest, and the force (3,) of its first support on it.
+
+    The weight per length is 1; the force is without half the weight of a bar, which the support
+    carries, too.
+    """
     line = np.linspace(0.0, LENGTH, bars + 1)
     first = np.arange(bars, dtype=np.int32)
     ends = np.stack([first, first + 1], axis=1)
@@ -54,13 +52,16 @@ def hung(bars: int, young: float, tolerance: float) -> tuple[FloatArray, FloatAr
         fixed=[0, bars],
         rest=np.stack([line, 0.0 * line, 0.0 * line], axis=1),
     )
-    state = resting(cg.Slave(_parabola(bars)), motion, tolerance, down=1.0).slaves["it"]
+    state = resting(cg.Slave(_parabola(bars)), motion, tolerance, gravity_size=1.0).slaves["it"]
     weight = np.array([0.0, 0.0, -0.5 * LENGTH / bars])
     return state.points, -(state.matter["force"][0] + weight)
 
 
 def stretched_sag(young: float) -> float:
-    """Of a cable that stretches by its pull over `young` (H. M. Irvine, Cable Structures, 1981)."""
+    """Return the sag of a cable of axial stiffness `young`, which stretches by tension over it.
+
+    H. M. Irvine, Cable Structures, 1981.
+    """
     half = 0.5 * LENGTH
 
     def span(pull: float) -> float:
@@ -79,7 +80,8 @@ def stretched_sag(young: float) -> float:
 )
 def _catenary() -> Answer:
     points, end = hung(BARS, YOUNG, 1e-4)
-    a = _parameter()
+    # H/w of a cable that does not stretch: 2 a sinh(span/2a) = length.
+    a = float(brentq(lambda a: 2.0 * a * math.sinh(0.5 * SPAN / a) - LENGTH, 0.1, 10.0))
     checks = (
         relative("sag", -points[BARS // 2, 2], a * (math.cosh(0.5 * SPAN / a) - 1.0), 1e-3),
         relative("H over the weight a length", abs(end[0]), a, 1e-3),
@@ -90,7 +92,7 @@ def _catenary() -> Answer:
     soft = 0.1 * YOUNG
     exact = stretched_sag(soft)
 
-    def missed(length: float) -> float:
+    def error(length: float) -> float:
         bars = round(LENGTH / length)
         return abs(-hung(bars, soft, 1e-6)[0][bars // 2, 2] - exact)
 
@@ -99,5 +101,5 @@ def _catenary() -> Answer:
     draw = comparison(
         ("x", "z"), [("catenary", x, curve)], [(f"{BARS} bars", points[:, 0], points[:, 2])]
     )
-    order = order_of("sag of a cable that stretches, by the length of bars", 0.3, missed)
+    order = order_of("sag of a cable that stretches, by the length of bars", 0.3, error)
     return Answer(checks, draw, order)

@@ -24,7 +24,7 @@ from contiga_validation.closed_forms.scenes import (
 from contiga_validation.engine.arrays import FloatArray
 
 CASES = Cases("Collisions")
-RADIUS, APART = 1.0, 1e-3
+RADIUS, GAP = 1.0, 1e-3
 ANGLE = math.radians(30.0)
 STIFFNESS = 4000.0
 
@@ -33,9 +33,10 @@ RINGS, RAYS, CAP = 250, 4, 0.5
 
 
 def cap(line: FloatArray) -> cg.Slave:
-    """Points on a ball about the origin, in rings about a direction, each for its part of the area.
+    """Return points on a ball about the origin, in rings about the unit direction `line`.
 
-    Rings bound equal areas: the forces of a ball that comes along the line have no part across it.
+    Rings bound equal areas up to the angle `CAP`. The forces of a ball that comes along the line
+    have no component across it.
     """
     first = np.cross(line, (0.0, 1.0, 0.0))
     first /= np.linalg.norm(first)
@@ -52,7 +53,7 @@ def cap(line: FloatArray) -> cg.Slave:
 
 @cache
 def skin() -> cg.Slave:
-    """Points and triangles all over a ball about the origin."""
+    """Return a triangulated ball about the origin, the same slave at each call."""
     mesh = ball(RADIUS).tessellate(0.02)
     return cg.Slave(mesh.vertices, mesh.triangles, name="skin")
 
@@ -64,12 +65,12 @@ class Meeting(NamedTuple):
     history: dict[str, FloatArray]
 
     def momentum(self) -> FloatArray:
-        """(n, 3) of both."""
+        """Return the total momentum (n, 3) of both balls."""
         one, two = (velocities(self.history, name) for name in ("one", "two"))
         return self.masses[0] * one + self.masses[1] * two
 
     def turning(self) -> FloatArray:
-        """(n, 3) angular momentum of both about the origin."""
+        """Return the total angular momentum (n, 3) of both balls about the origin."""
         total = np.zeros_like(velocities(self.history, "one"))
         for mass, name in zip(self.masses, ("one", "two"), strict=True):
             arm, speed = positions(self.history, name), velocities(self.history, name)
@@ -88,11 +89,12 @@ def meet(
     points: cg.Slave | None = None,
     **options: Any,
 ) -> Meeting:
-    """Two balls: one flies at the other, which rests in the direction `line` from it.
+    """Run two balls: the first flies with `velocity` (3,) at the second, at rest along `line`.
 
-    The second carries points and nothing else, the first is exact.
+    The first is exact; the second carries `points`, a `cap` if omitted. `options` are those of
+    `cg.Contact`.
     """
-    one, towards = ball(RADIUS), (2.0 * RADIUS + APART) * line
+    one, towards = ball(RADIUS), (2.0 * RADIUS + GAP) * line
     sampled = cap(-line) if points is None else points
     slave = cg.Slave(sampled.points + towards, sampled.facets, area=sampled.area, name="points")
     law = cg.PenaltyLaw(STIFFNESS, per_area=True)
@@ -115,7 +117,7 @@ _PAIR = "One ball is exact, the points on the other ride with it (Attached)"
 
 
 def _head_on(masses: tuple[float, float], speed: float = 2.0) -> Answer:
-    """Along the line of centres."""
+    """Compare a central collision of smooth balls with its closed form."""
     run = meet(masses, speed * DOWN, DOWN)
     history, (m, M) = run.history, masses
     t, one, two = history["time"], history["one.vz"], history["two.vz"]
@@ -194,7 +196,6 @@ def _oblique() -> Answer:
     f"{_PAIR}, a mesh all over it; with friction, spin and an oblique way.",
 )
 def _closed_system() -> Answer:
-    """Friction, spin, an oblique way: all forces are between the two."""
     speed, masses = 2.0, (1.5, 2.5)
     line = np.array([0.4, 0.1, -0.9])
     line /= np.linalg.norm(line)

@@ -1,4 +1,4 @@
-"""Cook's panel: skew elements in shear and bending, and one that keeps its volume."""
+"""Cook's panel: skew elements in shear and bending, compressible and nearly incompressible."""
 
 from __future__ import annotations
 
@@ -17,29 +17,34 @@ CASES = Cases(GROUP)
 
 ELASTIC = cg.materials.Elastic(young=1.0, poisson=1.0 / 3.0)
 RUBBER = cg.materials.NeoHooke(young=240.565, poisson=0.4999)
-SMALL = 1e-5, 1e-2
-"""Loads of both, for linear theory: ends go up by a few 1e-4 of the width."""
+LOADS = 1e-5, 1e-2
+"""Loads in plane stress and in plane strain, small as for linear theory: displacements are a few
+1e-4 of the width."""
 MIDDLE = 23.965
-"""Of the middle of the right side over the load, in plane stress (refined meshes of many authors;
-R. D. Cook's own is 23.9)."""
-KEPT = 7.671, 8.039
-"""Of the middle and of the corner above over a hundredth of the load, in plane strain with
-ν = 0.4999: by quadratic triangles with pressures, finer meshes still add a thousandth."""
+"""Displacement of the middle of the right side over the load, in plane stress (refined meshes of
+many authors; R. D. Cook's own is 23.9)."""
+INCOMPRESSIBLE = 7.671, 8.039
+"""Displacements of the middle and of the upper corner of the right side over a hundredth of the
+load, in plane strain with ν = 0.4999, by quadratic triangles with pressures; finer meshes still add
+a thousandth."""
 
 
 class Raised(NamedTuple):
-    """What a load on the right side does, over that load."""
+    """Vertical displacements over the load on the right side."""
 
     middle: float
+    """Displacement of its middle."""
     corner: float
+    """Displacement of its upper corner."""
 
 
 def panel(cells: int, *, strain: bool, tolerance: float) -> Raised:
-    """One layer of hexahedra, held at the left side, under a load over the right one.
+    """Return the displacements of one layer of `cells` × `cells` hexahedra, fixed at the left side.
 
-    In plane strain both faces are held across; in plane stress one is, and the other is free.
+    The load is vertical, over the right side. In plane `strain`, of rubber, both faces are held
+    across; in plane stress, of elastic material, one is, and the other is free.
     """
-    material, load = (RUBBER, SMALL[1]) if strain else (ELASTIC, SMALL[0])
+    material, load = (RUBBER, LOADS[1]) if strain else (ELASTIC, LOADS[0])
     line, thick = np.linspace(0.0, 1.0, cells + 1), 48.0 / cells
     points, elements = bricks((line, line, np.array([0.0, thick])))
     x, y, z = points.T
@@ -54,10 +59,11 @@ def panel(cells: int, *, strain: bool, tolerance: float) -> Raised:
     )
     motion = cg.motion.Deforming(material=material, density=1.0, fixed=fixed, loads=up)
     slave = cg.Slave(points, right, elements={"hexahedron": elements})
-    ways = resting(slave, motion, tolerance).slaves["it"].points[:, 1] - points[:, 1]
+    displacements = resting(slave, motion, tolerance).slaves["it"].points[:, 1] - points[:, 1]
     end = x == 1.0
     return Raised(
-        float(ways[end & (y == 0.5)].mean() / load), float(ways[end & (y == 1.0)].mean() / load)
+        float(displacements[end & (y == 0.5)].mean() / load),
+        float(displacements[end & (y == 1.0)].mean() / load),
     )
 
 
@@ -94,13 +100,13 @@ def _kept() -> Answer:
     raises = [panel(int(n), strain=True, tolerance=2e-3) for n in meshes]
     raised = 100.0 * np.array(raises)
     checks = tuple(
-        relative(f"{name}, 6 × 6 cells", raised[-1, k], KEPT[k], 0.06)
+        relative(f"{name}, 6 × 6 cells", raised[-1, k], INCOMPRESSIBLE[k], 0.06)
         for k, name in enumerate(("middle of the right side", "its upper corner"))
     )
     ends = np.array([2.0, 6.0])
     draw = comparison(
         ("cells along a side", "way at F = 100"),
-        [(f"published, {name}", ends, np.full(2, KEPT[k]))
+        [(f"published, {name}", ends, np.full(2, INCOMPRESSIBLE[k]))
          for k, name in enumerate(("middle", "corner"))],
         [(name, meshes.astype(np.float64), raised[:, k])
          for k, name in enumerate(("middle", "corner"))],

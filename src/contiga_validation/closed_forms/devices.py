@@ -39,7 +39,7 @@ LIMIT, MASS, SPEED, WEBBING = 4000.0, 40.0, 10.0, 2e6
 
 
 def _stopped() -> History:
-    """A mass that flies off from an anchor, on webbing with a load limiter."""
+    """Return the history of a mass that flies off an anchor, on webbing with a load limiter."""
     motion = cg.motion.Free(MASS, velocity=(SPEED, 0.0, 0.0), hold=ALONG_X)
     belt = _belt("ground", "body", curve=WEBBING, limiter=LoadLimiter(LIMIT))
     return free_body(motion, springs=[belt], end=0.11, step="auto", units=UNITS).run().history
@@ -77,7 +77,7 @@ SPOOL, STIFF, RATE, PULLED = 20.0, 1e5, 1.5, 50.0
 
 
 def _pulled_out(step: float | str) -> History:
-    """A sled that goes off from an anchor with a constant acceleration, on a retractor."""
+    """Return the history of a sled that pulls webbing off a retractor at constant acceleration."""
     away = cg.motion.Accelerated([[0.0, PULLED], [1.0, PULLED]], direction="x")
     film = [[0.0, 0.0], [0.01, 1000.0], [0.02, 6000.0]]
     belt = _belt("ground", "sled", curve=STIFF, retractor=Retractor(SPOOL, rate=RATE, film=film))
@@ -120,7 +120,7 @@ def _retractor() -> Answer:
 
 
 def _pulled_in(step: float, device: Pretensioner) -> History:
-    """A dummy of no motion on webbing that a sled's pulse has pulled in."""
+    """Return the history of a fixed body on webbing whose pretensioner a sled's pulse fires."""
     pulse = cg.motion.Accelerated([[0.0, 0.0], [0.1, -100.0]], direction="y")
     sensor = cg.Sensor(
         "crash", "sled", trigger=cg.Trigger("ay", below=-10.0, lasting=0.002, delay=0.003)
@@ -176,7 +176,10 @@ FRICTION = 0.3
 
 
 def _around(step: float | str, turn: float = math.pi) -> History:
-    """A mass that flies off from a ring, on webbing that goes round it to an anchor."""
+    """Return the history of a mass that pulls webbing from an anchor through a slip ring.
+
+    The webbing turns by the angle `turn`, rad, in the ring.
+    """
     direction = np.array([-math.cos(turn), math.sin(turn), 0.0])
     motion = cg.motion.Free(
         MASS, velocity=5.0 * direction, centre=direction, hold=("z", *ROTATIONS)
@@ -244,7 +247,7 @@ SPRING = 80.0
 
 
 def _let_go(step: float | str) -> History:
-    """A mass on a spring whose end is released while it swings back."""
+    """Return the history of a mass on a spring that is released while the mass swings back."""
     omega = math.sqrt(SPRING / MASS)
     motion = cg.motion.Free(MASS, velocity=(2.0, 0.0, 0.0), hold=ALONG_X)
     sensor = cg.Sensor("speed", "body", trigger=cg.Trigger("vx", below=-1.0))

@@ -60,6 +60,7 @@ def _ballistic() -> Answer:
 
 
 def _push(step: float | str) -> dict[str, FloatArray]:
+    """Return the history of a free body under a force from a table, and a constant moment."""
     rise = [[0.0, 0.0, 0.0, 0.0], [0.4, 60.0, 0.0, -20.0], [1.0, 20.0, 0.0, 0.0]]
     load = cg.Load("body", force=rise, moment=[0.0, 0.0, 3.0])
     motion = cg.motion.Free(2.0, inertia=np.diag([1.0, 1.0, 1.5]))
@@ -101,13 +102,14 @@ def _load() -> Answer:
 
 
 def _rocket(step: float | str) -> dict[str, FloatArray]:
+    """Return the history of a turning body with a constant force along its own axis."""
     motion = cg.motion.Free(2.0, inertia=np.diag([1.0, 1.0, 1.5]), spin=(0.0, 0.0, 2.0))
     load = cg.Load("body", force=[10.0, 0.0, 0.0], follow=True)
     return free_body(motion, end=5.0, step=step, loads=[load]).run().history
 
 
 def _circling(t: FloatArray | float) -> tuple[FloatArray, FloatArray]:
-    """Way of a body pushed along an axis of its own while it turns evenly."""
+    """Return x and y of the body of `_rocket` at times: a cycloid."""
     a, w = 10.0 / 2.0, 2.0
     phase = w * np.asarray(t)
     return a / w**2 * (1.0 - np.cos(phase)), a / w**2 * (phase - np.sin(phase))
@@ -151,7 +153,6 @@ def _follower() -> Answer:
     "The body's frame is not at its centre of mass; one axis is free.",
 )
 def _off_centre() -> Answer:
-    """A force beside the centre of a body that may turn about one axis: it accelerates both."""
     motion = cg.motion.Free(
         2.0, inertia=np.diag([1.0, 1.0, 1.5]), hold=["z", "rx", "ry"], centre=(0.3, 0.0, 0.0)
     )

@@ -1,4 +1,4 @@
-"""Foam: what of a cycle comes back, and how far a plate presses a block."""
+"""Foam: the energy returned by a cycle, and the compression of a block by a plate."""
 
 from __future__ import annotations
 
@@ -15,19 +15,11 @@ from contiga_validation.engine.arrays import FloatArray, IntArray
 CASES = Cases(GROUP)
 
 HYSTERESIS, SHAPE = 0.2, 4.0
-
-
-def _brick(sides: tuple[float, float, float]) -> cg.Slave:
-    """One hexahedron."""
-    return cg.Slave(
-        np.array(CORNERS) * np.array(sides),
-        [[0, 3, 2, 1], [4, 5, 6, 7]],
-        elements={"hexahedron": [list(range(8))]},
-    )
+"""Parameters `hysteresis` H and `shape` S of the foam's unloading."""
 
 
 def _cycled(step: float) -> dict[str, FloatArray]:
-    """History of a cube of foam that is pressed by 40 % and let go."""
+    """Return the history of a cube of foam of 1000 mm³ that is compressed by 40 % and released."""
     motion = cg.motion.Deforming(
         material=cg.materials.Foam(
             loading=np.array([[0.0, 0.0], [0.9, 0.9]]), hysteresis=HYSTERESIS, shape=SHAPE
@@ -39,7 +31,11 @@ def _cycled(step: float) -> dict[str, FloatArray]:
             "motion": cg.motion.Translate(np.array([[0, 0, 0, 0], [1, 0, 0, -4.0], [2, 0, 0, 0]])),
         },
     )
-    cube = _brick((10.0, 10.0, 10.0))
+    cube = cg.Slave(
+        10.0 * np.array(CORNERS),
+        [[0, 3, 2, 1], [4, 5, 6, 7]],
+        elements={"hexahedron": [list(range(8))]},
+    )
     return run_of(slaves={"cube": (cube, motion)}, end=2.0, step=step).history
 
 
@@ -88,16 +84,19 @@ def _cycle() -> Answer:
 
 
 LOADING = np.array([[0.0, 0.0], [0.05, 0.3], [0.635, 0.82]])
-"""Of the README's foam, MPa over strain."""
+"""Loading curve of the README's foam, MPa over strain."""
 SIDES, MASS, SPEED = (100.0, 100.0, 60.0), 4540.0, 6.7
-"""Of the block, mm; of the plate, g and mm/ms."""
+"""Sides of the block, mm; mass and speed of the plate, g and mm/ms."""
 COUNTS = (3, 3, 2)
 LIGHT, STIFF = 2e-6, 5.0
 """Density of the block, which has 1.2 g, and stiffness of the contact, MPa/mm."""
 
 
 def bricks(lines: tuple[FloatArray, FloatArray, FloatArray]) -> tuple[FloatArray, IntArray]:
-    """Points and hexahedra between planes at x, y and z."""
+    """Return points (n, 3) and hexahedra (m, 8) of a grid with planes at given x, y and z.
+
+    Points and elements are in the order of x, then y, then z.
+    """
     points = np.stack(np.meshgrid(*lines, indexing="ij"), axis=-1).reshape(-1, 3)
     nx, ny, nz = (len(line) - 1 for line in lines)
     number = np.arange(len(points)).reshape(nx + 1, ny + 1, nz + 1)
@@ -105,17 +104,15 @@ def bricks(lines: tuple[FloatArray, FloatArray, FloatArray]) -> tuple[FloatArray
     return points, np.stack(corners, axis=1)
 
 
-def _below(elements: IntArray, points: FloatArray) -> IntArray:
-    """(n, 4) lower sides of hexahedra at z = 0, as facets."""
-    sides = elements[:, [0, 3, 2, 1]]
-    return np.asarray(sides[(points[sides, 2] == 0.0).all(axis=1)])
+def _hit_block() -> tuple[dict[str, FloatArray], FloatArray]:
+    """Return the history of a plate that hits a block of foam from below, and displacements (k,).
 
-
-def _pressed() -> tuple[dict[str, FloatArray], FloatArray]:
-    """History of a plate that flies up at a block, and how far the block's lower nodes go."""
+    These are the mean displacements along z of the block's lower nodes, mm, at each step.
+    """
     x, y, z = (np.linspace(0.0, side, n + 1) for side, n in zip(SIDES, COUNTS, strict=True))
     points, elements = bricks((x - 0.5 * SIDES[0], y - 0.5 * SIDES[1], z))
-    facets = _below(elements, points)
+    sides = elements[:, [0, 3, 2, 1]]
+    facets = sides[(points[sides, 2] == 0.0).all(axis=1)]
     block = cg.Slave(points + np.array([0.0, 0.0, 1e-6]), facets, elements={"hexahedron": elements})
     motion = cg.motion.Deforming(
         material=cg.materials.Foam(loading=LOADING),
@@ -136,8 +133,8 @@ def _pressed() -> tuple[dict[str, FloatArray], FloatArray]:
         keep=1,
     )
     lower = np.unique(facets)
-    ways = [state.slaves["block"].points[lower, 2].mean() for state in result.states]
-    return result.history, np.array(ways)
+    displacements = [state.slaves["block"].points[lower, 2].mean() for state in result.states]
+    return result.history, np.array(displacements)
 
 
 @CASES.add(
@@ -153,7 +150,7 @@ def _plate() -> Answer:
         return np.interp(strain, LOADING[:, 0], LOADING[:, 1])
 
     def absorbed(strain: float) -> float:
-        """Energy over volume: areas of trapezia under the curve."""
+        """Return the energy over volume up to a strain: areas of trapezia under the curve."""
         line = np.union1d([0.0, strain], LOADING[LOADING[:, 0] < strain, 0])
         y = stress(line)
         return float((0.5 * (y[1:] + y[:-1]) * np.diff(line)).sum())
@@ -161,11 +158,11 @@ def _plate() -> Answer:
     area = SIDES[0] * SIDES[1]
     energy_density = 0.5 * MASS * SPEED**2 / (area * SIDES[2])
     strain = float(brentq(lambda x: absorbed(x) - energy_density, 0.0, 0.63))
-    history, ways = _pressed()
+    history, displacements = _hit_block()
     energy = history["energy.total"][0]
     checks = (
-        relative("largest strain", ways.max() / SIDES[2], strain, 6e-3),
-        relative("way of the block's lower side", ways.max(), strain * SIDES[2], 6e-3),
+        relative("largest strain", displacements.max() / SIDES[2], strain, 6e-3),
+        relative("way of the block's lower side", displacements.max(), strain * SIDES[2], 6e-3),
         relative("largest force", history["force"].max(), area * float(stress(strain)), 4e-3),
         zero("energy balance error, by the energy",
              np.abs(history["energy.error"]).max() / energy, 1e-3),
@@ -175,6 +172,12 @@ def _plate() -> Answer:
     draw = comparison(
         ("way", "force"),
         [("curve", SIDES[2] * x, area * stress(x))],
-        [("run", ways[: ways.argmax()], history["force"][: ways.argmax()])],
+        [
+            (
+                "run",
+                displacements[: displacements.argmax()],
+                history["force"][: displacements.argmax()],
+            )
+        ],
     )
     return Answer(checks, draw)

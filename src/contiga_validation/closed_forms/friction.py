@@ -22,9 +22,9 @@ UPRIGHT = ("y", "rx", "ry", "rz")
 def block(
     friction: cg.Coulomb, end: float, step: float | str, *, speed: float, slope: float = 0.0
 ) -> dict[str, FloatArray]:
-    """A block of four feet on a floor, sunk in as far as its weight takes it.
+    """Return the history of a block of four feet on a floor, sunk in by its weight at the start.
 
-    The floor stays level and gravity is turned: x points down a slope.
+    The floor stays level and gravity is turned by the angle `slope`, rad: x points down a slope.
     """
     pull = G * np.array([math.sin(slope), 0.0, -math.cos(slope)])
     sink = -MASS * pull[2] / (4.0 * STIFF)
@@ -43,8 +43,8 @@ def block(
     ).history
 
 
-# Coulomb's law sticks by springs as stiff as the normal ones: a foot that is pushed slides once it
-# has gone by δ = μ N/k.
+# Coulomb's law sticks by springs as stiff as the normal ones: a foot that is pushed slides once its
+# displacement is δ = μ N/k.
 
 
 @CASES.add(
@@ -95,7 +95,8 @@ def _slips() -> Answer:
     t, x = history["time"], history["block.x"]
 
     def error(step: float) -> float:
-        """Mean of four steps about this one: where in a step a foot lets go counts."""
+        """Return the mean error of four steps about this one: it depends on where in a step a foot
+        starts to slide."""
         total = 0.0
         for part in (0.85, 0.95, 1.05, 1.15):
             run = block(cg.Coulomb(mu), 0.5 * end, part * step, speed=0.0, slope=slope)
@@ -144,24 +145,29 @@ def _sticks() -> Answer:
 
 # ---------------------------------------------------------------- a ball that comes to roll
 
-SUNK = 1e-4
-"""Depth by its weight of a ball of radius 1; what it does to numbers is of this size, too."""
+DEPTH = 1e-4
+"""Depth by its weight of a ball of radius 1; errors by it are of this size, too."""
 SPACING = 5e-4
+"""Angle between the points of the arc, rad."""
 
 
 def roll(
     reach: tuple[float, float], end: float, step: float | str, *, speed: float, slope: float = 0.0,
     friction: float = 0.5,
 ) -> dict[str, FloatArray]:  # fmt: skip
-    """A ball on a plane, as an arc of points on it under its middle; x points down a slope."""
+    """Return the history of a ball on a plane, whose contact is an arc of points under its middle.
+
+    The arc reaches from −reach[0] to reach[1], rad. The floor stays level and gravity is turned by
+    the angle `slope`, rad: x points down a slope.
+    """
     pull = G * np.array([math.sin(slope), 0.0, -math.cos(slope)])
     angle = np.arange(-reach[0], reach[1], SPACING) + 0.5 * SPACING
     points = np.column_stack([np.sin(angle), np.zeros(angle.size), -np.cos(angle)])
-    depth = points[:, 2] - (SUNK - 1.0)
+    depth = points[:, 2] - (DEPTH - 1.0)
     each = -MASS * pull[2] / np.maximum(-depth, 0.0).sum()
-    points[:, 2] += 1.0 - SUNK
+    points[:, 2] += 1.0 - DEPTH
     arc, plate = cg.Slave(points, area=np.ones(len(points)), name="arc"), floor()
-    centre = (0.0, 0.0, 1.0 - SUNK)
+    centre = (0.0, 0.0, 1.0 - DEPTH)
     motion = solid_ball(
         MASS, 1.0, centre=centre, velocity=(speed, 0.0, 0.0), hold=("y", "rx", "rz")
     )
@@ -189,7 +195,7 @@ def _comes_to_roll() -> Answer:
     mu, speed = 0.5, 1.0
     slide = 2.0 * speed / (7.0 * mu * G)
     # Points take μ λ until they slide; weighted by their forces λ is 4/5 of the depth.
-    lasts = slide + 0.5 * mu * 0.8 * SUNK / speed
+    lasts = slide + 0.5 * mu * 0.8 * DEPTH / speed
     history = roll((0.03, 0.06), 1.1 * slide, "auto", speed=speed, friction=mu)
     t, v, w = history["time"], history["ball.vx"], history["ball.wy"]
     slip = v - w

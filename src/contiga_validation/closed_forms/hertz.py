@@ -1,9 +1,9 @@
 """Hertz: an exact ball and an exact cylinder on an elastic half space.
 
-The block under the ball ends a few radii of contact from its middle, and its outer nodes are where
-Boussinesq's point load brings those of a half space: what is left of the block's size falls with
-its third power. The load must be known for that, so it is that of the formula; a block held where
-it was would carry a sixth more.
+The block under the ball ends a few contact radii from its middle. Its outer nodes have the
+displacements of a half space under a point load (Boussinesq), so that the error of the finite block
+falls with the third power of its size. This needs the load, which is taken from the formula; a
+block with its outer nodes fixed at rest would carry a sixth more.
 """
 
 from __future__ import annotations
@@ -29,45 +29,49 @@ NU = 0.3
 MODULUS = 1.0 / (1.0 - NU**2)
 """E* of a rigid indenter, E = 1."""
 BALL = 50.0
-"""Radius over that of the contact, which is 1: strains stay below 2 %."""
+"""Radius of the ball; the radius of contact is 1, and strains stay below 2 %."""
 DEPTH = 1.0 / BALL
 LOAD = 4.0 / 3.0 * MODULUS / BALL
-"""4/3 E* √R d^1.5 of a = √(R d) = 1."""
-STIFF = 100.0
-"""Of the contact, E over length: it gives way by half a percent of the depth."""
-FINE, OUTER, FAR = 7, 5, 6.0
-"""Even cells up to 1.4 radii of contact, cells that grow beyond, and where the block ends."""
+"""Force 4/3 E* √R d^1.5 at a = √(R d) = 1."""
+STIFFNESS = 100.0
+"""Contact stiffness, E over length: nodes penetrate by half a percent of the depth."""
+N_EVEN, N_GROWING, BLOCK_SIZE = 7, 5, 6.0
+"""Number of even cells up to 1.4 contact radii, of growing cells beyond, and size of the block."""
 
-Held = NDArray[np.bool_]
-"""(n, 3) ways of nodes that are fixed."""
+FixedMask = NDArray[np.bool_]
+"""(n, 3) mask of the fixed degrees of freedom of nodes."""
 
 
-class _Pressed(NamedTuple):
-    """What touches at rest."""
+class _RestingContact(NamedTuple):
+    """Contact at rest."""
 
     force: float
-    """Of the whole contact; a length of the cylinder."""
+    """Force of the whole contact; per length of the cylinder."""
     radius: float
-    """Of the contact, by the mean square distance of the force from its middle."""
+    """Radius or half width of contact, from the mean square distance of the force."""
     places: FloatArray
-    """Distances of nodes from the middle."""
+    """(k,) distances of touching nodes from the middle."""
     pressures: FloatArray
+    """(k,) pressures at these nodes."""
 
 
 class _Shares(NamedTuple):
-    """What of the whole contact is seen."""
+    """Factors from the modelled part to the whole contact."""
 
-    whole: float
-    """Over the part's force: the whole's."""
-    of_square: float
-    """Over the mean square distance of the force from the middle: a²."""
-    ways: int
-    """In which distances are: x and y, or x."""
+    force_factor: float
+    """Force of the whole over that of the part."""
+    radius_factor: float
+    """a² over the mean square distance of the force from the middle."""
+    n_coordinates: int
+    """Number of coordinates in a distance: 2 for x and y, 1 for x."""
 
 
 def far_field(points: FloatArray) -> FloatArray:
-    """(n, 3) displacements of a half space z < 0 under a load down at its origin (Boussinesq; K. L.
-    Johnson, Contact Mechanics, 3.2), within the contact those at its border."""
+    """Return displacements (n, 3) of a half space z < 0 under a load down at its origin.
+
+    Boussinesq's solution (K. L. Johnson, Contact Mechanics, 3.2). Distances below 1, the radius of
+    contact, count as 1.
+    """
     x, y, z = points.T
     z, r = -z, np.hypot(x, y)
     rho = np.maximum(np.sqrt(r**2 + z**2), 1.0)
@@ -77,74 +81,80 @@ def far_field(points: FloatArray) -> FloatArray:
     return np.stack([out * x, out * y, -down], axis=1)
 
 
-def _ball() -> _Pressed:
-    """A quarter of the block under a ball."""
-    line = spaced(FINE, 1.4, OUTER, FAR)
+def _ball() -> _RestingContact:
+    """Press a ball on a quarter of the block, from the displacements of `far_field`."""
+    line = spaced(N_EVEN, 1.4, N_GROWING, BLOCK_SIZE)
     rest, elements = bricks((line, line, -line[::-1]))
     sides = elements[:, [4, 5, 6, 7]]
-    near = (rest[sides, 2] == 0.0).all(axis=1) & (rest[sides, :2] < 1.5).all(axis=(1, 2))
+    is_near_contact = (rest[sides, 2] == 0.0).all(axis=1) & (rest[sides, :2] < 1.5).all(axis=(1, 2))
     edge = (np.abs(rest) == line[-1]).any(axis=1)
     fixed = rest == 0.0
     fixed[:, 2] = False
     fixed[edge] = True
-    block = cg.Slave(rest + far_field(rest), sides[near], elements={"hexahedron": elements})
+    block = cg.Slave(
+        rest + far_field(rest), sides[is_near_contact], elements={"hexahedron": elements}
+    )
     ball = cg.shapes.sphere(radius=BALL, centre=(0.0, 0.0, BALL - DEPTH))
-    return _pressed_by(block, ball, (rest, fixed), _Shares(4.0, 2.5, 2))
+    return _settle_under(block, ball, (rest, fixed), _Shares(4.0, 2.5, 2))
 
 
-def _cylinder() -> _Pressed:
-    """Half of a strip of the block, one cell thick and in plane strain, under a cylinder."""
-    line = spaced(2 * FINE, 1.4, OUTER, 8.0)
+def _cylinder() -> _RestingContact:
+    """Press a cylinder on half of a strip, one cell thick and in plane strain."""
+    line = spaced(2 * N_EVEN, 1.4, N_GROWING, 8.0)
     thick = line[1]
     rest, elements = bricks((line, np.array([0.0, thick]), -line[::-1]))
     sides = elements[:, [4, 5, 6, 7]]
-    near = (rest[sides, 2] == 0.0).all(axis=1) & (rest[sides, 0] < 1.5).all(axis=1)
+    is_near_contact = (rest[sides, 2] == 0.0).all(axis=1) & (rest[sides, 0] < 1.5).all(axis=1)
     fixed = np.zeros(rest.shape, np.bool_)
     fixed[:, 1] = True
     fixed[rest[:, 0] == 0.0, 0] = True
     fixed[rest[:, 2] == -line[-1]] = True
-    # It starts pressed down evenly: a cylinder as deep in cells at rest would turn them inside out.
-    sunk = rest.copy()
-    sunk[:, 2] -= 2.0 * DEPTH * (1.0 + rest[:, 2] / line[-1])
-    strip = cg.Slave(sunk, sides[near], elements={"hexahedron": elements})
+    # It starts evenly compressed: a cylinder so deep in undeformed cells would invert them.
+    start = rest.copy()
+    start[:, 2] -= 2.0 * DEPTH * (1.0 + rest[:, 2] / line[-1])
+    strip = cg.Slave(start, sides[is_near_contact], elements={"hexahedron": elements})
     roll = cg.shapes.cylinder(
         radius=BALL, height=4.0, centre=(0.0, 0.5 * thick, BALL - 2.0 * DEPTH), axis="y"
     )
-    return _pressed_by(strip, roll, (rest, fixed), _Shares(2.0 / float(thick), 4.0, 1))
+    return _settle_under(strip, roll, (rest, fixed), _Shares(2.0 / float(thick), 4.0, 1))
 
 
-def _pressed_by(
-    slave: cg.Slave, shape: cg.NurbsSurface, held: tuple[FloatArray, Held], shares: _Shares
-) -> _Pressed:
-    """At rest under a shape: nodes at rest, and which ways of them are fixed."""
-    rest, fixed = held
+def _settle_under(
+    slave: cg.Slave, shape: cg.NurbsSurface, support: tuple[FloatArray, FixedMask], shares: _Shares
+) -> _RestingContact:
+    """Settle a slave under a shape; `support` is its undeformed nodes and the fixed ones (mask)."""
+    rest, fixed = support
     motion = cg.motion.Deforming(
         material=cg.materials.Elastic(young=1.0, poisson=NU), density=1.0, rest=rest, fixed=fixed
     )
-    law = cg.PenaltyLaw(STIFF, per_area=True)
+    law = cg.PenaltyLaw(STIFFNESS, per_area=True)
     contact = cg.Contact(cg.Body([shape]), slave, law=law, search="penetration")
     state = resting(slave, motion, 1e-3, contacts=[contact])
     (pressed,) = state.contacts.values()
     force, points = pressed.normal_force, state.slaves["it"].points
-    places = np.sqrt((points[:, : shares.ways] ** 2).sum(axis=1))
+    places = np.sqrt((points[:, : shares.n_coordinates] ** 2).sum(axis=1))
     touching = np.flatnonzero(pressed.patch >= 0)
     square = float((force * places**2).sum() / force.sum())
-    return _Pressed(
-        shares.whole * float(force.sum()),
-        math.sqrt(shares.of_square * square),
+    return _RestingContact(
+        shares.force_factor * float(force.sum()),
+        math.sqrt(shares.radius_factor * square),
         places[touching],
-        STIFF * pressed.penetration[touching],
+        STIFFNESS * pressed.penetration[touching],
     )
 
 
-def _pressure_error(pressed: _Pressed, radius: float, peak: float, tolerance: float) -> Check:
+def _pressure_error(
+    pressed: _RestingContact, radius: float, peak: float, tolerance: float
+) -> Check:
+    """Check pressures up to 0.8 of the contact radius against p₀ √(1 − r²/a²), over p₀ = `peak`."""
     inner = pressed.places < 0.8 * radius
     exact = np.sqrt(1.0 - (pressed.places[inner] / radius) ** 2)
-    off = np.abs(pressed.pressures[inner] / peak - exact)
-    return zero("largest error of the pressure up to 0.8 a, by p₀", off.max(), tolerance)
+    errors = np.abs(pressed.pressures[inner] / peak - exact)
+    return zero("largest error of the pressure up to 0.8 a, by p₀", errors.max(), tolerance)
 
 
-def _drawn(pressed: _Pressed, radius: float, peak: float) -> Drawing:
+def _pressure_picture(pressed: _RestingContact, radius: float, peak: float) -> Drawing:
+    """Return a drawing of the pressures over those of the formula."""
     r = np.linspace(0.0, 1.2, 300)
     return comparison(
         ("r/a", "p/p₀"),
@@ -168,7 +178,7 @@ def _on_a_ball() -> Answer:
         relative("radius of the contact", pressed.radius, 1.0, 0.025),
         _pressure_error(pressed, 1.0, peak, 0.05),
     )
-    return Answer(checks, _drawn(pressed, 1.0, peak))
+    return Answer(checks, _pressure_picture(pressed, 1.0, peak))
 
 
 @CASES.add(
@@ -186,4 +196,4 @@ def _on_a_cylinder() -> Answer:
         relative("half width of the contact, by the force", pressed.radius, radius, 0.01),
         _pressure_error(pressed, radius, peak, 0.02),
     )
-    return Answer(checks, _drawn(pressed, radius, peak))
+    return Answer(checks, _pressure_picture(pressed, radius, peak))

@@ -23,6 +23,7 @@ PEAK, LENGTH = 100.0, 0.02
 
 
 def _half_sine(n: int) -> tuple[FloatArray, FloatArray]:
+    """Return times (n + 1,), s, and a half sine of `PEAK` g and `LENGTH` s at them."""
     t = np.linspace(0.0, LENGTH, n + 1)
     return t, np.abs(PEAK * np.sin(math.pi * t / LENGTH))
 
@@ -39,22 +40,24 @@ def _hic_sine() -> Answer:
     width, mean = 2.0 * half * LENGTH / math.pi, PEAK * math.sin(half) / half
     exact = width * mean**2.5
     t, a = _half_sine(2000)
-    found = criteria.hic(a, t)
+    result = criteria.hic(a, t)
 
     def error(step: float) -> float:
         return abs(criteria.hic(*_half_sine(round(LENGTH / step))[::-1]).value / exact - 1.0)
 
     return Answer(
         (
-            relative("HIC15, 2000 samples", found.value, exact, 1e-6),
-            relative("length of the window, s", found.end - found.start, width, 1e-4),
+            relative("HIC15, 2000 samples", result.value, exact, 1e-6),
+            relative("length of the window, s", result.end - result.start, width, 1e-4),
         ),
-        _window(t, a, found.start, found.end),
+        _window(t, a, result.start, result.end),
         order_of("HIC, in the time between samples", LENGTH / 100, error),
     )
 
 
 def _window(t: FloatArray, a: FloatArray, start: float, end: float) -> Drawing:
+    """Return a drawing of a signal, g over s, with the window from `start` to `end` shaded."""
+
     def draw(figure: Figure) -> None:
         axes = figure.subplots()
         axes.plot(1e3 * t, a, color=INK, lw=1.2)
@@ -75,19 +78,19 @@ def _window(t: FloatArray, a: FloatArray, start: float, end: float) -> Drawing:
 def _hic_lines() -> Answer:
     base, share = 0.02, 4.0 / 7.0
     t, a = np.array([0.0, base / 2, base]), np.array([0.0, PEAK, 0.0])
-    found = criteria.hic(a, t)
+    result = criteria.hic(a, t)
     triangle = share * base * (PEAK * (1.0 - 0.5 * share)) ** 2.5
     level = np.full(11, 80.0), np.linspace(0.0, 0.1, 11)
     checks = (
-        relative("triangle, HIC15", found.value, triangle, EXACT),
-        relative("triangle, its window, s", found.end - found.start, share * base, 1e-9),
+        relative("triangle, HIC15", result.value, triangle, EXACT),
+        relative("triangle, its window, s", result.end - result.start, share * base, 1e-9),
         relative("constant 80 g, HIC15", criteria.hic(*level).value, 0.015 * 80.0**2.5, EXACT),
         relative(
             "constant 80 g, HIC36", criteria.hic(*level, 0.036).value, 0.036 * 80.0**2.5, EXACT
         ),
     )
     fine = np.linspace(0.0, base, 801)
-    return Answer(checks, _window(fine, np.interp(fine, t, a), found.start, found.end))
+    return Answer(checks, _window(fine, np.interp(fine, t, a), result.start, result.end))
 
 
 @CASES.add(
@@ -113,10 +116,11 @@ def _clip() -> Answer:
 
 
 def _gain(cls: int, frequency: float) -> float:
-    """Of the filter for a long sine, by least squares in its middle.
+    """Return the gain of filter CFC `cls` for a long sine of `frequency`, Hz.
 
-    A thousand samples a period of the corner: the digital filter bends the axis of frequencies by
-    some parts in 10⁵ there, as the standard has it.
+    The amplitude is fitted by least squares to the middle third of 60 periods. There are a thousand
+    samples in a period of the corner frequency, where the digital filter of the standard shifts
+    frequencies by some parts in 10⁵.
     """
     dt = 1e-3 * 0.6 / cls
     count = round(20.0 / frequency / dt)
@@ -141,16 +145,16 @@ def _cfc() -> Answer:
         checks.append(
             relative(f"CFC {cls}, gain at {corner:.0f} Hz", _gain(cls, corner), 0.5**0.5, 1e-4)
         )
-    cls, asked = 180, np.array([0.2, 0.5, 1.0, 2.0, 4.0]) * 180 / 0.6
+    cls, sample_frequencies = 180, np.array([0.2, 0.5, 1.0, 2.0, 4.0]) * 180 / 0.6
     # Two passes of a Butterworth filter of two poles, its corner at 2.0775 times the class.
     smooth = np.geomspace(0.1, 6.0, 100) * cls / 0.6
     exact = 1.0 / (1.0 + (smooth / (2.0775 * cls)) ** 4)
-    gains = np.array([_gain(cls, f) for f in asked])
+    gains = np.array([_gain(cls, f) for f in sample_frequencies])
     return Answer(
         tuple(checks),
         comparison(
             ("frequency, Hz", "gain of CFC 180"),
             [("two passes of a Butterworth filter", smooth, exact)],
-            [("measured", asked, gains)],
+            [("measured", sample_frequencies, gains)],
         ),
     )

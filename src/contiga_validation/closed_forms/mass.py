@@ -20,7 +20,7 @@ _HOW = "Gauss's rule on the exact faces, by the divergence theorem; all ten numb
 
 
 def box(a: float, b: float, c: float) -> cg.Body:
-    """A box about the origin, six faces."""
+    """Return a box with sides a, b, c about the origin, of six faces."""
     corners = {key: 0.5 * np.array([a, b, c]) * key for key in product((-1.0, 1.0), repeat=3)}
     faces = []
     for k, side in product(range(3), (-1.0, 1.0)):
@@ -35,20 +35,20 @@ def box(a: float, b: float, c: float) -> cg.Body:
 
 
 def cone(radius: float, height: float) -> cg.Body:
-    """A cone with its base in z = 0 and its apex above."""
+    """Return a cone about z, with its base in z = 0 and its apex above."""
     outline = cg.shapes.line((radius, 0.0, 0.0), (0.0, 0.0, height))
     base = cg.shapes.line((0.0, 0.0, 0.0), (radius, 0.0, 0.0))
     return cg.Body([cg.shapes.revolved(outline), cg.shapes.revolved(base)])
 
 
 def hollow_ball(outer: float, void: float, offset: float) -> cg.Body:
-    """A ball with a ball taken out of it, off its centre along x."""
+    """Return a ball about the origin with a spherical void of radius `void` at x = `offset`."""
     inner = cg.shapes.sphere(radius=void, centre=(offset, 0.0, 0.0))
     return cg.Body([cg.shapes.sphere(radius=outer), inner.flipped()])
 
 
 def _answer(body: cg.Body, volume: float, centre: FloatArray, inertia: FloatArray) -> Answer:
-    """All ten numbers of a body; inertia of unit density, about the centre."""
+    """Compare mass, centre and inertia of a body; `inertia` has unit density, about the centre."""
     measured = body.mass_properties(DENSITY)
     size = float(np.ptp(body.bounds(), axis=0).max())
     truth = DENSITY * inertia
@@ -66,6 +66,8 @@ def _answer(body: cg.Body, volume: float, centre: FloatArray, inertia: FloatArra
 
 
 def _outline(body: cg.Body, centre: FloatArray) -> Callable[..., None]:
+    """Return a drawing of a body, transparent, with its centre of mass."""
+
     def draw(figure: object) -> None:
         axes = figure.subplots(subplot_kw={"projection": "3d"})  # type: ignore[attr-defined]
         mesh = body.tessellate(0.002 * body.size)

@@ -18,20 +18,26 @@ from contiga_validation.engine.arrays import FloatArray, IntArray
 
 CASES = Cases(GROUP)
 
-THIN = 1e-3
+THICKNESS = 1e-3
 """Thickness of discs of radius 1 and modulus 1."""
 POINT = math.cbrt(3.0 / math.pi)
-"""w₀/a over (P/E h a)^⅓ under a point load at ν = ⅓: 0.984745."""
+"""w₀/a over (P/E h a)^⅓ under a point load P at ν = ⅓: 0.984745."""
 LOAD = 1e-3
-"""P/(E h a)."""
-SUNK, PRESSED = 0.0535900, 2.28049e-4
-"""δ R/a² and P R³/(E h a⁴) of a ball that touches up to 0.1 a, ν = 0.3: Föppl's equations, a
-parabola inside, integrated from there to the border."""
-TOUCHED = 0.1
+"""Point load P/(E h a)."""
+DEPTH, BALL_LOAD = 0.0535900, 2.28049e-4
+"""Depth δ R/a² and load P R³/(E h a⁴) of a ball that touches up to `CONTACT_RADIUS` a at ν = 0.3.
+
+By Föppl's equations: a parabola within, integrated from there to the border.
+"""
+CONTACT_RADIUS = 0.1
+"""Radius of contact over that of the membrane."""
 
 
 def graded(radii: FloatArray) -> tuple[FloatArray, FloatArray, IntArray]:
-    """Points, their radii and the facets of a disc with rings of these radii, from 0."""
+    """Return points (n, 3), their radii (n,) and the facets of a disc with rings at `radii`.
+
+    Radii ascend. The first radius is 0. The topology is that of `disc`.
+    """
     points, facets = disc(len(radii) - 1)
     even = np.hypot(points[:, 0], points[:, 1])
     ring = np.rint((len(radii) - 1) * even).astype(np.int64)
@@ -39,27 +45,30 @@ def graded(radii: FloatArray) -> tuple[FloatArray, FloatArray, IntArray]:
     return points * scale[:, None], radii[ring], facets
 
 
-def spaced(fine: int, inner: float, outer: int, far: float) -> FloatArray:
-    """`fine` even steps from 0 to `inner`, then `outer` ones that grow evenly, to `far`."""
+def spaced(fine: int, inner: float, outer: int, end: float) -> FloatArray:
+    """Return coordinates with `fine` equal steps from 0 to `inner`, `outer` growing ones to `end`.
+
+    Each growing step is a fixed multiple, between 1 and 10, of the one before.
+    """
     first = inner / fine
     powers = np.arange(1, outer + 1)
 
     def beyond(growth: float) -> float:
-        return inner + first * float((growth**powers).sum()) - far
+        return inner + first * float((growth**powers).sum()) - end
 
     steps = first * float(brentq(beyond, 1.0, 10.0)) ** powers
     return np.concatenate([np.linspace(0.0, inner, fine + 1), inner + np.cumsum(steps)])
 
 
 def _loaded(rings: int) -> tuple[FloatArray, FloatArray]:
-    """Radii, and ways over (P/E h a)^⅓, of a disc under a load in its middle."""
+    """Return radii, and displacements over (P/E h a)^⅓, (n,), of a disc under a central load."""
     rest, radii, facets = graded(np.linspace(0.0, 1.0, rings + 1) ** 1.5)
     motion = cg.motion.Deforming(
         material=cg.materials.Elastic(young=1.0, poisson=1.0 / 3.0),
         density=1.0,
-        thickness=THIN,
+        thickness=THICKNESS,
         fixed=radii == 1.0,
-        loads=cg.motion.NodalForce([0.0, 0.0, LOAD * THIN], on={"nodes": [0]}),
+        loads=cg.motion.NodalForce([0.0, 0.0, LOAD * THICKNESS], on={"nodes": [0]}),
     )
     state = resting(cg.Slave(rest, facets), motion, 1e-3)
     return radii, state.slaves["it"].points[:, 2] / math.cbrt(LOAD)
@@ -73,37 +82,42 @@ def _loaded(rings: int) -> tuple[FloatArray, FloatArray]:
     "error falls with the first power of their number.",
 )
 def _point() -> Answer:
-    (_, coarse), (radii, ways) = _loaded(6), _loaded(12)
+    (_, coarse), (radii, displacements) = _loaded(6), _loaded(12)
     checks = (
-        relative("w₀/a over (P/E h a)^⅓, 12 rings", ways[0], POINT, 0.03),
-        relative("from 6 and 12 rings", 2.0 * ways[0] - coarse[0], POINT, 5e-3),
+        relative("w₀/a over (P/E h a)^⅓, 12 rings", displacements[0], POINT, 0.03),
+        relative("from 6 and 12 rings", 2.0 * displacements[0] - coarse[0], POINT, 5e-3),
         zero("largest error of all nodes but the middle, by w₀",
-             np.abs(ways - POINT * (1.0 - np.cbrt(radii**2)))[1:].max() / POINT, 0.01),
+             np.abs(displacements - POINT * (1.0 - np.cbrt(radii**2)))[1:].max() / POINT, 0.01),
     )  # fmt: skip
     r = np.linspace(0.0, 1.0, 300)
     draw = comparison(
         ("r/a", "w/a (E h a/P)^⅓"),
         [("formula", r, POINT * (1.0 - np.cbrt(r**2)))],
-        [("12 rings", radii, ways)],
+        [("12 rings", radii, displacements)],
     )
     return Answer(checks, draw)
 
 
 class _Sunk(NamedTuple):
-    """A ball's disc at rest."""
+    """A membrane under a ball, at rest."""
 
     radii: FloatArray
-    ways: FloatArray
+    """(n,) radii of its nodes."""
+    displacements: FloatArray
+    """(n,) displacements along z."""
     force: float
+    """Force of the ball on it."""
 
 
 def _under_a_ball() -> _Sunk:
-    """A ball of radius 1 that has sunk in by SUNK."""
-    rest, radii, facets = graded(spaced(7, 1.4 * TOUCHED, 7, 1.0))
+    """Settle a disc under a ball of radius 1 at the depth `DEPTH`."""
+    rest, radii, facets = graded(spaced(7, 1.4 * CONTACT_RADIUS, 7, 1.0))
     down = np.where(
-        radii < TOUCHED,
-        0.5 * radii**2 - SUNK,
-        (SUNK - 0.5 * TOUCHED**2) * np.log(np.maximum(radii, TOUCHED)) / -math.log(TOUCHED),
+        radii < CONTACT_RADIUS,
+        0.5 * radii**2 - DEPTH,
+        (DEPTH - 0.5 * CONTACT_RADIUS**2)
+        * np.log(np.maximum(radii, CONTACT_RADIUS))
+        / -math.log(CONTACT_RADIUS),
     )
     border = radii == radii.max()
     down[~border] -= 1e-7
@@ -113,30 +127,32 @@ def _under_a_ball() -> _Sunk:
     motion = cg.motion.Deforming(
         material=cg.materials.Elastic(young=1.0, poisson=0.3),
         density=1.0,
-        thickness=THIN,
+        thickness=THICKNESS,
         rest=rest,
         fixed=border,
     )
-    ball = cg.Body([cg.shapes.sphere(radius=1.0, centre=(0.0, 0.0, 1.0 - SUNK))])
-    law = cg.PenaltyLaw(100.0 * THIN, per_area=True)
+    ball = cg.Body([cg.shapes.sphere(radius=1.0, centre=(0.0, 0.0, 1.0 - DEPTH))])
+    law = cg.PenaltyLaw(100.0 * THICKNESS, per_area=True)
     state = resting(slave, motion, 4e-4, contacts=[cg.Contact(ball, slave, law=law)])
     (contact,) = state.contacts.values()
     return _Sunk(radii, state.slaves["it"].points[:, 2], float(-contact.total_force[2]))
 
 
 def _shape(radii: FloatArray) -> FloatArray:
-    """Of the membrane under the ball, by Föppl's equations: φ = r N, r² φ″ + r φ′ − φ = −r w′²/2
-    with E h = 1, and φ w′ = P/2π from the ball to the border."""
-    c, pull = TOUCHED, PRESSED / (2.0 * math.pi)
+    """Return displacements (n,) at `radii` (n,) of the membrane under the ball (Föppl's equations).
+
+    φ = r N, r² φ″ + r φ′ − φ = −r w′²/2 with E h = 1, and φ w′ = P/2π from the ball to the border.
+    """
+    c, pull = CONTACT_RADIUS, BALL_LOAD / (2.0 * math.pi)
     phi = pull / c  # w′ = r there
     inside = (phi + c**3 / 16.0) / c  # φ = A r − r³/16 under the ball
 
     def rates(r: float, y: FloatArray) -> list[float]:
         return [y[1], (y[0] - r * y[1]) / r**2 - 0.5 * (pull / y[0]) ** 2 / r, pull / y[0]]
 
-    start = [phi, inside - 3.0 * c**2 / 16.0, 0.5 * c**2 - SUNK]
+    start = [phi, inside - 3.0 * c**2 / 16.0, 0.5 * c**2 - DEPTH]
     outside = solve_ivp(rates, (c, 1.0), start, rtol=1e-10, atol=1e-14, dense_output=True)
-    under = 0.5 * radii**2 - SUNK
+    under = 0.5 * radii**2 - DEPTH
     return np.where(radii < c, under, outside.sol(np.maximum(radii, c))[2])
 
 
@@ -151,49 +167,54 @@ def _ball() -> Answer:
     sunk = _under_a_ball()
     exact = _shape(sunk.radii)
     checks = (
-        relative("P R³/(E h a⁴)", sunk.force / THIN, PRESSED, 4e-3),
+        relative("P R³/(E h a⁴)", sunk.force / THICKNESS, BALL_LOAD, 4e-3),
         zero("largest error of all nodes, by the depth",
-             np.abs(sunk.ways - exact).max() / SUNK, 5e-3),
+             np.abs(sunk.displacements - exact).max() / DEPTH, 5e-3),
     )  # fmt: skip
     r = np.linspace(0.0, 1.0, 300)
     draw = comparison(
         ("r/a", "w R/a²"),
-        [("Föppl", r, _shape(r)), ("ball", r[r < 0.3], 0.5 * r[r < 0.3] ** 2 - SUNK)],
-        [("14 rings", sunk.radii, sunk.ways)],
+        [("Föppl", r, _shape(r)), ("ball", r[r < 0.3], 0.5 * r[r < 0.3] ** 2 - DEPTH)],
+        [("14 rings", sunk.radii, sunk.displacements)],
     )
     return Answer(checks, draw)
 
 
-YOUNG, POISSON, BAG, PRESSURE, HALF = 588e6, 0.4, 0.6e-3, 5e3, 0.6 / math.sqrt(2.0)
-"""Of the square bag: Pa, thickness and half of its side in m, pressure."""
+YOUNG, POISSON, BAG_THICKNESS, PRESSURE, HALF = 588e6, 0.4, 0.6e-3, 5e3, 0.6 / math.sqrt(2.0)
+"""Square bag: modulus, Poisson's ratio, thickness, pressure, half of its side; in m and Pa."""
 RISE, CORNER, SIDE, STRESS = 0.2166, -0.0348, -0.122, 3.91e6
-"""Of its middle, its corners each way, the middles of its sides, and the stress in the middle:
-finer meshes of the same relaxed energy; published rises are 0.216 to 0.217."""
+"""Displacements of the middle, the corners (x and y alike) and the middles of the sides, m, and the
+stress in the middle, Pa: by finer meshes of the same relaxed energy; published rises are 0.216 to
+0.217."""
 
 
 def _crossed(cells: int) -> tuple[FloatArray, IntArray]:
-    """The unit square, cut along diagonals that cross."""
+    """Return points and triangles of the unit square, with diagonals that alternate."""
     points, (a, b, c, d) = squares(cells)
     even = np.indices(a.shape).sum(axis=0) % 2 == 0
     halves = [((a, b, c), even), ((a, c, d), even), ((a, b, d), ~even), ((b, c, d), ~even)]
-    facets = [np.stack(corners, axis=-1)[where] for corners, where in halves]
+    facets = [np.stack(corners, axis=-1)[is_cut] for corners, is_cut in halves]
     return points, np.concatenate(facets)
 
 
 class _Blown(NamedTuple):
-    """A quarter of one side of the bag."""
+    """A quarter of one side of the bag, at rest under pressure."""
 
     unit: FloatArray
-    ways: FloatArray
+    """(n, 3) nodes on the unit square, of which the flat bag is a multiple."""
+    displacements: FloatArray
+    """(n, 3) displacements, m."""
     stress: float
+    """Stress in the first triangle, in the middle of the bag, Pa."""
 
     def at(self, x: float, y: float) -> FloatArray:
-        """The way of a node of the unit square."""
+        """Return the displacement (3,) of the node nearest to (x, y) on the unit square."""
         row = np.argmin(np.abs(self.unit[:, :2] - [x, y]).sum(axis=1))
-        return np.asarray(self.ways[row])
+        return np.asarray(self.displacements[row])
 
 
 def _blown_up(cells: int) -> _Blown:
+    """Settle the bag from flat, of `cells` × `cells` squares of triangles without compression."""
     unit, facets = _crossed(cells)
     rest = HALF * unit
     fixed = unit == 0.0
@@ -202,12 +223,14 @@ def _blown_up(cells: int) -> _Blown:
     motion = cg.motion.Deforming(
         material=nylon,
         density=1e3,
-        thickness=BAG,
+        thickness=BAG_THICKNESS,
         fixed=fixed,
         loads=cg.motion.Pressure(-PRESSURE),
     )
     points = resting(cg.Slave(rest, facets), motion, 1e-3).slaves["it"].points
-    part = cg.matter.Part(kind="tri3", elements=facets, material=nylon, density=1e3, thickness=BAG)
+    part = cg.matter.Part(
+        kind="tri3", elements=facets, material=nylon, density=1e3, thickness=BAG_THICKNESS
+    )
     matter = cg.matter.assemble(rest, [part])
     stress = matter.stress(matter.start()._replace(points=points))
     return _Blown(unit, points - rest, float(stress[0, 0]))
@@ -236,7 +259,11 @@ def _bag() -> Answer:
         ("x", "z"),
         [("published rise", np.array([0.0, HALF]), np.full(2, RISE))],
         [
-            (name, HALF * bag.unit[rows, 0] + bag.ways[rows, 0], bag.ways[rows, 2])
+            (
+                name,
+                HALF * bag.unit[rows, 0] + bag.displacements[rows, 0],
+                bag.displacements[rows, 2],
+            )
             for name, bag, rows in (("16 × 16", fine, line), ("8 × 8", coarse, other))
         ],
     )

@@ -36,7 +36,7 @@ class CaseResult(NamedTuple):
 
 
 def page(results: Sequence[CaseResult], facts: dict[str, Any]) -> str:
-    """Return the page as text, which needs no network.
+    """Return the page as one text of HTML, which reads offline.
 
     Parameters
     ----------
@@ -57,6 +57,7 @@ def page(results: Sequence[CaseResult], facts: dict[str, Any]) -> str:
 
 
 def _verdict(results: Sequence[CaseResult]) -> str:
+    """Return the line that says that all cases hold, or links to those that do not."""
     broken = [entry for entry in results if not entry.answer.holds]
     if not broken:
         return f'<p class="verdict">✓ All {len(results)} cases hold.</p>'
@@ -71,7 +72,7 @@ def _link(case: Case) -> str:
 
 
 def worst(answer: Answer) -> Check:
-    """Return the check with the largest error relative to its tolerance."""
+    """Return the first check with the largest error over its tolerance; NaN counts as infinite."""
 
     def share(check: Check) -> float:
         if math.isnan(check.error):
@@ -84,6 +85,7 @@ def worst(answer: Answer) -> Check:
 
 
 def _summary(results: Sequence[CaseResult]) -> str:
+    """Return the table of cases with their worst checks and orders of convergence."""
     rows = []
     for entry in results:
         check, order = worst(entry.answer), entry.answer.order
@@ -107,6 +109,7 @@ def _summary(results: Sequence[CaseResult]) -> str:
 
 
 def _section(entry: CaseResult) -> str:
+    """Return the section of a case: formula, scene, picture, checks and order."""
     case, answer = entry.case, entry.answer
     rows = "".join(_check_row(check) for check in answer.checks)
     parts = [

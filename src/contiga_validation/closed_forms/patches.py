@@ -18,9 +18,9 @@ from contiga_validation.engine.arrays import FloatArray, IntArray
 CASES = Cases(GROUP)
 
 EXACT = 1e-12
-"""By the largest force that the same strain makes anywhere."""
+"""Error allowed of a force, over the largest force of the same strain at any node."""
 STRAIN = np.array([[1.2, 0.1, 0.05], [-0.03, 0.95, 0.02], [0.1, 0.0, 1.1]])
-"""An even gradient of the places."""
+"""Uniform deformation gradient."""
 _TETRA = ((0, 1, 2, 6), (0, 2, 3, 6), (0, 3, 7, 6), (0, 7, 4, 6), (0, 4, 5, 6), (0, 5, 1, 6))
 """Six tetrahedra about a diagonal of a hexahedron."""
 _TRIANGLES = ((0, 1, 2), (0, 2, 3))
@@ -47,17 +47,17 @@ MEMBRANES = {
 
 
 class Patch(NamedTuple):
-    """Distorted elements of one kind and material."""
+    """Distorted elements of one kind and material, assembled."""
 
     name: str
     matter: cg.matter.Assembled
     nodes: FloatArray
-    inner: NDArray[np.bool_]
-    """Which nodes no border holds."""
+    is_inner: NDArray[np.bool_]
+    """Mask (n,) of the nodes that are on no border."""
 
 
 def patches() -> Iterator[Patch]:
-    """Three elements each way, whose inner nodes are anywhere; of all kinds and materials."""
+    """Yield a patch of 3 × 3 (× 3) cells of each kind of element and material."""
     line = np.linspace(0.0, 1.0, 4)
     points, hexes = bricks((line, line, line))
     tets = np.concatenate([hexes[:, list(corners)] for corners in _TETRA])
@@ -81,24 +81,27 @@ def _distorted(
     material: Any,
     thickness: float | None = None,
 ) -> Patch:
-    """A patch whose inner nodes are moved along the ways that it has."""
-    nodes, wide = rest.copy(), np.ptp(rest, axis=0) > 0.0
-    inner = ((nodes > 0.01) & (nodes < 0.99) | ~wide).all(axis=1)
+    """Return a patch whose inner nodes are moved by up to 0.05, the same at each call.
+
+    A flat patch stays flat. Membranes have a `thickness`.
+    """
+    nodes, is_extended = rest.copy(), np.ptp(rest, axis=0) > 0.0
+    is_inner = ((nodes > 0.01) & (nodes < 0.99) | ~is_extended).all(axis=1)
     shift = np.random.default_rng(0).uniform(-0.05, 0.05, nodes.shape)
-    nodes[inner] += np.where(wide, shift, 0.0)[inner]
+    nodes[is_inner] += np.where(is_extended, shift, 0.0)[is_inner]
     part = cg.matter.Part(
         kind=kind, elements=elements, material=material, density=1.0, thickness=thickness
     )
-    return Patch(f"{kind}, {name}", cg.matter.assemble(nodes, [part]), nodes, inner)
+    return Patch(f"{kind}, {name}", cg.matter.assemble(nodes, [part]), nodes, is_inner)
 
 
 def _forces(patch: Patch, q: FloatArray) -> FloatArray:
-    """On nodes that stand at q."""
+    """Return the internal forces (n, 3) on nodes at `q` (n, 3), without velocities."""
     return np.asarray(patch.matter.forces(patch.matter.start(), q, np.zeros_like(q), 0.0).force)
 
 
-def turned(angle: float) -> FloatArray:
-    """A rotation about an axis of its own."""
+def rotation(angle: float) -> FloatArray:
+    """Return the rotation matrix (3, 3) by `angle`, rad, about the axis (1, 2, −½)."""
     axis = np.array([1.0, 2.0, -0.5]) / np.sqrt(5.25)
     across = np.cross(np.eye(3), axis)
     return np.asarray(
@@ -108,31 +111,34 @@ def turned(angle: float) -> FloatArray:
     )
 
 
-def _even(patch: Patch) -> tuple[float, float]:
-    """Largest force on an inner node, and of all, under an even strain."""
+def _uniform_strain_forces(patch: Patch) -> tuple[float, float]:
+    """Return the largest force on an inner node and on any node, under the uniform strain."""
     force = np.abs(_forces(patch, patch.nodes @ STRAIN.T))
-    return float(force[patch.inner].max()), float(force.max())
+    return float(force[patch.is_inner].max()), float(force.max())
 
 
-class Missed(NamedTuple):
-    """Forces that should not be there, by the largest of the even strain, over angles."""
+class ForceErrors(NamedTuple):
+    """Errors (k,) of forces over angles, over the largest force of the uniform strain."""
 
     rigid: FloatArray
-    """Of a patch that is turned and moved without strain."""
-    carried: FloatArray
-    """Of one under the even strain, turned and moved: off those turned along."""
+    """Largest force on a patch that is turned and moved without strain."""
+    turned_error: FloatArray
+    """Largest difference of forces on a strained patch, turned and moved, from turned forces."""
 
 
-def _turned(patch: Patch, angles: FloatArray, size: float) -> Missed:
+def _force_errors(patch: Patch, angles: FloatArray, size: float) -> ForceErrors:
+    """Turn a patch by angles (k,), move it, and return the errors of its forces over `size`."""
     strained = patch.nodes @ STRAIN.T
-    still = _forces(patch, strained)
-    missed = np.empty((2, len(angles)))
+    start_force = _forces(patch, strained)
+    force_errors = np.empty((2, len(angles)))
     for k, angle in enumerate(angles):
-        turn = turned(float(angle))
-        away = 3.0 * np.sin(angle) * np.array([1.0, -2.0, 0.5])
-        missed[0, k] = np.abs(_forces(patch, patch.nodes @ turn.T + away)).max()
-        missed[1, k] = np.abs(_forces(patch, strained @ turn.T + away) - still @ turn.T).max()
-    return Missed(*missed / size)
+        turn = rotation(float(angle))
+        offset = 3.0 * np.sin(angle) * np.array([1.0, -2.0, 0.5])
+        force_errors[0, k] = np.abs(_forces(patch, patch.nodes @ turn.T + offset)).max()
+        force_errors[1, k] = np.abs(
+            _forces(patch, strained @ turn.T + offset) - start_force @ turn.T
+        ).max()
+    return ForceErrors(*force_errors / size)
 
 
 @CASES.add(
@@ -144,20 +150,23 @@ def _turned(patch: Patch, angles: FloatArray, size: float) -> Missed:
 )
 def _patch() -> Answer:
     angles = np.linspace(0.0, 2.0 * np.pi, 13)
-    uneven, found = 0.0, {}
+    patch_error, errors_by_patch = 0.0, {}
     for patch in patches():
-        inside, size = _even(patch)
-        uneven = max(uneven, inside / size)
-        found[patch.name] = _turned(patch, angles, size)
+        inside, size = _uniform_strain_forces(patch)
+        patch_error = max(patch_error, inside / size)
+        errors_by_patch[patch.name] = _force_errors(patch, angles, size)
     checks = (
-        zero("patch test: force on an inner node under an even strain", uneven, EXACT),
+        zero("patch test: force on an inner node under an even strain", patch_error, EXACT),
         zero("rigid motions: force on any node",
-             max(one.rigid.max() for one in found.values()), EXACT),
+             max(one.rigid.max() for one in errors_by_patch.values()), EXACT),
         zero("turned as a whole: force off the one turned along",
-             max(one.carried.max() for one in found.values()), EXACT),
+             max(one.turned_error.max() for one in errors_by_patch.values()), EXACT),
     )  # fmt: skip
     worst = {
-        kind: np.max([one.carried for name, one in found.items() if name.startswith(kind)], axis=0)
+        kind: np.max(
+            [one.turned_error for name, one in errors_by_patch.items() if name.startswith(kind)],
+            axis=0,
+        )
         for kind in ("hex8", "tet4", "tri3")
     }
     draw = errors_over(

@@ -21,7 +21,7 @@ _N_DOTS = 40
 def comparison(
     axes_names: tuple[str, str], exact: Sequence[Curve], measured: Sequence[Curve]
 ) -> Drawing:
-    """Return a drawing of formulas as lines and of runs as dots."""
+    """Return a drawing of formulas as lines and of runs as dots (`fill`)."""
 
     def draw(figure: Figure) -> None:
         axes = figure.subplots()
@@ -33,7 +33,10 @@ def comparison(
 def fill(
     axes: Axes, names: tuple[str, str], exact: Sequence[Curve], measured: Sequence[Curve]
 ) -> None:
-    """Draw formulas and runs into axes."""
+    """Draw formulas as lines and runs as dots into axes, with labels of x and y and a legend.
+
+    Of a run about 40 dots are drawn, or all of fewer than 80 rows.
+    """
     for k, (label, x, y) in enumerate(exact):
         axes.plot(x, y, color=LINES[k % len(LINES)], lw=1.3, label=label)
     for k, (label, x, y) in enumerate(measured):
@@ -49,7 +52,7 @@ def fill(
 
 
 def errors_over(axes_names: tuple[str, str], curves: Sequence[Curve]) -> Drawing:
-    """Return a drawing of errors over time as lines."""
+    """Return a drawing of errors as lines; `axes_names` are the labels of x and y."""
 
     def draw(figure: Figure) -> None:
         axes = figure.subplots()

@@ -1,4 +1,4 @@
-"""Bodies that turn freely: tops, and what they keep."""
+"""Bodies that turn freely: tops, and their conserved quantities."""
 
 from __future__ import annotations
 
@@ -28,12 +28,12 @@ MANY_STEPS = 100_000
 
 
 def top(moments: FloatArray, spin: FloatArray) -> cg.motion.Free:
-    """A body of mass 1 that turns."""
+    """Return the motion of a free body of mass 1 with principal moments, and a spin (3,)."""
     return cg.motion.Free(1.0, inertia=np.diag(moments), spin=spin)
 
 
 def about(axis: FloatArray, angle: FloatArray) -> FloatArray:
-    """(n, 3, 3) turns about a unit axis."""
+    """Return rotation matrices (n, 3, 3) by angles (n,), rad, about a unit axis (Rodrigues)."""
     x, y, z = axis
     K = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
     s, c = np.sin(angle)[:, None, None], np.cos(angle)[:, None, None]
@@ -79,7 +79,7 @@ class Euler:
 
     Parameters
     ----------
-    spin : (3,) of a time at which it is above the separatrix: L² > 2 E I₂
+    spin : (3,) angular velocity in body axes at any time, above the separatrix: L² > 2 E I₂
     """
 
     def __init__(self, spin: FloatArray) -> None:
@@ -93,15 +93,15 @@ class Euler:
         )
         self.momentum = math.sqrt(square)
         self.quarter = float(ellipk(self.m)) / self.rate
-        """Time from ω₂ = 0 to its largest."""
+        """Time from ω₂ = 0 to its largest value, a quarter of a period."""
 
     def spin(self, t: FloatArray | float) -> FloatArray:
-        """(n, 3) in the body's axes, ω₂ = 0 and rising at t = 0."""
+        """Return angular velocities (n, 3) in body axes; ω₂ = 0 and rises at t = 0."""
         sn, cn, dn, _ = ellipj(self.rate * np.asarray(t), self.m)
         return np.asarray(self.sizes * np.stack([cn, sn, dn], axis=-1))
 
     def precession(self, t: float) -> float:
-        """Angle that the third axis of the body goes about L until `t`."""
+        """Return the angle, rad, by which the body's third axis precesses about L until `t`."""
 
         def rate(s: float) -> float:
             w = self.spin(s)
@@ -112,6 +112,7 @@ class Euler:
 
 
 def _own_spins(history: cg.Result | dict[str, FloatArray]) -> FloatArray:
+    """Return angular velocities (n, 3) in body axes."""
     return np.einsum("nji,nj->ni", rotations(history), spins(history))  # type: ignore[arg-type]
 
 
@@ -164,7 +165,7 @@ def _asymmetric() -> Answer:
 
 
 def _flips(history: dict[str, FloatArray]) -> tuple[float, float]:
-    """The first two times at which the spin about the middle axis changes its sign."""
+    """Return the first two times at which the spin about the middle axis changes its sign."""
     w, t = _own_spins(history), history["time"]
     rates = (MOMENTS[2] - MOMENTS[0]) * w[:, 2] * w[:, 0] / MOMENTS[1]
     first = crossing_time(t, w[:, 1], rates)

@@ -19,7 +19,7 @@ ROTATIONS = ("rx", "ry", "rz")
 
 @cache
 def ball(radius: float = 1.0, centre: tuple[float, float, float] = (0.0, 0.0, 0.0)) -> cg.Body:
-    """Return a ball of one patch, the same body for equal arguments: it keeps its search tables."""
+    """Return a ball of one patch; equal arguments give the same body, with its search tables."""
     return cg.Body([cg.shapes.sphere(radius=radius, centre=centre)])
 
 
@@ -43,7 +43,10 @@ def run_of(
     keep: int | None = None,
     **options: Any,
 ) -> cg.Result:
-    """Run a simulation of the given parts."""
+    """Run a simulation of the given parts; `options` are those of `cg.Simulation`.
+
+    `keep` is that of `Simulation.run`.
+    """
     simulation = cg.Simulation(
         bodies=bodies or {}, slaves=slaves or {}, contacts=contacts, **options
     )
@@ -56,12 +59,12 @@ def free_body(motion: cg.motion.Free, **options: Any) -> cg.Simulation:
 
 
 def positions(history: History, body: str = "body") -> FloatArray:
-    """Return (n, 3) of the centre of mass."""
+    """Return positions (n, 3) of the centre of mass, world frame."""
     return np.column_stack([history[f"{body}.{axis}"] for axis in "xyz"])
 
 
 def velocities(history: History, body: str = "body") -> FloatArray:
-    """Return (n, 3) of the centre of mass."""
+    """Return velocities (n, 3) of the centre of mass, world frame."""
     return np.column_stack([history[f"{body}.v{axis}"] for axis in "xyz"])
 
 
@@ -84,9 +87,10 @@ def rotations(history: History, body: str = "body") -> FloatArray:
 def crossing_time(
     times: FloatArray, values: FloatArray, rates: FloatArray, *, after: int = 0
 ) -> float:
-    """Return the time of the next sign change of `values` after a row, by Hermite's cubic.
+    """Return the time of the first sign change of `values` from row `after` on, by Hermite's cubic.
 
-    The cubic's error is of fourth order in the step, so that interpolation between two steps adds
+    A change to zero counts; without a change the time is NaN. `rates` are derivatives in time. The
+    cubic's error is of fourth order in the step, so that interpolation between two steps adds
     nothing to the error of a run.
     """
     sign = np.sign(values[after:])
@@ -103,7 +107,10 @@ def crossing_time(
 
 
 def value_at(times: FloatArray, values: FloatArray, rates: FloatArray, t: float) -> float:
-    """Return the value of Hermite's cubic at the time `t`."""
+    """Return the value at the time `t` by Hermite's cubic; `rates` are derivatives in time.
+
+    Beyond the ends the first or last cubic is extrapolated.
+    """
     i = min(max(int(np.searchsorted(times, t)) - 1, 0), len(times) - 2)
     h = times[i + 1] - times[i]
     return _hermite(values[i : i + 2], rates[i : i + 2], h, (t - times[i]) / h)

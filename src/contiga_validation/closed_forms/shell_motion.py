@@ -16,42 +16,45 @@ from contiga_validation.closed_forms.scenes import run_of
 from contiga_validation.closed_forms.shells import (
     GROUP,
     disc,
+    free_dofs,
     in_elements,
     octant,
     plate,
     refined,
     rim,
-    unheld,
 )
-from contiga_validation.closed_forms.vibrations import BEAM, DRUM, bent
+from contiga_validation.closed_forms.vibrations import BEAM, DRUM, cantilever_mode
 from contiga_validation.engine.arrays import FloatArray, IntArray
 
 CASES = Cases(GROUP)
 
 
 def _slowest(shell: Shell, free: IntArray, q: FloatArray) -> tuple[float, FloatArray]:
-    """Return the first circular frequency of a shell at q, and its mode (m, 3)."""
+    """Return the first circular frequency of a shell with control points `q`, and its mode (m, 3).
+
+    `free` numbers the degrees of freedom that are not held; masses are lumped.
+    """
     state = shell.start()._replace(points=q)
     stiffness = shell.tangent(state)[free][:, free].toarray()
     masses = np.diag(shell.mass[free // 3])
     (square,), mode = eigh(stiffness, masses, subset_by_index=[0, 0])
-    ways = np.zeros(q.size)
-    ways[free] = mode[:, 0]
-    return math.sqrt(square), ways.reshape(q.shape)
+    displacements = np.zeros(q.size)
+    displacements[free] = mode[:, 0]
+    return math.sqrt(square), displacements.reshape(q.shape)
 
 
-YOUNG, DENSITY, THIN, LENGTH = 3.0, 2.0, 0.1, 10.0
+YOUNG, DENSITY, THICKNESS, LENGTH = 3.0, 2.0, 0.1, 10.0
 
 
 def _strip(count: int) -> tuple[Shell, float, FloatArray]:
-    """Return a cantilever of `count` elements of degree 2, its frequency, and its mode."""
+    """Return a cantilever of `count` elements of degree 2, its first frequency and mode (m, 3)."""
     shell = assemble_shell(
         [plate(2, (count, 1), (LENGTH, 1.0))],
         material=cg.materials.Elastic(young=YOUNG),
         density=DENSITY,
-        thickness=THIN,
+        thickness=THICKNESS,
     )
-    free = unheld(shell, (shell.net.edge("u0", rows=2), "xyz"))
+    free = free_dofs(shell, (shell.net.edge("u0", rows=2), "xyz"))
     return shell, *_slowest(shell, free, shell.nodes)
 
 
@@ -63,21 +66,21 @@ def _strip(count: int) -> tuple[Shell, float, FloatArray]:
     "and lumped masses, which are of second order.",
 )
 def _swing() -> Answer:
-    exact = BEAM**2 * math.sqrt(YOUNG * THIN**2 / 12.0 / DENSITY / LENGTH**4)
-    order, found = in_elements("frequency", lambda n: _strip(n)[1], exact, (10, 20, 40), 1.9)
+    exact = BEAM**2 * math.sqrt(YOUNG * THICKNESS**2 / 12.0 / DENSITY / LENGTH**4)
+    order, frequencies = in_elements("frequency", lambda n: _strip(n)[1], exact, (10, 20, 40), 1.9)
     checks = (
-        relative("frequency, 40 elements", found[40], exact, 2e-3),
-        relative("from 20 and 40", (4.0 * found[40] - found[20]) / 3.0, exact),
+        relative("frequency, 40 elements", frequencies[40], exact, 2e-3),
+        relative("from 20 and 40", (4.0 * frequencies[40] - frequencies[20]) / 3.0, exact),
     )
-    shell, _, ways = _strip(40)
-    nodes, way = shell.points(shell.nodes), shell.points(ways)[:, 2]
+    shell, _, displacements = _strip(40)
+    nodes, deflection = shell.points(shell.nodes), shell.points(displacements)[:, 2]
     row = np.flatnonzero(nodes[:, 1] == 0.0)
     row = row[np.argsort(nodes[row, 0])]
     x = np.linspace(0.0, 1.0, 200)
-    shape = way[row] / way[row[-1]]
+    shape = deflection[row] / deflection[row[-1]]
     draw = comparison(
         ("x/L", "way over that of the end"),
-        [("formula", x, bent(x))],
+        [("formula", x, cantilever_mode(x))],
         [("40 elements", nodes[row, 0] / LENGTH, shape)],
     )
     return Answer(checks, draw, order)
@@ -88,15 +91,17 @@ STRAIN, POISSON = 1e-3, 0.3
 
 
 def _drum_of(count: int) -> float:
-    """Return the frequency of a stretched drum of splines of radius 1."""
+    """Return the first frequency of a stretched drum of radius 1, of `count` × `count` elements."""
     shell = assemble_shell(
         [disc(2, count)],
         material=cg.materials.Elastic(young=YOUNG, poisson=POISSON),
         density=DENSITY,
-        thickness=THIN,
+        thickness=THICKNESS,
         bending=0.0,
     )
-    across = unheld(shell, (rim(shell), "xyz"), (np.arange(len(shell.nodes), dtype=np.int32), "xy"))
+    across = free_dofs(
+        shell, (rim(shell), "xyz"), (np.arange(len(shell.nodes), dtype=np.int32), "xy")
+    )
     return _slowest(shell, across, shell.nodes * math.sqrt(1.0 + 2.0 * STRAIN))[0]
 
 
@@ -110,16 +115,18 @@ def _drum_of(count: int) -> float:
 )
 def _drum() -> Answer:
     exact = DRUM * math.sqrt(YOUNG * STRAIN / (1.0 - POISSON) / DENSITY)
-    order, found = in_elements("frequency", _drum_of, exact, (8, 16, 32), 1.9)
+    order, frequencies = in_elements("frequency", _drum_of, exact, (8, 16, 32), 1.9)
     checks = (
-        relative("frequency, 32 × 32", found[32], exact, 3e-3),
-        relative("from 16 × 16 and 32 × 32", (4.0 * found[32] - found[16]) / 3.0, exact, 5e-4),
+        relative("frequency, 32 × 32", frequencies[32], exact, 3e-3),
+        relative(
+            "from 16 × 16 and 32 × 32", (4.0 * frequencies[32] - frequencies[16]) / 3.0, exact, 5e-4
+        ),
     )
-    counts = np.array(list(found), np.float64)
+    counts = np.array(list(frequencies), np.float64)
     draw = comparison(
         ("elements a side", "frequency over the formula's"),
         [("formula", np.array([0.0, 35.0]), np.ones(2))],
-        [("degree 2", counts, np.array(list(found.values())) / exact)],
+        [("degree 2", counts, np.array(list(frequencies.values())) / exact)],
     )
     return Answer(checks, draw, order)
 
@@ -130,15 +137,15 @@ it; circular frequency."""
 
 
 def _breathing(step: float) -> cg.Result:
-    """Run 24 masses on a sphere whose control points grow by a table."""
+    """Run 24 masses on springs on a sphere whose control points grow by a table."""
     ball = cg.Body([cg.shapes.sphere(radius=RADIUS)])
     end = math.pi / BREATH
     times = np.linspace(0.0, end, 81)
     radii = RADIUS + 0.5 * GROWTH * (1.0 - np.cos(BREATH * times))
     breath = cg.motion.ControlPoints(times, radii[:, None, None] / RADIUS * ball.net.points)
-    ways = np.random.default_rng(1).normal(size=(24, 3))
-    ways /= np.sqrt((ways**2).sum(axis=1))[:, None]
-    cloud = cg.Slave((RADIUS + HALF) * ways, area=np.ones(24))
+    directions = np.random.default_rng(1).normal(size=(24, 3))
+    directions /= np.sqrt((directions**2).sum(axis=1))[:, None]
+    cloud = cg.Slave((RADIUS + HALF) * directions, area=np.ones(24))
     contact = cg.Contact(ball, cloud, law=cg.PenaltyLaw(STIFF), shell_thickness=2.0 * HALF)
     return run_of(
         bodies={"ball": (ball, breath)},
@@ -154,8 +161,8 @@ def _breath(t: FloatArray) -> FloatArray:
     """Return the radial displacement of a mass from rest: ÿ = Ω² (r − y), r = G (1 − cos ω t)/2."""
     w, W = BREATH, math.sqrt(STIFF / MASS)
     share = 1.0 / (W**2 - w**2)
-    way = 1.0 - share * (W**2 * np.cos(w * t) - w**2 * np.cos(W * t))
-    return np.asarray(0.5 * GROWTH * way)
+    shape = 1.0 - share * (W**2 * np.cos(w * t) - w**2 * np.cos(W * t))
+    return np.asarray(0.5 * GROWTH * shape)
 
 
 @CASES.add(
@@ -168,28 +175,28 @@ def _breath(t: FloatArray) -> FloatArray:
 def _sphere() -> Answer:
     runs = {step: _breathing(step) for step in (0.02, 0.01, 0.005)}
 
-    def missed(step: float) -> float:
+    def error(step: float) -> float:
         history = runs[step].history
-        out = np.sqrt(sum(history[f"node.{axis}"] ** 2 for axis in "xyz"))
-        return float(np.abs(out - _breath(history["time"])).max() / GROWTH)
+        radius = np.sqrt(sum(history[f"node.{axis}"] ** 2 for axis in "xyz"))
+        return float(np.abs(radius - _breath(history["time"])).max() / GROWTH)
 
-    order = order_of("largest error of the way, by how far it grows", 0.02, missed)
+    order = order_of("largest error of the way, by how far it grows", 0.02, error)
     fine = runs[0.005].history
     points = runs[0.005].state.slaves["cloud"].points
-    ways = np.sqrt((points**2).sum(axis=1))
+    radii = np.sqrt((points**2).sum(axis=1))
     energy = float(np.abs(fine["energy.error"]).max() / fine["energy.external"].max())
     checks = (
-        zero("largest error of the way", missed(0.005), 2e-4),
-        zero("how much the masses differ", float(np.ptp(ways)) / GROWTH, 1e-9),
+        zero("largest error of the way", error(0.005), 2e-4),
+        zero("how much the masses differ", float(np.ptp(radii)) / GROWTH, 1e-9),
         zero("energy balance error, by the work done", energy, 1e-3),
     )
     t = np.linspace(0.0, fine["time"][-1], 200)
-    out = np.sqrt(sum(fine[f"node.{axis}"] ** 2 for axis in "xyz"))
+    radius = np.sqrt(sum(fine[f"node.{axis}"] ** 2 for axis in "xyz"))
     sphere = 0.5 * GROWTH * (1.0 - np.cos(BREATH * t))
     draw = comparison(
         ("t", "way"),
         [("formula", t, _breath(t)), ("sphere", t, sphere)],
-        [("masses", fine["time"], out)],
+        [("masses", fine["time"], radius)],
     )
     return Answer(checks, draw, order)
 
@@ -216,20 +223,20 @@ def _torus() -> Answer:
     rest = torus.net.points
     shaped, rigid = contact.start(points, control_points=rest), contact.start(points)
     angles = np.linspace(0.0, 2.0 * math.pi, 17)[1:]
-    forces, apart = [shaped.normal_force], []
+    forces, differences = [shaped.normal_force], []
     for angle in angles:
         pose = cg.motion.pose.rotation("z", angle)
         shaped = contact.step(shaped, points, control_points=rest @ pose[:3, :3].T)
         rigid = contact.step(rigid, points, pose)
         forces.append(shaped.normal_force)
-        apart.append(np.abs(shaped.force - rigid.force).max())
+        differences.append(np.abs(shaped.force - rigid.force).max())
     size, every = 400 * 0.03, np.array(forces)
     turn = np.cross(rest @ pose[:3, :3].T, shaped.control_force)
     turn = turn.sum(axis=0) + np.cross(points, shaped.force).sum(axis=0)
     pull = shaped.control_force.sum(axis=0) + shaped.force.sum(axis=0)
     checks = (
         zero("change of the forces, by their size", np.ptp(every, axis=0).max() / 0.03, 1e-12),
-        zero("difference from the rigid torus", max(apart) / 0.03, 1e-11),
+        zero("difference from the rigid torus", max(differences) / 0.03, 1e-11),
         relative("sum of forces", every[-1].sum(), size, 1e-12),
         zero(
             "force and moment of points and control points together, by that sum",
@@ -239,13 +246,16 @@ def _torus() -> Answer:
     )
     draw = errors_over(
         ("angle", "difference from the rigid torus"),
-        [("largest of 400 forces", angles, np.array(apart) / 0.03)],
+        [("largest of 400 forces", angles, np.array(differences) / 0.03)],
     )
     return Answer(checks, draw)
 
 
 def _carried(along: float) -> dict[str, FloatArray]:
-    """Return the history of 25 masses falling on a free plate that moves the master."""
+    """Return the history of 25 masses falling on a free plate, whose surface is their master.
+
+    All start with the speed `along` along x.
+    """
     flat = refined(cg.shapes.plane(width=100.0, length=100.0), 2, (4, 4))
     line = np.linspace(-14.0, 14.0, 5)
     places = np.stack([*np.meshgrid(line, line), np.full((5, 5), 0.7)], axis=-1).reshape(-1, 3)
@@ -287,7 +297,10 @@ FIRM, TOUCH, GAP = 3.0, 0.06, 0.05
 
 
 def _sheet(radius: float, count: int, *, inward: bool) -> tuple[Shell, cg.Body]:
-    """Return an eighth of a sphere, as shell and as body, with its normals towards the contact."""
+    """Return an eighth of a sphere of `radius`, as shell and as body, with normals out or `inward`.
+
+    It has three patches of `count` × `count` elements of degree 4.
+    """
     patches = [refined(patch, 4, (count, count)) for patch in octant(radius)]
     patches = [patch.flipped() for patch in patches] if inward else patches
     shell = assemble_shell(
@@ -326,9 +339,13 @@ def _both() -> Answer:
     for i, (shell, _) in enumerate(sides):
         ratio = (radii[1 - i] / radii[i]) ** 2
         even = 0.5 * FIRM * (TOUCH - GAP) * (1.0 + ratio) * shell.pressure(shell.nodes)
-        off = np.sqrt(((forces[i] + even) ** 2).sum(axis=1) / (even**2).sum(axis=1).max())
-        errors.append(off)
-        checks.append(zero(f"largest error of a force, radius {radii[i]:g}", off.max(), 2e-5))
+        errors_of_force = np.sqrt(
+            ((forces[i] + even) ** 2).sum(axis=1) / (even**2).sum(axis=1).max()
+        )
+        errors.append(errors_of_force)
+        checks.append(
+            zero(f"largest error of a force, radius {radii[i]:g}", errors_of_force.max(), 2e-5)
+        )
     moment = sum(
         np.cross(shell.nodes, force).sum(axis=0)
         for (shell, _), force in zip(sides, forces, strict=True)
@@ -340,8 +357,8 @@ def _both() -> Answer:
     draw = errors_over(
         ("control point", "error of its force"),
         [
-            (f"radius {radius:g}", np.linspace(0.0, 1.0, len(off)), off)
-            for radius, off in zip(radii, errors, strict=True)
+            (f"radius {radius:g}", np.linspace(0.0, 1.0, len(errors_of_force)), errors_of_force)
+            for radius, errors_of_force in zip(radii, errors, strict=True)
         ],
     )
     return Answer(tuple(checks), draw)

@@ -1,7 +1,7 @@
 """Shells of splines at rest: the obstacle course, large displacements, Hencky's membrane.
 
-Newton's method on the control points, with the shell's own tangent. The numbers to meet are those
-to which Kirchhoff-Love theory converges (Belytschko et al., CMAME 51, 1985, for the roof, the
+Newton's method on the control points, with the shell's own tangent. Expected numbers are the limits
+of Kirchhoff-Love theory (Belytschko et al., CMAME 51, 1985, for the roof, the
 cylinder and the hemisphere; Sze, Liu and Lo, Finite Elem. Anal. Des. 40, 2004, for large
 displacements).
 """
@@ -28,7 +28,7 @@ from contiga_validation.closed_forms.case import (
     zero,
 )
 from contiga_validation.closed_forms.membranes import (
-    BAG,
+    BAG_THICKNESS,
     CORNER,
     HALF,
     POISSON,
@@ -49,7 +49,8 @@ BENCHMARK = 1e-3
 """Relative error allowed of the benchmarks."""
 
 ROOF, CYLINDER, HEMISPHERE = 0.300588, 1.8249e-5, 0.092404
-INNER, OUTER = 13.891, 17.528
+"""Deflections of the obstacle course, in the units of each problem."""
+INNER_LIFT, OUTER_LIFT = 13.891, 17.528
 """Deflection of the slit annulus' loaded end at inner and outer radius (Sze, Liu and Lo)."""
 
 Counts = tuple[int, int]
@@ -81,17 +82,17 @@ def tube(
     return refined(cg.shapes.extruded(arc, (0.0, length, 0.0)), degree, counts)
 
 
-def unheld(shell: Shell, *held: tuple[IntArray, str]) -> IntArray:
+def free_dofs(shell: Shell, *held: tuple[IntArray, str]) -> IntArray:
     """Return the numbers of the free degrees of freedom, given held control points and axes."""
     free = np.ones(shell.nodes.shape, np.bool_)
-    for rows, ways in held:
-        for way in ways:
-            free[rows, "xyz".index(way)] = False
+    for rows, axes in held:
+        for axis in axes:
+            free[rows, "xyz".index(axis)] = False
     return np.flatnonzero(free.ravel()).astype(np.int32)
 
 
 def row_at(points: FloatArray, place: Sequence[float]) -> int:
-    """Return the row of the point at a place.
+    """Return the row of the point at a place, within 1e-9 of the largest coordinate.
 
     Raises
     ------
@@ -105,38 +106,44 @@ def row_at(points: FloatArray, place: Sequence[float]) -> int:
     return row
 
 
-def bent_little(shell: Shell, free: IntArray, load: FloatArray) -> FloatArray:
-    """(m, 3) displacements of control points by linear theory."""
+def linear_displacements(shell: Shell, free: IntArray, load: FloatArray) -> FloatArray:
+    """Return displacements (m, 3) of control points by linear theory, from the undeformed shell.
+
+    `free` numbers the free degrees of freedom; `load` (m, 3) are forces on control points.
+    """
     stiffness = shell.tangent(shell.start())[free][:, free].tocsc()
-    ways = np.zeros(load.size)
-    ways[free] = splu(stiffness).solve(load.ravel()[free])
-    return ways.reshape(load.shape)
+    displacements = np.zeros(load.size)
+    displacements[free] = splu(stiffness).solve(load.ravel()[free])
+    return displacements.reshape(load.shape)
 
 
-def settled(
+def newton_equilibrium(
     shell: Shell,
     free: IntArray,
     load: FloatArray,
     shares: Sequence[float],
     q: FloatArray | None = None,
 ) -> FloatArray:
-    """(m, 3) control points at rest under shares of a load, one after the other, by Newton.
+    """Return control points (m, 3) at rest under the last share of a load, by Newton's method.
+
+    Each share of `load` (m, 3) starts from the result of the one before, the first from `q` or the
+    undeformed shell. Residuals are below 1e-7 of the largest load on a control point.
 
     Raises
     ------
     ArithmeticError
-        It does not come to rest.
+        A share does not converge in 40 iterations.
     """
     q = shell.nodes.copy() if q is None else q.copy()
     start, still = shell.start(), np.zeros_like(q)
     for share in shares:
         for _ in range(40):
             force = shell.forces(start, q, still, 0.0).force + share * load
-            missed = force.ravel()[free]
-            if np.abs(missed).max() < 1e-7 * np.abs(load).max():
+            residual = force.ravel()[free]
+            if np.abs(residual).max() < 1e-7 * np.abs(load).max():
                 break
             stiffness = shell.tangent(start._replace(points=q))[free][:, free].tocsc()
-            q.ravel()[free] += splu(stiffness).solve(missed)
+            q.ravel()[free] += splu(stiffness).solve(residual)
         else:
             raise ArithmeticError("does not come to rest")
     return q
@@ -145,7 +152,10 @@ def settled(
 def in_elements(
     what: str, at: Callable[[int], float], exact: float, counts: Sequence[int], least: float
 ) -> tuple[Order, dict[int, float]]:
-    """The order in 1/n of numbers at so many elements a side, and these numbers."""
+    """Return the order in 1/n of the error of `at(n)`, and these numbers by n.
+
+    `counts` are numbers n of elements along a side, each twice the one before.
+    """
     values = {n: at(n) for n in counts}
     order = order_of(
         what,
@@ -157,14 +167,14 @@ def in_elements(
     return order, values
 
 
-def _over_elements(what: str, found: dict[int, float], exact: float) -> Drawing:
-    """A number over the elements a side, and where it goes."""
-    counts = np.array(list(found), np.float64)
+def _over_elements(what: str, numbers: dict[int, float], exact: float) -> Drawing:
+    """Return a drawing of a number over the elements along a side, with the exact one as a line."""
+    counts = np.array(list(numbers), np.float64)
     ends = np.array([0.0, 1.1 * counts[-1]])
     return comparison(
         ("elements a side", what),
         [("converged", ends, np.full(2, exact))],
-        [("run", counts, np.array(list(found.values())))],
+        [("run", counts, np.array(list(numbers.values())))],
     )
 
 
@@ -180,12 +190,12 @@ def roof(degree: int, count: int, rule: int | None = None) -> float:
         rule=rule,
     )
     edge = shell.net.edge
-    free = unheld(shell, (edge("v0"), "xz"), (edge("v1"), "xz"), (edge("v0")[:1], "y"))
+    free = free_dofs(shell, (edge("v0"), "xz"), (edge("v1"), "xz"), (edge("v0")[:1], "y"))
     weight = shell.spread(shell.contact.weight[:, None] * np.array([0.0, 0.0, -90.0]))
-    ways = bent_little(shell, free, weight)
-    drawn = shell.drawn(2)
+    displacements = linear_displacements(shell, free, weight)
+    sample = shell.drawn(2)
     place = [25.0 * math.sin(half), 25.0, 25.0 * math.cos(half)]
-    return -float(drawn.points(ways)[row_at(drawn.points(shell.nodes), place), 2])
+    return -float(sample.points(displacements)[row_at(sample.points(shell.nodes), place), 2])
 
 
 @CASES.add(
@@ -195,12 +205,12 @@ def roof(degree: int, count: int, rule: int | None = None) -> float:
     "Linear theory; a patch of degree 3, up to 16 × 16 elements, between two diaphragms.",
 )
 def _roof() -> Answer:
-    order, found = in_elements("way", lambda n: roof(3, n), ROOF, (4, 8, 16), 3.9)
+    order, deflections = in_elements("way", lambda n: roof(3, n), ROOF, (4, 8, 16), 3.9)
     checks = (
-        relative("middle of a free edge, 16 × 16 of degree 3", found[16], ROOF),
+        relative("middle of a free edge, 16 × 16 of degree 3", deflections[16], ROOF),
         relative("8 × 8 of degree 4", roof(4, 8), ROOF),
     )
-    return Answer(checks, _over_elements("way down", found, ROOF), order)
+    return Answer(checks, _over_elements("way down", deflections, ROOF), order)
 
 
 def _pinched_cylinder(count: int) -> float:
@@ -220,7 +230,7 @@ def _pinched_cylinder(count: int) -> float:
     top = row_at(shell.nodes, (0.0, 300.0, 300.0))
     load = np.zeros_like(shell.nodes)
     load[top, 2] = -0.25
-    return -float(bent_little(shell, unheld(shell, *held), load)[top, 2])
+    return -float(linear_displacements(shell, free_dofs(shell, *held), load)[top, 2])
 
 
 @CASES.add(
@@ -231,13 +241,13 @@ def _pinched_cylinder(count: int) -> float:
     "are kept by springs. Under a point load the order is that of the load, 2, at any degree.",
 )
 def _cylinder() -> Answer:
-    order, found = in_elements("way", _pinched_cylinder, CYLINDER, (8, 16, 32), 1.9)
-    checks = (relative("under the load, 32 × 32", found[32], CYLINDER, BENCHMARK),)
-    return Answer(checks, _over_elements("way in", found, CYLINDER), order)
+    order, deflections = in_elements("way", _pinched_cylinder, CYLINDER, (8, 16, 32), 1.9)
+    checks = (relative("under the load, 32 × 32", deflections[32], CYLINDER, BENCHMARK),)
+    return Answer(checks, _over_elements("way in", deflections, CYLINDER), order)
 
 
 def _product(a: FloatArray, b: FloatArray) -> FloatArray:
-    """Bernstein coefficients of the product of two polynomials in u and v."""
+    """Return the Bernstein coefficients of the product of two polynomials in u and v."""
     (m, n), (k, l) = (np.array(each.shape) - 1 for each in (a, b))
     out = np.zeros((m + k + 1, n + l + 1))
     for i, j, r, s in np.ndindex(m + 1, n + 1, k + 1, l + 1):
@@ -248,7 +258,10 @@ def _product(a: FloatArray, b: FloatArray) -> FloatArray:
 
 
 def octant(radius: float) -> list[cg.NurbsSurface]:
-    """An eighth of a sphere by three patches without a pole: a quarter of a disc, projected."""
+    """Return an eighth of a sphere about the origin, x, y, z ≥ 0, by three patches without a pole.
+
+    They are the stereographic projection of three patches of a quarter of a disc, of degree 2 or 4.
+    """
     c, t = math.cos(math.pi / 8.0), math.tan(math.pi / 8.0)
     centre, middle, rim = [0.42, 0.42], [math.sqrt(0.5)] * 2, np.array([[1.0, 1.0], [c, c], [1, 1]])
     halves = [0.5 * (0.45 + 0.42), 0.5 * 0.42]
@@ -258,17 +271,19 @@ def octant(radius: float) -> list[cg.NurbsSurface]:
         (np.array([[centre, halves[::-1], [0, 0.45]], [middle, [t, 1], [0, 1]]]), rim.T),
     ]
     patches = []
-    for points, given in flat:
-        weights = np.array(given)
+    for points, patch_weights in flat:
+        weights = np.array(patch_weights)
         if weights.shape[1] == 3:
             weights[0] = 1.0
         x, y = points[:, :, 0] * weights, points[:, :, 1] * weights
         xx, yy, ww = _product(x, x), _product(y, y), _product(weights, weights)
-        whole = ww + xx + yy
+        denominator = ww + xx + yy
         net = np.stack([2.0 * _product(x, weights), 2.0 * _product(y, weights), ww - xx - yy], 2)
-        degrees = whole.shape[0] - 1, whole.shape[1] - 1
+        degrees = denominator.shape[0] - 1, denominator.shape[1] - 1
         u, v = ([0.0] * (p + 1) + [1.0] * (p + 1) for p in degrees)
-        patches.append(cg.NurbsSurface(degrees, (u, v), radius * net / whole[:, :, None], whole))
+        patches.append(
+            cg.NurbsSurface(degrees, (u, v), radius * net / denominator[:, :, None], denominator)
+        )
     return patches
 
 
@@ -290,7 +305,7 @@ def _pinched_hemisphere(count: int) -> float:
     load = np.zeros_like(shell.nodes)
     pulled = row_at(shell.nodes, (10.0, 0.0, 0.0))
     load[pulled, 0], load[row_at(shell.nodes, (0.0, 10.0, 0.0)), 1] = 1.0, -1.0
-    return float(bent_little(shell, unheld(shell, *held), load)[pulled, 0])
+    return float(linear_displacements(shell, free_dofs(shell, *held), load)[pulled, 0])
 
 
 @CASES.add(
@@ -301,14 +316,16 @@ def _pinched_hemisphere(count: int) -> float:
     "elements each, that keep their slopes by springs.",
 )
 def _hemisphere() -> Answer:
-    order, found = in_elements("way", _pinched_hemisphere, HEMISPHERE, (2, 4, 8), 1.9)
-    checks = (relative("under a load, 3 × 8 × 8", found[8], HEMISPHERE, BENCHMARK),)
-    return Answer(checks, _over_elements("way out", found, HEMISPHERE), order)
+    order, deflections = in_elements("way", _pinched_hemisphere, HEMISPHERE, (2, 4, 8), 1.9)
+    checks = (relative("under a load, 3 × 8 × 8", deflections[8], HEMISPHERE, BENCHMARK),)
+    return Answer(checks, _over_elements("way out", deflections, HEMISPHERE), order)
 
 
 def _along_edge(shell: Shell, strip: cg.NurbsSurface, force: float) -> FloatArray:
-    """(m, 3) forces of a load along z that is even along the edge u1 of one patch: ∫ N of each
-    basis function is the distance of its last knot from its first over the degree and 1."""
+    """Return forces (m, 3) of a load along z, `force` in all, uniform along edge u1 of the patch.
+
+    ∫ N of a basis function is the distance of its last knot from its first over the degree plus 1.
+    """
     knots, degree = strip.knots[1], strip.degrees[1]
     spans = knots[degree + 1 :] - knots[: -degree - 1]
     load = np.zeros_like(shell.nodes)
@@ -321,25 +338,26 @@ LENGTH, FLEXURE, TENSION, PULL = 10.0, 100.0, 1.2e5, 4.0
 
 
 def _elastica() -> FloatArray:
-    """Return points (k, 2), along and up, from clamp to end of a strip with the shell's energy.
+    """Return points (k, 2), along and up, of the elastica with the shell's energy, clamp to end.
 
-    With its angle θ(s) and stretch λ(s) that is E I (λ θ′)²/2 + E A ((λ² − 1)/2)²/2: M = E I λ² θ′,
-    M′ = −P λ cos θ, and λ from P sin θ = E A λ (λ² − 1)/2 + E I λ θ′².
+    It is the exact solution for Sze's cantilever under `PULL`. With its angle θ(s) and stretch λ(s)
+    the energy is E I (λ θ′)²/2 + E A ((λ² − 1)/2)²/2: M = E I λ² θ′, M′ = −P λ cos θ, and λ from
+    P sin θ = E A λ (λ² − 1)/2 + E I λ θ′².
     """
 
     def stretch(angle: FloatArray, moment: FloatArray) -> FloatArray:
-        found = np.ones_like(angle)
+        ratio = np.ones_like(angle)
         for _ in range(8):
-            along = 0.5 * TENSION * found * (found**2 - 1.0) + moment**2 / (FLEXURE * found**3)
-            found -= (along - PULL * np.sin(angle)) / (TENSION * (1.5 * found**2 - 0.5))
-        return found
+            along = 0.5 * TENSION * ratio * (ratio**2 - 1.0) + moment**2 / (FLEXURE * ratio**3)
+            ratio -= (along - PULL * np.sin(angle)) / (TENSION * (1.5 * ratio**2 - 0.5))
+        return ratio
 
     def rates(_: FloatArray, y: FloatArray) -> FloatArray:
         angle, moment = y[:2]
-        found = stretch(angle, moment)
+        ratio = stretch(angle, moment)
         along, up = np.cos(angle), np.sin(angle)
-        turn = moment / (FLEXURE * found**3)
-        return np.array([turn, -PULL * along, along, up]) * found
+        turn = moment / (FLEXURE * ratio**3)
+        return np.array([turn, -PULL * along, along, up]) * ratio
 
     def ends(clamp: FloatArray, end: FloatArray) -> FloatArray:
         return np.array([clamp[0], end[1], clamp[2], clamp[3]])
@@ -350,12 +368,14 @@ def _elastica() -> FloatArray:
 
 
 def _cantilever(count: int) -> FloatArray:
-    """(m, 3) control points of Sze's cantilever under its load, of so many elements."""
+    """Return one row (k, 3) of control points of Sze's cantilever under its load, clamp to end."""
     strip = plate(3, (count, 1), (LENGTH, 1.0))
     steel = cg.materials.Elastic(young=1.2e6)
     shell = assemble_shell([strip], material=steel, density=1.0, thickness=0.1)
-    free = unheld(shell, (shell.net.edge("u0", rows=2), "xyz"))
-    q = settled(shell, free, _along_edge(shell, strip, PULL), [k / 8 for k in range(1, 9)])
+    free = free_dofs(shell, (shell.net.edge("u0", rows=2), "xyz"))
+    q = newton_equilibrium(
+        shell, free, _along_edge(shell, strip, PULL), [k / 8 for k in range(1, 9)]
+    )
     return np.asarray(q[shell.net.control[0][:, 0]])
 
 
@@ -370,16 +390,16 @@ def _bent_far() -> Answer:
     exact = _elastica()
     back, up = LENGTH - exact[-1, 0], exact[-1, 1]
     shapes = {n: _cantilever(n) for n in (4, 8, 16)}
-    ways = {n: np.array([LENGTH - q[-1, 0], q[-1, 2]]) for n, q in shapes.items()}
+    end_displacements = {n: np.array([LENGTH - q[-1, 0], q[-1, 2]]) for n, q in shapes.items()}
     order = order_of(
         "ways, by the length of elements",
         0.25,
-        lambda width: float(np.abs(ways[round(1.0 / width)] / [back, up] - 1.0).max()),
+        lambda width: float(np.abs(end_displacements[round(1.0 / width)] / [back, up] - 1.0).max()),
         least=3.9,
     )
     checks = (
-        relative("way back, 16 elements", ways[16][0], back),
-        relative("way up, 16 elements", ways[16][1], up),
+        relative("way back, 16 elements", end_displacements[16][0], back),
+        relative("way up, 16 elements", end_displacements[16][1], up),
     )
     draw = comparison(
         ("along", "up"),
@@ -389,36 +409,42 @@ def _bent_far() -> Answer:
     return Answer(checks, draw, order)
 
 
-WITHIN, WITHOUT, SLIT = 6.0, 10.0, 1e-4
-"""Radii of the annulus, and the angle of its slit, wider than what is joined."""
+INNER_RADIUS, OUTER_RADIUS, SLIT = 6.0, 10.0, 1e-4
+"""Radii of the annulus, and the angle of its slit, rad, too wide to be joined."""
 
 
 def _annulus(around: int, across: int) -> cg.NurbsSurface:
-    """A ring from angle 0 to 2π whose circles are cubic splines through points of circles."""
+    """Return a ring from angle 0 to 2π, less the slit, of cubic splines through points of circles.
+
+    It has `around` elements in u, along the circles, and `across` ones in v, of degree 3.
+    """
     knots = np.concatenate([np.zeros(3), np.linspace(0.0, 1.0, around + 1), np.ones(3)])
     at = cg.knots.greville(knots, 3)
     turns = (2.0 * math.pi - SLIT) * at
     circle = np.stack([np.cos(turns), np.sin(turns)], axis=1)
     points = np.zeros((len(at), 2, 3))
     points[:, :, :2] = np.linalg.solve(cg.knots.basis(knots, 3, at)[:, 0], circle)[:, None]
-    points *= np.array([WITHIN, WITHOUT])[:, None]
+    points *= np.array([INNER_RADIUS, OUTER_RADIUS])[:, None]
     ring = cg.NurbsSurface((3, 1), (knots, [0.0, 0.0, 1.0, 1.0]), points)
     return ring.k_refined((0, 2), [], np.arange(1, across) / across)
 
 
 def _lifted(around: int, across: int) -> tuple[FloatArray, FloatArray]:
-    """(k, 2) load over its largest, and ways up of the ends of the slit within and without."""
+    """Lift the slit annulus in 16 steps; return shares (16,) of the load and lifts (16, 2).
+
+    Lifts are those of the loaded side of the slit, at the inner and the outer radius.
+    """
     ring = _annulus(around, across)
     shell = assemble_shell(
         [ring], material=cg.materials.Elastic(young=21e6), density=1.0, thickness=0.03, rule=3
     )
-    free = unheld(shell, (shell.net.edge("u0", rows=2), "xyz"))
-    load, q, ways = _along_edge(shell, ring, 0.8 * (WITHOUT - WITHIN)), None, []
+    free = free_dofs(shell, (shell.net.edge("u0", rows=2), "xyz"))
+    load, q, lifts = _along_edge(shell, ring, 0.8 * (OUTER_RADIUS - INNER_RADIUS)), None, []
     shares = (np.arange(1, 17) / 16.0) ** 1.5
     for share in shares:
-        q = settled(shell, free, load, [share], q)
-        ways.append(q[shell.net.control[0][-1, [0, -1]], 2])
-    return shares, np.array(ways)
+        q = newton_equilibrium(shell, free, load, [share], q)
+        lifts.append(q[shell.net.control[0][-1, [0, -1]], 2])
+    return shares, np.array(lifts)
 
 
 @CASES.add(
@@ -430,23 +456,26 @@ def _lifted(around: int, across: int) -> tuple[FloatArray, FloatArray]:
     "are 0.4 % below, and finer nets of degree 3 and 4 go to 13.843 and 17.481.",
 )
 def _slit() -> Answer:
-    shares, ways = _lifted(48, 6)
-    within, without = ways[-1]
+    shares, lifts = _lifted(48, 6)
+    inner_lift, outer_lift = lifts[-1]
     checks = (
-        relative("way up within", within, INNER, 6e-3),
-        relative("way up without", without, OUTER, 6e-3),
+        relative("way up within", inner_lift, INNER_LIFT, 6e-3),
+        relative("way up without", outer_lift, OUTER_LIFT, 6e-3),
     )
     ends = np.array([0.0, 1.0])
     draw = comparison(
         ("load over the largest", "way up"),
-        [("published within", ends, np.full(2, INNER)), ("without", ends, np.full(2, OUTER))],
-        [("within", shares, ways[:, 0]), ("without", shares, ways[:, 1])],
+        [
+            ("published within", ends, np.full(2, INNER_LIFT)),
+            ("without", ends, np.full(2, OUTER_LIFT)),
+        ],
+        [("within", shares, lifts[:, 0]), ("without", shares, lifts[:, 1])],
     )
     return Answer(checks, draw)
 
 
 def disc(degree: int, count: int) -> cg.NurbsSurface:
-    """A disc of radius 1 as one patch of four sides."""
+    """Return a disc of radius 1 in z = 0 as one four-sided patch of `count` × `count` elements."""
     c = math.sqrt(0.5)
     points = np.zeros((3, 3, 3))
     points[:, :, :2] = [
@@ -460,29 +489,29 @@ def disc(degree: int, count: int) -> cg.NurbsSurface:
 
 
 def rim(shell: Shell) -> IntArray:
-    """Control points on all edges of its first patch."""
+    """Return the control points on all edges of the only patch of a shell, ascending."""
     return np.unique(np.concatenate([shell.net.edge(name) for name in ("u0", "u1", "v0", "v1")]))
 
 
 SMALL_RISE = 5e-3
-"""w₀/a of Hencky's membrane, whose theory is that of small ones."""
+"""Rise w₀/a of Hencky's membrane, whose theory is of small rises."""
 
 
 def _hencky(count: int) -> tuple[FloatArray, FloatArray]:
-    """Radii and rises over (q a/E h)^⅓ of points of a membrane under pressure."""
-    thin = 0.01
-    rubber = cg.materials.Elastic(young=1.0 / thin, poisson=0.3)
+    """Return radii and rises over (q a/E h)^⅓, (k,), of points of a membrane under pressure."""
+    thickness_value = 0.01
+    rubber = cg.materials.Elastic(young=1.0 / thickness_value, poisson=0.3)
     shell = assemble_shell(
-        [disc(3, count)], material=rubber, density=1.0, thickness=thin, bending=0.0
+        [disc(3, count)], material=rubber, density=1.0, thickness=thickness_value, bending=0.0
     )
     scale = SMALL_RISE / HENCKY
     load = shell.spread(shell.contact.weight[:, None] * np.array([0.0, 0.0, scale**3]))
     guess = shell.nodes.copy()
     guess[:, 2] = SMALL_RISE * (1.0 - (shell.net.sites**2).sum(axis=1))
-    q = settled(shell, unheld(shell, (rim(shell), "xyz")), load, [1.0], guess)
-    drawn = shell.drawn(2)
-    radii = np.sqrt((drawn.points(shell.nodes)[:, :2] ** 2).sum(axis=1))
-    return radii, drawn.points(q)[:, 2] / scale
+    q = newton_equilibrium(shell, free_dofs(shell, (rim(shell), "xyz")), load, [1.0], guess)
+    sample = shell.drawn(2)
+    radii = np.sqrt((sample.points(shell.nodes)[:, :2] ** 2).sum(axis=1))
+    return radii, sample.points(q)[:, 2] / scale
 
 
 @CASES.add(
@@ -493,8 +522,8 @@ def _hencky(count: int) -> tuple[FloatArray, FloatArray]:
     "bending, up to 8 × 8 elements.",
 )
 def _drumhead() -> Answer:
-    found = {n: _hencky(n) for n in (2, 4, 8)}
-    rises = {n: float(w[np.argmin(r)]) for n, (r, w) in found.items()}
+    profiles = {n: _hencky(n) for n in (2, 4, 8)}
+    rises = {n: float(w[np.argmin(r)]) for n, (r, w) in profiles.items()}
     order = order_of(
         "rise, by the size of elements",
         0.5,
@@ -510,7 +539,7 @@ def _blown_up(count: int) -> tuple[FloatArray, FloatArray]:
     motion = cg.motion.Deforming(
         material=cg.materials.Elastic(young=YOUNG, poisson=POISSON, compression=False),
         density=1e3,
-        thickness=BAG,
+        thickness=BAG_THICKNESS,
         bending=0.0,
         fixed=[
             {"edge": edge, "hold": [way]}
@@ -533,8 +562,8 @@ def _blown_up(count: int) -> tuple[FloatArray, FloatArray]:
 def _bag() -> Answer:
     (wide, coarse), (flat, fine) = _blown_up(8), _blown_up(16)
 
-    def at(points: FloatArray, ways: FloatArray, x: float, y: float) -> FloatArray:
-        return np.asarray(ways[row_at(points, (x * HALF, y * HALF, 0.0))])
+    def at(points: FloatArray, displacements: FloatArray, x: float, y: float) -> FloatArray:
+        return np.asarray(displacements[row_at(points, (x * HALF, y * HALF, 0.0))])
 
     corner = at(flat, fine, 1.0, 1.0)
     checks = (
@@ -549,8 +578,8 @@ def _bag() -> Answer:
         ("x", "z"),
         [("published rise", np.array([0.0, HALF]), np.full(2, RISE))],
         [
-            (name, (points + ways)[row, 0], ways[row, 2])
-            for name, points, ways, row in zip(
+            (name, (points + displacements)[row, 0], displacements[row, 2])
+            for name, points, displacements, row in zip(
                 ("16 × 16", "8 × 8"), (flat, wide), (fine, coarse), rows, strict=True
             )
         ],

@@ -38,7 +38,10 @@ ENDS = ((-3.0, 0.0, 0.0), (0.0, 0.0, 0.0))
 
 
 def _on_spring(damping: float = 0.0, speed: float = 2.0, **options: Any) -> cg.Simulation:
-    """A mass that a spring ties to the ground, from rest length with a speed along it."""
+    """Return a simulation of a mass on a spring to the ground, which starts at its rest length.
+
+    `speed` is along the spring; `options` are those of `cg.Simulation`.
+    """
     motion = cg.motion.Free(MASS, velocity=(speed, 0.0, 0.0), hold=ALONG_X)
     spring = cg.Spring(("ground", "body"), at=ENDS, curve=STIFFNESS, damping=damping)
     return free_body(motion, springs=[spring], **options)
@@ -107,6 +110,7 @@ def _decay() -> Answer:
 
 
 def _pendulum_run(end: float, step: float | str) -> dict[str, FloatArray]:
+    """Return the history of a mass under gravity on a spring of no length at rest."""
     motion = cg.motion.Free(MASS, velocity=(0.0, 4.0, 0.0), hold=ROTATIONS)
     spring = cg.Spring(
         ("ground", "body"), at=[[-1.0, 0.0, 2.0], [0.0, 0.0, 0.0]], curve=STIFFNESS, length=0.0
@@ -160,6 +164,7 @@ def _pendulum() -> Answer:
 
 
 def _pair_run(end: float, step: float | str) -> dict[str, FloatArray]:
+    """Return the history of two bodies on a spring, of which one starts with a speed of 3."""
     spring = cg.Spring(("one", "two"), at=[[0.0, 0.0, 0.0], [3.0, 0.0, 0.0]], curve=STIFFNESS)
     one = cg.motion.Free(2.0, velocity=(3.0, 0.0, 0.0), hold=ROTATIONS)
     two = cg.motion.Free(6.0, centre=(3.0, 0.0, 0.0), hold=ROTATIONS)
@@ -203,7 +208,7 @@ DUMMY = 75.0
 
 
 def _restraint_run(step: float | str, end: float) -> cg.Result:
-    """A body on a sled that is braked evenly, held by a belt that unloads softer than it loads."""
+    """Run a body on an evenly braked sled, held by a belt that unloads softer than it loads."""
     brake = cg.motion.Accelerated(
         [[0.0, -PULSE], [end, -PULSE]], direction="x", velocity=(15.0, 0.0, 0.0)
     )
@@ -273,6 +278,7 @@ def _restraint() -> Answer:
 
 
 def _belt_run(zeta: float, end: float, step: float | str) -> dict[str, FloatArray]:
+    """Return the history of a mass that pulls a belt with a damper, `zeta` of the critical one."""
     motion = cg.motion.Free(MASS, velocity=(2.0, 0.0, 0.0), hold=ALONG_X)
     line = [[0.0, 0.0], [10.0, 10.0 * STIFFNESS]]
     belt = cg.Spring(
@@ -315,11 +321,12 @@ def _restitution(zeta: float = 0.2) -> Answer:
 
 # ---------------------------------------------------------------- critical step
 
-GENTLE = 1e-6
+INITIAL_SPEED = 1e-6
+"""Initial speed of the runs near the critical step."""
 
 
 def _is_refused(step: float, damping: float) -> bool:
-    """Whether the simulation refuses to step on with this step."""
+    """Return whether a first step of this length raises a RunError."""
     simulation = _on_spring(damping, speed=1.0, end=10.0 * step, step=step)
     try:
         simulation.step(simulation.start())
@@ -329,7 +336,7 @@ def _is_refused(step: float, damping: float) -> bool:
 
 
 def _bound(damping: float) -> float:
-    """The longest step that is not refused, by bisection."""
+    """Return the longest step that is not refused, by bisection from 0.1/ω to 4/ω."""
     low, high = 0.1 / OMEGA, 4.0 / OMEGA
     for _ in range(40):
         middle = 0.5 * (low + high)
@@ -338,9 +345,12 @@ def _bound(damping: float) -> float:
 
 
 def _swings(share: float, count: int = 120) -> FloatArray:
-    """Ways at a share of the critical step, so small that growth does not reach the anchor."""
+    """Return |x| (count + 1,) of a mass run at a `share` of the critical step.
+
+    Amplitudes start so small that growth does not reach the anchor.
+    """
     step = share * 2.0 / OMEGA
-    simulation = _on_spring(speed=GENTLE, end=count * step, step=step, allow_unstable=True)
+    simulation = _on_spring(speed=INITIAL_SPEED, end=count * step, step=step, allow_unstable=True)
     return np.abs(simulation.run().history["body.x"])
 
 
@@ -359,7 +369,7 @@ def _critical() -> Answer:
     mu = 2.0 * 1.001**2 - 1.0
     growth = mu + math.sqrt(mu * mu - 1.0)
     # Under the critical step ways stay below v/(ω √(1 − ω² h²/4)).
-    largest = GENTLE / OMEGA / math.sqrt(1.0 - 0.999**2)
+    largest = INITIAL_SPEED / OMEGA / math.sqrt(1.0 - 0.999**2)
     checks = (
         relative("longest step that is let pass, spring", _bound(0.0), 2.0 / OMEGA, 1e-9),
         relative(

@@ -1,4 +1,4 @@
-"""What deforms and swings: a cantilever and a drum, by their first frequencies."""
+"""Vibrations of slaves that deform: the first frequencies of a cantilever and a drum."""
 
 from __future__ import annotations
 
@@ -25,51 +25,57 @@ BEAM = 1.8751040687
 LENGTH, HEIGHT = 10.0, 0.5
 DRUM = 2.404825558
 """The first root of J₀."""
-POISSON, STRAIN, THIN = 0.3, 1e-3, 0.1
-"""Of the drum of radius 1: how far it is stretched, evenly, and how thick it is."""
-SMALL = 1e-5
-"""Largest way over the length or the radius: all is linear."""
+POISSON, STRAIN, THICKNESS = 0.3, 1e-3, 0.1
+"""Drum of radius 1: Poisson's ratio, uniform strain at rest, and thickness."""
+AMPLITUDE = 1e-5
+"""Amplitude over the length or the radius: all is linear."""
 PERIODS = 0.75
+"""Duration of a run, periods of the formula."""
 
 
-class Swing(NamedTuple):
-    """A node that swings, and what it should do."""
+class Vibration(NamedTuple):
+    """Vibration of one node."""
 
     times: FloatArray
-    ways: FloatArray
-    """Over the largest by the formula."""
+    displacements: FloatArray
+    """Displacements (n,) over the amplitude of the formula."""
     frequency: float
-    """Over that of the formula, by the times at which it passes its place at rest."""
+    """Measured frequency over that of the formula."""
 
 
-def bent(x: FloatArray) -> FloatArray:
-    """The first mode of a cantilever of length 1 that is held at 0, one at its end."""
+def cantilever_mode(x: FloatArray) -> FloatArray:
+    """Return the first mode at `x` of a cantilever of length 1, clamped at 0, with 1 at its end."""
     b = BEAM
     share = (math.cosh(b) + math.cos(b)) / (math.sinh(b) + math.sin(b))
     mode = np.cosh(b * x) - np.cos(b * x) - share * (np.sinh(b * x) - np.sin(b * x))
     return np.asarray(mode / 2.0)
 
 
-def _swung(
+def _vibrate(
     slave: cg.Slave, motion: cg.motion.Deforming, at: FloatArray, exact: float, largest: float
-) -> Swing:
-    """A run of a slave that begins at rest's place with the speeds of a mode."""
+) -> Vibration:
+    """Run a slave that starts undisplaced with the velocities of a mode, for `PERIODS`.
+
+    The node nearest to `at` is measured along the axis of its largest displacement. Its frequency
+    follows from the last time at which it returns to zero from above. `exact` is the circular
+    frequency and `largest` the amplitude of the formula.
+    """
     end = PERIODS * 2.0 * math.pi / exact
     sensor = cg.NodeSensor("node", "it", at=at)
     run = run_of(slaves={"it": (slave, motion)}, end=end, step="auto", sensors=[sensor])
     history = run.history
     axis = int(np.argmax([np.abs(history[f"node.{name}"]).max() for name in "xyz"]))
-    times, ways = history["time"], history[f"node.{'xyz'[axis]}"] / largest
-    (last,) = np.flatnonzero((ways[1:-1] > 0.0) & (ways[2:] <= 0.0))[-1:] + 1
-    share = ways[last] / (ways[last] - ways[last + 1])
+    times, displacements = history["time"], history[f"node.{'xyz'[axis]}"] / largest
+    (last,) = np.flatnonzero((displacements[1:-1] > 0.0) & (displacements[2:] <= 0.0))[-1:] + 1
+    share = displacements[last] / (displacements[last] - displacements[last + 1])
     passed = times[last] + share * (times[last + 1] - times[last])
     # It goes up from its place at the start, so it comes down through it after n + ½ periods.
     count = round(passed * exact / math.pi)
-    return Swing(times, ways, count * math.pi / (passed * exact))
+    return Vibration(times, displacements, count * math.pi / (passed * exact))
 
 
-def _cantilever_of(cells: int) -> Swing:
-    """Hexahedra along a beam, and a tenth of them over its height."""
+def _cantilever_of(cells: int) -> Vibration:
+    """Run a cantilever of `cells` hexahedra along it, and a tenth of them over its height."""
     across = max(cells // 10, 1)
     lines = (
         np.linspace(0.0, LENGTH, cells + 1),
@@ -79,7 +85,7 @@ def _cantilever_of(cells: int) -> Swing:
     points, elements = bricks(lines)
     exact = BEAM**2 * math.sqrt(YOUNG * HEIGHT**2 / 12.0 / DENSITY / LENGTH**4)
     speeds = np.zeros_like(points)
-    speeds[:, 1] = SMALL * LENGTH * exact * bent(points[:, 0] / LENGTH)
+    speeds[:, 1] = AMPLITUDE * LENGTH * exact * cantilever_mode(points[:, 0] / LENGTH)
     fixed = np.zeros(points.shape, np.bool_)
     fixed[:, 2], fixed[points[:, 0] == 0.0] = True, True
     motion = cg.motion.Deforming(
@@ -87,36 +93,37 @@ def _cantilever_of(cells: int) -> Swing:
     )
     end = elements[-1, [1, 2, 6, 5]]
     slave = cg.Slave(points, [end], elements={"hexahedron": elements})
-    return _swung(slave, motion, np.array([LENGTH, 0.0, 0.0]), exact, SMALL * LENGTH)
+    return _vibrate(slave, motion, np.array([LENGTH, 0.0, 0.0]), exact, AMPLITUDE * LENGTH)
 
 
-def _drum_of(rings: int) -> Swing:
-    """Rings of triangles, stretched evenly and held at the border."""
+def _drum_of(rings: int) -> Vibration:
+    """Run a drum of `rings` rings of triangles, stretched evenly and held at the border."""
     rest, facets = disc(rings)
-    tension = YOUNG * THIN * STRAIN / (1.0 - POISSON)
-    exact = DRUM * math.sqrt(tension / (DENSITY * THIN))
+    tension = YOUNG * THICKNESS * STRAIN / (1.0 - POISSON)
+    exact = DRUM * math.sqrt(tension / (DENSITY * THICKNESS))
     radii = np.hypot(rest[:, 0], rest[:, 1])
     speeds = np.zeros_like(rest)
-    speeds[:, 2] = SMALL * exact * j0(DRUM * radii)
+    speeds[:, 2] = AMPLITUDE * exact * j0(DRUM * radii)
     stretched = rest * math.sqrt(1.0 + 2.0 * STRAIN)
     motion = cg.motion.Deforming(
         material=cg.materials.Elastic(young=YOUNG, poisson=POISSON),
         density=DENSITY,
-        thickness=THIN,
+        thickness=THICKNESS,
         rest=rest,
         fixed=radii > 1.0 - 1e-9,
         velocity=speeds,
     )
-    return _swung(cg.Slave(stretched, facets), motion, np.zeros(3), exact, SMALL)
+    return _vibrate(cg.Slave(stretched, facets), motion, np.zeros(3), exact, AMPLITUDE)
 
 
-def _swings(what: str, swing: Swing) -> Drawing:
+def _swings(what: str, swing: Vibration) -> Drawing:
+    """Return a drawing of a vibration, named `what`, over the sine of the formula."""
     curve = np.linspace(0.0, PERIODS, 200)
     times = PERIODS / swing.times[-1] * swing.times
     return comparison(
         ("t/T", "way over the largest"),
         [("formula", curve, np.sin(2.0 * math.pi * curve))],
-        [(what, times, swing.ways)],
+        [(what, times, swing.displacements)],
     )
 
 

@@ -37,10 +37,10 @@ UPRIGHT = ("x", "y", *ROTATIONS)
 
 
 def bed(reach: float) -> cg.Slave:
-    """Points of a flat bed in rings under a ball about the origin, each for its part of the area.
+    """Return points of a flat bed of radius `reach` under a ball about the origin, in rings.
 
-    Rings bound equal areas and have their points half way in area: the midpoint rule for what
-    depends on the squared radius, its error falls with the square of their number.
+    Rings bound equal areas and have their points half way in area. This is the midpoint rule in the
+    squared radius, whose error falls with the square of the number of rings.
     """
     radii = reach * np.sqrt((np.arange(RINGS) + 0.5) / RINGS)
     angles = 0.3 + 2.0 * math.pi * np.arange(RAYS) / RAYS
@@ -51,24 +51,27 @@ def bed(reach: float) -> cg.Slave:
 
 
 def stored(stiffness: float, d: float) -> float:
-    """Energy of a bed that a ball has sunk into by d: ∫ k λ²/2 dA, λ along the ball's normal."""
+    """Return the energy of a bed under a ball at depth d: ∫ k λ²/2 dA, λ along its normal."""
     return math.pi * stiffness * (RADIUS * d**3 / 3.0 - d**4 / 4.0)
 
 
 def force(stiffness: float, d: FloatArray | float) -> Any:
-    """What the bed pushes with."""
+    """Return the force of the bed on a ball at depth d, the derivative of `stored`; 0 above it."""
     d = np.maximum(d, 0.0)
     return math.pi * stiffness * (RADIUS - d) * d**2
 
 
 def deepest(stiffness: float, speed: float) -> float:
-    """Depth at which the ball has no speed left."""
+    """Return the depth at which a ball that hits the bed with `speed` stops."""
     energy = 0.5 * MASS * speed**2
     return float(brentq(lambda d: stored(stiffness, d) - energy, 0.0, RADIUS, xtol=1e-13))
 
 
 def duration(stiffness: float, speed: float) -> float:
-    """Time of contact 2 ∫ dd/v; d = d_max (1 − s²)… takes the root out of the integrand."""
+    """Return the time of contact 2 ∫ dd/v, by 80 Gauss points in the angle φ of d = d_max sin φ.
+
+    The substitution removes the singularity at the largest depth.
+    """
     end = deepest(stiffness, speed)
     nodes, weights = np.polynomial.legendre.leggauss(80)
     angle = 0.25 * math.pi * (1.0 + nodes)
@@ -80,7 +83,7 @@ def duration(stiffness: float, speed: float) -> float:
 
 
 def dropped(speed: float, step: float | str, end: float, reach: float, law: Any) -> dict[str, Any]:
-    """A ball that touches the bed at the start and comes down on it."""
+    """Return the history of a ball that starts at the bed and moves down into it with `speed`."""
     master, slave = ball(RADIUS), bed(reach)
     motion = solid_ball(MASS, RADIUS, velocity=(0.0, 0.0, -speed), hold=UPRIGHT)
     return run_of(
@@ -93,6 +96,7 @@ def dropped(speed: float, step: float | str, end: float, reach: float, law: Any)
 
 
 def _sphere(stiffness: float, speed: float) -> Answer:
+    """Compare a ball on the bed with its closed form: depth, time of contact, energy, speed."""
     max_depth, contact_time = deepest(stiffness, speed), duration(stiffness, speed)
     reach = 1.02 * math.sqrt(2.0 * RADIUS * max_depth - max_depth**2)
     law = cg.PenaltyLaw(stiffness, per_area=True)
@@ -161,7 +165,10 @@ SPRING = 1000.0
 def on_a_point(
     law: Any, end: float, step: float | str, *, height: float = 0.0, **more: Any
 ) -> dict[str, FloatArray]:
-    """A ball held upright over one point of the bed: a mass above a spring."""
+    """Return the history of a ball of mass 1 that moves along z over one point, as over a spring.
+
+    It starts `height` above the point; `more` are options of `run_of`, and its `speed` downwards.
+    """
     master, slave = ball(RADIUS), cg.Slave([[0.0, 0.0, -RADIUS - height]], area=[1.0])
     motion = cg.motion.Free(1.0, velocity=(0.0, 0.0, -more.pop("speed", 0.0)), hold=UPRIGHT)
     return run_of(
@@ -233,28 +240,33 @@ def _hysteresis() -> Answer:
     )  # fmt: skip
     # Down: a quarter of a swing on the loading line. Back: along the steep line, then the soft.
     omega, energy = math.sqrt(SPRING), 0.5 * speed**2
-    most = speed / omega
-    meet = most * (steep - SPRING) / (steep - soft)
-    back = 0.5 * soft * meet**2 + 0.5 * (soft * meet + SPRING * most) * (most - meet)
+    deepest_point = speed / omega
+    meet = deepest_point * (steep - SPRING) / (steep - soft)
+    back = 0.5 * soft * meet**2 + 0.5 * (soft * meet + SPRING * deepest_point) * (
+        deepest_point - meet
+    )
     out = math.sqrt(2.0 * back)
     history = on_a_point(law, 0.2, "auto", speed=speed)
     depth, push = -history["ball.z"], history["ball.az"]
 
     def error(step: float) -> float:
-        """Mean of starts by parts of a step above the bed: where a step meets a corner counts."""
+        """Return the mean error of four starts, by parts of a step above the bed.
+
+        The error of one depends on where in a step it meets the corner of the curve.
+        """
         heights = speed * step * np.array([0.125, 0.375, 0.625, 0.875])
         ends = [on_a_point(law, 0.2, step, speed=speed, height=h)["ball.vz"][-1] for h in heights]
         return float(np.abs(np.array(ends) / out - 1.0).mean())
 
     checks = (
-        relative("largest depth", depth.max(), most),
+        relative("largest depth", depth.max(), deepest_point),
         relative("energy lost", history["energy.hysteresis"][-1], energy - back),
         relative("speed after it", history["ball.vz"][-1], out),
     )
     draw = comparison(
         ("depth", "force"),
-        [("formula", np.array([0.0, most, meet, 0.0]),
-          np.array([0.0, SPRING * most, soft * meet, 0.0]))],
+        [("formula", np.array([0.0, deepest_point, meet, 0.0]),
+          np.array([0.0, SPRING * deepest_point, soft * meet, 0.0]))],
         [("run", np.maximum(depth, 0.0), push)],
     )  # fmt: skip
     return Answer(checks, draw, order_of("speed after it, mean of four starts", 0.004, error))

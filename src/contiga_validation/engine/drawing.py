@@ -69,7 +69,7 @@ def png(picture: Picture) -> bytes:
 
 
 def plane(axes: Axes, *, equal: bool = True, labels: tuple[str, str] = ("x", "y")) -> Axes:
-    """Label axes of a figure in the plane; `equal` gives both the same scale, for geometry."""
+    """Label axes of a figure in the plane and return them; `equal` gives both the same scale."""
     axes.set_xlabel(labels[0])
     axes.set_ylabel(labels[1])
     if equal:

@@ -91,7 +91,7 @@ class Experiments(list[Experiment]):
     """The experiments of a module, in their order."""
 
     def add(self, key: str, title: str, where: str, thesis: str = "") -> Callable[[Run], Run]:
-        """Decorate a function that returns an outcome: add it as an experiment."""
+        """Return a decorator that adds a function that returns an `Outcome` as an experiment."""
 
         def register(run: Run) -> Run:
             self.append(Experiment(key, title, where, run, thesis))

@@ -10,7 +10,7 @@ from itertools import groupby
 from typing import Any
 
 from contiga.report import style
-from contiga_validation.engine.experiment import Cell, Claim, ExperimentResult, Picture, Table
+from contiga_validation.engine.experiment import Cell, ExperimentResult, Table
 from contiga_validation.engine.table_files import plain
 
 _TITLE = "The thesis, reproduced"
@@ -26,7 +26,7 @@ _ABOUT = (
 def page(
     results: Sequence[ExperimentResult], facts: dict[str, Any], heading_of: Callable[[int], str]
 ) -> str:
-    """Return the page as text.
+    """Return the page as one text of HTML.
 
     Parameters
     ----------
@@ -47,7 +47,10 @@ def page(
 
 
 def heading(kind: str, title: str, about: str, facts: dict[str, Any], more: str = "") -> str:
-    """Return the head of a page: its kind, title, date, machine and subject."""
+    """Return the head of a page: its kind, title, date, machine and subject.
+
+    `title` and `about` are HTML; `more` follows the facts of the machine.
+    """
     machine_line = (
         f"finished {facts['finished']} · {facts['processor']}, {facts['threads']} threads · "
         f"{facts['system']} · Python {facts['python']}, NumPy {facts['numpy']}, "
@@ -60,7 +63,7 @@ def heading(kind: str, title: str, about: str, facts: dict[str, Any], more: str 
 
 
 def image(alt: str, width: float, content: bytes) -> str:
-    """Return a PNG picture of a page, its width in inch."""
+    """Return an image of a page from a PNG, shown at 132 pixels per inch of `width`."""
     data = b64encode(content).decode("ascii")
     return (
         f'<img alt="{escape(alt)}" width="{round(132 * width)}" src="data:image/png;base64,{data}">'
@@ -68,6 +71,7 @@ def image(alt: str, width: float, content: bytes) -> str:
 
 
 def _verdict(results: Sequence[ExperimentResult]) -> str:
+    """Return the line that says that all claims held, and a list of those that did not."""
     claims = [(e.experiment.key, claim) for e in results for claim in e.outcome.claims]
     broken = [(key, claim) for key, claim in claims if not claim.holds]
     if not broken:
@@ -81,6 +85,7 @@ def _verdict(results: Sequence[ExperimentResult]) -> str:
 
 
 def _contents(chapters: Sequence[tuple[str, list[ExperimentResult]]]) -> str:
+    """Return the table of contents, with links to the experiments of each chapter."""
     parts = []
     for chapter, entries in chapters:
         parts.append(f"<h3>{escape(chapter)}</h3>")
@@ -93,6 +98,7 @@ def _contents(chapters: Sequence[tuple[str, list[ExperimentResult]]]) -> str:
 
 
 def _section(entry: ExperimentResult) -> str:
+    """Return the section of an experiment: pictures, tables, claims and differences."""
     experiment, outcome = entry.experiment, entry.outcome
     parts = [
         f'<section id="{escape(experiment.key)}">',
@@ -101,23 +107,27 @@ def _section(entry: ExperimentResult) -> str:
     ]
     if experiment.thesis:
         parts.append(f'<p class="thesis"><b>The thesis.</b> {escape(experiment.thesis)}</p>')
-    parts += [_picture(p, c) for p, c in zip(outcome.pictures, entry.pictures, strict=True)]
+    for picture, content in zip(outcome.pictures, entry.pictures, strict=True):
+        is_of_thesis = picture.key.replace(".", "").isdigit()  # named after a figure, such as 5.14
+        label = f"Fig. {picture.key}." if is_of_thesis else ""
+        caption = f"<b>{escape(label)}</b> {escape(picture.caption)}"
+        img = image(picture.caption, picture.size[0], content)
+        parts.append(f"<figure>{img}<figcaption>{caption}</figcaption></figure>")
     parts += [_table(table) for table in outcome.tables]
-    parts.append(_claims(outcome.claims))
+    claims = "".join(
+        f'<li{"" if claim.holds else " class=broken"}><span class="mark">'
+        f"{'✓' if claim.holds else '✗'}</span><span>{escape(claim.text)} "
+        f'<span class="measured">{escape(claim.measured)}</span></span></li>'
+        for claim in outcome.claims
+    )
+    parts.append(f'<ul class="claims">{claims}</ul>' if claims else "")
     if outcome.difference:
         parts.append(f'<p class="why"><b>Why it differs.</b> {escape(outcome.difference)}</p>')
     return "".join([*parts, "</section>"])
 
 
-def _picture(picture: Picture, content: bytes) -> str:
-    img = image(picture.caption, picture.size[0], content)
-    is_of_thesis = picture.key.replace(".", "").isdigit()  # named after a figure, such as 5.14
-    label = f"Fig. {picture.key}." if is_of_thesis else ""
-    caption = f"<b>{escape(label)}</b> {escape(picture.caption)}"
-    return f"<figure>{img}<figcaption>{caption}</figcaption></figure>"
-
-
 def _table(table: Table) -> str:
+    """Return a table; columns without texts are aligned as numbers."""
     numeric = [
         all(not isinstance(plain(row[k]), str) for row in table.rows)
         for k in range(len(table.columns))
@@ -139,6 +149,7 @@ def _table(table: Table) -> str:
 
 
 def _cell(value: Cell) -> str:
+    """Return a value as text: a dash for None and NaN, integers in full."""
     cell = plain(value)
     if cell is None:
         return "–"
@@ -147,17 +158,8 @@ def _cell(value: Cell) -> str:
     return style.number(cell) if isinstance(cell, float) else escape(cell)
 
 
-def _claims(claims: Sequence[Claim]) -> str:
-    rows = "".join(
-        f'<li{"" if claim.holds else " class=broken"}><span class="mark">'
-        f"{'✓' if claim.holds else '✗'}</span><span>{escape(claim.text)} "
-        f'<span class="measured">{escape(claim.measured)}</span></span></li>'
-        for claim in claims
-    )
-    return f'<ul class="claims">{rows}</ul>' if rows else ""
-
-
 def _timings(results: Sequence[ExperimentResult]) -> str:
+    """Return the table of run times, with the compiling of kernels apart."""
     rows = "".join(
         f'<tr><td><a href="#{escape(e.experiment.key)}">{escape(e.experiment.key)}</a></td>'
         f'<td class="number">{style.number(e.seconds - e.compiled, 3)} s</td>'

@@ -20,7 +20,7 @@ class Entry(Protocol):
 
     @property
     def key(self) -> str:
-        """Unique."""
+        """Unique name."""
 
 
 EntryT = TypeVar("EntryT", bound=Entry)
@@ -33,7 +33,7 @@ def selected(
     kind: str,
     remedy: str,
 ) -> tuple[EntryT, ...]:
-    """Return the entries that `only` names, all of them for None.
+    """Return the entries that `only` names, in their own order; all of them for None.
 
     Parameters
     ----------
@@ -70,7 +70,7 @@ def selected(
 def with_progress(
     entries: Sequence[EntryT], progress: Progress | None, title_of: Callable[[EntryT], str]
 ) -> Iterator[EntryT]:
-    """Yield the entries, and report each to `progress` first."""
+    """Yield the entries, and report each to `progress` before, and the end after the last."""
     for n_done, entry in enumerate(entries):
         if progress is not None:
             progress(n_done, len(entries), title_of(entry))
@@ -81,7 +81,11 @@ def with_progress(
 
 @contextmanager
 def results_folder(out: str | Path, names: Sequence[str], kind: str) -> Iterator[Path]:
-    """Open the folder of results; remove a new one if an error leaves it empty."""
+    """Open the folder of results; remove a new one if an error in the block leaves it empty.
+
+    `names` are files of an earlier run, by which its folder is known. An OutputError is raised if
+    the folder cannot be written, or holds other files.
+    """
     folder = Path(out)
     is_new = files.open_folder(folder, names, kind)
     try:

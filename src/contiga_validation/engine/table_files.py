@@ -20,7 +20,10 @@ HEADER = ("experiment", "table", "row", "column", "value")
 
 
 def plain(value: Any) -> Cell:
-    """Return `value` for JSON: numpy scalars as Python's, NaN and infinity as None."""
+    """Return `value` for JSON: numpy scalars as Python's, NaN and infinity as None.
+
+    Booleans become "yes" and "no", values of other types text.
+    """
     if hasattr(value, "item"):
         value = value.item()
     if isinstance(value, bool):
@@ -33,7 +36,10 @@ def plain(value: Any) -> Cell:
 
 
 def tidy_csv(results: Sequence[ExperimentResult]) -> str:
-    """Return all tables, one value a row: experiment, table, row (from 1), column, value."""
+    """Return all tables as CSV, one value a row: experiment, table, row (from 1), column, value.
+
+    None is an empty cell.
+    """
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow(HEADER)
@@ -48,7 +54,7 @@ def tidy_csv(results: Sequence[ExperimentResult]) -> str:
 
 
 def as_json(results: Sequence[ExperimentResult], facts: dict[str, Any]) -> dict[str, Any]:
-    """Return all results except the pictures themselves."""
+    """Return `facts` with all results, for JSON; pictures by their file names."""
     return {**facts, "experiments": [_entry(entry) for entry in results]}
 
 
@@ -84,30 +90,23 @@ def _entry(entry: ExperimentResult) -> dict[str, Any]:
 
 
 def machine() -> dict[str, Any]:
-    """Return version, time and machine of a run."""
+    """Return version, present time and machine of a run, for pages and JSON."""
     import numba
     import numpy as np
 
+    try:
+        lines = Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines()
+    except OSError:
+        lines = []
+    names = [line.partition(":")[2].strip() for line in lines if line.startswith("model name")]
     return {
         "version": __version__,
         "finished": datetime.now(UTC).strftime("%Y-%m-%d %H:%M UTC"),
         "threads": thread_count(),
         "cores": os.cpu_count() or 1,
-        "processor": _processor(),
+        "processor": names[0] if names else platform.processor() or "unknown",
         "system": f"{platform.system()} {platform.machine()}",
         "python": platform.python_version(),
         "numpy": np.__version__,
         "numba": numba.__version__,
     }
-
-
-def _processor() -> str:
-    """Return the name of the processor."""
-    try:
-        lines = Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines()
-    except OSError:
-        lines = []
-    for line in lines:
-        if line.startswith("model name"):
-            return line.partition(":")[2].strip()
-    return platform.processor() or "unknown"

@@ -78,10 +78,11 @@ class Path(NamedTuple):
     """Points on the body, and the path of points under its surface."""
 
     on: FloatArray
+    """(m, 3) points on the body."""
     places: list[FloatArray]
-    """(n, 3) of each step."""
+    """Points (n, 3) at each step, from step 0."""
     feet: Projection
-    """Of the first places, on the body."""
+    """Feet of the first places on the body."""
 
 
 def path(body: Body, n: int = POINTS, steps: int = STEPS) -> Path:
@@ -105,7 +106,10 @@ def path(body: Body, n: int = POINTS, steps: int = STEPS) -> Path:
 
 
 def _points_on(body: Body, n: int) -> tuple[FloatArray, Projection]:
-    """Return about `n` points (m, 3) on the trimmed faces, and their feet."""
+    """Return about `n` random points (m, 3) on the trimmed faces, and their feet.
+
+    Points of patches beyond the faces are left out; the draw is repeated once to make up for them.
+    """
 
     def draw(count: int) -> tuple[FloatArray, Projection, IntArray]:
         areas = np.array([patch.net_area() for patch in body.patches])
@@ -124,12 +128,12 @@ def _points_on(body: Body, n: int) -> tuple[FloatArray, Projection]:
 
 
 def _rows_of(feet: Projection, rows: IntArray) -> Projection:
-    """Return some rows of a projection."""
+    """Return the projection of some points, by their rows."""
     return Projection._make(column[rows] for column in feet)
 
 
 def _alone(body: Body, feet: Projection) -> np.ndarray:
-    """Return which feet are on a face, and the closest points from `REACH` below them."""
+    """Return a mask (n,) of the feet on a face that are closest to points `REACH` below them."""
     reach = REACH * body.size
     below = body.project(feet.point - reach * feet.normal)
     on_face = (feet.status == Status.OK) & (feet.feature == Feature.FACE)
@@ -137,7 +141,10 @@ def _alone(body: Body, feet: Projection) -> np.ndarray:
 
 
 class Tracker:
-    """Follows points over a master."""
+    """Follows points over a master; `feet` are those of the last step.
+
+    Without `feet`, those of the first places are searched.
+    """
 
     def __init__(
         self, master: Master, places: list[FloatArray], feet: Projection | None = None
@@ -163,12 +170,15 @@ class Fcpw:
         self.found = fcpw.interaction_3D_list()
 
     def __call__(self, points: NDArray[np.float32], radii: NDArray[np.float32]) -> None:
-        """Find closest points of `points` (n, 3), in Fortran order, within √`radii` (n,)."""
+        """Find the closest points of `points` (n, 3), in Fortran order, within √`radii` (n,).
+
+        They are stored in `found`.
+        """
         self.scene.find_closest_points(points, radii, self.found)
 
 
 def has_peer() -> bool:
-    """Whether FCPW is installed."""
+    """Return whether FCPW is installed."""
     try:
         import_module("fcpw")
     except ImportError:
@@ -177,9 +187,10 @@ def has_peer() -> bool:
 
 
 def race(runners: list[Tracker], steps: int, rounds: int) -> list[float]:
-    """Return the least time of a step of each; they alternate, so that a slow moment hits all.
+    """Return the least time of a step of each runner, seconds.
 
-    The steps are run forward and backward in turn, in `rounds` passes (odd), to the last step.
+    The runners alternate, so that a slow moment of the machine hits all. The steps are run forward
+    and backward in turn, in an odd number `rounds` of passes, so that runners end at the last step.
     """
     forward, backward = range(1, steps + 1), range(steps - 1, -1, -1)
     best = [np.inf] * len(runners)
@@ -192,7 +203,7 @@ def race(runners: list[Tracker], steps: int, rounds: int) -> list[float]:
 
 
 def _peer_seconds(mesh: TriMesh, places: list[FloatArray]) -> float:
-    """Return the least time of FCPW for a step.
+    """Return the least time of FCPW for a step, seconds.
 
     It starts anew each time, with an upper bound of the distance: that of the step before plus the
     displacement since. The time to compute the bound is not counted.
@@ -212,9 +223,13 @@ def _peer_seconds(mesh: TriMesh, places: list[FloatArray]) -> float:
 def accuracy(name: str, body: Body, max_triangles: int, n: int = POINTS) -> list[Row]:
     """Return time, error and memory of every master of a body, the exact one first.
 
+    The exact master runs beside each mesh; its own row has the best of these times. Its errors are
+    bounds (`foot_miss`).
+
     Parameters
     ----------
-    max_triangles : of the largest mesh that is built
+    name, body : the body, and its name in the rows
+    max_triangles : number of triangles of the largest mesh that is built
     n : number of points
     """
     on, places, start = path(body, n)
@@ -236,7 +251,10 @@ def accuracy(name: str, body: Body, max_triangles: int, n: int = POINTS) -> list
 
 
 def _mesh_row(last: Row, rival: RivalMesh, body: Body, exact: Tracker) -> Row:
-    """Return the row of a mesh; `last` is the row of the mesh before."""
+    """Return the row of a mesh; `last` is the row before, from which memory is extrapolated.
+
+    Only the extrapolated row of a mesh that was not built has infinite `exact_seconds`.
+    """
     title, count = f"mesh {rival.target:.0e}", rival.triangles
     fewest = fewest_triangles(body, rival.target * body.size)
     if rival.mesh is None:
@@ -260,10 +278,11 @@ def _mesh_row(last: Row, rival: RivalMesh, body: Body, exact: Tracker) -> Row:
 
 
 def foot_miss(body: Body, points: FloatArray, feet: Projection) -> float:
-    """Return a bound of the error of the exact master's penetrations, from the surface itself.
+    """Return a bound of the errors of penetrations on the exact master, length.
 
-    A foot that misses the true one by t along the surface has an error of the distance of at most
-    t; the point itself may be off by rounding.
+    Feet are evaluated anew on the untrimmed patches. The bound is the largest tangential offset of
+    a point from its foot, which changes the distance by less than itself, or the largest error of a
+    gap.
     """
     worst = 0.0
     for k, patch in enumerate(body.patches):

@@ -36,24 +36,23 @@ MEMORY_SHARE = 0.8
 
 
 def max_triangles(options: Options) -> int:
-    """Return the number of triangles of the largest mesh: by time, or by the free memory."""
+    """Return the number of triangles of the largest mesh: a million, or what memory allows.
+
+    The free memory counts in a full reproduction only; it is 8 GB if the system does not say.
+    """
     if not options.full:
         return MAX_TRIANGLES
-    return max(MAX_TRIANGLES, int(MEMORY_SHARE * _free_bytes() / TRIANGLE_BYTES))
-
-
-def _free_bytes() -> float:
-    """Return the available memory; 8 GB if the system does not tell."""
     try:
         lines = Path("/proc/meminfo").read_text(encoding="utf-8").splitlines()
         facts = dict(line.split(":") for line in lines)
-        return 1024.0 * float(facts["MemAvailable"].split()[0])
+        free_bytes = 1024.0 * float(facts["MemAvailable"].split()[0])
     except (OSError, KeyError, ValueError):
-        return 8e9
+        free_bytes = 8e9
+    return max(MAX_TRIANGLES, int(MEMORY_SHARE * free_bytes / TRIANGLE_BYTES))
 
 
 def measured(options: Options) -> tuple[list[Row], str]:
-    """Return all rows, and the source of the third body."""
+    """Measure all masters of the three bodies; return rows, and the source of the third body."""
     named_bodies = bodies()
     part = cad_body(options.cad, options.data)
     named_bodies[part.name] = part.body
@@ -64,7 +63,7 @@ def measured(options: Options) -> tuple[list[Row], str]:
 
 
 def compare(options: Options) -> Outcome:
-    """Return the comparison as the outcome of an experiment."""
+    """Run the comparison and return it as the outcome of an experiment."""
     rows, source = measured(options)
     hint = "" if options.full else "; contiga reproduce --full builds what memory allows"
     return Outcome(
@@ -105,7 +104,7 @@ _HEADS = (
 
 
 def _cells(row: Row) -> tuple[Cell, ...]:
-    """Return a row of the table."""
+    """Return a row of the table; times are nanoseconds a point."""
 
     def by_point(seconds: float | None) -> float | None:
         return None if seconds is None else 1e9 * seconds / row.points
@@ -194,7 +193,7 @@ _CAPTION = (
 
 
 def draw(figure: Figure, rows: list[Row]) -> None:
-    """Draw error over time and over memory, one column a body."""
+    """Draw error over time and over memory, one column of panels for each body."""
     names = list(dict.fromkeys(row.body for row in rows))
     grid = figure.subplots(2, len(names), sharey=True, sharex="row", squeeze=False)
     for k, name in enumerate(names):
@@ -224,7 +223,7 @@ def draw(figure: Figure, rows: list[Row]) -> None:
 
 
 def _panel(axes: Axes, rows: list[Row], x: list[float]) -> None:
-    """Draw errors over `x`, the exact master first."""
+    """Draw errors over `x`; the first row is the exact master, a star, and meshes are a line."""
     from matplotlib.ticker import LogLocator, NullFormatter
 
     error = [row.worst_error or 0.0 for row in rows]
@@ -246,7 +245,7 @@ def _panel(axes: Axes, rows: list[Row], x: list[float]) -> None:
 
 
 def experiments(options: Options) -> tuple[Experiment, ...]:
-    """Return the experiments beyond the thesis."""
+    """Return the experiments beyond the thesis; they run when their `run` is called."""
     return (
         Experiment(
             "8-accuracy", "Accuracy against time", "beyond chapter 6",

@@ -48,7 +48,10 @@ _FEATURES = (
 
 
 def radius(directions: np.ndarray) -> np.ndarray:
-    """Distance (n,) of the skin from the origin along unit `directions` (n, 3), mm."""
+    """Return the distance (n,) of the skin from the origin along unit `directions` (n, 3), mm.
+
+    A smooth maximum of ellipsoids, of power `_BLEND`, with the bumps of the face in front.
+    """
     d = directions
     reach = np.zeros(len(d))
     for x, z, a, b, c in _ELLIPSOIDS:
@@ -68,7 +71,10 @@ def radius(directions: np.ndarray) -> np.ndarray:
 
 
 def skin_points() -> np.ndarray:
-    """(N_AROUND, N_DOWN, 3) points of the skin: round the z axis from the back, crown to base."""
+    """Return points (N_AROUND, N_DOWN, 3) of the skin, around z from the back, from crown to base.
+
+    The first and the last row are the same, and so are all points of either pole.
+    """
     around = np.linspace(-np.pi, np.pi, N_AROUND)
     # closer together on the face: a quarter of the turn is spread over more than a third
     around = around - 0.45 * np.sin(around)
@@ -83,7 +89,7 @@ def skin_points() -> np.ndarray:
 
 
 def skin_surface() -> Any:
-    """The skin as a bicubic B-spline through `skin_points`, periodic round the axis."""
+    """Return the skin as a bicubic B-spline through `skin_points`, smooth across its seam."""
     from OCP.collections import Array1_double, Array1_int, Array2_gp_Pnt
     from OCP.Geom import Geom_BSplineSurface
     from OCP.gp import gp_Pnt
@@ -114,7 +120,7 @@ def skin_surface() -> Any:
 
 
 def head_solid() -> Any:
-    """The whole head as a solid with one face."""
+    """Return the head, before any cut, as a solid with one face."""
     from OCP.BRep import BRep_Builder
     from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeFace
     from OCP.BRepLib import BRepLib
@@ -134,7 +140,7 @@ def head_solid() -> Any:
 def cylinder(
     origin: tuple[float, ...], axis: tuple[float, ...], radius: float, length: float
 ) -> Any:
-    """A solid cylinder."""
+    """Return a solid cylinder from `origin` along `axis`, mm."""
     from OCP.BRepPrimAPI import BRepPrimAPI_MakeCylinder
     from OCP.gp import gp_Ax2, gp_Dir, gp_Pnt
 
@@ -142,21 +148,21 @@ def cylinder(
 
 
 def joined(body: Any, tool: Any) -> Any:
-    """`body` and `tool` as one solid."""
+    """Return the union of `body` and `tool`."""
     from OCP.BRepAlgoAPI import BRepAlgoAPI_Fuse
 
     return BRepAlgoAPI_Fuse(body, tool).Shape()
 
 
 def cut(body: Any, tool: Any) -> Any:
-    """`body` less `tool`."""
+    """Return `body` without `tool`."""
     from OCP.BRepAlgoAPI import BRepAlgoAPI_Cut
 
     return BRepAlgoAPI_Cut(body, tool).Shape()
 
 
 def filleted(body: Any, radius: float, chosen: Callable[[np.ndarray], bool]) -> Any:
-    """`body` with those edges rounded whose sampled points (k, 3) are `chosen`."""
+    """Return `body` with the edges rounded for whose sampled points (9, 3) `chosen` is true."""
     from OCP.BRepAdaptor import BRepAdaptor_Curve
     from OCP.BRepFilletAPI import BRepFilletAPI_MakeFillet
     from OCP.TopAbs import TopAbs_EDGE
@@ -176,12 +182,9 @@ def filleted(body: Any, radius: float, chosen: Callable[[np.ndarray], bool]) -> 
     return maker.Shape()
 
 
-def _off_axis(points: np.ndarray) -> np.ndarray:
-    return np.hypot(points[:, 0] - NECK_X, points[:, 1])
-
-
 def _at_neck_root(points: np.ndarray) -> bool:
-    return np.allclose(_off_axis(points), NECK_RADIUS, atol=1e-3) and np.ptp(points[:, 0]) > 1.0
+    radii = np.hypot(points[:, 0] - NECK_X, points[:, 1])
+    return np.allclose(radii, NECK_RADIUS, atol=1e-3) and np.ptp(points[:, 0]) > 1.0
 
 
 def _at_neck_end(points: np.ndarray) -> bool:
@@ -203,8 +206,7 @@ def _at_recess(points: np.ndarray) -> bool:
 
 
 def headform() -> Any:
-    """The finished part, fillets made where their edges are still simple."""
-
+    """Return the finished part; each fillet is made while its edges are still simple."""
     head = cut(head_solid(), cylinder((BACK, 0.0, 0.0), (-1.0, 0.0, 0.0), 200.0, 100.0))
     head = filleted(head, 9.0, _on_back)
     head = joined(head, cylinder((NECK_X, 0.0, NECK_END), (0.0, 0.0, 1.0), NECK_RADIUS, 90.0))
@@ -219,7 +221,7 @@ def headform() -> Any:
 
 
 def only_solid(shape: Any) -> Any:
-    """The one solid in `shape`, checked by OpenCASCADE."""
+    """Return the one solid in `shape`; exit if there are more, or it is not valid."""
     from OCP.BRepCheck import BRepCheck_Analyzer
     from OCP.TopAbs import TopAbs_SOLID
     from OCP.TopExp import TopExp_Explorer
@@ -233,7 +235,10 @@ def only_solid(shape: Any) -> Any:
 
 
 def write_step(solid: Any, path: Path) -> None:
-    """Write `solid` in mm, the same bytes each time."""
+    """Write `solid` as STEP in mm, the same bytes each time; exit if it cannot be written.
+
+    Its folder is made, and OpenCASCADE's messages are silenced for the process.
+    """
     from OCP.APIHeaderSection import APIHeaderSection_MakeHeader
     from OCP.IFSelect import IFSelect_RetDone
     from OCP.Interface import Interface_Static

@@ -41,6 +41,9 @@ class RivalMesh(NamedTuple):
 def rival_meshes(body: Body, on: FloatArray, max_triangles: int) -> Iterator[RivalMesh]:
     """Yield meshes of `body`, one for each of `ERRORS`, coarse to fine.
 
+    Meshes finer than 1e-3 with more than `max_triangles` expected triangles, and all after them,
+    are estimates without a mesh.
+
     Parameters
     ----------
     on : (n, 3) points of the body at which the distance of a mesh is measured
@@ -64,7 +67,12 @@ def rival_meshes(body: Body, on: FloatArray, max_triangles: int) -> Iterator[Riv
 def _calibrated(
     body: Body, on: FloatArray, target: float, slack: float
 ) -> tuple[TriMesh, float, float]:
-    """Return a mesh with about the `target` error, its error, and tolerance over error."""
+    """Return a mesh with about the `target` error, its error, and tolerance over error.
+
+    The tolerance is `slack` times the target. If the error is off by more than `LOG_TOL`, a second
+    mesh is made by the measured slack, and the better of both is returned, so its error may still
+    be off. Errors are over the size of the body.
+    """
 
     def at(slack: float) -> tuple[TriMesh, float, float]:
         mesh = body.tessellate(target * slack * body.size)
@@ -79,7 +87,7 @@ def _calibrated(
 
 
 def hausdorff(mesh: TriMesh, on: FloatArray) -> float:
-    """Return the largest distance of the points `on` from the mesh."""
+    """Return the largest distance of the points `on` (n, 3) from the mesh: a one-sided bound."""
     return float(np.linalg.norm(on - mesh.project(on).point, axis=1).max())
 
 

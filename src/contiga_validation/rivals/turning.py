@@ -41,7 +41,11 @@ class Noise(NamedTuple):
 
 
 def noise(points: int = POINTS, turns: int = 361, finest: int = FINEST) -> Noise:
-    """Compute the force (stiffness 1) of a fixed cloud on a turning torus: ideally constant."""
+    """Return the force (stiffness 1) of a fixed cloud on a turning torus, for the torus and meshes.
+
+    It is constant on the exact torus. There are `turns` angles from 0 to `DEGREES`, and meshes of
+    the first `finest` errors.
+    """
     body = bodies()["torus"]
     cloud, on = _cloud(body, points)
     angles = np.linspace(0.0, np.deg2rad(DEGREES), turns)
@@ -78,7 +82,7 @@ def _force(master: Master, cloud: FloatArray, angle: float) -> float:
 
 
 def turning() -> Outcome:
-    """Return the experiment's outcome."""
+    """Run the experiment and return its outcome."""
     result = noise()
     spread = {name: result.spread(name) for name in result.force}
     rows = tuple((name, result.triangles.get(name), value) for name, value in spread.items())

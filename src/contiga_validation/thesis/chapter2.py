@@ -37,9 +37,10 @@ _FINE_U = np.linspace(0.0, 1.0, 4001)
 
 
 def cox_de_boor(knots: FloatArray, degree: int, u: FloatArray) -> FloatArray:
-    """Return (k, n) basis functions by the printed recursion (Eq. 2.2), with 0/0 = 0.
+    """Return (k, n) basis functions at `u` (k,) by the printed recursion (Eq. 2.2), with 0/0 = 0.
 
-    Independent of the kernels on purpose: they are checked against it.
+    Functions are right-continuous, except at the last knot. This is independent of the kernels on
+    purpose: they are checked against it.
     """
     basis = ((knots[:-1] <= u[:, None]) & (u[:, None] < knots[1:])).astype(np.float64)
     # the last span with a length is closed, so that the right end belongs to the curve
@@ -54,7 +55,7 @@ def cox_de_boor(knots: FloatArray, degree: int, u: FloatArray) -> FloatArray:
 
 
 def _ratio(numerator: FloatArray, denominator: FloatArray) -> FloatArray:
-    """Return the quotient, 0 where the denominator is 0."""
+    """Return the quotient, with broadcasting; 0 where the denominator is not positive."""
     out = np.zeros(np.broadcast_shapes(numerator.shape, denominator.shape))
     return np.divide(numerator, denominator, out=out, where=denominator > 0.0)
 
@@ -111,7 +112,14 @@ def _bases() -> Outcome:
 
 
 def _bases_claims(smallest: float, u: FloatArray, worst: list[float]) -> tuple[Claim, ...]:
-    bernstein = _bernstein_error(u)
+    # Errors of the recursion of 2.2.1 without and with an interior knot.
+    bernstein = []
+    for inner in ([], [0.5]):
+        knots = [np.concatenate([np.zeros(p + 1), inner, np.ones(p + 1)]) for p in (1, 2)]
+        low, high = (cox_de_boor(k, p, u) for p, k in enumerate(knots, start=1))
+        padded = np.pad(low, ((0, 0), (1, 1)))
+        short = (1.0 - u[:, None]) * padded[:, 1:] + u[:, None] * padded[:, :-1]
+        bernstein.append(float(np.abs(short - high).max()))
     return (
         Claim("The functions add up to 1.", worst[0] <= 1e-15, f"largest miss {worst[0]:.1e}"),
         Claim("No function is negative.", smallest >= 0.0, f"smallest value {smallest:.1e}"),
@@ -129,18 +137,6 @@ def _bases_claims(smallest: float, u: FloatArray, worst: list[float]) -> tuple[C
             "with an interior one",
         ),
     )
-
-
-def _bernstein_error(u: FloatArray) -> tuple[float, float]:
-    """Return the largest error of the short recursion without and with an interior knot."""
-    misses = []
-    for inner in ([], [0.5]):
-        knots = [np.concatenate([np.zeros(p + 1), inner, np.ones(p + 1)]) for p in (1, 2)]
-        low, high = (cox_de_boor(k, p, u) for p, k in enumerate(knots, start=1))
-        padded = np.pad(low, ((0, 0), (1, 1)))
-        short = (1.0 - u[:, None]) * padded[:, 1:] + u[:, None] * padded[:, :-1]
-        misses.append(float(np.abs(short - high).max()))
-    return misses[0], misses[1]
 
 
 def _draw_bases(figure: Figure) -> None:
@@ -225,7 +221,7 @@ def _draw_hull(figure: Figure) -> None:
 
 
 def _crossings(values: FloatArray) -> NDArray[np.intp]:
-    """Return (k,) sign changes along each row of (k, n) `values`."""
+    """Return the numbers (k,) of sign changes along the rows of `values` (k, n), zeros ignored."""
     signs = np.sign(values)
     return np.asarray((signs[:, 1:] * signs[:, :-1] < 0.0).sum(axis=1))
 

@@ -24,7 +24,11 @@ _U = np.linspace(0.0, 1.0, 2001)
 
 
 def boehm(curve: NurbsCurve, t: float, *, as_printed: bool = False) -> NurbsCurve:
-    """`curve` with the knot `t` inserted by Boehm's formula, or with its weights as printed."""
+    """Return `curve` with the knot `t` inserted by Boehm's formula.
+
+    `as_printed` swaps the two weights, as the thesis has them. Weights of control points are
+    dropped.
+    """
     p, knots, points = curve.degree, curve.knots, curve.control_points
     k = int(np.searchsorted(knots, t, side="right")) - 1
     new = np.empty((len(points) + 1, 3))
@@ -39,7 +43,7 @@ def boehm(curve: NurbsCurve, t: float, *, as_printed: bool = False) -> NurbsCurv
 
 
 def _distance(curve: NurbsCurve, other: NurbsCurve) -> float:
-    """Return the largest distance between points of two curves at the same parameters."""
+    """Return the largest distance of two curves at 2001 common parameters from 0 to 1."""
     return float(np.linalg.norm(curve.evaluate(_U) - other.evaluate(_U), axis=1).max())
 
 
@@ -129,6 +133,7 @@ def _insertion_claims(
 
 
 def _point_rows(before: NurbsCurve, after: NurbsCurve) -> tuple[tuple[float | None, ...], ...]:
+    """Return number, x and y of control points before and after; None where it is new."""
     rows = []
     for i, (x, y, _) in enumerate(after.control_points.tolist()):
         old = before.control_points[i, :2].tolist() if i < len(before.control_points) else None
@@ -151,7 +156,7 @@ def _draw_insertion(figure: Figure, after: NurbsCurve, title: str) -> None:
 
 
 def draw_basis_functions(axes: object, knots: FloatArray, degree: int) -> None:
-    """All basis functions on `knots`, which are ticked on the axis."""
+    """Draw all basis functions on `knots`, from 0 to 1, with ticks at the knots."""
     values = kv.basis(knots, degree, _U)[:, 0]
     for i, column in enumerate(values.T):
         axes.plot(_U, column, color=LINES[i % len(LINES)], lw=1.3)  # type: ignore[attr-defined]

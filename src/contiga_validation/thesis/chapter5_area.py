@@ -43,13 +43,13 @@ class Pair(NamedTuple):
     auto: FloatArray
     """Number of regions found, without a given number."""
     areas: dict[str, FloatArray]
-    """By clusters: "auto", "k = 1", "k = 2"."""
+    """Hull areas by the number of clusters: "auto", "k = 1", "k = 2"."""
     true: FloatArray
     """Area of the two strips, or of the single one after they join."""
 
 
 def two_cylinders() -> Pair:
-    """Compute regions and areas of two cylinders that sink into a flat master."""
+    """Run two cylinders that sink into a flat master; return regions, gaps and areas by step."""
     simulation = simulation_of("two_cylinders")
     run = run_simulation(simulation)
     areas = {"auto": run.history["area"]}
@@ -169,7 +169,7 @@ class AreaTable(NamedTuple):
     strip: FloatArray
     """Area of the cylinder's section with the master, closed form."""
     areas: dict[str, FloatArray]
-    """By method."""
+    """Areas by method."""
 
 
 def methods() -> dict[str, AreaMethod]:
@@ -185,22 +185,25 @@ def methods() -> dict[str, AreaMethod]:
 
 
 def skin(points: FloatArray) -> Slave:
-    """Return the cloud with facets on its lower half, the side that meets the master."""
+    """Return the cloud with facets on its lower half, the side that meets the master.
+
+    All points take part in contact.
+    """
     facets = ring_facets(ROWS, len(points) // ROWS, range(-2, 3))
     return Slave(points, facets, active=np.ones(len(points), bool))
 
 
 def strip_area(height: FloatArray) -> FloatArray:
-    """Return the area of a plane covered by a cylinder with its axis at `height` above it.
+    """Return areas (n,) of a plane covered by a cylinder with its axis at `height` (n,) above it.
 
-    The chord at the plane, or the full width once the axis is through, times the length.
+    An area is the chord at the plane, or the full width once the axis is through, times the length.
     """
     depth = np.clip(height, 0.0, RADIUS)
     return 2.0 * np.sqrt(RADIUS**2 - depth**2) * LENGTH
 
 
 def area_table() -> AreaTable:
-    """Compute counts, true areas and the areas of every method at steps 6 to 14."""
+    """Run the cylinder by every method; return counts and areas at steps 6 to 14."""
     simulation = simulation_of("cylinder_flat")
     slave = skin(slave_of(simulation).points)
     runs = {

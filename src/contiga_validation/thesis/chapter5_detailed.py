@@ -17,7 +17,6 @@ from contiga_validation.engine.experiment import Claim, Experiments, Outcome, Pi
 from contiga_validation.thesis.play import SceneRun, run_scene
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
 EXPERIMENTS = Experiments()
@@ -28,7 +27,10 @@ TABLE_5_1 = (20, 60, 80, 100, 100, 100, 100, 60, 40)
 
 
 def foot_errors(run: SceneRun) -> tuple[float, float]:
-    """Return the largest tangential miss of feet and error of penetrations, over the size."""
+    """Return the largest tangential miss of feet and the largest error of penetrations in contact.
+
+    Both are over the size of the master.
+    """
     miss = length = 0.0
     for k, state in enumerate(run.states):
         on = state.in_contact
@@ -109,13 +111,13 @@ def _flat() -> Outcome:
 
 
 def _beyond(points: FloatArray) -> NDArray[np.bool_]:
-    """Return (n,) which points are not over the master 0 ≤ x ≤ 4, 0 ≤ y ≤ 3."""
+    """Return a mask (n,) of the points that are not over the master 0 ≤ x ≤ 4, 0 ≤ y ≤ 3."""
     x, y, _ = points.T
     return np.asarray((x < 0.0) | (x > 4.0) | (y < 0.0) | (y > 3.0))
 
 
 def _side(state: State) -> NDArray[np.float64]:
-    """Return (n,) −1 for a foot on the left bump, 1 on the right one, 0 without contact."""
+    """Return −1 for a foot on the left bump, 1 on the right one, 0 without contact, (n,)."""
     return np.where(state.in_contact, np.sign(state.foot[:, 0] - 2.0), 0.0)
 
 
@@ -134,7 +136,9 @@ def _bumpy() -> Outcome:
     run = run_scene("out_of_boundary")
     states = run.states
     beyond = [_beyond(run.places[k]) for k in range(len(states))]
-    touched = sum(int((s.in_contact & b).sum()) for s, b in zip(states, beyond, strict=True))
+    n_beyond_in_contact = sum(
+        int((s.in_contact & b).sum()) for s, b in zip(states, beyond, strict=True)
+    )
     low = [int((b & (run.places[k][:, 2] < 0.35)).sum()) for k, b in enumerate(beyond)]
     rows = tuple(
         (
@@ -172,7 +176,7 @@ def _bumpy() -> Outcome:
                 (5.6, 3.8),
             ),
         ),
-        claims=_bumpy_claims(run, rows, touched),
+        claims=_bumpy_claims(run, rows, n_beyond_in_contact),
         difference=(
             "The thesis gives the knots and the number of control points of its master, not their "
             "heights; two bumps are designed here."
@@ -180,18 +184,22 @@ def _bumpy() -> Outcome:
     )
 
 
-def _bumpy_claims(run: SceneRun, rows: tuple[BumpyRow, ...], touched: int) -> tuple[Claim, ...]:
+def _bumpy_claims(
+    run: SceneRun, rows: tuple[BumpyRow, ...], n_beyond_in_contact: int
+) -> tuple[Claim, ...]:
     states = run.states
     changed = sum(int((_side(a) * _side(b) < 0.0).sum()) for a, b in pairwise(states))
     miss, length = foot_errors(run)
     peak = int(np.argmax(run.history["n_contact"]))
     _, _, left, right, _, low = rows[peak]
-    between = _between(states[peak])
+    # Gap in x between the feet on the two bumps.
+    x = states[peak].foot[states[peak].in_contact, 0]
+    between = float(x[x > 2.0].min() - x[x < 2.0].max())
     return (
         Claim(
             "Points beyond the border have no projection and are never in contact.",
-            touched == 0 and low > 100,
-            f"{touched} in contact, of {low} that are low enough at t = {peak}",
+            n_beyond_in_contact == 0 and low > 100,
+            f"{n_beyond_in_contact} in contact, of {low} that are low enough at t = {peak}",
         ),
         Claim(
             "The projections fall into two separate groups.",
@@ -209,12 +217,6 @@ def _bumpy_claims(run: SceneRun, rows: tuple[BumpyRow, ...], touched: int) -> tu
             f"within {miss:.1e} and {length:.1e} of the master's size",
         ),
     )
-
-
-def _between(state: State) -> float:
-    """Return the gap in x between the feet on the two bumps."""
-    x = state.foot[state.in_contact, 0]
-    return float(x[x > 2.0].min() - x[x < 2.0].max())
 
 
 def _draw_feet(figure: Figure) -> None:
@@ -309,7 +311,7 @@ def _draw_sliding(figure: Figure) -> None:
         points, on = run.places[k], run.states[k].in_contact
         axes.plot(*points[on, :2].T, "o", color=CONTACT, ms=2.6)
         axes.plot(*points[~on, :2].T, "o", color=FREE, ms=2.6)
-        _square(axes, points[slid_off])
+        axes.plot(*points[slid_off, :2].T, "s", ms=9.0, mfc="none", mec="#21262d", mew=1.0)
         axes.annotate(
             "", (-0.15, 0.4), (0.05, 0.3), arrowprops={"arrowstyle": "-|>", "color": "#21262d"}
         )
@@ -317,16 +319,11 @@ def _draw_sliding(figure: Figure) -> None:
         axes.set(xlim=(-1.15, 0.55), ylim=(-0.55, 0.55))
 
 
-def _square(axes: Axes, points: FloatArray) -> None:
-    """Draw a square around each point."""
-    axes.plot(*points[:, :2].T, "s", ms=9.0, mfc="none", mec="#21262d", mew=1.0)
-
-
 # ---------------------------------------------------------------- pictures in space
 
 
 def _panels(figure: Figure, name: str, steps: Sequence[int]) -> None:
-    """Draw the scene at some steps, in two rows."""
+    """Run the scene `name` and draw it at some steps, in two rows of panels."""
     run = run_scene(name)
     flat = name == "cylinder_flat"
     towards = (-0.5, 0.8, -0.28) if flat else (-0.35, 0.75, -0.55)

@@ -26,7 +26,7 @@ CONTACT, FREE, OTHER = LINES[1], LINES[0], LINES[2]
 
 
 def _closest(run: SceneRun) -> tuple[list[FloatArray], list[FloatArray]]:
-    """Return by step (n, 3) closest points and (n,) depths of the points in contact."""
+    """Return closest points (n, 3) and depths by them (n,), by step; 0 without contact."""
     points, depths = [], []
     for k, state in enumerate(run.states):
         feet = run.body.project(run.places[k])
@@ -38,7 +38,7 @@ def _closest(run: SceneRun) -> tuple[list[FloatArray], list[FloatArray]]:
 def _leaps(run: SceneRun) -> tuple[float, float, float]:
     """Return the largest changes of depth, foot and closest point in a step, over the displacement.
 
-    Of nodes that are in contact before and after the step.
+    Only nodes that are in contact before and after the step count.
     """
     closest, _ = _closest(run)
     worst = np.zeros(3)
@@ -54,8 +54,11 @@ def _leaps(run: SceneRun) -> tuple[float, float, float]:
     return float(worst[0]), float(worst[1]), float(worst[2])
 
 
-def _turned(run: SceneRun) -> list[int]:
-    """Per step, how many points in contact are closest to another part that faces away."""
+def _count_facing_away(run: SceneRun) -> list[int]:
+    """Return, by step, the number of points in contact whose closest point faces the other way.
+
+    The normal there has a negative product with the normal at the foot.
+    """
     out = []
     for k, state in enumerate(run.states):
         normal = run.body.project(run.places[k]).normal
@@ -79,7 +82,7 @@ closest points."""
 )
 def _curve_sequence() -> Outcome:
     run = run_scene("curve_sequence")
-    turned = _turned(run)
+    n_facing_away = _count_facing_away(run)
     _, closest = _closest(run)
     rows = tuple(
         (
@@ -87,7 +90,7 @@ def _curve_sequence() -> Outcome:
             state.n_contact,
             int((state.status == ContactStatus.NEW).sum()),
             int((state.status == ContactStatus.RELEASED).sum()),
-            turned[k],
+            n_facing_away[k],
             float(state.max_penetration),
             float(closest[k].max()),
         )
@@ -138,7 +141,7 @@ def _curve_sequence() -> Outcome:
 
 
 def _sequence_claims(rows: tuple[SequenceRow, ...]) -> tuple[Claim, ...]:
-    _, counts, _, released, turned, *_ = zip(*rows, strict=True)
+    _, counts, _, released, n_facing_away, *_ = zip(*rows, strict=True)
     return (
         Claim(
             "No contact in the first steps, then two nodes, then a third.",
@@ -152,15 +155,21 @@ def _sequence_claims(rows: tuple[SequenceRow, ...]) -> tuple[Claim, ...]:
         ),
         Claim(
             "At t = 6 local and global minimum differ, at t = 7 they are the same again.",
-            turned[6] > 0 and turned[7] == 0,
-            f"{turned[6]} nodes closest to the other branch at t = 6, {turned[7]} at t = 7",
+            n_facing_away[6] > 0 and n_facing_away[7] == 0,
+            f"{n_facing_away[6]} nodes closest to the other branch at t = 6, "
+            f"{n_facing_away[7]} at t = 7",
         ),
     )
 
 
 def _following_claims(run: SceneRun) -> tuple[Claim, ...]:
     leap, shift, jump = _leaps(run)
-    drop = _drop(run)
+    # Largest excess of a followed depth over the depth by the closest point.
+    _, closest = _closest(run)
+    drop = max(
+        float((state.penetration - depth).max())
+        for state, depth in zip(run.states, closest, strict=True)
+    )
     upwards = all((state.normal[state.in_contact, 1] < 0.0).all() for state in run.states)
     return (
         Claim(
@@ -175,15 +184,6 @@ def _following_claims(run: SceneRun) -> tuple[Claim, ...]:
             f"a foot moves by at most {shift:.2f} of the way its node goes, a closest point by "
             f"{jump:.1f} of it; by the closest point a node would be {drop:.3f} less deep",
         ),
-    )
-
-
-def _drop(run: SceneRun) -> float:
-    """How much less deep the deepest node seems by its closest point, at most."""
-    _, closest = _closest(run)
-    return max(
-        float((state.penetration - depth).max())
-        for state, depth in zip(run.states, closest, strict=True)
     )
 
 
@@ -236,7 +236,7 @@ def _draw_depths(figure: Figure) -> None:
 )
 def _space() -> Outcome:
     run = run_scene("point_in_space")
-    turned = _turned(run)
+    n_facing_away = _count_facing_away(run)
     _, closest = _closest(run)
     rows = tuple(
         (
@@ -244,7 +244,7 @@ def _space() -> Outcome:
             float(run.places[k][0, 2]),
             float(state.max_penetration),
             float(closest[k][0]),
-            "top" if turned[k] else ("bottom" if state.n_contact else "–"),
+            "top" if n_facing_away[k] else ("bottom" if state.n_contact else "–"),
         )
         for k, state in enumerate(run.states)
     )
@@ -272,23 +272,23 @@ def _space() -> Outcome:
                 (6.2, 3.0),
             ),
         ),
-        claims=_space_claims(run, turned),
+        claims=_space_claims(run, n_facing_away),
         difference="The body is designed: an ellipsoid with half axes 2, 1.4 and 0.4.",
     )
 
 
-def _space_claims(run: SceneRun, turned: list[int]) -> tuple[Claim, ...]:
+def _space_claims(run: SceneRun, n_facing_away: list[int]) -> tuple[Claim, ...]:
     leap, _, jump = _leaps(run)
     inside = [k for k, state in enumerate(run.states) if state.n_contact]
     below = all(run.states[k].normal[0, 2] < -0.9 for k in inside)
     x, y, z = np.array([run.states[k].foot[0] for k in inside]).T
     on = float(np.abs((x / 2.0) ** 2 + (y / 1.4) ** 2 + (z / 0.4) ** 2 - 1.0).max())
-    first = turned.index(1)
+    first = n_facing_away.index(1)
     return (
         Claim(
             "The foot stays on the side the point came in by, when the closest point no "
             "longer does.",
-            below and first > inside[0] and all(turned[first:]),
+            below and first > inside[0] and all(n_facing_away[first:]),
             f"in contact from t = {inside[0]}, closest to the top from t = {first}",
         ),
         Claim(
@@ -302,7 +302,7 @@ def _space_claims(run: SceneRun, turned: list[int]) -> tuple[Claim, ...]:
 
 def _draw_space(figure: Figure) -> None:
     run = run_scene("point_in_space")
-    k = _turned(run).index(1) + 1
+    k = _count_facing_away(run).index(1) + 1
     state, point = run.states[k], run.places[k][0]
     before, foot = run.states[k - 1].foot[0], state.foot[0]
     closest = run.body.project(point[None]).point[0]

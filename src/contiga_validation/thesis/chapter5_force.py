@@ -34,24 +34,27 @@ STIFFER = 3.0
 
 @dataclass(frozen=True)
 class SharedArea:
-    """An area known beforehand, shared alike by the points in contact.
+    """Area method with given total areas, shared equally by the points in contact.
 
     Parameters
     ----------
-    of_count : the area for a number of points in contact
+    of_count : the area by the number of points in contact
     """
 
     of_count: dict[int, float]
 
     def measure(self, inp: AreaInput) -> Areas:
-        """The same share for every point."""
+        """Return an equal share of the total area for each point, all in cluster 0.
+
+        An unknown number of points raises a KeyError.
+        """
         n = len(inp.rows)
         share = self.of_count[n] / n if n else 0.0
         return Areas(np.full(n, share), np.zeros(n, np.int32), "master")
 
 
 def kinds() -> dict[str, AreaMethod]:
-    """The areas of Fig. 5.25 and 5.27; the thesis' own, of Table 5.1, are the last."""
+    """Return the area methods of Fig. 5.25 and 5.27 by name, with the thesis' own areas last."""
     true = {20: TRUE[0], 40: TRUE[-1], 60: 0.4, 80: 0.4, 100: 0.4}
     thesis = {20: THESIS[0], 40: THESIS[-1], 60: 0.394, 80: 0.394, 100: 0.394}
     return {
@@ -68,24 +71,24 @@ class Forces(NamedTuple):
     runs: dict[str, SceneRun]
 
     def nodal(self, name: str) -> tuple[FloatArray, FloatArray]:
-        """Penetrations and forces of the points in contact, all steps in a row."""
+        """Return penetrations and forces (n,) of points in contact at steps 6 to 14, in a row."""
         states = [self.runs[name].states[k] for k in STEPS]
         depth = [state.penetration[state.in_contact] for state in states]
         force = [np.linalg.norm(state.force[state.in_contact], axis=1) for state in states]
         return np.concatenate(depth), np.concatenate(force)
 
     def total(self, name: str) -> FloatArray:
-        """Total force at steps 6 to 14."""
+        """Return the total force (9,) at steps 6 to 14."""
         return self.runs[name].history["force"][STEPS.start : STEPS.stop]
 
     def depth(self) -> FloatArray:
-        """Largest penetration at steps 6 to 14."""
+        """Return the largest penetration (9,) at steps 6 to 14."""
         run = self.runs["analytic"]
         return run.history["max_penetration"][STEPS.start : STEPS.stop]
 
 
 def forces(law: ForceLaw | StressLaw) -> Forces:
-    """The cylinder through the flat master by one law."""
+    """Run the cylinder through the flat master by one law, with each of `kinds`."""
     simulation = simulation_of("cylinder_flat")
     runs = {
         name: run_simulation(variant(simulation, law=law, area=area))
@@ -105,11 +108,11 @@ def forces(law: ForceLaw | StressLaw) -> Forces:
     "nodal forces by the approximated area are within O(1e-12) of those by the analytic one.",
 )
 def _force_model() -> Outcome:
-    found = forces(ForceLaw(COEFFICIENT, share="penetration"))
-    depth = found.depth()
-    totals = {name: found.total(name) for name in found.runs}
+    model = forces(ForceLaw(COEFFICIENT, share="penetration"))
+    depth = model.depth()
+    totals = {name: model.total(name) for name in model.runs}
     rows = [
-        (k, float(depth[i]), *(float(totals[name][i]) for name in found.runs))
+        (k, float(depth[i]), *(float(totals[name][i]) for name in model.runs))
         for i, k in enumerate(STEPS)
     ]
     return Outcome(
@@ -117,17 +120,17 @@ def _force_model() -> Outcome:
             Table(
                 "5.24",
                 "Force model, coefficient 0.5: total force by kind of area.",
-                ("step", "largest penetration", *(f"F, {name}" for name in found.runs)),
+                ("step", "largest penetration", *(f"F, {name}" for name in model.runs)),
                 tuple(rows),
             ),
         ),
         pictures=(
-            Picture("5.24", "F over the largest penetration.", lambda f: _draw_total(f, found),
+            Picture("5.24", "F over the largest penetration.", lambda f: _draw_total(f, model),
                     (4.8, 3.2)),
-            Picture("5.25", _CAPTION_NODAL, lambda f: _draw_nodal(f, found), (7.8, 3.0)),
-            Picture("5.26", _CAPTION_DELTA, lambda f: _draw_delta(f, found), (5.6, 3.2)),
+            Picture("5.25", _CAPTION_NODAL, lambda f: _draw_nodal(f, model), (7.8, 3.0)),
+            Picture("5.26", _CAPTION_DELTA, lambda f: _draw_delta(f, model), (5.6, 3.2)),
         ),
-        claims=_force_model_claims(depth, found, totals),
+        claims=_force_model_claims(depth, model, totals),
         difference=(
             "Eq. 3.3 divides by the sum of penetration times area: an area that is the same at "
             "all points drops out. So the difference of 1e-12 says nothing about the area, and the "
@@ -143,7 +146,7 @@ def _force_model_claims(
 ) -> tuple[Claim, ...]:
     line = max(float(np.abs(total - COEFFICIENT * depth).max()) for total in totals.values())
     reference = model.nodal("analytic")[1]
-    apart = {n: float(np.abs(model.nodal(n)[1] - reference).max()) for n in model.runs}
+    differences = {n: float(np.abs(model.nodal(n)[1] - reference).max()) for n in model.runs}
     return (
         Claim(
             "The total force is linear in the largest penetration, whatever the area.",
@@ -152,14 +155,14 @@ def _force_model_claims(
         ),
         Claim(
             "Approximated area: nodal forces within O(1e-12) of those by the analytic area.",
-            apart["approximated"] < 1e-12,
-            f"largest difference {apart['approximated']:.1e}",
+            differences["approximated"] < 1e-12,
+            f"largest difference {differences['approximated']:.1e}",
         ),
         Claim(
             "A constant nodal area gives the same forces in this model (against the thesis).",
-            apart["constant 0.1"] < 1e-12,
-            f"largest difference {apart['constant 0.1']:.1e}; with the thesis' own areas "
-            f"{apart[OWN]:.1e}",
+            differences["constant 0.1"] < 1e-12,
+            f"largest difference {differences['constant 0.1']:.1e}; with the thesis' own areas "
+            f"{differences[OWN]:.1e}",
         ),
     )
 
@@ -206,7 +209,7 @@ def _draw_steps(axes: Axes, run: SceneRun) -> None:
 
 
 def step_colour(share: float) -> tuple[float, float, float]:
-    """A colour from dark blue (0) over green to orange (1), told apart in grey too."""
+    """Return a colour from dark blue (0) over green to orange (1), distinct in grey, too."""
     stops = np.array(
         [[0.13, 0.22, 0.45], [0.16, 0.50, 0.55], [0.52, 0.72, 0.38], [0.93, 0.64, 0.2]]
     )
@@ -319,7 +322,10 @@ class TypeRow(NamedTuple):
 
 
 def contact_types() -> tuple[list[TypeRow], str]:
-    """Total force by contact type at step 10, and what the force model says to "combined"."""
+    """Return area and force by contact type at step 10, and the error of the force model.
+
+    That is its message about the type "combined"; empty if it is accepted.
+    """
     simulation = simulation_of("cylinder_flat")
     law, own = StressLaw(MODULUS, THICKNESS), StressLaw(STIFFER * MODULUS, 2.0 * THICKNESS)
     rows = []

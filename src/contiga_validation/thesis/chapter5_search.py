@@ -1,4 +1,4 @@
-"""Section 5.2, first part: which side points are on, and where a path meets a curve."""
+"""Section 5.2, first part: the sides of points, and intersections of a path with a curve."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ _POINT = np.array([0.6, 0.45, 1.25])
 
 
 def _height(points: FloatArray) -> FloatArray:
-    """(n,) height of points over `_HILLS`, whose x and y are linear in its parameters."""
+    """Return heights (n,) of points over `_HILLS`, whose x and y are linear in its parameters."""
     foot = _HILLS.evaluate(np.column_stack([points[:, 0] / 4.0 + 0.5, points[:, 1] / 3.0 + 0.5]))
     return np.asarray(points[:, 2] - foot[:, 2])
 
@@ -104,8 +104,8 @@ def _draw_grouping(figure: Figure) -> None:
     view.dots(_POINT, ms=6.0, color=FREE).text(_POINT, "P")
     p = foot.point[0]
     view.lines([_POINT, p], color=FREE, ls=":")
-    for way, name in ((foot.normal[0], "N"), (first[1, 0], "$S_u$"), (first[0, 1], "$S_v$")):
-        tip = p + 0.75 * way / np.linalg.norm(way)
+    for direction, name in ((foot.normal[0], "N"), (first[1, 0], "$S_u$"), (first[0, 1], "$S_v$")):
+        tip = p + 0.75 * direction / np.linalg.norm(direction)
         view.arrow(p, tip).text(tip, name)
     view.show()
     figure.legend(loc="upper right", ncols=2, handletextpad=0.2)
@@ -117,17 +117,18 @@ _PATH = np.array([[1.3, 2.4, 0.0], [2.2, 0.35, 0.0]])
 
 
 class Entry(NamedTuple):
-    """Where the path enters the curve: the first hit, and what another solver finds."""
+    """Entry of the path into the curve: the first hit, and the roots of another solver."""
 
     hit: Hit
-    """With the curve's parameter from its other end: solids lie to the left."""
+    """First hit, with the parameter of the reversed curve: solids lie to the left."""
     roots: list[FloatArray]
-    """Each (u on the curve, share of the path), from every start that ended in one."""
+    """(u on the curve, share of the path) from each start that ended in a root."""
     starts: int
+    """Number of starts."""
 
     @property
     def share(self) -> float:
-        """Of the path, up to the first hit."""
+        """Share of the path up to the first hit."""
         return float(self.hit.fraction[0])
 
     @property
@@ -137,22 +138,23 @@ class Entry(NamedTuple):
 
 
 def _entry(curve: NurbsCurve) -> Entry:
+    """Intersect `_PATH` with a curve by `first_hit`, and by scipy's fsolve from 41 starts."""
     from scipy.optimize import fsolve
 
     a, b = _PATH
 
-    def apart(x: FloatArray) -> FloatArray:
+    def offset(x: FloatArray) -> FloatArray:
         return (a + x[1] * (b - a) - curve.evaluate(np.clip(x[0], 0.0, 1.0))[0])[:2]
 
     starts = np.linspace(0.0, 1.0, 41)
-    roots = [fsolve(apart, (u, 0.5), xtol=1e-13, full_output=True)[0] for u in starts]
-    good = [r for r in roots if np.abs(apart(r)).max() < 1e-12 and 0.0 <= r[1] <= 1.0]
+    roots = [fsolve(offset, (u, 0.5), xtol=1e-13, full_output=True)[0] for u in starts]
+    good = [r for r in roots if np.abs(offset(r)).max() < 1e-12 and 0.0 <= r[1] <= 1.0]
     hit = Body.from_profile(curve.reversed()).first_hit(a[None], b[None])
     return Entry(hit, good, len(starts))
 
 
 def _least_as_printed(curve: NurbsCurve) -> float:
-    """Least squared distance where line and curve have one parameter, as in Eq. 4.6."""
+    """Return the least squared distance of line and curve at one parameter, as in Eq. 4.6."""
     from scipy.optimize import minimize_scalar
 
     a, b = _PATH
@@ -175,9 +177,9 @@ def _least_as_printed(curve: NurbsCurve) -> float:
 )
 def _intersection() -> Outcome:
     curve = weighted(2.0)
-    found = _entry(curve)
+    line_entry = _entry(curve)
     return Outcome(
-        tables=(_intersection_table(found),),
+        tables=(_intersection_table(line_entry),),
         pictures=(
             Picture(
                 "5.13",
@@ -188,7 +190,7 @@ def _intersection() -> Outcome:
                 (6.4, 3.8),
             ),
         ),
-        claims=_intersection_claims(found, _least_as_printed(curve)),
+        claims=_intersection_claims(line_entry, _least_as_printed(curve)),
         difference=(
             "A line and a curve meet at different parameters of their own, so two unknowns are "
             "needed, and three for a surface (u, v and the place on the path). contiga solves "
@@ -242,7 +244,8 @@ def _draw_intersection(figure: Figure) -> None:
     a, b = _PATH
     body = Body.from_profile(curve.reversed())
     hit = body.first_hit(a[None], b[None])
-    foot = _followed(body, b, hit)
+    start = body.project(hit.point)
+    foot = body.project(b[None], start=start, mode="track").point[0]
     draw_curve(axes, curve, label="NURBS curve")
     axes.plot(*_PATH[:, :2].T, color=LINES[5], marker="o", label="path of the point")
     axes.plot(*hit.point[0, :2], "o", ms=8, mfc="none", mec=CONTACT, mew=1.8, label="first hit")
@@ -251,9 +254,3 @@ def _draw_intersection(figure: Figure) -> None:
     for at, name in ((a, "$P_{i-1}$"), (b, "$P_i$")):
         axes.annotate(name, at[:2], xytext=(6, 4), textcoords="offset points")
     axes.legend(loc="upper right")
-
-
-def _followed(body: Body, point: FloatArray, hit: Hit) -> FloatArray:
-    """Foot of `point`, continued from where its path entered."""
-    start = body.project(hit.point)
-    return body.project(point[None], start=start, mode="track").point[0]

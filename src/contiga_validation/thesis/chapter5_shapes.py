@@ -56,15 +56,19 @@ def _shapes() -> Outcome:
 
     bilinear, extruded, ruled, cylinder = (surface for _, surface in _catalogue())
     wave = NurbsCurve(2, extruded.knots[0], extruded.control_points[:, 0])
-    flat = dblquad(
-        lambda v, u: np.hypot(np.hypot(*_slope(u, v)), 1.0) * 4.0, 0, 1, 0, 1, epsabs=1e-12
-    )
+
+    def area_element(v: float, u: float) -> float:
+        # z = 0.8 (u + v − 2uv) with x = 2u, y = 2v
+        slopes = 0.4 * (1.0 - 2.0 * v), 0.4 * (1.0 - 2.0 * u)
+        return float(np.hypot(np.hypot(*slopes), 1.0) * 4.0)
+
+    flat = dblquad(area_element, 0, 1, 0, 1, epsabs=1e-12)
     rows = (
         ("bilinear", bilinear.area(), float(flat[0])),
         ("extruded", extruded.area(), wave.length() * 2.5),
         ("cylinder", cylinder.area(), 2.0 * pi * 2.4),
     )
-    worst = max(abs(ours / true - 1.0) for _, ours, true in rows)
+    worst = max(abs(measured / true - 1.0) for _, measured, true in rows)
     return Outcome(
         tables=(
             Table(
@@ -113,11 +117,6 @@ def _shapes_claims(cylinder: NurbsSurface, ruled: NurbsSurface, worst: float) ->
     )
 
 
-def _slope(u: float, v: float) -> tuple[float, float]:
-    """∂z/∂x and ∂z/∂y of the bilinear patch z = 0.8 (u + v − 2uv) with x = 2u, y = 2v."""
-    return 0.4 * (1.0 - 2.0 * v), 0.4 * (1.0 - 2.0 * u)
-
-
 def _draw_shapes(figure: Figure) -> None:
     for axes, (name, surface) in zip(figure.subplots(2, 2).flat, _catalogue(), strict=True):
         view = View(axes, surface.control_points, shape=(600, 442))
@@ -129,7 +128,7 @@ def _draw_shapes(figure: Figure) -> None:
 
 
 def _off_torus(points: FloatArray) -> float:
-    """Largest distance of points from the torus, in closed form."""
+    """Return the largest distance of points (n, 3) from the torus, in closed form."""
     ring = np.hypot(points[:, 0], points[:, 1]) - MAJOR
     return float(np.abs(np.hypot(ring, points[:, 2]) - MINOR).max())
 
@@ -146,7 +145,7 @@ def _torus() -> Outcome:
     area = 4.0 * pi**2 * MAJOR * MINOR
     miss = abs(TORUS.area() / area - 1.0)
     cloud = clouds.sample(TORUS, 10, 10)
-    apart = len(np.unique(np.round(cloud, 9), axis=0))
+    n_distinct = len(np.unique(np.round(cloud, 9), axis=0))
     on = _off_torus(cloud)
     return Outcome(
         pictures=(
@@ -168,7 +167,7 @@ def _torus() -> Outcome:
             Claim(
                 "Ten parameters in u times ten in v are 100 slave points on the torus.",
                 len(cloud) == 100 and on <= 1e-14,
-                f"{len(cloud)} points within {on:.1e}; {apart} places, as the two seams are "
+                f"{len(cloud)} points within {on:.1e}; {n_distinct} places, as the two seams are "
                 "sampled from both sides",
             ),
         ),
@@ -245,6 +244,7 @@ _MOVES: tuple[tuple[str, str], ...] = (
 
 
 def _moved(surface: NurbsSurface, how: str) -> NurbsSurface:
+    """Return a surface translated, scaled, or rotated by 60° about the axis `how`."""
     if how == "translated":
         return surface.translated((2.5, 2.0, 1.0))
     if how == "scaled":
@@ -253,7 +253,7 @@ def _moved(surface: NurbsSurface, how: str) -> NurbsSurface:
 
 
 def _by_hand(points: FloatArray, how: str) -> FloatArray:
-    """The same moves of points, written out."""
+    """Return points (n, 3) moved as by `_moved`, with the transformation written out."""
     if how == "translated":
         return points + np.array([2.5, 2.0, 1.0])
     if how == "scaled":
@@ -283,7 +283,7 @@ def _moves() -> Outcome:
         miss = float(np.abs(after.evaluate(uv) - _by_hand(before, how)).max())
         rows.append((name, miss, after.area() / area))
     worst = max(row[1] for row in rows)
-    kept = max(
+    area_error = max(
         abs(row[2] - (0.25 if how == "scaled" else 1.0))
         for row, (how, _) in zip(rows, _MOVES, strict=True)
     )
@@ -313,8 +313,8 @@ def _moves() -> Outcome:
             Claim(
                 "Its shape stays: translation and rotation keep the area, scaling by s gives s² of "
                 "it.",
-                kept <= 1e-10,
-                f"largest relative difference {kept:.1e}",
+                area_error <= 1e-10,
+                f"largest relative difference {area_error:.1e}",
             ),
         ),
         difference="The thesis gives neither distances nor angles.",

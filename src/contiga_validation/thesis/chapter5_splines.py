@@ -112,14 +112,17 @@ def _bspline_curve_claims() -> tuple[Claim, ...]:
 
 
 def _jumps(knots: np.ndarray) -> tuple[float, float]:
-    """Largest jump of a first, least (over the knots) largest jump of a second derivative."""
+    """Return the largest jump of a first derivative of the quadratic basis at an inner knot.
+
+    The second number is the smallest, over the knots, of the largest jump of a second derivative.
+    """
     inner, step = np.unique(knots)[1:-1], 1e-9
     gap = np.abs(kv.basis(knots, 2, inner, 2) - kv.basis(knots, 2, inner - step, 2)).max(axis=2)
     return float(gap[:, 1].max()), float(gap[:, 2].min())
 
 
 def draw_basis(figure: Figure, knots: np.ndarray, order: int) -> None:
-    """Basis functions of degree 2 and their derivatives up to `order`, one row each."""
+    """Draw basis functions of degree 2 and their derivatives up to `order`, one row each."""
     names = ("$B_{i,2}(u)$", "$B'_{i,2}(u)$", "$B''_{i,2}(u)$")
     breaks, panels = np.unique(knots), figure.subplots(order + 1, 1, sharex=True)
     for k, axes in enumerate(panels):
@@ -155,7 +158,10 @@ def _draw_bspline(figure: Figure) -> None:
 
 
 def weighted(second: float | None) -> NurbsCurve:
-    """The curve of Fig. 5.6 and 5.7; `second` is the weight of its second point, None for all 1."""
+    """Return the curve of Fig. 5.6 and 5.7 with the weight `second` of its second point.
+
+    The fifth and the eighth point have the weight 1.5; for None all weights are 1.
+    """
     weights = np.ones(10)
     if second is not None:
         weights[[1, 4, 7]] = second, 1.5, 1.5
@@ -231,12 +237,12 @@ def _weights_claims(
 
 
 def _pull_claims(plain_curve: NurbsCurve, two: FloatArray, five: FloatArray) -> tuple[Claim, ...]:
-    """Of the second weight, raised from 2 to 5: it moves points straight to its control point."""
+    """Return the claims on the second weight, raised from 2 to 5."""
     pull, to_point = five - two, plain_curve.control_points[1] - two
     miss = np.linalg.norm(np.cross(pull, to_point), axis=1).max()
     towards = (pull * to_point).sum(axis=1).min()
-    moved = np.flatnonzero(np.linalg.norm(pull, axis=1) > 1e-14)
-    span = float(_FINE[moved[0]]), float(_FINE[moved[-1]])
+    moved_rows = np.flatnonzero(np.linalg.norm(pull, axis=1) > 1e-14)
+    span = float(_FINE[moved_rows[0]]), float(_FINE[moved_rows[-1]])
     share = _pulled(plain_curve, 5.0)
     return (
         Claim(
@@ -258,7 +264,7 @@ def _pull_claims(plain_curve: NurbsCurve, two: FloatArray, five: FloatArray) -> 
 
 
 def _pulled(curve: NurbsCurve, weight: float) -> float:
-    """Miss of the closed form for raising the weight of the second point from 1."""
+    """Return the largest error of the closed form for raising the second weight from 1."""
     weights = np.ones(10)
     weights[1] = weight
     raised = NurbsCurve(2, curve.knots, curve.control_points, weights).evaluate(_FINE)
@@ -289,7 +295,10 @@ def _draw_weights(figure: Figure, seconds: tuple[float | None, float | None]) ->
 
 
 def net_surface(*, weighted_points: bool = False) -> NurbsSurface:
-    """The surface on the printed knots: 5 × 4 control points, cubic both ways."""
+    """Return the surface on the printed knots: 5 × 4 control points, cubic in both directions.
+
+    `weighted_points` gives two of them the weights 3 and 4.
+    """
     x, y = np.meshgrid(np.linspace(0.0, 4.0, 5), np.linspace(0.0, 3.0, 4), indexing="ij")
     z = np.array(
         [[0.0, 0.4, 0.2, -0.2], [0.5, 1.5, 1.2, 0.1], [0.1, 1.0, 1.9, 0.7],

@@ -20,9 +20,10 @@ EXPERIMENTS = Experiments()
 
 
 class SplitStep(NamedTuple):
-    """The master after some rounds of splits in half, in u and in v."""
+    """Areas of the master after some rounds of splits in half, in u and in v."""
 
     pieces: int
+    """Number of pieces."""
     net: float
     """Areas of the control nets, summed over the pieces (Algorithm 2)."""
     base: float
@@ -30,16 +31,19 @@ class SplitStep(NamedTuple):
 
 
 def split_data(surface: NurbsSurface, rounds: int = 4) -> list[SplitStep]:
-    """Areas as a surface is split at the middle of every piece (Algorithms 2 to 4, Eq. 4.8)."""
+    """Return areas before and after each of `rounds` splits of every piece into quarters.
+
+    Algorithms 2 to 4, Eq. 4.8.
+    """
     pieces = [surface]
-    found = []
+    areas = []
     for k in range(rounds + 1):
         net = sum(piece.net_area() for piece in pieces)
         base = sum(_corner_area(piece) for piece in pieces)
-        found.append(SplitStep(len(pieces), net, base))
+        areas.append(SplitStep(len(pieces), net, base))
         if k < rounds:
             pieces = [half for piece in pieces for half in _quartered(piece)]
-    return found
+    return areas
 
 
 def _quartered(surface: NurbsSurface) -> list[NurbsSurface]:
@@ -49,7 +53,7 @@ def _quartered(surface: NurbsSurface) -> list[NurbsSurface]:
 
 
 def _corner_area(surface: NurbsSurface) -> float:
-    """Algorithm 4's base: two triangles over the four corners of the patch."""
+    """Return the area of two triangles over the four corners of the patch, Algorithm 4's base."""
     net = surface.control_points
     a, b, c, d = net[0, 0], net[-1, 0], net[-1, -1], net[0, -1]
     first, second = np.cross(b - a, c - a), np.cross(c - a, d - a)

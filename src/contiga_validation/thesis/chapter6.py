@@ -45,25 +45,25 @@ THESIS_TIME = {
 
 
 class Rivals(NamedTuple):
-    """The scene with every master, by name; "IGA" is exact."""
+    """Penetrations and counts with every master, by name; "IGA" is exact."""
 
     surface: NurbsSurface
     meshes: dict[str, TriMesh]
     depth: dict[str, FloatArray]
-    """Largest penetration, one a step from 0."""
+    """Largest penetration at each step, from step 0."""
     counts: dict[str, FloatArray]
-    """Points in contact."""
+    """Number of points in contact at each step."""
 
 
 def masters() -> tuple[Simulation, dict[str, TriMesh]]:
-    """Return the scene and meshes of its master by the thesis' tessellation."""
+    """Return the scene, and meshes of its master by the thesis' tessellation, by tolerance."""
     simulation = simulation_of("bumpy_master")
     (surface,) = patches_of(simulation)
     return simulation, {f"tol {tol}": surface.tessellate(tol, method="net") for tol in TOLERANCES}
 
 
 def simulations() -> dict[str, Simulation]:
-    """Return the thesis' simulations: areas by hulls on the exact master, constant on meshes."""
+    """Return the thesis' simulations by master: hull areas on the exact one, nodal on meshes."""
     simulation, meshes = masters()
     by_name = {"IGA": simulation}
     for name, mesh in meshes.items():
@@ -72,10 +72,10 @@ def simulations() -> dict[str, Simulation]:
 
 
 def rivals() -> Rivals:
-    """Compute penetrations and counts with every master."""
+    """Run every master; return penetrations and counts."""
     simulation, meshes = masters()
     (surface,) = patches_of(simulation)
-    runs = {name: run_simulation(made) for name, made in simulations().items()}
+    runs = {name: run_simulation(variant_scene) for name, variant_scene in simulations().items()}
     depth = {name: run.history["max_penetration"] for name, run in runs.items()}
     counts = {name: run.history["n_contact"] for name, run in runs.items()}
     return Rivals(surface, meshes, depth, counts)
@@ -106,18 +106,18 @@ def step_times(repeats: int = REPEATS) -> dict[str, FloatArray]:
     "one with 0.01 finds about those of the exact master.",
 )
 def _meshes() -> Outcome:
-    found = rivals()
+    results = rivals()
     error = {
         name: depth[STEPS.start : STEPS.stop] - THESIS_DEPTH["IGA"]
-        for name, depth in found.depth.items()
+        for name, depth in results.depth.items()
     }
     worst = {name: float(np.abs(e).max()) for name, e in error.items()}
-    first = {name: int(np.flatnonzero(count)[0]) for name, count in found.counts.items()}
+    first = {name: int(np.flatnonzero(count)[0]) for name, count in results.counts.items()}
     return Outcome(
-        tables=(_depth_table(found), _mesh_table(found, worst, first)),
+        tables=(_depth_table(results), _mesh_table(results, worst, first)),
         pictures=(
-            Picture("6.1", _CAPTION_MESHES, lambda f: _draw_meshes(f, found), (7.4, 2.6)),
-            Picture("6.2", _CAPTION_ERROR, lambda f: _draw_error(f, found), (6.4, 3.4)),
+            Picture("6.1", _CAPTION_MESHES, lambda f: _draw_meshes(f, results), (7.4, 2.6)),
+            Picture("6.2", _CAPTION_ERROR, lambda f: _draw_error(f, results), (6.4, 3.4)),
         ),
         claims=(
             Claim(
@@ -127,9 +127,9 @@ def _meshes() -> Outcome:
             ),
             Claim(
                 "It misses the last contact as well.",
-                found.counts["tol 0.5"][13] == 0 and found.counts["IGA"][13] > 0,
-                f"{found.counts['IGA'][13]:.0f} points on the exact master at step 13, "
-                f"{found.counts['tol 0.5'][13]:.0f} on the mesh",
+                results.counts["tol 0.5"][13] == 0 and results.counts["IGA"][13] > 0,
+                f"{results.counts['IGA'][13]:.0f} points on the exact master at step 13, "
+                f"{results.counts['tol 0.5'][13]:.0f} on the mesh",
             ),
             Claim(
                 "Only the mesh with tolerance 0.01 finds about the same penetration.",
@@ -155,9 +155,9 @@ def _depth_table(rivals: Rivals) -> Table:
     return Table("6.2", "Largest penetration at steps 5 to 13.", ("step", *heads), tuple(rows))
 
 
-def _mesh_table(found: Rivals, worst: dict[str, float], first: dict[str, int]) -> Table:
+def _mesh_table(results: Rivals, worst: dict[str, float], first: dict[str, int]) -> Table:
     def row(name: str, shown: str, triangles: int | None) -> tuple[Cell, ...]:
-        return (shown, triangles, worst[name], int(found.counts[name].sum()), first[name])
+        return (shown, triangles, worst[name], int(results.counts[name].sum()), first[name])
 
     return Table(
         "6.0",
@@ -171,7 +171,7 @@ def _mesh_table(found: Rivals, worst: dict[str, float], first: dict[str, int]) -
         ),
         (
             row("IGA", "exact", None),
-            *(row(name, name, len(mesh.triangles)) for name, mesh in found.meshes.items()),
+            *(row(name, name, len(mesh.triangles)) for name, mesh in results.meshes.items()),
         ),
     )
 

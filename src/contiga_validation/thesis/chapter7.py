@@ -1,4 +1,4 @@
-"""Chapter 7: how many clusters each method finds, and what a seam does to them."""
+"""Chapter 7: the number of clusters by each method, and clusters over a seam."""
 
 from __future__ import annotations
 
@@ -26,11 +26,11 @@ EPS = np.round(np.arange(0.03, 0.361, 0.01), 2)
 SHOWN = (0.07, 0.08, 0.10, 0.32)
 """Radii whose clusters are drawn, P_min = 1."""
 SHOWN_TEN = (0.08, 0.14, 0.20, 0.32)
-"""And P_min = 10."""
+"""Radii whose clusters are drawn, P_min = 10."""
 
 
 class Study(NamedTuple):
-    """Forty points in contact, and the clusters every method makes of them."""
+    """Forty points in contact, and their clusters by every method."""
 
     run: SceneRun
     state: State
@@ -39,19 +39,20 @@ class Study(NamedTuple):
     labels: dict[str, IntArray]
     """Cluster of each point by the methods that take no radius."""
     dbscan: dict[int, list[int]]
-    """Clusters for each of `EPS`, by P_min."""
+    """Number of clusters for each of `EPS`, by P_min."""
 
     def counts(self) -> dict[str, int]:
-        """Clusters found by the methods that take no radius."""
+        """Return the number of clusters by each method that takes no radius."""
         return {name: _count(label) for name, label in self.labels.items()}
 
 
 def _count(label: IntArray) -> int:
+    """Return the number of clusters, without noise (−1)."""
     return int(label.max(initial=-1)) + 1
 
 
 def cluster_data() -> Study:
-    """The data of chapter 7: step 9 of the cylinder on the bumpy master."""
+    """Run the cylinder on the bumpy master, and cluster the points in contact at step 9."""
     run = run_scene("bumpy_master")
     state = run.states[STEP]
     rows = np.flatnonzero(state.in_contact).astype(np.int32)
@@ -69,7 +70,7 @@ def cluster_data() -> Study:
 
 
 def dbscan_labels(uv: FloatArray, eps: float, least: int) -> IntArray:
-    """Clusters by DBSCAN in the unit square."""
+    """Return the cluster (n,) of each of `uv` (n, 2) by DBSCAN; −1 is noise. `least` is P_min."""
     return clusters_of(uv, "dbscan", eps=eps, min_points=least)
 
 
@@ -124,12 +125,13 @@ def _clusters() -> Outcome:
 
 def _clusters_claims(study: Study) -> tuple[Claim, ...]:
     one, ten, counts = study.dbscan[1], study.dbscan[10], study.counts()
+    is_right = (study.uv[:, 0] > 0.5).astype(np.int32)
     drop = max(one[i] - one[i + 10] for i in range(len(one) - 10))
     return (
         Claim(
             "Forty points are in contact at step 9, in two groups that k-means with k = 2 "
             "tells apart.",
-            len(study.uv) == POINTS and _as_left_and_right(study),
+            len(study.uv) == POINTS and _same(study.labels["k-means, k = 2"], is_right),
             f"{len(study.uv)} points",
         ),
         Claim(
@@ -153,12 +155,8 @@ def _clusters_claims(study: Study) -> tuple[Claim, ...]:
     )
 
 
-def _as_left_and_right(study: Study) -> bool:
-    return _same(study.labels["k-means, k = 2"], (study.uv[:, 0] > 0.5).astype(np.int32))
-
-
 def _same(a: IntArray, b: IntArray) -> bool:
-    """Whether two labellings part the points alike."""
+    """Return whether two labellings (n,) are the same partition."""
     pairs = np.unique(np.column_stack([a, b]), axis=0)
     return len(pairs) == len(np.unique(a)) == len(np.unique(b))
 
@@ -207,7 +205,7 @@ def _draw_dbscan(figure: Figure, study: Study, least: int) -> None:
 
 
 def draw_labels(axes: Axes, uv: FloatArray, label: IntArray) -> None:
-    """Feet coloured by cluster; noise as grey crosses."""
+    """Draw feet coloured by cluster, noise as grey crosses, in the unit square."""
     from matplotlib import colormaps
 
     count = _count(label)
@@ -240,14 +238,14 @@ class Seam(NamedTuple):
 
     body: Body
     points: FloatArray
-    """(n, 3) in contact."""
+    """(n, 3) points in contact."""
     uv: FloatArray
     """(n, 2) feet in the unit square."""
     labels: dict[str, IntArray]
 
 
 def seam_data() -> Seam:
-    """One region of contact over the seam of a closed patch, clustered in (u, v) and in space."""
+    """Return a region of contact over the seam of a cylinder, clustered in (u, v) and in space."""
     body = Body([shapes.cylinder(radius=1.0, height=2.0)])
     (patch,) = body.patches
     (u0, u1), (v0, v1) = patch.domain
@@ -272,14 +270,14 @@ def seam_data() -> Seam:
     "The thesis clusters in the parameter plane.",
 )
 def _seam() -> Outcome:
-    found = seam_data()
-    counts = {name: _count(label) for name, label in found.labels.items()}
+    data = seam_data()
+    counts = {name: _count(label) for name, label in data.labels.items()}
     return Outcome(
         tables=(
             Table("7.5", "Clusters of one region that lies over a seam.", ("method", "clusters"),
                   tuple(counts.items())),
         ),
-        pictures=(Picture("7.5", _CAPTION_SEAM, lambda f: _draw_seam(f, found), (7.4, 3.0)),),
+        pictures=(Picture("7.5", _CAPTION_SEAM, lambda f: _draw_seam(f, data), (7.4, 3.0)),),
         claims=(
             Claim(
                 "Clusters in (u, v) are split by a seam, regions in space are not.",

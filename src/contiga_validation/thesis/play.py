@@ -60,6 +60,6 @@ def run_scene(name: str) -> SceneRun:
 
 
 def run_simulation(simulation: Simulation) -> SceneRun:
-    """Run a simulation in memory and keep every step."""
+    """Run a simulation in memory and keep the state of every step."""
     result = simulation.run(keep=1)
     return SceneRun(simulation, result.states, result.history)

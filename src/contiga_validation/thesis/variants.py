@@ -13,12 +13,15 @@ from contiga_validation.thesis.scenes import scene
 
 
 def simulation_of(name: str) -> Simulation:
-    """Build the simulation of a scene."""
+    """Build the simulation of a scene; an unknown one raises a FileError."""
     return build(load_case(scene(name)))
 
 
 def variant(simulation: Simulation, *, master: Any = None, **options: Any) -> Simulation:
-    """Return `simulation` with its one contact changed.
+    """Return a copy of `simulation` with its one contact replaced.
+
+    Law, area, search, weights and foot are those of the contact unless given; other options are
+    those of `Contact` by default.
 
     Parameters
     ----------

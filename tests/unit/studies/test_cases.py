@@ -175,17 +175,17 @@ def test_units_beside_the_key_and_labels_of_the_case(folder: Path) -> None:
 
 def test_a_text_has_no_unit(folder: Path) -> None:
     (folder / "rows.csv").write_text("speed [km/h]\nfast\n", encoding="utf-8")
-    with pytest.raises(FileError, match=r"rows\.csv:2: a text under a head with a unit"):
+    with pytest.raises(FileError, match=r"rows\.csv:2: a text in a column with a unit"):
         cases_of(study_from(SPEEDS.format(key=MOVED), folder), base=tomllib.loads(CASE))
 
 
 @pytest.mark.parametrize(
     ("rows", "said"),
     [
-        ("speed,n\n,1\n", "rows.csv:2: the table has a hole; found ',1'"),
-        ("speed,n\n-1,2\n\n,3\n", "rows.csv:4: the table has a hole"),
-        ("speed,n\n-1\n", "has a hole"),
-        ("speed,n\nnan,2\n", "has a hole"),
+        ("speed,n\n,1\n", "rows.csv:2: a value of the table is missing; found ',1'"),
+        ("speed,n\n-1,2\n\n,3\n", "rows.csv:4: a value of the table is missing"),
+        ("speed,n\n-1\n", "is missing"),
+        ("speed,n\nnan,2\n", "is missing"),
         ("speed,n\n-1,2,3\n", "rows.csv:2: a row has 3 cells under a header of 2"),
         ("speed,n\n", "has no rows"),
         ("sped,n\n-1,2\n", "the column 'speed' is missing; found 'sped, n'"),
@@ -224,13 +224,15 @@ def test_keys_that_lead_nowhere_say_whose_they_are(folder: Path) -> None:
     good = study_from(STUDY, folder)
     check_keys(good, base, cases_of(good)[0].settings)
     wrong = study_from(STUDY.replace("body.ball.", "body.bal."), folder)
-    with pytest.raises(CaseError, match=r"variable 'speed'.*none of the base.*Did you mean 'ball'"):
+    with pytest.raises(
+        CaseError, match=r"variable 'speed'.*base case has no such key.*Did you mean 'ball'"
+    ):
         check_keys(wrong, base, cases_of(wrong)[0].settings)
     far = study_from(STUDY.replace("velocity[2]", "velocity[3]"), folder)
     with pytest.raises(CaseError, match="variable 'speed'"):
         check_keys(far, base, cases_of(far)[0].settings)
     twice = study_from(STUDY + '[[rule]]\nkey = "time.step"\nvalue = "step"\n', folder)
-    with pytest.raises(CaseError, match=r"two have this key.*variable 'step'"):
+    with pytest.raises(CaseError, match=r"two entries set this key.*variable 'step'"):
         check_keys(twice, base, cases_of(twice)[0].settings)
 
 

@@ -64,7 +64,9 @@ def test_a_study_that_was_changed_is_not_gone_on_with(folder: Path) -> None:
     study = study_from(STUDY, folder)
     run(study, folder)
     other = study_from(STUDY.replace("-2.0", "-3.0"), folder)
-    with pytest.raises(OutputError, match=r"says something else: variable\[0\].values.*-3"):
+    with pytest.raises(
+        OutputError, match=r"the study in the folder differs: variable\[0\].values.*-3"
+    ):
         run(other, folder, resume=True)
     case = (folder / "case.toml").read_text(encoding="utf-8")
     (folder / "case.toml").write_text(case.replace("1000.0", "900.0"), encoding="utf-8")
@@ -82,7 +84,7 @@ def test_how_a_study_is_shown_may_change(folder: Path) -> None:
 
 def test_a_folder_of_another_is_refused(folder: Path) -> None:
     study = study_from(STUDY, folder)
-    with pytest.raises(OutputError, match="no study to go on with"):
+    with pytest.raises(OutputError, match="no study to resume"):
         run(study, folder, resume=True)
     assert not (folder / "out").exists()
     (folder / "out").mkdir()

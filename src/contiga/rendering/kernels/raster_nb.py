@@ -43,7 +43,10 @@ def empty_buffer(height: int, width: int) -> Buffer:
 
 @kernel()
 def draw_triangles(screen, triangles, buffer):
-    """Draw (m, 3) `triangles` of the (n, 3) `screen` points: column, row, depth."""
+    """Draw (m, 3) `triangles` of the (n, 3) `screen` points (column, row, depth) into `buffer`.
+
+    Of equal depths the first stays. Triangles with a NaN or without area are left out.
+    """
     height, width = buffer.depth.shape
     for t in range(triangles.shape[0]):
         p, q, r = triangles[t, 0], triangles[t, 1], triangles[t, 2]
@@ -75,7 +78,10 @@ def draw_triangles(screen, triangles, buffer):
 
 @kernel()
 def draw_balls(screen, radius, scale, buffer):
-    """Draw a ball of `radius` pixels round each `screen` point; `scale` is length per pixel."""
+    """Draw a ball of `radius` pixels around each finite `screen` point (n, 3) into `buffer`.
+
+    `scale` is length per pixel, with which the depths of a ball are computed.
+    """
     height, width = buffer.depth.shape
     for k in range(screen.shape[0]):
         x, y, z = screen[k, 0], screen[k, 1], screen[k, 2]
@@ -97,7 +103,11 @@ def draw_balls(screen, radius, scale, buffer):
 
 @kernel()
 def draw_lines(screen, segments, depth, bias, ink):
-    """Mark in `ink` (h, w) the parts of (m, 2) `segments` that `depth` does not hide by `bias`."""
+    """Mark in `ink` (h, w) the visible pixels of (m, 2) `segments` of `screen` points.
+
+    They are not behind `depth` (h, w) by more than `bias`. Segments with a NaN, or of 1e6 pixels or
+    more, are left out.
+    """
     height, width = depth.shape
     for s in range(segments.shape[0]):
         p, q = segments[s, 0], segments[s, 1]
@@ -120,7 +130,10 @@ def draw_lines(screen, segments, depth, bias, ink):
 
 @kernel()
 def values_at_pixels(buffer, triangles, values, pixel_values):
-    """Write `values` (n,) of a mesh's points, interpolated at the pixels it covers."""
+    """Write `values` (n,) of a mesh's points, interpolated, into `pixel_values` (k,).
+
+    These are the covered pixels row by row; interpolation is linear in the picture.
+    """
     height, width = buffer.depth.shape
     k = 0
     for row in range(height):

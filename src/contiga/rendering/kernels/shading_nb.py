@@ -10,8 +10,11 @@ from contiga.jit import inner, kernel
 
 @kernel()
 def add_bends(depth, step, size, total):
-    """Add to `total` (h, w) the depth of every other pixel of `depth` behind its neighbours at
-    `step`, in four opposite pairs, each clipped to `size`; a pair with an infinite depth adds 0."""
+    """Add to `total` (h, w) the depths of every other pixel of `depth` behind its neighbours.
+
+    Neighbours are those at `step`, in four opposite pairs, each difference clipped to ±`size`. A
+    pair adds 0 if a depth of it is infinite, or it is beyond the border.
+    """
     height, width = total.shape
     for direction in range(4):
         rows = 0 if direction == 0 else step
@@ -29,8 +32,11 @@ def add_bends(depth, step, size, total):
 
 @inner()
 def normal_at(buffer, corners, axes, row, column):
-    """Return the unit normal in camera `axes` (3, 3) at a covered pixel, turned to the eye, from
-    the normals at the corners of facets (m, 3, 3); the normal of a ball without facets."""
+    """Return the unit normal at a covered pixel in camera `axes` (3, 3), turned to the eye.
+
+    It is interpolated from normals at the corners of facets (m, 3, 3), zero if these cancel;
+    without facets it is that of a ball.
+    """
     a, b = buffer.a[row, column], buffer.b[row, column]
     if corners.shape[0] == 0:
         return a, b, -math.sqrt(max(1.0 - a * a - b * b, 0.0))
@@ -82,7 +88,7 @@ def paint(buffer, corners, eye, hollow, nearest, colours, opacity, picture):
 
 @kernel()
 def veil(buffer, corners, axes, colour, picture):
-    """Blend `colour` (3,) thinly over `picture` (h, w, 3) at a layer, more strongly at its rim."""
+    """Blend `colour` (3,) into `picture` (h, w, 3) at a layer: 5 % inside, 43 % at its rim."""
     height, width, _ = picture.shape
     for row in range(height):
         for column in range(width):
