@@ -94,9 +94,10 @@ def check_suffix(path: str | Path) -> Path:
 
 
 def preview(what: object) -> Preview:
-    """Compute the picture of the start of a simulation or a case; nothing is run.
+    """Draw the start of a simulation or a case; nothing is run.
 
-    It is drawn when a notebook shows it or `Preview.save` writes it.
+    Its contents are computed here, the picture when a notebook shows it or `Preview.save` is
+    called.
 
     Bodies show their free side (normals point there) and their contact side in another colour,
     slaves their points, with the inactive ones faint, motions their paths over the time of the run,
