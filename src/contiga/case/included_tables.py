@@ -298,7 +298,7 @@ def _pose_deforming(included: Included, spec: Any, motion: Table, pose: FloatArr
     Raises
     ------
     CaseError
-        A box, held directions or scales along axes would turn by other than quarters.
+        A box or held directions would turn by other than quarters, or scales along axes at all.
     """
     rotation = pose[:3, :3]
     for key in ("fixed", "driven", "attached", "masses", "loads"):

@@ -58,8 +58,8 @@ def postures(
     Returns
     -------
     dict
-        Poses by name, of bodies that ties connect to the root; a body moves with its whole branch
-        of the tree.
+        Poses by name, of the root (identity) and bodies that ties connect to it; a body moves with
+        its whole branch of the tree.
 
     Raises
     ------
