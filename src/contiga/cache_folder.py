@@ -20,7 +20,7 @@ killed process are removed, seconds."""
 def cache_folder() -> Path | None:
     """Return the cache folder; None if caching is off or there is no home folder.
 
-    It is the folder of the environment variable, else the user's.
+    It is the folder of the environment variable `FOLDER`, else the user's, and may not exist yet.
     """
     folder = os.environ.get(FOLDER)
     if folder is not None:
@@ -29,7 +29,11 @@ def cache_folder() -> Path | None:
 
 
 def user_folder() -> Path | None:
-    """Return the cache folder of the user; None without a home folder."""
+    """Return the cache folder of the user; None without a home folder.
+
+    It is `contiga` in %LOCALAPPDATA% on Windows, in ~/Library/Caches on macOS, and elsewhere in
+    $XDG_CACHE_HOME if that is an absolute path, else in ~/.cache.
+    """
     with suppress(RuntimeError):
         home = Path.home()
         if sys.platform == "win32":
@@ -42,7 +46,10 @@ def user_folder() -> Path | None:
 
 
 def is_owned(path: str | Path) -> bool:
-    """Return whether only this user can have written a file or a folder."""
+    """Return whether this user owns a file or a folder that nobody else may write to.
+
+    True without a look on systems without user numbers (Windows). OSError if there is no such file.
+    """
     if not hasattr(os, "geteuid"):
         return True
     status = os.stat(path)
@@ -50,16 +57,21 @@ def is_owned(path: str | Path) -> bool:
 
 
 def mark_used(path: str | Path) -> None:
-    """Record that a file was used today, if its time can be written, so that it stays."""
+    """Set the modification time of a file to now if it is more than a day old; ignore errors.
+
+    `trim` removes the files with the oldest times.
+    """
     with suppress(OSError):
         if os.stat(path).st_mtime < time() - DAY:
             os.utime(path)
 
 
 def trim(folder: Path, endings: tuple[str, ...], limit: int, count: float = inf) -> list[str]:
-    """Remove the least recently used entries of a folder, and old unfinished files.
+    """Remove the least recently used entries of a folder until both limits hold.
 
-    An entry is all files with the same name up to the first point after the last hyphen.
+    An entry is all files with the same name up to the first point after the last hyphen; its time
+    is the newest modification time of its files. Unfinished files (.new, or with .tmp. in the name)
+    older than a day are removed, too. Files that cannot be removed stay, without an error.
 
     Parameters
     ----------
@@ -70,7 +82,7 @@ def trim(folder: Path, endings: tuple[str, ...], limit: int, count: float = inf)
 
     Returns
     -------
-    names of the removed entries
+    names of the removed entries without their last hyphen, the oldest first
     """
     entries: dict[str, list[str]] = defaultdict(list)
     size: dict[str, int] = defaultdict(int)

@@ -33,7 +33,7 @@ def table_of(kind: str, facts: Facts, name: str = "", picture: bytes | None = No
 
 
 def counted(names: Iterable[str], counts: Iterable[int]) -> Facts:
-    """Return the count of each name that occurs."""
+    """Return (name, count) for each name whose count is not zero."""
     return [(name, int(n)) for name, n in zip(names, counts, strict=False) if n]
 
 

@@ -19,7 +19,7 @@ _LISTENERS: list[Callable[[type], object]] = []
 
 
 def pass_by_pointer(tuple_class: Class) -> Class:
-    """Mark a class of named tuples; a decorator.
+    """Mark a class of named tuples and return it; a decorator.
 
     Kernels may read the attributes of such a tuple, pass it on and put it into other tuples. They
     cannot create one, and must not return its arrays.

@@ -69,6 +69,7 @@ IN_CONTACT = (
     ContactStatus.REACQUIRED,
     ContactStatus.THROUGH,
 )
+"""Statuses of points that a contact force may act on."""
 
 
 @displayed
@@ -331,7 +332,7 @@ class MassProperties(NamedTuple):
 
 
 def empty_projection(n: int) -> Projection:
-    """Return a projection of n rows to be filled."""
+    """Return a projection of n rows to be filled: arbitrary values, but `certified` is zero."""
     return Projection(
         np.empty(n, np.int32),
         np.empty((n, 2)),
@@ -345,18 +346,18 @@ def empty_projection(n: int) -> Projection:
 
 
 def rows_of(feet: Projection, rows: IndexArray) -> Projection:
-    """Return some rows of a projection."""
+    """Return a copy of some rows of a projection, in the order of `rows`."""
     return Projection._make(values.take(rows, axis=0) for values in feet)
 
 
 def stacked(first: Projection, second: Projection) -> Projection:
-    """Return the rows of two projections in one."""
+    """Return the rows of two projections in one, those of `first` before those of `second`."""
     fields = Projection._fields
     return Projection(*(np.concatenate([getattr(first, f), getattr(second, f)]) for f in fields))
 
 
 def empty_hit(n: int) -> Hit:
-    """Return a record of n hits to be filled."""
+    """Return a record of n hits to be filled: its values are arbitrary."""
     return Hit(
         np.empty(n), np.empty(n, np.int32), np.empty((n, 2)), np.empty((n, 3)), np.empty(n, np.int8)
     )

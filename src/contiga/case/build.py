@@ -19,7 +19,12 @@ from contiga.case.points_spec import BodyPoints
 from contiga.case.problems import ErrorCollector, Fault
 from contiga.case.reading import warnings_as_findings
 from contiga.case.schema import BodySpec, Case, SlaveSpec
-from contiga.case.slave_motion import check_elements, nodes_named, prescribed, slave_motion
+from contiga.case.slave_motion import (
+    check_elements,
+    nodes_named,
+    prescribed_motion_of,
+    slave_motion,
+)
 from contiga.case.surface_spec import RefineSpec, meshed_of, surface_of
 from contiga.case.toml import resolved_toml
 from contiga.contact.preloaded import preload_search
@@ -114,7 +119,10 @@ class _Parts(NamedTuple):
 
 
 def _build_parts(case: Case, cache: PartCache, errors: ErrorCollector) -> _Parts:
-    """Build the parts of a case; cheap checks come first in the list of errors."""
+    """Build the parts of a case and collect the errors, those of cheap checks first.
+
+    Parts with an error are left out, with the contacts that they have.
+    """
     springs: dict[str, Spring] = {}
 
     def add_spring(name: str, spring: Spring) -> None:
@@ -140,7 +148,15 @@ def _build_parts(case: Case, cache: PartCache, errors: ErrorCollector) -> _Parts
     findings: list[Finding] = []
     geometry = _placed_geometry(case, cache, errors, findings)
     bodies = _bodies(case, geometry, motions, errors)
-    slaves = _slaves(case, geometry, motions, errors)
+    slaves: dict[str, SlavePart] = {}
+    for i, slave_spec in enumerate(case.slave):
+        slave, key = geometry.get(slave_spec.name), f"slave[{i}].motion"
+        if slave is None:
+            continue
+        assert isinstance(slave, Slave)
+        with errors.at(key):
+            motion = slave_motion(slave_spec, slave, case, motions.get(key))
+            slaves[slave_spec.name] = SlavePart(slave, motion)
     belts = _belts(case, geometry, motions, errors)
     slaves |= {name: SlavePart(belt.slave, belt.motion) for name, belt in belts.items()}
     for i, belt_spec in enumerate(case.belt):
@@ -155,10 +171,10 @@ def _build_parts(case: Case, cache: PartCache, errors: ErrorCollector) -> _Parts
     contacts = []
     for i, spec in enumerate(case.contact):
         if spec.master in bodies and spec.slave in slaves:
-            body, slave = bodies[spec.master].body, slaves[spec.slave]
+            body, slave_part = bodies[spec.master].body, slaves[spec.slave]
             with errors.at(f"contact[{i}]"):
-                area = area_of(spec, slave.slave, spec.slave in has_area)
-                contact = contact_of(spec, case.sides(spec), body, slave, area)
+                area = area_of(spec, slave_part.slave, spec.slave in has_area)
+                contact = contact_of(spec, case.sides(spec), body, slave_part, area)
                 contacts.append(ContactPart(spec.title, spec.master, spec.slave, contact))
     return _Parts(springs, gas, bodies, slaves, tuple(contacts), tuple(findings))
 
@@ -177,7 +193,7 @@ def run(
     *,
     parts: PartCache | None = None,
 ) -> Result:
-    """Build a case and run it.
+    """Build a case and run it; the case with all defaults is written to `out`, too.
 
     Parameters
     ----------
@@ -188,6 +204,8 @@ def run(
 
     Raises
     ------
+    InputError, MissingPackageError
+        As `build`.
     OutputError
         As `Simulation.run`; also where the copy of the case would replace the case file.
     """
@@ -201,7 +219,10 @@ def run(
 
 
 def _prescribed_motions(case: Case, errors: ErrorCollector) -> dict[str, BodyMotion]:
-    """Return the prescribed motions, by the key of the case."""
+    """Return the prescribed motions of bodies and slaves, by the key of the case: body[0].motion.
+
+    A motion with an error is left out.
+    """
     entries: list[tuple[str, Any]] = [
         *((f"body[{i}].motion", spec.motion) for i, spec in enumerate(case.body)),
         *((f"slave[{i}].motion", spec.motion) for i, spec in enumerate(case.slave)),
@@ -210,7 +231,7 @@ def _prescribed_motions(case: Case, errors: ErrorCollector) -> dict[str, BodyMot
     for key, motion in entries:
         if not isinstance(motion, FreeSpec | AttachedSpec | SeriesSpec | DeformSpec):
             with errors.at(key):
-                motions[key] = prescribed(motion, case)
+                motions[key] = prescribed_motion_of(motion, case)
     return motions
 
 
@@ -219,7 +240,9 @@ def _placed_geometry(
 ) -> dict[str, Master | Slave]:
     """Return the bodies and slaves that can be made, by name, at their places before any motion.
 
-    Warnings of readers of files are added to `findings`.
+    Warnings of readers of files are added to `findings`. Parts that are placed by one that cannot
+    be made are left out without an error of their own. If CAD has to be read, the search is loaded
+    meanwhile.
     """
     unit = case.units.length
     keys = {spec.name: f"body[{i}].{spec.source_key}" for i, spec in enumerate(case.body)}
@@ -261,6 +284,7 @@ def _placed_geometry(
 
 
 def _checked_body(spec: BodySpec, unit: str) -> Body | TriMesh:
+    """Return the body of a table before it is placed by others; InputError if its check fails."""
     body = spec.geometry.body(spec.name, unit)
     body.check()
     return body
@@ -273,10 +297,10 @@ def _slave(
     master_sizes: list[float],
     cache: PartCache,
 ) -> Slave:
-    """Return the slave under its name in the case, with the nodal values that the case gives it.
+    """Return the slave under its name in the case, placed, but for the steps of `then`.
 
-    `parts` are those placed already, `master_sizes` the sizes of the bodies that it has contacts
-    with.
+    Nodal values of the case replace the values of its file at all nodes. `parts` are those placed
+    already, `master_sizes` the sizes of the bodies that it has contacts with.
     """
     points, geometry, mesh = spec.points, spec.geometry, spec.mesh
     names = spec.name, unit
@@ -319,7 +343,11 @@ def _bodies(
     motions: Mapping[str, BodyMotion],
     errors: ErrorCollector,
 ) -> dict[str, BodyPart]:
-    """Return the bodies with their motions, and with their masses if forces move them."""
+    """Return the bodies with their motions, and with their masses if forces move them.
+
+    A body whose motion or mass has an error is fixed, so that its contacts are checked all the
+    same.
+    """
     bodies = {}
     for i, spec in enumerate(case.body):
         body, motion, mass = geometry.get(spec.name), spec.motion, None
@@ -337,27 +365,8 @@ def _bodies(
         elif isinstance(motion, FreeSpec) and mass is not None:
             with errors.at(f"body[{i}].motion"):
                 motion_of_body = motion.moved(mass)
-        # The error in its motion is reported; its contacts are checked all the same.
         bodies[spec.name] = BodyPart(body, Fixed() if motion_of_body is None else motion_of_body)
     return bodies
-
-
-def _slaves(
-    case: Case,
-    geometry: Mapping[str, Master | Slave],
-    motions: Mapping[str, BodyMotion],
-    errors: ErrorCollector,
-) -> dict[str, SlavePart]:
-    """Return the slaves with their motions."""
-    slaves = {}
-    for i, spec in enumerate(case.slave):
-        slave, key = geometry.get(spec.name), f"slave[{i}].motion"
-        if slave is None:
-            continue
-        assert isinstance(slave, Slave)
-        with errors.at(key):
-            slaves[spec.name] = SlavePart(slave, slave_motion(spec, slave, case, motions.get(key)))
-    return slaves
 
 
 def _belts(
@@ -366,7 +375,11 @@ def _belts(
     motions: Mapping[str, BodyMotion],
     errors: ErrorCollector,
 ) -> dict[str, Belt]:
-    """Return the belts over the bodies at their places at the start."""
+    """Return the belts over the bodies at their places at the start of the run.
+
+    Prescribed motions, or those of carriers, bring bodies there. Belts with an error, or over
+    bodies that could not be made, are left out.
+    """
     if not case.belt:
         return {}
     specs = {spec.name: (spec, f"body[{i}].motion") for i, spec in enumerate(case.body)}
@@ -397,7 +410,7 @@ def _belts(
 
 
 def belts_of(case: Case) -> dict[str, Belt]:
-    """Return the belts of a case by name.
+    """Return the belts of a case by name; bodies and slaves are built, contacts are not.
 
     Raises
     ------

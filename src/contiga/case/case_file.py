@@ -12,12 +12,12 @@ _MAX_BYTES = 32 * 1024**2  # the parser takes a second, and ten times the memory
 
 
 def read_text(path: Path) -> str:
-    """Return the text of a case file.
+    """Return the text of a case file, without a byte order mark.
 
     Raises
     ------
     FileError
-        It is missing, too large, cannot be read or is not UTF-8.
+        It is missing, larger than 32 MiB, cannot be read or is not UTF-8.
     """
     try:
         if path.stat().st_size > _MAX_BYTES:

@@ -137,7 +137,7 @@ def columns_of_case(case: Tables) -> list[str]:
 
 
 def channels_of_case(case: Tables) -> set[str]:
-    """Return the channels of a run of the case: its columns, and those derived from them."""
+    """Return the channels of a run of the case: its columns, and channels derived from them."""
     contacts = [contact.title for contact in case.contact]
     laws = ((contact.title, contact.law) for contact in case.contact)
     layers = [title for title, law in laws if law is not None and law.kind == "stress"]

@@ -28,7 +28,16 @@ from contiga.slaves.slave import Slave
 
 
 def area_of(spec: ContactSpec, slave: Slave, has_area: bool) -> AreaMethod:
-    """Return the area method; by default facets, unless the case gives the nodes an area."""
+    """Return the area method of a contact.
+
+    It is the method of the contact's table. By default facets are cut, if the slave has facets and
+    the case gave it no nodal area (`has_area`); else, and for "tributary", nodal areas count.
+
+    Raises
+    ------
+    CaseError
+        Nodal areas are to count, and the slave has none.
+    """
     if isinstance(spec.area, FacetAreaSpec | CloudAreaSpec | HullAreaSpec):
         return spec.area.instance
     if isinstance(spec.area, ConstantAreaSpec):
@@ -53,7 +62,8 @@ def contact_of(
 
     A slave that deforms has points of contact on its facets by default: the nodes of solids carry
     evenly spread loads unevenly, and are few. Bars and clouds have nodes alone; the nodes of
-    splines are the points of a quadrature rule, and lie on the surface.
+    splines are the points of a quadrature rule, and lie on the surface. If the law needs masses,
+    the points get the nodal masses of the elements.
 
     Raises
     ------

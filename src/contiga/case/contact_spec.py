@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 import math
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Literal, Self
 
-from pydantic import BeforeValidator, model_validator
+from pydantic import model_validator
 
 from contiga.area.cloud import CloudArea
 from contiga.area.facet import FacetArea
 from contiga.area.hull import HullArea
 from contiga.area.method import AreaMethod
 from contiga.case.law_spec import FrictionSpec, LawSpec
-from contiga.case.spec import BY_KIND, InstanceSpec, Name, Positive, Spec, must_be
+from contiga.case.spec import BY_KIND, InstanceSpec, Name, Positive, Spec, is_number, must_be
 from contiga.errors import CaseError
 from contiga.slaves.sampling import QUADRATURES
 
@@ -97,14 +97,6 @@ AreaSpec = Annotated[
 ]
 
 
-def _thickness(value: Any) -> Any:
-    if isinstance(value, bool):
-        return value
-    if isinstance(value, int | float) and 0.0 < value < math.inf:
-        return float(value)
-    raise CaseError("must be a thickness", found=value, allowed="true, false, or a length > 0")
-
-
 class ContactSpec(Spec):
     """A `[[contact]]`: a body and a slave that may touch."""
 
@@ -149,7 +141,14 @@ class ContactSpec(Spec):
     By default a deforming slave has `QUADRATURE` points on its facets, if it has some and if law,
     weights and areas can be on them.
     """
-    shell_thickness: Annotated[bool | float, BeforeValidator(_thickness)] = False
+    shell_thickness: Annotated[
+        bool | float,
+        must_be(
+            lambda value: isinstance(value, bool) or (is_number(value) and 0.0 < value < math.inf),
+            "must be a thickness",
+            "true, false, or a length > 0",
+        ),
+    ] = False
     """Thickness of the slave as a shell, half of which stands off its points.
 
     True takes the thickness of its membranes, or of its mesh.
@@ -162,6 +161,7 @@ class ContactSpec(Spec):
 
     @model_validator(mode="after")
     def _sides_fit_the_type(self) -> Self:
+        """Refuse keys that have no effect with this type or search."""
         if self.type != "combined" and self.master_law is not None:
             raise CaseError(
                 'only a contact of type "combined" has a master_law',

@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from contiga.case.deck_matter import SoftSlave, deforming, in_several
+from contiga.case.deck_matter import SoftSlave, shared_parts, soft_slave
 from contiga.case.deck_parts import DeckParts
 from contiga.case.schema import parse_case
 from contiga.case.toml import value_text
@@ -21,7 +21,7 @@ from contiga.io.mesh.lsdyna_model import read_model
 from contiga.io.mesh.lsdyna_sets import set_name
 from contiga.io.units import base_factor
 
-_RESTS = "Deforms in the deck; here its points rest, and give way by the law of the contact."
+_REST_COMMENT = "Deforms in the deck; here its points rest, and give way by the law of the contact."
 _NODE_SET = 4
 """SSTYP of a side that is a set of nodes."""
 _MAX_STATES = 200
@@ -35,6 +35,7 @@ class Converted(NamedTuple):
     """TOML with comments."""
     contacts: int
     bodies: int
+    """Number of its contacts, and of its bodies."""
     unknown: dict[str, list[int]]
     """Keywords that were not understood, and their lines."""
 
@@ -53,6 +54,7 @@ class _Pair(NamedTuple):
     """The set of nodes; 0 if the slave is parts."""
     contact: DeckContact
     swapped: bool
+    """Whether the master is on the first side of the deck's contact."""
 
 
 def convert(deck: str | Path, units: tuple[str, str, str], folder: str | Path) -> Converted:
@@ -67,9 +69,12 @@ def convert(deck: str | Path, units: tuple[str, str, str], folder: str | Path) -
     Raises
     ------
     FileError, MeshError
-        The deck cannot be read, or no contact in it is one with a rigid part.
+        The deck cannot be read, or no contact in it is one with a rigid part; a free rigid part
+        has no mass.
     UnitError
         A unit is none.
+    CaseError
+        The case that was made is refused when it is parsed, as a check.
     """
     for unit, dimension in zip(units, ("length", "mass", "time"), strict=True):
         base_factor(unit, dimension, "--units")
@@ -85,14 +90,14 @@ def convert(deck: str | Path, units: tuple[str, str, str], folder: str | Path) -
             allowed="*CONTACT_…SURFACE_TO_SURFACE, …NODES_TO_SURFACE or …SINGLE_SURFACE between "
             "parts, sets of parts or of nodes, one side of *MAT_RIGID",
         )
-    parts.in_several = in_several(
+    parts.shared_parts = shared_parts(
         [pair.parts for pair in pairs if not pair.nodes and not _owners(pair, parts)],
         parts,
         [pair.nodes for pair in pairs if pair.nodes and not _owners(pair, parts)],
     )
     head = _head(model, units)
     slaves = dict.fromkeys(pair.parts for pair in pairs if not _owners(pair, parts))
-    soft = {slave: deforming(parts, list(slave)) for slave in slaves if slave}
+    soft = {slave: soft_slave(parts, list(slave)) for slave in slaves if slave}
     bodies = {part for pair in pairs for part in (pair.master, *_owners(pair, parts))}
     bodies |= {host for slave in soft.values() if slave is not None for host in slave.hosts}
     tables = [*_bodies(sorted(bodies), parts), *_contacts(pairs, parts, soft)]
@@ -113,12 +118,12 @@ def convert(deck: str | Path, units: tuple[str, str, str], folder: str | Path) -
 
 
 def _owners(pair: _Pair, parts: DeckParts) -> list[int]:
-    """Return the rigid parts that the points of a slave move with."""
+    """Return the rigid parts that the points of a slave move with; none if it deforms or rests."""
     return [part for part in pair.parts if parts.is_rigid(part)]
 
 
 def _pairs(model: DeckModel, parts: DeckParts) -> list[_Pair]:
-    """Return the contacts of the case; contacts of the deck that give none are noted."""
+    """Return the contacts of the case; contacts of the deck that give none are noted in `model`."""
     pairs: list[_Pair] = []
     for contact in model.contacts:
         sides = [_parts_of_side(*side, parts) for side in contact.sides]
@@ -134,7 +139,11 @@ def _pairs(model: DeckModel, parts: DeckParts) -> list[_Pair]:
 
 
 def _parts_of_side(kind: int, number: int, parts: DeckParts) -> list[int] | str | None:
-    """Return the parts on a side, None for a set of nodes, or why it is not understood."""
+    """Return the parts on a side, None for a set of nodes, or why it is not understood.
+
+    `kind` is the side's SSTYP: 2 a set of parts, 3 a part, 4 a set of nodes, 5 all parts, 6 all but
+    a set of parts; number 0 means all parts, too. Only parts that have elements are returned.
+    """
     model, all_parts = parts.model, list(parts.groups)
     if kind == _NODE_SET:
         return model.no_set("NODE", number) or None
@@ -152,9 +161,11 @@ def _parts_of_side(kind: int, number: int, parts: DeckParts) -> list[int] | str 
 def _pairs_of(
     contact: DeckContact, first: list[int] | None, second: list[int] | None, parts: DeckParts
 ) -> Iterator[_Pair]:
-    """Yield the contacts of each rigid master: with all deforming parts, and other rigid parts.
+    """Yield the contacts of each rigid master: with all deforming parts, and each other rigid part.
 
-    A side of a contact is a list of parts, or None for a set of nodes.
+    A side of a contact is a list of parts, or None for a set of nodes. Deforming parts of the other
+    side are one slave; a pair of rigid parts gives one contact, whichever sides it is on. A set of
+    nodes touches the rigid parts of the other side that it does not belong to.
     """
     if first is None or second is None:
         swapped = first is not None
@@ -178,7 +189,11 @@ def _pairs_of(
 
 
 def _head(model: DeckModel, units: tuple[str, str, str]) -> list[str]:
-    """Return the lines of title, units, time, gravity and output."""
+    """Return the lines of title, units, time, gravity and output.
+
+    Gravity by a curve that is missing or not constant is noted and left out. A deck without an end
+    gets `model.end` = 1; fields are written at 200 times at most.
+    """
     length, mass, time = map(value_text, units)
     lines = [
         f"# Made of {model.path.name} by contiga convert; the units are those that were given.",
@@ -212,7 +227,7 @@ def _head(model: DeckModel, units: tuple[str, str, str]) -> list[str]:
 
 
 def _bodies(numbers: list[int], parts: DeckParts) -> Iterator[str]:
-    """Yield the lines of the bodies."""
+    """Yield the lines of bodies: geometry, motion, and a mass if forces move them."""
     model = parts.model
     for part in numbers:
         material = parts.material(part)
@@ -223,7 +238,7 @@ def _bodies(numbers: list[int], parts: DeckParts) -> Iterator[str]:
         yield f"geometry = {value_text(parts.geometry(part))}"
         if "orient" in parts.geometry(part):
             yield "# Shells at their middle surface; flip = true where the other side is free."
-        motion = parts.prescribed(part, model.end)
+        motion = parts.prescribed_motion(part, model.end)
         if motion is not None:
             places = [model.place(m.block, m.line) for m in model.motions if m.part == part]
             effect = "go on as they start" if "velocity" in motion else "stand still"
@@ -241,7 +256,11 @@ def _bodies(numbers: list[int], parts: DeckParts) -> Iterator[str]:
 
 
 def _contacts(pairs: list[_Pair], parts: DeckParts, soft: _Soft) -> Iterator[str]:
-    """Yield the lines of the contacts; the lines of a slave come before its first contact."""
+    """Yield the lines of the contacts; the lines of a slave come before its first contact.
+
+    A slave without facets gets an area of 1 a node, to be set by hand. A contact whose default name
+    is taken gets a number. Friction needs a static coefficient above zero.
+    """
     slaves: set[str] = set()
     titles: set[str] = set()
     for pair in pairs:
@@ -262,7 +281,7 @@ def _contacts(pairs: list[_Pair], parts: DeckParts, soft: _Soft) -> Iterator[str
                 motion = {"kind": "attached", "body": parts.name(owner)}
                 yield f"motion = {value_text(motion)}"
             elif deformation is None:
-                yield f"# {_RESTS}"
+                yield f"# {_REST_COMMENT}"
             else:
                 yield f"# {deformation.source}"
                 yield f"motion = {value_text(deformation.motion)}"
@@ -292,12 +311,12 @@ def _contacts(pairs: list[_Pair], parts: DeckParts, soft: _Soft) -> Iterator[str
 
 
 def parse_units(text: str) -> tuple[str, str, str]:
-    """Return the length, mass and time unit of a text such as ``mm,kg,ms``.
+    """Return the length, mass and time unit of a text such as ``mm,kg,ms``, unchecked.
 
     Raises
     ------
     InputError
-        They are not three.
+        They are not three words.
 
     >>> parse_units("mm, kg, ms")
     ('mm', 'kg', 'ms')

@@ -46,10 +46,13 @@ class CurveFile(Spec):
 
 
 def _curve_of(x: Quantity, y: Quantity) -> Any:
-    """Return the type of a curve between two quantities."""
+    """Return the type of a curve of `y` over `x`, whose check reads a file that it names."""
 
     def as_table(value: Any, info: ValidationInfo) -> Any:
-        # Numbers and plain tables are short forms: a line through the origin, and linear ends.
+        """Return a number as a line through the origin, a list as points, and a file as its points.
+
+        CaseError for another value.
+        """
         if is_number(value):
             return {"points": [[0.0, 0.0], [1.0, value]]}
         if isinstance(value, list):
@@ -80,7 +83,7 @@ def _curve_of(x: Quantity, y: Quantity) -> Any:
 def units_of_case(context: dict[str, Any] | None) -> Units:
     """Return the units of the case that is being read.
 
-    If they are wrong, any units are returned: that error is reported separately.
+    If they are wrong, m, kg and s are returned: that error is reported separately.
     """
     table = (context or {}).get("units")
     dimensions = ("length", "mass", "time")

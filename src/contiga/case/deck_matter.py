@@ -60,13 +60,15 @@ class _Ties(NamedTuple):
     """Cards whose nodes move with another rigid part already."""
 
 
-def deforming(parts: DeckParts, numbers: list[int]) -> SoftSlave | None:
+def soft_slave(parts: DeckParts, numbers: list[int]) -> SoftSlave | None:
     """Return the deformation of a slave of some parts; None if they rest.
 
-    They deform if the material of each of them is understood and some of their nodes are held:
-    parts that nothing holds would fly off, and parts in two slaves would exist twice.
+    They deform if each material is understood, some nodes are held (else they would fly off), no
+    part is in another slave or shares nodes with a deforming part outside, no tie clashes with a
+    rigid part, and the case accepts the result. The reason why parts rest is noted in the model;
+    ties and lumped masses that the slave takes are marked in `parts`.
     """
-    if any(number in parts.in_several for number in numbers):
+    if any(number in parts.shared_parts for number in numbers):
         return None  # its ties are reported
     model = parts.model
     materials = [m for number in numbers if (m := parts.material(number)) is not None]
@@ -87,7 +89,7 @@ def deforming(parts: DeckParts, numbers: list[int]) -> SoftSlave | None:
     for tie in ties.clashes:
         clash = f"{tie.nodes}: some go with a rigid part already, so all of the slave rests"
         model.leave(tie.block, clash, tie.line)
-        parts.tied.add(tie.key)
+        parts.used_ties.add(tie.key)
     if ties.clashes:
         return None
     # Each part notes its own fault, so all tables are made before the slave is given up.
@@ -110,8 +112,8 @@ def deforming(parts: DeckParts, numbers: list[int]) -> SoftSlave | None:
     if fault := _fault_of(parts, numbers, motion):
         model.leave(soft[0].block, fault)
         return None
-    parts.tied |= {tie.key for tie in ties.cards}
-    parts.weighed.update(masses["nodes"] if masses else ())
+    parts.used_ties |= {tie.key for tie in ties.cards}
+    parts.nodes_with_mass.update(masses["nodes"] if masses else ())
     velocity = parts.common_velocity(numbers)
     if velocity is not None:
         motion["velocity"] = velocity
@@ -131,7 +133,10 @@ def deforming(parts: DeckParts, numbers: list[int]) -> SoftSlave | None:
 
 
 def _fault_of(parts: DeckParts, numbers: list[int], motion: dict[str, Any]) -> str:
-    """Return why a slave cannot deform; empty if it can."""
+    """Return why the case refuses a slave with this motion; empty if it does not.
+
+    The slave is built from its file, without contacts, as in a run.
+    """
     points = {"file": parts.file, "parts": numbers}
     table = {"name": parts.slave_name(tuple(numbers)), "points": points, "motion": motion}
     length, mass, time = parts.units
@@ -150,7 +155,7 @@ def _fault_of(parts: DeckParts, numbers: list[int], motion: dict[str, Any]) -> s
     return ""
 
 
-def in_several(
+def shared_parts(
     slaves: Iterable[tuple[int, ...]], parts: DeckParts, sets: Iterable[int]
 ) -> set[int]:
     """Return the parts that are in several slaves, or share nodes with sets that are slaves."""
@@ -178,7 +183,11 @@ def in_several(
 
 
 def _ties_of(parts: DeckParts, numbers: list[int]) -> _Ties:
-    """Return the ties of the nodes of some parts: rigid parts that share them, and cards."""
+    """Return the ties of the nodes of some parts: rigid parts that share them, and cards.
+
+    Cards with the same nodes and effect give one entry. A card whose nodes move with another rigid
+    part already is a clash; cards that attach nodes to a part that is not rigid are skipped.
+    """
     nodes = _nodes_of(parts, numbers)
     ids = parts.mesh.node_ids
     node_ids = np.zeros(len(nodes), np.int64) if ids is None else ids
@@ -229,7 +238,10 @@ def _nodes_of(parts: DeckParts, numbers: list[int]) -> NDArray[np.bool_]:
 
 
 def _material_table(parts: DeckParts, number: int, material: Material) -> dict[str, Any] | None:
-    """Return `material`, `density` and, for shells, `thickness`; None if it makes no material."""
+    """Return `material`, `density` and, for shells, `thickness`; None if it makes no material.
+
+    The reason is then noted in the model. The material is made once, as a check.
+    """
     soft = material.soft
     assert soft is not None
     curves = dict(soft.curves)
@@ -245,7 +257,7 @@ def _material_table(parts: DeckParts, number: int, material: Material) -> dict[s
             return None
 
     def with_curves(table_of: Callable[[int], Any]) -> dict[str, Any]:
-        """Return the table of the material with its curves."""
+        """Return the material's table with its curves; of rates above the lowest with a filter."""
         table = soft.table | {key: table_of(curve) for key, curve in curves.items()}
         if len(by_rate) > 1:
             table["rates"] = [

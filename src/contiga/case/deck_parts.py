@@ -61,12 +61,13 @@ class DeckParts:
         """The deck's file name in the case."""
         self._names: dict[str, str] = {}
         self._skins: dict[tuple[str | int, ...], _Facets] = {}
-        self._started: set[int] = set()
-        self.in_several: set[int] = set()
+        self._nodes_with_velocity: set[int] = set()
+        """Numbers of nodes whose initial velocity a part has taken."""
+        self.shared_parts: set[int] = set()
         """Parts that are in several slaves of the case."""
-        self.tied: set[tuple[str, int, int]] = set()
+        self.used_ties: set[tuple[str, int, int]] = set()
         """Keys of ties of deforming nodes, and of ties reported elsewhere."""
-        self.weighed: set[int] = set()
+        self.nodes_with_mass: set[int] = set()
         """Numbers of nodes whose lumped masses slaves that deform have."""
 
     @cached_property
@@ -80,7 +81,7 @@ class DeckParts:
         return {group.id: group for group in self.mesh.groups if group.id is not None}
 
     def _facets(self, parts: list[str | int]) -> _Facets:
-        """Return the skin of parts of the mesh, made once: the deck may be large."""
+        """Return the skin of parts of the mesh, kept for later calls: the deck may be large."""
         key = tuple(parts)
         if key not in self._skins:
             slave = slave_of(self.mesh, self.model.path, chosen=(parts, None, "skin"))
@@ -105,7 +106,10 @@ class DeckParts:
         return self._unique_name(f"part {part}", self.model.parts.titles.get(part, ""))
 
     def _unique_name(self, key: str, title: str) -> str:
-        """Return the title without special characters, or the key if another part has that name."""
+        """Return the title without special characters, the same name at each call for a `key`.
+
+        It is the key itself if the title is empty, "ground", or the name of another part.
+        """
         if key not in self._names:
             name = re.sub(r"[^\w -]+", " ", title, flags=re.ASCII).strip(" -")
             reserved = {*self._names.values(), "ground", ""}
@@ -123,7 +127,7 @@ class DeckParts:
         return self._unique_name(set_name(number), "")
 
     def owner(self, number: int) -> int | None:
-        """Return the rigid part that all nodes of a set belong to; None if there is none."""
+        """Return the first rigid part that all nodes of a set belong to; None if there is none."""
         nodes = next((g.nodes for g in self.mesh.groups if g.name == set_name(number)), None)
         if nodes is None:
             return None
@@ -133,7 +137,7 @@ class DeckParts:
         return None
 
     def part_of(self, number: int) -> int | None:
-        """Return the part that most nodes of a set belong to; None if there is none."""
+        """Return the part that most nodes of a set belong to, of equals the first; None without."""
         nodes = next((g.nodes for g in self.mesh.groups if g.name == set_name(number)), None)
         if nodes is None:
             return None
@@ -145,7 +149,7 @@ class DeckParts:
         return part if part is not None and counts[part] > 0 else None
 
     def nodes_of(self, group: Group) -> Any:
-        """Return the rows (k,) of the mesh's nodes that the elements of a group have."""
+        """Return the rows (k,) of the mesh's nodes that the elements of a group have, rising."""
         nodes = [
             block.nodes[rows].ravel()
             for block, rows in zip(self.mesh.blocks, group.cells or (), strict=True)
@@ -163,7 +167,7 @@ class DeckParts:
         return any(block.kind in SHELLS and len(rows) > 0 for block, rows in blocks)
 
     def thickness(self, part: int) -> float:
-        """Return the one thickness of the shells of a part.
+        """Return the one thickness of the shells of a part, equal up to 1e-9, in 12 digits.
 
         Raises
         ------
@@ -179,9 +183,16 @@ class DeckParts:
         return float(f"{high:.12g}")  # the mean of the corners is rounded
 
     def mass(self, part: int) -> tuple[dict[str, Any], str]:
-        """Return the `mass` of a rigid part, and its source.
+        """Return the `mass` table of a rigid part, and its source in words.
 
-        *PART_INERTIA gives all of it; else lumped masses on its nodes count as well.
+        *PART_INERTIA gives all of it; else its elements count, and lumped masses on its nodes.
+        Axes of *PART_INERTIA that are not understood, and shells without a thickness (1 is taken),
+        are noted.
+
+        Raises
+        ------
+        MeshError
+            It has no mass.
         """
         inertia, material = self.model.parts.inertia.get(part), self.material(part)
         assert material is not None
@@ -216,7 +227,10 @@ class DeckParts:
         return _table(combined(bodies)), source
 
     def _card_inertia(self, inertia: Inertia) -> MassProperties:
-        """Return the mass properties of a *PART_INERTIA, in world axes."""
+        """Return the mass properties of a *PART_INERTIA, in world axes.
+
+        The centre is its node, if it names one. Axes that are not understood count as the world's.
+        """
         xx, xy, xz, yy, yz, zz = inertia.tensor
         tensor = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
         centre = np.array(inertia.centre)
@@ -229,11 +243,10 @@ class DeckParts:
         return MassProperties(inertia.mass, centre, tensor)
 
     def _shell_inertia(self, part: int, material: Material) -> MassProperties | None:
-        """Return the mass properties of shells, with the area mass of their section and cards.
+        """Return the mass properties of shells, as sheets without thickness; None without mass.
 
-        The card is *ELEMENT_MASS_PART. Shells without a thickness count as 1 thick.
-
-        Three points a facet are exact.
+        The mass per area of their section and of *ELEMENT_MASS_PART is included; shells without a
+        thickness count as 1 thick. Points at the middles of the three edges are exact for a facet.
         """
         corners, thickness = self._facets([part])
         thickness = np.where(thickness > 0.0, thickness, 1.0)
@@ -244,7 +257,10 @@ class DeckParts:
         return of_points(middles, np.repeat(masses / 3.0, 3)) if masses.sum() > 0.0 else None
 
     def _solid_inertia(self, part: int, material: Material) -> MassProperties | None:
-        """Return the mass properties of solids, with the mass that *ELEMENT_MASS_PART adds."""
+        """Return the mass properties of solids, with the mass that *ELEMENT_MASS_PART adds.
+
+        It is spread evenly over the volume. None without mass.
+        """
         if material.density <= 0.0 and part not in self.model.part_masses:
             return None
         at_density_one = self._volume(part)
@@ -267,7 +283,10 @@ class DeckParts:
         return self.model.parts.added.get(self.model.parts.sections.get(part, -1), 0.0)
 
     def _added_mass(self, part: int, mass: float) -> float:
-        """Return the mass that *ELEMENT_MASS_PART adds to a part whose elements have `mass`."""
+        """Return the mass that *ELEMENT_MASS_PART adds to a part whose elements have `mass`.
+
+        A final mass FINMASS replaces ADDMASS, and may take mass away. Zero without such a card.
+        """
         row = self.model.part_masses.get(part)
         if row is None:
             return 0.0
@@ -275,7 +294,13 @@ class DeckParts:
         return final - mass if final > 0.0 else added
 
     def density(self, part: int) -> float:
-        """Return the density of a deforming part, with the mass that cards add to it."""
+        """Return the density of a deforming part, with the mass that cards add to it.
+
+        Raises
+        ------
+        InputError
+            Its shells have no thickness, or several.
+        """
         material = self.material(part)
         assert material is not None
         density = material.density
@@ -301,7 +326,10 @@ class DeckParts:
         return mask
 
     def _lumped_inertia(self, part: int) -> MassProperties | None:
-        """Return the mass properties of the lumped masses on nodes of a rigid part."""
+        """Return the mass properties of the lumped masses on nodes of a rigid part; None without.
+
+        Cards that add nodes with a mass to the part are marked as used in `used_ties`.
+        """
         if self.mesh.mass is None:
             return None
         rows = np.flatnonzero(self._nodes_of(part) & (self.mesh.mass > 0.0))
@@ -311,7 +339,7 @@ class DeckParts:
         for group in self.mesh.groups:
             if group.nodes is not None and row_set.intersection(group.nodes.tolist()):
                 ties = [t for t in self.model.ties if t.part == part and t.nodes == group.name]
-                self.tied.update(tie.key for tie in ties)
+                self.used_ties.update(tie.key for tie in ties)
         return of_points(self.mesh.points[rows], self.mesh.mass[rows])
 
     def masses(self, nodes: NDArray[np.bool_], hosts: Iterable[int]) -> dict[str, Any] | None:
@@ -330,13 +358,19 @@ class DeckParts:
         return {"nodes": self.mesh.node_ids[rows].tolist(), "mass": self.mesh.mass[rows].tolist()}
 
     def leave_masses(self, bodies: Iterable[int]) -> None:
-        """Note the lumped masses on nodes that belong to nothing with a mass in the case."""
+        """Note the lumped masses that neither rigid `bodies` nor slaves that deform have.
+
+        They are on nodes that are not in `nodes_with_mass`; the note has their number.
+        """
         if self.mesh.mass is None or self.mesh.node_ids is None:
             return
         carried = np.zeros(len(self.mesh.points), np.bool_)
         for part in bodies:
             carried |= self._nodes_of(part)
-        unused = set(self.mesh.node_ids[~carried & (self.mesh.mass > 0.0)].tolist()) - self.weighed
+        unused = (
+            set(self.mesh.node_ids[~carried & (self.mesh.mass > 0.0)].tolist())
+            - self.nodes_with_mass
+        )
         for block in {id(card.block): card.block for card in self.model.masses}.values():
             cards = [card for card in self.model.masses if card.block is block]
             nodes = {node for card in cards for node in self.model.nodes_of(card)} & unused
@@ -345,7 +379,10 @@ class DeckParts:
                 self.model.leave(block, f"{text}: their masses are left out")
 
     def free_motion(self, part: int) -> dict[str, Any] | None:
-        """Return the `motion` of a rigid part that forces move; None if it is fully held."""
+        """Return the `motion` of a rigid part that forces move; None if it is fully held.
+
+        It has the initial velocity and spin, and the directions that its material holds.
+        """
         material = self.material(part)
         assert material is not None
         directions, rotations = (_HELD_AXES.get(code, "") for code in material.held)
@@ -361,7 +398,11 @@ class DeckParts:
         return motion
 
     def _start(self, part: int) -> tuple[float, ...]:
-        """Return initial velocity and spin, of *PART_INERTIA if no other card replaces them."""
+        """Return initial velocity and spin (6 numbers), zero if no card gives them.
+
+        *PART_INERTIA precedes *INITIAL_VELOCITY, unless that card has IRIGID; a card that has no
+        effect is noted.
+        """
         inertia, start = self.model.parts.inertia.get(part), self._start_of_cards(part)
         if inertia is None:
             return (0.0,) * 6 if start is None else start.rates
@@ -375,7 +416,11 @@ class DeckParts:
         return rates
 
     def _start_of_cards(self, part: int) -> Start | None:
-        """Return the start of a part by *INITIAL_VELOCITY; by the cards of all its nodes, too."""
+        """Return the start of a part by *INITIAL_VELOCITY; None if no card gives it.
+
+        A card of the part precedes cards of its nodes, if these give all nodes one velocity without
+        a spin (the nodes are then marked as started), and these precede a card of all parts.
+        """
         if start := self.model.velocities.get(part):
             return start
         by_node, node_ids = self.model.node_velocities, self.mesh.node_ids
@@ -384,12 +429,15 @@ class DeckParts:
             starts = [by_node[node] for node in nodes if node in by_node]
             is_one_velocity = len({start.rates for start in starts}) <= 1
             if len(starts) == len(nodes) and is_one_velocity and not any(starts[0].rates[3:]):
-                self._started.update(nodes)
+                self._nodes_with_velocity.update(nodes)
                 return Start(starts[0].rates, (), starts[0].block)
         return self.model.velocities.get(0)
 
     def common_velocity(self, parts: list[int]) -> list[float] | None:
-        """Return the initial velocity of some parts; noted if they do not share one."""
+        """Return the initial velocity of some parts; None if all are at rest.
+
+        Velocities that differ, or come with a spin, are noted, and give None.
+        """
         starts = [self._start_of_cards(part) for part in parts]
         moving = [start for start in starts if start is not None and any(start.rates)]
         if not moving:
@@ -401,24 +449,31 @@ class DeckParts:
         return list(rates[:3])
 
     def leave_ties(self) -> None:
-        """Note the ties of nodes that belong to nothing that deforms."""
+        """Note the ties that are not in `used_ties`: their nodes belong to nothing that deforms."""
         for tie in self.model.ties:
-            if tie.key not in self.tied:
+            if tie.key not in self.used_ties:
                 no_set = "" if tie.one else self.model.no_set("NODE", tie.number)
                 fault = no_set or f"{tie.nodes}: of no part that deforms here"
                 self.model.leave(tie.block, fault, tie.line)
 
     def leave_nodes(self) -> None:
-        """Note the nodes with an initial velocity that belong to no body."""
-        nodes = [node for node in self.model.node_velocities if node not in self._started]
+        """Note the nodes whose initial velocity is of no part: their number, and the first."""
+        nodes = [
+            node for node in self.model.node_velocities if node not in self._nodes_with_velocity
+        ]
         if nodes:
             first = self.model.node_velocities[nodes[0]]
             text = f"{len(nodes)} nodes, first {nodes[0]}"
             fault = f"{text}: not all those of a rigid part, at one velocity"
             self.model.leave(first.block, fault, first.line)
 
-    def prescribed(self, part: int, end: float) -> dict[str, Any] | None:
-        """Return the `motion` that the deck prescribes for a part; None if it prescribes none."""
+    def prescribed_motion(self, part: int, end: float) -> dict[str, Any] | None:
+        """Return the `motion` that the deck prescribes for a part; None if it prescribes none.
+
+        The first card decides whether it is velocity, acceleration or displacement; directions
+        without a card stand still, or keep their initial velocity if it is an acceleration. Initial
+        rates that get lost are noted.
+        """
         motions = [m for m in self.model.motions if m.part == part]
         if not motions:
             return None
@@ -428,8 +483,8 @@ class DeckParts:
         if kind == "acceleration" and any(start[:3]):
             motion["velocity"] = start[:3]
             start[:3] = [0.0] * 3
-        for prescribed in motions:
-            start[prescribed.way - 1] = 0.0
+        for card in motions:
+            start[card.way - 1] = 0.0
         unused = [name for name, rate in zip(_RATES, start, strict=True) if rate]
         if unused:
             fault = f"part {part} starts with {', '.join(unused)}, which is left out"
@@ -454,9 +509,11 @@ class DeckParts:
         return rows
 
     def law(self, selection: list[str | int], part: int | None, scale: float) -> str:
-        """Return the `law` of a contact on a slave: a penalty per area as in LS-DYNA.
+        """Return two lines of a case, a comment and the `law` of a contact on a slave.
 
-        `part` is the part of the slave, or of most of its nodes.
+        It is a penalty per area as in LS-DYNA: 0.1 · `scale` · bulk modulus / size of facets, or 1
+        if the deck has no modulus. `part` is the part of the slave, or of most of its nodes, and
+        its facets count if the selection has none; without any the size is 1.
         """
         material = None if part is None else self.material(part)
         size = self.size_of_facets(selection) or (
@@ -491,7 +548,7 @@ def _areas(corners: FloatArray) -> FloatArray:
 
 
 def _table(mass: MassProperties) -> dict[str, Any]:
-    """Return the `mass` table of a case."""
+    """Return the `mass` table of a case, by total, centre and inertia."""
     entries = [mass.inertia[i, j] for i, j in ((0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (0, 2))]
     return {
         "total": float(mass.mass),
@@ -501,7 +558,7 @@ def _table(mass: MassProperties) -> dict[str, Any]:
 
 
 def case_name(path: Path, folder: Path) -> str:
-    """Return the name of a file in a case in `folder`."""
+    """Return the path of a file from a case in `folder`; the absolute path on another drive."""
     try:
         return Path(os.path.relpath(path.resolve(), folder.resolve())).as_posix()
     except ValueError:  # on another drive

@@ -70,7 +70,10 @@ class PartSpec(_ElementProperties):
     density: Positive
 
     def parts_of(self, elements_of: ElementsOf, thickness: float | None) -> list[Part]:
-        """Return a part for each kind of elements."""
+        """Return a part for each kind of elements in its set.
+
+        Membranes have its thickness, else `thickness`; bars its section, solids its viscosity.
+        """
         parts = []
         for kind, elements in elements_of(self.set).items():
             dimension = DIMENSION[kind]
@@ -118,6 +121,11 @@ class ReferenceSpec(Spec):
         """Return the reference nodes (n, 3) of a slave.
 
         `mesh_of` reads a file as the slave's own was read.
+
+        Raises
+        ------
+        CaseError
+            The file has another number of nodes, or other elements.
         """
         if self.scale is not None:
             return slave.points * np.broadcast_to(self.scale, 3)
@@ -210,10 +218,10 @@ class DeformSpec(_ElementProperties, MotionSpec):
         elements_of: ElementsOf,
         reference_nodes: FloatArray | None,
     ) -> Deforming:
-        """Return the motion.
+        """Return the motion, with its selections of nodes and elements looked up in the mesh.
 
         `motion_of` returns motions in the units of the case, `reference_nodes` (n, 3) are the nodes
-        of the `reference`.
+        of the `reference`. Whether all of it fits a slave is not checked.
         """
         return Deforming(
             material=None if self.material is None else self.material.instance,

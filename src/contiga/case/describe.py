@@ -98,32 +98,38 @@ def describe(case: Case) -> list[tuple[str, str]]:
 
 
 def placed_parts(simulation: Simulation) -> list[tuple[str, str]]:
-    """Return rows (part, size and place at the start) of a built case."""
-    said = Quantities(simulation.units)
+    """Return rows (part, size and place at the start) of a built case.
+
+    Of slaves the box of the active points counts; of open bodies the free side is described.
+    """
+    quantities = Quantities(simulation.units)
     start = place(simulation, None, simulation.stepping.start)
     rows = []
     for name, (body, _) in simulation.bodies.items():
         pose = start.bodies[name].pose
         free_side = "" if body.closed else f"; {_free_side(body, pose)}"
-        rows.append((f"body {name}", _box(said, extent_at(body, pose)) + free_side))
+        rows.append((f"body {name}", _box(quantities, extent_at(body, pose)) + free_side))
     for name, (slave, _) in simulation.slaves.items():
         count = int(slave.active.sum())
         active = "" if count == len(slave) else f", {count} of {len(slave)} points active"
         box = box_of(start.slaves[name].points, slave.active)
-        rows.append((f"slave {name}", _box(said, box) + active))
+        rows.append((f"slave {name}", _box(quantities, box) + active))
     return rows
 
 
-def _box(said: Quantities, bounds: FloatArray) -> str:
+def _box(quantities: Quantities, bounds: FloatArray) -> str:
     """Return the size and the corners of a box in words."""
     size = " × ".join(f"{x:.4g}" for x in np.ptp(bounds, axis=0))
-    unit = said.unit("length") if said.known else ""
+    unit = quantities.unit("length") if quantities.known else ""
     low, high = (", ".join(f"{x:.6g}" for x in corner) for corner in bounds)
     return f"{size} {unit}, from [{low}] to [{high}]"
 
 
 def _free_side(body: Master, pose: FloatArray) -> str:
-    """Return the mean direction that an open body faces at `pose`, in words."""
+    """Return the mean direction that an open body faces at `pose`, world axes, in words.
+
+    It has none if the mean of its unit normals, weighted by area, is shorter than 0.05.
+    """
     mesh = body.tessellate(_TRIANGLE_TOL * body.size)
     p = mesh.vertices[mesh.triangles]
     vectors = 0.5 * np.cross(p[:, 1] - p[:, 0], p[:, 2] - p[:, 0])
@@ -143,6 +149,7 @@ def description(case: Case) -> str:
 
 
 def _with_placement(text: str, spec: object) -> str:
+    """Return a description of a source, followed by its transforms, flip, alignment and place."""
     steps = len(getattr(spec, "transform", [])) + len(getattr(spec, "then", []))
     moved = f", placed by {steps} transforms" if steps else ""
     flipped = ", flipped" if getattr(spec, "flip", False) else ""
@@ -151,6 +158,7 @@ def _with_placement(text: str, spec: object) -> str:
 
 
 def _contact(contact: ContactSpec, kind: str, deforms: bool) -> list[tuple[str, str]]:
+    """Return the rows of a contact whose deformable side is `kind`; `deforms` is of its slave."""
     laws = [] if contact.law is None else [("  law", contact.law.describe())]
     if contact.master_law is not None:
         laws.append(("  master law", contact.master_law.describe()))

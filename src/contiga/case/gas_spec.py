@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from functools import cached_property
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Literal, Self
 
 from pydantic import Discriminator, Field, Tag, model_validator
 
@@ -20,12 +20,6 @@ ATMOSPHERE, ROOM = 101_325.0, 293.15
 """Pressure, Pa, and temperature, K, around a chamber, by default."""
 AIR = 1.4, 287.05
 """γ and R of dry air, J/(kg K)."""
-
-
-def _form_of_gas(value: Any) -> str:
-    if isinstance(value, list):
-        return "<mixture>"
-    return "<air>" if value == "air" else "<gas>"
 
 
 # Tags in brackets are left out of the places that errors report.
@@ -85,7 +79,11 @@ GasKind = Annotated[
     Annotated[Literal["air"], Tag("<air>")]
     | Annotated[OneGasSpec, Tag("<gas>")]
     | Annotated[list[MixedGasSpec], Tag("<mixture>")],
-    Discriminator(_form_of_gas),
+    Discriminator(
+        lambda value: (
+            "<mixture>" if isinstance(value, list) else "<air>" if value == "air" else "<gas>"
+        )
+    ),
     must_be(
         lambda value: (
             value == "air"
@@ -166,7 +164,8 @@ class GasSpec(Spec):
     def chamber(self, units: tuple[str, str, str], nodes_of: NodesOf) -> Chamber:
         """Return the chamber, in these units of length, mass and time.
 
-        `nodes_of` finds the nodes of its slave.
+        `nodes_of` finds the nodes of its slave. Air and the pressure of the atmosphere are
+        converted; temperatures are in kelvin.
         """
         length, mass, time = (
             base_factor(unit, dimension)

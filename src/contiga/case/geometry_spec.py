@@ -51,7 +51,13 @@ class _ShapeSpec(Spec):
 
     @classmethod
     def known_keys(cls, data: dict[str, Any]) -> list[str]:
-        """Return the keys of the table and the arguments of the shape it names."""
+        """Return the keys of the table and the arguments of the shape it names.
+
+        Raises
+        ------
+        CaseError
+            There is no such shape.
+        """
         catalogue = shape_catalogue(cls.shape_type)
         name = data.get("shape")
         if not isinstance(name, str) or name not in catalogue:
@@ -71,7 +77,13 @@ class _ShapeSpec(Spec):
         return self
 
     def make(self, context: Any = None) -> Any:
-        """Return the curve or surface."""
+        """Return the curve or surface; tables among its arguments are made to curves first.
+
+        Raises
+        ------
+        InputError
+            An argument is missing or wrong.
+        """
         function = shape_catalogue(self.shape_type)[self.shape]
         arguments = dict(self.model_extra or {})
         parameters = inspect.signature(function).parameters
@@ -152,14 +164,14 @@ class _Geometry(Placed):
     """Whether the free side and the contact side are swapped."""
 
     def body(self, name: str, unit: str) -> Body | TriMesh:
-        """Return the body, placed and oriented, lengths in `unit`."""
+        """Return the body, moved by `transform`, then flipped if asked for; lengths in `unit`."""
         body = self.raw(name, unit)
         if self.transform:
             body = body.transformed(self.matrix)
         return body.flipped() if self.flip else body
 
     def raw(self, name: str, unit: str) -> Body | TriMesh:
-        """Return the body before it is placed and oriented."""
+        """Return the body before it is moved and flipped."""
         raise NotImplementedError
 
 
@@ -179,7 +191,7 @@ class FileGeometry(_Geometry):
     """Treatment of solids that touch or overlap; they are united, with a warning, if omitted."""
 
     def raw(self, name: str, unit: str) -> Body:
-        """Return the faces of the file."""
+        """Return the faces of the file as a body; CaseError if its suffix is none of CAD."""
         from contiga.io.cad.formats import SUFFIXES
         from contiga.io.cad.read_cad import read_cad
 
@@ -219,7 +231,7 @@ class MeshGeometry(_Geometry):
     """Whether triangles that face other ways than their neighbours are turned."""
 
     def raw(self, name: str, unit: str) -> TriMesh:
-        """Return the triangles of the file."""
+        """Return the triangles of the file; CaseError if its suffix is one of CAD."""
         from contiga.io.cad.formats import SUFFIXES
         from contiga.io.mesh.read_master import read_master
 

@@ -40,6 +40,8 @@ class CaseTables(NamedTuple):
 def with_includes(data: Mapping[str, Any], path: Path, tables: type[Spec]) -> CaseTables:
     """Return the tables of the case at `path`, with the tables of the files that it includes.
 
+    Tables of a file follow the case's own tables of the same key, in the order of `include`.
+
     Parameters
     ----------
     data : tables of the case, as read from TOML
@@ -79,7 +81,14 @@ def with_includes(data: Mapping[str, Any], path: Path, tables: type[Spec]) -> Ca
 
 
 def _read(spec: IncludeSpec, path: Path, units: Any, tables: type[Spec]) -> Any:
-    """Return the tables of a file, checked like the tables of a case."""
+    """Return the tables of a file, checked like the tables of a case.
+
+    Raises
+    ------
+    CaseError, FileError
+        It includes files, or itself; it has tables of a whole case, or units other than the case's
+        `units`; a table is wrong.
+    """
     file = Path(spec.file)
     data = tables_in(read_text(file), file)
     is_case = file == path.resolve()
@@ -112,7 +121,13 @@ def _read(spec: IncludeSpec, path: Path, units: Any, tables: type[Spec]) -> Any:
 
 
 def _posed(spec: IncludeSpec, included: Any) -> Included:
-    """Return the tables of a file with the poses of its bodies."""
+    """Return the tables of a file with the poses of its bodies, from the `joints` of the table.
+
+    Raises
+    ------
+    CaseError
+        The root is no body of the file; joints are wrong, or would move a body of the case.
+    """
     joints = {joint.instance.name: joint.instance for joint in included.joint}
     ties = [Tie(joint.between[0], joint.between[1], joint) for joint in joints.values()]
     for body in included.body:

@@ -19,7 +19,13 @@ from contiga.records import FloatArray
 
 
 def _steps_of(value: Any) -> Any:
-    """Return a table as a list of steps: rotated about its centre, then translated."""
+    """Return a table as a list of steps, rotation before translation; lists as they are.
+
+    Raises
+    ------
+    CaseError
+        A step is a scale.
+    """
     if isinstance(value, dict) and set(value) == {"rotate", "translate"}:
         return [{"rotate": value["rotate"]}, {"translate": value["translate"]}]
     steps = [value] if isinstance(value, dict) else value
@@ -34,6 +40,7 @@ def _steps_of(value: Any) -> Any:
 
 
 def _number_or_coordinates(value: Any) -> Any:
+    """Return `value`; CaseError unless its numbers are finite, and `about` a vector of three."""
     # A union of types would give a message for each type.
     coordinates = value if isinstance(value, dict) else {"": value}
     for key, coordinate in coordinates.items():
@@ -76,6 +83,8 @@ class IncludeSpec(Spec):
 
     def coordinates(self, joints: Mapping[str, Joint]) -> dict[str, Coordinates]:
         """Return the coordinates by the names of joints; a number is the only coordinate.
+
+        A number for a name that is not in `joints` gives an empty table.
 
         Raises
         ------

@@ -52,7 +52,10 @@ class Included(NamedTuple):
         return self.spec.prefix + name if name in self.names else name
 
     def pose(self, body: str) -> FloatArray:
-        """Return the pose (4, 4) that moves points on a body from where they are drawn."""
+        """Return the pose (4, 4) that moves points on a body from where they are drawn.
+
+        It is the posture of the body, then the placement; of other names the placement alone.
+        """
         if body not in self.posture:
             return self.placement
         return product(self.placement, self.posture[body])
@@ -69,7 +72,7 @@ class Included(NamedTuple):
 
 
 def names_of(tables: Any) -> frozenset[str]:
-    """Return the names that the tables of a file define."""
+    """Return the names that the tables of a file define, default names and belt ends included."""
     named = (*tables.body, *tables.slave, *tables.belt, *tables.gas, *tables.sensor)
     with_default_name = (*tables.spring, *tables.slip_ring, *tables.joint)
     names = {spec.name for spec in named} | {spec.instance.name for spec in with_default_name}
@@ -97,6 +100,7 @@ def tables_posed(included: Included) -> dict[str, list[Table]]:
 
 
 def _pose_table(included: Included, key: str, spec: Any, table: Table) -> None:
+    """Change `table`, which `spec` was made from, to its names and place in the case."""
     match key:
         case "body":
             _pose_body(included, spec, table)
@@ -140,6 +144,7 @@ def _pose_table(included: Included, key: str, spec: Any, table: Table) -> None:
 
 
 def _pose_body(included: Included, spec: Any, table: Table) -> None:
+    """Pose a body; CaseError if joints would move one whose motion is prescribed."""
     pose = included.pose(spec.name)
     table["name"] = included.name(spec.name)
     _pose_source(included, table["geometry"], pose)
@@ -167,6 +172,7 @@ def _pose_body(included: Included, spec: Any, table: Table) -> None:
 
 
 def _pose_slave(included: Included, spec: Any, table: Table) -> None:
+    """Pose a slave with the bodies that carry it."""
     pose = _pose_of_slave(included, spec)
     table["name"] = included.name(spec.name)
     source = table[spec.source_key]
@@ -180,7 +186,13 @@ def _pose_slave(included: Included, spec: Any, table: Table) -> None:
 
 
 def _pose_of_slave(included: Included, spec: Any) -> FloatArray:
-    """Return the pose (4, 4) of the bodies that carry a slave; the placement if none does."""
+    """Return the pose (4, 4) of the bodies that carry a slave; the placement if none does.
+
+    Raises
+    ------
+    CaseError
+        Joints move these bodies apart.
+    """
     carriers = [name for _, name in spec.motion.named_bodies()]
     if isinstance(spec.points, BodyPoints):
         carriers.insert(0, spec.points.body)
@@ -197,7 +209,10 @@ def _pose_of_slave(included: Included, spec: Any) -> FloatArray:
 
 
 def _pose_source(included: Included, table: Table, pose: FloatArray) -> None:
-    """Pose a geometry, or points: add the pose as steps of `then`."""
+    """Pose a geometry, or points: add the pose to `then`, as a rotation and a translation.
+
+    A step that changes nothing is left out. Names in `align` and `place` get the prefix.
+    """
     for key, reference in (("align", "to"), ("place", "on")):
         if reference in table.get(key, {}):
             table[key][reference] = included.name(table[key][reference])
@@ -213,7 +228,13 @@ def _pose_source(included: Included, table: Table, pose: FloatArray) -> None:
 
 
 def _pose_motion(included: Included, spec: Any, motion: Table, pose: FloatArray) -> None:
-    """Pose the motion of a body or a slave, whose own pose is `pose`."""
+    """Pose the motion of a body or a slave, whose own pose is `pose`.
+
+    Raises
+    ------
+    CaseError
+        A motion that says itself where points are, or directions held askew, cannot be posed.
+    """
     kind = spec.kind
     if kind == "attached":
         motion["body"] = included.name(spec.body)
@@ -238,7 +259,13 @@ def _velocity(included: Included, spec: Any) -> list[float]:
 
 
 def _pose_prescribed(included: Included, spec: Any, motion: Table) -> None:
-    """Pose a prescribed motion."""
+    """Turn a prescribed motion with the placement, which also moves centres of rotation.
+
+    Raises
+    ------
+    CaseError
+        Poses of the world, or a file of three columns, would have to turn.
+    """
     rotation = included.rotation
     kind = spec.kind
     if kind == "combine":
@@ -263,7 +290,16 @@ def _pose_prescribed(included: Included, spec: Any, motion: Table) -> None:
 
 
 def _pose_deforming(included: Included, spec: Any, motion: Table, pose: FloatArray) -> None:
-    """Pose the selections of nodes and the materials of a slave that deforms."""
+    """Pose the selections of nodes and the warp directions of a slave that deforms.
+
+    Selections and directions turn with the slave's `pose`; held directions, driving motions and
+    forces with the placement. Warp directions stay if a file has the shape of reference.
+
+    Raises
+    ------
+    CaseError
+        A box or held directions would turn by other than quarters, or scales along axes at all.
+    """
     rotation = pose[:3, :3]
     for key in ("fixed", "driven", "attached", "masses", "loads"):
         for k, table in enumerate(motion.get(key, [])):
@@ -289,7 +325,13 @@ def _pose_deforming(included: Included, spec: Any, motion: Table, pose: FloatArr
 
 
 def _pose_nodes(table: Table, pose: FloatArray) -> None:
-    """Pose the place that selects nodes."""
+    """Pose the place that selects nodes.
+
+    Raises
+    ------
+    CaseError
+        A box would turn by other than quarters, or a curve would move.
+    """
     rotation = pose[:3, :3]
     if "plane" in table:
         point, normal = table["plane"]
@@ -306,6 +348,7 @@ def _pose_nodes(table: Table, pose: FloatArray) -> None:
 
 
 def _pose_belt(included: Included, spec: BeltSpec, table: Table) -> None:
+    """Pose a belt: its ends move with their anchors, points of `via` with the placement."""
     path = table["path"]
     path["over"] = [included.name(name) for name in spec.path.over]
     path["via"] = [_point(included.placement, point) for point in spec.path.via]
@@ -319,6 +362,10 @@ def _pose_belt(included: Included, spec: BeltSpec, table: Table) -> None:
 
 
 def _pose_joint(included: Included, spec: Any, table: Table) -> None:
+    """Pose a joint: points and axes move with their bodies, and laws start at its coordinates.
+
+    The first point is shifted along the axis, so that both points meet at the given travel.
+    """
     joint = spec.instance
     rotations = [included.pose(name)[:3, :3] for name in joint.between]
     table["name"] = included.name(joint.name)
@@ -328,7 +375,6 @@ def _pose_joint(included: Included, spec: Any, table: Table) -> None:
         table["axis"] = [_vector(rotations[side], joint.axis[side]) for side in (0, 1)]
     coordinates = included.spec.coordinates({joint.name: joint}).get(joint.name, {})
     if "travel" in coordinates:
-        # A joint starts at its travel where both points of `at` meet.
         start = joint.laws["travel"].start if "travel" in joint.laws else 0.0
         shift = (float(coordinates["travel"]) - start) * joint.axis[0]  # type: ignore[arg-type]
         table["at"][0] = _point(included.pose(joint.between[0]), joint.at[0] + shift)
@@ -339,6 +385,7 @@ def _pose_joint(included: Included, spec: Any, table: Table) -> None:
 
 
 def _pose_gas(included: Included, spec: Any, table: Table) -> None:
+    """Pose the facets of openings with the slave; names of triggers and chambers get the prefix."""
     table["name"] = included.name(spec.name)
     table["slave"] = included.name(spec.slave)
     slaves = {slave.name: slave for slave in included.tables.slave}
@@ -355,6 +402,10 @@ def _pose_gas(included: Included, spec: Any, table: Table) -> None:
 
 
 def _pose_sensor(included: Included, spec: Any, table: Table) -> None:
+    """Pose a sensor with its slave or its bodies; its own axes turn with the first body.
+
+    Axes "world" stay as they are.
+    """
     table["name"] = included.name(spec.name)
     slaves = {slave.name: slave for slave in included.tables.slave}
     for key in ("node", "section"):
@@ -416,7 +467,15 @@ def _over_time(rotation: FloatArray, value: Any) -> Any:
 
 
 def _directions(rotation: FloatArray, directions: list[str], key: str) -> list[str]:
-    """Turn directions that are held: of x, y, z, rx, ry, rz."""
+    """Turn directions that are held: of x, y, z, rx, ry, rz.
+
+    All three, or none, of translations and rotations stay as they are.
+
+    Raises
+    ------
+    CaseError
+        Others would turn by other than quarters.
+    """
     translations = [direction for direction in directions if direction in "xyz"]
     rotations = [direction[1:] for direction in directions if direction not in "xyz"]
     if len(translations) in (0, 3) and len(rotations) in (0, 3):
@@ -434,5 +493,6 @@ def _check_quarters(rotation: FloatArray, key: str) -> None:
 
 
 def _refuse(key: str, rule: str, found: object) -> None:
+    """Raise a CaseError that advises to write the table in the case itself."""
     remedy = "Write this table in the case itself, at its final place"
     raise CaseError(rule, where=key, found=found, remedy=remedy)

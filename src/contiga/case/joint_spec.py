@@ -20,6 +20,7 @@ from contiga.errors import CaseError
 
 
 def _is_vector_or_two(value: Any) -> bool:
+    """Return whether a value is a vector of three numbers, or a list of one or two such."""
     vectors = value if has_rows(value) else [value if isinstance(value, list) else []]
     sizes_fit = len(vectors) in (1, 2) and all(len(vector) == 3 for vector in vectors)
     return sizes_fit and all(is_number(number) for vector in vectors for number in vector)

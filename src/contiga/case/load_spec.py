@@ -13,6 +13,10 @@ from contiga.errors import CaseError
 
 
 def _vector_or_rows(value: Any) -> Any:
+    """Return `value`; CaseError unless it is a list of finite numbers, or of rows of such.
+
+    Lengths are not checked.
+    """
     # A union of types would give a message for each type.
     rows = value if isinstance(value, list) else [None]
     if not (all(map(is_number, rows)) or all(isinstance(row, list) for row in rows)):

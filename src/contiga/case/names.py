@@ -23,7 +23,7 @@ _REFERENCES = {
 
 
 def check_unique(key: str, names: list[str]) -> None:
-    """Refuse a name that two tables of `key` have."""
+    """Refuse a name that two tables of `key` have; the CaseError is at the last of them."""
     for name, count in Counter(names).items():
         if count > 1:
             last = len(names) - 1 - names[::-1].index(name)
@@ -44,7 +44,10 @@ def check_apart(key: str, name: str, names: list[str], rule: str) -> None:
 def check_defined(
     key: str, name: str, kind: str, names: list[str], names_of_other_kind: list[str]
 ) -> None:
-    """Refuse a name that is not among the names of a `kind` of part."""
+    """Refuse a name that is not among the names of a `kind` of part.
+
+    The CaseError suggests the closest name, or says that the name is of the other kind.
+    """
     if name in names:
         return
     remedy = suggest(name, names)
@@ -88,7 +91,7 @@ class UnresolvedName(NamedTuple):
 def unresolved_names(
     data: Mapping[str, Any], places: Sequence[tuple[int | str, ...]]
 ) -> list[UnresolvedName]:
-    """Find unresolved references to bodies and slaves in a case that also has other errors.
+    """Return unresolved references to bodies and slaves in a case that also has other errors.
 
     `places` are the places of these errors. Nothing is returned if the names of bodies and slaves
     cannot be known, because their names or whole tables are wrong.

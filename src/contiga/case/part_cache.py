@@ -38,6 +38,9 @@ class PartCache:
     def part(self, spec: Spec, name: str, unit: str, make: Callable[[], Part]) -> Part:
         """Return the part that `make` makes from a table, or the cached one of an equal table.
 
+        Tables are equal if name, unit, all keys but `align`, `place` and `then`, and the files that
+        they name are. An error of `make` is not cached.
+
         Warns
         -----
         ContigaWarning

@@ -39,7 +39,7 @@ class AlignSpec(Spec):
         return self
 
     def moved(self, part: Part, parts: Mapping[str, Master | Slave]) -> Part:
-        """Return `part`, aligned to one of the parts placed already."""
+        """Return `part`, aligned to one of the parts placed already, or to the origin."""
         return align(
             part,
             to=None if self.to is None else parts[self.to],

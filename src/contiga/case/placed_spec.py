@@ -84,7 +84,7 @@ class Placed(Spec):
         return matrix_of(self.transform)
 
     def place_part(self, part: Part, parts: Mapping[str, Master | Slave]) -> Part:
-        """Return `part` at its place among the placed parts, before the steps of `then`."""
+        """Return `part` aligned, then placed, relative to `parts`; before the steps of `then`."""
         for key, entry in (("align", self.align), ("place", self.place)):
             with errors_at(key):
                 part = part if entry is None else entry.moved(part, parts)

@@ -106,6 +106,11 @@ class ReferenceSpec(Spec):
     @model_validator(mode="before")
     @classmethod
     def _read_files(cls, data: Any, info: ValidationInfo) -> Any:
+        """Replace the keys of a file by its points, and a corridor's file by its rows.
+
+        Values are converted to the units of the case. InputError if a file, its channel, or the
+        choice of file or points is wrong.
+        """
         if not isinstance(data, dict):
             return data
         kinds = _kind_of(data, "x", "time"), _kind_of(data, "channel")
@@ -144,6 +149,7 @@ class ReferenceSpec(Spec):
 
     @model_validator(mode="after")
     def _curve_can_be_drawn(self) -> Self:
+        """Refuse times that do not rise, a corridor upside down, and an onset without time."""
         rows = [("points", self.points)]
         if isinstance(self.corridor, list):
             rows.append(("corridor", self.corridor))
@@ -170,7 +176,10 @@ class ReferenceSpec(Spec):
         return f"{self.channel} over {self.x}, {len(self.points)} points, {span}{moved}{band}"
 
     def check_overlap(self, start: float, end: float) -> None:
-        """Refuse a curve over time that has no time in common with a run from `start` to `end`."""
+        """Refuse a curve over time that has no time in common with a run from `start` to `end`.
+
+        A curve that is shifted to the onset of the run passes.
+        """
         if self.x != "time" or not is_number(self.shift):
             return
         first, last = (row[0] + float(self.shift) for row in (self.points[0], self.points[-1]))
@@ -185,7 +194,13 @@ class ReferenceSpec(Spec):
 
 
 def _kind_of(data: dict[str, Any], key: str, default: str | None = None) -> Quantity:
-    """Return the quantity of the channel that a table names."""
+    """Return the quantity of the channel that a table names.
+
+    Raises
+    ------
+    CaseError
+        The key is missing without a `default`, or names no channel.
+    """
     if key not in data and default is None:
         raise CaseError("is missing", where=key, allowed="the channel of the run that was measured")
     name = data.get(key, default)
@@ -208,7 +223,7 @@ def check_channel(key: str, name: str, channels: Iterable[str]) -> None:
 
 
 def check_kinds(key: str, names: list[str]) -> None:
-    """Refuse channels of different quantities in one figure."""
+    """Refuse channels of different quantities in one figure; unknown channels are left out."""
     kinds = {kind for name in names if (kind := kind_of_column(name)) is not None}
     if len(kinds) > 1:
         raise CaseError(

@@ -64,7 +64,7 @@ class _Points(Placed):
         return self.transformed(self.raw(name, unit))
 
     def transformed(self, slave: Slave) -> Slave:
-        """Return the slave moved by the transform; the selection of `box` and `side` is active."""
+        """Return the slave moved by the transform; only what `box` and `side` select is active."""
         if self.transform:
             slave = slave.transformed(self.matrix)
         if self.box is None and self.side is None:
@@ -282,11 +282,13 @@ class Sampling(Spec):
     def mesh_of(self, body: Master, master_sizes: Iterable[float] = ()) -> TriMesh:
         """Return the triangles of a body; `master_sizes` are of the bodies that it will touch.
 
+        They are within the tolerance, and are then divided until no side is longer than the size.
+
         Raises
         ------
         CaseError
-            Tolerance or size need too many points for a run, or the tolerance is as large as the
-            body.
+            Tolerance or size need more than 500 000 triangles, or the tolerance is above a tenth of
+            the size of the body.
         """
         tolerance = 1e-3 * body.size if self.tolerance is None else self.tolerance
         if tolerance > _MAX_TOLERANCE * body.size:
@@ -353,7 +355,10 @@ PointsSpec = Annotated[
 
 
 def _subdivided(corners: FloatArray, segments: int) -> FloatArray:
-    """Return the points of a polyline, subdivided into `segments` pieces, one a leg at least."""
+    """Return the points of a polyline, subdivided into `segments` pieces, one a leg at least.
+
+    Legs get pieces in proportion to their lengths, each rounded so that the sum stays right.
+    """
     legs = np.diff(corners, axis=0)
     lengths = np.sqrt((legs * legs).sum(axis=1))
     ends = np.round(segments * np.cumsum(lengths) / lengths.sum()).astype(int)
@@ -366,7 +371,10 @@ def _subdivided(corners: FloatArray, segments: int) -> FloatArray:
 
 
 def _check_triangle_count(key: str, value: float, triangles: float, power: int) -> None:
-    """Refuse a value that needs too many triangles; their number falls with a power of it."""
+    """Refuse a value that needs more than 500 000 triangles.
+
+    Their number falls with the `power` of it, which gives the smallest value for the message.
+    """
     if triangles > _MAX_TRIANGLES:
         lower_bound = value * (triangles / _MAX_TRIANGLES) ** (1.0 / power)
         raise CaseError(

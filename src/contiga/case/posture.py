@@ -58,8 +58,8 @@ def postures(
     Returns
     -------
     dict
-        Poses by name, of bodies that ties connect to the root; a body moves with its whole branch
-        of the tree.
+        Poses by name, of the root (identity) and bodies that ties connect to it; a body moves with
+        its whole branch of the tree.
 
     Raises
     ------
@@ -106,7 +106,10 @@ def postures(
 
 
 def _tree(ties: Sequence[Tie], root: str) -> list[_Link]:
-    """Return the bodies that ties connect to the root, each after its parent."""
+    """Return the bodies that ties connect to the root, without it, each after its parent.
+
+    Breadth first; of several ties to a body the first is taken.
+    """
     links: list[_Link] = []
     reached = [root]
     for body in reached:
@@ -121,7 +124,10 @@ def _tree(ties: Sequence[Tie], root: str) -> list[_Link]:
 
 
 def _check_coordinates(joint: Joint, coordinates: Coordinates) -> None:
-    """Refuse coordinates that the joint does not have, or that are beyond its stops."""
+    """Refuse coordinates that the joint does not have, or that are beyond its stops.
+
+    A cone must be in [0, π), and `about` needs one.
+    """
     names = list(KINDS[joint.kind].coordinates)
     allowed = [*names, ABOUT] if "cone" in names else names
     for key, value in coordinates.items():
@@ -155,7 +161,8 @@ def _check_coordinates(joint: Joint, coordinates: Coordinates) -> None:
 def _relative_pose(joint: Joint, coordinates: Coordinates) -> FloatArray:
     """Return the pose (4, 4) that moves the second body from where it is drawn.
 
-    Its joint then has the coordinates, with the first body as drawn.
+    Its joint then has the coordinates, with the first body as drawn. Coordinates that are not given
+    are where the laws start, else zero; a cone stays as drawn.
     """
     first, second = np.eye(4), np.eye(4)
     for matrix, marker in zip((first, second), joint.markers(), strict=True):
@@ -181,7 +188,13 @@ def _swing(
 ) -> FloatArray:
     """Return the rotation (4, 4) by the cone of a spherical joint, in its first marker's frame.
 
-    `drawn` is its second marker in that frame.
+    `drawn` is its second marker in that frame. The cone opens about `about`, else in the direction
+    in which it is drawn; without a cone it is as drawn.
+
+    Raises
+    ------
+    CaseError
+        A cone is to open and the axes are on one line, or `about` is along the axis of the joint.
     """
     third = drawn[:3, 2]
     about = np.array([-third[1], third[0], 0.0])

@@ -55,14 +55,15 @@ def case_error(
 ) -> InputError:
     """Return one error with everything that pydantic found wrong in `data`, read from `file`.
 
-    `data` stands under `key`; some of its tables may be from the files of `origins`.
+    `data` stands under `key`; some of its tables may be from the files of `origins`. References
+    that are unresolved are added; a single error is returned as it is, several as one list.
     """
     details = error.errors(include_url=False)
     errors = [error_of(detail, data, key) for detail in details]
     errors += [name.error for name in unresolved_in(data, details)]
     if len(errors) == 1:
         return in_its_file(errors[0], origins or {}, file)
-    return combined([in_its_file(error, origins or {}, "") for error in errors], file)
+    return combined_error([in_its_file(error, origins or {}, "") for error in errors], file)
 
 
 def in_its_file(error: InputError, origins: Origins, file: str) -> InputError:
@@ -85,8 +86,8 @@ def unresolved_in(data: object, details: Sequence[ErrorDetails]) -> list[Unresol
     return unresolved_names(data, [detail["loc"] for detail in details])
 
 
-def combined(faults: Sequence[Fault], file: str) -> InputError:
-    """Return one error that contains several; `file` is the case's."""
+def combined_error(faults: Sequence[Fault], file: str) -> InputError:
+    """Return one error with the messages of several, at most 12 of them; `file` is the case's."""
     lines = [str(fault) for fault in faults[:_MAX_LISTED]]
     if len(faults) > _MAX_LISTED:
         lines.append(f"and {len(faults) - _MAX_LISTED} more")
@@ -135,7 +136,7 @@ class ErrorCollector:
         if len(self._faults) == 1:
             raise at_key(first, key, self._file, self._origins) from first
         faults = [at_key(fault, key, "", self._origins) for fault, key in self._faults]
-        raise combined(faults, self._file) from first
+        raise combined_error(faults, self._file) from first
 
 
 def first_error(error: ValidationError, data: object, key: str) -> InputError:
@@ -165,7 +166,10 @@ def at_key(fault: Fault, key: str, file: str, origins: Origins) -> Fault:
 
 
 def with_case_key(error: InputError, key: str, file: str) -> InputError:
-    """Return `error` with the key of the case it belongs to; an `InputError` as a `CaseError`."""
+    """Return `error` with the key of the case it belongs to; an `InputError` as a `CaseError`.
+
+    A place that the error has already follows the key, unless the key ends with it.
+    """
     where = error.where
     if not where:
         path = key
@@ -180,7 +184,7 @@ def with_case_key(error: InputError, key: str, file: str) -> InputError:
 
 @contextmanager
 def errors_at(key: str, file: str = "") -> Iterator[None]:
-    """Give errors that are raised inside the key of the case they belong to."""
+    """Raise each `InputError` from inside again, with the key of the case it belongs to."""
     try:
         yield
     except InputError as error:
@@ -194,7 +198,10 @@ def check_at(key: str, check: Callable[..., object], *arguments: object) -> None
 
 
 def _with_place(error: InputError, where: str | None) -> InputError:
-    """Return `error` with `where` as its place; a plain `InputError` becomes a `CaseError`."""
+    """Return a copy of `error` at the place `where`, with a long found value cut short.
+
+    A plain `InputError` becomes a `CaseError`.
+    """
     kind = CaseError if type(error) is InputError else type(error)
     details: dict[str, Any] = {"allowed": error.allowed, "remedy": error.remedy}
     if error.has_found:
@@ -203,7 +210,10 @@ def _with_place(error: InputError, where: str | None) -> InputError:
 
 
 def error_of(detail: ErrorDetails, data: object, key: str = "") -> InputError:
-    """Return one error that pydantic found in `data`, which stands under `key`."""
+    """Return one error that pydantic found in `data`, which stands under `key`.
+
+    An `InputError` of contiga's own checks keeps its text; pydantic's own are worded here.
+    """
     path = key_path(detail["loc"], data, key)
     cause = (detail.get("ctx") or {}).get("error")
     if isinstance(cause, InputError):
@@ -212,7 +222,10 @@ def error_of(detail: ErrorDetails, data: object, key: str = "") -> InputError:
 
 
 def _explained(detail: ErrorDetails) -> dict[str, Any]:
-    """Return rule, value and allowed values of an error of pydantic's own."""
+    """Return the arguments of a `CaseError` for an error of pydantic's own.
+
+    An unknown kind of error keeps pydantic's message.
+    """
     kind, value, context = detail["type"], detail["input"], detail.get("ctx") or {}
     if kind == "missing":
         return {"what": "is missing"}

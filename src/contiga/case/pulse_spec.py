@@ -41,6 +41,7 @@ class _PulseSpec(MotionSpec):
 
     @model_validator(mode="after")
     def _motion_is_possible(self) -> Self:
+        """Refuse both or neither of table and file, keys of another source, and a wrong pulse."""
         if (self.table is None) == (self.file is None):
             raise CaseError("must have exactly one of the keys table or file")
         if self.columns is not None and self.file is None:
@@ -62,7 +63,13 @@ class _PulseSpec(MotionSpec):
     def _rows(
         self, units: Units, quantity: Literal["velocity", "acceleration"]
     ) -> FloatArray | list[list[float]]:
-        """Return the rows of table or file in the units of the case."""
+        """Return the rows t, values of the table or the file, in the units of the case.
+
+        Raises
+        ------
+        InputError
+            A unit, the file or its columns are wrong.
+        """
         length, _, time = units
         factor_of = velocity_factor if quantity == "velocity" else acceleration_factor
         factor = 1.0 if self.unit is None else factor_of(self.unit, length, time, "unit")

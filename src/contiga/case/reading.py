@@ -12,7 +12,10 @@ from contiga.simulation.checks.finding import Finding
 
 @contextmanager
 def warnings_as_findings(kind: str, name: str, findings: list[Finding]) -> Iterator[None]:
-    """Collect warnings raised inside as findings about a body or a slave; pass on others."""
+    """Append warnings of contiga from inside to `findings`, about a body or a slave.
+
+    Other warnings are given again at the end. If an error is raised inside, all are dropped.
+    """
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always", ContigaWarning)
         yield

@@ -66,7 +66,7 @@ class PosesSpec(InstanceSpec[Poses], MotionSpec):
 
     @staticmethod
     def makes(file: str | None, table: Table | None, units: tuple[str, str]) -> Poses:
-        """Return the poses of the file or of the table, whichever is given."""
+        """Return the poses of the file or of the table; CaseError unless one of them is given."""
         if (file is None) == (table is None):
             raise CaseError("must have exactly one of the keys file or table")
         if file is None:

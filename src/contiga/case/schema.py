@@ -67,6 +67,7 @@ from contiga.errors import CaseError
 
 
 def _number_or_auto(value: Any) -> Any:
+    """Return `value`; CaseError unless it is "auto" or a number above zero."""
     if value == "auto" or is_number(value):
         if value != "auto" and not value > 0.0:
             raise CaseError("is too small", found=value, allowed='> 0, or "auto"')
@@ -109,7 +110,7 @@ class TimeSpec(Spec):
         return self
 
     def stepping(self) -> EqualSteps | AutoSteps:
-        """Return the times of the run."""
+        """Return the times of the run; InputError if they do not go forward."""
         if isinstance(self.step, str):
             bounds = self.largest or 0.0, self.shortest or 0.0
             return AutoSteps(self.start, self.end, self.safety, *bounds)
@@ -189,6 +190,7 @@ class SlaveSpec(Spec):
 
     @model_validator(mode="after")
     def _points_or_geometry(self) -> Self:
+        """Refuse both or neither of points and geometry, and keys that do not go with it."""
         if (self.points is None) == (self.geometry is None):
             raise CaseError(
                 "must have exactly one of the keys points or geometry",
@@ -217,6 +219,7 @@ class SlaveSpec(Spec):
     @model_validator(mode="before")
     @classmethod
     def _points_of_a_body_go_with_it(cls, data: Any) -> Any:
+        """Attach points of a body to it, unless the table has a motion."""
         points = data.get("points") if isinstance(data, dict) else None
         if isinstance(points, dict) and isinstance(points.get("body"), str):
             return {"motion": {"kind": "attached", "body": points["body"]}} | data
@@ -268,7 +271,10 @@ class Case(Spec):
 
     @property
     def parts(self) -> dict[str, BodySpec | SlaveSpec]:
-        """Bodies and slaves by name."""
+        """Bodies and slaves by name.
+
+        Belts are not among them.
+        """
         bodies: dict[str, BodySpec | SlaveSpec] = {part.name: part for part in self.body}
         return bodies | {part.name: part for part in self.slave}
 
@@ -285,6 +291,11 @@ class Case(Spec):
 
     @model_validator(mode="after")
     def _parts_fit_together(self) -> Self:
+        """Refuse a case in which nothing can happen; check names, places, laws and channels.
+
+        All wrong names and places are reported at once, then circles of places and wrong laws, then
+        channels that a run will not have.
+        """
         deforms = self.deforms
         free = any(slave.motion.by_forces for slave in self.slave)
         nodes = deforms or bool(self.gas) or (free and bool(self.spring))
@@ -317,7 +328,10 @@ class Case(Spec):
         return self
 
     def _figure_checks(self) -> Iterator[Callable[[], object]]:
-        """Yield checks that a run has the channels of plots and curves of tests."""
+        """Yield checks that a run has the channels of plots and curves of tests.
+
+        Channels of a plot must have one unit, and a curve of a test times in common with the run.
+        """
         channels = channels_of_case(self)
         start, end = self.time.start, self.time.end
         for i, plot in enumerate(self.plot):
@@ -331,7 +345,10 @@ class Case(Spec):
             yield partial(check_at, f"reference[{i}]", curve.check_overlap, start, end)
 
     def _name_checks(self) -> Iterator[Callable[[], object]]:
-        """Yield checks that names are unique, and that contacts name a body and a slave."""
+        """Yield checks that names of a kind are unique, and that contacts name a body and a slave.
+
+        A body, a slave and a belt may not have the same name either.
+        """
         for key, names in (
             ("body", [body.name for body in self.body]),
             ("slave", [slave.name for slave in self.slave]),
@@ -357,7 +374,10 @@ class Case(Spec):
             yield partial(check_defined, f"{key}.slave", contact.slave, "slave", slaves, bodies)
 
     def _reference_checks(self) -> Iterator[Callable[[], object]]:
-        """Yield checks of the names in motions, loads, springs, joints, gas and sensors."""
+        """Yield checks of the names in motions, loads, springs, joints, rings, gas and sensors.
+
+        The last ones check each body, for a mass if forces move it.
+        """
         bodies = [body.name for body in self.body]
         slaves = [*self._slaves.values()]
         for key, name in self._named_bodies():
@@ -408,6 +428,7 @@ class Case(Spec):
                 yield f"gas[{i}].{key}", name
 
     def _check_body(self, i: int) -> None:
+        """Refuse a body without the mass that it needs, or one that is called as the ground."""
         body = self.body[i]
         grounded = [f"spring[{k}]" for k, s in enumerate(self.spring) if GROUND in s.between]
         grounded += [f"joint[{k}]" for k, j in enumerate(self.joint) if GROUND in j.between]
@@ -426,7 +447,10 @@ class Case(Spec):
             )
 
     def _named_bodies(self) -> Iterator[tuple[str, str]]:
-        """Yield the keys that name a body to be moved, pulled or measured, and the names."""
+        """Yield the keys that name a body, but for contacts, springs and joints, and the names.
+
+        A name that a slave has both in its points and in its motion is yielded once.
+        """
         keys: dict[tuple[str, str], str] = {}  # by table and name, each name once
         for i, slave in enumerate(self.slave):
             if isinstance(slave.points, BodyPoints):
@@ -452,7 +476,11 @@ class Case(Spec):
                 yield f"sensor[{i}].body", sensor.body
 
     def _check_placement(self, name: str, reference: str, key: str) -> None:
-        """Refuse the part `reference`, by which the part `name` is placed, if it cannot be used."""
+        """Refuse the part `reference`, by which the part `name` is placed, if it cannot be used.
+
+        It must exist; one of two parts placed on each other must be a body, and a part of an
+        included file must have been moved by the same steps.
+        """
         parts = self.parts
         check_defined(key, reference, EITHER, [*parts], [])
         part, other = parts[name], parts[reference]
@@ -474,7 +502,13 @@ class Case(Spec):
             )
 
     def sides(self, contact: ContactSpec) -> Sides:
-        """Return the deformable side of a contact, and its law."""
+        """Return the deformable side of a contact, and its law.
+
+        Raises
+        ------
+        InputError
+            As `sides_of`: a side that should deform has no law, or the laws do not fit.
+        """
         bodies = {body.name: body for body in self.body}
         points = next((slave.points for slave in self.slave if slave.name == contact.slave), None)
         host = bodies[points.body] if isinstance(points, BodyPoints) else None

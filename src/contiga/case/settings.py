@@ -86,7 +86,7 @@ def with_settings(data: Mapping[str, Any], settings: Mapping[str, Any]) -> dict[
 
 
 def table_of_key(data: Mapping[str, Any], key: str) -> Mapping[str, Any]:
-    """Return the innermost named table of a case on the path of a key; empty if there is none."""
+    """Return the innermost table around the value of a key; empty if the key leads nowhere."""
     *path, _ = [place or name for place, name in _STEP.findall(key)]
     value: Any = data
     table: Mapping[str, Any] = {}
@@ -100,7 +100,15 @@ def table_of_key(data: Mapping[str, Any], key: str) -> Mapping[str, Any]:
 
 
 def _entry(value: Any, step: str, key: str, path: list[str]) -> Any:
-    """Return the key or index to which the step after `path` leads in a table or a list."""
+    """Return the key or index to which the step after `path` leads in a table or a list.
+
+    In a list a name precedes a place. Keys of tables need not exist.
+
+    Raises
+    ------
+    CaseError
+        The value is neither, or the list has no such name or place.
+    """
     if isinstance(value, dict):
         return step
     place = ".".join(path)
@@ -125,7 +133,10 @@ def _entry(value: Any, step: str, key: str, path: list[str]) -> Any:
 
 
 def _name(table: Any) -> str | None:
-    """Return the name of a table: its `name`, else its name in results, else its prefix."""
+    """Return the name of a table: its `name`, else "<master>-<slave>", its prefix, or its ends.
+
+    None if it has none of these.
+    """
     if not isinstance(table, dict):
         return None
     if isinstance(table.get("name"), str):

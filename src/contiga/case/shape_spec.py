@@ -31,7 +31,14 @@ class ShapeSpec(InstanceSpec[ControlPoints], MotionSpec):
 
     @staticmethod
     def makes(table: list[list[float]] | None, file: str | None) -> ControlPoints:
-        """Return the motion of a table or a file, whichever is given."""
+        """Return the motion of a table or a file.
+
+        Raises
+        ------
+        InputError
+            Not one of them is given, rows have no 1 + 3 m numbers, times do not rise, or the file
+            is wrong.
+        """
         if (file is None) == (table is None):
             raise CaseError("must have exactly one of the keys file or table")
         if file is not None:
@@ -56,7 +63,13 @@ class ShapeSpec(InstanceSpec[ControlPoints], MotionSpec):
 
 
 def _read_arrays(file: str) -> tuple[FloatArray, FloatArray]:
-    """Return the times and control points of a file."""
+    """Return the times and control points of a file; their shapes are not checked.
+
+    Raises
+    ------
+    FileError
+        It cannot be read, or an array is missing or holds no numbers.
+    """
     allowed = f"a .npz of NumPy with {ARRAYS[0]} (k,) and {ARRAYS[1]} (k, m, 3)"
     try:
         with np.load(file, allow_pickle=False) as arrays:

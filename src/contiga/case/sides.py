@@ -47,7 +47,7 @@ class LayeredSpec(Spec):
         return FaceLaws(self.layer.instance, laws)  # type: ignore[arg-type]
 
     def layers(self) -> str:
-        """Describe the table in words."""
+        """Describe the layers in words; there must be one."""
         assert self.layer is not None
         faces = (
             f"faces {str(face.faces)[1:-1]} {face.law.describe()}" for face in self.face_layer or []
@@ -56,6 +56,7 @@ class LayeredSpec(Spec):
 
     @model_validator(mode="after")
     def _all_faces_have_layers(self) -> Self:
+        """Refuse layers of some faces alone, and laws that need elements or a slave's thickness."""
         if self.face_layer and self.layer is None:
             raise CaseError(
                 "is missing: some faces have layers, and the others none",
@@ -81,6 +82,7 @@ class Sides(NamedTuple):
     type: str
     """The deformable side: "slave", "master" or "combined"."""
     law: Law
+    """Law of the deformable side; of the slave's if both deform."""
     master_law: Law | None
     """Law of the master if both sides deform."""
 
@@ -88,12 +90,14 @@ class Sides(NamedTuple):
 def sides_of(contact: ContactSpec, master: LayeredSpec, slave: LayeredSpec | None) -> Sides:
     """Return the sides of a contact with the body `master`.
 
-    `slave` is the body whose points touch it, if they belong to one.
+    `slave` is the body whose points touch it, if they belong to one. The contact's own laws precede
+    the layers of the bodies. Without a type, the side that has a law deforms, or both ("combined").
 
     Raises
     ------
     InputError
-        A side that should deform has no law; the two laws cannot be combined.
+        A side that should deform has no law or thickness; the two laws cannot be combined; the
+        slave's body has layers of single faces.
     """
     law_of_contact = None if contact.law is None else contact.law.instance
     if law_of_contact is not None or slave is None:

@@ -36,7 +36,13 @@ def slave_motion(
 ) -> SlaveMotion | Dependent:
     """Return the motion of a slave's points.
 
-    `prescribed_motion` is None if the slave has none, or a wrong one: its points then rest.
+    `prescribed_motion` is None if the slave has none, or a wrong one: its points then rest. Files
+    of a series without times or a step are spread evenly over the run.
+
+    Raises
+    ------
+    InputError
+        The elements, or the files of a series, do not fit the slave.
     """
     motion = spec.motion
     if isinstance(motion, FreeSpec):
@@ -44,7 +50,9 @@ def slave_motion(
     if isinstance(motion, AttachedSpec):
         return Attached(motion.body)
     if isinstance(motion, DeformSpec):
-        return deforming_of(spec, motion, slave, partial(prescribed, case=case), case.units.length)
+        return deforming_of(
+            spec, motion, slave, partial(prescribed_motion_of, case=case), case.units.length
+        )
     if not isinstance(motion, SeriesSpec):
         return Moved(slave.points, Fixed() if prescribed_motion is None else prescribed_motion)
     files = find_files(motion.files)
@@ -77,7 +85,8 @@ def deforming_of(
 ) -> Deforming:
     """Return the deformation of a slave; its elements and places are checked.
 
-    `motion_of` returns motions in the units of the case, whose unit of length is `unit`.
+    A mesh of reference is read here, with the slave's own choice of parts and layers. `motion_of`
+    returns motions in the units of the case, whose unit of length is `unit`.
     """
 
     def mesh_of(file: str, file_unit: str | None) -> Slave:
@@ -109,8 +118,14 @@ def check_elements(name: str, slave: Slave, motion: Deforming) -> None:
     motion.nodes(name, slave, lambda body: bodies.setdefault(body, len(bodies)))
 
 
-def prescribed(spec: PrescribedMotionSpec, case: Case) -> BodyMotion:
-    """Return a prescribed motion in the units of the case."""
+def prescribed_motion_of(spec: PrescribedMotionSpec, case: Case) -> BodyMotion:
+    """Return a prescribed motion in the units of the case.
+
+    Raises
+    ------
+    InputError
+        Velocities or accelerations do not cover the time of the run.
+    """
     if isinstance(spec, VelocitySpec | AccelerationSpec):
         motion = spec.motion_in((case.units.length, case.units.mass, case.units.time))
         check_covers(motion.span, case.time.start, case.time.end, "table")
@@ -119,7 +134,15 @@ def prescribed(spec: PrescribedMotionSpec, case: Case) -> BodyMotion:
 
 
 def nodes_named(spec: SlaveSpec, key: str | int | list[int]) -> NDArray[Any]:
-    """Return a mask (n,) of a set of the slave's file, or rows (k,) of nodes by number."""
+    """Return a mask (n,) of a set of the slave's file, or rows (k,) of nodes by number.
+
+    Raises
+    ------
+    CaseError
+        The points are not from a file.
+    MeshError
+        The file has no such set or node.
+    """
     if not isinstance(spec.points, FilePoints):
         by_number = isinstance(key, list)
         raise CaseError(
@@ -136,7 +159,16 @@ def nodes_named(spec: SlaveSpec, key: str | int | list[int]) -> NDArray[Any]:
 
 
 def _elements_of_set(spec: SlaveSpec, slave: Slave, key: str | int) -> dict[str, IntArray]:
-    """Return the slave's elements, by kind, that are cells of a part, set or group of its file."""
+    """Return the slave's elements, by kind, that are cells of a part, set or group of its file.
+
+    Cells are split into kinds that can deform. Lines of the set are bars, even if they are no cells
+    of the slave.
+
+    Raises
+    ------
+    InputError
+        The points are not from a file, or no element of the slave is in the set.
+    """
     if not isinstance(spec.points, FilePoints):
         raise CaseError("only a mesh from a file has parts", where="set", found=key, allowed="none")
     path = Path(spec.points.file)

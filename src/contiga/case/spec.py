@@ -41,7 +41,11 @@ class Spec(BaseModel):
     @model_validator(mode="wrap")
     @classmethod
     def _keys_are_known(cls, data: Any, handler: ModelWrapValidatorHandler[Self]) -> Self:
-        """Report every unknown key together with the errors under the known ones."""
+        """Report every unknown key together with the errors under the known ones.
+
+        A missing key that an unknown one may be a misspelling of, and rules about the table as a
+        whole, are then not reported.
+        """
         unknown = unknown_keys(data, cls.known_keys(data)) if isinstance(data, dict) else {}
         if not unknown:
             return handler(data)
@@ -49,8 +53,6 @@ class Spec(BaseModel):
         try:
             handler({key: value for key, value in data.items() if key not in unknown})
         except ValidationError as error:
-            # A missing key may be a misspelt one, and the table as a whole is checked
-            # when its keys are right.
             misspelt = {(closest_name(key, cls.known_keys(data)),) for key in unknown}
             details += [
                 InitErrorDetails(
@@ -94,7 +96,7 @@ class InstanceSpec(Spec, Generic[InstanceT]):
 
 
 def _with_instances(value: Any) -> Any:
-    """Return a value with the objects of its tables in place of these."""
+    """Return a value with the objects of its tables in place of these; lists stay as they are."""
     if isinstance(value, InstanceSpec):
         return value.instance
     if isinstance(value, dict):
@@ -120,7 +122,7 @@ def as_detail(error: InputError, data: object) -> InitErrorDetails:
 
 
 def raise_together(data: object, checks: Iterable[Callable[[], object]]) -> None:
-    """Carry out all checks and report their errors as one list, one per place and value.
+    """Carry out all checks and report their errors as one list, the first per place and value.
 
     Raises
     ------
@@ -231,7 +233,10 @@ def _tables_of(union: Any) -> Iterator[type[Spec]]:
 
 
 def _union_by_kind(models: Mapping[str, type[Spec]]) -> Any:
-    """Return a union of tables resolved by their `kind`."""
+    """Return a union of tables resolved by their `kind`.
+
+    A value with a missing or unknown kind gets one message.
+    """
     allowed = ", ".join(f'"{kind}"' for kind in models)
 
     def check(value: Any) -> Any:
@@ -259,7 +264,10 @@ def _union_by_kind(models: Mapping[str, type[Spec]]) -> Any:
 
 
 def _union_by_key(models: Mapping[str, type[Spec]]) -> Any:
-    """Return a union of tables resolved by the one key that each has alone."""
+    """Return a union of tables resolved by the one key that each has alone.
+
+    A value with none or several of these keys gets one message.
+    """
     *first, last = models
     keys = f"{', '.join(first)} or {last}" if first else last
 
@@ -302,6 +310,7 @@ def _folder(info: ValidationInfo) -> Path:
 
 
 def _absolute_file(path: str, info: ValidationInfo) -> str:
+    """Return the absolute path of a file, from the folder of the case; FileError if it is none."""
     mode = 0
     try:
         absolute = (_folder(info) / path).resolve()
@@ -318,6 +327,7 @@ def _absolute_file(path: str, info: ValidationInfo) -> str:
 
 
 def _absolute_pattern(pattern: str, info: ValidationInfo) -> str:
+    """Return a pattern from the folder of the case as absolute; FileError if no file matches."""
     from contiga.io.mesh.series import find_files
 
     find_files(pattern, _folder(info))

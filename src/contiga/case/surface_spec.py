@@ -52,7 +52,7 @@ class RefineSpec(Spec):
 
 
 def check_surface(geometry: GeometrySpec, refine: RefineSpec | None, mesh: Sampling | None) -> None:
-    """Refuse a geometry that a slave cannot be made from."""
+    """Refuse a mesh as the geometry of a slave, and `refine` beside `mesh`."""
     if isinstance(geometry, MeshGeometry):
         raise CaseError(
             "is no surface of splines",
@@ -78,6 +78,12 @@ def surface_of(geometry: GeometrySpec, refine: RefineSpec, names: tuple[str, str
 def meshed_of(
     geometry: GeometrySpec, mesh: Sampling, names: tuple[str, str], master_sizes: Iterable[float]
 ) -> Slave:
-    """Return the slave of triangles on a geometry."""
+    """Return the slave of triangles on a geometry; `names` are its own and the unit.
+
+    Raises
+    ------
+    CaseError
+        As `Sampling.mesh_of`.
+    """
     triangles = mesh.mesh_of(geometry.body(*names), master_sizes)
     return Slave(triangles.vertices, triangles.triangles, name=names[0], unit=names[1])

@@ -47,7 +47,10 @@ def _pairs(table: Mapping[str, Any]) -> list[str]:
 
 
 def value_text(value: Any) -> str:
-    """Return a value as TOML text: a table inline, a long list of lists on several lines."""
+    """Return a value as TOML text: a table inline, a long list of lists on several lines.
+
+    Numbers are written such that they read back as the same bits.
+    """
     if isinstance(value, bool):
         return "true" if value else "false"
     if isinstance(value, str):

@@ -14,7 +14,14 @@ from contiga.case.build import faults_of
 from contiga.case.case_file import read_text
 from contiga.case.include import CaseTables
 from contiga.case.names import UnresolvedName
-from contiga.case.problems import Fault, at_key, combined, error_of, in_its_file, unresolved_in
+from contiga.case.problems import (
+    Fault,
+    at_key,
+    combined_error,
+    error_of,
+    in_its_file,
+    unresolved_in,
+)
 from contiga.case.schema import Case, case_of, tables_of
 from contiga.errors import InputError
 
@@ -47,7 +54,7 @@ def load_case_to_build(path: Path, *, set: Mapping[str, Any] | None = None) -> C
             raise
         errors = [*(error_of(detail, data) for detail in details), *(u.error for u in unresolved)]
         messages = [in_its_file(error, origins, "") for error in errors]
-        raise combined([*messages, *faults], str(path)) from error
+        raise combined_error([*messages, *faults], str(path)) from error
 
 
 def _faults_of_correct_tables(
@@ -56,7 +63,11 @@ def _faults_of_correct_tables(
     unresolved: Sequence[UnresolvedName],
     path: Path,
 ) -> list[Fault]:
-    """Return the errors in the parts without a wrong table; none if these make up no case."""
+    """Return the errors in the parts without a wrong table, each with its key in the file.
+
+    Parts that name a wrong part are left out, and so are those that name these. There are none if
+    an error is not in a table of a list, or the rest makes up no case.
+    """
     data = tables.data
     wrong = {(name.key, name.row) for name in unresolved}
     for detail in details:

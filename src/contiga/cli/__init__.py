@@ -16,7 +16,10 @@ from contiga.warmup.garbage import rare_collections
 
 
 def main() -> None:
-    """Run the command line and leave with its exit code."""
+    """Run the command line and leave with its exit code.
+
+    It is 2, with a message, if a package that commands need is missing.
+    """
     write_plain_signs()
     try:
         require("the command line", "typer", "rich", "pydantic")

@@ -45,7 +45,11 @@ app = typer.Typer(
 
 
 def main() -> None:
-    """Run the command line and leave with its exit code."""
+    """Run the command line and leave with its exit code.
+
+    Errors are printed as one message on the error stream: of contiga with their own code, others
+    with code 1. Ctrl-C gives 130. With CONTIGA_DEBUG errors are raised.
+    """
     try:
         app()
     except ContigaError as error:
@@ -60,6 +64,7 @@ def main() -> None:
 
 
 def _fail(message: str, error: Exception, code: int) -> None:
+    """Print a message on the error stream and exit; with CONTIGA_DEBUG, raise the error instead."""
     if os.environ.get("CONTIGA_DEBUG", "0") not in ("", "0"):
         raise error
     print(f"contiga: error: {message}", file=sys.stderr)
@@ -67,6 +72,7 @@ def _fail(message: str, error: Exception, code: int) -> None:
 
 
 def _show_version(is_requested: bool) -> None:
+    """Print the version and the kernels in use, and stop, if that is requested."""
     if is_requested:
         from contiga.jit.prebuilt import choice
 
@@ -155,7 +161,10 @@ def run(
 
 
 def _print_result(summary: dict[str, Any], history: dict[str, Any], folder: Path) -> None:
-    """Print steps, peak forces, energy balance, criteria, notes and warnings of a run."""
+    """Print steps, peak forces, energy balance, criteria, notes and warnings of a run.
+
+    The last line names the report in `folder`, or the folder if it has none.
+    """
     import numpy as np
 
     from contiga.cli.step_reasons import steps_line
@@ -280,6 +289,7 @@ def info(
 
 
 def _table(rows: Iterable[tuple[str, str]]) -> None:
+    """Print rows (label, text) in two columns as wide as the terminal."""
     from rich.console import Console
     from rich.table import Table
     from rich.text import Text

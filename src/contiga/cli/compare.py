@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -51,14 +50,16 @@ def compare(
             else None,
         )
     comparison = compared(*runs)
-    for line in _lines(comparison):
-        print(line)
+    _print_comparison(comparison)
     if out is not None:
         print(f"page: {write_comparison(comparison, out)}")
 
 
 def runs_in(folder: Path) -> list[Path]:
-    """Return the folders of the cases of a study, or the folder itself if it is not of a study."""
+    """Return the folders of the cases of a study that have run, in the order of their names.
+
+    A folder without the manifest of a study is returned itself.
+    """
     from contiga.studies.folder import MANIFEST
     from contiga.studies.one_case import CASES
 
@@ -67,20 +68,24 @@ def runs_in(folder: Path) -> list[Path]:
     return sorted(path.parent for path in (folder / CASES).glob(f"*/{SUMMARY}"))
 
 
-def _lines(comparison: Comparison) -> Iterator[str]:
-    """Yield the lines to print: settings, peaks and differences, criteria, steps, seconds."""
+def _print_comparison(comparison: Comparison) -> None:
+    """Print settings that differ, peaks and largest differences, criteria, steps and seconds.
+
+    At most 12 settings are printed, and histories only of the main columns, without those that
+    differ by noise alone.
+    """
     from contiga.report.comparison_page import criteria_with_units, peaks_of, shortened
     from contiga.report.style import number
 
     if len(comparison.runs) > 2:
-        yield f"runs: {' → '.join(comparison.names)}"
+        print(f"runs: {' → '.join(comparison.names)}")
     first_settings = list(comparison.settings.items())[:_MAX_SETTINGS]
     for key, values in first_settings:
-        yield f"{key}: {' → '.join(map(shortened, values))}"
+        print(f"{key}: {' → '.join(map(shortened, values))}")
     if len(comparison.settings) > len(first_settings):
-        yield f"and {len(comparison.settings) - len(first_settings)} more settings"
+        print(f"and {len(comparison.settings) - len(first_settings)} more settings")
     if not comparison.settings:
-        yield "no setting differs"
+        print("no setting differs")
     for name, d in comparison.differences.items():
         if name.rpartition(".")[2] in _PRINTED_COLUMNS and name not in comparison.noise:
             share = f"{100.0 * d.relative:.3g} %" if d.largest > 0.0 else "none"
@@ -88,10 +93,10 @@ def _lines(comparison: Comparison) -> Iterator[str]:
             peak_text = " ".join([" → ".join(map(number, peaks)), unit]).rstrip()
             time = f"{number(d.at)} {comparison.runs[0].units.time}".rstrip()
             time = f" at t = {time}" if d.largest > 0.0 else ""
-            yield f"{name}: peak {peak_text}, largest difference {share}{time}"
+            print(f"{name}: peak {peak_text}, largest difference {share}{time}")
     for name, results in criteria_with_units(comparison).items():
-        yield f"{name}: {' → '.join('–' if v is None else number(v) for v in results)}"
+        print(f"{name}: {' → '.join('–' if v is None else number(v) for v in results)}")
     for label, key in (("steps", "steps"), ("seconds", "total")):
         times = comparison.timings.get(key, (None,))
         if None not in times:
-            yield f"{label}: {' → '.join(map(number, times))}"
+            print(f"{label}: {' → '.join(map(number, times))}")

@@ -25,10 +25,12 @@ PAUSE = 15.0
 
 
 def watch_compiling(context: typer.Context, helped: bool = False) -> None:
-    """Listen to numba until a command ends; with `helped`, other processes compile as well.
+    """Announce compiling on the error stream until a command ends; with `helped`, share it.
 
-    A first run compiles hundreds of kernels, so they begin at once, while it reads its case and
-    CAD. If all kernels are cached, there are no events, and nothing is started.
+    Messages appear in a terminal without --quiet, from the first kernel that numba compiles on.
+    Up to seven other processes start with the fourth kernel; if the kernel of tracking is not
+    cached, which means a first run of hundreds of kernels, all of this begins at once. If all
+    kernels are cached, nothing is started. When the command ends, the processes are killed.
     """
     suppress_notice()
     tell = sys.stderr.isatty() and "--quiet" not in sys.argv
@@ -120,11 +122,12 @@ class Messages:
         self._remove(self._listing.find(module, name, arguments))
 
     def hear(self, process: int, progress: Progress) -> None:
-        """Count a kernel that another process has done."""
+        """Count a kernel that another process has compiled, or found in the cache."""
         if progress.done:
             self._remove(progress.row)
 
     def _remove(self, row: Row | None) -> None:
+        """Count a kernel as done; print how many remain, unless the last message is too recent."""
         with self._lock:
             self._remaining -= {row}
             if perf_counter() - self._message_time >= PAUSE:
@@ -137,7 +140,7 @@ class Messages:
 
 
 def _is_first() -> bool:
-    """Return whether the kernel of tracking, which every case needs, has to be compiled."""
+    """Return whether the kernel of tracking, which every case needs, is not cached."""
     from contiga.jit.preload import is_missing
     from contiga.search.track.kernels.track_nb import track_chunks
 

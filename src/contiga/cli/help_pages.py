@@ -95,6 +95,7 @@ class Group(TyperGroup):
 
 
 def _without_values(params: list[Any]) -> list[Any]:
+    """Change flags so that their help shows no value; return the list."""
     for param in params:
         if getattr(param, "is_flag", False) and param.metavar is None:
             param.metavar = ""

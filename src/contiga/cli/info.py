@@ -20,15 +20,21 @@ _POWERS = {"size": "", "area": "²"}
 def rows_of(file: Path, *, faces: bool = False) -> Iterator[Row]:
     """Yield the contents of a CAD file or a mesh; `faces` adds the faces of CAD, one by one.
 
+    The rows of a CAD file come from the cache if it was described before, else they are cached.
+
     Raises
     ------
     InputError
         The file cannot be read, or it is a mesh and `faces` is set.
     """
-    from contiga.io.cad.formats import SUFFIXES
+    from contiga.io.cad.formats import SUFFIXES, expect_cad
 
     if file.suffix.lower() in SUFFIXES:
-        yield from _cad(file, faces)
+        expect_cad(file)
+        from contiga.io.cad.read_cache import cached_answer
+
+        question = "info and faces" if faces else "info"
+        yield from cached_answer(file, question, __file__, lambda: list(_cad_rows(file, faces)))
     elif faces:
         raise InputError(
             "only CAD has faces to be listed",
@@ -47,18 +53,8 @@ def rows_of(file: Path, *, faces: bool = False) -> Iterator[Row]:
             yield from master_of(mesh, where=str(file)).condition_rows()
 
 
-def _cad(file: Path, faces: bool) -> list[Row]:
-    """Return the rows of a CAD file, from the cache if it was described before."""
-    from contiga.io.cad.formats import expect_cad
-
-    expect_cad(file)
-    from contiga.io.cad.read_cache import cached_answer
-
-    question = "info and faces" if faces else "info"
-    return cached_answer(file, question, __file__, lambda: list(_cad_rows(file, faces)))
-
-
 def _cad_rows(file: Path, faces: bool) -> Iterator[Row]:
+    """Yield the rows of a CAD file: the whole, its condition, two for each part, then its faces."""
     from contiga.io.cad.cad_parts import read_cad_file
 
     cad = read_cad_file(file)
@@ -105,13 +101,14 @@ def _cad_rows(file: Path, faces: bool) -> Iterator[Row]:
 
 
 def _box(bounds: FloatArray, unit: str | None) -> str:
+    """Return the ranges of a box (2, 3) along x, y and z as a text."""
     low, high = bounds.tolist()
     spans = zip("xyz", low, high, strict=True)
     return ", ".join(f"{axis} {a:.6g} to {_with_unit(unit, b)}" for axis, a, b in spans)
 
 
 def _ranges(numbers: Sequence[int]) -> str:
-    """Return integers as a text, ranges as "3-7"."""
+    """Return integers, in their order, as a text; runs of successive ones as "3-7"."""
     runs: list[list[int]] = []
     for number in numbers:
         if runs and number == runs[-1][-1] + 1:
@@ -122,7 +119,10 @@ def _ranges(numbers: Sequence[int]) -> str:
 
 
 def _summary(summary: dict[str, Any]) -> Iterable[Row]:
-    """Yield the rows of a summary, without empty ones."""
+    """Yield the rows of a summary: bounds as a row an axis, lists of tables as a row each.
+
+    Entries that are None or empty are left out.
+    """
     unit = summary.get("unit")
     for key, value in summary.items():
         label = key.replace("_", " ")

@@ -18,15 +18,16 @@ MAX_TRIANGLES = 2.0 * MAX_CELLS
 
 
 def foretell(body: Body, tol: float) -> None:
-    """Print how many triangles a mesh by chord height takes, if they are many.
+    """Print on the error stream how many triangles a mesh by chord height takes, above 2 million.
 
     Their number is proportional to a power of 1/`tol`: 1 for faces curved two ways, ½ for one way,
-    0 for flat faces. Two coarse meshes give the power.
+    0 for flat faces. Two coarse meshes give the power. Nothing is estimated for a `tol` of at least
+    1e-5 of the size of the body.
 
     Raises
     ------
     InputError
-        The mesh would have too many triangles.
+        The mesh would have more than `MAX_TRIANGLES`.
     """
     coarse_tol = COARSE_TOL * body.size
     if tol >= 0.1 * coarse_tol:

@@ -42,7 +42,13 @@ def load(
     """Return the case of a file, with the settings of the command line over it.
 
     If its tables are wrong, `whole` also checks the parts that other tables describe. From here on
-    other processes compile beside the command of `context`, if it has to compile much.
+    other processes compile beside the command of `context`, if it has to compile much, and the
+    reader of CAD loads if the case names CAD files.
+
+    Raises
+    ------
+    InputError
+        As `load_case`, or a setting is wrong.
     """
     from contiga.io.cad.formats import cad_files_in, expect_cad
 

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
 
 def preview_path(path: Path) -> Path:
-    """Return the path of a preview, checked before files are read.
+    """Return `path` if a preview can be written to it; to be called before files are read.
 
     Raises
     ------

@@ -85,6 +85,7 @@ def route(
 
 
 def _point(text: str | None, option: str) -> list[float]:
+    """Return the point of a text ``X,Y,Z``; InputError, with the option, if it is none."""
     try:
         numbers = [float(x) for x in (text or "").split(",")]
     except ValueError:

@@ -11,6 +11,8 @@ MAX_REASONS = 3
 def steps_line(summary: dict[str, Any]) -> str:
     """Return the line for a summary's `step_reasons`; empty for steps of a given length.
 
+    It names the first three reasons with their shares of the steps, which are the most frequent.
+
     >>> reason = {"told": "a body turns (body 'wheel')", "steps": 30}
     >>> steps_line({"least": 0.01, "when": 2.0, "tries": 60, "reasons": [reason], "let_pass": 0})
     "steps set by: a body turns (body 'wheel') 100 %; the shortest 0.01 at t = 2; 2 attempts a step"

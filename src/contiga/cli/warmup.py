@@ -88,7 +88,15 @@ def warmup(
 
 
 def _write_package(folder: Path, jobs: int | None, quiet: bool) -> None:
-    """Compile all kernels for the levels of this kind of processor, and write them as a wheel."""
+    """Compile all kernels for the levels of this kind of processor, and write them as a wheel.
+
+    The folder is made if it does not exist. The user's own cache of kernels is not used.
+
+    Raises
+    ------
+    RunError
+        A kernel could not be compiled or kept, or the wheel cannot be written.
+    """
     from contiga.warmup.pack import environment, levels, sources, write_wheel
 
     files: dict[Level, dict[int, str]] = {}
@@ -113,7 +121,10 @@ def _write_package(folder: Path, jobs: int | None, quiet: bool) -> None:
 
 
 def _compile_all(jobs: int | None, quiet: bool, environment: Mapping[str, str]) -> _Count:
-    """Compile all kernels of the list, by processes of this environment."""
+    """Compile all kernels of the list and wait; errors are in the counts, none is raised.
+
+    `jobs` processes do it, by default one a thread but at most 16, in this environment.
+    """
     from contiga.arrays.threads import thread_count
     from contiga.warmup.compile_pool import CompilePool
     from contiga.warmup.listing import listing
@@ -142,7 +153,7 @@ class _Count:
         self.errors: list[str] = []
 
     def hear(self, process: int, progress: Progress) -> None:
-        """Count a message of a process."""
+        """Count a message of a process and show the counts; processes call it on their threads."""
         name = self._names[progress.row]
         with self._lock:
             if progress.done:

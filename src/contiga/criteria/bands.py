@@ -25,7 +25,7 @@ class Bands:
     Raises
     ------
     InputError
-        Limits that do not rise or are not finite, another number of names.
+        Limits that do not rise, are not finite or none; another number of names, an empty name.
 
     >>> head = Bands([650, 1000, 1350, 1700], ["green", "yellow", "orange", "brown", "red"])
     >>> head.of(649.9), head.of(650), head.of(2000)
@@ -53,7 +53,7 @@ class Bands:
         object.__setattr__(self, "names", words)
 
     def of(self, value: float) -> str:
-        """Return the name of the band of a value.
+        """Return the name of the band of a value, which may be infinite.
 
         Raises
         ------

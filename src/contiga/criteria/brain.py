@@ -20,6 +20,7 @@ class BrIC(NamedTuple):
     """The criterion and its parts."""
 
     value: float
+    """Criterion, without a unit."""
     greatest: FloatArray
     """(3,) largest magnitudes of the angular velocity about x, y and z, rad/s."""
 

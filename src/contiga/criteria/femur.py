@@ -24,14 +24,15 @@ class FemurForce(NamedTuple):
     held: float
     """Largest compression that is held for 10 ms, N; 0 of a signal that is shorter."""
     ratio: float
-    """Largest ratio of a held compression to the limit for its duration."""
+    """Largest ratio of a held compression to the limit for its duration, at 0, 0.25, …, 10 ms."""
 
 
 def femur_force(force: ArrayLike, t_s: ArrayLike, *, cumulative: bool = True) -> FemurForce:
     """Return peak, 10 ms level, and the ratio to the limit of UN R94.
 
-    The limit is 9.07 kN at once and 7.58 kN for 10 ms and longer; a level is held for all times
-    above it together, or for the longest of them.
+    The limit is 9.07 kN at once, falls linearly to 7.58 kN for 10 ms, and is constant for longer
+    durations. The level held for a duration is that of `clip`; the ratio is the largest at
+    durations of 0, 0.25, …, 10 ms, as far as the signal is long. Tension counts as zero.
 
     Parameters
     ----------
@@ -42,7 +43,7 @@ def femur_force(force: ArrayLike, t_s: ArrayLike, *, cumulative: bool = True) ->
     Raises
     ------
     InputError
-        Lists of different lengths or not finite, times that do not rise.
+        Lists of different lengths, not finite or of fewer than two samples, times that do not rise.
 
     >>> femur_force([-3790.0, -3790.0], [0.0, 0.02]).ratio
     0.5

@@ -113,14 +113,15 @@ def settling_time(cls: int) -> float:
 
 
 def is_short(samples: int, dt: float, cls: int) -> bool:
-    """Return whether a signal is shorter than the settling time of a filter."""
+    """Return whether a signal of so many samples is shorter than a filter's settling time."""
     return (samples - 1) * dt < settling_time(cls)
 
 
 def coefficients(cls: int, dt: float) -> tuple[FloatArray, FloatArray]:
-    """Return the coefficients (a0, a1, a2) and (b1, b2) of the filter.
+    """Return the coefficients (a0, a1, a2) and (b1, b2) of the filter of a class.
 
-    It is Y_k = a0 X_k + a1 X_k−1 + a2 X_k−2 + b1 Y_k−1 + b2 Y_k−2.
+    It is Y_k = a0 X_k + a1 X_k−1 + a2 X_k−2 + b1 Y_k−1 + b2 Y_k−2 (SAE J211-1, appendix C): the
+    bilinear transform of a Butterworth filter, −3 dB at 2.0775 · class Hz in one pass.
     """
     w = math.tan(0.5 * dt * 2.0 * math.pi * cls * 2.0775)
     denominator = 1.0 + math.sqrt(2.0) * w + w * w

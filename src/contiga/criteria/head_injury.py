@@ -36,7 +36,8 @@ def hic(a_g: ArrayLike, t_s: ArrayLike, window: float = 0.015) -> HIC:
     t2 − t1 ≤ `window` is exact, with ends between samples too. In a maximum window shorter than
     `window` ``a(t1) = a(t2) = 0.6 · mean`` (Chou and Nyquist, SAE 740082) at each end that is not
     an end of the signal. On a pair of pieces this is one quadratic equation; blocks of pairs whose
-    upper bound is below the best value, or that cannot have such ends, are left out.
+    upper bound is below the best value, or that cannot have such ends, are left out. Of several
+    windows with the maximum, one as long as `window` or the signal is returned, the earliest such.
 
     Parameters
     ----------
@@ -72,10 +73,11 @@ def hic(a_g: ArrayLike, t_s: ArrayLike, window: float = 0.015) -> HIC:
         windows_to_end,
     )
     # of equal windows the first is the maximum
-    best = max((_best(line, *windows) for windows in border_windows), key=_value)
+    best = max((_best_window(line, *windows) for windows in border_windows), key=_value)
     pairs = likely_pairs(line, limit, best.value)
-    inner_windows = _inside(line, pairs.i, pairs.j, limit)
-    best = max(best, _best(line, *pairs.window), _best(line, *inner_windows), key=_value)
+    inner_windows = _inner_windows(line, pairs.i, pairs.j, limit)
+    candidates = best, _best_window(line, *pairs.window), _best_window(line, *inner_windows)
+    best = max(candidates, key=_value)
     return HIC(best.value, best.start + float(t[0]), best.end + float(t[0]))
 
 
@@ -95,15 +97,17 @@ def hicd(hic: float) -> float:
     return 0.75446 * float(hic) + 166.4
 
 
-def _best(line: Line, start: FloatArray, end: FloatArray) -> HIC:
-    """Return the first of the windows with the largest value; zero without windows."""
+def _best_window(line: Line, start: FloatArray, end: FloatArray) -> HIC:
+    """Return the first window whose value is the largest up to rounding; all zero without windows.
+
+    A negative integral by rounding and a window without length count as zero.
+    """
     if len(start) == 0:
         return HIC(0.0, 0.0, 0.0)
     length = end - start
     gain = np.maximum(line.area_at(end) - line.area_at(start), 0.0)
     mean = np.divide(gain, length, out=np.zeros_like(gain), where=length > 0.0)
     values = gain * mean * np.sqrt(mean)
-    # the first of windows that differ by rounding only
     k = int(np.argmax(values >= values.max() * (1.0 - 1e-13)))
     return HIC(float(values[k]), float(start[k]), float(end[k]))
 
@@ -111,7 +115,8 @@ def _best(line: Line, start: FloatArray, end: FloatArray) -> HIC:
 def _windows_of_length(line: Line, limit: float) -> tuple[FloatArray, FloatArray]:
     """Return windows of length `limit` with an end at a sample, or with equal values at both ends.
 
-    Between samples the integral over the window is a parabola of its start.
+    Between samples the integral over the window is a parabola of its start. Starts rise; a signal
+    that is not longer than `limit` has none.
     """
     last = float(line.t[-1]) - limit
     if last <= 0.0:
@@ -128,7 +133,11 @@ def _windows_of_length(line: Line, limit: float) -> tuple[FloatArray, FloatArray
 
 
 def _windows_from_start(line: Line, limit: float) -> tuple[FloatArray, FloatArray]:
-    """Return windows from the first sample whose last value is 0.6 of the mean."""
+    """Return windows from the first sample whose last value is 0.6 of the mean.
+
+    The first sample is at time 0, and they are at most `limit` long. With an end at t + tau on a
+    piece this is a quadratic in tau.
+    """
     t, a, slope = line.t[:-1], line.a[:-1], line.slope
     tau = _roots(0.7 * slope, 0.4 * a + slope * t, a * t - 0.6 * line.area[:-1])
     ends = (t + np.clip(tau, 0.0, np.diff(line.t)))[_is_on_piece(tau, np.diff(line.t))]
@@ -136,13 +145,14 @@ def _windows_from_start(line: Line, limit: float) -> tuple[FloatArray, FloatArra
     return np.zeros(len(ends)), ends
 
 
-def _inside(
+def _inner_windows(
     line: Line, i: IndexArray, j: IndexArray, limit: float
 ) -> tuple[FloatArray, FloatArray]:
     """Return windows from piece `i` to piece `j` > i with 0.6 of the mean at both ends.
 
-    At a maximum the first piece rises and the last falls: the second derivative of log HIC by t1 is
-    0.6 / T² − 2.5 a'(t1) / ∫. With c = a(t1) = a(t2), 0.6 ∫ − c T = 0 is a quadratic in c.
+    They are at most `limit` long. At a maximum the first piece rises and the last falls (other
+    pairs are left out): the second derivative of log HIC by t1 is 0.6 / T² − 2.5 a'(t1) / ∫. With
+    c = a(t1) = a(t2), 0.6 ∫ − c T = 0 is a quadratic in c.
     """
     may_be_maximum = (line.slope[i] > 0.0) & (line.slope[j] < 0.0)
     i, j = i[may_be_maximum], j[may_be_maximum]
@@ -171,7 +181,10 @@ def _is_on_piece(offset: FloatArray, steps: FloatArray) -> IndexArray:
 
 
 def _roots(a: FloatArray, b: FloatArray, c: FloatArray) -> FloatArray:
-    """Return (2, n) real roots of a x² + b x + c, NaN if there are none."""
+    """Return (2, n) real roots of a x² + b x + c, without cancellation; NaN if there are none.
+
+    Where a = 0, the first is not finite and the second is −c / b.
+    """
     with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
         q = -0.5 * (b + np.copysign(np.sqrt(b * b - 4.0 * a * c), b))
         return np.stack([q / a, c / q])

@@ -34,7 +34,7 @@ class _Runs(NamedTuple):
     end: FloatArray
 
     def duration(self, cumulative: bool) -> float:
-        """Return the length of the longest stretch, or of all together."""
+        """Return the length of the longest stretch, or of all together; 0 without stretches."""
         lengths = self.end - self.start
         if len(lengths) == 0:
             return 0.0
@@ -47,7 +47,8 @@ def clip(
     """Return the largest level that a resultant does not fall below for `duration` (3 ms value).
 
     Exact for the straight line between samples: the time above a level is a linear function of the
-    level between the values of two samples.
+    level between the values of two samples. A signal that is shorter than `duration` by rounding
+    only (1e-9) counts as long enough, and its smallest value is held.
 
     Parameters
     ----------
@@ -59,7 +60,8 @@ def clip(
     Returns
     -------
     Clip
-        the level, and start and end of the time that it is held
+        the level, and start and end of the first of the longest stretches above it; with
+        `cumulative`, start of the first stretch and end of the last
 
     Raises
     ------
@@ -81,15 +83,8 @@ def clip(
             allowed=f"{duration:g} s or more",
             remedy="Times are in seconds",
         )
-    level, runs = _highest_level(line_through(a, t), duration, cumulative)
-    if cumulative:
-        return Clip(level, float(runs.start[0]), float(runs.end[-1]))
-    k = int(np.argmax(runs.end - runs.start))
-    return Clip(level, float(runs.start[k]), float(runs.end[k]))
-
-
-def _highest_level(line: Line, duration: float, cumulative: bool) -> tuple[float, _Runs]:
-    """Return the largest level that is held for `duration`, and the stretches above it."""
+    line = line_through(a, t)
+    # bisection for the highest value of a sample that is held
     levels = np.unique(line.a)
     low, high = 0, len(levels)
     while high - low > 1:
@@ -98,27 +93,33 @@ def _highest_level(line: Line, duration: float, cumulative: bool) -> tuple[float
         is_held = runs.duration(cumulative) >= duration
         low, high = (middle, high) if is_held else (low, middle)
     level = float(levels[low])
-    if high == len(levels):
-        return level, _runs(line, line.a >= level, level)
-    # The same samples are above all levels from this one to the next.
-    is_above = line.a >= levels[high]
-    lower_runs, upper_runs = (
-        _runs(line, is_above, level),
-        _runs(line, is_above, float(levels[high])),
-    )
-    if not lower_runs.duration(cumulative) > duration:
-        return level, _runs(line, line.a >= level, level)
-    lower, upper = lower_runs.end - lower_runs.start, upper_runs.end - upper_runs.start
+    is_above = line.a >= level
+    if high < len(levels):
+        # The same samples are above all levels from this one to the next.
+        is_above_next = line.a >= levels[high]
+        lower_runs = _runs(line, is_above_next, level)
+        if lower_runs.duration(cumulative) > duration:
+            is_above = is_above_next
+            upper_runs = _runs(line, is_above, float(levels[high]))
+            lower, upper = lower_runs.end - lower_runs.start, upper_runs.end - upper_runs.start
+            if cumulative:
+                lower, upper = lower.sum(keepdims=True), upper.sum(keepdims=True)
+            is_long = lower >= duration
+            share = float(((lower - duration)[is_long] / (lower - upper)[is_long]).max())
+            level += share * float(levels[high] - level)
+    runs = _runs(line, is_above, level)
     if cumulative:
-        lower, upper = lower.sum(keepdims=True), upper.sum(keepdims=True)
-    is_long = lower >= duration
-    share = float(((lower - duration)[is_long] / (lower - upper)[is_long]).max())
-    level += share * float(levels[high] - level)
-    return level, _runs(line, is_above, level)
+        return Clip(level, float(runs.start[0]), float(runs.end[-1]))
+    k = int(np.argmax(runs.end - runs.start))
+    return Clip(level, float(runs.start[k]), float(runs.end[k]))
 
 
 def _runs(line: Line, is_above: NDArray[np.bool_], level: float) -> _Runs:
-    """Return the stretches around the samples that are above, to the crossings of `level`."""
+    """Return the stretches around the samples that are above, to the crossings of `level`.
+
+    A crossing is on the line from the outermost sample above to the next one, which is not above; a
+    stretch ends at the end of the signal.
+    """
     change = np.diff(np.concatenate([[False], is_above, [False]]).astype(np.int8))
     first, last = np.flatnonzero(change == 1), np.flatnonzero(change == -1) - 1
     start, end = line.t[first].copy(), line.t[last].copy()

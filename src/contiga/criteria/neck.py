@@ -46,7 +46,10 @@ class Nij(NamedTuple):
 def nij(
     force: ArrayLike, moment: ArrayLike, limits: NeckLimits | Sequence[float] = HYBRID_III_50
 ) -> Nij:
-    """Return the maximum of F_z / F_int + M_y / M_int over time and the four kinds of load.
+    """Return the maximum of F_z / F_int + M_y / M_int over time, with the sample and kind of load.
+
+    Each sample has one kind of load; zero counts as tension and as flexion. Of equal maxima the
+    first is returned.
 
     Eppinger et al., Development of Improved Injury Criteria for the Assessment of Advanced
     Automotive Restraint Systems II, NHTSA (1999); FMVSS 208, S6.6.

@@ -44,8 +44,20 @@ class Pairs(NamedTuple):
 
 
 def likely_pairs(line: Line, limit: float, best: float) -> Pairs:
-    """Return pairs i < j of pieces with possible windows above `best` and shorter than `limit`."""
-    levels = _levels(line)
+    """Return pairs i < j of pieces with possible windows above `best`, at most `limit` long.
+
+    Windows between first samples of blocks are evaluated on the way and raise `best`; the best of
+    them is returned with the pairs. Pairs stand in no particular order.
+    """
+    # Blocks of 1, 2, 4, … pieces, up to one block of all pieces.
+    n = len(line.slope)
+    low, high = np.minimum(line.a[1:], line.a[:-1]), np.maximum(line.a[1:], line.a[:-1])
+    levels, width = [_Blocks(np.arange(n + 1), low, high)], 1
+    while width < n:
+        width *= 2
+        evens = np.arange(0, len(low), 2)
+        low, high = np.minimum.reduceat(low, evens), np.maximum.reduceat(high, evens)
+        levels.append(_Blocks(np.append(np.arange(0, n, width), n), low, high))
     window = (line.t[:0], line.t[:0])
     root: IndexArray = np.zeros(1, np.int64)
     stack = [(len(levels) - 1, root, root)]
@@ -54,9 +66,17 @@ def likely_pairs(line: Line, limit: float, best: float) -> Pairs:
     j: IndexArray
     while stack:
         level, i, j = stack.pop()
-        value, p, r = _best_between_samples(line, levels[level], i, j, limit)
-        if value > best:
-            best, window = value, (line.t[p : p + 1], line.t[r : r + 1])
+        p, r = levels[level].first[i], levels[level].first[j]
+        length = line.t[r] - line.t[p]
+        is_allowed = (length > 0.0) & (length <= limit)
+        if is_allowed.any():
+            p, r = p[is_allowed], r[is_allowed]
+            gain = line.area[r] - line.area[p]
+            mean = gain / length[is_allowed]
+            values = gain * mean * np.sqrt(mean)
+            k = int(np.argmax(values))
+            if values[k] > best:
+                best, window = float(values[k]), (line.t[p[k : k + 1]], line.t[r[k : k + 1]])
         is_open = _may_exceed(line, levels[level], i, j, limit, best)
         i, j = i[is_open], j[is_open]
         if level == 0:
@@ -75,41 +95,14 @@ def likely_pairs(line: Line, limit: float, best: float) -> Pairs:
     return Pairs(i, j, window)
 
 
-def _levels(line: Line) -> list[_Blocks]:
-    """Return blocks of 1, 2, 4, … pieces, up to one block of all pieces."""
-    n = len(line.slope)
-    low, high = np.minimum(line.a[1:], line.a[:-1]), np.maximum(line.a[1:], line.a[:-1])
-    levels, width = [], 1
-    while True:
-        levels.append(_Blocks(np.append(np.arange(0, n, width), n), low, high))
-        if width >= n:
-            return levels
-        pairs = np.arange(0, len(low), 2)
-        low, high = np.minimum.reduceat(low, pairs), np.maximum.reduceat(high, pairs)
-        width *= 2
-
-
-def _best_between_samples(
-    line: Line, blocks: _Blocks, i: IndexArray, j: IndexArray, limit: float
-) -> tuple[float, int, int]:
-    """Return the best value of windows between first samples of `i` and `j`, and its samples."""
-    p, r = blocks.first[i], blocks.first[j]
-    length = line.t[r] - line.t[p]
-    is_allowed = (length > 0.0) & (length <= limit)
-    if not is_allowed.any():
-        return 0.0, 0, 0
-    p, r, length = p[is_allowed], r[is_allowed], length[is_allowed]
-    gain = line.area[r] - line.area[p]
-    mean = gain / length
-    values = gain * mean * np.sqrt(mean)
-    k = int(np.argmax(values))
-    return float(values[k]), int(p[k]), int(r[k])
-
-
 def _may_exceed(
     line: Line, blocks: _Blocks, i: IndexArray, j: IndexArray, limit: float, best: float
 ) -> IndexArray:
-    """Return whether windows from blocks `i` to blocks `j` may exceed the best value."""
+    """Return whether windows from blocks `i` to blocks `j`, i ≤ j, may exceed the best value.
+
+    True if the blocks are nearer than `limit`, an upper bound of the value exceeds `best`, and some
+    value that both blocks take lies between the bounds of 0.6 of the mean.
+    """
     p, q, r, s = blocks.first[i], blocks.first[i + 1], blocks.first[j], blocks.first[j + 1]
     shortest = np.maximum(line.t[r] - line.t[q], 0.0)
     longest = np.minimum(line.t[s] - line.t[p], limit)

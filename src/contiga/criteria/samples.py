@@ -25,19 +25,19 @@ class Line(NamedTuple):
     """(n,) between samples."""
 
     def area_at(self, times: FloatArray) -> FloatArray:
-        """Return the integral up to `times` within the signal."""
+        """Return the integral up to `times`; outside the signal its end pieces go on."""
         k = np.clip(np.searchsorted(self.t, times, side="right") - 1, 0, len(self.slope) - 1)
         dt = times - self.t[k]
         area: FloatArray = self.area[k] + dt * (self.a[k] + 0.5 * self.slope[k] * dt)
         return area
 
     def reversed(self) -> Line:
-        """Return the same line backwards in time, from zero."""
+        """Return the same line backwards in time, with the last sample of this one at time 0."""
         return line_through(self.a[::-1], self.t[-1] - self.t[::-1])
 
 
 def line_through(a: FloatArray, t: FloatArray) -> Line:
-    """Return the line through samples."""
+    """Return the line through two samples or more, with its exact integrals."""
     steps = np.diff(t)
     pieces = 0.5 * (a[1:] + a[:-1]) * steps
     return Line(t, a, np.concatenate([[0.0], np.cumsum(pieces)]), np.diff(a) / steps)
@@ -52,7 +52,7 @@ def checked_signal(
     what: str = "a signal",
     remedy: str | None = None,
 ) -> tuple[FloatArray, FloatArray]:
-    """Return values and times (n,) of a signal, checked.
+    """Return copies of values and times (n,) of a signal of at least two samples, checked.
 
     Parameters
     ----------
@@ -92,7 +92,7 @@ def checked_signal(
 
 
 def checked_resultant(a_g: ArrayLike, t_s: ArrayLike, where: str) -> tuple[FloatArray, FloatArray]:
-    """Return values and times (n,) of a resultant, checked.
+    """Return copies of values and times (n,) of a resultant, checked.
 
     Raises
     ------
@@ -120,7 +120,7 @@ def checked_resultant(a_g: ArrayLike, t_s: ArrayLike, where: str) -> tuple[Float
 
 
 def numbers(values: ArrayLike, where: str) -> FloatArray:
-    """Return `values` as an array of numbers.
+    """Return a float64 copy of `values` of any shape; NaN and infinity are allowed.
 
     Raises
     ------

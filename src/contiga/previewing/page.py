@@ -21,7 +21,7 @@ _CSS = ".swatch { display: inline-block; width: 12px; height: 12px; margin-right
 
 
 def page_of(stage: Stage) -> str:
-    """Return the whole page as one text that reads offline."""
+    """Return the page as HTML that needs no other file: the scene, and tables of gaps and parts."""
     scene = embedded(figure_of(stage), "scene", VIEW_CONFIG)
     gaps = "".join(
         f"<tr><td>{escape(gap.contact)}</td><td>{escape(gap.slave)} against {escape(gap.master)}"
@@ -48,7 +48,11 @@ def page_of(stage: Stage) -> str:
 
 
 def figure_of(stage: Stage) -> Figure:
-    """Return the scene as a figure of plotly; the traces have the names of the parts."""
+    """Return the scene as a figure of plotly, its frame 8 % wider than the parts.
+
+    It has traces of parts, normals, paths of motions, velocities, springs and joints, and gaps;
+    each has the name of what it shows. A plane problem is seen from +z.
+    """
     box = np.concatenate([stage.box, stage.velocity_ends.reshape(-1, 3)])
     low, high = box.min(axis=0), box.max(axis=0)
     margin = 0.08 * float((high - low).max())
@@ -61,7 +65,8 @@ def figure_of(stage: Stage) -> Figure:
     size = float(np.linalg.norm(np.ptp(stage.box, axis=0)))
     for part in stage.parts:
         figure.data.extend(_part_traces(part, _SIDE_OFFSET * size))
-    figure.data.extend(_normal_traces(stage))
+    for part in stage.parts:
+        figure.data.extend(_normal_traces(stage, part))
     for k, path in enumerate(stage.paths):
         style = {"color": LINES[k % len(LINES)], "width": 4, "dash": "dash"}
         figure.data.extend([line_in_space(f"{path.name}: way", p, style) for p in path.lines])
@@ -89,10 +94,20 @@ def figure_of(stage: Stage) -> Figure:
 
 
 def _part_traces(part: Drawn, offset: float) -> list[Trace]:
-    """Return a body's two sides, or a slave's facets or points; inactive ones are faint."""
+    """Return a body's two sides, `offset` off its surface, or a slave's facets or points.
+
+    Inactive points are a faint trace of their own. Of more than 20 000 points every k-th is drawn.
+    """
     traces = []
     if len(part.triangles) and part.is_body:
-        shift = offset * _vertex_normals(part)
+        # mean normals at the points, weighted by area
+        corners = part.points[part.triangles]
+        crosses = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+        normals = np.zeros_like(part.points)
+        for k in range(3):
+            np.add.at(normals, part.triangles[:, k], crosses)
+        normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-300)
+        shift = offset * normals
         free, contact = part.points + shift, part.points - shift
         traces.append(mesh_trace(free, part.triangles, part.name, part.colour, 1.0))
         contact_side = mesh_trace(contact, part.triangles, part.name, CONTACT_SIDE, 1.0)
@@ -111,34 +126,23 @@ def _part_traces(part: Drawn, offset: float) -> list[Trace]:
     return traces
 
 
-def _vertex_normals(part: Drawn) -> FloatArray:
-    """Return the mean unit normals (n, 3) at the points."""
-    corners = part.points[part.triangles]
-    crosses = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    total = np.zeros_like(part.points)
-    for k in range(3):
-        np.add.at(total, part.triangles[:, k], crosses)
-    return np.asarray(total / np.maximum(np.linalg.norm(total, axis=1, keepdims=True), 1e-300))
-
-
-def _normal_traces(stage: Stage) -> list[Trace]:
-    """Return short lines with cones, a pair of traces for each body."""
-    traces = []
-    for part in stage.parts:
-        arrows = [arrow for arrow in stage.normals if arrow.name == part.name]
-        if arrows:
-            length = 0.13 * float(np.linalg.norm(np.ptp(part.box, axis=0)))
-            starts = np.array([arrow.at for arrow in arrows])
-            tips = starts + length * np.array([arrow.vector for arrow in arrows])
-            breaks = np.full_like(starts, np.nan)
-            path = np.stack([starts, tips, breaks], axis=1).reshape(-1, 3)
-            name = f"{part.name}: free side"
-            traces.append(line_in_space(name, path, {"color": LINES[0], "width": 3}))
-            traces.append(_cones(name, tips, 0.3 * (tips - starts), LINES[0]))
-    return traces
+def _normal_traces(stage: Stage, part: Drawn) -> list[Trace]:
+    """Return the lines and the cones of a part's normals, 0.13 of its size long; none of slaves."""
+    arrows = [arrow for arrow in stage.normals if arrow.name == part.name]
+    if not arrows:
+        return []
+    length = 0.13 * float(np.linalg.norm(np.ptp(part.box, axis=0)))
+    starts = np.array([arrow.at for arrow in arrows])
+    tips = starts + length * np.array([arrow.vector for arrow in arrows])
+    breaks = np.full_like(starts, np.nan)
+    path = np.stack([starts, tips, breaks], axis=1).reshape(-1, 3)
+    name = f"{part.name}: free side"
+    lines = line_in_space(name, path, {"color": LINES[0], "width": 3})
+    return [lines, _cones(name, tips, 0.3 * (tips - starts), LINES[0])]
 
 
 def _cones(name: str, tips: FloatArray, vectors: FloatArray, colour: str) -> Trace:
+    """Return cones with their points at `tips`, as long as the `vectors`."""
     return {
         "type": "cone",
         **columns(tips),

@@ -46,6 +46,7 @@ class Preview:
         return line_of("Preview", [("parts", len(self.stage.parts)), *facts], self.stage.title)
 
     def _repr_png_(self) -> bytes:
+        """Return the picture, drawn anew; a notebook calls this."""
         require("a preview", "matplotlib")
         picture = BytesIO()
         draw_still(self.stage, picture)
@@ -53,6 +54,8 @@ class Preview:
 
     def save(self, path: str | Path) -> Path:
         """Write the preview as a picture (.png) or a page (.html), whole or not at all.
+
+        Returns the path.
 
         Raises
         ------
@@ -75,12 +78,12 @@ class Preview:
 
 
 def check_suffix(path: str | Path) -> Path:
-    """Return a path that a preview can be saved to.
+    """Return `path` if its suffix, in small or capital letters, is one that a preview is saved as.
 
     Raises
     ------
     FileError
-        It is no picture and no page.
+        It ends neither in .png nor in .html.
     """
     path = Path(path)
     if path.suffix.lower() not in SUFFIXES:
@@ -92,6 +95,9 @@ def check_suffix(path: str | Path) -> Path:
 
 def preview(what: object) -> Preview:
     """Draw the start of a simulation or a case; nothing is run.
+
+    Its contents are computed here, the picture when a notebook shows it or `Preview.save` is
+    called.
 
     Bodies show their free side (normals point there) and their contact side in another colour,
     slaves their points, with the inactive ones faint, motions their paths over the time of the run,

@@ -37,7 +37,16 @@ def check_picture(file: FilePath) -> FilePath:
 
 
 def draw_routes(paths: Sequence[Path], file: FilePath) -> None:
-    """Draw paths and their bodies to a file; contact with a body is drawn thick."""
+    """Draw paths and their bodies to a PNG file; contact with a body is drawn thick.
+
+    Of eight viewing directions the first that shows most points in contact from outside is taken;
+    four from above come first.
+
+    Raises
+    ------
+    OutputError
+        The file cannot be written.
+    """
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
@@ -49,7 +58,6 @@ def draw_routes(paths: Sequence[Path], file: FilePath) -> None:
     points = [path.points for path in paths]
     scene = np.concatenate([*(mesh.vertices for mesh in meshes), *points])
     pixels = round(_SIZE[0] * _DPI), round(_SIZE[1] * _DPI)
-    # The direction that shows most of the contact, from above if possible.
     normals = np.concatenate([path.normal[:: len(path.normal) // _N_SAMPLES + 1] for path in paths])
     directions = [
         np.array([x, y, z]) for z in (-0.45, 0.45) for x in (-0.55, 0.55) for y in (0.75, -0.75)

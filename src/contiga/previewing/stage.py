@@ -19,7 +19,7 @@ from contiga.rigid.frames import to_body, to_world
 from contiga.simulation.checks.approach import closest_approach
 from contiga.simulation.checks.scene import Pair
 from contiga.simulation.joints import joint_lines
-from contiga.simulation.model import Model
+from contiga.simulation.model import BodyPart, Model, SlavePart
 from contiga.simulation.step import Placement, place
 from contiga.slaves.slave import box_of
 
@@ -85,7 +85,7 @@ class Gap(NamedTuple):
     ends: FloatArray
     """(2, 3) the point and its foot."""
     approach: tuple[float, float] | None = None
-    """Smallest distance and its time, if prescribed motions keep the sides apart for ever."""
+    """Lower bound of the distance, and its time, if prescribed motions never let the sides meet."""
 
 
 class Tie(NamedTuple):
@@ -112,9 +112,10 @@ class Stage(NamedTuple):
 
     @property
     def velocity_ends(self) -> FloatArray:
-        """Start and tip (k, 2, 3) of an arrow for each of `velocities`.
+        """Start and tip (k, 2, 3) of an arrow for each of `velocities`, world axes.
 
         It ends behind the box of its part, so that neither this part nor the part ahead hides it.
+        Its length is 0.4 of the part's size, whatever the speed.
         """
         ends = []
         for arrow in self.velocities:
@@ -127,7 +128,7 @@ class Stage(NamedTuple):
 
     @property
     def box(self) -> FloatArray:
-        """The box (2, 3) of all parts, springs and joints."""
+        """The lowest and highest corner (2, 3) of a box about all parts, springs and joints."""
         boxes = np.array(
             [part.box for part in self.parts] + [np.sort(tie.ends, axis=0) for tie in self.ties]
         )
@@ -135,27 +136,41 @@ class Stage(NamedTuple):
 
     @property
     def plane(self) -> bool:
-        """Whether it is a plane problem: points in z = const before walls along z."""
+        """Whether it is a plane problem: all points of slaves have one z, no normal a z component.
+
+        Tolerances are 1e-9 of the size of the scene, and 1e-6. False without slaves.
+        """
         slaves = [part.points[:, 2] for part in self.parts if not part.is_body]
         flat = bool(slaves) and np.ptp(np.concatenate(slaves)) <= 1e-9 * float(np.ptp(self.box))
         return bool(flat and all(abs(arrow.vector[2]) < 1e-6 for arrow in self.normals))
 
     def part(self, name: str) -> Drawn:
-        """Return the part of this name."""
+        """Return the part of this name, which must exist."""
         return next(part for part in self.parts if part.name == name)
 
 
 def stage_of(model: Model) -> Stage:
-    """Return the contents of a preview of a model at its start."""
+    """Return the contents of a preview of a model, placed at the start of its time.
+
+    Velocities are those of free and deforming parts, of slaves the mean of their nodes; parts at
+    rest have none.
+    """
     start = place(model, None, model.stepping.start)
     parts = tuple(_parts(model, start))
+    velocities = []
+    for part in parts:
+        motion = _entry_of(model, part).motion
+        if isinstance(motion, Free | Deforming):
+            velocity = np.reshape(motion.velocity, (-1, 3)).mean(axis=0)
+            if velocity.any():
+                velocities.append(Arrow(part.name, part.box.mean(axis=0), velocity))
     return Stage(
         title=model.title or "Preview",
         units=units_of(dict(zip(("length", "mass", "time"), model.units, strict=True))),
         parts=parts,
         normals=tuple(arrow for part in parts if part.is_body for arrow in _normals(part)),
         paths=tuple(_motion_paths(model, parts)),
-        velocities=tuple(_start_velocities(model, parts)),
+        velocities=tuple(velocities),
         gaps=tuple(_gaps(model, start)),
         ties=(
             *(Tie(name, spring.at) for name, spring in model.springs.items()),
@@ -168,7 +183,17 @@ def stage_of(model: Model) -> Stage:
     )
 
 
+def _entry_of(model: Model, part: Drawn) -> BodyPart | SlavePart:
+    """Return the entry of a model that a part shows."""
+    return model.bodies[part.name] if part.is_body else model.slaves[part.name]
+
+
 def _parts(model: Model, start: Placement) -> Iterator[Drawn]:
+    """Yield bodies as triangles, then slaves as their facets with active corners.
+
+    A slave without such facets is a cloud, and so is one that lies on the body that carries it: the
+    surface of this is drawn already.
+    """
     for k, (name, part) in enumerate(model.bodies.items()):
         mesh = part.body.tessellate(_TRIANGLE_TOL * part.body.size)
         points = to_world(start.bodies[name].pose, mesh.vertices)
@@ -181,7 +206,6 @@ def _parts(model: Model, start: Placement) -> Iterator[Drawn]:
         triangles = facets[slave.active[facets].all(axis=1)]
         host = model.mechanism.carrier_of_slave.get(name)
         if host is not None:
-            # A slave on the body that carries it is drawn already.
             body = bodies[host]
             gaps = body.project(slave.points[:: len(slave.points) // _MAX_PROJECTED + 1]).gap
             if np.nanmax(np.abs(gaps)) <= 4.0 * _TRIANGLE_TOL * body.size:
@@ -191,7 +215,11 @@ def _parts(model: Model, start: Placement) -> Iterator[Drawn]:
 
 
 def _normals(part: Drawn) -> Iterator[Arrow]:
-    """Yield normals to the free side at triangles far from each other."""
+    """Yield unit normals to the free side at up to nine triangles, by farthest-point sampling.
+
+    The first is at the first triangle, each next one at the middle farthest from all before.
+    Triangles without area are skipped.
+    """
     corners = part.points[part.triangles]
     crosses = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     sizes = np.linalg.norm(crosses, axis=1)
@@ -205,12 +233,14 @@ def _normals(part: Drawn) -> Iterator[Arrow]:
 
 
 def _motion_paths(model: Model, parts: tuple[Drawn, ...]) -> Iterator[MotionPath]:
-    """Yield the path of the middle of each driven part and, if it turns, of two of its ends."""
+    """Yield the path of the middle of each part whose motion is prescribed.
+
+    If the part turns, two of its ends have paths, too. Parts that stay in place are skipped.
+    """
     times = np.linspace(model.stepping.start, model.stepping.end, _N_TIMES)
     placements = [place(model, None, float(time)) for time in times]
     for part in parts:
-        entry = model.bodies[part.name] if part.is_body else model.slaves[part.name]
-        if isinstance(entry.motion, Dependent):
+        if isinstance(_entry_of(model, part).motion, Dependent):
             continue
         # The middle of the box, and the two ends of its longest side.
         ends = np.tile(part.box.mean(axis=0), (3, 1))
@@ -231,18 +261,12 @@ def _motion_paths(model: Model, parts: tuple[Drawn, ...]) -> Iterator[MotionPath
         yield MotionPath(part.name, lines[:1] if is_translation else lines)
 
 
-def _start_velocities(model: Model, parts: tuple[Drawn, ...]) -> Iterator[Arrow]:
-    """Yield the initial velocities of free bodies and nodes."""
-    for part in parts:
-        entry = model.bodies[part.name] if part.is_body else model.slaves[part.name]
-        if isinstance(entry.motion, Free | Deforming):
-            velocity = np.reshape(entry.motion.velocity, (-1, 3)).mean(axis=0)
-            if velocity.any():
-                yield Arrow(part.name, part.box.mean(axis=0), velocity)
-
-
 def _gaps(model: Model, start: Placement) -> Iterator[Gap]:
-    """Yield the smallest gap of each contact, and how near sides come that never meet."""
+    """Yield the smallest gap of each contact at the start, over the active points of its slave.
+
+    If both motions are prescribed and the sides are proved to never meet, it has a lower bound of
+    their distance, too. A contact without active points is skipped.
+    """
     for part in model.contacts:
         points = np.asarray(start.slaves[part.slave].points)
         active = model.slaves[part.slave].slave.active & np.isfinite(points).all(axis=1)

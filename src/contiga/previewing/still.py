@@ -39,7 +39,7 @@ _FRONT = np.array([0.0, 0.0, -1.0])
 
 
 def draw_still(stage: Stage, file: BinaryIO | str) -> None:
-    """Write the picture of `stage` as PNG."""
+    """Write `stage` as PNG: the scene, close-ups of up to three smallest gaps, and a legend."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
@@ -67,7 +67,11 @@ def _subsample(points: FloatArray) -> FloatArray:
 
 
 def _draw_scene(axes: Any, stage: Stage) -> None:
-    """Draw all parts, with normals, paths, velocities and gaps."""
+    """Draw all parts, with normals, paths, velocities, springs, joints and gaps, and label them.
+
+    Normals that are hidden, or point away from the eye, are left out. A plane problem is seen along
+    −z, its bodies as lines.
+    """
     corners = np.array(list(product(*stage.box.T)))
     frame = [_subsample(part.points[part.active]) for part in stage.parts]
     frame += [corners, stage.velocity_ends.reshape(-1, 3)]
@@ -80,7 +84,6 @@ def _draw_scene(axes: Any, stage: Stage) -> None:
             _draw_profile(axes, view, part)
         else:
             _draw_part(view, part)
-    # Visible normals that do not point away from the eye.
     for arrow in stage.normals:
         length = 0.13 * float(np.linalg.norm(np.ptp(stage.part(arrow.name).box, axis=0)))
         tip = arrow.at + length * arrow.vector
@@ -101,7 +104,11 @@ def _draw_scene(axes: Any, stage: Stage) -> None:
 
 
 def _draw_part(view: View, part: Drawn, opacity: float = 1.0, *, nodes: bool = False) -> None:
-    """Draw a part: shaded triangles, or points of a cloud; inactive points are faint."""
+    """Draw a part: shaded triangles, or points of a cloud; inactive points are faint.
+
+    With `nodes`, a slave with triangles has its active points drawn, too. Only an opaque part hides
+    what is behind it.
+    """
     if len(part.triangles):
         mesh = TriMesh(part.points, part.triangles)
         back = CONTACT_SIDE if part.is_body else None
@@ -115,7 +122,7 @@ def _draw_part(view: View, part: Drawn, opacity: float = 1.0, *, nodes: bool = F
 
 
 def _draw_profile(axes: Any, view: View, part: Drawn) -> None:
-    """Draw the line of a body of a plane problem, seen from the front."""
+    """Draw a body of a plane problem as a line: its border edges in its plane of largest z."""
     from matplotlib.collections import LineCollection
 
     ends = part.points[free_edges(part.triangles)]
@@ -126,7 +133,10 @@ def _draw_profile(axes: Any, view: View, part: Drawn) -> None:
 
 
 def _draw_path(axes: Any, line: FloatArray, colour: str) -> None:
-    """Draw a dashed line over everything, with a head at its end or at the picture's border."""
+    """Draw a dashed line (n, 2), pixels, with a head at its last point inside the picture.
+
+    A line that leads nowhere inside it, more than a pixel from its start, has no head.
+    """
     axes.plot(*line.T, color=colour, lw=1.4, ls=(0, (4, 2)), zorder=5)
     border = np.array([axes.get_xlim()[1], axes.get_ylim()[0]])
     is_inside: NDArray[np.bool_] = np.asarray(((line >= 0.0) & (line <= border)).all(axis=1))
@@ -142,7 +152,11 @@ def _draw_path(axes: Any, line: FloatArray, colour: str) -> None:
 
 
 def _draw_box_edges(view: View, stage: Stage) -> list[tuple[str, FloatArray]]:
-    """Draw three edges of the box around all parts; return their lengths as text, and places."""
+    """Draw an edge of the box around all parts along each axis.
+
+    Return the texts of their lengths, and the places (2,) of the texts, pixels. Axes without extent
+    and edges that are seen end on are skipped.
+    """
     box, labels = stage.box, []
     extent = np.ptp(box, axis=0)
     centre = view.placed([box.mean(axis=0)])[0]
@@ -172,7 +186,11 @@ def _draw_box_edges(view: View, stage: Stage) -> list[tuple[str, FloatArray]]:
 def _draw_labels(
     axes: Any, view: View, stage: Stage, lengths: list[tuple[str, FloatArray]]
 ) -> None:
-    """Write names, gaps and lengths apart from each other; a thin line leads to moved ones."""
+    """Write names of parts, gaps, `lengths` and names of springs, spread so as not to overlap.
+
+    A thin line leads from its place to a text that was moved by more than 24 pixels. At most 12
+    springs are named, none shorter than 12 pixels.
+    """
     texts = [(text, at, MUTED) for text, at in lengths]
     for part in stage.parts:
         # A name stands over the highest visible point of its part.
@@ -201,7 +219,10 @@ def _draw_labels(
 
 
 def _draw_closeup(axes: Any, stage: Stage, gap: Gap) -> None:
-    """Draw the closest pair of a contact, seen from the side of the line between them."""
+    """Draw the closest pair of a contact, seen nearly across the line between them.
+
+    The frame reaches 0.9 of the gap, or 0.16 of the smaller part if that is more, from its middle.
+    """
     master, slave = stage.part(gap.master), stage.part(gap.slave)
     extents = [float(np.linalg.norm(np.ptp(part.box, axis=0))) for part in (master, slave)]
     min_reach = 0.16 * min((size for size in extents if size > 0.0), default=1.0)
@@ -232,7 +253,7 @@ def _draw_closeup(axes: Any, stage: Stage, gap: Gap) -> None:
 
 
 def _draw_legend(axes: Any, stage: Stage) -> None:
-    """Draw the parts' colours and descriptions in columns."""
+    """Draw colours and descriptions of the parts in three columns of five; say how many more."""
     axes.set_axis_off()
     axes.set_xlim(0.0, 1.0)
     axes.set_ylim(1.0, 0.0)

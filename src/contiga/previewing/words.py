@@ -16,7 +16,7 @@ def gap_text(gap: Gap, units: Units) -> str:
 
 
 def gap_with_approach_text(gap: Gap, units: Units) -> str:
-    """Return ``gap 2 mm``, with the smallest distance over time of sides that never meet."""
+    """Return ``gap 2 mm``, with a lower bound of the distance over time if sides never meet."""
     if gap.approach is None:
         return gap_text(gap, units)
     distance = f"{number(gap.approach[0])} {units.length}".strip()
@@ -25,19 +25,23 @@ def gap_with_approach_text(gap: Gap, units: Units) -> str:
 
 
 def speed_text(arrow: Arrow, units: Units) -> str:
-    """Return ``6.7 mm/ms``."""
+    """Return the length of a velocity with its unit: ``6.7 mm/ms``."""
     return f"{number(float(np.linalg.norm(arrow.vector)))} {units.velocity}".strip()
 
 
 def span_text(axis: int, box: np.ndarray, units: Units) -> str:
-    """Return ``x 300 mm (−150 to 150)``."""
+    """Return two lines for an axis of a box (2, 3): ``x  300 mm``, then ``−150 to 150``."""
     low, high = (float(f"{v:.12g}") for v in box[:, axis])
     length = f"{'xyz'[axis]}  {number(high - low)} {units.length}".strip()
     return f"{length}\n{number(low)} to {number(high)}"
 
 
 def legend(stage: Stage) -> list[tuple[str, str]]:
-    """Return the description of each part, and its colour."""
+    """Return a description of each part, and its colour.
+
+    It has the name, the number of a slave's points, the initial speed of free parts, and of driven
+    ones the largest distance of their middle from its start.
+    """
     speeds = {arrow.name: speed_text(arrow, stage.units) for arrow in stage.velocities}
     paths = {path.name: path.lines[0] for path in stage.paths}
     rows = []
@@ -51,7 +55,6 @@ def legend(stage: Stage) -> list[tuple[str, str]]:
         if part.name in speeds:
             text += f", free, starts at {speeds[part.name]}"
         if part.name in paths:
-            # The largest distance of the middle from its start.
             path = paths[part.name]
             distance = np.linalg.norm(path - path[0], axis=1).max()
             text += f", goes {number(float(distance))} {stage.units.length}".rstrip()

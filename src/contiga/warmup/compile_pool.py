@@ -76,12 +76,12 @@ class CompilePool:
         self.end()
 
     def wait(self) -> None:
-        """Wait until all kernels are compiled, or all processes have ended."""
+        """Wait until all kernels of the plan are finished, or all processes have ended."""
         for thread in self._threads:
             thread.join()
 
     def end(self) -> None:
-        """End the processes at once."""
+        """Kill the processes, whatever they compile, and wait for them and their threads."""
         self._plan.end()
         for process in self._processes:
             process.kill()
@@ -90,9 +90,11 @@ class CompilePool:
         self.wait()
 
     def before(self, module: str, name: str, arguments: tuple[Any, ...]) -> None:
-        """Compile the parts of a kernel that this process is about to compile.
+        """Compile, in this process, the parts of a kernel that it is about to compile.
 
-        Other processes may compile some of them, or the kernel itself.
+        Other processes may compile some of the parts, or the kernel itself; while they do, this
+        process compiles other ready kernels, or waits. A kernel that is not listed, or that this
+        process compiles already, is left alone. Errors of parts are suppressed.
         """
         row = listing().find(module, name, arguments)
         if row is None or row in self._own_rows:
@@ -106,13 +108,17 @@ class CompilePool:
             self._plan.done(next_row)
 
     def after(self, module: str, name: str, arguments: tuple[Any, ...]) -> None:
-        """Mark a kernel as compiled, or as impossible to compile."""
+        """Mark a kernel, if it is listed, as compiled or as impossible to compile."""
         row = listing().find(module, name, arguments)
         if row is not None:
             self._plan.done(row)
 
     def _keep_busy(self, number: int, process: subprocess.Popen[str]) -> None:
-        """Send one kernel after the other to a process, and pass its replies on."""
+        """Send a process one kernel after the other, and call `hear` before and after each.
+
+        It returns when the plan or the process ends; the kernel at which a process ended gets an
+        error and is not tried again.
+        """
         requests, replies = process.stdin, process.stdout
         assert requests is not None
         assert replies is not None
@@ -139,6 +145,7 @@ class CompilePool:
 
 
 def _start_process(environment: Mapping[str, str]) -> subprocess.Popen[str]:
+    """Start a worker on one thread, with pipes for requests and replies; its errors are dropped."""
     threads = dict.fromkeys(("NUMBA_NUM_THREADS", "OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS"), "1")
     return subprocess.Popen(
         [sys.executable, "-P", "-c", _BOOT],

@@ -13,7 +13,10 @@ compiling kernels, and of the time to a first step."""
 
 @contextmanager
 def rare_collections() -> Iterator[None]:
-    """Collect garbage seldom in this block, for processes that belong to contiga alone."""
+    """Raise the garbage collector's thresholds in this block, and restore them after it.
+
+    They hold for the whole process, so this is for processes that belong to contiga alone.
+    """
     old_thresholds = gc.get_threshold()
     gc.set_threshold(*THRESHOLDS)
     try:

@@ -91,11 +91,16 @@ class Listing:
         return tuple(map(self._type, self.kernels[row].arguments))
 
     def _type(self, row: Row) -> Any:
+        """Return the numba type of a row, made when it is first asked for."""
         if row not in self._types:
             self._types[row] = self._type_of(self._codes[row])
         return self._types[row]
 
     def _type_of(self, code: Any) -> Any:
+        """Return the numba type of a code of the list, as the module describes it.
+
+        Raises AttributeError, ImportError or ValueError if the sources have no such type any more.
+        """
         if isinstance(code, str):
             return types.boolean if code == "bool" else getattr(types, code)
         kind, first, *others = code
@@ -121,5 +126,5 @@ class Listing:
 
 @cache
 def listing() -> Listing:
-    """Return the list of the package."""
+    """Return the list of the package, which a process reads once."""
     return Listing(json.loads(FILE.read_text(encoding="utf-8")))

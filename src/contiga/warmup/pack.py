@@ -73,7 +73,7 @@ GENERIC = (Level("generic", ()),)
 
 
 def levels() -> tuple[Level, ...]:
-    """Return the levels of x86, or the generic level of another kind of processor."""
+    """Return the two levels of x86, the lower first, or the generic level of another processor."""
     return X86 if platform.machine().lower() in ("x86_64", "amd64") else GENERIC
 
 
@@ -107,7 +107,7 @@ def sources() -> Sources:
 def write_wheel(
     index_files: Mapping[Level, Mapping[Row, str]], old_sources: Sources, folder: Path
 ) -> Path:
-    """Write the wheel of all kernels of the list into a folder.
+    """Write the wheel of all kernels of the list, whole or not at all, and return its path.
 
     Parameters
     ----------
@@ -158,7 +158,15 @@ def write_wheel(
 def _packed(
     level: Level, index_files: Mapping[Row, str], sources: Sources
 ) -> tuple[Manifest, bytes]:
-    """Return the kernels of a level as one file, and their manifest."""
+    """Return the manifest of a level, and the content of its code file.
+
+    The file has a compressed block for each cache index file, with its kernels by types and hashes.
+
+    Raises
+    ------
+    RunError
+        A kernel of the list is not in the cache.
+    """
     versions: dict[str, dict[Any, bytes]] = {}
     for file in sorted(set(index_files.values()) - {""}):
         with Path(file).open("rb") as index:

@@ -36,7 +36,7 @@ class Plan:
         self._changed = Condition()
 
     def take(self) -> Row | None:
-        """Return a kernel to compile, as soon as one is ready; None when all are finished."""
+        """Wait for a ready kernel and hand it out; None when all are finished, or after `end`."""
         with self._changed:
             while self._unfinished and not self._ended:
                 row = self._take_ready()
@@ -46,10 +46,11 @@ class Plan:
             return None
 
     def take_towards(self, row: Row) -> Row | None:
-        """Return the next kernel to compile for a worker that needs `row`.
+        """Hand out the next kernel to a worker that needs `row`.
 
-        It is one of its parts or, if all of these are being compiled, any other, so that nobody
-        waits. It is `row` itself when all its parts are compiled, and None if `row` is finished.
+        It is one of its parts or, if all of these are being compiled, any other that is ready; if
+        none is, the worker waits. It is `row` itself when all its parts are compiled, and None if
+        `row` is finished or after `end`. Until it returns, other workers prefer these parts, too.
         """
         with self._changed:
             self._urgent.append(row)
@@ -64,7 +65,10 @@ class Plan:
                 self._urgent.remove(row)
 
     def done(self, row: Row) -> None:
-        """Mark a kernel as finished, compiled or not: kernels that call it may become ready."""
+        """Mark a kernel as finished, compiled or not: kernels that call it may become ready.
+
+        A second time has no effect.
+        """
         with self._changed:
             if row not in self._unfinished:
                 return
@@ -83,7 +87,10 @@ class Plan:
             self._changed.notify_all()
 
     def _take_ready(self) -> Row | None:
-        """Take the first ready kernel: of the urgent ones and their parts, else of all."""
+        """Remove and return the first ready kernel; None if no kernel is ready.
+
+        Urgent kernels and their parts precede all others. The caller holds the lock.
+        """
         needed, stack = set(self._urgent), list(self._urgent)
         while stack:
             for part in self._parts[stack.pop()]:

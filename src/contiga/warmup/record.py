@@ -20,14 +20,20 @@ from contiga.rigid.kernels.rigid_nb import to_body
 
 
 def write(files: Iterable[str]) -> None:
-    """Record the cache `files` of all kernels, if there is a folder for it."""
+    """Record the cache `files` of all kernels in the folder of kernels.
+
+    Without a folder, or if it cannot be written, nothing is recorded.
+    """
     if (path := _record_path()) is not None:
         with suppress(OSError):
             path.write_text(json.dumps(sorted(set(files))), encoding="utf-8")
 
 
 def has_all() -> bool:
-    """Return whether all kernels of these sources are cached for this kind of processor."""
+    """Return whether a warm-up of these sources is recorded and all its cache files are there.
+
+    False if there is no record for this Python, compiler and processor, or it cannot be read.
+    """
     if (path := _record_path()) is None:
         return False
     try:
@@ -38,7 +44,10 @@ def has_all() -> bool:
 
 
 def _record_path() -> Path | None:
-    """Return the record of these sources, this Python, compiler and processor."""
+    """Return the path of the record of these sources, this Python, compiler and processor.
+
+    Its name has a hash over all of them; None without a folder for kernels.
+    """
     folder = kernel_folder()
     if folder is None:
         return None

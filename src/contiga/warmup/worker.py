@@ -21,7 +21,11 @@ NICENESS = 10
 
 
 def serve() -> None:
-    """Compile the requested kernels, one after the other."""
+    """Compile the requested kernels, one after the other, until the process ends; never return.
+
+    Its priority is low, it ignores Ctrl-C, and both output streams are closed to libraries: replies
+    go to a copy of the standard output.
+    """
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the process that started this one
     if hasattr(os, "nice"):
         os.nice(NICENESS)
@@ -42,14 +46,18 @@ def serve() -> None:
 
 
 def _listen(rows: SimpleQueue[int]) -> None:
-    """Queue the rows of the standard input; end the process with it."""
+    """Queue the rows of the standard input; end the process when the input ends."""
     for line in sys.stdin:
         rows.put(int(line))
     os._exit(0)
 
 
 def compile_row(row: int) -> dict[str, Any]:
-    """Compile a kernel of the list; return whether it was not cached, its file, or the error."""
+    """Compile a kernel of the list; return fields of `Progress`.
+
+    They are `is_compiled` (False if it was read from the cache) and `file`, or `error`: no error of
+    compiling is raised.
+    """
     try:
         kernel = listing().compile(row)
     except Exception as error:

@@ -7,7 +7,7 @@ import pytest
 
 import contiga as cg
 from contiga.criteria import HIC, hic, hicd
-from contiga.criteria.head_injury import _best, _inside
+from contiga.criteria.head_injury import _best_window, _inner_windows
 from contiga.criteria.pairs import likely_pairs
 from contiga.criteria.samples import line_through
 from contiga.errors import InputError
@@ -81,7 +81,7 @@ def test_pairs_that_are_left_out_hold_nothing_better(seed):
         limit = rng.choice([3.0, 20.0, 1000.0])
         line = line_through(a, t - t[0])
         i, j = np.triu_indices(len(line.slope), 1)
-        everything = _best(line, *_inside(line, i, j, limit)).value
+        everything = _best_window(line, *_inner_windows(line, i, j, limit)).value
         assert everything <= hic(a, t, limit).value * (1.0 + 1e-12)
 
 
