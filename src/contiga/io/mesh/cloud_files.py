@@ -22,14 +22,14 @@ def read_cloud(path: Path) -> RawMesh:
     """Return the points of a ``.npy`` array, or of lines with three numbers.
 
     Semicolons, commas or blanks separate the numbers; one line of names may come first, which may
-    state a unit, ``x [mm], y [mm], z [mm]``; ``#`` starts a comment. Words for not-a-number are
-    read as NaN, which the check of the points refuses with its row.
+    state a unit, ``x [mm], y [mm], z [mm]``; ``#`` starts a comment. NaN and infinity are read; the
+    check of the points refuses them later, with their row.
 
     Raises
     ------
     FileError
-        A line does not have three numbers, or the array three columns; the names have several
-        units.
+        A line does not have three numbers, or is too long; the array does not have the shape
+        (n, 3) or is not of real numbers; the names have several units.
     """
     if path.suffix.lower() == ".npy":
         return RawMesh(_read_npy(path))
@@ -64,6 +64,7 @@ def _bad_line(path: Path, number: int, text: str) -> FileError:
 
 
 def _read_npy(path: Path) -> FloatArray:
+    """Return the array (n, 3) in a file as float64; anything else is a `FileError`."""
     try:
         # A mapped array takes no more memory than the file has, whatever its header claims.
         table = np.lib.format.open_memmap(path, mode="r")

@@ -26,8 +26,9 @@ class _Kind(NamedTuple):
 
     linear: str
     quadratic: str
+    """Cell with mid-side nodes; "" if the type has none."""
     order: tuple[int, ...] = ()
-    """Order of its nodes in VTK, if that differs."""
+    """Places on the card of the quadratic cell's nodes in VTK's order; empty if it is the same."""
 
 
 _BRICK = (*range(12), *range(16, 20), *range(12, 16))
@@ -64,13 +65,15 @@ _IGNORED = re.compile(
 def read_nastran(path: Path) -> RawMesh:
     """Return the mesh of a bulk data deck with its included files; a group for each property.
 
+    An element without a property has its own number as one.
+
     Raises
     ------
     FileError
         Not a deck, or an included file is missing.
     MeshError
-        An unknown card, a number that is not one, a system that does not exist, an element of a
-        grid point that does not exist, or with some mid-side nodes but not all.
+        An unknown card, a number that is not one or is given twice, a system that does not exist,
+        an element of a grid point that does not exist, or with some mid-side nodes but not all.
     """
     grids = Grids()
     elements: dict[str, Elements] = {}
@@ -113,7 +116,15 @@ def read_nastran(path: Path) -> RawMesh:
 
 
 def _cell(card: Card) -> tuple[str, list[int]]:
-    """Return kind and nodes of an element: linear if it names no mid-side node."""
+    """Return kind and nodes, in VTK's order, of an element: linear if it names no mid-side node.
+
+    A CQUAD without its centre node is a "quad8".
+
+    Raises
+    ------
+    MeshError
+        A corner is left out, or some mid-side nodes but not all.
+    """
     kind = _ELEMENTS[card.name]
     n_corners = N_NODES[kind.linear]
     count = N_NODES.get(kind.quadratic, n_corners)

@@ -28,9 +28,10 @@ class _Line(NamedTuple):
 
 
 def read_polygons(path: Path) -> RawMesh:
-    """Return points and polygons of an OFF or an OBJ file; groups of an OBJ file.
+    """Return points and polygons of an OFF or an OBJ file; groups (g, o) of an OBJ file.
 
-    Polygons of more than four corners are split into triangles, with a warning.
+    Polygons of more than four corners are split into triangles, with a warning; those of fewer
+    than three are left out. Normals, colours and texture coordinates are ignored.
 
     Raises
     ------
@@ -49,6 +50,7 @@ def read_polygons(path: Path) -> RawMesh:
 
 
 def _read_off(path: Path, lines: Iterator[_Line]) -> RawMesh:
+    """Return an OFF file as a mesh without groups; `lines` are those with words."""
     head = next(lines, _Line(str(path), []))
     words = head.words
     if not words or words[0] not in _HEADS or "BINARY" in words:
@@ -85,6 +87,7 @@ def _read_off(path: Path, lines: Iterator[_Line]) -> RawMesh:
 
 
 def _read_obj(path: Path, lines: Iterator[_Line]) -> RawMesh:
+    """Return the vertices, faces and groups of an OBJ file; other lines are ignored."""
     points: list[list[float]] = []
     faces: list[list[int]] = []
     places: list[str] = []
@@ -108,6 +111,10 @@ def _read_obj(path: Path, lines: Iterator[_Line]) -> RawMesh:
 def _mesh(
     path: Path, points: list[list[float]], faces: list[list[int]], groups: list[tuple[str, int]]
 ) -> RawMesh:
+    """Return the mesh of polygons; `groups` has names and the first face of each, in order.
+
+    A group ends where the next one begins; groups of one name add up, and empty ones are left out.
+    """
     array = np.array(points, dtype=np.float64).reshape(-1, 3)
     ends = [start for _, start in groups[1:]] + [len(faces)]
     members: dict[str, list[int]] = {}
@@ -147,7 +154,11 @@ def _count(where: str, word: str) -> int:
 
 
 def _obj_row(where: str, word: str, count: int) -> int:
-    """Return the row of a point from "7", "7/1", "7//3", or "-1" for the last point so far."""
+    """Return the row of a point from "7", "7/1", "7//3", or "-1" for the last of `count` so far.
+
+    A positive number may exceed `count`: the caller checks it when all points are read. Text in
+    place of a number is a `FileError`; 0 or a number before the first point is a `MeshError`.
+    """
     try:
         value = int(word.partition("/")[0])
     except ValueError as error:
