@@ -33,7 +33,8 @@ def read_master(
     Parameters
     ----------
     path, unit, file_unit, parts : as for `read_mesh`
-    normals : "facet" or "vertex", of feet
+    normals : "facet" or "vertex": normals at feet are those of the facet, or interpolated between
+        its vertices
 
     Raises
     ------
@@ -56,7 +57,9 @@ def read_master(
 
 
 def master_of(slave: Slave, *, where: str, normals: str = "facet") -> TriMesh:
-    """Return the facets of `slave` over all its points.
+    """Return the facets of `slave` as a mesh over all its points, with its name and unit.
+
+    Inactive points stay; `source` is "" if the facets are the file's triangles, one for one.
 
     Raises
     ------
