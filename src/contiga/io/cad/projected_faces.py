@@ -66,15 +66,18 @@ class ProjectedFace(NamedTuple):
 def add_projected(
     assembly: Assembly, face: ProjectedFace, edges: Sequence[NurbsCurve], tolerance: float
 ) -> bool:
-    """Add a face if it has an area; return whether it has.
+    """Project the edges of a face onto its surface and add it to `assembly`; False without area.
 
-    `edges` are in space; `tolerance` is their largest distance from the face, length.
+    `edges` are in space, by number; `tolerance` is their largest distance from the face according
+    to the file, length. An edge lies on the surface up to `MAX_TOLERANCES` of that and `MAX_SHARE`
+    of its size. Each loop is shifted to begin within the domain; the patch is unrolled if needed.
 
     Warns
     -----
     ContigaWarning
-        The face has no extent and is left out; its loops do not close or an edge does not lie on
-        it, and it is kept as the rectangle around its loops.
+        The face has no extent and is left out. Or an edge does not lie on the surface, and the
+        whole surface is added. Or a loop is open by more than `OPEN_TOL` of the face, and the
+        rectangle around the loops is added.
     """
     chart = Chart(face.surface)
     max_distance = min(MAX_TOLERANCES * tolerance, MAX_SHARE * chart.size)
@@ -94,11 +97,48 @@ def add_projected(
         )
         assembly.add_whole(face.surface, flip=face.flip)
         return True
-    return _add_closed(assembly, face, _close_loops(face.loops, pcurves, tolerance, chart), chart)
+    safe = np.where(chart.periods > 0.0, chart.periods, 1.0)
+    shifted = []
+    for loop in _close_loops(face.loops, pcurves, tolerance, chart):
+        turns = np.floor((exact_box(loop)[0] - chart.low) / safe + 1e-9) * chart.periods
+        shifted.append([translate(pcurve, -turns) for pcurve in loop])
+    loops = align_loops(shifted, chart.periods)
+    box = exact_box([pcurve for loop in loops for pcurve in loop])
+    box = np.where(chart.periods == 0.0, np.clip(box, chart.low, chart.high), box)
+    axes = [np.linspace(box[0, axis], box[1, axis], 4) for axis in range(2)]
+    speed = chart.speed(np.stack(np.meshgrid(*axes), axis=-1).reshape(-1, 2)).max(axis=0)
+    extent = (box[1] - box[0]) * speed
+    if extent.min() <= THIN_TOL * extent.max():
+        warn(f"{face.where}: a face without extent was left out")
+        return False
+    patch = chart.unroll(box)
+    low, high = np.array(patch.domain).T
+    box = np.clip(box, low, high)
+    max_gap = 0.0
+    for loop in loops:
+        # Gaps in space: at a pole there is none.
+        last = np.array([ends(pcurve)[1] for pcurve in loop])
+        distance = np.linalg.norm(chart.points(last) - chart.points(last + gaps(loop)), axis=1)
+        max_gap = max(max_gap, float(distance.max()))
+    sides = rectangle_sides(loops[0], box, speed) if len(loops) == 1 else None
+    if max_gap > OPEN_TOL * float(np.linalg.norm(extent)):
+        warn(
+            f"{face.where}: a trimming loop is open by {max_gap:.3g}; the face is kept as the "
+            "rectangle around its loops"
+        )
+        assembly.add_whole(restrict_patch(patch, box), flip=face.flip)
+    elif sides is not None:
+        assembly.add_whole(restrict_patch(patch, box), loops[0], sides, flip=face.flip)
+    else:
+        assembly.add_trimmed(patch, loops, face.where, flip=face.flip)
+    return True
 
 
 def _pcurve(chart: Chart, edge: NurbsCurve, max_distance: float) -> NurbsCurve | None:
-    """Return the p-curve of an edge, on any turn of the surface; None if it is off the surface."""
+    """Return the p-curve of an edge, on any turn of the surface: exact on a parallelogram.
+
+    None if a point of it is farther off the surface than `max_distance`, length.
+    """
     flat = flat_image(chart.surface, edge)
     if flat is not None:
         return flat
@@ -115,8 +155,9 @@ def _close_loops(
 ) -> list[Loop]:
     """Return loops of consecutive p-curves, closed over poles and around the surface.
 
-    Two opposite loops around the surface become one, the border of a band; a single one is closed
-    along a side of the patch.
+    Two loops that go around the surface in opposite senses become one, the border of a band; a
+    single one is closed along a side of the patch. A loop of poles alone is left out. `curves` are
+    the p-curves by number of the edge, `tolerance` their largest distance from it.
     """
     periods = chart.periods
     closed: list[Loop] = []
@@ -155,7 +196,10 @@ def _close_loops(
 
 
 def _turns(loop: Loop, periods: FloatArray) -> FloatArray:
-    """Return the whole periods (2,) between the start and the end of a loop."""
+    """Return the whole periods (2,) between start and end of a loop; 0 if it does not close so.
+
+    It closes if the rest is at most 1e-3 of the larger period.
+    """
     gap = ends(loop[-1])[1] - ends(loop[0])[0]
     turns = whole_periods(gap, periods)
     meets = np.abs(gap - turns).max() <= 1e-3 * periods.max(initial=0.0)
@@ -163,9 +207,10 @@ def _turns(loop: Loop, periods: FloatArray) -> FloatArray:
 
 
 def _close_over_poles(runs: list[Loop], periods: FloatArray) -> Loop:
-    """Return one loop of runs between poles, which may be any number of turns apart.
+    """Return one loop of runs between poles, each shifted by up to one turn in u and v.
 
-    Outer loops have their face on the left, so the smallest positive area is the right one.
+    Outer loops have their face on the left, so the shift with the smallest positive area in (u, v)
+    is the right one; areas are those of chords. Gaps at the poles remain.
     """
     shifts = {tuple(np.array(turns) * periods) for turns in product((0, 1, -1), repeat=2)}
     result = runs[0]
@@ -186,7 +231,10 @@ def _close_over_poles(runs: list[Loop], periods: FloatArray) -> Loop:
 
 
 def _close_at_side(loop: Loop, chart: Chart) -> Loop:
-    """Close a loop around the surface along the side that bounds its face, on its left."""
+    """Return a loop around the surface, closed along the side of the domain on its left.
+
+    Three straight pieces without an edge lead there and back; those without length are left out.
+    """
     start, end = ends(loop[0])[0], ends(loop[-1])[1]
     axis = int(np.argmax(np.abs(end - start)))
     is_forward = end[axis] > start[axis]
@@ -203,43 +251,3 @@ def _line(start: FloatArray, end: FloatArray) -> Loop:
         return []
     curve = NurbsCurve(1, [0.0, 0.0, 1.0, 1.0], np.array([start, end]))
     return [PCurve(curve, -1, False, 0.0)]
-
-
-def _add_closed(assembly: Assembly, face: ProjectedFace, loops: list[Loop], chart: Chart) -> bool:
-    """Add a face with closed loops if it has an area; return whether it has."""
-    # Each loop begins within the domain.
-    safe = np.where(chart.periods > 0.0, chart.periods, 1.0)
-    shifted = []
-    for loop in loops:
-        turns = np.floor((exact_box(loop)[0] - chart.low) / safe + 1e-9) * chart.periods
-        shifted.append([translate(pcurve, -turns) for pcurve in loop])
-    loops = align_loops(shifted, chart.periods)
-    box = exact_box([pcurve for loop in loops for pcurve in loop])
-    box = np.where(chart.periods == 0.0, np.clip(box, chart.low, chart.high), box)
-    axes = [np.linspace(box[0, axis], box[1, axis], 4) for axis in range(2)]
-    speed = chart.speed(np.stack(np.meshgrid(*axes), axis=-1).reshape(-1, 2)).max(axis=0)
-    extent = (box[1] - box[0]) * speed
-    if extent.min() <= THIN_TOL * extent.max():
-        warn(f"{face.where}: a face without extent was left out")
-        return False
-    patch = chart.unroll(box)
-    low, high = np.array(patch.domain).T
-    box = np.clip(box, low, high)
-    max_gap = 0.0
-    for loop in loops:
-        # Gaps in space: at a pole there is none.
-        last = np.array([ends(pcurve)[1] for pcurve in loop])
-        distance = np.linalg.norm(chart.points(last) - chart.points(last + gaps(loop)), axis=1)
-        max_gap = max(max_gap, float(distance.max()))
-    sides = rectangle_sides(loops[0], box, speed) if len(loops) == 1 else None
-    if max_gap > OPEN_TOL * float(np.linalg.norm(extent)):
-        warn(
-            f"{face.where}: a trimming loop is open by {max_gap:.3g}; the face is kept as the "
-            "rectangle around its loops"
-        )
-        assembly.add_whole(restrict_patch(patch, box), flip=face.flip)
-    elif sides is not None:
-        assembly.add_whole(restrict_patch(patch, box), loops[0], sides, flip=face.flip)
-    else:
-        assembly.add_trimmed(patch, loops, face.where, flip=face.flip)
-    return True

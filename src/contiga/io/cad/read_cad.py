@@ -136,8 +136,8 @@ def check_body(body: Body, file: Path) -> None:
     Raises
     ------
     FileError
-        A coordinate of a control point exceeds `MAX_COORDINATE`, or two patches of degree
-        `MIN_SPLINE_DEGREE` or more, or one with itself, cross in their interiors.
+        A coordinate of a control point exceeds `MAX_COORDINATE`, or a patch of degree
+        `MIN_SPLINE_DEGREE` or more crosses itself or another one of its piece.
     """
     from contiga.geometry.piece import piece_of
 

@@ -22,7 +22,19 @@ from contiga.records import FloatArray
 
 
 def split(body: Body, plane: tuple[ArrayLike, ArrayLike]) -> tuple[Body, Body]:
-    """Cut a body by a plane (point, normal); see `Body.split`."""
+    """Return the parts of a body above and below a plane (point, normal); see `Body.split`.
+
+    A solid or a face of an open piece is above if its centroid is on the side of the normal.
+
+    Raises
+    ------
+    InputError
+        `plane` is not a finite point and a finite normal of some length.
+    GeometryError
+        All is on one side, or OpenCASCADE cannot split the body.
+    MissingPackageError
+        OpenCASCADE is not installed.
+    """
     try:
         point, normal = (np.asarray(real(part, "plane"), np.float64) for part in plane)
     except (TypeError, ValueError):
@@ -60,7 +72,11 @@ def split(body: Body, plane: tuple[ArrayLike, ArrayLike]) -> tuple[Body, Body]:
 
 
 def _split_shapes(body: Body, point: FloatArray, normal: FloatArray, scale: float) -> list[Any]:
-    """Return solids, and faces of open pieces, each on one side of the plane."""
+    """Return solids, and faces of open pieces, each on one side of the plane; lengths · `scale`.
+
+    The plane is a square with a half side of the body's size about the middle of its box. Failure
+    of OpenCASCADE is a `GeometryError`.
+    """
     from OCP.BRepAlgoAPI import BRepAlgoAPI_Splitter
     from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeFace
     from OCP.collections import List_TopoDS_Shape
@@ -100,7 +116,7 @@ def _split_shapes(body: Body, point: FloatArray, normal: FloatArray, scale: floa
 
 
 def _centroid(part: Any) -> FloatArray:
-    """Return the centroid of a solid or of a face."""
+    """Return the centroid (3,) of a solid's volume or of a face's area."""
     from OCP.BRepGProp import BRepGProp
     from OCP.GProp import GProp_GProps
 
@@ -114,7 +130,10 @@ def _centroid(part: Any) -> FloatArray:
 
 
 def _join_parts(body: Body, parts: Sequence[Any], scale: float) -> Body:
-    """Join parts into one body with the name, unit and reference point of the whole."""
+    """Return parts as one body, lengths divided by `scale`, with coinciding edges joined.
+
+    It has the name, unit and reference point of `body`.
+    """
     from OCP.TopoDS import TopoDS
 
     compound = compound_of(parts)

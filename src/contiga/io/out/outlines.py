@@ -109,7 +109,13 @@ class OutlinesWriter:
         return writer
 
     def append(self, time: float, loops: Loops) -> None:
-        """Add a step, which may have no lines."""
+        """Add a step, which may have no lines; readers see all of it or nothing.
+
+        Raises
+        ------
+        OutputError
+            It cannot be written; the file has the steps before.
+        """
         n_bytes = _SIZE_FACTOR * (loops.points.nbytes + loops.first.nbytes)
         with self._steps.step(self.n_steps + 1, n_bytes):
             points, first, steps = loops.points, loops.first, self._steps
@@ -149,12 +155,15 @@ class OutlinesWriter:
         self.n_steps += 1
 
     def close(self) -> None:
-        """Close the file."""
+        """Close the file; the next step opens it again."""
         self._steps.close()
 
 
 class OutlineSeries:
-    """A file of outlines read back. Lines are read on request."""
+    """A file of outlines read back; lines are read on request.
+
+    The file is opened for each request, or once for a block ``with series.held():``.
+    """
 
     def __init__(self, path: Path, times: FloatArray) -> None:
         self.path = path
@@ -163,7 +172,7 @@ class OutlineSeries:
         self.held = self._file.held
 
     def loops(self, i: int) -> Loops:
-        """Return the lines of step `i`, from 0."""
+        """Return the lines of step `i`, from 0 to one less than the times, which is not checked."""
         with self._file.arrays() as array:
             counts = array("VTKHDF/NumberOfPoints")[: i + 1]
             start, stop = int(counts[:-1].sum()), int(counts.sum())
@@ -180,7 +189,7 @@ class OutlineSeries:
 
 
 def read_outlines(path: str | Path) -> OutlineSeries:
-    """Open a file written by `OutlinesWriter`.
+    """Return the series in a file written by `OutlinesWriter`, with the times of its steps.
 
     Raises
     ------
