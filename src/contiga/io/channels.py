@@ -113,7 +113,8 @@ def channel_of(
 def shown(name: str, values: FloatArray, units: Mapping[str, str]) -> Channel:
     """Return a channel in the unit in which it is shown: accelerations in g, GPa as MPa.
 
-    All others, and all if one of `units` is missing, keep their unit.
+    All others keep the unit of the run. If one of `units` is missing, values stay and the unit is
+    "".
 
     Parameters
     ----------

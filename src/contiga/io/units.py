@@ -365,6 +365,8 @@ def without_noise(factor: float) -> float:
 def consistent_size(quantity: Quantity, units: Units) -> float:
     """Return the size of the consistent unit of a quantity, in SI units, to 15 digits.
 
+    It is 1 for a temperature and for seconds, which have the same unit in every case.
+
     Parameters
     ----------
     quantity : quantity of the unit

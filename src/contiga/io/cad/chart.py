@@ -164,12 +164,39 @@ class Chart:
     def unroll(self, box: FloatArray) -> NurbsSurface:
         """Return the surface as a patch that contains `box` (2, 2), which may span several turns.
 
-        Directions that are not closed stay as they are; a closed one is changed only if the box
-        leaves the domain there, and then spans at least one turn.
+        Directions that are not closed stay as they are. A closed one has as many whole turns as the
+        box needs: a single one is kept whole, shifted if need be, several are cut down to the box,
+        or to one turn from its low bound on if that is longer.
         """
         surface = self.surface
-        for axis in np.flatnonzero(self.periods > 0.0):
-            surface = _periodic_part(surface, int(axis), float(box[0, axis]), float(box[1, axis]))
+        for axis in np.flatnonzero(self.periods > 0.0).tolist():
+            low, high = float(box[0, axis]), float(box[1, axis])
+            a, b = surface.domain[axis]
+            period = b - a
+            slack = 1e-9 * period
+            first = int(np.floor((low + slack - a) / period))
+            last = max(int(np.ceil((high - slack - a) / period)), first + 1)
+            patch = surface if axis == 0 else surface.transposed()
+            U, V = patch.knots
+            net, weights = patch.control_points, patch.weights
+            turns = [
+                patch if k == 0 else NurbsSurface(patch.degrees, (U + k * period, V), net, weights)
+                for k in range(first, last)
+            ]
+            joined = turns[0]
+            for turn in turns[1:]:
+                knots, net, weights = join_splines(
+                    patch.degrees[0],
+                    (joined.knots[0], joined.control_points, joined.weights),
+                    (turn.knots[0], turn.control_points, turn.weights),
+                )
+                joined = NurbsSurface(patch.degrees, (knots, V), net, weights)
+            if len(turns) > 1:
+                # One turn is kept if that is enough, so that no part of the surface is doubled.
+                (start, end), v = joined.domain
+                u = max(low, start), min(max(high, low + period), end)
+                joined = joined.restricted(u, v)
+            surface = joined if axis == 0 else joined.transposed()
         return surface
 
 
@@ -178,7 +205,8 @@ def _gauss_newton_step(
 ) -> FloatArray:
     """Return the least-squares components (n, 2) of residuals (n, 3) along two tangents (n, 3).
 
-    The component along a tangent without length, as at a pole, is 0.
+    The component along a tangent without length, as at a pole, is 0. If sin² of the angle between
+    the tangents is at most 1e-14, each takes half of the residual along it.
     """
     tangents = np.stack([tangent_u, tangent_v], axis=1)
     length = np.linalg.norm(tangents, axis=2)
@@ -222,39 +250,6 @@ def restrict_patch(patch: NurbsSurface, box: FloatArray) -> NurbsSurface:
     if (a == low).all() and (b == high).all():
         return patch
     return patch.restricted((float(a[0]), float(b[0])), (float(a[1]), float(b[1])))
-
-
-def _periodic_part(surface: NurbsSurface, axis: int, low: float, high: float) -> NurbsSurface:
-    """Return a closed patch over at least [low, high] of its periodic parameter.
-
-    Over as many whole turns as that needs; a single one is shifted as a whole, several are cut
-    down to the interval, or to one turn from `low` on if that is longer.
-    """
-    a, b = surface.domain[axis]
-    period = b - a
-    slack = 1e-9 * period
-    first = int(np.floor((low + slack - a) / period))
-    last = max(int(np.ceil((high - slack - a) / period)), first + 1)
-    patch = surface if axis == 0 else surface.transposed()
-    U, V = patch.knots
-    turns = [
-        patch
-        if k == 0
-        else NurbsSurface(patch.degrees, (U + k * period, V), patch.control_points, patch.weights)
-        for k in range(first, last)
-    ]
-    joined = turns[0]
-    for turn in turns[1:]:
-        knots, points, weights = join_splines(
-            patch.degrees[0],
-            *((each.knots[0], each.control_points, each.weights) for each in (joined, turn)),
-        )
-        joined = NurbsSurface(patch.degrees, (knots, V), points, weights)
-    if len(turns) > 1:
-        # One turn is kept if that is enough, so that no part of the surface is doubled.
-        (start, end), v = joined.domain
-        joined = joined.restricted((max(low, start), min(max(high, low + period), end)), v)
-    return joined if axis == 0 else joined.transposed()
 
 
 Spline = tuple[FloatArray, FloatArray, FloatArray | None]

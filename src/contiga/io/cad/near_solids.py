@@ -96,10 +96,11 @@ def slits_between(body: Body) -> list[Slit]:
 def _sample_faces(
     body: Body, piece_of_patch: IntArray, bounds: FloatArray, boxes: FloatArray
 ) -> tuple[IntArray, FloatArray, FloatArray]:
-    """Return patch (n,), place (n, 3) and normal (n, 3) of random points on faces.
+    """Return patch (n,), place (n, 3) and normal (n, 3) of random points on trimmed faces.
 
-    Only those within the box of another piece count; `bounds` (patches, 2, 3) are those of the
-    patches, `boxes` (pieces, 2, 3) those of the pieces.
+    They are the same in every call. Of `SAMPLES_PER_FACE` in the box of a face's trims those count
+    that are within the box of another piece; `bounds` (patches, 2, 3) are those of the patches,
+    `boxes` (pieces, 2, 3) those of the pieces.
     """
     rng = np.random.default_rng(0)
     patch, places, normals = [np.zeros(0, int)], [np.zeros((0, 3))], [np.zeros((0, 3))]

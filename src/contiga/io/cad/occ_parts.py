@@ -101,10 +101,12 @@ def pieces_of(document: Any) -> list[Piece]:
 def _pieces_under(shapes: Any, label: Any, path: _Path) -> Iterator[Piece]:
     """Yield the pieces of a label, which may refer to a product elsewhere, and of its components.
 
-    An instance without a name has that of its product.
+    An instance without a name has that of its product, and a piece without name or colour those of
+    the product; without a colour there, too, it has the one that all its faces have.
     """
-    from OCP.collections import Sequence_TDF_Label
+    from OCP.collections import IndexedMap_TopoDS_Shape_TopTools_ShapeMapHasher, Sequence_TDF_Label
     from OCP.TDF import TDF_Label
+    from OCP.TopoDS import TopoDS
 
     product, colour = label, None
     if shapes.IsReference_s(label):
@@ -116,31 +118,17 @@ def _pieces_under(shapes: Any, label: Any, path: _Path) -> Iterator[Piece]:
             place=path.place if instance is None else (*path.place, instance),
         )
     attributes = Attributes(_name(product), colour or _colour(product) or path.colour)
-    if not shapes.IsAssembly_s(product):
-        yield from _pieces_of_product(shapes, product, path, attributes)
+    labels = Sequence_TDF_Label()
+    if shapes.IsAssembly_s(product):
+        name = attributes.name
+        aliases = path.aliases if name is None else (*path.aliases, name)
+        path = path._replace(aliases=aliases, colour=attributes.colour)
+        shapes.GetComponents_s(product, labels, False)
+        for component in _items(labels):
+            yield from _pieces_under(shapes, component, path)
         return
-    name = attributes.name
-    aliases = path.aliases if name is None else (*path.aliases, name)
-    path = path._replace(aliases=aliases, colour=attributes.colour)
-    components = Sequence_TDF_Label()
-    shapes.GetComponents_s(product, components, False)
-    for component in _items(components):
-        yield from _pieces_under(shapes, component, path)
-
-
-def _pieces_of_product(
-    shapes: Any, product: Any, path: _Path, attributes: Attributes
-) -> Iterator[Piece]:
-    """Yield the solids, shells and faces of a product that is not an assembly, placed by `path`.
-
-    `attributes` are those of the product, for pieces that have none of their own.
-    """
-    from OCP.collections import IndexedMap_TopoDS_Shape_TopTools_ShapeMapHasher, Sequence_TDF_Label
-    from OCP.TopoDS import TopoDS
-
     numbers = IndexedMap_TopoDS_Shape_TopTools_ShapeMapHasher()
     by_number: dict[int, Attributes] = {}
-    labels = Sequence_TDF_Label()
     shapes.GetSubShapes_s(product, labels)
     for label in _items(labels):
         number = numbers.Add(shapes.GetShape_s(label))
@@ -240,9 +228,9 @@ def part_labels(pieces: Sequence[Piece], edges: SewnEdges) -> list[PartLabel]:
 
 
 def _groups(pieces: Sequence[Piece], edges: SewnEdges) -> Iterable[int]:
-    """Return a group number for each piece; loose faces of one place that share edges have one.
+    """Return a group number for each piece, unique but for loose faces.
 
-    Groups are not numbered in order.
+    Those of one place have the same number if edges connect them, also over others.
     """
     loose = [k for k, piece in enumerate(pieces) if piece.kind == "face"]
     groups = np.arange(len(pieces))

@@ -190,8 +190,16 @@ def _close_loops(
             to_second = _line(ends(first[-1])[1], ends(second[0])[0])
             to_first = _line(ends(second[-1])[1], ends(first[0])[0])
             closed.append([*first, *to_second, *second, *to_first])
-        else:
-            closed.append(_close_at_side(loop, chart))
+            continue
+        # along the side that bounds the face, on the left of the loop
+        start, end = ends(loop[0])[0], ends(loop[-1])[1]
+        axis = int(np.argmax(np.abs(end - start)))
+        is_forward = end[axis] > start[axis]
+        side = chart.high if is_forward == (axis == 0) else chart.low
+        corners = [end, end.copy(), start.copy(), start]
+        for corner in corners[1:3]:
+            corner[1 - axis] = side[1 - axis]
+        closed.append([*loop, *(line for pair in pairwise(corners) for line in _line(*pair))])
     return closed
 
 
@@ -228,21 +236,6 @@ def _close_over_poles(runs: list[Loop], periods: FloatArray) -> Loop:
         is_positive = np.array(areas) > 1e-9 * np.abs(areas).max()
         result = choices[int(np.where(is_positive, areas, np.inf).argmin())]
     return result
-
-
-def _close_at_side(loop: Loop, chart: Chart) -> Loop:
-    """Return a loop around the surface, closed along the side of the domain on its left.
-
-    Three straight pieces without an edge lead there and back; those without length are left out.
-    """
-    start, end = ends(loop[0])[0], ends(loop[-1])[1]
-    axis = int(np.argmax(np.abs(end - start)))
-    is_forward = end[axis] > start[axis]
-    side = chart.high if is_forward == (axis == 0) else chart.low
-    corners = [end, end.copy(), start.copy(), start]
-    for corner in corners[1:3]:
-        corner[1 - axis] = side[1 - axis]
-    return [*loop, *(line for pair in pairwise(corners) for line in _line(*pair))]
 
 
 def _line(start: FloatArray, end: FloatArray) -> Loop:

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager, suppress
+from collections.abc import Callable
+from contextlib import suppress
 from functools import lru_cache
 from importlib.util import find_spec
 from pathlib import Path
@@ -102,34 +102,25 @@ def cached_answer(file: Path, request: str, source: str, make: Callable[[], T]) 
         cache, prefix = _disk_cache(file, Path(source)), cache_prefix(file)
     except OSError:  # reported when the file is read
         return make()
-    key, messages = _key(request, file, ()), list[str]()
+    key = _key(request, file, ())
     answer: T | None = cache.get(key)
     if answer is not None:
         return answer
-    try:
-        with _collect_warnings(messages):
-            answer = make()
-    finally:
-        for text in messages:
-            warnings.warn(text, ContigaWarning, stacklevel=3)
-    if not messages and cache_prefix(file) == prefix:
-        cache.put(key, answer)
-    return answer
-
-
-@contextmanager
-def _collect_warnings(messages: list[str]) -> Iterator[None]:
-    """Add the texts of contiga's warnings of this block to `messages`; issue others after it."""
+    has_warnings = False
     try:
         with warnings.catch_warnings(record=True) as records:
             warnings.simplefilter("always", ContigaWarning)
-            yield
+            answer = make()
     finally:
         for item in records:
             if issubclass(item.category, ContigaWarning):
-                messages.append(str(item.message))
+                has_warnings = True
+                warnings.warn(str(item.message), ContigaWarning, stacklevel=3)
             else:
                 warnings.warn_explicit(item.message, item.category, item.filename, item.lineno)
+    if not has_warnings and cache_prefix(file) == prefix:
+        cache.put(key, answer)
+    return answer
 
 
 def _key(request: str, file: Path, args: tuple[object, ...]) -> str:

@@ -138,17 +138,25 @@ class _Model:
 
         Objects that meet are treated as `solids` says, and are in `apart`, each by itself.
         """
+        import rhino3dm
+
         labels = [item.label for item in self._items]
         chosen = chosen_faces(labels, choice, str(self._path))
         bodies: dict[int, Body] = {}
         pieces: list[IndexArray] = []
         numbers: list[int] = []
         owner: list[int] = []
+        scale = np.diag([self._scale, self._scale, self._scale, 1.0])
         for k, item in enumerate(self._items):
             is_chosen = [face.number in chosen for face in item.label.faces]
-            body, faces = self._body(item, is_chosen) if any(is_chosen) else (None, [])
+            if not any(is_chosen):
+                continue
+            faces, body = [0], None
+            if isinstance(item.geometry, rhino3dm.NurbsSurface):
+                body = Body(surface_from(item.geometry))
+            else:
+                body, faces = _brep(item, is_chosen, self._tolerance, str(self._path))
             if body is not None:
-                scale = np.diag([self._scale, self._scale, self._scale, 1.0])
                 bodies[k] = body.transformed(scale @ item.matrix)
                 pieces += [len(owner) + piece for piece in bodies[k].pieces]
                 numbers += [item.label.faces[face].number for face in faces]
@@ -168,29 +176,13 @@ class _Model:
         origin = [numbers[k] for k in union.origin]
         return Inventory(union.body, origin, labels, apart, union.message)
 
-    def _body(self, item: _Item, is_chosen: list[bool]) -> tuple[Body | None, list[int]]:
-        """Return the chosen faces of an object, unplaced, and the indices of those with area.
-
-        The body is None if none has any. A face that differs from its render mesh gives a warning.
-        """
-        import rhino3dm
-
-        if isinstance(item.geometry, rhino3dm.NurbsSurface):
-            return Body(surface_from(item.geometry)), [0]
-        body, rows = _brep(item, is_chosen, self._tolerance, str(self._path))
-        if body is not None:
-            meshes = [render_mesh(item.geometry.Faces[i]) for i in rows]
-            for k, difference in find_mismatches(body, meshes):
-                number = item.label.faces[rows[k]].number
-                warn(f"{self._path}, face {number} is in doubt: {difference}")
-        return body, rows
-
 
 def _items(model: Any, path: Path) -> list[_Item]:
-    """Return the objects with faces in the file's order; instances have those of their definition.
+    """Return the objects with faces in the file's order, as Breps or NURBS surfaces.
 
-    Instances nested deeper than `MAX_DEPTH` are left out silently, objects that are no surfaces
-    with one warning of their types.
+    Objects of a definition are there for each instance that places them, and only so; instances
+    nested deeper than `MAX_DEPTH` are left out. Objects that are no surfaces are left out with one
+    warning of their types.
     """
     import rhino3dm
 
@@ -252,7 +244,10 @@ def _label(
 
 
 def surface_from(surface: Any) -> NurbsSurface:
-    """Convert a rhino3dm.NurbsSurface, which lacks the end knots and has points (wx, wy, wz, w)."""
+    """Return a rhino3dm.NurbsSurface, which lacks the end knots and has points (wx, wy, wz, w).
+
+    An error in it is a `GeometryError`; weights are kept if it says that it is rational.
+    """
     points = surface.Points
     n, m = points.CountU, points.CountV
     net = np.empty((n, m, 4))
@@ -267,7 +262,7 @@ def surface_from(surface: Any) -> NurbsSurface:
 
 
 def curve_from(curve: Any) -> NurbsCurve:
-    """Convert a rhino3dm.NurbsCurve."""
+    """Return a rhino3dm.NurbsCurve, as `surface_from` a surface."""
     net = np.array(
         [(p.X, p.Y, p.Z, p.W) for p in (curve.Points[i] for i in range(len(curve.Points)))]
     )
@@ -284,10 +279,11 @@ def _full_knots(knots: Any) -> FloatArray:
 def _brep(
     item: _Item, is_chosen: list[bool], tolerance: float, where: str
 ) -> tuple[Body | None, list[int]]:
-    """Return the chosen faces of a Brep as a body, and the indices of those with area.
+    """Return the chosen faces of a Brep as a body, unplaced, and the indices of those with area.
 
     The body is None if none has any. Faces whose trims are the sides of their surface become whole
-    patches; edges of others are projected onto the surface.
+    patches; edges of others are projected onto the surface. A face that differs from its render
+    mesh gives a warning.
     """
     brep = item.geometry
     curves = [
@@ -313,7 +309,10 @@ def _brep(
             rows.append(i)
     if not rows:
         return None, rows
-    return assembly.body("brep", lambda number: Edge(curves[number], tolerance), None), rows
+    body = assembly.body("brep", lambda number: Edge(curves[number], tolerance), None)
+    for k, difference in find_mismatches(body, [render_mesh(brep.Faces[i]) for i in rows]):
+        warn(f"{where}, face {item.label.faces[rows[k]].number} is in doubt: {difference}")
+    return body, rows
 
 
 def _convert(label: str, converter: Callable[[Any], _Converted], geometry: Any) -> _Converted:

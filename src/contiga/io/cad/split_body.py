@@ -51,12 +51,21 @@ def split(body: Body, plane: tuple[ArrayLike, ArrayLike]) -> tuple[Body, Body]:
     normal = normal / length
     require("splitting a body by a plane", "OCP")
     scale = scale_of(body)
+    from OCP.BRepGProp import BRepGProp
+    from OCP.GProp import GProp_GProps
+
     with quiet():
-        parts = _split_shapes(body, point, normal, scale)
         above: list[Any] = []
         below: list[Any] = []
-        for part in parts:
-            is_above = normal @ (_centroid(part) / scale - point) > 0.0
+        for part in _split_shapes(body, point, normal, scale):
+            properties = GProp_GProps()
+            if subshapes(part, "SOLID"):
+                BRepGProp.VolumeProperties_s(part, properties)
+            else:
+                BRepGProp.SurfaceProperties_s(part, properties)
+            place = properties.CentreOfMass()
+            centroid = np.array([place.X(), place.Y(), place.Z()])
+            is_above = normal @ (centroid / scale - point) > 0.0
             (above if is_above else below).append(part)
         if not above or not below:
             extent = (body.bounds() - point) * normal
@@ -113,20 +122,6 @@ def _split_shapes(body: Body, point: FloatArray, normal: FloatArray, scale: floa
         parts.append(faces.Current())
         faces.Next()
     return parts
-
-
-def _centroid(part: Any) -> FloatArray:
-    """Return the centroid (3,) of a solid's volume or of a face's area."""
-    from OCP.BRepGProp import BRepGProp
-    from OCP.GProp import GProp_GProps
-
-    properties = GProp_GProps()
-    if subshapes(part, "SOLID"):
-        BRepGProp.VolumeProperties_s(part, properties)
-    else:
-        BRepGProp.SurfaceProperties_s(part, properties)
-    centre = properties.CentreOfMass()
-    return np.array([centre.X(), centre.Y(), centre.Z()])
 
 
 def _join_parts(body: Body, parts: Sequence[Any], scale: float) -> Body:

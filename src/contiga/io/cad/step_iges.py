@@ -299,8 +299,9 @@ def _is_thin(raw: RawFace) -> bool:
 def _raw_face(face: Any, edges: SewnEdges) -> RawFace | None:
     """Return surface, ordered loops and bounds of a face, in the sense of its surface.
 
-    None if it has no surface, or an infinite one without loops. Wires without p-curves are left
-    out.
+    Bounds are those of the loops, at most a period, or of the surface without loops; those beyond
+    the surface, or within `BOUNDS_TOL` of its bounds, become equal to these. None if the face has
+    no surface, or an infinite one without loops. Wires without p-curves are left out.
     """
     from OCP.BRep import BRep_Tool
     from OCP.TopAbs import TopAbs_Orientation, TopAbs_ShapeEnum
@@ -319,36 +320,24 @@ def _raw_face(face: Any, edges: SewnEdges) -> RawFace | None:
             if pcurves:
                 loops.append(chain_pcurves(pcurves, periods))
     loops = align_loops(loops, periods)
-    box = _parameter_box(surface, loops, periods)
-    if not np.isfinite(box).all():
-        return None
-    is_reversed = face.Orientation() == TopAbs_Orientation.TopAbs_REVERSED
-    return RawFace(surface, loops, box, occ.speed_of(surface, box), is_reversed)
-
-
-def _parameter_box(surface: Any, loops: list[Loop], periods: FloatArray) -> FloatArray:
-    """Return the parameter bounds (2, 2) of the loops, or of the surface without loops.
-
-    Bounds lie within those of the surface, and within `BOUNDS_TOL` of them are equal to them; in a
-    periodic direction they span at most a period. Bounds of an infinite surface are infinite.
-    """
     u0, u1, v0, v1 = surface.Bounds()
     natural = np.array([[u0, v0], [u1, v1]])
     natural[np.abs(natural) > 1e99] = np.inf
     natural[0][np.isinf(natural[0])] = -np.inf
-    if not loops:
-        return natural
-    box = exact_box([pcurve for loop in loops for pcurve in loop])
-    is_periodic = periods > 0.0
-    box[0] = np.where(is_periodic, box[0], np.maximum(box[0], natural[0]))
-    box[1] = np.where(
-        is_periodic, np.minimum(box[1], box[0] + periods), np.minimum(box[1], natural[1])
-    )
-    # Bounds within rounding of the natural ones become equal to them, so that a pole has no hole.
-    near = BOUNDS_TOL * (box[1] - box[0])
-    box[0] = np.where(~is_periodic & (box[0] - natural[0] <= near), natural[0], box[0])
-    box[1] = np.where(~is_periodic & (natural[1] - box[1] <= near), natural[1], box[1])
-    return box
+    box = natural
+    if loops:
+        box = exact_box([pcurve for loop in loops for pcurve in loop])
+        is_periodic = periods > 0.0
+        box[0] = np.where(is_periodic, box[0], np.maximum(box[0], natural[0]))
+        box[1] = np.minimum(box[1], np.where(is_periodic, box[0] + periods, natural[1]))
+        # Bounds within rounding of the natural ones become equal to them: a pole has no hole.
+        near = BOUNDS_TOL * (box[1] - box[0])
+        box[0] = np.where(~is_periodic & (box[0] - natural[0] <= near), natural[0], box[0])
+        box[1] = np.where(~is_periodic & (natural[1] - box[1] <= near), natural[1], box[1])
+    if not np.isfinite(box).all():
+        return None
+    is_reversed = face.Orientation() == TopAbs_Orientation.TopAbs_REVERSED
+    return RawFace(surface, loops, box, occ.speed_of(surface, box), is_reversed)
 
 
 def _pcurves(wire: Any, face: Any, edges: SewnEdges) -> Loop:

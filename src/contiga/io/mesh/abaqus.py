@@ -190,9 +190,10 @@ class _Deck:
             add_to_set(sets, name, (Label(instance, number) for number in numbers))
 
     def _labels(self, text: str, instance: str, of_nodes: bool, line: Line) -> Iterator[Label]:
-        """Yield the labels that a field names: a number, or the members of a set.
+        """Yield the labels that a field names: a number, or the members of a set before this line.
 
-        "name.…" with the name of an instance refers to that one in place of `instance`.
+        "name.…" with the name of an instance refers to that one in place of `instance`. A set that
+        is not there is a `MeshError`, a number that is not one is not noticed here.
         """
         prefix, dot, name = text.rpartition(".")
         if dot and prefix.casefold() in self.instances:

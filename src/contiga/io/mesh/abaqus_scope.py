@@ -218,30 +218,12 @@ def read_elements(keyword: Keyword, scope: Scope) -> None:
             allowed="shells, membranes, rigid and plane elements; bricks, wedges, tetrahedra and "
             "pyramids; beams, trusses, springs, masses, which have no surface",
         )
+    count = N_NODES.get(kind, 0)
     numbers = []
-    for fields, where in _element_records(keyword, N_NODES.get(kind, 0)):
-        number = parse_whole(fields[0], where)
-        # Points and lines may have nodes of an instance, by name.
-        by_name = not kind and not all(text.isdigit() for text in fields[1:])
-        nodes = [] if by_name else [parse_whole(text, where) for text in fields[1:]]
-        scope.add_element(number, Element(kind, nodes, where))
-        numbers.append(number)
-    add_to_set(scope.element_sets, keyword.options.get("ELSET", ""), local_labels(numbers))
-
-
-def _element_records(keyword: Keyword, count: int) -> Iterator[tuple[list[str], str]]:
-    """Yield the texts of number and `count` nodes of each element, and the place of its first line.
-
-    An element continues on as many lines as it needs; with a `count` of 0 it is one line.
-
-    Raises
-    ------
-    MeshError
-        An element has no number, too few nodes at the end of the data, or too many.
-    """
     lines = iter(keyword.lines)
     for line in lines:
         fields = numbered_fields(line)
+        # An element without a surface has any number of nodes, on one line.
         while count and len(fields) <= count:
             more = next(lines, None)
             if more is None:
@@ -254,7 +236,13 @@ def _element_records(keyword: Keyword, count: int) -> Iterator[tuple[list[str], 
                 found=f"{len(fields) - 1} numbers",
                 allowed=f"its number and {count} of nodes",
             )
-        yield fields, line.where
+        number = parse_whole(fields[0], line.where)
+        # Points and lines may have nodes of an instance, by name.
+        by_name = not kind and not all(text.isdigit() for text in fields[1:])
+        nodes = [] if by_name else [parse_whole(text, line.where) for text in fields[1:]]
+        scope.add_element(number, Element(kind, nodes, line.where))
+        numbers.append(number)
+    add_to_set(scope.element_sets, keyword.options.get("ELSET", ""), local_labels(numbers))
 
 
 def trimmed_fields(line: Line) -> list[str]:
@@ -435,12 +423,9 @@ def place_instance(keyword: Keyword, scope: Scope) -> None:
         axis = b - a
         if not np.linalg.norm(axis) > 0.0:
             raise MeshError("the axis of a turn has no length", where=keyword.lines[1].where)
-        points = a + (points - a) @ _rotation_matrix(axis, math.radians(rows[1][6])).T
+        x, y, z = axis / np.linalg.norm(axis)
+        angle = math.radians(rows[1][6])
+        K = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+        rotation = np.eye(3) + math.sin(angle) * K + (1.0 - math.cos(angle)) * K @ K  # Rodrigues
+        points = a + (points - a) @ rotation.T
     scope.nodes = dict(zip(scope.nodes, map(tuple, points.tolist()), strict=True))
-
-
-def _rotation_matrix(axis: FloatArray, angle: float) -> FloatArray:
-    """Return the rotation (3, 3) by `angle`, rad, about an axis of any length (Rodrigues)."""
-    x, y, z = axis / np.linalg.norm(axis)
-    K = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
-    return np.eye(3) + math.sin(angle) * K + (1.0 - math.cos(angle)) * K @ K

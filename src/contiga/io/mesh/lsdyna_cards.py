@@ -64,10 +64,10 @@ def _blocks_of(
     parameters: Parameters,
     open_files: tuple[Path, ...],
 ) -> Iterator[Block]:
-    """Yield the blocks of one file; `open_files` are those that include it.
+    """Yield the blocks of one file, those of its *INCLUDE in its place; see `read_blocks`.
 
     A block of parameters is read before it is yielded; a folder of an *INCLUDE_PATH is added to
-    `folders`, where included files are sought.
+    `folders`, where included files are sought. `open_files` are those that include this one.
     """
     try:
         # An unreadable byte can only be in a title or comment, which has no effect.
@@ -261,6 +261,7 @@ class Row(NamedTuple):
         return self._as_whole(text or "0") or int(self._default(name))
 
     def _as_whole(self, text: str) -> int:
+        """Return a text as a whole number without decimals; refuse one beyond `MAX_WHOLE`."""
         try:
             value = int(text)
         except ValueError:
@@ -296,6 +297,7 @@ class Row(NamedTuple):
         return float(self.layout.fields[self.layout.places[name]].default or 0.0)
 
     def _number(self, text: str, allowed: str) -> float:
+        """Return a text as a finite number; refuse others, with a remedy for a parameter (&)."""
         try:
             value = fortran_number(text)
             if not math.isfinite(value):

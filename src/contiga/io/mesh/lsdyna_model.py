@@ -193,7 +193,11 @@ def _read_part_masses(block: Block, model: DeckModel) -> None:
 
 @_reads("MAT_*")
 def _read_material(block: Block, model: DeckModel) -> None:
-    """Add the material of a *MAT; one that has neither a law nor a modulus is dropped."""
+    """Add the material of a *MAT; drop one that is not known, or has neither law nor modulus.
+
+    If a law cannot be made the reason is kept. Constraints of a rigid material in its own axes
+    (CMO < 0) are noted. A number that other cards define is a `MeshError`.
+    """
     has_title = block.keyword.endswith("_TITLE")
     kind = block.keyword.removeprefix("MAT_").removesuffix("_TITLE")
     cards = block.behind(has_title)
@@ -230,6 +234,7 @@ def _read_material(block: Block, model: DeckModel) -> None:
 
 @_reads("BOUNDARY_SPC*", "CONSTRAINED_EXTRA_NODES*")
 def _read_ties(block: Block, model: DeckModel) -> None:
+    """Add the ties without a problem, and note the others; drop keywords that are no ties."""
     if not is_tie(block):
         model.drop(block)
         return
@@ -242,10 +247,10 @@ def _read_ties(block: Block, model: DeckModel) -> None:
 
 @_reads("CONTACT_*")
 def _read_contact(block: Block, model: DeckModel) -> None:
-    """Add the contact of a keyword of surfaces or nodes to a surface; drop those of other kinds.
+    """Add a contact between surfaces, of nodes with a surface, or of a surface with itself.
 
-    A single surface is in contact with itself. Birth and death times, and friction that is not
-    Coulomb's, are noted.
+    Tied, 2D and other kinds, and keywords of fewer than two cards, are dropped. Times of birth and
+    death, friction by tables, and a decay that cannot be (FD above FS) are noted.
     """
     has_id = block.keyword.endswith(("_ID", "_TITLE"))
     kind = block.keyword.removesuffix("_ID").removesuffix("_TITLE")
@@ -278,7 +283,10 @@ def _read_contact(block: Block, model: DeckModel) -> None:
 
 @_reads("BOUNDARY_PRESCRIBED_MOTION_RIGID", "BOUNDARY_PRESCRIBED_MOTION_RIGID_ID")
 def _read_prescribed_motion(block: Block, model: DeckModel) -> None:
-    """Add the translations of rigid parts; drop rotations and other kinds, with their cards."""
+    """Add the translations of rigid parts; drop rotations and other kinds, with their cards.
+
+    Times of birth and death within the run are noted: motions last all the time.
+    """
     has_id = block.keyword.endswith("_ID")
     cards = iter(block.cards)
     for card in cards:
@@ -306,6 +314,7 @@ def _read_prescribed_motion(block: Block, model: DeckModel) -> None:
 
 @_reads("INITIAL_VELOCITY_RIGID_BODY")
 def _read_rigid_velocity(block: Block, model: DeckModel) -> None:
+    """Set the velocities of parts and replace their own rates; note those in other axes (ICID)."""
     for row in (row_of(card, block, _RIGID_VELOCITY) for card in block.cards):
         part, rates = row.whole("PID"), row.reals(_RATES)
         if row.whole("ICID"):
@@ -318,7 +327,8 @@ def _read_rigid_velocity(block: Block, model: DeckModel) -> None:
 def _read_velocity_generation(block: Block, model: DeckModel) -> None:
     """Set the velocity of a part, of each part of a set, or of all (number 0).
 
-    Entries with a spin, of nodes, or in axes of their own are dropped.
+    Entries with a spin, of nodes, of a set that is missing or empty, or in axes of their own are
+    dropped. IRIGID = 1 also replaces rates of *PART_INERTIA.
     """
     for k in range(0, len(block.cards) - 1, 2):
         head, tail = rows_of(block, block.cards[k : k + 2], *_VELOCITY_GENERATION)
@@ -344,7 +354,11 @@ def _read_velocity_generation(block: Block, model: DeckModel) -> None:
 
 @_reads("INITIAL_VELOCITY")
 def _read_velocity(block: Block, model: DeckModel) -> None:
-    """Set the velocity of all parts; one of a set of nodes, a box or other axes is dropped."""
+    """Set the velocity of all parts; one of a set of nodes, a box or other axes is dropped.
+
+    Exempt nodes (NSIDEX) are noted, and get it too. IRIGID names the parts, or all if negative,
+    whose rates of *PART_INERTIA it replaces.
+    """
     if len(block.cards) < 2:
         model.drop(block)
         return
@@ -373,7 +387,10 @@ def _set_velocity(model: DeckModel, part: int, start: Start) -> None:
 
 @_reads("INITIAL_VELOCITY_NODE")
 def _read_node_velocity(block: Block, model: DeckModel) -> None:
-    """Set the velocities of nodes; an unlike one before of a node is noted and replaced."""
+    """Set the velocities of nodes; an unlike one before of a node is noted and replaced.
+
+    Velocities in other axes (ICID) are noted and left out, cards without a node skipped.
+    """
     for row in (row_of(card, block, _NODE_VELOCITY) for card in block.cards):
         node, line = row.whole("NID"), row.card.line
         rates = row.reals(_RATES)
@@ -389,7 +406,7 @@ def _read_node_velocity(block: Block, model: DeckModel) -> None:
 
 @_reads("LOAD_BODY_X", "LOAD_BODY_Y", "LOAD_BODY_Z")
 def _read_gravity(block: Block, model: DeckModel) -> None:
-    """Set the gravity along an axis; of two the later one counts, and the first one is dropped."""
+    """Set the gravity along an axis from the first card; drop a keyword before for that axis."""
     if not block.cards:
         model.drop(block)
         return

@@ -175,7 +175,7 @@ class Parameters:
         """
         has_expressions = "EXPRESSION" in block.keyword
         scope = self._values.maps[0 if "LOCAL" in block.keyword else -1]
-        for line, name, text in _expressions(block) if has_expressions else _pairs(block):
+        for line, name, text in _definitions(block, has_expressions):
             kind, name = name[:1].lower(), name[1:].strip().lower()
             value = self._evaluated(text, kind) if has_expressions else self.filled(text)
             if not name or kind not in _TYPE_LETTERS or value is None or "&" in value:
@@ -194,11 +194,11 @@ class Parameters:
         try:
             tree = ast.parse(_DOUBLE.sub("e", text.replace("&", " ")).strip().lower(), mode="eval")
             value = self._evaluate(tree.body)
+            if kind == "i":
+                return f"{value:.0f}" if value == math.trunc(value) else None
+            return repr(value) if math.isfinite(value) else None
         except (ArithmeticError, ValueError, TypeError, SyntaxError, RecursionError, MemoryError):
             return None
-        if kind == "i":
-            return f"{value:.0f}" if value == math.trunc(value) else None
-        return repr(value) if math.isfinite(value) else None
 
     def _evaluate(self, node: ast.expr) -> Value:
         """Return the value of numbers, parameters, + − * / **, and functions of `_FUNCTIONS`.
@@ -232,12 +232,25 @@ def is_parameters(block: Block) -> bool:
     return first == "PARAMETER" and set(options) <= _OPTIONS
 
 
-def _pairs(block: Block) -> Iterator[tuple[int, str, str]]:
-    """Yield line, type letter with name, and text of the value: four pairs per card.
+def _definitions(block: Block, has_expressions: bool) -> Iterator[tuple[int, str, str]]:
+    """Yield line, type letter with name, and text of each value or expression.
 
-    Separated by commas there may be more; pairs without a name are skipped.
+    A card has four values, with commas also more; those without a name are skipped. It has one
+    expression, whose name a comma may end; without a name it continues the expression before.
     """
     width = LONG_WIDTH if block.long else WIDTH
+    if has_expressions:
+        expressions: list[tuple[int, str, list[str]]] = []
+        for card in block.cards:
+            name, comma, text = card.text.partition(",")
+            if not comma or len(name) > width:
+                name, text = card.text[:width], card.text[width:]
+            if name.strip():
+                expressions.append((card.line, name.strip(), [text]))
+            elif expressions:
+                expressions[-1][2].append(text.strip())
+        yield from ((line, name, "".join(texts)) for line, name, texts in expressions)
+        return
     for card in block.cards:
         if "," in card.text:
             cells = [cell.strip() for cell in card.text.split(",")]
@@ -247,21 +260,3 @@ def _pairs(block: Block) -> Iterator[tuple[int, str, str]]:
         for name, value in zip(cells[::2], cells[1::2], strict=False):
             if name:
                 yield card.line, name, value
-
-
-def _expressions(block: Block) -> Iterator[tuple[int, str, str]]:
-    """Yield line, type letter with name, and expression, one per card.
-
-    A card with an empty name continues the expression before; a comma may end the name.
-    """
-    width = LONG_WIDTH if block.long else WIDTH
-    expressions: list[tuple[int, str, list[str]]] = []
-    for card in block.cards:
-        name, comma, text = card.text.partition(",")
-        if not comma or len(name) > width:
-            name, text = card.text[:width], card.text[width:]
-        if name.strip():
-            expressions.append((card.line, name.strip(), [text]))
-        elif expressions:
-            expressions[-1][2].append(text.strip())
-    yield from ((line, name, "".join(texts)) for line, name, texts in expressions)

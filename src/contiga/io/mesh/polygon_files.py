@@ -98,8 +98,20 @@ def _read_obj(path: Path, lines: Iterator[_Line]) -> RawMesh:
         if key == "v":
             points.append(_coordinates(line._replace(words=words)))
         elif key == "f":
-            faces.append([_obj_row(line.where, word, len(points)) for word in words])
+            faces.append([])
             places.append(line.where)
+            for word in words:  # "7", "7/1", "7//3", or "-1" for the last point so far
+                try:
+                    number = int(word.partition("/")[0])
+                except ValueError as error:
+                    raise FileError(
+                        "a corner of a face must be a whole number", where=line.where, found=word
+                    ) from error
+                row, count = number - 1 if number > 0 else len(points) + number, len(points)
+                if number == 0 or row < 0:
+                    allowed = f"1 to {count}, or −{count} to −1 from the last"
+                    raise _missing_node(line.where, number, allowed)
+                faces[-1].append(row)
         elif key in ("g", "o") and words:
             groups.append((" ".join(words), len(faces)))
     for face, where in zip(faces, places, strict=True):
@@ -138,6 +150,7 @@ def _next_line(path: Path, lines: Iterator[_Line], item: str) -> _Line:
 
 
 def _coordinates(line: _Line) -> list[float]:
+    """Return the first three words of a line as numbers; anything else is a `FileError`."""
     try:
         x, y, z = (float(word) for word in line.words[:3])
     except ValueError as error:
@@ -151,24 +164,6 @@ def _count(where: str, word: str) -> int:
     if not word.isdecimal():
         raise FileError("a count must be a whole number", where=where, found=word)
     return int(word)
-
-
-def _obj_row(where: str, word: str, count: int) -> int:
-    """Return the row of a point from "7", "7/1", "7//3", or "-1" for the last of `count` so far.
-
-    A positive number may exceed `count`: the caller checks it when all points are read. Text in
-    place of a number is a `FileError`; 0 or a number before the first point is a `MeshError`.
-    """
-    try:
-        value = int(word.partition("/")[0])
-    except ValueError as error:
-        raise FileError(
-            "a corner of a face must be a whole number", where=where, found=word
-        ) from error
-    row = value - 1 if value > 0 else count + value
-    if value == 0 or row < 0:
-        raise _missing_node(where, value, f"1 to {count}, or −{count} to −1 from the last")
-    return row
 
 
 def _missing_node(where: str, index: int, allowed: str) -> MeshError:

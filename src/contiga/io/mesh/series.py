@@ -159,6 +159,7 @@ class MeshSeries:
         return self._frames[index]
 
     def _read(self, index: int) -> FloatArray:
+        """Return the finite points of a file times the factor, read-only; a unit is refused."""
         mesh = read_raw(self.files[index])
         check_points(mesh.points, where=str(self.files[index]), ids=mesh.node_ids)
         if mesh.unit is not None:
