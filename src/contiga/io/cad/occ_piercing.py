@@ -77,7 +77,9 @@ def self_intersection(surface: Any, box: FloatArray) -> Point | None:
 def _axis_crossing(surface: Any, low: float, high: float) -> float | None:
     """Return the first parameter in (low, high) at which a meridian crosses its axis, or None.
 
-    Crossings are sought between `N_SAMPLES` samples; two within one interval are missed.
+    Crossings are sought between `N_SAMPLES` samples, where the direction from the axis turns back;
+    two within one interval are missed. A turn farther from the axis than `MARGIN` of the largest
+    radius does not count.
     """
     curve, axis = surface.BasisCurve(), surface.Axis()
     location, direction = axis.Location(), axis.Direction()

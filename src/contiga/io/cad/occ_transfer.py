@@ -50,7 +50,10 @@ def transfer_file(path: Path) -> Transfer:
 
 
 def _transfer_step(path: Path) -> Transfer:
-    """Transfer a STEP file; its unit is the first it names, its accuracy the largest it states."""
+    """Transfer a STEP file; its unit is the first it names, its accuracy the largest it states.
+
+    Several units give a warning. Another or a damaged file is a `FileError`.
+    """
     from OCP.collections import Sequence_TCollection_AsciiString
     from OCP.IFSelect import IFSelect_ReturnStatus
     from OCP.Interface import Interface_Static
@@ -84,7 +87,10 @@ def _transfer_step(path: Path) -> Transfer:
 
 
 def _transfer_iges(path: Path) -> Transfer:
-    """Transfer an IGES file; unit and accuracy are those of its global section."""
+    """Transfer an IGES file; unit and accuracy are those of its global section.
+
+    Another or a damaged file is a `FileError`.
+    """
     from OCP.IFSelect import IFSelect_ReturnStatus
     from OCP.IGESCAFControl import IGESCAFControl_Reader
 

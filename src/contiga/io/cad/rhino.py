@@ -91,8 +91,8 @@ def read_rhino(
     Warns
     -----
     ContigaWarning
-        Objects that are no surfaces are left out, faces are in doubt or left out (`_Model`),
-        objects that meet were united or kept.
+        Objects that are no surfaces, and faces without extent, are left out; a face is kept whole,
+        or differs from its render mesh; objects that meet were united or kept.
     """
     inventory = _Model(path, file_unit, unit).inventory(choice, solids)
     if inventory.message:

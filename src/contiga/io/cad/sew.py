@@ -260,7 +260,10 @@ def _make_solid(faces: list[Any]) -> Any:
 
 
 def _contains(solid: Any, other: Any) -> bool:
-    """Return whether a solid contains the box of another one, and one of its corners strictly."""
+    """Return whether the box of a solid contains that of another one, and the solid a corner of it.
+
+    One corner of the other is tried, its first vertex; one on a face of the solid is not within.
+    """
     from OCP.BRep import BRep_Tool
     from OCP.BRepClass3d import BRepClass3d_SolidClassifier
     from OCP.TopAbs import TopAbs_State

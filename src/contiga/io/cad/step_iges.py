@@ -170,7 +170,11 @@ class _Model:
         return [part for part in self._parts if part.faces[0].number in numbers]
 
     def _assemble(self, placed: PlacedFaces) -> tuple[Body, list[int], Assembly]:
-        """Return the faces as a body, the number in the file of each patch, and the assembly."""
+        """Return the faces as a body, the number in the file of each patch, and the assembly.
+
+        Edges are those of the file if all of it is there and no solids meet, else sewn anew. A body
+        of whole solids of which none meet is marked as such, so that it is not examined again.
+        """
         is_whole = len(placed.faces) == sum(len(piece.faces) for piece in self._pieces)
         edges = self._edges if is_whole and not placed.meetings else SewnEdges(placed.shape)
         assembly = Assembly(str(self._path))

@@ -88,7 +88,7 @@ def find_included(
 def orthonormal_axes(
     first: FloatArray, in_plane: FloatArray, where: str
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Return three unit vectors (3,): along `first`, toward `in_plane`, and normal to both.
+    """Return unit vectors (3,) along `first`, at right angles to it toward `in_plane`, and normal.
 
     The normal is that of first × in_plane.
 

@@ -173,7 +173,8 @@ def _node_columns(block: Block) -> tuple[Int64Array, FloatArray] | None:
 def _element_columns(block: Block) -> _Table | None:
     """Return elements in the plain fixed format, 4-node shells and 8-node solids; else None.
 
-    Plain are cards without commas, with one whole number in each field, and no other text but 0.
+    Plain are cards without commas, with one whole number in each field, some of them above 0 among
+    the nodes, and no other text but 0.
     """
     n_fields = {"ELEMENT_SHELL": 6, "ELEMENT_SOLID": 10}.get(block.keyword)
     if block.long or not (n_fields and block.cards):

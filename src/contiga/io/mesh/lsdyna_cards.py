@@ -84,16 +84,12 @@ def _blocks_of(
             parameters.read(block)
         if not block.keyword.startswith("INCLUDE"):
             yield block
-        elif block.keyword in ("INCLUDE_PATH", "INCLUDE_PATH_RELATIVE"):
+            continue
+        if block.keyword in ("INCLUDE_PATH", "INCLUDE_PATH_RELATIVE"):
             name = block.cards[0].text.rstrip().removesuffix(" +").strip() if block.cards else ""
             folders.append(path.parent / name)
-        elif block.keyword == "INCLUDE":
-            for card in block.cards:
-                if name := card.text.strip():
-                    file = find_included(name, folders, open_files, block.where(card))
-                    inner = Parameters(block.parameters)
-                    yield from _blocks_of(file, block.long, folders, inner, open_files)
-        else:
+            continue
+        if block.keyword != "INCLUDE":
             raise MeshError(
                 "a way of including files that is not supported",
                 where=block.where(),
@@ -101,6 +97,11 @@ def _blocks_of(
                 allowed="*INCLUDE, *INCLUDE_PATH",
                 remedy="Write the deck out flat with your preprocessor.",
             )
+        for card in block.cards:
+            if name := card.text.strip():
+                file = find_included(name, folders, open_files, block.where(card))
+                inner = Parameters(block.parameters)
+                yield from _blocks_of(file, block.long, folders, inner, open_files)
 
 
 def _split_into_blocks(

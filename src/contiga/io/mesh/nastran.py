@@ -83,33 +83,34 @@ def read_nastran(path: Path) -> RawMesh:
         is_empty = False
         if card.name.endswith("_"):  # meshio marks elements with mid-side nodes: CHEXA_
             card = card._replace(name=card.name.rstrip("_"))
-        if card.name == "GRID":
-            grids.read_grid(card)
-        elif card.name == "GRDSET":
-            grids.read_defaults(card)
-        elif card.name in CORDS:
-            grids.read_system(card)
-        elif card.name in _ELEMENTS:
-            number = card.whole(0)
-            if number in places:
+        match card.name:
+            case "GRID":
+                grids.read_grid(card)
+            case "GRDSET":
+                grids.read_defaults(card)
+            case name if name in CORDS:
+                grids.read_system(card)
+            case name if name in _ELEMENTS:
+                number = card.whole(0)
+                if number in places:
+                    raise MeshError(
+                        "an element is given twice",
+                        where=card.where,
+                        found=f"element {number}",
+                        allowed=f"each number once; it is there in {places[number]}",
+                    )
+                places[number] = card.where
+                kind, nodes = _cell(card)
+                same_kind = elements.setdefault(kind, Elements(kind, [], [], []))
+                same_kind.nodes.append(nodes)
+                same_kind.properties.append(card.whole(1, number))
+                same_kind.where.append(card.where)
+            case name if not _IGNORED.fullmatch(name):
                 raise MeshError(
-                    "an element is given twice",
+                    "a card that is not known here, and may make or move grid points or elements",
                     where=card.where,
-                    found=f"element {number}",
-                    allowed=f"each number once; it is there in {places[number]}",
+                    remedy="Leave it out if it does neither; else write the mesh without it",
                 )
-            places[number] = card.where
-            kind, nodes = _cell(card)
-            same_kind = elements.setdefault(kind, Elements(kind, [], [], []))
-            same_kind.nodes.append(nodes)
-            same_kind.properties.append(card.whole(1, number))
-            same_kind.where.append(card.where)
-        elif not _IGNORED.fullmatch(card.name):
-            raise MeshError(
-                "a card that is not known here, and may make or move grid points or elements",
-                where=card.where,
-                remedy="Leave it out if it does neither; else write the mesh without it",
-            )
     if is_empty:
         raise FileError("not a Nastran deck", where=str(path), allowed="cards such as GRID")
     return raw_mesh(grids.positions(), list(elements.values()), str(path), "numbers given by GRID")

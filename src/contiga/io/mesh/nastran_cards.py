@@ -92,7 +92,7 @@ def read_cards(path: Path) -> Iterator[Card]:
         An included file is missing or includes itself.
     MeshError
         A continuation that does not follow its card, or has another tag; a second BEGIN, or one of
-        a superelement.
+        a superelement; an INCLUDE with open quotes.
     """
     lines = list(_lines(path, ()))
     begins = [(k, match) for k, line in enumerate(lines) if (match := _BEGIN.fullmatch(line.text))]
@@ -131,7 +131,8 @@ def read_cards(path: Path) -> Iterator[Card]:
 def _lines(path: Path, open_files: tuple[Path, ...]) -> Iterator[_Line]:
     """Yield the nonblank lines without comments, tabs expanded; lines of an INCLUDE in its place.
 
-    `open_files` are the files that include this one.
+    `open_files` are the files that include this one. An INCLUDE continues over lines until its
+    quotes are closed; if they never are, it is a `MeshError`.
     """
     open_files = (*open_files, path.resolve())
     statement: _Line | None = None
@@ -154,6 +155,12 @@ def _lines(path: Path, open_files: tuple[Path, ...]) -> Iterator[_Line]:
                 file = find_included(name, [path.parent], open_files, statement.where)
                 yield from _lines(file, open_files)
                 statement = None
+    if statement is not None:
+        raise MeshError(
+            "the quotes of an INCLUDE are not closed",
+            where=statement.where,
+            found=statement.text[:72],
+        )
 
 
 def _split_line(text: str) -> _Entry:

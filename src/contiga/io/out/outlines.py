@@ -81,12 +81,16 @@ class OutlinesWriter:
 
     @classmethod
     def reopen(cls, path: str | Path, n_steps: int) -> OutlinesWriter:
-        """Continue a file after its first `n_steps` steps; later ones are dropped.
+        """Return a writer that continues a file after its first `n_steps` steps.
+
+        Later steps are removed from the file at once.
 
         Raises
         ------
         FileError
             The file is missing, not of this kind, or has fewer steps.
+        OutputError
+            It cannot be written.
         """
         check_steps(n_steps, len(read_outlines(path).times), path)
         writer = cls.__new__(cls)

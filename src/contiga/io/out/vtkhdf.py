@@ -81,12 +81,16 @@ class FieldsWriter:
 
     @classmethod
     def reopen(cls, path: str | Path, n_steps: int) -> FieldsWriter:
-        """Continue a file after its first `n_steps` steps; later ones are dropped.
+        """Return a writer that continues a file after its first `n_steps` steps.
+
+        Later steps are removed from the file at once.
 
         Raises
         ------
         FileError
             The file is missing, not of this kind, or has fewer steps.
+        OutputError
+            It cannot be written.
         """
         series = read_fields(path)
         check_steps(n_steps, len(series.times), path)
