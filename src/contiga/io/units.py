@@ -302,8 +302,8 @@ def _product_of(text: str) -> Size | None:
 def _product(tokens: list[str]) -> Size:
     """Return the size of the product at the front of `tokens`, and remove its tokens.
 
-    It is read from left to right. A KeyError or an IndexError tells of anything else, and of
-    powers above `_MAX_POWER`.
+    It is read from left to right. Anything else, and a power above `_MAX_POWER`, raises a KeyError
+    or an IndexError.
     """
     size, sign = ONE, 1
     while True:

@@ -221,7 +221,7 @@ class _Worker:
     def send(self, message: Request | str) -> None:
         """Send a request, or the target of a reader to load.
 
-        A `_WorkerEndedError` tells that the worker has ended.
+        Raises `_WorkerEndedError` if the worker has ended.
         """
         assert self.process.stdin is not None
         try:
@@ -234,7 +234,7 @@ class _Worker:
     def _receive(self, seconds: float) -> Any:
         """Return the next reply; a worker that takes longer than `seconds` is killed.
 
-        Then, and if it ends by itself, a `_WorkerEndedError` has its exit code.
+        Raises `_WorkerEndedError` with its exit code then, or if it ends by itself.
         """
         assert self.process.stdout is not None
 
@@ -380,8 +380,9 @@ def _exit_text(code: int) -> str:
 
 
 def serve() -> None:
-    """Read requested files in the worker until the caller closes the pipe, or a minute is idle.
+    """Read requested files in the worker until the caller closes the pipe.
 
+    A worker without a request for a minute is ended by a signal, where the system has alarms.
     A request is answered by None once its reader is loaded, then by its outcome; a reader that
     cannot be loaded by an outcome alone. The name of a reader to load gets no answer.
     """

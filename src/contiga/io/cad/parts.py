@@ -70,7 +70,10 @@ class PartLabel(NamedTuple):
 
 
 def titled(name: str | None, place: str) -> str:
-    """Return name and place of a part: "bolt (left arm/bolt 2)"; one of them if that says all."""
+    """Return name and place of a part: "bolt (left arm/bolt 2)".
+
+    If one of them is empty, or both are equal, it is one alone.
+    """
     if name is None or place in ("", name):
         return name or place
     return f"{name} ({place})"

@@ -103,7 +103,7 @@ def read_rhino(
 def list_rhino(
     path: Path, file_unit: str | None, unit: str | None, solids: Solids | None = None
 ) -> Inventory:
-    """Return the inventory of a 3DM file; its message tells of objects that meet, not a warning."""
+    """Return the inventory of a 3DM file; objects that meet are in its message."""
     return _Model(path, file_unit, unit).inventory(ALL, solids)
 
 

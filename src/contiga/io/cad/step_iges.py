@@ -102,7 +102,10 @@ def read_step_iges(
 def list_step_iges(
     path: Path, file_unit: str | None, unit: str | None, solids: Solids | None = None
 ) -> Inventory:
-    """Return the inventory of a STEP or IGES file, whose message tells of solids that meet."""
+    """Return the inventory of a STEP or IGES file; solids that meet are in its message.
+
+    Other warnings and errors are those of `read_step_iges`.
+    """
     with occ.quiet():
         return _Model(path, file_unit, unit, solids).inventory()
 

@@ -197,7 +197,7 @@ class _Union:
         self._numbers = IndexedMap_TopoDS_Shape_TopTools_ShapeMapHasher()
         self._faces: dict[int, Any] = {}
         self.groups: list[list[int]] = []
-        """Indices of pieces that became one solid; -1 stands for none."""
+        """Indices of pieces that are in one solid of the union, or together in none."""
         self.met: list[int] = []
         """Indices of all pieces in groups, ascending."""
         self.solids: list[Any] = []

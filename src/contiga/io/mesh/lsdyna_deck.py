@@ -206,7 +206,7 @@ class DeckModel:
     def ends_after(self, death: float) -> bool:
         """Return whether a death time lies before the end of the run; 0 means never.
 
-        Without an end of the run it is one below 1e20.
+        If the deck gives no end of the run, any other death time below 1e20 does.
         """
         return 0.0 < death < (self.end or _NO_DEATH)
 

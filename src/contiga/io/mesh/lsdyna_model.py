@@ -81,7 +81,7 @@ _READERS: dict[str, Reader] = {}
 
 
 def _reads(*keywords: str) -> Callable[[Reader], Reader]:
-    """Make a function the reader of some keywords, or of all that begin as one before its star."""
+    """Make a function the reader of some keywords; one with a star stands for all that begin so."""
 
     def register(reader: Reader) -> Reader:
         _READERS.update(dict.fromkeys(keywords, reader))
@@ -377,7 +377,7 @@ def _read_velocity(block: Block, model: DeckModel) -> None:
 
 
 def _set_velocity(model: DeckModel, part: int, start: Start) -> None:
-    """Set the velocity of a part, or of all (0); an unlike one before is noted and replaced."""
+    """Set the velocity of a part, or of all (0); a different earlier one is noted and replaced."""
     before = model.velocities.get(part)
     if before is not None and before.rates != start.rates:
         owner = f"part {part}" if part else "all"
@@ -387,7 +387,7 @@ def _set_velocity(model: DeckModel, part: int, start: Start) -> None:
 
 @_reads("INITIAL_VELOCITY_NODE")
 def _read_node_velocity(block: Block, model: DeckModel) -> None:
-    """Set the velocities of nodes; an unlike one before of a node is noted and replaced.
+    """Set the velocities of nodes; a different earlier one of a node is noted and replaced.
 
     Velocities in other axes (ICID) are noted and left out, cards without a node skipped.
     """
@@ -406,7 +406,7 @@ def _read_node_velocity(block: Block, model: DeckModel) -> None:
 
 @_reads("LOAD_BODY_X", "LOAD_BODY_Y", "LOAD_BODY_Z")
 def _read_gravity(block: Block, model: DeckModel) -> None:
-    """Set the gravity along an axis from the first card; drop a keyword before for that axis."""
+    """Set the gravity along an axis from the first card; drop an earlier keyword for that axis."""
     if not block.cards:
         model.drop(block)
         return

@@ -110,7 +110,7 @@ def write_mme(
 
 
 def _check_codes(channels: Sequence[MmeChannel]) -> None:
-    """Refuse no channels, more than `MAX_CHANNELS`, and codes that are invalid or there twice."""
+    """Refuse no channels, more than `MAX_CHANNELS`, and codes that are invalid or repeated."""
     if not 0 < len(channels) <= MAX_CHANNELS:
         raise InputError(
             "must be some channels",

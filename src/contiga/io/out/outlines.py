@@ -176,7 +176,7 @@ class OutlineSeries:
         self.held = self._file.held
 
     def loops(self, i: int) -> Loops:
-        """Return the lines of step `i`, from 0 to one less than the times, which is not checked."""
+        """Return the lines of step `i`, from 0; that there is such a step is not checked."""
         with self._file.arrays() as array:
             counts = array("VTKHDF/NumberOfPoints")[: i + 1]
             start, stop = int(counts[:-1].sum()), int(counts.sum())
