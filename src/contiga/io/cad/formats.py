@@ -53,7 +53,7 @@ def _needs_opencascade(file: Path) -> bool:
 def expect_cad(*files: Path) -> None:
     """Let a worker load OpenCASCADE if one of `files` needs it and is not cached.
 
-    This returns at once. Loading takes as long as the rest of the program. If no file is read in
+    Loading is not waited for. It takes as long as the rest of the program. If no file is read in
     the end, the process that has loaded it ends when it gets no work.
     """
     for file in files:
