@@ -39,7 +39,9 @@ class Channel(NamedTuple):
 def channel_names(
     columns: Iterable[str], contacts: Iterable[str], layers: Iterable[str]
 ) -> set[str]:
-    """Return the names of the channels of a run.
+    """Return the names of the channels of a run: its columns, and those derived from them.
+
+    Columns without an owner are channels of an only contact, too. An owner of x, y, z has a travel.
 
     Parameters
     ----------
@@ -58,7 +60,10 @@ def channel_names(
 
 
 def unknown_channel(what: str, where: str, name: str, names: Iterable[str]) -> dict[str, str]:
-    """Return the arguments of an error about an unknown channel, with the closest names."""
+    """Return the arguments of an error about an unknown channel `name`, with up to 6 of `names`.
+
+    They are the closest ones, or the first by alphabet if none is close.
+    """
     names = sorted(names)
     close = get_close_matches(name, names, n=_MAX_NAMES, cutoff=0.3) or names[:_MAX_NAMES]
     return {
@@ -73,7 +78,7 @@ def unknown_channel(what: str, where: str, name: str, names: Iterable[str]) -> d
 def channel_of(
     history: Mapping[str, FloatArray], summary: Mapping[str, Any], name: str, where: str = "channel"
 ) -> Channel:
-    """Return a channel of a run.
+    """Return a channel of a run in the unit in which it is shown (`shown`).
 
     Parameters
     ----------
@@ -106,7 +111,10 @@ def channel_of(
 
 
 def shown(name: str, values: FloatArray, units: Mapping[str, str]) -> Channel:
-    """Return a channel in the units in which it is shown.
+    """Return a channel in the unit in which it is shown: accelerations in g, GPa as MPa.
+
+    All others keep the unit of the run. If one of `units` is missing, values stay and the unit is
+    "".
 
     Parameters
     ----------

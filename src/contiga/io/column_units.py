@@ -35,6 +35,8 @@ _KINDS: tuple[tuple[str, Quantity], ...] = (
 def kind_of_column(column: str) -> Quantity | None:
     """Return the quantity of a column or channel of a history; None for an unknown name.
 
+    The part after the last dot decides, except for an owner "energy".
+
     >>> kind_of_column("head.ax"), kind_of_column("energy.total"), kind_of_column("head.forse")
     ('acceleration', 'energy', None)
     """
@@ -50,7 +52,9 @@ def column_kind(column: str) -> Quantity:
 
 
 def column_factor(column: str, old: Units, new: Units) -> float:
-    """Return the factor that converts a column from one set of units to another.
+    """Return the factor, to 15 digits, that converts a column from one set of units to another.
+
+    It is 1 for an unknown column.
 
     Parameters
     ----------
@@ -65,9 +69,9 @@ def column_factor(column: str, old: Units, new: Units) -> float:
 
 
 def column_units(columns: Iterable[str], units: Units) -> dict[str, str]:
-    """Return the unit of each column by name: "" for counts and quaternions.
+    """Return the unit of each column by name: "" for counts, quaternions and unknown names.
 
-    The result is empty if a unit is missing.
+    The result is empty if one of `units` is "".
 
     Parameters
     ----------

@@ -40,11 +40,15 @@ def read_curve(
     Returns
     -------
     (n, 2) float64
+        Finite points in the order of the file, n >= 2; whether abscissae rise is not checked.
 
     Raises
     ------
     FileError
-        The file cannot be read, or has no such columns or curve.
+        The file cannot be read, has no such columns or curve, a header with other units than
+        `units`, or fewer than two finite points.
+    MeshError
+        A field of a deck that should be a number is not one.
     UnitError
         A unit is not one of its quantity.
     InputError

@@ -37,6 +37,8 @@ class Limits(NamedTuple):
 def limits_for(path: Path) -> Limits:
     """Return the limits for a file: 60 s and 30 s a MB; 4 GB and 100 bytes a byte, or all memory.
 
+    Environment variables replace them. A missing file has a size of 0.
+
     Raises
     ------
     InputError
@@ -64,7 +66,10 @@ def physical_memory() -> int:
 
 
 def _positive_variable(name: str) -> float | None:
-    """Return the number in an environment variable; None if it is not set."""
+    """Return the number in an environment variable; None if it is not set, or blank.
+
+    Any text but a finite number above zero is an `InputError`.
+    """
     text = os.environ.get(name, "").strip()
     if not text:
         return None
@@ -101,7 +106,10 @@ def _stopped_error(where: str, reason: str, unit: str, variable: str) -> FileErr
 def watched_lines(
     stream: TextIO, path: Path, max_length: int = _MAX_LINE_LENGTH
 ) -> Iterator[tuple[int, str]]:
-    """Yield the numbered lines of a text within the limits of time and length.
+    """Yield number, from 1, and text of the lines of a file within the limits of time and length.
+
+    Line ends are removed. `path` gives the limits, and the name in messages. Time, from the first
+    line on, includes that of the caller; it is looked at every `_LINES_PER_CHECK` lines.
 
     Raises
     ------

@@ -44,13 +44,14 @@ def read_measured(
     Returns
     -------
     (n, 1 + k) float64
-        Abscissa and values, n >= 2; times increase.
+        Abscissa and values, n >= 2; an abscissa that is time increases, any other need not.
 
     Raises
     ------
     FileError
         The file cannot be read, lacks a column or the channel, has an entry that is not a finite
-        number, or times that do not increase. The message gives file and line.
+        number, or times that do not increase, with file and line; a channel for a curve that is
+        not one value over time.
     UnitError
         A unit is missing, or is not one of its quantity.
     InputError

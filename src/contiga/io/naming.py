@@ -34,12 +34,12 @@ def check_name(name: object, where: str) -> None:
 
 
 def as_keys(keys: PartKeys) -> list[str | int]:
-    """Return one or several names and numbers as a list."""
+    """Return one name or number as a list of it, several as a new list."""
     return [keys] if isinstance(keys, str | int | np.integer) else list(keys)
 
 
 def listed(labels: Iterable[str]) -> str:
-    """Return the first `SHOWN` of `labels` as one text."""
+    """Return the first `SHOWN` different labels as one text, and how many more there are."""
     names = list(dict.fromkeys(labels))
     more = f" and {len(names) - SHOWN} more" if len(names) > SHOWN else ""
     return ", ".join(names[:SHOWN]) + more
@@ -56,7 +56,7 @@ def closest(key: object, names: Iterable[str]) -> str | None:
 
 
 def closest_name(key: object, names: Iterable[str]) -> str | None:
-    """Return the closest of `names`, None if none is close."""
+    """Return the name most like `key` by `difflib`, in any case; None if none is 60 % like it."""
     by_fold = {name.casefold(): name for name in names}
     close = get_close_matches(str(key).casefold(), by_fold, n=1, cutoff=0.6)
     return by_fold[close[0]] if close else None

@@ -68,7 +68,7 @@ class Sheet:
     line: int
     """Line of the heads."""
     heads: list[Head]
-    """Heads of the columns; None if the first row has numbers."""
+    """Heads of the columns; empty if the first row has numbers, or there is no row."""
     mark: str
     """Separator of the columns."""
     rows: Iterator[Row]
@@ -84,7 +84,12 @@ class Sheet:
         return ", ".join(head.text for head in self.heads)
 
     def with_unit_row(self) -> Sheet:
-        """Return the table with units from its first row if that is text and no head has a unit."""
+        """Return the table with units from its first row, which is then no row any more.
+
+        That row must have a cell for each head, none of them a number, and no head a unit; else
+        the table stays as it is. Brackets around units are removed. This takes the first of `rows`,
+        so that only the returned table may be used.
+        """
         first = next(self.rows, None)
         if first is None:
             return self
@@ -96,7 +101,13 @@ class Sheet:
         return replace(self, heads=heads)
 
     def check_header(self, header: str) -> None:
-        """Refuse a table without heads; the error suggests heads such as `header`."""
+        """Refuse a table without heads.
+
+        Raises
+        ------
+        FileError
+            There are none; the message suggests heads such as `header`.
+        """
         if not self.heads:
             first = next(self.rows, Row(1, []))
             raise FileError(
@@ -113,9 +124,16 @@ class Sheet:
 
         Parameters
         ----------
-        columns : names, with or without their units
+        columns : names, with or without their units; None for all
         counts : allowed numbers of columns
         meaning : meaning of the columns in words, for errors
+
+        Raises
+        ------
+        FileError
+            No names, and another number of columns; a name that no column has, or several.
+        InputError
+            Another number of names.
         """
         if columns is None:
             if len(self.heads) in counts:
@@ -139,7 +157,13 @@ class Sheet:
         return [self.column(name) for name in names]
 
     def column(self, name: str) -> int:
-        """Return the index of a column, named with or without its unit."""
+        """Return the index of a column, named with or without its unit.
+
+        Raises
+        ------
+        FileError
+            No column has the name, or several.
+        """
         matches = [k for k, head in enumerate(self.heads) if name in (head.text, head.name)]
         if len(matches) != 1:
             fault = f"is there {len(matches)} times" if matches else "is missing"
@@ -184,7 +208,7 @@ class Sheet:
         units: Units | None,
         given: Sequence[str | None] | None = None,
     ) -> Numbers:
-        """Return the columns `order`, all finite, in the units of a case.
+        """Return the columns `order`, all finite, in the units of a case; this uses up the rows.
 
         Parameters
         ----------
@@ -196,7 +220,8 @@ class Sheet:
         Raises
         ------
         FileError
-            A row has more cells than heads, or no finite number in one of the columns.
+            A row has more cells than heads, or no finite number in one of the columns; rows with
+            decimal commas and rows with points; a head with another unit than the given one.
         UnitError
             A unit is not one of its quantity, or there are no units to convert it to.
         """
@@ -263,7 +288,9 @@ def read_sheet(
     comment: str | None = None,
     longest: int = _MAX_LINE_LENGTH,
 ) -> Sheet:
-    """Read the heads of a table; its rows follow on request.
+    """Return a table whose heads are read; its rows follow on request.
+
+    The first row has the heads, unless all its cells are numbers. An empty file has neither.
 
     Parameters
     ----------
@@ -314,7 +341,10 @@ def _trimmed(cells: list[str], min_count: int = 0) -> list[str]:
 
 
 def _checked_rows(path: Path, rows: Iterator[Row], count: int, mark: str) -> Iterator[Row]:
-    """Yield rows with no more cells than heads; exactly as many if blanks separate them."""
+    """Yield rows with no more cells than heads, without empty ones beyond `count`.
+
+    More cells, and if blanks separate them also fewer, are a `FileError` with the line.
+    """
     for line, row in rows:
         cells = _trimmed(row, count)
         if len(cells) > count or (mark == " " and len(cells) < count):
@@ -348,7 +378,10 @@ def check_times(times: FloatArray, lines: Sequence[int], path: str | Path) -> No
 
 
 def as_number(cell: str, mark: str) -> float:
-    """Return the number in a cell; its decimal mark is a point, or a comma unless `mark` is one."""
+    """Return the number in a cell; its decimal mark is a point, or a comma unless `mark` is one.
+
+    Words for not-a-number and infinity are read; any other text is a ValueError.
+    """
     return float(cell if mark == "," else cell.replace(",", "."))
 
 
@@ -361,7 +394,10 @@ def _is_number(cell: str) -> bool:
 
 
 def _lines(path: Path, header: str, comment: str | None, longest: int) -> Iterator[tuple[int, str]]:
-    """Yield the nonempty lines with their numbers."""
+    """Yield number and text of the lines that are not blank, without comments.
+
+    A file that cannot be read, or has a zero character, is a `FileError`.
+    """
     try:
         with path.open(encoding=_encoding(path)) as stream:
             for number, line in watched_lines(stream, path, longest):
@@ -377,7 +413,7 @@ def _lines(path: Path, header: str, comment: str | None, longest: int) -> Iterat
 
 
 def _encoding(path: Path) -> str:
-    """Return UTF-8 or UTF-16, or code page 1252 for other bytes."""
+    """Return the encoding of a file: UTF-16 by its mark, UTF-8 if all bytes fit, else 1252."""
     decoder = codecs.getincrementaldecoder("utf-8")()
     with path.open("rb") as stream:
         part = stream.read(_CHUNK_SIZE)
@@ -394,7 +430,10 @@ def _encoding(path: Path) -> str:
 
 
 def _rows(path: Path, lines: Iterable[tuple[int, str]], mark: str) -> Iterator[Row]:
-    """Yield the nonempty rows."""
+    """Yield the rows with a cell that is not empty, cells stripped, with the line of their end.
+
+    Quotation marks that do not close are a `FileError`.
+    """
     number = 0
 
     def texts() -> Iterator[str]:
@@ -419,7 +458,11 @@ def _rows(path: Path, lines: Iterable[tuple[int, str]], mark: str) -> Iterator[R
 
 
 def _separator(texts: list[str], marks: Sequence[str]) -> str:
-    """Find the separator that cuts the first two rows into equally many cells, or the first row."""
+    """Return the first mark that cuts the first two rows, or the only one, into equally many cells.
+
+    There must be two cells or more; a blank counts for an only row if it has numbers. Without such
+    a mark it is the first that cuts the first row, no blank, and else a comma.
+    """
     of_first_row = ""
     for mark in marks:
         try:

@@ -181,7 +181,7 @@ _SYMBOLS = {
 
 @lru_cache(maxsize=256)
 def base_factor(unit: str, dimension: Base, where: str | None = None) -> float:
-    """Return how many SI base units (m, kg, s) one `unit` is.
+    """Return how many SI base units (m, kg, s) one `unit` is; results are kept.
 
     Parameters
     ----------
@@ -205,6 +205,9 @@ def base_factor(unit: str, dimension: Base, where: str | None = None) -> float:
 def si_size(unit: str, quantity: Quantity, where: str | None = None) -> float:
     """Return the size of a unit of a quantity in SI units.
 
+    Units of the table count first, then products of them as they are spelt, or in lower case if
+    all is upper case, then those of pint.
+
     Parameters
     ----------
     unit : "1", "%", "mm", "kN", "MPa", "N/mm^2", "1/s", "km/h", "Nm", "deg", …
@@ -214,7 +217,7 @@ def si_size(unit: str, quantity: Quantity, where: str | None = None) -> float:
     Raises
     ------
     UnitError
-        It is no unit of the quantity.
+        It is no unit of the quantity, or an ambiguous "ton".
     MissingPackageError
         The unit is a rare one, and pint, which knows them all, is not installed.
 
@@ -260,7 +263,10 @@ def si_size(unit: str, quantity: Quantity, where: str | None = None) -> float:
 
 
 def _is_unit_of(powers: Powers, kind: Kind) -> bool:
-    """Return whether a unit of these powers measures a quantity; 1/s may stand for rad/s."""
+    """Return whether a unit of these powers measures a quantity; without an angle it may, too.
+
+    So 1/s may stand for rad/s. Quantities that have only their named units have none.
+    """
     if kind.powers is None:
         return False
     is_rate = any(powers[:3]) and powers[3] == 0
@@ -269,10 +275,10 @@ def _is_unit_of(powers: Powers, kind: Kind) -> bool:
 
 @lru_cache(maxsize=256)
 def _readings(text: str) -> tuple[Size, ...]:
-    """Return the possible sizes of a unit, first as it is spelt.
+    """Return the possible sizes of a unit, first as it is spelt, then in lower case; () for none.
 
-    CAD files write "MM" and "INCH", but "Mm" is not "mm". pint reads units that are not products of
-    units of the table.
+    Lower case counts for upper case alone: CAD files write "MM" and "INCH", but "Mm" is not "mm".
+    pint is asked only if no spelling is a product of units of the table.
     """
     spellings = (text, text.lower()) if text.isupper() else (text,)
     sizes = [size for size in map(_product_of, spellings) if size is not None]
@@ -294,7 +300,11 @@ def _product_of(text: str) -> Size | None:
 
 
 def _product(tokens: list[str]) -> Size:
-    """Return the size of the product at the front of `tokens`, and remove its tokens."""
+    """Return the size of the product at the front of `tokens`, and remove its tokens.
+
+    It is read from left to right. Anything else, and a power above `_MAX_POWER`, raises a KeyError
+    or an IndexError.
+    """
     size, sign = ONE, 1
     while True:
         token = tokens.pop(0)
@@ -312,7 +322,10 @@ def _product(tokens: list[str]) -> Size:
 
 
 def _pint_readings(text: str) -> tuple[Size, ...]:
-    """Return the sizes that pint gives for a text and its lower case."""
+    """Return the sizes that pint gives for a text and its lower case, without those it cannot read.
+
+    Units with other than whole powers of length, mass, time and angle are left out.
+    """
     registry = _pint_registry()
     readings = []
     for spelling in dict.fromkeys((text, text.lower())):
@@ -350,7 +363,9 @@ def without_noise(factor: float) -> float:
 
 
 def consistent_size(quantity: Quantity, units: Units) -> float:
-    """Return the size of the consistent unit of a quantity, in SI units.
+    """Return the size of the consistent unit of a quantity, in SI units, to 15 digits.
+
+    It is 1 for a temperature and for seconds, which have the same unit in every case.
 
     Parameters
     ----------
@@ -379,7 +394,7 @@ def quantity_factor(unit: str, quantity: Quantity, units: Units, where: str | No
     Raises
     ------
     UnitError
-        It is no unit of the quantity.
+        It is no unit of the quantity, or one of `units` is none of length, mass or time.
 
     >>> quantity_factor("MPa", "stress", ("mm", "kg", "ms"))
     0.001
@@ -534,7 +549,7 @@ def short_name(unit: str) -> str:
 
 
 def _name_of(size: float, sizes: Mapping[str, float]) -> str | None:
-    """Return the first name of a size; None if it has none."""
+    """Return the first name of a size among `sizes`, to a relative 1e-12; None if it has none."""
     names = (name for name, value in sizes.items() if math.isclose(value, size, rel_tol=1e-12))
     return next(names, None)
 

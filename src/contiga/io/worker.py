@@ -70,10 +70,12 @@ class Outcome(NamedTuple):
     """Result of reading one file."""
 
     content: Any = None
+    """What the reader returned; None if it raised."""
     error: Exception | None = None
     trace: str = ""
     """Traceback of a reader that failed with an exception of its own."""
     warnings: tuple[str, ...] = ()
+    """Texts of its `ContigaWarning`s; others are dropped."""
 
     def value(self) -> Any:
         """Return what the reader returned, or raise its error."""
@@ -115,12 +117,14 @@ def read_in_worker(target: str, path: Path, *args: object, needs: str = "numpy")
 
 
 def outcome_in_worker(target: str, path: Path, *args: object, needs: str = "numpy") -> Outcome:
-    """Do as `read_in_worker`, but return the reader's error and warnings in the outcome.
+    """Return what `read_in_worker` returns, with the reader's error and warnings.
+
+    Where no worker can be started, the file is read in this process, without limits.
 
     Raises
     ------
     ImportError
-        A worker crashes while it loads the reader's libraries.
+        A new worker crashes while it loads the reader's libraries.
     """
     folder = os.curdir
     with contextlib.suppress(OSError):  # it may have been deleted
@@ -186,12 +190,14 @@ class _Worker:
         self.started = self.was_idle = self.expired = False
 
     def read(self, request: Request, needs: str) -> Outcome:
-        """Return the outcome of reading a file.
+        """Return the outcome of reading a file; if the reader crashes or is too slow, that error.
+
+        The worker has ended then. `needs` is imported, and its `warm_up` called, in the meantime.
 
         Raises
         ------
         _WorkerEndedError
-            The worker ended before it had loaded the reader.
+            The worker ended, or was ended by a limit, before it had loaded the reader.
         """
         self.send(request)
         getattr(import_module(needs), "warm_up", lambda: None)()  # while the worker is loading
@@ -213,7 +219,10 @@ class _Worker:
             )
 
     def send(self, message: Request | str) -> None:
-        """Send a request, or the target of a reader to load."""
+        """Send a request, or the target of a reader to load.
+
+        Raises `_WorkerEndedError` if the worker has ended.
+        """
         assert self.process.stdin is not None
         try:
             with _no_broken_pipe_signal():
@@ -223,7 +232,10 @@ class _Worker:
             raise _WorkerEndedError(self.process.wait()) from error
 
     def _receive(self, seconds: float) -> Any:
-        """Return the next reply; the worker is killed if it takes longer."""
+        """Return the next reply; a worker that takes longer than `seconds` is killed.
+
+        Raises `_WorkerEndedError` with its exit code then, or if it ends by itself.
+        """
         assert self.process.stdout is not None
 
         def expire() -> None:
@@ -292,7 +304,7 @@ class _Pool:
     def take(self) -> _Worker | None:
         """Return a waiting worker, which may have ended since, or a new one; None if none starts.
 
-        After one failed start none is tried again.
+        The waiting one is no longer in the pool. After one failed start none is tried again.
         """
         with self._lock:
             if self.workers:
@@ -306,7 +318,7 @@ class _Pool:
             return None
 
     def put(self, worker: _Worker) -> None:
-        """Keep a worker for the next file, or end it."""
+        """Keep a worker for the next file; end it if `_MAX_IDLE` wait already, or it has ended."""
         with self._lock:
             worker.was_idle = worker.process.poll() is None and len(self.workers) < _MAX_IDLE
             if worker.was_idle:
@@ -339,7 +351,11 @@ def _module_folders() -> list[str]:
 
 
 def _crash_error(request: Request, code: int, memory: int = 0) -> FileError:
-    """Return the error for a file whose reader crashed with an exit code, and used `memory`."""
+    """Return the error for a file whose reader ended with an exit code, and used `memory` bytes.
+
+    The signal of used-up processor time means too slow. A kill, or more than `_MEMORY_SHARE` of the
+    limit in use, means too large; anything else is a crash.
+    """
     where = str(request.path)
     if code == -getattr(signal, "SIGXCPU", 0):
         return too_slow(where, request.seconds)
@@ -364,7 +380,12 @@ def _exit_text(code: int) -> str:
 
 
 def serve() -> None:
-    """Read requested files until the caller closes the pipe. Runs in the worker."""
+    """Read requested files in the worker until the caller closes the pipe.
+
+    A worker without a request for a minute is ended by a signal, where the system has alarms.
+    A request is answered by None once its reader is loaded, then by its outcome; a reader that
+    cannot be loaded by an outcome alone. The name of a reader to load gets no answer.
+    """
     requests, replies = os.fdopen(os.dup(0), "rb"), os.fdopen(os.dup(1), "wb")
     null = os.open(os.devnull, os.O_RDWR)
     for stream in (0, 1, 2):  # native libraries print as they please
@@ -419,8 +440,9 @@ def _load(target: str) -> None:
 def _read_in_fork(request: Request, caller: int) -> bytes:
     """Return the pickled outcome of a file that a fork reads within the limits.
 
-    `caller` is the pipe of requests. It becomes readable only when the caller is gone, and then
-    the fork ends too.
+    A fork that ends without one makes the error of `_crash_error`. `caller` is the pipe of
+    requests; it becomes readable only when the caller is gone, and then this process and the fork
+    end.
     """
     import select
 
@@ -455,6 +477,10 @@ def _read_in_fork(request: Request, caller: int) -> bytes:
 
 
 def _pickled_outcome(request: Request) -> bytes:
+    """Return the pickled outcome of a file; an error that cannot be pickled is reduced to its text.
+
+    If the content cannot be, this raises; memory that runs out is an outcome.
+    """
     try:
         outcome = _outcome(request)
         try:
@@ -470,7 +496,11 @@ def _pickled_outcome(request: Request) -> bytes:
 
 
 def _outcome(request: Request) -> Outcome:
-    """Call the reader; only interruptions escape."""
+    """Call the reader and return its outcome.
+
+    Its own refusals (`ContigaError`, ImportError) stay, memory that runs out is too large, any
+    other exception becomes a `FileError`; only interruptions escape.
+    """
     content: Any = None
     error: Exception | None = None
     trace = ""
@@ -496,7 +526,10 @@ def _outcome(request: Request) -> Outcome:
 
 
 def _limit(seconds: float, memory: int | None = None) -> None:
-    """Limit this process to `seconds` more of processor time and `memory` more bytes."""
+    """Limit this process to `seconds` more of processor time and `memory` more bytes (Linux).
+
+    Core dumps are switched off. Limits that the system refuses are left out; on Windows all are.
+    """
     if os.name != "posix":  # the caller watches the clock
         return
     import resource

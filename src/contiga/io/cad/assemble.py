@@ -34,7 +34,7 @@ class Edge(NamedTuple):
 
 
 class Assembly:
-    """Collects faces; `body` makes the Body.
+    """The faces of a future body, added one by one; `body` makes the Body.
 
     Parameters
     ----------
@@ -53,12 +53,22 @@ class Assembly:
     ) -> None:
         """Add a face cut out by `loops`; `flip` reverses its free side and mirrors the loops.
 
-        `where` is the face's name in messages. A face whose loops do not fit is kept whole, with a
-        warning: one bad face is no reason to refuse a file.
+        Gaps in a loop of more than `MIN_GAP` of the domain are closed by straight pieces. A face
+        whose loops then do not fit is kept whole, with a warning: one bad face is no reason to
+        refuse a file. `where` is the face's name in messages.
         """
         patch = len(self._patches)
         domain = surface.domain[0]
-        closed = [_bridge_gaps(loop, surface) for loop in loops]
+        span = np.array([np.ptp(interval) for interval in surface.domain])
+        closed: list[Loop] = []
+        for loop in loops:
+            closed.append([])
+            for pcurve, gap in zip(loop, gaps(loop), strict=True):
+                closed[-1].append(pcurve)
+                if np.any(np.abs(gap) > MIN_GAP * span):
+                    start = ends(pcurve)[1]
+                    line = NurbsCurve(1, [0.0, 0.0, 1.0, 1.0], np.array([start, start + gap]))
+                    closed[-1].append(PCurve(line, -1, False, 0.0))
         try:
             curves = tuple(tuple(pcurve.curve for pcurve in loop) for loop in closed)
             check_loops(curves, surface.domain, where)
@@ -83,7 +93,10 @@ class Assembly:
         *,
         flip: bool = False,
     ) -> None:
-        """Add a face that is its whole natural rectangle; `loop` and `sides` contain its edges."""
+        """Add a face that is its whole natural rectangle; `flip` reverses its free side.
+
+        `loop` and `sides` have its edges and their places; without both it shares no edge.
+        """
         patch = len(self._patches)
         if loop is not None and sides is not None:
             total = sum(surface.domain[0])
@@ -105,10 +118,7 @@ class Assembly:
             self._uses.setdefault(edge, []).append((use, span))
 
     def connected_owners(self, owner: Sequence[int]) -> list[int]:
-        """Return the owners of patches that share an edge with another owner, ascending.
-
-        `owner` is by patch.
-        """
+        """Return the owners (given by patch) that share an edge with another owner, ascending."""
         connected: set[int] = set()
         for uses in self._uses.values():
             owners = {owner[use.patch] for use, _ in uses}
@@ -117,12 +127,14 @@ class Assembly:
         return sorted(connected)
 
     def body(self, name: str, edge_of: Callable[[int], Edge | None], unit: str | None) -> Body:
-        """Return the body; `edge_of` gives the curve of an edge by its number in the file.
+        """Return the body of all faces; `edge_of` gives the curve of an edge by its number.
+
+        Edges without a curve (None) are left out.
 
         Raises
         ------
         FileError
-            No faces.
+            No faces, or faces of which no body can be made.
         """
         if not self._patches:
             raise FileError(
@@ -151,21 +163,10 @@ class Assembly:
             raise FileError(str(error), where=self.where) from error
 
 
-def _bridge_gaps(loop: Loop, surface: NurbsSurface) -> Loop:
-    """Return `loop` with straight closing pieces where its p-curves do not meet."""
-    span = np.array([np.ptp(interval) for interval in surface.domain])
-    result: Loop = []
-    for pcurve, gap in zip(loop, gaps(loop), strict=True):
-        result.append(pcurve)
-        if np.any(np.abs(gap) > MIN_GAP * span):
-            start = ends(pcurve)[1]
-            line = NurbsCurve(1, [0.0, 0.0, 1.0, 1.0], np.array([start, start + gap]))
-            result.append(PCurve(line, -1, False, 0.0))
-    return result
-
-
 def merge_bodies(bodies: list[Body], path: Path, unit: str | None) -> Body:
-    """Return all faces of `bodies` as one body named after the file.
+    """Return all faces of `bodies` in their order as one body, named after the file `path`.
+
+    Edges stay those of each body: faces of different bodies are not joined.
 
     Raises
     ------
@@ -188,5 +189,5 @@ def merge_bodies(bodies: list[Body], path: Path, unit: str | None) -> Body:
 
 
 def warn(message: str) -> None:
-    """Issue a `ContigaWarning` that points at the caller of `read_cad`."""
+    """Issue a `ContigaWarning` that points four calls up; in a worker only its text counts."""
     warnings.warn(message, ContigaWarning, stacklevel=5)

@@ -5,10 +5,12 @@ from __future__ import annotations
 import math
 import re
 from bisect import bisect_right
+from contextlib import suppress
 from itertools import chain
 from pathlib import Path
 
 from contiga.errors import FileError
+from contiga.io.cad.formats import IGES_SUFFIXES
 
 _SUSPECTS = [
     re.compile(text) for text in (rb"NAN", rb"INF", rb"1\.#", rb"E(?=\+?\d{3})", rb"D(?=\+?\d{3})")
@@ -29,15 +31,18 @@ _IGES_DATA, _IGES_ENTRY, _IGES_SECTION = slice(0, 64), slice(64, 72), slice(72, 
 
 
 def check_numbers(path: Path) -> None:
-    """Refuse a file in which a number is not finite.
+    """Refuse a STEP or IGES file in which a number is not finite.
+
+    That is NaN, an infinity, also as 1.#INF, or an exponent beyond float64. Strings, comments, and
+    in IGES all but the parameter section are not examined.
 
     Raises
     ------
     FileError
-        With the line and the entity.
+        There is such a number; the message has the line and the entity of the first one found.
     """
     data = path.read_bytes()
-    is_iges = path.suffix.lower() in (".igs", ".iges")
+    is_iges = path.suffix.lower() in IGES_SUFFIXES
     upper = data.upper()
     parameters = _IGES_PARAMETERS.search(data) if is_iges else None
     begin = parameters.start() if parameters else 0
@@ -45,9 +50,16 @@ def check_numbers(path: Path) -> None:
     """Offsets at which strings and comments begin and end, alternating; found when needed."""
     for suspect in chain(*(pattern.finditer(upper, begin) for pattern in _SUSPECTS)):
         position = suspect.start()
-        token = _token(data, position)
-        if _TOKEN.fullmatch(token) is None or _is_finite(token):
+        before = data[max(position - _MAX_TOKEN, 0) : position]
+        begin_of_token = max((match.end() for match in _BEFORE.finditer(before)), default=0)
+        end = _AFTER.search(data, position, position + _MAX_TOKEN)
+        after = data[position : end.start() if end else position + _MAX_TOKEN]
+        token = (before[begin_of_token:] + after).strip()
+        if _TOKEN.fullmatch(token) is None:
             continue
+        with suppress(ValueError):  # 1.#INF and the like
+            if math.isfinite(float(re.sub(rb"[dD]", b"e", token))):
+                continue
         if is_iges:
             start = data.rfind(b"\n", 0, position) + 1
             line = data[start : start + 80]
@@ -71,18 +83,3 @@ def check_numbers(path: Path) -> None:
             allowed="finite numbers",
             remedy="Mend the entity, or export the file anew",
         )
-
-
-def _token(data: bytes, position: int) -> bytes:
-    """Return the text around a position, between commas and the like."""
-    before = data[max(position - _MAX_TOKEN, 0) : position]
-    start = max((match.end() for match in _BEFORE.finditer(before)), default=0)
-    end = _AFTER.search(data, position, position + _MAX_TOKEN)
-    return (before[start:] + data[position : end.start() if end else position + _MAX_TOKEN]).strip()
-
-
-def _is_finite(text: bytes) -> bool:
-    try:
-        return math.isfinite(float(re.sub(rb"[dD]", b"e", text)))
-    except ValueError:
-        return False

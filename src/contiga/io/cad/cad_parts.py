@@ -108,7 +108,11 @@ def read_cad_file(
     file_unit: str | None = None,
     solids: Solids | None = None,
 ) -> CadFile:
-    """Return a whole file with its parts; parameters and errors as for `read_cad`."""
+    """Return a whole file with its parts; parameters and errors as for `read_cad`.
+
+    Parts without a patch are left out. A part that is joined to others is read alone; the single
+    part of a file is the whole body, with its name. Slits give warnings as in `read_cad`.
+    """
     file = Path(path)
     inventory: Inventory = read_cached(
         reader_of(file, "list", file_unit, unit),

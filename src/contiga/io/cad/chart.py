@@ -74,12 +74,15 @@ class Chart:
         return self.surface.evaluate(self.wrap(uv))
 
     def speed(self, uv: FloatArray) -> FloatArray:
-        """Return |S_u| and |S_v| (n, 2)."""
+        """Return |S_u| and |S_v| (n, 2) at parameters, which may be shifted by whole turns."""
         first = self.surface.derivatives(self.wrap(uv), 1)
         return np.linalg.norm(np.stack([first[:, 1, 0], first[:, 0, 1]], axis=1), axis=2)
 
     def is_pole(self, uv: FloatArray) -> np.ndarray:
-        """Return a mask (n, 2) of the parameters that are undetermined, as at a pole."""
+        """Return a mask (n, 2) of the parameters that are undetermined, as at a pole.
+
+        The speed of such a parameter is at most `POLE_TOL` of the largest on a coarse grid.
+        """
         if self._typical_speed is None:
             axes = [np.linspace(*ends, N_TYPICAL) for ends in self.surface.domain]
             grid = np.stack(np.meshgrid(*axes), axis=-1).reshape(-1, 2)
@@ -87,7 +90,11 @@ class Chart:
         return np.asarray(self.speed(uv) <= POLE_TOL * self._typical_speed)
 
     def project_from(self, uv: FloatArray, points: FloatArray) -> FloatArray:
-        """Return the feet of `points` (n, 3) by Gauss-Newton from `uv` (n, 2), without wrapping."""
+        """Return the parameters (n, 2) of the feet of `points` (n, 3), by Gauss-Newton from `uv`.
+
+        In closed directions they are not wrapped, in others clamped to the domain. A step is at
+        most a tenth of the domain; a row that has not converged after `MAX_STEPS` stays as it is.
+        """
         span = self.high - self.low
         is_open = self.periods == 0.0
         uv = uv.copy()
@@ -107,7 +114,11 @@ class Chart:
         return uv
 
     def project(self, points: FloatArray) -> FloatArray:
-        """Return the parameters (n, 2) of the feet of `points`, within the domain."""
+        """Return the parameters (n, 2), within the domain, of the feet of `points` (n, 3).
+
+        A foot is the closest of those found by Gauss-Newton from the `N_STARTS` nearest points of
+        a grid; it is sought no further once it is within `ON_TOL` of the size.
+        """
         if self._tree is None:
             # The import takes long, and most files need no search.
             from scipy.spatial import cKDTree
@@ -136,7 +147,8 @@ class Chart:
     def unwrap(self, uv: FloatArray) -> FloatArray:
         """Return parameters (n, 2) along a path, each within half a turn of the one before.
 
-        At a pole a parameter is that of the nearest point of the path off the pole.
+        At a pole a parameter becomes that of the nearest row of the path off the pole, of two the
+        earlier one; this is written into `uv`, too.
         """
         at_pole = self.is_pole(uv)
         rows = np.arange(len(uv))
@@ -150,13 +162,41 @@ class Chart:
         return np.concatenate([uv[:1], uv[0] + np.cumsum(step, axis=0)])
 
     def unroll(self, box: FloatArray) -> NurbsSurface:
-        """Return the surface as a patch over `box` (2, 2), which may span several turns.
+        """Return the surface as a patch that contains `box` (2, 2), which may span several turns.
 
-        Directions that are not closed, and those within the domain, stay as they are.
+        Directions that are not closed stay as they are. A closed one has as many whole turns as the
+        box needs: a single one is kept whole, shifted if need be, several are cut down to the box,
+        or to one turn from its low bound on if that is longer.
         """
         surface = self.surface
-        for axis in np.flatnonzero(self.periods > 0.0):
-            surface = _periodic_part(surface, int(axis), float(box[0, axis]), float(box[1, axis]))
+        for axis in np.flatnonzero(self.periods > 0.0).tolist():
+            low, high = float(box[0, axis]), float(box[1, axis])
+            a, b = surface.domain[axis]
+            period = b - a
+            slack = 1e-9 * period
+            first = int(np.floor((low + slack - a) / period))
+            last = max(int(np.ceil((high - slack - a) / period)), first + 1)
+            patch = surface if axis == 0 else surface.transposed()
+            U, V = patch.knots
+            net, weights = patch.control_points, patch.weights
+            turns = [
+                patch if k == 0 else NurbsSurface(patch.degrees, (U + k * period, V), net, weights)
+                for k in range(first, last)
+            ]
+            joined = turns[0]
+            for turn in turns[1:]:
+                knots, net, weights = join_splines(
+                    patch.degrees[0],
+                    (joined.knots[0], joined.control_points, joined.weights),
+                    (turn.knots[0], turn.control_points, turn.weights),
+                )
+                joined = NurbsSurface(patch.degrees, (knots, V), net, weights)
+            if len(turns) > 1:
+                # One turn is kept if that is enough, so that no part of the surface is doubled.
+                (start, end), v = joined.domain
+                u = max(low, start), min(max(high, low + period), end)
+                joined = joined.restricted(u, v)
+            surface = joined if axis == 0 else joined.transposed()
         return surface
 
 
@@ -165,7 +205,8 @@ def _gauss_newton_step(
 ) -> FloatArray:
     """Return the least-squares components (n, 2) of residuals (n, 3) along two tangents (n, 3).
 
-    The component along a tangent without length, as at a pole, is 0.
+    The component along a tangent without length, as at a pole, is 0. If sin² of the angle between
+    the tangents is at most 1e-14, each takes half of the residual along it.
     """
     tangents = np.stack([tangent_u, tangent_v], axis=1)
     length = np.linalg.norm(tangents, axis=2)
@@ -198,7 +239,10 @@ def flat_image(surface: NurbsSurface, edge: NurbsCurve) -> NurbsCurve | None:
 
 
 def restrict_patch(patch: NurbsSurface, box: FloatArray) -> NurbsSurface:
-    """Return a patch over `box` (2, 2); bounds within rounding of the domain become equal to it."""
+    """Return a patch cut down to `box` (2, 2); bounds within 1e-9 of the domain's are the domain's.
+
+    If all are, or lie outside, it is `patch` itself.
+    """
     low, high = np.array(patch.domain).T
     near = 1e-9 * (high - low)
     a = np.where(box[0] - low <= near, low, box[0])
@@ -208,41 +252,20 @@ def restrict_patch(patch: NurbsSurface, box: FloatArray) -> NurbsSurface:
     return patch.restricted((float(a[0]), float(b[0])), (float(a[1]), float(b[1])))
 
 
-def _periodic_part(surface: NurbsSurface, axis: int, low: float, high: float) -> NurbsSurface:
-    """Return a closed patch over [low, high] of its periodic parameter.
+Spline = tuple[FloatArray, FloatArray, FloatArray | None]
+"""Knots, control points and weights of a curve, or of a patch along u."""
 
-    A patch whose domain contains the interval is unchanged.
+
+def join_splines(degree: int, first: Spline, second: Spline) -> Spline:
+    """Return one spline of two of a degree that meet: the second begins at the end of the first.
+
+    Its knots must begin there, too. Weights are scaled to agree at the joint, and None unless both
+    have some.
     """
-    a, b = surface.domain[axis]
-    period = b - a
-    slack = 1e-9 * period
-    first = int(np.floor((low + slack - a) / period))
-    last = max(int(np.ceil((high - slack - a) / period)), first + 1)
-    patch = surface if axis == 0 else surface.transposed()
-    U, V = patch.knots
-    turns = [
-        patch
-        if k == 0
-        else NurbsSurface(patch.degrees, (U + k * period, V), patch.control_points, patch.weights)
-        for k in range(first, last)
-    ]
-    joined = turns[0]
-    for turn in turns[1:]:
-        joined = _join_patches(joined, turn)
-    if len(turns) > 1:
-        # One turn is kept if that is enough, so that no part of the surface is doubled.
-        (start, end), v = joined.domain
-        joined = joined.restricted((max(low, start), min(max(high, low + period), end)), v)
-    return joined if axis == 0 else joined.transposed()
-
-
-def _join_patches(first: NurbsSurface, second: NurbsSurface) -> NurbsSurface:
-    """Join two patches that meet along the end of u of the first."""
-    p = first.degrees[0]
-    knots = np.concatenate([first.knots[0][:-1], second.knots[0][p + 1 :]])
-    points = np.concatenate([first.control_points, second.control_points[1:]])
+    knots = np.concatenate([first[0][:-1], second[0][degree + 1 :]])
+    points = np.concatenate([first[1], second[1][1:]])
     weights = None
-    if first.weights is not None and second.weights is not None:
-        share = (first.weights[-1] / second.weights[0])[:1]
-        weights = np.concatenate([first.weights, second.weights[1:] * share])
-    return NurbsSurface(first.degrees, (knots, first.knots[1]), points, weights)
+    if first[2] is not None and second[2] is not None:
+        share = np.ravel(first[2][-1] / second[2][0])[:1]
+        weights = np.concatenate([first[2], second[2][1:] * share])
+    return knots, points, weights

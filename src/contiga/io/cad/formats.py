@@ -9,15 +9,29 @@ import re
 from functools import lru_cache
 from hashlib import file_digest
 from pathlib import Path
+from typing import NamedTuple
 
 from contiga.cache_folder import cache_folder
 from contiga.io.worker import prepare
 
-SUFFIXES = (".step", ".stp", ".iges", ".igs", ".3dm", ".xml")
-PACKAGES = dict.fromkeys(SUFFIXES[:4], ("OCP",)) | {".3dm": ("rhino3dm",), ".xml": ()}
-"""Packages that must be installed to read files of a suffix."""
-READERS = dict.fromkeys(SUFFIXES[:4], "step_iges") | {".3dm": "rhino", ".xml": "gismo"}
-"""Modules beside this one, with functions `read_<module>` and `list_<module>`."""
+
+class Format(NamedTuple):
+    """A format of CAD files."""
+
+    reader: str
+    """Module beside this one, with functions `read_<reader>` and `list_<reader>`."""
+    packages: tuple[str, ...] = ()
+    """Packages that must be installed to read its files."""
+
+
+IGES_SUFFIXES = (".iges", ".igs")
+FORMATS = {
+    **dict.fromkeys((".step", ".stp", *IGES_SUFFIXES), Format("step_iges", ("OCP",))),
+    ".3dm": Format("rhino", ("rhino3dm",)),
+    ".xml": Format("gismo"),
+}
+"""Formats by suffix."""
+SUFFIXES = tuple(FORMATS)
 _QUOTED = re.compile(r"\"([^\"\n]*)\"|'([^'\n]*)'")
 
 
@@ -27,34 +41,41 @@ def reader(suffix: str, verb: str = "read") -> str:
     >>> reader(".igs")
     'contiga.io.cad.step_iges:read_step_iges'
     """
-    return f"contiga.io.cad.{READERS[suffix]}:{verb}_{READERS[suffix]}"
+    module = FORMATS[suffix].reader
+    return f"contiga.io.cad.{module}:{verb}_{module}"
+
+
+def _needs_opencascade(file: Path) -> bool:
+    form = FORMATS.get(file.suffix.lower())
+    return form is not None and "OCP" in form.packages
 
 
 def expect_cad(*files: Path) -> None:
-    """Let a worker load OpenCASCADE if files need it that are not cached.
+    """Let a worker load OpenCASCADE if one of `files` needs it and is not cached.
 
-    Loading it takes as long as the rest of the program. If no file is read in the end, the process
-    that has loaded it ends when it gets no work.
+    Loading is not waited for. It takes as long as the rest of the program. If no file is read in
+    the end, the process that has loaded it ends when it gets no work.
     """
     for file in files:
-        suffix = file.suffix.lower()
-        if "OCP" in PACKAGES.get(suffix, ()) and not is_cached(file):
-            prepare(reader(suffix))
+        if _needs_opencascade(file) and not is_cached(file):
+            prepare(reader(file.suffix.lower()))
             return
 
 
 def cad_files_in(text: str, folder: Path) -> list[Path]:
-    """Return the quoted files of a case in `folder` that may need OpenCASCADE.
+    """Return the quoted file names in the text of a case that may need OpenCASCADE, in `folder`.
+
+    Comments are searched too, and the files need not exist.
 
     >>> [file.name for file in cad_files_in('geometry = { file = "a b.STEP" } # "c.stl"', Path())]
     ['a b.STEP']
     """
     names = (double or single for double, single in _QUOTED.findall(text))
-    return [folder / name for name in names if "OCP" in PACKAGES.get(Path(name).suffix.lower(), ())]
+    return [folder / name for name in names if _needs_opencascade(Path(name))]
 
 
 def is_cached(file: Path) -> bool:
-    """Return whether any results of a file with the same bytes are cached."""
+    """Return whether any results of a file's bytes are cached; False if it cannot be read."""
     folder = cache_folder()
     try:
         return folder is not None and any(folder.glob(f"{cache_prefix(file)}-*"))
@@ -63,7 +84,10 @@ def is_cached(file: Path) -> bool:
 
 
 def cache_prefix(file: Path) -> str:
-    """Return the beginning of the names of cache entries for a file's bytes."""
+    """Return the beginning of the names of cache entries for a file's bytes.
+
+    The file is read, unless it was before and its time and size are the same; an OSError passes.
+    """
     stat = file.stat()
     return f"cad-{_digest(str(file), stat.st_mtime_ns, stat.st_size)[:32]}"
 

@@ -46,7 +46,13 @@ def read_gismo(
     Raises
     ------
     FileError
-        Not XML, not G+Smo, no surface, a coefficient that is not a number.
+        Not XML, not G+Smo, no surface, a coefficient that is not a number, a surface whose parts
+        do not fit together; closed pieces meet, and `solids` is "refuse".
+
+    Warns
+    -----
+    ContigaWarning
+        Geometry of other kinds is left out; closed pieces that meet were united or kept.
     """
     body, _ = _read_surfaces(path, file_unit, unit, choice)
     union = unite_pieces(body, body.pieces, solids, str(path))
@@ -58,7 +64,11 @@ def read_gismo(
 def list_gismo(
     path: Path, file_unit: str | None, unit: str | None, solids: Solids | None = None
 ) -> Inventory:
-    """Return the inventory of a G+Smo file: one part, because the format names none."""
+    """Return the inventory of a G+Smo file: one part, because the format names none.
+
+    Closed pieces that meet are treated as in `read_gismo`; the message about them is in the
+    inventory, not a warning.
+    """
     body, label = _read_surfaces(path, file_unit, unit, ALL)
     union = unite_pieces(body, body.pieces, solids, str(path))
     return Inventory(union.body, [k + 1 for k in union.origin], [label], {}, union.message)
@@ -67,6 +77,10 @@ def list_gismo(
 def _read_surfaces(
     path: Path, file_unit: str | None, unit: str | None, choice: Choice
 ) -> tuple[Body, PartLabel]:
+    """Return the chosen surfaces as a body with shared edges, and the label of all of them.
+
+    Lengths are scaled if both units are given; the body has a unit only with `file_unit`.
+    """
     try:
         root = ElementTree.parse(path).getroot()
     except ElementTree.ParseError as error:
@@ -101,6 +115,10 @@ def _read_surfaces(
 
 
 def _surface(element: ElementTree.Element, scale: float, where: str) -> NurbsSurface:
+    """Return the surface of a <Geometry>, points times `scale`; planar ones get z = 0.
+
+    Anything missing, not a number or of a wrong length is a `FileError`.
+    """
     vectors = list(element.iter("KnotVector"))
     coefs = element.find("coefs")
     if len(vectors) != 2 or coefs is None:

@@ -48,7 +48,7 @@ def ends(pcurve: PCurve) -> FloatArray:
 
 
 def translate(pcurve: PCurve, shift: FloatArray) -> PCurve:
-    """Return the p-curve translated by `shift` = (du, dv)."""
+    """Return the p-curve translated by `shift` = (du, dv); for (0, 0) the same object."""
     if not shift.any():
         return pcurve
     return pcurve._replace(curve=pcurve.curve.translated([shift[0], shift[1], 0.0]))
@@ -57,14 +57,14 @@ def translate(pcurve: PCurve, shift: FloatArray) -> PCurve:
 def chain_pcurves(loop: Loop, periods: FloatArray) -> Loop:
     """Return `loop` ordered head to tail, each p-curve shifted by whole periods to the last.
 
+    The order of the file is kept unless it leaves a gap of more than `CLOSED_TOL` of the loop, and
+    taking the nearest start next more than halves the worst one. Gaps may remain: see `gaps`. The
+    first p-curve stays; none is reversed.
+
     Parameters
     ----------
-    loop : the p-curves
+    loop : one p-curve or more
     periods : (2,) of the surface in u and v, 0 where it is not periodic
-
-    The order of the file is kept unless it leaves a gap, and taking the nearest start next more
-    than halves the worst one. Gaps may remain: see `gaps`. The first p-curve stays; none is
-    reversed.
     """
     in_order = join_pcurves(loop, periods)
     extent = float(np.ptp(np.concatenate([ends(pcurve) for pcurve in in_order]), axis=0).max())
@@ -83,7 +83,10 @@ def chain_pcurves(loop: Loop, periods: FloatArray) -> Loop:
 
 
 def join_pcurves(loop: Loop, periods: FloatArray) -> Loop:
-    """Return `loop` in its order, each p-curve shifted by whole periods to the last."""
+    """Return `loop` in its order, each p-curve shifted by whole periods to the end of the last.
+
+    The first one stays; gaps of less than half a period remain.
+    """
     result = [loop[0]]
     for pcurve in loop[1:]:
         step = ends(result[-1])[1] - ends(pcurve)[0]
@@ -92,13 +95,13 @@ def join_pcurves(loop: Loop, periods: FloatArray) -> Loop:
 
 
 def whole_periods(step: FloatArray, periods: FloatArray) -> FloatArray:
-    """Return the part of `step` that is whole periods."""
+    """Return the multiple of the periods (2,) nearest to `step` (..., 2); 0 without a period."""
     safe = np.where(periods > 0.0, periods, 1.0)
     return np.where(periods > 0.0, np.round(step / safe) * periods, 0.0)
 
 
 def worst_gap(loop: Loop) -> float:
-    """Return the largest distance in (u, v) between a p-curve's end and the next start."""
+    """Return the largest gap of a loop, the maximum of |du| and |dv|, also from last to first."""
     return max(float(np.abs(gap).max()) for gap in gaps(loop))
 
 
@@ -109,7 +112,7 @@ def gaps(loop: Loop) -> FloatArray:
 
 
 def exact_box(pcurves: Loop) -> FloatArray:
-    """Return the exact box (2, 2) of the p-curves of one loop or several, from turning points."""
+    """Return the exact box of p-curves, low and high (u, v), from their turning points."""
     from contiga.geometry.kernels.trim_build_nb import monotone_pieces
 
     points = []
@@ -123,7 +126,11 @@ def exact_box(pcurves: Loop) -> FloatArray:
 
 
 def align_loops(loops: list[Loop], periods: FloatArray) -> list[Loop]:
-    """Return all loops shifted by whole periods into the box of the largest one."""
+    """Return all loops, each shifted by whole periods to the largest one.
+
+    The middle of a loop's box then lies less than a period above the low bound of the largest box,
+    by area in (u, v); boxes are those of Bézier control points. A single loop stays as it is.
+    """
     if len(loops) < 2 or not periods.any():
         return loops
     boxes = []
@@ -173,7 +180,9 @@ def rectangle_sides(loop: Loop, box: FloatArray, speed: FloatArray) -> Sides | N
     speed : (2,) largest |S_u| and |S_v| on the face: turns misses in (u, v) into lengths
 
     A p-curve lies on a side if its control points miss it by no more than the p-curve's own
-    tolerance and `RECTANGLE_TOL` of the face. The p-curves must go round the whole border once.
+    tolerance and `RECTANGLE_TOL` of the face; rounding is always allowed. If it fits several, the
+    best one relative to what is allowed counts. The p-curves must go round the whole border once,
+    to within 1 % of its length, and not run back and forth.
     """
     span = box[1] - box[0]
     result = Sides([], [], [])

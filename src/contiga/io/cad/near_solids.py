@@ -53,10 +53,12 @@ class Slit(NamedTuple):
 
 
 def slits_between(body: Body) -> list[Slit]:
-    """Find where pieces of `body` nearly touch: a place for each pair, the first `MAX_SLITS`.
+    """Return slits between pieces of `body`: the widest sample of each pair, up to `MAX_SLITS`.
 
-    Random points on the faces are offset along the normal by twice the largest slit width and
-    projected: across a slit, the closest surface is the other solid's wall, seen from inside.
+    A slit is wider than `TOUCH_TOL` of the body and at most `SLIT_TOL` of the smaller piece's box,
+    between faces that look at each other, and met by `MIN_SAMPLES` points or more. Random points on
+    the faces, the same in every call, are offset along the normal by twice the largest slit width
+    and projected: across a slit, the closest surface is the other solid's wall, seen from inside.
     """
     pieces = body.pieces
     if len(pieces) < 2:
@@ -94,7 +96,12 @@ def slits_between(body: Body) -> list[Slit]:
 def _sample_faces(
     body: Body, piece_of_patch: IntArray, bounds: FloatArray, boxes: FloatArray
 ) -> tuple[IntArray, FloatArray, FloatArray]:
-    """Return patch, place and normal of random points on faces within another piece's box."""
+    """Return patch (n,), place (n, 3) and normal (n, 3) of random points on trimmed faces.
+
+    They are the same in every call. Of `SAMPLES_PER_FACE` in the box of a face's trims those count
+    that are within the box of another piece; `bounds` (patches, 2, 3) are those of the patches,
+    `boxes` (pieces, 2, 3) those of the pieces.
+    """
     rng = np.random.default_rng(0)
     patch, places, normals = [np.zeros(0, int)], [np.zeros((0, 3))], [np.zeros((0, 3))]
     for k, (surface, loops) in enumerate(zip(body.patches, body.trims, strict=True)):

@@ -13,7 +13,7 @@ import numpy as np
 from contiga.errors import GeometryError
 from contiga.geometry.curve import NurbsCurve
 from contiga.geometry.surface import NurbsSurface
-from contiga.io.cad.chart import restrict_patch
+from contiga.io.cad.chart import join_splines, restrict_patch
 from contiga.io.cad.loops import whole_periods
 from contiga.io.cad.warp import AngleMap, Map, identity
 from contiga.records import FloatArray
@@ -37,6 +37,7 @@ class Patch(NamedTuple):
 
 
 def _values(array: Any) -> FloatArray:
+    """Return the numbers (n,) of an array of OpenCASCADE."""
     # Ending an iteration costs the bindings a C++ exception: counting is ten times faster.
     count = range(array.Lower(), array.Upper() + 1)
     return np.array([array.Value(i) for i in count], dtype=np.float64)
@@ -48,7 +49,10 @@ def _weights_or_none(weights: FloatArray) -> FloatArray | None:
 
 
 def surface_from(spline: Any, shift: FloatArray, scale: float) -> NurbsSurface:
-    """Convert a `Geom_BSplineSurface` that is not periodic; knots + `shift`, points · `scale`."""
+    """Convert a `Geom_BSplineSurface` that is not periodic; knots + `shift` (2,), points · `scale`.
+
+    Equal weights are dropped.
+    """
     n, m = spline.NbUPoles(), spline.NbVPoles()
     points = np.empty((n, m, 3))
     weights = np.ones((n, m))
@@ -65,7 +69,10 @@ def surface_from(spline: Any, shift: FloatArray, scale: float) -> NurbsSurface:
 
 
 def curve_from(spline: Any, scale: float = 1.0) -> NurbsCurve:
-    """Convert a `Geom_BSplineCurve` or `Geom2d_BSplineCurve`; coordinates times `scale`."""
+    """Convert a `Geom_BSplineCurve` or `Geom2d_BSplineCurve`; coordinates times `scale`.
+
+    A periodic one is opened at its start; equal weights are dropped.
+    """
     if spline.IsPeriodic():
         spline = spline.Copy()
         spline.SetNotPeriodic()
@@ -112,37 +119,29 @@ def curve3d_from(curve: Any, first: float, last: float, scale: float) -> NurbsCu
 
 
 def _spline_part(spline: Any, first: float, last: float, scale: float) -> NurbsCurve:
-    """Convert a B-spline over [first, last]; a periodic one is unrolled over the interval."""
+    """Convert a B-spline over [first, last]; bounds within 1e-9 of the domain become the domain's.
+
+    A periodic one is shifted by whole periods, and doubled if the interval goes over its end.
+    """
     period = spline.Period() if spline.IsPeriodic() else 0.0
     curve = curve_from(spline, scale)
     a, b = curve.domain
     near = 1e-9 * (b - a)
     if period:
-        turns = math.floor((first + near - a) / period)
-        curve = _shift_knots(curve, turns * period)
+        shift = period * math.floor((first + near - a) / period)
+        curve = NurbsCurve(curve.degree, curve.knots + shift, curve.control_points, curve.weights)
         a, b = curve.domain
         if last > b + near:
-            curve = _join_curves(curve, _shift_knots(curve, period))
+            knots, points, weights = join_splines(
+                curve.degree,
+                (curve.knots, curve.control_points, curve.weights),
+                (curve.knots + period, curve.control_points, curve.weights),
+            )
+            curve = NurbsCurve(curve.degree, knots, points, weights)
             b = curve.domain[1]
     low = a if first - a <= near else first
     high = b if b - last <= near else last
     return curve if (low, high) == (a, b) else curve.restricted(low, high)
-
-
-def _shift_knots(curve: NurbsCurve, shift: float) -> NurbsCurve:
-    return NurbsCurve(curve.degree, curve.knots + shift, curve.control_points, curve.weights)
-
-
-def _join_curves(first: NurbsCurve, second: NurbsCurve) -> NurbsCurve:
-    """Join two curves of one degree that meet."""
-    p = first.degree
-    knots = np.concatenate([first.knots[:-1], second.knots[p + 1 :]])
-    points = np.concatenate([first.control_points, second.control_points[1:]])
-    weights = None
-    if first.weights is not None and second.weights is not None:
-        share = first.weights[-1] / second.weights[0]
-        weights = np.concatenate([first.weights, second.weights[1:] * share])
-    return NurbsCurve(p, knots, points, weights)
 
 
 def periods_of(surface: Any) -> FloatArray:
@@ -165,7 +164,7 @@ def base_surface(surface: Any) -> Any:
 
 
 def speed_of(surface: Any, box: FloatArray) -> FloatArray:
-    """Return the largest |S_u|, |S_v| (2,) at a few points of `box`."""
+    """Return the largest |S_u|, |S_v| (2,) at 4 × 4 points of `box`."""
     from OCP.gp import gp_Pnt, gp_Vec
 
     largest = np.zeros(2)
@@ -178,7 +177,12 @@ def speed_of(surface: Any, box: FloatArray) -> FloatArray:
 
 
 def patch_from(surface: Any, box: FloatArray, whole: bool, scale: float) -> Patch:
-    """Return `surface` as a NURBS patch.
+    """Return `surface` as a NURBS patch over `box`.
+
+    B-splines, Bézier patches and planes keep their parameters; circles of analytic surfaces get
+    an `AngleMap`. Surfaces without an exact form (offset surfaces) are approximated by
+    OpenCASCADE, to the first of `APPROXIMATION_TOLS` it reaches, and keep their parameters. A
+    periodic B-spline is cut where the box begins, since the start of a period is arbitrary.
 
     Parameters
     ----------
@@ -187,9 +191,10 @@ def patch_from(surface: Any, box: FloatArray, whole: bool, scale: float) -> Patc
     whole : keep a B-spline's full natural rectangle instead of cutting it down to `box`
     scale : factor on coordinates
 
-    B-splines, Bézier patches and planes keep their parameters; circles of analytic surfaces get
-    an `AngleMap`. Surfaces without an exact form (offset surfaces) are approximated by
-    OpenCASCADE, at best to `EXACT_TOL` · size, and keep their parameters.
+    Raises
+    ------
+    GeometryError
+        OpenCASCADE finds no approximation.
     """
     from OCP.Geom import Geom_BezierSurface, Geom_BSplineSurface, Geom_Plane
 
@@ -206,32 +211,25 @@ def patch_from(surface: Any, box: FloatArray, whole: bool, scale: float) -> Patc
         from OCP.GeomConvert import GeomConvert
 
         surface = GeomConvert.SurfaceToBSplineSurface_s(surface)
-    if isinstance(surface, Geom_BSplineSurface):
-        spline = surface_from(*_cut_open(surface, box), scale)
-        return Patch(spline if whole else restrict_patch(spline, box), (identity, identity))
-    return _analytic_patch(surface, box, scale)
-
-
-def _cut_open(surface: Any, box: FloatArray) -> tuple[Any, FloatArray]:
-    """Return a copy that is not periodic, cut where `box` begins, and its knots' shift.
-
-    The start of a period is arbitrary, so the cut is made where the face begins. OpenCASCADE may
-    number the knots of the result a period later.
-    """
-    spline = surface.Copy()
+    if not isinstance(surface, Geom_BSplineSurface):
+        return _analytic_patch(surface, box, scale)
+    spline, shift = surface.Copy(), np.zeros(2)
     periods = periods_of(spline)
-    if not periods.any():
-        return spline, np.zeros(2)
-    u0, u1, v0, v1 = spline.Bounds()
-    natural = np.array([[u0, v0], [u1, v1]])
-    part = np.where(periods > 0.0, box, natural)
-    part[1] = np.where(periods > 0.0, np.minimum(part[1], part[0] + periods), part[1])
-    spline.Segment(*(float(x) for x in (part[0, 0], part[1, 0], part[0, 1], part[1, 1])))
-    return spline, _unroll(spline, part[0], periods)
+    if periods.any():
+        u0, u1, v0, v1 = spline.Bounds()
+        part = np.where(periods > 0.0, box, [[u0, v0], [u1, v1]])
+        part[1] = np.where(periods > 0.0, np.minimum(part[1], part[0] + periods), part[1])
+        spline.Segment(*(float(x) for x in (part[0, 0], part[1, 0], part[0, 1], part[1, 1])))
+        shift = _unroll(spline, part[0], periods)
+    patch = surface_from(spline, shift, scale)
+    return Patch(patch if whole else restrict_patch(patch, box), (identity, identity))
 
 
 def _unroll(spline: Any, start: FloatArray, periods: FloatArray) -> FloatArray:
-    """Make a spline not periodic; return whole periods from its first knots to `start` (u, v)."""
+    """Make `spline` itself not periodic; return the shift (2,) of its knots, in whole periods.
+
+    OpenCASCADE may number knots a period later; the shift brings the first ones to `start` (u, v).
+    """
     if spline.IsUPeriodic():
         spline.SetUNotPeriodic()
     if spline.IsVPeriodic():
@@ -241,10 +239,16 @@ def _unroll(spline: Any, start: FloatArray, periods: FloatArray) -> FloatArray:
 
 
 def _analytic_patch(surface: Any, box: FloatArray, scale: float) -> Patch:
-    """Return the exact rational form of a surface with circles; a whole turn is two halves.
+    """Return the exact rational form of a surface over `box`, or an approximation if it has none.
 
+    A direction over more than 95 % of its period is made of two halves, if they fit together:
     OpenCASCADE converts a whole turn by cutting a periodic spline at a parameter that is not the
     angle, so that it starts in the wrong place; halves come out right.
+
+    Raises
+    ------
+    GeometryError
+        OpenCASCADE finds no approximation.
     """
     from OCP.Geom import Geom_RectangularTrimmedSurface
 
@@ -271,7 +275,8 @@ def _exact_form(
 ) -> tuple[Any, FloatArray, tuple[Map, Map]] | None:
     """Return rational form, shift of knots and parameter maps of a trimmed surface, or None.
 
-    The maps are angles in both directions, in u, in v or in none: the first that fits.
+    The maps are angles in both directions, in u, in v or in none: the first that `_is_same_surface`
+    accepts. None if it accepts none, or OpenCASCADE has no form.
     """
     from OCP.GeomConvert import GeomConvert
 
@@ -293,7 +298,11 @@ def _exact_form(
 
 
 def _join_patches(first: Patch, second: Patch, axis: int) -> Patch | None:
-    """Join two patches that meet at a line of constant u (axis 0) or v; None if unlike."""
+    """Return one patch of two that meet at a line of constant u (axis 0) or v.
+
+    None if degrees, knots along the line, or the kinds of maps across it differ. Weights are taken
+    as they are: the halves have equal ones at the line.
+    """
     a, b = first.surface, second.surface
     if a.degrees != b.degrees or not np.array_equal(a.knots[1 - axis], b.knots[1 - axis]):
         return None
@@ -320,9 +329,10 @@ def _join_patches(first: Patch, second: Patch, axis: int) -> Patch | None:
 def _is_same_surface(
     surface: Any, spline: Any, maps: tuple[Map, Map], box: FloatArray, shift: FloatArray
 ) -> bool:
-    """Return whether the spline at mapped parameters is the surface, on a grid off all symmetries.
+    """Return whether the spline at mapped parameters is the surface, to `EXACT_TOL` of its size.
 
-    `box` is that of the face, `shift` that of the spline's knots.
+    They are compared at 8 × 8 places of `box`, off all symmetries; the size is the largest distance
+    of these points from the first, or their largest |x| or |y|. `shift` is that of the knots.
     """
     share = np.array([0.0, 0.137, 0.291, 0.418, 0.593, 0.761, 0.902, 1.0])
     u = box[0, 0] + share * (box[1, 0] - box[0, 0])
@@ -342,6 +352,8 @@ def _is_same_surface(
 
 def _approximate(trimmed: Any) -> tuple[Any, float]:
     """Return a B-spline near `trimmed` with the same parameters, and its largest error on a grid.
+
+    It is the first that OpenCASCADE finds for `APPROXIMATION_TOLS` times the size.
 
     Raises
     ------

@@ -36,9 +36,11 @@ class Piece(NamedTuple):
     kind: str
     """"solid", "shell" or "face"."""
     shape: Any
+    """TopoDS_Shape at its place."""
     faces: list[Any]
     """Its faces, TopoDS_Face."""
     attributes: Attributes
+    """Its own, or those of its product; the colour that all its faces have, if it has none."""
     face_attributes: list[Attributes]
     place: tuple[str, ...]
     """Names of its instances, from the outermost assembly in."""
@@ -47,7 +49,7 @@ class Piece(NamedTuple):
 
 
 class Attributes(NamedTuple):
-    """Name and colour of a shape in the file."""
+    """Name and colour "#rrggbb" of a shape in the file, None for what it does not give."""
 
     name: str | None
     colour: str | None
@@ -60,9 +62,13 @@ class _Path(NamedTuple):
     """The path from the outermost assembly down to a label."""
 
     location: Any
+    """TopLoc_Location of the label, from the document's origin."""
     place: tuple[str, ...] = ()
+    """Names of the instances."""
     aliases: tuple[str, ...] = ()
+    """Names of the products."""
     colour: str | None = None
+    """Colour of the innermost assembly or instance that has one."""
 
 
 def new_document() -> Any:
@@ -80,7 +86,7 @@ def new_document() -> Any:
 
 
 def pieces_of(document: Any) -> list[Piece]:
-    """Return all pieces of a document in the order of the file."""
+    """Return all pieces of a document in the order of the file, one for each instance."""
     from OCP.collections import Sequence_TDF_Label
     from OCP.TopLoc import TopLoc_Location
     from OCP.XCAFDoc import XCAFDoc_DocumentTool
@@ -93,9 +99,14 @@ def pieces_of(document: Any) -> list[Piece]:
 
 
 def _pieces_under(shapes: Any, label: Any, path: _Path) -> Iterator[Piece]:
-    """Yield the pieces of a label that may refer to a product elsewhere."""
-    from OCP.collections import Sequence_TDF_Label
+    """Yield the pieces of a label, which may refer to a product elsewhere, and of its components.
+
+    An instance without a name has that of its product, and a piece without name or colour those of
+    the product; without a colour there, too, it has the one that all its faces have.
+    """
+    from OCP.collections import IndexedMap_TopoDS_Shape_TopTools_ShapeMapHasher, Sequence_TDF_Label
     from OCP.TDF import TDF_Label
+    from OCP.TopoDS import TopoDS
 
     product, colour = label, None
     if shapes.IsReference_s(label):
@@ -107,28 +118,17 @@ def _pieces_under(shapes: Any, label: Any, path: _Path) -> Iterator[Piece]:
             place=path.place if instance is None else (*path.place, instance),
         )
     attributes = Attributes(_name(product), colour or _colour(product) or path.colour)
-    if not shapes.IsAssembly_s(product):
-        yield from _pieces_of_product(shapes, product, path, attributes)
+    labels = Sequence_TDF_Label()
+    if shapes.IsAssembly_s(product):
+        name = attributes.name
+        aliases = path.aliases if name is None else (*path.aliases, name)
+        path = path._replace(aliases=aliases, colour=attributes.colour)
+        shapes.GetComponents_s(product, labels, False)
+        for component in _items(labels):
+            yield from _pieces_under(shapes, component, path)
         return
-    name = attributes.name
-    aliases = path.aliases if name is None else (*path.aliases, name)
-    path = path._replace(aliases=aliases, colour=attributes.colour)
-    components = Sequence_TDF_Label()
-    shapes.GetComponents_s(product, components, False)
-    for component in _items(components):
-        yield from _pieces_under(shapes, component, path)
-
-
-def _pieces_of_product(
-    shapes: Any, product: Any, path: _Path, attributes: Attributes
-) -> Iterator[Piece]:
-    """Yield the solids, shells and faces of a product that is not an assembly."""
-    from OCP.collections import IndexedMap_TopoDS_Shape_TopTools_ShapeMapHasher, Sequence_TDF_Label
-    from OCP.TopoDS import TopoDS
-
     numbers = IndexedMap_TopoDS_Shape_TopTools_ShapeMapHasher()
     by_number: dict[int, Attributes] = {}
-    labels = Sequence_TDF_Label()
     shapes.GetSubShapes_s(product, labels)
     for label in _items(labels):
         number = numbers.Add(shapes.GetShape_s(label))
@@ -159,7 +159,10 @@ def _pieces_of_product(
 
 
 def _split(shape: Any) -> Iterator[tuple[str, Any]]:
-    """Yield the solids, shells and faces of a shape, each once, without the faces of solids."""
+    """Yield kind and shape of the solids, shells and faces in a shape, not those within others.
+
+    Compounds are taken apart; wires, edges and vertices are left out.
+    """
     from OCP.TopAbs import TopAbs_ShapeEnum
 
     if shape.IsNull():
@@ -190,10 +193,11 @@ def compound_of(shapes: Iterable[Any]) -> Any:
 
 
 def part_labels(pieces: Sequence[Piece], edges: SewnEdges) -> list[PartLabel]:
-    """Return the parts that pieces make: solids, shells, and connected loose faces.
+    """Return the parts that pieces make, in order: solids, shells, and connected loose faces.
 
-    `edges` numbers the edges of all pieces, coinciding ones alike. A part of loose faces has a
-    name and a colour if all its faces have the same.
+    `edges` numbers the edges of all pieces, coinciding ones alike. Parts and faces are numbered
+    from 1. A part of loose faces has a name and a colour if all its faces have the same, and the
+    place of its first face.
     """
     from OCP.BRep import BRep_Tool
     from OCP.TopLoc import TopLoc_Location
@@ -224,7 +228,10 @@ def part_labels(pieces: Sequence[Piece], edges: SewnEdges) -> list[PartLabel]:
 
 
 def _groups(pieces: Sequence[Piece], edges: SewnEdges) -> Iterable[int]:
-    """Return a group number for each piece; connected loose faces of one place are one group."""
+    """Return a group number for each piece, unique but for loose faces.
+
+    Those of one place have the same number if edges connect them, also over others.
+    """
     loose = [k for k, piece in enumerate(pieces) if piece.kind == "face"]
     groups = np.arange(len(pieces))
     if len(loose) < 2:
@@ -252,6 +259,7 @@ def _items(sequence: Any) -> list[Any]:
 
 
 def _name(label: Any) -> str | None:
+    """Return the name of a label without blanks around it; None if it has none, or an empty one."""
     from OCP.TDataStd import TDataStd_Name
 
     guid = TDataStd_Name.GetID_s()
@@ -263,6 +271,7 @@ def _name(label: Any) -> str | None:
 
 
 def _colour(label: Any) -> str | None:
+    """Return the colour "#rrggbb" of the surfaces of a label, or its general one; None without."""
     from OCP.Quantity import Quantity_Color
     from OCP.XCAFDoc import XCAFDoc_ColorTool, XCAFDoc_ColorType
 

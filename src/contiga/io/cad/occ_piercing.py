@@ -46,9 +46,10 @@ def refuse_self_intersection(surface: Any, box: FloatArray, scale: float, where:
 
 
 def self_intersection(surface: Any, box: FloatArray) -> Point | None:
-    """Return a point where a face over `box` (low and high (u, v)) intersects itself, or None.
+    """Return a point on its axis where a face over `box` (low, high (u, v)) meets itself, or None.
 
-    Only tori and surfaces of revolution are checked.
+    Only tori and surfaces of revolution are checked; a crossing within `MARGIN` of the ends of the
+    meridian does not count. Coordinates are OpenCASCADE's.
     """
     from OCP.Geom import Geom_SurfaceOfRevolution, Geom_ToroidalSurface
 
@@ -74,7 +75,12 @@ def self_intersection(surface: Any, box: FloatArray) -> Point | None:
 
 
 def _axis_crossing(surface: Any, low: float, high: float) -> float | None:
-    """Return where a meridian crosses its axis of revolution, between `low` and `high`."""
+    """Return the first parameter in (low, high) at which a meridian crosses its axis, or None.
+
+    Crossings are sought between `N_SAMPLES` samples, where the direction from the axis turns back;
+    two within one interval are missed. A turn farther from the axis than `MARGIN` of the largest
+    radius does not count.
+    """
     curve, axis = surface.BasisCurve(), surface.Axis()
     location, direction = axis.Location(), axis.Direction()
     origin = np.array([location.X(), location.Y(), location.Z()])

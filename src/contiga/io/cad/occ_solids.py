@@ -31,17 +31,22 @@ VOLUME_TOL = 1e-6
 
 
 class Solid(NamedTuple):
-    """A solid of OpenCASCADE, and the patch of each of its faces."""
+    """A solid of OpenCASCADE, made of patches of a body."""
 
     shape: Any
+    """TopoDS_Solid."""
     faces: list[Any]
+    """Its faces, TopoDS_Face."""
     patches: list[int]
+    """Patch that each face is, or is a part of."""
 
 
 def solid_of(body: Faces, patches: Sequence[int], scale: float) -> Solid | None:
-    """Return a closed piece of a body as a solid, points times `scale`; None if it is open.
+    """Return a closed piece of a body as a solid, points times `scale`.
 
-    A piece that bounds a cavity, which faces inward, makes the solid that fills it.
+    A piece that bounds a cavity, which faces inward, makes the solid that fills it. None if the
+    faces cannot be made, are not sewn to one shell without free edges, or the solid's volume
+    differs from the piece's by more than `VOLUME_TOL` of it.
     """
     from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeSolid, BRepBuilderAPI_Sewing
     from OCP.BRepLib import BRepLib
@@ -72,7 +77,11 @@ def solid_of(body: Faces, patches: Sequence[int], scale: float) -> Solid | None:
 
 
 def hollow_out(solid: Solid, cavity: Solid) -> Solid | None:
-    """Return a solid with a cavity; None if the cavity does not lie within it."""
+    """Return a solid with a cavity cut out; None if the cavity does not lie within it.
+
+    It does if the cut is one solid and has the volume of `solid` less that of `cavity`, to
+    `VOLUME_TOL`.
+    """
     from OCP.BRepAlgoAPI import BRepAlgoAPI_Cut
 
     cut = BRepAlgoAPI_Cut(solid.shape, cavity.shape)
@@ -86,7 +95,7 @@ def hollow_out(solid: Solid, cavity: Solid) -> Solid | None:
 
 
 def _trace(solid: Any, parts: Sequence[tuple[int, list[Any]]]) -> Solid:
-    """Return a solid whose faces are parts of patches."""
+    """Return the record of a solid; `parts` has the patches, and the faces that each became."""
     from OCP.collections import IndexedMap_TopoDS_Shape_TopTools_ShapeMapHasher
     from OCP.TopoDS import TopoDS
 
@@ -97,7 +106,7 @@ def _trace(solid: Any, parts: Sequence[tuple[int, list[Any]]]) -> Solid:
 
 
 def volume_of(shape: Any) -> float:
-    """Return the volume of a shape, to about 1e-9."""
+    """Return the signed volume of a shape, to about 1e-9 of it; negative if it faces inward."""
     from OCP.BRepGProp import BRepGProp
     from OCP.GProp import GProp_GProps
 
@@ -107,21 +116,59 @@ def volume_of(shape: Any) -> float:
 
 
 def faces_of(patch: NurbsSurface, loops: Sequence[Sequence[NurbsCurve]] | None) -> list[Any]:
-    """Return the TopoDS_Face of a patch; an untrimmed closed one becomes two halves."""
+    """Return a patch, cut out by its loops if it has any, as TopoDS_Face of OpenCASCADE.
+
+    A parallelogram becomes a plane face; an untrimmed patch whose opposite sides meet becomes two
+    halves, or four. Outer loops run anticlockwise afterwards.
+    """
     from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeFace
+    from OCP.BRepLib import BRepLib
+    from OCP.gp import gp_Ax3, gp_Dir, gp_Pln, gp_Pnt
+    from OCP.ShapeFix import ShapeFix_Face
 
     net = patch.control_points
+    is_flat = False
     if patch.degrees == (1, 1) and patch.weights is None and net.shape[:2] == (2, 2):
         miss = net[0, 0] + net[1, 1] - net[0, 1] - net[1, 0]
-        if np.abs(miss).max() <= FLAT_TOL * np.ptp(net, axis=(0, 1)).max():
-            return [_plane_face(patch, loops)]
-    if loops is None:
+        is_flat = bool(np.abs(miss).max() <= FLAT_TOL * np.ptp(net, axis=(0, 1)).max())
+    if loops is None and not is_flat:
         return [BRepBuilderAPI_MakeFace(_surface(half), FINEST).Face() for half in _halves(patch)]
-    return [_trimmed_face(_surface(patch), loops)]
+    if is_flat:
+        (u, u1), (v, v1) = patch.domain
+        if not loops:
+            corners = [(u, v), (u1, v), (u1, v1), (u, v1), (u, v)]
+            loops = [[NurbsCurve(1, [0.0, 0.0, 1.0, 1.0], np.array(p)) for p in pairwise(corners)]]
+        first = patch.derivatives(np.array([[u, v]]), 1)[0]
+        origin, du, dv = first[0, 0], first[1, 0], first[0, 1]
+        normal = gp_Dir(*np.cross(du, dv).tolist())
+        surface = gp_Pln(gp_Ax3(gp_Pnt(*origin.tolist()), normal, gp_Dir(*du.tolist())))
+        # p-curves are lifted into space
+        wires = []
+        for loop in loops:
+            edges = []
+            for c in loop:
+                uv = c.control_points
+                points = origin + (uv[:, :1] - u) * du + (uv[:, 1:2] - v) * dv
+                edges.append(_edge(_curve(NurbsCurve(c.degree, c.knots, points, c.weights))))
+            wires.append(_wire(edges))
+    else:
+        surface = _surface(patch)
+        wires = [_wire([_edge(_curve(c, 2), surface) for c in loop]) for loop in loops or ()]
+    face = BRepBuilderAPI_MakeFace(surface, wires[0], True)
+    for wire in wires[1:]:
+        face.Add(wire)
+    if not is_flat:
+        BRepLib.BuildCurves3d_s(face.Face(), FINEST)
+    fix = ShapeFix_Face(face.Face())
+    fix.FixOrientation()
+    return [fix.Face()]
 
 
 def _halves(patch: NurbsSurface) -> list[NurbsSurface]:
-    """Return the halves of a patch whose sides meet: faces without seams."""
+    """Return a patch cut in two in each direction whose sides meet, so that none has a seam.
+
+    Sides meet if their control points differ by at most `SEAM_TOL` of the size.
+    """
     for axis, ((a, b), other) in enumerate(zip(patch.domain, patch.domain[::-1], strict=True)):
         sides = [patch.isocurve(**{"uv"[axis]: end}).control_points for end in (a, b)]
         if np.abs(sides[0] - sides[1]).max() <= SEAM_TOL * np.ptp(patch.bounds(), axis=0).max():
@@ -131,58 +178,11 @@ def _halves(patch: NurbsSurface) -> list[NurbsSurface]:
     return [patch]
 
 
-def _plane_face(patch: NurbsSurface, loops: Sequence[Sequence[NurbsCurve]] | None) -> Any:
-    """Return the plane face of a parallelogram, its loops, or its border, lifted into space."""
-    from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeFace
-    from OCP.gp import gp_Ax3, gp_Dir, gp_Pln, gp_Pnt
-
-    (u, u1), (v, v1) = patch.domain
-    if not loops:
-        corners = [(u, v), (u1, v), (u1, v1), (u, v1), (u, v)]
-        ends = map(np.array, pairwise(corners))
-        loops = [[NurbsCurve(1, [0.0, 0.0, 1.0, 1.0], pair) for pair in ends]]
-    first = patch.derivatives(np.array([[u, v]]), 1)[0]
-    origin, du, dv = first[0, 0], first[1, 0], first[0, 1]
-    axes = gp_Ax3(
-        gp_Pnt(*origin.tolist()), gp_Dir(*np.cross(du, dv).tolist()), gp_Dir(*du.tolist())
-    )
-    wires = []
-    for loop in loops:
-        edges = []
-        for c in loop:
-            net = origin + (c.control_points[:, :1] - u) * du + (c.control_points[:, 1:2] - v) * dv
-            edges.append(_edge(_curve(NurbsCurve(c.degree, c.knots, net, c.weights))))
-        wires.append(_wire(edges))
-    face = BRepBuilderAPI_MakeFace(gp_Pln(axes), wires[0], True)
-    for wire in wires[1:]:
-        face.Add(wire)
-    return _oriented_face(face.Face())
-
-
-def _trimmed_face(surface: Any, loops: Sequence[Sequence[NurbsCurve]]) -> Any:
-    """Return a face cut out by p-curves."""
-    from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeFace
-    from OCP.BRepLib import BRepLib
-
-    wires = [_wire([_edge(_curve(c, 2), surface) for c in loop]) for loop in loops]
-    face = BRepBuilderAPI_MakeFace(surface, wires[0], True)
-    for wire in wires[1:]:
-        face.Add(wire)
-    BRepLib.BuildCurves3d_s(face.Face(), FINEST)
-    return _oriented_face(face.Face())
-
-
-def _oriented_face(face: Any) -> Any:
-    """Return a face whose loops have the right sense: the outer one anticlockwise."""
-    from OCP.ShapeFix import ShapeFix_Face
-
-    fix = ShapeFix_Face(face)
-    fix.FixOrientation()
-    return fix.Face()
-
-
 def _edge(curve: Any, *surface: Any) -> Any:
-    """Return an edge whose ends coincide with others within the tolerance of loops of p-curves."""
+    """Return an edge along a curve in space, or along a p-curve of `surface`.
+
+    Its ends coincide with others within `VERTEX_TOL`, as loops of p-curves need it.
+    """
     from OCP.BRep import BRep_Builder
     from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeEdge
     from OCP.TopoDS import TopoDS
@@ -203,6 +203,7 @@ def _wire(edges: Sequence[Any]) -> Any:
 
 
 def _knots(values: FloatArray) -> tuple[Any, Any]:
+    """Return the different knots and their multiplicities, as arrays of OpenCASCADE."""
     from OCP.collections import Array1_double, Array1_int
 
     breaks, counts = np.unique(values, return_counts=True)
@@ -214,7 +215,7 @@ def _knots(values: FloatArray) -> tuple[Any, Any]:
 
 
 def _curve(curve: NurbsCurve, dimension: int = 3) -> Any:
-    """Return a Geom_BSplineCurve, or a Geom2d_BSplineCurve of a p-curve (third coordinate 0)."""
+    """Return a Geom_BSplineCurve, or for `dimension` 2 the Geom2d_BSplineCurve of a p-curve."""
     from OCP.collections import Array1_double, Array1_gp_Pnt, Array1_gp_Pnt2d
     from OCP.Geom import Geom_BSplineCurve
     from OCP.Geom2d import Geom2d_BSplineCurve

@@ -9,6 +9,7 @@ from typing import NamedTuple
 from contiga.errors import FileError
 from contiga.io.cad.assemble import warn
 from contiga.io.cad.cad_numbers import check_numbers
+from contiga.io.cad.formats import IGES_SUFFIXES
 from contiga.io.cad.occ_parts import Piece, new_document, pieces_of
 
 _UNCERTAINTY = re.compile(
@@ -31,19 +32,28 @@ class Transfer(NamedTuple):
 
 
 def transfer_file(path: Path) -> Transfer:
-    """Return the pieces of a STEP or IGES file, in millimetres.
+    """Return the pieces of a STEP or IGES file, in millimetres, with its unit and accuracy.
 
     Raises
     ------
     FileError
         The file does not match its suffix, or is damaged; a number is not finite.
+
+    Warns
+    -----
+    ContigaWarning
+        A STEP file has parts in several length units.
     """
     check_numbers(path)
-    is_iges = path.suffix.lower() in (".igs", ".iges")
+    is_iges = path.suffix.lower() in IGES_SUFFIXES
     return _transfer_iges(path) if is_iges else _transfer_step(path)
 
 
 def _transfer_step(path: Path) -> Transfer:
+    """Transfer a STEP file; its unit is the first it names, its accuracy the largest it states.
+
+    Several units give a warning. Another or a damaged file is a `FileError`.
+    """
     from OCP.collections import Sequence_TCollection_AsciiString
     from OCP.IFSelect import IFSelect_ReturnStatus
     from OCP.Interface import Interface_Static
@@ -77,6 +87,10 @@ def _transfer_step(path: Path) -> Transfer:
 
 
 def _transfer_iges(path: Path) -> Transfer:
+    """Transfer an IGES file; unit and accuracy are those of its global section.
+
+    Another or a damaged file is a `FileError`.
+    """
     from OCP.IFSelect import IFSelect_ReturnStatus
     from OCP.IGESCAFControl import IGESCAFControl_Reader
 

@@ -55,7 +55,10 @@ class PartLabel(NamedTuple):
 
     @property
     def all_names(self) -> list[str]:
-        """All names that select it; its path may be shortened from the left."""
+        """All names that select it, each once: its own, its paths shortened from the left, others.
+
+        A path joins the names of its instances by "/".
+        """
         paths = ["/".join(self.place[k:]) for k in range(len(self.place))]
         names = [] if self.name is None else [self.name]
         return list(dict.fromkeys([*names, *paths, *self.place, *self.aliases]))
@@ -67,7 +70,10 @@ class PartLabel(NamedTuple):
 
 
 def titled(name: str | None, place: str) -> str:
-    """Return the title of a part by name and place: "bolt (left arm/bolt 2)"."""
+    """Return name and place of a part: "bolt (left arm/bolt 2)".
+
+    If one of them is empty, or both are equal, it is one alone.
+    """
     if name is None or place in ("", name):
         return name or place
     return f"{name} ({place})"
@@ -132,6 +138,7 @@ def _nonempty(keys: list[Any], where: str) -> list[Any]:
 
 
 def _number(key: Any, where: str) -> int:
+    """Return a whole number from 1 as an int; anything else, True included, is refused."""
     try:
         number = index(key)
     except TypeError:
@@ -154,6 +161,7 @@ class Inventory(NamedTuple):
     numbers: list[int]
     """Number of the face in the file for each patch of `body`."""
     parts: list[PartLabel]
+    """All parts of the file."""
     apart: dict[int, Body]
     """Parts that share faces or edges with others, alone, by number."""
     message: str = ""
@@ -162,6 +170,9 @@ class Inventory(NamedTuple):
 
 def chosen_faces(parts: Sequence[PartLabel], choice: Choice, where: str) -> set[int]:
     """Return the numbers of the faces of the selected parts, and of single selected faces.
+
+    A name selects all parts that have it, in any case if none has it exactly. Of a file without
+    faces nothing is selected, whatever the choice.
 
     Raises
     ------

@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager, suppress
+from collections.abc import Callable
+from contextlib import suppress
 from functools import lru_cache
 from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from contiga.errors import ContigaWarning
-from contiga.io.cad.formats import PACKAGES, READERS, cache_prefix
+from contiga.io.cad.formats import FORMATS, cache_prefix
 from contiga.io.worker import outcome_in_worker
 
 if TYPE_CHECKING:
@@ -26,7 +26,7 @@ def _disk_cache(file: Path, *sources: Path) -> DiskCache:
     # The reader is not imported for its stamp; numba is, while a worker loads a reader.
     from contiga.arrays.disk_cache import DiskCache
 
-    module = Path(__file__).with_name(f"{READERS[file.suffix.lower()]}.py")
+    module = Path(__file__).with_name(f"{FORMATS[file.suffix.lower()].reader}.py")
     return DiskCache(cache_prefix(file), module, _CHECKS, *sources)
 
 
@@ -37,12 +37,16 @@ def read_cached(
     needs: str,
     check: Callable[[Any], None],
 ) -> Any:
-    """Return the result of `read_in_worker` for a file, cached by the file's bytes.
+    """Return the result of `read_in_worker` for a file, cached on disk by the file's bytes.
+
+    A result is cached with its warnings; errors are not, nor is that of a file which is rewritten
+    in the meantime. The cache also depends on the path, `args`, the sources of the reader and the
+    version of its package.
 
     Parameters
     ----------
     target, file, args, needs : as for `read_in_worker`
-    check : called with a new result; a result that it refuses is not cached
+    check : called with a new result, not with a cached one; what it refuses is not cached
 
     Raises
     ------
@@ -77,9 +81,10 @@ def _warn(messages: list[str]) -> None:
 
 
 def cached_answer(file: Path, request: str, source: str, make: Callable[[], T]) -> T:
-    """Return the answer of `make`, or the cached one for the same bytes.
+    """Return the answer of `make`, or the one cached on disk for the same bytes of a file.
 
-    An answer with warnings is not cached.
+    An answer with warnings is not cached, nor is None, or that about a file which is rewritten in
+    the meantime. Warnings of contiga are issued when `make` has ended, also by an error.
 
     Parameters
     ----------
@@ -97,34 +102,25 @@ def cached_answer(file: Path, request: str, source: str, make: Callable[[], T]) 
         cache, prefix = _disk_cache(file, Path(source)), cache_prefix(file)
     except OSError:  # reported when the file is read
         return make()
-    key, messages = _key(request, file, ()), list[str]()
+    key = _key(request, file, ())
     answer: T | None = cache.get(key)
     if answer is not None:
         return answer
-    try:
-        with _collect_warnings(messages):
-            answer = make()
-    finally:
-        for text in messages:
-            warnings.warn(text, ContigaWarning, stacklevel=3)
-    if not messages and cache_prefix(file) == prefix:
-        cache.put(key, answer)
-    return answer
-
-
-@contextmanager
-def _collect_warnings(messages: list[str]) -> Iterator[None]:
-    """Collect contiga's warnings raised inside in `messages`; issue others afterwards."""
+    has_warnings = False
     try:
         with warnings.catch_warnings(record=True) as records:
             warnings.simplefilter("always", ContigaWarning)
-            yield
+            answer = make()
     finally:
         for item in records:
             if issubclass(item.category, ContigaWarning):
-                messages.append(str(item.message))
+                has_warnings = True
+                warnings.warn(str(item.message), ContigaWarning, stacklevel=3)
             else:
                 warnings.warn_explicit(item.message, item.category, item.filename, item.lineno)
+    if not has_warnings and cache_prefix(file) == prefix:
+        cache.put(key, answer)
+    return answer
 
 
 def _key(request: str, file: Path, args: tuple[object, ...]) -> str:
@@ -134,9 +130,12 @@ def _key(request: str, file: Path, args: tuple[object, ...]) -> str:
 
 @lru_cache(maxsize=8)
 def _package_stamp(suffix: str) -> str:
-    """Return a text that identifies the version of the package that reads a format."""
+    """Return a text of path and time of the packages that read a suffix; "" without any installed.
+
+    It changes with their version.
+    """
     stamps = []
-    for name in PACKAGES[suffix]:
+    for name in FORMATS[suffix].packages:
         with suppress(ImportError):  # reported when the file is read
             spec = find_spec(name)
             if spec is not None and spec.origin is not None:

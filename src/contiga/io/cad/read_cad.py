@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 from contiga.errors import ContigaWarning, FileError
 from contiga.extras import require
-from contiga.io.cad.formats import PACKAGES, SUFFIXES, reader
+from contiga.io.cad.formats import FORMATS, SUFFIXES, reader
 from contiga.io.cad.parts import Solids, checked_solids, choice_of
 from contiga.io.cad.read_cache import read_cached
 from contiga.io.naming import PartKeys
@@ -24,8 +24,7 @@ _BODY = "contiga.masters.body"
 MAX_COORDINATE = 1e100
 """Largest coordinate that is read."""
 MIN_SPLINE_DEGREE = 3
-"""Smallest degree of faces that are checked for self-intersection: lower ones are arcs and lines.
-"""
+"""Smallest degree of patches that are checked for self-intersection: lower ones are arcs, lines."""
 
 
 def read_cad(
@@ -127,7 +126,7 @@ def reader_of(file: Path, verb: str, file_unit: str | None, unit: str | None) ->
         raise FileError(f"cannot be read ({error.strerror})", where=str(file)) from error
     if not head:
         raise FileError("the file is empty", where=str(file))
-    require(f"reading {suffix} files", *PACKAGES[suffix])
+    require(f"reading {suffix} files", *FORMATS[suffix].packages)
     return reader(suffix, verb)
 
 
@@ -137,7 +136,8 @@ def check_body(body: Body, file: Path) -> None:
     Raises
     ------
     FileError
-        The square of a control point overflows; a spline intersects itself.
+        A coordinate of a control point exceeds `MAX_COORDINATE`, or a patch of degree
+        `MIN_SPLINE_DEGREE` or more crosses itself or another one of its piece.
     """
     from contiga.geometry.piece import piece_of
 
@@ -169,12 +169,18 @@ def check_body(body: Body, file: Path) -> None:
 
 
 def check_joints(body: Body, file: Path, solids: Solids | None = None) -> None:
-    """Warn of slits in and between pieces; refuse pieces that meet if `solids` is "refuse".
+    """Warn of gaps at joints and of solids that nearly touch; refuse those that meet on request.
 
     Raises
     ------
     FileError
-        Pieces meet, and `solids` is "refuse".
+        Pieces of the body meet, and `solids` is "refuse".
+
+    Warns
+    -----
+    ContigaWarning
+        An edge of several faces has a gap above rounding; pieces are apart by less than
+        `contiga.io.cad.near_solids.SLIT_TOL` of their size.
     """
     from contiga.geometry.slits import ROUNDING
     from contiga.io.cad.near_solids import slits_between

@@ -42,7 +42,11 @@ class RenderMesh(NamedTuple):
 
 
 def render_mesh(face: Any) -> RenderMesh | None:
-    """Return the stored render mesh of a rhino3dm.BrepFace; None if there is none."""
+    """Return the stored render mesh of a rhino3dm.BrepFace; None if there is none, or an empty one.
+
+    Quadrilaterals become two triangles; a triangle there has its last corner twice and gives a
+    second one without area.
+    """
     import rhino3dm
 
     mesh = face.GetMesh(rhino3dm.MeshType.Render)
@@ -55,7 +59,11 @@ def render_mesh(face: Any) -> RenderMesh | None:
 
 
 def find_mismatches(body: Body, meshes: list[RenderMesh | None]) -> Iterator[tuple[int, str]]:
-    """Yield the patches of `body` that differ from their render mesh, and the difference."""
+    """Yield the patches of `body` that differ from their render mesh, and the difference in words.
+
+    They differ by more than `AREA_TOL` in area or `DISTANCE_TOL` in place. `meshes` are by patch;
+    patches without a mesh, or with one without area, are not compared.
+    """
     if not any(meshes):
         return
     areas = patch_areas(body, 1e-3)
@@ -74,7 +82,10 @@ def find_mismatches(body: Body, meshes: list[RenderMesh | None]) -> Iterator[tup
 
 
 def _largest_distance(body: Body, k: int, mesh: RenderMesh) -> float:
-    """Return the largest distance of some of the vertices from patch `k` with its trims."""
+    """Return the largest distance of up to `MAX_VERTICES` vertices from patch `k` with its trims.
+
+    Of a vertex whose foot is outside the trims it is that to the nearest border, if farther.
+    """
     used = np.unique(mesh.triangles)
     used = used[np.linspace(0, len(used) - 1, min(MAX_VERTICES, len(used))).astype(int)]
     points = mesh.vertices[used]

@@ -85,7 +85,14 @@ def read_rhino(
     Raises
     ------
     FileError
-        Not a 3DM file, or one without surfaces.
+        Not a 3DM file, one without surfaces, or with one that cannot be converted; objects meet,
+        and `solids` is "refuse".
+
+    Warns
+    -----
+    ContigaWarning
+        Objects that are no surfaces, and faces without extent, are left out; a face is kept whole,
+        or differs from its render mesh; objects that meet were united or kept.
     """
     inventory = _Model(path, file_unit, unit).inventory(choice, solids)
     if inventory.message:
@@ -96,12 +103,16 @@ def read_rhino(
 def list_rhino(
     path: Path, file_unit: str | None, unit: str | None, solids: Solids | None = None
 ) -> Inventory:
-    """Return the inventory of a 3DM file."""
+    """Return the inventory of a 3DM file; objects that meet are in its message."""
     return _Model(path, file_unit, unit).inventory(ALL, solids)
 
 
 class _Model:
-    """A file of rhino3dm, to be converted in whole or in part."""
+    """A file of rhino3dm, to be converted in whole or in part.
+
+    A file that is not 3DM, or is damaged, is a `FileError`. Lengths are scaled from `file_unit`,
+    else the file's own, to `unit`; if one is missing they stay.
+    """
 
     def __init__(self, path: Path, file_unit: str | None, unit: str | None) -> None:
         import rhino3dm
@@ -123,18 +134,29 @@ class _Model:
         self._items = _items(model, path)
 
     def inventory(self, choice: Choice, solids: Solids | None) -> Inventory:
-        """Return the selection as a body; objects that meet are treated as requested."""
+        """Return the selection as a body with the labels of all objects; see `Inventory`.
+
+        Objects that meet are treated as `solids` says, and are in `apart`, each by itself.
+        """
+        import rhino3dm
+
         labels = [item.label for item in self._items]
         chosen = chosen_faces(labels, choice, str(self._path))
         bodies: dict[int, Body] = {}
         pieces: list[IndexArray] = []
         numbers: list[int] = []
         owner: list[int] = []
+        scale = np.diag([self._scale, self._scale, self._scale, 1.0])
         for k, item in enumerate(self._items):
             is_chosen = [face.number in chosen for face in item.label.faces]
-            body, faces = self._body(item, is_chosen) if any(is_chosen) else (None, [])
+            if not any(is_chosen):
+                continue
+            faces, body = [0], None
+            if isinstance(item.geometry, rhino3dm.NurbsSurface):
+                body = Body(surface_from(item.geometry))
+            else:
+                body, faces = _brep(item, is_chosen, self._tolerance, str(self._path))
             if body is not None:
-                scale = np.diag([self._scale, self._scale, self._scale, 1.0])
                 bodies[k] = body.transformed(scale @ item.matrix)
                 pieces += [len(owner) + piece for piece in bodies[k].pieces]
                 numbers += [item.label.faces[face].number for face in faces]
@@ -154,23 +176,14 @@ class _Model:
         origin = [numbers[k] for k in union.origin]
         return Inventory(union.body, origin, labels, apart, union.message)
 
-    def _body(self, item: _Item, is_chosen: list[bool]) -> tuple[Body | None, list[int]]:
-        """Return the chosen faces of an object, unplaced, and the rows of those with area."""
-        import rhino3dm
-
-        if isinstance(item.geometry, rhino3dm.NurbsSurface):
-            return Body(surface_from(item.geometry)), [0]
-        body, rows = _brep(item, is_chosen, self._tolerance, str(self._path))
-        if body is not None:
-            meshes = [render_mesh(item.geometry.Faces[i]) for i in rows]
-            for k, difference in find_mismatches(body, meshes):
-                number = item.label.faces[rows[k]].number
-                warn(f"{self._path}, face {number} is in doubt: {difference}")
-        return body, rows
-
 
 def _items(model: Any, path: Path) -> list[_Item]:
-    """Return the objects with faces; instances are resolved to their definitions."""
+    """Return the objects with faces in the file's order, as Breps or NURBS surfaces.
+
+    Objects of a definition are there for each instance that places them, and only so; instances
+    nested deeper than `MAX_DEPTH` are left out. Objects that are no surfaces are left out with one
+    warning of their types.
+    """
     import rhino3dm
 
     by_id = {str(item.Attributes.Id): item for item in model.Objects}
@@ -207,9 +220,10 @@ def _items(model: Any, path: Path) -> list[_Item]:
 def _label(
     model: Any, item: Any, shape: Any, place: tuple[str, ...], items: list[_Item]
 ) -> PartLabel:
-    """Return the label of an object: its name or layer, and other names that select it.
+    """Return the label of an object; its layer and those above it are other names that select it.
 
-    `items` are the objects before it.
+    The colour is its own, or that of its layer. `items` are the objects before it, after which it
+    and its faces are numbered; `shape` is a Brep or a surface.
     """
     import rhino3dm
 
@@ -230,7 +244,10 @@ def _label(
 
 
 def surface_from(surface: Any) -> NurbsSurface:
-    """Convert a rhino3dm.NurbsSurface; it lacks the end knots, and its points are (wx, …, w)."""
+    """Return a rhino3dm.NurbsSurface, which lacks the end knots and has points (wx, wy, wz, w).
+
+    An error in it is a `GeometryError`; weights are kept if it says that it is rational.
+    """
     points = surface.Points
     n, m = points.CountU, points.CountV
     net = np.empty((n, m, 4))
@@ -245,7 +262,7 @@ def surface_from(surface: Any) -> NurbsSurface:
 
 
 def curve_from(curve: Any) -> NurbsCurve:
-    """Convert a rhino3dm.NurbsCurve."""
+    """Return a rhino3dm.NurbsCurve, as `surface_from` a surface."""
     net = np.array(
         [(p.X, p.Y, p.Z, p.W) for p in (curve.Points[i] for i in range(len(curve.Points)))]
     )
@@ -254,6 +271,7 @@ def curve_from(curve: Any) -> NurbsCurve:
 
 
 def _full_knots(knots: Any) -> FloatArray:
+    """Return the knots of rhino3dm with the first and the last one once more."""
     inner = np.array([knots[i] for i in range(len(knots))], dtype=np.float64)
     return np.concatenate([inner[:1], inner, inner[-1:]])
 
@@ -261,7 +279,12 @@ def _full_knots(knots: Any) -> FloatArray:
 def _brep(
     item: _Item, is_chosen: list[bool], tolerance: float, where: str
 ) -> tuple[Body | None, list[int]]:
-    """Return the chosen faces of a Brep as a body, and the rows of those with area."""
+    """Return the chosen faces of a Brep as a body, unplaced, and the indices of those with area.
+
+    The body is None if none has any. Faces whose trims are the sides of their surface become whole
+    patches; edges of others are projected onto the surface. A face that differs from its render
+    mesh gives a warning.
+    """
     brep = item.geometry
     curves = [
         _convert(f"{where}, edge {i}", curve_from, brep.Edges[i].ToNurbsCurve())
@@ -286,11 +309,14 @@ def _brep(
             rows.append(i)
     if not rows:
         return None, rows
-    return assembly.body("brep", lambda number: Edge(curves[number], tolerance), None), rows
+    body = assembly.body("brep", lambda number: Edge(curves[number], tolerance), None)
+    for k, difference in find_mismatches(body, [render_mesh(brep.Faces[i]) for i in rows]):
+        warn(f"{where}, face {item.label.faces[rows[k]].number} is in doubt: {difference}")
+    return body, rows
 
 
 def _convert(label: str, converter: Callable[[Any], _Converted], geometry: Any) -> _Converted:
-    """Convert a curve or surface; errors have its label and a remedy."""
+    """Return `converter(geometry)`; its `GeometryError` becomes a `FileError` at `label`."""
     try:
         return converter(geometry)
     except GeometryError as error:
@@ -300,7 +326,11 @@ def _convert(label: str, converter: Callable[[Any], _Converted], geometry: Any) 
 def _natural_sides(
     surface: NurbsSurface, loops: list[list[Trim]], curves: list[NurbsCurve], tolerance: float
 ) -> tuple[Loop, Sides] | None:
-    """Return the four sides of a surface as a loop if they are the trims, else None."""
+    """Return the four sides of a surface as a loop if one loop of four trims runs along them.
+
+    Its first trim may be any of the sides; a trim may be `tolerance`, or 1e-9 of the size, off
+    its side. None for other loops.
+    """
     if len(loops) != 1 or len(loops[0]) != 4:
         return None
     size = float(np.ptp(surface.bounds(), axis=0).max())
@@ -326,7 +356,11 @@ def _natural_sides(
 def _runs_along(
     side: NurbsCurve, against: bool, trim: Trim, curves: list[NurbsCurve], near: float
 ) -> bool:
-    """Return whether a trim runs along a natural side (or both are one point)."""
+    """Return whether a trim runs along a natural side, against its parameter if `against`.
+
+    At a pole the side must be one point. Else the ends must meet within `near`, in each coordinate,
+    and `N_SAMPLES` points of the edge lie within it of the sampled side, plus its sagitta.
+    """
     fine = side.evaluate(np.linspace(*side.domain, 8 * N_SAMPLES + 1))
     if trim.edge < 0:
         return bool(np.ptp(fine, axis=0).max() <= near)

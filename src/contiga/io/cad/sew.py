@@ -30,13 +30,19 @@ FINEST = 1e-7
 class SewnEdges:
     """Numbers of the edges of a shape, coinciding edges alike, and faces to be reversed.
 
+    Edges of one face alone coincide if they are apart by at most `COINCIDENT` of the whole size,
+    `FINEST` at least.
+
     Parameters
     ----------
     shape : TopoDS_Shape, left as it is
     """
 
     def __init__(self, shape: Any) -> None:
+        from OCP.Bnd import Bnd_Box
         from OCP.BRep import BRep_Tool
+        from OCP.BRepBndLib import BRepBndLib
+        from OCP.BRepBuilderAPI import BRepBuilderAPI_Sewing
         from OCP.collections import IndexedMap_TopoDS_Shape_TopTools_ShapeMapHasher
         from OCP.TopoDS import TopoDS
 
@@ -53,12 +59,20 @@ class SewnEdges:
         uses = Counter(self._number(e) for e in edges if not BRep_Tool.Degenerated_s(e))
         # Only an edge of one face alone may coincide with another edge.
         if 1 in uses.values():
-            sewing = _sew(shape)
+            box = Bnd_Box()
+            BRepBndLib.Add_s(shape, box)
+            size = 0.0 if box.IsVoid() else box.CornerMin().Distance(box.CornerMax())
+            sewing = BRepBuilderAPI_Sewing(max(FINEST, COINCIDENT * size))
+            sewing.Add(shape)
+            sewing.Perform()
             self._join_edges(shape, sewing)
             self._orient_faces(shape, sewing)
 
     def number_of(self, edge: Any) -> tuple[int, bool]:
-        """Return the number of a TopoDS_Edge, and whether it runs against that number's edge."""
+        """Return the number of a TopoDS_Edge, and whether it runs against that number's edge.
+
+        An edge that is not in the shape gets a new number.
+        """
         number = self._number(edge)
         return self._leaders.get(number, (number, False))
 
@@ -77,12 +91,11 @@ class SewnEdges:
         return int(self._numbers.Add(shape))
 
     def _join_edges(self, shape: Any, sewing: Any) -> None:
-        """Find, for each joined edge, the edge that represents it.
+        """Fill `_leaders`: for each edge the edge that represents it, and its sense.
 
         An edge that meets several edges one after the other is cut by the sewing; here it stays
-        whole and shares its number with all of them. Independent of the order of the file, the
-        edge that runs along all the others represents them; if there is none (two halves of a
-        circle on three thirds), the edge that they make together does.
+        whole and shares its number with all of them, and edges joined to it. Pieces shorter than
+        `MIN_OVERLAP` of the shortest of their edges join nothing; they are noted in `_touching`.
         """
         from OCP.TopAbs import TopAbs_Orientation
 
@@ -120,7 +133,12 @@ class SewnEdges:
                 self._choose_leader(group, pieces)
 
     def _choose_leader(self, group: list[int], pieces: dict[int, dict[int, Any]]) -> None:
-        """Make one edge that runs along a group of joined edges represent them."""
+        """Write into `_leaders` one edge that represents a group of joined edges.
+
+        It is the current one if no other is longer by more than `CUT_TOL`, else the longest one; if
+        that does not run along all the others (two halves of a circle on three thirds), it is the
+        edge that their pieces make end to end, if they make one.
+        """
         parts = {number: part for edge in group for number, part in pieces[edge].items()}
         part_lengths = {number: _length(part) for number, part in parts.items()}
         lengths = {edge: sum(part_lengths[number] for number in pieces[edge]) for edge in group}
@@ -146,7 +164,7 @@ class SewnEdges:
         return edge, against
 
     def _orient_faces(self, shape: Any, sewing: Any) -> None:
-        """Find the faces that must swap their sides to agree with their neighbours.
+        """Add to `_reversed_faces` those that must swap their sides to agree with their neighbours.
 
         Faces are joined over edges that two of them share. A connected piece that is closed faces
         outward. A piece that is open, or lies within a closed one, keeps the orientation of its
@@ -196,7 +214,10 @@ class SewnEdges:
         }
 
     def _coincident_edges(self, numbers: list[int]) -> set[int]:
-        """Return the edges that coincide with another of them between the same corners."""
+        """Return the numbers of edges that coincide with another of them between the same corners.
+
+        They do if their middles are no farther apart than the sum of their tolerances.
+        """
         from OCP.BRep import BRep_Tool
         from OCP.BRepAdaptor import BRepAdaptor_Curve
 
@@ -220,7 +241,10 @@ class SewnEdges:
 
 
 def _make_solid(faces: list[Any]) -> Any:
-    """Build the solid that a closed surface bounds; `faces` agree, and face outward in it."""
+    """Return the solid that a closed surface bounds, with its faces outward.
+
+    `faces` must agree in their sides; if they face inward, all are reversed in the solid.
+    """
     from OCP.BRep import BRep_Builder
     from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeSolid
     from OCP.BRepLib import BRepLib
@@ -236,7 +260,10 @@ def _make_solid(faces: list[Any]) -> Any:
 
 
 def _contains(solid: Any, other: Any) -> bool:
-    """Return whether a solid contains another, by their boxes and by a corner of the other."""
+    """Return whether the box of a solid contains that of another one, and the solid a corner of it.
+
+    One corner of the other is tried, its first vertex; one on a face of the solid is not within.
+    """
     from OCP.BRep import BRep_Tool
     from OCP.BRepClass3d import BRepClass3d_SolidClassifier
     from OCP.TopAbs import TopAbs_State
@@ -251,7 +278,10 @@ def _contains(solid: Any, other: Any) -> bool:
 
 
 def box_of(shape: Any) -> FloatArray:
-    """Return the corners (2, 3) of the box around a shape."""
+    """Return the corners, low and high (2, 3), of OpenCASCADE's box around a shape.
+
+    The box contains the shape with its tolerances; it may be larger.
+    """
     from OCP.Bnd import Bnd_Box
     from OCP.BRepBndLib import BRepBndLib
 
@@ -270,7 +300,10 @@ def _length(edge: Any) -> float:
 
 
 def _chain_edges(parts: list[Any]) -> Any | None:
-    """Return one edge along edges that meet end to end; None if they do not."""
+    """Return one edge along edges that meet end to end, in any order; None if they do not.
+
+    Ends may be apart by twice the largest tolerance of the edges.
+    """
     from OCP.BRep import BRep_Builder, BRep_Tool
     from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeEdge
     from OCP.Geom import Geom_TrimmedCurve
@@ -297,7 +330,10 @@ def _chain_edges(parts: list[Any]) -> Any | None:
 
 
 def _is_same_direction(edge: Any, chain: Any) -> bool:
-    """Return whether an edge runs in the direction of another edge that it lies on."""
+    """Return whether the curve of an edge runs in the direction of that of `chain`, at its middle.
+
+    The edge must lie on the chain; orientations of the two do not count.
+    """
     from OCP.BRep import BRep_Tool
     from OCP.GeomAPI import GeomAPI_ProjectPointOnCurve
     from OCP.gp import gp_Pnt, gp_Vec
@@ -312,7 +348,10 @@ def _is_same_direction(edge: Any, chain: Any) -> bool:
 
 
 def subshapes(shape: Any, kind: str) -> list[Any]:
-    """Return the subshapes of a kind ("SOLID", "SHELL", "FACE", "EDGE"), in order."""
+    """Return the subshapes of a kind ("SOLID", "SHELL", "FACE", "EDGE", "VERTEX"), in order.
+
+    One that is shared, such as an edge of two faces, is there for each use.
+    """
     from OCP.TopAbs import TopAbs_ShapeEnum
     from OCP.TopExp import TopExp_Explorer
 
@@ -332,17 +371,3 @@ def members(shape: Any) -> Iterator[Any]:
     while iterator.More():
         yield iterator.Value()
         iterator.Next()
-
-
-def _sew(shape: Any) -> Any:
-    from OCP.Bnd import Bnd_Box
-    from OCP.BRepBndLib import BRepBndLib
-    from OCP.BRepBuilderAPI import BRepBuilderAPI_Sewing
-
-    box = Bnd_Box()
-    BRepBndLib.Add_s(shape, box)
-    size = 0.0 if box.IsVoid() else box.CornerMin().Distance(box.CornerMax())
-    sewing = BRepBuilderAPI_Sewing(max(FINEST, COINCIDENT * size))
-    sewing.Add(shape)
-    sewing.Perform()
-    return sewing

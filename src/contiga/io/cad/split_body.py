@@ -22,7 +22,19 @@ from contiga.records import FloatArray
 
 
 def split(body: Body, plane: tuple[ArrayLike, ArrayLike]) -> tuple[Body, Body]:
-    """Cut a body by a plane (point, normal); see `Body.split`."""
+    """Return the parts of a body above and below a plane (point, normal); see `Body.split`.
+
+    A solid or a face of an open piece is above if its centroid is on the side of the normal.
+
+    Raises
+    ------
+    InputError
+        `plane` is not a finite point and a finite normal of some length.
+    GeometryError
+        All is on one side, or OpenCASCADE cannot split the body.
+    MissingPackageError
+        OpenCASCADE is not installed.
+    """
     try:
         point, normal = (np.asarray(real(part, "plane"), np.float64) for part in plane)
     except (TypeError, ValueError):
@@ -39,12 +51,21 @@ def split(body: Body, plane: tuple[ArrayLike, ArrayLike]) -> tuple[Body, Body]:
     normal = normal / length
     require("splitting a body by a plane", "OCP")
     scale = scale_of(body)
+    from OCP.BRepGProp import BRepGProp
+    from OCP.GProp import GProp_GProps
+
     with quiet():
-        parts = _split_shapes(body, point, normal, scale)
         above: list[Any] = []
         below: list[Any] = []
-        for part in parts:
-            is_above = normal @ (_centroid(part) / scale - point) > 0.0
+        for part in _split_shapes(body, point, normal, scale):
+            properties = GProp_GProps()
+            if subshapes(part, "SOLID"):
+                BRepGProp.VolumeProperties_s(part, properties)
+            else:
+                BRepGProp.SurfaceProperties_s(part, properties)
+            place = properties.CentreOfMass()
+            centroid = np.array([place.X(), place.Y(), place.Z()])
+            is_above = normal @ (centroid / scale - point) > 0.0
             (above if is_above else below).append(part)
         if not above or not below:
             extent = (body.bounds() - point) * normal
@@ -60,7 +81,11 @@ def split(body: Body, plane: tuple[ArrayLike, ArrayLike]) -> tuple[Body, Body]:
 
 
 def _split_shapes(body: Body, point: FloatArray, normal: FloatArray, scale: float) -> list[Any]:
-    """Return solids, and faces of open pieces, each on one side of the plane."""
+    """Return solids, and faces of open pieces, each on one side of the plane; lengths · `scale`.
+
+    The plane is a square with a half side of the body's size about the middle of its box. Failure
+    of OpenCASCADE is a `GeometryError`.
+    """
     from OCP.BRepAlgoAPI import BRepAlgoAPI_Splitter
     from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeFace
     from OCP.collections import List_TopoDS_Shape
@@ -99,22 +124,11 @@ def _split_shapes(body: Body, point: FloatArray, normal: FloatArray, scale: floa
     return parts
 
 
-def _centroid(part: Any) -> FloatArray:
-    """Return the centroid of a solid or of a face."""
-    from OCP.BRepGProp import BRepGProp
-    from OCP.GProp import GProp_GProps
-
-    properties = GProp_GProps()
-    if subshapes(part, "SOLID"):
-        BRepGProp.VolumeProperties_s(part, properties)
-    else:
-        BRepGProp.SurfaceProperties_s(part, properties)
-    centre = properties.CentreOfMass()
-    return np.array([centre.X(), centre.Y(), centre.Z()])
-
-
 def _join_parts(body: Body, parts: Sequence[Any], scale: float) -> Body:
-    """Join parts into one body with the name, unit and reference point of the whole."""
+    """Return parts as one body, lengths divided by `scale`, with coinciding edges joined.
+
+    It has the name, unit and reference point of `body`.
+    """
     from OCP.TopoDS import TopoDS
 
     compound = compound_of(parts)

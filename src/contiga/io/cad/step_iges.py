@@ -52,6 +52,7 @@ class RawFace(NamedTuple):
     """A face in OpenCASCADE's own parameters."""
 
     surface: Any
+    """Geom_Surface below any rectangular trimming."""
     loops: list[Loop]
     box: FloatArray
     """(2, 2) low and high (u, v)."""
@@ -81,7 +82,19 @@ def read_step_iges(
     choice: Choice = ALL,
     solids: Solids | None = None,
 ) -> Body:
-    """Return the faces of a STEP or IGES file as a body in `unit`; see `io.cad.read_cad`."""
+    """Return the faces of a STEP or IGES file as a body in `unit`; see `io.cad.read_cad`.
+
+    Raises
+    ------
+    FileError
+        The file is damaged or of another format, a number is not finite, a face has no NURBS form
+        or meets itself; solids meet, and `solids` is "refuse".
+
+    Warns
+    -----
+    ContigaWarning
+        Faces without extent, with open loops or approximated surfaces; solids that meet.
+    """
     with occ.quiet():
         return _Model(path, file_unit, unit, solids).body(choice)
 
@@ -89,13 +102,20 @@ def read_step_iges(
 def list_step_iges(
     path: Path, file_unit: str | None, unit: str | None, solids: Solids | None = None
 ) -> Inventory:
-    """Return the inventory of a STEP or IGES file."""
+    """Return the inventory of a STEP or IGES file; solids that meet are in its message.
+
+    Other warnings and errors are those of `read_step_iges`.
+    """
     with occ.quiet():
         return _Model(path, file_unit, unit, solids).inventory()
 
 
 class _Model:
-    """A file of OpenCASCADE, to be converted in whole or in part."""
+    """A file of OpenCASCADE, to be converted in whole or in part.
+
+    Lengths are scaled from `file_unit`, else the file's own, to `unit`; if one is missing they
+    stay.
+    """
 
     def __init__(
         self, path: Path, file_unit: str | None, unit: str | None, solids: Solids | None
@@ -135,9 +155,9 @@ class _Model:
         return Inventory(body, numbers, self._parts, apart, message)
 
     def _select_faces(self, choice: Choice) -> tuple[PlacedFaces, str]:
-        """Return the selected faces, and a message about solids that meet.
+        """Return the selected faces, and a message about solids that meet, "" if none do.
 
-        These solids are treated as requested.
+        These solids are united, kept or refused (`FileError`) as `solids` says.
         """
         chosen = chosen_faces(self._parts, choice, str(self._path))
         placed = place_faces(self._pieces, chosen, self._accuracy, self._solids)
@@ -153,7 +173,11 @@ class _Model:
         return [part for part in self._parts if part.faces[0].number in numbers]
 
     def _assemble(self, placed: PlacedFaces) -> tuple[Body, list[int], Assembly]:
-        """Return the faces as a body, the number in the file of each patch, and the assembly."""
+        """Return the faces as a body, the number in the file of each patch, and the assembly.
+
+        Edges are those of the file if all of it is there and no solids meet, else sewn anew. A body
+        of whole solids of which none meet is marked as such, so that it is not examined again.
+        """
         is_whole = len(placed.faces) == sum(len(piece.faces) for piece in self._pieces)
         edges = self._edges if is_whole and not placed.meetings else SewnEdges(placed.shape)
         assembly = Assembly(str(self._path))
@@ -168,7 +192,10 @@ class _Model:
 def gather(
     assembly: Assembly, faces: Sequence[Numbered], edges: SewnEdges, scale: float, where: str
 ) -> list[int]:
-    """Add faces, oriented by sewing; return the numbers of those with area."""
+    """Add faces to `assembly`, reversed if `edges` says so; return the numbers of those with area.
+
+    Warnings and errors are those of `add_face`; `where` and the number name a face in them.
+    """
     from OCP.TopoDS import TopoDS
 
     numbers = []
@@ -180,7 +207,11 @@ def gather(
 
 
 def edge_of(edges: SewnEdges, scale: float, accuracy: float, number: int) -> Edge | None:
-    """Return curve and tolerances of an edge by its number; None without a curve in space."""
+    """Return curve and tolerances of an edge by its number, times `scale`.
+
+    The curve is built from a p-curve if there is none in space; None if that fails. The corner
+    tolerance is that of its vertices, `accuracy` at least.
+    """
     from OCP.BRep import BRep_Tool
     from OCP.BRepLib import BRepLib
     from OCP.TopoDS import TopoDS
@@ -200,9 +231,20 @@ def edge_of(edges: SewnEdges, scale: float, accuracy: float, number: int) -> Edg
 
 
 def add_face(assembly: Assembly, face: Any, edges: SewnEdges, scale: float, where: str) -> bool:
-    """Convert a TopoDS_Face and add it if it has an area; `edges` numbers its edges.
+    """Convert a TopoDS_Face and add it if it has an area; return whether it has.
 
-    A face with an open loop is kept whole, with a warning.
+    `edges` numbers its edges, `scale` is a factor on lengths.
+
+    Raises
+    ------
+    FileError
+        The face meets itself on its axis, or OpenCASCADE cannot approximate its surface.
+
+    Warns
+    -----
+    ContigaWarning
+        The face is left out, because it has no extent; a loop is open by more than `OPEN_TOL` of
+        the face, which becomes the rectangle around its loops; its surface is approximated.
     """
     raw = _raw_face(face, edges)
     if raw is None or _is_thin(raw):
@@ -256,13 +298,18 @@ def add_face(assembly: Assembly, face: Any, edges: SewnEdges, scale: float, wher
 
 
 def _is_thin(raw: RawFace) -> bool:
-    """Return whether the loops of a face enclose a line or a point in (u, v)."""
+    """Return whether the box of a face is at most `THIN_TOL` as wide as long, in space."""
     extent = (raw.box[1] - raw.box[0]) * raw.speed
     return bool(extent.min() <= THIN_TOL * extent.max())
 
 
 def _raw_face(face: Any, edges: SewnEdges) -> RawFace | None:
-    """Return surface, ordered loops and bounds of a face; None without area."""
+    """Return surface, ordered loops and bounds of a face, in the sense of its surface.
+
+    Bounds are those of the loops, at most a period, or of the surface without loops; those beyond
+    the surface, or within `BOUNDS_TOL` of its bounds, become equal to these. None if the face has
+    no surface, or an infinite one without loops. Wires without p-curves are left out.
+    """
     from OCP.BRep import BRep_Tool
     from OCP.TopAbs import TopAbs_Orientation, TopAbs_ShapeEnum
     from OCP.TopoDS import TopoDS
@@ -280,43 +327,36 @@ def _raw_face(face: Any, edges: SewnEdges) -> RawFace | None:
             if pcurves:
                 loops.append(chain_pcurves(pcurves, periods))
     loops = align_loops(loops, periods)
-    box = _parameter_box(surface, loops, periods)
+    u0, u1, v0, v1 = surface.Bounds()
+    natural = np.array([[u0, v0], [u1, v1]])
+    natural[np.abs(natural) > 1e99] = np.inf
+    natural[0][np.isinf(natural[0])] = -np.inf
+    box = natural
+    if loops:
+        box = exact_box([pcurve for loop in loops for pcurve in loop])
+        is_periodic = periods > 0.0
+        box[0] = np.where(is_periodic, box[0], np.maximum(box[0], natural[0]))
+        box[1] = np.minimum(box[1], np.where(is_periodic, box[0] + periods, natural[1]))
+        # Bounds within rounding of the natural ones become equal to them: a pole has no hole.
+        near = BOUNDS_TOL * (box[1] - box[0])
+        box[0] = np.where(~is_periodic & (box[0] - natural[0] <= near), natural[0], box[0])
+        box[1] = np.where(~is_periodic & (natural[1] - box[1] <= near), natural[1], box[1])
     if not np.isfinite(box).all():
         return None
     is_reversed = face.Orientation() == TopAbs_Orientation.TopAbs_REVERSED
     return RawFace(surface, loops, box, occ.speed_of(surface, box), is_reversed)
 
 
-def _parameter_box(surface: Any, loops: list[Loop], periods: FloatArray) -> FloatArray:
-    """Return the parameter bounds (2, 2) of the loops, or of the surface without loops.
-
-    They lie within the natural bounds of the surface.
-    """
-    u0, u1, v0, v1 = surface.Bounds()
-    natural = np.array([[u0, v0], [u1, v1]])
-    natural[np.abs(natural) > 1e99] = np.inf
-    natural[0][np.isinf(natural[0])] = -np.inf
-    if not loops:
-        return natural
-    box = exact_box([pcurve for loop in loops for pcurve in loop])
-    is_periodic = periods > 0.0
-    box[0] = np.where(is_periodic, box[0], np.maximum(box[0], natural[0]))
-    box[1] = np.where(
-        is_periodic, np.minimum(box[1], box[0] + periods), np.minimum(box[1], natural[1])
-    )
-    # Bounds within rounding of the natural ones become equal to them, so that a pole has no hole.
-    near = BOUNDS_TOL * (box[1] - box[0])
-    box[0] = np.where(~is_periodic & (box[0] - natural[0] <= near), natural[0], box[0])
-    box[1] = np.where(~is_periodic & (natural[1] - box[1] <= near), natural[1], box[1])
-    return box
-
-
 def _pcurves(wire: Any, face: Any, edges: SewnEdges) -> Loop:
     """Return the p-curves of a wire, each in the wire's direction.
 
-    They are in order of connection, or as stored if the explorer cannot follow the wire.
+    They are in order of connection, or as stored if the explorer cannot follow the wire. Missing
+    ones are built by projection; edges without any, or without length, are left out. A p-curve at
+    a pole has number -1.
     """
+    from OCP.BRep import BRep_Tool
     from OCP.BRepTools import BRepTools_WireExplorer
+    from OCP.ShapeFix import ShapeFix_Edge
     from OCP.TopAbs import TopAbs_Orientation
     from OCP.TopoDS import TopoDS
 
@@ -327,28 +367,21 @@ def _pcurves(wire: Any, face: Any, edges: SewnEdges) -> Loop:
         explorer.Next()
     borders = (TopAbs_Orientation.TopAbs_FORWARD, TopAbs_Orientation.TopAbs_REVERSED)
     stored = [TopoDS.Edge(edge) for edge in members(wire) if edge.Orientation() in borders]
-    ordered = connected if len(connected) == len(stored) else stored
-    pcurves = [_pcurve(edge, face, edges) for edge in ordered]
-    return [pcurve for pcurve in pcurves if pcurve is not None]
-
-
-def _pcurve(edge: Any, face: Any, edges: SewnEdges) -> PCurve | None:
-    from OCP.BRep import BRep_Tool
-    from OCP.ShapeFix import ShapeFix_Edge
-    from OCP.TopAbs import TopAbs_Orientation
-
-    curve = BRep_Tool.CurveOnSurface_s(edge, face, 0.0, 0.0)
-    if curve is None:
-        ShapeFix_Edge().FixAddPCurve(edge, face, BRep_Tool.IsClosed_s(edge, face))
+    pcurves = []
+    for edge in connected if len(connected) == len(stored) else stored:
         curve = BRep_Tool.CurveOnSurface_s(edge, face, 0.0, 0.0)
         if curve is None:
-            return None
-    first, last = BRep_Tool.Range_s(edge, face)
-    if not first < last:
-        return None
-    image = occ.pcurve_from(curve, first, last)
-    is_reversed = edge.Orientation() == TopAbs_Orientation.TopAbs_REVERSED
-    number, against = (-1, False) if BRep_Tool.Degenerated_s(edge) else edges.number_of(edge)
-    tolerance = float(BRep_Tool.Tolerance_s(edge))
-    image = image.reversed() if is_reversed else image
-    return PCurve(image, number, is_reversed != against, tolerance)
+            ShapeFix_Edge().FixAddPCurve(edge, face, BRep_Tool.IsClosed_s(edge, face))
+            curve = BRep_Tool.CurveOnSurface_s(edge, face, 0.0, 0.0)
+        if curve is None:
+            continue
+        first, last = BRep_Tool.Range_s(edge, face)
+        if not first < last:
+            continue
+        image = occ.pcurve_from(curve, first, last)
+        is_reversed = edge.Orientation() == TopAbs_Orientation.TopAbs_REVERSED
+        number, against = (-1, False) if BRep_Tool.Degenerated_s(edge) else edges.number_of(edge)
+        tolerance = float(BRep_Tool.Tolerance_s(edge))
+        image = image.reversed() if is_reversed else image
+        pcurves.append(PCurve(image, number, is_reversed != against, tolerance))
+    return pcurves

@@ -14,10 +14,11 @@ from contiga.io.cad.loops import Loop, PCurve, Sides
 COINCIDENT = 1e-9
 """Largest distance of coinciding sides, as a share of the whole size."""
 SAMPLES = 9
+"""Points at which two sides are compared."""
 
 
 def side_curve(surface: NurbsSurface, side: int) -> NurbsCurve:
-    """Return the natural side 0 … 3 = u0, u1, v0, v1 by its growing parameter."""
+    """Return the natural side 0 … 3 = u0, u1, v0, v1 of a patch, with growing parameter."""
     (u0, u1), (v0, v1) = surface.domain
     if side < 2:
         return surface.isocurve(u=(u0, u1)[side])
@@ -29,13 +30,14 @@ def coincident_sides(
 ) -> tuple[list[tuple[Loop, Sides]], dict[int, Edge]]:
     """Number the sides of `surfaces` so that coinciding ones share a number.
 
-    Two sides coincide if they are the same curve with the same parameters, forwards or backwards.
-    Sides that are one point have no number.
+    Two sides coincide if `SAMPLES` points at the same shares of their domains, forwards or
+    backwards, differ by at most `COINCIDENT` of the whole size in each coordinate. A side that is
+    one point within that distance has no number (-1).
 
     Returns
     -------
     sides : per surface its four sides as a loop, ready for `Assembly.add_whole`
-    edges : the edges by number
+    edges : the edges by number, with the curve of the first side of each
     """
     side_curves = [side_curve(surface, side) for surface in surfaces for side in range(4)]
     sampled = np.array(

@@ -70,13 +70,13 @@ class PlacedFaces(NamedTuple):
 def place_faces(
     pieces: Sequence[Piece], chosen: Container[int], accuracy: float, solids: Solids | None
 ) -> PlacedFaces:
-    """Return the faces with the numbers `chosen`.
+    """Return the faces with the numbers `chosen`; whole solids that meet may be united.
 
-    With `solids` "union", or None, solids that are chosen whole and meet are united.
-
-    Solids meet if they overlap or come nearer than `accuracy`, mm; only solids whose boxes meet
-    are examined. For "refuse" the result only says where solids meet; for "separate", which
-    examines nothing, where boxes meet. If OpenCASCADE fails to unite solids, they stay as they are.
+    Faces of `pieces` are numbered from 1. With `solids` "union", or None, solids that are chosen
+    whole and meet are united; if OpenCASCADE fails, or the union is not sound, they stay as they
+    are. For "refuse" the result only says where solids meet; for "separate", which examines
+    nothing, where boxes meet. Solids meet if they overlap or come nearer than `contact_distance`,
+    which `accuracy`, mm, may raise; only solids whose boxes meet are examined.
     """
     firsts = [1, *accumulate((len(piece.faces) for piece in pieces), initial=1)][1:]
     rows = [
@@ -122,9 +122,9 @@ def place_faces(
 def meeting_message(
     placed: PlacedFaces, texts: Sequence[str], solids: Solids | None, where: str
 ) -> str:
-    """Return the message about solids that meet, "" if none do.
+    """Return the message about solids that meet, "" if none do or a union was asked for and made.
 
-    `texts` name the solids and places.
+    `texts` name the solids and places, one for each of `placed.meetings`.
 
     Raises
     ------
@@ -163,7 +163,9 @@ def separate_message(texts: Sequence[str]) -> str:
 
 
 class _Union:
-    """The union of solids, and the solids that it changes.
+    """The union of solids by OpenCASCADE, and the solids that it changes.
+
+    It is made at once; `done` says whether OpenCASCADE could. `holds` checks it.
 
     Parameters
     ----------
@@ -195,9 +197,9 @@ class _Union:
         self._numbers = IndexedMap_TopoDS_Shape_TopTools_ShapeMapHasher()
         self._faces: dict[int, Any] = {}
         self.groups: list[list[int]] = []
-        """Pieces that touch or overlap one another."""
+        """Indices of pieces that are in one solid of the union, or together in none."""
         self.met: list[int] = []
-        """All pieces in groups."""
+        """Indices of all pieces in groups, ascending."""
         self.solids: list[Any] = []
         """Solids that the groups make."""
         self.done = bool(fuse.IsDone())
@@ -231,7 +233,10 @@ class _Union:
         return [number for part in parts if (number := int(self._numbers.FindIndex(part)))]
 
     def faces(self, rows: Sequence[Numbered]) -> list[Numbered]:
-        """Return the faces of a solid in the union; a common face belongs to the first solid."""
+        """Return the faces of the union that are parts of `rows`, with the numbers of these.
+
+        A face is given out once: a common one belongs to the solid that is asked for first.
+        """
         return [
             (number, self._faces.pop(image))
             for number, face in rows
@@ -240,11 +245,15 @@ class _Union:
         ]
 
     def place(self, group: Sequence[int]) -> tuple[tuple[float, float, float], float]:
-        """Return the middle of an edge between faces of two solids, and their distance there.
+        """Return the middle of the first edge between faces of two solids, and their gap there, mm.
 
-        If no edge is common, because one solid lies within another, it is the middle of the
-        smallest one.
+        The gap is the sum of the distances of the point from the two. If no edge is common, because
+        one solid lies within another, it is the middle of the smallest box, and 0.
         """
+        from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeVertex
+        from OCP.BRepExtrema import BRepExtrema_DistShapeShape
+        from OCP.gp import gp_Pnt
+
         owner: dict[int, int] = {}
         for k in group:
             for number in (n for face in self._pieces[k].faces for n in self._images(face)):
@@ -252,16 +261,20 @@ class _Union:
                     other = owner.setdefault(int(self._numbers.Add(edge)), k)
                     if other != k:
                         point = middle(edge)
+                        vertex = BRepBuilderAPI_MakeVertex(gp_Pnt(*point)).Vertex()
                         shapes = (self._pieces[n].shape for n in (k, other))
-                        return point, sum(_distance(shape, point) for shape in shapes)
+                        gaps = (BRepExtrema_DistShapeShape(vertex, s).Value() for s in shapes)
+                        return point, float(sum(gaps))
         smallest = min(group, key=lambda k: float(np.ptp(self._boxes[k], axis=0).prod()))
         x, y, z = self._boxes[smallest].mean(axis=0).tolist()
         return (x, y, z), 0.0
 
     def holds(self) -> bool:
-        """Return whether the union has the right volume, and the right side at random points.
+        """Return whether the union has a possible volume, and the right side at random points.
 
-        Every point within one of the solids is within the union, every other one outside.
+        The volume is at least that of the largest solid, at most the sum, to `VOLUME_TOL`. Every
+        point within one of the solids must be within the union, every other one outside; points on
+        a face do not count. Up to `MAX_SAMPLES` points in the boxes, the same in every call.
         """
         shapes = [self._pieces[k].shape for k in self.met]
         before, after = [volume_of(shape) for shape in shapes], [volume_of(s) for s in self.solids]
@@ -294,7 +307,11 @@ def contact_distance(boxes: Mapping[int, FloatArray], accuracy: float) -> float:
 
 
 def meeting_boxes(boxes: Mapping[int, FloatArray], max_gap: float) -> list[list[int]]:
-    """Return groups of two or more boxes, each within a distance of one before it."""
+    """Return groups of the keys of two or more boxes that meet over others of the group.
+
+    Boxes meet if they are apart by at most `max_gap` along each axis. A group begins with its
+    first key; each later box meets one before it.
+    """
     keys, rows = list(boxes), np.array(list(boxes.values())).reshape(-1, 2, 3)
     remaining, groups = set(range(len(keys))), []
     while remaining:
@@ -312,14 +329,14 @@ def meeting_boxes(boxes: Mapping[int, FloatArray], max_gap: float) -> list[list[
 
 
 def between(boxes: Mapping[int, FloatArray], group: Sequence[int]) -> tuple[float, float, float]:
-    """Return the middle of the intersection of the first two boxes of a group."""
+    """Return the middle of the intersection of the first two boxes of a group, or of their gap."""
     (low, high), (other_low, other_high) = boxes[group[0]], boxes[group[1]]
     x, y, z = (0.5 * (np.maximum(low, other_low) + np.minimum(high, other_high))).tolist()
     return x, y, z
 
 
 def middle(edge: Any) -> tuple[float, float, float]:
-    """Return the middle of an edge."""
+    """Return the point of an edge at the middle of its parameters."""
     from OCP.BRepAdaptor import BRepAdaptor_Curve
     from OCP.TopoDS import TopoDS
 
@@ -328,18 +345,11 @@ def middle(edge: Any) -> tuple[float, float, float]:
     return point.X(), point.Y(), point.Z()
 
 
-def _distance(shape: Any, point: tuple[float, float, float]) -> float:
-    """Return the distance of a point from a shape."""
-    from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeVertex
-    from OCP.BRepExtrema import BRepExtrema_DistShapeShape
-    from OCP.gp import gp_Pnt
-
-    vertex = BRepBuilderAPI_MakeVertex(gp_Pnt(*point)).Vertex()
-    return float(BRepExtrema_DistShapeShape(vertex, shape).Value())
-
-
 def inside(shapes: Sequence[Any], points: FloatArray) -> FloatArray:
-    """Return 1 (n,) for points within one of the shapes, 0 outside all, NaN on a face."""
+    """Return 1 (n,) for points within one of the solids, 0 outside all, NaN on a face of one.
+
+    On a face means within `FINEST`; a point that is on a face and within another solid is 1.
+    """
     from OCP.BRepClass3d import BRepClass3d_SolidClassifier
     from OCP.gp import gp_Pnt
     from OCP.TopAbs import TopAbs_State

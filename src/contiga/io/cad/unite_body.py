@@ -49,8 +49,9 @@ class United(NamedTuple):
     """A body whose closed pieces were checked, and the changes."""
 
     body: Body
+    """The body with its pieces united, or the original one."""
     origin: list[int]
-    """Original patch of each patch."""
+    """Original patch of each patch, which is or contains it, ascending."""
     met: list[list[Patches]]
     """Original patches of pieces that touch or overlap one another."""
     message: str
@@ -129,10 +130,13 @@ def unite_pieces(
 ) -> United:
     """Return the body with its closed pieces united if they touch or overlap.
 
+    It stays the same object if no boxes meet, nothing is to be united, or OpenCASCADE makes no
+    sound union; the message then says so. Else patches follow the order of those they come from.
+
     Parameters
     ----------
     body : the body
-    pieces : patches of each closed piece
+    pieces : patches of each piece; open ones are left alone
     solids : treatment of pieces that meet, as for `read_cad`
     where : for messages
     accuracy : distance up to which pieces touch, length
@@ -182,12 +186,16 @@ def unite_pieces(
 
 
 def scale_of(body: Body) -> float:
-    """Return a power of two that scales a body to the tolerances of OpenCASCADE."""
+    """Return the power of two that brings the size of a body nearest to `SIZE`, by ratio."""
     return float(2.0 ** round(math.log2(SIZE / body.size)))
 
 
 def as_solids(body: Body, pieces: Sequence[Sequence[int]], scale: float) -> list[Solid]:
-    """Return the pieces that can be solids of OpenCASCADE, with their cavities."""
+    """Return the closed pieces as solids of OpenCASCADE, lengths · `scale`, by their first patch.
+
+    A piece that faces inward is cut out of the smallest solid around it; without one, or if the
+    cut fails, it is left out. So are pieces of which no solid can be made.
+    """
     outward: list[Solid] = []
     cavities: list[Solid] = []
     for patches in pieces:
@@ -207,7 +215,10 @@ def as_solids(body: Body, pieces: Sequence[Sequence[int]], scale: float) -> list
 def as_patches(
     faces: Sequence[Numbered], shape: Any, scale: float, where: str, unit: str | None
 ) -> tuple[Body, list[int]]:
-    """Return faces of OpenCASCADE as a body, and the number of each."""
+    """Return faces of OpenCASCADE, lengths divided by `scale`, as a body, and the number of each.
+
+    Edges are those of `shape`; faces without extent are left out, with a warning.
+    """
     assembly, edges = Assembly(where), SewnEdges(shape)
     numbers = gather(assembly, faces, edges, 1.0 / scale, f"{where}, patch")
     return assembly.body(where, partial(edge_of, edges, 1.0 / scale, 0.0), unit), numbers

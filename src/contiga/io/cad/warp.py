@@ -60,10 +60,11 @@ Map = Callable[[FloatArray], FloatArray]
 
 
 def map_pcurve(curve: NurbsCurve, maps: tuple[Map, Map], span: FloatArray) -> NurbsCurve:
-    """Return `curve` in (u, v) under the two maps, to `FIT_TOL` · span.
+    """Return `curve` in (u, v) under the two maps, to `FIT_TOL` · span (2,), the patch's extent.
 
-    Lines along u or v stay lines; anything else becomes a chain of quintic pieces, cut at the
-    maps' breaks and halved until each fits.
+    Without maps it is the same object. Curves along u or v become lines, with their parameter;
+    anything else becomes a chain of quintic pieces, cut at the maps' breaks and halved until each
+    fits, or is 2^-20 of the whole.
     """
     if maps[0] is identity and maps[1] is identity:
         return curve
@@ -92,15 +93,24 @@ def _fit_quintics(
     borders: FloatArray,
     allowed: Callable[[FloatArray], FloatArray],
 ) -> NurbsCurve:
-    """Return a chain of quintics through ``image(t)`` (k, 2), smooth between `borders`.
+    """Return a chain of quintics through ``image(t)`` (k, 2), which is smooth between `borders`.
 
-    Pieces are halved until they miss by no more than ``allowed(uv)`` (k, 2) in between.
+    A piece interpolates at the Chebyshev nodes `_NODES`. Pieces are halved until they miss by no
+    more than ``allowed(uv)`` (k, 2) at `_CHECKS`, or are 2^-20 of the whole.
     """
     smallest = (borders[-1] - borders[0]) * 2.0**-20
     spans = np.stack([borders[:-1], borders[1:]], axis=1)
     starts, pieces = [], []
     while len(spans):  # all of one size at once
-        control, fits = _quintics(image, spans, allowed)
+        a, b = spans[:, :1], spans[:, 1:]
+        t = np.clip(a + (b - a) * np.concatenate([_NODES, _CHECKS]), a, b)
+        uv = image(t.ravel()).reshape(*t.shape, 2)
+        at_nodes, at_checks = uv[:, : DEGREE + 1], uv[:, DEGREE + 1 :]
+        control = np.array([product(_TO_BERNSTEIN, points) for points in at_nodes])
+        control[:, [0, -1]] = at_nodes[:, [0, -1]]
+        fitted = np.array([product(_AT_CHECKS, points) for points in control])
+        slack = allowed(at_checks.reshape(-1, 2)).reshape(at_checks.shape)
+        fits = (np.abs(fitted - at_checks) <= slack).all(axis=(1, 2))
         done = fits | (spans[:, 1] - spans[:, 0] <= smallest)
         starts.append(spans[done, 0])
         pieces.append(control[done])
@@ -121,14 +131,30 @@ def project_edge(
 ) -> NurbsCurve | None:
     """Return the p-curve of `edge` on `surface`, from a rough one with the same parameters.
 
-    Every point of the edge is projected by Gauss-Newton, which converges at once since edges lie
-    on their surfaces. `curve` may cross seams of a closed surface. None if a point is farther
-    away than `tolerance` (length): the edge leaves the surface.
+    It is a chain of quintics, cut at the knots of the edge and where it crosses knots of the
+    surface, to `FIT_TOL` of the domain, or of the size in space. Every point is projected by
+    Gauss-Newton, which converges at once since edges lie on their surfaces. `curve` may cross
+    seams of a closed surface. None if one of `N_CHECKS` points is farther away than `tolerance`,
+    length: the edge leaves the surface.
     """
     chart = Chart(surface)
     a, b = edge.domain
     t = np.linspace(a, b, N_CHECKS)
-    image = _edge_map(curve, edge, chart)
+
+    def foot(t: FloatArray) -> FloatArray:
+        rough = curve.evaluate(np.clip(t, *curve.domain))[:, :2]
+        return chart.project_from(rough, edge.evaluate(t))
+
+    def image(t: FloatArray) -> FloatArray:
+        uv = foot(t)
+        at_pole = chart.is_pole(uv).any(axis=1)
+        if at_pole.any():
+            # At a pole a parameter is its limit along the edge, by quadratic extrapolation.
+            step = np.where(t[at_pole] < 0.5 * (a + b), 1.0, -1.0) * POLE_STEP * (b - a)
+            first, second, third = (foot(t[at_pole] + k * step) for k in (1, 2, 3))
+            uv[at_pole] = 3.0 * first - 3.0 * second + third
+        return uv
+
     distance = np.linalg.norm(chart.points(image(t)) - edge.evaluate(t), axis=1).max()
     if distance > tolerance:
         return None
@@ -147,9 +173,11 @@ def project_edge(
 def _knot_crossings(
     image: Callable[[FloatArray], FloatArray], t: FloatArray, chart: Chart
 ) -> FloatArray:
-    """Return where an image crosses knots of the surface, at which it is less smooth.
+    """Return the parameters at which an image crosses knots of the surface, its kinks.
 
-    `t` is ascending.
+    Crossings are sought between the samples `t`, ascending, for u and then for v, with the knots of
+    all turns of a closed direction; a double one between two samples is missed. Each is found by
+    `MAX_SECANTS` steps of the Illinois rule.
     """
     uv = image(t)
     crossings = []
@@ -176,31 +204,11 @@ def _knot_crossings(
     return np.concatenate(crossings)
 
 
-def _edge_map(
-    curve: NurbsCurve, edge: NurbsCurve, chart: Chart
-) -> Callable[[FloatArray], FloatArray]:
-    """Return the map from the edge's parameters to those of the surface."""
-    a, b = edge.domain
-
-    def foot(t: FloatArray) -> FloatArray:
-        rough = curve.evaluate(np.clip(t, *curve.domain))[:, :2]
-        return chart.project_from(rough, edge.evaluate(t))
-
-    def image(t: FloatArray) -> FloatArray:
-        uv = foot(t)
-        at_pole = chart.is_pole(uv).any(axis=1)
-        if at_pole.any():
-            # At a pole a parameter is its limit along the edge, by quadratic extrapolation.
-            step = np.where(t[at_pole] < 0.5 * (a + b), 1.0, -1.0) * POLE_STEP * (b - a)
-            first, second, third = (foot(t[at_pole] + k * step) for k in (1, 2, 3))
-            uv[at_pole] = 3.0 * first - 3.0 * second + third
-        return uv
-
-    return image
-
-
 def _distinct(borders: FloatArray) -> FloatArray:
-    """Return `borders` in order, without repetitions up to rounding; the ends stay."""
+    """Return `borders` ascending, without those within `SAME_TOL` of the whole after another.
+
+    First and last stay.
+    """
     ascending = np.unique(borders)
     near = SAME_TOL * (ascending[-1] - ascending[0])
     keep = np.diff(ascending, prepend=-np.inf) > near
@@ -211,7 +219,10 @@ def _distinct(borders: FloatArray) -> FloatArray:
 
 
 def _break_parameters(curve: NurbsCurve, maps: tuple[Map, Map]) -> FloatArray:
-    """Return the parameters of `curve` at its knots and where it crosses a break of a map."""
+    """Return the parameters of `curve` at its knots and where it crosses a break of a map.
+
+    They are distinct and ascending; touching a break is no crossing.
+    """
     bezier = extract_curve(curve)
     coefs = np.ascontiguousarray(bezier.coefs[..., [0, 1, 3]])
     degree = coefs.shape[1] - 1
@@ -242,20 +253,3 @@ def _bernstein(t: FloatArray) -> FloatArray:
 
 _TO_BERNSTEIN = solve(_bernstein(_NODES), np.eye(DEGREE + 1))
 _AT_CHECKS = _bernstein(_CHECKS)
-
-
-def _quintics(
-    image: Callable[[FloatArray], FloatArray],
-    parts: FloatArray,
-    allowed: Callable[[FloatArray], FloatArray],
-) -> tuple[FloatArray, np.ndarray]:
-    """Return quintics (n, 6, 2) through the image of `parts` (n, 2), and a mask (n,) of fits."""
-    a, b = parts[:, :1], parts[:, 1:]
-    t = np.clip(a + (b - a) * np.concatenate([_NODES, _CHECKS]), a, b)
-    uv = image(t.ravel()).reshape(*t.shape, 2)
-    at_nodes, at_checks = uv[:, : DEGREE + 1], uv[:, DEGREE + 1 :]
-    control = np.array([product(_TO_BERNSTEIN, points) for points in at_nodes])
-    control[:, [0, -1]] = at_nodes[:, [0, -1]]
-    fitted = np.array([product(_AT_CHECKS, points) for points in control])
-    slack = allowed(at_checks.reshape(-1, 2)).reshape(at_checks.shape)
-    return control, np.asarray((np.abs(fitted - at_checks) <= slack).all(axis=(1, 2)))

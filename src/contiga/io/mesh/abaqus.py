@@ -47,6 +47,8 @@ _READERS: dict[str, Callable[[Keyword, Scope], None]] = {
 def read_abaqus(path: Path) -> RawMesh:
     """Return the mesh of an input file with its included files; groups by the names of its sets.
 
+    Each of several instances is a group too, and its name then begins those of its sets.
+
     Raises
     ------
     FileError
@@ -54,6 +56,11 @@ def read_abaqus(path: Path) -> RawMesh:
     MeshError
         A keyword that makes or moves nodes in a way that is not carried out, an unknown type of
         element, a number that is not one, an element of a node that does not exist.
+
+    Warns
+    -----
+    ContigaWarning
+        A set names members that do not exist; a solver would move nodes onto a surface.
     """
     deck = _Deck(path)
     for keyword in read_keywords(path):
@@ -67,6 +74,7 @@ class _Deck:
     def __init__(self, path: Path) -> None:
         self.where = str(path)
         self.parts: dict[str, Scope] = {}
+        """Parts by name in lower case."""
         self.instances: dict[str, Scope] = {"": Scope()}
         """Instances by name in lower case; "" is the deck, or the assembly, itself."""
         self.names: dict[str, str] = {}
@@ -76,51 +84,73 @@ class _Deck:
         self._in_step = False
 
     def process(self, keyword: Keyword) -> None:
-        """Process a keyword."""
-        name = keyword.name
-        if name in ("STEP", "END STEP"):
-            self._in_step = name == "STEP"
-        elif name in ("NSET", "ELSET"):
-            self._read_set(keyword)
-        elif self._in_step or name in ("ASSEMBLY", "END ASSEMBLY"):
-            return
-        elif name == "PART":
-            self._scope = self.parts.setdefault(keyword.require("NAME").casefold(), Scope())
-        elif name == "INSTANCE":
-            self._begin_instance(keyword)
-        elif name in ("END PART", "END INSTANCE"):
-            if name == "END INSTANCE" and self._instance is not None:
-                place_instance(self._instance, self._scope)
-                self._instance = None
-            self._scope = self.instances[""]
-        elif name in _READERS:
-            _READERS[name](keyword, self._scope)
-        elif not touches_no_mesh(name):
-            raise MeshError(
-                "a keyword that is not known here, and may make or move nodes",
-                where=keyword.where,
-                remedy="Leave it out if it does neither; else write nodes and elements in full",
-            )
-        elif moves_to_contact(name, keyword.options):
-            warnings.warn(
-                f"{keyword.where}: nodes stay where they are; the adjustment a solver makes of "
-                "them is not carried out",
-                ContigaWarning,
-                2,
-            )
+        """Carry out a keyword on the current scope: the deck itself, or the open part or instance.
 
-    def _begin_instance(self, keyword: Keyword) -> None:
-        name, part = keyword.require("NAME"), keyword.options.get("PART", "")
-        keyword.refuse_options_except("NAME", "PART")
-        if part and part.casefold() not in self.parts:
-            raise MeshError("no part of that name", where=keyword.where, found=part)
-        self._scope = self.parts[part.casefold()].copy() if part else Scope()
-        self._instance = keyword
-        self.instances[name.casefold()] = self._scope
-        self.names[name.casefold()] = name
+        Within a step only sets are read. Keywords that neither make nor move nodes and elements
+        have no effect.
+
+        Raises
+        ------
+        MeshError
+            An unknown keyword, which may make or move nodes; errors in data lines and options.
+
+        Warns
+        -----
+        ContigaWarning
+            By this keyword a solver would move nodes onto the surface they face.
+        """
+        match keyword.name:
+            case "STEP" | "END STEP":
+                self._in_step = keyword.name == "STEP"
+            case "NSET" | "ELSET":
+                self._read_set(keyword)
+            case "ASSEMBLY" | "END ASSEMBLY":
+                pass
+            case _ if self._in_step:
+                pass
+            case "PART":
+                self._scope = self.parts.setdefault(keyword.require("NAME").casefold(), Scope())
+            case "INSTANCE":
+                name, part = keyword.require("NAME"), keyword.options.get("PART", "")
+                keyword.refuse_options_except("NAME", "PART")
+                if part and part.casefold() not in self.parts:
+                    raise MeshError("no part of that name", where=keyword.where, found=part)
+                self._scope = self.parts[part.casefold()].copy() if part else Scope()
+                self._instance = keyword
+                self.instances[name.casefold()] = self._scope
+                self.names[name.casefold()] = name
+            case "END PART" | "END INSTANCE":
+                if keyword.name == "END INSTANCE" and self._instance is not None:
+                    place_instance(self._instance, self._scope)
+                    self._instance = None
+                self._scope = self.instances[""]
+            case name if name in _READERS:
+                _READERS[name](keyword, self._scope)
+            case name if not touches_no_mesh(name):
+                raise MeshError(
+                    "a keyword that is not known here, and may make or move nodes",
+                    where=keyword.where,
+                    remedy="Leave it out if it does neither; else write nodes and elements in full",
+                )
+            case name if moves_to_contact(name, keyword.options):
+                warnings.warn(
+                    f"{keyword.where}: nodes stay where they are; the adjustment a solver makes of "
+                    "them is not carried out",
+                    ContigaWarning,
+                    2,
+                )
 
     def _read_set(self, keyword: Keyword) -> None:
-        """Read *NSET and *ELSET: numbers, ranges, other sets; sets given twice add up."""
+        """Add the members of *NSET or *ELSET to a set of the current scope, new or existing.
+
+        Members are numbers, ranges (GENERATE), other sets, and the nodes of a set of elements
+        (*NSET, ELSET = …). Elements that are missing or have no nodes here give a warning.
+
+        Raises
+        ------
+        MeshError
+            A missing instance, a set that does not stand before, a text that is no number.
+        """
         of_nodes = keyword.name == "NSET"
         name = keyword.require(keyword.name)
         instance = keyword.options.get("INSTANCE", "").casefold()
@@ -131,8 +161,20 @@ class _Deck:
         sets = self._scope.node_sets if of_nodes else self._scope.element_sets
         add_to_set(sets, name, ())
         if of_nodes and keyword.options.get("ELSET"):
-            elements = self._labels_of_set(keyword.options["ELSET"], instance, False, keyword.where)
-            add_to_set(sets, name, self._nodes_of_elements(elements, keyword.where))
+            nodes: list[Label] = []
+            missing: list[int] = []
+            set_name = keyword.options["ELSET"]
+            for label in self._labels_of_set(set_name, instance, False, keyword.where):
+                scope = self.instances[label.instance] if label.instance else self._scope
+                element = scope.elements.get(label.number)
+                if element is None or not element.nodes:
+                    missing.append(label.number)
+                else:
+                    nodes += (Label(label.instance, node) for node in element.nodes)
+            label_of_missing = "elements that are not there, or whose nodes are not"
+            for text in count_message(label_of_missing, missing):
+                warnings.warn(f"{keyword.where}: {text}", ContigaWarning, 2)
+            add_to_set(sets, name, nodes)
         for line in keyword.lines:
             if "GENERATE" not in keyword.options:
                 for text in filter(None, line.fields):
@@ -148,7 +190,11 @@ class _Deck:
             add_to_set(sets, name, (Label(instance, number) for number in numbers))
 
     def _labels(self, text: str, instance: str, of_nodes: bool, line: Line) -> Iterator[Label]:
-        """Yield the labels that a field of a set names: a number or a set, maybe of an instance."""
+        """Yield the labels that a field names: a number, or the members of a set before this line.
+
+        "name.…" with the name of an instance refers to that one in place of `instance`. A set that
+        is not there is a `MeshError`, a number that is not one is not noticed here.
+        """
         prefix, dot, name = text.rpartition(".")
         if dot and prefix.casefold() in self.instances:
             instance, text = prefix.casefold(), name
@@ -158,7 +204,15 @@ class _Deck:
             yield from self._labels_of_set(text, instance, of_nodes, line.where)
 
     def _labels_of_set(self, name: str, instance: str, of_nodes: bool, where: str) -> list[Label]:
-        """Return the labels of an existing set, relative to the scope of a new set."""
+        """Return the members of a set of an instance, or of the current scope if that is "".
+
+        Members without an instance of their own get `instance`.
+
+        Raises
+        ------
+        MeshError
+            There is no such set so far; the message lists those that are there.
+        """
         scope = self.instances[instance] if instance else self._scope
         sets = scope.node_sets if of_nodes else scope.element_sets
         if name.casefold() not in sets:
@@ -171,22 +225,22 @@ class _Deck:
         labels = sets[name.casefold()].labels
         return [label if label.instance else Label(instance, label.number) for label in labels]
 
-    def _nodes_of_elements(self, elements: list[Label], where: str) -> list[Label]:
-        nodes: list[Label] = []
-        missing: list[int] = []
-        for label in elements:
-            scope = self.instances[label.instance] if label.instance else self._scope
-            element = scope.elements.get(label.number)
-            if element is None or not element.nodes:
-                missing.append(label.number)
-            else:
-                nodes += (Label(label.instance, node) for node in element.nodes)
-        for text in count_message("elements that are not there, or whose nodes are not", missing):
-            warnings.warn(f"{where}: {text}", ContigaWarning, 2)
-        return nodes
-
     def mesh(self) -> RawMesh:
-        """Return all instances in one mesh; parts without an instance stay where they are drawn."""
+        """Return the deck and its instances in one mesh.
+
+        In a deck without instances all parts are in the mesh, where they are drawn; in any other
+        one a part without an instance is not.
+
+        Raises
+        ------
+        MeshError
+            An element names a node that does not exist.
+
+        Warns
+        -----
+        ContigaWarning
+            A set names nodes or elements that do not exist.
+        """
         if len(self.instances) == 1:
             self.instances |= self.parts
             self.names |= {name: name for name in self.parts}

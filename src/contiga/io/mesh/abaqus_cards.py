@@ -22,6 +22,7 @@ class Line(NamedTuple):
     """A data line."""
 
     fields: list[str]
+    """Texts between commas, stripped and without quotation marks."""
     where: str
     """File and line."""
 
@@ -34,8 +35,10 @@ class Keyword(NamedTuple):
     options: dict[str, str]
     """Values by upper-case parameter, "" for a parameter without one."""
     lines: list[Line]
+    """Data lines; lines of an INPUT file come before those of the deck."""
     path: Path
     line: int
+    """Line of the keyword."""
 
     @property
     def where(self) -> str:
@@ -55,7 +58,13 @@ class Keyword(NamedTuple):
         return self.options[option]
 
     def refuse_options_except(self, *allowed: str) -> None:
-        """Refuse all parameters but these."""
+        """Refuse all parameters but `allowed`.
+
+        Raises
+        ------
+        MeshError
+            The keyword has another parameter; the first one is named.
+        """
         for option in self.options:
             if option not in allowed:
                 raise MeshError(
@@ -69,10 +78,13 @@ class Keyword(NamedTuple):
 def read_keywords(path: Path, open_files: tuple[Path, ...] = ()) -> Iterator[Keyword]:
     """Yield the keywords of an input file and of the files it includes, in order.
 
+    `open_files` are the files that include this one. Data before the first keyword are ignored.
+    Bytes that are not UTF-8 are replaced.
+
     Raises
     ------
     FileError
-        An included file is missing or includes itself.
+        The file is missing or includes itself, or the outermost one has no keyword.
     """
     open_files = (*open_files, path.resolve())
     is_empty = True
@@ -99,20 +111,28 @@ def reals(line: Line, count: int) -> list[float]:
 
 
 def _split_into_keywords(path: Path) -> Iterator[Keyword]:
+    """Yield the keywords of a file with their data lines; a line that ends in a comma continues."""
     keyword: Keyword | None = None
     unfinished = ""
     for number, line in _text_lines(path):
-        if unfinished or line.startswith("*"):
-            if not unfinished:
-                if keyword is not None:
-                    yield keyword
-                start = number
-            unfinished += line
-            keyword = _parse_keyword(unfinished, path, start)
-            if not line.endswith(","):
-                unfinished = ""
-        elif keyword is not None:
-            keyword.lines.append(_line(line, path, number))
+        if not unfinished and not line.startswith("*"):
+            if keyword is not None:
+                keyword.lines.append(_line(line, path, number))
+            continue
+        if not unfinished:
+            if keyword is not None:
+                yield keyword
+            start = number
+        unfinished += line
+        name, *words = _fields(unfinished[1:])
+        options = {}
+        for word in words:
+            key, _, value = word.partition("=")
+            if key.strip():
+                options[" ".join(key.upper().split())] = value.strip().strip('"')
+        keyword = Keyword(" ".join(name.upper().split()), options, [], path, start)
+        if not line.endswith(","):
+            unfinished = ""
     if keyword is not None:
         yield keyword
 
@@ -124,16 +144,6 @@ def _text_lines(path: Path) -> Iterator[tuple[int, str]]:
             line = text.strip()
             if line and not line.startswith("**"):
                 yield number, line
-
-
-def _parse_keyword(text: str, path: Path, line: int) -> Keyword:
-    name, *words = _fields(text[1:])
-    options = {}
-    for word in words:
-        key, _, value = word.partition("=")
-        if key.strip():
-            options[" ".join(key.upper().split())] = value.strip().strip('"')
-    return Keyword(" ".join(name.upper().split()), options, [], path, line)
 
 
 def _line(text: str, path: Path, number: int) -> Line:

@@ -1,7 +1,7 @@
-"""Element types of Abaqus and CalculiX: their cells, and types without a surface.
+"""Element types of Abaqus and CalculiX with their cells, and keywords that leave the mesh alone.
 
-The number of nodes is part of the name. All types that are known here have their nodes in VTK's
-order (Abaqus Analysis User's Guide, "Element library").
+The number of nodes is part of a type's name. All types that are known here have their nodes in
+VTK's order (Abaqus Analysis User's Guide, "Element library").
 """
 
 from __future__ import annotations
@@ -87,13 +87,18 @@ _IGNORED_KEYWORDS = frozenset(
 
 
 def moves_to_contact(name: str, options: Mapping[str, str]) -> bool:
-    """Return whether a keyword lets a solver move nodes onto the surface they face."""
-    adjust = options.get("ADJUST", "").upper()
+    """Return whether a keyword lets a solver move nodes onto the surface they face.
+
+    That is *CONTACT PAIR with ADJUST, and *TIE or *CONTACT CLEARANCE without ADJUST = NO.
+    """
     if name == "CONTACT PAIR":
         return "ADJUST" in options
-    return name in ("TIE", "CONTACT CLEARANCE") and adjust != "NO"
+    return name in ("TIE", "CONTACT CLEARANCE") and options.get("ADJUST", "").upper() != "NO"
 
 
 def touches_no_mesh(name: str) -> bool:
-    """Return whether a keyword neither makes nor moves nodes and elements."""
+    """Return whether a keyword is known to neither make nor move nodes and elements.
+
+    Most are known by their first word, some by their full name; `name` is in upper case.
+    """
     return name in _IGNORED_KEYWORDS or _IGNORED_FIRST_WORDS.fullmatch(name.split()[0]) is not None

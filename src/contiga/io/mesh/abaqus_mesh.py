@@ -20,7 +20,11 @@ Cells = dict[tuple[str, int], tuple[int, int]]
 
 
 def assemble_mesh(instances: Mapping[str, Scope], names: Mapping[str, str], where: str) -> RawMesh:
-    """Return nodes and cells of all instances, in the file's order.
+    """Return nodes and cells of all instances, in the file's order, with groups.
+
+    Groups are the instances, if there are several, then the sets of elements, then those of nodes;
+    members that do not exist, and elements without a surface, are left out of them. Node numbers
+    of several instances may repeat.
 
     Parameters
     ----------
@@ -71,7 +75,11 @@ def assemble_mesh(instances: Mapping[str, Scope], names: Mapping[str, str], wher
 def _blocks(
     instances: Mapping[str, Scope], row_of: Mapping[tuple[str, int], int]
 ) -> tuple[tuple[CellBlock, ...], Cells]:
-    """Collect consecutive cells of one kind into blocks."""
+    """Return blocks of consecutive cells of one kind, and the place of each cell in them.
+
+    Elements without a surface are skipped, also between cells of one kind. `row_of` has the row
+    of each node by instance and number; a missing one raises a `MeshError`.
+    """
     runs: list[tuple[str, list[list[int]]]] = []
     cells: Cells = {}
     for name, scope in instances.items():
@@ -105,10 +113,10 @@ def _rows(members: list[tuple[int, int]], n_blocks: int) -> tuple[np.ndarray, ..
 def _sets(
     instances: Mapping[str, Scope], names: Mapping[str, str], *, of_nodes: bool
 ) -> dict[str, list[Label]]:
-    """Return the members of all sets by their names in the mesh.
+    """Return the members of all sets, with their instances, by their names in the mesh.
 
-    The name begins with the instance if there are several, or if another scope has a set of the
-    same name.
+    The name of a set of an instance begins with that instance if there are several, or if an
+    earlier set has the same name in any case. Sets of one name add up.
     """
     sets: dict[str, list[Label]] = {}
     used_names: set[str] = set()
@@ -123,7 +131,10 @@ def _sets(
 
 
 def count_message(label: str, numbers: list[int]) -> list[str]:
-    """Return a message with the count of missing items and some of them; empty without any."""
+    """Return a list of one message: label, count and the first `MAX_LISTED` of `numbers`.
+
+    Without numbers the list is empty.
+    """
     if not numbers:
         return []
     sample = ", ".join(map(str, numbers[:MAX_LISTED])) + ", …" * (len(numbers) > MAX_LISTED)

@@ -12,11 +12,9 @@ import numpy as np
 from contiga.errors import MeshError
 from contiga.io.mesh.abaqus_cards import Keyword, Line, reals
 from contiga.io.mesh.abaqus_elements import cell_of
-from contiga.io.mesh.deck_text import parse_whole
+from contiga.io.mesh.deck_text import Position, orthonormal_axes, parse_whole
 from contiga.records import FloatArray
 from contiga.slaves.cells import N_NODES
-
-Position = tuple[float, float, float]
 
 
 class Label(NamedTuple):
@@ -33,8 +31,12 @@ class Element(NamedTuple):
     kind: str
     """Kind of its cell, "" without a surface."""
     nodes: list[int]
-    """Its nodes; empty for a point or line that names some by their instance."""
+    """Its nodes in the scope of the element; empty for a point or line that names nodes of others.
+
+    Such nodes are written with the name of their instance.
+    """
     where: str
+    """File and line."""
 
 
 @dataclass
@@ -44,6 +46,7 @@ class NamedSet:
     name: str
     """Name as first written."""
     labels: dict[Label, None] = field(default_factory=dict)
+    """Members, each once, in the order in which they were added."""
 
 
 Sets = dict[str, NamedSet]
@@ -62,7 +65,7 @@ class Scope:
     """Origin (3,) and axes (3, 3) as rows of the *SYSTEM in force."""
 
     def copy(self) -> Scope:
-        """Return a copy that can be extended without changing this one."""
+        """Return a copy that can be extended without changing this one, without its `system`."""
         sets = [
             {key: NamedSet(each.name, dict(each.labels)) for key, each in by_name.items()}
             for by_name in (self.node_sets, self.element_sets)
@@ -70,7 +73,13 @@ class Scope:
         return Scope(dict(self.nodes), dict(self.elements), sets[0], sets[1])
 
     def add_node(self, number: int, position: Position, where: str) -> None:
-        """Add a node; a node given twice must have the same position."""
+        """Add a node.
+
+        Raises
+        ------
+        MeshError
+            The number exists at another position.
+        """
         if self.nodes.setdefault(number, position) != position:
             raise MeshError(
                 "a node is given twice, in different places",
@@ -80,7 +89,13 @@ class Scope:
             )
 
     def add_element(self, number: int, element: Element) -> None:
-        """Add an element; an element given twice must be equal."""
+        """Add an element.
+
+        Raises
+        ------
+        MeshError
+            The number exists with another kind of cell or other nodes.
+        """
         first = self.elements.setdefault(number, element)
         if (first.kind, first.nodes) != (element.kind, element.nodes):
             raise MeshError(
@@ -92,7 +107,10 @@ class Scope:
 
 
 def add_to_set(sets: Sets, name: str, labels: Iterable[Label]) -> None:
-    """Add labels to a set, which is made if it does not exist; no name means no set."""
+    """Add labels to the set of a name in any case, which is made if it does not exist.
+
+    An empty name adds nothing.
+    """
     if name:
         sets.setdefault(name.casefold(), NamedSet(name)).labels.update(dict.fromkeys(labels))
 
@@ -103,7 +121,16 @@ def local_labels(numbers: Iterable[int]) -> Iterator[Label]:
 
 
 def read_nodes(keyword: Keyword, scope: Scope) -> None:
-    """Read *NODE: number and coordinates, in its own system (SYSTEM) within that of *SYSTEM."""
+    """Add the nodes of *NODE to a scope, and to the set that NSET names.
+
+    Their coordinates, rectangular, cylindrical or spherical (SYSTEM = R, C, S), are those of the
+    *SYSTEM in force; missing ones are 0.
+
+    Raises
+    ------
+    MeshError
+        Another option or system, a text that is no number, a number at two positions.
+    """
     keyword.refuse_options_except("NSET", "SYSTEM", "INPUT")
     kind = keyword.options.get("SYSTEM", "R").upper()[:1]
     if kind not in ("R", "C", "S"):
@@ -120,7 +147,10 @@ def read_nodes(keyword: Keyword, scope: Scope) -> None:
 
 
 def _cartesian(scope: Scope, kind: str, coordinates: Position) -> Position:
-    """Return coordinates in the axes of the part; angles are in degrees."""
+    """Return coordinates of a kind (R, C or S, angles in degrees) as x, y, z of the part.
+
+    The *SYSTEM in force is applied to them.
+    """
     a, b, c = coordinates
     if kind != "R":
         azimuth = math.radians(b)
@@ -142,7 +172,16 @@ def _cartesian(scope: Scope, kind: str, coordinates: Position) -> Position:
 
 
 def read_system(keyword: Keyword, scope: Scope) -> None:
-    """Read *SYSTEM: an origin, a point on x and one in the x-y plane, for the next nodes."""
+    """Set the system of the next nodes by *SYSTEM: origin, a point on x, one in the x-y plane.
+
+    A keyword without numbers ends the system in force. An origin alone translates. Without the
+    third point y is horizontal, ez × x.
+
+    Raises
+    ------
+    MeshError
+        Any option, a text that is no number, points on one line.
+    """
     keyword.refuse_options_except()
     numbers = [number for line in keyword.lines[:2] for number in reals(line, 6)]
     if not numbers:
@@ -153,17 +192,21 @@ def read_system(keyword: Keyword, scope: Scope) -> None:
     if n_fields[0] <= 3:  # an origin alone translates
         scope.system = (a, np.eye(3))
         return
-    x = b - a
-    in_plane = c - a if len(n_fields) > 1 else np.cross([0.0, 0.0, 1.0], x)
-    z = np.cross(x, in_plane)
-    if not np.linalg.norm(z) > 1e-12 * np.linalg.norm(x) * np.linalg.norm(in_plane):
-        raise MeshError("the three points of a system lie on a line", where=keyword.where)
-    x, z = x / np.linalg.norm(x), z / np.linalg.norm(z)
-    scope.system = (a, np.array([x, np.cross(z, x), z]))
+    in_plane = c - a if len(n_fields) > 1 else np.cross([0.0, 0.0, 1.0], b - a)
+    scope.system = (a, np.array(orthonormal_axes(b - a, in_plane, keyword.where)))
 
 
 def read_elements(keyword: Keyword, scope: Scope) -> None:
-    """Read *ELEMENT: number and nodes, over as many lines as needed."""
+    """Add the elements of *ELEMENT to a scope, and to the set that ELSET names.
+
+    Elements without a surface (beams, springs, masses) are stored too, for sets of their nodes.
+
+    Raises
+    ------
+    MeshError
+        Another option, an unknown type, too few or too many nodes, a text that is no number, a
+        number with two different elements.
+    """
     keyword.refuse_options_except("TYPE", "ELSET", "INPUT")
     name = keyword.require("TYPE")
     kind = cell_of(name)
@@ -175,22 +218,12 @@ def read_elements(keyword: Keyword, scope: Scope) -> None:
             allowed="shells, membranes, rigid and plane elements; bricks, wedges, tetrahedra and "
             "pyramids; beams, trusses, springs, masses, which have no surface",
         )
+    count = N_NODES.get(kind, 0)
     numbers = []
-    for fields, where in _element_records(keyword, N_NODES.get(kind, 0)):
-        number = parse_whole(fields[0], where)
-        # Points and lines may have nodes of an instance, by name.
-        by_name = not kind and not all(text.isdigit() for text in fields[1:])
-        nodes = [] if by_name else [parse_whole(text, where) for text in fields[1:]]
-        scope.add_element(number, Element(kind, nodes, where))
-        numbers.append(number)
-    add_to_set(scope.element_sets, keyword.options.get("ELSET", ""), local_labels(numbers))
-
-
-def _element_records(keyword: Keyword, count: int) -> Iterator[tuple[list[str], str]]:
-    """Yield number and `count` nodes of each element; one per line if the count is unknown."""
     lines = iter(keyword.lines)
     for line in lines:
         fields = numbered_fields(line)
+        # An element without a surface has any number of nodes, on one line.
         while count and len(fields) <= count:
             more = next(lines, None)
             if more is None:
@@ -203,7 +236,13 @@ def _element_records(keyword: Keyword, count: int) -> Iterator[tuple[list[str], 
                 found=f"{len(fields) - 1} numbers",
                 allowed=f"its number and {count} of nodes",
             )
-        yield fields, line.where
+        number = parse_whole(fields[0], line.where)
+        # Points and lines may have nodes of an instance, by name.
+        by_name = not kind and not all(text.isdigit() for text in fields[1:])
+        nodes = [] if by_name else [parse_whole(text, line.where) for text in fields[1:]]
+        scope.add_element(number, Element(kind, nodes, line.where))
+        numbers.append(number)
+    add_to_set(scope.element_sets, keyword.options.get("ELSET", ""), local_labels(numbers))
 
 
 def trimmed_fields(line: Line) -> list[str]:
@@ -215,12 +254,12 @@ def trimmed_fields(line: Line) -> list[str]:
 
 
 def numbered_fields(line: Line) -> list[str]:
-    """Return the fields of a line that begins with a number.
+    """Return the fields of a line without empty ones at its end; the first holds the number.
 
     Raises
     ------
     MeshError
-        The first field is blank.
+        The first field is blank; whether it is a number is not checked.
     """
     fields = trimmed_fields(line)
     if not fields or not fields[0]:
@@ -229,7 +268,16 @@ def numbered_fields(line: Line) -> list[str]:
 
 
 def read_ngen(keyword: Keyword, scope: Scope) -> None:
-    """Read *NGEN: nodes between two, in even steps along a straight line."""
+    """Add the nodes of *NGEN: between two existing ones, evenly spaced on a straight line.
+
+    A line has first, last, and the step of the numbers, 1 if omitted. NSET gets the two ends too.
+
+    Raises
+    ------
+    MeshError
+        Another option or field, a step that does not lead from the first number to the last, a
+        missing end, a number that exists at another position.
+    """
     keyword.refuse_options_except("NSET")
     for line in keyword.lines:
         first, *options = (parse_whole(text, line.where) for text in numbered_fields(line))
@@ -247,11 +295,20 @@ def read_ngen(keyword: Keyword, scope: Scope) -> None:
 
 
 def read_ncopy(keyword: Keyword, scope: Scope) -> None:
-    """Read *NCOPY with SHIFT: a moved copy of a set of nodes, with higher numbers."""
+    """Add the nodes of *NCOPY with SHIFT: MULTIPLE copies of OLD SET, each moved by the vector.
+
+    Copy k has numbers higher by k · CHANGE NUMBER and is moved by k times the vector; all copies
+    go to NEW SET.
+
+    Raises
+    ------
+    MeshError
+        Another option, a rotation, a missing set or option, a number that exists at another
+        position.
+    """
     keyword.refuse_options_except("CHANGE NUMBER", "OLD SET", "NEW SET", "SHIFT", "MULTIPLE")
-    keyword.options.setdefault("MULTIPLE", "1")
     step = parse_whole(keyword.require("CHANGE NUMBER"), keyword.where)
-    n_copies = parse_whole(keyword.options["MULTIPLE"], keyword.where)
+    n_copies = parse_whole(keyword.options.get("MULTIPLE", "1"), keyword.where)
     rows = [reals(line, 7) for line in keyword.lines]
     if "SHIFT" not in keyword.options or not rows or any(any(row) for row in rows[1:]):
         raise MeshError(
@@ -270,7 +327,16 @@ def read_ncopy(keyword: Keyword, scope: Scope) -> None:
 
 
 def read_elgen(keyword: Keyword, scope: Scope) -> None:
-    """Read *ELGEN: copies of an element in a row, of the row in a layer, of layers."""
+    """Add the elements of *ELGEN: copies of one in a row, of the row in a layer, of the layers.
+
+    A line has the element, then up to three of (count, step of nodes, step of elements), 1 if
+    omitted; the count includes the original. ELSET gets the original too.
+
+    Raises
+    ------
+    MeshError
+        Another option, a missing element, a number that exists with another element.
+    """
     keyword.refuse_options_except("ELSET")
     for line in keyword.lines:
         master, *options = (parse_whole(text or "1", line.where) for text in numbered_fields(line))
@@ -286,7 +352,16 @@ def read_elgen(keyword: Keyword, scope: Scope) -> None:
 
 
 def read_elcopy(keyword: Keyword, scope: Scope) -> None:
-    """Read *ELCOPY: a copy of a set of elements on nodes of other numbers."""
+    """Add the elements of *ELCOPY: a copy of OLD SET with shifted numbers, on shifted nodes.
+
+    The copies go to NEW SET.
+
+    Raises
+    ------
+    MeshError
+        Another option, a missing set, element or option, a number that exists with another
+        element.
+    """
     keyword.refuse_options_except("OLD SET", "NEW SET", "ELEMENT SHIFT", "SHIFT NODES")
     shift, node_shift = (
         parse_whole(keyword.require(option), keyword.where)
@@ -300,7 +375,11 @@ def read_elcopy(keyword: Keyword, scope: Scope) -> None:
 def _copy_elements(
     scope: Scope, masters: list[int], shifts: dict[int, int], name: str, where: str
 ) -> None:
-    """Add copies of elements; `shifts` of element numbers have the shift of their node numbers."""
+    """Add a copy of each of `masters` for each shift of its number, on shifted nodes.
+
+    `shifts` has the shift of the node numbers by that of the element numbers; (0, 0) stands for
+    the original, which only joins the set `name`.
+    """
     for number in masters:
         element = scope.elements.get(number)
         if element is None:
@@ -319,14 +398,22 @@ def _node(scope: Scope, number: int, where: str) -> Position:
 
 
 def _numbers_of_set(sets: Sets, name: str, where: str) -> list[int]:
-    """Return the numbers of a set of a part."""
+    """Return the numbers of a set, without their instances; a missing set is a `MeshError`."""
     if name.casefold() not in sets:
         raise MeshError("no set of that name", where=where, found=name)
     return [label.number for label in sets[name.casefold()].labels]
 
 
 def place_instance(keyword: Keyword, scope: Scope) -> None:
-    """Place an instance: translate it by the first line, then rotate it about an axis."""
+    """Move the nodes of an instance by its data lines: a translation, then a rotation.
+
+    The second line has two points of the axis and an angle in degrees. Without lines nothing moves.
+
+    Raises
+    ------
+    MeshError
+        A text is no number, or the two points of the axis coincide.
+    """
     rows = [reals(line, 7) for line in keyword.lines]
     if not rows or not scope.nodes:
         return
@@ -336,12 +423,9 @@ def place_instance(keyword: Keyword, scope: Scope) -> None:
         axis = b - a
         if not np.linalg.norm(axis) > 0.0:
             raise MeshError("the axis of a turn has no length", where=keyword.lines[1].where)
-        points = a + (points - a) @ _rotation_matrix(axis, math.radians(rows[1][6])).T
+        x, y, z = axis / np.linalg.norm(axis)
+        angle = math.radians(rows[1][6])
+        K = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+        rotation = np.eye(3) + math.sin(angle) * K + (1.0 - math.cos(angle)) * K @ K  # Rodrigues
+        points = a + (points - a) @ rotation.T
     scope.nodes = dict(zip(scope.nodes, map(tuple, points.tolist()), strict=True))
-
-
-def _rotation_matrix(axis: FloatArray, angle: float) -> FloatArray:
-    """Return the rotation (3, 3) about an axis through the origin (Rodrigues)."""
-    x, y, z = axis / np.linalg.norm(axis)
-    K = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
-    return np.eye(3) + math.sin(angle) * K + (1.0 - math.cos(angle)) * K @ K

@@ -10,7 +10,6 @@ import numpy as np
 from contiga.errors import FileError
 from contiga.io.mesh.raw import RawMesh
 from contiga.io.sheet import as_number, read_sheet
-from contiga.records import FloatArray
 
 SUFFIXES = (".csv", ".xyz", ".txt", ".npy")
 
@@ -22,17 +21,31 @@ def read_cloud(path: Path) -> RawMesh:
     """Return the points of a ``.npy`` array, or of lines with three numbers.
 
     Semicolons, commas or blanks separate the numbers; one line of names may come first, which may
-    state a unit, ``x [mm], y [mm], z [mm]``; ``#`` starts a comment. Words for not-a-number are
-    read as NaN, which the check of the points refuses with its row.
+    state a unit, ``x [mm], y [mm], z [mm]``; ``#`` starts a comment. NaN and infinity are read; the
+    check of the points refuses them later, with their row.
 
     Raises
     ------
     FileError
-        A line does not have three numbers, or the array three columns; the names have several
-        units.
+        A line does not have three numbers, or is too long; the array does not have the shape
+        (n, 3) or is not of real numbers; the names have several units.
     """
     if path.suffix.lower() == ".npy":
-        return RawMesh(_read_npy(path))
+        try:
+            # A mapped array takes no more memory than the file has, whatever its header claims.
+            table = np.lib.format.open_memmap(path, mode="r")
+        except Exception as error:  # a damaged header raises errors of Python's parser
+            raise FileError(
+                "not a plain NumPy array", where=str(path), allowed="an .npy file of shape (n, 3)"
+            ) from error
+        if table.ndim != 2 or table.shape[1] != 3 or table.dtype.kind not in "iuf":
+            raise FileError(
+                "a cloud has three columns of numbers",
+                where=str(path),
+                found=f"shape {table.shape} of {table.dtype}",
+                allowed="shape (n, 3)",
+            )
+        return RawMesh(np.array(table, dtype=np.float64, order="C"))
     sheet = read_sheet(path, "x, y, z", marks=_SEPARATORS, comment="#", longest=_MAX_LINE_LENGTH)
     if len(sheet.heads) not in (0, 3):
         raise _bad_line(path, sheet.line, ", ".join(head.text for head in sheet.heads))
@@ -61,21 +74,3 @@ def _bad_line(path: Path, number: int, text: str) -> FileError:
         found=text[:80],
         allowed="x, y, z",
     )
-
-
-def _read_npy(path: Path) -> FloatArray:
-    try:
-        # A mapped array takes no more memory than the file has, whatever its header claims.
-        table = np.lib.format.open_memmap(path, mode="r")
-    except Exception as error:  # a damaged header raises errors of Python's parser
-        raise FileError(
-            "not a plain NumPy array", where=str(path), allowed="an .npy file of shape (n, 3)"
-        ) from error
-    if table.ndim != 2 or table.shape[1] != 3 or table.dtype.kind not in "iuf":
-        raise FileError(
-            "a cloud has three columns of numbers",
-            where=str(path),
-            found=f"shape {table.shape} of {table.dtype}",
-            allowed="shape (n, 3)",
-        )
-    return np.array(table, dtype=np.float64, order="C")

@@ -1,4 +1,4 @@
-"""Common syntax of the decks of several programs: numbers and included files."""
+"""Common parts of the decks of several programs: numbers, included files, axes from points."""
 
 from __future__ import annotations
 
@@ -7,7 +7,12 @@ import re
 from collections.abc import Sequence
 from pathlib import Path
 
+import numpy as np
+
 from contiga.errors import FileError, MeshError
+from contiga.records import FloatArray
+
+Position = tuple[float, float, float]
 
 MAX_WHOLE = 2**62
 """Largest whole number that is accepted."""
@@ -16,7 +21,10 @@ _EXPONENT = re.compile(r"(?<=[\d.])[dDeE]?([+-]\d+)$|(?<=[\d.])[dD](\d+)$")
 
 
 def fortran_number(text: str) -> float:
-    """Return a number in any of Fortran's notations; raise a ValueError for other text."""
+    """Return a number in any of Fortran's notations (1.5, 1.5D3, 1.5-3); "nan" and "inf" are read.
+
+    Other text raises a ValueError.
+    """
     try:
         return float(text)
     except ValueError:
@@ -24,7 +32,7 @@ def fortran_number(text: str) -> float:
 
 
 def parse_whole(text: str, where: str) -> int:
-    """Return a whole number.
+    """Return the whole number that Python's `int` reads in a text; a text such as "3.0" is refused.
 
     Raises
     ------
@@ -60,14 +68,14 @@ def parse_real(text: str, where: str) -> float:
 def find_included(
     name: str, folders: Sequence[Path], open_files: Sequence[Path], where: str
 ) -> Path:
-    """Return an included file from the first folder that has it.
+    """Return the path of an included file in the first folder that has it.
 
-    `open_files` are the files that include it.
+    `open_files` are the resolved paths of the files being read that include it.
 
     Raises
     ------
     FileError
-        No folder has the file, or the file includes itself.
+        No folder has the file, or it is one of `open_files`.
     """
     file = next((folder / name for folder in folders if (folder / name).is_file()), None)
     if file is None:
@@ -75,3 +83,22 @@ def find_included(
     if file.resolve() in open_files:
         raise FileError("a file includes itself", where=where, found=name)
     return file
+
+
+def orthonormal_axes(
+    first: FloatArray, in_plane: FloatArray, where: str
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return unit vectors (3,) along `first`, at right angles to it toward `in_plane`, and normal.
+
+    The normal is that of first × in_plane.
+
+    Raises
+    ------
+    MeshError
+        The sine of the angle between the two vectors is at most 1e-12, or one is zero.
+    """
+    normal = np.cross(first, in_plane)
+    if not np.linalg.norm(normal) > 1e-12 * np.linalg.norm(first) * np.linalg.norm(in_plane):
+        raise MeshError("the three points of a system lie on a line", where=where)
+    along, normal = first / np.linalg.norm(first), normal / np.linalg.norm(normal)
+    return along, np.cross(normal, along), normal

@@ -18,7 +18,11 @@ _KEY = "gmsh:physical"
 
 @contextlib.contextmanager
 def physical_groups() -> Iterator[None]:
-    """Let meshio give each cell all its physical groups, 0 for none, within the block."""
+    """Let meshio give each cell all its physical groups, 0 for none, within the block.
+
+    Functions of meshio's modules for formats 4.0 and 4.1 are replaced in this process, and put back
+    at the end. With a meshio that lacks them nothing happens.
+    """
     try:
         from meshio.gmsh import _gmsh40, _gmsh41
 
@@ -38,7 +42,10 @@ def physical_groups() -> Iterator[None]:
 def _read_elements(
     reader: Callable[..., Any], stream: Any, point_tags: Any, physical_tags: Any, *options: Any
 ) -> Any:
-    """Read entities by meshio's reader; `physical_tags` has groups by dimension and entity."""
+    """Return what meshio's reader returns, with all groups of each block in its cell data.
+
+    `physical_tags` has groups by dimension and entity; a block gets an array (cells, groups).
+    """
     cells, data, *entities = reader(stream, point_tags, physical_tags, *options)
     if _KEY in data:
         data[_KEY] = []

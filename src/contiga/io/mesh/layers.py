@@ -34,9 +34,10 @@ def check_layer(layer: object) -> None:
 
 
 def peeled(points: FloatArray, blocks: list[CellBlock], layer: int, where: str) -> list[CellBlock]:
-    """Return the cells that remain after removing `layer` − 1 layers.
+    """Return the cells that remain after removing `layer` − 1 layers; for 1 the blocks as they are.
 
-    A layer is all cells with a node on the skin of the remaining cells; shells are in the first.
+    A layer is all cells with a node on the skin of the remaining cells; cells that are not solids
+    are in the first. `where` is the file, for the message.
 
     Raises
     ------
@@ -62,10 +63,11 @@ def peeled(points: FloatArray, blocks: list[CellBlock], layer: int, where: str) 
 
 
 def with_middles(blocks: list[CellBlock], nodes: np.ndarray) -> np.ndarray:
-    """Add to a mask of nodes the mid-side nodes between them, and those of whole faces.
+    """Return a mask of nodes with the mid-side nodes between two of them, and centres of faces.
 
-    Sets in files often contain corners alone. The facets of a second-order mesh are split through
-    its mid-side nodes, so that without them the surface would have holes.
+    A centre node is added if all corners of its face are in the mask. Sets in files often contain
+    corners alone; the facets of a second-order mesh are split through its mid-side nodes, so that
+    without them the surface would have holes.
     """
     extended = nodes.copy()
     for block in blocks:

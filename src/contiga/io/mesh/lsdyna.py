@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from contiga.errors import ContigaWarning, FileError, MeshError
-from contiga.io.mesh.lsdyna_cards import Block, Layout, Row, layout, read_blocks, row_of
+from contiga.io.mesh.lsdyna_cards import Block, Layout, Row, layout, read_deck, row_of
 from contiga.io.mesh.lsdyna_parts import Parts, read_parts
 from contiga.io.mesh.lsdyna_sets import read_sets, set_name
 from contiga.io.mesh.lsdyna_ties import tied_nodes
@@ -45,10 +45,12 @@ _PLAIN_COUNT = re.compile(r" *\d+ *", re.ASCII)
 
 
 class _Table(NamedTuple):
-    """Elements of one kind in the deck, up to ten nodes each, 0 for missing ones."""
+    """Elements of one keyword in the deck."""
 
     part: Int64Array
+    """(m,) number of the part."""
     nodes: Int64Array
+    """(m, 8) nodes of shells or (m, 10) of solids, by number; 0 for missing ones."""
     thickness: FloatArray
     """(m, 4) thickness at the corners, 0 if the element's own cards give none."""
 
@@ -57,19 +59,23 @@ def read_lsdyna(path: Path) -> RawMesh:
     """Return the mesh of a keyword deck with its included files; a group for each part.
 
     Sets of nodes, and nodes that single cards tie, are groups by name alone, as parts use the same
-    numbers. A set with an unresolved parameter is left out.
+    numbers. A set with an unresolved parameter is left out. The mass is that of *ELEMENT_MASS; the
+    mass of a set is shared equally among its nodes.
 
     Raises
     ------
     FileError
-        Not a keyword deck, or an included file is missing.
+        Not a keyword deck, an included file is missing, or there is a *NODE_TRANSFORM.
     MeshError
-        A card that cannot be read, an element of a node that does not exist, or an unknown kind
-        of element.
+        A card that cannot be read, an element, set or mass of a node that does not exist, an
+        unknown kind of element, a node at two positions.
+
+    Warns
+    -----
+    ContigaWarning
+        A part or section has an unresolved parameter; its title and thickness are left out.
     """
-    blocks = list(read_blocks(path))
-    if not blocks:
-        raise FileError("not an LS-DYNA keyword deck", where=str(path), allowed="a file with *NODE")
+    blocks = read_deck(path)
     if any(block.keyword == "NODE_TRANSFORM" for block in blocks):
         raise FileError(
             "nodes are moved by *NODE_TRANSFORM, which is not carried out",
@@ -99,7 +105,6 @@ def read_lsdyna(path: Path) -> RawMesh:
     mass: FloatArray | None = None
     masses = [each for block in blocks if is_lumped(block) for each in read_lumped(block)]
     if masses:
-        # The mass of a set is shared equally among its nodes.
         loaded = [sorted({*sets.get(m.number, [])}) if m.of_set else [m.number] for m in masses]
         shares = [m.mass / len(ids) for m, ids in zip(masses, loaded, strict=True) for _ in ids]
         mass_rows = rows(np.array([node for ids in loaded for node in ids], dtype=np.int64))
@@ -127,6 +132,10 @@ def _warn_of_skipped_parts(block: Block, reason: str) -> None:
 def _nodes_and_elements(
     blocks: Iterable[Block],
 ) -> tuple[Int64Array, FloatArray, list[_Table], list[_Table]]:
+    """Return numbers (n,) and positions (n, 3) of nodes as given, tables of shells and of solids.
+
+    Blocks in the plain fixed format are read by columns, all others card by card.
+    """
     ids, points = [np.empty(0, dtype=np.int64)], [np.empty((0, 3))]
     shells, solids = [], []
     for block in blocks:
@@ -142,7 +151,10 @@ def _nodes_and_elements(
 
 
 def _node_columns(block: Block) -> tuple[Int64Array, FloatArray] | None:
-    """Return numbers and positions of nodes in the plain fixed format; None for other formats."""
+    """Return numbers and positions of nodes in the plain fixed format; None for other formats.
+
+    Plain are cards without commas and parameters, all with a number and three coordinates.
+    """
     if block.long:
         return None
     for card in block.cards:
@@ -159,7 +171,11 @@ def _node_columns(block: Block) -> tuple[Int64Array, FloatArray] | None:
 
 
 def _element_columns(block: Block) -> _Table | None:
-    """Return elements in the plain fixed format, 4-node shells and 8-node solids; else None."""
+    """Return elements in the plain fixed format, 4-node shells and 8-node solids; else None.
+
+    Plain are cards without commas, with one whole number in each field, some of them above 0 among
+    the nodes, and no other text but 0.
+    """
     n_fields = {"ELEMENT_SHELL": 6, "ELEMENT_SOLID": 10}.get(block.keyword)
     if block.long or not (n_fields and block.cards):
         return None
@@ -184,18 +200,22 @@ def _element_columns(block: Block) -> _Table | None:
 
 
 def _characters(block: Block, width: int) -> NDArray[np.bytes_]:
-    """Return the characters (n, width) of the cards; non-ASCII ones as question marks."""
+    """Return the first `width` characters (n, width) of the cards, padded with blanks.
+
+    Those that are not ASCII become question marks.
+    """
     text = "".join(card.text[:width].ljust(width) for card in block.cards)
     return np.frombuffer(text.encode("ascii", "replace"), dtype="S1").reshape(-1, width)
 
 
 def _column(table: NDArray[np.bytes_], start: int, width: int) -> NDArray[np.bytes_]:
-    """Return the texts (n,) of a field."""
+    """Return the texts (n,) in `width` columns from `start` on, with their blanks."""
     column = np.ascontiguousarray(table[:, start : start + width])
     return column.view(f"S{width}")[:, 0]
 
 
 def _node_cards(block: Block) -> tuple[Int64Array, FloatArray]:
+    """Return numbers and positions of nodes in any format; blank cards are skipped."""
     ids: list[int] = []
     points: list[tuple[float, ...]] = []
     for card in block.cards:
@@ -209,7 +229,16 @@ def _node_cards(block: Block) -> tuple[Int64Array, FloatArray]:
 
 
 def _shell_cards(block: Block) -> _Table:
-    """Read *ELEMENT_SHELL with its options: eid, pid, n1 … n8, then cards the options add."""
+    """Return the shells of *ELEMENT_SHELL, with the thickness of their own cards if there is one.
+
+    Options add one or two cards to that with number, part and nodes.
+
+    Raises
+    ------
+    MeshError
+        An unknown option, cards that are not a multiple of those of a shell, a text that is no
+        number.
+    """
     options = [word for word in block.keyword.split("_")[2:] if word]
     for word in options:
         if word not in _SHELL_OPTIONS:
@@ -239,9 +268,14 @@ def _shell_cards(block: Block) -> _Table:
 
 
 def _solid_cards(block: Block) -> _Table:
-    """Read *ELEMENT_SOLID: one card, or element and part on one and up to ten nodes on the next.
+    """Return the elements of *ELEMENT_SOLID or *ELEMENT_TSHELL, without thickness.
 
-    The first card of the two-card form has no nodes.
+    They have one card with eight nodes, or one without nodes and a second one with up to ten.
+
+    Raises
+    ------
+    MeshError
+        A keyword with an option, a missing second card, a text that is no number.
     """
     if block.keyword not in _SOLIDS:
         raise _unknown_element(block, _SOLIDS)
@@ -284,7 +318,16 @@ def _unknown_element(block: Block, allowed: Iterable[str]) -> MeshError:
 def _without_repeats(
     ids: Int64Array, points: FloatArray, blocks: Iterable[Block]
 ) -> tuple[Int64Array, FloatArray]:
-    """Return nodes once each; a node given twice in the same place (included files) is allowed."""
+    """Return numbers and positions of the nodes, each once, in the order of their first cards.
+
+    Included files may repeat a node in the same place; `blocks` serve to find the cards of one
+    that is given in two.
+
+    Raises
+    ------
+    MeshError
+        A number has two positions; the message names both lines.
+    """
     _, rows, inverse = np.unique(ids, return_index=True, return_inverse=True)
     if len(rows) == len(ids):
         return ids, points
@@ -308,9 +351,12 @@ def _without_repeats(
 def _cells(
     shells: list[_Table], solids: list[_Table], rows: NodeRows, parts: Parts
 ) -> tuple[list[CellBlock], list[Int64Array], list[FloatArray | None]]:
-    """Return blocks by kind, the part number of each cell and the thickness at its nodes.
+    """Return blocks by table and kind, the part number of each cell, the thickness at its nodes.
 
-    A triangle has its third node twice, or no fourth; tetrahedra have ten nodes, or four.
+    A triangle has its third node twice, or no fourth; it and a shell without all four mid-side
+    nodes lose these. Of solids, ten nodes or none beyond the fourth are tetrahedra, all others
+    hexahedra. Thickness (m, k) is that of the element's card, where above 0, else of its section,
+    mid-side values are means; it is None for solids and for shells without any.
     """
     blocks: list[CellBlock] = []
     numbers: list[Int64Array] = []
@@ -357,8 +403,10 @@ class Lumped(NamedTuple):
     """Number of the node or set."""
     of_set: bool
     mass: float
+    """Mass of the node, or of the set as a whole."""
     block: Block
     line: int
+    """Line of its card."""
 
 
 def is_lumped(block: Block) -> bool:
@@ -382,15 +430,15 @@ def read_lumped(block: Block) -> list[Lumped]:
 
 
 def read_part_masses(block: Block) -> dict[int, Row]:
-    """Return the cards of *ELEMENT_MASS_PART, by part; their user reads ADDMASS and FINMASS."""
+    """Return the cards of *ELEMENT_MASS_PART, by part; the last one of each, its masses unread."""
     rows = [row_of(card, block, _MASS_OF_PART) for card in block.cards if card.text.strip()]
     return {row.whole("PID"): row for row in rows}
 
 
 def mark_mesh_fields(block: Block) -> None:
-    """Read a mesh keyword so that only fields without effect on the mesh stay unread.
+    """Mark the fields of a *NODE or *ELEMENT that the reader of the mesh uses as read.
 
-    Unreadable cards are ignored here: the reader of the mesh reports them.
+    Marking ends silently at an unreadable card: the reader of the mesh reports it.
     """
     with suppress(MeshError):
         if block.keyword == "NODE":

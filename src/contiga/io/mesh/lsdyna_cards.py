@@ -14,29 +14,47 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import NamedTuple
 
-from contiga.errors import MeshError
+from contiga.errors import FileError, MeshError
 from contiga.io.mesh.deck_text import MAX_WHOLE, find_included, fortran_number
+from contiga.io.mesh.lsdyna_parameters import LONG_WIDTH, WIDTH, Parameters, Unread, is_parameters
 from contiga.io.mesh.lsdyna_parameters import Block as Block
 from contiga.io.mesh.lsdyna_parameters import Card as Card
-from contiga.io.mesh.lsdyna_parameters import Parameters, Unread, is_parameters
 
-_WIDTH, _LONG_WIDTH = 10, 20
 _CARD_WIDTH, _LONG_CARD_WIDTH = 80, 160
 """Columns of a card; text beyond them is a remark."""
 _WIDE_INTEGERS = re.compile(r"I10\s*=\s*Y")
 
 
 def read_blocks(path: Path) -> Iterator[Block]:
-    """Yield the blocks of a deck and of the files it includes, in order.
+    """Yield the blocks of a deck and of the files it includes, in order, each up to its *END.
 
-    Fields have the values of the parameters that are defined before the field is read.
+    Fields have the values of the parameters that are defined before the field is read. Bytes that
+    are not UTF-8 are replaced, lines before the first keyword ignored.
 
     Raises
     ------
     FileError
-        An included file is missing or includes itself, or the deck is not text.
+        A file cannot be read; an included one is missing or includes itself.
+    MeshError
+        Another way of including files, or whole numbers in fields of ten characters.
     """
     yield from _blocks_of(path, False, [path.parent], Parameters(), ())
+
+
+def read_deck(path: Path) -> list[Block]:
+    """Return the blocks of a deck as `read_blocks`.
+
+    Raises
+    ------
+    FileError
+        As `read_blocks`, or the file has no keyword besides *KEYWORD, *END and *INCLUDE.
+    MeshError
+        As `read_blocks`.
+    """
+    blocks = list(read_blocks(path))
+    if not blocks:
+        raise FileError("not an LS-DYNA keyword deck", where=str(path), allowed="a file with *NODE")
+    return blocks
 
 
 def _blocks_of(
@@ -46,8 +64,16 @@ def _blocks_of(
     parameters: Parameters,
     open_files: tuple[Path, ...],
 ) -> Iterator[Block]:
-    # An unreadable byte can only be in a title or comment, which has no effect.
-    lines = path.read_text(encoding="utf-8", errors="replace").splitlines()
+    """Yield the blocks of one file, those of its *INCLUDE in its place; see `read_blocks`.
+
+    A block of parameters is read before it is yielded; a folder of an *INCLUDE_PATH is added to
+    `folders`, where included files are sought. `open_files` are those that include this one.
+    """
+    try:
+        # An unreadable byte can only be in a title or comment, which has no effect.
+        lines = path.read_text(encoding="utf-8", errors="replace").splitlines()
+    except OSError as error:
+        raise FileError(f"cannot be read ({error.strerror})", where=str(path)) from error
     open_files = (*open_files, path.resolve())
     for block in _split_into_blocks(lines, path, long, parameters):
         if block.keyword == "KEYWORD":
@@ -58,16 +84,12 @@ def _blocks_of(
             parameters.read(block)
         if not block.keyword.startswith("INCLUDE"):
             yield block
-        elif block.keyword in ("INCLUDE_PATH", "INCLUDE_PATH_RELATIVE"):
+            continue
+        if block.keyword in ("INCLUDE_PATH", "INCLUDE_PATH_RELATIVE"):
             name = block.cards[0].text.rstrip().removesuffix(" +").strip() if block.cards else ""
             folders.append(path.parent / name)
-        elif block.keyword == "INCLUDE":
-            for card in block.cards:
-                if name := card.text.strip():
-                    file = find_included(name, folders, open_files, block.where(card))
-                    inner = Parameters(block.parameters)
-                    yield from _blocks_of(file, block.long, folders, inner, open_files)
-        else:
+            continue
+        if block.keyword != "INCLUDE":
             raise MeshError(
                 "a way of including files that is not supported",
                 where=block.where(),
@@ -75,11 +97,17 @@ def _blocks_of(
                 allowed="*INCLUDE, *INCLUDE_PATH",
                 remedy="Write the deck out flat with your preprocessor.",
             )
+        for card in block.cards:
+            if name := card.text.strip():
+                file = find_included(name, folders, open_files, block.where(card))
+                inner = Parameters(block.parameters)
+                yield from _blocks_of(file, block.long, folders, inner, open_files)
 
 
 def _split_into_blocks(
     lines: list[str], path: Path, long: bool, parameters: Parameters
 ) -> Iterator[Block]:
+    """Yield the keywords of a file with their cards, without comments; `long` may be set by one."""
     block: Block | None = None
     for number, line in enumerate(lines, start=1):
         if line.startswith("$"):
@@ -117,7 +145,10 @@ OnSkip = Callable[[Block, str], None]
 
 @contextmanager
 def skip_unresolved(block: Block, on_skip: OnSkip | None) -> Iterator[None]:
-    """Pass a block with an unresolved parameter (&) in a field to `on_skip` instead of raising."""
+    """Pass a block with an unresolved parameter (&) in a field to `on_skip` instead of raising.
+
+    The rest of the `with` block is skipped. Other errors, and all without `on_skip`, are raised.
+    """
     try:
         yield
     except MeshError as error:
@@ -133,7 +164,10 @@ Definitions = dict[tuple[str, int], tuple[Block, Sequence[Card]]]
 def define_once(
     definitions: Definitions, kind: str, number: int, block: Block, cards: Sequence[Card]
 ) -> None:
-    """Note the cards of a number; equal cards may define it again, as included files do.
+    """Note in `definitions` the cards of a number, unless there are some; they must be equal then.
+
+    Included files may define a number again. Cards are equal if their keyword without _TITLE and
+    their text without blanks at the ends of lines are.
 
     Raises
     ------
@@ -151,7 +185,7 @@ def define_once(
 
 
 def _content(block: Block, cards: Sequence[Card]) -> tuple[str, str]:
-    """Return keyword and text without insignificant blanks."""
+    """Return the keyword without _TITLE, and the text without blanks and lines at the ends."""
     text = "\n".join(card.text.rstrip() for card in cards)
     return block.keyword.removesuffix("_TITLE"), text.rstrip()
 
@@ -160,7 +194,8 @@ class Field(NamedTuple):
     """A field of a card, as in the manual."""
 
     name: str
-    width: int = _WIDTH
+    width: int = WIDTH
+    """Columns in the standard format."""
     default: str = ""
     """Meaning of blank and 0; empty if that is 0."""
     idle: bool = False
@@ -175,10 +210,10 @@ class Layout(NamedTuple):
     """Places of the fields, by name."""
 
 
-def layout(text: str, width: int = _WIDTH) -> Layout:
-    """Return the layout of ``NAME``, ``NAME=default``, ``NAME:width`` and ``~NAME``.
+def layout(text: str, width: int = WIDTH) -> Layout:
+    """Return the layout of words ``NAME``, ``NAME=default``, ``NAME:width`` and ``~NAME``.
 
-    A tilde marks an idle field.
+    A tilde marks an idle field; `width` is that of fields without their own.
 
     >>> layout("~EID:8 NID:8 MASS:16").fields[2]
     Field(name='MASS', width=16, default='', idle=False)
@@ -201,13 +236,21 @@ class Row(NamedTuple):
     """Texts of the fields, stripped, with parameters filled in; empty past the card's end."""
 
     def text(self, name: str) -> str:
-        """Return the text of a field, or its default."""
+        """Return the text of a field, or its default if it is blank; the field counts as read."""
         k = self.layout.places[name]
         self.block.unread[self.card.line].pop(name, None)
         return self.texts[k] or self.layout.fields[k].default
 
     def whole(self, name: str) -> int:
-        """Return a field as a whole number; blank and 0 are its default, or 0."""
+        """Return a field as a whole number; blank and 0 are its default, or 0.
+
+        Decimals are cut off.
+
+        Raises
+        ------
+        MeshError
+            The text is not a finite number, or exceeds `MAX_WHOLE`.
+        """
         return self._as_whole(self.text(name) or "0") or int(self._default(name))
 
     def peek(self, name: str) -> int:
@@ -219,6 +262,7 @@ class Row(NamedTuple):
         return self._as_whole(text or "0") or int(self._default(name))
 
     def _as_whole(self, text: str) -> int:
+        """Return a text as a whole number without decimals; refuse one beyond `MAX_WHOLE`."""
         try:
             value = int(text)
         except ValueError:
@@ -233,9 +277,12 @@ class Row(NamedTuple):
         return value
 
     def real(self, name: str) -> float:
-        """Return a field as a number, in any of Fortran's notations.
+        """Return a field as a number, in any of Fortran's notations; blank and 0 are its default.
 
-        Blank and 0 are its default, or 0.
+        Raises
+        ------
+        MeshError
+            The text is not a finite number.
         """
         return self._number(self.text(name) or "0", "a number") or self._default(name)
 
@@ -251,6 +298,7 @@ class Row(NamedTuple):
         return float(self.layout.fields[self.layout.places[name]].default or 0.0)
 
     def _number(self, text: str, allowed: str) -> float:
+        """Return a text as a finite number; refuse others, with a remedy for a parameter (&)."""
         try:
             value = fortran_number(text)
             if not math.isfinite(value):
@@ -268,9 +316,10 @@ class Row(NamedTuple):
 
 
 def row_of(card: Card, block: Block, layout: Layout) -> Row:
-    """Cut a card of a block into fields.
+    """Return a card of a block, cut into fields; nonblank ones are noted in `block.unread`.
 
-    Nonblank columns beyond the layout are noted as fields that no reader reads.
+    Idle fields are not noted; columns beyond the layout are, as "field 9" and so on. A card that
+    was cut before keeps its notes.
     """
     count = len(layout.fields)
     if "," in card.text:
@@ -279,10 +328,10 @@ def row_of(card: Card, block: Block, layout: Layout) -> Row:
     else:
         start, cells = 0, []
         for field in layout.fields:
-            width = max(field.width, _LONG_WIDTH) if block.long else field.width
+            width = max(field.width, LONG_WIDTH) if block.long else field.width
             cells.append(card.text[start : start + width].strip())
             start += width
-        width, end = (_LONG_WIDTH, _LONG_CARD_WIDTH) if block.long else (_WIDTH, _CARD_WIDTH)
+        width, end = (LONG_WIDTH, _LONG_CARD_WIDTH) if block.long else (WIDTH, _CARD_WIDTH)
         beyond = [card.text[k : min(k + width, end)].strip() for k in range(start, end, width)]
     if "&" in card.text:
         cells = list(map(block.parameters.filled, cells))
@@ -296,15 +345,28 @@ def row_of(card: Card, block: Block, layout: Layout) -> Row:
 
 
 def rows_of(block: Block, cards: Sequence[Card], *layouts: Layout) -> list[Row]:
-    """Return a row of the cards for each layout; blank ones after the last card."""
+    """Return a row for each layout, of the cards in order; blank ones after the last card.
+
+    Cards beyond the layouts are ignored.
+    """
     padded = [*cards[: len(layouts)], *[Card("", 0)] * (len(layouts) - len(cards))]
     return [row_of(card, block, layout) for card, layout in zip(padded, layouts, strict=True)]
+
+
+def number_of_first_card(block: Block, layout: Layout, name: str) -> int:
+    """Return the number in a field of the first nonblank card after the title.
+
+    It is 0 without such a card, or if the field is not made of digits; this raises nothing.
+    """
+    _, cards = block.title_and_cards()
+    text = row_of(cards[0], block, layout).text(name) if cards else ""
+    return int(text) if text.isdecimal() else 0
 
 
 def unread_fields(block: Block) -> Iterator[tuple[str, str]]:
     """Yield names and texts of fields that are neither blank, default nor read.
 
-    A card that no reader has cut is one such field.
+    A card that no reader has cut is one such field, named "card 2:", unless its words are all 0.
     """
     for k, card in enumerate(block.cards, start=1):
         fields = block.unread.get(card.line)
@@ -317,6 +379,7 @@ def unread_fields(block: Block) -> Iterator[tuple[str, str]]:
 
 
 def _is_default(field: Unread) -> bool:
+    """Return whether a field is 0 or its default, as a number or as a word in any case."""
     try:
         value = fortran_number(field.text)
         return value in (0.0, float(field.default or 0.0))

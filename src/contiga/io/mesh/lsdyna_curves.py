@@ -19,6 +19,7 @@ from contiga.io.mesh.lsdyna_cards import (
     OnSkip,
     define_once,
     layout,
+    number_of_first_card,
     read_blocks,
     row_of,
     skip_unresolved,
@@ -46,7 +47,8 @@ def read_curves(blocks: Iterable[Block], on_skip: OnSkip | None = None) -> dict[
     """Return all curves of a deck by number; those with unresolved parameters go to `on_skip`.
 
     Abscissae are SFA (a + OFFA), ordinates SFO (o + OFFO); a scale of 0 is 1. A negative SFA
-    reverses the points, so that abscissae rise as they do in the deck.
+    reverses the points, so that abscissae rise as they do in the deck. Without `on_skip` an
+    unresolved parameter is an error. Whether abscissae rise is not checked.
 
     Raises
     ------
@@ -86,10 +88,11 @@ def is_table(block: Block) -> bool:
 def read_tables(
     blocks: Sequence[Block], on_skip: OnSkip | None = None
 ) -> dict[int, list[tuple[float, int]]]:
-    """Return all tables of a deck by number: values, and the number of the curve of each.
+    """Return all tables of a deck by number: pairs of a value and the number of its curve.
 
-    A table that names no curves uses the curves that follow it directly. Values are
-    SFA (value + OFFA). Tables with unresolved parameters go to `on_skip`.
+    A table that names no curves uses the curves that follow it directly; values without a curve
+    are left out. Values are SFA (value + OFFA). Tables with unresolved parameters go to `on_skip`,
+    or are an error without it. Of two tables of one number the last one counts.
 
     Raises
     ------
@@ -116,9 +119,7 @@ def read_tables(
 
 def number_of(block: Block) -> int:
     """Return the number of a curve; 0 without a readable number."""
-    _, cards = block.title_and_cards()
-    text = row_of(cards[0], block, _HEAD).text("LCID") if cards else ""
-    return int(text) if text.isdecimal() else 0
+    return number_of_first_card(block, _HEAD, "LCID")
 
 
 def read_curve_of_deck(path: Path, number: int | None) -> DeckCurve:
@@ -129,15 +130,12 @@ def read_curve_of_deck(path: Path, number: int | None) -> DeckCurve:
     FileError
         The deck cannot be read, has no such curve, or several where none is named.
     MeshError
-        A field of the curve that should be a number is not one.
+        A field that should be a number is not one, or a parameter of the curve has no value.
     """
     skipped: dict[int, Block] = {}
-    try:
-        curves = read_curves(
-            read_blocks(path), lambda block, _: skipped.update({number_of(block): block})
-        )
-    except OSError as error:
-        raise FileError(f"cannot be read ({error.strerror})", where=str(path)) from error
+    curves = read_curves(
+        read_blocks(path), lambda block, _: skipped.update({number_of(block): block})
+    )
     if number in skipped or (skipped and not curves):
         # Without `on_skip` the unresolved parameter raises.
         read_curves([skipped.get(number or 0) or next(iter(skipped.values()))])

@@ -31,7 +31,7 @@ class Material(NamedTuple):
     poisson: float
     rigid: bool
     held: tuple[int, int]
-    """CON1 and CON2 of a rigid material: fixed translations and rotations."""
+    """CON1 and CON2 of a rigid material: codes of fixed translations and rotations, 0 for none."""
     block: Block
     soft: SoftLaw | None = None
     """Law of a deforming part of this material."""
@@ -60,7 +60,9 @@ class Prescribed(NamedTuple):
     kind: int
     """0 velocity, 1 acceleration, 2 displacement."""
     curve: int
+    """Number of the curve over time."""
     scale: float
+    """Factor on its ordinates, SF."""
     block: Block
     line: int
 
@@ -76,7 +78,7 @@ class Start(NamedTuple):
 
 
 class NodeStart(NamedTuple):
-    """Initial velocity and spin of a node."""
+    """Initial velocity and spin of a node, from its card in `line` of the deck."""
 
     rates: tuple[float, ...]
     """vx, vy, vz, and the spin about x, y, z."""
@@ -100,12 +102,15 @@ class DeckModel:
     """Sets of unknown type, by kind ("NODE", "PART") and number."""
     title: str = ""
     end: float = 0.0
+    """Time at which the run ends, ENDTIM; 0 if it is not given."""
     states: float = 0.0
     """Time between written states; 0 if it is not given."""
     materials: dict[int, Material] = field(default_factory=dict)
     contacts: list[DeckContact] = field(default_factory=list)
     motions: list[Prescribed] = field(default_factory=list)
+    """Motions with usable curves, one for each part and direction."""
     ties: list[NodeTie] = field(default_factory=list)
+    """Ties without those that have a problem."""
     velocities: dict[int, Start] = field(default_factory=dict)
     """Initial velocities by part; 0 means all."""
     node_velocities: dict[int, NodeStart] = field(default_factory=dict)
@@ -123,7 +128,10 @@ class DeckModel:
     """Lines of unknown contents, by keyword with details in brackets and included file."""
 
     def leave(self, block: Block, reason: str = "", line: int = 0) -> None:
-        """Note that something of a keyword is not understood."""
+        """Note in `unknown`, once for each line, that something of a keyword is not understood.
+
+        Without `line` it is the line of the keyword. Its fields stay as read or unread as they are.
+        """
         text = f"*{block.keyword}{f' ({reason})' if reason else ''}{self._file_of(block)}"
         lines = self.unknown.setdefault(text, [])
         if (line or block.line) not in lines:
@@ -132,7 +140,10 @@ class DeckModel:
     def drop(
         self, block: Block, reason: str = "", line: int = 0, cards: Sequence[Card] = ()
     ) -> None:
-        """Note that a keyword, or some of its cards, are left out with all their contents."""
+        """Do as `leave`, and mark `cards`, all cards of the keyword if empty, as read.
+
+        So `leave_unread` does not list their fields.
+        """
         self.leave(block, reason, line)
         block.mark_read(*(cards or block.cards))
 
@@ -142,7 +153,11 @@ class DeckModel:
         self.drop(block, reason)
 
     def leave_unread(self) -> None:
-        """Note every field that has a meaning but that no reader has read."""
+        """Note every field that is neither blank nor default and that no reader has read.
+
+        Blocks with the same keyword, file and unread names share an entry, which has up to
+        `_MAX_VALUES` values of each name. All their cards then count as read.
+        """
         entries: dict[tuple[str, ...], tuple[list[Block], dict[str, list[str]]]] = {}
         for block in self.blocks:
             fields = list(unread_fields(block))
@@ -163,7 +178,7 @@ class DeckModel:
                 self.drop(block, reason)
 
     def no_set(self, kind: str, number: int) -> str:
-        """Return why there is no set of a kind ("NODE", "PART") and number; empty if it exists."""
+        """Return why there is no set of a kind ("NODE", "PART") and number; "" if there is one."""
         if number in (self.node_sets if kind == "NODE" else self.part_sets):
             return ""
         other = self.other_sets.get((kind, number))
@@ -172,11 +187,15 @@ class DeckModel:
         return f"set {number} is a *{other.keyword}, {self.place(other)}, which is not understood"
 
     def nodes_of(self, mass: Lumped) -> list[int]:
-        """Return the numbers of the nodes with a lumped mass."""
+        """Return the numbers of the nodes of a lumped mass; none if its set does not exist."""
         return self.node_sets.get(mass.number, []) if mass.of_set else [mass.number]
 
     def axes_of(self, inertia: Inertia) -> FloatArray | None:
-        """Return the axes of a tensor, columns (3, 3); None if they are not understood."""
+        """Return the axes of a tensor as columns (3, 3); None if they are not understood.
+
+        They are those of the system that its card names, or else of the vectors on the card, and
+        without a card those of the world. Parallel vectors and unknown systems have none.
+        """
         if inertia.axes is None:
             return np.eye(3)
         system = inertia.axes.whole("CID")
@@ -185,7 +204,10 @@ class DeckModel:
         return axes_of(inertia.axes.reals("XL YL ZL"), inertia.axes.reals("XLIP YLIP ZLIP"))
 
     def ends_after(self, death: float) -> bool:
-        """Return whether something ends before the run does; a death time of 0 means never."""
+        """Return whether a death time lies before the end of the run; 0 means never.
+
+        If the deck gives no end of the run, any other death time below 1e20 does.
+        """
         return 0.0 < death < (self.end or _NO_DEATH)
 
     def place(self, block: Block, line: int = 0) -> str:
@@ -196,12 +218,12 @@ class DeckModel:
         return "" if block.path == self.path else f" of {block.path.name}"
 
     def curve(self, number: int) -> DeckCurve | None:
-        """Return a curve, or None if there is none.
+        """Return the curve of a number, or None if there is none.
 
         Raises
         ------
         MeshError
-            It has parameters without a value.
+            It is one of `unresolved_curves`: a parameter has no value.
         """
         if number in self.unresolved_curves:
             read_curves([self.unresolved_curves[number]])

@@ -11,14 +11,13 @@ from pathlib import Path
 
 import numpy as np
 
-from contiga.errors import FileError
 from contiga.io.mesh.lsdyna import mark_mesh_fields, read_lumped, read_part_masses
 from contiga.io.mesh.lsdyna_cards import (
     Block,
     Card,
     define_once,
     layout,
-    read_blocks,
+    read_deck,
     row_of,
     rows_of,
     skip_unresolved,
@@ -74,25 +73,38 @@ _VECTORS = layout("CID XX YX ZX XV YV ZV NID")
 _SYSTEM = layout("CID XO YO ZO XL YL ZL CIDL"), layout("XP YP ZP")
 _TERMINATION = layout("ENDTIM ENDCYC DTMIN ENDENG ENDMAS=1e8 NOSOL")
 _OUTPUT_STATES = layout("DT ~LCDT ~BEAM NPLTC ~PSETID ~CID")
+_END_KEYWORD = "CONTROL_TERMINATION"
+
+Reader = Callable[[Block, DeckModel], None]
+_READERS: dict[str, Reader] = {}
+"""Readers by keyword, or by its beginning followed by a star."""
+
+
+def _reads(*keywords: str) -> Callable[[Reader], Reader]:
+    """Make a function the reader of some keywords; one with a star stands for all that begin so."""
+
+    def register(reader: Reader) -> Reader:
+        _READERS.update(dict.fromkeys(keywords, reader))
+        return reader
+
+    return register
 
 
 def read_model(path: Path) -> DeckModel:
     """Read the contents of a deck besides its mesh.
 
+    What is not understood is noted in `DeckModel.unknown`: keywords without a reader, features of
+    those with one, and parameters (&) without a value, whose keywords are left out.
+
     Raises
     ------
     FileError
-        Not a keyword deck, or an included file is missing.
+        Not a keyword deck, it cannot be read, or an included file is missing.
     MeshError
-        A field that should be a number is not one; parameters (&) without a value are noted. A
-        part, section, material or curve is given twice, not alike.
+        A field that should be a number is not one. A part, section, material or curve is given
+        twice, not alike.
     """
-    try:
-        blocks = list(read_blocks(path))
-    except OSError as error:
-        raise FileError(f"cannot be read ({error.strerror})", where=str(path)) from error
-    if not blocks:
-        raise FileError("not an LS-DYNA keyword deck", where=str(path), allowed="a file with *NODE")
+    blocks = read_deck(path)
     model = DeckModel(path, blocks)
     model.parts = read_parts(blocks, model.drop)
     model.curves = read_curves(blocks, model.drop_curve)
@@ -111,7 +123,11 @@ def read_model(path: Path) -> DeckModel:
             block.mark_read(*block.cards)
             continue
         reader = _READERS.get(block.keyword) or next(
-            (read for start, read in _PREFIX_READERS.items() if block.keyword.startswith(start)),
+            (
+                reader
+                for start, reader in _READERS.items()
+                if start.endswith("*") and block.keyword.startswith(start[:-1])
+            ),
             None,
         )
         if reader is None:
@@ -126,9 +142,10 @@ def read_model(path: Path) -> DeckModel:
 
 
 def _usable_motions(model: DeckModel) -> list[Prescribed]:
-    """Return the motions with usable curves; note the others.
+    """Return the motions of `model` that can be carried out; note the others and the reason.
 
-    There is one for each part and direction, and one kind for each part.
+    A curve must exist, have points, and times that do not fall; one with an unresolved parameter
+    passes. The first motion of a part sets its kind, the first of a part and direction counts.
     """
     motions: list[Prescribed] = []
     kinds: dict[int, int] = {}
@@ -156,6 +173,12 @@ def _usable_motions(model: DeckModel) -> list[Prescribed]:
     return motions
 
 
+@_reads("NODE", "ELEMENT_SHELL*", "ELEMENT_SOLID*", "ELEMENT_TSHELL*")
+def _read_mesh(block: Block, _: DeckModel) -> None:
+    mark_mesh_fields(block)
+
+
+@_reads("ELEMENT_MASS", "ELEMENT_MASS_NODE_SET")
 def _read_lumped_masses(block: Block, model: DeckModel) -> None:
     for mass in read_lumped(block):
         model.masses.append(mass)
@@ -163,7 +186,18 @@ def _read_lumped_masses(block: Block, model: DeckModel) -> None:
             model.leave(block, problem, mass.line)
 
 
+@_reads("ELEMENT_MASS_PART")
+def _read_part_masses(block: Block, model: DeckModel) -> None:
+    model.part_masses.update(read_part_masses(block))
+
+
+@_reads("MAT_*")
 def _read_material(block: Block, model: DeckModel) -> None:
+    """Add the material of a *MAT; drop one that is not known, or has neither law nor modulus.
+
+    If a law cannot be made the reason is kept. Constraints of a rigid material in its own axes
+    (CMO < 0) are noted. A number that other cards define is a `MeshError`.
+    """
     has_title = block.keyword.endswith("_TITLE")
     kind = block.keyword.removeprefix("MAT_").removesuffix("_TITLE")
     cards = block.behind(has_title)
@@ -198,8 +232,9 @@ def _read_material(block: Block, model: DeckModel) -> None:
     )
 
 
+@_reads("BOUNDARY_SPC*", "CONSTRAINED_EXTRA_NODES*")
 def _read_ties(block: Block, model: DeckModel) -> None:
-    """Read *BOUNDARY_SPC_… and *CONSTRAINED_EXTRA_NODES_…."""
+    """Add the ties without a problem, and note the others; drop keywords that are no ties."""
     if not is_tie(block):
         model.drop(block)
         return
@@ -210,7 +245,13 @@ def _read_ties(block: Block, model: DeckModel) -> None:
             model.ties.append(tie)
 
 
+@_reads("CONTACT_*")
 def _read_contact(block: Block, model: DeckModel) -> None:
+    """Add a contact between surfaces, of nodes with a surface, or of a surface with itself.
+
+    Tied, 2D and other kinds, and keywords of fewer than two cards, are dropped. Times of birth and
+    death, friction by tables, and a decay that cannot be (FD above FS) are noted.
+    """
     has_id = block.keyword.endswith(("_ID", "_TITLE"))
     kind = block.keyword.removesuffix("_ID").removesuffix("_TITLE")
     cards = block.behind(has_id)
@@ -240,7 +281,12 @@ def _read_contact(block: Block, model: DeckModel) -> None:
     model.contacts.append(DeckContact(block, pair, (static, dynamic, decay), scales))
 
 
+@_reads("BOUNDARY_PRESCRIBED_MOTION_RIGID", "BOUNDARY_PRESCRIBED_MOTION_RIGID_ID")
 def _read_prescribed_motion(block: Block, model: DeckModel) -> None:
+    """Add the translations of rigid parts; drop rotations and other kinds, with their cards.
+
+    Times of birth and death within the run are noted: motions last all the time.
+    """
     has_id = block.keyword.endswith("_ID")
     cards = iter(block.cards)
     for card in cards:
@@ -266,8 +312,9 @@ def _read_prescribed_motion(block: Block, model: DeckModel) -> None:
         model.motions.append(Prescribed(part, direction, kind, curve, scale, block, line))
 
 
+@_reads("INITIAL_VELOCITY_RIGID_BODY")
 def _read_rigid_velocity(block: Block, model: DeckModel) -> None:
-    """Read *INITIAL_VELOCITY_RIGID_BODY."""
+    """Set the velocities of parts and replace their own rates; note those in other axes (ICID)."""
     for row in (row_of(card, block, _RIGID_VELOCITY) for card in block.cards):
         part, rates = row.whole("PID"), row.reals(_RATES)
         if row.whole("ICID"):
@@ -276,8 +323,13 @@ def _read_rigid_velocity(block: Block, model: DeckModel) -> None:
             _set_velocity(model, part, Start(rates, (part,), block))
 
 
+@_reads("INITIAL_VELOCITY_GENERATION")
 def _read_velocity_generation(block: Block, model: DeckModel) -> None:
-    """Read *INITIAL_VELOCITY_GENERATION: the velocity of a part, a set of parts, or all (0)."""
+    """Set the velocity of a part, of each part of a set, or of all (number 0).
+
+    Entries with a spin, of nodes, of a set that is missing or empty, or in axes of their own are
+    dropped. IRIGID = 1 also replaces rates of *PART_INERTIA.
+    """
     for k in range(0, len(block.cards) - 1, 2):
         head, tail = rows_of(block, block.cards[k : k + 2], *_VELOCITY_GENERATION)
         number, kind = head.wholes("ID STYP")
@@ -300,8 +352,13 @@ def _read_velocity_generation(block: Block, model: DeckModel) -> None:
             _set_velocity(model, part, Start((*velocity, 0.0, 0.0, 0.0), replaced, block))
 
 
+@_reads("INITIAL_VELOCITY")
 def _read_velocity(block: Block, model: DeckModel) -> None:
-    """Read *INITIAL_VELOCITY: the velocity of all parts."""
+    """Set the velocity of all parts; one of a set of nodes, a box or other axes is dropped.
+
+    Exempt nodes (NSIDEX) are noted, and get it too. IRIGID names the parts, or all if negative,
+    whose rates of *PART_INERTIA it replaces.
+    """
     if len(block.cards) < 2:
         model.drop(block)
         return
@@ -320,7 +377,7 @@ def _read_velocity(block: Block, model: DeckModel) -> None:
 
 
 def _set_velocity(model: DeckModel, part: int, start: Start) -> None:
-    """Set the velocity of a part, or of all (0); note a conflicting one."""
+    """Set the velocity of a part, or of all (0); a different earlier one is noted and replaced."""
     before = model.velocities.get(part)
     if before is not None and before.rates != start.rates:
         owner = f"part {part}" if part else "all"
@@ -328,8 +385,12 @@ def _set_velocity(model: DeckModel, part: int, start: Start) -> None:
     model.velocities[part] = start
 
 
+@_reads("INITIAL_VELOCITY_NODE")
 def _read_node_velocity(block: Block, model: DeckModel) -> None:
-    """Read *INITIAL_VELOCITY_NODE."""
+    """Set the velocities of nodes; a different earlier one of a node is noted and replaced.
+
+    Velocities in other axes (ICID) are noted and left out, cards without a node skipped.
+    """
     for row in (row_of(card, block, _NODE_VELOCITY) for card in block.cards):
         node, line = row.whole("NID"), row.card.line
         rates = row.reals(_RATES)
@@ -343,8 +404,9 @@ def _read_node_velocity(block: Block, model: DeckModel) -> None:
             model.node_velocities[node] = NodeStart(rates, block, line)
 
 
+@_reads("LOAD_BODY_X", "LOAD_BODY_Y", "LOAD_BODY_Z")
 def _read_gravity(block: Block, model: DeckModel) -> None:
-    """Read *LOAD_BODY_X, _Y and _Z."""
+    """Set the gravity along an axis from the first card; drop an earlier keyword for that axis."""
     if not block.cards:
         model.drop(block)
         return
@@ -356,6 +418,7 @@ def _read_gravity(block: Block, model: DeckModel) -> None:
     model.gravity[axis] = row.whole("LCID"), row.real("SF"), block
 
 
+@_reads(f"{_END_KEYWORD}*")
 def _read_termination(block: Block, model: DeckModel) -> None:
     (row,) = rows_of(block, block.cards, _TERMINATION)
     end = row.real("ENDTIM")
@@ -364,8 +427,13 @@ def _read_termination(block: Block, model: DeckModel) -> None:
     model.end = end
 
 
+@_reads("DEFINE_COORDINATE_SYSTEM*", "DEFINE_COORDINATE_VECTOR*")
 def _read_system(block: Block, model: DeckModel) -> None:
-    """Read *DEFINE_COORDINATE_SYSTEM and _VECTOR, except those given in another system."""
+    """Add the axes of *DEFINE_COORDINATE_SYSTEM and _VECTOR by number.
+
+    Of the first, systems given in another one or by points on a line are dropped; of the second,
+    those by parallel vectors are left out.
+    """
     by_vectors = block.keyword.removesuffix("_TITLE").endswith("_VECTOR")
     _, cards = block.title_and_cards()
     if by_vectors:
@@ -384,41 +452,10 @@ def _read_system(block: Block, model: DeckModel) -> None:
             model.systems[head.whole("CID")] = axes
 
 
+@_reads("DATABASE_BINARY_D3PLOT*")
 def _read_output_states(block: Block, model: DeckModel) -> None:
+    """Set the time between written states: the end over their number, or else DT."""
     (row,) = rows_of(block, block.cards, _OUTPUT_STATES)
     block.mark_read(*block.cards[1:])  # which results are in the files
     count = row.whole("NPLTC")
     model.states = model.end / count if count > 0 else row.real("DT")
-
-
-_END_KEYWORD = "CONTROL_TERMINATION"
-Reader = Callable[[Block, DeckModel], None]
-_READERS: dict[str, Reader] = {
-    "NODE": lambda block, _: mark_mesh_fields(block),
-    "ELEMENT_MASS": _read_lumped_masses,
-    "ELEMENT_MASS_NODE_SET": _read_lumped_masses,
-    "ELEMENT_MASS_PART": lambda block, model: model.part_masses.update(read_part_masses(block)),
-    "BOUNDARY_PRESCRIBED_MOTION_RIGID": _read_prescribed_motion,
-    "BOUNDARY_PRESCRIBED_MOTION_RIGID_ID": _read_prescribed_motion,
-    "INITIAL_VELOCITY": _read_velocity,
-    "INITIAL_VELOCITY_RIGID_BODY": _read_rigid_velocity,
-    "INITIAL_VELOCITY_GENERATION": _read_velocity_generation,
-    "INITIAL_VELOCITY_NODE": _read_node_velocity,
-    **dict.fromkeys(("LOAD_BODY_X", "LOAD_BODY_Y", "LOAD_BODY_Z"), _read_gravity),
-}
-"""Readers by keyword."""
-_PREFIX_READERS: dict[str, Reader] = {
-    **dict.fromkeys(
-        ("ELEMENT_SHELL", "ELEMENT_SOLID", "ELEMENT_TSHELL"),
-        lambda block, _: mark_mesh_fields(block),
-    ),
-    "MAT_": _read_material,
-    "CONTACT_": _read_contact,
-    "BOUNDARY_SPC": _read_ties,
-    "CONSTRAINED_EXTRA_NODES": _read_ties,
-    "DATABASE_BINARY_D3PLOT": _read_output_states,
-    "DEFINE_COORDINATE_SYSTEM": _read_system,
-    "DEFINE_COORDINATE_VECTOR": _read_system,
-    _END_KEYWORD: _read_termination,
-}
-"""Readers by the beginning of a keyword."""

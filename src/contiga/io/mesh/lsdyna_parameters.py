@@ -20,7 +20,8 @@ from typing import NamedTuple
 from contiga.io.mesh.deck_text import fortran_number
 
 _PAIRS_PER_CARD = 4
-_WIDTH, _LONG_WIDTH = 10, 20
+WIDTH, LONG_WIDTH = 10, 20
+"""Columns of a field in the standard and in the long format."""
 _OPTIONS = {"LOCAL", "EXPRESSION"}
 _TYPE_LETTERS = "ric"
 _REFERENCE = re.compile(r"(-?)\s*&\s*(\w+)", re.ASCII)
@@ -37,7 +38,7 @@ Value = int | float
 
 
 def _as_whole(value: float, a: Value, b: Value) -> Value:
-    """Return `value` as a whole number if both operands are."""
+    """Return `value` as an int if it and both operands are whole and it is exact as a float."""
     is_whole = isinstance(a, int) and isinstance(b, int) and value == round(value)
     return int(value) if is_whole and abs(value) < _MAX_EXACT_WHOLE else value
 
@@ -102,19 +103,23 @@ class Block(NamedTuple):
     parameters: Parameters
     """Values of the names after & in its cards."""
     unread: dict[int, dict[str, Unread]]
-    """Nonblank fields that no reader has read, by name, for the line of each card that was cut."""
+    """Nonblank fields that no reader has read, by name, for the line of each card that was cut.
+
+    Readers remove the fields they read.
+    """
 
     def title_and_cards(self) -> tuple[str, list[Card]]:
         """Return title and nonblank cards; a keyword in _TITLE has its title on the first card.
 
-        A blank title is a card, too, so the title is removed before the blank cards are.
+        Without a title it is "". A blank title is a card, too, so the title is removed before the
+        blank cards are. The title is marked as read.
         """
         titled = self.keyword.endswith("_TITLE") and len(self.cards) > 0
         title = self.cards[0].text.strip() if titled else ""
         return title, [card for card in self.behind(titled) if card.text.strip()]
 
     def behind(self, count: int) -> list[Card]:
-        """Return the cards after the first few, which are titles and numbers of the keyword."""
+        """Return the cards after the first `count`, which are titles and count as read."""
         self.mark_read(*self.cards[:count])
         return self.cards[count:]
 
@@ -123,7 +128,7 @@ class Block(NamedTuple):
         self.unread.update({card.line: {} for card in cards})
 
     def where(self, card: Card | None = None) -> str:
-        """Return file, line and keyword, for messages."""
+        """Return file, line of the card and keyword for messages; without a card no line."""
         line = f", line {card.line}" if card else ""
         return f"{self.path}{line}: *{self.keyword}"
 
@@ -150,7 +155,10 @@ class Parameters:
         self.unresolved: list[UnresolvedParameter] = [] if outer is None else outer.unresolved
 
     def filled(self, field: str) -> str:
-        """Return a field with the value of its parameter; unchanged without one."""
+        """Return the value of the parameter that a field is (&name, −&name with the sign changed).
+
+        Other fields, and those of an unknown parameter, are returned unchanged.
+        """
         match = _REFERENCE.fullmatch(field)
         value = None if match is None else self._values.get(match[2].lower())
         if match is None or value is None:
@@ -160,10 +168,14 @@ class Parameters:
         return value[1:] if value.startswith("-") else f"-{value.removeprefix('+')}"
 
     def read(self, block: Block) -> None:
-        """Define the parameters of a block for which `is_parameters` holds."""
+        """Define the parameters of a block for which `is_parameters` holds.
+
+        Those that are not understood, or have another value already, which stands, are added to
+        `unresolved`. Parameters that are not _LOCAL are defined for the whole deck.
+        """
         has_expressions = "EXPRESSION" in block.keyword
         scope = self._values.maps[0 if "LOCAL" in block.keyword else -1]
-        for line, name, text in _expressions(block) if has_expressions else _pairs(block):
+        for line, name, text in _definitions(block, has_expressions):
             kind, name = name[:1].lower(), name[1:].strip().lower()
             value = self._evaluated(text, kind) if has_expressions else self.filled(text)
             if not name or kind not in _TYPE_LETTERS or value is None or "&" in value:
@@ -175,18 +187,24 @@ class Parameters:
             self.unresolved.append(UnresolvedParameter(block, reason, line))
 
     def _evaluated(self, text: str, kind: str) -> str | None:
-        """Return the value of an expression; None if it is not understood or not a number."""
+        """Return the value of an expression as text; None if it is not understood.
+
+        A value of kind "i" that is not whole, or one that is not finite, is None too.
+        """
         try:
             tree = ast.parse(_DOUBLE.sub("e", text.replace("&", " ")).strip().lower(), mode="eval")
             value = self._evaluate(tree.body)
+            if kind == "i":
+                return f"{value:.0f}" if value == math.trunc(value) else None
+            return repr(value) if math.isfinite(value) else None
         except (ArithmeticError, ValueError, TypeError, SyntaxError, RecursionError, MemoryError):
             return None
-        if kind == "i":
-            return f"{value:.0f}" if value == math.trunc(value) else None
-        return repr(value) if math.isfinite(value) else None
 
     def _evaluate(self, node: ast.expr) -> Value:
-        """Return the value of a syntax tree; raise a ValueError for any other syntax."""
+        """Return the value of numbers, parameters, + − * / **, and functions of `_FUNCTIONS`.
+
+        Any other syntax, and an unknown name, is a ValueError; arithmetic errors pass through.
+        """
         if isinstance(node, ast.Constant) and type(node.value) in (int, float):
             return node.value  # type: ignore[return-value]
         if isinstance(node, ast.Name) and node.id in self._values:
@@ -214,9 +232,25 @@ def is_parameters(block: Block) -> bool:
     return first == "PARAMETER" and set(options) <= _OPTIONS
 
 
-def _pairs(block: Block) -> Iterator[tuple[int, str, str]]:
-    """Yield line, type letter with name, and text of the value: four pairs per card."""
-    width = _LONG_WIDTH if block.long else _WIDTH
+def _definitions(block: Block, has_expressions: bool) -> Iterator[tuple[int, str, str]]:
+    """Yield line, type letter with name, and text of each value or expression.
+
+    A card has four values, with commas also more; those without a name are skipped. It has one
+    expression, whose name a comma may end; without a name it continues the expression before.
+    """
+    width = LONG_WIDTH if block.long else WIDTH
+    if has_expressions:
+        expressions: list[tuple[int, str, list[str]]] = []
+        for card in block.cards:
+            name, comma, text = card.text.partition(",")
+            if not comma or len(name) > width:
+                name, text = card.text[:width], card.text[width:]
+            if name.strip():
+                expressions.append((card.line, name.strip(), [text]))
+            elif expressions:
+                expressions[-1][2].append(text.strip())
+        yield from ((line, name, "".join(texts)) for line, name, texts in expressions)
+        return
     for card in block.cards:
         if "," in card.text:
             cells = [cell.strip() for cell in card.text.split(",")]
@@ -226,21 +260,3 @@ def _pairs(block: Block) -> Iterator[tuple[int, str, str]]:
         for name, value in zip(cells[::2], cells[1::2], strict=False):
             if name:
                 yield card.line, name, value
-
-
-def _expressions(block: Block) -> Iterator[tuple[int, str, str]]:
-    """Yield line, type letter with name, and expression, one per card.
-
-    An empty name continues the expression before.
-    """
-    width = _LONG_WIDTH if block.long else _WIDTH
-    expressions: list[tuple[int, str, list[str]]] = []
-    for card in block.cards:
-        name, comma, text = card.text.partition(",")
-        if not comma or len(name) > width:
-            name, text = card.text[:width], card.text[width:]
-        if name.strip():
-            expressions.append((card.line, name.strip(), [text]))
-        elif expressions:
-            expressions[-1][2].append(text.strip())
-    yield from ((line, name, "".join(texts)) for line, name, texts in expressions)

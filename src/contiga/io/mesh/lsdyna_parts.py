@@ -1,11 +1,11 @@
-"""*PART and *SECTION_SHELL of an LS-DYNA deck: titles of parts and thicknesses of shells.
+"""*PART and *SECTION of an LS-DYNA deck: titles and inertia of parts, thicknesses of shells.
 
 Card layouts: LS-DYNA Keyword User's Manual, volume I, *PART and *SECTION_SHELL.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from itertools import islice
 from typing import NamedTuple
 
@@ -46,19 +46,23 @@ _ANGLES = layout("B1 B2 B3 B4 B5 B6 B7 B8")
 _MISC = layout("THKSCL=1")
 _SOLID = layout("~SECID ELFORM=1 AET P4 P5 P6 COHOFF GASKETT")
 _THICK_SHELL = layout("~SECID ELFORM=1 SHRF=1 NIP=2 PROPT=1 QR/IRID ICOMP TSHEAR")
+_SOLID_SECTIONS = ("SECTION_SOLID", "SECTION_TSHELL")
 
 
 class Inertia(NamedTuple):
     """The *PART_INERTIA of a rigid part."""
 
     mass: float
-    centre: tuple[float, float, float]
+    centre: tuple[float, ...]
+    """x, y, z."""
     node: int
     """Node at the centre; 0 if the centre is given."""
-    tensor: tuple[float, float, float, float, float, float]
+    tensor: tuple[float, ...]
     """Ixx, Ixy, Ixz, Iyy, Iyz, Izz about the centre."""
-    velocity: tuple[float, float, float]
-    spin: tuple[float, float, float]
+    velocity: tuple[float, ...]
+    """Initial velocity of the centre."""
+    spin: tuple[float, ...]
+    """Initial angular velocity."""
     axes: Row | None
     """The card with the axes of the tensor; None for world axes."""
     block: Block
@@ -90,13 +94,19 @@ class Parts(NamedTuple):
 
 
 def is_part(block: Block) -> bool:
-    """Return whether a keyword is a *PART that `read_parts` reads completely."""
+    """Return whether a keyword is a *PART that `read_parts` reads completely.
+
+    That is *PART alone, or with the options of `_PART_OPTIONS` in any order.
+    """
     first, *options = block.keyword.split("_")
     return first == "PART" and set(options) <= _PART_OPTIONS.keys()
 
 
 def read_parts(blocks: Iterable[Block], on_skip: OnSkip | None = None) -> Parts:
-    """Return parts and sections of a deck; those with unresolved parameters go to `on_skip`.
+    """Return parts and sections of a deck; blocks with unresolved parameters go to `on_skip`.
+
+    Without `on_skip` an unresolved parameter is an error. Parts of a block before the one with
+    the parameter are read. Of a *PART with unknown options only the first part is, without them.
 
     Raises
     ------
@@ -105,10 +115,16 @@ def read_parts(blocks: Iterable[Block], on_skip: OnSkip | None = None) -> Parts:
     """
     parts = Parts({}, {}, {}, {}, {}, {}, {})
     for block in blocks:
-        reader = next((read for start, read in _READERS if block.keyword.startswith(start)), None)
-        if reader is not None or block.keyword == "PART":
-            with skip_unresolved(block, on_skip):
-                (reader or _read_part)(block, parts)
+        if block.keyword == "PART" or block.keyword.startswith("PART_"):
+            reader = _read_part
+        elif block.keyword.startswith("SECTION_SHELL"):
+            reader = _read_shell_section
+        elif block.keyword.startswith(_SOLID_SECTIONS):
+            reader = _read_solid_section
+        else:
+            continue
+        with skip_unresolved(block, on_skip):
+            reader(block, parts)
     return parts
 
 
@@ -118,7 +134,12 @@ def is_section(block: Block) -> bool:
 
 
 def _read_part(block: Block, parts: Parts) -> None:
-    options = block.keyword.split("_")[1:]
+    """Read the parts of a *PART: heading, numbers, and cards of known options.
+
+    If there are unknown options only the first part is read, without cards of options.
+    """
+    is_known = is_part(block)
+    options = block.keyword.split("_")[1:] if is_known else []
     cards = iter(block.cards)
     for heading in cards:
         card = next(cards, None)
@@ -128,7 +149,7 @@ def _read_part(block: Block, parts: Parts) -> None:
         number, section, material = row_of(card, block, _PART).wholes("PID SECID MID")
         # Everything that can fail comes first: a part is read with all its cards, or not at all.
         part_cards = [heading, card]
-        for option in options if is_part(block) else ():
+        for option in options:
             layouts = _PART_OPTIONS[option]
             extra = list(islice(cards, len(layouts)))
             part_cards += extra
@@ -136,36 +157,28 @@ def _read_part(block: Block, parts: Parts) -> None:
                 row_of(extra_card, block, fields)
                 for extra_card, fields in zip(extra, layouts, strict=False)
             ]
-            if option == "INERTIA" and rows:
-                # A tensor in local axes is followed by a card with these axes.
-                axes_card = next(cards, Card("", 0)) if rows[0].whole("IRCS") else None
-                if len(rows) == len(layouts):
-                    axes = row_of(axes_card, block, _AXES) if axes_card else None
-                    parts.inertia[number] = _inertia(rows, axes, block)
+            if option != "INERTIA" or not rows:
+                continue
+            # A tensor in local axes is followed by a card with these axes.
+            axes_card = next(cards, Card("", 0)) if rows[0].whole("IRCS") else None
+            if len(rows) == len(layouts):
+                parts.inertia[number] = Inertia(
+                    centre=rows[0].reals("XC YC ZC"),
+                    mass=rows[0].real("TM"),
+                    tensor=rows[1].reals("IXX IXY IXZ IYY IYZ IZZ"),
+                    velocity=rows[2].reals("VTX VTY VTZ"),
+                    spin=rows[2].reals("VRX VRY VRZ"),
+                    node=rows[0].whole("NODEID"),
+                    axes=row_of(axes_card, block, _AXES) if axes_card else None,
+                    block=block,
+                )
         define_once(parts.definitions, "part", number, block, part_cards)
         parts.materials[number] = material
         parts.titles[number] = heading.text.strip()
         parts.sections[number] = section
-        if not is_part(block):
+        if not is_known:
             # Unknown cards follow, so that the next part cannot be located.
             return
-
-
-def _inertia(rows: list[Row], axes: Row | None, block: Block) -> Inertia:
-    centre_card, tensor_card, rates_card = rows
-    x, y, z, mass = centre_card.reals("XC YC ZC TM")
-    xx, xy, xz, yy, yz, zz = tensor_card.reals("IXX IXY IXZ IYY IYZ IZZ")
-    vx, vy, vz, wx, wy, wz = rates_card.reals("VTX VTY VTZ VRX VRY VRZ")
-    return Inertia(
-        mass,
-        (x, y, z),
-        centre_card.whole("NODEID"),
-        (xx, xy, xz, yy, yz, zz),
-        (vx, vy, vz),
-        (wx, wy, wz),
-        axes,
-        block,
-    )
 
 
 def axes_of(x_vector: Sequence[float], plane_vector: Sequence[float]) -> FloatArray | None:
@@ -182,9 +195,10 @@ def axes_of(x_vector: Sequence[float], plane_vector: Sequence[float]) -> FloatAr
 
 
 def _read_shell_section(block: Block, parts: Parts) -> None:
-    """Read two cards per section (number, …; four thicknesses), with a title if there is one.
+    """Read the sections of a *SECTION_SHELL: thicknesses and added mass, by number.
 
-    Layered sections (ICOMP = 1) add their angles, eight a card. T2 to T4 default to T1.
+    Cards of angles (ICOMP = 1) are cut, but not read. T2 to T4 are T1 unless above 0. With options
+    besides TITLE only the first section is read.
     """
     options = block.keyword.split("_")[2:]
     has_title = "TITLE" in options
@@ -214,7 +228,10 @@ def _read_shell_section(block: Block, parts: Parts) -> None:
 
 
 def _read_solid_section(block: Block, parts: Parts) -> None:
-    """Cut the cards of a section of solids; no case has its fields, so none counts as read."""
+    """Cut the cards of a section of solids, whose fields stay unread: `parts` is not changed.
+
+    Titles count as read. With options besides TITLE only the first card is cut.
+    """
     options = block.keyword.split("_")[2:]
     has_title = "TITLE" in options
     cards = iter(block.cards)
@@ -224,11 +241,3 @@ def _read_solid_section(block: Block, parts: Parts) -> None:
         if any(option != "TITLE" for option in options):
             return
         block.mark_read(*islice(cards, int(has_title)))
-
-
-_SOLID_SECTIONS = ("SECTION_SOLID", "SECTION_TSHELL")
-_READERS: tuple[tuple[str, Callable[[Block, Parts], None]], ...] = (
-    ("PART_", _read_part),
-    ("SECTION_SHELL", _read_shell_section),
-    *((start, _read_solid_section) for start in _SOLID_SECTIONS),
-)

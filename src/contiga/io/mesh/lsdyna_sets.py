@@ -8,7 +8,14 @@ from __future__ import annotations
 from collections.abc import Iterable
 from itertools import chain
 
-from contiga.io.mesh.lsdyna_cards import Block, OnSkip, layout, row_of, skip_unresolved
+from contiga.io.mesh.lsdyna_cards import (
+    Block,
+    OnSkip,
+    layout,
+    number_of_first_card,
+    row_of,
+    skip_unresolved,
+)
 
 _OPTIONS = {"LIST", "GENERATE", "TITLE"}
 _HEAD = layout("SID DA1 DA2 DA3 DA4 SOLVER=MECH ~ITS")
@@ -21,7 +28,10 @@ def set_name(number: int) -> str:
 
 
 def is_set(block: Block, kind: str) -> bool:
-    """Return whether a keyword is a set of this kind ("NODE", "PART") that `read_sets` reads."""
+    """Return whether a keyword is a set of this kind ("NODE", "PART") that `read_sets` reads.
+
+    That is a list of members or of ranges, with or without a title.
+    """
     words = block.keyword.split("_")
     return words[:2] == ["SET", kind] and set(words[2:]) <= _OPTIONS
 
@@ -34,18 +44,17 @@ def is_other_set(block: Block) -> bool:
 
 
 def set_of(block: Block) -> tuple[str, int]:
-    """Return kind and number of a set of unknown type; 0 if it has no readable number."""
-    _, cards = block.title_and_cards()
-    text = row_of(cards[0], block, _HEAD).text("SID") if cards else ""
-    return block.keyword.split("_")[1], int(text) if text.isdecimal() else 0
+    """Return kind ("NODE", "PART") and number of a set; 0 if it has no readable number."""
+    return block.keyword.split("_")[1], number_of_first_card(block, _HEAD, "SID")
 
 
 def read_sets(
     blocks: Iterable[Block], kind: str, on_skip: OnSkip | None = None
 ) -> dict[int, list[int]]:
-    """Return the members of all sets of a kind, by number; a set given twice has both.
+    """Return the members of all sets of a kind, by number of the set, in the order of the deck.
 
-    Sets with unresolved parameters go to `on_skip`.
+    Members of a set that is given twice add up, and may repeat. Sets with unresolved parameters go
+    to `on_skip`, or are an error without it.
 
     Raises
     ------

@@ -21,10 +21,10 @@ _EXTRA_NODES = layout("PID NID IFLAG")
 
 
 class NodeTie(NamedTuple):
-    """A card about some nodes."""
+    """A node or a set of nodes that a card fixes, or attaches to a rigid part."""
 
     nodes: str
-    """Name of their set among the groups of the mesh."""
+    """Name of their set among the groups of the mesh; single nodes of one effect share one."""
     number: int
     """Number of the node or set."""
     one: bool
@@ -35,8 +35,9 @@ class NodeTie(NamedTuple):
     """The rigid part that they are attached to; 0 if they are fixed."""
     block: Block
     line: int
+    """Line of its card."""
     problem: str = ""
-    """Reason why it is not understood; such a tie has no effect."""
+    """Reason why it is not understood, "" if it is; such a tie has no effect."""
 
     @property
     def key(self) -> tuple[str, int, int]:
@@ -55,7 +56,9 @@ def is_tie(block: Block) -> bool:
 
 
 def read_ties(block: Block) -> Iterator[NodeTie]:
-    """Yield all ties of a keyword.
+    """Yield the ties of a keyword for which `is_tie` holds, also those with a problem.
+
+    Cards without a node are skipped; numbers and titles of an _ID keyword are marked as read.
 
     Raises
     ------
@@ -82,9 +85,10 @@ def read_ties(block: Block) -> Iterator[NodeTie]:
 
 
 def tied_nodes(blocks: Iterable[Block]) -> dict[str, list[int]]:
-    """Return the single nodes that cards name, by the name of their set.
+    """Return the numbers of the single nodes that cards tie, by the name of their set.
 
-    Unreadable cards are passed over: a mesh does not need its constraints.
+    Ties with a problem are left out. A keyword is read up to its first unreadable card, without an
+    error: a mesh does not need its constraints.
     """
     nodes: dict[str, list[int]] = {}
     for block in filter(is_tie, blocks):

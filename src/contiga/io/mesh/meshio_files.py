@@ -55,7 +55,7 @@ def warm_up() -> None:
 
 
 def suffixes() -> list[str]:
-    """Return the file suffixes that can be read."""
+    """Return the suffixes, sorted, of meshio's formats, without those whose readers may hang."""
     import meshio
 
     formats_by_suffix = meshio.extension_to_filetypes.items()
@@ -67,15 +67,17 @@ def suffixes() -> list[str]:
 def read_with_meshio(path: Path) -> RawMesh:
     """Return points, cells and groups of any format that meshio reads.
 
-    meshio prints, on some errors ends the program and on some damaged files never ends; here
-    nothing is printed and every failure is a `FileError` with meshio's message.
+    Points in a plane get z = 0; vertices and curved lines are left out. Groups are those of
+    `_groups`. meshio prints, on some errors ends the program and on some damaged files never ends;
+    here nothing is printed and every failure is a `FileError` with meshio's message.
 
     Raises
     ------
     FileError
-        meshio cannot read the file, or no reader knows its suffix.
+        meshio cannot read the file, lacks a package for it, or no reader knows its suffix.
     MeshError
-        The mesh has cells of a kind without facets.
+        Points of other than two or three coordinates; cells of a kind without facets, of a wrong
+        number of nodes, or of a node that does not exist.
     """
     known_suffixes = suffixes()
     # meshio knows double suffixes too (.vol.gz).
@@ -95,7 +97,15 @@ def read_with_meshio(path: Path) -> RawMesh:
         )
     mesh = _read(path, (last_two, last))
     try:
-        points = _three_columns(np.asarray(mesh.points), path)
+        columns = np.asarray(mesh.points)
+        if columns.size == 0:
+            columns = np.empty((0, 3))
+        if columns.ndim != 2 or columns.shape[1] not in (2, 3):
+            raise MeshError(
+                "points must have two or three coordinates", where=str(path), found=columns.shape
+            )
+        points = np.zeros((len(columns), 3))
+        points[:, : columns.shape[1]] = columns
         pieces = [_split_block(block, points, path) for block in mesh.cells]
         blocks = tuple(block for piece in pieces for block in piece.blocks)
         return RawMesh(points, blocks, tuple(_groups(mesh, pieces)))
@@ -106,7 +116,13 @@ def read_with_meshio(path: Path) -> RawMesh:
 
 
 def _read(path: Path, endings: tuple[str, str]) -> Any:
-    """Return the meshio mesh, from the first format with one of the endings that fits."""
+    """Return meshio's mesh by the first format that reads it, of those with the first known ending.
+
+    Raises
+    ------
+    FileError
+        No format reads it; the message is that of the first one tried. A package is missing.
+    """
     import meshio
 
     formats = next(f for e in endings if (f := meshio.extension_to_filetypes.get(e)))
@@ -141,7 +157,7 @@ def _read(path: Path, endings: tuple[str, str]) -> Any:
 
 @contextlib.contextmanager
 def _source(path: Path, file_format: str) -> Iterator[Any]:
-    """Provide meshio's source: the path, or a guarded file for readers that hang at its end."""
+    """Provide what meshio reads: the path, or a guarded file for readers that hang at its end."""
     mode = _GUARDED_MODES.get(file_format)
     if mode is None:
         yield path
@@ -181,7 +197,10 @@ class _GuardedText(io.TextIOWrapper):
 
 
 def _count_empty_reads(count: int, data: bytes | str) -> int:
-    """Return the count of reads without data, with this one; 0 if it has data."""
+    """Return the count of reads without data in a row, with this one; 0 if it has data.
+
+    More than `_MAX_READS_AFTER_END` are an EOFError.
+    """
     if data:
         return 0
     if count >= _MAX_READS_AFTER_END:
@@ -198,20 +217,17 @@ def _unreadable(path: Path, reason: str) -> FileError:
     )
 
 
-def _three_columns(points: NDArray[Any], path: Path) -> FloatArray:
-    if points.size == 0:
-        return np.empty((0, 3))
-    if points.ndim != 2 or points.shape[1] not in (2, 3):
-        raise MeshError(
-            "points must have two or three coordinates", where=str(path), found=points.shape
-        )
-    padded = np.zeros((len(points), 3))
-    padded[:, : points.shape[1]] = points
-    return padded
-
-
 def _split_block(block: Any, points: FloatArray, path: Path) -> Blocks:
-    """Return the blocks for a block of meshio: one or two for polygons, none for curved lines."""
+    """Return the blocks for a block of meshio: one, up to two for polygons, none for some kinds.
+
+    Vertices and curved lines have none. Polygons of more than four corners are split, with a
+    warning.
+
+    Raises
+    ------
+    MeshError
+        A kind without facets, an array that does not fit the kind, a node that does not exist.
+    """
     kind = str(block.type)
     if kind.startswith(_IGNORED_KINDS) and kind != _BAR:
         return Blocks((), ())
@@ -242,7 +258,13 @@ def _split_block(block: Any, points: FloatArray, path: Path) -> Blocks:
 
 
 def check_cells(kind: str, nodes: NDArray[np.int64], n_points: int, where: str) -> None:
-    """Refuse a cell that names a missing node."""
+    """Refuse cells (m, k) that name a missing node.
+
+    Raises
+    ------
+    MeshError
+        A node is negative or not below `n_points`; the first such cell is named.
+    """
     outside = np.flatnonzero(((nodes < 0) | (nodes >= n_points)).any(axis=1))
     if len(outside):
         raise MeshError(
@@ -254,35 +276,17 @@ def check_cells(kind: str, nodes: NDArray[np.int64], n_points: int, where: str) 
 
 
 def _groups(mesh: Any, pieces: list[Blocks]) -> Iterator[Group]:
-    """Yield physical groups and part numbers, then sets of cells, then sets of nodes.
+    """Yield groups by number, ascending, then named sets of cells, then sets of nodes.
 
-    `pieces` are the blocks made of each block of meshio.
+    Numbers are those of the first of `_PART_NUMBERS` that the mesh has; Gmsh numbers its physical
+    groups separately by dimension, and 0 stands for no group there. Sets of cells with the name of
+    a numbered group are skipped. `pieces` are the blocks made of each block of meshio.
     """
-    names: set[str | None] = set()
     key = next((key for key in _PART_NUMBERS if key in mesh.cell_data), None)
-    for group in _groups_by_number(mesh, key, pieces) if key is not None else ():
-        names.add(group.name)
-        yield group
-    for name, rows_by_block in mesh.cell_sets.items():
-        if name in names or name.startswith("gmsh:"):
-            continue
-        # meshio may give fewer rows than blocks, and None for a block without cells of the set.
-        chosen: list[NDArray[Any] | None] = [None] * len(pieces)
-        for k, rows in zip(range(len(pieces)), rows_by_block, strict=False):
-            chosen[k] = None if rows is None else np.asarray(rows, dtype=np.int64)
-        yield Group(None, str(name), _cells_of(pieces, chosen))
-    for name, nodes in mesh.point_sets.items():
-        yield Group(None, str(name), None, np.asarray(nodes, dtype=np.int64))
-
-
-def _groups_by_number(mesh: Any, key: str, pieces: list[Blocks]) -> Iterator[Group]:
-    """Yield groups from the part numbers of the cells.
-
-    Gmsh numbers groups separately by dimension; 0 stands for no group.
-    """
     by_dimension = key == "gmsh:physical"
-    groups: dict[tuple[int, int], list[NDArray[Any] | None]] = {}
-    for k, (block, numbers) in enumerate(zip(mesh.cells, mesh.cell_data[key], strict=True)):
+    rows_by_number: dict[tuple[int, int], list[NDArray[Any] | None]] = {}
+    numbered_blocks = () if key is None else zip(mesh.cells, mesh.cell_data[key], strict=True)
+    for k, (block, numbers) in enumerate(numbered_blocks):
         if not pieces[k].blocks:
             continue
         values = np.asarray(numbers).reshape(len(block.data), -1).astype(np.int64)
@@ -290,19 +294,34 @@ def _groups_by_number(mesh: Any, key: str, pieces: list[Blocks]) -> Iterator[Gro
         for value in np.unique(values):
             if by_dimension and value == 0:
                 continue
-            chosen = groups.setdefault((dimension, int(value)), [None] * len(pieces))
+            chosen = rows_by_number.setdefault((dimension, int(value)), [None] * len(pieces))
             chosen[k] = np.flatnonzero((values == value).any(axis=1))
-    names = {}
+    titles = {}
     if by_dimension:
-        names = {(int(dim), int(n)): str(name) for name, (n, dim) in mesh.field_data.items()}
-    for (dimension, value), chosen in sorted(groups.items()):
-        yield Group(value, names.get((dimension, value)), _cells_of(pieces, chosen))
+        titles = {(int(dim), int(n)): str(name) for name, (n, dim) in mesh.field_data.items()}
+    names: set[str | None] = set()
+    for (dimension, value), chosen in sorted(rows_by_number.items()):
+        names.add(titles.get((dimension, value)))
+        yield Group(value, titles.get((dimension, value)), _cells_of(pieces, chosen))
+    for name, rows_by_block in mesh.cell_sets.items():
+        if name in names or name.startswith("gmsh:"):
+            continue
+        # meshio may give fewer rows than blocks, and None for a block without cells of the set.
+        rows_of_set: list[NDArray[Any] | None] = [None] * len(pieces)
+        for k, rows in zip(range(len(pieces)), rows_by_block, strict=False):
+            rows_of_set[k] = None if rows is None else np.asarray(rows, dtype=np.int64)
+        yield Group(None, str(name), _cells_of(pieces, rows_of_set))
+    for name, nodes in mesh.point_sets.items():
+        yield Group(None, str(name), None, np.asarray(nodes, dtype=np.int64))
 
 
 def _cells_of(
     pieces: list[Blocks], chosen: Sequence[NDArray[Any] | None]
 ) -> tuple[NDArray[Any], ...]:
-    """Return the rows in each of our blocks of the chosen cells of meshio's blocks."""
+    """Return the rows in each of our blocks of `chosen`, the rows in each of meshio's blocks.
+
+    None stands for no rows.
+    """
     empty: NDArray[Any] = np.empty(0, dtype=np.int64)
     return tuple(
         rows

@@ -26,8 +26,9 @@ class _Kind(NamedTuple):
 
     linear: str
     quadratic: str
+    """Cell with mid-side nodes; "" if the type has none."""
     order: tuple[int, ...] = ()
-    """Order of its nodes in VTK, if that differs."""
+    """Places on the card of the quadratic cell's nodes in VTK's order; empty if it is the same."""
 
 
 _BRICK = (*range(12), *range(16, 20), *range(12, 16))
@@ -64,13 +65,15 @@ _IGNORED = re.compile(
 def read_nastran(path: Path) -> RawMesh:
     """Return the mesh of a bulk data deck with its included files; a group for each property.
 
+    An element without a property has its own number as one.
+
     Raises
     ------
     FileError
         Not a deck, or an included file is missing.
     MeshError
-        An unknown card, a number that is not one, a system that does not exist, an element of a
-        grid point that does not exist, or with some mid-side nodes but not all.
+        An unknown card, a number that is not one or is given twice, a system that does not exist,
+        an element of a grid point that does not exist, or with some mid-side nodes but not all.
     """
     grids = Grids()
     elements: dict[str, Elements] = {}
@@ -80,40 +83,49 @@ def read_nastran(path: Path) -> RawMesh:
         is_empty = False
         if card.name.endswith("_"):  # meshio marks elements with mid-side nodes: CHEXA_
             card = card._replace(name=card.name.rstrip("_"))
-        if card.name == "GRID":
-            grids.read_grid(card)
-        elif card.name == "GRDSET":
-            grids.read_defaults(card)
-        elif card.name in CORDS:
-            grids.read_system(card)
-        elif card.name in _ELEMENTS:
-            number = card.whole(0)
-            if number in places:
+        match card.name:
+            case "GRID":
+                grids.read_grid(card)
+            case "GRDSET":
+                grids.read_defaults(card)
+            case name if name in CORDS:
+                grids.read_system(card)
+            case name if name in _ELEMENTS:
+                number = card.whole(0)
+                if number in places:
+                    raise MeshError(
+                        "an element is given twice",
+                        where=card.where,
+                        found=f"element {number}",
+                        allowed=f"each number once; it is there in {places[number]}",
+                    )
+                places[number] = card.where
+                kind, nodes = _cell(card)
+                same_kind = elements.setdefault(kind, Elements(kind, [], [], []))
+                same_kind.nodes.append(nodes)
+                same_kind.properties.append(card.whole(1, number))
+                same_kind.where.append(card.where)
+            case name if not _IGNORED.fullmatch(name):
                 raise MeshError(
-                    "an element is given twice",
+                    "a card that is not known here, and may make or move grid points or elements",
                     where=card.where,
-                    found=f"element {number}",
-                    allowed=f"each number once; it is there in {places[number]}",
+                    remedy="Leave it out if it does neither; else write the mesh without it",
                 )
-            places[number] = card.where
-            kind, nodes = _cell(card)
-            same_kind = elements.setdefault(kind, Elements(kind, [], [], []))
-            same_kind.nodes.append(nodes)
-            same_kind.properties.append(card.whole(1, number))
-            same_kind.where.append(card.where)
-        elif not _IGNORED.fullmatch(card.name):
-            raise MeshError(
-                "a card that is not known here, and may make or move grid points or elements",
-                where=card.where,
-                remedy="Leave it out if it does neither; else write the mesh without it",
-            )
     if is_empty:
         raise FileError("not a Nastran deck", where=str(path), allowed="cards such as GRID")
     return raw_mesh(grids.positions(), list(elements.values()), str(path), "numbers given by GRID")
 
 
 def _cell(card: Card) -> tuple[str, list[int]]:
-    """Return kind and nodes of an element: linear if it names no mid-side node."""
+    """Return kind and nodes, in VTK's order, of an element: linear if it names no mid-side node.
+
+    A CQUAD without its centre node is a "quad8".
+
+    Raises
+    ------
+    MeshError
+        A corner is left out, or some mid-side nodes but not all.
+    """
     kind = _ELEMENTS[card.name]
     n_corners = N_NODES[kind.linear]
     count = N_NODES.get(kind.quadratic, n_corners)

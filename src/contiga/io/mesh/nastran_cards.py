@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 from contiga.errors import MeshError
 from contiga.io.limits import watched_lines
-from contiga.io.mesh.deck_text import find_included, parse_real, parse_whole
+from contiga.io.mesh.deck_text import Position, find_included, parse_real, parse_whole
 
 _INCLUDE = re.compile(r"\s*INCLUDE\s+(.*)", re.IGNORECASE)
 _BEGIN = re.compile(r"\s*BEGIN\s+(?:BULK\b)?(.*)", re.IGNORECASE)
@@ -33,7 +33,7 @@ class Card(NamedTuple):
         return self.fields[k] if k < len(self.fields) else ""
 
     def whole(self, k: int, default: int = 0) -> int:
-        """Return a field as a whole number.
+        """Return field `k` as a whole number; an empty one, or one past the end, is `default`.
 
         Raises
         ------
@@ -44,7 +44,7 @@ class Card(NamedTuple):
         return parse_whole(text, self.where) if text else default
 
     def real(self, k: int) -> float:
-        """Return a field as a number in any of Nastran's notations; empty is 0.
+        """Return field `k` as a number in any of Nastran's notations; an empty one is 0.
 
         Raises
         ------
@@ -53,8 +53,8 @@ class Card(NamedTuple):
         """
         return parse_real(self.text(k), self.where)
 
-    def position(self, k: int) -> tuple[float, float, float]:
-        """Return three numbers from field `k` on."""
+    def position(self, k: int) -> Position:
+        """Return the numbers in the three fields from `k` on, as `real`."""
         return self.real(k), self.real(k + 1), self.real(k + 2)
 
 
@@ -83,12 +83,16 @@ class _Entry(NamedTuple):
 def read_cards(path: Path) -> Iterator[Card]:
     """Yield the bulk data of a deck and of the files it includes, in order.
 
+    They begin after BEGIN BULK, or with the first line if there is none, and end at ENDDATA. Bytes
+    that are not UTF-8 are replaced.
+
     Raises
     ------
     FileError
         An included file is missing or includes itself.
     MeshError
-        A continuation without its card; superelements.
+        A continuation that does not follow its card, or has another tag; a second BEGIN, or one of
+        a superelement; an INCLUDE with open quotes.
     """
     lines = list(_lines(path, ()))
     begins = [(k, match) for k, line in enumerate(lines) if (match := _BEGIN.fullmatch(line.text))]
@@ -125,7 +129,11 @@ def read_cards(path: Path) -> Iterator[Card]:
 
 
 def _lines(path: Path, open_files: tuple[Path, ...]) -> Iterator[_Line]:
-    """Yield lines without comments, tabs expanded, with those of included files in place."""
+    """Yield the nonblank lines without comments, tabs expanded; lines of an INCLUDE in its place.
+
+    `open_files` are the files that include this one. An INCLUDE continues over lines until its
+    quotes are closed; if they never are, it is a `MeshError`.
+    """
     open_files = (*open_files, path.resolve())
     statement: _Line | None = None
     """An INCLUDE, which continues until its quotes are closed."""
@@ -147,10 +155,19 @@ def _lines(path: Path, open_files: tuple[Path, ...]) -> Iterator[_Line]:
                 file = find_included(name, [path.parent], open_files, statement.where)
                 yield from _lines(file, open_files)
                 statement = None
+    if statement is not None:
+        raise MeshError(
+            "the quotes of an INCLUDE are not closed",
+            where=statement.where,
+            found=statement.text[:72],
+        )
 
 
 def _split_line(text: str) -> _Entry:
-    """Return the fields of a line: fixed, long (starred) or separated by commas."""
+    """Return the fields of a line: 8 of 8 columns, 4 of 16 (starred), or separated by commas.
+
+    Free fields are padded to 8 (starred: 4); a line with more than one field too many keeps all.
+    """
     next_tag = ""
     if "," in text:
         first, *cells = (field.strip() for field in text.split(","))

@@ -11,16 +11,18 @@ from typing import NamedTuple
 import numpy as np
 
 from contiga.errors import MeshError
+from contiga.io.mesh.deck_text import Position, orthonormal_axes
 from contiga.io.mesh.nastran_cards import Card
 from contiga.records import FloatArray
 
-Position = tuple[float, float, float]
 CORDS = ("CORD1R", "CORD1C", "CORD1S", "CORD2R", "CORD2C", "CORD2S")
 
 
 class _Grid(NamedTuple):
     system: int
+    """System of the coordinates; -1 for the default of GRDSET."""
     position: Position
+    """Coordinates in that system; angles in degrees."""
     where: str
 
 
@@ -30,19 +32,26 @@ class _System(NamedTuple):
     within: int
     """System in which the three points are given; -1 for grid points."""
     points: tuple[Position, ...]
+    """Origin, a point on z and one in the x-z plane; empty if grid points are named."""
     grids: tuple[int, ...]
+    """Numbers of the grid points that stand for these points; else empty."""
     where: str
 
 
 class _Axes(NamedTuple):
     kind: str
+    """Type of the system: R, C or S."""
     origin: FloatArray
+    """(3,) in the basic system."""
     rows: FloatArray
-    """(3, 3) x, y, z as rows."""
+    """(3, 3) unit vectors x, y, z as rows, in the basic system."""
 
 
 class Grids:
-    """Grid points and systems as they are read; `positions` returns their places at the end."""
+    """Grid points and coordinate systems of a deck, collected card by card in any order.
+
+    `positions` resolves the systems once all cards are read.
+    """
 
     def __init__(self) -> None:
         self._grids: dict[int, _Grid] = {}
@@ -53,7 +62,13 @@ class Grids:
         """Systems whose axes are being computed."""
 
     def read_grid(self, card: Card) -> None:
-        """Read GRID; one given twice must be equal."""
+        """Store the grid point of a GRID card.
+
+        Raises
+        ------
+        MeshError
+            A field is no number, or the number exists with another system or coordinates.
+        """
         system = card.whole(1) if card.text(1) else -1
         grid = _Grid(system, card.position(2), card.where)
         first = self._grids.setdefault(card.whole(0), grid)
@@ -66,11 +81,17 @@ class Grids:
             )
 
     def read_defaults(self, card: Card) -> None:
-        """Read GRDSET: the system of grid points that name none."""
+        """Store the system of grid points that name none, before or after this GRDSET card."""
         self._default_system = card.whole(1)
 
     def read_system(self, card: Card) -> None:
-        """Read CORD1 by grid points, two per card, or CORD2 by places."""
+        """Store the systems of a card: one or two of a CORD1, by grid points, one of a CORD2.
+
+        Raises
+        ------
+        MeshError
+            A field is no number, or the number exists with another definition.
+        """
         kind = card.name[-1]
         if card.name.startswith("CORD1"):
             for k in (0, 4):
@@ -93,11 +114,13 @@ class Grids:
         Raises
         ------
         MeshError
-            A system that does not exist, refers to itself, or whose points lie on a line.
+            A system or its grid point does not exist, a system refers to itself, also over
+            others, or its points lie on a line.
         """
         return {number: self._position(number, "") for number in self._grids}
 
     def _position(self, number: int, where: str) -> Position:
+        """Return a grid point in the basic system; a missing one is a `MeshError` at `where`."""
         if number not in self._grids:
             raise MeshError("no grid point of that number", where=where, found=number)
         grid = self._grids[number]
@@ -108,6 +131,7 @@ class Grids:
         return x, y, z
 
     def _to_basic(self, number: int, position: Position, where: str) -> FloatArray:
+        """Return a position in a system (angles in degrees) as a point (3,) of the basic system."""
         axes = self._axes_of(number, where)
         a, b, c = position
         if axes.kind == "C":  # radius, angle, z
@@ -121,7 +145,13 @@ class Grids:
         return basic
 
     def _axes_of(self, number: int, where: str) -> _Axes:
-        """Return the axes of a system, from an origin, a point on z and one in the x-z plane."""
+        """Return the axes of a system; they are computed once, with the systems it refers to.
+
+        Raises
+        ------
+        MeshError
+            The system does not exist, is defined by itself, or its points lie on a line.
+        """
         if number in self._axes:
             return self._axes[number]
         system = self._systems.get(number)
@@ -143,12 +173,7 @@ class Grids:
             points = [self._to_basic(system.within, p, system.where) for p in system.points]
         self._pending.pop()
         a, b, c = points
-        z = b - a
-        y = np.cross(z, c - a)
-        if not np.linalg.norm(y) > 1e-12 * np.linalg.norm(z) * np.linalg.norm(c - a):
-            raise MeshError("the three points of a system lie on a line", where=system.where)
-        z = z / np.linalg.norm(z)
-        y = y / np.linalg.norm(y)
-        axes = _Axes(system.kind, a, np.array([np.cross(y, z), y, z]))
+        z, x, y = orthonormal_axes(b - a, c - a, system.where)
+        axes = _Axes(system.kind, a, np.array([x, y, z]))
         self._axes[number] = axes
         return axes

@@ -15,7 +15,14 @@ from contiga.slaves.skin import CellBlock, Int64Array
 
 
 class NodeRows:
-    """Map from node numbers of a deck to rows of its points."""
+    """Map from node numbers of a deck to rows of its points.
+
+    Parameters
+    ----------
+    ids : (n,) number of each point
+    where : the deck, for messages
+    allowed : place where the deck has its node numbers, for messages
+    """
 
     def __init__(self, ids: Int64Array, where: str, allowed: str) -> None:
         self.order = np.argsort(ids, kind="stable")
@@ -31,9 +38,10 @@ class NodeRows:
         return np.asarray(self.sorted_ids[places] == ids)
 
     def __call__(self, ids: Int64Array, where: Sequence[str] = ()) -> Int64Array:
-        """Return the rows of numbers of any shape.
+        """Return the rows of numbers `ids` of any shape, in that shape.
 
-        `where` has file and line of each along the first axis.
+        `where` has file and line of each entry along the first axis, for the message; if empty,
+        the deck as a whole is named. Of a number that several points have, the first row counts.
 
         Raises
         ------
@@ -57,6 +65,8 @@ class NodeRows:
 
 def rows_of(mesh: RawMesh, numbers: Sequence[int], where: str) -> Int64Array:
     """Return the rows (k,) of the points of a mesh with these numbers in its file.
+
+    Of a number that several nodes have, the first row counts.
 
     Raises
     ------
@@ -99,6 +109,8 @@ def raw_mesh(
     allowed: str,
 ) -> RawMesh:
     """Return a mesh of nodes by number, with a group for each property of its elements.
+
+    Groups are in the order of their numbers, without names; blocks in the order of `elements`.
 
     Parameters
     ----------

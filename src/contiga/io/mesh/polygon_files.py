@@ -28,9 +28,10 @@ class _Line(NamedTuple):
 
 
 def read_polygons(path: Path) -> RawMesh:
-    """Return points and polygons of an OFF or an OBJ file; groups of an OBJ file.
+    """Return points and polygons of an OFF or an OBJ file; groups (g, o) of an OBJ file.
 
-    Polygons of more than four corners are split into triangles, with a warning.
+    Polygons of more than four corners are split into triangles, with a warning; those of fewer
+    than three are left out. Normals, colours and texture coordinates are ignored.
 
     Raises
     ------
@@ -49,6 +50,7 @@ def read_polygons(path: Path) -> RawMesh:
 
 
 def _read_off(path: Path, lines: Iterator[_Line]) -> RawMesh:
+    """Return an OFF file as a mesh without groups; `lines` are those with words."""
     head = next(lines, _Line(str(path), []))
     words = head.words
     if not words or words[0] not in _HEADS or "BINARY" in words:
@@ -85,6 +87,7 @@ def _read_off(path: Path, lines: Iterator[_Line]) -> RawMesh:
 
 
 def _read_obj(path: Path, lines: Iterator[_Line]) -> RawMesh:
+    """Return the vertices, faces and groups of an OBJ file; other lines are ignored."""
     points: list[list[float]] = []
     faces: list[list[int]] = []
     places: list[str] = []
@@ -95,8 +98,20 @@ def _read_obj(path: Path, lines: Iterator[_Line]) -> RawMesh:
         if key == "v":
             points.append(_coordinates(line._replace(words=words)))
         elif key == "f":
-            faces.append([_obj_row(line.where, word, len(points)) for word in words])
+            faces.append([])
             places.append(line.where)
+            for word in words:  # "7", "7/1", "7//3", or "-1" for the last point so far
+                try:
+                    number = int(word.partition("/")[0])
+                except ValueError as error:
+                    raise FileError(
+                        "a corner of a face must be a whole number", where=line.where, found=word
+                    ) from error
+                row, count = number - 1 if number > 0 else len(points) + number, len(points)
+                if number == 0 or row < 0:
+                    allowed = f"1 to {count}, or −{count} to −1 from the last"
+                    raise _missing_node(line.where, number, allowed)
+                faces[-1].append(row)
         elif key in ("g", "o") and words:
             groups.append((" ".join(words), len(faces)))
     for face, where in zip(faces, places, strict=True):
@@ -108,6 +123,10 @@ def _read_obj(path: Path, lines: Iterator[_Line]) -> RawMesh:
 def _mesh(
     path: Path, points: list[list[float]], faces: list[list[int]], groups: list[tuple[str, int]]
 ) -> RawMesh:
+    """Return the mesh of polygons; `groups` has names and the first face of each, in order.
+
+    A group ends where the next one begins; groups of one name add up, and empty ones are left out.
+    """
     array = np.array(points, dtype=np.float64).reshape(-1, 3)
     ends = [start for _, start in groups[1:]] + [len(faces)]
     members: dict[str, list[int]] = {}
@@ -131,6 +150,7 @@ def _next_line(path: Path, lines: Iterator[_Line], item: str) -> _Line:
 
 
 def _coordinates(line: _Line) -> list[float]:
+    """Return the first three words of a line as numbers; anything else is a `FileError`."""
     try:
         x, y, z = (float(word) for word in line.words[:3])
     except ValueError as error:
@@ -144,20 +164,6 @@ def _count(where: str, word: str) -> int:
     if not word.isdecimal():
         raise FileError("a count must be a whole number", where=where, found=word)
     return int(word)
-
-
-def _obj_row(where: str, word: str, count: int) -> int:
-    """Return the row of a point from "7", "7/1", "7//3", or "-1" for the last point so far."""
-    try:
-        value = int(word.partition("/")[0])
-    except ValueError as error:
-        raise FileError(
-            "a corner of a face must be a whole number", where=where, found=word
-        ) from error
-    row = value - 1 if value > 0 else count + value
-    if value == 0 or row < 0:
-        raise _missing_node(where, value, f"1 to {count}, or −{count} to −1 from the last")
-    return row
 
 
 def _missing_node(where: str, index: int, allowed: str) -> MeshError:

@@ -16,20 +16,22 @@ from contiga.slaves.skin import CellBlock, Int64Array
 
 
 class Blocks(NamedTuple):
-    """Triangles and quadrilaterals, and their original faces."""
+    """Blocks of cells, and the cells or faces of the file that they come from."""
 
     blocks: tuple[CellBlock, ...]
     parents: tuple[Int64Array, ...]
+    """(m,) index of the original face of each cell, for each block."""
 
     def rows(self, faces: NDArray[Any]) -> tuple[Int64Array, ...]:
-        """Return for each block the rows that come from some faces."""
+        """Return for each block the rows, ascending, that come from `faces`."""
         return tuple(np.flatnonzero(np.isin(parent, faces)) for parent in self.parents)
 
 
 def blocks_of(points: FloatArray, faces: Sequence[Sequence[int]], where: str) -> Blocks:
-    """Return blocks of faces; those of more than four corners are split into triangles.
+    """Return up to two blocks of faces, rows of `points`: triangles, then quadrilaterals.
 
-    A face of fewer than three corners is a point or a line, and is left out.
+    Faces of more than four corners are split into triangles; those of fewer than three are left
+    out. A kind that does not occur has no block.
 
     Warns
     -----

@@ -48,11 +48,14 @@ class Selection(NamedTuple):
     cells: tuple[NDArray[np.bool_], ...]
     """Masks of the cells of each block."""
     nodes: NDArray[np.bool_] | None
-    """Mask of the points, if sets of nodes were selected."""
+    """Mask (n,) of the points, if sets of nodes were selected; with nodes of selected cells."""
 
 
 def part_of(group: Group, blocks: Sequence[CellBlock]) -> MeshPart:
-    """Return the numbers of cells and nodes of a group, for reports."""
+    """Return number and name of a group with its counts of cells and of different nodes.
+
+    A set of nodes has 0 cells.
+    """
     if group.cells is None:
         assert group.nodes is not None
         return MeshPart(group.id, group.name, 0, len(np.unique(group.nodes)))
@@ -62,10 +65,11 @@ def part_of(group: Group, blocks: Sequence[CellBlock]) -> MeshPart:
 
 
 def select(mesh: RawMesh, keys: PartKeys | None, where: str) -> Selection:
-    """Return cells and nodes of the parts `keys` (all, if None).
+    """Return cells and nodes of all parts `keys` together (of the whole mesh if it is None).
 
     A key is the name of a group as the file writes it (in any case if none matches exactly), or
-    its number. If only sets of nodes are named, all cells stay and the nodes are restricted.
+    else its number; it selects all groups that match. If only sets of nodes are named, all cells
+    stay and the nodes are restricted; with cells too, the nodes of these are added.
 
     Raises
     ------
@@ -94,7 +98,7 @@ def select(mesh: RawMesh, keys: PartKeys | None, where: str) -> Selection:
 
 
 def nodes_of(mesh: RawMesh, key: str | int, where: str) -> NDArray[np.bool_]:
-    """Return a mask (n,) of the nodes of a set, part or group.
+    """Return a mask (n,) of the nodes of a set, part or group, with those of its cells.
 
     Raises
     ------
@@ -111,9 +115,10 @@ def nodes_of(mesh: RawMesh, key: str | int, where: str) -> NDArray[np.bool_]:
 
 
 def cells_of(mesh: RawMesh, key: str | int, where: str) -> dict[str, NDArray[Any]]:
-    """Return the cells of a part, set or group by kind, rows (m, k) of the points.
+    """Return the cells of a part, set or group: rows (m, k) of the points, by kind of cell.
 
-    A set of nodes has the cells with all nodes in it.
+    A set of nodes has the cells with all nodes in it. A kind that the mesh has is there with m = 0
+    if the group has none of it.
 
     Raises
     ------
@@ -133,6 +138,10 @@ def cells_of(mesh: RawMesh, key: str | int, where: str) -> dict[str, NDArray[Any
 
 
 def _matching_groups(groups: Sequence[Group], key: str | int, where: str) -> list[Group]:
+    """Return the groups named `key`; if none, those in any case, and if none, by their number.
+
+    If there are none either, a `MeshError` lists the groups.
+    """
     text = str(key).strip()
     matching = [group for group in groups if group.name == text]
     if not matching:

@@ -7,11 +7,10 @@ from pathlib import Path
 from contiga.errors import MeshError
 from contiga.io.mesh.read_mesh import read_mesh
 from contiga.io.naming import PartKeys
+from contiga.slaves.cells import SHELLS, SOLIDS
 from contiga.slaves.slave import Slave
 from contiga.triangles.trimesh import TriMesh
 
-SOLIDS = ("tetra", "hexahedron", "wedge", "pyramid")
-"""Prefixes of the names of solid cells."""
 LINEAR = {"triangle": 1, "quad": 2}
 """Number of triangles of a plane cell."""
 
@@ -33,7 +32,8 @@ def read_master(
     Parameters
     ----------
     path, unit, file_unit, parts : as for `read_mesh`
-    normals : "facet" or "vertex", of feet
+    normals : "facet" or "vertex": normals at feet are those of the facet, or interpolated between
+        its vertices
 
     Raises
     ------
@@ -56,7 +56,9 @@ def read_master(
 
 
 def master_of(slave: Slave, *, where: str, normals: str = "facet") -> TriMesh:
-    """Return the facets of `slave` over all its points.
+    """Return the facets of `slave` as a mesh over all its points, with its name and unit.
+
+    Inactive points stay; `source` is "" if the facets are the file's triangles, one for one.
 
     Raises
     ------
@@ -75,8 +77,8 @@ def master_of(slave: Slave, *, where: str, normals: str = "facet") -> TriMesh:
     texts = []
     if not linear or "quad" in slave.cells or n_omitted != 0:
         for kind, count in slave.cells.items():
-            solid, quad = kind.startswith(SOLIDS), kind.startswith("quad")
-            texts.append(f"{count} {kind}{' skinned' if solid else ' split' if quad else ''}")
+            change = " skinned" if kind in SOLIDS else " split" if SHELLS.get(kind) == 4 else ""
+            texts.append(f"{count} {kind}{change}")
         if linear and n_omitted:
             texts.append(f"{n_omitted} given twice or folded flat left out")
     return TriMesh(

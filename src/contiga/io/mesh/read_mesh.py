@@ -1,7 +1,7 @@
 """`read_mesh`: read a mesh or cloud file as a `Slave`.
 
 The slave has all nodes of the file, in its order. Nodes inside solids, or on no selected cell, are
-not active.
+not active, unless `layer` is "all".
 """
 
 from __future__ import annotations
@@ -64,13 +64,15 @@ def read_mesh(
         and the facets have all corners in it, with the mid-side nodes between them.
     sets : the same; facets of `parts` remain if all their corners are in one of these sets
     layer : "skin", or 1, the surface of solids; 2 the surface that remains when all cells with a
-        node on the skin are removed, and so on; "all" makes inner nodes active, too, with no area
+        node on the skin are removed, and so on; "all" makes inner nodes active, too, with no area,
+        unless `parts` selects sets of nodes
 
     Returns
     -------
     Slave
         All nodes of the file; facets None for a cloud. Thickness from `*SECTION_SHELL` and
-        `*ELEMENT_SHELL_THICKNESS`, mass from `*ELEMENT_MASS`; None for files without.
+        `*ELEMENT_SHELL_THICKNESS`, mass from `*ELEMENT_MASS`; None for files without. Named after
+        the file; its unit is `unit`, else that of the file.
 
     Raises
     ------
@@ -108,7 +110,11 @@ def slave_of(
     unit: str | None = None,
     chosen: tuple[PartKeys | None, PartKeys | None, Layer] = (None, None, "skin"),
 ) -> Slave:
-    """Return a raw mesh as a slave; `chosen` are parts, sets and layer as for `read_mesh`.
+    """Return a raw mesh as a slave named after its file; coordinates stay as they are.
+
+    `chosen` are parts, sets and layer as for `read_mesh`; `unit` is only noted. Hexahedra with
+    their fourth node five times become tetrahedra. `Slave.cells` counts the selected cells of all
+    layers.
 
     Raises
     ------
@@ -130,8 +136,22 @@ def slave_of(
     if layer == "all" and active is None and blocks:
         active = _nodes_mask(blocks, len(mesh.points))
     if sets is not None:
-        masks = [with_middles(blocks, nodes_of(mesh, key, where)) for key in as_keys(sets)]
-        facets, active = _within_sets(facets, active, np.array(masks), where)
+        masks = np.array(
+            [with_middles(blocks, nodes_of(mesh, key, where)) for key in as_keys(sets)]
+        )
+        inside: np.ndarray = np.any(masks, axis=0)
+        if active is not None:
+            active = np.logical_and(active, inside)
+        elif facets is None:
+            active = inside
+        if facets is not None:
+            facets = facets[masks[:, facets].all(axis=2).any(axis=0)]
+            if not len(facets):
+                raise MeshError(
+                    "no facet has all its corners in one of the sets",
+                    where=f"{where}, sets",
+                    allowed="sets of nodes or cells on the surface of the parts chosen",
+                )
     counts: dict[str, int] = {}
     for block in cells:
         if len(block.nodes):
@@ -151,7 +171,13 @@ def slave_of(
 
 
 def unit_of_file(mesh: RawMesh, unit: str | None, path: Path) -> str | None:
-    """Return the unit of the lengths of a file, or `unit` if the file states none."""
+    """Return the unit of the lengths of a file, or `unit` if the file states none.
+
+    Raises
+    ------
+    FileError
+        The file states another name of a unit than `unit`.
+    """
     if mesh.unit is not None and unit is not None and mesh.unit != unit.strip():
         raise FileError(
             "the file says another unit than was given",
@@ -164,7 +190,17 @@ def unit_of_file(mesh: RawMesh, unit: str | None, path: Path) -> str | None:
 
 
 def read_raw(path: Path) -> RawMesh:
-    """Return the mesh in the form of the file, read by the reader of its suffix."""
+    """Return the mesh in the form of the file, read by the reader of its suffix.
+
+    All but clouds are read in a worker process, within the limits of `contiga.io.limits`.
+
+    Raises
+    ------
+    FileError, MeshError
+        The file is missing, empty or cannot be opened; its reader refuses it.
+    MissingPackageError
+        The package that reads the format is not installed.
+    """
     if not path.exists():
         raise FileError("no such file", where=str(path), allowed="a mesh or cloud file")
     if not path.is_file():
@@ -196,9 +232,16 @@ def _surface(
     restricted: bool,
     where: str,
 ) -> tuple[IntArray | None, np.ndarray | None]:
-    """Return the facets of cells and the mask of active nodes, None for the facets' nodes.
+    """Return the facets (m, 3) of cells, or None, and the mask (n,) of active nodes.
 
-    `restricted` says whether parts are selected, so that a mesh without a surface is an error.
+    The mask is None if the nodes of the facets are active, or all points if there are none
+    either. If sets of nodes are selected, their nodes are active, with mid-side nodes, and facets
+    have all corners among them. Of lines alone, the nodes are active.
+
+    Raises
+    ------
+    MeshError
+        Neither facets nor lines, although the mesh has cells or parts are selected (`restricted`).
     """
     facets = skin(mesh.points, blocks)
     if selection.nodes is not None:
@@ -215,25 +258,6 @@ def _surface(
     return None, None
 
 
-def _within_sets(
-    facets: IntArray | None, active: np.ndarray | None, masks: np.ndarray, where: str
-) -> tuple[IntArray | None, np.ndarray | None]:
-    """Return the facets with all corners in one of some sets of nodes (k, n), and active points."""
-    inside: np.ndarray = np.any(masks, axis=0)
-    if active is not None:
-        active = np.logical_and(active, inside)
-    if facets is None:
-        return None, inside if active is None else active
-    facets = facets[masks[:, facets].all(axis=2).any(axis=0)]
-    if not len(facets):
-        raise MeshError(
-            "no facet has all its corners in one of the sets",
-            where=f"{where}, sets",
-            allowed="sets of nodes or cells on the surface of the parts chosen",
-        )
-    return facets, active
-
-
 def _nodes_mask(blocks: list[CellBlock], count: int) -> np.ndarray:
     """Return a mask (count,) of the nodes of cells."""
     nodes = np.zeros(count, dtype=bool)
@@ -243,7 +267,10 @@ def _nodes_mask(blocks: list[CellBlock], count: int) -> np.ndarray:
 
 
 def _nodal_thickness(mesh: RawMesh, selection: Selection) -> FloatArray | None:
-    """Return the mean thickness of the shells at each node; 0 without a known thickness."""
+    """Return the thickness (n,) at each node, the mean of the selected shells that have one there.
+
+    It is 0 at other nodes, and None if no shell has any.
+    """
     if mesh.thickness is None:
         return None
     total = np.zeros(len(mesh.points))

@@ -23,7 +23,7 @@ _DIGITS = re.compile(r"(\d+)")
 
 
 def natural_order(path: Path) -> tuple[tuple[int, int, str], ...]:
-    """Return a sorting key that treats runs of digits as numbers: step_2 before step_10."""
+    """Return a key to sort by file name with runs of digits as numbers: step_2 before step_10."""
     pieces = _DIGITS.split(path.name)
     # Odd pieces are the runs of digits.
     return tuple((0, int(p), p) if i % 2 else (1, 0, p) for i, p in enumerate(pieces))
@@ -32,7 +32,8 @@ def natural_order(path: Path) -> tuple[tuple[int, int, str], ...]:
 def find_files(pattern: str | Path, folder: str | Path = ".") -> tuple[Path, ...]:
     """Return the files that match a pattern such as ``step_*.vtu``, in natural order.
 
-    ``**`` stands for folders of any depth.
+    A relative pattern starts in `folder`; ``**`` stands for folders of any depth. The order is
+    that of `natural_order`, by name without folder.
 
     Raises
     ------
@@ -60,7 +61,8 @@ class MeshSeries:
     """Positions of the nodes over time, from one mesh file per instant.
 
     Between two instants each node moves on a straight line at constant speed; before the first
-    and after the last instant it is at rest.
+    and after the last instant it is at rest. All files are read once at the start, to check them;
+    if their points take more than 512 MB in all, two are kept and others read again when needed.
 
     Parameters
     ----------
@@ -71,7 +73,8 @@ class MeshSeries:
     Raises
     ------
     FileError, MeshError
-        A file cannot be read, has other nodes than the first, or the times do not fit.
+        A file cannot be read, has another number of nodes than the first, states a unit, or has
+        coordinates that are not finite; no files; times that do not rise or are not one a file.
     """
 
     known_ahead = True
@@ -123,7 +126,7 @@ class MeshSeries:
         return self.times
 
     def points(self, t: float) -> FloatArray:
-        """Return the positions (n, 3) at time `t`."""
+        """Return the positions (n, 3) at time `t`, a new array; outside the times, the end's."""
         after = int(np.searchsorted(self.times, t, side="right"))
         if after == 0:
             return self._frame(0).copy()
@@ -137,7 +140,10 @@ class MeshSeries:
         return between
 
     def velocities(self, t: float) -> FloatArray:
-        """Return the velocities (n, 3) at time `t`, from the file at `t` to the next, or 0."""
+        """Return the velocities (n, 3) at time `t`; at an instant those of the interval after it.
+
+        At the last instant they are those of the interval before it; outside they are 0.
+        """
         k = piece_at(self.times, t)
         if k is None:
             return np.zeros_like(self._frame(0))
@@ -145,6 +151,7 @@ class MeshSeries:
         return np.asarray(displacement / (self.times[k + 1] - self.times[k]))
 
     def _frame(self, index: int) -> FloatArray:
+        """Return the points of a file; if it is read for them, only one other frame is kept."""
         if index not in self._frames:
             while len(self._frames) > 1:
                 del self._frames[next(iter(self._frames))]
@@ -152,6 +159,7 @@ class MeshSeries:
         return self._frames[index]
 
     def _read(self, index: int) -> FloatArray:
+        """Return the finite points of a file times the factor, read-only; a unit is refused."""
         mesh = read_raw(self.files[index])
         check_points(mesh.points, where=str(self.files[index]), ids=mesh.node_ids)
         if mesh.unit is not None:

@@ -24,9 +24,9 @@ def atomic_write(path: str | Path, before: Path | None = None) -> Iterator[Path]
 
     An older file goes, or stays under the name `before`, in place of a still older one.
 
-    The temporary file has the same suffix, for writers that look at it, and is in the same
-    folder, so that the rename is one step of the file system. Its content reaches the disk
-    before the name changes.
+    The temporary file exists, is empty, and has the same suffix, for writers that look at it. It is
+    in the same folder, so that the rename is one step of the file system. Its content reaches the
+    disk before the name changes.
 
     Raises
     ------
@@ -65,7 +65,7 @@ def atomic_write(path: str | Path, before: Path | None = None) -> Iterator[Path]
 
 
 def check_suffix(path: str | Path, suffix: str) -> None:
-    """Refuse an output file whose name does not end in `suffix`, such as ".zip".
+    """Refuse an output file whose name does not end in `suffix` in any case, such as ".zip".
 
     Raises
     ------
@@ -94,18 +94,18 @@ def clear_temporaries(folder: Path, names: Iterable[str]) -> None:
 
 
 def write_text(path: Path, text: str) -> None:
-    """Write a text file whole or not at all."""
+    """Write a text file in UTF-8, whole or not at all; an older one is replaced."""
     with atomic_write(path) as temporary:
         Path(temporary).write_text(text, encoding="utf-8")
 
 
 def write_json(path: Path, content: dict[str, Any]) -> None:
-    """Write a JSON file whole or not at all."""
+    """Write an indented JSON file in UTF-8, whole or not at all; an older one is replaced."""
     write_text(path, json.dumps(content, indent=2, ensure_ascii=False) + "\n")
 
 
 def open_folder(folder: Path, ours: Iterable[str], kind: str) -> bool:
-    """Make sure that `folder` is writable and contains nothing of another kind.
+    """Make `folder`, or check that it is writable and empty, or holds a file of the same kind.
 
     Parameters
     ----------

@@ -22,7 +22,11 @@ _HDF5_ERRNO = re.compile(r"errno = (\d+)")
 
 
 def full_disk(error: BaseException, path: str | Path) -> OutputError | None:
-    """Return the message of an error due to a full disk; None for any other."""
+    """Return an `OutputError` about `path` for an error due to a full disk; None for any other.
+
+    A used-up quota and a file that is too large count too. The number of the error is the one in
+    a message of HDF5, or else `errno`.
+    """
     match = _HDF5_ERRNO.search(str(error))
     number = int(match[1]) if match else getattr(error, "errno", None)
     if number not in _MESSAGES:
@@ -41,7 +45,7 @@ def check_room(path: str | Path, needed: int) -> None:
     Raises
     ------
     OutputError
-        The disk has less free space.
+        The disk has less free space than that and `SLACK`.
     """
     free = shutil.disk_usage(Path(path).parent).free
     if free < needed + SLACK:

@@ -29,12 +29,16 @@ _SEAL_BYTES = 512
 
 
 def open_file(path: Path, mode: str) -> Any:
-    """Return an existing h5py file, open for reading ("r") or changes ("r+").
+    """Return an existing h5py file, open for reading ("r") or changes ("r+"), without its lock.
 
     Raises
     ------
-    FileError, OutputError
-        It cannot be opened for reading, for writing.
+    FileError
+        It cannot be opened for reading.
+    OutputError
+        It cannot be opened for changes, or the disk is full.
+    MissingPackageError
+        h5py is not installed.
     """
     require("a file of fields over time", "h5py")
     import h5py
@@ -61,7 +65,7 @@ class ReadFile:
 
     @contextmanager
     def held(self) -> Iterator[None]:
-        """Hold the file open."""
+        """Hold the file open within this block; arrays that are asked for are found once."""
         with open_file(self._path, "r") as file:
             self._array = cache(file.__getitem__)
             try:
@@ -71,7 +75,10 @@ class ReadFile:
 
     @contextmanager
     def arrays(self) -> Iterator[Callable[[str], Any]]:
-        """Provide a function that returns the array of a name."""
+        """Provide a function that returns the h5py array of a name, a KeyError without one.
+
+        It is valid within this block.
+        """
         if self._array is not None:
             yield self._array
             return
@@ -81,7 +88,7 @@ class ReadFile:
 
 @contextmanager
 def whole_file(path: Path, *, sealed: bool = False, before: Path | None = None) -> Iterator[Any]:
-    """Provide a new h5py file, which replaces an older one when the block ends well.
+    """Provide a new h5py file in memory, which replaces an older one when the block ends well.
 
     Parameters
     ----------
@@ -107,7 +114,7 @@ def whole_file(path: Path, *, sealed: bool = False, before: Path | None = None) 
 
 
 def is_sealed(path: Path) -> bool:
-    """Return whether a file can be read, has a seal, and is unchanged to the last bit."""
+    """Return whether a file can be read, and has a seal that fits all its bytes (SHA-256)."""
     try:
         content = path.read_bytes()
     except OSError:
@@ -122,18 +129,21 @@ def begins_as_hdf5(path: Path) -> bool:
 
 
 def _seal(image: bytes) -> bytes:
+    """Return the user block of `_SEAL_BYTES` with the checksum of what follows it."""
     return f"contiga sha256 {hashlib.sha256(image).hexdigest()}\n".encode().ljust(
         _SEAL_BYTES, b"\0"
     )
 
 
 def set_aside(file: Any, n_bytes: int, path: Path) -> None:
-    """Reserve space for the growth of an open h5py file.
+    """Reserve `n_bytes` and `SLACK` behind the content of an open h5py file.
+
+    Where the system cannot reserve space, free space is checked instead.
 
     Raises
     ------
     OutputError
-        The disk is full. The file is unchanged.
+        The disk is full. The content of the file is unchanged.
     """
     try:
         end = file.id.get_filesize()
@@ -146,7 +156,10 @@ def set_aside(file: Any, n_bytes: int, path: Path) -> None:
 
 
 def close_file(file: Any, path: Path) -> None:
-    """Close an h5py file with reserved space, and release the unused part."""
+    """Flush and close an h5py file, and cut off the reserved space that is not used.
+
+    If flushing fails the file is closed all the same, and the error passes.
+    """
     try:
         file.flush()
         size = file.id.get_filesize()

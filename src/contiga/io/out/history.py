@@ -29,16 +29,16 @@ def write_history(
     columns: Mapping[str, ArrayLike],
     units: Mapping[str, str] | None = None,
 ) -> None:
-    """Write columns of equal length, whole or not at all.
+    """Write columns of equal length as CSV, whole or not at all; an older file is replaced.
+
+    Floats are written with the fewest digits that read back as the same number, integers and
+    truth values as integers. Units are written in ASCII: ``m/s^2`` for m/s².
 
     Parameters
     ----------
     path : the CSV file
     columns : (n,) numbers by name
     units : units of columns by name, for the header; without a unit, or with "", only the name
-
-    Floats are written with the fewest digits that read back as the same number, integers and
-    truth values as integers.
 
     Raises
     ------
@@ -79,12 +79,15 @@ def write_history(
 
 
 def read_history(path: str | Path) -> dict[str, NDArray[Any]]:
-    """Return columns by name, without units: int64 if every entry is whole, else float64.
+    """Return columns (n,) by name, without units: int64 if every entry is whole, else float64.
+
+    A column without rows is float64. NaN and infinity are read.
 
     Raises
     ------
     FileError
-        Missing, empty, a row that is too short or too long, or an entry that is no number.
+        Missing, without a row of names, two columns of one name, a row that is too short or too
+        long, or an entry that is no number.
     """
     path = Path(path)
     sheet = read_sheet(path, "time [ms],force [N]", marks=(",",))

@@ -55,6 +55,8 @@ def write_mme(
 ) -> Path:
     """Write a test into a new folder of its name in `folder`; return that folder.
 
+    `folder` is made if it does not exist. Channels are numbered from 001 in their order.
+
     Raises
     ------
     InputError
@@ -108,6 +110,7 @@ def write_mme(
 
 
 def _check_codes(channels: Sequence[MmeChannel]) -> None:
+    """Refuse no channels, more than `MAX_CHANNELS`, and codes that are invalid or repeated."""
     if not 0 < len(channels) <= MAX_CHANNELS:
         raise InputError(
             "must be some channels",
@@ -130,6 +133,7 @@ def _check_codes(channels: Sequence[MmeChannel]) -> None:
 
 
 def _channel(channel: MmeChannel) -> str:
+    """Return the text of the file of a channel."""
     head = [
         ("Test object number", channel.code[0]),
         ("Name of the channel", channel.name),
@@ -169,14 +173,16 @@ def read_mme(path: Path, code: str | None = None) -> MmeChannel:
 
     Parameters
     ----------
-    path : file of a channel, or of a test (.mme), whose channels are in the folder ``Channel``
-    code : code of the channel, or its first characters; needed for a test of several channels, and
-        ignored for the file of a channel
+    path : file of a channel, or of a test (.mme), whose channels are in the folder ``Channel``, in
+        any case, beside it
+    code : code of the channel, or its first characters, in any case; needed for a test of several
+        channels, and ignored for the file of a channel
 
     Raises
     ------
     FileError
-        A file cannot be read or has another format; the test has no such channel, or several.
+        One of the files cannot be read or has another format, a sample is not finite; the test has
+        no such channel, or several.
     """
     if path.suffix.lower() != ".mme":
         return _read_channel(path)
@@ -202,7 +208,17 @@ def read_mme(path: Path, code: str | None = None) -> MmeChannel:
 
 
 def _read_channel(path: Path) -> MmeChannel:
-    """Read a file of lines "name :value", followed by one number in each line."""
+    """Return the channel in a file of lines "name :value", then one number in each line.
+
+    Numbers may have a decimal comma; blank lines are skipped. Of what the head lacks the time of
+    the first sample is 0, texts are empty, and the filter is NOVALUE.
+
+    Raises
+    ------
+    FileError
+        It cannot be read, has no sampling interval above zero, fewer than two samples, or one that
+        is not finite.
+    """
     try:
         lines = path.read_text(encoding="utf-8", errors="replace").splitlines()
     except OSError as error:

@@ -49,7 +49,7 @@ class Panel(NamedTuple):
 
 
 def finish_axes(axes: Axes, x_label: str, y_label: str) -> None:
-    """Label axes, and give them the common style."""
+    """Label axes, draw their grid, hide the upper and right border, and colour all in grey."""
     axes.set_xlabel(x_label, color=MUTED)
     axes.set_ylabel(y_label, color=MUTED)
     axes.grid(color=GRID)
@@ -59,13 +59,17 @@ def finish_axes(axes: Axes, x_label: str, y_label: str) -> None:
 
 
 def draw_panels(panels: Sequence[Panel], title: str, path: str | Path | None = None) -> ShownFigure:
-    """Draw panels, two in a row.
+    """Return a figure of panels, two in a row.
+
+    Measured lines are dashed in the colour of text, computed ones in the colours of the palette in
+    turn, dashed once these are used up. Rows with NaN or infinity are left out of a line.
 
     Parameters
     ----------
     panels : panels in the order of reading
-    title : title of the figure
-    path : also write the picture there, in the format of its suffix (.png, .svg, .pdf)
+    title : title of the figure; "" for none
+    path : also write the picture there, in the format of its suffix (.png, .svg, .pdf), .png
+        without one; an older file is replaced
 
     Raises
     ------

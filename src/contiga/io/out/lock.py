@@ -28,7 +28,10 @@ _MAX_TRIES = 10
 
 
 class FolderLock:
-    """A lock of a folder, held until it is released.
+    """A lock of a folder, held from the start until it is released or the process ends.
+
+    The lock file gets process, machine and time of the holder as JSON. Where the system has no
+    locks, none is held and nothing is written.
 
     Parameters
     ----------
@@ -72,7 +75,16 @@ class FolderLock:
 
 
 def _locked_file(path: Path, kind: str) -> int | None:
-    """Return the locked file; None if there are no locks."""
+    """Return the descriptor of the lock file, opened or made, and locked.
+
+    It is None if the file cannot be opened, or the system has no locks. A file that was removed, or
+    replaced by a link, in between is tried again, up to `_MAX_TRIES` times; then it is None, too.
+
+    Raises
+    ------
+    OutputError
+        Another process holds the lock; the path is a link, a folder or the like.
+    """
     for _ in range(_MAX_TRIES):
         status = None
         with suppress(OSError):
@@ -106,7 +118,7 @@ def _locked_file(path: Path, kind: str) -> int | None:
 
 
 def _locked_error(path: Path, kind: str) -> OutputError:
-    """Return the error that names the holder of a lock."""
+    """Return the error that another process holds a lock; the file names it, if it can be read."""
     try:
         holder = json.loads(path.read_text(encoding="utf-8"))
         holder = f"process {holder['pid']} on {holder['host']}, since {holder['since']}"

@@ -81,12 +81,16 @@ class OutlinesWriter:
 
     @classmethod
     def reopen(cls, path: str | Path, n_steps: int) -> OutlinesWriter:
-        """Continue a file after its first `n_steps` steps; later ones are dropped.
+        """Return a writer that continues a file after its first `n_steps` steps.
+
+        Later steps are removed from the file at once.
 
         Raises
         ------
         FileError
             The file is missing, not of this kind, or has fewer steps.
+        OutputError
+            It cannot be written.
         """
         check_steps(n_steps, len(read_outlines(path).times), path)
         writer = cls.__new__(cls)
@@ -109,7 +113,13 @@ class OutlinesWriter:
         return writer
 
     def append(self, time: float, loops: Loops) -> None:
-        """Add a step, which may have no lines."""
+        """Add a step, which may have no lines; readers see all of it or nothing.
+
+        Raises
+        ------
+        OutputError
+            It cannot be written; the file has the steps before.
+        """
         n_bytes = _SIZE_FACTOR * (loops.points.nbytes + loops.first.nbytes)
         with self._steps.step(self.n_steps + 1, n_bytes):
             points, first, steps = loops.points, loops.first, self._steps
@@ -149,12 +159,15 @@ class OutlinesWriter:
         self.n_steps += 1
 
     def close(self) -> None:
-        """Close the file."""
+        """Close the file; the next step opens it again."""
         self._steps.close()
 
 
 class OutlineSeries:
-    """A file of outlines read back. Lines are read on request."""
+    """A file of outlines read back; lines are read on request.
+
+    The file is opened for each request, or once for a block ``with series.held():``.
+    """
 
     def __init__(self, path: Path, times: FloatArray) -> None:
         self.path = path
@@ -163,7 +176,7 @@ class OutlineSeries:
         self.held = self._file.held
 
     def loops(self, i: int) -> Loops:
-        """Return the lines of step `i`, from 0."""
+        """Return the lines of step `i`, from 0; that there is such a step is not checked."""
         with self._file.arrays() as array:
             counts = array("VTKHDF/NumberOfPoints")[: i + 1]
             start, stop = int(counts[:-1].sum()), int(counts.sum())
@@ -180,7 +193,7 @@ class OutlineSeries:
 
 
 def read_outlines(path: str | Path) -> OutlineSeries:
-    """Open a file written by `OutlinesWriter`.
+    """Return the series in a file written by `OutlinesWriter`, with the times of its steps.
 
     Raises
     ------

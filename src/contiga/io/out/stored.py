@@ -41,10 +41,15 @@ class Stored(NamedTuple):
 def read_stored(folder: str | Path) -> Stored:
     """Return history and summary of a run, up to its last checkpoint if it has not ended.
 
+    Of a run that has ended the two files are read, unless a checkpoint beside them has another
+    title or number of steps: it is then of a later run, and is returned.
+
     Raises
     ------
     FileError
         There is no such folder, no run in it, or nothing of it yet; files that cannot be read.
+    MissingPackageError
+        The run has not ended, and the package that reads its checkpoint is not installed.
     """
     folder = Path(folder)
     if not folder.is_dir():
@@ -85,16 +90,20 @@ def read_stored(folder: str | Path) -> Stored:
 
 
 def newest_checkpoint(folder: Path) -> Path:
-    """Return the checkpoint to continue from, which may not exist.
+    """Return the path of the checkpoint to continue from, which may not exist.
 
-    A run that was killed while it replaced its checkpoint has left the one before.
+    It is the one before if only that exists: a run was killed while it replaced its checkpoint.
     """
     newest, before = folder / CHECKPOINT, folder / CHECKPOINT_BEFORE
     return before if before.is_file() and not newest.is_file() else newest
 
 
 def unsealed_message(path: Path) -> dict[str, str]:
-    """Return the parts of the error message about a checkpoint that is not sealed."""
+    """Return `what` and `remedy` of the error about a checkpoint that is not sealed.
+
+    It cannot be read, is of an older version, or is damaged; then the remedy depends on whether
+    the one before is sound.
+    """
     try:
         older = begins_as_hdf5(path)
     except OSError as error:
@@ -116,7 +125,15 @@ def unsealed_message(path: Path) -> dict[str, str]:
 
 
 def _checkpoint_output(path: Path) -> Stored | None:
-    """Return the output in a checkpoint; None if there is none."""
+    """Return history and summary in a checkpoint; None if it does not exist, or has no summary.
+
+    Raises
+    ------
+    FileError
+        It is not sealed, or its content is not that of a checkpoint.
+    MissingPackageError
+        The package that reads it is not installed.
+    """
     if not path.is_file():
         return None
     if not is_sealed(path):

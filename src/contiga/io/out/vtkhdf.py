@@ -42,7 +42,7 @@ __all__ = ["FieldSeries", "FieldsWriter", "Part", "read_fields"]
 
 
 class FieldsWriter:
-    """Writer that appends steps to a VTKHDF file.
+    """Writer that appends steps to a VTKHDF file; as a context manager it closes it.
 
     After every step the file is complete and readable, also by ParaView during a run, and a program
     that crashes leaves all steps it had appended. The file stays open between steps: the program
@@ -81,12 +81,16 @@ class FieldsWriter:
 
     @classmethod
     def reopen(cls, path: str | Path, n_steps: int) -> FieldsWriter:
-        """Continue a file after its first `n_steps` steps; later ones are dropped.
+        """Return a writer that continues a file after its first `n_steps` steps.
+
+        Later steps are removed from the file at once.
 
         Raises
         ------
         FileError
             The file is missing, not of this kind, or has fewer steps.
+        OutputError
+            It cannot be written.
         """
         series = read_fields(path)
         check_steps(n_steps, len(series.times), path)
@@ -118,7 +122,7 @@ class FieldsWriter:
         return writer
 
     def _rows(self, name: str) -> int:
-        """Return the number of rows of a step of an array."""
+        """Return the number of rows that a step has in an array."""
         return self.n_cells if name.startswith("CellData/") else self.n_points
 
     def append(
@@ -128,7 +132,7 @@ class FieldsWriter:
         point_data: Mapping[str, ArrayLike] | None = None,
         cell_data: Mapping[str, ArrayLike] | None = None,
     ) -> None:
-        """Add a step.
+        """Add a step; an array that is equal to the last one, bit by bit, is not written again.
 
         Parameters
         ----------
@@ -143,7 +147,7 @@ class FieldsWriter:
         InputError
             An array does not fit, names differ from the first step's, or time does not rise.
         OutputError
-            The file cannot be written.
+            The file cannot be written. After either error it has the steps before.
         """
         arrays = {"Points": _as_rows("points", points, self.n_points, 3)}
         for name, values in (point_data or {}).items():
@@ -190,6 +194,10 @@ class FieldsWriter:
         self.close()
 
     def _check_step(self, time: float, arrays: dict[str, NDArray[Any]]) -> None:
+        """Refuse a time that does not rise, and other names, types or columns than before.
+
+        The first step passes.
+        """
         if self.n_steps == 0:
             return
         if not time > self._time:
@@ -212,7 +220,11 @@ class FieldsWriter:
                 )
 
     def _append_array(self, name: str, values: NDArray[Any]) -> int:
-        """Append the values of a step; return their first row."""
+        """Return the row at which the values of a step begin in their array.
+
+        Those that are equal to the last ones byte by byte begin where these do. Others are written
+        from the next chunk on, and kept to compare with.
+        """
         if name in self._last_arrays:
             start, last = self._last_arrays[name]
             # Byte by byte: NaN is equal to itself here and 0.0 is not −0.0.
@@ -228,10 +240,16 @@ class FieldsWriter:
 
 
 class FieldSeries(Displayed):
-    """A fields file read back. Arrays are read on request."""
+    """A fields file read back; arrays are read on request.
+
+    The file is opened for each request, or once for a block ``with series.held():``. A step `i`
+    may be negative, from the last one.
+    """
 
     times: FloatArray
+    """(steps,) times."""
     parts: tuple[Part, ...]
+    """Bodies and slaves in the order of the stacked points."""
     names: tuple[str, ...]
     """Names of the point data."""
     cell_names: tuple[str, ...]
@@ -266,7 +284,13 @@ class FieldSeries(Displayed):
         ]
 
     def points(self, i: int) -> FloatArray:
-        """Return the points (N, 3) of all parts at step `i`, stacked."""
+        """Return the points (N, 3) of all parts at step `i`, stacked.
+
+        Raises
+        ------
+        InputError
+            There is no such step.
+        """
         return self._read(i, "Points")
 
     def data(self, i: int, name: str) -> NDArray[Any]:
@@ -294,7 +318,13 @@ class FieldSeries(Displayed):
         return self._read(i, f"CellData/{name}")
 
     def rows(self, part: str) -> slice:
-        """Return the rows of a part among the stacked points."""
+        """Return the rows of a part among the stacked points; of two of one name, the first.
+
+        Raises
+        ------
+        InputError
+            There is no part of that name.
+        """
         start = 0
         for entry in self.parts:
             if entry.name == part:
@@ -307,6 +337,7 @@ class FieldSeries(Displayed):
         return InputError(f"no {what} of that name", where=where, found=found, allowed=allowed)
 
     def _read(self, i: int, name: str) -> NDArray[Any]:
+        """Return an array of the file at step `i`; the first rows of its steps are kept."""
         if not -len(self.times) <= i < len(self.times):
             raise InputError(
                 "no such step",
@@ -326,7 +357,7 @@ class FieldSeries(Displayed):
 
 
 def read_fields(path: str | Path) -> FieldSeries:
-    """Open a fields file written by `FieldsWriter`.
+    """Return the series in a file written by `FieldsWriter`, with times, parts, names and units.
 
     Raises
     ------
@@ -352,6 +383,11 @@ def read_fields(path: str | Path) -> FieldSeries:
 
 
 def _as_rows(name: str, values: ArrayLike, count: int, columns: int | None) -> NDArray[Any]:
+    """Return contiguous values (count,) or (count, k), k = `columns` if given; else refuse them.
+
+    With `columns` = 3 they become float64; truth values become int8. A name must not be empty or
+    have a "/".
+    """
     array = np.asarray(values)
     if columns == 3:
         array = array.astype(np.float64)

@@ -47,7 +47,7 @@ class Part(NamedTuple):
 
 
 def checked_part(part: Part) -> Part:
-    """Return the part with its triangles as int64.
+    """Return the part with its triangles copied to int64 (m, 3).
 
     Raises
     ------
@@ -71,7 +71,7 @@ def checked_part(part: Part) -> Part:
 
 
 def write_frame(file: Any, parts: tuple[Part, ...]) -> None:
-    """Write everything except the steps: type, parts, topology."""
+    """Write type, parts and topology into an empty file, and groups for steps that are empty."""
     root = create_root(file)
     count = sum(part.n_points for part in parts)
     root["NumberOfPoints"] = np.array([count], dtype=np.int64)
@@ -114,7 +114,7 @@ def create_root(file: Any) -> Any:
 
 
 def create_steps(root: Any) -> None:
-    """Create the arrays that grow with each step for any data, empty."""
+    """Create the group of steps with the arrays that every kind of data needs, empty."""
     steps = root.create_group("Steps")
     steps.attrs["NSteps"] = np.int64(0)
     for name in ("PartOffsets", "NumberOfParts", "PointOffsets"):
@@ -171,7 +171,10 @@ def create_growing(group: Any, name: str, columns: tuple[int, ...], dtype: Any) 
 
 
 def create_array(root: Any, name: str, values: NDArray[Any]) -> None:
-    """Create an array that grows by a step's rows, in chunks with few spare rows."""
+    """Create an array for the values of steps, and that of their first rows, unless they exist.
+
+    Both are empty. A step's rows fill chunks of equal size, at most `_CHUNK_ROWS` rows each.
+    """
     pieces = -(-len(values) // _CHUNK_ROWS)
     rows = -(-len(values) // max(pieces, 1))
     columns = values.shape[1:]
@@ -226,7 +229,10 @@ class Growing:
         self._first_column = (0,) * len(self.columns)
 
     def put(self, start: int, values: Any) -> None:
-        """Write `values` from row `start` on; the array ends with them."""
+        """Write `values` from row `start` on; the array ends with them, cut off or made longer.
+
+        Values are converted to its type; rows between its end and `start` become 0.
+        """
         rows = np.ascontiguousarray(values, dtype=self.dtype).reshape(-1, *self.columns)
         end = start + len(rows)
         extent = (end, *self.columns)
@@ -250,7 +256,7 @@ class Growing:
         self._complete_length = self.length
 
     def drop(self) -> None:
-        """Cut off incomplete rows.
+        """Cut off the rows after those last accepted by `keep`.
 
         VTK expects arrays to be as long as the counted steps, and else writes beyond its memory.
         """
@@ -297,7 +303,7 @@ class Steps:
         return self._file
 
     def __getitem__(self, name: str) -> Growing:
-        """Return an array by its name below the group of VTKHDF."""
+        """Return an array by its name below the group of VTKHDF; it is valid until `close`."""
         array = self._arrays.get(name)
         if array is None:
             array = self._arrays[name] = Growing(self.root[name])
@@ -315,7 +321,7 @@ class Steps:
         Raises
         ------
         OutputError
-            It cannot be written.
+            It cannot be written. After any error the arrays have their length of before the block.
         """
         with self._hdf5_errors():
             set_aside(self._open(), n_bytes, self._path)
@@ -377,7 +383,10 @@ class Steps:
 
 
 def truncate_steps(root: Any, n_steps: int) -> None:
-    """Drop the metadata of all steps after the first `n_steps`."""
+    """Set the number of steps to `n_steps`, and cut all arrays under Steps to that length.
+
+    Arrays of values are not changed.
+    """
     steps = root["Steps"]
     steps.attrs["NSteps"] = np.int64(n_steps)
     names: list[str] = []

@@ -21,12 +21,12 @@ FORMATS: dict[str, tuple[str, dict[str, Any]]] = {
 
 
 def check_suffix(path: str | Path) -> str:
-    """Return the suffix of a mesh file that can be written, in lower case.
+    """Return the suffix of `path` in lower case, if a mesh can be written with it.
 
     Raises
     ------
     FileError
-        Another suffix.
+        It is none of `FORMATS`.
     """
     suffix = Path(path).suffix.lower()
     if suffix not in FORMATS:
@@ -43,7 +43,8 @@ def write_mesh(path: str | Path, mesh: TriMesh) -> None:
     """Write `mesh` in the format of the suffix of `path`, whole or not at all.
 
     Coordinates keep all their digits in .msh and .vtu; .stl has single precision and no shared
-    vertices.
+    vertices. In .msh the mesh is one surface with number 1. Vertices of no triangle are written,
+    except in .stl.
 
     Raises
     ------

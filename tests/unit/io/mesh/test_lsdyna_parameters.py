@@ -50,6 +50,13 @@ def test_what_is_no_number_is_left(tmp_path: Path, expression: str) -> None:
     assert (left.block.line, left.line, left.reason) == (4, 5, f"&x = {expression}")
 
 
+@pytest.mark.parametrize("letter", ["R", "I"])
+def test_an_infinite_value_is_left(tmp_path: Path, letter: str) -> None:
+    text = f"*PARAMETER_EXPRESSION\n{letter} x, 1e308*10.0"
+    assert values(tmp_path, text, "&x") == ["&x"]
+    assert len(at_end(tmp_path).parameters.unresolved) == 1
+
+
 def test_an_expression_goes_on_under_an_empty_name(tmp_path: Path) -> None:
     text = "*PARAMETER_EXPRESSION\nR x       1.0 +\n          2.0\nI n       2*3"
     assert values(tmp_path, text, "&x", "&n", "-&n") == ["3.0", "6", "-6"]

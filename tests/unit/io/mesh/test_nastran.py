@@ -173,3 +173,5 @@ def test_included_files_must_be_there(tmp_path: Path) -> None:
         read(tmp_path, "INCLUDE 'none.bdf'\n")
     with pytest.raises(FileError, match="a file includes itself"):
         read(tmp_path, "INCLUDE 'deck.bdf'\n")
+    with pytest.raises(MeshError, match=r"line 5: the quotes of an INCLUDE are not closed"):
+        read(tmp_path, "INCLUDE 'none.bdf\n" + grid() + QUAD)
