@@ -221,8 +221,8 @@ def _head(model: DeckModel, units: tuple[str, str, str]) -> list[str]:
         sources.append(f"# {place}: the base accelerates the other way")
     if sources:
         lines += ["", "[world]", *sources, f"gravity = {value_text(gravity)}"]
-    interval = max(model.states, model.end / _MAX_STATES)
-    source = "  # *DATABASE_BINARY_D3PLOT" if interval == model.states else ""
+    interval = max(model.state_interval, model.end / _MAX_STATES)
+    source = "  # *DATABASE_BINARY_D3PLOT" if interval == model.state_interval else ""
     return [*lines, "", "[output]", f"interval = {value_text(interval)}{source}"]
 
 

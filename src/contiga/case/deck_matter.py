@@ -75,8 +75,8 @@ def soft_slave(parts: DeckParts, numbers: list[int]) -> SoftSlave | None:
     soft = [material for material in materials if material.soft is not None]
     ties = _ties_of(parts, numbers)
     for material in materials if ties.sources else ():
-        if material.unmade:
-            model.leave(material.block, material.unmade)
+        if material.no_law_reason:
+            model.leave(material.block, material.no_law_reason)
     if len(soft) < len(numbers) or not (ties.sources or ties.clashes):
         return None
     nodes = _nodes_of(parts, numbers)
@@ -203,7 +203,7 @@ def _ties_of(parts: DeckParts, numbers: list[int]) -> _Ties:
     # Cards by their nodes and their effect on these; cards that attach nodes to parts come first.
     cards_by_effect: dict[tuple[str, str, int], list[NodeTie]] = {}
     for tie in sorted(parts.model.ties, key=lambda tie: tie.part == 0):
-        cards_by_effect.setdefault((tie.nodes, tie.ways, tie.part), []).append(tie)
+        cards_by_effect.setdefault((tie.nodes, tie.directions, tie.part), []).append(tie)
     for (name, directions, part), all_cards in cards_by_effect.items():
         members = np.zeros(len(nodes), np.bool_)
         group = next((g for g in parts.mesh.groups if g.name == name), None)
@@ -211,7 +211,7 @@ def _ties_of(parts: DeckParts, numbers: list[int]) -> _Ties:
             members[group.nodes] = True
         members &= nodes
         ids_of_members = set(node_ids[members].tolist())
-        cards = [tie for tie in all_cards if not tie.one or tie.number in ids_of_members]
+        cards = [tie for tie in all_cards if not tie.is_single or tie.number in ids_of_members]
         if not members.any() or (part and not (part in parts.groups and parts.is_rigid(part))):
             continue
         if ((host[members] >= 0) & (host[members] != (part or -1))).any():

@@ -385,7 +385,7 @@ class DeckParts:
         """
         material = self.material(part)
         assert material is not None
-        directions, rotations = (_HELD_AXES.get(code, "") for code in material.held)
+        directions, rotations = (_HELD_AXES.get(code, "") for code in material.constraints)
         if len(directions) == len(rotations) == 3:
             return None
         rates = self._start(part)
@@ -452,7 +452,7 @@ class DeckParts:
         """Note the ties that are not in `used_ties`: their nodes belong to nothing that deforms."""
         for tie in self.model.ties:
             if tie.key not in self.used_ties:
-                no_set = "" if tie.one else self.model.no_set("NODE", tie.number)
+                no_set = "" if tie.is_single else self.model.no_set("NODE", tie.number)
                 fault = no_set or f"{tie.nodes}: of no part that deforms here"
                 self.model.leave(tie.block, fault, tie.line)
 
@@ -484,7 +484,7 @@ class DeckParts:
             motion["velocity"] = start[:3]
             start[:3] = [0.0] * 3
         for card in motions:
-            start[card.way - 1] = 0.0
+            start[card.direction - 1] = 0.0
         unused = [name for name, rate in zip(_RATES, start, strict=True) if rate]
         if unused:
             fault = f"part {part} starts with {', '.join(unused)}, which is left out"
@@ -505,7 +505,7 @@ class DeckParts:
         rows = np.zeros((len(times), 4))
         rows[:, 0] = times
         for motion, table in zip(motions, tables, strict=True):
-            rows[:, motion.way] = motion.scale * np.interp(times, table[:, 0], table[:, 1])
+            rows[:, motion.direction] = motion.scale * np.interp(times, table[:, 0], table[:, 1])
         return rows
 
     def law(self, selection: list[str | int], part: int | None, scale: float) -> str:

@@ -64,8 +64,8 @@ def _cad_rows(file: Path, faces: bool) -> Iterator[Row]:
 
     yield from _summary(body_summary(cad.body))
     yield from cad.body.condition_rows()
-    if cad.said:
-        yield "solids", cad.said
+    if cad.message:
+        yield "solids", cad.message
     for part in cad.parts:
         body = part.body
         volume = body.volume() if body.closed else 0.0

@@ -65,7 +65,7 @@ class CadFile(NamedTuple):
     numbers: list[int]
     """Number of the face in the file for each patch of `body`."""
     parts: tuple[CadPart, ...]
-    said: str
+    message: str
     """Message about solids that touch or overlap, "" if none do."""
 
 

@@ -30,12 +30,12 @@ class Material(NamedTuple):
     modulus: float
     poisson: float
     rigid: bool
-    held: tuple[int, int]
+    constraints: tuple[int, int]
     """CON1 and CON2 of a rigid material: codes of fixed translations and rotations, 0 for none."""
     block: Block
     soft: SoftLaw | None = None
     """Law of a deforming part of this material."""
-    unmade: str = ""
+    no_law_reason: str = ""
     """Reason why a material that may deform has no law."""
 
 
@@ -55,7 +55,7 @@ class Prescribed(NamedTuple):
     """A *BOUNDARY_PRESCRIBED_MOTION_RIGID."""
 
     part: int
-    way: int
+    direction: int
     """1, 2, 3: along x, y, z."""
     kind: int
     """0 velocity, 1 acceleration, 2 displacement."""
@@ -103,7 +103,7 @@ class DeckModel:
     title: str = ""
     end: float = 0.0
     """Time at which the run ends, ENDTIM; 0 if it is not given."""
-    states: float = 0.0
+    state_interval: float = 0.0
     """Time between written states; 0 if it is not given."""
     materials: dict[int, Material] = field(default_factory=dict)
     contacts: list[DeckContact] = field(default_factory=list)

@@ -162,10 +162,10 @@ def _usable_motions(model: DeckModel) -> list[Prescribed]:
         elif kinds.setdefault(motion.part, motion.kind) != motion.kind:
             problem = f"VAD {motion.kind} beside VAD {kinds[motion.part]}"
         else:
-            first = first_motions.setdefault((motion.part, motion.way), motion)
+            first = first_motions.setdefault((motion.part, motion.direction), motion)
             if first is not motion:
                 place = model.place(first.block, first.line)
-                problem = f"DOF {motion.way} again: that of {place} stands"
+                problem = f"DOF {motion.direction} again: that of {place} stands"
         if problem:
             model.leave(motion.block, f"part {motion.part}, {problem}", motion.line)
         else:
@@ -240,7 +240,7 @@ def _read_ties(block: Block, model: DeckModel) -> None:
         return
     for tie in read_ties(block):
         if tie.problem:
-            model.leave(block, f"{tie.what}, {tie.problem}", tie.line)
+            model.leave(block, f"{tie.label}, {tie.problem}", tie.line)
         else:
             model.ties.append(tie)
 
@@ -458,4 +458,4 @@ def _read_output_states(block: Block, model: DeckModel) -> None:
     (row,) = rows_of(block, block.cards, _OUTPUT_STATES)
     block.mark_read(*block.cards[1:])  # which results are in the files
     count = row.whole("NPLTC")
-    model.states = model.end / count if count > 0 else row.real("DT")
+    model.state_interval = model.end / count if count > 0 else row.real("DT")

@@ -27,9 +27,9 @@ class NodeTie(NamedTuple):
     """Name of their set among the groups of the mesh; single nodes of one effect share one."""
     number: int
     """Number of the node or set."""
-    one: bool
+    is_single: bool
     """Whether it is about one node."""
-    ways: str
+    directions: str
     """Fixed directions of "xyz"; empty if the nodes are attached."""
     part: int
     """The rigid part that they are attached to; 0 if they are fixed."""
@@ -45,9 +45,9 @@ class NodeTie(NamedTuple):
         return str(self.block.path), self.line, self.number
 
     @property
-    def what(self) -> str:
+    def label(self) -> str:
         """The nodes in words."""
-        return f"node {self.number}" if self.one else set_name(self.number)
+        return f"node {self.number}" if self.is_single else set_name(self.number)
 
 
 def is_tie(block: Block) -> bool:
@@ -94,6 +94,6 @@ def tied_nodes(blocks: Iterable[Block]) -> dict[str, list[int]]:
     for block in filter(is_tie, blocks):
         with suppress(MeshError):
             for tie in read_ties(block):
-                if tie.one and not tie.problem:
+                if tie.is_single and not tie.problem:
                     nodes.setdefault(tie.nodes, []).append(tie.number)
     return nodes
