@@ -59,7 +59,7 @@ class Edge(NamedTuple):
 
 
 def edge_of(patch: Patch, name: str) -> Edge:
-    """Return an edge of a patch by its name."""
+    """Return an edge of a patch as a curve, in the direction of rising u or v."""
     axis = 1 if name[0] == "u" else 0  # along which the edge runs
     knots = np.asarray(patch.knots[axis])
     low, high = knots[0], knots[-1]
@@ -77,9 +77,11 @@ def edge_of(patch: Patch, name: str) -> Edge:
 
 
 def pieces_of(patch: Patch, number: int, first: int) -> list[Piece]:
-    """Cut a patch along knots whose multiplicity is its degree.
+    """Cut a patch along inner knots of a multiplicity of at least its degree.
 
-    Control points are numbered from `first` on.
+    A direction of degree 1 is not cut. Pieces are in the order of u, then v; those of a patch
+    without such knots are the patch alone. Control points of the patch are numbered from `first`
+    on, row by row, and pieces share the numbers along their cuts.
     """
     n, m = patch.control_points.shape[:2]
     control = first + np.arange(n * m, dtype=np.int32).reshape(n, m)
@@ -106,7 +108,7 @@ def pieces_of(patch: Patch, number: int, first: int) -> list[Piece]:
 
 
 def _cuts(knots: FloatArray, degree: int) -> list[tuple[slice, FloatArray]]:
-    """Return the control points and the knots of each piece along one direction.
+    """Return the slice of control points and the clamped knots of each piece along one direction.
 
     A direction of degree 1 is not cut: it has no slope to keep, and does not bend.
     """

@@ -6,29 +6,30 @@ from contiga.errors import InputError
 from contiga.placement.pair import Pair
 
 _MIN_STEP = 2e-4
-"""Least step along the line, as a share of the body's size: a shorter touch may be passed."""
+"""Least step along the line, as a share of the body's size."""
 _MAX_ROUNDS = 20
 
 
 def shift_to_gap(pair: Pair, gap: float, limits: tuple[float, float]) -> float | None:
-    """Return the distance along the line at which the smallest gap is `gap`; None if there is none.
+    """Return the distance along the line at which the smallest gap is `gap`.
 
-    If no point is nearer than `gap`, search forward for the first such place, else back for the
-    last such place behind. Gaps change by no more than the distance moved, so that no step as long
-    as the smallest gap passes the place (sphere tracing: Hart, 1996). After each search the closest
-    places of two bodies are added as points, until that changes nothing.
+    It is None if there is no such place within `limits`. If no point is nearer than `gap`, search
+    forward for the first such place, else back for the last such place behind. Gaps change by no
+    more than the distance moved, so that no step as long as the smallest gap passes the place
+    (sphere tracing: Hart, 1996). After each search `Pair.sharpen` adds the closest places of two
+    bodies to the points of `pair`, and the search goes on from there until that changes nothing.
 
     Parameters
     ----------
-    pair : the two parts, moved along the line
+    pair : the two parts, moved along the line; it collects points and gaps
     gap : length
     limits : largest distances forward and back, length
 
     Raises
     ------
     InputError
-        The gap jumps over the given one: points come round the border of an open body. Or still
-        nearer places appear each time it is reached.
+        The gap jumps over the given one: points come round the border of an open body. Or each
+        of 20 rounds adds places that are nearer than `gap` by more than the tolerance.
     """
     shift: float | None = 0.0
     for _ in range(_MAX_ROUNDS):
@@ -53,10 +54,11 @@ def shift_to_gap(pair: Pair, gap: float, limits: tuple[float, float]) -> float |
 
 
 def _sphere_trace(pair: Pair, gap: float, start: float, sign: float, limit: float) -> float | None:
-    """Return the first place from `start` with the smallest gap `gap`; None up to the limit.
+    """Return the first shift from `start` on at which the smallest gap is `gap`, to the tolerance.
 
     The search goes forward (sign 1) through free places, or back (sign −1) through places that are
-    not free.
+    not free; it is None if there is none up to the limit. Steps of at least `_MIN_STEP` of the size
+    may pass a touch that is shorter. Raises InputError if the gap jumps over `gap`.
     """
     shift = start
     while True:
