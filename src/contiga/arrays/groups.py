@@ -8,7 +8,7 @@ from contiga.records import IndexArray, IntArray
 
 
 def groups_of(first: IndexArray, second: IndexArray, n: int) -> IntArray:
-    """Return the group (n,) of each of n items, of which first[k] and second[k] are joined.
+    """Return the group (n,) of each of n items, where pairs first[k], second[k] are joined.
 
     Groups are numbered in the order of their first items. Every item takes the least number of its
     neighbours, and then the least number of that one (Shiloach & Vishkin, An O(log n) parallel
