@@ -26,7 +26,7 @@ class Exchanged(TriangleArrays):
 
     @classmethod
     def from_meshio(cls, mesh: meshio.Mesh, *, name: str = "mesh", **options: Any) -> Self:
-        """Return the triangles of a `meshio.Mesh`; quadrilaterals are split in two.
+        """Return the triangles of a `meshio.Mesh`; quadrilaterals are cut by the shorter diagonal.
 
         Points and lines are left out. All vertices are kept, in their order.
 
@@ -125,7 +125,11 @@ class Exchanged(TriangleArrays):
 
 
 def _split_cells(kind: str, nodes: IntArray, points: FloatArray, name: str) -> IntArray:
-    """Return (m, 3) triangles by the cells of one block of meshio."""
+    """Return the triangles (m, 3) of the cells of one block of meshio.
+
+    A quadrilateral is cut by its shorter diagonal, by the one of its first corner if both are
+    equal. Raises MeshError for cells of another kind, and for quadrilaterals with missing points.
+    """
     if kind == "triangle":
         return nodes
     if kind != "quad":

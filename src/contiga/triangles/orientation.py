@@ -12,15 +12,15 @@ Ints = NDArray[np.int64]
 
 
 def turned_triangles(points: FloatArray, triangles: IntArray, where: str) -> IntArray:
-    """Return (m, 3) `triangles` in one sense on each connected piece.
+    """Return a copy of `triangles` (m, 3), reversed where needed for one sense on each piece.
 
-    Pieces are connected over edges of two triangles whose ends are the same points. An open piece
-    keeps the sense of most of its area, a closed one faces outward.
+    Pieces are connected over edges of just two triangles; vertices at one place are the same. An
+    open piece keeps the sense of most of its area, a closed one encloses a positive volume.
 
     Raises
     ------
     MeshError
-        A piece has one side only.
+        A piece has one side only, as a Möbius strip; `where` names the mesh.
     """
     m = len(triangles)
     if m == 0:
@@ -56,10 +56,11 @@ def turned_triangles(points: FloatArray, triangles: IntArray, where: str) -> Int
 
 
 def _senses(first: Ints, second: Ints, same: Ints, m: int) -> tuple[int, Ints, Ints]:
-    """Return the number of connected pieces, the piece of each triangle, and 1 if it is flipped.
+    """Return the number of connected pieces, the piece (m,) of each triangle, and its flip (m,).
 
-    Each piece is traversed from its first triangle, over the joints of first[i] and second[i],
-    whose triangles run along their edge in the same sense if same[i] is 1.
+    The flip is 1 for triangles that must be reversed to face as the first of their piece, 0 for
+    others. Each piece is traversed from its first triangle, over the joints of first[i] and
+    second[i], whose triangles run along their edge in the same sense if same[i] is 1.
     """
     from scipy.sparse import coo_matrix
     from scipy.sparse.csgraph import breadth_first_order, connected_components

@@ -22,8 +22,11 @@ def _spread_bits(n):
 
 @kernel()
 def along_space(points, rows, low, width):
-    """Return `rows` in the order of the Morton codes of their points; those not finite come
-    first."""
+    """Return `rows` in the order of the Morton codes of their points; equal codes keep their order.
+
+    Cells divide a cube of edge `width` from the corner `low` on; points outside count to its
+    border, points that are not finite to the first cell.
+    """
     n = rows.shape[0]
     cells = (1 << BITS) - 1
     code = np.zeros(n, np.int32)
