@@ -80,6 +80,7 @@ def as_parameters(values: ArrayLike) -> FloatArray:
 
 
 def _as_rows(values: ArrayLike, name: str, columns: int, shape: str) -> FloatArray:
+    """Return `values` as a C-contiguous (n, columns) array; InputError calls them `name`."""
     real(values, name)
     try:
         rows = as_contiguous(values, np.float64)

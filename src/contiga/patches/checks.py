@@ -183,10 +183,10 @@ def _lengths(vectors: FloatArray) -> FloatArray:
     return np.asarray(np.sqrt(np.sum(vectors * vectors, axis=-1)))
 
 
-def whole_number(value: object, where: str, least: int) -> int:
-    """Return `value` as an int; raise InputError unless it is a whole number ≥ `least`."""
-    if isinstance(value, bool) or not isinstance(value, int | np.integer) or value < least:
+def whole_number(value: object, where: str, minimum: int) -> int:
+    """Return `value` as an int; raise InputError unless it is a whole number ≥ `minimum`."""
+    if isinstance(value, bool) or not isinstance(value, int | np.integer) or value < minimum:
         raise InputError(
-            "must be a whole number", where=where, found=value, allowed=f"{least} or more"
+            "must be a whole number", where=where, found=value, allowed=f"{minimum} or more"
         )
     return int(value)

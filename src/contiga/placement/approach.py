@@ -34,7 +34,7 @@ def shift_to_gap(pair: Pair, gap: float, limits: tuple[float, float]) -> float |
     shift: float | None = 0.0
     for _ in range(_MAX_ROUNDS):
         assert shift is not None
-        excess = pair.least(shift) - gap
+        excess = pair.smallest_gap(shift) - gap
         if excess < -pair.tolerance:
             shift = _sphere_trace(pair, gap, shift, -1.0, limits[1])
         elif excess > pair.tolerance:
@@ -42,12 +42,12 @@ def shift_to_gap(pair: Pair, gap: float, limits: tuple[float, float]) -> float |
         if shift is None or not pair.sharpen(shift):
             return shift
     assert shift is not None
-    if abs(pair.least(shift) - gap) <= pair.tolerance:
+    if abs(pair.smallest_gap(shift) - gap) <= pair.tolerance:
         return shift
     raise InputError(
         f"the gap is not settled: each of {_MAX_ROUNDS} rounds found places that are nearer still",
         where="direction",
-        found=f"a gap of {pair.least(shift):.6g} where {gap:.6g} is sought",
+        found=f"a gap of {pair.smallest_gap(shift):.6g} where {gap:.6g} is sought",
         allowed=f"within {pair.tolerance:.3g}",
         remedy="Place it by slaves instead: points that stand for the places meant to touch",
     )
@@ -62,7 +62,7 @@ def _sphere_trace(pair: Pair, gap: float, start: float, sign: float, limit: floa
     """
     shift = start
     while True:
-        excess = sign * (pair.least(shift) - gap)
+        excess = sign * (pair.smallest_gap(shift) - gap)
         if excess <= pair.tolerance:
             break
         previous, shift = shift, shift + sign * max(excess, _MIN_STEP * pair.size)
@@ -75,14 +75,14 @@ def _sphere_trace(pair: Pair, gap: float, start: float, sign: float, limit: floa
 
     shift = float(
         brentq(
-            lambda s: pair.least(s) - gap,
+            lambda s: pair.smallest_gap(s) - gap,
             min(previous, shift),
             max(previous, shift),
             xtol=0.25 * pair.tolerance,
             rtol=1e-15,
         )
     )
-    if abs(pair.least(shift) - gap) > pair.tolerance:
+    if abs(pair.smallest_gap(shift) - gap) > pair.tolerance:
         raise InputError(
             "the gap jumps on the way: points come round the border of an open body",
             where="direction",

@@ -124,7 +124,7 @@ class Pair:
         """Return lower bounds (n,) of all gaps at `shift`: the last ones less the motion since."""
         return self._gap - np.abs(self._at - shift)
 
-    def least(self, shift: float) -> float:
+    def smallest_gap(self, shift: float) -> float:
         """Return the smallest gap of all points; evaluate only those with a bound below it."""
         return least(self.bounds(shift), lambda rows: self.gaps(rows, shift))[0]
 
@@ -135,13 +135,13 @@ class Pair:
         places of two bodies added to the points. Changes up to a tenth of the tolerance are
         ignored.
         """
-        previous = self.least(shift)
+        previous = self.smallest_gap(shift)
         past = np.flatnonzero(self._is_past_border & (self._at != shift))
         if len(past):
             self.gaps(past, shift)
         if len(self._directions) > 1:
             self._add_closest_places(shift)
-        return self.least(shift) < previous - 0.1 * self.tolerance
+        return self.smallest_gap(shift) < previous - 0.1 * self.tolerance
 
     def _add_closest_places(self, shift: float) -> None:
         """Add local minima of the gap of two bodies, on each of both, to the points.
@@ -149,7 +149,7 @@ class Pair:
         They are searched from the points whose gap exceeds the smallest by up to the spacing of the
         sample: from at most `_MAX_STARTS` that are two spacings apart.
         """
-        smallest = self.least(shift)
+        smallest = self.smallest_gap(shift)
         places = []
         for k, direction in enumerate(self._directions):
             assert not isinstance(direction.part, Slave)

@@ -78,7 +78,10 @@ def _solid(
     centres: tuple[Face, ...] = (),
     extra_nodes: int = 0,
 ) -> SolidKind:
-    """Return a kind with the nodes of each face, from the orders of mid-edge and mid-face nodes."""
+    """Return a kind with the nodes of each face, from the orders of mid-edge and mid-face nodes.
+
+    `extra_nodes` are on no face; `edges` are all edges or none.
+    """
     n_corners = 1 + max(max(face) for face in corner_faces)
     mid_edge_node = {frozenset(edge): n_corners + i for i, edge in enumerate(edges)}
     mid_face_node = {frozenset(face): n_corners + len(edges) + i for i, face in enumerate(centres)}

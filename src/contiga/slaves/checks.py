@@ -12,6 +12,9 @@ from contiga.errors import MeshError
 from contiga.records import FloatArray, IntArray
 from contiga.slaves.cells import split_shells
 
+NODE_TOL = 1e-9
+"""Largest distance of points from the nodes of surfaces, in x, y or z, over the nodes' extent."""
+
 
 def check_points(points: FloatArray, *, where: str, ids: NDArray[Any] | None = None) -> None:
     """Raise MeshError for no nodes, or for a coordinate that is not finite.
@@ -29,6 +32,18 @@ def check_points(points: FloatArray, *, where: str, ids: NDArray[Any] | None = N
             where=where,
             found=points[row].tolist(),
             allowed="finite numbers",
+        )
+
+
+def check_nodes(nodes: FloatArray, points: FloatArray, name: str) -> None:
+    """Raise MeshError unless points are the nodes of surfaces, to `NODE_TOL` of their extent."""
+    size = float(np.ptp(nodes, axis=0).max())
+    if nodes.shape != points.shape or not np.abs(nodes - points).max() <= NODE_TOL * size:
+        raise MeshError(
+            "the points of a slave of splines are the nodes of its surfaces",
+            where=name,
+            found=f"{len(points)} points",
+            allowed=f"no points beside surfaces, which have {len(nodes)}",
         )
 
 

@@ -55,12 +55,11 @@ def _is_ear(flat: FloatArray, corners: list[int], i: int) -> bool:
     a, b, c = corners[i - 1], corners[i], corners[(i + 1) % len(corners)]
     if _signed_area(flat[a], flat[b], flat[c]) <= 0.0:
         return False
-    others = (flat[k] for k in corners if k not in (a, b, c))
     return not any(
         _signed_area(flat[a], flat[b], p) >= 0.0
         and _signed_area(flat[b], flat[c], p) >= 0.0
         and _signed_area(flat[c], flat[a], p) >= 0.0
-        for p in others
+        for p in (flat[k] for k in corners if k not in (a, b, c))
     )
 
 

@@ -171,5 +171,5 @@ def corner_vectors(points: FloatArray, skin: SkinCorners) -> tuple[FloatArray, F
 def at_corners(skin: SkinCorners, values: tuple[FloatArray, FloatArray], count: int) -> FloatArray:
     """Return sums (n,) at `count` points of values (q, 4) and (t, 3) at the corners of faces."""
     rows = np.concatenate([skin.quads.ravel(), skin.triangles.ravel()])
-    each = np.concatenate([values[0].ravel(), values[1].ravel()])
-    return np.bincount(rows, weights=each, minlength=count).astype(np.float64)
+    weights = np.concatenate([values[0].ravel(), values[1].ravel()])
+    return np.bincount(rows, weights=weights, minlength=count).astype(np.float64)

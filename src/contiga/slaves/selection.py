@@ -104,9 +104,9 @@ def facets_of(is_selected: BoolArray, facets: IntArray, quads: IntArray) -> Bool
 def _checked(selected: Selected, where: str) -> Selected:
     """Return the selection; raise MeshError if no point of it is active."""
     if not selected.active.any():
-        what = "points" if selected.facets is None else "whole facet"
+        kind = "points" if selected.facets is None else "whole facet"
         raise MeshError(
-            f"no {what} of it is chosen",
+            f"no {kind} of it is chosen",
             where=where,
             remedy="Choose more: contiga info shows the bounds of a mesh and its parts",
         )

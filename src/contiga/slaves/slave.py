@@ -16,7 +16,7 @@ from contiga.geometry.surface import NurbsSurface
 from contiga.patches.splines import Splines
 from contiga.records import FloatArray, IndexArray, IntArray
 from contiga.rigid.transform import PoseLike, as_matrix, scaling
-from contiga.slaves.checks import as_active, as_facets, as_nodal, check_points
+from contiga.slaves.checks import as_active, as_facets, as_nodal, check_nodes, check_points
 from contiga.slaves.elements import as_elements, mirrored
 from contiga.slaves.quads import halves_of
 from contiga.slaves.selection import Criteria, Surface, select
@@ -28,7 +28,6 @@ if TYPE_CHECKING:
 
 _SIMILARITY_TOL = 1e-9
 _AREA_TOL = 1e-9
-_NODE_TOL = 1e-9
 
 
 class MeshPart(NamedTuple):
@@ -154,7 +153,7 @@ class Slave(Displayed):
             raise MeshError("needs points, or surfaces", where=name, found="neither")
         coordinates = read_only(as_points(points, f"{name}: points"))
         if splines is not None:
-            _check_nodes(splines, coordinates, name)
+            check_nodes(splines.points, coordinates, name)
         check_points(coordinates, where=name)
         triangles = None if facets is None else as_facets(coordinates, facets, name)
         cells_by_kind = as_elements(elements, len(coordinates), name)
@@ -396,19 +395,6 @@ def box_of(points: FloatArray, active: NDArray[np.bool_] | None = None) -> Float
     if active is not None and active.any():
         points = points[active]
     return np.stack([points.min(axis=0), points.max(axis=0)])
-
-
-def _check_nodes(splines: Splines, points: FloatArray, name: str) -> None:
-    """Raise MeshError unless points are the nodes of the surfaces, to `_NODE_TOL` of their size."""
-    nodes = splines.points
-    size = float(np.ptp(nodes, axis=0).max())
-    if nodes.shape != points.shape or not np.abs(nodes - points).max() <= _NODE_TOL * size:
-        raise MeshError(
-            "the points of a slave of splines are the nodes of its surfaces",
-            where=name,
-            found=f"{len(points)} points",
-            allowed=f"no points beside surfaces, which have {len(nodes)}",
-        )
 
 
 def _rebuild(fields: dict[str, Any]) -> Slave:

@@ -133,11 +133,11 @@ def _longest_element(patch: NurbsSurface, axis: int) -> float:
     By chords between `N_SAMPLES` points of an element, on as many lines across the patch.
     """
     breaks = np.unique(patch.knots[axis])
-    along = np.concatenate([[breaks[0]], _cuts(breaks, N_SAMPLES - 1, ends=True)])
+    line = np.concatenate([[breaks[0]], _cuts(breaks, N_SAMPLES - 1, ends=True)])
     across = np.linspace(*patch.domain[1 - axis], N_SAMPLES)
-    uv = np.empty((len(across), len(along), 2))
-    uv[..., axis], uv[..., 1 - axis] = along, across[:, None]
-    points = patch.evaluate(uv.reshape(-1, 2)).reshape(len(across), len(along), 3)
+    uv = np.empty((len(across), len(line), 2))
+    uv[..., axis], uv[..., 1 - axis] = line, across[:, None]
+    points = patch.evaluate(uv.reshape(-1, 2)).reshape(len(across), len(line), 3)
     steps = np.sqrt(np.square(np.diff(points, axis=1)).sum(axis=2))
     return float(steps.reshape(len(across), -1, N_SAMPLES - 1).sum(axis=2).max())
 

@@ -64,32 +64,40 @@ def topology_of(mesh: TriangleArrays) -> Topology:
     twin_of = np.empty(len(order), np.int64)
     twin_of[order] = first[np.cumsum(is_new) - 1]
     unique = np.sort(first)
-    kept, flat_rows = unique[~flat[unique]], unique[flat[unique]]
+    proper, flat_rows = unique[~flat[unique]], unique[flat[unique]]
     row = np.full(len(corners), -1, np.int64)
-    row[kept] = np.arange(len(kept))
+    row[proper] = np.arange(len(proper))
     twin = np.where(flat, -1, row[twin_of])
-    vertex = corners[kept]
+    vertex = corners[proper]
     half = _HalfEdges.of(np.concatenate([vertex, corners[flat_rows]]), len(points))
-    neighbour, fans = half.neighbours(len(kept))
-    outer = _around_flat(half, len(kept), neighbour, fans) if len(flat_rows) else []
-    ring_first, ring = _rings(vertex, corners[flat_rows], outer, len(points))
+    neighbour, fans = half.neighbours(len(proper))
+    outer = _around_flat(half, len(proper), neighbour, fans) if len(flat_rows) else []
+    # The triangles around flat triangles belong to the rings of these triangles' vertices, too.
+    owner, triangle = vertex.ravel(), np.repeat(np.arange(len(vertex)), 3)
+    pairs = [(v, t) for row, members in zip(corners[flat_rows], outer, strict=True)
+             for v in row for t in members]  # fmt: skip
+    if pairs:
+        rows = np.concatenate([np.stack([owner, triangle], 1), np.array(pairs)])
+        owner, triangle = np.unique(rows, axis=0).T
+    by_vertex = np.argsort(owner, kind="stable")
+    ring_first = np.searchsorted(owner[by_vertex], np.arange(len(points) + 1))
     # Triangles with the same three corners that are no twins are back to back.
     s = np.sort(vertex, axis=1)
     order = np.lexsort((s[:, 2], s[:, 1], s[:, 0]))
-    again = np.flatnonzero((s[order][1:] == s[order][:-1]).all(axis=1))
+    repeats = np.flatnonzero((s[order][1:] == s[order][:-1]).all(axis=1))
     return Topology(
         points,
-        kept,
+        proper,
         twin,
         vertex.astype(np.int32),
         neighbour.reshape(-1, 3).astype(np.int32),
         np.concatenate([[0], np.cumsum([len(fan) for fan in fans])]).astype(np.int32),
         np.concatenate([np.zeros(0, np.int64), *fans]).astype(np.int32),
-        ring_first,
-        ring,
-        half.turned(len(kept)),
+        ring_first.astype(np.int32),
+        triangle[by_vertex].astype(np.int32),
+        half.turned(len(proper)),
         sum(len(group) > 2 for group in half.crowded),
-        kept[np.stack([order[again], order[again + 1]], axis=1)],
+        proper[np.stack([order[repeats], order[repeats + 1]], axis=1)],
     )
 
 
@@ -145,8 +153,8 @@ class _HalfEdges(NamedTuple):
         sorted_key = key[owner]
         new = np.flatnonzero(np.concatenate([[True], sorted_key[1:] != sorted_key[:-1]]))
         start = np.append(new, len(owner))
-        many = np.flatnonzero(np.diff(start) > 2)
-        crowded = [owner[start[g] : start[g + 1]] for g in many]
+        crowded_edges = np.flatnonzero(np.diff(start) > 2)
+        crowded = [owner[start[g] : start[g + 1]] for g in crowded_edges]
         return cls(owner, start, a < b, crowded)
 
     def pairs(self) -> tuple[Ints, Ints]:
@@ -208,21 +216,3 @@ def _around_flat(half: _HalfEdges, m: int, neighbour: Ints, fans: list[Ints]) ->
         if len(members) > 1:
             fans.append(members)
     return [around[k] for k in label]
-
-
-def _rings(vertex: Ints, flat: Ints, outer: list[Ints], count: int) -> tuple[IntArray, IntArray]:
-    """Return `ring_first`, `ring` of `Topology`: triangles around each of `count` vertices.
-
-    The triangles around the patches of flat triangles at a vertex belong to it too.
-    """
-    owner = vertex.ravel()
-    triangle = np.repeat(np.arange(len(vertex)), 3)
-    if len(flat):
-        pairs = [(v, t) for corners, members in zip(flat, outer, strict=True)
-                 for v in corners for t in members]  # fmt: skip
-        if pairs:
-            rows = np.concatenate([np.stack([owner, triangle], 1), np.array(pairs)])
-            owner, triangle = np.unique(rows, axis=0).T
-    order = np.argsort(owner, kind="stable")
-    first = np.searchsorted(owner[order], np.arange(count + 1))
-    return first.astype(np.int32), triangle[order].astype(np.int32)

@@ -54,6 +54,7 @@ class TriMesh(Displayed, Movable, Queries, Exchanged):
         return _rebuild, (self.vertices, self.triangles, self._options())
 
     def _options(self) -> dict[str, Any]:
+        """Return the arguments of a copy by name, except the arrays."""
         return {
             "name": self.name,
             "normals": self.normal_kind,

@@ -169,8 +169,10 @@ def box_distances(box, node, x, y, z, out):
 
 @inner()
 def insert_sorted(nodes, bounds, base, top, node, bound):
-    """Insert a node into the stack from `base` on, which is in descending order of bounds: the
-    nearest is on top. Return the new top."""
+    """Insert a node into the stack from `base` on by its bound; return the new top.
+
+    Bounds descend in the stack, so that the nearest node is on top.
+    """
     i = top
     while i > base and bounds[i - 1] < bound:
         bounds[i] = bounds[i - 1]

@@ -205,8 +205,8 @@ def _is_guarded_kink(facets, s, point, foot, guard, cosine, square):
     else:
         at_border = facets.corner[link[s, VERTICES + foot[0] - 4], 3] != 0.0
     if at_border:
-        small = 4.0 * facets.scale[1]
-        return square - height * height <= small * small
+        tol = 4.0 * facets.scale[1]
+        return square - height * height <= tol * tol
     # The distance must not fall into the triangles across the sides of s that the foot is on.
     first, second = foot[0] - 1, foot[0] - 1
     if foot[0] >= 4:

@@ -227,7 +227,7 @@ def last_crossings(facets, p0, p1, out, verdict, start, stop):
             out.fraction[i] = 1.0 - out.fraction[i]
             out.status[i] = AT_START if crossings[side, X] >= length else OK
             verdict[i, 0] = 2.0 * side - 1.0
-            last, other = crossings[side], crossings[1 - side]
-            both = other[X] - other[X_TOL] <= last[X] + last[X_TOL]
-            if both or last[EDGE_DISTANCE] <= 2.0 * slack:
+            last, opposite = crossings[side], crossings[1 - side]
+            is_paired = opposite[X] - opposite[X_TOL] <= last[X] + last[X_TOL]
+            if is_paired or last[EDGE_DISTANCE] <= 2.0 * slack:
                 verdict[i, 1] = 2.0 * slack

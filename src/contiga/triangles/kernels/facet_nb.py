@@ -164,7 +164,7 @@ def write_kink(facets, k, foot, point, tracked, out):
     """
     shape = facets.shape
     link = facets.link
-    small = 4.0 * facets.scale[1]
+    tol = 4.0 * facets.scale[1]
     s, place, share = foot
     u, v = barycentric(place, share, 0.0)
     out.uv[k, 0] = u
@@ -188,7 +188,7 @@ def write_kink(facets, k, foot, point, tracked, out):
         at_border = link[s, place - 1] == NO_TRIANGLE
     else:
         at_border = facets.corner[link[s, VERTICES + place - 4], 3] != 0.0
-    is_beside = at_border and square - height * height > small * small
+    is_beside = at_border and square - height * height > tol * tol
     out.status[k] = AT_BORDER if is_beside else OK
     if at_border and (tracked or not is_beside):
         out.gap[k] = height
@@ -201,7 +201,7 @@ def write_kink(facets, k, foot, point, tracked, out):
         length = 1.0
     side = r[0] * reference[0] + r[1] * reference[1] + r[2] * reference[2]
     distance = math.sqrt(square)
-    if distance <= small:
+    if distance <= tol:
         out.gap[k] = side / length
         for c in range(3):
             out.normal[k, c] = reference[c] / length
@@ -223,17 +223,17 @@ def _pseudo_normal(facets, s, place, foot):
     if place >= 4:
         v = facets.link[s, VERTICES + place - 4]
         return facets.corner[v, 0], facets.corner[v, 1], facets.corner[v, 2]
-    other = facets.link[s, place - 1]
+    neighbour = facets.link[s, place - 1]
     x = shape[s, N]
     y = shape[s, N + 1]
     z = shape[s, N + 2]
-    if other >= 0:
-        x += shape[other, N]
-        y += shape[other, N + 1]
-        z += shape[other, N + 2]
-    elif other < NO_TRIANGLE:
+    if neighbour >= 0:
+        x += shape[neighbour, N]
+        y += shape[neighbour, N + 1]
+        z += shape[neighbour, N + 2]
+    elif neighbour < NO_TRIANGLE:
         tol_square = (4.0 * facets.scale[1]) ** 2
-        number = -2 - other
+        number = -2 - neighbour
         for i in range(facets.around_first[number], facets.around_first[number + 1]):
             t = facets.around[i]
             if t != s and closest_on(shape, t, foot[0], foot[1], foot[2])[0] <= tol_square:

@@ -84,7 +84,7 @@ def slopes(facets, slot, smooth, points, feet, out, start, stop):
     and at one on a kink within rounding of its point; it rotates about other kinks. With `smooth`
     it is interpolated. `slot` has the slot of each triangle.
     """
-    shape, small = facets.shape, MIN_LENGTH * facets.scale[1]
+    shape, tol = facets.shape, MIN_LENGTH * facets.scale[1]
     zero = (0.0, 0.0, 0.0)
     for k in range(start, stop):
         s = slot[feet.patch[k]]
@@ -100,11 +100,11 @@ def slopes(facets, slot, smooth, points, feet, out, start, stop):
             size = math.sqrt(dot(r, r))
             # On a border the gap may be the height over the triangle's plane, with a constant
             # normal.
-            if size > small and abs(size - abs(feet.gap[k])) <= max(small, LENGTH_TOL * size):
+            if size > tol and abs(size - abs(feet.gap[k])) <= max(tol, LENGTH_TOL * size):
                 inverse_gap = 1.0 / feet.gap[k]
                 normal = (r[0] * inverse_gap, r[1] * inverse_gap, r[2] * inverse_gap)
                 # At half a thickness from a shell the normal is the direction to the foot.
-                is_turned = smooth and not is_along(r, foot_normal, small)
+                is_turned = smooth and not is_along(r, foot_normal, tol)
                 write_kink_slopes(k, d, d, normal, feet.gap[k], out)
             else:
                 is_inside = True

@@ -67,20 +67,20 @@ def walk(facets, s, first, point):
         if place == 0:
             return s, place, a, b, True
         if place < 4:
-            other = link[s, place - 1]
-            if other == NO_TRIANGLE:
+            neighbour = link[s, place - 1]
+            if neighbour == NO_TRIANGLE:
                 return s, place, a, b, True
-            if other >= 0:
-                square, p, u, v = closest_on(shape, other, point[0], point[1], point[2])
+            if neighbour >= 0:
+                square, p, u, v = closest_on(shape, neighbour, point[0], point[1], point[2])
                 if square >= best:
                     return s, place, a, b, True
                 best = square
-                s = other
+                s = neighbour
                 place = p
                 a = u
                 b = v
                 continue
-            new = _nearest_around(facets, -2 - other, best, point)
+            new = _nearest_around(facets, -2 - neighbour, best, point)
         else:
             new = _nearest_around(facets, link[s, VERTICES + place - 4], best, point)
         if new[1] < 0:

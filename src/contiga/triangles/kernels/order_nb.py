@@ -42,7 +42,7 @@ def along_space(points, rows, low, width):
     # Two passes of a stable counting sort over the halves of the code.
     half = (3 * BITS + 1) // 2
     order = np.arange(n).astype(np.int32)
-    other = np.empty(n, np.int32)
+    buffer = np.empty(n, np.int32)
     for shift in (0, half):
         first = np.zeros((1 << half) + 1, np.int32)
         for i in range(n):
@@ -51,9 +51,9 @@ def along_space(points, rows, low, width):
             first[i + 1] += first[i]
         for i in range(n):
             key = (code[order[i]] >> shift) & ((1 << half) - 1)
-            other[first[key]] = order[i]
+            buffer[first[key]] = order[i]
             first[key] += 1
-        order, other = other, order
+        order, buffer = buffer, order
     for i in range(n):
-        other[i] = rows[order[i]]
-    return other
+        buffer[i] = rows[order[i]]
+    return buffer
