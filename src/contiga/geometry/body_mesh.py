@@ -48,7 +48,9 @@ class _MeshParts(NamedTuple):
     """The parts of a mesh, as the disk cache keeps them."""
 
     points: FloatArray
+    """(n, 3)."""
     triangles: IntArray
+    """(m, 3) rows of the points."""
     crossed: list[int]
     """Numbers of the faces whose borders cross each other."""
 

@@ -35,13 +35,15 @@ class Path(NamedTuple):
     """A curve in the (u, v) of a patch, between two parameters."""
 
     patch: int
+    """Number of the patch."""
     curve: NurbsCurve | None
     """p-curve; None for a natural side."""
     side: int
-    """0 … 3 = u0, u1, v0, v1 of a natural side."""
+    """0 … 3 = u0, u1, v0, v1 of a natural side; −1 for a p-curve."""
     start: float
     """Parameter at the start in the sense of the loop; above `end` if the path runs backwards."""
     end: float
+    """Parameter at the end."""
 
 
 class Side(NamedTuple):

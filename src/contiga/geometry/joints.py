@@ -34,8 +34,11 @@ class Joint(NamedTuple):
     """Two patches that meet, and whether they agree on the free side."""
 
     a: int
+    """Number of a patch."""
     b: int
+    """Number of the other patch; the same one at a seam."""
     agree: bool
+    """Whether their free sides are on one side of the surface."""
 
 
 class Joints(NamedTuple):

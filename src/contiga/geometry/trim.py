@@ -37,8 +37,11 @@ class _Pieces(NamedTuple):
     """Pieces of one loop in order."""
 
     coefs: list[FloatArray]
+    """(degree + 1, 3) homogeneous Bernstein coefficients (wu, wv, w) of each."""
     ends: FloatArray
+    """(n, 4) u, v at the start and u, v at the end."""
     curve: list[int]
+    """Number of the p-curve of each; −1 for a bridge."""
 
 
 def check_loops(loops: tuple[Loop, ...], domain: Domain, where: str) -> None:

@@ -24,7 +24,9 @@ class Rule(NamedTuple):
     """Points of an element in one direction, on [0, 1], and their weights, whose sum is one."""
 
     points: FloatArray
+    """(n,) ascending."""
     weights: FloatArray
+    """(n,)."""
 
 
 def lobatto(count: int) -> Rule:

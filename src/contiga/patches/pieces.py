@@ -25,8 +25,11 @@ class Piece(NamedTuple):
     """Its edges on edges of the patch, which have the same names."""
     degrees: tuple[int, int]
     knots: tuple[FloatArray, FloatArray]
+    """Clamped, with the parameters of the patch."""
     control_points: FloatArray
+    """(n, m, 3)."""
     weights: FloatArray | None
+    """(n, m), or None for a B-spline."""
     control: IntArray
     """(n, m) degrees of freedom of its control points."""
 
@@ -35,7 +38,9 @@ class Joint(NamedTuple):
     """Two edges that share their control points, by number of piece and name of edge."""
 
     pieces: tuple[int, int]
+    """Numbers of the pieces; the same one twice if it is joined with itself."""
     edges: tuple[str, str]
+    """Names of the edges, of `EDGES`."""
     turned: bool
     """Whether the two edges run in opposite directions."""
 
@@ -45,8 +50,11 @@ class Edge(NamedTuple):
 
     degree: int
     knots: FloatArray
+    """(n + degree + 1,) clamped, from 0 to 1."""
     points: FloatArray
+    """(n, 3) control points."""
     weights: FloatArray
+    """(n,) over the first of them; ones for a B-spline."""
     samples: FloatArray
     """(N_SAMPLES, 3) points of the curve."""
 

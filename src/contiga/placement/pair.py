@@ -25,6 +25,7 @@ class _Direction(NamedTuple):
     part: Master | Slave
     """The part with the points."""
     master: Master
+    """The body that gaps are measured from."""
     axis: FloatArray
     """(3,) direction in which the points move in the master's frame."""
     is_sheet: bool = False

@@ -32,11 +32,16 @@ class _Faces(NamedTuple):
     """Faces (or shells) of one layout, as candidates for the skin."""
 
     kind: str
+    """Kind of shell with these nodes."""
     nodes: Int64Array
+    """(m, k) rows of the mesh's points, corners first."""
     n_corners: int
     is_solid: bool
+    """Whether they are faces of solids."""
     block: int
+    """Number of their block of cells."""
     cell: Int64Array
+    """(m,) row of the cell of each in its block."""
 
 
 def facet_width(points: FloatArray, facets: IntArray) -> float:
