@@ -30,7 +30,7 @@ THREADS = 64
 
 
 def check_device() -> None:
-    """Raise an error if kernels cannot be launched.
+    """Raise an error if kernels cannot be launched on a GPU, or on the simulator if that is set.
 
     Raises
     ------
@@ -38,7 +38,7 @@ def check_device() -> None:
         numba-cuda is not installed. It replaces numba's built-in target, which is no longer
         maintained: in 0.68 it does not compile ``max``.
     RunError
-        There is no GPU, or the simulator lacks its settings.
+        There is no GPU, or the simulator is set without NUMBA_DISABLE_JIT.
     """
     if cuda is not None and config.ENABLE_CUDASIM:
         if not config.DISABLE_JIT:
@@ -57,10 +57,10 @@ def check_device() -> None:
 
 
 def launch(row: Callable[..., None], n: int, *arguments: Any) -> None:
-    """Call ``row(*arguments, k)`` for k = 0 … n − 1.
+    """Start ``row(*arguments, k)`` for k = 0 … n − 1 on the GPU, each in a thread, in no order.
 
-    Each call is a thread, in no order. Arguments are `resident` records and arrays, or tuples of
-    them.
+    It does not wait for the threads; copies of `on_host` do. Arguments are `resident` records and
+    arrays, or tuples of them. The kernel of a `row` is compiled at its first launch and kept.
     """
     if n:
         _threads_of(row)[ceil(n / THREADS), THREADS](n, arguments)
@@ -82,7 +82,8 @@ def _threads_of(row: Callable[..., None]) -> Any:
 def resident(record: Any) -> Any:
     """Return copies on the device of an array, or of all arrays in nested (named) tuples.
 
-    Arrays that are on the device already are not copied.
+    Named tuples become plain named tuples of the same fields. Arrays that are on the device already
+    are not copied.
     """
     if isinstance(record, tuple):
         return _like(record, map(resident, record))
@@ -97,18 +98,19 @@ def is_resident(array: Any) -> bool:
 
 
 def on_host(record: Any) -> Any:
-    """Return copies on the host of `resident` arrays; all named tuples become plain."""
+    """Return copies on the host of `resident` arrays, in plain tuples nested as `record`."""
     if isinstance(record, tuple):
         return _like(record, map(on_host, record))
     return record.copy_to_host()
 
 
 def _like(record: Any, members: Any) -> Any:
+    """Return a tuple of `members`, with the fields of `record` if it is a named tuple."""
     fields = getattr(record, "_fields", None)
     return tuple(members) if fields is None else _plain(type(record).__name__, fields)(*members)
 
 
 @cache
 def _plain(name: str, fields: tuple[str, ...]) -> Any:
-    """Return one class for each kind of record, so that kernels are compiled once for it."""
+    """Return the one named tuple of these fields, so that kernels are compiled once for it."""
     return namedtuple(name, fields)

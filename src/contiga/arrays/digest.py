@@ -23,7 +23,7 @@ class Digest:
         self._hash.update(f"{len(data)}:".encode() + data)
 
     def arrays(self, label: str, *arrays: NDArray[Any] | None) -> None:
-        """Add arrays with their shapes and types."""
+        """Add a label, the number of arrays, and each array with its shape and type, or None."""
         self.text(f"{label}, {len(arrays)}")
         for array in arrays:
             if array is None:

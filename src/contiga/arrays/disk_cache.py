@@ -13,7 +13,7 @@ import secrets
 import sys
 from collections.abc import Callable
 from contextlib import suppress
-from functools import cached_property
+from functools import cached_property, partial
 from hashlib import sha256
 from io import BytesIO
 from pathlib import Path
@@ -29,7 +29,7 @@ from contiga.version import __version__
 T = TypeVar("T")
 
 MIN_SECONDS = 0.1
-"""Least computing time, seconds, of entries: reading one takes a tenth of that."""
+"""Least computing time of entries, seconds: reading one takes a tenth of that."""
 MAX_BYTES, MAX_ENTRIES = 512 * 1024**2, 2_000
 """Largest size and number of all entries; the least recently used ones are removed first."""
 _CHECKSUM_SIZE = 32
@@ -50,13 +50,15 @@ class DiskCache:
 
     @cached_property
     def _source_stamp(self) -> str:
+        """Text that changes with the kind, the sources and the versions behind an entry."""
         versions = f"{__version__} {sys.version_info[:2]} {np.__version__}"
         return " ".join((self._kind, *map(stamp_of, self._sources), versions))
 
     def get_or_build(self, key: str | None, build: Callable[[], T]) -> T:
-        """Return the entry of a key, or the result of `build`, which is stored if it took long.
+        """Return the entry of a key, or the result of `build` if there is none.
 
-        Without a key it is built and not stored.
+        The result is stored if the thread computed it for longer than `MIN_SECONDS`. Without a key
+        it is built and not stored.
         """
         value: T | None = None if key is None else self.get(key)
         if value is None:
@@ -67,7 +69,11 @@ class DiskCache:
         return value
 
     def get(self, key: str) -> Any | None:
-        """Return the entry of a key; None if there is none that can be trusted."""
+        """Return the entry of a key; None if there is none, or none that can be trusted.
+
+        An entry that is damaged or cannot be unpickled is removed; one that another user could have
+        written stays unread. A returned entry is marked as used today.
+        """
         folder = cache_folder()
         if folder is None:
             return None
@@ -85,7 +91,11 @@ class DiskCache:
         return None
 
     def put(self, key: str, value: Any) -> None:
-        """Store a value; fail silently if that is not possible."""
+        """Store a value under a key, and remove the least recently used entries above the limits.
+
+        Nothing happens without a folder of the user's own, or for a value that cannot be pickled
+        or takes more than a quarter of `MAX_BYTES`.
+        """
         folder = cache_folder()
         if folder is None:
             return
@@ -98,8 +108,10 @@ class DiskCache:
                 return  # entries there would not be opened
             path = self._path(folder, key)
             temporary = folder / f"{secrets.token_hex(8)}.new"
+            # No other user may open it, whatever the umask.
+            private = partial(os.open, mode=0o600)
             try:
-                with open(temporary, "xb", opener=_open_private) as stream:
+                with open(temporary, "xb", opener=private) as stream:
                     stream.write(sha256(content).digest() + content)
                 temporary.replace(path)
             finally:
@@ -107,6 +119,7 @@ class DiskCache:
             trim(folder, (".kept",), MAX_BYTES, MAX_ENTRIES)
 
     def _path(self, folder: Path, key: str) -> Path:
+        """Return the file of an entry, named by the digest of sources and key."""
         name = sha256(f"{self._source_stamp}\0{key}".encode()).hexdigest()[:32]
         return folder / f"{self._kind}-{name}.kept"
 
@@ -118,8 +131,3 @@ class _Limited(BytesIO):
         if self.tell() + memoryview(data).nbytes > MAX_BYTES // 4:
             raise OSError("larger than an entry may be")
         return super().write(data)
-
-
-def _open_private(path: str, flags: int) -> int:
-    """Open a file that no other user may access, whatever the umask."""
-    return os.open(path, flags, 0o600)

@@ -8,7 +8,7 @@ from contiga.records import IndexArray, IntArray
 
 
 def groups_of(first: IndexArray, second: IndexArray, n: int) -> IntArray:
-    """Return the group (n,) of each of n items, of which first[k] and second[k] are joined.
+    """Return the group (n,) of each of n items, where pairs first[k], second[k] are joined.
 
     Groups are numbered in the order of their first items. Every item takes the least number of its
     neighbours, and then the least number of that one (Shiloach & Vishkin, An O(log n) parallel
@@ -17,13 +17,13 @@ def groups_of(first: IndexArray, second: IndexArray, n: int) -> IntArray:
     >>> groups_of(np.array([4, 1]), np.array([2, 4]), 5).tolist()
     [0, 1, 1, 2, 1]
     """
-    least = np.arange(n)
+    lowest = np.arange(n)
     while True:
-        a, b = least[first], least[second]
-        apart = a != b
-        if not apart.any():
-            return np.unique(least, return_inverse=True)[1].astype(np.int32)
-        first, second, a, b = first[apart], second[apart], a[apart], b[apart]
-        np.minimum.at(least, np.maximum(a, b), np.minimum(a, b))
-        while (further := least[least]).tobytes() != least.tobytes():
-            least = further
+        a, b = lowest[first], lowest[second]
+        differs = a != b
+        if not differs.any():
+            return np.unique(lowest, return_inverse=True)[1].astype(np.int32)
+        first, second, a, b = first[differs], second[differs], a[differs], b[differs]
+        np.minimum.at(lowest, np.maximum(a, b), np.minimum(a, b))
+        while (roots := lowest[lowest]).tobytes() != lowest.tobytes():
+            lowest = roots

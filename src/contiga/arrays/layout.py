@@ -18,14 +18,15 @@ AnyArray = TypeVar("AnyArray", bound=NDArray[Any])
 
 
 def real(values: Any, where: str | None = None) -> Any:
-    """Return `values`; refuse complex numbers and masked entries.
+    """Return `values` unchanged; raise InputError for complex numbers or masked entries.
 
-    NumPy drops imaginary parts with a warning, and masks silently.
+    NumPy would drop imaginary parts with a warning, and masks silently. Lists are searched at all
+    levels; values that are no numbers pass.
     """
     if type(values) is np.ndarray and values.dtype.kind == "f":  # the usual case
         return values
-    if what := _why_not_real(values):
-        raise InputError(f"{what} in place of real numbers", where=where)
+    if fault := _why_not_real(values):
+        raise InputError(f"{fault} in place of real numbers", where=where)
     return values
 
 
@@ -45,8 +46,9 @@ def _why_not_real(values: Any) -> str | None:
 def as_contiguous(values: ArrayLike, dtype: DTypeLike) -> NDArray[Any]:
     """Return `values` as an array for kernels: C-contiguous, aligned and writeable.
 
-    Such arrays are not copied. For kernels a read-only array has another type, for which they would
-    be compiled again. Raises the errors of NumPy if the values are not numbers.
+    Such arrays of the type are not copied. For kernels a read-only array has another type, for
+    which they would be compiled again. Raises InputError for complex or masked values, and
+    TypeError or ValueError if they are not numbers.
     """
     if type(values) is np.ndarray and values.dtype == dtype and values.flags.carray:
         return values
@@ -57,7 +59,7 @@ def as_points(values: ArrayLike, name: str = "points") -> FloatArray:
     """Return `values` as a C-contiguous (n, 3) float64 array, without a copy if it is one.
 
     A single point ``(3,)`` becomes one row. Entries that are not finite are allowed: results mark
-    them row by row.
+    them row by row. Raises InputError for other shapes, and for values that are not real numbers.
     """
     if (
         type(values) is np.ndarray
@@ -70,11 +72,15 @@ def as_points(values: ArrayLike, name: str = "points") -> FloatArray:
 
 
 def as_parameters(values: ArrayLike) -> FloatArray:
-    """Return `values` as a C-contiguous (k, 2) float64 array; a single pair becomes one row."""
+    """Return `values` as a C-contiguous (k, 2) float64 array; a single pair becomes one row.
+
+    Raises InputError for other shapes, and for values that are not real numbers.
+    """
     return _as_rows(values, "uv", 2, "(k, 2)")
 
 
 def _as_rows(values: ArrayLike, name: str, columns: int, shape: str) -> FloatArray:
+    """Return `values` as a C-contiguous (n, columns) array; InputError calls them `name`."""
     real(values, name)
     try:
         rows = as_contiguous(values, np.float64)
@@ -90,7 +96,10 @@ def _as_rows(values: ArrayLike, name: str, columns: int, shape: str) -> FloatArr
 def as_numbers(
     values: object, where: str, what: str = "must be numbers", allowed: str | None = None
 ) -> FloatArray:
-    """Return a C-contiguous float64 copy of `values`; `what` is the message if that fails."""
+    """Return a C-contiguous float64 copy of `values`, of any shape.
+
+    Raises InputError if they are not real numbers; `what` is its message.
+    """
     real(values, where)
     try:
         return np.array(values, dtype=np.float64, order="C")
@@ -99,14 +108,17 @@ def as_numbers(
 
 
 def read_only(array: FloatArray) -> FloatArray:
-    """Return a C-contiguous copy of `array` that is read-only."""
+    """Return a C-contiguous float64 copy of `array` that is read-only.
+
+    Raises InputError for complex numbers or masked entries.
+    """
     copy = np.array(real(array), dtype=np.float64, order="C")
     copy.flags.writeable = False
     return copy
 
 
 def locked(values: AnyArray) -> AnyArray:
-    """Return a read-only view.
+    """Return a read-only view of an array.
 
     For numba a read-only array has another type than a writeable one: kernels that read a user's
     arrays, which may be either, get this view and need one version only.
@@ -117,7 +129,10 @@ def locked(values: AnyArray) -> AnyArray:
 
 
 def positive(value: object, name: str, *, finite: bool = True) -> float:
-    """Return `value` as a number > 0, finite unless `finite` is False; errors call it `name`."""
+    """Return `value` as a float > 0, finite unless `finite` is False.
+
+    Raises InputError for another value, which the message calls `name`.
+    """
     allowed = "a finite number > 0" if finite else "a number > 0"
     try:
         number = value if type(value) is float else float(real(value))
@@ -129,7 +144,7 @@ def positive(value: object, name: str, *, finite: bool = True) -> float:
 
 
 def not_negative(value: object, name: str) -> float:
-    """Return `value` as a finite number ≥ 0, which errors call `name`."""
+    """Return `value` as a finite float ≥ 0; raise InputError, which calls it `name`, otherwise."""
     allowed = "a finite number >= 0"
     try:
         number = float(real(value))
@@ -143,7 +158,7 @@ def not_negative(value: object, name: str) -> float:
 
 
 def checked_choice(where: str, value: object, allowed: tuple[str, ...]) -> str:
-    """Return `value` if it is one of the words `allowed`."""
+    """Return `value` if it is one of the words `allowed`; raise InputError otherwise."""
     if not isinstance(value, str) or value not in allowed:
         raise InputError(
             "is not known", where=where, found=value, allowed=", ".join(map(repr, allowed))
@@ -153,13 +168,13 @@ def checked_choice(where: str, value: object, allowed: tuple[str, ...]) -> str:
 
 def check_types(
     kinds: type | tuple[type, ...] | UnionType,
-    given: Iterable[object],
+    values: Iterable[object],
     where: str,
     what: str,
     allowed: str,
 ) -> None:
-    """Refuse a value that is not of `kinds`; `what` is the message."""
-    for k, value in enumerate(given):
+    """Raise InputError for the first of `values` that is not of `kinds`; `what` is the message."""
+    for k, value in enumerate(values):
         if not isinstance(value, kinds):
             raise InputError(
                 what, where=f"{where}[{k}]", found=type(value).__name__, allowed=allowed
@@ -167,7 +182,7 @@ def check_types(
 
 
 def bytes_of(value: object) -> int:
-    """Return the memory, bytes, of all arrays in nested records.
+    """Return the memory of all arrays in nested tuples, bytes; other values count as zero.
 
     >>> bytes_of((np.zeros(3), (np.zeros(2, np.int32), "text")))
     32

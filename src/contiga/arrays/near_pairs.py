@@ -16,8 +16,9 @@ _HALF_NEIGHBOURS = [step for step in _NEIGHBOURS if step > (0, 0, 0)]
 def near_pairs(points: FloatArray, reach: float) -> IndexArray:
     """Return the sorted pairs (m, 2), i < j, of points (n, 3) at most `reach` > 0 apart.
 
-    By cells as long as the reach; the same result as `scipy.spatial.cKDTree.query_pairs`, which
-    takes longer to load than numba.
+    Points are hashed by cells as long as the reach, and the pairs of neighbouring cells measured.
+    The result is that of `scipy.spatial.cKDTree.query_pairs`, which takes longer to load than
+    numba.
 
     >>> near_pairs(np.array([[0.0, 0.0, 0.0], [5.0, 0.0, 0.0], [0.0, 0.9, 0.0]]), 1.0)
     array([[0, 2]])

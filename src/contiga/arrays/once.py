@@ -1,4 +1,4 @@
-"""Keep what is computed once of an object, as long as that lives."""
+"""Cache the result of a function for each object, as long as the object lives."""
 
 from __future__ import annotations
 
@@ -7,27 +7,30 @@ from functools import wraps
 from typing import TypeVar
 from weakref import WeakKeyDictionary
 
-Thing = TypeVar("Thing")
-Answer = TypeVar("Answer")
+Key = TypeVar("Key")
+Result = TypeVar("Result")
 
 
-def once(work: Callable[[Thing], Answer]) -> Callable[[Thing], Answer]:
-    """`work`, done at the first call for each thing.
+def once(function: Callable[[Key], Result]) -> Callable[[Key], Result]:
+    """Return `function` with a cache of its results by object.
 
-    >>> class Thing:
+    Objects must be hashable and are referenced weakly; a result None is computed again. Threads
+    that call at the same time may each compute a result, of which the last is kept.
+
+    >>> class Body:
     ...     pass
-    >>> thing, asked = Thing(), []
-    >>> number = once(lambda thing: asked.append(thing) or len(asked))
-    >>> number(thing), number(thing), number(Thing())
+    >>> body, calls = Body(), []
+    >>> number = once(lambda body: calls.append(body) or len(calls))
+    >>> number(body), number(body), number(Body())
     (1, 1, 2)
     """
-    kept: WeakKeyDictionary[Thing, Answer] = WeakKeyDictionary()
+    results: WeakKeyDictionary[Key, Result] = WeakKeyDictionary()
 
-    @wraps(work)
-    def answer(thing: Thing) -> Answer:
-        known = kept.get(thing)
-        if known is None:
-            known = kept[thing] = work(thing)
-        return known
+    @wraps(function)
+    def cached(key: Key) -> Result:
+        result = results.get(key)
+        if result is None:
+            result = results[key] = function(key)
+        return result
 
-    return answer
+    return cached

@@ -23,7 +23,7 @@ MIN_SQUARE, MAX_SQUARE = 1e-280, 1e300
 
 
 def product(a: ArrayLike, b: ArrayLike) -> FloatArray:
-    """``a @ b`` of vectors and matrices, for `a` stacks of them too.
+    """Return ``a @ b`` of vectors and matrices; `a` may have leading axes.
 
     >>> product([[1.0, 2.0], [0.0, 1.0]], [3.0, 4.0]).tolist()
     [11.0, 4.0]
@@ -34,9 +34,9 @@ def product(a: ArrayLike, b: ArrayLike) -> FloatArray:
 
 
 def row_products(a: FloatArray, b: FloatArray) -> FloatArray:
-    """Return the products (n,) of rows (n, 3).
+    """Return the scalar products (n,) of rows (n, 3) of `a` and `b`, one of which may be (3,).
 
-    It is ``(a * b).sum(axis=1)`` in a fourth of the time.
+    It is ``(a * b).sum(axis=-1)`` in a fourth of the time.
 
     >>> row_products(np.array([[1.0, 2.0, 3.0]]), np.array([4.0, 5.0, 6.0])).tolist()
     [32.0]
@@ -57,7 +57,9 @@ def row_lengths(a: FloatArray) -> FloatArray:
 
 
 def length(vector: ArrayLike) -> float:
-    """Return the root of the sum of the squares of all entries, without overflow.
+    """Return the root of the sum of the squares of all entries, without overflow or underflow.
+
+    It is zero without entries, and infinite or NaN if an entry is.
 
     >>> length([3.0, 4.0])
     5.0
@@ -78,9 +80,9 @@ def length(vector: ArrayLike) -> float:
 
 
 def solve(matrix: ArrayLike, right: ArrayLike) -> FloatArray:
-    """Solve a regular system (n, n) for one right side (n,) or several (n, m).
+    """Return the solution of a regular system (n, n) for one right side (n,) or several (n, m).
 
-    Gaussian elimination with partial pivoting.
+    By Gaussian elimination with partial pivoting; a singular matrix gives infinite or NaN entries.
 
     >>> solve([[0.0, 2.0], [1.0, 1.0]], [4.0, 5.0]).tolist()
     [3.0, 2.0]
@@ -100,26 +102,27 @@ def solve(matrix: ArrayLike, right: ArrayLike) -> FloatArray:
 
 
 def principal_axes(vectors: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return singular values (3,), falling, of vectors (n, 3), and right singular vectors as rows.
+    """Return the singular values (3,), falling, of vectors (n, 3), and the axes as rows (3, 3).
 
-    One-sided Jacobi rotations (Golub and Van Loan, Matrix Computations, 8.6.3).
+    The axes are the right singular vectors; the sense of each is arbitrary, so that they may be
+    left-handed. By one-sided Jacobi rotations (Golub and Van Loan, Matrix Computations, 8.6.3).
     """
     columns, axes = np.array(vectors, dtype=np.float64).T.copy(), np.eye(3)
     for _ in range(MAX_SWEEPS):
-        rotated = False
+        has_rotated = False
         for i, j in ((0, 1), (0, 2), (1, 2)):
             a, b = float(np.sum(columns[i] ** 2)), float(np.sum(columns[j] ** 2))
             c = float(np.sum(columns[i] * columns[j]))
             if abs(c) <= 1e-15 * math.sqrt(a * b):
                 continue
-            rotated = True
+            has_rotated = True
             z = (b - a) / (2.0 * c)
             t = math.copysign(1.0, z) / (abs(z) + math.sqrt(1.0 + z * z))
             cosine = 1.0 / math.sqrt(1.0 + t * t)
             rotation = cosine * np.array([[1.0, -t], [t, 1.0]])
             for rows in (columns, axes):
                 rows[[i, j]] = product(rotation, rows[[i, j]])
-        if not rotated:
+        if not has_rotated:
             break
     sizes = np.array([length(column) for column in columns])
     order = np.argsort(-sizes, kind="stable")

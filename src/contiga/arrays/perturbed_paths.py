@@ -46,9 +46,19 @@ def robust_last_crossings(
     A path that meets an edge or a corner within its width, or enters and leaves in one place, may
     find faces there that it does not cross, or miss one. Such a path makes a detour between the
     same ends, a few widths off the place, in one direction after another, until its last crossing
-    is clear of all edges: whether its end is inside does not depend on the path. If no detour is
-    clear, or the path is hardly longer than the width, the later of two crossings in one place
-    counts.
+    is clear of all edges: whether its end is inside does not depend on the path. The crossing of
+    the detour then replaces that of the path. If none of `MAX_TRIES` detours is clear, or the path
+    is shorter than six widths, the result of the straight path stays.
+
+    Parameters
+    ----------
+    search : see `Crossings`
+    a_B, b_B : (n, 3) starts and ends, the surface's frame, length
+
+    Returns
+    -------
+    hits : (n,) crossings; the fraction is of the path a_B → b_B
+    sense : (n,) int8, 1 for an entry, −1 for an exit, 0 for none
     """
     n = len(a_B)
     out, verdict = empty_hit(n), np.zeros((n, 2))
@@ -82,7 +92,11 @@ def robust_last_crossings(
 def _last_crossings_around(
     search: Crossings, a_B: FloatArray, m_B: FloatArray, b_B: FloatArray, fraction: FloatArray
 ) -> tuple[Hit, FloatArray]:
-    """Return the last crossings of the bent paths a_B → m_B → b_B; m_B counts as at `fraction`."""
+    """Return the last crossings of the bent paths a_B → m_B → b_B, and their verdicts (n, 2).
+
+    The second half counts if it has a crossing, else the first half. m_B counts as the point at
+    `fraction` of the path.
+    """
     n = len(fraction)
     out, verdict = empty_hit(n), np.zeros((n, 2))
     search(Paths(m_B, b_B, _between(fraction, np.ones(n)), SECOND_HALF), out, verdict)
@@ -99,12 +113,15 @@ def _last_crossings_around(
 
 
 def _between(start: FloatArray, end: FloatArray) -> FloatArray:
-    """Return (n, 2), C-ordered: kernels that are called directly do not check the layout."""
+    """Return starts and ends as (n, 2), C-ordered: kernels called directly do not check layouts."""
     return np.stack([start, end], axis=1)
 
 
 def _perpendicular(d: FloatArray, angle: float) -> FloatArray:
-    """Return unit vectors perpendicular to the rows of `d`, rotated about them by `angle`."""
+    """Return unit vectors perpendicular to the rows of `d`, turned about these by `angle`, radians.
+
+    At the angle zero they are also perpendicular to the axis that `d` is least along.
+    """
     d = d / np.abs(d).max(axis=1, keepdims=True)
     d /= np.linalg.norm(d, axis=1, keepdims=True)
     smallest_axis = np.eye(3)[np.abs(d).argmin(axis=1)]

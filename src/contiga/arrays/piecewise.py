@@ -8,9 +8,10 @@ from contiga.records import FloatArray
 
 
 def piece_at(times: FloatArray, t: float) -> int | None:
-    """Return the piece between two of `times` that contains `t`; None outside.
+    """Return the number of the piece between ascending `times` that contains `t`; None outside.
 
-    Right-continuous at the rows; left-continuous at the last one.
+    At a time the next piece counts, at the last time the last piece. Less than two times have no
+    piece.
     """
     if len(times) < 2 or not times[0] <= t <= times[-1]:
         return None
@@ -18,7 +19,10 @@ def piece_at(times: FloatArray, t: float) -> int | None:
 
 
 def rate_at(times: FloatArray, rows: FloatArray, t: float) -> FloatArray:
-    """Return the slope at `t` of a table, linear between its `rows` (n, ...); zero outside."""
+    """Return the slope at `t` of a table that is linear between its `rows` (n, …).
+
+    It is zero outside; at a time it is the slope of the piece of `piece_at`.
+    """
     k = piece_at(times, t)
     if k is None:
         return np.zeros(rows.shape[1:])

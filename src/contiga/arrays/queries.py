@@ -25,20 +25,26 @@ class Queries:
     bounds: Any
 
     def track(self, points: ArrayLike, start: Projection) -> Projection:
-        """Feet of `points` (n, 3) continued from `start`, those of the same points one step ago."""
+        """Return feet of `points` (n, 3) continued from `start`, their feet one step ago.
+
+        It is `project` with the mode "track" and has its errors.
+        """
         feet: Projection = self.project(points, start=start, mode="track")
         return feet
 
     def signed_distance(self, points: ArrayLike) -> FloatArray:
         """Return (n,) length from `points` (n, 3) to the surface, negative on the contact side.
 
-        The `gap` of `project`; NaN where a point has no foot.
+        It is the `gap` of `project`; NaN where a point has no foot.
         """
         feet = self.project(points)
         return np.where(feet.patch < 0, np.nan, feet.gap)
 
     def ray(self, origins: ArrayLike, directions: ArrayLike) -> RayHit:
-        """Return what rays hit first, from whichever side; `first_hit` is for segments that enter.
+        """Return where rays hit the surface first, from whichever side.
+
+        `first_hit` is for segments that enter. Rows without a hit have the status NO_HIT, the patch
+        −1 and NaN; so have rays from origins that are not finite.
 
         Parameters
         ----------
@@ -49,7 +55,28 @@ class Queries:
         InputError
             Other shapes, or a direction that is zero or not finite.
         """
-        starts, units = _checked_rays(origins, directions)
+        starts, vectors = as_points(origins, "origins"), as_points(directions, "directions")
+        if len(starts) != len(vectors) and 1 not in (len(starts), len(vectors)):
+            raise InputError(
+                "a ray has an origin and a direction",
+                where="directions",
+                found=vectors.shape,
+                allowed=f"{starts.shape}, or (3,) for all",
+            )
+        size = np.abs(vectors).max(axis=1, initial=0.0)
+        is_wrong = ~(np.isfinite(size) & (size > 0.0))
+        if is_wrong.any():
+            row = int(np.argmax(is_wrong))
+            raise InputError(
+                "a direction must be finite and not zero",
+                where=f"directions[{row}]",
+                found=vectors[row].tolist(),
+            )
+        vectors = vectors / size[:, None]
+        starts, units = np.broadcast_arrays(
+            starts, vectors / np.sqrt((vectors**2).sum(axis=1))[:, None]
+        )
+        # Rays are clipped to a ball around the surface.
         low, high = self.bounds()
         middle, reach = 0.5 * (low + high), 0.5 * BALL_MARGIN * length(high - low)
         middle_distance = ((middle - starts) * units).sum(axis=1)
@@ -83,29 +110,3 @@ class Queries:
     def _normals_at(self, patch: IntArray, uv: FloatArray) -> FloatArray:
         """Return (k, 3) unit normals at places (patch, uv)."""
         raise NotImplementedError
-
-
-def _checked_rays(origins: ArrayLike, directions: ArrayLike) -> tuple[FloatArray, FloatArray]:
-    """Return origins and unit directions (n, 3)."""
-    starts, vectors = as_points(origins, "origins"), as_points(directions, "directions")
-    if len(starts) != len(vectors) and 1 not in (len(starts), len(vectors)):
-        raise InputError(
-            "a ray has an origin and a direction",
-            where="directions",
-            found=vectors.shape,
-            allowed=f"{starts.shape}, or (3,) for all",
-        )
-    size = np.abs(vectors).max(axis=1, initial=0.0)
-    wrong = ~(np.isfinite(size) & (size > 0.0))
-    if wrong.any():
-        row = int(np.argmax(wrong))
-        raise InputError(
-            "a direction must be finite and not zero",
-            where=f"directions[{row}]",
-            found=vectors[row].tolist(),
-        )
-    vectors = vectors / size[:, None]
-    starts, units = np.broadcast_arrays(
-        starts, vectors / np.sqrt((vectors**2).sum(axis=1))[:, None]
-    )
-    return starts, units

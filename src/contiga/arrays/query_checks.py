@@ -44,14 +44,15 @@ def checked_mode(mode: str) -> bool:
 
 
 def checked_start(start: Projection | None, n: int, count: int, what: str) -> Projection:
-    """Return the projection that n points start from, laid out for kernels.
+    """Return `start` if its arrays are laid out for kernels, with n rows; else a copy that is.
 
-    The body has `count` patches, which messages call `what`.
+    Its patches must be below `count`, the number of the body's patches, which messages call `what`.
 
     Raises
     ------
     InputError
-        No start or no projection, not n rows, a patch that does not exist.
+        No start or no projection, arrays of other than n rows, or that are no numbers, a patch
+        that does not exist.
     """
     if start is None:
         raise InputError(
@@ -77,10 +78,10 @@ def checked_start(start: Projection | None, n: int, count: int, what: str) -> Pr
 
 
 def _highest_patch(feet: Projection, n: int) -> int | None:
-    """Return the highest patch of n feet whose arrays are laid out for kernels; else None.
+    """Return the highest patch of n feet laid out for kernels, −1 without any; else None.
 
-    Checking eight arrays from Python, and the patches with NumPy, takes three times as long, for
-    10⁴ feet a hundredth of the time to track them.
+    A kernel checks that: eight arrays from Python, and the patches with NumPy, take three times as
+    long, for 10⁴ feet a hundredth of the time to track them.
     """
     highest_patch = _feet_kernel()
     if highest_patch is None:
@@ -94,7 +95,10 @@ def _highest_patch(feet: Projection, n: int) -> int | None:
 
 @lru_cache(maxsize=1)
 def _feet_kernel() -> Callable[..., int] | None:
-    """Return the kernel for the highest patch, which refuses other types; None if interpreted."""
+    """Return `highest_patch`, compiled for the types of a Projection only; None if interpreted.
+
+    A call with other types raises TypeError.
+    """
     kernel: Any = highest_patch
     if not isinstance(kernel, KernelDispatcher):
         return None
@@ -104,7 +108,7 @@ def _feet_kernel() -> Callable[..., int] | None:
 
 
 def _is_laid_out(feet: Projection, n: int) -> bool:
-    """Return whether all arrays are laid out for kernels, with n rows."""
+    """Return whether all arrays have n rows, the right types and C order, and are writeable."""
     arrays: tuple[Any, ...] = feet
     for array, dtype, row in zip(arrays, DTYPES, ROW_SHAPES, strict=True):
         # Equal types need not be identical; such arrays are then checked one by one.
@@ -116,7 +120,10 @@ def _is_laid_out(feet: Projection, n: int) -> bool:
 
 
 def _as_laid_out(start: Projection, n: int) -> Projection:
-    """Return a projection of n rows whose arrays are laid out for kernels; see `checked_start`."""
+    """Return a projection of n rows with arrays that are laid out for kernels, copied if needed.
+
+    Raises the errors of `checked_start` on arrays.
+    """
     columns = []
     arrays: tuple[Any, ...] = start
     for name, values, like in zip(Projection._fields, arrays, EMPTY_ARRAYS, strict=True):
@@ -143,7 +150,10 @@ def _as_laid_out(start: Projection, n: int) -> Projection:
 def checked_feet(
     start: Projection | None, out: Projection | None, points: FloatArray, count: int, what: str
 ) -> tuple[Projection, Projection]:
-    """Return the checked projections to track from and to fill."""
+    """Return the projections to track from and to fill; both are the same if `out` is `start`.
+
+    The errors are those of `checked_start` and `checked_out`.
+    """
     last = checked_start(start, len(points), count, what)
     if out is None or out is not last:
         return last, checked_out(out, points, start)
@@ -152,12 +162,13 @@ def checked_feet(
 
 
 def checked_out(out: Projection | None, points: FloatArray, start: Projection | None) -> Projection:
-    """Return the projection to fill for `points`: `out`, which may be `start`, or a new one.
+    """Return the projection to fill for `points`: `out`, or a new one, not initialised, without it.
 
     Raises
     ------
     InputError
-        It is no projection of arrays that can be filled, or shares memory with the input.
+        `out` is no projection of arrays that can be filled, or shares memory with the points, with
+        another `start`, or between its arrays.
     """
     if out is None:
         return empty_projection(len(points))
@@ -173,7 +184,7 @@ def checked_out(out: Projection | None, points: FloatArray, start: Projection | 
 
 
 def check_fillable(array: Any, shape: tuple[int, ...], dtype: Any, where: str) -> None:
-    """Refuse an array of `out` that cannot take results of a shape and type."""
+    """Raise InputError unless `array` has the shape, type and C order, and is writeable."""
     fits = isinstance(array, np.ndarray) and array.shape == shape and array.dtype == dtype
     if not fits or not array.flags.carray:
         raise InputError(
@@ -185,13 +196,16 @@ def check_fillable(array: Any, shape: tuple[int, ...], dtype: Any, where: str) -
 
 
 def check_apart(filled: Sequence[Any], read: Sequence[Any], allowed: str) -> None:
-    """Refuse arrays of `out` that share memory with the input, or with each other."""
+    """Raise InputError if arrays of `out` share memory with the input, or with each other.
+
+    Arrays count as sharing if the ranges of their addresses overlap.
+    """
     arrays = [*filled, *read]
     # Arrays that own their memory share none; testing all pairs takes ten times as long.
     if all(array.flags.owndata for array in arrays) and len(set(map(id, arrays))) == len(arrays):
         return
     pairs = [*product(filled, read), *combinations(filled, 2)]
-    if any(np.may_share_memory(one, other) for one, other in pairs):
+    if any(np.may_share_memory(a, b) for a, b in pairs):
         raise InputError(
             "out shares memory with what is read, or its arrays with each other",
             where="out",
@@ -200,7 +214,7 @@ def check_apart(filled: Sequence[Any], read: Sequence[Any], allowed: str) -> Non
 
 
 def checked_segments(p0: ArrayLike, p1: ArrayLike) -> tuple[FloatArray, FloatArray]:
-    """Return (n, 3) starts and ends of segments.
+    """Return starts and ends of segments (n, 3); a single point (3,) becomes one row.
 
     Raises
     ------

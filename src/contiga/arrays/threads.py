@@ -29,7 +29,7 @@ R = TypeVar("R")
 
 
 def thread_count() -> int:
-    """Number of threads that kernels run on; 1 inside one of these threads.
+    """Return the number of threads that kernels run on; 1 inside one of these threads.
 
     >>> thread_count() >= 1
     True
@@ -42,16 +42,13 @@ def thread_count() -> int:
     return int(numba.config.NUMBA_NUM_THREADS)
 
 
-def _mark_busy() -> None:
-    # A job that waits for others of the same helpers could wait for ever.
-    _local.busy = True
-
-
 @lru_cache(maxsize=1)
 def _helpers() -> ThreadPoolExecutor:
-    """Helper threads beside the calling ones; each starts when there is work for it."""
+    """Return the helper threads beside the calling ones; each starts when there is work for it."""
     count = max(int(numba.config.NUMBA_NUM_THREADS) - 1, 1)
-    return ThreadPoolExecutor(count, thread_name_prefix="contiga", initializer=_mark_busy)
+    # All are busy always: a job that waits for others of the same helpers could wait for ever.
+    is_busy = (_local, "busy", True)
+    return ThreadPoolExecutor(count, "contiga", initializer=setattr, initargs=is_busy)
 
 
 # Threads do not survive in a forked process: it starts its own.
@@ -60,10 +57,11 @@ if hasattr(os, "register_at_fork"):
 
 
 def run_ranges(kernel: Callable[..., Any], n: int, grain: int, *args: Any) -> None:
-    """Call ``kernel(*args, start, stop)`` until rows 0 … n are done.
+    """Call ``kernel(*args, start, stop)`` for ranges of rows that make up 0 … n − 1; wait for all.
 
     Ranges have at least `grain` rows, and start at multiples of it: with fewer a thread costs more
-    than it saves.
+    than it saves. Up to `grain` rows, or with one thread, are one call. An error of a call drops
+    the ranges that no thread has begun, and is raised.
     """
     if n <= grain or (threads := thread_count()) == 1:
         if n:
@@ -98,7 +96,7 @@ def run_ranges(kernel: Callable[..., Any], n: int, grain: int, *args: Any) -> No
 
 
 def _next_start(starts: deque[int]) -> int | None:
-    """Return the next start, which no other thread takes; None if there is none."""
+    """Remove and return the next start, which no other thread takes; None if there is none."""
     try:
         return starts.popleft()
     except IndexError:
@@ -106,7 +104,10 @@ def _next_start(starts: deque[int]) -> int | None:
 
 
 def map_threads(function: Callable[[T], R], items: Iterable[T]) -> list[R]:
-    """Return ``[function(item) for item in items]``, on the threads; calls must be independent."""
+    """Return ``[function(item) for item in items]``, computed on the threads in any order.
+
+    Calls must be independent; an error of one is raised.
+    """
     inputs = list(items)
     results: dict[int, R] = {}
 
@@ -119,9 +120,9 @@ def map_threads(function: Callable[[T], R], items: Iterable[T]) -> list[R]:
 
 
 def started(kernel: Callable[..., R], n: int, grain: int, *args: Any) -> Callable[[], R]:
-    """Start ``kernel(*args)`` in the background; return a function that waits for its result.
+    """Start ``kernel(*args)`` in a helper thread; return a function that waits for its result.
 
-    With one thread, or if its n rows are no more than `grain`, it runs at once.
+    With one thread, or if its n rows are no more than `grain`, it runs here before this returns.
     """
     if n > grain and thread_count() > 1:
         with suppress(RuntimeError):  # Python is ending: this thread does it

@@ -29,7 +29,11 @@ class Workspace(threading.local):
         self._tables: dict[int, FloatArray] = {}
 
     def rows(self, n: int, columns: int) -> FloatArray:
-        """Return a table (n, columns); the thread may use it until the next call."""
+        """Return a table (n, columns) with any contents; the thread may use it until the next call.
+
+        It is a view of the last table of as many columns if that has n rows, else new memory, which
+        is kept if n is at most `MAX_KEPT_ROWS`.
+        """
         table = self._tables.get(columns)
         if table is None or len(table) < n:
             size = max(n, ceil(PAGE_SIZE / (FLOAT_SIZE * columns))) * columns

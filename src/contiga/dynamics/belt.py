@@ -369,7 +369,7 @@ class Belt:
         if self.kind == "bars":
             return np.zeros(1)
         if self.kind == "membrane":
-            return self.width * (self._strip.beside - 0.5)
+            return self.width * (self._strip.greville_v - 0.5)
         return np.linspace(-0.5 * self.width, 0.5 * self.width, self.across + 1)
 
     @cached_property
@@ -391,7 +391,7 @@ class Belt:
         of the path, or after `MAX_MOVES` passes.
         """
         start, end = self._span
-        arc = start + (end - start) * self._strip.along
+        arc = start + (end - start) * self._strip.greville_u
         min_gap = gap = LIFT * self.path.length
         for _ in range(MAX_MOVES):
             rows = self._laid(arc, gap)

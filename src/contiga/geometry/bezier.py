@@ -47,6 +47,7 @@ class Extraction(NamedTuple):
     windows: tuple[IndexArray, IndexArray]
     """(nu, p + 1) and (nv, q + 1) mapped control points of each element; neighbours share one."""
     breaks: tuple[FloatArray, FloatArray]
+    """(nu + 1,) and (nv + 1,) borders of the elements."""
 
     def of(self, homogeneous: FloatArray) -> BezierGrid:
         """Return the elements of the control points (n, m, 4)."""

@@ -11,13 +11,17 @@ MIN_PATCHES, MIN_POINTS = 8, 1_000
 
 
 def key_of(body: FacesLike) -> str | None:
-    """Return a digest of the whole body; None for a small one, for which nothing is cached."""
+    """Return a digest of all that results depend on; None for a small body, which is not cached.
+
+    A body is small below both `MIN_PATCHES` patches and `MIN_POINTS` control points.
+    """
     points = sum(patch.control_points[..., 0].size for patch in body.patches)
     return None if len(body.patches) < MIN_PATCHES and points < MIN_POINTS else _digest_of(body)
 
 
 @once
 def _digest_of(body: FacesLike) -> str:
+    """Return the digest of geometry, unit, `pieces_apart` and gaps of edges; computed once."""
     digest = Digest()
     body.digest(digest)
     digest.text(repr((body.unit, body.pieces_apart, [edge.gap for edge in body.edges])))

@@ -48,13 +48,17 @@ class _MeshParts(NamedTuple):
     """The parts of a mesh, as the disk cache keeps them."""
 
     points: FloatArray
+    """(n, 3)."""
     triangles: IntArray
+    """(m, 3) rows of the points."""
     crossed: list[int]
-    """Faces whose borders cross each other."""
+    """Numbers of the faces whose borders cross each other."""
 
 
 def body_mesh(body: FacesLike, tol: float, method: str = "chord") -> TriMesh:
     """Return one mesh of all faces of `body`; faces that share an edge share its vertices.
+
+    It is read from the disk cache if the body is large and was meshed before.
 
     Parameters
     ----------
@@ -68,7 +72,7 @@ def body_mesh(body: FacesLike, tol: float, method: str = "chord") -> TriMesh:
     InputError
         `tol` is not positive, or the method is unknown.
     GeometryError
-        The tolerance needs more than 40 million triangles.
+        The tolerance needs more than 40 million triangles, by an estimate or on the way.
 
     Warns
     -----
@@ -143,7 +147,13 @@ class _Mesher:
             self.shares[e] = share[np.append(np.diff(share) > MEET_TOL, True)]
 
     def mesh(self) -> _MeshParts:
-        """Triangulate all faces over one set of vertices."""
+        """Return the mesh: all faces triangulated over one set of vertices, and refined inside.
+
+        Faces whose borders cross get triangles by ears, and are not refined. Triangles of different
+        faces that coincide are separated by further vertices, in up to `MAX_REPAIRS` rounds;
+        triangles with a vertex twice are left out. Raises GeometryError for more than
+        `MAX_TRIANGLES`.
+        """
         faces = self._triangulate_borders()
         crossed = [k for k, face in enumerate(faces) if not face.is_valid]
         for k in crossed:
@@ -171,7 +181,11 @@ class _Mesher:
         return _MeshParts(mesh.vertices, mesh.triangles, crossed)
 
     def _triangulate_borders(self) -> list[FaceMesh]:
-        """Triangulate the faces between their polygons; split edges until none of these cross."""
+        """Return the faces, triangulated between their polygons.
+
+        Parts of edges whose polygons cross are halved, up to `MAX_SPLITS` times; a face that still
+        crosses is not valid.
+        """
         faces: list[FaceMesh | None] = [None] * len(self.body.patches)
         for attempt in range(MAX_SPLITS + 1):
             ids_by_edge = self._vertex_ids()
@@ -190,7 +204,10 @@ class _Mesher:
         return [face for face in faces if face is not None]
 
     def _halve_parts(self, parts_by_edge: dict[int, set[int]]) -> bool:
-        """Halve parts of edges that are longer than rounding; False if there are none."""
+        """Halve parts of edges, in `shares`, that are longer than rounding; False if none is.
+
+        Poles and parts that do not exist are left out.
+        """
         point_tol = POINT_TOL * self.body.size
         any_halved = False
         for e, parts in parts_by_edge.items():
@@ -206,7 +223,10 @@ class _Mesher:
         return any_halved
 
     def _refine_face(self, k: int, face: FaceMesh) -> None:
-        """Insert vertices in a face: where it misses the surface, or at its net's grid."""
+        """Insert vertices in a face: where it misses the surface, or at its net's grid.
+
+        Faces with ears stay as they are. Raises GeometryError for more than `MAX_TRIANGLES`.
+        """
         if face.ears is not None:
             return
         if self.grids is None:
@@ -221,7 +241,10 @@ class _Mesher:
                 face.insert(x, y, ANY_DISTANCE)
 
     def _vertex_ids(self) -> dict[int, Ints]:
-        """Return by edge the vertices of the mesh along it."""
+        """Return by edge the vertices of the mesh along it, corners included.
+
+        Vertices inside edges are numbered after the corners, edge after edge.
+        """
         n_points = int(self.corners.max(initial=-1)) + 1
         ids_by_edge = {}
         for e, share in self.shares.items():
@@ -233,7 +256,11 @@ class _Mesher:
         return ids_by_edge
 
     def _polygons(self, k: int, ids_by_edge: dict[int, Ints]) -> Polygons:
-        """Return the border of face k."""
+        """Return the border of face k as polygons, without p-curves that only close a gap.
+
+        A side's last vertex is left out if the next side starts at it, or at the same vertex of the
+        mesh within `LARGEST_GAP` in (u, v).
+        """
         tol = MEET_TOL * np.ptp(np.array(self.body.patches[k].domain), axis=1)
         gap_tol = tol / MEET_TOL * LARGEST_GAP
         lines, lengths = [], []
@@ -275,7 +302,10 @@ class _Mesher:
         return Polyline(uv, ids, np.stack([np.full(len(ids), e), part], axis=1))
 
     def _border_points(self) -> FloatArray:
-        """Return (n, 3) points of vertices on edges; a corner has its first edge's point."""
+        """Return points (n, 3) of vertices on edges; a corner has the point of its first edge.
+
+        A corner of poles alone has the point of one of their sides.
+        """
         ids_by_edge = self._vertex_ids()
         count = max((int(ids.max()) + 1 for ids in ids_by_edge.values()), default=0)
         points = np.zeros((max(count, int(self.corners.max(initial=-1)) + 1), 3))
@@ -294,10 +324,11 @@ def _has_area(triangles: Ints) -> NDArray[np.bool_]:
 
 
 def _separate_coincident(faces: list[FaceMesh], triangles: Ints, owners: Ints) -> bool:
-    """Insert vertices where triangles or inner sides of faces coincide; False if none do.
+    """Insert vertices where triangles or inner sides of faces coincide; False if none went in.
 
     Coarse faces that meet at a sharp edge may have the same corners, or an inner side of one may
-    be a side of another.
+    be a side of another. The first get a vertex at their centres, the second at the middles of
+    sides that more than two triangles have.
 
     Parameters
     ----------
@@ -330,9 +361,10 @@ def _separate_coincident(faces: list[FaceMesh], triangles: Ints, owners: Ints) -
 
 
 def fewest_triangles(body: FacesLike, tol: float) -> float:
-    """Estimate the fewest triangles that a tolerance needs: ∫ √|K| dA / (2.6 tol).
+    """Return an estimate of the fewest triangles that a tolerance needs: ∫ √|K| dA / (2.6 tol).
 
-    Pottmann et al. (2000). Faces that bend in one direction or not at all add nothing.
+    Pottmann et al. (2000), by 6 × 6 samples of the parameter box of each face, with the parts that
+    trims cut off. Faces that bend in one direction or not at all add nothing.
     """
     share = (np.arange(N_SAMPLES) + 0.5) / N_SAMPLES
     total = 0.0
@@ -350,7 +382,7 @@ def fewest_triangles(body: FacesLike, tol: float) -> float:
 
 
 def too_many(tol: float, number: float) -> GeometryError:
-    """Return the error for a tolerance that is too fine."""
+    """Return the error for a tolerance that needs about `number` triangles or more."""
     return GeometryError(
         f"this tolerance needs about {number:.2g} triangles or more, "
         f"and {MAX_TRIANGLES:.2g} are the most",

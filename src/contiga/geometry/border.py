@@ -35,13 +35,15 @@ class Path(NamedTuple):
     """A curve in the (u, v) of a patch, between two parameters."""
 
     patch: int
+    """Number of the patch."""
     curve: NurbsCurve | None
     """p-curve; None for a natural side."""
     side: int
-    """0 … 3 = u0, u1, v0, v1 of a natural side."""
+    """0 … 3 = u0, u1, v0, v1 of a natural side; −1 for a p-curve."""
     start: float
     """Parameter at the start in the sense of the loop; above `end` if the path runs backwards."""
     end: float
+    """Parameter at the end."""
 
 
 class Side(NamedTuple):
@@ -70,7 +72,10 @@ class Borders(NamedTuple):
 
 
 def path_points(path: Path, patch: NurbsSurface, share: FloatArray) -> FloatArray:
-    """Return (n, 2) parameters of the patch at shares (n,) of the path from its start."""
+    """Return (n, 2) parameters of the patch at shares (n,) of the path from its start.
+
+    They are clipped to the patch's domain.
+    """
     t = path.start + share * (path.end - path.start)
     t[share == 1.0] = path.end
     uv = np.empty((len(t), 2))
@@ -92,7 +97,9 @@ Use = tuple[int, bool, tuple[float, float] | None]
 def borders_of(body: FacesLike) -> Borders:
     """Return the sides of all faces, grouped by the edge of `body` they run along.
 
-    If the body names no edges, natural sides that coincide are one edge.
+    A part of a path that no edge runs along is an edge of its own. It is a pole if samples of it
+    are within `POINT_TOL` of the body's size in x, y and z (`GAP_TOL` on a p-curve). If the body
+    names no edges, natural sides that coincide are one edge.
     """
     uses: dict[tuple[int, int, int], list[Use]] = {}
     for e, edge in enumerate(body.edges):
@@ -133,9 +140,10 @@ def borders_of(body: FacesLike) -> Borders:
 
 
 def _split_path(path: Path, uses: list[Use], borders: Borders) -> list[Side]:
-    """Split a path into the parts that edges run along and the parts between these.
+    """Return the sides of a path, in its sense: parts that edges run along, and parts between.
 
-    Each part between gets an edge of its own.
+    Of parts that overlap the earlier one is kept in full; parts up to `PARAMETER_TOL` long are
+    dropped. Sides are added to `borders`, and each part between gets a new edge there.
     """
     low, high = sorted((path.start, path.end))
     is_backward = path.start > path.end
@@ -172,13 +180,17 @@ def _split_path(path: Path, uses: list[Use], borders: Borders) -> list[Side]:
 
 
 def _samples(body: FacesLike, side: Side) -> FloatArray:
-    """Return (N_SAMPLES, 3) points of a side."""
+    """Return (N_SAMPLES, 3) points of a side, at equal steps of its parameter from start to end."""
     patch = body.patches[side.path.patch]
     return patch.evaluate(path_points(side.path, patch, np.linspace(0.0, 1.0, N_SAMPLES)))
 
 
 def _pair_natural_sides(body: FacesLike, borders: Borders) -> None:
-    """Make one edge of natural sides that run along each other, parameter by parameter."""
+    """Make one edge, in `borders`, of natural sides that run along each other.
+
+    Their `N_SAMPLES` samples agree to `POINT_TOL` of the body's size, in one order or the other; a
+    side joins the first edge that fits. Poles are left out.
+    """
     tol = POINT_TOL * body.size
     natural = [
         (e, sides[0], _samples(body, sides[0]))
@@ -208,9 +220,10 @@ def _pair_natural_sides(body: FacesLike, borders: Borders) -> None:
 
 
 def edge_corners(borders: Borders) -> IntArray:
-    """Return (e, 2) the corners at the start and the end of each edge.
+    """Return (e, 2) the numbers of the corners at the start and the end of each edge.
 
-    At a corner one side of a loop ends and the next one starts.
+    Ends are one corner if a side of a loop ends in one and the next side starts in the other; both
+    ends of a pole are one.
     """
     meeting = [(2 * e, 2 * e + 1) for e, is_pole in enumerate(borders.pole) if is_pole]
     for loop in (loop for loops in borders.loops for loop in loops):

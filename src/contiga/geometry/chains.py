@@ -22,7 +22,7 @@ MAX_HALVINGS = 30
 MATCH_TOL_FACTOR = 3.0
 """Images of an edge may miss it by this many of its tolerances before parameters are matched."""
 MATCH_SAG_SHARE = 0.1
-"""Or by this share of the sag."""
+"""Share of the sag up to which the same holds."""
 KINK_ANGLE = 1e-3
 """Smallest change of direction at a knot, radians, that is a corner of the edge."""
 POLE_ANGLE = np.pi / 4
@@ -40,7 +40,9 @@ INWARD_SHARES = (0.03, 0.1, 0.2)
 class EdgeShape:
     """An edge as its own curve and as the images of its sides.
 
-    An edge of a single face is the image of its side: no other face needs the file's curve.
+    An edge of a single face is the image of its side: no other face needs the file's curve. Where
+    the image of a side is off the curve at equal shares, its parameter is matched by closest
+    points.
 
     Parameters
     ----------
@@ -74,7 +76,7 @@ class EdgeShape:
             self._maps[i] = share[is_ascending], grid[is_ascending]
 
     def evaluate(self, share: FloatArray) -> FloatArray:
-        """Points (n, 3) at shares of the edge's range."""
+        """Return points (n, 3) of the curve, or the only image, at shares (n,) of its range."""
         if self.curve is None:
             return self.patches[0].evaluate(self.parameters(0, share))
         low, high = self.curve.domain
@@ -124,7 +126,10 @@ class EdgeShape:
 
 
 def _normal_curvature(patch: NurbsSurface, uv: FloatArray, direction: FloatArray) -> FloatArray:
-    """Return (n,) absolute normal curvature at (n, 2) parameters in directions (n, 2)."""
+    """Return (n,) absolute normal curvature, 1/length, at parameters (n, 2) in directions (n, 2).
+
+    Where the surface has no normal or the direction no length it is about zero.
+    """
     d = patch.derivatives(uv, 2)
     x, y = direction.T[:, :, None]
     normal = np.cross(d[:, 1, 0], d[:, 0, 1])
@@ -145,7 +150,7 @@ def _chord_distance(vertices: FloatArray, points: FloatArray) -> FloatArray:
 
 
 def _is_flat(patch: NurbsSurface) -> bool:
-    """Return whether a patch is an affine image of its rectangle."""
+    """Return whether a patch is a bilinear B-spline that is an affine image of its rectangle."""
     if patch.degrees != (1, 1) or patch.control_points.shape[:2] != (2, 2) or patch.is_rational:
         return False
     (a, b), (c, d) = patch.control_points
@@ -153,10 +158,11 @@ def _is_flat(patch: NurbsSurface) -> bool:
 
 
 def chain_shares(edge: EdgeShape, sag: float, closed: bool) -> FloatArray:
-    """Return shares of the vertices along an edge so that no chord misses by more than `sag`.
+    """Return ascending shares, 0 and 1 included, of the vertices along an edge.
 
-    They are spread so that all chords miss by about as much (density √(bend / 8 sag)), then the
-    chords that miss by more are halved.
+    They are spread between corners of its curve so that all chords miss by about as much (density
+    √(bend / 8 sag)), then the chords that miss by more than `sag` are halved, up to `MAX_HALVINGS`
+    times. A `closed` edge gets three chords at least.
     """
     kinks = [0.0, 1.0]
     curve = edge.curve
@@ -183,7 +189,7 @@ def chain_shares(edge: EdgeShape, sag: float, closed: bool) -> FloatArray:
 
 
 def _spread(edge: EdgeShape, a: float, b: float, sag: float) -> FloatArray:
-    """Return shares from a to b, dense where the edge is curved."""
+    """Return shares from a to b so that all chords miss by about `sag`; a and b for a line."""
     curve = edge.curve
     if curve is not None and curve.degree == 1 and len(curve.knots) == 4:
         return np.array([a, b])
@@ -211,7 +217,10 @@ def _spread(edge: EdgeShape, a: float, b: float, sag: float) -> FloatArray:
 
 
 def pole_shares(side: Side, patch: NurbsSurface) -> FloatArray:
-    """Return shares along a side that is a pole, by the angle between the lines that leave it."""
+    """Return equal shares, 0 to 1, along a side that is a pole.
+
+    There is a part for each `POLE_ANGLE` between the lines that leave the pole inward.
+    """
     share = np.linspace(0.0, 1.0, 33)
     uv = path_points(side.path, patch, share)
     middle = np.array(patch.domain).mean(axis=1)

@@ -26,9 +26,10 @@ _PARTS = 4
 
 
 def sample(surface: NurbsSurface, nu: int, nv: int) -> FloatArray:
-    """Points (nu · nv, 3) at a tensor grid of parameters, ends included (section 5.1.3).
+    """Return points (nu · nv, 3) at a tensor grid of parameters, ends included (section 5.1.3).
 
-    A seam or a pole of the surface is sampled as often as the grid meets it.
+    They are in the order of u, then v. Raises the errors of `check_grid`. A seam or a pole of the
+    surface is sampled as often as the grid meets it.
     """
     check_grid(nu, nv)
     (u0, u1), (v0, v1) = surface.domain
@@ -37,7 +38,7 @@ def sample(surface: NurbsSurface, nu: int, nv: int) -> FloatArray:
 
 
 def check_grid(nu: int, nv: int) -> None:
-    """Check the numbers of points along u and v.
+    """Raise an error for numbers of points along u and v that are no grid.
 
     Raises
     ------
@@ -55,11 +56,18 @@ def check_grid(nu: int, nv: int) -> None:
 
 
 def random_on(surface: NurbsSurface, n: int, *, seed: int = 0) -> FloatArray:
-    """`n` random points (n, 3) on `surface`, uniform in its area; the same seed, the same points.
+    """Return `n` random points (n, 3), uniform in the area of `surface`; the same for one seed.
 
     By rejection: a cell is drawn with a probability proportional to a rigorous bound on its area,
     and a point in it is accepted with the probability of its area element `|S_u × S_v|` over that
     bound. Nothing is approximated.
+
+    Raises
+    ------
+    InputError
+        The number is not whole, negative or above `MAX_CLOUD_POINTS`.
+    GeometryError
+        The surface has no area.
     """
     count = _count(n, "n", 0)
     if not surface.area(1e-3) > 0.0:
@@ -87,7 +95,15 @@ def random_on(surface: NurbsSurface, n: int, *, seed: int = 0) -> FloatArray:
 
 
 def random_in_box(lo: ArrayLike, hi: ArrayLike, n: int, *, seed: int = 0) -> FloatArray:
-    """`n` random points (n, 3), uniform in the box from the corner `lo` to `hi`."""
+    """Return `n` random points (n, 3), uniform in the box from `lo` to `hi`; the same for one seed.
+
+    Raises
+    ------
+    InputError
+        The number is not whole, negative or above `MAX_CLOUD_POINTS`.
+    GeometryError
+        A corner is not three finite numbers, or `lo` is above `hi`.
+    """
     low, high = transform.vector(lo, "lo"), transform.vector(hi, "hi")
     if (low > high).any():
         raise GeometryError(
@@ -98,14 +114,14 @@ def random_in_box(lo: ArrayLike, hi: ArrayLike, n: int, *, seed: int = 0) -> Flo
     return np.asarray(low + (high - low) * rng.random((_count(n, "n", 0), 3)))
 
 
-def _count(value: int, name: str, least: int) -> int:
-    """Return a number of points from `least` to `MAX_CLOUD_POINTS`."""
+def _count(value: int, name: str, minimum: int) -> int:
+    """Return a number of points; InputError unless from `minimum` to `MAX_CLOUD_POINTS`."""
     good = isinstance(value, int | np.integer) and not isinstance(value, bool)
-    if not good or not least <= value <= MAX_CLOUD_POINTS:
+    if not good or not minimum <= value <= MAX_CLOUD_POINTS:
         raise InputError(
             "must be a whole number within limits",
             where=name,
             found=value,
-            allowed=f"{least} or more, at most {MAX_CLOUD_POINTS}",
+            allowed=f"{minimum} or more, at most {MAX_CLOUD_POINTS}",
         )
     return int(value)

@@ -100,6 +100,7 @@ class NurbsCurve(Spline[CurveArrays]):
         return SplineParts((self.degree,), (self.knots,), self.control_points, self.weights)
 
     def _set(self, degree: int, knots: FloatArray, net: FloatArray, rational: bool) -> None:
+        """Set the arrays, as read-only copies, of a new curve."""
         arrays = CurveArrays(degree, read_only(knots), read_only(net), rational)
         object.__setattr__(self, "_arrays", arrays)
 
@@ -142,13 +143,13 @@ class NurbsCurve(Spline[CurveArrays]):
         return float(self.knots[0]), float(self.knots[-1])
 
     def evaluate(self, u: ArrayLike) -> FloatArray:
-        """Points (k, 3) at the parameters `u` (k,) or a single one."""
+        """Return points (k, 3) at parameters `u` (k,) or a single one; errors as `derivatives`."""
         return self.derivatives(u, 0)[:, 0]
 
     def derivatives(self, u: ArrayLike, order: int = 2) -> FloatArray:
         """Return (k, order + 1, 3): entry [:, a] is the a-th derivative, [:, 0] the point.
 
-        At a knot the derivatives are those of the piece to its right.
+        At a knot the derivatives are those of the piece to its right, at the last one to its left.
 
         Raises
         ------
@@ -164,7 +165,8 @@ class NurbsCurve(Spline[CurveArrays]):
     def insert_knots(self, u: ArrayLike) -> Self:
         """Return the same curve with the knots `u` inserted.
 
-        Several may be inserted at once, and existing ones again.
+        Several may be inserted at once, and existing ones again. Raises GeometryError for a knot
+        outside the open domain, or more than `degree` times.
         """
         return self._refined(refine.with_inserted(self.knots, self.degree, u, "u"))
 
@@ -186,7 +188,10 @@ class NurbsCurve(Spline[CurveArrays]):
         return self.elevate(t).insert_knots(u)
 
     def restricted(self, low: float, high: float) -> Self:
-        """Return the part over ``[low, high]``, with its parameters unchanged."""
+        """Return the part over ``[low, high]``, with its parameters unchanged.
+
+        Raises GeometryError unless that is a part of the domain, of some length.
+        """
         a, b = self.domain
         if not a <= low < high <= b:
             raise GeometryError(
@@ -195,7 +200,7 @@ class NurbsCurve(Spline[CurveArrays]):
         return self._refined(kv.clamped(self.knots, self.degree, float(low), float(high)))
 
     def split(self, u: float) -> tuple[Self, Self]:
-        """Return the parts before and after the parameter `u`."""
+        """Return the parts before and after the parameter `u`, strictly inside the domain."""
         t = kv.check_inner_parameter(u, self.domain, "u")
         a, b = self.domain
         return self.restricted(a, t), self.restricted(t, b)
@@ -212,5 +217,5 @@ class NurbsCurve(Spline[CurveArrays]):
         return self._from_net(self.degree, self.knots, net, self.is_rational)
 
     def length(self, rtol: float = 1e-10) -> float:
-        """Arc length, to the relative tolerance `rtol` (adaptive Gauss quadrature)."""
+        """Return the arc length, to the relative tolerance `rtol` (adaptive Gauss quadrature)."""
         return curve_length(self, rtol)

@@ -21,7 +21,11 @@ STEP_TOL = 1e-15
 
 
 class CurveFeet:
-    """Parameters of the closest points of `curve`, by samples and safeguarded Newton steps."""
+    """Function of points that returns the closest points of `curve`.
+
+    Newton steps, kept in a bracket, start from the nearest of `SAMPLES_PER_SPAN` × degree samples
+    of each knot span: a closer point away from that sample is missed.
+    """
 
     def __init__(self, curve: NurbsCurve) -> None:
         self.curve = curve
@@ -37,7 +41,7 @@ class CurveFeet:
         """Length of the domain of a closed curve, else 0."""
 
     def __call__(self, points: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Return (n,) parameters and (n,) distances."""
+        """Return the parameters (n,) of the feet of points (n, 3) and their distances (n,)."""
         if len(points) * len(self._p) > MIN_PAIRS_FOR_TREE:
             from scipy.spatial import cKDTree  # which takes as long to load as numba
 

@@ -27,6 +27,8 @@ def divided(
 ) -> tuple[FloatArray, NDArray[np.int32]]:
     """Return points and triangles with no side longer than `longest`; new points follow the old.
 
+    Both are the same if no side is longer; triangles are int32.
+
     Parameters
     ----------
     points : (n, 3)

@@ -37,7 +37,10 @@ class Image(NamedTuple):
 
 
 def image_of(edge: BodyEdge, k: int, patches: Sequence[NurbsSurface], trims: Trims) -> Image:
-    """Measure the gap of the image of `edge` by its use `k`, refined around the farthest sample."""
+    """Return the largest distance of an edge's image by its use `k` from its curve, and where.
+
+    It is the distance of the farthest sample, refined around that one: see `image_gap`.
+    """
     patch = patches[edge.uses[k].patch]
     (u0, u1), (v0, v1) = patch.domain
     recheck = RECHECK_SHARE * float(np.ptp(edge.curve.bounds(), axis=0).max())
@@ -55,7 +58,7 @@ def image_of(edge: BodyEdge, k: int, patches: Sequence[NurbsSurface], trims: Tri
 
 
 def image_length(edge: BodyEdge, k: int, patches: Sequence[NurbsSurface], trims: Trims) -> float:
-    """Return the length of the image of `edge` by its use `k`, by chords."""
+    """Return the length of the image of `edge` by its use `k`, by `N_CHORDS` chords."""
     patch = patches[edge.uses[k].patch]
     curve = image_curve(edge, k, patches, trims)
     low, high = np.transpose(patch.domain)
@@ -67,23 +70,27 @@ def image_length(edge: BodyEdge, k: int, patches: Sequence[NurbsSurface], trims:
 def image_curve(
     edge: BodyEdge, k: int, patches: Sequence[NurbsSurface], trims: Trims
 ) -> NurbsCurve:
-    """Return the p-curve of use `k`; for a natural side the line between the ends of its span."""
+    """Return the full p-curve of use `k`; for a natural side the line between its span's ends."""
     use = edge.uses[k]
     loops, domain = trims[use.patch], patches[use.patch].domain
     if loops is not None:
         return loops[use.loop][use.index]
-    across, along = use.index // 2, 1 - use.index // 2
-    low, high = edge.span(k) or domain[along]
+    fixed, free = use.index // 2, 1 - use.index // 2
+    low, high = edge.span(k) or domain[free]
     points = np.empty((2, 2))
-    points[:, across] = domain[across][use.index % 2]
-    points[:, along] = low, high
+    points[:, fixed] = domain[fixed][use.index % 2]
+    points[:, free] = low, high
     return NurbsCurve(1, [low, low, high, high], points)
 
 
 def with_measured_gaps(
     edges: Sequence[BodyEdge], patches: Sequence[NurbsSurface], trims: Trims
 ) -> tuple[BodyEdge, ...]:
-    """Return `edges` with all gaps measured and no tolerance below them."""
+    """Return `edges` with all gaps measured, and tolerances that cover them.
+
+    Edges with a gap stay the same. Those with NaN get the largest gap of their images, a tolerance
+    of at least `GAP_MARGIN` times that, and their former tolerance as `stated` if that is larger.
+    """
     result = []
     for edge in edges:
         if np.isnan(edge.gap):

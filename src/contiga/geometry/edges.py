@@ -54,9 +54,9 @@ class BodyEdge(NamedTuple):
 
 
 def moved_edge(edge: BodyEdge, matrix: FloatArray) -> BodyEdge:
-    """Return `edge` moved by an affine (4, 4) matrix, its tolerances grown with it.
+    """Return `edge` moved by an affine (4, 4) matrix, its tolerances scaled by the largest stretch.
 
-    If lengths do not scale evenly, the gap becomes NaN and is measured anew.
+    If lengths do not scale evenly, the gap becomes NaN, for it to be measured anew.
     """
     factors = np.linalg.svd(matrix[:3, :3], compute_uv=False)
     even = factors[0] - factors[-1] <= 1e-9 * factors[0]
@@ -81,6 +81,7 @@ def flipped_edge(edge: BodyEdge, patches: Sequence[NurbsSurface]) -> BodyEdge:
     """Return `edge` for patches whose u direction is reversed.
 
     Sides u0 and u1 are exchanged; along v0 and v1 the parameter runs in the opposite direction.
+    Uses of p-curves stay, for these are mirrored themselves.
     """
     uses: list[EdgeUse] = []
     spans: list[tuple[float, float]] = []

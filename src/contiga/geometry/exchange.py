@@ -44,7 +44,9 @@ class SplineParts(NamedTuple):
 
 
 def parts_of(spline: object, n_parameters: int) -> SplineParts:
-    """Read a curve (one parameter) or a surface (two) of geomdl, splinepy or scipy.
+    """Return the parts of a curve (one parameter) or a surface (two) of geomdl, splinepy or scipy.
+
+    Points (2,) get z = 0.
 
     Raises
     ------
@@ -68,7 +70,10 @@ def parts_of(spline: object, n_parameters: int) -> SplineParts:
 
 
 def _from_geomdl(spline: Any, n_parameters: int) -> SplineParts | None:
-    """Return the parts of a spline of geomdl; None if it has another number of parameters."""
+    """Return the parts of a spline of geomdl; None if it has another number of parameters.
+
+    Raises GeometryError without control points, and for a surface with trims.
+    """
     axes = _GEOMDL_AXES[n_parameters]
     if getattr(spline, "pdimension", None) != n_parameters:
         return None
@@ -112,7 +117,7 @@ def _from_splinepy(spline: Any, n_parameters: int) -> SplineParts | None:
 
 
 def _from_scipy(spline: Any, n_parameters: int) -> SplineParts | None:
-    """Return the parts of a spline of scipy; None if it has another number of parameters."""
+    """Return the parts of a spline of scipy; None if it has no t, c, k or other parameters."""
     if not all(hasattr(spline, name) for name in "tck"):
         return None
     knots = spline.t if isinstance(spline.t, tuple) else (spline.t,)
@@ -135,7 +140,7 @@ def _swapped(net: Array) -> Array:
 
 
 def to_geomdl(parts: SplineParts) -> Any:
-    """Convert to a BSpline or NURBS of geomdl whose knots keep their values.
+    """Return a BSpline or NURBS of geomdl whose knots keep their values.
 
     Raises
     ------
@@ -159,7 +164,7 @@ def to_geomdl(parts: SplineParts) -> Any:
 
 
 def to_splinepy(parts: SplineParts) -> Any:
-    """Convert to a BSpline or NURBS of splinepy.
+    """Return a BSpline, or a NURBS if there are weights, of splinepy.
 
     Raises
     ------

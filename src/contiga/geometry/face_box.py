@@ -89,7 +89,7 @@ class _Face:
         """(2, 3) box of the Bézier points."""
 
     def sample(self) -> FloatArray:
-        """Return (n, 3) points of the face: corners of its elements, or of its loops."""
+        """Return (n, 3) points of the face: corners of its elements, or starts of its p-curves."""
         if self.loops is None:
             corners = self.coefs[:, [0, 0, -1, -1], [0, -1, 0, -1]].reshape(-1, 4)
             return np.asarray(corners[:, :3] / corners[:, 3:])
@@ -102,7 +102,10 @@ class _Face:
         return self.patch.evaluate(np.clip(uv, low, high))
 
     def top(self, axis: int, sign: float, best: float, tol: float) -> float:
-        """Return the larger of `best` and the face's largest height `sign` · x_axis, to `tol`."""
+        """Return the larger of `best` and the face's largest height `sign` · x_axis, to `tol`.
+
+        If more than `_MAX_PARTS` parts remain, it is the largest height of their Bézier points.
+        """
         for curve in (curve for loop in self.loops or () for curve in loop):
             best = self._curve_top(curve, axis, sign, best)
         parts = _Parts(self.coefs[..., [axis, 3]] * [sign, 1.0], self.box)
@@ -128,7 +131,10 @@ class _Face:
         return max(best, float(parts.heights().max()))
 
     def _with_critical_point(self, parts: _Parts) -> _Parts:
-        """Return the parts of a trimmed face that are not outside and may have a critical point."""
+        """Return the parts of a trimmed face that may have a critical point, and are not outside.
+
+        A part has none if the Bernstein coefficients of a first derivative are of one sign.
+        """
         A, w = parts.coefs[None, ..., :1], parts.coefs[None, ..., 1:]
         may_be_flat = np.ones(len(parts.box), dtype=bool)
         for axis in (2, 3):
@@ -140,7 +146,11 @@ class _Face:
         return parts.of(box_states(self.tables(), patch, box) != OUT)
 
     def _curve_top(self, curve: NurbsCurve, axis: int, sign: float, best: float) -> float:
-        """Return the larger of `best` and the largest height of a trimming curve."""
+        """Return the larger of `best` and the largest height of a trimming curve.
+
+        Spans between samples that may exceed `best`, by their second differences, are sampled
+        finer.
+        """
         breaks = np.unique(curve.knots)
         shares = np.arange(_N_SAMPLES) / _N_SAMPLES
         t = np.append((breaks[:-1, None] + np.diff(breaks)[:, None] * shares).ravel(), breaks[-1])
@@ -167,6 +177,8 @@ def bounds_of(
     tables: Callable[[], TrimTables] | None = None,
 ) -> FloatArray:
     """Return (2, 3) lower and upper corner of the box of faces, to about 1e-14 of its size.
+
+    A face without a distinct top, such as an oblique ridge, may make it a little larger.
 
     Parameters
     ----------
@@ -209,7 +221,7 @@ def _halved(parts: _Parts) -> _Parts:
 
 
 def _split(parts: _Parts, axis: int) -> _Parts:
-    """Return parts halved along u (`axis` 1) or v (2), by de Casteljau's algorithm."""
+    """Return parts halved along u (`axis` 1) or v (2), by de Casteljau: all first halves first."""
     row = np.moveaxis(parts.coefs, axis, 0)
     left, right = [row[0]], [row[-1]]
     for _ in range(len(row) - 1):

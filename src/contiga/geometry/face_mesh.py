@@ -83,9 +83,11 @@ class FaceMesh:
         self.is_crossing, self.is_valid = self._triangulate()
 
     def _triangulate(self) -> tuple[Flags, bool]:
-        """Triangulate between the polygons; return which segments cross, and success.
+        """Triangulate between the polygons; return which segments (n,) cross, and success.
 
         Sides between two copies of one vertex (at a pole, over a gap) may vanish; others may not.
+        It is no success if a segment crosses, if vertices with different numbers coincide, or if
+        nothing is inside; in that last case all segments count as crossing.
         """
         t, first, n = self.t, N_FRAME, len(self.polygons.uv)
         border_nb.open_frame(t)
@@ -114,7 +116,10 @@ class FaceMesh:
         return is_bad if is_valid else np.ones(n, dtype=np.bool_), is_valid
 
     def _mean_metric(self) -> FloatArray:
-        """Return (3,) squares of the mean lengths of S_u and S_v over the unit square."""
+        """Return (3,) the metric (E, 0, G) of mean lengths of S_u and S_v over the unit square.
+
+        They are means of nine samples; a length is at least 1e-9 of the other.
+        """
         share = np.array([0.1, 0.5, 0.9])
         uv = np.stack(np.meshgrid(share, share), axis=-1).reshape(-1, 2)
         first = self.surface.derivatives(uv * self.extent + self.low, 1)
@@ -124,12 +129,15 @@ class FaceMesh:
         return np.array([mean[0] ** 2, 0.0, mean[1] ** 2])
 
     def cut_ears(self) -> None:
-        """Triangulate between polygons that cross, without refinement: see `ears_nb`."""
+        """Triangulate between polygons that cross: see `ears_nb`. The face is then not refined."""
         xy = (self.polygons.uv - self.low) / self.extent
         self.ears = ears(xy, one_ring(xy, self.polygons.starts))
 
     def prepare(self, sag: float) -> None:
-        """Compute points and curvature at the vertices so far; turn sides to fit the curvature."""
+        """Compute points and curvature at the vertices so far; turn sides to fit the curvature.
+
+        `sag` is the largest distance of triangles from the surface. Needed before `insert`.
+        """
         p, q = self.surface.degrees
         frame = np.concatenate([self.low, self.extent])
         size = float(np.ptp(self.surface.evaluate(self.polygons.uv), axis=0).max())
@@ -143,9 +151,9 @@ class FaceMesh:
         hash_vertices(self.t, self.front, MIN_DISTANCE_SHARE * sag)
 
     def refine(self, max_triangles: int) -> bool:
-        """Insert vertices until no triangle misses the surface by more than the sag.
+        """Insert vertices until no triangle misses the surface by more than the sag of `prepare`.
 
-        False if that takes more than `max_triangles`.
+        False if that takes more than `max_triangles`. Triangles too small to be split are left.
         """
         middle = self.surface.bounds().mean(axis=0)
         coefs, u, v = extract(self.surface.translated(-middle))
@@ -161,26 +169,26 @@ class FaceMesh:
     def insert(self, x: float, y: float, distance: float) -> bool:
         """Insert a vertex at (x, y) of the unit square; False on the border, outside or too near.
 
-        `distance` from other vertices is in the metric.
+        `distance` is the smallest one from other vertices, in the metric; see `insert_vertex`.
         """
         if self.t.used[VERTICES] + 2 >= len(self.t.xy):
             self._grow()
         return bool(insert_vertex(self.t, self.face, self.front, 0, x, y, distance))
 
     def renumber(self, polygons: Polygons) -> None:
-        """Give the same polygons other vertex numbers."""
+        """Replace the polygons by equal ones with other numbers of vertices."""
         self.polygons = polygons
         self.ids[N_FRAME:] = polygons.ids
 
     def insert_at_centre(self, triangle: int) -> bool:
-        """Insert a vertex at the centre of a triangle; False if there is no room for it."""
+        """Insert a vertex at the centre of a triangle; False if it has no room, or after ears."""
         if self.ears is not None:
             return False
         x, y = self.t.xy[self.t.corners[triangle]].mean(axis=0)
         return self.insert(x, y, ANY_DISTANCE)
 
     def side_middle(self, triangle: int, k: int) -> tuple[float, float] | None:
-        """Return the middle of side k of a triangle; None on the border."""
+        """Return (x, y) of the middle of side k of a triangle; None on the border or after ears."""
         if self.ears is not None or self.t.neighbours[triangle, k] == BORDER:
             return None
         a, b = self.t.corners[triangle, [(k + 1) % 3, (k + 2) % 3]]
@@ -188,7 +196,7 @@ class FaceMesh:
         return float(x), float(y)
 
     def _grow(self) -> None:
-        """Move the triangulation and its front to larger arrays."""
+        """Move the triangulation and its front to arrays of twice the size."""
         t = _empty_triangulation(GROWTH * len(self.t.xy) + 64)
         for new, old in zip(t, self.t, strict=True):
             new[: len(old)] = old
@@ -205,7 +213,7 @@ class FaceMesh:
         return self.t.corners[: self.t.used[TRIANGLES]] - N_FRAME
 
     def interior_points(self) -> FloatArray:
-        """Return (k, 3) points of the interior vertices, which follow the polygons' vertices."""
+        """Return points (k, 3) of interior vertices, which follow those of the polygons."""
         if self.ears is not None:
             return np.empty((0, 3))
         return self.front.points[len(self.ids) : self.t.used[VERTICES]]

@@ -84,7 +84,11 @@ class Faces(Displayed, Movable):
     def _checked_trims(
         self, trims: Sequence[Sequence[Sequence[NurbsCurve]] | None] | None
     ) -> Trims:
-        """Return the trims as tuples; raise GeometryError unless they fit the patches."""
+        """Return the trims as tuples, None for each patch by default.
+
+        Raises GeometryError unless there is one entry a patch, with loops that `check_loops`
+        accepts.
+        """
         if trims is None:
             return (None,) * len(self._patches)
         if len(trims) != len(self._patches):
@@ -144,7 +148,7 @@ class Faces(Displayed, Movable):
 
     @property
     def edges(self) -> tuple[BodyEdge, ...]:
-        """The known edges with the patches that use them, their gaps measured."""
+        """The known edges with the patches that use them; gaps are measured at the first call."""
         if not self._measured:
             self._edges = with_measured_gaps(self._edges, self._patches, self._trims)
             self._measured = True
@@ -183,7 +187,7 @@ class Faces(Displayed, Movable):
 
     @property
     def trim_tables(self) -> TrimTables:
-        """Tables for `point_in_trim` and `box_state`, built when first asked for."""
+        """Tables for `point_in_trim` and `box_state`, built or read from the disk cache once."""
         if self._tables is None:
             faces = self.patches, self.trims, self.edges
             self._tables = _TRIMS.get_or_build(key_of(self), lambda: build_trim_tables(*faces))
@@ -192,7 +196,8 @@ class Faces(Displayed, Movable):
     def bounds(self) -> FloatArray:
         """Return (2, 3) lower and upper corner of the box of the surface, trims obeyed.
 
-        Exact up to rounding: not the box of control points.
+        Exact up to rounding: not the box of control points. Computed once, and kept in the disk
+        cache for large bodies.
         """
         if self._bounds is None:
             faces = self._patches, self._trims, lambda: self.trim_tables
@@ -200,19 +205,29 @@ class Faces(Displayed, Movable):
         return self._bounds
 
     def area(self, rtol: float = 1e-9) -> float:
-        """Return the area of the trimmed faces, length², by Gauss quadrature to about `rtol`."""
+        """Return the area of the trimmed faces, length², by Gauss quadrature to about `rtol`.
+
+        A result to 1e-9 or better is kept, and serves all later calls with no smaller `rtol`.
+        """
         if self._area is None or rtol < 1e-9:
-            self._area = body_area(self, rtol)
+            area = body_area(self, rtol)
+            if rtol > 1e-9:
+                return area
+            self._area = area
         return self._area
 
     def volume(self) -> float:
-        """Return the volume of a closed body, length³, positive if normals point outward."""
+        """Return the volume of a closed body, length³, positive if normals point outward.
+
+        Without a meaning for an open body, which is not refused.
+        """
         return body_volume(self)
 
     def tessellate(self, tol: float, *, method: str = "chord") -> TriMesh:
         """Return triangles of the faces, trims obeyed, without cracks at shared edges.
 
-        `tol` is a length for "chord" and an area by patch for "net", as for patches.
+        `tol` is a length for "chord" and an area by patch for "net", as for patches. See
+        `contiga.geometry.body_mesh.body_mesh` for the errors and the warning.
         """
         from contiga.geometry.body_mesh import body_mesh  # loads many kernels
 
@@ -243,6 +258,7 @@ class Faces(Displayed, Movable):
         reference_point: FloatArray | None = None,
         name: str | None = None,
     ) -> Self:
+        """Return a copy with other patches, and with the members that are not None replaced."""
         faces = type(self)(
             patches,
             name=self._name if name is None else name,
@@ -259,7 +275,7 @@ class Faces(Displayed, Movable):
         return self._with(self._patches, edges=self._edges, name=name)
 
     def known_apart(self) -> Self:
-        """Return the same body without the check that its pieces do not touch or overlap."""
+        """Return the same body, marked as one whose pieces need no check of contact and overlap."""
         faces = self.renamed(self._name)
         faces._pieces_apart = True
         return faces
@@ -269,12 +285,12 @@ class Faces(Displayed, Movable):
         return self._with(self._patches, reference_point=as_points(point, "reference_point")[0])
 
     def flipped(self) -> Self:
-        """Return the same surface with its sides swapped; p-curves are mirrored along."""
+        """Return the same surface with its sides swapped; u, p-curves and edges are mirrored."""
         trims, edges = self._mirrored()
         return self._with([patch.flipped() for patch in self._patches], trims, edges)
 
     def _mirrored(self) -> tuple[Trims, list[BodyEdge]]:
-        """Return trims and edges for the patches with u reversed."""
+        """Return the trims and edges of the same body over patches with u reversed."""
         trims = tuple(
             None
             if loops is None
@@ -284,6 +300,7 @@ class Faces(Displayed, Movable):
         return trims, [flipped_edge(edge, self._patches) for edge in self.edges]
 
     def _moved(self, matrix: FloatArray) -> Self:
+        """Return the body moved by a matrix (4, 4); its reference point and tolerances follow."""
         # A reflected patch has its u reversed, and so its trims and edges.
         trims, edges = self._mirrored() if transform.reflects(matrix) else (None, self.edges)
         return self._with(
@@ -294,7 +311,10 @@ class Faces(Displayed, Movable):
         )
 
     def digest(self, digest: Digest) -> None:
-        """Add reference point, patches, trims and shared edges to a digest."""
+        """Add what results depend on to a digest: reference point, patches, trims, edges.
+
+        Name, unit and measured gaps are left out.
+        """
         digest.arrays("about", np.asarray(self.reference_point))
         for patch, loops in zip(self.patches, self.trims, strict=True):
             digest.arrays("patch", *patch.knots, patch.control_points, patch.weights)

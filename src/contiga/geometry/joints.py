@@ -34,8 +34,11 @@ class Joint(NamedTuple):
     """Two patches that meet, and whether they agree on the free side."""
 
     a: int
+    """Number of a patch."""
     b: int
+    """Number of the other patch; the same one at a seam."""
     agree: bool
+    """Whether their free sides are on one side of the surface."""
 
 
 class Joints(NamedTuple):
@@ -49,7 +52,13 @@ class Joints(NamedTuple):
 
 
 def joints_of(body: Faces) -> Joints:
-    """Find the joints along the named edges, from how often and in which sense each is used."""
+    """Return the joints along the named edges, from how often and in which sense each is used.
+
+    Two uses are a joint; one use is an open edge, unless it is a point within the tolerances. Of
+    more uses the longest is joined with each other one if their lengths agree with it to
+    `LENGTH_TOL`; else the edge is crowded, unless the faces run along it as far in one sense as in
+    the other. Edges that a reader has mixed up (`_mispaired`) are none of these.
+    """
     edges = body.edges
     is_left: dict[int, list[bool]] = {}
     """By trimmed patch, whether its face lies to the left of each of its loops."""
@@ -104,8 +113,9 @@ def joints_of(body: Faces) -> Joints:
 def _mispaired(body: Faces, senses: list[list[bool]]) -> set[int]:
     """Return coincident edges, each used by two faces in one sense, the two in opposite senses.
 
-    Four faces meet there in pairs that a reader has mixed up, such as where a hole touches a wall
-    in a line. The right pairs are not known, but the surface does not end there.
+    Edges coincide if boxes and samples agree within the body's tolerances. Four faces meet there in
+    pairs that a reader has mixed up, such as where a hole touches a wall in a line. The right pairs
+    are not known, but the surface does not end there.
     """
     one_sense = [k for k, sense in enumerate(senses) if len(sense) == 2 and sense[0] == sense[1]]
     reach = reach_of_points(body) if len(one_sense) > 1 else 0.0
@@ -150,10 +160,11 @@ def _close_points(body: Faces, is_open: NDArray[np.bool_]) -> None:
 
 
 def turned_faces(n: int, joints: list[Joint]) -> tuple[tuple[int, ...], int]:
-    """Return the faces whose free side is opposite to that of most of their piece, and conflicts.
+    """Return the faces with a free side opposite to most of their piece, and the conflicts.
 
-    A flood over the joints of `n` patches gives each piece of the body one orientation; joints
-    that contradict it (as on a Moebius strip) are counted.
+    A flood over the joints of `n` patches gives each piece of the body one orientation; the number
+    of joints that contradict it (as on a Moebius strip) is that of conflicts. Of two halves of a
+    piece the one without its first face is returned. Faces are ascending.
     """
     links: dict[int, list[tuple[int, bool]]] = defaultdict(list)
     for joint in joints:

@@ -21,7 +21,7 @@ _SLACK = 1e-10
 
 
 def check_degree(degree: object, where: str) -> int:
-    """Return `degree` as an int from 1 to 15."""
+    """Return `degree` as an int; raise GeometryError unless it is whole, from 1 to 15."""
     if (
         isinstance(degree, bool)
         or not isinstance(degree, int | np.integer)
@@ -37,7 +37,11 @@ def check_degree(degree: object, where: str) -> int:
 
 
 def check_numbers(values: ArrayLike, where: str) -> FloatArray:
-    """Return `values` as a new float64 array without NaN or infinity."""
+    """Return `values` as a new float64 array of any shape.
+
+    Raises GeometryError if they are not numbers, or not all finite; InputError for complex or
+    masked ones.
+    """
     real(values, where)
     try:
         array = np.array(values, dtype=np.float64, order="C")
@@ -52,7 +56,10 @@ def check_numbers(values: ArrayLike, where: str) -> FloatArray:
 def check_weights(
     weights: ArrayLike | None, shape: tuple[int, ...], where: str
 ) -> FloatArray | None:
-    """Return positive `weights` of the control net's `shape`; None stays None."""
+    """Return a copy of `weights`; None stays None.
+
+    Raises GeometryError unless they are positive, finite and of the control net's `shape`.
+    """
     if weights is None:
         return None
     array = check_numbers(weights, where)
@@ -72,7 +79,7 @@ def check_weights(
 
 
 def check_knots(knots: ArrayLike, degree: int, count: int, where: str) -> FloatArray:
-    """Return `knots` checked against `degree` and the number of control points, not yet clamped.
+    """Return a copy of `knots` that fits `degree` and `count` control points, not yet clamped.
 
     Knots that differ by less than four units in the last place are made equal: the sliver
     between them is rounding.
@@ -134,12 +141,12 @@ def breaks(knots: FloatArray) -> FloatArray:
 
 
 def multiplicity(knots: FloatArray, t: float) -> int:
-    """Return how often `t` is in `knots`."""
+    """Return how often `t` is in `knots`, to the last bit."""
     return int(np.count_nonzero(knots == t))
 
 
 def clamped(knots: FloatArray, degree: int, low: float, high: float) -> FloatArray:
-    """Return the knots between `low` and `high`, clamped at both of these."""
+    """Return the knots strictly between `low` and `high`, and each of these degree + 1 times."""
     inside = knots[(knots > low) & (knots < high)]
     return np.concatenate([np.full(degree + 1, low), inside, np.full(degree + 1, high)])
 
@@ -151,7 +158,7 @@ def is_clamped(knots: FloatArray, degree: int, count: int) -> bool:
 
 
 def check_parameters(values: FloatArray, domain: tuple[float, float], name: str) -> FloatArray:
-    """Return `values` (k,) clipped into `domain`; an excess beyond rounding is an error.
+    """Return a copy of `values` (k,) clipped into `domain`; an excess beyond rounding is an error.
 
     Raises
     ------
@@ -173,7 +180,7 @@ def check_parameters(values: FloatArray, domain: tuple[float, float], name: str)
 
 
 def check_inner_parameter(t: float, domain: tuple[float, float], where: str) -> float:
-    """Return `t` as a float strictly inside `domain`."""
+    """Return `t` as a float; raise GeometryError unless it is strictly inside `domain`."""
     low, high = domain
     if not low < t < high:
         raise GeometryError(
@@ -187,6 +194,8 @@ def check_inner_parameter(t: float, domain: tuple[float, float], where: str) -> 
 
 def basis(knots: FloatArray, degree: int, parameters: ArrayLike, order: int = 0) -> FloatArray:
     """Return all basis functions and derivatives at `parameters`, as a dense array.
+
+    Raises the errors of `check_parameters`.
 
     Parameters
     ----------
@@ -228,7 +237,7 @@ def open_knots(degree: int, count: int) -> FloatArray:
 
 
 def mirrored(knots: FloatArray) -> FloatArray:
-    """Return the knots of the same spline reversed over the same domain."""
+    """Return the knots of the same spline reversed over its domain; the ends keep their bits."""
     low, high = knots[0], knots[-1]
     out = np.clip((low + high) - knots[::-1], low, high)
     out[knots[::-1] == high] = low
@@ -237,7 +246,7 @@ def mirrored(knots: FloatArray) -> FloatArray:
 
 
 def check_order(order: object) -> int:
-    """Return `order` as an int, zero or more."""
+    """Return `order` as an int; raise InputError unless it is a whole number, zero or more."""
     if isinstance(order, bool) or not isinstance(order, int | np.integer) or order < 0:
         raise InputError("must be a whole number", found=order, allowed="0, 1, 2, ...")
     return int(order)

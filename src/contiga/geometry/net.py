@@ -25,7 +25,7 @@ MERGE_TOL = 1e-7
 Rows: TypeAlias = IndexArray | slice
 NO_ROWS = np.zeros(0, np.int64)
 MIN_POINTS = 1024
-"""Number of points from which a second thread pays."""
+"""Number of points above which a second thread pays."""
 
 
 class ControlNet(NamedTuple):
@@ -42,7 +42,7 @@ class ControlNet(NamedTuple):
     """For each patch the row (n, m) of each of its control points; read-only."""
 
     def checked(self, control_points: object, where: str = "control_points") -> FloatArray:
-        """Control points as an array of floats of this net's shape.
+        """Return `control_points` as an array (m, 3) of floats, without a copy if it is one.
 
         Raises
         ------
@@ -72,7 +72,11 @@ class ControlNet(NamedTuple):
 
 @once
 def net_of(body: Faces) -> ControlNet:
-    """Return the control points of `body`, computed at the first call."""
+    """Return the control points of `body`, computed at the first call.
+
+    Border points within `MERGE_TOL` of the body's size of each other are one row, also over others
+    between; it has the place of the first of them.
+    """
     nets = [patch.control_points for patch in body.patches]
     points = np.concatenate([net.reshape(-1, 3) for net in nets])
     masks = [np.ones(net.shape[:2], bool) for net in nets]
@@ -111,7 +115,7 @@ class NetMotion(NamedTuple):
     def carry(self, feet: SurfacePlaces, points: FloatArray) -> FloatArray:
         """Return the motion (k, 3) of points (k, 3) that the surface carries along at their feet.
 
-        See `net_nb`.
+        It is zero for rows without a foot (patch −1), and of first order in `change`: see `net_nb`.
         """
         out, net = np.zeros((len(points), 3)), (locked(self.shape), locked(self.change))
         for patch, rows in _on_patches(self.body, feet):
@@ -123,7 +127,7 @@ class NetMotion(NamedTuple):
 
 
 def _on_patches(body: Faces, feet: SurfacePlaces) -> Iterator[tuple[NetPatch, Rows]]:
-    """Yield each patch that has any of the feet, with the rows of these feet."""
+    """Yield each patch that has any of the feet, ascending, with the rows of these feet."""
     patches = _patches_of(body)
     if len(patches) == 1 and (feet.patch == 0).all():  # a slice copies nothing
         yield patches[0], slice(None)
@@ -135,7 +139,7 @@ def _on_patches(body: Faces, feet: SurfacePlaces) -> Iterator[tuple[NetPatch, Ro
 
 
 def _rows_of(rows: Rows, *arrays: FloatArray) -> tuple[FloatArray, ...]:
-    """Return some rows of arrays, C-ordered for kernels."""
+    """Return some rows of each array, C-ordered for kernels; copies unless `rows` is a slice."""
     return tuple(np.ascontiguousarray(array[rows]) for array in arrays)
 
 
@@ -144,7 +148,8 @@ def spread(
 ) -> FloatArray:
     """Return the forces (m, 3) on control points equivalent to `forces` (k, 3) at `points` (k, 3).
 
-    The points are carried along with their feet; work, sum and moment are the same. See `net_nb`.
+    The points are carried along with their feet; work, sum and moment are the same. Rows without a
+    foot (patch −1) are left out. See `net_nb`.
     """
     out = np.zeros(shape.shape)
     for patch, rows in _on_patches(body, feet):
@@ -211,7 +216,7 @@ class Dependence(NamedTuple):
 
     @property
     def entries(self) -> Entries:
-        """The entries of all places."""
+        """The entries of all places, sorted by place."""
         places = np.arange(len(self.normal))
         blocks: list[tuple[NDArray[Any], ...]]
         blocks = [(NO_ROWS, NO_ROWS, np.zeros(0), np.zeros((0, 3)), np.zeros((0, 3, 3)))]
@@ -225,7 +230,10 @@ class Dependence(NamedTuple):
 
 
 def dependence_of(body: Faces, shape: FloatArray, feet: SurfacePlaces) -> Dependence:
-    """Return the dependence of places `feet` (k,) on the control points `shape` (m, 3)."""
+    """Return the dependence of places `feet` (k,) on the control points `shape` (m, 3).
+
+    Places of patch −1 depend on none.
+    """
     patches, normal = [], np.zeros((len(feet.patch), 3))
     for patch, rows in _on_patches(body, feet):
         (uv,) = _rows_of(rows, feet.uv)

@@ -11,7 +11,9 @@ SomeFaces = TypeVar("SomeFaces", bound=Faces)
 
 
 def piece_of(body: SomeFaces, patches: Sequence[int]) -> SomeFaces:
-    """Return the faces `patches` of `body`, with the edges that only they use.
+    """Return the faces `patches` of `body` as a body, with the edges that only they use.
+
+    Name and unit stay; the reference point is the origin.
 
     >>> from contiga.geometry import shapes
     >>> two = Faces([shapes.sphere(), shapes.plane()])

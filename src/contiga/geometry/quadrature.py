@@ -25,13 +25,13 @@ _EXTRA_POINTS = 5
 
 @lru_cache(maxsize=32)
 def gauss(count: int) -> tuple[FloatArray, FloatArray]:
-    """Return nodes and weights of the Gauss-Legendre rule with `count` points on [0, 1]."""
+    """Return nodes and weights (count,) of the Gauss-Legendre rule on [0, 1], ascending; cached."""
     nodes, weights = np.polynomial.legendre.leggauss(count)
     return 0.5 * (nodes + 1.0), 0.5 * weights
 
 
 def surface_area(surface: SurfaceLike, rtol: float = 1e-10) -> float:
-    """Area of `surface` to the relative tolerance `rtol`.
+    """Return the area of `surface` to the relative tolerance `rtol`, length².
 
     Raises
     ------
@@ -45,7 +45,7 @@ def surface_area(surface: SurfaceLike, rtol: float = 1e-10) -> float:
 
 
 def curve_length(curve: CurveLike, rtol: float = 1e-10) -> float:
-    """Arc length of `curve` to the relative tolerance `rtol`.
+    """Return the arc length of `curve` to the relative tolerance `rtol`.
 
     Raises
     ------
@@ -59,7 +59,7 @@ def curve_length(curve: CurveLike, rtol: float = 1e-10) -> float:
 
 
 def _checked(rtol: float) -> float:
-    """Return a relative tolerance from 1e-14 to below 1."""
+    """Return `rtol` as a float; raise InputError unless it is from 1e-14 to below 1."""
     if not _MIN_RTOL <= rtol < 1.0:
         raise InputError("not a relative tolerance", where="rtol", found=rtol, allowed="[1e-14, 1)")
     return float(rtol)

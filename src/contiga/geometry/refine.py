@@ -39,14 +39,17 @@ def refine_points(
 
 
 def rows_to(knots: FloatArray, degree: int, count: int, refined: FloatArray) -> Rows:
-    """Return the map of `count` control points to `refined`, as in `refine_points`."""
+    """Return the map of `count` control points to those on `refined`, as in `refine_points`.
+
+    It has the first old point of each new one, (n,), and its weights (n, degree + 1).
+    """
     return refinement_rows(locked(knots), degree, count, refined)
 
 
 def elevate_points(
     knots: FloatArray, degree: int, points: FloatArray, axis: int = 0
 ) -> tuple[FloatArray, FloatArray]:
-    """Return knots and control points of the same spline with the degree one higher."""
+    """Return knots and homogeneous control points of the same spline, its degree one higher."""
     values, times = np.unique(knots, return_counts=True)
     elevated = np.repeat(values, times + 1)
     rows = elevation_rows(locked(knots), degree, points.shape[axis], elevated)
@@ -54,7 +57,7 @@ def elevate_points(
 
 
 def mapped(rows: Rows, points: FloatArray, axis: int) -> FloatArray:
-    """Map control points (..., n along `axis`, ..., 4) to new ones."""
+    """Return the control points that `rows` maps `points` (..., n along `axis`, ..., 4) to."""
     first, weights = rows
     moved = np.moveaxis(points, axis, 0)
     flat = np.ascontiguousarray(moved).reshape(moved.shape[0], -1)

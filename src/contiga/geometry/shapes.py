@@ -2,6 +2,7 @@
 
 Closed surfaces have their normals outward; open ones along +`axis`. `centre` and `axis` place a
 shape: it is built about the origin along z and then moved by `contiga.rigid.transform.frame`.
+Sizes that are not positive and finite, and other invalid arguments, raise GeometryError.
 
 >>> ring = torus(major=3.0, minor=1.0, centre=(0.0, 0.0, 5.0))
 >>> round(ring.area(1e-9), 6) == round(4 * math.pi**2 * 3.0, 6)
@@ -239,15 +240,15 @@ def torus(
     axis: Axis = "z",
 ) -> NurbsSurface:
     """Torus: tube of radius `minor` about a circle of radius `major` > minor; normals outward."""
-    big, small = _size(major, "major"), _size(minor, "minor")
-    if small >= big:
+    ring_radius, tube_radius = _size(major, "major"), _size(minor, "minor")
+    if tube_radius >= ring_radius:
         raise GeometryError(
             "the tube of a torus must not reach its axis",
             where="minor",
             found=minor,
             allowed=f"less than major = {major!r}",
         )
-    ring = revolved(_meridian(0.0, 2.0 * math.pi, big, small))
+    ring = revolved(_meridian(0.0, 2.0 * math.pi, ring_radius, tube_radius))
     return ring._moved(transform.frame(axis, centre))
 
 
@@ -311,7 +312,7 @@ def bumpy_plate(
 
 
 def _curve(value: NurbsCurve, name: str) -> NurbsCurve:
-    """Return `value` if it is a curve."""
+    """Return `value` if it is a NurbsCurve; raise GeometryError otherwise."""
     if not isinstance(value, NurbsCurve):
         raise GeometryError(
             "must be a curve", where=name, found=type(value).__name__, allowed="NurbsCurve"
@@ -320,21 +321,21 @@ def _curve(value: NurbsCurve, name: str) -> NurbsCurve:
 
 
 def _number(value: float, name: str) -> float:
-    """Return `value` if it is a number, not text or a truth value."""
+    """Return `value` if it is a number; raise GeometryError for text or a truth value."""
     if not isinstance(real(value, name), int | float | np.number) or isinstance(value, bool):
         raise GeometryError("must be a number", where=name, found=value)
     return value
 
 
 def _size(value: float, name: str) -> float:
-    """Return `value` as a positive finite float."""
+    """Return `value` as a float; raise GeometryError unless it is positive and finite."""
     if not 0.0 < _number(value, name) <= _LARGEST:
         raise GeometryError("a size must be positive", where=name, found=value, allowed="> 0")
     return float(value)
 
 
 def _sizes(values: ArrayLike, count: int, name: str) -> FloatArray:
-    """Return `values` as `count` positive finite numbers."""
+    """Return `values` as (count,) floats; GeometryError unless all are positive and finite."""
     array = kv.check_numbers(values, name)
     if array.shape != (count,) or (array <= 0.0).any():
         raise GeometryError(
@@ -344,7 +345,11 @@ def _sizes(values: ArrayLike, count: int, name: str) -> FloatArray:
 
 
 def _unit_arc(start: float, end: float) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Return knots on [0, 1], (n, 2) points and weights of an arc of the unit circle."""
+    """Return knots on [0, 1], points (n, 2) and weights (n,) of an arc of the unit circle.
+
+    It has quadratic pieces of equal angles, a quarter turn at most. A full turn ends in its start
+    to the last bit. Raises GeometryError unless 0 < end − start ≤ 2π.
+    """
     sweep = end - start
     if not (math.isfinite(sweep) and 0.0 < sweep <= 2.0 * math.pi * (1.0 + 1e-15)):
         raise GeometryError(
@@ -368,14 +373,17 @@ def _unit_arc(start: float, end: float) -> tuple[FloatArray, FloatArray, FloatAr
 
 
 def _meridian(start: float, end: float, x0: float, radius: float) -> NurbsCurve:
-    """Return an arc in the x-z plane about (`x0`, 0, 0), the angle from x to z."""
+    """Return an arc of a radius in the x-z plane about (`x0`, 0, 0), the angle from x to z."""
     knots, points, weights = _unit_arc(start, end)
     x, z = points.T
     return NurbsCurve(2, knots, np.column_stack([x0 + radius * x, 0.0 * x, radius * z]), weights)
 
 
 def _sine(count: int) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Return cubic knots, Greville points and coefficients of sin(2π count t) on [0, 1]."""
+    """Return knots, Greville points and coefficients of a cubic that interpolates sin(2π count t).
+
+    It has eight spans a wave on [0, 1], and equals the sine at the Greville points.
+    """
     knots = kv.open_knots(3, 8 * count + 3)
     at = kv.greville(knots, 3)
     matrix = kv.basis(knots, 3, at)[:, 0]

@@ -29,7 +29,10 @@ N_SAMPLES = 5
 
 
 def widest_slit(body: Faces) -> float:
-    """Return the distance from a shared edge, length, beyond which a face does not meet it."""
+    """Return the distance from a shared edge, length, beyond which a face does not meet it.
+
+    Twice the largest tolerance of the file, at least `ROUNDING` and at most `MAX_SLIT` of the size.
+    """
     size = body.size
     return min(max(TWO_FACES * stated_tolerance(body), ROUNDING * size), MAX_SLIT * size)
 
@@ -41,7 +44,7 @@ def stated_tolerance(body: Faces) -> float:
 
 @once
 def gaping_edges(body: Faces) -> NDArray[np.bool_]:
-    """Return (edges,) which edges are shared by faces too far from them to meet."""
+    """Return (edges,) which edges are shared by faces farther from them than `widest_slit`."""
     widest = widest_slit(body)
     return locked(np.array([len(e.uses) > 1 and e.gap > widest for e in body.edges], dtype=bool))
 
@@ -51,7 +54,8 @@ def stitches(body: Faces) -> tuple[FloatArray, NDArray[np.bool_]]:
     """Return the extents (pieces,) in space of trimming pieces without an edge, and which are open.
 
     Such pieces run along a pole, or close a loop whose p-curves do not quite meet: there the
-    surface does not end. The tolerances of their edges bound how far p-curves may be apart.
+    surface does not end, unless the extent exceeds `reach_of_loops`. The extent is the largest
+    distance of `N_SAMPLES` points from the first; zero for pieces with an edge. Both are read-only.
     """
     trims = body.trim_tables
     extent = np.zeros(len(trims.piece_edge))
@@ -77,13 +81,20 @@ def stitches(body: Faces) -> tuple[FloatArray, NDArray[np.bool_]]:
 
 
 def reach_of_points(body: Faces) -> float:
-    """Return the size, length, up to which a curve is a point within the body's tolerances."""
+    """Return the size, length, up to which a curve is a point within the body's tolerances.
+
+    Twice the largest tolerance of the file and `POINT_TOL` of the size, at most `MAX_SLIT` of it.
+    """
     size = body.size
     return min(TWO_FACES * stated_tolerance(body) + POINT_TOL * size, MAX_SLIT * size)
 
 
 def reach_of_loops(body: Faces) -> defaultdict[tuple[int, int], float]:
-    """Return `reach_of_points` by patch and loop (`UNTRIMMED` round its rectangle), length."""
+    """Return the same by patch and loop (`UNTRIMMED` round a rectangle), from its own edges.
+
+    Tolerances are those of the loop's edges, measured gaps included. A loop without edges has
+    `POINT_TOL` of the size.
+    """
     size = body.size
     reach: defaultdict[tuple[int, int], float] = defaultdict(lambda: POINT_TOL * size)
     for edge in body.edges:

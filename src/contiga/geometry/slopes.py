@@ -19,7 +19,7 @@ from contiga.records import FloatArray
 def first_derivative_bounds(
     surface: NurbsSurface, parts: int
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Bound |S_u| and |S_v| over elements cut in `parts` in each direction.
+    """Return upper bounds of |S_u| and |S_v| over elements cut in `parts` in each direction.
 
     Returns
     -------
@@ -42,7 +42,7 @@ def first_derivative_bounds(
 
 
 def _slope(coefs: FloatArray, axis: int) -> FloatArray:
-    """Return Bernstein coefficients of the derivative along `axis`."""
+    """Return Bernstein coefficients of the derivative along `axis`; a zero at degree 0."""
     degree = coefs.shape[axis] - 1
     if degree == 0:
         return np.zeros_like(coefs)
@@ -64,7 +64,7 @@ def _product(a: FloatArray, b: FloatArray) -> FloatArray:
 
 
 def _binomials(p: int, q: int) -> FloatArray:
-    """Return (p + 1, q + 1) products of binomial coefficients."""
+    """Return (p + 1, q + 1) products of binomial coefficients, C(p, i) C(q, j)."""
     in_u, in_v = ([float(math.comb(n, k)) for k in range(n + 1)] for n in (p, q))
     return np.outer(in_u, in_v)
 
@@ -75,7 +75,10 @@ def _largest(coefs: FloatArray) -> FloatArray:
 
 
 def numerator(A: FloatArray, w: FloatArray, axis: int) -> FloatArray:
-    """Return coefficients of A_a w − A w_a, the numerator of a first derivative."""
+    """Return Bernstein coefficients of A_a w − A w_a, the numerator of a first derivative.
+
+    `axis` is that of the parameter a in `A` (nu, nv, p + 1, q + 1, d) and `w` (…, 1).
+    """
     slope = _product(_raised(_slope(A, axis), A), w)
     return slope - _product(A, _raised(_slope(w, axis), w))
 

@@ -53,7 +53,7 @@ class Spline(Movable, Generic[Arrays]):
         raise NotImplementedError
 
     def to_geomdl(self) -> Any:
-        """Convert to a spline of geomdl: BSpline, or NURBS if it is rational.
+        """Return a spline of geomdl: BSpline, or NURBS if it is rational.
 
         Its knots keep their values (``normalize_kv=False``).
 
@@ -65,7 +65,7 @@ class Spline(Movable, Generic[Arrays]):
         return exchange.to_geomdl(self._parts)
 
     def to_splinepy(self) -> Any:
-        """Convert to a spline of splinepy: BSpline, or NURBS if it is rational.
+        """Return a spline of splinepy: BSpline, or NURBS if it is rational.
 
         Raises
         ------

@@ -126,6 +126,7 @@ class NurbsSurface(Spline[nb.SurfaceArrays]):
         return SplineParts(self.degrees, self.knots, self.control_points, self.weights)
 
     def _set(self, degrees: tuple[int, int], knots: Pair, net: FloatArray, rational: bool) -> None:
+        """Set the arrays, as read-only copies, of a new surface."""
         arrays = nb.SurfaceArrays(
             degrees[0],
             degrees[1],
@@ -178,7 +179,7 @@ class NurbsSurface(Spline[nb.SurfaceArrays]):
         return (float(U[0]), float(U[-1])), (float(V[0]), float(V[-1]))
 
     def checked(self, uv: ArrayLike) -> FloatArray:
-        """Return `uv` as a new (k, 2) array; raise InputError outside the domain."""
+        """Return `uv` as a new (k, 2) array, clipped to the domain; InputError beyond rounding."""
         pairs = as_parameters(uv)
         out = np.empty_like(pairs)
         out[:, 0] = kv.check_parameters(pairs[:, 0], self.domain[0], "u")
@@ -186,14 +187,14 @@ class NurbsSurface(Spline[nb.SurfaceArrays]):
         return out
 
     def evaluate(self, uv: ArrayLike) -> FloatArray:
-        """Points (k, 3) at the parameters `uv` (k, 2) or a single pair."""
+        """Return points (k, 3) at parameters `uv` (k, 2) or a single pair; errors as `checked`."""
         return self.derivatives(uv, 0)[:, 0, 0]
 
     def derivatives(self, uv: ArrayLike, order: int = 2) -> FloatArray:
-        """Point and mixed derivatives, each direction up to `order`.
+        """Return points and mixed derivatives, each direction up to `order`.
 
         Rational surfaces by the quotient rule (The NURBS Book, Algorithm A4.4). On a knot line
-        the derivatives are those of the element to the right.
+        the derivatives are those of the element to the right, at the last one to the left.
 
         Returns
         -------
@@ -211,7 +212,7 @@ class NurbsSurface(Spline[nb.SurfaceArrays]):
         return out
 
     def normal(self, uv: ArrayLike) -> FloatArray:
-        """Unit normals (k, 3) to the free side.
+        """Return unit normals (k, 3) to the free side at `uv` (k, 2); errors of `checked`.
 
         Where ``S_u × S_v`` vanishes (a pole, a collapsed corner) it is the limit from inside the
         domain. At the apex of a cone, where that limit depends on the direction, it is the limit
@@ -234,7 +235,10 @@ class NurbsSurface(Spline[nb.SurfaceArrays]):
         )
 
     def insert_knots(self, u: ArrayLike = (), v: ArrayLike = ()) -> Self:
-        """Return the same surface with knots inserted (several at once, existing ones too)."""
+        """Return the same surface with knots inserted (several at once, existing ones too).
+
+        Raises GeometryError for a knot outside the open domain, or more often than its degree.
+        """
         (p, q), (U, V) = self.degrees, self.knots
         return self._refined(refine.with_inserted(U, p, u, "u"), refine.with_inserted(V, q, v, "v"))
 
@@ -260,7 +264,10 @@ class NurbsSurface(Spline[nb.SurfaceArrays]):
         return self.elevate(*degrees).insert_knots(u, v)
 
     def restricted(self, u: tuple[float, float], v: tuple[float, float]) -> Self:
-        """Return the part over the box `u` × `v`, with its parameters unchanged."""
+        """Return the part over the box `u` × `v`, with its parameters unchanged.
+
+        Raises GeometryError unless that is a part of the domain, of some width.
+        """
         for (low, high), (a, b), name in zip((u, v), self.domain, "uv", strict=True):
             if not a <= low < high <= b:
                 raise GeometryError(
@@ -275,7 +282,10 @@ class NurbsSurface(Spline[nb.SurfaceArrays]):
         )
 
     def split(self, *, u: float | None = None, v: float | None = None) -> tuple[Self, Self]:
-        """Return the two parts on either side of the iso-line at `u` or at `v`."""
+        """Return the parts before and after the iso-line at `u` or at `v`, one of which is given.
+
+        Raises GeometryError for both or none, or a parameter that is not strictly inside.
+        """
         axis, t = _one_of(u, v)
         inner = kv.check_inner_parameter(t, self.domain[axis], "uv"[axis])
         (a, b), full = self.domain[axis], self.domain[1 - axis]
@@ -284,7 +294,10 @@ class NurbsSurface(Spline[nb.SurfaceArrays]):
         return self.restricted(full, (a, inner)), self.restricted(full, (inner, b))
 
     def isocurve(self, *, u: float | None = None, v: float | None = None) -> NurbsCurve:
-        """Return the iso-curve at a fixed `u` (running along v) or a fixed `v`."""
+        """Return the iso-curve at a fixed `u` (running along v) or a fixed `v`.
+
+        Raises GeometryError for both or none, InputError outside the domain.
+        """
         axis, t = _one_of(u, v)
         weights = kv.basis(self.knots[axis], self.degrees[axis], [t])[0, 0]
         net = np.moveaxis(self.homogeneous, axis, 0)
@@ -312,24 +325,24 @@ class NurbsSurface(Spline[nb.SurfaceArrays]):
         return moved.flipped() if transform.reflects(matrix) else moved
 
     def area(self, rtol: float = 1e-10) -> float:
-        """Area to the relative tolerance `rtol` (adaptive Gauss quadrature on each element)."""
+        """Return the area to the relative tolerance `rtol`, by Gauss quadrature on each element."""
         return surface_area(self, rtol)
 
     def net_area(self) -> float:
-        """Area of the triangulated control net (`contiga.geometry.tessellate.net_area`)."""
+        """Return the area of the triangulated control net: see `tessellate.net_area`."""
         return tessellate.net_area(self)
 
     def base_area(self) -> float:
-        """Area of the flat base of each element (`contiga.geometry.tessellate.base_area`)."""
+        """Return the area of the flat bases of elements: see `tessellate.base_area`."""
         return tessellate.base_area(self)
 
     def tessellate(self, tol: float, *, method: Literal["net", "chord"] = "chord") -> TriMesh:
-        """Triangles within `tol`: see `contiga.geometry.tessellate.tessellate`."""
+        """Return triangles within `tol`: see `contiga.geometry.tessellate.tessellate`."""
         return tessellate.tessellate(self, tol, method)
 
 
 def _one_of(u: float | None, v: float | None) -> tuple[int, float]:
-    """Return the axis and the value of the parameter that is not None."""
+    """Return axis and value of the parameter that is not None; GeometryError for both or none."""
     if (u is None) == (v is None):
         raise GeometryError("give either u or v", found={"u": u, "v": v})
     return (0, float(u)) if u is not None else (1, float(v))  # type: ignore[arg-type]

@@ -32,7 +32,7 @@ _CUT_FACTOR = 1.15
 def tessellate(
     surface: SurfaceLike, tol: float, method: Literal["net", "chord"] = "chord"
 ) -> TriMesh:
-    """Triangles on `surface`, anticlockwise seen from its free side.
+    """Return triangles on `surface`, anticlockwise seen from its free side.
 
     Parameters
     ----------
@@ -60,10 +60,11 @@ def check_request(tol: float, method: str) -> None:
 
 
 def grid_mesh(surface: SurfaceLike, u: FloatArray, v: FloatArray) -> TriMesh:
-    """The mesh over the grid `u` × `v`, two triangles a cell, cut from (i, j) to (i + 1, j + 1).
+    """Return the mesh over a grid `u` × `v`: two triangles a cell, cut from (i, j) to (i+1, j+1).
 
     Sides that meet (a seam) share vertices and a collapsed side is one vertex, so that a closed
-    patch gives a closed mesh.
+    patch gives a closed mesh. They meet within 1e-12 of the largest coordinate. Triangles with a
+    vertex twice are left out.
     """
     points = surface.evaluate(np.stack(np.meshgrid(u, v, indexing="ij"), -1).reshape(-1, 2))
     ids = np.arange(u.size * v.size).reshape(u.size, v.size)
@@ -88,12 +89,19 @@ def grid_mesh(surface: SurfaceLike, u: FloatArray, v: FloatArray) -> TriMesh:
 
 
 def chord_grid(surface: SurfaceLike, tol: float) -> tuple[FloatArray, FloatArray]:
-    """Parameters (u, v) of a grid whose triangles stay within the distance `tol`.
+    """Return parameters (u, v) of a grid whose triangles stay within the distance `tol`.
 
     Counts come from the curvature at samples (Filip, Magedson and Markot 1986: a triangle with
     legs a and b in parameters misses by about ``(a²|S_uu| + 2ab|S_uv| + b²|S_vv|) / 8``, of
     which only parts across the surface and its iso-lines matter). Each cell is then proved to be
     within `tol` by its control points, and cut finer until it is.
+
+    Raises
+    ------
+    InputError
+        The tolerance is not positive and finite.
+    GeometryError
+        It needs more than `MAX_CELLS` cells.
     """
     _check_tolerance(tol)
     size = float(np.ptp(surface.bounds(), axis=0).max())
@@ -130,7 +138,8 @@ def chord_grid(surface: SurfaceLike, tol: float) -> tuple[FloatArray, FloatArray
 def _sampled_bends(surface: SurfaceLike, u: FloatArray, v: FloatArray) -> FloatArray:
     """Return (3, nu, nv) largest |S_uu| across u-lines, |n·S_uv| and |S_vv| across v-lines.
 
-    At samples of each element, for parameters that run from 0 to 1 in it.
+    They are those at 5 × 5 samples of each element, for parameters that run from 0 to 1 in it;
+    samples without a normal have no twist.
     """
     # No samples on the borders: derivatives there may belong to the next element.
     shares = np.concatenate([[1e-6], np.arange(1, _N_SAMPLES) / _N_SAMPLES, [1.0 - 1e-6]])
@@ -146,7 +155,7 @@ def _sampled_bends(surface: SurfaceLike, u: FloatArray, v: FloatArray) -> FloatA
 
 
 def _across(second: FloatArray, first: FloatArray) -> FloatArray:
-    """Return (k,) lengths of the components of `second` normal to `first`."""
+    """Return (k,) lengths of the parts of `second` normal to `first`; all of it if that is zero."""
     square = (first * first).sum(axis=1, keepdims=True)
     dot_product = (second * first).sum(axis=1, keepdims=True)
     share = np.divide(dot_product, square, out=np.zeros_like(dot_product), where=square > 0.0)
@@ -154,13 +163,14 @@ def _across(second: FloatArray, first: FloatArray) -> FloatArray:
 
 
 def net_grid(surface: SurfaceLike, tol: float) -> tuple[FloatArray, FloatArray]:
-    """Parameters (u, v) at which pieces end once Σ|A_net − A_base| < `tol` (Eq. 4.8).
+    """Return parameters (u, v) at which pieces end once Σ|A_net − A_base| < `tol` (Eq. 4.8).
 
     The surface is split into Bézier pieces and these again, by knot insertion (Algorithm 3);
     A_net and A_base (Algorithms 2 and 4) are taken of each piece and their differences summed,
     because those of one curved patch need not meet. Splits run through the whole patch, so the
-    mesh of the piece corners has no cracks. The rule cannot see a twist: a bilinear piece is its
-    own net, so its difference is zero at any size.
+    mesh of the piece corners has no cracks. Each round halves the rows and columns that add at
+    least a quarter of the largest difference. The rule cannot see a twist: a bilinear piece is its
+    own net, so its difference is zero at any size. Raises the errors of `chord_grid`.
     """
     _check_tolerance(tol)
     grid = extract(surface)
@@ -169,8 +179,8 @@ def net_grid(surface: SurfaceLike, tol: float) -> tuple[FloatArray, FloatArray]:
         difference = np.abs(net - base)
         if difference.sum() < tol:
             return grid.u_breaks, grid.v_breaks
-        both = bend_u + bend_v
-        share = np.divide(bend_u, both, out=np.full_like(both, 0.5), where=both > 0.0)
+        bend_sum = bend_u + bend_v
+        share = np.divide(bend_u, bend_sum, out=np.full_like(bend_sum, 0.5), where=bend_sum > 0.0)
         by_row = (difference * share).sum(axis=1)
         by_column = (difference * (1.0 - share)).sum(axis=0)
         worst = max(by_row.max(), by_column.max())
@@ -185,12 +195,12 @@ GRIDS = {"chord": chord_grid, "net": net_grid}
 
 
 def net_area(surface: SurfaceLike) -> float:
-    """Area of the triangulated control net (Algorithms 2 and 4 of the thesis)."""
+    """Return the area of the triangulated control net (Algorithms 2 and 4 of the thesis)."""
     return float(_triangulated(surface.control_points).sum())
 
 
 def base_area(surface: SurfaceLike) -> float:
-    """Area of the two corner triangles of each element, summed.
+    """Return the area of the two corner triangles of each element, summed.
 
     Algorithm 4 takes the corners of the whole patch, whose area is zero on a closed one; here
     they are those of each Bézier element.
@@ -201,7 +211,7 @@ def base_area(surface: SurfaceLike) -> float:
 def _piece_measures(
     grid: BezierGrid,
 ) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-    """Return net area, base area, and the excess of the net over its chords in u and in v."""
+    """Return (nu, nv) net area, base area, and mean excess of the net's lines in u and in v."""
     points = grid.coefs[..., :3] / grid.coefs[..., 3:]
     net = _triangulated(points).sum(axis=(-2, -1))
     base = _triangulated(points[:, :, :: points.shape[2] - 1, :: points.shape[3] - 1])
@@ -230,7 +240,7 @@ def _triangulated(points: FloatArray) -> FloatArray:
 
 
 def _finer(counts: FloatArray, excess: FloatArray) -> FloatArray:
-    """Return more cuts where the error over the tolerance, `excess`, is not zero."""
+    """Return `counts` times √excess, up to twice, at least one more; the same for no excess."""
     factor = np.clip(np.sqrt(excess), 1.0, 2.0)
     return np.where(excess > 0.0, np.maximum(counts + 1.0, np.floor(counts * factor)), counts)
 
@@ -257,7 +267,7 @@ def _check_tolerance(tol: float) -> None:
 
 
 def _check_size(rows: float, columns: float, tol: float) -> None:
-    """Raise GeometryError for a grid with too many cells."""
+    """Raise GeometryError for a grid with more than `MAX_CELLS` cells."""
     if rows * columns > MAX_CELLS:
         raise GeometryError(
             f"this tolerance needs more than {2 * MAX_CELLS} triangles",

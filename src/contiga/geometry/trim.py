@@ -37,12 +37,18 @@ class _Pieces(NamedTuple):
     """Pieces of one loop in order."""
 
     coefs: list[FloatArray]
+    """(degree + 1, 3) homogeneous Bernstein coefficients (wu, wv, w) of each."""
     ends: FloatArray
+    """(n, 4) u, v at the start and u, v at the end."""
     curve: list[int]
+    """Number of the p-curve of each; −1 for a bridge."""
 
 
 def check_loops(loops: tuple[Loop, ...], domain: Domain, where: str) -> None:
-    """Raise GeometryError unless every loop closes and stays in the patch's rectangle.
+    """Raise GeometryError unless every loop closes, with ends of p-curves in the patch's rectangle.
+
+    Gaps up to `LARGEST_GAP` of the domain count as closed, ends up to `MAX_EXCESS` of it outside as
+    inside. A loop without p-curves is an error, too.
 
     Parameters
     ----------
@@ -78,7 +84,10 @@ def check_loops(loops: tuple[Loop, ...], domain: Domain, where: str) -> None:
 def parameter_box(
     patch: NurbsSurface, loops: tuple[Loop, ...] | None
 ) -> tuple[FloatArray, FloatArray]:
-    """Return the lower and upper (u, v) of a patch's loops, or of its domain without loops."""
+    """Return the lower and upper (u, v) of a patch's domain, cut to the box of its loops.
+
+    That is the box of the p-curves' control points: it may be larger than the trimmed part.
+    """
     low, high = np.array(patch.domain).T
     if loops is None:
         return low, high
@@ -87,7 +96,7 @@ def parameter_box(
 
 
 def loop_pieces(tables: TrimTables, patch: int) -> list[np.ndarray]:
-    """Return the pieces of each loop of a patch, in order."""
+    """Return the numbers of the pieces of each loop of a patch, in their order along it."""
     first, last = tables.patch_start[patch], tables.patch_start[patch + 1]
     pieces = np.arange(first, last)
     loops = tables.piece_loop[first:last, 0]
@@ -97,7 +106,8 @@ def loop_pieces(tables: TrimTables, patch: int) -> list[np.ndarray]:
 def _monotone_pieces(loop: Loop, low: FloatArray, high: FloatArray) -> _Pieces:
     """Return the monotone pieces of one loop, each ending exactly where the next begins.
 
-    Straight pieces bridge gaps.
+    Their `ends` are clipped to the domain, from `low` to `high`; ends up to `SNAP_TOL` of it apart
+    are made one. Straight pieces, of p-curve −1, bridge larger gaps.
     """
     by_curve = []
     for curve in loop:

@@ -42,7 +42,8 @@ def body_area(body: FacesLike, rtol: float = 1e-9) -> float:
 def body_volume(body: FacesLike, rtol: float = 1e-9) -> float:
     """Return the volume inside `body`, length³: ⅓ ∮ S · n dA, positive if normals point outward.
 
-    S is taken from the middle of the bounds, which does not change a closed body's volume.
+    S is taken from the middle of the bounds, which does not change a closed body's volume. An open
+    body is not refused: its result is the volume of the cones from there over its faces.
     """
     return float(patch_volumes(body, body.bounds().mean(axis=0), rtol).sum())
 
@@ -60,7 +61,7 @@ def body_moments(body: FacesLike, origin: FloatArray, rtol: float = 1e-9) -> Flo
 
 
 def patch_areas(body: FacesLike, rtol: float = 1e-9) -> FloatArray:
-    """Return (m,) area of every patch of `body`, trims obeyed."""
+    """Return (m,) area of every patch of `body`, trims obeyed, to about `rtol` of each, length²."""
 
     def area(k: int) -> float:
         patch = body.patches[k]
@@ -72,7 +73,10 @@ def patch_areas(body: FacesLike, rtol: float = 1e-9) -> FloatArray:
 
 
 def patch_volumes(body: FacesLike, origin: FloatArray, rtol: float = 1e-9) -> FloatArray:
-    """Return (m,) signed volume of the cone from `origin` over every patch, trims obeyed."""
+    """Return (m,) signed volume, length³, of the cone from `origin` over every patch, trims obeyed.
+
+    Negative if the normals point to the origin.
+    """
     return np.array(_fluxes(body, origin, 1, rtol))[:, 0] / 3.0
 
 
@@ -99,8 +103,9 @@ def _integral(
 ) -> FloatArray:
     """Return the area or flux integrals over patch `k`; halve parts until two rules agree.
 
-    `stop` holds their largest absolute difference, by integral, and the relative one; the larger
-    counts.
+    `stop` holds their largest absolute difference, by integral, and the relative one, of which ten
+    times counts; the larger decides. With `MAX_PARTS` parts the finer rule's result is returned in
+    any case.
     """
     floor, rtol = stop
     patch = body.patches[k]

@@ -9,7 +9,7 @@ import numpy as np
 from contiga.records import FloatArray, IndexArray, IntArray
 
 ORDERS = ((0, 0), (1, 0), (0, 1), (2, 0), (0, 2), (1, 1))
-"""Derivatives in u and v of `BasisAt.values`, in their order."""
+"""Orders of the derivatives in u and in v, in the sequence of `BasisAt.values`."""
 VALUE, U, V, UU, VV, UV = range(6)
 
 
@@ -50,13 +50,16 @@ class _Spans(NamedTuple):
     """Basis functions along one direction."""
 
     first: IndexArray
-    """(k,) the first nonzero function."""
+    """(k,) number of the first nonzero function."""
     values: FloatArray
     """(k, 3, p + 1) values, first and second derivatives."""
 
 
 def basis_at(patch: Patch, uv: FloatArray) -> BasisAt:
-    """Return the basis functions at parameters (k, 2), right-continuous at knots."""
+    """Return the basis functions and their derivatives at parameters (k, 2) in the domain.
+
+    They are right-continuous at inner knots and left-continuous at the last ones.
+    """
     (p, q), (U_knots, V_knots) = patch.degrees, patch.knots
     in_u, in_v = spans_at(U_knots, p, uv[:, 0]), spans_at(V_knots, q, uv[:, 1])
     n_columns = len(V_knots) - q - 1
@@ -80,9 +83,10 @@ def basis_at(patch: Patch, uv: FloatArray) -> BasisAt:
 
 
 def spans_at(knots: FloatArray, degree: int, t: FloatArray) -> _Spans:
-    """Return the basis functions at parameters (k,) in the domain.
+    """Return the B-spline basis functions along one direction at parameters (k,) in the domain.
 
-    Each derivative starts from the basis of a lower degree (The NURBS Book, Eq. 2.5 and 2.7).
+    Each derivative starts from the basis of a lower degree (The NURBS Book, Eq. 2.5 and 2.7); those
+    above the degree are zero. Knots are right-continuous, the last one left-continuous.
     """
     last = len(knots) - degree - 2
     span = np.clip(np.searchsorted(knots, t, side="right") - 1, degree, last)
@@ -107,6 +111,6 @@ def spans_at(knots: FloatArray, degree: int, t: FloatArray) -> _Spans:
 
 
 def elements_of(knots: FloatArray) -> FloatArray:
-    """Return (e, 2) the nonempty knot spans."""
+    """Return (e, 2) the lower and upper end of each nonempty knot span, ascending."""
     breaks = np.unique(knots)
     return np.stack([breaks[:-1], breaks[1:]], axis=1)

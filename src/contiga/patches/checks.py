@@ -24,11 +24,19 @@ MAX_DEGREE = 5
 PARALLEL_TOL = 1e-9
 """Sine of the angle between S_u and S_v below which a surface has no normal."""
 MAX_HALVINGS = 40
-"""Largest number of refinements of the distance between samples, down to rounding."""
+"""Number of refinements of a distance; each halves the interval about the nearest sample."""
 
 
 def check_numbers(patch: Patch, where: str) -> None:
-    """Raise `InputError` for a degree outside 1 to 5, or for invalid control points or weights."""
+    """Raise an error for numbers that no shell can have.
+
+    Raises
+    ------
+    InputError
+        A degree outside 1 to 5.
+    GeometryError
+        A control point that is not finite, a weight that is not positive.
+    """
     if max(patch.degrees) > MAX_DEGREE or min(patch.degrees) < 1:
         raise InputError(
             "is of a degree that shells do not have",
@@ -45,7 +53,11 @@ def check_numbers(patch: Patch, where: str) -> None:
 
 
 def check_edges(patch: Piece, tol: float) -> None:
-    """Raise InputError for a pole or another edge without normals; `tol` is a length."""
+    """Raise InputError for an edge that is a pole, or along which the surface has no normal.
+
+    All control points of a pole are within the length `tol` in x, y and z. Normals are tested at
+    `N_SAMPLES` parameters inside the edge: S_u and S_v must not be parallel to `PARALLEL_TOL`.
+    """
     net = patch.control_points.reshape(-1, 3)
     for name in EDGES:
         line = rows_from(patch.control_points, name)[0]
@@ -70,7 +82,11 @@ def check_edges(patch: Piece, tol: float) -> None:
 
 
 def check_connected(pieces: Sequence[Piece], joints: Sequence[Joint]) -> None:
-    """Raise InputError unless all patches are connected by joints."""
+    """Raise InputError unless joints connect all pieces, directly or through others.
+
+    The message names the patches that piece 0 does not reach, and the distance between samples of
+    the edges of the first of these and of the nearest piece.
+    """
     reached, has_grown = {0}, True
     while has_grown:
         has_grown = False
@@ -101,7 +117,11 @@ def check_connected(pieces: Sequence[Piece], joints: Sequence[Joint]) -> None:
 
 
 def check_whole_edges(pieces: Sequence[Piece], joints: Sequence[Joint], tol: float) -> None:
-    """Raise InputError for edges that meet along a part of one: a slit would open there."""
+    """Raise InputError if a free edge contains an end of another one: a slit would open there.
+
+    Free edges have no joint. An end counts if it is within the length `tol` of the edge, and
+    farther than that, in x, y or z, from both of the edge's own ends.
+    """
     joined = {
         (piece, edge)
         for joint in joints
@@ -131,7 +151,11 @@ def check_whole_edges(pieces: Sequence[Piece], joints: Sequence[Joint], tol: flo
 
 
 def _edge_distances(piece: Piece, name: str, points: FloatArray) -> FloatArray:
-    """Return (k,) distances of points from an edge, by refinement around the nearest sample."""
+    """Return distances (k,) of points from an edge, length.
+
+    The edge is sampled, and sampled again around the nearest sample until the interval is rounding.
+    A second minimum between the first samples can be missed.
+    """
     knots = piece.knots[1 if name[0] == "u" else 0]
     low, high = float(knots[0]), float(knots[-1])
     net = piece.control_points.reshape(-1, 3)
@@ -150,7 +174,7 @@ def _edge_distances(piece: Piece, name: str, points: FloatArray) -> FloatArray:
 
 
 def _border_points(patch: Patch) -> FloatArray:
-    """Return points on all edges."""
+    """Return (4 N_SAMPLES, 3) points on the four edges."""
     return np.concatenate([edge_of(patch, name).samples for name in EDGES])
 
 
@@ -159,10 +183,10 @@ def _lengths(vectors: FloatArray) -> FloatArray:
     return np.asarray(np.sqrt(np.sum(vectors * vectors, axis=-1)))
 
 
-def whole_number(value: object, where: str, least: int) -> int:
-    """Return `value` as an int of at least `least`."""
-    if isinstance(value, bool) or not isinstance(value, int | np.integer) or value < least:
+def whole_number(value: object, where: str, minimum: int) -> int:
+    """Return `value` as an int; raise InputError unless it is a whole number ≥ `minimum`."""
+    if isinstance(value, bool) or not isinstance(value, int | np.integer) or value < minimum:
         raise InputError(
-            "must be a whole number", where=where, found=value, allowed=f"{least} or more"
+            "must be a whole number", where=where, found=value, allowed=f"{minimum} or more"
         )
     return int(value)

@@ -21,7 +21,7 @@ from contiga.patches.pieces import EDGES, Joint, Piece, edge_of, pieces_of, rows
 from contiga.records import FloatArray, IntArray
 
 JOIN_TOL = 1e-6
-"""Default share of the size of all patches within which control points are the same."""
+"""Default tolerance of equal control points, as a share of the size of all patches."""
 KNOT_TOL = 1e-9
 """Difference up to which knots and weights of two edges are the same."""
 
@@ -36,7 +36,7 @@ class Net(NamedTuple):
     points: FloatArray
     """(d, 3) control points at rest."""
     sites: FloatArray
-    """(d, 3) point of the surface at the Greville parameters of each control point."""
+    """(d, 3) points of the surface at rest at the Greville parameters of the control points."""
     joints: tuple[Joint, ...]
 
     def edge(self, name: str, patch: int = 0, rows: int = 1) -> IntArray:
@@ -72,12 +72,18 @@ class Net(NamedTuple):
         return np.unique(control_rows[:rows]).astype(np.int32)
 
     def box(self, low: Sequence[float], high: Sequence[float]) -> IntArray:
-        """Return the degrees of freedom whose points of the surface are in a box, ascending.
+        """Return the control points whose `sites` are in a box, ascending.
+
+        Points up to `JOIN_TOL` of the size of all sites outside count as inside.
+
+        Parameters
+        ----------
+        low, high : (3,) lowest and highest corner, length
 
         Raises
         ------
         InputError
-            There is none.
+            No site is in the box.
         """
         tol = JOIN_TOL * _size(self.sites)
         inside = (self.sites >= np.asarray(low) - tol) & (self.sites <= np.asarray(high) + tol)
@@ -94,7 +100,9 @@ class Net(NamedTuple):
 
 
 def join(surfaces: Sequence[Patch], tolerance: float | None = None) -> Net:
-    """Join patches whose edges have the same control points.
+    """Join patches whose edges have the same control points into one `Net`.
+
+    Control points of joined edges become one degree of freedom, at the place of the first of them.
 
     Parameters
     ----------
@@ -105,9 +113,11 @@ def join(surfaces: Sequence[Patch], tolerance: float | None = None) -> Net:
     Raises
     ------
     InputError
-        There is no patch, a degree above 5, a weight that is not positive, a pole or another edge
-        along which the surface has no normal; patches do not meet, or meet along a part of an
-        edge, or with other control points, knots or weights.
+        There is no patch, a degree outside 1 to 5, a pole or another edge along which the surface
+        has no normal; patches do not meet, or meet along a part of an edge, or with other control
+        points, knots or weights.
+    GeometryError
+        A control point is not finite, or a weight not positive.
     """
     patches = tuple(surfaces)
     if not patches:
@@ -143,7 +153,9 @@ def join(surfaces: Sequence[Patch], tolerance: float | None = None) -> Net:
 def merge_joined(
     grids: Sequence[NDArray[Any]], joints: Sequence[Joint], count: int
 ) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
-    """Number `count` points anew so that the points of joined edges are one.
+    """Number `count` points anew so that coinciding points of joined edges become one.
+
+    New numbers are in the order of the first old point of each.
 
     Parameters
     ----------
@@ -173,12 +185,15 @@ def merge_joined(
 
 
 def _find_joints(pieces: Sequence[Piece], tol: float) -> tuple[Joint, ...]:
-    """Return all pairs of edges with the same control points.
+    """Return the joints: all pairs of edges that are the same curve, in the order of edges.
+
+    Two edges are the same curve if their ends and `N_SAMPLES` points agree within the length `tol`.
+    They must then have the same degree, knots, control points and weights.
 
     Raises
     ------
     InputError
-        A pair of edges is the same curve with other control points, knots or weights.
+        Two such edges differ in one of these.
     """
     edges = [(piece, name) for piece in range(len(pieces)) for name in EDGES]
     lines = [rows_from(pieces[piece].control_points, name)[0] for piece, name in edges]
@@ -189,37 +204,32 @@ def _find_joints(pieces: Sequence[Piece], tol: float) -> tuple[Joint, ...]:
         for turned in (False, True):
             if np.abs(ends[a] - (ends[b][::-1] if turned else ends[b])).max() > tol:
                 continue
-            joint = Joint((edges[a][0], edges[b][0]), (edges[a][1], edges[b][1]), turned)
-            if _is_same_curve(pieces, joint, tol):
-                joints.append(joint)
-                break
+            sides = [(pieces[piece], name) for piece, name in (edges[a], edges[b])]
+            first, second = (edge_of(piece, name) for piece, name in sides)
+            second = second.reversed() if turned else second
+            if np.abs(first.samples - second.samples).max() > tol:
+                continue
+            for quantity, p, q, allowed in (
+                ("degree", np.array([first.degree]), np.array([second.degree]), 0.5),
+                ("knots", first.knots, second.knots, KNOT_TOL),
+                ("control points", first.points, second.points, tol),
+                ("weights", first.weights, second.weights, KNOT_TOL),
+            ):
+                if p.shape != q.shape or np.abs(p - q).max() > allowed:
+                    raise InputError(
+                        f"they meet, but their {quantity} there differ",
+                        where=" and ".join(
+                            f"surfaces[{piece.patch}] {name}" for piece, name in sides
+                        ),
+                        found=f"{len(first.points)} and {len(second.points)} control points, "
+                        f"degrees {first.degree} and {second.degree}",
+                        allowed="the same degree, knots, control points and weights along the "
+                        "joint",
+                        remedy="Refine both alike: NurbsSurface.insert_knots, elevate",
+                    )
+            joints.append(Joint((edges[a][0], edges[b][0]), (edges[a][1], edges[b][1]), turned))
+            break
     return tuple(joints)
-
-
-def _is_same_curve(pieces: Sequence[Piece], joint: Joint, tol: float) -> bool:
-    """Return whether two edges with the same ends are one, with the same control points."""
-    sides = [(pieces[k], name) for k, name in zip(joint.pieces, joint.edges, strict=True)]
-    first, second = (edge_of(piece, name) for piece, name in sides)
-    if joint.turned:
-        second = second.reversed()
-    if np.abs(first.samples - second.samples).max() > tol:
-        return False
-    for quantity, a, b, allowed in (
-        ("degree", np.array([first.degree]), np.array([second.degree]), 0.5),
-        ("knots", first.knots, second.knots, KNOT_TOL),
-        ("control points", first.points, second.points, tol),
-        ("weights", first.weights, second.weights, KNOT_TOL),
-    ):
-        if a.shape != b.shape or np.abs(a - b).max() > allowed:
-            raise InputError(
-                f"they meet, but their {quantity} there differ",
-                where=" and ".join(f"surfaces[{piece.patch}] {name}" for piece, name in sides),
-                found=f"{len(first.points)} and {len(second.points)} control points, "
-                f"degrees {first.degree} and {second.degree}",
-                allowed="the same degree, knots, control points and weights along the joint",
-                remedy="Refine both alike: NurbsSurface.insert_knots, elevate",
-            )
-    return True
 
 
 def _greville_points(patch: Patch) -> FloatArray:
@@ -233,7 +243,7 @@ def _greville_points(patch: Patch) -> FloatArray:
 
 
 def edge_name(name: str) -> str:
-    """Return the name of an edge; raise InputError for another name."""
+    """Return `name` if it is one of `EDGES`; raise InputError otherwise."""
     if name not in EDGES:
         raise InputError(
             "there is no such edge", where="edge", found=name, allowed=", ".join(EDGES)
@@ -247,6 +257,6 @@ def _size(points: FloatArray) -> float:
 
 
 def on_net(piece: Piece, uv: FloatArray) -> BasisAt:
-    """Return basis functions at parameters (k, 2), by degrees of freedom of the net."""
+    """Return `basis_at` parameters (k, 2) of a piece, its control points numbered as in the net."""
     at = basis_at(piece, uv)
     return BasisAt(piece.control.ravel()[at.control], at.values)

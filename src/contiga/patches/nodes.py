@@ -24,13 +24,16 @@ class Rule(NamedTuple):
     """Points of an element in one direction, on [0, 1], and their weights, whose sum is one."""
 
     points: FloatArray
+    """(n,) ascending."""
     weights: FloatArray
+    """(n,)."""
 
 
 def lobatto(count: int) -> Rule:
-    """Return the Gauss-Lobatto rule: the ends and the roots of the derivative of P_{n−1}.
+    """Return the Gauss-Lobatto rule of `count` ≥ 2 points on [0, 1], ascending.
 
-    The weights are 2 / (n (n − 1) P_{n−1}²) on [−1, 1] (Abramowitz & Stegun, 25.4.32).
+    Its points are the ends and the roots of the derivative of P_{n−1}. The weights are 2 / (n (n −
+    1) P_{n−1}²) on [−1, 1] (Abramowitz & Stegun, 25.4.32).
     """
     legendre = np.polynomial.legendre.Legendre.basis(count - 1)
     inner = np.sort(legendre.deriv().roots().real)
@@ -40,18 +43,18 @@ def lobatto(count: int) -> Rule:
 
 
 class SurfaceNodes(NamedTuple):
-    """Points on a shell that are the nodes of a slave."""
+    """Nodes of a slave on a shell of m control points: n points of its surface."""
 
     rows: SparseRows
-    """N (n, m)."""
+    """N (n, m), the basis functions at the nodes."""
     columns: SparseRows
     """Nᵀ (m, n)."""
     weight: FloatArray
     """(n,) area at rest of each node."""
     facets: IntArray
-    """(f, 3) triangles between them."""
+    """(f, 3) triangles between the nodes."""
     grids: tuple[IntArray, ...]
-    """(k, l) node of each point of each piece, along u and v."""
+    """(k, l) for each piece, node of each of its points along u and v."""
 
     def points(self, q: FloatArray) -> FloatArray:
         """Return x = N q (n, 3) from control points q (m, 3); velocities likewise."""
@@ -65,7 +68,8 @@ class SurfaceNodes(NamedTuple):
 def surface_nodes(net: Net, count: int | None = None) -> SurfaceNodes:
     """Return the nodes of all patches, `count` along each side of an element.
 
-    The default is the highest degree plus two.
+    The default is the highest degree plus two. Nodes of joined edges are one; nodes are numbered
+    piece by piece, along v first. Their areas are Gauss-Lobatto weights times |S_u × S_v|.
     """
     if count is None:
         count = max(max(piece.degrees) for piece in net.pieces) + 2
@@ -99,7 +103,10 @@ def surface_nodes(net: Net, count: int | None = None) -> SurfaceNodes:
 
 
 def _composite_rule(knots: FloatArray, rule: Rule) -> Rule:
-    """Return the rule over all elements of one direction, with the points between them once."""
+    """Return the rule repeated over all knot spans, in parameters of the knots.
+
+    A point between two spans occurs once, with the sum of both weights.
+    """
     breaks = np.unique(knots)
     steps, inner = np.diff(breaks), len(rule.points) - 1
     points = np.append((breaks[:-1, None] + steps[:, None] * rule.points[:-1]).ravel(), breaks[-1])
@@ -110,5 +117,5 @@ def _composite_rule(knots: FloatArray, rule: Rule) -> Rule:
 
 
 def side_of(grid: NDArray[Any], edge: str) -> NDArray[Any]:
-    """Return the points on an edge of a grid (n, m)."""
+    """Return the points on an edge of a grid (n, m), in the direction of u or v."""
     return rows_from(grid, edge)[0]

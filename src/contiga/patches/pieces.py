@@ -25,8 +25,11 @@ class Piece(NamedTuple):
     """Its edges on edges of the patch, which have the same names."""
     degrees: tuple[int, int]
     knots: tuple[FloatArray, FloatArray]
+    """Clamped, with the parameters of the patch."""
     control_points: FloatArray
+    """(n, m, 3)."""
     weights: FloatArray | None
+    """(n, m), or None for a B-spline."""
     control: IntArray
     """(n, m) degrees of freedom of its control points."""
 
@@ -35,7 +38,9 @@ class Joint(NamedTuple):
     """Two edges that share their control points, by number of piece and name of edge."""
 
     pieces: tuple[int, int]
+    """Numbers of the pieces; the same one twice if it is joined with itself."""
     edges: tuple[str, str]
+    """Names of the edges, of `EDGES`."""
     turned: bool
     """Whether the two edges run in opposite directions."""
 
@@ -45,8 +50,11 @@ class Edge(NamedTuple):
 
     degree: int
     knots: FloatArray
+    """(n + degree + 1,) clamped, from 0 to 1."""
     points: FloatArray
+    """(n, 3) control points."""
     weights: FloatArray
+    """(n,) over the first of them; ones for a B-spline."""
     samples: FloatArray
     """(N_SAMPLES, 3) points of the curve."""
 
@@ -59,7 +67,7 @@ class Edge(NamedTuple):
 
 
 def edge_of(patch: Patch, name: str) -> Edge:
-    """Return an edge of a patch by its name."""
+    """Return an edge of a patch as a curve, in the direction of rising u or v."""
     axis = 1 if name[0] == "u" else 0  # along which the edge runs
     knots = np.asarray(patch.knots[axis])
     low, high = knots[0], knots[-1]
@@ -77,9 +85,11 @@ def edge_of(patch: Patch, name: str) -> Edge:
 
 
 def pieces_of(patch: Patch, number: int, first: int) -> list[Piece]:
-    """Cut a patch along knots whose multiplicity is its degree.
+    """Cut a patch along inner knots of a multiplicity of at least its degree.
 
-    Control points are numbered from `first` on.
+    A direction of degree 1 is not cut. Pieces are in the order of u, then v; those of a patch
+    without such knots are the patch alone. Control points of the patch are numbered from `first`
+    on, row by row, and pieces share the numbers along their cuts.
     """
     n, m = patch.control_points.shape[:2]
     control = first + np.arange(n * m, dtype=np.int32).reshape(n, m)
@@ -106,7 +116,7 @@ def pieces_of(patch: Patch, number: int, first: int) -> list[Piece]:
 
 
 def _cuts(knots: FloatArray, degree: int) -> list[tuple[slice, FloatArray]]:
-    """Return the control points and the knots of each piece along one direction.
+    """Return the slice of control points and the clamped knots of each piece along one direction.
 
     A direction of degree 1 is not cut: it has no slope to keep, and does not bend.
     """

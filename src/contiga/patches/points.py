@@ -15,7 +15,7 @@ from contiga.pointer_records import pass_by_pointer
 from contiga.records import FloatArray, IndexArray, IntArray
 
 MIN_POINTS = 4000
-"""Number of points from which a second thread pays."""
+"""Number of points above which a second thread pays."""
 
 
 @pass_by_pointer
@@ -25,19 +25,19 @@ class SparseRows(NamedTuple):
     starts: IntArray
     """(n + 1,) first entry of each row."""
     columns: IntArray
-    """(e,)."""
+    """(e,) column of each entry."""
     values: FloatArray
-    """(e,)."""
+    """(e,) value of each entry."""
 
     def times(self, vectors: FloatArray) -> FloatArray:
-        """Return (n, 3) products with `vectors` (m, 3)."""
+        """Return the products (n, 3) of the rows with `vectors` (m, 3), on several threads."""
         out = np.empty((len(self.starts) - 1, 3))
         columns = locked(np.ascontiguousarray(vectors, np.float64))
         run_ranges(straight(map_rows), len(out), MIN_POINTS, self, columns, out)
         return out
 
     def at(self, rows: IndexArray) -> SparseRows:
-        """Return some of the rows."""
+        """Return the matrix of `rows` (k,), in their order."""
         counts = np.diff(self.starts)[rows]
         starts = np.zeros(len(rows) + 1, np.int32)
         np.cumsum(counts, out=starts[1:])
@@ -45,12 +45,15 @@ class SparseRows(NamedTuple):
         return SparseRows(starts, self.columns[entries], self.values[entries])
 
     def matrix(self, columns: int) -> csr_array:
-        """Return the matrix for SciPy."""
+        """Return the matrix for SciPy, of as many `columns`; arrays are shared, not copied."""
         shape = len(self.starts) - 1, columns
         return csr_array((self.values, self.columns, self.starts), shape=shape)
 
     def turned(self, columns: int) -> SparseRows:
-        """Return the transpose, for so many columns; entries stay in the order of rows."""
+        """Return the transpose of the matrix, which has as many `columns`.
+
+        Entries of a new row are in the ascending order of the old rows.
+        """
         order = np.argsort(self.columns, kind="stable")
         rows = np.repeat(np.arange(len(self.starts) - 1, dtype=np.int32), np.diff(self.starts))
         starts = np.zeros(columns + 1, np.int32)
@@ -66,11 +69,11 @@ class SplinePoints(NamedTuple):
     columns: SparseRows
     """Nᵀ (m, n)."""
     along_u: SparseRows
-    """S_u (n, m)."""
+    """N_u (n, m), so that S_u = N_u q."""
     along_v: SparseRows
-    """S_v (n, m)."""
+    """N_v (n, m)."""
     measure: FloatArray
-    """(n,) area in the parameters; zero for points of pictures."""
+    """(n,) area in the parameters, du dv; zero for points of pictures."""
     weight: FloatArray
     """(n,) area at rest."""
     facets: IntArray
@@ -93,7 +96,7 @@ class SplinePoints(NamedTuple):
 
 
 def sparse_rows(columns: list[IntArray], values: list[FloatArray]) -> SparseRows:
-    """Return a matrix from blocks of rows, each with (n, k) columns and values."""
+    """Stack blocks of rows into a matrix; each block has columns and values (n, k)."""
     counts = np.concatenate([np.full(len(block), block.shape[1]) for block in columns])
     starts = np.zeros(len(counts) + 1, np.int32)
     np.cumsum(counts, out=starts[1:])
@@ -102,7 +105,11 @@ def sparse_rows(columns: list[IntArray], values: list[FloatArray]) -> SparseRows
 
 
 def grid_facets(rows: int, columns: int, first: int) -> IntArray:
-    """Return triangles (f, 3) of a grid of points numbered from `first`, along a row first."""
+    """Return triangles (2 (rows − 1) (columns − 1), 3), two per cell of a grid of points.
+
+    Points are numbered from `first` on, row by row; cells are split from their lowest point, which
+    both of their triangles begin with.
+    """
     corner = first + np.arange(rows * columns, dtype=np.int32).reshape(rows, columns)
     a, b = corner[:-1, :-1].ravel(), corner[1:, :-1].ravel()
     c, d = corner[1:, 1:].ravel(), corner[:-1, 1:].ravel()

@@ -25,7 +25,10 @@ class Splines(NamedTuple):
 
     @classmethod
     def of(cls, patches: Patch | Iterable[Patch]) -> Splines:
-        """Join patches; see `contiga.patches.net.join` for the errors."""
+        """Join one patch or several, with the default tolerance and nodes.
+
+        Raises the errors of `contiga.patches.net.join`.
+        """
         sequence: Any = (patches,) if hasattr(patches, "knots") else patches
         surfaces = tuple(sequence)
         net = join(surfaces)
@@ -37,11 +40,15 @@ class Splines(NamedTuple):
         return self.nodes.points(self.net.points)
 
     def transformed(self, matrix: FloatArray) -> Splines:
-        """Return the same patches moved by a (4, 4) matrix; the order of nodes and edges stays."""
+        """Return the patches moved by a (4, 4) matrix, joined anew.
+
+        Parameters, the order of nodes and the names of edges stay, so that a reflection has the
+        normals on the other side.
+        """
         patches: Sequence[Any] = self.patches
         moved = [patch.transformed(matrix) for patch in patches]
         if np.linalg.det(matrix[:3, :3]) < 0.0:
-            moved = [patch.flipped() for patch in moved]  # reflection swaps the sides
+            moved = [patch.flipped() for patch in moved]  # `transformed` has reversed u
         return Splines.of(moved)
 
     def edge(self, name: str, patch: int = 0) -> IntArray:
@@ -61,7 +68,7 @@ class Splines(NamedTuple):
         return np.unique(np.concatenate(sides)).astype(np.int32)
 
     def edges_within(self, chosen: NDArray[np.bool_]) -> list[tuple[int, str]]:
-        """Return patches and names of the edges of which all nodes are chosen (n,)."""
+        """Return (patch, name) of the edges all of whose nodes are in the mask `chosen` (n,)."""
         return [
             (patch, name)
             for patch in range(len(self.patches))

@@ -32,9 +32,10 @@ def align(
     highs: Iterable[str] = (),
     axes: str | None = None,
 ) -> Part:
-    """Turn `thing` so that its principal axes lie along x, y, z, then move its box to a box.
+    """Turn `thing` to its principal axes if `axes` asks for it, then move its box to another box.
 
-    The box of a slave is that of its active points; that of a body is the exact one.
+    The box of a slave is that of its active points; that of a body is the exact one. Coordinates
+    that `centres`, `lows` and `highs` do not name do not change in the second step.
 
     Parameters
     ----------
@@ -44,8 +45,9 @@ def align(
     lows, highs : the same for their low and their high ends
     axes : "principal": turns the longest of the principal axes to x and the shortest to z, by the
         smallest rotation about the centre, which stays. The axes are those of the inertia of a
-        closed body, of the area of an open one, of the active points of a slave. Axes of equal
-        moments are not distinguished: a ball is not turned at all.
+        closed body, of the area of an open one, of the active points of a slave. Axes whose
+        moments differ by less than a millionth of the largest are not distinguished: a rod only
+        has its long axis turned, a ball is not turned at all.
 
     Returns
     -------
@@ -54,7 +56,8 @@ def align(
     Raises
     ------
     InputError
-        Nothing to align is named, an axis is none or named twice, `axes` is no known kind.
+        Nothing to align is named, an axis is none of x, y, z or named twice, `axes` is no known
+        kind, a slave has no active points.
 
     Examples
     --------
@@ -84,12 +87,16 @@ def align(
 def check_alignment(
     centres: Iterable[str], lows: Iterable[str], highs: Iterable[str], axes: str | None
 ) -> dict[int, tuple[float, float]]:
-    """Return the weights of the low and high end of both boxes in the alignment of each axis.
+    """Return weights of the low and high ends of boxes, by the axes (0 to 2) that are aligned.
+
+    The weighted means of both ends are what meets: (0.5, 0.5) for centres, (1, 0) for lows, (0, 1)
+    for highs.
 
     Raises
     ------
     InputError
-        As `align`.
+        `axes` is neither None nor "principal", a name is no axis, an axis is named twice, or
+        nothing is to be aligned.
     """
     if axes not in (None, "principal"):
         raise InputError("unknown axes", where="axes", found=axes, allowed='"principal"')
@@ -117,7 +124,11 @@ def check_alignment(
 
 
 def _principal_rotation(part: Master | Slave) -> FloatArray:
-    """Return (4, 4) the smallest rotation about the centre of the principal axes to x, y, z."""
+    """Return (4, 4) the smallest rotation about the centre of the principal axes to x, y, z.
+
+    If two axes have equal moments, only the third is turned, to x or z; if all three have, it is
+    the identity.
+    """
     centre, second = _second_moments(part)
     moments, axes = principal_axes(second)
     alike = moments[:2] - moments[1:] <= _ALIKE_TOL * moments[0]
@@ -137,7 +148,7 @@ def _principal_rotation(part: Master | Slave) -> FloatArray:
 
 
 def _smallest_rotation(axis: FloatArray, target: FloatArray) -> FloatArray:
-    """Return (3, 3) the smallest rotation of the line of the unit vector `axis` to `target`."""
+    """Return (3, 3) the smallest rotation of unit vector `axis` to `target` or its opposite."""
     direction = axis if float((axis * target).sum()) >= 0.0 else -axis
     normal = np.cross(direction, target)
     sine = float(np.sqrt(np.square(normal).sum()))
@@ -148,7 +159,11 @@ def _smallest_rotation(axis: FloatArray, target: FloatArray) -> FloatArray:
 
 
 def _second_moments(part: Master | Slave) -> tuple[FloatArray, FloatArray]:
-    """Return centre (3,) and second moments (3, 3) about it, of volume, of area, or of points."""
+    """Return the centre (3,) of a part and its second moments ∫ x xᵀ (3, 3) about it.
+
+    The integral is over the volume of a closed body, over the area of an open one, tessellated to
+    1e-4 of its size, and a sum over the active points of a slave.
+    """
     if isinstance(part, Slave):
         points = points_of(part)
         centre = points.mean(axis=0)

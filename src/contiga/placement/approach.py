@@ -6,34 +6,35 @@ from contiga.errors import InputError
 from contiga.placement.pair import Pair
 
 _MIN_STEP = 2e-4
-"""Least step along the line, as a share of the body's size: a shorter touch may be passed."""
+"""Least step along the line, as a share of the body's size."""
 _MAX_ROUNDS = 20
 
 
 def shift_to_gap(pair: Pair, gap: float, limits: tuple[float, float]) -> float | None:
-    """Return the distance along the line at which the smallest gap is `gap`; None if there is none.
+    """Return the distance along the line at which the smallest gap is `gap`.
 
-    If no point is nearer than `gap`, search forward for the first such place, else back for the
-    last such place behind. Gaps change by no more than the distance moved, so that no step as long
-    as the smallest gap passes the place (sphere tracing: Hart, 1996). After each search the closest
-    places of two bodies are added as points, until that changes nothing.
+    It is None if there is no such place within `limits`. If no point is nearer than `gap`, search
+    forward for the first such place, else back for the last such place behind. Gaps change by no
+    more than the distance moved, so that no step as long as the smallest gap passes the place
+    (sphere tracing: Hart, 1996). After each search `Pair.sharpen` adds the closest places of two
+    bodies to the points of `pair`, and the search goes on from there until that changes nothing.
 
     Parameters
     ----------
-    pair : the two parts, moved along the line
+    pair : the two parts, moved along the line; it collects points and gaps
     gap : length
     limits : largest distances forward and back, length
 
     Raises
     ------
     InputError
-        The gap jumps over the given one: points come round the border of an open body. Or still
-        nearer places appear each time it is reached.
+        The gap jumps over the given one: points come round the border of an open body. Or each
+        of 20 rounds adds places that are nearer than `gap` by more than the tolerance.
     """
     shift: float | None = 0.0
     for _ in range(_MAX_ROUNDS):
         assert shift is not None
-        excess = pair.least(shift) - gap
+        excess = pair.smallest_gap(shift) - gap
         if excess < -pair.tolerance:
             shift = _sphere_trace(pair, gap, shift, -1.0, limits[1])
         elif excess > pair.tolerance:
@@ -41,26 +42,27 @@ def shift_to_gap(pair: Pair, gap: float, limits: tuple[float, float]) -> float |
         if shift is None or not pair.sharpen(shift):
             return shift
     assert shift is not None
-    if abs(pair.least(shift) - gap) <= pair.tolerance:
+    if abs(pair.smallest_gap(shift) - gap) <= pair.tolerance:
         return shift
     raise InputError(
         f"the gap is not settled: each of {_MAX_ROUNDS} rounds found places that are nearer still",
         where="direction",
-        found=f"a gap of {pair.least(shift):.6g} where {gap:.6g} is sought",
+        found=f"a gap of {pair.smallest_gap(shift):.6g} where {gap:.6g} is sought",
         allowed=f"within {pair.tolerance:.3g}",
         remedy="Place it by slaves instead: points that stand for the places meant to touch",
     )
 
 
 def _sphere_trace(pair: Pair, gap: float, start: float, sign: float, limit: float) -> float | None:
-    """Return the first place from `start` with the smallest gap `gap`; None up to the limit.
+    """Return the first shift from `start` on at which the smallest gap is `gap`, to the tolerance.
 
     The search goes forward (sign 1) through free places, or back (sign −1) through places that are
-    not free.
+    not free; it is None if there is none up to the limit. Steps of at least `_MIN_STEP` of the size
+    may pass a touch that is shorter. Raises InputError if the gap jumps over `gap`.
     """
     shift = start
     while True:
-        excess = sign * (pair.least(shift) - gap)
+        excess = sign * (pair.smallest_gap(shift) - gap)
         if excess <= pair.tolerance:
             break
         previous, shift = shift, shift + sign * max(excess, _MIN_STEP * pair.size)
@@ -73,14 +75,14 @@ def _sphere_trace(pair: Pair, gap: float, start: float, sign: float, limit: floa
 
     shift = float(
         brentq(
-            lambda s: pair.least(s) - gap,
+            lambda s: pair.smallest_gap(s) - gap,
             min(previous, shift),
             max(previous, shift),
             xtol=0.25 * pair.tolerance,
             rtol=1e-15,
         )
     )
-    if abs(pair.least(shift) - gap) > pair.tolerance:
+    if abs(pair.smallest_gap(shift) - gap) > pair.tolerance:
         raise InputError(
             "the gap jumps on the way: points come round the border of an open body",
             where="direction",

@@ -25,6 +25,7 @@ class _Direction(NamedTuple):
     part: Master | Slave
     """The part with the points."""
     master: Master
+    """The body that gaps are measured from."""
     axis: FloatArray
     """(3,) direction in which the points move in the master's frame."""
     is_sheet: bool = False
@@ -32,20 +33,21 @@ class _Direction(NamedTuple):
 
     @property
     def depth(self) -> float | None:
-        """Depth up to which points behind an open master are inside: see `nearness`."""
+        """Depth up to which points behind an open master are inside, length; None for a sheet."""
         return None if self.is_sheet else np.inf
 
     def gaps(self, points: FloatArray) -> tuple[FloatArray, NDArray[np.bool_]]:
         """Return gaps (n,) of points (n, 3), and which lie past a border, where gaps may jump.
 
-        Points behind a face of an open body are inside at any depth, unless it is a sheet.
+        Gaps are negative inside. Points behind a face of an open body are inside at any depth,
+        unless it is a sheet; past its border the gap is the distance.
         """
         gaps, feet = gaps_of(self.master.surface, points, self.depth)
         return gaps, (feet.status != Status.OK) & (not self.master.closed)
 
 
 class Pair:
-    """Two parts, the first of which can be moved along a line.
+    """Points on two parts, the first of which can be moved along a line, and their gaps.
 
     Between a body and a slave the gaps are those of the slave's active points. Between two bodies
     they are those of a sample of each to the other, to which `sharpen` adds the closest places.
@@ -60,7 +62,7 @@ class Pair:
     Raises
     ------
     InputError
-        Two slaves: there is no surface to measure a gap from.
+        Two slaves: there is no surface to measure a gap from; or a slave without active points.
     """
 
     def __init__(
@@ -105,7 +107,10 @@ class Pair:
         """Tolerance of gaps, length."""
 
     def gaps(self, rows: IndexArray, shift: float) -> FloatArray:
-        """Return signed gaps (len(rows),) of the points `rows`, the first part moved by `shift`."""
+        """Return signed gaps (k,) of the points `rows` (k,) with the first part moved by `shift`.
+
+        They are kept, with the shift, for later `bounds`.
+        """
         gaps = np.empty(len(rows))
         self._at[rows] = shift
         for k, direction in enumerate(self._directions):
@@ -117,28 +122,35 @@ class Pair:
         return gaps
 
     def bounds(self, shift: float) -> FloatArray:
-        """Return lower bounds (n,) of each point's gap: the last one less the motion since."""
+        """Return lower bounds (n,) of all gaps at `shift`: the last ones less the motion since."""
         return self._gap - np.abs(self._at - shift)
 
-    def least(self, shift: float) -> float:
-        """The smallest gap of all points."""
+    def smallest_gap(self, shift: float) -> float:
+        """Return the smallest gap of all points; evaluate only those with a bound below it."""
         return least(self.bounds(shift), lambda rows: self.gaps(rows, shift))[0]
 
     def sharpen(self, shift: float) -> bool:
-        """Update points past borders and add the closest places of two bodies.
+        """Make the smallest gap at `shift` more exact; return whether it became smaller.
 
-        Returns whether the smallest gap became smaller.
+        Gaps of points past a border, whose bounds are not certain, are evaluated, and the closest
+        places of two bodies added to the points. Changes up to a tenth of the tolerance are
+        ignored.
         """
-        previous = self.least(shift)
+        previous = self.smallest_gap(shift)
         past = np.flatnonzero(self._is_past_border & (self._at != shift))
         if len(past):
             self.gaps(past, shift)
         if len(self._directions) > 1:
             self._add_closest_places(shift)
-        return self.least(shift) < previous - 0.1 * self.tolerance
+        return self.smallest_gap(shift) < previous - 0.1 * self.tolerance
 
     def _add_closest_places(self, shift: float) -> None:
-        smallest = self.least(shift)
+        """Add local minima of the gap of two bodies, on each of both, to the points.
+
+        They are searched from the points whose gap exceeds the smallest by up to the spacing of the
+        sample: from at most `_MAX_STARTS` that are two spacings apart.
+        """
+        smallest = self.smallest_gap(shift)
         places = []
         for k, direction in enumerate(self._directions):
             assert not isinstance(direction.part, Slave)

@@ -22,7 +22,7 @@ Part = TypeVar("Part", Body, TriMesh, Slave, Body | TriMesh | Slave)
 
 
 def place(thing: Part, *, on: Master | Slave, direction: Axis, gap: float = 0.0) -> Part:
-    """`thing` moved along `direction` until its smallest gap to `on` is `gap`.
+    """Return `thing` moved along `direction` until its smallest gap to `on` is `gap`.
 
     If no point of `thing` is nearer than `gap` at the start, it moves forward to the first place
     with this gap; if it is nearer or overlaps, it moves back to the last such place behind it. Only
@@ -50,8 +50,9 @@ def place(thing: Part, *, on: Master | Slave, direction: Axis, gap: float = 0.0)
     Raises
     ------
     InputError
-        Two slaves, a gap that is negative, a direction that is zero; or `thing` never comes so
-        near to `on` on this way, comes round a border of it, or the gap is not settled.
+        Two slaves, a slave without active points, a gap that is negative or not finite, a direction
+        that is zero; or `thing` has this gap nowhere on its path, comes round a border, or the gap
+        is not settled.
 
     Examples
     --------
@@ -70,7 +71,18 @@ def place(thing: Part, *, on: Master | Slave, direction: Axis, gap: float = 0.0)
     gap = float(gap)
     if not 0.0 <= gap < np.inf:
         raise InputError("must be a finite number, not below zero", where="gap", found=gap)
-    shift = _shift_along(axis, thing, on, gap)
+    # Beyond these distances the parts are apart by more than the gap.
+    (low, high), (on_low, on_high) = _span(thing, axis), _span(on, axis)
+    limits = (on_high - low + gap, high - on_low + gap)
+    may_be_sheet = sorted(body.closed for body in _bodies(thing, on)) == [False, True]
+    shift: float | None = None
+    try:
+        shift = shift_to_gap(Pair(thing, on, axis), gap, limits)
+    except InputError:
+        if not may_be_sheet:
+            raise
+    if shift is None and may_be_sheet:
+        shift = shift_to_gap(Pair(thing, on, axis, open_is_sheet=True), gap, limits)
     if shift is None:
         remedy = "Turn the direction towards it, or align the two first"
         open_bodies = [part.name for part in _bodies(thing, on) if not part.closed]
@@ -90,40 +102,18 @@ def place(thing: Part, *, on: Master | Slave, direction: Axis, gap: float = 0.0)
     return thing.transformed(translation(shift * axis))
 
 
-def _shift_along(
-    axis: FloatArray, thing: Master | Slave, on: Master | Slave, gap: float
-) -> float | None:
-    """Return the distance that `thing` moves along `axis`; None if no place has the gap."""
-    (low, high), (on_low, on_high) = _span(thing, axis), _span(on, axis)
-    limits = (on_high - low + gap, high - on_low + gap)
-    try:
-        shift = shift_to_gap(Pair(thing, on, axis), gap, limits)
-    except InputError:
-        if not _may_be_sheet(thing, on):
-            raise
-        shift = None
-    if shift is None and _may_be_sheet(thing, on):
-        return shift_to_gap(Pair(thing, on, axis, open_is_sheet=True), gap, limits)
-    return shift
-
-
-def _may_be_sheet(*parts: Master | Slave) -> bool:
-    """Return whether the parts are an open and a closed body."""
-    return sorted(body.closed for body in _bodies(*parts)) == [False, True]
-
-
 def _bodies(*parts: Master | Slave) -> list[Master]:
     return [part for part in parts if not isinstance(part, Slave)]
 
 
 def _span(part: Master | Slave, axis: FloatArray) -> tuple[float, float]:
-    """Return the range of the part's box along `axis`."""
+    """Return the lowest and highest coordinate along `axis` of the corners of the part's box."""
     heights = product(np.array(list(choices(*part.bounds().T))), axis)
     return float(heights.min()), float(heights.max())
 
 
 def check_part(value: object, where: str) -> None:
-    """Refuse a value that is neither a body nor a slave."""
+    """Raise InputError for a value that is neither a body nor a slave."""
     if not isinstance(value, Slave) and not is_master(value):
         raise InputError(
             "must be a body or a slave",

@@ -27,7 +27,7 @@ _HOPELESS_STEPS = 4.0
 
 
 def points_of(part: Master | Slave) -> FloatArray:
-    """Return (n, 3) points that stand for a part: the active points of a slave, a sample of a body.
+    """Return a copy of the active points (n, 3) of a slave, or the `sample` of a body.
 
     Raises
     ------
@@ -42,7 +42,11 @@ def points_of(part: Master | Slave) -> FloatArray:
 
 
 def sample(body: Master) -> FloatArray:
-    """Return points (n, 3) on a body; every place is within `SPACING` of its size from one."""
+    """Return points (n, 3) on a body, sorted by x, y, z before they are projected onto it.
+
+    They are the corners of its tessellation (to `_CHORD_TOL` of its size), whose triangles are
+    halved until no side is longer than `SPACING` of its size.
+    """
     mesh = body.tessellate(_CHORD_TOL * body.size)
     corners = mesh.vertices[mesh.triangles]
     finished = []
@@ -65,11 +69,12 @@ def sample(body: Master) -> FloatArray:
 def sharpened(
     body: Master, points: FloatArray, value: Callable[[FloatArray], FloatArray]
 ) -> FloatArray:
-    """Move `points` (k, 3) of a body to local minima of `value` on it, to about 1e-12.
+    """Return `points` (k, 3) of a body moved to local minima of `value` on it.
 
     A pattern search (Hooke and Jeeves, 1961) that projects its steps back onto the surface, so that
-    trims, edges and corners bound it as they bound the body. Points that cannot reach the smallest
-    minimum are abandoned on their way.
+    trims, edges and corners bound it as they bound the body. It ends at a step of `_MIN_STEP` of
+    the size, where values are minimal to about 1e-12 of it, or after 400 rounds. A point whose
+    value exceeds the smallest by more than four steps is abandoned: it stays where it is then.
 
     Parameters
     ----------

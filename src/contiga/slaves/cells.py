@@ -78,6 +78,10 @@ def _solid(
     centres: tuple[Face, ...] = (),
     extra_nodes: int = 0,
 ) -> SolidKind:
+    """Return a kind with the nodes of each face, from the orders of mid-edge and mid-face nodes.
+
+    `extra_nodes` are on no face; `edges` are all edges or none.
+    """
     n_corners = 1 + max(max(face) for face in corner_faces)
     mid_edge_node = {frozenset(edge): n_corners + i for i, edge in enumerate(edges)}
     mid_face_node = {frozenset(face): n_corners + len(edges) + i for i, face in enumerate(centres)}
@@ -149,12 +153,14 @@ would choose the facets and with them each node's share of the area."""
 
 
 def face_kind(n_nodes: int) -> str:
-    """Return the kind of shell with the nodes of a face ("quad8" for 8)."""
+    """Return the kind of shell with so many nodes ("quad8" for 8): 3, 4, 6, 8 or 9."""
     return _FACE_KINDS[n_nodes]
 
 
 def split_quads(points: FloatArray, quads: IntArray) -> tuple[IntArray, IntArray]:
-    """Split each quadrilateral along its shorter diagonal, along a-c if both are equal.
+    """Split each quadrilateral along its shorter diagonal, along a-c if both are about equal.
+
+    Diagonals whose squares differ by less than `_DIAGONAL_TOL` of them count as equal.
 
     Parameters
     ----------

@@ -12,11 +12,14 @@ from contiga.errors import MeshError
 from contiga.records import FloatArray, IntArray
 from contiga.slaves.cells import split_shells
 
+NODE_TOL = 1e-9
+"""Largest distance of points from the nodes of surfaces, in x, y or z, over the nodes' extent."""
+
 
 def check_points(points: FloatArray, *, where: str, ids: NDArray[Any] | None = None) -> None:
-    """Refuse a mesh without nodes or with a coordinate that is not finite.
+    """Raise MeshError for no nodes, or for a coordinate that is not finite.
 
-    `ids` are the node numbers of the file, for the message.
+    `ids` are the node numbers of the file, for the message on the first bad node.
     """
     if len(points) == 0:
         raise MeshError("there are no nodes", where=where, allowed="at least one point")
@@ -32,8 +35,25 @@ def check_points(points: FloatArray, *, where: str, ids: NDArray[Any] | None = N
         )
 
 
+def check_nodes(nodes: FloatArray, points: FloatArray, name: str) -> None:
+    """Raise MeshError unless points are the nodes of surfaces, to `NODE_TOL` of their extent."""
+    size = float(np.ptp(nodes, axis=0).max())
+    if nodes.shape != points.shape or not np.abs(nodes - points).max() <= NODE_TOL * size:
+        raise MeshError(
+            "the points of a slave of splines are the nodes of its surfaces",
+            where=name,
+            found=f"{len(points)} points",
+            allowed=f"no points beside surfaces, which have {len(nodes)}",
+        )
+
+
 def as_facets(points: FloatArray, facets: ArrayLike, name: str) -> IntArray:
-    """Return facets as triangles (m, 3) int32, read-only, checked."""
+    """Return facets (m, 3) or (m, 4) as a copy of triangles (k, 3) int32, read-only.
+
+    Quadrilaterals are split along the shorter diagonal; of one with two equal points in turn a
+    single triangle remains. Raises MeshError for other shapes, numbers that are not whole, and
+    points that do not exist.
+    """
     real(facets, name)
     try:
         array = np.asarray(facets)
@@ -62,7 +82,11 @@ def as_facets(points: FloatArray, facets: ArrayLike, name: str) -> IntArray:
 
 
 def as_nodal(values: ArrayLike | None, what: str, count: int, name: str) -> FloatArray | None:
-    """Return one value for each point (n,), read-only, checked; None without values."""
+    """Return one value for each point (n,) as a read-only copy; None without values.
+
+    One number is repeated for all points. Raises MeshError, in which `what` is the quantity, for
+    other shapes, and for values that are negative or not finite.
+    """
     if values is None:
         return None
     real(values, name)
@@ -93,7 +117,11 @@ def as_nodal(values: ArrayLike | None, what: str, count: int, name: str) -> Floa
 def as_active(
     active: ArrayLike | None, facets: IntArray | None, count: int, name: str
 ) -> NDArray[np.bool_]:
-    """Return the mask of active points, read-only, checked; by default the corners of facets."""
+    """Return the mask of active points (n,) as a read-only copy.
+
+    By default it is the corners of the facets, or all points without facets. Raises MeshError
+    unless `active` is one boolean for each point.
+    """
     if active is None:
         mask = np.full(count, facets is None)
         if facets is not None:

@@ -22,12 +22,12 @@ _MIRRORED = {"tetra": (0, 2, 1, 3), "hexahedron": (4, 5, 6, 7, 0, 1, 2, 3)}
 def as_elements(
     cells_by_kind: Mapping[str, Any] | None, count: int, name: str
 ) -> Mapping[str, IntArray]:
-    """Return elements by kind, checked: (e, k) int32, read-only.
+    """Return elements by kind as read-only copies (e, k) int32; empty without any.
 
     Raises
     ------
     MeshError
-        An unknown kind, another number of corners, or a corner that is no point.
+        An unknown kind, another number of nodes than it has, or a node that is no point.
     """
     elements = {}
     for kind, rows in (cells_by_kind or {}).items():
@@ -53,7 +53,11 @@ def as_elements(
 
 
 def mirrored(elements: Mapping[str, IntArray]) -> dict[str, IntArray]:
-    """Return elements whose points were mirrored, with corners in a valid order again."""
+    """Return elements whose points were mirrored, with their nodes in a valid order again.
+
+    Linear shells are reversed, and linear tetrahedra and hexahedra get a positive volume. Other
+    kinds, which do not deform, are the same arrays.
+    """
     reordered = {}
     for kind, rows in elements.items():
         if kind in SHELLS:
@@ -66,10 +70,11 @@ def mirrored(elements: Mapping[str, IntArray]) -> dict[str, IntArray]:
 
 
 def elements_of(blocks: Sequence[CellBlock]) -> dict[str, IntArray]:
-    """Return the elements among the cells, by kind.
+    """Return the elements among the cells by kind, (e, k) int32, in the order of the blocks.
 
-    These are all solids, the shells that do not lie on solids, and the lines that are no edges of
-    shells or solids: mesh generators write the borders of their meshes as such lines.
+    These are all solids, the shells that have a node on no solid, and the lines that are no edges
+    of shells or solids: mesh generators write the borders of their meshes as shells and lines.
+    Unknown kinds are left out.
     """
     cells: dict[str, list[Any]] = {}
     solids = [block.nodes for block in blocks if block.kind in SOLIDS and len(block.nodes)]
@@ -86,7 +91,7 @@ def elements_of(blocks: Sequence[CellBlock]) -> dict[str, IntArray]:
 
 
 def _are_edges(lines: Int64Array, blocks: Sequence[CellBlock]) -> NDArray[np.bool_]:
-    """Return which lines (n, 2) are edges of shells or solids, between their corners (n,)."""
+    """Return (n,) which lines (n, 2) join neighbouring corners of a shell or of a solid's face."""
     edge_sets = [np.zeros((0, 2), np.int64)]
     for block in blocks:
         if block.kind in SHELLS:

@@ -11,7 +11,7 @@ _SECOND_ORDER = "facets are split through mid-side nodes, which take part as cor
 
 
 def mesh_summary(slave: Slave) -> dict[str, Any]:
-    """Describe a mesh in plain numbers and strings, ready to print or dump.
+    """Return a description of a slave in plain numbers and strings, ready to print or dump.
 
     Returns
     -------

@@ -14,7 +14,7 @@ Triangle = tuple[int, int, int]
 
 
 def split_polygon(points: FloatArray) -> list[Triangle]:
-    """Return the triangles of a polygon, in its sense.
+    """Return the triangles of a polygon, in its sense: each time its first ear is cut off.
 
     Parameters
     ----------
@@ -22,7 +22,7 @@ def split_polygon(points: FloatArray) -> list[Triangle]:
 
     Returns
     -------
-    k − 2 triples of 0 … k − 1; the remaining polygon becomes a fan if it has no ear
+    k − 2 triples of 0 … k − 1, the lowest first; a remaining polygon without an ear becomes a fan
 
     >>> split_polygon(np.array([[0, 0, 0], [2, 0, 0], [2, 2, 0], [1, 0.5, 0], [0, 2, 0]]))
     [(1, 2, 3), (0, 1, 3), (0, 3, 4)]
@@ -51,16 +51,15 @@ def split_polygon(points: FloatArray) -> list[Triangle]:
 
 
 def _is_ear(flat: FloatArray, corners: list[int], i: int) -> bool:
-    """Return whether corner `i` is convex and its triangle holds no other corner."""
+    """Return whether corner `i` is strictly convex, with no other corner in or on its triangle."""
     a, b, c = corners[i - 1], corners[i], corners[(i + 1) % len(corners)]
     if _signed_area(flat[a], flat[b], flat[c]) <= 0.0:
         return False
-    others = (flat[k] for k in corners if k not in (a, b, c))
     return not any(
         _signed_area(flat[a], flat[b], p) >= 0.0
         and _signed_area(flat[b], flat[c], p) >= 0.0
         and _signed_area(flat[c], flat[a], p) >= 0.0
-        for p in others
+        for p in (flat[k] for k in corners if k not in (a, b, c))
     )
 
 

@@ -51,7 +51,7 @@ class QuadRule(NamedTuple):
 
 
 def quad_rule(count: int) -> QuadRule:
-    """Return the rule of count × count points."""
+    """Return the Gauss rule of count × count points; those of one u follow each other."""
     nodes, weights = gauss(count)
     u, v = (axis.ravel() for axis in np.meshgrid(nodes, nodes, indexing="ij"))
     return QuadRule(
@@ -68,6 +68,8 @@ _FINE = quad_rule(_AREA_POINTS)
 
 def halves_of(facets: IntArray | None, elements: Mapping[str, IntArray], count: int) -> IntArray:
     """Return pairs of triangles that are the halves of a quadrilateral face of a solid element.
+
+    Two facets are a pair if they alone share an edge, and their four corners are those of a face.
 
     Parameters
     ----------
@@ -110,9 +112,11 @@ def halves_of(facets: IntArray | None, elements: Mapping[str, IntArray], count: 
 def corners_of(
     facets: IntArray, quads: IntArray, chosen: NDArray[np.bool_] | None = None
 ) -> SkinCorners:
-    """Return the faces of facets (m, 3), of which `quads` (q, 2) are halves of quadrilaterals.
+    """Return the faces that facets (m, 3) make up: quadrilaterals of two halves, and triangles.
 
-    `chosen` (m,) selects facets: both halves of a quadrilateral or none.
+    `quads` (q, 2) are the rows of the halves. `chosen` (m,) selects facets; of a quadrilateral it
+    must have both halves or none. Corners are in the sense of the facets, quadrilaterals in the
+    order of `quads` and triangles in that of the facets.
     """
     is_triangle = np.ones(len(facets), np.bool_) if chosen is None else chosen.copy()
     halves = quads[is_triangle[quads].all(axis=1)]
@@ -128,7 +132,7 @@ def corners_of(
 
 
 def quad_normals(points: FloatArray, quads: IntArray, rule: QuadRule) -> FloatArray:
-    """Return x_u × x_v (q, k, 3) at a rule's points on quadrilaterals (q, 4) of `points`."""
+    """Return x_u × x_v (q, k, 3) at the k points of a rule on quadrilaterals (q, 4) of `points`."""
     corners = points[quads]
     along_u = np.einsum("kj,qjd->qkd", rule.along_u, corners, optimize=False)
     along_v = np.einsum("kj,qjd->qkd", rule.along_v, corners, optimize=False)
@@ -142,7 +146,10 @@ def triangle_normals(points: FloatArray, triangles: IntArray) -> FloatArray:
 
 
 def corner_areas(points: FloatArray, skin: SkinCorners) -> tuple[FloatArray, FloatArray]:
-    """Return areas ∫ N_i dA of the corners: (q, 4) of quadrilaterals and (t, 3) of triangles."""
+    """Return areas ∫ N_i dA of the corners: (q, 4) of quadrilaterals and (t, 3) of triangles.
+
+    By 4 × 4 Gauss points on a quadrilateral: not exact on a warped one, see `_AREA_POINTS`.
+    """
     jacobian = np.linalg.norm(quad_normals(points, skin.quads, _FINE), axis=2)
     of_quads = np.einsum("qk,k,kj->qj", jacobian, _FINE.weight, _FINE.shape, optimize=False)
     third = np.linalg.norm(triangle_normals(points, skin.triangles), axis=1) / 6.0
@@ -162,7 +169,7 @@ def corner_vectors(points: FloatArray, skin: SkinCorners) -> tuple[FloatArray, F
 
 
 def at_corners(skin: SkinCorners, values: tuple[FloatArray, FloatArray], count: int) -> FloatArray:
-    """Return sums (n,) at `count` points over corners of quadrilaterals and of triangles."""
+    """Return sums (n,) at `count` points of values (q, 4) and (t, 3) at the corners of faces."""
     rows = np.concatenate([skin.quads.ravel(), skin.triangles.ravel()])
-    each = np.concatenate([values[0].ravel(), values[1].ravel()])
-    return np.bincount(rows, weights=each, minlength=count).astype(np.float64)
+    weights = np.concatenate([values[0].ravel(), values[1].ravel()])
+    return np.bincount(rows, weights=weights, minlength=count).astype(np.float64)

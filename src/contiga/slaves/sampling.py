@@ -44,7 +44,11 @@ class Rule(NamedTuple):
 def _symmetric(
     orbits: list[tuple[float, tuple[float, float]]], degree: int, centre: bool = False
 ) -> Rule:
-    """Return a rule of symmetric orbits: weight of a point, and its first two coordinates."""
+    """Return a rule of symmetric orbits: weight of a point, and its first two coordinates.
+
+    An orbit has the points of all permutations of its coordinates. Weights are scaled to the sum
+    one. A `centre` has the unscaled weight one, and stands alone.
+    """
     shape, weights = ([[1.0 / 3.0] * 3], [1.0]) if centre else ([], [])
     for weight, (a, b) in orbits:
         c = 1.0 - a - b
@@ -58,7 +62,7 @@ def _symmetric(
 
 
 def _pair(a: float) -> tuple[float, float]:
-    """Return the orbit (a, b, b)."""
+    """Return the first two coordinates of the orbit (a, b, b), with b = (1 − a)/2."""
     return a, 0.5 * (1.0 - a)
 
 
@@ -92,7 +96,7 @@ of degree 3, 5, 7 and 9 in u and in v: the smallest with at least the points of 
 
 
 def more_points(quadrature: str | int) -> str:
-    """Return advice to use more contact points on facets; "" for a rule with enough."""
+    """Return advice to use 6 points on facets, for messages; "" for a rule of 6 or more."""
     if quadrature in ("nodes", 1, 3):
         return ", or take quadrature = 6, which puts more points of contact on facets"
     return ""
@@ -141,7 +145,7 @@ class _Adjacent(NamedTuple):
 
 
 class Sampling:
-    """The nodes of a slave, or its nodes followed by the quadrature points of its facets.
+    """Contact points: the nodes of a slave, or these followed by quadrature points of its facets.
 
     The nodes always come first, since areas and fields refer to them. With quadrature points they
     carry no forces.
@@ -152,6 +156,11 @@ class Sampling:
     weight : (n,) fixed areas of the nodes, None if unknown; a rule uses the areas of facets at rest
     points : quadrature points of a triangle, a key of `RULES`; quadrilaterals use `QUAD_RULES`.
         None for the nodes alone
+
+    Raises
+    ------
+    InputError
+        Quadrature points on a slave without facets.
     """
 
     n_nodes: int
@@ -212,7 +221,10 @@ class Sampling:
         self.mass = None if slave.mass is None else self._shared(slave.mass)
 
     def points(self, nodal: FloatArray) -> FloatArray:
-        """Return positions or velocities (n_points, 3) of the points for `nodal` ones (n, 3)."""
+        """Return positions or velocities (n_points, 3) of the points for `nodal` ones (n, 3).
+
+        Without quadrature points it is `nodal` itself.
+        """
         if not self._faces:
             return nodal
         points = np.empty((self.n_points, 3))
@@ -236,7 +248,10 @@ class Sampling:
         return out
 
     def nodal(self, rows: IndexArray, values: FloatArray) -> FloatArray:
-        """Return nodal sums (n, c) of `values` (k, c) at the points `rows` (k,), ascending."""
+        """Return nodal sums (n, c) of `values` (k, c) at the points `rows` (k,).
+
+        Rows must be ascending, each once. With quadrature points, values at nodes do not count.
+        """
         out = np.zeros((self.n_nodes, values.shape[1]))
         if not self._faces:
             out[rows] = values
@@ -248,14 +263,14 @@ class Sampling:
         return out
 
     def nodal_sum(self, rows: IndexArray, values: FloatArray) -> FloatArray:
-        """Return nodal sums (n,) of `values` (k,) at the points `rows` (k,), ascending."""
+        """Return nodal sums (n,) of `values` (k,) at the points `rows` (k,), as `nodal`."""
         return self.nodal(rows, values[:, None])[:, 0]
 
     def covered(self, rows: IndexArray, slave: Slave) -> FloatArray:
         """Return the share (f,) of each facet of `slave` that some of its points represent.
 
-        `rows` are numbers of points, ascending. Shares are by area at rest; a node has a third of
-        each facet.
+        `rows` are numbers of points, ascending. Shares are by area at rest; both halves of a
+        quadrilateral have that of the quadrilateral. Nodes alone have a third of each facet.
         """
         assert slave.facets is not None
         if not self._faces:
@@ -275,9 +290,10 @@ class Sampling:
         return shares
 
     def matrix(self, rows: IndexArray, blocks: FloatArray) -> csr_array:
-        """Return a sparse (3 n, 3 n) over the nodes for `blocks` (k, 3, 3) at points `rows`.
+        """Return a sparse matrix (3 n, 3 n) over the nodes for `blocks` (k, 3, 3) at points `rows`.
 
         With x_q = Σ_a N_qa x_a and F_a = Σ_q N_qa f_q it is Σ_q N_qa N_qb K_q between nodes a, b.
+        Rows must be ascending, each once. With quadrature points, blocks at nodes do not count.
         """
         from scipy.sparse import bsr_array
 
@@ -287,13 +303,28 @@ class Sampling:
             count[rows + 1] = 1
             start, column, values = np.cumsum(count, dtype=np.int32), rows.astype(np.int32), blocks
         else:
-            start, column, values = self._nodal_blocks(rows, blocks)
+            pairs = self._adjacent
+            is_used = np.zeros(len(pairs.column), np.int8)
+            parts = []
+            for group, part in self._split(rows):
+                face, k = np.divmod(rows[part].astype(np.int64) - group.first, len(group.shape))
+                block_rows = pairs.block_rows[group.first]
+                facet_blocks_nb.mark(block_rows, face, is_used)
+                parts.append((blocks[part], face, k, group.shape, block_rows))
+            # Only blocks of faces with points in `rows` are stored.
+            new_rows = np.zeros(len(is_used) + 1, np.int32)
+            np.cumsum(is_used, out=new_rows[1:])
+            column = pairs.column[np.flatnonzero(is_used)]
+            values = np.zeros((len(column), 3, 3))
+            for block, face, k, shape, block_rows in parts:
+                facet_blocks_nb.add(block, face, k, shape, new_rows[block_rows], values)
+            start = new_rows[pairs.start]
         return bsr_array((values, column, start), shape=(3 * n, 3 * n)).tocsr()
 
     def shares(self, rows: IndexArray) -> csr_array:
         """Return the sparse weights N (n, len(rows)) of the nodes at points: x_q = Σ_a N_aq x_a.
 
-        `rows` are numbers of points, ascending.
+        `rows` are numbers of points, ascending. With quadrature points, columns of nodes are empty.
         """
         from scipy.sparse import coo_array
 
@@ -307,29 +338,9 @@ class Sampling:
         values, nodes, points = (np.concatenate(column) for column in zip(*parts, strict=True))
         return coo_array((values, (nodes, points)), shape=(self.n_nodes, len(rows))).tocsr()
 
-    def _nodal_blocks(
-        self, rows: IndexArray, blocks: FloatArray
-    ) -> tuple[IntArray, IntArray, FloatArray]:
-        """Return first rows of nodes, columns and blocks, for quadrature points."""
-        adjacent = self._adjacent
-        is_used = np.zeros(len(adjacent.column), np.int8)
-        parts = []
-        for group, part in self._split(rows):
-            face, k = np.divmod(rows[part].astype(np.int64) - group.first, len(group.shape))
-            block_rows = adjacent.block_rows[group.first]
-            facet_blocks_nb.mark(block_rows, face, is_used)
-            parts.append((blocks[part], face, k, group.shape, block_rows))
-        used_rows = np.flatnonzero(is_used)
-        new_rows = np.zeros(len(is_used) + 1, np.int32)
-        np.cumsum(is_used, out=new_rows[1:])
-        values = np.zeros((len(used_rows), 3, 3))
-        for block, face, k, shape, block_rows in parts:
-            facet_blocks_nb.add(block, face, k, shape, new_rows[block_rows], values)
-        return new_rows[adjacent.start], adjacent.column[used_rows], values
-
     @cached_property
     def _adjacent(self) -> _Adjacent:
-        """Pairs of nodes that share a face."""
+        """Pairs of nodes that share a face, a node and itself included; computed once."""
         n = self.n_nodes
         pairs = [
             group.corners[:, :, None].astype(np.int64) * n + group.corners[:, None]
@@ -347,14 +358,17 @@ class Sampling:
         return _Adjacent(start, (keys % n).astype(np.int32), block_rows)
 
     def _split(self, rows: IndexArray) -> Iterator[tuple[_FacePoints, slice]]:
-        """Yield each group of faces, and the part of ascending `rows` on it."""
+        """Yield each group of faces with points in ascending `rows`, and the slice of these."""
         for group in self._faces:
             start, stop = np.searchsorted(rows, (group.first, group.stop)).tolist()
             if stop > start:
                 yield group, slice(start, stop)
 
     def _mean(self, nodal: FloatArray) -> FloatArray:
-        """Return (n_points,) means of the corners that have a value."""
+        """Return (n_points,) nodal values, then means of the corners with a value above zero.
+
+        Means are weighted by the shape functions; zero if no corner has a value.
+        """
         means = [nodal]
         for group in self._faces:
             values = nodal[group.corners]
@@ -366,7 +380,10 @@ class Sampling:
         return np.concatenate(means)
 
     def _shared(self, nodal: FloatArray) -> FloatArray:
-        """Return (n_points,) shares of nodal values, by area, with the same sum."""
+        """Return (n_points,) shares of nodal values by the areas of the points; zero at the nodes.
+
+        The sum stays the same but for nodes without area, whose values are lost.
+        """
         assert self.weight is not None
         rows = np.arange(self.n_nodes, self.n_points, dtype=np.int64)
         area = self.nodal_sum(rows, self.weight[self.n_nodes :])

@@ -20,7 +20,7 @@ BOX_TOL = 1e-9
 
 
 def on_curve(points: FloatArray, curve: NurbsCurve, within: float) -> BoolArray:
-    """Return which points (n, 3) are no further from a curve than `within`, length (n,)."""
+    """Return (n,) which points (n, 3) are no further from a curve than the length `within`."""
     _, distances = CurveFeet(curve)(points)
     return np.asarray(distances <= within)
 
@@ -57,13 +57,17 @@ class Criteria(NamedTuple):
 
 
 def select(surface: Surface, active: BoolArray, criteria: Criteria, where: str) -> Selected:
-    """Return the facets with all corners selected and normals near the given direction.
+    """Return the facets and points that meet all criteria.
+
+    A facet is selected if all its corners are, and its normal is within the angle of `side`; of a
+    quadrilateral both halves or none. Points on facets are active at selected facets only; points
+    on no facet if they are selected, and there is no `side`.
 
     Parameters
     ----------
     surface : points and facets
     active : (n,) active points; others are never selected
-    criteria : sets of nodes and directions of normals
+    criteria : nodes, box and side
     where : name of the slave, for messages
 
     Raises
@@ -91,17 +95,18 @@ def select(surface: Surface, active: BoolArray, criteria: Criteria, where: str) 
 
 
 def facets_of(is_selected: BoolArray, facets: IntArray, quads: IntArray) -> BoolArray:
-    """Return (m,) facets with all corners among selected points; both halves of quadrilaterals."""
+    """Return (m,) whether all corners of a facet are selected, and those of its other half."""
     mask: BoolArray = np.asarray(is_selected[facets].all(axis=1))
     mask[quads] = mask[quads].all(axis=1, keepdims=True)
     return mask
 
 
 def _checked(selected: Selected, where: str) -> Selected:
+    """Return the selection; raise MeshError if no point of it is active."""
     if not selected.active.any():
-        what = "points" if selected.facets is None else "whole facet"
+        kind = "points" if selected.facets is None else "whole facet"
         raise MeshError(
-            f"no {what} of it is chosen",
+            f"no {kind} of it is chosen",
             where=where,
             remedy="Choose more: contiga info shows the bounds of a mesh and its parts",
         )
@@ -109,6 +114,7 @@ def _checked(selected: Selected, where: str) -> Selected:
 
 
 def _as_mask(nodes: ArrayLike, count: int, where: str) -> BoolArray:
+    """Return booleans (n,) or rows of points as a mask (n,); raise MeshError for other values."""
     array = np.asarray(real(nodes, where))
     if array.dtype == np.bool_ and array.shape == (count,):
         return array
@@ -125,6 +131,10 @@ def _as_mask(nodes: ArrayLike, count: int, where: str) -> BoolArray:
 
 
 def _in_box(points: FloatArray, box: ArrayLike, active: FloatArray, where: str) -> BoolArray:
+    """Return (n,) which points are in a box, widened by `BOX_TOL` of the extent of active ones.
+
+    Raises MeshError for an invalid box, and for one without active points.
+    """
     corners = _numbers(box)
     if corners is None or corners.shape != (2, 3) or not (corners[0] <= corners[1]).all():
         raise MeshError(
@@ -148,13 +158,15 @@ def _in_box(points: FloatArray, box: ArrayLike, active: FloatArray, where: str) 
 
 
 def _rounded(corner: FloatArray) -> list[float]:
+    """Return coordinates with six digits, for messages."""
     return [float(f"{x:.6g}") for x in corner]
 
 
 def faces_to(surface: Surface, side: tuple[ArrayLike, float], where: str) -> BoolArray:
-    """Return facets (m,) with a normal within an angle of a direction.
+    """Return (m,) which facets have a normal within an angle of a direction, the angle included.
 
-    Both halves of a quadrilateral have its mean normal.
+    Both halves of a quadrilateral have its mean normal; facets without area are left out. Raises
+    MeshError for an invalid direction or angle, and if no facet remains.
     """
     direction, angle = _numbers(side[0]), float(side[1])
     length = 0.0
@@ -191,6 +203,7 @@ def faces_to(surface: Surface, side: tuple[ArrayLike, float], where: str) -> Boo
 
 
 def _numbers(values: Any) -> FloatArray | None:
+    """Return `values` as a float64 array; None if they are not numbers or one is NaN."""
     real(values)
     try:
         array = np.asarray(values, dtype=np.float64)

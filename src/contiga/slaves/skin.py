@@ -32,11 +32,16 @@ class _Faces(NamedTuple):
     """Faces (or shells) of one layout, as candidates for the skin."""
 
     kind: str
+    """Kind of shell with these nodes."""
     nodes: Int64Array
+    """(m, k) rows of the mesh's points, corners first."""
     n_corners: int
     is_solid: bool
+    """Whether they are faces of solids."""
     block: int
+    """Number of their block of cells."""
     cell: Int64Array
+    """(m,) row of the cell of each in its block."""
 
 
 def facet_width(points: FloatArray, facets: IntArray) -> float:
@@ -77,7 +82,9 @@ def skin(points: FloatArray, blocks: list[CellBlock] | tuple[CellBlock, ...]) ->
 
     Normals of solids point outward, and shells keep their sense in the file. Quadratic faces are
     split through their mid-side nodes. A shell that lies on a face of a solid, or on an earlier
-    shell, adds no second layer: mesh generators write the boundary of a volume beside the volume.
+    shell, adds no second layer: mesh generators write the boundary of a volume beside the volume. A
+    shell between two solids is inside, and left out. Faces of fewer than three different corners
+    have no area.
 
     Parameters
     ----------
@@ -86,7 +93,7 @@ def skin(points: FloatArray, blocks: list[CellBlock] | tuple[CellBlock, ...]) ->
 
     Returns
     -------
-    (m, 3) int32, rows of `points`
+    (m, 3) int32, rows of `points`, in the order of blocks, their faces, and cells
     """
     faces: list[_Faces] = []
     for k, block in enumerate(blocks):
@@ -114,10 +121,11 @@ def skin(points: FloatArray, blocks: list[CellBlock] | tuple[CellBlock, ...]) ->
 
 
 def mend_degenerate(block: CellBlock) -> list[CellBlock]:
-    """Separate hexahedra that are tetrahedra with their fourth node five times.
+    """Return the block, or its hexahedra and the tetrahedra written as hexahedra in two blocks.
 
-    LS-DYNA writes ``n1 n2 n3 n4 n4 n4 n4 n4``; read as a hexahedron, its four different nodes
-    would make up a folded base. Other collapsed cells need no change.
+    LS-DYNA writes a tetrahedron as ``n1 n2 n3 n4 n4 n4 n4 n4``; read as a hexahedron, its four
+    different nodes would make up a folded base. Other collapsed cells need no change. Empty blocks
+    of hexahedra are dropped.
     """
     if block.kind != "hexahedron":
         return [block]
@@ -128,7 +136,11 @@ def mend_degenerate(block: CellBlock) -> list[CellBlock]:
 
 
 def _surface_masks(faces: list[_Faces]) -> list[NDArray[np.bool_]]:
-    """Return which rows of each set of faces are on the surface."""
+    """Return, for each set of faces, which rows are on the surface.
+
+    Faces are the same if they have the same corners. On the surface is a face of just one solid, or
+    the first of shells that no solid has; not faces of fewer than three different corners.
+    """
     key_sets = []
     for face in faces:
         # different corner ids (m, 4) of each face, ascending, after −1 if there are fewer
@@ -157,7 +169,10 @@ def _surface_masks(faces: list[_Faces]) -> list[NDArray[np.bool_]]:
 
 
 def _volumes(points: FloatArray, kind: str, nodes: Int64Array) -> FloatArray:
-    """Return volumes by the divergence theorem, about the first node to reduce round-off."""
+    """Return volumes (m,) of solids, negative if inverted, from their corners alone.
+
+    By the divergence theorem over faces split into fans, about the first node to reduce round-off.
+    """
     volume = np.zeros(len(nodes))
     origin = points[nodes[:, 0]]
     for face in SOLIDS[kind].corner_faces:

@@ -16,7 +16,7 @@ from contiga.geometry.surface import NurbsSurface
 from contiga.patches.splines import Splines
 from contiga.records import FloatArray, IndexArray, IntArray
 from contiga.rigid.transform import PoseLike, as_matrix, scaling
-from contiga.slaves.checks import as_active, as_facets, as_nodal, check_points
+from contiga.slaves.checks import as_active, as_facets, as_nodal, check_nodes, check_points
 from contiga.slaves.elements import as_elements, mirrored
 from contiga.slaves.quads import halves_of
 from contiga.slaves.selection import Criteria, Surface, select
@@ -28,7 +28,6 @@ if TYPE_CHECKING:
 
 _SIMILARITY_TOL = 1e-9
 _AREA_TOL = 1e-9
-_NODE_TOL = 1e-9
 
 
 class MeshPart(NamedTuple):
@@ -154,7 +153,7 @@ class Slave(Displayed):
             raise MeshError("needs points, or surfaces", where=name, found="neither")
         coordinates = read_only(as_points(points, f"{name}: points"))
         if splines is not None:
-            _check_nodes(splines, coordinates, name)
+            check_nodes(splines.points, coordinates, name)
         check_points(coordinates, where=name)
         triangles = None if facets is None else as_facets(coordinates, facets, name)
         cells_by_kind = as_elements(elements, len(coordinates), name)
@@ -251,7 +250,7 @@ class Slave(Displayed):
         return _rebuild, (self._values(),)
 
     def bounds(self) -> FloatArray:
-        """Return the lowest and highest coordinates (2, 3) of active points; else of all."""
+        """Return the lowest and highest coordinates (2, 3) of active points; of all if none is."""
         return box_of(self.points, self.active)
 
     def selected(
@@ -290,17 +289,12 @@ class Slave(Displayed):
         surface = Surface(self.points, self.facets, self.quads)
         facets, active = select(surface, self.active, criteria, self.name)
         fields = self._values()
-        if facets is not None and self._shares_its_facets():
-            fields["area"] = None  # the shares of those that stay
+        if self.area is not None and self.facets is not None:
+            areas = tributary_area(self.points, self.facets, self.quads)
+            # Motion and scale have changed the last bits of tributary areas.
+            if (np.abs(self.area - areas) <= _AREA_TOL * areas.max(initial=0.0)).all():
+                fields["area"] = None  # the shares of the remaining facets
         return Slave(**(fields | {"facets": facets, "active": active}))
-
-    def _shares_its_facets(self) -> bool:
-        """Return whether `area` has the tributary areas of the facets."""
-        if self.area is None or self.facets is None:
-            return False
-        areas = tributary_area(self.points, self.facets, self.quads)
-        # motion and scale change their last bits
-        return bool((np.abs(self.area - areas) <= _AREA_TOL * areas.max(initial=0.0)).all())
 
     def transformed(self, transform: PoseLike) -> Slave:
         """Return a copy moved by a (4, 4) similarity: rotation, translation, uniform scale, mirror.
@@ -310,22 +304,51 @@ class Slave(Displayed):
 
         Raises
         ------
+        InputError
+            The rotation or the translation of a pair does not fit.
         MeshError
             The matrix is not (4, 4), or no similarity: areas could not follow it.
         """
         transform = as_matrix(transform, f"{self.name}, transform")
         matrix = np.asarray(real(transform, self.name), dtype=np.float64)
-        linear, factor = _similarity(matrix, self.name)
+        if (
+            matrix.shape != (4, 4)
+            or not np.isfinite(matrix).all()
+            or matrix[3].tolist() != [0.0, 0.0, 0.0, 1.0]
+        ):
+            raise MeshError(
+                "a transform must be a finite (4, 4) matrix with last row 0 0 0 1",
+                where=self.name,
+                found=matrix.tolist(),
+            )
+        linear = matrix[:3, :3]
+        gram = linear.T @ linear
+        square = np.trace(gram) / 3.0
+        if not square > 0.0 or np.abs(gram - square * np.eye(3)).max() > _SIMILARITY_TOL * square:
+            raise MeshError(
+                "a slave can be turned, moved, mirrored and scaled alike in all directions only",
+                where=self.name,
+                found=matrix.tolist(),
+                allowed="rotation times one scale",
+            )
         facets, elements = self.facets, self.elements
         if np.linalg.det(linear) < 0.0:
             facets = None if facets is None else facets[:, ::-1]
             elements = mirrored(elements)
         points = self.points @ linear.T + matrix[:3, 3]
         fields = {"points": points, "facets": facets, "elements": elements}
-        return self._copy(fields, matrix, factor)
+        return self._copy(fields, matrix, float(np.sqrt(square)))
 
     def scaled(self, factor: float, unit: str | None = None) -> Slave:
-        """Return a copy with all lengths times `factor` > 0, and the label `unit` if given."""
+        """Return a copy with all lengths times `factor`, and the label `unit` if given.
+
+        Areas scale with the square; masses stay.
+
+        Raises
+        ------
+        MeshError
+            The factor is not positive and finite.
+        """
         if not (np.isfinite(factor) and factor > 0.0):
             raise MeshError(
                 "the scale must be a positive number",
@@ -347,11 +370,15 @@ class Slave(Displayed):
         return Slave(**(self._values() | {"mass": mass}))
 
     def _values(self) -> dict[str, Any]:
+        """Return the arguments of a copy by name; mappings as plain dicts, which can be pickled."""
         values = {key: getattr(self, key) for key in _FIELDS}
         return {key: dict(v) if isinstance(v, Mapping) else v for key, v in values.items()}
 
     def _copy(self, fields: dict[str, Any], matrix: FloatArray, factor: float) -> Slave:
-        """Return a copy with new `fields`, and the rest moved by a similarity (4, 4) of a scale."""
+        """Return a copy with new `fields`, its areas and thickness scaled, its surfaces moved.
+
+        `matrix` is the similarity (4, 4) of the scale `factor`.
+        """
         scaled_fields = {
             "area": None if self.area is None else self.area * factor**2,
             "thickness": None if self.thickness is None else self.thickness * factor,
@@ -370,50 +397,16 @@ def box_of(points: FloatArray, active: NDArray[np.bool_] | None = None) -> Float
     return np.stack([points.min(axis=0), points.max(axis=0)])
 
 
-def _similarity(matrix: FloatArray, name: str) -> tuple[FloatArray, float]:
-    """Return linear part and scale of a (4, 4) similarity, checked."""
-    last_row = [0.0, 0.0, 0.0, 1.0]
-    if matrix.shape != (4, 4) or not np.isfinite(matrix).all() or matrix[3].tolist() != last_row:
-        raise MeshError(
-            "a transform must be a finite (4, 4) matrix with last row 0 0 0 1",
-            where=name,
-            found=matrix.tolist(),
-        )
-    linear = matrix[:3, :3]
-    gram = linear.T @ linear
-    square = np.trace(gram) / 3.0
-    if not square > 0.0 or np.abs(gram - square * np.eye(3)).max() > _SIMILARITY_TOL * square:
-        raise MeshError(
-            "a slave can be turned, moved, mirrored and scaled alike in all directions only",
-            where=name,
-            found=matrix.tolist(),
-            allowed="rotation times one scale",
-        )
-    return linear, float(np.sqrt(square))
-
-
-def _check_nodes(splines: Splines, points: FloatArray, name: str) -> None:
-    """Refuse points that are not the nodes of the surfaces."""
-    nodes = splines.points
-    size = float(np.ptp(nodes, axis=0).max())
-    if nodes.shape != points.shape or not np.abs(nodes - points).max() <= _NODE_TOL * size:
-        raise MeshError(
-            "the points of a slave of splines are the nodes of its surfaces",
-            where=name,
-            found=f"{len(points)} points",
-            allowed=f"no points beside surfaces, which have {len(nodes)}",
-        )
-
-
 def _rebuild(fields: dict[str, Any]) -> Slave:
     return Slave(**fields)
 
 
 def own_nodes(slave: Slave) -> IndexArray:
-    """Return (k,) rows of the points that are the slave's own.
+    """Return (k,) rows of the points that are the slave's own, ascending.
 
-    A slave that is a part of a mesh file has the nodes of other parts, too: these are neither
-    counted nor drawn.
+    They are the active points and those of its facets and elements; all points of a slave without
+    `cells`, which is not from a file. A part of a mesh file has the nodes of other parts, too:
+    these are neither counted nor drawn.
     """
     is_own = slave.active | (len(slave.cells) == 0)
     for rows in (slave.facets, *slave.elements.values()):

@@ -35,7 +35,7 @@ class Refinement(NamedTuple):
 
 
 def patches_of(faces: Faces) -> tuple[NurbsSurface, ...]:
-    """Return the patches of untrimmed faces.
+    """Return the patches of `faces`, none of which may be trimmed.
 
     Raises
     ------
@@ -56,10 +56,11 @@ def patches_of(faces: Faces) -> tuple[NurbsSurface, ...]:
 
 
 def refined(patches: Sequence[NurbsSurface], how: Refinement) -> list[NurbsSurface]:
-    """Return patches with their degrees raised and their elements cut.
+    """Return patches with their degrees raised and their elements cut, of the same shape.
 
-    With a size, all elements of a row of joined patches are cut into as many parts as the longest
-    needs, so that neighbours still have the same control points.
+    With `elements`, the range of each patch is cut into as many equal parts, besides its own knots.
+    With a size, all elements of a row of joined patches are cut into as many equal parts as the
+    longest needs, so that neighbours still have the same control points.
 
     Raises
     ------
@@ -101,7 +102,11 @@ def refined(patches: Sequence[NurbsSurface], how: Refinement) -> list[NurbsSurfa
 
 
 def _part_counts(patches: Sequence[NurbsSurface], size: float) -> list[list[int]]:
-    """Return parts of each element in u and in v of each patch, the same along rows of patches."""
+    """Return (u, v) for each patch: number of parts to cut each of its elements into.
+
+    It is the length of the longest element over `size`, rounded up, and the largest number of the
+    patches that joined edges connect across the direction. Raises the errors of `join`.
+    """
     counts = [
         [max(1, math.ceil(_longest_element(patch, axis) / size)) for axis in (0, 1)]
         for patch in patches
@@ -123,18 +128,24 @@ def _part_counts(patches: Sequence[NurbsSurface], size: float) -> list[list[int]
 
 
 def _longest_element(patch: NurbsSurface, axis: int) -> float:
-    """Return the length of the longest element of a patch along u or v."""
+    """Return the length of the longest element of a patch along u (axis 0) or v (axis 1).
+
+    By chords between `N_SAMPLES` points of an element, on as many lines across the patch.
+    """
     breaks = np.unique(patch.knots[axis])
-    along = np.concatenate([[breaks[0]], _cuts(breaks, N_SAMPLES - 1, ends=True)])
+    line = np.concatenate([[breaks[0]], _cuts(breaks, N_SAMPLES - 1, ends=True)])
     across = np.linspace(*patch.domain[1 - axis], N_SAMPLES)
-    uv = np.empty((len(across), len(along), 2))
-    uv[..., axis], uv[..., 1 - axis] = along, across[:, None]
-    points = patch.evaluate(uv.reshape(-1, 2)).reshape(len(across), len(along), 3)
+    uv = np.empty((len(across), len(line), 2))
+    uv[..., axis], uv[..., 1 - axis] = line, across[:, None]
+    points = patch.evaluate(uv.reshape(-1, 2)).reshape(len(across), len(line), 3)
     steps = np.sqrt(np.square(np.diff(points, axis=1)).sum(axis=2))
     return float(steps.reshape(len(across), -1, N_SAMPLES - 1).sum(axis=2).max())
 
 
 def _cuts(breaks: FloatArray, count: int, *, ends: bool = False) -> FloatArray:
-    """Return parameters that cut each interval into equal parts, with or without its end."""
+    """Return parameters that cut each interval of `breaks` into `count` equal parts, ascending.
+
+    With `ends`, the end of each interval follows its cuts.
+    """
     shares = np.arange(1, count + (1 if ends else 0)) / count
     return np.asarray((breaks[:-1, None] + np.diff(breaks)[:, None] * shares).ravel())

@@ -31,18 +31,19 @@ class Condition(NamedTuple):
     loose_vertices: int
     """Vertices of no triangle, which do not count."""
     volume: float | None
-    """Enclosed volume, length³, negative if normals point inward; None unless closed."""
+    """Enclosed volume, length³, negative if normals point inward; None if the mesh is open or has
+    turned edges."""
     unit: str | None = None
     """Unit of length; None if unknown."""
 
     @property
     def closed(self) -> bool:
-        """Whether the mesh has a surface without a border."""
+        """Whether there is a triangle with an area, and no edge of one triangle only."""
         return self.open_edges == 0 and self.triangles > self.without_area
 
     @property
     def rows(self) -> list[tuple[str, str]]:
-        """Rows of a report (label, text), with the flaws that there are."""
+        """Rows of a report (label, text): the surface, then each flaw that occurs."""
         texts = [
             (self.without_area, "triangles without area take no part"),
             (self.doubled, "triangles given twice count once"),
@@ -67,7 +68,7 @@ class Condition(NamedTuple):
 
 
 def condition_of(mesh: TriangleArrays) -> Condition:
-    """Return the condition of `mesh`, which may have no triangles.
+    """Return the condition of `mesh`, which may have no triangles; nothing is refused.
 
     >>> from contiga import TriMesh
     >>> ball = TriMesh([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2], [1, 2, 0]])

@@ -26,7 +26,7 @@ class Exchanged(TriangleArrays):
 
     @classmethod
     def from_meshio(cls, mesh: meshio.Mesh, *, name: str = "mesh", **options: Any) -> Self:
-        """Return the triangles of a `meshio.Mesh`; quadrilaterals are split in two.
+        """Return the triangles of a `meshio.Mesh`; quadrilaterals are cut by the shorter diagonal.
 
         Points and lines are left out. All vertices are kept, in their order.
 
@@ -54,8 +54,19 @@ class Exchanged(TriangleArrays):
             points = np.pad(points, ((0, 0), (0, 1)))
         corners: list[IntArray] = [np.zeros((0, 3), np.int64)]
         for block in mesh.cells:
-            if not str(block.type).startswith(IGNORED_CELLS):
-                corners.append(_split_cells(str(block.type), np.asarray(block.data), points, name))
+            kind, nodes = str(block.type), np.asarray(block.data)
+            if kind.startswith(IGNORED_CELLS):
+                continue
+            if kind not in ("triangle", "quad"):
+                raise MeshError(
+                    "cells of a kind that is no surface of flat facets",
+                    where=name,
+                    found=kind,
+                    allowed="triangle, quad; vertex and line, which are left out",
+                    remedy="From a file, contiga.read_master takes the skin of solids and splits "
+                    "facets of second order",
+                )
+            corners.append(nodes if kind == "triangle" else _split_quads(nodes, points, name))
         return cls(points, np.concatenate(corners), name=name, **options)
 
     def to_meshio(self) -> meshio.Mesh:
@@ -124,19 +135,12 @@ class Exchanged(TriangleArrays):
         return pyvista_mesh("TriMesh.to_pyvista", self.vertices, self.triangles)
 
 
-def _split_cells(kind: str, nodes: IntArray, points: FloatArray, name: str) -> IntArray:
-    """Return (m, 3) triangles by the cells of one block of meshio."""
-    if kind == "triangle":
-        return nodes
-    if kind != "quad":
-        raise MeshError(
-            "cells of a kind that is no surface of flat facets",
-            where=name,
-            found=kind,
-            allowed="triangle, quad; vertex and line, which are left out",
-            remedy="From a file, contiga.read_master takes the skin of solids and splits facets "
-            "of second order",
-        )
+def _split_quads(nodes: IntArray, points: FloatArray, name: str) -> IntArray:
+    """Return the halves (2 m, 3) of quadrilaterals (m, 4), each cut by its shorter diagonal.
+
+    Of equal diagonals the one of the first corner cuts. Raises MeshError for nodes that are no
+    points.
+    """
     is_outside = (nodes < 0) | (nodes >= len(points))
     if is_outside.any():
         bad = int(np.argmax(is_outside.any(axis=1)))

@@ -83,7 +83,10 @@ def project(
 
 
 def is_smooth(mesh: TriangleArrays, normals: str | None) -> bool:
-    """Return whether normals are those of the vertices, interpolated."""
+    """Return whether normals are interpolated: the kind is "vertex", by default the mesh's.
+
+    Raises InputError for another kind than "facet" and "vertex".
+    """
     kind = mesh.normal_kind if normals is None else normals
     if kind not in NORMALS:
         raise InputError(
@@ -99,9 +102,10 @@ def track(
     smooth: bool,
     out: Projection,
 ) -> None:
-    """Continue the feet on triangles start[0] to points `p_M`; rows of −1 are searched globally.
+    """Write feet of `p_M`, continued from the triangles start[0] (n,), to all rows of `out`.
 
-    start[1] are the last positions of the points (n, 3), which certify feet; None if unknown.
+    Rows of −1, or on a triangle without area, are searched globally. start[1] are the last
+    positions of the points (n, 3), which certify feet; None if unknown.
     """
     facets = tables.facets
     patch, before = start
@@ -115,7 +119,11 @@ def track(
 def closest_of_rows(
     facets: Facets, p_M: FloatArray, rows: IntArray, smooth: bool, out: Projection
 ) -> None:
-    """Write the closest points of p_M[rows] to the same rows of `out`."""
+    """Write the closest points of p_M[rows] to the same rows of `out`.
+
+    The order of the search is along a space-filling curve if the points are not sorted in space;
+    the results do not depend on it.
+    """
     if len(rows) > MIN_SORTED_POINTS and not _is_sorted_in_space(p_M, rows):
         # The sorting grid is a cube around the mesh.
         low = facets.box[0].reshape(2, 3, -1)[0].min(axis=1)
@@ -125,7 +133,10 @@ def closest_of_rows(
 
 
 def _is_sorted_in_space(p_M: FloatArray, rows: IntArray) -> bool:
-    """Return whether successive points are close to each other already."""
+    """Return whether the median distance of successive points is below 16/√n of their extent.
+
+    By `N_SAMPLES` pairs at most; pairs that are not finite are left out, without any it is True.
+    """
     step = max(1, len(rows) // N_SAMPLES)
     first = rows[: len(rows) - 1 : step]
     p, q = p_M[first], p_M[rows[1::step][: len(first)]]
@@ -140,8 +151,8 @@ def _is_sorted_in_space(p_M: FloatArray, rows: IntArray) -> bool:
 def contains(mesh: TriangleArrays, points: ArrayLike) -> NDArray[np.bool_]:
     """Return (n,) whether points are inside a closed mesh, or behind an open one's nearest facet.
 
-    The sign of the gap at the closest point decides. A point whose closest point is on a border of
-    an open mesh is not behind it.
+    The sign of the gap at the closest point decides; a point on the surface counts as inside. A
+    point beside an open mesh, with its closest point on the border, is not behind it.
 
     Parameters
     ----------

@@ -48,7 +48,10 @@ def first_hit(mesh: TriangleArrays, p0: ArrayLike, p1: ArrayLike) -> Hit:
 
 
 def hits_of_rows(facets: Facets, a_M: FloatArray, b_M: FloatArray, rows: IntArray) -> Hit:
-    """Return the first entries of segments a_M[rows] → b_M[rows], one row for each of `rows`."""
+    """Return the first entries of segments a_M[rows] → b_M[rows], in the order of `rows`.
+
+    See `first_hit`; `Hit` has one row for each of `rows`.
+    """
     out = empty_hit(len(rows))
     run_ranges(entry_nb.first_hits, len(rows), MIN_SEGMENTS, facets, a_M, b_M, rows, out)
     return out
@@ -57,7 +60,9 @@ def hits_of_rows(facets: Facets, a_M: FloatArray, b_M: FloatArray, rows: IntArra
 def last_crossings(
     facets: Facets, a_M: FloatArray, b_M: FloatArray, rows: IntArray
 ) -> tuple[Hit, ByteArray]:
-    """Return the last crossing of each segment a_M[rows] → b_M[rows]: the one nearest to its end.
+    """Return the crossing nearest to the end of each segment a_M[rows] → b_M[rows].
+
+    Segments that meet an edge are searched again by detours: see `robust_last_crossings`.
 
     Returns
     -------

@@ -60,7 +60,7 @@ class FacetedSurface(NamedTuple):
         out: Projection,
         within: FloatArray | None = None,
     ) -> None:
-        """Write the closest points of the mesh; upper bounds `within` would save nothing."""
+        """Write the closest points of p_B[rows] to the same rows of `out`; `within` is ignored."""
         closest_of_rows(self.tables.facets, p_B, rows, self.smooth, out)
 
     def closest_facing(
@@ -71,7 +71,10 @@ class FacetedSurface(NamedTuple):
         starts: SurfacePlaces,
         out: Projection,
     ) -> None:
-        """Write the closest points of the triangles that do not face away, from all of them."""
+        """Write the closest feet of all points that face their `guards`; `starts` is ignored.
+
+        All triangles are searched: see `closest_nb.project_facing`.
+        """
         facets, facing = self.tables.facets, closest_nb.project_facing
         run_ranges(facing, len(p_B), MIN_GUARDED, facets, p_B, guards, limits, self.smooth, out)
 
@@ -83,31 +86,38 @@ class FacetedSurface(NamedTuple):
         out: Projection,
         before: FloatArray | None = None,
     ) -> None:
-        """Continue feet over adjoining triangles."""
+        """Write feet continued from the triangles `patch` (n,) over adjoining ones to `out`.
+
+        Rows of patch −1 are searched globally. Only with the last points `before` (n, 3) are feet
+        certified; `uv` is ignored.
+        """
         track(self.tables, p_B, (patch, before), self.smooth, out)
 
     def slopes(self, p_B: FloatArray, feet: Projection, out: FootSlopes) -> None:
-        """Write slopes at feet: normals rotate at edges and corners, or are interpolated."""
+        """Write slopes at all feet to `out`: normals rotate at kinks, or are interpolated."""
         query = self.tables.facets, self.tables.slot, self.smooth, p_B, feet, out
         run_ranges(facet_slopes_nb.slopes, len(p_B), MIN_POINTS, *query)
 
     def entries(self, a_B: FloatArray, b_B: FloatArray, rows: IntArray) -> Hit:
-        """Return the first crossings of triangles from their free side."""
+        """Return the first entries of a_B[rows] → b_B[rows] from the free side, a row for each."""
         return hits_of_rows(self.tables.facets, a_B, b_B, rows)
 
     def last_crossings(
         self, a_B: FloatArray, b_B: FloatArray, rows: IntArray
     ) -> tuple[Hit, ByteArray]:
-        """Return the last crossings of triangles from either side."""
+        """Return the last crossings of a_B[rows] → b_B[rows] from either side, and their senses."""
         return last_crossings(self.tables.facets, a_B, b_B, rows)
 
     def safe_distance(self, p_B: FloatArray, rows: IntArray, lengths: FloatArray) -> None:
-        """Write the distances to the nearest box of a triangle."""
+        """Write lower bounds of the distances of p_B[rows] to lengths[rows].
+
+        They are the distances to the nearest box of a triangle; infinite for points not finite.
+        """
         facets = self.tables.facets
         run_ranges(closest_nb.box_distance, len(rows), MIN_POINTS, facets, p_B, rows, lengths)
 
     def sides(self, p_B: FloatArray, rows: IntArray) -> Sides:
-        """Return unknown sides: a mesh has no grid of sides."""
+        """Return unknown sides (0) for all rows: a mesh has no grid of sides."""
         return Sides(np.zeros(len(rows), np.int8), np.zeros(len(rows)))
 
     def clear_paths(self, a_B: FloatArray, b_B: FloatArray, rows: IntArray) -> NDArray[np.bool_]:
@@ -120,7 +130,7 @@ class FacetedSurface(NamedTuple):
 
 
 def faceted_surface(mesh: TriangleArrays) -> FacetedSurface:
-    """Return the search on `mesh`, with the mesh's kind of normals.
+    """Return the search on `mesh`, with the mesh's kind of normals; its tables are kept.
 
     Raises
     ------

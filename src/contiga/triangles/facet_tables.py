@@ -39,7 +39,7 @@ class Tables(NamedTuple):
 
 @once
 def tables_of(mesh: TriangleArrays) -> Tables:
-    """Return the search tables of `mesh`, built at the first call.
+    """Return the search tables of `mesh`, built at the first call and kept while the mesh lives.
 
     Raises
     ------
@@ -117,7 +117,10 @@ def unit_normals(p: FloatArray) -> FloatArray:
 
 
 def vertex_normals(p: FloatArray, vertex: np.ndarray, normal: FloatArray, count: int) -> FloatArray:
-    """Return unit sums (count, 3) of the normals around vertices, weighted by angles."""
+    """Return unit sums (count, 3) of the normals around vertices, weighted by angles; zero if none.
+
+    `p` (m, 3, 3) are corners, `vertex` (m, 3) their vertices, `normal` (m, 3) the unit normals.
+    """
     total = np.zeros((count, 3))
     for k in range(3):
         a, b = p[:, k - 2] - p[:, k], p[:, k - 1] - p[:, k]

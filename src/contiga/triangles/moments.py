@@ -10,11 +10,12 @@ _PAIRS = ((0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (0, 2))
 
 
 def moments(corners: FloatArray) -> FloatArray:
-    """Return the moments (10,) ∫ f dV of f = 1, x, …, xz inside of triangles (m, 3, 3).
+    """Return the moments (10,) ∫ f dV inside of closed triangles (m, 3, 3) with outward normals.
 
-    For a tetrahedron with a corner in the origin, the others a, b, c, s = a + b + c and the volume
-    V = a · (b × c) / 6 (Tonon, Explicit exact formulas for the 3-D tetrahedron inertia tensor,
-    2005): ∫ x = V s / 4 and ∫ x x = V (a a + b b + c c + s s) / 20.
+    The functions f are 1, x, y, z, xx, yy, zz, xy, yz, xz, about the origin. For a tetrahedron with
+    a corner in the origin, the others a, b, c, s = a + b + c and the volume V = a · (b × c) / 6
+    (Tonon, Explicit exact formulas for the 3-D tetrahedron inertia tensor, 2005): ∫ x = V s / 4 and
+    ∫ x x = V (a a + b b + c c + s s) / 20.
     """
     a, b, c = corners[:, 0], corners[:, 1], corners[:, 2]
     volume = (a * np.cross(b, c)).sum(axis=1) / 6.0

@@ -12,15 +12,15 @@ Ints = NDArray[np.int64]
 
 
 def turned_triangles(points: FloatArray, triangles: IntArray, where: str) -> IntArray:
-    """Return (m, 3) `triangles` in one sense on each connected piece.
+    """Return a copy of `triangles` (m, 3), reversed where needed for one sense on each piece.
 
-    Pieces are connected over edges of two triangles whose ends are the same points. An open piece
-    keeps the sense of most of its area, a closed one faces outward.
+    Pieces are connected over edges of just two triangles; vertices at one place are the same. An
+    open piece keeps the sense of most of its area, a closed one encloses a positive volume.
 
     Raises
     ------
     MeshError
-        A piece has one side only.
+        A piece has one side only, as a Möbius strip; `where` names the mesh.
     """
     m = len(triangles)
     if m == 0:
@@ -36,9 +36,9 @@ def turned_triangles(points: FloatArray, triangles: IntArray, where: str) -> Int
     is_pair = x // 3 != y // 3
     x, y = x[is_pair], y[is_pair]
     first, second = x // 3, y // 3
-    same = ((a[x] < b[x]) == (a[y] < b[y])).astype(np.int64)
-    count, piece, flip = _senses(first, second, same, m)
-    if np.any(flip[first] ^ flip[second] != same):
+    is_same_sense = ((a[x] < b[x]) == (a[y] < b[y])).astype(np.int64)
+    count, piece, flip = _senses(first, second, is_same_sense, m)
+    if np.any(flip[first] ^ flip[second] != is_same_sense):
         raise MeshError("a piece of the mesh has one side only", where=where)
     corners = points[triangles]
     cross = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
@@ -55,11 +55,12 @@ def turned_triangles(points: FloatArray, triangles: IntArray, where: str) -> Int
     return result
 
 
-def _senses(first: Ints, second: Ints, same: Ints, m: int) -> tuple[int, Ints, Ints]:
-    """Return the number of connected pieces, the piece of each triangle, and 1 if it is flipped.
+def _senses(first: Ints, second: Ints, is_same_sense: Ints, m: int) -> tuple[int, Ints, Ints]:
+    """Return the number of connected pieces, the piece (m,) of each triangle, and its flip (m,).
 
-    Each piece is traversed from its first triangle, over the joints of first[i] and second[i],
-    whose triangles run along their edge in the same sense if same[i] is 1.
+    The flip is 1 for triangles that must be reversed to face as the first of their piece, 0 for
+    others. Each piece is traversed from its first triangle, over the joints of first[i] and
+    second[i], whose triangles run along their edge in the same sense if is_same_sense[i] is 1.
     """
     from scipy.sparse import coo_matrix
     from scipy.sparse.csgraph import breadth_first_order, connected_components
@@ -68,7 +69,7 @@ def _senses(first: Ints, second: Ints, same: Ints, m: int) -> tuple[int, Ints, I
     count, piece = connected_components(graph, directed=False)
     flip = np.full(m, -1)
     pairs = zip(first.tolist(), second.tolist(), strict=True)
-    is_same = dict(zip(pairs, same.tolist(), strict=True))
+    is_same = dict(zip(pairs, is_same_sense.tolist(), strict=True))
     for k in range(count):
         seed = int(np.argmax(piece == k))
         order, parent = breadth_first_order(graph, seed, directed=False)

@@ -24,7 +24,7 @@ class Topology(NamedTuple):
     points: FloatArray
     """(v, 3) merged vertices."""
     triangle: Ints
-    """(m,) triangles of the mesh."""
+    """(m,) number in the mesh of each of these triangles, ascending."""
     twin: Ints
     """Row in `triangle` of each triangle of the mesh, or of its twin; −1 without area."""
     vertex: IntArray
@@ -46,10 +46,11 @@ class Topology(NamedTuple):
 
 
 def topology_of(mesh: TriangleArrays) -> Topology:
-    """Connect triangles whose corners are the same points, whatever their indices.
+    """Return the connections of triangles whose corners are at the same points.
 
     Triangles without area do not count, but the triangles around them stay connected (a fan). Of
-    triangles with the same corners in the same sense the first counts.
+    triangles with the same corners in the same sense the first counts. Edges of two triangles make
+    them neighbours even if these face opposite ways.
     """
     points, corners = welded(mesh)
     flat = is_flat(mesh)
@@ -63,37 +64,48 @@ def topology_of(mesh: TriangleArrays) -> Topology:
     twin_of = np.empty(len(order), np.int64)
     twin_of[order] = first[np.cumsum(is_new) - 1]
     unique = np.sort(first)
-    kept, flat_rows = unique[~flat[unique]], unique[flat[unique]]
+    proper, flat_rows = unique[~flat[unique]], unique[flat[unique]]
     row = np.full(len(corners), -1, np.int64)
-    row[kept] = np.arange(len(kept))
+    row[proper] = np.arange(len(proper))
     twin = np.where(flat, -1, row[twin_of])
-    vertex = corners[kept]
+    vertex = corners[proper]
     half = _HalfEdges.of(np.concatenate([vertex, corners[flat_rows]]), len(points))
-    neighbour, fans = half.neighbours(len(kept))
-    outer = _around_flat(half, len(kept), neighbour, fans) if len(flat_rows) else []
-    ring_first, ring = _rings(vertex, corners[flat_rows], outer, len(points))
+    neighbour, fans = half.neighbours(len(proper))
+    outer = _around_flat(half, len(proper), neighbour, fans) if len(flat_rows) else []
+    # The triangles around flat triangles belong to the rings of these triangles' vertices, too.
+    owner, triangle = vertex.ravel(), np.repeat(np.arange(len(vertex)), 3)
+    pairs = [(v, t) for row, members in zip(corners[flat_rows], outer, strict=True)
+             for v in row for t in members]  # fmt: skip
+    if pairs:
+        rows = np.concatenate([np.stack([owner, triangle], 1), np.array(pairs)])
+        owner, triangle = np.unique(rows, axis=0).T
+    by_vertex = np.argsort(owner, kind="stable")
+    ring_first = np.searchsorted(owner[by_vertex], np.arange(len(points) + 1))
     # Triangles with the same three corners that are no twins are back to back.
     s = np.sort(vertex, axis=1)
     order = np.lexsort((s[:, 2], s[:, 1], s[:, 0]))
-    again = np.flatnonzero((s[order][1:] == s[order][:-1]).all(axis=1))
+    repeats = np.flatnonzero((s[order][1:] == s[order][:-1]).all(axis=1))
     return Topology(
         points,
-        kept,
+        proper,
         twin,
         vertex.astype(np.int32),
         neighbour.reshape(-1, 3).astype(np.int32),
         np.concatenate([[0], np.cumsum([len(fan) for fan in fans])]).astype(np.int32),
         np.concatenate([np.zeros(0, np.int64), *fans]).astype(np.int32),
-        ring_first,
-        ring,
-        half.turned(len(kept)),
+        ring_first.astype(np.int32),
+        triangle[by_vertex].astype(np.int32),
+        half.turned(len(proper)),
         sum(len(group) > 2 for group in half.crowded),
-        kept[np.stack([order[again], order[again + 1]], axis=1)],
+        proper[np.stack([order[repeats], order[repeats + 1]], axis=1)],
     )
 
 
 def welded(mesh: TriangleArrays) -> tuple[FloatArray, Ints]:
-    """Return the points that triangles use, each once, and the triangles' corners among them."""
+    """Return the points (v, 3) that triangles use, each place once, and corners (m, 3) among them.
+
+    Only equal coordinates are one place. Points are in the order of their first vertices.
+    """
     used, corners = np.unique(mesh.triangles, return_inverse=True)
     points = mesh.vertices[used] + 0.0  # −0 and 0 are one place
     order = np.lexsort(points.T)
@@ -112,7 +124,7 @@ def welded(mesh: TriangleArrays) -> tuple[FloatArray, Ints]:
 
 
 def is_flat(mesh: TriangleArrays) -> Bools:
-    """Return (m,) whether the corners of triangles are on a line or in a point."""
+    """Return (m,) whether a triangle's height is at most `FLAT` of its longest side."""
     p = mesh.corners()
     longest = np.max([np.square(p[:, i] - p[:, i - 1]).sum(axis=1) for i in range(3)], axis=0)
     flat: Bools = ~(2.0 * mesh.areas() > FLAT * longest)
@@ -141,17 +153,21 @@ class _HalfEdges(NamedTuple):
         sorted_key = key[owner]
         new = np.flatnonzero(np.concatenate([[True], sorted_key[1:] != sorted_key[:-1]]))
         start = np.append(new, len(owner))
-        many = np.flatnonzero(np.diff(start) > 2)
-        crowded = [owner[start[g] : start[g + 1]] for g in many]
+        crowded_edges = np.flatnonzero(np.diff(start) > 2)
+        crowded = [owner[start[g] : start[g + 1]] for g in crowded_edges]
         return cls(owner, start, a < b, crowded)
 
     def pairs(self) -> tuple[Ints, Ints]:
-        """Return the two half-edges of each edge that has two."""
+        """Return the first and the second half-edges (k,) of the k edges that have just two."""
         first = self.start[:-1][np.diff(self.start) == 2]
         return self.owner[first], self.owner[first + 1]
 
     def neighbours(self, m: int) -> tuple[Ints, list[Ints]]:
-        """Return (3 m,) neighbours of the first m triangles, and the fans."""
+        """Return (3 m,) neighbours of the first m triangles, as `Topology.neighbour`, and the fans.
+
+        Fans are the triangles (ascending) at each crowded edge of the first m alone. Entries across
+        an edge with other triangles are not final: `_around_flat` replaces them.
+        """
         result = np.full(len(self.owner), NO_TRIANGLE, np.int64)
         a, b = self.pairs()
         result[a] = b // 3
@@ -164,16 +180,18 @@ class _HalfEdges(NamedTuple):
         return result[: 3 * m], fans
 
     def turned(self, m: int) -> int:
-        """Return the number of edges of the first m triangles that run along them in one sense."""
+        """Return the number of edges along which two of the first m triangles run in one sense."""
         a, b = self.pairs()
         is_inner = (a < 3 * m) & (b < 3 * m)
         return int((self.forward[a] == self.forward[b])[is_inner].sum())
 
 
 def _around_flat(half: _HalfEdges, m: int, neighbour: Ints, fans: list[Ints]) -> list[Ints]:
-    """Connect the triangles around each patch of flat ones; return them for each flat triangle.
+    """Return, for each flat triangle, the others (ascending) around its patch of flat triangles.
 
-    Modifies `neighbour` and `fans`.
+    Patches are flat triangles connected over edges; flat ones have numbers from m on. Modifies
+    `neighbour` and `fans`: several triangles around a patch become a fan, a single one has a border
+    there.
     """
     from scipy.sparse import coo_matrix
     from scipy.sparse.csgraph import connected_components
@@ -198,18 +216,3 @@ def _around_flat(half: _HalfEdges, m: int, neighbour: Ints, fans: list[Ints]) ->
         if len(members) > 1:
             fans.append(members)
     return [around[k] for k in label]
-
-
-def _rings(vertex: Ints, flat: Ints, outer: list[Ints], count: int) -> tuple[IntArray, IntArray]:
-    """Return the triangles around each vertex and around the flat triangles at the vertex."""
-    owner = vertex.ravel()
-    triangle = np.repeat(np.arange(len(vertex)), 3)
-    if len(flat):
-        pairs = [(v, t) for corners, members in zip(flat, outer, strict=True)
-                 for v in corners for t in members]  # fmt: skip
-        if pairs:
-            rows = np.concatenate([np.stack([owner, triangle], 1), np.array(pairs)])
-            owner, triangle = np.unique(rows, axis=0).T
-    order = np.argsort(owner, kind="stable")
-    first = np.searchsorted(owner[order], np.arange(count + 1))
-    return first.astype(np.int32), triangle[order].astype(np.int32)

@@ -97,7 +97,7 @@ class TriangleArrays:
         return self.vertices[self.triangles]
 
     def _crosses(self) -> FloatArray:
-        """Return (m, 3) cross products of two sides of each triangle."""
+        """Return (b − a) × (c − a) (m, 3) of the corners a, b, c of each triangle."""
         a, b, c = self.corners().transpose(1, 0, 2)
         return np.cross(b - a, c - a)
 
@@ -110,7 +110,13 @@ class TriangleArrays:
         return float(self.areas().sum())
 
     def bounds(self) -> FloatArray:
-        """Return (2, 3) lower and upper corner of the triangles, without loose vertices."""
+        """Return the lowest and highest coordinates (2, 3) of triangles, without loose vertices.
+
+        Raises
+        ------
+        MeshError
+            There are no triangles.
+        """
         if len(self.triangles) == 0:
             raise MeshError("a mesh without triangles has no bounds")
         used = self.vertices[self.triangles].reshape(-1, 3)
@@ -118,12 +124,16 @@ class TriangleArrays:
 
     @property
     def size(self) -> float:
-        """Length of the diagonal of `bounds`."""
+        """Length of the diagonal of `bounds`, with its errors."""
         low, high = self.bounds()
         return length(high - low)
 
     def volume(self) -> float:
-        """Return the volume of a closed mesh, length³: positive if its normals point outward."""
+        """Return the volume of a closed mesh, length³: positive if its normals point outward.
+
+        It is the sum of signed tetrahedra to the first vertex, which has no meaning for an open
+        mesh.
+        """
         a, b, c = (self.corners() - self.vertices[:1]).transpose(1, 0, 2)
         return float(np.einsum("ij,ij->", a, np.cross(b, c)) / 6.0)
 
@@ -134,7 +144,10 @@ class TriangleArrays:
         return np.divide(crosses, size, out=np.full_like(crosses, np.nan), where=size > 0.0)
 
     def open_edges(self) -> IntArray:
-        """Return (k, 2) vertices of the edges of one triangle only, in its sense."""
+        """Return the vertices (k, 2) of edges of one triangle only, in its sense.
+
+        Vertices at one place are different ones here.
+        """
         numbers, times = side_numbers(self.triangles, len(self.vertices))
         ends = np.stack([self.triangles, np.roll(self.triangles, -1, axis=1)], axis=2)
         return np.asarray(ends[times[numbers] == 1])

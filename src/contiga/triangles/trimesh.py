@@ -54,6 +54,7 @@ class TriMesh(Displayed, Movable, Queries, Exchanged):
         return _rebuild, (self.vertices, self.triangles, self._options())
 
     def _options(self) -> dict[str, Any]:
+        """Return the arguments of a copy by name, except the arrays."""
         return {
             "name": self.name,
             "normals": self.normal_kind,
@@ -114,13 +115,13 @@ class TriMesh(Displayed, Movable, Queries, Exchanged):
         return self._with(name=name)
 
     def compact(self) -> Self:
-        """Return the same triangles over the vertices they use."""
+        """Return the same triangles over the vertices they use, in the same order."""
         used = np.zeros(len(self.vertices), dtype=bool)
         used[self.triangles] = True
         return self._with(self.vertices[used], (np.cumsum(used) - 1)[self.triangles])
 
     def oriented(self) -> Self:
-        """Return the same triangles, turned so that neighbours face the same way.
+        """Return the same triangles, reversed where needed for neighbours to face the same way.
 
         An open piece keeps the sense of most of its area; a closed piece faces outward.
 
@@ -159,6 +160,7 @@ class TriMesh(Displayed, Movable, Queries, Exchanged):
         )
 
     def _moved(self, matrix: FloatArray) -> Self:
+        """Return the mesh moved by a matrix (4, 4); a reflection keeps the sides of triangles."""
         order = -1 if transform.reflects(matrix) else 1
         return self._with(
             transform.apply(matrix, self.vertices),
@@ -193,7 +195,10 @@ class TriMesh(Displayed, Movable, Queries, Exchanged):
         return condition_of(self)
 
     def contains(self, points: ArrayLike) -> NDArray[np.bool_]:
-        """Return (n,) whether points are on the contact side of the closest triangle."""
+        """Return (n,) whether points are on the contact side of the closest triangle, or on it.
+
+        A point beside an open mesh is not: see `contiga.triangles.facet_feet.contains`.
+        """
         return contains(self, points)
 
     @property
@@ -214,7 +219,7 @@ class TriMesh(Displayed, Movable, Queries, Exchanged):
 
     @property
     def closed(self) -> bool:
-        """Whether no edge belongs to one triangle only."""
+        """Whether no edge belongs to one triangle only; MeshError if no triangle has an area."""
         return tables_of(self).closed
 
     @property
@@ -243,7 +248,7 @@ class TriMesh(Displayed, Movable, Queries, Exchanged):
         digest.arrays(f"mesh {self.normal_kind}", self.vertices, self.triangles)
 
     def facts(self) -> dict[str, Any]:
-        """Facts on the mesh for a run's summary."""
+        """Return facts on the mesh for a run's summary, by name."""
         return {
             "kind": "mesh",
             "triangles": len(self.triangles),

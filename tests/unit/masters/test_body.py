@@ -202,6 +202,12 @@ def test_closed_profile_run_anticlockwise_has_normals_outward():
     assert body.area() == pytest.approx(4 * math.pi, rel=1e-12)
 
 
+def test_a_rough_area_is_not_kept():
+    body = Body(shapes.ellipsoid())
+    rough = body.area(0.5)
+    assert body.area() == Body(shapes.ellipsoid()).area() != rough
+
+
 @pytest.mark.parametrize("depth", [0.0, -1.0, math.nan, math.inf])
 def test_profile_needs_a_depth(depth):
     line = NurbsCurve(1, [0, 0, 1, 1], [[0, 0, 0], [4, 0, 0]])

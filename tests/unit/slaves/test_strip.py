@@ -11,13 +11,13 @@ STRIP = Strip(8, 2)
 
 def rows() -> np.ndarray:
     """A quarter of a circle of radius 2, 1 wide."""
-    angle = 0.5 * np.pi * STRIP.along[:, None]
+    angle = 0.5 * np.pi * STRIP.greville_u[:, None]
     arc = np.stack([2 * np.cos(angle), 0 * angle, 2 * np.sin(angle)], axis=2)
-    return arc + (STRIP.beside[:, None] - 0.5) * np.array([0.0, 1.0, 0.0])
+    return arc + (STRIP.greville_v[:, None] - 0.5) * np.array([0.0, 1.0, 0.0])
 
 
 def test_the_patch_goes_through_its_rows() -> None:
-    u, v = np.meshgrid(STRIP.along, STRIP.beside, indexing="ij")
+    u, v = np.meshgrid(STRIP.greville_u, STRIP.greville_v, indexing="ij")
     points = STRIP.through(rows()).evaluate(np.stack([u.ravel(), v.ravel()], axis=1))
     np.testing.assert_allclose(points.reshape(rows().shape), rows(), atol=1e-12)
 

@@ -11,7 +11,10 @@ PERPENDICULAR_TOL = 1e-6
 
 @inner()
 def is_along(r, normal, small):
-    """Return whether the vector r to a point is parallel to a normal, or shorter than `small`."""
+    """Return whether the vector r is parallel to a unit normal.
+
+    Its part perpendicular to the normal is at most `PERPENDICULAR_TOL` of r, or `small`.
+    """
     square, normal_part = dot(r, r), dot(r, normal)
     return square - normal_part * normal_part <= max(
         small * small, PERPENDICULAR_TOL * PERPENDICULAR_TOL * square
@@ -20,7 +23,7 @@ def is_along(r, normal, small):
 
 @inner()
 def write_slopes(k, depth, a, x, b, y, out):
-    """Write row k of `out`: the gradient of the depth, and a xᵀ + b yᵀ for the normal."""
+    """Write row k of `out` (`FootSlopes`): `depth` as ∂depth/∂p, and a xᵀ + b yᵀ as ∂normal/∂p."""
     for i in range(3):
         out.depth[k, i] = depth[i]
         for j in range(3):
@@ -29,9 +32,10 @@ def write_slopes(k, depth, a, x, b, y, out):
 
 @inner()
 def write_kink_slopes(k, d, rate, normal, gap, out):
-    """Write row k of `out` for a foot off a face, whose normal points from the foot to its point.
+    """Write row k of `out` for a foot on an edge or a vertex: the normal is (p − foot)/gap.
 
-    The foot moves by d (rate · dp), along a curve of derivative d; it stays if both are zero.
+    The foot moves by d (rate · dp), along a curve of derivative d; it stays if both are zero. The
+    signed `gap` must not be zero.
     """
     inverse_gap, normal_part = 1.0 / gap, dot(normal, d)
     for i in range(3):

@@ -18,7 +18,10 @@ BAD_SHAPES = -2
 
 @kernel()
 def highest_patch(patch, uv, point, normal, gap, feature, status, certified):
-    """Return the highest patch of feet, −1 if there is none, or BAD_SHAPES."""
+    """Return the highest patch of feet (n rows in each array); −1 if there is none.
+
+    It is BAD_SHAPES if the arrays differ in rows, or have not the columns of feet.
+    """
     n = patch.shape[0]
     if uv.shape[0] != n or point.shape[0] != n or normal.shape[0] != n or gap.shape[0] != n:
         return BAD_SHAPES
@@ -34,7 +37,7 @@ def highest_patch(patch, uv, point, normal, gap, feature, status, certified):
 
 @inner()
 def blank_foot(out, k, status):
-    """Write row k of `out` for a point without a foot."""
+    """Write row k of `out` for a point without a foot: NaN, −1, not certified, and `status`."""
     out.patch[k] = -1
     out.feature[k] = -1
     out.status[k] = status
@@ -49,7 +52,7 @@ def blank_foot(out, k, status):
 
 @inner()
 def blank_hit(out, i, status):
-    """Write row i of `out` for a path that does not enter."""
+    """Write row i of `out` for a path without a crossing: NaN, patch −1, and `status`."""
     out.patch[i] = -1
     out.fraction[i] = math.nan
     out.uv[i] = math.nan
@@ -59,7 +62,10 @@ def blank_hit(out, i, status):
 
 @inner()
 def direction(p, q):
-    """Return the length of p → q and its direction, without underflow or overflow of squares."""
+    """Return the length of p → q and its unit vector, without underflow or overflow of squares.
+
+    The vector is zero if p = q or the difference is not finite.
+    """
     d0 = q[0] - p[0]
     d1 = q[1] - p[1]
     d2 = q[2] - p[2]
@@ -86,7 +92,8 @@ def slack_of(p, q, size):
 def begin_path(out, i, p, q, size):
     """Blank row i of `out` for the path p → q; return its length, direction and `slack_of`.
 
-    The length is zero if there is nothing to search; the row's status gives the reason.
+    The status is NO_HIT, or NOT_FINITE for a path that is not finite. The length is zero for that
+    path, and for one without length: there is nothing to search.
     """
     length, d = direction(p, q)
     if not (math.isfinite(p[0] + p[1] + p[2] + length) and math.isfinite(q[0] + q[1] + q[2])):

@@ -9,7 +9,7 @@ from contiga.jit import inner
 
 @inner()
 def root(parent, i):
-    """Return the first member of the set that contains i; paths to it are halved."""
+    """Return the lowest member of the set that contains i; the path to it in `parent` is halved."""
     while parent[i] != i:
         parent[i] = parent[parent[i]]
         i = parent[i]
@@ -18,7 +18,7 @@ def root(parent, i):
 
 @inner()
 def unite(parent, a, b):
-    """Join the sets that contain a and b."""
+    """Join the sets that contain a and b in `parent`; the lowest member is the root."""
     if parent[a] == parent[b]:  # nearly always, after the first pairs
         return
     a = root(parent, a)
@@ -31,7 +31,7 @@ def unite(parent, a, b):
 
 @inner()
 def set_numbers(parent):
-    """Return (n,) int32 number of the set of each, in the order of their first members."""
+    """Return the set (n,) int32 of each item; sets are numbered in the order of first items."""
     label = np.empty(parent.shape[0], np.int32)
     count = 0
     for i in range(parent.shape[0]):

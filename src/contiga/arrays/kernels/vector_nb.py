@@ -7,7 +7,7 @@ from contiga.jit import inner
 
 @inner(error_model="numpy")
 def dot(a, b):
-    """a · b."""
+    """Return a · b."""
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 
 
@@ -19,11 +19,11 @@ def minus(a, b):
 
 @inner(error_model="numpy")
 def cross(a, b):
-    """a × b."""
+    """Return a × b."""
     return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
 
 
 @inner(error_model="numpy")
 def column(h, k):
-    """Column k of a table of three rows."""
+    """Return column k of a table of three rows."""
     return h[0, k], h[1, k], h[2, k]

@@ -9,7 +9,10 @@ from contiga.jit import inner, kernel
 
 @kernel(linked=True)
 def find_span(knots, degree, count, t):
-    """Index k with knots[k] <= t < knots[k + 1]; the last non-empty span at the domain's end."""
+    """Return k with knots[k] <= t < knots[k + 1]; the last non-empty span from the domain's end on.
+
+    Before the domain it is its first span, `degree`. `count` is the number of control points.
+    """
     if t >= knots[count]:
         k = count - 1
         while k > degree and knots[k] >= knots[count]:
@@ -28,7 +31,7 @@ def find_span(knots, degree, count, t):
 
 @kernel()
 def basis_derivatives(knots, degree, span, t, order, out):
-    """Derivatives 0..order of the degree + 1 basis functions that are nonzero on `span`.
+    """Write derivatives 0 … order at t of the degree + 1 basis functions that `span` has.
 
     Row k of `out` (order + 1, degree + 1) starts as the basis of degree ``degree - k`` and is
     differenced k times (The NURBS Book, Eq. 2.5 and 2.7). Rows above the degree are zero.
@@ -66,7 +69,7 @@ def basis_derivatives(knots, degree, span, t, order, out):
 
 @inner()
 def discrete_splines(knots, degree, span, refined, start, skip, out):
-    """Weights of the old control points in one control point on refined knots (Oslo algorithm).
+    """Write the weights of old control points in one control point on refined knots (Oslo).
 
     The new point belongs to the knots ``refined[start + 1], ...`` without ``refined[skip]``;
     `span` is the old span that holds ``refined[start]``. Every weight is non-negative and they
@@ -92,9 +95,9 @@ def discrete_splines(knots, degree, span, refined, start, skip, out):
 
 @kernel()
 def refinement_rows(knots, degree, count, refined):
-    """Rows of the map from `count` control points on `knots` to those on the finer `refined`.
+    """Return the map from `count` control points on `knots` to those on the finer `refined`.
 
-    Returns ``first`` (n,) and ``weights`` (n, degree + 1): new point i is the sum of
+    It is ``first`` (n,) and ``weights`` (n, degree + 1): new point i is the sum of
     ``weights[i, r]`` times old point ``first[i] + r``.
     """
     n = refined.size - degree - 1
@@ -109,7 +112,7 @@ def refinement_rows(knots, degree, count, refined):
 
 @kernel()
 def elevation_rows(knots, degree, count, elevated):
-    """Rows of the map to degree + 1 on `elevated` (each distinct knot once more).
+    """Return the map to degree + 1 on `elevated` (each distinct knot once more), as first, weights.
 
     A point of the elevated spline is the mean, over its degree + 1 knots, of the points for the
     knots without that one (Prautzsch 1984), so the map consists of convex combinations, too.
@@ -130,7 +133,7 @@ def elevation_rows(knots, degree, count, elevated):
 
 @kernel()
 def apply_rows(first, weights, points):
-    """New points (n, d) from old `points` (m, d) by the rows of a refinement or elevation."""
+    """Return new points (n, d) from old `points` (m, d) by the rows of a map, (first, weights)."""
     n, width = weights.shape
     dim = points.shape[1]
     out = np.zeros((n, dim))

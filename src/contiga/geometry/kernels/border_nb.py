@@ -32,7 +32,7 @@ from contiga.jit import inner, kernel
 
 @kernel()
 def open_frame(t):
-    """The square [−1, 2]² as two triangles."""
+    """Start a triangulation anew, as the square [−1, 2]² of two triangles."""
     for k, (x, y) in enumerate(((-1.0, -1.0), (2.0, -1.0), (2.0, 2.0), (-1.0, 2.0))):
         t.xy[k, 0], t.xy[k, 1] = x, y
     t.used[VERTICES], t.used[TRIANGLES] = N_FRAME, 2
@@ -45,7 +45,10 @@ def open_frame(t):
 
 @inner()
 def legalize(t, stack, top, metric):
-    """Turn sides opposite the newest vertex, corner 0 of those on the stack, until Delaunay."""
+    """Turn sides opposite the newest vertex until Delaunay in the metric; segments are not turned.
+
+    The vertex is corner 0 of the triangles on the `stack`, whose number is `top`.
+    """
     while top > 0:
         top -= 1
         triangle = stack[top]
@@ -63,7 +66,8 @@ def legalize(t, stack, top, metric):
 def insert_vertices(t, order, hint, metric, alias):
     """Insert the vertices `order`; `hint` is a vertex near each that is already there, or −1.
 
-    `alias` gets, for each vertex, itself or the earlier vertex it coincides with.
+    A vertex at the place of an earlier one is not inserted: `alias` gets the earlier one. Returns
+    (n,) for each vertex a triangle near it, from which later searches may start.
     """
     stack = np.empty(t.corners.shape[0] + 8, np.int64)
     at = np.zeros(t.xy.shape[0], np.int64)
@@ -90,9 +94,9 @@ def insert_vertices(t, order, hint, metric, alias):
 
 @inner()
 def find_crossed_side(t, start, v, target):
-    """Find the triangle with corner v whose opposite side the line from v to `target` crosses.
+    """Return the triangle with corner v whose opposite side the line from v to `target` crosses.
 
-    Returns it and a code: the corner number of v, or −1 − k where side k already runs from v to
+    It comes with a code: the corner number of v, or −1 − k where side k already runs from v to
     `target`, or −9 if the line runs over another vertex.
     """
     triangle, _ = walk(t, start, v)
@@ -128,9 +132,10 @@ def is_ahead(xy, v, b, target):
 
 @inner()
 def crossed_sides(t, triangle, k, v, target, ends):
-    """Find the ends of the sides that the line from v to `target` crosses; return their number.
+    """Write the `ends` of the sides that the line from v to `target` crosses; return their number.
 
-    −2 − segment if one of them is a segment, −1 if the line meets a vertex.
+    The line leaves `triangle` by side k. The number is −2 − segment if one of the sides is a
+    segment, −1 if the line meets a vertex or `ends` is full.
     """
     n = 0
     while True:
@@ -156,7 +161,10 @@ def crossed_sides(t, triangle, k, v, target, ends):
 
 @inner()
 def find_side(t, start, b, c):
-    """Find the triangle and the side from b to c; (−1, −1) if there is none."""
+    """Return the triangle and its side that runs from b to c; (−1, −1) if there is none.
+
+    The search goes round b, from a triangle `start`.
+    """
     triangle, _ = walk(t, start, b)
     first = triangle
     for _ in range(t.used[TRIANGLES] + 1):
@@ -175,7 +183,8 @@ def find_side(t, start, b, c):
 def recover_segment(t, at, v, target, ends):
     """Turn sides until one runs from v to `target`; (triangle, side), or (−1, blocking segment).
 
-    The blocking segment is −1 if a vertex blocks.
+    The blocking segment is −1 if a vertex blocks, or too many turns are needed. `ends` is work
+    memory.
     """
     triangle, k = find_crossed_side(t, at[v], v, target)
     if k == -9:
@@ -213,7 +222,7 @@ def recover_segment(t, at, v, target, ends):
 
 @inner()
 def crosses(xy, v, target, a, d):
-    """Return whether the side ad crosses the way from v to `target` inside both."""
+    """Return whether the side ad crosses the line through v and `target`, neither being an end."""
     if a in (v, target) or d in (v, target):
         return False
     return orient(xy, v, target, a) * orient(xy, v, target, d) < 0.0
@@ -221,9 +230,10 @@ def crosses(xy, v, target, a, d):
 
 @kernel()
 def recover_segments(t, at, segments, alias, is_double, is_bad):
-    """Make every segment a side of triangles and mark it; `is_bad` gets those in each other's way.
+    """Make every segment a side of triangles and mark it; set `is_bad` where that fails.
 
-    `is_double` is turned for a segment each time that another runs along it.
+    A segment is bad if both ends are one, if a vertex or another segment blocks it, or if it blocks
+    another. `is_double` is turned for a segment each time that another runs along it.
     """
     ends = np.empty((4 * t.corners.shape[0] + 8, 2), np.int64)
     for s in range(segments.shape[0]):
@@ -246,7 +256,10 @@ def recover_segments(t, at, segments, alias, is_double, is_bad):
 
 @kernel()
 def find_inside(t, is_double, stack):
-    """Return (m,) which triangles are inside: behind an odd number of segments from the frame."""
+    """Return (m,) 1 for triangles inside, behind an odd number of segments from the frame, else 0.
+
+    Double segments do not count; `stack` is work memory.
+    """
     inside = np.full(t.used[TRIANGLES], -1, np.int8)
     for triangle in range(inside.size):
         # A triangle at the frame is outside.
@@ -273,7 +286,10 @@ def find_inside(t, is_double, stack):
 
 @kernel()
 def remove_outside(t, inside):
-    """Remove the triangles that are not inside; sides that carry a segment become border."""
+    """Remove the triangles that are not inside, and number the others anew, in order.
+
+    Sides that carry a segment become border, on both sides.
+    """
     new = np.full(inside.size, BORDER, np.int64)
     n = 0
     for triangle in range(inside.size):

@@ -32,7 +32,10 @@ lie over the neighbour, and the centroid."""
 
 @inner()
 def miss_at(t, face, front, triangle, x, y):
-    """Distance of a point of the surface from a triangle or the nearest of its neighbours."""
+    """Return the distance of the surface's point at (x, y) from a triangle and its neighbours.
+
+    The nearest of them counts; none is looked at after one within the sag.
+    """
     evaluate(face, x, y, 0)
     nearest = np.inf
     for k in range(-1, 3):
@@ -51,9 +54,9 @@ def miss_at(t, face, front, triangle, x, y):
 
 @inner()
 def largest_miss(t, face, front, triangle):
-    """Largest miss at the samples of a triangle, and its (x, y).
+    """Return the largest `miss_at` the samples of a triangle, and its (x, y).
 
-    Samples that a neighbour has checked, or that are on the border, are skipped.
+    Samples on a side that a neighbour has checked, or on the border, are skipped.
     """
     c = t.corners[triangle]
     largest, px, py = -1.0, 0.0, 0.0
@@ -74,7 +77,11 @@ def largest_miss(t, face, front, triangle):
 
 @inner()
 def prove_sag(t, face, front, heights, triangle):
-    """Return whether the surface is within the sag of a triangle's plane, and (x, y) if not."""
+    """Return whether the surface over a triangle is proved within the sag of its plane, and (x, y).
+
+    If not, (x, y) is a place that misses, or where the proof does not close. Triangles without area
+    pass.
+    """
     c = t.corners[triangle]
     m = heights.middle
     uv = scratch(3, 2)
@@ -93,7 +100,10 @@ def prove_sag(t, face, front, heights, triangle):
 
 @inner()
 def check_sag(t, face, front, heights, triangle):
-    """Return whether a triangle is within the sag, and (x, y) for a new vertex if not."""
+    """Return whether a triangle is within the sag, by samples and then by proof; and (x, y).
+
+    If not, (x, y) is the place for a new vertex.
+    """
     miss, x, y = largest_miss(t, face, front, triangle)
     if miss > SAG_SHARE * face.sag:
         return False, x, y
@@ -102,7 +112,10 @@ def check_sag(t, face, front, heights, triangle):
 
 @kernel()
 def refine(t, face, front, heights):
-    """Split triangles until all are within the sag; False if the memory is full."""
+    """Split triangles until all are within the sag or too small to be split.
+
+    False if the memory is full: the caller enlarges it and calls again.
+    """
     queue_new(t, front)
     while True:
         if not advance(t, face, front):

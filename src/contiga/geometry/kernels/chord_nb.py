@@ -20,7 +20,10 @@ MAX_DEPTH = 4
 
 @inner(linked=False)
 def cut(coefs, axis, t, keep_low):
-    """Bernstein coefficients (p + 1, q + 1, d) of the part below or above `t`, in place."""
+    """Replace Bernstein coefficients (p + 1, q + 1, d) by those of the part below or above `t`.
+
+    By de Casteljau's algorithm along `axis`; `keep_low` chooses the part below.
+    """
     p = coefs.shape[axis] - 1
     for r in range(1, p + 1):
         for k in range(p - r + 1):
@@ -38,7 +41,7 @@ def cut(coefs, axis, t, keep_low):
 
 @kernel(linked=True)
 def restrict(coefs, axis, low, high):
-    """Bernstein coefficients over ``[low, high]`` of [0, 1] along `axis`, in place."""
+    """Replace Bernstein coefficients by those over ``[low, high]`` of [0, 1] along `axis`."""
     if high < 1.0:
         cut(coefs, axis, high, True)
     if low > 0.0:
@@ -47,7 +50,11 @@ def restrict(coefs, axis, low, high):
 
 @kernel(linked=True)
 def triangle_distance(x, a, b, c):
-    """Distance from the point `x` to the triangle abc (Ericson, Real-Time Collision Detection)."""
+    """Return the distance from a point x to a triangle abc.
+
+    By its Voronoi regions (Ericson, Real-Time Collision Detection). For a triangle without area it
+    may be too large, never too small.
+    """
     abx, aby, abz = b[0] - a[0], b[1] - a[1], b[2] - a[2]
     acx, acy, acz = c[0] - a[0], c[1] - a[1], c[2] - a[2]
     px, py, pz = x[0] - a[0], x[1] - a[1], x[2] - a[2]
@@ -90,21 +97,28 @@ def triangle_distance(x, a, b, c):
 
 @inner()
 def cutting_plane(quad, plane):
-    """Normal of a plane through the diagonal between the two triangles, towards the second."""
+    """Write the normal, not of length 1, of a plane through the diagonal 02, towards corner 3.
+
+    It is the part of the vector from corner 1 to corner 3 perpendicular to the diagonal.
+    """
     square = 0.0
-    along = 0.0
+    dot_product = 0.0
     for d in range(3):
         edge = quad[2, d] - quad[0, d]
         square += edge * edge
-        along += edge * (quad[3, d] - quad[1, d])
-    share = along / square if square > 0.0 else 0.0
+        dot_product += edge * (quad[3, d] - quad[1, d])
+    share = dot_product / square if square > 0.0 else 0.0
     for d in range(3):
         plane[d] = quad[3, d] - quad[1, d] - share * (quad[2, d] - quad[0, d])
 
 
 @inner()
 def hull_within(points, quad, tol):
-    """Return whether the hull of `points` (n, 3) is within `tol` of the triangles 012 and 023."""
+    """Return whether the hull of `points` (n, 3) is proved within `tol` of triangles 012 and 023.
+
+    It is if all points are within `tol` of one triangle; or, cut along the diagonal, if the points
+    on each side are near their triangle, and the cuts of lines between both near both.
+    """
     n = points.shape[0]
     first = True
     second = True
@@ -143,7 +157,7 @@ def hull_within(points, quad, tol):
 
 @inner()
 def to_points(coefs, points):
-    """Cartesian control points ((p + 1)(q + 1), 3) of a piece (p + 1, q + 1, 4)."""
+    """Write the Cartesian control points ((p + 1)(q + 1), 3) of a piece (p + 1, q + 1, 4)."""
     m = coefs.shape[1]
     for i in range(coefs.shape[0]):
         for j in range(m):
@@ -162,13 +176,13 @@ def copy_piece(source, target):
 
 @inner()
 def corner_rows(p, q):
-    """Rows of the control points at the corners of a piece, around its border."""
+    """Return the rows of the control points at the corners of a piece, around its border."""
     return (0, p * (q + 1), p * (q + 1) + q, q)
 
 
 @inner()
 def corners_within(points, corners, quad, tol):
-    """Return whether the four corners of a piece, points of the surface, are within `tol`."""
+    """Return whether the four corners of a piece are within `tol` of one of two triangles each."""
     for k in corners:
         if (
             triangle_distance(points[k], quad[0], quad[1], quad[2]) > tol
@@ -238,7 +252,10 @@ def element_within(coefs, rows, columns, tol):
 
 @kernel()
 def elements_within(coefs, rows, columns, tol, open_):
-    """Clears the flags of `open_` (nu, nv) at elements that are within `tol`."""
+    """Clear the flags of `open_` (nu, nv) at elements whose cells are all proved within `tol`.
+
+    Element (i, j) is cut in rows[i] × columns[j] cells; those without a flag are skipped.
+    """
     for i in range(coefs.shape[0]):
         for j in range(coefs.shape[1]):
             if open_[i, j]:

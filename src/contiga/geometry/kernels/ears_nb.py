@@ -13,7 +13,10 @@ from contiga.jit import inner, kernel
 
 @kernel()
 def one_ring(xy, starts):
-    """Join all polygons to one ring of vertices: each by a side that the ring runs along twice."""
+    """Return one ring of vertices of all polygons, joined by sides that it runs along twice.
+
+    Each polygon is joined to the ring so far by the shortest connection of vertices.
+    """
     ring = np.empty(xy.shape[0] + 2 * (starts.size - 2), np.int64)
     n = starts[1]
     for i in range(n):
@@ -38,7 +41,7 @@ def one_ring(xy, starts):
 
 @inner()
 def area2(xy, a, b, c):
-    """Twice the signed area of abc."""
+    """Return twice the signed area of abc, positive anticlockwise."""
     return (xy[b, 0] - xy[a, 0]) * (xy[c, 1] - xy[a, 1]) - (xy[b, 1] - xy[a, 1]) * (
         xy[c, 0] - xy[a, 0]
     )
@@ -46,7 +49,7 @@ def area2(xy, a, b, c):
 
 @inner()
 def is_empty(xy, ring, after, start, corners):
-    """Return whether no other vertex of the ring is in the triangle."""
+    """Return whether no vertex of the ring other than the corners is in or on the triangle."""
     a, b, c = corners
     i = after[start]
     while i != start:
@@ -66,7 +69,10 @@ def is_empty(xy, ring, after, start, corners):
 
 @kernel()
 def ears(xy, ring):
-    """Return (n − 2, 3) triangles of a ring of n vertices that runs anticlockwise."""
+    """Return (n − 2, 3) triangles of a ring of n vertices that runs anticlockwise.
+
+    The next ear is cut off each time; without one, the vertex with the largest signed area.
+    """
     n = ring.size
     out = np.empty((max(n - 2, 0), 3), np.int64)
     before = np.arange(n) - 1

@@ -29,7 +29,7 @@ REFINEMENT = 8
 
 @inner()
 def _image(s, image, domain, t, work):
-    """Fill work.point: the surface at the p-curve's point at t, clipped to the rectangle."""
+    """Write work.point: the surface at the p-curve's point at t, clipped to the rectangle."""
     work.t[0] = t
     curve_range(image, work.t, 0, work.uv)
     u = min(max(work.uv[0, 0, 0], domain[0]), domain[1])
@@ -39,7 +39,7 @@ def _image(s, image, domain, t, work):
 
 @inner()
 def _square_distance(table, k, point):
-    """Squared distance of sample k from a point."""
+    """Return the squared distance of sample k from a point."""
     total = 0.0
     for c in range(3):
         total += (table[k, 0, c] - point[c]) ** 2
@@ -48,48 +48,54 @@ def _square_distance(table, k, point):
 
 @inner()
 def _descend(table, k, point):
-    """Step from sample k as long as the next one is nearer; return the last, and its square."""
-    least = _square_distance(table, k, point)
+    """Return the sample reached from k by steps to nearer ones, and its squared distance."""
+    min_square = _square_distance(table, k, point)
     for step in (-1, 1):
         while 0 <= k + step < table.shape[0]:
             square = _square_distance(table, k + step, point)
-            if square >= least:
+            if square >= min_square:
                 break
             k += step
-            least = square
-    return k, least
+            min_square = square
+    return k, min_square
 
 
 @inner()
 def _scan(table, start, stop, step, point):
-    """Return the nearest of some samples, and its square."""
+    """Return the nearest of every `step`-th sample from start to stop, and its squared distance."""
     best = start
-    least = math.inf
+    min_square = math.inf
     for k in range(start, stop, step):
         square = _square_distance(table, k, point)
-        if square < least:
-            least = square
+        if square < min_square:
+            min_square = square
             best = k
-    return best, least
+    return best, min_square
 
 
 @inner()
 def _nearest(table, point, last):
-    """Return the sample nearest to a point, from a coarse scan and from one around `last`."""
+    """Return the nearest sample found by a coarse scan and by one around `last`, and its square.
+
+    From both results the search goes on to nearer neighbours.
+    """
     n = table.shape[0]
     best, _ = _scan(table, 0, n, 1 + n // MAX_SAMPLES, point)
-    best, least = _descend(table, best, point)
+    best, min_square = _descend(table, best, point)
     near_last, _ = _scan(
         table, max(last - N_NEIGHBOURS, 0), min(last + N_NEIGHBOURS + 1, n), 1, point
     )
     near_last, square = _descend(table, near_last, point)
-    return (near_last, square) if square < least else (best, least)
+    return (near_last, square) if square < min_square else (best, min_square)
 
 
 @inner()
 def _newton_foot(curve, ts, best, point, work):
-    """Squared distance of a point from a curve near one sample, by Newton steps in a bracket."""
-    least = math.inf
+    """Return the least squared distance of a point from a curve that Newton steps meet.
+
+    They start from sample `best`, and stay between its neighbours.
+    """
+    min_square = math.inf
     low = ts[max(best - 1, 0)]
     high = ts[min(best + 1, ts.size - 1)]
     t = ts[best]
@@ -102,7 +108,7 @@ def _newton_foot(curve, ts, best, point, work):
             square += r * r
             slope += r * work.derivatives[0, 1, c]
             bend += work.derivatives[0, 1, c] ** 2 + r * work.derivatives[0, 2, c]
-        least = min(least, square)
+        min_square = min(min_square, square)
         if slope < 0.0:
             low = t
         else:
@@ -113,25 +119,28 @@ def _newton_foot(curve, ts, best, point, work):
         if abs(new - t) <= 1e-15 * (ts[-1] - ts[0]):
             break
         t = new
-    return least
+    return min_square
 
 
 @inner()
 def _distance_to_curve(curve, samples, point, work):
-    """Distance of a point from a curve, by its nearest sample."""
+    """Return the distance of a point from a curve, by Newton steps from its nearest sample.
+
+    That sample is kept in work.nearest for the next point.
+    """
     ts = samples.t
-    best, least = _nearest(samples.point, point, min(work.nearest[0], ts.size - 1))
+    best, min_square = _nearest(samples.point, point, min(work.nearest[0], ts.size - 1))
     work.nearest[0] = best
-    least = min(least, _newton_foot(curve, ts, best, point, work))
+    min_square = min(min_square, _newton_foot(curve, ts, best, point, work))
     if best == 0 or best == ts.size - 1:
         # The foot on a closed curve may be on the other side of its seam.
-        least = min(least, _newton_foot(curve, ts, ts.size - 1 - best, point, work))
-    return math.sqrt(least)
+        min_square = min(min_square, _newton_foot(curve, ts, ts.size - 1 - best, point, work))
+    return math.sqrt(min_square)
 
 
 @inner()
 def _samples(curve, per_span):
-    """Return `Samples` of a curve, `per_span` in each knot span."""
+    """Return `Samples` of a curve, `per_span` equal steps in each knot span, ends included."""
     knots = curve.knots
     spans = 0
     for k in range(knots.size - 1):
@@ -152,7 +161,7 @@ def _samples(curve, per_span):
 
 @inner()
 def _image_distance(s, image, curve, domain, t, samples, image_work, curve_work):
-    """Distance of the image at t from the curve with these `samples`."""
+    """Return the distance of the image at t from the curve with these `samples`."""
     _image(s, image, domain, t, image_work)
     return _distance_to_curve(curve, samples, image_work.point[0, 0], curve_work)
 
@@ -166,28 +175,29 @@ def _write_point(point, out):
 
 @inner()
 def _farthest(s, image, curve, domain, samples, image_work, curve_work, out):
-    """Fill `out` as `image_gap` does; return the p-curve's parameter of the largest distance.
+    """Write `out` as `image_gap` does; return the p-curve's parameter of the largest distance.
 
+    The farthest of the p-curve's samples is refined by golden sections between its neighbours.
     `curve_work.nearest` becomes the curve's sample near there.
     """
     ts = _samples(image, SAMPLES_PER_SPAN).t
     out[0] = -1.0
     at = 0
-    near = 0
+    nearest_sample = 0
     for k in range(ts.size):
         distance = _image_distance(s, image, curve, domain, ts[k], samples, image_work, curve_work)
         if distance > out[0]:
             out[0] = distance
             _write_point(image_work.point, out)
             at = k
-            near = curve_work.nearest[0]
+            nearest_sample = curve_work.nearest[0]
     best = ts[at]
     low = ts[max(at - 1, 0)]
     high = ts[min(at + 1, ts.size - 1)]
     for _ in range(N_SECTIONS):
         a = high - GOLDEN * (high - low)
         b = low + GOLDEN * (high - low)
-        curve_work.nearest[0] = near
+        curve_work.nearest[0] = nearest_sample
         distance_a = _image_distance(s, image, curve, domain, a, samples, image_work, curve_work)
         distance_b = _image_distance(s, image, curve, domain, b, samples, image_work, curve_work)
         if max(distance_a, distance_b) > out[0]:
@@ -198,16 +208,17 @@ def _farthest(s, image, curve, domain, samples, image_work, curve_work, out):
             high = b
         else:
             low = a
-    curve_work.nearest[0] = near
+    curve_work.nearest[0] = nearest_sample
     return best
 
 
 @kernel()
 def image_gap(s, image, curve, domain, recheck, out):
-    """Largest distance of the image of an edge on a surface to the edge's curve.
+    """Write the largest distance of an edge's image on a surface to the edge's curve, and where.
 
-    `image` is the p-curve, `domain` (4,) u0, u1, v0, v1 of the surface; distances above `recheck`
-    are measured again on finer samples. Fills out[4]: the distance, and the point of the image.
+    `image` is the p-curve, `domain` (4,) u0, u1, v0, v1 of the surface. A distance above `recheck`
+    that finer samples of the curve reduce is measured again with these. `out` (4,) gets the
+    distance, and the point of the image; between samples of the image it may be a little larger.
     """
     image_work = ImageWork(
         scratch(1), scratch(1, 1, 3), make_scratch(s.p, s.q, 0), scratch(1, 1, 3)

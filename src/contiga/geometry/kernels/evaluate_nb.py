@@ -59,7 +59,7 @@ class Scratch(NamedTuple):
 
 @inner()
 def binomials(order):
-    """Pascal's triangle (order + 1, order + 1)."""
+    """Return Pascal's triangle (order + 1, order + 1): entry [n, k] is n over k."""
     table = np.zeros((order + 1, order + 1))
     for n in range(order + 1):
         table[n, 0] = 1.0
@@ -70,7 +70,7 @@ def binomials(order):
 
 @kernel()
 def make_scratch(p, q, order):
-    """Work arrays for a surface of degrees (p, q)."""
+    """Return work arrays for derivatives up to `order` of a surface of degrees (p, q)."""
     return Scratch(
         np.empty((order + 1, p + 1)),
         np.empty((order + 1, q + 1)),
@@ -82,14 +82,14 @@ def make_scratch(p, q, order):
 
 @inner()
 def nearest_point(knots, degree, span, t):
-    """Index of the control point nearest to `t` in its span; the end points at the ends."""
+    """Return the index of a control point near `t`, by its share of the span."""
     share = (t - knots[span]) / (knots[span + 1] - knots[span])
     return span - degree + round(degree * share)
 
 
 @inner(linked=False)
 def surface_sums(s, u, v, order, work):
-    """Derivatives of the numerator and the weight at one point, in ``work.sums``.
+    """Write derivatives of the numerator and the weight at one point to ``work.sums``.
 
     The numerator is relative to a near control point, whose indices are returned: a surface far
     from the origin then loses no digits.
@@ -128,7 +128,7 @@ def surface_sums(s, u, v, order, work):
 
 @inner()
 def quotient(sums, binomial, order, rational, out):
-    """Derivatives of numerator / weight, `out` (order + 1, order + 1, 3).
+    """Write derivatives of numerator / weight to `out` (order + 1, order + 1, 3).
 
     The NURBS Book, Algorithm A4.4, kept to the full square of mixed orders.
     """
@@ -150,7 +150,7 @@ def quotient(sums, binomial, order, rational, out):
 
 @inner(linked=False)
 def surface_point(s, u, v, order, work, out):
-    """Point and derivatives at one parameter, `out` (order + 1, order + 1, 3)."""
+    """Write the point and derivatives at (u, v) to `out` (order + 1, order + 1, 3)."""
     ci, cj = surface_sums(s, u, v, order, work)
     quotient(work.sums, work.binomial, order, s.rational, out)
     for d in range(3):
@@ -159,7 +159,7 @@ def surface_point(s, u, v, order, work, out):
 
 @kernel()
 def surface_range(s, uv, order, out, start, stop):
-    """Rows start..stop of the derivatives at `uv`."""
+    """Write rows start … stop − 1 of the points and derivatives at `uv`; see `surface_point`."""
     work = make_scratch(s.p, s.q, order)
     for k in range(start, stop):
         surface_point(s, uv[k, 0], uv[k, 1], order, work, out[k])
@@ -167,7 +167,10 @@ def surface_range(s, uv, order, out, start, stop):
 
 @kernel()
 def curve_range(c, t, order, out):
-    """Derivatives of a curve at `t` (k,), `out` (k, order + 1, 3); A4.2 of The NURBS Book."""
+    """Write points and derivatives of a curve at `t` (k,) to `out` (k, order + 1, 3).
+
+    Algorithm A4.2 of The NURBS Book, about a control point near each: see `surface_sums`.
+    """
     N = np.empty((order + 1, c.degree + 1))
     sums = np.empty((order + 1, 4))
     binomial = binomials(order)
@@ -195,13 +198,13 @@ def curve_range(c, t, order, out):
 
 @inner()
 def length3(x, y, z):
-    """Euclidean length of a 3-vector."""
+    """Return the Euclidean length of (x, y, z)."""
     return math.sqrt(x * x + y * y + z * z)
 
 
 @inner()
 def add_cross(a, b, factor, out):
-    """out += factor · a × b."""
+    """Add factor · a × b to `out` (3,)."""
     out[0] += factor * (a[1] * b[2] - a[2] * b[1])
     out[1] += factor * (a[2] * b[0] - a[0] * b[2])
     out[2] += factor * (a[0] * b[1] - a[1] * b[0])
@@ -209,7 +212,7 @@ def add_cross(a, b, factor, out):
 
 @inner()
 def tangent_noise(s, u, v, work):
-    """Sizes of the terms that cancel in S_u and S_v, the scale of their rounding.
+    """Return the sizes of the terms that cancel in S_u and in S_v, the scale of their rounding.
 
     Uses the basis functions left in `work` by `surface_sums`.
     """
@@ -236,7 +239,7 @@ def tangent_noise(s, u, v, work):
 
 @inner()
 def inward(knots, count, t):
-    """Signed length that points from `t` to the inside of the domain."""
+    """Return the length of the domain, negative at its upper end: it points inside from `t`."""
     low = knots[0]
     high = knots[count]
     if t > high - BORDER * (high - low):
@@ -246,10 +249,10 @@ def inward(knots, count, t):
 
 @inner()
 def limit_normal(s, u, v, normal):
-    """Compute the unit normal as a limit from inside; True if there is one.
+    """Write the unit normal as a limit from inside; False, and NaN, if there is none.
 
     If S_u × S_v vanishes, its lowest derivative along the inward direction that does not vanish
-    gives the direction in the limit.
+    gives the direction in the limit; derivatives up to `LIMIT_ORDER` are tried.
     """
     top = LIMIT_ORDER
     work = make_scratch(s.p, s.q, top + 1)
@@ -282,7 +285,10 @@ def limit_normal(s, u, v, normal):
 
 @kernel()
 def normal_range(s, uv, out, start, stop):
-    """Rows start..stop of the unit normals at `uv`; NaN where the surface has no area."""
+    """Write rows start … stop − 1 of the unit normals at `uv`; NaN where there is none.
+
+    Where S_u × S_v is small as its rounding it is the `limit_normal`.
+    """
     work = make_scratch(s.p, s.q, 1)
     D = np.empty((2, 2, 3))
     for k in range(start, stop):

@@ -41,7 +41,7 @@ class Heights(NamedTuple):
 
 @inner()
 def plane_of(a, b, c, plane):
-    """Compute the unit normal and offset of the plane through abc; False if there is none."""
+    """Write unit normal and offset n · a of the plane through abc; False if abc has no area."""
     x, y, z = b[0] - a[0], b[1] - a[1], b[2] - a[2]
     p, q, r = c[0] - a[0], c[1] - a[1], c[2] - a[2]
     plane[0], plane[1], plane[2] = y * r - z * q, z * p - x * r, x * q - y * p
@@ -56,7 +56,7 @@ def plane_of(a, b, c, plane):
 
 @inner()
 def is_separated(box, uv):
-    """Return whether a side of the triangle uv separates it from a rectangle."""
+    """Return whether a side of the triangle uv, anticlockwise, separates it from a rectangle."""
     for k in range(3):
         m = (k + 1) % 3
         du, dv = uv[m, 0] - uv[k, 0], uv[m, 1] - uv[k, 1]
@@ -70,7 +70,7 @@ def is_separated(box, uv):
 
 @inner()
 def is_over(uv, u, v):
-    """Return whether (u, v) is in the triangle uv."""
+    """Return whether (u, v) is in or on the triangle uv, anticlockwise."""
     for k in range(3):
         m = (k + 1) % 3
         du, dv = uv[m, 0] - uv[k, 0], uv[m, 1] - uv[k, 1]
@@ -81,7 +81,10 @@ def is_over(uv, u, v):
 
 @inner()
 def margins_of(coefs, plane, limit, net):
-    """Compute `limit` minus the distance from a plane, times the weight, on either side."""
+    """Write `limit` minus the height over a plane, times the weight, to net[..., 0].
+
+    net[..., 1] gets the same for the height below it.
+    """
     for i in range(net.shape[0]):
         for j in range(net.shape[1]):
             x = coefs[i, j]
@@ -93,7 +96,7 @@ def margins_of(coefs, plane, limit, net):
 
 @inner()
 def is_below(net):
-    """Return whether all coefficients are below the limit, which proves it for the surface."""
+    """Return whether no margin is negative, which proves the limit for the piece of surface."""
     for i in range(net.shape[0]):
         for j in range(net.shape[1]):
             if min(net[i, j, 0], net[i, j, 1]) < 0.0:
@@ -103,7 +106,7 @@ def is_below(net):
 
 @inner()
 def high_corner(net, box, uv):
-    """Corner of a rectangle that is over the triangle and farthest above the limit, or −1."""
+    """Return the corner of a rectangle over the triangle with the most negative margin, or −1."""
     best, lowest = -1, 0.0
     for k in range(4):
         i, j = k % 2, k // 2
@@ -116,7 +119,7 @@ def high_corner(net, box, uv):
 
 @inner()
 def quarter(h, top):
-    """Replace a rectangle by its quarters; return the number of entries."""
+    """Replace entry `top` of the stack by its quarters; return the number of entries."""
     box = h.boxes[top].copy()
     u, v = 0.5 * (box[0] + box[1]), 0.5 * (box[2] + box[3])
     for k in range(3, -1, -1):
@@ -134,7 +137,10 @@ def quarter(h, top):
 
 @inner()
 def element_below(h, uv):
-    """Return whether entry 0 is below the limit over a triangle, and (u, v) if not."""
+    """Return whether entry 0 of the stack is proved within the limit over a triangle, else (u, v).
+
+    The place is a corner that misses, or the centre of a part after `MAX_DEPTH` quarterings.
+    """
     top = 1
     while top > 0:
         top -= 1
@@ -152,7 +158,10 @@ def element_below(h, uv):
 
 @inner()
 def all_below(h, uv, plane, limit):
-    """`element_below` for every element that the triangle uv, anticlockwise, reaches over."""
+    """Return whether the surface over the triangle uv, anticlockwise, is proved within `limit`.
+
+    By `element_below` for every element it reaches over; the first that fails gives (u, v).
+    """
     u0, u1 = min(uv[0, 0], uv[1, 0], uv[2, 0]), max(uv[0, 0], uv[1, 0], uv[2, 0])
     v0, v1 = min(uv[0, 1], uv[1, 1], uv[2, 1]), max(uv[0, 1], uv[1, 1], uv[2, 1])
     net, box = h.stack[0], h.boxes[0]

@@ -69,7 +69,7 @@ class Frame(NamedTuple):
 
 @inner()
 def _span(knots, degree, count, t):
-    """Return `find_span`; a guess for uniform knots mostly avoids the search."""
+    """Return the span of `find_span`; a guess for uniform knots mostly avoids the search."""
     share = (t - knots[degree]) / (knots[count] - knots[degree])
     k = degree + int(min(max(share, 0.0), 1.0) * (count - degree))
     if k < count and knots[k] <= t < knots[k + 1]:
@@ -79,8 +79,10 @@ def _span(knots, degree, count, t):
 
 @inner()
 def _functions(knots, degree, span, t, N):
-    """Fill N (2, degree + 1): basis functions of one parameter and their derivatives (The NURBS
-    Book, Eq. 2.5 and 2.7)."""
+    """Write the basis functions of one parameter to N[0], their first derivatives to N[1].
+
+    The NURBS Book, Eq. 2.5 and 2.7.
+    """
     N[0, 0] = 1.0
     for j in range(1, degree + 1):
         saved = 0.0
@@ -101,10 +103,10 @@ def _functions(knots, degree, span, t, N):
 
 @inner()
 def _basis(patch, u, v, N_u, N_v, rows, values):
-    """Fill the control points `rows` (k,) that a place depends on, and `values` (k, 3): the basis
-    functions there and their derivatives by u and by v. Returns k.
+    """Write the k control points `rows` that a place depends on, and `values` (k, 3); return k.
 
-    `N_u` and `N_v` are work arrays for basis functions of one parameter.
+    Values are the rational basis functions there and their derivatives by u and by v. `N_u` and
+    `N_v` are work arrays for basis functions of one parameter.
     """
     s, control = patch.surface, patch.control
     span_u = _span(s.U, s.p, s.net.shape[0], u)
@@ -136,10 +138,10 @@ def _basis(patch, u, v, N_u, N_v, rows, values):
 
 @inner()
 def _second_derivatives(patch, u, v, values, N_u, N_v, second):
-    """Fill `second` (k, 3): the second derivatives by uu, uv and vv of the k basis functions whose
-    `values` (k, 3) `_basis` has filled.
+    """Write the second derivatives of basis functions by uu, uv and vv to `second` (k, 3).
 
-    `N_u` and `N_v` are work arrays for basis functions of one parameter and two derivatives.
+    `values` (k, 3) are those of `_basis` at the same place. `N_u` and `N_v` are work arrays for
+    basis functions of one parameter and two derivatives.
     """
     s = patch.surface
     span_u = _span(s.U, s.p, s.net.shape[0], u)
@@ -199,7 +201,7 @@ def _sums(points, rows, values, k):
 
 @inner()
 def _frame(a_u, a_v):
-    """Return the `Frame` of S_u and S_v; zeros where the surface has no normal."""
+    """Return the `Frame` of S_u and S_v; zeros if their squared sine is below `MIN_SQUARE_SINE`."""
     uu, uv, vv = dot(a_u, a_u), dot(a_u, a_v), dot(a_v, a_v)
     det = uu * vv - uv * uv
     if not det > MIN_SQUARE_SINE * uu * vv:
@@ -225,8 +227,11 @@ def _frame(a_u, a_v):
 
 @kernel()
 def carry(patch, shape, change, uv, points, out, start, stop):
-    """Motions of points start … stop (k, 3), carried along from parameters `uv` (k, 2) of feet, as
-    control points `shape` (m, 3) change by `change` (m, 3); into `out` (k, 3)."""
+    """Write the motions of points start … stop − 1 that are carried along with their feet.
+
+    The feet are at parameters `uv` (k, 2) of control points `shape` (m, 3), which change by
+    `change` (m, 3). Motions are of first order in that; without a normal points do not rotate.
+    """
     N_u, N_v = scratch(2, MAX_ORDER), scratch(2, MAX_ORDER)
     rows, values = stack_int64(MAX_POINTS), scratch(MAX_POINTS, 3)
     for k in range(start, stop):
@@ -254,8 +259,10 @@ def carry(patch, shape, change, uv, points, out, start, stop):
 
 @kernel()
 def spread(patch, shape, uv, points, forces, out):
-    """Add to `out` (m, 3) the forces on control points `shape` (m, 3) that are equivalent to
-    `forces` (k, 3) at `points` (k, 3), which move along with the surface at parameters `uv` (k, 2).
+    """Add to `out` (m, 3) the forces on control points that are equivalent to `forces` (k, 3).
+
+    These act at `points` (k, 3), which the surface with control points `shape` (m, 3) carries along
+    at parameters `uv` (k, 2): the transpose of `carry`.
     """
     N_u, N_v = scratch(2, MAX_ORDER), scratch(2, MAX_ORDER)
     rows, values = stack_int64(MAX_POINTS), scratch(MAX_POINTS, 3)
@@ -288,10 +295,10 @@ def spread(patch, shape, uv, points, forces, out):
 
 @kernel()
 def influence(patch, shape, uv, out, start, stop):
-    """Fill rows start … stop of the `Influence` `out` for places at parameters `uv` (k, 2) of the
-    surface with control points `shape` (m, 3).
+    """Write rows start … stop − 1 of the `Influence` of control points `shape` (m, 3) on places.
 
-    With the Christoffel symbols Γ^γ_αβ = a^γ·S_αβ a Hessian is (N_αβ − Γ^γ_αβ N_γ) a^α ⊗ a^β.
+    The places are at parameters `uv` (k, 2); derivatives are zero where there is no normal. With
+    the Christoffel symbols Γ^γ_αβ = a^γ·S_αβ a Hessian is (N_αβ − Γ^γ_αβ N_γ) a^α ⊗ a^β.
     """
     N_u, N_v = scratch(2, MAX_ORDER), scratch(2, MAX_ORDER)
     D_u, D_v = scratch(3, MAX_ORDER), scratch(3, MAX_ORDER)

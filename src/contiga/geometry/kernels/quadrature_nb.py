@@ -20,7 +20,7 @@ NOISE = 1e-15
 
 @inner()
 def bernstein(degree, t, values, slopes):
-    """The degree + 1 Bernstein polynomials on [0, 1] at `t` and their derivatives."""
+    """Write the degree + 1 Bernstein polynomials on [0, 1] at `t`, and their derivatives."""
     values[0] = 1.0
     slopes[0] = 0.0
     for j in range(1, degree + 1):
@@ -39,7 +39,7 @@ def bernstein(degree, t, values, slopes):
 
 @inner()
 def jacobian(A, A_u, A_v):
-    """|S_u × S_v| from the homogeneous point and its derivatives, four numbers each."""
+    """Return |S_u × S_v| from the homogeneous point and its derivatives, four numbers each."""
     w = A[3]
     a = scratch(3)
     b = scratch(3)
@@ -60,7 +60,7 @@ def _four(a):
 
 @inner()
 def box_area(coefs, box, nodes, weights):
-    """Gauss value of the area over ``box`` = (u0, u1, v0, v1, ...) in local coordinates."""
+    """Return the area of an element over ``box`` = (u0, u1, v0, v1, …) of [0, 1]², by one rule."""
     p = coefs.shape[0] - 1
     q = coefs.shape[1] - 1
     B = np.empty(p + 1)
@@ -96,10 +96,10 @@ def box_area(coefs, box, nodes, weights):
 
 @inner()
 def element_area(coefs, nodes, weights, rtol, floor, max_boxes):
-    """Area of one element (p + 1, q + 1, 4), quartered where four boxes disagree with one.
+    """Return the area of an element (p + 1, q + 1, 4), quartered where four boxes and one differ.
 
-    A box is final if the two differ by less than `rtol` of its area, or by less than its share of
-    `floor`, an absolute area for the element; after `max_boxes` all are.
+    A box is final if the two differ by no more than `rtol` of its area, or its share of `floor`, an
+    absolute area for the element; after `MAX_DEPTH` levels or `max_boxes` boxes it is in any case.
     """
     # Rows: the box (u0, u1, v0, v1), its value and its depth.
     stack = np.zeros((3 * MAX_DEPTH + 4, 6))
@@ -135,7 +135,11 @@ def element_area(coefs, nodes, weights, rtol, floor, max_boxes):
 
 @kernel()
 def grid_area(coefs, nodes, weights, rtol):
-    """Areas of all elements (nu, nv, p + 1, q + 1, 4), summed in order."""
+    """Return the area of all elements (nu, nv, p + 1, q + 1, 4), summed in order, to `rtol`.
+
+    Errors below its share of the whole, or below the rounding of points, do not count in an
+    element.
+    """
     nu, nv = coefs.shape[:2]
     box = np.array([0.0, 1.0, 0.0, 1.0])
     rough = 0.0
@@ -160,7 +164,7 @@ def grid_area(coefs, nodes, weights, rtol):
 
 @inner()
 def piece_length(coefs, low, high, nodes, weights):
-    """Gauss value of the arc length over ``[low, high]`` in local coordinates."""
+    """Return the arc length of an element over ``[low, high]`` of [0, 1], by one rule."""
     p = coefs.shape[0] - 1
     B = np.empty(p + 1)
     dB = np.empty(p + 1)
@@ -183,7 +187,10 @@ def piece_length(coefs, low, high, nodes, weights):
 
 @inner()
 def element_length(coefs, nodes, weights, rtol, floor):
-    """Arc length of one element (p + 1, 4), halved where two parts disagree with the whole."""
+    """Return the arc length of one element (p + 1, 4), halved where two parts disagree with one.
+
+    The rule is that of `element_area`.
+    """
     limit = 2 * MAX_DEPTH
     # Rows: the ends of a part, its value and its depth.
     stack = np.zeros((limit + 2, 4))
@@ -213,7 +220,7 @@ def element_length(coefs, nodes, weights, rtol, floor):
 
 @kernel()
 def chain_length(coefs, nodes, weights, rtol):
-    """Lengths of all elements (n, p + 1, 4), summed in order."""
+    """Return the length of all elements (n, p + 1, 4), summed in order, as in `grid_area`."""
     rough = 0.0
     for i in range(coefs.shape[0]):
         rough += piece_length(coefs[i], 0.0, 1.0, nodes, weights)

@@ -74,7 +74,7 @@ class Front(NamedTuple):
 
 @inner()
 def push(front, triangle):
-    """Put a triangle in the queue unless it is there."""
+    """Append a triangle to the queue unless it is there."""
     if not front.queued[triangle]:
         front.queued[triangle] = True
         size = front.queue.size
@@ -84,7 +84,7 @@ def push(front, triangle):
 
 @inner()
 def pop(front):
-    """The triangle that waits longest."""
+    """Remove and return the triangle that waits longest in the queue."""
     triangle = front.queue[front.ring[0]]
     front.ring[0] = (front.ring[0] + 1) % front.queue.size
     front.ring[1] -= 1
@@ -94,7 +94,10 @@ def pop(front):
 
 @inner()
 def is_good(t, front, triangle):
-    """Return whether a triangle needs no more vertices, by the forms at its corners."""
+    """Return whether a triangle needs no more vertices: its state is not NEW.
+
+    A NEW one becomes GOOD if its expected miss, by the forms at its corners, is within the sag.
+    """
     if t.state[triangle] == NEW:
         corners, neighbours = t.corners[triangle], t.neighbours[triangle]
         if expected_miss(t.xy, corners, neighbours, front.forms) <= SAG_SHARE:
@@ -104,7 +107,7 @@ def is_good(t, front, triangle):
 
 @inner()
 def mean_metric(front, vertices, n):
-    """Return (E, F, G) of the mean metric of the first n of four vertices."""
+    """Return the mean metric (E, F, G) of the first n of `vertices`."""
     e = f = g = 0.0
     for k in range(n):
         v = vertices[k]
@@ -138,7 +141,7 @@ def legalize_in_metric(t, front, top):
 
 @inner()
 def hash_of_cube(front, i, j, k):
-    """Hash of a cube of space."""
+    """Return the row in `front.heads` of the cube (i, j, k) of space; cubes may share one."""
     return (i * 73856093 ^ j * 19349663 ^ k * 83492791) & (front.heads.size - 1)
 
 
@@ -183,8 +186,8 @@ def foot_on_side(t, metric, a, b, v):
     """Return (x, y) of the point of side ab nearest to v, in the metric."""
     dx, dy = t.xy[b, 0] - t.xy[a, 0], t.xy[b, 1] - t.xy[a, 1]
     px, py = t.xy[v, 0] - t.xy[a, 0], t.xy[v, 1] - t.xy[a, 1]
-    along = metric[0] * dx * px + metric[1] * (dx * py + dy * px) + metric[2] * dy * py
-    share = along / square(metric[0], metric[1], metric[2], dx, dy)
+    dot_product = metric[0] * dx * px + metric[1] * (dx * py + dy * px) + metric[2] * dy * py
+    share = dot_product / square(metric[0], metric[1], metric[2], dx, dy)
     if not share > 0.0:
         share = 0.0
     share = min(share, 1.0)
@@ -193,7 +196,11 @@ def foot_on_side(t, metric, a, b, v):
 
 @inner()
 def is_redundant(t, face, front, triangle, v):
-    """Return whether v is too near to another vertex, or to the border, to reduce the miss."""
+    """Return whether v is too near to another vertex, or to the border, to reduce the miss.
+
+    Too near is below `MIN_DISTANCE_SHARE` of the sag in space, from vertices in the hash table or
+    from the border sides of `triangle`.
+    """
     limit = MIN_DISTANCE_SHARE * face.sag
     p = front.points[v]
     if has_vertex_within(front, limit, p):
@@ -215,7 +222,9 @@ def is_redundant(t, face, front, triangle, v):
 def insert_vertex(t, face, front, start, x, y, spacing):
     """Insert a vertex at (x, y) if it is inside and none is nearer than `spacing`; True if done.
 
-    `spacing` is in the metric; if negative, a vertex is inserted whether it helps or not.
+    `spacing`, in the metric, is compared at the corners of the triangle there. A vertex on the
+    border, on another one or redundant is refused; with a negative spacing a redundant one is not.
+    Sides are then turned until Delaunay in the metric, and changed triangles queued.
     """
     if not (0.0 <= x <= 1.0 and 0.0 <= y <= 1.0):
         return False
@@ -250,7 +259,12 @@ def insert_vertex(t, face, front, start, x, y, spacing):
 
 @inner(error_model="numpy")
 def front_vertex(t, front, triangle, k):
-    """Return the third corner of a well-sized triangle on side k: whether it exists, x and y."""
+    """Return the third corner of a well-sized triangle on side k: whether it exists, x and y.
+
+    It is on the side of the triangle's own third corner, and none if the circumcentre is beyond
+    side k. The circumradius is `CIRCUMRADIUS`, or half the side if that is longer, with the limit
+    of Rebay (1993).
+    """
     c = t.corners[triangle]
     e, f, g = mean_metric(front, (c[0], c[1], c[2], -1), 3)
     # In coordinates p = r11 x + r12 y, q = r22 y the metric is Euclidean.
@@ -266,20 +280,21 @@ def front_vertex(t, front, triangle, k):
     nx, ny = -(cy - by) / length, (cx - bx) / length
     half = 0.5 * length
     height = (ax - mx) * nx + (ay - my) * ny
-    along = ((ax - mx) ** 2 + (ay - my) ** 2 - half * half) / (2.0 * height)
-    if not along > 0.0:
+    # Distances from the middle of the side: of the circumcentre, and of the new vertex.
+    centre = ((ax - mx) ** 2 + (ay - my) ** 2 - half * half) / (2.0 * height)
+    if not centre > 0.0:
         return False, 0.0, 0.0
-    radius = min(max(CIRCUMRADIUS, half), (half * half + along * along) / (2.0 * along))
-    far = radius + math.sqrt(max(radius * radius - half * half, 0.0))
-    q = my + far * ny
+    radius = min(max(CIRCUMRADIUS, half), (half * half + centre * centre) / (2.0 * centre))
+    distance = radius + math.sqrt(max(radius * radius - half * half, 0.0))
+    q = my + distance * ny
     y = q / r22
-    x = (mx + far * nx - r12 * y) / r11
+    x = (mx + distance * nx - r12 * y) / r11
     return True, x, y
 
 
 @inner()
 def longest_inner(t, front, triangle):
-    """Longest side in the metric that is not on the border, −1 if all are."""
+    """Return the longest side in the metric that is not on the border, −1 if all are."""
     c = t.corners[triangle]
     e, f, g = mean_metric(front, (c[0], c[1], c[2], -1), 3)
     best = -1
@@ -297,7 +312,10 @@ def longest_inner(t, front, triangle):
 
 @inner()
 def halve(t, face, front, triangle):
-    """Split a triangle at the middle of its longest inner side, or at its centroid, or give up."""
+    """Split a triangle at the middle of its longest inner side, else at its centroid.
+
+    If neither vertex can go in, or its area is below `MIN_AREA2`, its state becomes GIVEN_UP.
+    """
     c = t.corners[triangle]
     if orient(t.xy, c[0], c[1], c[2]) > MIN_AREA2:
         k = longest_inner(t, front, triangle)
@@ -321,7 +339,11 @@ def is_full(t, spare):
 
 @inner()
 def advance(t, face, front):
-    """Work through the queue until it is empty; False if the memory is full."""
+    """Advance the front until the queue is empty; False if the memory is full.
+
+    A good triangle queues its new neighbours. One that is not good, next to a good one or the
+    border, gets a `front_vertex` there, or is halved; others wait for a good neighbour.
+    """
     while front.ring[1] > 0:
         if is_full(t, 2):
             return False
@@ -348,7 +370,7 @@ def advance(t, face, front):
 
 @inner()
 def queue_new(t, front):
-    """Queue all triangles that are new."""
+    """Queue all triangles of the state NEW."""
     for triangle in range(t.used[TRIANGLES]):
         if t.state[triangle] == NEW:
             push(front, triangle)

@@ -50,7 +50,10 @@ class Face(NamedTuple):
 
 @inner()
 def evaluate(face, x, y, order):
-    """Compute derivatives up to an order (2 at most) at (x, y) of the square, in ``face.D``."""
+    """Write derivatives up to an order (2 at most) at (x, y) of the square to ``face.D``.
+
+    Parameters beyond the surface's domain are clipped.
+    """
     s = face.surface
     u = min(max(face.frame[0] + x * face.frame[2], s.U[0]), s.U[-1])
     v = min(max(face.frame[1] + y * face.frame[3], s.V[0]), s.V[-1])
@@ -59,13 +62,16 @@ def evaluate(face, x, y, order):
 
 @inner()
 def dot(a, b):
-    """a · b."""
+    """Return a · b."""
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 
 
 @inner()
 def shape_at(face, x, y, point, form):
-    """Compute point and form at (x, y); the form of a pole is evaluated near it."""
+    """Write point and form at (x, y); the form of a pole is evaluated `POLE_STEP` inside of it.
+
+    If the surface has no normal there either, the form is flat, with the unit metric of the square.
+    """
     evaluate(face, x, y, 2)
     for d in range(3):
         point[d] = face.D[0, 0, d]
@@ -78,7 +84,7 @@ def shape_at(face, x, y, point, form):
 
 @inner()
 def form_from_derivatives(face, form, turning):
-    """Compute the form from ``face.D``; False where the surface has no normal.
+    """Write the form from ``face.D``; False, and nothing written, where there is no normal.
 
     `turning` bounds the sag as a share of the radius of curvature.
     """
@@ -108,7 +114,11 @@ def form_from_derivatives(face, form, turning):
 
 @inner()
 def metric_of(face, form, r, a, turning):
-    """Compute metric and sag from the shape operator `a` in the frame `r`."""
+    """Write metric and sag of a form, from the shape operator `a` in the frame `r`.
+
+    The sag is cut to `turning` times the radius of the larger curvature; eigenvalues of the metric
+    are at least `face.floor`.
+    """
     middle = 0.5 * (a[0] + a[2])
     half = math.sqrt(0.25 * (a[0] - a[2]) ** 2 + a[1] * a[1])
     k1, k2 = middle + half, middle - half
@@ -135,13 +145,13 @@ def metric_of(face, form, r, a, turning):
 
 @inner()
 def square(a, b, c, x, y):
-    """Quadratic form (a, b, c) of (x, y)."""
+    """Return the quadratic form a x² + 2 b x y + c y²."""
     return a * x * x + 2.0 * b * x * y + c * y * y
 
 
 @inner()
 def expected_miss(xy, corners, neighbours, forms):
-    """Ratio of the expected distance of a triangle from the surface to the allowed sag.
+    """Return the ratio of the expected distance of a triangle from the surface to the allowed sag.
 
     The surface is taken as the quadratic with the mean second form. Its distance is largest at the
     middle of a side, or, for a bowl, at the circumcentre if that is inside. Sides on the border do
@@ -179,6 +189,6 @@ def expected_miss(xy, corners, neighbours, forms):
 
 @kernel()
 def shapes_at(t, face, points, forms):
-    """Compute points and forms of all vertices in use except the frame."""
+    """Write points and forms of all vertices in use except the frame: see `shape_at`."""
     for v in range(N_FRAME, t.used[VERTICES]):
         shape_at(face, t.xy[v, 0], t.xy[v, 1], points[v], forms[v])

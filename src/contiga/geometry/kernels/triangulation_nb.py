@@ -59,7 +59,7 @@ def two_product(a, b):
 
 @inner()
 def cross(ax, ay, bx, by):
-    """a × b; its sign is exact for multiples of `GRID` within [−9, 9]."""
+    """Return a × b; its sign is exact for multiples of `GRID` within [−9, 9]."""
     left = ax * by
     right = ay * bx
     if abs(left - right) > 1e-15 * (abs(left) + abs(right)):
@@ -71,19 +71,19 @@ def cross(ax, ay, bx, by):
 
 @inner()
 def orient(xy, a, b, c):
-    """Twice the area of abc, positive if anticlockwise; its sign is exact."""
+    """Return twice the area of abc, positive if anticlockwise; its sign is exact."""
     return cross(xy[b, 0] - xy[a, 0], xy[b, 1] - xy[a, 1], xy[c, 0] - xy[a, 0], xy[c, 1] - xy[a, 1])
 
 
 @inner()
 def on_grid(x):
-    """The nearest multiple of `GRID`."""
+    """Return the nearest multiple of `GRID`."""
     return np.round(x / GRID) * GRID
 
 
 @inner()
 def corner_of(t, triangle, vertex):
-    """Return which corner of `triangle` is `vertex`."""
+    """Return which corner of `triangle` is `vertex`, −1 if none."""
     for k in range(3):
         if t.corners[triangle, k] == vertex:
             return k
@@ -92,7 +92,7 @@ def corner_of(t, triangle, vertex):
 
 @inner()
 def put(t, triangle, corners, neighbours, marks):
-    """Write one triangle."""
+    """Write one triangle, with the state zero (new)."""
     for k in range(3):
         t.corners[triangle, k] = corners[k]
         t.neighbours[triangle, k] = neighbours[k]
@@ -102,7 +102,7 @@ def put(t, triangle, corners, neighbours, marks):
 
 @inner()
 def relink(t, triangle, a, b, new):
-    """Make `new` the neighbour of `triangle` across its side from a to b."""
+    """Make `new` the neighbour of `triangle` across its side from a to b; none for `BORDER`."""
     if triangle == BORDER:
         return
     for k in range(3):
@@ -113,7 +113,7 @@ def relink(t, triangle, a, b, new):
 
 @inner()
 def opposite(t, triangle, k):
-    """Corner of the neighbour across side k that is opposite to that side."""
+    """Return the corner of the neighbour across side k that is opposite to that side."""
     neighbour = t.neighbours[triangle, k]
     b = t.corners[triangle, (k + 1) % 3]
     for j in range(3):
@@ -167,7 +167,7 @@ def position_in(t, triangle, v):
 
 @inner()
 def from_centre(xy, corners, v):
-    """Three times the vector from the centre of a triangle to v, exact."""
+    """Return three times the vector from the centre of a triangle to v, exact."""
     x = y = 0.0
     for a in corners:
         x += xy[v, 0] - xy[a, 0]
@@ -177,7 +177,7 @@ def from_centre(xy, corners, v):
 
 @inner(linked=False)
 def walk(t, start, v):
-    """Triangle that vertex v lies in, and its position: a side, INSIDE, ON_VERTEX or OUTSIDE.
+    """Return the triangle that v lies in, and its position: a side, INSIDE, ON_VERTEX or OUTSIDE.
 
     OUTSIDE comes with the triangle at whose border side the walk ended. The walk goes straight
     from the centre of `start`; vertices on its line count as left of it. Orientations are exact and
@@ -206,7 +206,7 @@ def walk(t, start, v):
 
 @inner()
 def split_triangle(t, triangle, v, stack):
-    """Insert v inside a triangle; write the three parts, v their corner 0, to `stack`."""
+    """Insert v inside a triangle; write the parts, v their corner 0, to `stack`; return 3."""
     a, b, c = t.corners[triangle]
     na, nb, nc = t.neighbours[triangle]
     ma, mb, mc = t.marks[triangle]
@@ -224,7 +224,7 @@ def split_triangle(t, triangle, v, stack):
 
 @inner(linked=False)
 def split_side(t, triangle, k, v, stack):
-    """Insert v on the inner side k; write the four parts, v their corner 0, to `stack`."""
+    """Insert v on the inner side k; write the parts, v their corner 0, to `stack`; return 4."""
     neighbour = t.neighbours[triangle, k]
     j = opposite(t, triangle, k)
     a = t.corners[triangle, k]
@@ -251,10 +251,10 @@ def split_side(t, triangle, k, v, stack):
 
 @inner()
 def cross_sum(xy, a, b, c, d, m):
-    """Negative if d lies in the circle through abc that is round in the metric m = (E, F, G).
+    """Return a number below 0 if d lies in the circle through abc of the metric m = (E, F, G).
 
-    The sine of the sum of the angles at a and d over the side bc (cotangent form of Lawson's
-    test), up to positive factors.
+    It is zero within rounding. The sine of the sum of the angles at a and d over the side bc
+    (cotangent form of Lawson's test), up to positive factors.
     """
     bax, bay = xy[b, 0] - xy[a, 0], xy[b, 1] - xy[a, 1]
     cax, cay = xy[c, 0] - xy[a, 0], xy[c, 1] - xy[a, 1]

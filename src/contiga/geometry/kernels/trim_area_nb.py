@@ -17,7 +17,7 @@ from contiga.jit.scratch import scratch
 
 @inner()
 def flux(A, A_u, A_v):
-    """S · (S_u × S_v) from the homogeneous point (4,) and its derivatives.
+    """Return S · (S_u × S_v) from the homogeneous point (4,) and its derivatives.
 
     The components of the derivatives along S drop out of the product, which leaves the divisor w³.
     """
@@ -50,7 +50,7 @@ def add_moments(A, A_u, A_v, weight, out):
 
 @inner()
 def _linear_combination(shares, points):
-    """Σ shares[i] points[i] of homogeneous points (n, 4)."""
+    """Return Σ shares[i] points[i] of homogeneous points (n, 4), as a tuple."""
     x = y = z = w = 0.0
     for i in range(shares.size):
         x += shares[i] * points[i, 0]
@@ -124,7 +124,7 @@ def add_strip(grid, start, place, rule, factor, out):
 
 @inner()
 def _knot_crossings(tables, piece, u_breaks, v_breaks):
-    """Sorted parameters of a piece, 0 and 1 included, at which it crosses borders of elements."""
+    """Return ascending parameters, 0 and 1 included, at which a piece crosses element borders."""
     coefs = tables.piece_coefs[piece]
     degree = tables.piece_degree[piece]
     crossings = np.empty(2 + u_breaks.size + v_breaks.size)
@@ -144,7 +144,10 @@ def _knot_crossings(tables, piece, u_breaks, v_breaks):
 
 @inner()
 def add_piece(tables, piece, start, grid, rule, sign, out):
-    """Add `sign` ∮ F dv along one piece; ``F(u, v)`` is the strip integral from u = `start`."""
+    """Add `sign` ∮ F dv along one piece; ``F(u, v)`` is the strip integral from u = `start`.
+
+    Points outside the rectangle are moved to its sides in u, and left out in v.
+    """
     coefs = tables.piece_coefs[piece]
     degree = tables.piece_degree[piece]
     u0, u1, v0, v1 = (
@@ -179,7 +182,7 @@ def add_piece(tables, piece, start, grid, rule, sign, out):
 
 @inner()
 def _is_inside(tables, patch, u, v):
-    """`point_in_trim`, and 0 outside the patch's rectangle."""
+    """Return `point_in_trim` of (u, v); 0 outside the patch's rectangle."""
     d = tables.domain[patch]
     if u < d[0] or u > d[1] or v < d[2] or v > d[3]:
         return 0
@@ -188,7 +191,10 @@ def _is_inside(tables, patch, u, v):
 
 @inner()
 def side_of_piece(tables, piece):
-    """+1 if the face lies left of a piece, −1 if right, 0 if on both sides or on neither."""
+    """Return 1 if the face lies left of a piece, −1 if right, 0 if on both sides or on neither.
+
+    Points a millionth, then 1e-4 and 1e-8 of the domain beside its middle decide.
+    """
     patch = tables.piece_patch[piece]
     d = tables.domain[patch]
     su, sv = d[1] - d[0], d[3] - d[2]
@@ -221,7 +227,7 @@ def side_of_piece(tables, piece):
 
 @kernel()
 def side_of_loop(tables, pieces):
-    """+1 if the face lies left of a loop (its pieces in order), −1 if right, 0 if undecided.
+    """Return 1 if the face lies left of a loop (its pieces in order), −1 if right, 0 if undecided.
 
     The longest piece with the face on one side decides: a loop may touch another, or run along the
     border of the rectangle and beyond it.
@@ -240,7 +246,10 @@ def side_of_loop(tables, pieces):
 
 @kernel()
 def add_loop(tables, pieces, grid, rule, out):
-    """Add the signed contribution of one loop (its pieces in order) to integrals over its patch."""
+    """Add the signed contribution of one loop (its pieces in order) to integrals over its patch.
+
+    A loop whose side is undecided adds nothing.
+    """
     sign = side_of_loop(tables, pieces)
     if sign == 0:
         return

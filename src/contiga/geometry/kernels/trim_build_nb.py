@@ -22,7 +22,7 @@ turning polynomial, of which there are two, with twice as many coefficients."""
 
 @inner()
 def _binomial(n, k):
-    """Binomial coefficient n over k."""
+    """Return the binomial coefficient n over k."""
     value = 1.0
     for i in range(k):
         value = value * (n - i) / (i + 1)
@@ -31,7 +31,7 @@ def _binomial(n, k):
 
 @inner()
 def turning_polynomial(coefs, degree, axis):
-    """Bernstein coefficients of x'w − xw', whose roots are the turning points of x/w.
+    """Return Bernstein coefficients of x'w − xw', whose roots are the turning points of x/w.
 
     Coefficients that are pure rounding are set to zero. Degree is 2p − 1.
     """
@@ -54,7 +54,7 @@ def turning_polynomial(coefs, degree, axis):
 
 @inner()
 def _sign_changes(c):
-    """Number of sign changes in a sequence, zeros skipped."""
+    """Return the number of sign changes in a sequence, zeros skipped."""
     changes = 0
     last = 0.0
     for x in c:
@@ -67,7 +67,7 @@ def _sign_changes(c):
 
 @inner()
 def _append_root(roots, count, root):
-    """Append `root` unless it is in the list; return the new count."""
+    """Append `root` unless the list has it to 4 `ROOT_WIDTH`, or is full; return the new count."""
     for i in range(count):
         if abs(roots[i] - root) < 4.0 * ROOT_WIDTH:
             return count
@@ -79,7 +79,7 @@ def _append_root(roots, count, root):
 
 @kernel()
 def roots_inside(c):
-    """Parameters in (0, 1) at which a Bernstein polynomial changes sign.
+    """Return ascending parameters in (0, 1) at which a Bernstein polynomial changes sign.
 
     The interval is halved by de Casteljau until each part has no sign change among its coefficients
     (then no root: variation diminishing) or is `ROOT_WIDTH` wide. A middle that is a root itself
@@ -124,7 +124,10 @@ def roots_inside(c):
 
 @inner()
 def monotone_breaks(coefs, degree):
-    """Sorted parameters 0 … 1 between which a segment is monotone in u and in v."""
+    """Return ascending parameters, 0 to 1, between which a segment is monotone in u and in v.
+
+    Parameters within 1e-12 are one.
+    """
     if degree == 1:
         return np.array([0.0, 1.0])
     ru = roots_inside(turning_polynomial(coefs, degree, 0))
@@ -149,7 +152,7 @@ def monotone_breaks(coefs, degree):
 
 @inner()
 def split_first(coefs, degree, t):
-    """Split a segment at t (de Casteljau); both parts have the same bits at their common end."""
+    """Return both parts of a segment cut at t (de Casteljau), with the same bits at their joint."""
     right = coefs.copy()
     left = coefs.copy()
     s = 1.0 - t
@@ -164,9 +167,10 @@ def split_first(coefs, degree, t):
 
 @kernel()
 def monotone_pieces(segments, degrees):
-    """Split segments into monotone pieces, in order.
+    """Return the monotone pieces of segments (s, p + 1, 3), in order.
 
-    Returns coefficients, the segment of each piece and its parameter interval there.
+    They are coefficients (n, p + 1, 3), the segment (n,) of each piece and its parameter interval
+    (n, 2) there.
     """
     breaks = np.empty((segments.shape[0], MAX_BREAKS * segments.shape[1]))
     count = np.empty(segments.shape[0], np.int64)
@@ -199,7 +203,7 @@ def monotone_pieces(segments, degrees):
 
 @inner()
 def _columns(tables, patch, low, high):
-    """First and last column of cells that an interval of u touches, with the safety margin."""
+    """Return the first and last column of cells that an interval of u touches, with `MARGIN`."""
     u0, u1 = tables.domain[patch, 0], tables.domain[patch, 1]
     nu = tables.grid_shape[patch, 0]
     du = (u1 - u0) / nu
@@ -211,7 +215,7 @@ def _columns(tables, patch, low, high):
 
 @inner()
 def _row_pieces(tables, patch, v_low, v_high):
-    """Pieces that touch a row of cells, and the first and last column each touches there."""
+    """Return the pieces that touch a row of cells, and the first and last column of each there."""
     start, stop = tables.patch_start[patch], tables.patch_start[patch + 1]
     v0, v1 = tables.domain[patch, 2], tables.domain[patch, 3]
     margin = MARGIN * max(v1 - v0, abs(v0), abs(v1))
@@ -232,7 +236,7 @@ def _row_pieces(tables, patch, v_low, v_high):
 
 @inner()
 def _cell_toggles(tables, pieces, first, column, rows):
-    """Sorted v in a row at which the number of crossings right of `column` changes parity."""
+    """Return ascending v in a row at which the crossings right of `column` change their parity."""
     heights = np.empty(2 * pieces.size)
     n = 0
     for k in range(pieces.size):
@@ -260,7 +264,7 @@ def _cell_toggles(tables, pieces, first, column, rows):
 
 @inner()
 def _parity_right(tables, pieces, first, column, v):
-    """Parity of the crossings right of a column on the line of constant v."""
+    """Return the parity of the crossings right of a column on the line of constant v."""
     parity = 0
     for k in range(pieces.size):
         if first[k] > column:
@@ -268,6 +272,15 @@ def _parity_right(tables, pieces, first, column, v):
             if min(ends[1], ends[3]) <= v < max(ends[1], ends[3]):
                 parity ^= 1
     return parity
+
+
+@inner()
+def _doubled(values):
+    """Return a copy of `values` (n,) with room for twice as many."""
+    longer = np.empty(2 * values.size, values.dtype)
+    for k in range(values.size):
+        longer[k] = values[k]
+    return longer
 
 
 @kernel()
@@ -298,10 +311,7 @@ def fill_cells(tables):
                 for k in range(pieces.size):
                     if first[k] <= i <= last[k]:
                         if n_listed == listed.size:
-                            longer = np.empty(2 * n_listed, np.int32)
-                            for m in range(n_listed):
-                                longer[m] = listed[m]
-                            listed = longer
+                            listed = _doubled(listed)
                         listed[n_listed] = pieces[k]
                         n_listed += 1
                 if n_listed == before:
@@ -312,10 +322,7 @@ def fill_cells(tables):
                     tables.cell_parity[cell] = _parity_right(tables, pieces, first, i, v_low)
                     for v in _cell_toggles(tables, pieces, first, i, (v_low, v_high)):
                         if n_flips == flips.size:
-                            more_flips = np.empty(2 * n_flips)
-                            for m in range(n_flips):
-                                more_flips[m] = flips[m]
-                            flips = more_flips
+                            flips = _doubled(flips)
                         flips[n_flips] = v
                         n_flips += 1
                 cell_start[cell + 1] = n_listed

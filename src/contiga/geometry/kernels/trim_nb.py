@@ -64,7 +64,10 @@ class TrimTables(NamedTuple):
 
 @inner()
 def bernstein_at(coefs, degree, k, t):
-    """Component k of a segment at t in [0, 1]: nested Bernstein form, all terms of one sign."""
+    """Return component k of a segment at t in [0, 1], by the nested Bernstein form.
+
+    With coefficients of one sign no digits cancel.
+    """
     s = 1.0 - t
     power = 1.0
     binomial = 1.0
@@ -78,7 +81,7 @@ def bernstein_at(coefs, degree, k, t):
 
 @kernel()
 def parameter_at(coefs, degree, axis, value):
-    """t in [0, 1] at which the monotone coordinate `axis` of a piece takes `value`.
+    """Return t in [0, 1] at which the monotone coordinate `axis` of a piece takes `value`.
 
     Values beyond an end give that end. Regula falsi with the Illinois step inside a bracket,
     which is halved when three steps have not shrunk it to an eighth (near a turning point);
@@ -124,7 +127,10 @@ def parameter_at(coefs, degree, axis, value):
 
 @inner(linked=False)
 def other_coordinate(tables, piece, axis, value):
-    """The coordinate other than `axis` where piece `piece` has coordinate `axis` = value."""
+    """Return the other coordinate of a piece where its coordinate `axis` takes a value.
+
+    Values beyond an end give that end's.
+    """
     coefs = tables.piece_coefs[piece]
     degree = tables.piece_degree[piece]
     t = parameter_at(coefs, degree, axis, value)
@@ -133,7 +139,7 @@ def other_coordinate(tables, piece, axis, value):
 
 @inner()
 def u_range_in_row(tables, piece, v_low, v_high):
-    """Interval of u that a piece covers between two lines of constant v."""
+    """Return the interval of u that a piece covers between two lines of constant v it meets."""
     ends = tables.piece_ends[piece]
     ua, va, ub, vb = ends[0], ends[1], ends[2], ends[3]
     if va > vb:
@@ -145,7 +151,10 @@ def u_range_in_row(tables, piece, v_low, v_high):
 
 @inner()
 def cell_of(tables, patch, u, v):
-    """Column and row of the cell that holds (u, v); the row is exact in floating point."""
+    """Return column and row of the cell that contains (u, v), or of the nearest one.
+
+    The row is exact in floating point.
+    """
     u0, u1 = tables.domain[patch, 0], tables.domain[patch, 1]
     v0, v1 = tables.domain[patch, 2], tables.domain[patch, 3]
     nu, nv = tables.grid_shape[patch, 0], tables.grid_shape[patch, 1]
@@ -175,9 +184,10 @@ def _crosses_right(tables, piece, u, v):
 
 @inner()
 def _compare_with_piece(tables, piece, u, v, eps):
-    """Compare a point with a piece: 2 on it within `eps` = (u, v), 1 it crosses the ray, 0 neither.
+    """Return 2 for a point on a piece, 1 if the ray from it towards +u crosses the piece, else 0.
 
-    The distance is measured along u, and along v too if the piece is nearly level there.
+    On it is within `eps` = (u, v), measured along u, and along v too if the piece is nearly level
+    there. The ray crosses by the half-open rule in v.
     """
     ends = tables.piece_ends[piece]
     low, high = min(ends[0], ends[2]), max(ends[0], ends[2])
@@ -199,11 +209,11 @@ def _compare_with_piece(tables, piece, u, v, eps):
 
 @kernel()
 def point_in_trim(tables, patch, u, v):
-    """1 if (u, v) belongs to the trimmed patch, 0 if it is cut away (even-odd rule).
+    """Return 1 if (u, v) belongs to the trimmed patch, 0 if it is cut away (even-odd rule).
 
     Exact to rounding: the pieces of one cell are intersected with the ray towards +u; the cell's
-    parity counts all pieces further right. Points on a trim curve count as inside.
-    Parameters outside the domain are clamped to it.
+    parity counts all pieces further right. Points on a trim curve count as inside. Parameters
+    outside the domain are clamped to it. A patch without trims is inside everywhere.
     """
     if tables.trimmed[patch] == 0:
         return 1
@@ -246,7 +256,7 @@ def _piece_meets_box(tables, piece, u0, u1, v0, v1):
 
 @kernel()
 def box_state(tables, patch, u0, u1, v0, v1):
-    """OUT (0), IN (1) or CUT (2) of a parameter box; IN and OUT are certain.
+    """Return OUT (0), IN (1) or CUT (2) of a parameter box; IN and OUT are certain.
 
     The box is widened by rounding, so that a curve along its border makes it CUT.
     """
@@ -284,7 +294,7 @@ def box_state(tables, patch, u0, u1, v0, v1):
 
 @kernel()
 def points_in_trim(tables, patch, uv):
-    """`point_in_trim` for rows of (u, v) on one patch."""
+    """Return (n,) bool, whether rows (u, v) of `uv` belong to a patch: see `point_in_trim`."""
     inside = np.empty(uv.shape[0], np.bool_)
     for i in range(uv.shape[0]):
         inside[i] = point_in_trim(tables, patch, uv[i, 0], uv[i, 1]) == 1
@@ -293,7 +303,7 @@ def points_in_trim(tables, patch, uv):
 
 @kernel()
 def box_states(tables, patches, boxes):
-    """`box_state` of rows of (u0, u1, v0, v1), each on a patch of its own."""
+    """Return (n,) `box_state` of rows (u0, u1, v0, v1), each on a patch of its own."""
     states = np.empty(boxes.shape[0], np.int32)
     for i in range(boxes.shape[0]):
         u0, u1, v0, v1 = boxes[i]

@@ -7,7 +7,10 @@ from contiga.jit import kernel
 
 @kernel()
 def map_rows(matrix, vectors, out, start, stop):
-    """Multiply rows start … stop of a sparse matrix by `vectors` (m, 3), entry by entry."""
+    """Write rows start … stop − 1 of a sparse matrix times `vectors` (m, 3) to `out` (n, 3).
+
+    Each sum adds the entries of its row in their order.
+    """
     for n in range(start, stop):
         x, y, z = 0.0, 0.0, 0.0
         for m in range(matrix.starts[n], matrix.starts[n + 1]):

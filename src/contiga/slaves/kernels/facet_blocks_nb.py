@@ -7,8 +7,10 @@ from contiga.jit import kernel
 
 @kernel()
 def mark(block_rows, faces, used):
-    """Mark the blocks between corners of `faces` (r,) in `used` (m,); `block_rows` (f, c, c) has
-    the row of each pair of corners."""
+    """Set `used` (m,) to 1 for the blocks between all pairs of corners of `faces` (r,).
+
+    `block_rows` (f, c, c) has the row in `used` of each pair of corners of a face.
+    """
     count = block_rows.shape[1]
     for i in range(faces.shape[0]):
         for a in range(count):

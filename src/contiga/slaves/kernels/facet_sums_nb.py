@@ -7,10 +7,9 @@ from contiga.jit import kernel
 
 @kernel()
 def to_corners(rows, first, values, facets, shape, out):
-    """Add Σ_q shape[q, j] values[q] (r, c) of points `rows` (r,) to the rows of their corners j in
-    `out` (n, c), in this order.
+    """Add Σ_q shape[q, j] values[q] (r, c) of points `rows` (r,) to corners j in `out` (n, c).
 
-    Row `first` + f n + k is point k of n on facet f.
+    Row `first` + f n + k is point k of n on facet f. Sums are in the order of `rows`.
     """
     count, corners = shape.shape
     for i in range(rows.shape[0]):

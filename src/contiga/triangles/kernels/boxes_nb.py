@@ -21,7 +21,7 @@ NO_CHILD = 2147483647
 
 @inner()
 def _quickselect(values, order, start, stop, place):
-    """Partly sort order[start:stop] by `values` so that the element at `place` is the right one."""
+    """Partly sort order[start:stop] by `values`: smaller ones before `place`, larger ones after."""
     low = start
     high = stop - 1
     while low < high:
@@ -50,7 +50,10 @@ def _quickselect(values, order, start, stop, place):
 
 @inner()
 def _median_split(middle, order, start, stop):
-    """Order order[start:stop] about a median; return where the second half starts."""
+    """Partly sort order[start:stop] along its longest axis; return where the second half starts.
+
+    The first half is rounded up to a multiple of `WIDTH`, if that leaves a second one.
+    """
     widest = -1.0
     axis = 0
     for c in range(3):
@@ -73,7 +76,10 @@ def _median_split(middle, order, start, stop):
 
 @inner()
 def _split_range(middle, order, start, stop, cuts):
-    """Divide a range into at most eight; write their ends to `cuts`, and return their number."""
+    """Halve the longest part of a range until there are eight, or none has more than eight boxes.
+
+    The bounds of the parts are written to `cuts`; their number is returned.
+    """
     cuts[0] = start
     cuts[1] = stop
     n = 1
@@ -94,8 +100,11 @@ def _split_range(middle, order, start, stop, cuts):
 
 @kernel()
 def build(low, high):
-    """Return the nodes (box, child) over the boxes `low`, `high` (3, n), and the order of the
-    boxes."""
+    """Return the nodes (box, child) over boxes `low`, `high` (3, n), and the order (n,) of these.
+
+    Node 0 is the root, and children follow their parents. Child −1 − i is the box order[i]; see
+    `Facets.box` for the layout.
+    """
     n = low.shape[1]
     order = np.empty(n, np.int32)
     middle = np.empty((3, n))
@@ -150,7 +159,7 @@ def build(low, high):
 
 @inner()
 def box_distances(box, node, x, y, z, out):
-    """Write the squared distances of a point to the eight boxes of a node; infinite for none."""
+    """Write squared distances of a point to the boxes of a node: zero inside, infinite for none."""
     for l in range(WIDTH):
         a = max(box[node, l] - x, x - box[node, 24 + l], 0.0)
         b = max(box[node, 8 + l] - y, y - box[node, 32 + l], 0.0)
@@ -160,8 +169,10 @@ def box_distances(box, node, x, y, z, out):
 
 @inner()
 def insert_sorted(nodes, bounds, base, top, node, bound):
-    """Insert a node into the stack from `base` on, which is in descending order of bounds: the
-    nearest is on top. Return the new top."""
+    """Insert a node into the stack from `base` on by its bound; return the new top.
+
+    Bounds descend in the stack, so that the nearest node is on top.
+    """
     i = top
     while i > base and bounds[i - 1] < bound:
         bounds[i] = bounds[i - 1]

@@ -46,7 +46,7 @@ MAX_PENDING = 256
 
 @inner()
 def _limit(best, slack):
-    """Return the squared distance up to which triangles are examined."""
+    """Return the squared distance up to which triangles are examined, from the best one so far."""
     return best * (1.0 + RELATIVE_SLACK) + slack * (2.0 * math.sqrt(best) + slack)
 
 
@@ -97,7 +97,10 @@ def closest(facets, point, seed, queue):
 
 @kernel()
 def project_global(facets, points, rows, smooth, out, start, stop):
-    """Write the closest points of points[rows[start:stop]] to the same rows of `out`."""
+    """Write the closest points of points[rows[start:stop]] to the same rows of `out`, certified.
+
+    Points that are not finite get blank rows with NOT_FINITE. `smooth` interpolates the normals.
+    """
     queue = Queue(stack_int64(MAX_PENDING), scratch(MAX_PENDING), scratch(WIDTH))
     shape = facets.shape
     link = facets.link
@@ -128,7 +131,8 @@ def _closest_facing(facets, point, guard, cosine, within, queue):
     """Return the same as `closest` for triangles that face a guard and have the point behind them.
 
     Their normals and the guard have at least the product `cosine`; their distances are within
-    (min, max) = `within`. The slot is −1 for none.
+    (min, max) = `within`, the maximum excluded. A foot on an edge or a corner must pass
+    `_is_guarded_kink`. The slot is −1 for none.
     """
     shape, link, box, child = facets.shape, facets.link, facets.box, facets.child
     slack = LENGTH_SLACK * facets.scale[1]
@@ -176,12 +180,13 @@ def _closest_facing(facets, point, guard, cosine, within, queue):
 
 @inner()
 def _is_guarded_kink(facets, s, point, foot, guard, cosine, square):
-    """Return whether a foot (place, share) on a kink is a minimum of the surface that faces the
-    guard.
+    """Return whether a foot (place, share) on a kink of triangle s faces the guard as a minimum.
 
-    The direction to the foot does not oppose the guard; and the kink is sharp, or the triangle is
-    nearly perpendicular to that direction, as it is where triangles represent a smooth surface.
-    Beyond a border there is no minimum.
+    The direction from the point to the foot and the guard have at least the product `cosine`, and
+    the triangles across the sides of the foot are no closer. Then the kink must be sharp (more than
+    20° to the next triangle, or to the vertex's normal), or the triangle nearly perpendicular to
+    that direction (20°), as it is where triangles represent a smooth surface. On a border the point
+    must be straight behind the triangle. `square` is the squared distance.
     """
     shape, link = facets.shape, facets.link
     u, v = barycentric(foot[0], foot[1], 0.0)
@@ -200,8 +205,8 @@ def _is_guarded_kink(facets, s, point, foot, guard, cosine, square):
     else:
         at_border = facets.corner[link[s, VERTICES + foot[0] - 4], 3] != 0.0
     if at_border:
-        small = 4.0 * facets.scale[1]
-        return square - height * height <= small * small
+        tol = 4.0 * facets.scale[1]
+        return square - height * height <= tol * tol
     # The distance must not fall into the triangles across the sides of s that the foot is on.
     first, second = foot[0] - 1, foot[0] - 1
     if foot[0] >= 4:
@@ -226,10 +231,11 @@ def _is_guarded_kink(facets, s, point, foot, guard, cosine, square):
 
 @kernel()
 def project_facing(facets, points, guards, limits, smooth, out, start, stop):
-    """Write the closest feet of points[start:stop] that face their `guards` (n, 3).
+    """Write the closest feet of points[start:stop] that face their `guards` (n, 3), certified.
 
-    `limits` are `FacingLimits`; the points are behind the triangles. Rows without such a foot are
-    MAX_ITERATIONS.
+    `limits` are `FacingLimits`; the points are behind the triangles. On an edge or a corner the gap
+    is minus the distance, and the normal leads from the point to the foot. Rows without such a foot
+    are blank with MAX_ITERATIONS, those of points not finite with NOT_FINITE.
     """
     queue = Queue(stack_int64(MAX_PENDING), scratch(MAX_PENDING), scratch(WIDTH))
     shape, link = facets.shape, facets.link
@@ -266,7 +272,10 @@ def project_facing(facets, points, guards, limits, smooth, out, start, stop):
 
 @kernel()
 def box_distance(facets, points, rows, reach, start, stop):
-    """Write the distance of points[rows] to the nearest box of a triangle to reach[rows]."""
+    """Write the distance of points[k] to the nearest box of a triangle to reach[k].
+
+    For k in rows[start:stop]; infinite for points that are not finite.
+    """
     nodes = stack_int64(MAX_PENDING)
     bounds = scratch(MAX_PENDING)
     lane = scratch(WIDTH)

@@ -32,8 +32,10 @@ X, SLOT, U, V, X_TOL, EDGE_DISTANCE = 0, 1, 2, 3, 4, 5
 
 @inner()
 def _box_entries(box, node, p, inverse, limits, slack, out):
-    """Write the x at which the path enters each box of a node, widened by `slack`; infinite for
-    none."""
+    """Write the x at which the path enters each box of a node, widened by `slack`.
+
+    It is infinite for a box that the path misses between the `limits` (first, last) of x.
+    """
     first, last = limits
     for l in range(WIDTH):
         a = (box[node, l] - slack - p[0]) * inverse[0]
@@ -55,7 +57,9 @@ def _box_entries(box, node, p, inverse, limits, slack, out):
 def _crossing(shape, s, segment, sense):
     """Return where the line p + x d passes through triangle s.
 
-    Returns x (infinite for none), (u, v), the distance inside the edges, and the slope n·d.
+    Returns x (infinite for none), (u, v), the distance inside the edges, and the slope n·d. A
+    crossing may be `slack` outside the edges, and a rounding beyond the ends of the segment. With
+    the sense ENTRIES only lines against the normal cross.
     """
     p, d, slack = segment.p, segment.d, segment.slack
     n0, n1, n2 = shape[s, 9], shape[s, 10], shape[s, 11]
@@ -100,8 +104,11 @@ def _crossing(shape, s, segment, sense):
 
 @inner(error_model="numpy")
 def _search(facets, segment, sense, crossings, queue):
-    """Find the first crossings of a `Segment`: the entry in crossings[0], the exit in crossings[1]
-    (only if `sense` is EITHER)."""
+    """Write the first entry of a `Segment` to crossings[0], its first exit to crossings[1].
+
+    An exit is searched if `sense` is EITHER, up to `spare` beyond the first crossing. The x is
+    infinite for none; of triangles at the same x the one with the lowest number counts.
+    """
     shape, link, box, child = facets.shape, facets.link, facets.box, facets.child
     nodes, entry, lane = queue.nodes, queue.bounds, queue.lane
     p, d, slack, spare = segment.p, segment.d, segment.slack, segment.spare
@@ -152,7 +159,7 @@ def _search(facets, segment, sense, crossings, queue):
 
 @inner()
 def _write(facets, out, i, crossing, length):
-    """Write a crossing to row i of the hits, except its status."""
+    """Write a crossing to row i of the hits, except its status; fraction, u and v are clipped."""
     shape = facets.shape
     s = int(crossing[SLOT])
     u = min(max(crossing[U], 0.0), 1.0)
@@ -174,7 +181,10 @@ def _queue():
 
 @kernel(error_model="numpy")
 def first_hits(facets, p0, p1, rows, out, start, stop):
-    """Write the first entry of each segment p0[rows[i]] → p1[rows[i]] to row i of `out`."""
+    """Write the first entry of each segment p0[rows[i]] → p1[rows[i]] to row i of `out`.
+
+    The status is NO_HIT without one, NOT_FINITE for such ends, AT_START at the start of the path.
+    """
     crossings, queue = np.empty((2, 6)), _queue()
     size = facets.scale[0]
     for i in range(start, stop):
@@ -195,8 +205,9 @@ def first_hits(facets, p0, p1, rows, out, start, stop):
 def last_crossings(facets, p0, p1, out, verdict, start, stop):
     """Write the crossing nearest the end of each segment p0[i] → p1[i] to row i of `out`.
 
-    Writes to `verdict` (n, 2) the sense, as for exact bodies, and the width within which the result
-    depends on rounding, or zero.
+    Writes to `verdict` (n, 2) the sense (1 entry, −1 exit, 0 none), and the width within which
+    rounding decides: zero unless the crossing is at an edge, or an entry and an exit are in one
+    place. The status is AT_START for a crossing at p0.
     """
     crossings, queue = np.empty((2, 6)), _queue()
     size = facets.scale[0]
@@ -216,7 +227,7 @@ def last_crossings(facets, p0, p1, out, verdict, start, stop):
             out.fraction[i] = 1.0 - out.fraction[i]
             out.status[i] = AT_START if crossings[side, X] >= length else OK
             verdict[i, 0] = 2.0 * side - 1.0
-            last, other = crossings[side], crossings[1 - side]
-            both = other[X] - other[X_TOL] <= last[X] + last[X_TOL]
-            if both or last[EDGE_DISTANCE] <= 2.0 * slack:
+            last, opposite = crossings[side], crossings[1 - side]
+            is_paired = opposite[X] - opposite[X_TOL] <= last[X] + last[X_TOL]
+            if is_paired or last[EDGE_DISTANCE] <= 2.0 * slack:
                 verdict[i, 1] = 2.0 * slack

@@ -21,8 +21,10 @@ INSIDE_TOL = 1e-12
 # large to be inlined: a walk would take a fifth longer.
 @inner(pipeline_class=Compiler)
 def _on_edge(shape, s, a, b, x, y, z):
-    """Return the squared distance to the edge between columns a and b, and the share of the edge
-    there."""
+    """Return the squared distance to the edge between corners in columns a and b, and where.
+
+    The place is a share of the edge from a on, 0 or 1 at its ends.
+    """
     ex = shape[s, b] - shape[s, a]
     ey = shape[s, b + 1] - shape[s, a + 1]
     ez = shape[s, b + 2] - shape[s, a + 2]
@@ -86,12 +88,12 @@ def closest_on(shape, s, x, y, z):
 
 @inner(pipeline_class=Compiler)
 def is_beyond(shape, s, x, y, z, limit):
-    """Return whether triangle s is farther than a squared distance `limit`, without a division.
+    """Return whether triangle s is certainly farther than the squared distance `limit`.
 
     By the height over its plane, and within the plane by the distance to the lines of the sides at
     its first corner: a coordinate u < 0 is −u / |g1| away from its side. The third side is left
-    out, because the coordinate across it cancels on slivers. `closest_on` takes three times as
-    long; with this test the search takes 0.8 of the time.
+    out, because the coordinate across it cancels on slivers, so that a triangle that is farther may
+    pass. `closest_on` takes three times as long; with this test the search takes 0.8 of the time.
     """
     vx = x - shape[s, 0]
     vy = y - shape[s, 1]
@@ -152,13 +154,17 @@ def write_face(shape, k, s, u, v, point, out):
 
 @inner(pipeline_class=Compiler)
 def write_kink(facets, k, foot, point, tracked, out):
-    """Write row k of the projection for a foot (slot, place, share) on an edge or a corner.
+    """Write row k of the projection for a foot (slot, place, share) on a kink, except its patch.
 
-    A tracked foot on a border keeps the triangle's own normal.
+    The gap is the distance and the normal its direction, both signed by the pseudo-normal. Within
+    rounding of the foot the normal is the pseudo-normal, and the gap the height along it. On a
+    border the gap is the height over the triangle, and the normal that of the triangle, if the
+    point is straight above or below it or the foot is tracked; the status of other points is
+    AT_BORDER.
     """
     shape = facets.shape
     link = facets.link
-    small = 4.0 * facets.scale[1]
+    tol = 4.0 * facets.scale[1]
     s, place, share = foot
     u, v = barycentric(place, share, 0.0)
     out.uv[k, 0] = u
@@ -182,7 +188,7 @@ def write_kink(facets, k, foot, point, tracked, out):
         at_border = link[s, place - 1] == NO_TRIANGLE
     else:
         at_border = facets.corner[link[s, VERTICES + place - 4], 3] != 0.0
-    is_beside = at_border and square - height * height > small * small
+    is_beside = at_border and square - height * height > tol * tol
     out.status[k] = AT_BORDER if is_beside else OK
     if at_border and (tracked or not is_beside):
         out.gap[k] = height
@@ -195,7 +201,7 @@ def write_kink(facets, k, foot, point, tracked, out):
         length = 1.0
     side = r[0] * reference[0] + r[1] * reference[1] + r[2] * reference[2]
     distance = math.sqrt(square)
-    if distance <= small:
+    if distance <= tol:
         out.gap[k] = side / length
         for c in range(3):
             out.normal[k, c] = reference[c] / length
@@ -208,23 +214,26 @@ def write_kink(facets, k, foot, point, tracked, out):
 
 @inner(pipeline_class=Compiler)
 def _pseudo_normal(facets, s, place, foot):
-    """Return the sum of the normals at an edge or a corner, weighted by angle, which decides the
-    side of a point (Baerentzen & Aanaes 2005, doi 10.1109/TVCG.2005.49)."""
+    """Return the angle-weighted sum of the normals at an edge or a corner; not a unit vector.
+
+    Its side is the side of a point (Baerentzen & Aanaes 2005, doi 10.1109/TVCG.2005.49). At an edge
+    of more than two triangles those that contain the foot count.
+    """
     shape = facets.shape
     if place >= 4:
         v = facets.link[s, VERTICES + place - 4]
         return facets.corner[v, 0], facets.corner[v, 1], facets.corner[v, 2]
-    other = facets.link[s, place - 1]
+    neighbour = facets.link[s, place - 1]
     x = shape[s, N]
     y = shape[s, N + 1]
     z = shape[s, N + 2]
-    if other >= 0:
-        x += shape[other, N]
-        y += shape[other, N + 1]
-        z += shape[other, N + 2]
-    elif other < NO_TRIANGLE:
+    if neighbour >= 0:
+        x += shape[neighbour, N]
+        y += shape[neighbour, N + 1]
+        z += shape[neighbour, N + 2]
+    elif neighbour < NO_TRIANGLE:
         tol_square = (4.0 * facets.scale[1]) ** 2
-        number = -2 - other
+        number = -2 - neighbour
         for i in range(facets.around_first[number], facets.around_first[number + 1]):
             t = facets.around[i]
             if t != s and closest_on(shape, t, foot[0], foot[1], foot[2])[0] <= tol_square:
@@ -236,7 +245,10 @@ def _pseudo_normal(facets, s, place, foot):
 
 @inner(pipeline_class=Compiler)
 def smooth_normal(facets, s, k, out):
-    """Write the interpolated normals of the corners to row k; the gap stays the signed distance."""
+    """Replace the normal of row k by the unit interpolation of the normals of the corners.
+
+    If that is zero, the normal is the triangle's. The gap stays the signed distance.
+    """
     u = out.uv[k, 0]
     v = out.uv[k, 1]
     square = 0.0

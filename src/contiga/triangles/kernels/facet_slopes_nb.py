@@ -23,14 +23,16 @@ MIN_LENGTH = 10.0
 
 @inner()
 def _vector(shape, s, i):
-    """Return the vector in the columns from i on."""
+    """Return the vector in columns i, i + 1, i + 2 of row s."""
     return shape[s, i], shape[s, i + 1], shape[s, i + 2]
 
 
 @inner()
 def _edge_direction(shape, s, u, v):
-    """Return the unit vector of the edge of triangle s on which a foot with these coordinates
-    is."""
+    """Return the unit vector of the edge of triangle s with the smallest barycentric coordinate.
+
+    A foot (u, v) on an edge has a zero there; the vector runs with the sense of the triangle.
+    """
     w = 1.0 - u - v
     start, end = A, B
     if u <= v and u <= w:
@@ -44,7 +46,7 @@ def _edge_direction(shape, s, u, v):
 
 @inner()
 def _write_interpolated(facets, s, k, d, true, feet, out):
-    """Write row k of `out` for normals that are interpolated between corners.
+    """Write the normal's slopes in row k of `out`, for normals interpolated between corners.
 
     The foot moves by the part of dp along the unit vector d on an edge, perpendicular to the
     triangle's normal `true` inside it (d zero), and not at a corner (`true` zero as well).
@@ -76,9 +78,13 @@ def _write_interpolated(facets, s, k, d, true, feet, out):
 
 @kernel(error_model="numpy")
 def slopes(facets, slot, smooth, points, feet, out, start, stop):
-    """Write rows start … stop of `out`, `FootSlopes`; `feet` is a `Projection` of the points (k,
-    3), and `slot` the slots of its triangles."""
-    shape, small = facets.shape, MIN_LENGTH * facets.scale[1]
+    """Write rows start … stop − 1 of `out` (`FootSlopes`) at `feet`, a `Projection` of `points`.
+
+    The normal is constant at a foot inside a triangle, at one on a border whose gap is a height,
+    and at one on a kink within rounding of its point; it rotates about other kinks. With `smooth`
+    it is interpolated. `slot` has the slot of each triangle.
+    """
+    shape, tol = facets.shape, MIN_LENGTH * facets.scale[1]
     zero = (0.0, 0.0, 0.0)
     for k in range(start, stop):
         s = slot[feet.patch[k]]
@@ -94,11 +100,11 @@ def slopes(facets, slot, smooth, points, feet, out, start, stop):
             size = math.sqrt(dot(r, r))
             # On a border the gap may be the height over the triangle's plane, with a constant
             # normal.
-            if size > small and abs(size - abs(feet.gap[k])) <= max(small, LENGTH_TOL * size):
+            if size > tol and abs(size - abs(feet.gap[k])) <= max(tol, LENGTH_TOL * size):
                 inverse_gap = 1.0 / feet.gap[k]
                 normal = (r[0] * inverse_gap, r[1] * inverse_gap, r[2] * inverse_gap)
                 # At half a thickness from a shell the normal is the direction to the foot.
-                is_turned = smooth and not is_along(r, foot_normal, small)
+                is_turned = smooth and not is_along(r, foot_normal, tol)
                 write_kink_slopes(k, d, d, normal, feet.gap[k], out)
             else:
                 is_inside = True

@@ -32,10 +32,10 @@ MAX_STEPS = 1 << 20
 # large to be inlined: a walk would take a fifth longer.
 @inner(pipeline_class=Compiler)
 def _nearest_around(facets, number, best, point):
-    """Return the closest point on the triangles around a vertex or crowded edge, if closer than
-    `best`.
+    """Return the closest point on the triangles around a vertex or a crowded edge.
 
-    Returns squared distance, slot (−1 for none), place and its two numbers.
+    Returns squared distance, slot, place and its two numbers; the slot is −1 if none is closer than
+    the squared distance `best`. Of equally close triangles the first in `around` counts.
     """
     nearest = -1
     place = 0
@@ -58,7 +58,7 @@ def walk(facets, s, first, point):
     """Walk from a place on triangle s to a local minimum of the distance.
 
     `first` is the result of `closest_on` there. Returns slot, place, its two numbers, and whether
-    the minimum was reached.
+    the minimum was reached within `MAX_STEPS`.
     """
     shape = facets.shape
     link = facets.link
@@ -67,20 +67,20 @@ def walk(facets, s, first, point):
         if place == 0:
             return s, place, a, b, True
         if place < 4:
-            other = link[s, place - 1]
-            if other == NO_TRIANGLE:
+            neighbour = link[s, place - 1]
+            if neighbour == NO_TRIANGLE:
                 return s, place, a, b, True
-            if other >= 0:
-                square, p, u, v = closest_on(shape, other, point[0], point[1], point[2])
+            if neighbour >= 0:
+                square, p, u, v = closest_on(shape, neighbour, point[0], point[1], point[2])
                 if square >= best:
                     return s, place, a, b, True
                 best = square
-                s = other
+                s = neighbour
                 place = p
                 a = u
                 b = v
                 continue
-            new = _nearest_around(facets, -2 - other, best, point)
+            new = _nearest_around(facets, -2 - neighbour, best, point)
         else:
             new = _nearest_around(facets, link[s, VERTICES + place - 4], best, point)
         if new[1] < 0:
@@ -91,11 +91,11 @@ def walk(facets, s, first, point):
 
 @kernel()
 def project_tracked(facets, points, starts, smooth, out, start, stop):
-    """Write the feet of rows start … stop, continued from `starts` (WalkStarts); skip rows of slot
-    −1.
+    """Write the feet of rows start … stop − 1, continued from `starts` (WalkStarts).
 
-    A foot inside the triangle of the last one is certified: the path there is straight, because
-    triangles are convex.
+    Rows of slot −1 are skipped. A foot inside the triangle of the last one is certified if the last
+    point also was over that triangle: the path between them is straight, because triangles are
+    convex. A walk without a minimum gets MAX_ITERATIONS, a point that is not finite NOT_FINITE.
     """
     slots, before = starts.slots, starts.before
     shape = facets.shape

@@ -22,8 +22,11 @@ def _spread_bits(n):
 
 @kernel()
 def along_space(points, rows, low, width):
-    """Return `rows` in the order of the Morton codes of their points; those not finite come
-    first."""
+    """Return `rows` in the order of the Morton codes of their points; equal codes keep their order.
+
+    Cells divide a cube of edge `width` from the corner `low` on; points outside count to its
+    border, points that are not finite to the first cell.
+    """
     n = rows.shape[0]
     cells = (1 << BITS) - 1
     code = np.zeros(n, np.int32)
@@ -39,7 +42,7 @@ def along_space(points, rows, low, width):
     # Two passes of a stable counting sort over the halves of the code.
     half = (3 * BITS + 1) // 2
     order = np.arange(n).astype(np.int32)
-    other = np.empty(n, np.int32)
+    buffer = np.empty(n, np.int32)
     for shift in (0, half):
         first = np.zeros((1 << half) + 1, np.int32)
         for i in range(n):
@@ -48,9 +51,9 @@ def along_space(points, rows, low, width):
             first[i + 1] += first[i]
         for i in range(n):
             key = (code[order[i]] >> shift) & ((1 << half) - 1)
-            other[first[key]] = order[i]
+            buffer[first[key]] = order[i]
             first[key] += 1
-        order, other = other, order
+        order, buffer = buffer, order
     for i in range(n):
-        other[i] = rows[order[i]]
-    return other
+        buffer[i] = rows[order[i]]
+    return buffer
