@@ -62,7 +62,7 @@ class CellTree(NamedTuple):
     cells: NDArray[Any]
     """(n,) `CELL`."""
     tree: NDArray[Any]
-    """Nodes of the tree."""
+    """`NODE`, the root first."""
     order: IntArray
     """Cells in the order of the leaves."""
 
@@ -88,7 +88,7 @@ class BallLimits(NamedTuple):
 
 
 class CellBounds(NamedTuple):
-    """Results for cells: radii, and the unproved share."""
+    """Results of cells: their radii, and the unproved shares."""
 
     rows: NDArray[np.integer[Any]]
     """Cells that are to be bounded."""

@@ -72,7 +72,7 @@ def restriction(degree: int, low: FloatArray, high: FloatArray) -> FloatArray:
 
 
 def elevated(net: FloatArray, degree: int) -> FloatArray:
-    """Return Bernstein coefficients along the last axis, elevated to a degree."""
+    """Return Bernstein coefficients along the last axis, elevated to a degree unless higher."""
     while (n := net.shape[-1]) <= degree:
         share = np.arange(n + 1) / n
         first = np.concatenate([net, np.zeros_like(net[..., :1])], axis=-1)
@@ -91,7 +91,7 @@ def less_a_factor(net: FloatArray) -> FloatArray:
 
 
 def basis(degree: int, x: FloatArray) -> FloatArray:
-    """Return (len(at), degree + 1) Bernstein polynomials at places in [0, 1]."""
+    """Return (len(x), degree + 1) Bernstein polynomials at places x in [0, 1]."""
     k = np.arange(degree + 1)
     count = np.array([float(math.comb(degree, int(i))) for i in k])
     return count * x[:, None] ** k * (1.0 - x[:, None]) ** (degree - k)

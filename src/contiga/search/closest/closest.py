@@ -23,7 +23,9 @@ def closest_of_rows(
 ) -> None:
     """Write the closest points of p_B[rows] to the same rows of `out`.
 
-    `within` (len(rows),) are upper bounds of the distances, infinite where none is known.
+    `within` (len(rows),) are upper bounds of the distances, infinite where none is known. Touching
+    balls prove most of them once these are worth their computation (`known_balls`); results have
+    the same bits with them and without.
     """
     if within is None:
         within = np.full(len(rows), np.inf)

@@ -25,10 +25,10 @@ MAX_WIDTH = 1e-4
 
 
 def edge_widths(body: Faces, elements: Elements, trims: TrimTables) -> FloatArray:
-    """Return the widths (pieces,) of trimming pieces, length.
+    """Return the widths (pieces,) of trimming pieces, length; zero where no second face joins.
 
     A width is twice the tolerance of the edge there and some rounding, at most `MAX_WIDTH`. Also
-    fills the columns `width` and `edge_tolerance` of the elements.
+    writes the columns `width` and `edge_tolerance` of the elements, for trimmed and natural sides.
     """
     rounding = 4.0 * float(np.finfo(float).eps) * body.size
     max_width = MAX_WIDTH * body.size
