@@ -97,7 +97,8 @@ class ExactSurface:
     ) -> None:
         """Continue feet over elements, seams and edges; rows of patch −1 get their closest points.
 
-        With the previous points `before` (n, 3) feet are certified where the quick proof holds.
+        Feet are certified where the quick proof holds, if the previous points `before` (n, 3) are
+        given.
         """
         project.track(self.tables, p_B, SurfacePlaces(patch, uv), out, before)
 
@@ -108,7 +109,7 @@ class ExactSurface:
     def entries(self, a_B: FloatArray, b_B: FloatArray, rows: IntArray) -> Hit:
         """Return the first entries of the paths a_B[rows] → b_B[rows], one row a path.
 
-        By interval Newton; see `first_hit` for what the rows contain.
+        The search is interval Newton; see `first_hit` for what the rows contain.
         """
         out, lists = empty_hit(len(rows)), self._lists(len(rows))
         query = self.tables, lists, a_B, b_B, rows, out

@@ -16,9 +16,9 @@ from contiga.elements.neighbours import join
 from contiga.errors import GeometryError
 from contiga.geometry.body_key import key_of
 from contiga.geometry.faces import Faces
-from contiga.geometry.slits import gaping_edges, stitches
+from contiga.geometry.slits import stitches
 from contiga.search.certify import neighbourhoods
-from contiga.search.closest.widths import SIDE_TOL, edge_widths
+from contiga.search.closest.widths import SIDE_TOL, edge_widths, joints_of_faces
 from contiga.search.hierarchy.build import build_hierarchy, empty_seeds, items_of
 from contiga.search.hierarchy.table_types import Tables
 
@@ -78,8 +78,7 @@ def _build(body: Faces) -> Tables:
     trims = body.trim_tables
     elements, grid = elements_of(body, trims)
     grid = join(elements, grid, body)
-    is_joint = np.array([len(edge.uses) > 1 for edge in body.edges], dtype=bool)
-    is_joint &= ~gaping_edges(body)
+    is_joint = joints_of_faces(body)
     edge_pieces = np.flatnonzero(trims.piece_edge >= 0)
     is_open = stitches(body)[1].astype(np.float64)
     is_open[edge_pieces] = ~is_joint[trims.piece_edge[edge_pieces]]

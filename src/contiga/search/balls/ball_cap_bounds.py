@@ -249,8 +249,8 @@ def _worst_of_boxes(c: list[list[Span]], g: list[Span], ends: list[Span], tau: S
 def _joint_bound(charts: list[FloatArray], weights: list[FloatArray], tolerance: float) -> float:
     """Return a bound of |det(U, V, U')| over all joints of the elements: their angle there.
 
-    By values at Chebyshev nodes times the Lebesgue constant. Infinite where elements do not share
-    their curves within `tolerance`.
+    The bound is the largest value at Chebyshev nodes times the Lebesgue constant. It is infinite
+    where elements do not share their curves within `tolerance`.
     """
     worst = 0.0
     for k in range(len(charts)):

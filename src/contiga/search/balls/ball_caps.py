@@ -40,11 +40,11 @@ class Caps(NamedTuple):
     def mark(self, cells: Records) -> None:
         """Set the cap of measured cells, in place, and tighten the bounds of their normals by it.
 
-        A cell gets the cap of `_nearest` if that reaches over all of the cell, else −1. With the
-        cap's bound of slopes its normals are within an angle of the middle's, the slope's change
-        over the cell: `tilt` is its sine at most. Cells whose derivatives bound nothing get the
-        middle's normal at all corners, and a `wobble` by that angle; their tilt is 1 if the angle
-        is too large, too.
+        A cell gets the cap of `_nearest` if that reaches over all of the cell, else −1. The cap's
+        bound of slopes limits the angle of its normals to the middle's: `tilt` becomes the sine of
+        that angle if it was larger. Cells whose derivatives bound nothing get the middle's normal
+        at all corners, and a `wobble` by that angle; their tilt is 1 if the angle is too large,
+        too.
         """
         cap, share = self._nearest(cells)
         cells["cap"] = np.where(share <= 1.0 + 1e-9, cap, -1)
@@ -81,8 +81,8 @@ class Caps(NamedTuple):
     def _nearest(self, cells: Records) -> tuple[IntArray, FloatArray]:
         """Return the cap (n,) of each cell, and the share of its reach to which the cell extends.
 
-        Of several caps the one with the smallest share; cap 0 and an infinite share where an
-        element has none.
+        The cap with the smallest share counts. An element without caps has cap 0 and an infinite
+        share.
         """
         cap = np.zeros(len(cells), np.int32)
         share = np.full(len(cells), math.inf)

@@ -119,7 +119,10 @@ def spans_of(net: FloatArray, widths: tuple[FloatArray, FloatArray]) -> list[Spa
 
 
 def quotient(n: list[Span], w: list[Span]) -> list[Span]:
-    """Return ranges of a quotient and its derivatives by those of numerator and denominator."""
+    """Return ranges of a quotient and its derivatives by those of numerator and denominator.
+
+    All are in the order of `ORDERS`; the denominator is positive.
+    """
     v = n[0] / w[0]
     x = (n[1] - v * w[1]) / w[0]
     y = (n[2] - v * w[2]) / w[0]

@@ -148,7 +148,10 @@ def leaf_boxes(tables: Tables) -> FloatArray:
 
 
 def near_leaves(tables: Tables, within: float = 0.0) -> IndexArray:
-    """Return (n, 2) pairs of leaves of faces that may come nearer than `within`."""
+    """Return (n, 2) pairs of leaves of faces that may come nearer than `within`, a length.
+
+    Each pair counts once; see `list_near_leaves`.
+    """
     count = PAIRS_PER_LEAF * len(tables.leaves)
     while True:
         pairs: IndexArray = np.empty((count, 2), np.int64)

@@ -252,7 +252,7 @@ def _winding_numbers(
 ) -> tuple[IntArray, NDArray[np.bool_]]:
     """Return the sum (n,) of the winding numbers of all pieces just before points of one piece.
 
-    Also returns which points touch another piece.
+    The second array tells which points are within `tolerance` of another piece.
     """
     winding = np.full(len(points), min(piece.winding, 0))
     is_touching = np.zeros(len(points), bool)

@@ -77,8 +77,9 @@ def _end_rows(elements, e, side, shift, first, row):
 def derivative_jump(elements, e, f, axis, tolerance):
     """Return a bound of the jump of the derivative where element f continues e along an axis.
 
-    From the Bernstein coefficients of ((A' of f) − (A' of e))·w − (w' of f − w' of e)·A over w².
-    Infinite if the two sides are farther apart than `tolerance`, or differ in degree or weights.
+    The bound is the largest Bernstein coefficient of ((A' of f) − (A' of e))·w − (w' of f − w' of
+    e)·A over w². It is infinite if the two sides are farther apart than `tolerance`, or differ in
+    degree or weights.
     """
     p, q = elements.table[e]["degree"]
     r, s = elements.table[f]["degree"]
@@ -202,7 +203,7 @@ def _can_grow(cells, smooth, base, ij, line):
 def _cell_at(smooth, base, i, j):
     """Return the cell (i, j) of a patch; −1 outside.
 
-    Over a smooth seam it is periodic, if there are at least four cells in that direction.
+    Indices continue over a smooth seam if the patch has at least four cells in that direction.
     """
     first, nu, nv = base
     if i < 0 or i >= nu:

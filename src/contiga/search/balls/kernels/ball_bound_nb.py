@@ -117,7 +117,7 @@ def _sample_cell(elements, trims, centre, a, cap, samples):
 def _lower_samples(samples, n, b, side):
     """Lower the radii of samples to those of touching balls through the corners and middle of b.
 
-    Only of points in front of the sample, on `side`.
+    Points that are not in front of the sample, on `side`, do not count.
     """
     sign = -1.0 if side == 0 else 1.0
     for k in range(n):

@@ -24,7 +24,10 @@ ZERO_TOL = 1e-9
 
 @inner()
 def _overhang(cell, m, sign):
-    """Return the distance by which a cell extends beyond its corners in direction sign·m."""
+    """Return a bound of how far a cell extends beyond its corners in direction sign·m.
+
+    m is a unit vector.
+    """
     n = cell["normal"]
     cosine = m[0] * n[0] + m[1] * n[1] + m[2] * n[2]
     lateral = cell["bulge"] * math.sqrt(max(1.0 - cosine * cosine, 0.0))
@@ -163,9 +166,9 @@ def _separating_axis(a, b, normal, e, work):
 def lower_by_cell(a, b, frame, limits, v, work):
     """Lower the corner values `v` of cell a to their bound by cell b; return whether any is lower.
 
-    Of one uniform radius and up to nine planes that separate the cells, the bound of the best
-    `_score` is taken. If one of them lowers no value, `v` stays as it is. `frame` is (normal,
-    side), `limits` are `BallLimits`, `work` is `PlaneWork`.
+    The bound is the one of best `_score` of a uniform radius and up to nine planes that separate
+    the cells. If one of them lowers no value, `v` stays as it is. `frame` is (normal, side),
+    `limits` are `BallLimits`, `work` is `PlaneWork`.
     """
     f, m, e, best, slopes = work.trial, work.plane, work.axis, work.best, work.slopes
     normal = frame[0]

@@ -106,8 +106,8 @@ def second_form(h, alpha, beta, gamma):
 def principal(h):
     """Return `Principal`: the largest normal curvatures towards the normal and away from it.
 
-    Also |S_s|, |S_t| and their parts across each other; `h` holds the derivatives. Curvatures are
-    infinite and the metric zero if S_s and S_t are parallel.
+    The metric is |S_s|, |S_t| and their parts across each other; `h` holds the derivatives.
+    Curvatures are infinite and the metric zero if S_s and S_t are parallel.
     """
     xx = xy = yy = 0.0
     for c in range(3):

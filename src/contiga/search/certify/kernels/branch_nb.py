@@ -271,8 +271,8 @@ def certified_ball(tables, patches, foot, start, motion):
     """Return the radius of a ball that proves a foot (u, v) by its neighbourhood, or 0.
 
     `patches` are the patches of the start and of the foot, `start` is the (u, v) of the start,
-    `motion` is relative to the foot. In a trimmed patch the ball must be clear of the trims, and
-    start and foot in one patch.
+    `motion` is relative to the foot. A foot on a trimmed patch needs a start on the same patch, and
+    a ball that is clear of the trims.
     """
     table, neighbourhoods, trimmed = (
         tables.elements.table,

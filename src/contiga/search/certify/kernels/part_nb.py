@@ -26,7 +26,7 @@ def part_of(s, t):
 def adjoins(elements, e, n, side):
     """Return whether n continues e across `side` in the parameters of the same patch.
 
-    Not across a seam, and only if both have exactly the same range along the side.
+    It does not across a seam, nor unless both have exactly the same range along the side.
     """
     element = elements.table[e]
     other = elements.table[n]

@@ -176,8 +176,8 @@ def unit_normal(h):
 def remainder_of(elements, e, cell, h, remainder):
     """Write bounds of D_x, D_y, D_xx, D_xy, D_yy over a cell to remainder[2, 5].
 
-    Of their lengths in row 0, of their parts along the normal in row 1. x and y run over [-1, 1] in
-    the cell; `h` gets the derivatives by them in its middle. Returns False if the weights allow no
+    Row 0 bounds their lengths, row 1 their parts along the normal. x and y run over [-1, 1] in the
+    cell; `h` gets the derivatives by them in its middle. Returns False if the weights allow no
     bound. Elements without monomials are bounded by their third derivatives, the same in both rows.
     """
     if elements.table[e]["monomial"] >= 0:

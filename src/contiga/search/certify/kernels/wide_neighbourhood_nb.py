@@ -80,7 +80,7 @@ def _width(raw, cell, axis):
 def _part_at(table, home, a, b):
     """Return the part a columns to the right of a part and b rows up.
 
-    Of element −1 if it depends on which is followed first, or there is none.
+    Its element is −1 if there is none, or if it depends on which is followed first.
     """
     across, along = (RIGHT if a >= 0 else LEFT), (UP if b >= 0 else DOWN)
     cell = _walk(table, _walk(table, home, across, abs(a)), along, abs(b))

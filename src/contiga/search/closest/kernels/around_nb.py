@@ -36,7 +36,8 @@ def stands(side, s, t):
 def cross(elements, e, side, s, t):
     """Return the parameters of the same point in the element across `side`.
 
-    They are the element, s, t, and its side that joins this one; the side must have a neighbour.
+    The result is that element, s, t, and its side that joins this one; `side` must have a
+    neighbour.
     """
     x = t if side < 2 else s
     if elements.table[e]["flip"][side] == 1:
@@ -178,8 +179,8 @@ def _deepest_from_pole(elements, e, side, point, h):
 def vertex_exit(elements, foot, point, miss, h):
     """Return the place (element, s, t) at a corner or pole from which f falls most.
 
-    The element is −1 if f falls nowhere; slopes above −`miss` count as level. At a corner the
-    steepest slope inwards from a side decides, at a pole the deepest descent (`_fall_at`).
+    The steepest slope inwards from a side decides at a corner, the deepest descent (`_fall_at`) at
+    a pole. The element is −1 if f falls nowhere; slopes above −`miss` count as level.
     """
     list_e = stack_int64(MAX_AROUND)
     list_st = scratch(MAX_AROUND, 2)

@@ -35,7 +35,7 @@ MAX_WINDOW = 1.0 / 64.0
 def _offset(form, x, y, c):
     """Return component c of the surface's displacement by (x, y) in the patch's parameters.
 
-    To second order; component 3 is along the path.
+    The expansion `form` is of second order; component 3 is along the path.
     """
     first = form[0, c] * x + form[1, c] * y
     return first + (form[2, c] * x + form[3, c] * y) * x + form[4, c] * y * y
@@ -46,8 +46,8 @@ def _square_at(trims, piece, t, place, form, columns, c):
     """Return the squared distance of a place from a trimming piece at t, and the step in t.
 
     The step is that of Gauss-Newton, zero where the distance does not depend on t. Writes the
-    parameters (u, v) there to c[0]. With all four `columns` of `form` the distance is in space,
-    with the first three it is as seen along the path.
+    parameters (u, v) there to c[0]. The distance is in space with all four `columns` of `form`, as
+    seen along the path with the first three.
     """
     piece_parameters(trims, piece, t, c)
     x = c[0, 0] - place[0]
@@ -123,8 +123,8 @@ def _pass_at(trims, piece, t, place, carrier, c, h):
 def _closest_pass(trims, piece, t, place, carrier, c):
     """Return the smallest distance at which the path passes a trimming piece, (u, v) there, and x.
 
-    By Gauss-Newton on the surface itself, from the t of the nearest place to second order; x is the
-    position along the path.
+    x is the position along the path. Gauss-Newton runs on the surface itself, from the t of the
+    nearest place to second order.
     """
     h = scratch(4, 6)
     best_distance, step, x = _pass_at(trims, piece, t, place, carrier, c, h)

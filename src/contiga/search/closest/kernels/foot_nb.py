@@ -194,8 +194,9 @@ def _edge_foot(tables, home, reach, point, nearest, h):
 def _next_face(tables, edge, point, nearest, h):
     """Return the foot on the face across an edge that is closer to the point than the edge.
 
-    Of several faces the closest. Returns (status, element, s, t, feature, distance of the face if
-    the foot is outside of it, else −1); element −1 where no adjoining face is closer.
+    It is the closest foot on all adjoining faces near the edge. Returns (status, element, s, t,
+    feature, distance of the face if the foot is outside of it, else −1); element −1 where no
+    adjoining face is closer.
     """
     elements = tables.elements
     grid = tables.grid

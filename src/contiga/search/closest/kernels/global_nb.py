@@ -270,7 +270,8 @@ def search_leaf(elements, trims, leaf, point, limits, nearest, stack, h):
 def _faces_away(h, half, b, scope):
     """Return whether all of a cell is proved to face away from the guard.
 
-    By the normal in its middle, with derivatives `h`, and the scaled bounds b of its rotation.
+    The proof uses the normal in its middle, of the derivatives `h`, and scaled bounds b of its
+    rotation.
     """
     x = (half[0] * h[0, 1], half[0] * h[1, 1], half[0] * h[2, 1])
     y = (half[1] * h[0, 2], half[1] * h[1, 2], half[1] * h[2, 2])

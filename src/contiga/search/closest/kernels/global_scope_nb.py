@@ -68,9 +68,10 @@ def on_patch(patch):
 
 @inner()
 def curve_faces_away(leaf, plate, point, scope):
-    """Return whether the face along a curve leaf is proved to face away from the guard, everywhere.
+    """Return whether the face along a curve leaf is proved to have no minimum for the guard.
 
-    Or to have the point before it: by its normal in the middle and the bound of its rotation.
+    It has none if it faces away from the guard, or has the point before it, everywhere: the proof
+    uses its normal in the middle and the bound of its rotation.
     """
     middle, bound, tangent = plate["middle"], leaf["bound"], plate["x"]
     if not bound[8] < 1.0 or plate["metric"][0] == 0.0:

@@ -109,7 +109,8 @@ def newton_step(place, progress, p, x, y, z, tolerance):
 def foot_record(p, state, x, y, z, tolerance):
     """Return normal (three numbers), gap and state of the point p, by the derivatives at its foot.
 
-    x, y, z are those of the coordinates. A foot that misses by more than the tolerance is REJECTED.
+    x, y, z are those of the coordinates. The normal is zero at a pole. A foot that misses by more
+    than the tolerance is REJECTED.
     """
     r_x = x[0] - p[0]
     r_y = y[0] - p[1]

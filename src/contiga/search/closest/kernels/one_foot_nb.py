@@ -53,8 +53,8 @@ def may_continue(elements, e, s, t):
 def _newton(element, place, best, p, tolerance):
     """Run Newton's method in one element from place = (s, t); `p` is relative to its origin.
 
-    At most `ROUNDS` rounds. Returns (s, t), the square of the distance, the state (DONE, or why
-    not), and the foot's `FootRecord`, relative to the origin, too.
+    It ends after `ROUNDS` rounds. Returns (s, t), the square of the distance, the state (DONE, or
+    why not), and the foot's `FootRecord`, relative to the origin, too.
     """
     k, centre = element["cubic"], element["about"]
     rational = element["form"] == RATIONAL_CUBIC

@@ -64,8 +64,8 @@ def _angle(ax, ay, az, bx, by, bz):
 def _add_elements(tables, foot, only, total, h):
     """Add the normals of the elements around a foot, weighted by angle, to total[3].
 
-    Only of patch `only`, or of all (−1); elements outside the trims do not count. Returns the
-    number of all elements around, and their list.
+    Elements of other patches than `only` (−1: all count), or outside the trims, are skipped.
+    Returns the number of all elements around, and their list.
     """
     elements = tables.elements
     list_e = np.empty(MAX_AROUND, np.int64)
@@ -154,8 +154,9 @@ def _joined_piece(trims, piece, end):
 def _corner_angle(tables, nearest, h):
     """Return the angle of a trimmed face at its border point `nearest`: π except at corners.
 
-    At a corner of a loop it is that of the tangents of both pieces in space, or 2π less it if the
-    face is on the reflex side; π, too, where the pieces continue or turn back into each other.
+    The angle at a corner of a loop is that of the tangents of both pieces in space, or 2π less it
+    if the face is on the reflex side. It is π, too, where the pieces continue or turn back into
+    each other.
     """
     piece = int(-1 - nearest[ELEMENT])
     t = nearest[S]

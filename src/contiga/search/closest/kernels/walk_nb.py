@@ -193,8 +193,8 @@ def walk(elements, start, point, tolerance, h):
 def _settle(elements, e, s, t, sides):
     """Return status, element, s, t and feature of a converged foot.
 
-    By the sides it presses against: AT_BORDER where the surface ends, EDGE at a kink, VERTEX at two
-    sides or a pole that is not round, else FACE.
+    The sides it presses against decide: AT_BORDER where the surface ends, EDGE at a kink, VERTEX at
+    two sides or a pole that is not round, else FACE.
     """
     status = OK
     feature = FACE

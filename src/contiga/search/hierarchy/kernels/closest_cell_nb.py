@@ -80,8 +80,8 @@ def _square_at(m, x, y):
 def nearest_on_plate(m):
     """Return x, y (−1 … 1) where |r + x a + y b| is smallest, and its square there.
 
-    Inside the parallelogram by the normal equations; otherwise, or if a and b are nearly parallel,
-    the best of its four sides, the first of equal ones.
+    The normal equations give a place inside the parallelogram. If they give none, or a and b are
+    nearly parallel, it is the best place on the four sides.
     """
     det = m.xx * m.yy - m.xy * m.xy
     if det > 1e-12 * m.xx * m.yy:

@@ -194,8 +194,9 @@ def closest_on_stretch(tables, leaf, point, best, slack, h):
 def polish(tables, nearest, point, h):
     """Refine nearest[S], the minimum that a search found on a piece, by Newton's method on f' = 0.
 
-    Near the minimum f is flat, and its rounding hides the last half of the digits. At most
-    `POLISH_STEPS` steps; none where f is not convex, or that is longer than `POLISH_REACH`.
+    Near the minimum f is flat, and its rounding hides the last half of the digits. Newton's method
+    ends after `POLISH_STEPS` steps, where f is not convex, or before a step longer than
+    `POLISH_REACH`.
     """
     piece = int(-1 - nearest[ELEMENT])
     d = scratch(3, 3)

@@ -80,8 +80,8 @@ def _closest_on_meridian(form, rho, height, offset, other):
     """Return parameter and distance of the place of the meridian nearest to a point.
 
     The point is at `rho` from the axis, `height` along it and `offset` from the meridian's
-    half-plane. With `other` it is the farther end if that is a local minimum; otherwise the
-    distance is infinite.
+    half-plane. `other` asks for the farther end instead: its distance is infinite if it is no local
+    minimum.
     """
     about, toward, m = form["about"], form["toward"], form["meridian"]
     x, y = rho - about[0], height - about[1]

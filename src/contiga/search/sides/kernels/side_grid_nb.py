@@ -164,10 +164,10 @@ def _flood(seed, clear):
 
 @kernel()
 def parts_of(surface_bits):
-    """Return the connected sets of small cells without surface in each word.
+    """Return the connected sets of small cells without surface in each word: first and mask.
 
-    As first (n + 1,), the row of `mask` at which each word's sets begin, and mask (m,), their bits.
-    Cells are connected by faces.
+    `mask` (m,) holds the bits of each set, `first` (n + 1,) the row at which the sets of each word
+    begin. Cells are connected by faces.
     """
     first = np.zeros(surface_bits.shape[0] + 1, np.int64)
     mask = np.empty(4 * surface_bits.shape[0] + 64, np.uint64)

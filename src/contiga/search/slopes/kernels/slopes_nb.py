@@ -89,8 +89,9 @@ def _cosine_to_curve(d, r):
 def _curve_at(tables, foot, feature, r, h):
     """Return the first and second derivative of the curve on which a foot lies; zeros for none.
 
-    Of the sides of elements and the trimming pieces through the foot, it is the one most nearly
-    perpendicular to the vector r to the point, within `PERPENDICULAR_TOL`. None at a vertex.
+    The curve is the side of the element, or the trimming piece through the foot, that is most
+    nearly perpendicular to the vector r to the point, within `PERPENDICULAR_TOL`. A vertex has
+    none.
     """
     e, s, t = foot
     elements, trims = tables.elements, tables.trims
@@ -128,8 +129,8 @@ def _curve_at(tables, foot, feature, r, h):
 def slopes(tables, points, feet, out, start, stop):
     """Fill rows start … stop of `out`, `FootSlopes`, at `feet`, a `Projection`, of points (k, 3).
 
-    The gaps are the true distances from the surface. At a focal point of a face the normal counts
-    as fixed; so it does at a foot on an edge or vertex that the point almost touches.
+    The gaps are the true distances from the surface. The normal counts as fixed at a focal point of
+    a face, and at a foot on an edge or vertex that the point almost touches.
     """
     elements, min_length = tables.elements, MIN_LENGTH * tables.scale[1]
     h = scratch(4, 6)

@@ -59,10 +59,10 @@ def over_plane(h, r, d):
 def touch(elements, e, cell, path, length, h):
     """Find the crossing of a cell that is a point, or flat along the path.
 
-    By the sides of its tangent plane on which the ends of the path are, with `slack`. Returns x;
-    the steps in (s, t) from the middle to the place of the cell nearest to where the path meets the
-    plane; and the slope −1, 0 (no crossing) or 1. Places beyond a side of the element within its
-    room count as in the cell.
+    A path crosses if its ends are on different sides of the cell's tangent plane, to `slack`.
+    Returns x; the steps in (s, t) from the middle to the place of the cell nearest to where the
+    path meets the plane; and the slope −1, 0 (no crossing) or 1. Places beyond a side of the
+    element within its room count as in the cell.
     """
     s, t = 0.5 * (cell[0] + cell[1]), 0.5 * (cell[2] + cell[3])
     normal = normal_at(elements, e, s, t, h)

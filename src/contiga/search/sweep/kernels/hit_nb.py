@@ -238,7 +238,10 @@ def _search(tables, segment, loose, sense, crossings, queue, work):
 
 @inner()
 def write_crossing(elements, out, i, crossing, length, h):
-    """Write a crossing into row i of the hits, except its status."""
+    """Write a crossing into row i of the hits, except its status.
+
+    `length` is the length of the path in units of x; the fraction is clipped to [0, 1].
+    """
     e = int(crossing[ELEMENT])
     evaluate(elements, e, crossing[S], crossing[T], h)
     out.fraction[i] = min(max(crossing[X] / length, 0.0), 1.0)
@@ -252,8 +255,9 @@ def write_crossing(elements, out, i, crossing, length, h):
 def write_last(elements, out, verdict, i, crossings, lengths, h):
     """Write the first crossing of a backward search to row i of the hits, and its `verdict`.
 
-    Of entry and exit the one with the smaller x. Without a crossing nothing is written. `lengths`
-    are the length of the path in units of x, and the slack; for `verdict` see `last_crossings`.
+    Entry or exit counts, whichever has the smaller x. Without a crossing nothing is written.
+    `lengths` are the length of the path in units of x, and the slack; for `verdict` see
+    `last_crossings`.
     """
     side = 0 if crossings[0, X] <= crossings[1, X] else 1
     last, other = crossings[side], crossings[1 - side]

@@ -265,7 +265,7 @@ def start_lanes(lanes, n, element):
 
 @inner(linked=False)
 def newton_rational(lanes, banks, element):
-    """Do one round in the first banks of lanes."""
+    """Do one Newton round in the first banks of lanes, whose rational element is `element`."""
     copy = scratch(ELEMENT_SIZE)
     for b in range(banks):
         bank = lanes[b]
@@ -277,7 +277,7 @@ def newton_rational(lanes, banks, element):
 
 @inner(linked=False)
 def newton_polynomial(lanes, banks, element):
-    """Do one round for elements whose weight is one."""
+    """Do one Newton round in the first banks of lanes, whose element has no weights."""
     copy = scratch(ELEMENT_SIZE)
     for b in range(banks):
         bank = lanes[b]
@@ -289,7 +289,7 @@ def newton_polynomial(lanes, banks, element):
 
 @inner(linked=False)
 def finish_rational(lanes, banks, element):
-    """Write the results of the lanes at their final places."""
+    """Write the results of the lanes at their final places in a rational element."""
     copy = scratch(ELEMENT_SIZE)
     for b in range(banks):
         bank = lanes[b]
@@ -301,7 +301,7 @@ def finish_rational(lanes, banks, element):
 
 @inner(linked=False)
 def finish_polynomial(lanes, banks, element):
-    """Write the results for elements whose weight is one."""
+    """Write the results of the lanes at their final places in an element without weights."""
     copy = scratch(ELEMENT_SIZE)
     for b in range(banks):
         bank = lanes[b]

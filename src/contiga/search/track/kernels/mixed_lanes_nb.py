@@ -140,8 +140,8 @@ def enqueue_left(tables, e, bank, l, row, queue, n):
 def _start_queue(tables, queue, n):
     """Set the starts of the first n lanes in their present elements; return the number of banks.
 
-    Lanes beyond are done; lanes that have left for an element of another form, trimmed away, or
-    none are REJECTED.
+    A lane that has left its element goes on in the next one (`next_element`); it is REJECTED if
+    there is none, or it is trimmed away or no cubic. Lanes beyond n are DONE.
     """
     lanes, slots, elements = queue.lanes, queue.slots, tables.elements
     table = elements.table
@@ -216,7 +216,7 @@ def _derivatives(bank, l):
 
 @inner(linked=False)
 def newton_mixed(lanes, banks, tolerance):
-    """Do one round in the first banks of lanes."""
+    """Do one Newton round in the first banks of lanes, each in the element of its own data."""
     for b in range(banks):
         bank = lanes[b]
         for l in range(BANK_WIDTH):
@@ -248,7 +248,7 @@ def prove_mixed(lanes, banks, tolerance):
 def _prove_queue(tables, queue, n, banks):
     """Write which of the first n feet are proved, in the first banks: their quick certificates.
 
-    In a trimmed patch the ball about the foot must be clear of the trims.
+    A foot on a trimmed patch needs a ball that is clear of the trims.
     """
     lanes, slots = queue.lanes, queue.slots
     table, neighbourhoods, trimmed = (
