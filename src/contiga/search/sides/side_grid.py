@@ -197,7 +197,7 @@ def build_sides(tables: Tables, slit: float) -> SideGrid:
     largest_side = np.where(counts, side, -1.0).max(axis=1)
     sign = np.zeros(len(size), np.int8)
     sign[roots] = np.where(least_side == largest_side, least_side, 0.0)
-    cell, masks = side_grid_nb.known_sides(parent, sign, labels, depth, words, first, mask)
+    cell, masks = side_grid_nb.side_tables(parent, sign, labels, depth, words, first, mask)
     outer_side = int(sign[parent[labels[0, 0, 0] - 1]])
     # Patch and parameters of the middles of the pieces.
     element = middles[:, 0].astype(np.int64)

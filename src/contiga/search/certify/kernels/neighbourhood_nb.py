@@ -43,9 +43,9 @@ from contiga.search.closest.kernels.around_nb import MAX_AROUND, around, stands
 POLE_PARTS = 2
 """Largest distance from a pole, in parts, of parts whose neighbourhood is a cap around the pole."""
 MAX_LOOSENESS = 1.3
-"""Ratio of bounds to the curvatures up to which they are tight,"""
+"""Largest ratio of tight bounds to the curvatures."""
 MAX_TURN = 0.02
-"""and turn of the normal in a cell, rad, up to which any bounds are tight enough."""
+"""Turn of the normal in a cell, rad, up to which any bounds are tight enough."""
 
 
 @kernel(error_model="numpy")

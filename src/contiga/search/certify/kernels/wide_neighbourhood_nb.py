@@ -18,17 +18,17 @@ from contiga.search.certify.kernels.bend_nb import INNER, WIDTH_S
 from contiga.search.certify.kernels.part_nb import N_PARTS, add_metric, scales
 
 MAX_PARTS = 12
-"""Largest number of parts in one direction,"""
+"""Largest number of parts that are added in one direction."""
 N_COLUMNS = 2 * MAX_PARTS + 1
-"""and in both."""
+"""Largest number of columns, or of rows, with the part itself."""
 MIN_DEPTH = 0.75
-"""Least depth of a neighbourhood, in widths of parts nearby,"""
+"""Least depth of a neighbourhood, in widths of parts nearby."""
 MAX_DEPTH = 2.0
-"""and depth where it hardly bends."""
+"""Depth of a neighbourhood that hardly bends, in widths of parts nearby."""
 MAX_BEND_RATIO = 2.0
-"""Largest ratio of the turns of a wider neighbourhood and of the first one,"""
+"""Largest ratio of the turns of a wider neighbourhood and of the first one."""
 MAX_TURN = 0.1
-"""unless its turn is below this, rad."""
+"""Turn of a neighbourhood, rad, below which that ratio does not count."""
 LEFT, RIGHT, DOWN, UP = 0, 1, 2, 3
 """Directions of falling and growing s and t in the first element."""
 

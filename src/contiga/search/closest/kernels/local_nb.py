@@ -17,7 +17,7 @@ COLLAPSED = 1e-24
 MIN_EIGENVALUE = 1e-12
 """Smallest eigenvalue of a definite Hessian in the metric, as a share of the largest."""
 SHIFT = 1e-3
-"""Smallest eigenvalue of a shifted Hessian, likewise."""
+"""Smallest eigenvalue of a shifted Hessian in the metric, as a share of the largest."""
 ARMIJO = 1e-4
 """Share of the predicted decrease of f that a step must reach."""
 MAX_HALVINGS = 40

@@ -36,7 +36,7 @@ POSITION_TOL = 1e-3
 STALL_FACTOR = 10.0
 """Predicted decrease of f, in its rounding errors, below which a step may have no effect."""
 MAX_STALLED_STEPS = 4
-"""Largest number of such steps that do not halve the tangential miss either."""
+"""Largest number of steps without effect that do not halve the tangential miss either."""
 STALL_LIMIT = 1e3
 """Predicted decrease of f, in its rounding errors, below which a walk that cannot move has
 converged."""

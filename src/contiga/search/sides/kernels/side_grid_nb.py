@@ -289,7 +289,7 @@ def sizes_and_samples(parent, labels, depth, places, first, mask):
 
 
 @kernel()
-def known_sides(parent, sign, labels, depth, words, first, mask):
+def side_tables(parent, sign, labels, depth, words, first, mask):
     """Return the tables for queries of sides: `cell` and `masks` of a `SideGrid`.
 
     They are (cells,) side times depth, or FIRST_WORD + word, and (words, 2) masks of the small

@@ -97,7 +97,7 @@ def sides(grid, points, rows, side, reach, start, stop):
 def places(grid, points, rows, out_sides, out_places, start, stop):
     """Write the `sides` of points[rows[start:stop]], and a piece of the surface near each.
 
-    The sides go to `out_sides` (KnownSides), patch and parameters of the pieces to `out_places`
+    The sides go to `out_sides` (Sides), patch and parameters of the pieces to `out_places`
     (SurfacePlaces): of points of unknown side in cells that may contain surface; patch −1 for all
     others.
     """
