@@ -72,7 +72,9 @@ class DeformedSurface(ExactSurface):
     def closest_from(self, starts: SurfacePlaces, p_B: FloatArray, out: Projection) -> None:
         """Write the closest points of p_B (k, 3) to `out`, from feet on another shape.
 
-        A start of patch −1 is none. This is faster than `closest`, with the same proof.
+        A start of patch −1 is none. Rows whose foot near the start is not proved the closest are
+        searched by branch and bound, so the result has the same proof as that of `closest`, in less
+        time.
         """
         run_ranges(
             nearest_nb.project_from,
@@ -88,7 +90,10 @@ class DeformedSurface(ExactSurface):
     def closest(
         self, p_B: FloatArray, rows: IntArray, out: Projection, within: FloatArray | None = None
     ) -> None:
-        """Write the closest points of p_B[rows] to `out`, each proved by branch and bound."""
+        """Write the closest points of p_B[rows] to the same rows of `out`, by branch and bound.
+
+        `within` (len(rows),) are upper bounds of the distances, infinite if None.
+        """
         if within is None:
             within = np.full(len(rows), np.inf)
         query = self.tables, p_B, rows, within, out
@@ -102,16 +107,18 @@ class DeformedSurface(ExactSurface):
         out: Projection,
         before: FloatArray | None = None,
     ) -> None:
-        """Continue feet from another shape.
+        """Continue feet from another shape; rows of patch −1 get their closest points.
 
-        Whether they are on the same branch is not proved, so none is certified.
+        Whether feet are on the same branch is not proved: `before` is ignored, and none is
+        certified by it.
         """
         super().track(p_B, patch, uv, out)
 
     def sides(self, p_B: FloatArray, rows: IntArray) -> Sides:
         """Return the sides of points that follow from boxes alone.
 
-        A point beyond the box of a closed body is outside; other sides are unknown.
+        A point beyond the box of a closed body is outside, with its distance from the nearest
+        leaf's box as reach; all other sides are unknown (0, reach 0).
         """
         side, reach = np.zeros(len(rows), np.int8), np.zeros(len(rows))
         if self.closed:
@@ -184,6 +191,9 @@ class Deformable:
     def at(self, control_points: FloatArray) -> DeformedSurface:
         """Return the search on the shape of control points (m, 3), body axes, length.
 
+        The last two shapes are cached: equal control points return the same object. Others compute
+        elements and hierarchy anew.
+
         Raises
         ------
         GeometryError
@@ -221,6 +231,9 @@ def extent_of(points: FloatArray) -> float:
 @once
 def deformable_of(body: Faces) -> Deformable:
     """Return the common part of all shapes of `body`, computed at the first call.
+
+    Whether sides stay together is tested with random displacements of the control points,
+    `JOINT_SHIFT` of the body's size: sides farther apart than `JOINT_TOL` would come apart.
 
     Raises
     ------

@@ -66,7 +66,10 @@ class ExactSurface:
     def closest(
         self, p_B: FloatArray, rows: IntArray, out: Projection, within: FloatArray | None = None
     ) -> None:
-        """Write the closest points of p_B[rows] to the same rows of `out`."""
+        """Write the closest points of p_B[rows] to the same rows of `out`.
+
+        `within` (len(rows),) are upper bounds of the distances, infinite if None.
+        """
         closest_of_rows(self.tables, p_B, rows, out, within)
 
     def closest_facing(
@@ -77,7 +80,10 @@ class ExactSurface:
         starts: SurfacePlaces,
         out: Projection,
     ) -> None:
-        """Write the closest feet that face their guards, by branch and bound."""
+        """Write the closest feet that face their guards, by branch and bound, one row a point.
+
+        A point without such a foot gets the status MAX_ITERATIONS; see `facing_nb`.
+        """
         query = self.tables, p_B, guards, limits, starts, out
         run_ranges(facing_nb.project_facing, len(p_B), MIN_GUARDED, *query)
 
@@ -89,15 +95,22 @@ class ExactSurface:
         out: Projection,
         before: FloatArray | None = None,
     ) -> None:
-        """Continue feet over elements, seams and edges."""
+        """Continue feet over elements, seams and edges; rows of patch −1 get their closest points.
+
+        Feet are certified where the quick proof holds, if the previous points `before` (n, 3) are
+        given.
+        """
         project.track(self.tables, p_B, SurfacePlaces(patch, uv), out, before)
 
     def slopes(self, p_B: FloatArray, feet: Projection, out: FootSlopes) -> None:
-        """Write slopes at feet by the curvature of the faces and edges."""
+        """Write slopes at feet by the curvature of the faces and edges; zero rates at vertices."""
         run_ranges(slopes_nb.slopes, len(p_B), MIN_POINTS, self.tables, p_B, feet, out)
 
     def entries(self, a_B: FloatArray, b_B: FloatArray, rows: IntArray) -> Hit:
-        """Return the first entries, by interval Newton."""
+        """Return the first entries of the paths a_B[rows] → b_B[rows], one row a path.
+
+        The search is interval Newton; see `first_hit` for what the rows contain.
+        """
         out, lists = empty_hit(len(rows)), self._lists(len(rows))
         query = self.tables, lists, a_B, b_B, rows, out
         run_ranges(hit_nb.first_hits, len(rows), MIN_SEGMENTS, *query)
@@ -106,7 +119,12 @@ class ExactSurface:
     def last_crossings(
         self, a_B: FloatArray, b_B: FloatArray, rows: IntArray
     ) -> tuple[Hit, ByteArray]:
-        """Return the last crossings, by interval Newton on the reversed path."""
+        """Return the last crossings of the paths a_B[rows] → b_B[rows], and their sense.
+
+        One row a path; the sense is 1 for an entry, −1 for an exit, 0 for none. Interval Newton on
+        the reversed path; paths whose crossing depends on rounding are repeated on detours
+        (`robust_last_crossings`).
+        """
         lists = self._lists(len(rows))
 
         def search(paths: Paths, out: Hit, verdict: FloatArray) -> None:
@@ -117,21 +135,21 @@ class ExactSurface:
         return robust_last_crossings(search, a_B[rows], b_B[rows])
 
     def safe_distance(self, p_B: FloatArray, rows: IntArray, lengths: FloatArray) -> None:
-        """Write the distances to the nearest box of a leaf to lengths[rows]."""
+        """Write the distances from p_B[rows] to the nearest box of a leaf to lengths[rows]."""
         query = self.tables.tree, p_B, rows, lengths
         run_ranges(safe_distance_nb.box_distance, len(rows), MIN_POINTS, *query)
 
     def sides(self, p_B: FloatArray, rows: IntArray) -> Sides:
-        """Return the sides by the cells of a grid."""
+        """Return the sides of p_B[rows] by the cells of a grid; all are unknown on an open body."""
         return side_grid.side_of(self._grid, p_B, rows)
 
     def clear_paths(self, a_B: FloatArray, b_B: FloatArray, rows: IntArray) -> NDArray[np.bool_]:
-        """Return whether paths are clear, by the cells of a grid that they pass."""
+        """Return whether paths are proved clear, by the cells of a grid that they pass."""
         return side_grid.clear_paths(self._grid, a_B, b_B, rows)
 
     @cached_property
     def contact_tables(self) -> ContactTables | None:
-        """The tables with the touching balls and the grid of sides."""
+        """The tables with the touching balls and the grid of sides, built at the first use."""
         return ContactTables(self.tables, self._grid, balls_of(self.tables))
 
     def _lists(self, n_paths: int) -> PieceLists:

@@ -78,7 +78,11 @@ def first_hit(body: Faces, p0: ArrayLike, p1: ArrayLike) -> Hit:
 def _sides(
     surface: ExactSurface, p_B: FloatArray, rows: IntArray, band: tuple[float, float]
 ) -> ByteArray:
-    """Return sides of p_B[rows]: 1 outside, −1 inside, 0 unknown or within `band` (edge, face)."""
+    """Return sides of p_B[rows]: 1 outside, −1 inside, 0 unknown or within `band` (edge, face).
+
+    Points that the grid does not decide have the sign of the gap at their closest point, if that
+    exceeds the first length of `band` at an edge or vertex, the second on a face.
+    """
     side = surface.sides(p_B, rows).side
     unknown_rows = np.flatnonzero(side == 0)
     feet = empty_projection(len(unknown_rows))

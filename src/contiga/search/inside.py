@@ -22,9 +22,10 @@ DIRECTIONS = np.array([[0.8, 0.53, 0.29], [-0.37, 0.84, 0.4], [0.21, -0.48, 0.85
 def contains(body: Faces, points: ArrayLike) -> NDArray[np.bool_]:
     """Return whether points (n,) lie inside a closed body, or behind an open one's nearest face.
 
-    The sign of the gap at the closest point decides. If that search exceeds its budget, the last
-    crossing of a path from outside a closed body decides. A point whose closest point is on a
-    border of an open body is not behind it.
+    The sign of the gap at the closest point decides; a gap of zero is inside. If that search
+    exceeds its budget, the last crossing of a path from outside a closed body decides. A point
+    whose closest point is on a border of an open body is not behind it, nor is one that is not
+    finite.
 
     Parameters
     ----------

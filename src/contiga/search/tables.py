@@ -11,17 +11,14 @@ import numpy as np
 from contiga.arrays.codes import BORDER, SHARED
 from contiga.arrays.disk_cache import DiskCache
 from contiga.arrays.once import once
-from contiga.elements.element_arrays import Elements
 from contiga.elements.extraction import elements_of
 from contiga.elements.neighbours import join
 from contiga.errors import GeometryError
-from contiga.geometry import trim
 from contiga.geometry.body_key import key_of
 from contiga.geometry.faces import Faces
-from contiga.geometry.slits import gaping_edges, stitches
-from contiga.records import FloatArray
+from contiga.geometry.slits import stitches
 from contiga.search.certify import neighbourhoods
-from contiga.search.closest.widths import SIDE_TOL, edge_widths
+from contiga.search.closest.widths import SIDE_TOL, edge_widths, joints_of_faces
 from contiga.search.hierarchy.build import build_hierarchy, empty_seeds, items_of
 from contiga.search.hierarchy.table_types import Tables
 
@@ -35,7 +32,15 @@ _DISK = DiskCache("tables", __file__)
 
 @once
 def tables_of(body: Faces) -> Tables:
-    """Return the search tables of `body` without neighbourhoods, built at the first call."""
+    """Return the search tables of `body` without neighbourhoods, built at the first call.
+
+    They are cached with the body and on the disk.
+
+    Raises
+    ------
+    GeometryError
+        A body that is a point, or too large or small (`check_size`).
+    """
     check_size(body)
     tables = _DISK.get_or_build(key_of(body), lambda: _build(body))
     return tables._replace(trims=body.trim_tables)
@@ -55,7 +60,7 @@ def check_size(body: Faces) -> None:
 
 
 def check_extent(size: float, name: str) -> None:
-    """Refuse a size as `check_size` does, for a body `name`."""
+    """Refuse a size as `check_size` does, with its GeometryError, for a body `name`."""
     if not MIN_SIZE <= size <= MAX_SIZE:
         raise GeometryError(
             "the body's size cannot be computed with",
@@ -66,16 +71,34 @@ def check_extent(size: float, name: str) -> None:
 
 
 def _build(body: Faces) -> Tables:
-    """Build the tables of a body."""
+    """Build the tables of a body, with empty seeds and neighbourhoods.
+
+    Its sides are joined, marked as SHARED where a trimmed patch goes on, and given their widths.
+    """
     trims = body.trim_tables
     elements, grid = elements_of(body, trims)
     grid = join(elements, grid, body)
-    is_joint = np.array([len(edge.uses) > 1 for edge in body.edges], dtype=bool)
-    is_joint &= ~gaping_edges(body)
+    is_joint = joints_of_faces(body)
     edge_pieces = np.flatnonzero(trims.piece_edge >= 0)
     is_open = stitches(body)[1].astype(np.float64)
     is_open[edge_pieces] = ~is_joint[trims.piece_edge[edge_pieces]]
-    _share_trimmed_sides(elements, trims, is_open)
+    # Sides of trimmed patches are SHARED where no open trimming piece ends the surface: there
+    # another face continues it, across the edge of the trimming piece along that side.
+    table = elements.table
+    ends = trims.piece_ends.reshape(-1, 2, 2)
+    for k in np.unique(table["patch"][trims.trimmed[table["patch"]] != 0]):
+        rows = np.flatnonzero(table["patch"] == k)
+        low, high = trims.domain[k].reshape(2, 2).T
+        open_ends = ends[np.flatnonzero((trims.piece_patch == k) & (is_open != 0.0))]
+        for side in range(4):
+            direction, end = side // 2, (low, high)[side % 2][side // 2]
+            distance = np.abs(open_ends[:, :, direction] - end).max(axis=1)
+            is_alongside = distance <= SIDE_TOL * (high - low)[direction]
+            first, last = np.sort(open_ends[is_alongside][:, :, 1 - direction], axis=1).T
+            box = table["box"][rows][:, 2 * (1 - direction) :][:, :2]
+            has_end = (first < box[:, 1:]) & (last > box[:, :1])
+            is_shared = (table["kind"][rows, side] == BORDER) & ~has_end.any(axis=1)
+            table["kind"][rows[is_shared], side] = SHARED
     piece_width = edge_widths(body, elements, trims)
     hierarchy = build_hierarchy(elements, grid, trims)
     scale = np.array([body.size, RELATIVE_TOLERANCE * body.size])
@@ -94,25 +117,3 @@ def _build(body: Faces) -> Tables:
         scale,
         neighbourhoods.none(),
     )
-
-
-def _share_trimmed_sides(elements: Elements, trims: trim.TrimTables, is_open: FloatArray) -> None:
-    """Mark as SHARED the sides of trimmed patches where no open trimming curve ends the surface.
-
-    There another face continues it, across the edge of the trimming curve along that side.
-    """
-    table = elements.table
-    ends = trims.piece_ends.reshape(-1, 2, 2)
-    for k in np.unique(table["patch"][trims.trimmed[table["patch"]] != 0]):
-        rows = np.flatnonzero(table["patch"] == k)
-        low, high = trims.domain[k].reshape(2, 2).T
-        open_ends = ends[np.flatnonzero((trims.piece_patch == k) & (is_open != 0.0))]
-        for side in range(4):
-            direction, end = side // 2, (low, high)[side % 2][side // 2]
-            distance = np.abs(open_ends[:, :, direction] - end).max(axis=1)
-            is_alongside = distance <= SIDE_TOL * (high - low)[direction]
-            first, last = np.sort(open_ends[is_alongside][:, :, 1 - direction], axis=1).T
-            box = table["box"][rows][:, 2 * (1 - direction) :][:, :2]
-            has_end = (first < box[:, 1:]) & (last > box[:, :1])
-            is_shared = (table["kind"][rows, side] == BORDER) & ~has_end.any(axis=1)
-            table["kind"][rows[is_shared], side] = SHARED

@@ -85,7 +85,7 @@ class Cap(NamedTuple):
 class _Bands(NamedTuple):
     """Bounds of an element between steps away from the pole, one row a band."""
 
-    sound: NDArray[np.bool_]
+    is_sound: NDArray[np.bool_]
     """Whether the map preserves orientation there."""
     low: FloatArray
     """Least eigenvalue of H."""
@@ -106,7 +106,8 @@ def cap_over(
 ) -> Cap | None:
     """Return the cap over a ring (element, side, whether x runs backwards), up to one of `edges`.
 
-    None if nothing is proved. Points within `tolerance` are one.
+    `edges` are rising shares of the elements; the cap ends where the balls are largest
+    (`_best_cap`). None if nothing is proved. Points within `tolerance`, a length, are one.
     """
     nets = [_net(tables, e, side, back) for e, side, back in ring]
     # Whether S_τ × S_x runs along S_u × S_v (1) or against it (−1).
@@ -154,7 +155,10 @@ def cap_over(
 
 
 def _net(tables: Tables, e: int, side: int, is_backwards: bool) -> FloatArray:
-    """Return an element's coefficients (p + 1, q + 1, 4) along a side and away from it."""
+    """Return a copy of an element's coefficients (p + 1, q + 1, 4) along a side and away from it.
+
+    They are homogeneous, relative to the origin of the body's first element.
+    """
     row = tables.elements.table[e]
     p, q = row["degree"].tolist()
     start = int(row["bernstein"])
@@ -169,7 +173,11 @@ def _net(tables: Tables, e: int, side: int, is_backwards: bool) -> FloatArray:
 
 
 def _bands(chart: FloatArray, w: FloatArray, steps: FloatArray, count: int) -> tuple[_Bands, float]:
-    """Return bounds of an element between `steps` from the pole, and its angle around the pole."""
+    """Return bounds of an element between `steps` from the pole, and its angle around the pole.
+
+    `chart` (p + 1, 3, q) and `w` (p + 1, q + 1) are the coefficients of B and of the weight; each
+    band is divided into `count` boxes along x.
+    """
     q = w.shape[1] - 1
     high = np.zeros((len(chart), 1))
     if q > 1:
@@ -210,17 +218,17 @@ def _worst_of_boxes(c: list[list[Span]], g: list[Span], ends: list[Span], tau: S
     v = [c[k][0] + tau * c[k][2] for k in range(2)]
     area = v[0] * u[1] - v[1] * u[0]
     turn = c[0][0] * u[1] - c[1][0] * u[0]
-    sound = (c[0][0].low > 0.0) & (turn.low > 0.0) & (area.low > 0.0)
-    safe = Span(np.maximum(area.low, 1e-300), np.maximum(area.high, 1e-300))
+    is_sound = (c[0][0].low > 0.0) & (turn.low > 0.0) & (area.low > 0.0)
+    safe_area = Span(np.maximum(area.low, 1e-300), np.maximum(area.high, 1e-300))
     up = g[0].times(2.0) + tau * g[2]
-    m = [(up * u[1] - g[1] * v[1]) / safe, (g[1] * v[0] - up * u[0]) / safe]
+    m = [(up * u[1] - g[1] * v[1]) / safe_area, (g[1] * v[0] - up * u[0]) / safe_area]
     uu = g[3] - m[0] * c[0][3] - m[1] * c[1][3]
     uv = g[1] + tau * (g[4] - m[0] * c[0][4] - m[1] * c[1][4])
     d = [(c[k][2].times(2.0) + tau * c[k][5]) for k in range(2)]
     vv = g[0].times(2.0) + tau * (g[2].times(4.0) + tau * g[5] - m[0] * d[0] - m[1] * d[1])
     zero = Span(np.zeros_like(area.low), np.zeros_like(area.low))
-    a = [(zero - v[1]) / safe, v[0] / safe]  # dual to U and V
-    b = [u[1] / safe, (zero - u[0]) / safe]
+    a = [(zero - v[1]) / safe_area, v[0] / safe_area]  # dual to U and V
+    b = [u[1] / safe_area, (zero - u[0]) / safe_area]
     xx = uu * a[0] * a[0] + (uv * a[0] * b[0]).times(2.0) + vv * b[0] * b[0]
     xy = uu * a[0] * a[1] + uv * (a[0] * b[1] + a[1] * b[0]) + vv * b[0] * b[1]
     yy = uu * a[1] * a[1] + (uv * a[1] * b[1]).times(2.0) + vv * b[1] * b[1]
@@ -228,7 +236,7 @@ def _worst_of_boxes(c: list[list[Span]], g: list[Span], ends: list[Span], tau: S
     low = 0.5 * (xx.low + yy.low) - np.hypot(0.5 * (xx.low - yy.low), xy.size)
     rise = tau * up
     return _Bands(
-        np.all(sound, axis=0),
+        np.all(is_sound, axis=0),
         low.min(axis=0),
         high.max(axis=0),
         (tau.high * ends[0].low).min(axis=0),
@@ -239,9 +247,10 @@ def _worst_of_boxes(c: list[list[Span]], g: list[Span], ends: list[Span], tau: S
 
 
 def _joint_bound(charts: list[FloatArray], weights: list[FloatArray], tolerance: float) -> float:
-    """Return a bound of det(U, V, U') at the joints of the elements, of all of C.
+    """Return a bound of |det(U, V, U')| over all joints of the elements: their angle there.
 
-    It is infinite where elements do not share their curves.
+    The bound is the largest value at Chebyshev nodes times the Lebesgue constant. It is infinite
+    where elements do not share their curves within `tolerance`.
     """
     worst = 0.0
     for k in range(len(charts)):
@@ -285,11 +294,12 @@ def _edge_values(
 def _best_cap(
     bands: list[_Bands], joints: float, steps: FloatArray, edges: FloatArray, sense: int
 ) -> Cap | None:
-    """Return the cap with the reach that leaves the largest balls.
+    """Return the cap that ends at the edge where its balls are largest; None if none is proved.
 
-    `sense` is the sense of S_τ × S_x along the normal.
+    Largest is the sum of both radii, each counted up to half the cap's outer radius; the first of
+    equal edges. `sense` is the sense of S_τ × S_x along the normal.
     """
-    sound = np.logical_and.accumulate(np.all([band.sound for band in bands], axis=0))
+    is_sound = np.logical_and.accumulate(np.all([band.is_sound for band in bands], axis=0))
     low = np.minimum.accumulate(np.min([band.low for band in bands], axis=0))
     high = np.maximum.accumulate(np.max([band.high for band in bands], axis=0))
     inner_radius = np.min([band.inner_radius for band in bands], axis=0)
@@ -297,14 +307,14 @@ def _best_cap(
     area = np.minimum.accumulate(np.min([band.area for band in bands], axis=0))
     speed = np.maximum.accumulate(np.max([band.speed for band in bands], axis=0))
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-        sound &= joints * speed <= PLANE_TOL * area**2
+        is_sound &= joints * speed <= PLANE_TOL * area**2
         radii = SAFETY / np.maximum(np.stack([-low, high] if sense > 0 else [high, -low]), 0.0)
     best_score: float = 0.0
     result: Cap | None = None
     for edge in edges.tolist():
         last = int(np.searchsorted(steps, edge, side="right")) - 2
         wide_bands = np.flatnonzero(inner_radius >= outer_radius[last])
-        if last < 0 or len(wide_bands) == 0 or not sound[k := int(wide_bands[0])] or k < last:
+        if last < 0 or len(wide_bands) == 0 or not is_sound[k := int(wide_bands[0])] or k < last:
             continue
         score = float(np.minimum(radii[:, k], 0.5 * outer_radius[last]).sum())
         if score > best_score:

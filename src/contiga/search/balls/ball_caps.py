@@ -38,9 +38,13 @@ class Caps(NamedTuple):
     """(caps,) largest change of the slope of the surface over the tangent plane, per length."""
 
     def mark(self, cells: Records) -> None:
-        """Set the cap of measured cells, and the bounds of their normals by that cap.
+        """Set the cap of measured cells, in place, and tighten the bounds of their normals by it.
 
-        Normals whose slopes differ by x are at most at the angle x.
+        A cell gets the cap of `_nearest` if that reaches over all of the cell, else −1. The cap's
+        bound of slopes limits the angle of its normals to the middle's: `tilt` becomes the sine of
+        that angle if it was larger. Cells whose derivatives bound nothing get the middle's normal
+        at all corners, and a `wobble` by that angle; their tilt is 1 if the angle is too large,
+        too.
         """
         cap, share = self._nearest(cells)
         cells["cap"] = np.where(share <= 1.0 + 1e-9, cap, -1)
@@ -60,9 +64,10 @@ class Caps(NamedTuple):
         cells[rows] = capped
 
     def take(self, cells: Records, blocks: Records, target: float) -> None:
-        """Set caps as the smooth blocks, rows of `blocks`, of cells in them without a better block.
+        """Make caps the smooth blocks, rows of `blocks`, of the cells near a pole that gain by it.
 
-        A block that allows balls as large as `target` is good.
+        Only cells in the inner `BLOCK_SHARE` of a cap whose normals are bounded can have it. They
+        do if the smaller radius of the cap is at least that of their block, or at least `target`.
         """
         cap, share = self._nearest(cells)
         rows = np.flatnonzero((share <= BLOCK_SHARE) & (cells["tilt"] < MAX_CHANGE))
@@ -74,7 +79,11 @@ class Caps(NamedTuple):
         blocks["radii"][rows] = radii
 
     def _nearest(self, cells: Records) -> tuple[IntArray, FloatArray]:
-        """Return the nearest cap of each cell, and its extent from the pole, in the reach."""
+        """Return the cap (n,) of each cell, and the share of its reach to which the cell extends.
+
+        The cap with the smallest share counts. An element without caps has cap 0 and an infinite
+        share.
+        """
         cap = np.zeros(len(cells), np.int32)
         share = np.full(len(cells), math.inf)
         for side in range(4):
@@ -88,7 +97,10 @@ class Caps(NamedTuple):
 
 
 def find_caps(tables: Tables, cells: Records, tolerance: float) -> Caps:
-    """Return the caps of a body whose grids have `cells`; points within `tolerance` are one."""
+    """Return the caps of a body whose grids have `cells`; points within `tolerance` are one.
+
+    Poles whose elements do not close smoothly, or of which nothing is proved, have none.
+    """
     table = tables.elements.table
     cap_of_side = np.full((len(table), 4), -1, np.int32)
     is_done = table["kind"] != POLE
@@ -117,7 +129,8 @@ def find_caps(tables: Tables, cells: Records, tolerance: float) -> Caps:
 def _elements_around(table: Records, e: int, side: int) -> list[tuple[int, int, bool]]:
     """Return the elements around a pole with their sides, and whether x runs backwards in each.
 
-    They are traversed across the sides that start from the pole. Empty if they do not close.
+    They are traversed across the sides that start from the pole. Empty if they do not close over
+    smooth sides within `MAX_RING` elements.
     """
     start = (e, side)
     ring = []

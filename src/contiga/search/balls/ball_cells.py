@@ -108,7 +108,12 @@ class _Frame(NamedTuple):
 
 
 def build_balls(tables: Tables) -> Balls:
-    """Compute the touching balls of a body."""
+    """Compute the touching balls of a body.
+
+    Cells with rough derivatives are halved first. Then, in at most `ROUNDS` rounds, the radii of
+    new cells are bounded, and cells of which too little is proved are halved, those with the
+    largest loss first, until the rest is small or `BUDGET` is spent.
+    """
     root = tables.tree[0]
     centre, size = 0.5 * (root["low"] + root["high"]), float(tables.scale[0])
     rounding = np.finfo(float).eps * float(np.abs(centre).max())
@@ -165,10 +170,11 @@ def build_balls(tables: Tables) -> Balls:
 
 
 def _grid(tables: Tables, centre: FloatArray, size: float) -> tuple[Records, Rows, Records]:
-    """Return the cells of every element; a span has as many as any of its elements needs.
+    """Return the cells of the grids of all elements; a span has as many as its neediest element.
 
-    Also returns the `GRID` rows, and (patches, 3) the first cell and the numbers of cells in u and
-    v.
+    Returns the `GRID` row of each element; (patches, 3) the first cell and the numbers of cells in
+    u and v; and the cells, patch by patch, in which only their places are set. `CELL_TURN` and
+    `MAX_CELL_LENGTH` decide how many an element needs.
     """
     elements, grid = tables.elements, tables.grid
     n = len(elements.table)
@@ -222,7 +228,7 @@ def _grid(tables: Tables, centre: FloatArray, size: float) -> tuple[Records, Row
 
 
 def _place_cells(cells: Records, box: FloatArray, table: Records) -> None:
-    """Set the places of cells; `box` (n, 2, 2) is low and high in s and t."""
+    """Set box, uv, width and patch of cells; `box` (n, 2, 2) is low and high in s and in t."""
     cells["box"] = box.reshape(-1, 4)
     rows = table[cells["element"]]
     element_box = rows["box"].reshape(-1, 2, 2)
@@ -233,7 +239,7 @@ def _place_cells(cells: Records, box: FloatArray, table: Records) -> None:
 
 
 def _measure(frame: _Frame, cells: Records) -> None:
-    """Set the bounds of cells, their caps, and their state by the trims."""
+    """Set the bounds of cells, their caps, and their state by the trims, in place."""
     tables = frame.tables
     _measure_cells(tables, frame.centre, cells)
     frame.caps.mark(cells)
@@ -274,7 +280,12 @@ def _has_cap(all_cells: _Cells) -> NDArray[np.bool_]:
 
 
 def _cut(frame: _Frame, old: _Cells, rows: Rows, own_blocks: bool) -> _Cells:
-    """Return the cells with `rows` halved; the halves inherit the smooth block or get their own."""
+    """Return all cells with `rows` halved: the old ones, then both halves of each row.
+
+    A cell is cut across its longer direction; with `own_blocks` where its derivatives then change
+    least. Halves inherit the smooth block, unless surroundings of their own are better, and by
+    interpolation the radii; with `own_blocks` inherited blocks count as proving nothing.
+    """
     n = len(old.cells)
     parents = np.repeat(old.cells[rows], 2)
     # Halved across s (0) or t (1), rough cells so that their derivatives change least.
@@ -320,7 +331,12 @@ def _cut(frame: _Frame, old: _Cells, rows: Rows, own_blocks: bool) -> _Cells:
 
 
 def _own_blocks(frame: _Frame, parts: Records, blocks: Records) -> Records:
-    """Return smooth blocks of cells: the given ones, or surroundings in their element if better."""
+    """Return smooth blocks of cells: the given ones, or surroundings in their element if better.
+
+    Surroundings are tried from the widest on (`single_cell_blocks`), then caps. Cells whose own
+    surroundings would cross a side of the element keep a block that proves anything. Changes
+    `blocks`.
+    """
     box = parts["box"].reshape(-1, 2, 2)
     half = box[:, :, 1] - box[:, :, 0]
     lengths = np.maximum(np.linalg.norm(parts["first"], axis=2), 1e-300)
@@ -345,7 +361,10 @@ def _own_blocks(frame: _Frame, parts: Records, blocks: Records) -> Records:
 
 
 def _bound(frame: _Frame, all_cells: _Cells, rows: Rows) -> None:
-    """Compute the radii of those cells of `rows` that are not cut or trimmed away."""
+    """Write radii and unproved share of those cells of `rows` that are not cut or trimmed away.
+
+    All leaves of the body bound them.
+    """
     cells = all_cells.cells
     leaves = np.flatnonzero(_is_leaf(all_cells)).astype(np.int32)
     corner, bulge = cells["corner"][leaves], cells["bulge"][leaves, None]

@@ -33,10 +33,10 @@ CELL = np.dtype(
         ("wobble", "f8"),  # distance of normals from the bilinear patch of those at corners
         ("form", "f8", 6),  # least and largest n·S_xx, n·S_xy, n·S_yy
         ("bulge", "f8"),  # distance of the surface from the bilinear patch of its corners
-        ("rise", "f8"),  # the same above and, `sink`, below it, along the normal
-        ("sink", "f8"),
+        ("rise", "f8"),  # largest height of the surface above that patch, along the normal
+        ("sink", "f8"),  # largest depth of the surface below it
         ("turn", "f8"),  # largest relative change of the derivatives
-        ("shear", "f8"),  # the same along the tangent plane of the middle
+        ("shear", "f8"),  # largest part of that change along the tangent plane of the middle
         ("tilt", "f8"),  # sine of the largest angle between normals and the middle's
         ("bend", "f8", 2),  # least and largest normal curvature, positive towards the normal
         ("extent", "f8"),  # about half its diagonal
@@ -62,7 +62,7 @@ class CellTree(NamedTuple):
     cells: NDArray[Any]
     """(n,) `CELL`."""
     tree: NDArray[Any]
-    """Nodes of the tree."""
+    """`NODE`, the root first."""
     order: IntArray
     """Cells in the order of the leaves."""
 
@@ -88,7 +88,7 @@ class BallLimits(NamedTuple):
 
 
 class CellBounds(NamedTuple):
-    """Results for cells: radii, and the unproved share."""
+    """Results of cells: their radii, and the unproved shares."""
 
     rows: NDArray[np.integer[Any]]
     """Cells that are to be bounded."""

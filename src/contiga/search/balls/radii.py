@@ -28,7 +28,7 @@ def balls_of(tables: Tables) -> Balls:
     return _BALLS.of(tables)
 
 
-def known_balls(tables: Tables, n_points: int) -> Balls | None:
+def balls_if_they_pay(tables: Tables, n_points: int) -> Balls | None:
     """Return the balls if they are computed, or pay with `n_points` more closest points; else None.
 
     Results have the same bits with them and without.

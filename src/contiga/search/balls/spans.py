@@ -72,7 +72,7 @@ def restriction(degree: int, low: FloatArray, high: FloatArray) -> FloatArray:
 
 
 def elevated(net: FloatArray, degree: int) -> FloatArray:
-    """Return Bernstein coefficients along the last axis, elevated to a degree."""
+    """Return Bernstein coefficients along the last axis, elevated to a degree unless higher."""
     while (n := net.shape[-1]) <= degree:
         share = np.arange(n + 1) / n
         first = np.concatenate([net, np.zeros_like(net[..., :1])], axis=-1)
@@ -91,7 +91,7 @@ def less_a_factor(net: FloatArray) -> FloatArray:
 
 
 def basis(degree: int, x: FloatArray) -> FloatArray:
-    """Return (len(at), degree + 1) Bernstein polynomials at places in [0, 1]."""
+    """Return (len(x), degree + 1) Bernstein polynomials at places x in [0, 1]."""
     k = np.arange(degree + 1)
     count = np.array([float(math.comb(degree, int(i))) for i in k])
     return count * x[:, None] ** k * (1.0 - x[:, None]) ** (degree - k)
@@ -119,7 +119,10 @@ def spans_of(net: FloatArray, widths: tuple[FloatArray, FloatArray]) -> list[Spa
 
 
 def quotient(n: list[Span], w: list[Span]) -> list[Span]:
-    """Return ranges of a quotient and its derivatives by those of numerator and denominator."""
+    """Return ranges of a quotient and its derivatives by those of numerator and denominator.
+
+    All are in the order of `ORDERS`; the denominator is positive.
+    """
     v = n[0] / w[0]
     x = (n[1] - v * w[1]) / w[0]
     y = (n[2] - v * w[2]) / w[0]

@@ -24,8 +24,25 @@ OFFSET = 1e-7
 
 
 def coincident_at(body: Faces) -> tuple[int, int, FloatArray] | None:
-    """Find two faces of a closed body with a common part, and a point there; None if none have."""
-    patch, points, normals = _samples(body)
+    """Find two faces of a closed body with a common part; return them and a point there, else None.
+
+    At most `N_SAMPLES` random points of each face are tested, from a fixed seed: a small common
+    part may be missed. The first that shows one is returned.
+    """
+    rng = np.random.default_rng(0)
+    samples: list[tuple[IndexArray, FloatArray, FloatArray]] = []
+    for k, (surface, loops) in enumerate(zip(body.patches, body.trims, strict=True)):
+        low, high = parameter_box(surface, loops)
+        uv = low + (high - low) * rng.random((N_SAMPLES if loops is None else N_TRIALS, 2))
+        if loops is not None:
+            uv = uv[points_in_trim(body.trim_tables, k, as_contiguous(uv, np.float64))][:N_SAMPLES]
+        d = surface.derivatives(uv, 1)
+        normal = np.cross(d[:, 1, 0], d[:, 0, 1])
+        length = np.linalg.norm(normal, axis=1)
+        is_regular = length > 0.0
+        unit_normals = normal[is_regular] / length[is_regular, None]
+        samples.append((np.full(int(is_regular.sum()), k), d[is_regular, 0, 0], unit_normals))
+    patch, points, normals = (np.concatenate(column) for column in zip(*samples, strict=True))
     offset = OFFSET * body.size
     for sign in (1.0, -1.0):
         feet = project(body, points + sign * offset * normals)
@@ -36,22 +53,3 @@ def coincident_at(body: Faces) -> tuple[int, int, FloatArray] | None:
             k = int(rows[0])
             return int(patch[k]), int(feet.patch[k]), points[k]
     return None
-
-
-def _samples(body: Faces) -> tuple[IndexArray, FloatArray, FloatArray]:
-    """Return patch (n,), point (n, 3) and unit normal (n, 3) of random samples of all faces."""
-    rng = np.random.default_rng(0)
-    patch, points, normals = [], [], []
-    for k, (surface, loops) in enumerate(zip(body.patches, body.trims, strict=True)):
-        low, high = parameter_box(surface, loops)
-        uv = low + (high - low) * rng.random((N_SAMPLES if loops is None else N_TRIALS, 2))
-        if loops is not None:
-            uv = uv[points_in_trim(body.trim_tables, k, as_contiguous(uv, np.float64))][:N_SAMPLES]
-        d = surface.derivatives(uv, 1)
-        normal = np.cross(d[:, 1, 0], d[:, 0, 1])
-        length = np.linalg.norm(normal, axis=1)
-        is_regular = length > 0.0
-        patch.append(np.full(int(is_regular.sum()), k))
-        points.append(d[is_regular, 0, 0])
-        normals.append(normal[is_regular] / length[is_regular, None])
-    return np.concatenate(patch), np.concatenate(points), np.concatenate(normals)

@@ -76,6 +76,8 @@ class _Places(NamedTuple):
 def crossing_of(body: Faces, group: IntArray, slit: float) -> Crossing | None:
     """Find a place where a face crosses itself or another of its group; None if there is none.
 
+    The first of the places that were found is returned.
+
     Parameters
     ----------
     body : the faces
@@ -90,7 +92,17 @@ def crossing_of(body: Faces, group: IntArray, slit: float) -> Crossing | None:
     pairs = pairs[np.where(is_same_patch, ~_in_flat_part(tables, pairs), is_same_group)]
     if len(pairs) == 0:
         return None
-    first, second = _common_points(body, tables, pairs)
+    # The common points of the pairs, as places on the first leaf and on the second.
+    n = len(pairs)
+    count = max(MIN_STARTS, min(MAX_TOTAL_STARTS // n, common_point_nb.N_STARTS))
+    starts = Starts(pairs, np.empty((n, count, 2, 2)), np.empty((n, count)))
+    common_point_nb.nearest_starts(tables.plates, starts)
+    common = CommonPoints.of(n, count)
+    args = tables.elements, tables.leaves, starts, MEETING_TOL * body.size, common
+    run_ranges(common_point_nb.find_common_points, n, MIN_THREAD_STARTS // count + 1, *args)
+    patch = tables.leaves["patch"][pairs[np.nonzero(common.is_common)[0]]]
+    uv, point, tangents = (field[common.is_common] for field in common[1:])
+    first, second = (_Places(patch[:, k], uv[:, k], point[:, k], tangents[:, k]) for k in (0, 1))
     margin = max(MIN_EXTENT * body.size, 4.0 * slit)
     rows = np.flatnonzero(_crosses(body, first, second, margin))
     if len(rows) == 0:
@@ -128,7 +140,7 @@ def _in_flat_part(tables: Tables, pairs: IndexArray) -> NDArray[np.bool_]:
 
 
 def leaf_boxes(tables: Tables) -> FloatArray:
-    """Return the box (leaves, 2, 2) in (u, v) of each leaf of a face; undefined for curves."""
+    """Return low and high (u, v) of each leaf of a face, (leaves, 2, 2); undefined for curves."""
     leaves, table = tables.leaves, tables.elements.table
     box = table["box"][np.maximum(leaves["element"], 0)].reshape(-1, 2, 2)
     share = leaves["box"].reshape(-1, 2, 2) + 0.5
@@ -136,7 +148,10 @@ def leaf_boxes(tables: Tables) -> FloatArray:
 
 
 def near_leaves(tables: Tables, within: float = 0.0) -> IndexArray:
-    """Return (n, 2) pairs of leaves of faces that may come nearer than `within`."""
+    """Return (n, 2) pairs of leaves of faces that may come nearer than `within`, a length.
+
+    Each pair counts once; see `list_near_leaves`.
+    """
     count = PAIRS_PER_LEAF * len(tables.leaves)
     while True:
         pairs: IndexArray = np.empty((count, 2), np.int64)
@@ -145,21 +160,6 @@ def near_leaves(tables: Tables, within: float = 0.0) -> IndexArray:
         )
         if count <= len(pairs):
             return pairs[:count]
-
-
-def _common_points(body: Faces, tables: Tables, pairs: IndexArray) -> tuple[_Places, _Places]:
-    """Return the common points of pairs of leaves, as places on the first and on the second."""
-    n = len(pairs)
-    count = max(MIN_STARTS, min(MAX_TOTAL_STARTS // n, common_point_nb.N_STARTS))
-    starts = Starts(pairs, np.empty((n, count, 2, 2)), np.empty((n, count)))
-    common_point_nb.nearest_starts(tables.plates, starts)
-    common = CommonPoints.of(n, count)
-    args = tables.elements, tables.leaves, starts, MEETING_TOL * body.size, common
-    run_ranges(common_point_nb.find_common_points, n, MIN_THREAD_STARTS // count + 1, *args)
-    patch = tables.leaves["patch"][pairs[np.nonzero(common.is_common)[0]]]
-    uv, point, tangents = (field[common.is_common] for field in common[1:])
-    first, second = (_Places(patch[:, k], uv[:, k], point[:, k], tangents[:, k]) for k in (0, 1))
-    return first, second
 
 
 def _crosses(body: Faces, a: _Places, b: _Places, margin: float) -> NDArray[np.bool_]:
@@ -199,7 +199,10 @@ def _crosses(body: Faces, a: _Places, b: _Places, margin: float) -> NDArray[np.b
 def _contains(
     body: Faces, patch: IndexArray, uv: FloatArray, target: FloatArray, margin: float
 ) -> NDArray[np.bool_]:
-    """Return whether faces contain `target` (n, 3) at about (u, v), within half of `margin`."""
+    """Return whether faces contain `target` (n, 3) at about (u, v), within half of `margin`.
+
+    (u, v) has to be in the patch and inside its trims.
+    """
     contains = np.zeros(len(uv), bool)
     for k in np.unique(patch).tolist():
         rows = np.flatnonzero(patch == k)

@@ -59,6 +59,8 @@ class Meeting(NamedTuple):
 
 
 class _Piece(NamedTuple):
+    """A piece of a body, and what the tests of meetings need of it."""
+
     faces: Faces
     patches: IndexArray
     """Its patches in the body."""
@@ -74,7 +76,9 @@ class _Piece(NamedTuple):
 def meetings_of(body: Faces, piece: IntArray, tolerance: float) -> tuple[Meeting, ...]:
     """Return the first `MAX_MEETINGS` places where closed pieces of `body` meet.
 
-    If there are none, return a place where faces coincide, if there is one.
+    Pairs of pieces are tested whose leaves come near each other, or of which one's box contains the
+    other's. An overlap is reported at a crossing of faces if there is one. If no pieces meet, a
+    place is returned where faces coincide, if there is one.
 
     Parameters
     ----------
@@ -122,6 +126,7 @@ class _Pieces:
         self.boxes = np.array([faces.bounds() for faces in self._faces])
 
     def __getitem__(self, k: int) -> _Piece:
+        """Return piece k with its triangles, computed at the first use."""
         if k not in self._cache:
             tables, faces, patches = tables_of(self._body), self._faces[k], self._groups[k]
             in_piece = np.isin(tables.leaves["patch"], patches) & (tables.leaves["element"] >= 0)
@@ -140,7 +145,10 @@ class _Pieces:
 def _meeting_of_pieces(
     pieces: _Pieces, first: _Piece, second: _Piece, tolerance: float
 ) -> Meeting | None:
-    """Find a place where two pieces meet."""
+    """Find a place where two pieces meet, None if no test place shows one.
+
+    Each piece is divided in turn; then places around its nearest points are tested.
+    """
     low = np.maximum(first.box[0], second.box[0]) - tolerance
     box = np.array([low, np.minimum(first.box[1], second.box[1]) + tolerance])
     for piece, other in ((first, second), (second, first)):
@@ -162,7 +170,10 @@ def _meeting_of_pieces(
 def _meeting_by_division(
     pieces: _Pieces, piece: _Piece, other: _Piece, box: FloatArray, tolerance: float
 ) -> tuple[Meeting | None, FloatArray]:
-    """Find a place of a piece within a box where it meets another; also the nearest places."""
+    """Find a place of a piece within a box where it meets another; also the nearest places.
+
+    These are at most `N_NEAREST` test places of the last level that may still touch, nearest first.
+    """
     triangles, bulge = piece.triangles, piece.bulge
     nearest = np.zeros((0, 3))
     for _ in range(MAX_LEVELS):
@@ -189,7 +200,9 @@ def _meeting_among(
 ) -> tuple[Meeting | None, FloatArray]:
     """Find one of some places near a piece that shows that it meets another.
 
-    Also returns the distance (n,) of each from the other piece.
+    Coincidence goes before overlap; of several places the one farthest from the other piece is
+    taken, None if there is none. Also returns the distance (n,) of each place's foot from the other
+    piece.
     """
     feet = project(piece.faces, places)
     other_feet = project(other.faces, feet.point)
@@ -217,6 +230,7 @@ def _coincides_around(
 ) -> NDArray[np.bool_]:
     """Return whether the faces of two pieces coincide all around common points (n, 3).
 
+    They do if `N_AROUND` places on a circle have feet inside faces of both, within the tolerance.
     Pieces that touch in a point or along an edge do not. At the radius of the test, surfaces that
     touch are farther apart than the tolerance, unless both are flatter than a ball of the body's
     size.
@@ -238,7 +252,7 @@ def _winding_numbers(
 ) -> tuple[IntArray, NDArray[np.bool_]]:
     """Return the sum (n,) of the winding numbers of all pieces just before points of one piece.
 
-    Also returns which points touch another piece.
+    The second array tells which points are within `tolerance` of another piece.
     """
     winding = np.full(len(points), min(piece.winding, 0))
     is_touching = np.zeros(len(points), bool)

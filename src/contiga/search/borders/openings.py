@@ -107,7 +107,7 @@ class Openings(NamedTuple):
 
     @property
     def rows(self) -> list[tuple[str, str]]:
-        """Rows of a table for users: (label, text)."""
+        """Rows of a table for users, (label, text): surface, flaws, tolerance and largest gap."""
         if self.closed:
             surface = "closed"
         elif self.free_edges:
@@ -158,6 +158,7 @@ def openings_of(body: Faces) -> Openings:
 
 
 def _compute(body: Faces) -> Openings:
+    """Find where a body is open or unsound; crossings and meetings only if its edges are closed."""
     joints = joints_of(body)
     length = 0.0
     for k in np.flatnonzero(joints.open):
@@ -167,7 +168,16 @@ def _compute(body: Faces) -> Openings:
     extents, is_open = stitches(body)
     sides, side_joints = _unnamed_sides(body)
     turned, at_odds = turned_faces(len(body.patches), joints.joints + side_joints)
-    slit, patches, point = _widest_gap(body)
+    # The largest gap of a shared edge, the patches that meet there, and its place.
+    slit, point = 0.0, (0.0, 0.0, 0.0)
+    patches: tuple[int, ...] = ()
+    shared = [edge for edge in body.edges if len(edge.uses) > 1]
+    if shared:
+        edge = max(shared, key=lambda edge: edge.gap)
+        images = [image_of(edge, k, body.patches, body.trims) for k in range(len(edge.uses))]
+        image = max(images, key=lambda image: image.gap)
+        slit, point = image.gap, image.point
+        patches = tuple(dict.fromkeys(use.patch for use in edge.uses))
     openings = Openings(
         free_edges=int(joints.open.sum()) + int(is_open.sum()) + len(sides),
         free_length=float(length + extents[is_open].sum() + sum(sides)),
@@ -209,20 +219,12 @@ def _connected_pieces(n: int, joints: list[Joint]) -> IntArray:
     return groups_of(first, second, n)
 
 
-def _widest_gap(body: Faces) -> tuple[float, tuple[int, ...], tuple[float, float, float]]:
-    """Return the largest gap of a shared edge, the patches that meet there, and its place."""
-    shared = [edge for edge in body.edges if len(edge.uses) > 1]
-    if not shared:
-        return 0.0, (), (0.0, 0.0, 0.0)
-    edge = max(shared, key=lambda edge: edge.gap)
-    images = [image_of(edge, k, body.patches, body.trims) for k in range(len(edge.uses))]
-    image = max(images, key=lambda image: image.gap)
-    patches = tuple(dict.fromkeys(use.patch for use in edge.uses))
-    return image.gap, patches, image.point
-
-
 def _unnamed_sides(body: Faces) -> tuple[list[float], list[Joint]]:
-    """Return lengths of free sides of untrimmed patches that no edge names, and other joints."""
+    """Return the lengths of free sides that no edge names, and the joints of other such sides.
+
+    Only sides of untrimmed patches that are longer than their tolerance count. Each joint is listed
+    once.
+    """
     named = {(use.patch, use.index) for e in body.edges for use in e.uses if use.loop == UNTRIMMED}
     reach = reach_of_loops(body)
     unnamed = np.zeros((len(body.patches), 4), bool)

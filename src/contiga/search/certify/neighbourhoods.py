@@ -25,7 +25,10 @@ def none() -> Records:
 
 
 def build_neighbourhoods(tables: Tables) -> Records:
-    """Return (elements, 16) bounds around the parts of all elements."""
+    """Return (elements, 16) `NEIGHBOURHOOD` bounds around the parts of all elements.
+
+    The more elements, the less often parts are quartered for tighter bounds (`DEPTHS`).
+    """
     elements = tables.elements
     n = len(elements.table)
     parts = part_nb.N_PARTS**2

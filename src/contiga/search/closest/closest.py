@@ -6,7 +6,7 @@ import numpy as np
 
 from contiga.arrays.threads import run_ranges
 from contiga.records import FloatArray, IntArray, Projection
-from contiga.search.balls.radii import known_balls
+from contiga.search.balls.radii import balls_if_they_pay
 from contiga.search.closest.kernels import nearest_nb
 from contiga.search.hierarchy.table_types import Tables
 
@@ -23,11 +23,13 @@ def closest_of_rows(
 ) -> None:
     """Write the closest points of p_B[rows] to the same rows of `out`.
 
-    `within` (len(rows),) are upper bounds of the distances, infinite where none is known.
+    `within` (len(rows),) are upper bounds of the distances, infinite where none is known. Touching
+    balls prove most of them once these are worth their computation; results have the same bits with
+    them and without.
     """
     if within is None:
         within = np.full(len(rows), np.inf)
-    balls = known_balls(tables, len(rows))
+    balls = balls_if_they_pay(tables, len(rows))
     query = p_B, rows, within, out
     if balls is None:
         run_ranges(nearest_nb.project_global, len(rows), MIN_POINTS, tables, *query)

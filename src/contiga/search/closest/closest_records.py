@@ -26,8 +26,11 @@ class FootRecord(NamedTuple):
     """A foot inside a face."""
 
     point: Vector
+    """Body frame, or relative to the origin of an element."""
     normal: Vector
+    """Unit vector to the free side."""
     gap: float
+    """Distance of its point along the normal, length; negative inside."""
 
 
 class Guess(NamedTuple):

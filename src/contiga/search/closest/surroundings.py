@@ -39,7 +39,7 @@ class Blocks(NamedTuple):
 
 
 def blocks_of(table: Records) -> Blocks:
-    """Find the blocks around the elements of a `table`."""
+    """Find the blocks around the elements of a `table`, across smooth sides but no seams."""
     n, box = len(table), table["box"]
     centres, widths = np.arange(n), box[:, 1::2] - box[:, ::2]
     next_element, reach = np.tile(centres[:, None], 4), np.tile([-0.5, 0.5, -0.5, 0.5], (n, 1))

@@ -8,6 +8,7 @@ edge and the faces' own images of it, where a second face joins; where the surfa
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
 from contiga.arrays.codes import CUT, POLE
 from contiga.elements.element_arrays import Elements
@@ -24,17 +25,22 @@ MAX_WIDTH = 1e-4
 """Largest width of an edge, as a share of the body's size: wider ones are openings."""
 
 
+def joints_of_faces(body: Faces) -> NDArray[np.bool_]:
+    """Return (edges,) at which edges faces join: those shared by faces that meet there."""
+    is_shared = np.array([len(edge.uses) > 1 for edge in body.edges], dtype=bool)
+    return is_shared & ~gaping_edges(body)
+
+
 def edge_widths(body: Faces, elements: Elements, trims: TrimTables) -> FloatArray:
-    """Return the widths (pieces,) of trimming pieces, length.
+    """Return the widths (pieces,) of trimming pieces, length; zero where no second face joins.
 
     A width is twice the tolerance of the edge there and some rounding, at most `MAX_WIDTH`. Also
-    fills the columns `width` and `edge_tolerance` of the elements.
+    writes the columns `width` and `edge_tolerance` of the elements, for trimmed and natural sides.
     """
     rounding = 4.0 * float(np.finfo(float).eps) * body.size
     max_width = MAX_WIDTH * body.size
     edge_width = np.array([min(2.0 * edge.tolerance + rounding, max_width) for edge in body.edges])
-    is_joint = np.array([len(edge.uses) > 1 for edge in body.edges], dtype=bool)
-    is_joint &= ~gaping_edges(body)
+    is_joint = joints_of_faces(body)
     piece_edge = np.asarray(trims.piece_edge)
     piece_width = np.zeros(len(piece_edge))
     edge_pieces = np.flatnonzero(piece_edge >= 0)

@@ -45,7 +45,12 @@ class Hierarchy(NamedTuple):
 
 
 def build_hierarchy(elements: Elements, grid: Grid, trims: TrimTables) -> Hierarchy:
-    """Build the hierarchy of a body."""
+    """Build the leaves of a body, their plates, and the hierarchy over their boxes.
+
+    The leaves have the first of `FLATNESSES` that needs at most `MAX_FLAT_LEAVES` of them, or the
+    last. Their boxes are widened by four roundings of the largest coordinate, boxes of faces also
+    by the `edge_tolerance` of their element. All rows are in the order of the hierarchy.
+    """
     for flatness in FLATNESSES:
         faces = hierarchy_nb.surface_leaves(elements, flatness, MAX_HALVINGS)
         curves = curve_leaves_nb.curve_leaves(elements, grid, trims, flatness, MAX_CURVE_HALVINGS)
@@ -75,7 +80,12 @@ def build_hierarchy(elements: Elements, grid: Grid, trims: TrimTables) -> Hierar
 def items_of(
     hierarchy: Hierarchy, elements: Elements, trims: TrimTables, tolerance: float
 ) -> Items:
-    """Return the items of the closest point search; forms are exact to `tolerance`, a length."""
+    """Return the items of the closest point search; forms are exact to `tolerance`, a length.
+
+    All leaves of an element with a form become one item, whose plate is zero; other leaves stay as
+    they are. The hierarchy over the items is built anew. A body without forms gets the arrays of
+    `hierarchy` themselves.
+    """
     leaves, plates, tree, low, high = hierarchy
     forms = forms_of(elements, trims, tolerance)
     has_form = np.isin(leaves["element"], np.flatnonzero(forms["kind"] != NO_FORM))
@@ -99,7 +109,10 @@ def items_of(
 
 
 def tree_over(low: FloatArray, high: FloatArray) -> tuple[Records, IntArray]:
-    """Return the nodes of a hierarchy over boxes (n, 3), and the order of the boxes in it."""
+    """Return the `NODE` rows of a hierarchy over boxes (n, 3), and the order of the boxes in it.
+
+    The root is the first row. Without boxes it has `low` +inf, `high` −inf and no leaves.
+    """
     *columns, order = tree_nb.build(low, high)
     tree = np.zeros(len(columns[0]), NODE)
     tree["low"], tree["high"], tree["first"], tree["count"] = columns
@@ -107,7 +120,11 @@ def tree_over(low: FloatArray, high: FloatArray) -> tuple[Records, IntArray]:
 
 
 def empty_seeds(tree: Records) -> Seeds:
-    """Return a grid of voxels over a hierarchy, without seeds yet."""
+    """Return a grid of cubic voxels over the box of a hierarchy, without seeds yet (−1).
+
+    It has `N_VOXELS` along the longest side, including a margin of `VOXEL_MARGIN` at both ends. The
+    voxels of a body without leaves, or in one point, have the side 1.
+    """
     low, high = tree["low"][0], tree["high"][0]
     if not np.isfinite(low).all():  # a body without leaves
         low = high = np.zeros(3)

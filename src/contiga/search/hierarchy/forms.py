@@ -51,14 +51,24 @@ class _Arcs(NamedTuple):
 
 
 def forms_of(elements: Elements, trims: TrimTables, tolerance: float) -> Records:
-    """Return the `FORM` (elements,) of each element.
+    """Return the `FORM` (elements,) of each element, body frame.
 
-    It is NO_FORM if an element departs from all forms by more than `tolerance`, a length, or loops
-    of its patch leave the patch's rectangle.
+    The kind is NO_FORM if the element departs from all forms by more than `tolerance`, a length, is
+    trimmed away, or has a degree other than 1 and 2; and for all elements of a patch of which a
+    trimming loop leaves the rectangle. If rows and columns are arcs, the arcs along s are the turn.
     """
     table = elements.table
     forms = np.zeros(len(table), FORM)
-    is_candidate = (table["trim"] != OUT) & _loops_inside(trims)[table["patch"]]
+    # Patches whose loops stay in their rectangle. Pieces are monotone, so that they do not reach
+    # farther than their ends.
+    rows = np.arange(len(trims.piece_degree))
+    ends = np.stack([trims.piece_coefs[:, 0], trims.piece_coefs[rows, trims.piece_degree]], axis=1)
+    ends = ends[..., :2] / ends[..., 2:]
+    low, high = trims.domain.reshape(-1, 2, 2)[trims.piece_patch].transpose(2, 0, 1)[:, :, None]
+    is_outside = np.maximum(low - ends, ends - high) > DOMAIN_TOL * (high - low)
+    stays_inside = np.ones(len(trims.domain), dtype=bool)
+    stays_inside[trims.piece_patch[is_outside.any(axis=(1, 2))]] = False
+    is_candidate = (table["trim"] != OUT) & stays_inside[table["patch"]]
     for p, q in ((1, 1), (2, 1), (1, 2), (2, 2)):
         rows = np.flatnonzero(is_candidate & (table["degree"] == (p, q)).all(axis=1))
         if len(rows) == 0:
@@ -79,21 +89,12 @@ def forms_of(elements: Elements, trims: TrimTables, tolerance: float) -> Records
     return forms
 
 
-def _loops_inside(trims: TrimTables) -> Bools:
-    """Return whether the loops of each patch stay in its rectangle (patches,)."""
-    inside = np.ones(len(trims.domain), dtype=bool)
-    # Pieces are monotone, so that they do not reach farther than their ends.
-    rows = np.arange(len(trims.piece_degree))
-    ends = np.stack([trims.piece_coefs[:, 0], trims.piece_coefs[rows, trims.piece_degree]], axis=1)
-    ends = ends[..., :2] / ends[..., 2:]
-    low, high = trims.domain.reshape(-1, 2, 2)[trims.piece_patch].transpose(2, 0, 1)[:, :, None]
-    is_outside = np.maximum(low - ends, ends - high) > DOMAIN_TOL * (high - low)
-    inside[trims.piece_patch[is_outside.any(axis=(1, 2))]] = False
-    return inside
-
-
 def _plane_forms(points: FloatArray, weights: FloatArray, tolerance: float) -> Records:
-    """Return the forms of bilinear nets (n, 2, 2, 3) that are parallelograms."""
+    """Return the forms of bilinear nets (n, 2, 2, 3) with weights (n, 2, 2): PLANE or NO_FORM.
+
+    A plane needs sides that are not parallel, a fourth corner within `tolerance` of the
+    parallelogram, and weights whose relative spread times the half diagonal is within it, too.
+    """
     forms = np.zeros(len(points), FORM)
     corners, w = points.reshape(-1, 4, 3), weights.reshape(-1, 4)
     twist = np.linalg.norm(corners[:, 0] - corners[:, 1] - corners[:, 2] + corners[:, 3], axis=1)
@@ -113,7 +114,12 @@ def _plane_forms(points: FloatArray, weights: FloatArray, tolerance: float) -> R
 
 
 def _revolution_forms(points: FloatArray, weights: FloatArray, tolerance: float) -> Records:
-    """Return the forms of nets (n, 3, m, 3) whose rows of three points are arcs about one axis."""
+    """Return the forms of nets (n, 3, m, 3) whose rows of three points are arcs about one axis.
+
+    The kind is TURNED_LINE (m = 2), TURNED_ARC (m = 3) or NO_FORM. The row with the longest chord
+    gives axis and angle; all control points have to agree with them within `tolerance`, and the
+    meridian must not cross the axis by more than that.
+    """
     n, _, m, _ = points.shape
     forms = np.zeros(n, FORM)
     chords = np.linalg.norm(points[:, 2] - points[:, 0], axis=2)
@@ -163,7 +169,11 @@ def _revolution_forms(points: FloatArray, weights: FloatArray, tolerance: float)
 
 
 def _arcs(points: FloatArray, weights: FloatArray, tolerance: float) -> _Arcs:
-    """Return the arcs with control points (n, 3, d) and weights (n, 3)."""
+    """Return the arcs with control points (n, 3, d) and weights (n, 3).
+
+    `is_arc` is False, and the other fields are meaningless, where the net departs by more than
+    `tolerance` from the standard form of an arc, or is straight.
+    """
     first, tip, last = points.swapaxes(0, 1)
     half_chord, middle = 0.5 * (last - first), 0.5 * (first + last)
     to_tip = tip - middle

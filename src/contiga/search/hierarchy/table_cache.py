@@ -19,7 +19,7 @@ T = TypeVar("T")
 
 
 class TableCache(Generic[T]):
-    """Results of `build`, one for each body.
+    """Results of `build`, one for each body, as long as the body's array of elements lives.
 
     They are also in `disk`, if given, for bodies with at least `min_elements` elements.
     """
@@ -31,25 +31,41 @@ class TableCache(Generic[T]):
         self._results: dict[int, T] = {}
         self._uses: dict[int, int] = {}
 
-    def of(self, tables: Tables, *how: Any) -> T:
-        """Return the result for the body of `tables`, computed at the first call with `how`."""
-        key = self._key(tables)
-        if key not in self._results:
-            if self._disk is None or len(tables.elements.table) < self._min_elements:
-                self._results[key] = self._build(tables, *how)
-            else:
-                digest = _digest_of(tables, how)
-                self._results[key] = self._disk.get_or_build(
-                    digest, lambda: self._build(tables, *how)
-                )
-        return self._results[key]
+    def of(self, tables: Tables, *args: Any) -> T:
+        """Return the result for the body of `tables`; `args` are those of `build` after the tables.
 
-    def if_pays(self, tables: Tables, asked: int, worth: int) -> T | None:
-        """Return the result if it exists, or if the sum of `asked` over all calls is `worth` it."""
+        It is read from the disk, or built, at the first call for this body; later calls ignore
+        `args`.
+        """
+        key = self._key(tables)
+        if key in self._results:
+            return self._results[key]
+        if self._disk is None or len(tables.elements.table) < self._min_elements:
+            self._results[key] = self._build(tables, *args)
+            return self._results[key]
+        # Seeds and neighbourhoods are no part of the digest: they are filled in later, on demand.
+        stable = tables._replace(
+            seeds=tables.seeds._replace(leaf=tables.seeds.leaf[:0]),
+            neighbourhoods=tables.neighbourhoods[:0],
+        )
+        digest = Digest()
+        digest.text(repr(args))
+        for k, array in enumerate(_arrays(stable)):
+            digest.arrays(str(k), np.asarray(array))
+        result = self._disk.get_or_build(digest.hexdigest(), lambda: self._build(tables, *args))
+        self._results[key] = result
+        return result
+
+    def if_pays(self, tables: Tables, n_queries: int, min_queries: int) -> T | None:
+        """Return the result if it exists or pays, else None.
+
+        It pays, and is built, once the sum of `n_queries` over all calls for this body reaches
+        `min_queries`; each call without a result adds to that sum.
+        """
         key = self._key(tables)
         if key not in self._results:
-            self._uses[key] += asked
-            if self._uses[key] < worth:
+            self._uses[key] += n_queries
+            if self._uses[key] < min_queries:
                 return None
         return self.of(tables)
 
@@ -62,20 +78,6 @@ class TableCache(Generic[T]):
             for cache in (self._results, self._uses):
                 weakref.finalize(elements, cache.pop, key, None)
         return key
-
-
-def _digest_of(tables: Tables, how: tuple[Any, ...]) -> str:
-    """Return a digest of `how` and of tables, except for seeds and neighbourhoods.
-
-    Seeds and neighbourhoods are left out: they are filled in later, on demand.
-    """
-    digest, seeds = Digest(), tables.seeds
-    digest.text(repr(how))
-    tables = tables._replace(seeds=seeds._replace(leaf=seeds.leaf[:0]))
-    tables = tables._replace(neighbourhoods=tables.neighbourhoods[:0])
-    for k, array in enumerate(_arrays(tables)):
-        digest.arrays(str(k), np.asarray(array))
-    return digest.hexdigest()
 
 
 def _arrays(tables: Any) -> Iterator[Any]:

@@ -64,17 +64,17 @@ FORM = np.dtype(
         ("kind", "i4"),
         ("turned_along_t", "i4"),  # 1 if t runs around the axis and s along the meridian
         ("origin", "f8", 3),  # middle of a plane; else on the axis
-        ("x", "f8", 3),  # half sides of a plane; else unit vectors to the middle of the turn
-        ("y", "f8", 3),  # and along its chord
+        ("x", "f8", 3),  # half side of a plane; else unit vector to the middle of the turn
+        ("y", "f8", 3),  # other half side of a plane; else unit vector along the chord of the turn
         ("z", "f8", 3),  # unit normal of a plane; else the axis
         ("metric", "f8", 3),  # of a plane: products x x, x y, y y
         # Half the angle: cosine, sine; tangent of its half; root of the ratio of weights
         ("turn", "f8", 4),
         ("about", "f8", 2),  # (away from the axis, along it): a line's start, an arc's center
-        ("toward", "f8", 2),  # unit vectors along a line, or to the middle of an arc
-        ("across", "f8", 2),  # and along an arc's chord
-        ("radius", "f8"),  # of an arc; length of a line
-        ("meridian", "f8", 4),  # as `turn`; of a line the last number, the ratio of weights, alone
+        ("toward", "f8", 2),  # unit vector along a line, or to the middle of an arc
+        ("across", "f8", 2),  # unit vector along an arc's chord; of a line zero
+        ("radius", "f8"),  # radius of an arc; length of a line
+        ("meridian", "f8", 4),  # as `turn`; of a line only the last, the ratio of weights w1/w0
     ],
     align=True,
 )

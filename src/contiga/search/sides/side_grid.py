@@ -104,9 +104,13 @@ class Layout(NamedTuple):
     """The place and size of the cells of a grid."""
 
     origin: FloatArray
+    """(3,) low corner, body frame."""
     size: float
+    """Size of a cell, length."""
     shape: tuple[int, int, int]
+    """Number of cells along each axis."""
     skin: float
+    """Distance from a cell without surface within which there is none either, length."""
 
     @property
     def small(self) -> float:
@@ -117,6 +121,7 @@ class Layout(NamedTuple):
 def layout(bounds: FloatArray, n_elements: int) -> Layout:
     """Return the cells over the (2, 3) box `bounds` of a body with `n_elements` elements.
 
+    They are cubes, about `CELLS_PER_ELEMENT` an element and `MIN_CELLS` to 1.3 `MAX_CELLS` in all.
     The grid is more than one cell larger than the box on all sides, so that its corners, and points
     outside of it, are away from the surface.
     """
@@ -137,15 +142,20 @@ def layout(bounds: FloatArray, n_elements: int) -> Layout:
 
 
 def sides_of(tables: Tables, slit: float) -> SideGrid:
-    """Return the grid of a closed body, built at the first call.
+    """Return the grid of a closed body, built at the first call and cached with the tables.
 
-    `slit` is the largest distance of its faces where they meet, length.
+    `slit` is the largest distance of its faces where they meet, length; later calls ignore it.
     """
     return _SIDES.of(tables, slit)
 
 
 def build_sides(tables: Tables, slit: float) -> SideGrid:
-    """Build the grid of a closed body."""
+    """Build the grid of a closed body, whose faces deviate by `slit` at most where they meet.
+
+    A region of cells without surface has the side of its samples if they agree; only the
+    `MAX_REGIONS` largest of at least `MIN_REGION_CELLS` small cells are sampled, all others stay
+    unknown.
+    """
     table, root = tables.elements.table, tables.tree[0]
     margins = table["edge_tolerance"] + table["noise"] + 2.0 * slit
     max_margin = margins.max()
@@ -187,7 +197,7 @@ def build_sides(tables: Tables, slit: float) -> SideGrid:
     largest_side = np.where(counts, side, -1.0).max(axis=1)
     sign = np.zeros(len(size), np.int8)
     sign[roots] = np.where(least_side == largest_side, least_side, 0.0)
-    cell, masks = side_grid_nb.known_sides(parent, sign, labels, depth, words, first, mask)
+    cell, masks = side_grid_nb.side_tables(parent, sign, labels, depth, words, first, mask)
     outer_side = int(sign[parent[labels[0, 0, 0] - 1]])
     # Patch and parameters of the middles of the pieces.
     element = middles[:, 0].astype(np.int64)

@@ -80,7 +80,7 @@ def lists_of(tables: Tables, n_paths: int) -> PieceLists:
 
 
 def build_lists(tables: Tables) -> PieceLists:
-    """Build the lists of a body."""
+    """Build the lists of a body; `NO_LISTS` if it has no leaves, or they exceed `MAX_ENTRIES`."""
     table, size = tables.elements.table, float(tables.scale[0])
     low, high = tables.tree["low"][0], tables.tree["high"][0]
     if not np.isfinite(low).all():  # a body without leaves

@@ -68,7 +68,7 @@ def start(tables: Tables, feet: Projection, points: Any) -> Tracked:
 
 
 def flat(tables: Tables) -> FlatTables:
-    """Put the part of the tables that threads read on the device."""
+    """Return the part of the tables that threads read, put on the device."""
     return FlatTables(*resident(FlatTables(*(getattr(tables, f) for f in FlatTables._fields))))
 
 

@@ -126,7 +126,8 @@ def track(
 def rows_per_chunk(n: int, elements: int) -> int:
     """Return the number of rows per chunk, of n rows on a surface of a number of elements.
 
-    Elements get enough rows, and threads equal numbers of chunks, so that they finish together.
+    Elements get `ROWS_PER_ELEMENT` rows if there are enough, and threads equal numbers of chunks,
+    so that they finish together; at least `MIN_CHUNK`.
     """
     share = n / thread_count()
     target = max(

@@ -184,6 +184,6 @@ def test_balls_are_worked_out_once_and_only_when_asked_for():
     body = box()
     surface = body.surface
     body.project([[0.0, 0.0, 0.6]])
-    assert ball.known_balls(surface.tables, 0) is None
+    assert ball.balls_if_they_pay(surface.tables, 0) is None
     radii(body, np.zeros(1, np.int32), np.full((1, 2), 0.5))
-    assert ball.balls_of(surface.tables) is ball.known_balls(surface.tables, 0)
+    assert ball.balls_of(surface.tables) is ball.balls_if_they_pay(surface.tables, 0)

@@ -212,7 +212,7 @@ def test_ranges_of_second_derivatives_hold_them_and_are_close_over_small_boxes()
         part = restriction(len(chart) - 1, np.array([x]), np.array([x + 2e-3]))[0]
         small = np.tensordot(part, chart, 1), part @ net[:, :, 3]
         bands, _ = ball_cap_bounds._bands(*small, steps, 1)
-        assert bands.sound.all()
+        assert bands.is_sound.all()
         at = np.column_stack([x + 2e-3 * rng.uniform(size=100), rng.uniform(*steps, 100)])
         low, high = bends_at(surface, (u0, v0) + at * (u1 - u0, v1 - v0))
         assert low.min() - 0.5 <= bands.low[0] <= low.min() + 1e-9

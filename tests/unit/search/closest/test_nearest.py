@@ -164,7 +164,7 @@ def test_balls_are_worked_out_once_they_are_worth_it(monkeypatch):
     body = cg.Body([cg.shapes.torus()])
     tables = tables_of(body)
     monkeypatch.setattr(ball, "MIN_POINTS", 100)
-    assert ball.known_balls(tables, 60) is None
-    known = ball.known_balls(tables, 60)
+    assert ball.balls_if_they_pay(tables, 60) is None
+    known = ball.balls_if_they_pay(tables, 60)
     assert known is ball.balls_of(tables)
-    assert ball.known_balls(tables_of(cg.Body([cg.shapes.sphere()])), 60) is None
+    assert ball.balls_if_they_pay(tables_of(cg.Body([cg.shapes.sphere()])), 60) is None

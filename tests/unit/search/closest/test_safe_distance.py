@@ -6,6 +6,7 @@ import numpy as np
 
 import contiga as cg
 from contiga.search.closest.kernels import safe_distance_nb
+from contiga.search.hierarchy.build import tree_over
 from contiga.search.tables import tables_of
 
 
@@ -34,3 +35,12 @@ def test_it_is_the_distance_to_the_nearest_box_of_a_leaf():
     away = np.maximum(leaves["low"] - points[:, None], points[:, None] - leaves["high"])
     expected = np.linalg.norm(np.maximum(away, 0.0), axis=2).min(axis=1)
     np.testing.assert_allclose(found, expected, atol=1e-12)
+
+
+def test_a_body_without_leaves_is_infinitely_far():
+    tree, order = tree_over(np.zeros((0, 3)), np.zeros((0, 3)))
+    assert len(order) == 0
+    found = np.zeros(2)
+    rows = np.arange(2, dtype=np.int32)
+    safe_distance_nb.box_distance(tree, np.zeros((2, 3)), rows, found, 0, 2)
+    assert np.isinf(found).all()

@@ -40,8 +40,10 @@ BINOMIAL_TWICE = np.array([[float(math.comb(2 * n, k)) for k in range(32)] for n
 
 @inner()
 def _end_rows(elements, e, side, shift, first, row):
-    """Write the homogeneous coefficients along a side, and their derivative across it, about
-    `shift`; return the degree along it."""
+    """Write the homogeneous coefficients along a side, and their derivative across it.
+
+    They go to `row` and `first`, about `shift`. Returns the degree along the side.
+    """
     table = elements.table[e]
     p = table["degree"][0]
     q = table["degree"][1]
@@ -73,11 +75,11 @@ def _end_rows(elements, e, side, shift, first, row):
 
 @inner()
 def derivative_jump(elements, e, f, axis, tolerance):
-    """Return a bound of the jump of the derivative where f continues e in direction `axis` (0 or
-    1).
+    """Return a bound of the jump of the derivative where element f continues e along an axis.
 
-    From the Bernstein coefficients of ((A' of f) − (A' of e))·w − (w' of f − w' of e)·A over w².
-    Infinite if the two sides are farther apart than `tolerance`.
+    The bound is the largest Bernstein coefficient of ((A' of f) − (A' of e))·w − (w' of f − w' of
+    e)·A over w². It is infinite if the two sides are farther apart than `tolerance`, or differ in
+    degree or weights.
     """
     p, q = elements.table[e]["degree"]
     r, s = elements.table[f]["degree"]
@@ -135,7 +137,9 @@ def _turn_from(middle, cell):
 def block_radii(cells, rows, k, block):
     """Write the radii of inner and outer ball by the block `rows` of cells to block["radii"].
 
-    Returns False if the block proves nothing.
+    Each is the better of two bounds: by the largest curvature to either side, and by the largest to
+    its own side. Returns False, with nothing written, if derivatives change by `MAX_TURN` or more
+    from the middle of cell k.
     """
     middle = cells[k]
     nx, ny, nz = middle["normal"]
@@ -169,7 +173,9 @@ def block_radii(cells, rows, k, block):
 def _can_grow(cells, smooth, base, ij, line):
     """Return whether a line of cells next to a block exists, is sound, and joins it smoothly.
 
-    `line` is the side of the block, the range of cells along it, and the offset of the new line.
+    Its cells must also join each other smoothly. Sound means that derivatives are bounded and
+    within `MAX_TURN` of the middle's (`MAX_OUTER_TURN` beyond the first line). `line` is the side
+    of the block, the range of cells along it, and the offset of the new line.
     """
     side, low, high, offset = line
     k = base[0] + ij[0] * base[2] + ij[1]
@@ -195,7 +201,10 @@ def _can_grow(cells, smooth, base, ij, line):
 
 @inner()
 def _cell_at(smooth, base, i, j):
-    """Return the cell (i, j) of a patch, periodic over a smooth seam; −1 outside."""
+    """Return the cell (i, j) of a patch; −1 outside.
+
+    Indices continue over a smooth seam if the patch has at least four cells in that direction.
+    """
     first, nu, nv = base
     if i < 0 or i >= nu:
         edge = first + (nu - 1) * nv + min(max(j, 0), nv - 1)
@@ -212,8 +221,10 @@ def _cell_at(smooth, base, i, j):
 
 @kernel()
 def base_blocks(cells, smooth, bases, blocks):
-    """Write a block of about equal extent on all sides for every sound cell of the patches'
-    grids."""
+    """Write the smooth block of every cell of the patches' grids whose derivatives are bounded.
+
+    Blocks extend about equally to all sides; see `_grow_block`.
+    """
     rows = stack_int64(MAX_BLOCK_CELLS)
     for patch in range(bases.shape[0]):
         base = (bases[patch, 0], bases[patch, 1], bases[patch, 2])
@@ -226,7 +237,12 @@ def base_blocks(cells, smooth, bases, blocks):
 
 @inner()
 def _grow_block(cells, smooth, base, ij, rows, block):
-    """Grow a block around one cell line by line; write its radii and extent to `block`."""
+    """Grow a block around one cell line by line; write its radii and extent to `block`.
+
+    The side with the smallest margin grows next, until it meets a kink, an unbounded cell,
+    `MAX_BLOCK_CELLS`, or all margins are `BLOCK_REACH` cells. If the block proves nothing, it is
+    the cell alone; if that proves nothing, `block` stays as it is.
+    """
     i, j = ij
     k = base[0] + i * base[2] + j
     reach = np.zeros(4, np.int64)  # offsets of the first and last line in i and j
@@ -278,7 +294,8 @@ def single_cell_blocks(elements, centre, around, target, blocks):
     """Write smooth blocks of one cell, from surroundings `around` (m, n), the widest first.
 
     The first block is taken that allows balls as large as `target`: the points outside a smaller
-    block are nearer. Otherwise the block is taken that allows the largest balls.
+    block are nearer. Otherwise the block is taken that allows the largest balls, which may be the
+    one that is already in `blocks`. Measures `around` in place.
     """
     row = np.zeros(1, np.int64)
     trial = blocks[:1].copy()
@@ -303,9 +320,11 @@ def single_cell_blocks(elements, centre, around, target, blocks):
 
 @kernel()
 def smooth_joints(elements, grid, bases, cells, tolerance, smooth):
-    """Write which cells of the patches' grids join the next one in u and in v smoothly.
+    """Write to smooth[cell, axis] whether a cell of the patches' grids joins the next one smoothly.
 
-    Returns (patches, 2): 1 if a patch is closed in that direction.
+    All have to be True before; only cells at sides of elements change. Smooth means that
+    derivatives jump by `KINK_TOL` of their size at most, in bounded cells. Returns (patches, 2): 1
+    if a patch is closed in that direction.
     """
     closes = np.zeros((bases.shape[0], 2))
     for patch in range(bases.shape[0]):

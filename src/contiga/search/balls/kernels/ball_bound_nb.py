@@ -35,7 +35,10 @@ MAX_GOALS = 2.0
 
 @inner()
 def _is_in_block(block, b):
-    """Return whether cell b is in a smooth block."""
+    """Return whether cell b is in a smooth block, also one period of a closed patch away.
+
+    The cells of a block that is a cap are the cells with this cap.
+    """
     if block["cap"] >= 0:
         return block["cap"] == b["cap"]
     if block["patch"] != b["patch"]:
@@ -60,9 +63,10 @@ def _is_in_block(block, b):
 
 @inner()
 def _sample_cell(elements, trims, centre, a, cap, samples):
-    """Sample a cell at five places: points, normals, and the radii of curvature on both sides.
+    """Sample a cell at five places: points, normals, and upper bounds of the radii on both sides.
 
-    Returns the number of samples that are not trimmed away.
+    These are the radii of curvature there, at most `cap`. Returns the number of samples that are
+    not trimmed away and have a normal.
     """
     point, normal, above = samples.point, samples.normal, samples.above
     h = scratch(4, 6)
@@ -111,7 +115,10 @@ def _sample_cell(elements, trims, centre, a, cap, samples):
 
 @inner()
 def _lower_samples(samples, n, b, side):
-    """Lower the radii of samples to those of touching balls through the corners and middle of b."""
+    """Lower the radii of samples to those of touching balls through the corners and middle of b.
+
+    Points that are not in front of the sample, on `side`, do not count.
+    """
     sign = -1.0 if side == 0 else 1.0
     for k in range(n):
         for i in range(5):
@@ -128,8 +135,10 @@ def _lower_samples(samples, n, b, side):
 
 @inner()
 def _bound_cell(body, a, block, limits, value, samples, count):
-    """Lower the corner values (2, 4) of cell a by every cell of the tree, and its `count`
-    samples."""
+    """Lower the corner values (2, 4) of cell a, and its `count` samples, by all cells of the tree.
+
+    Cells of its smooth block, and boxes that no touching ball of the cell reaches, are skipped.
+    """
     cells, tree, order = body.cells, body.tree, body.order
     work = PlaneWork(scratch(4), scratch(3), scratch(3), scratch(4), scratch(6))
     normal = scratch(2, 3)
@@ -179,8 +188,10 @@ def _bound_cell(body, a, block, limits, value, samples, count):
 
 @inner()
 def _set_enclosing_ball(a, normal, side, v, ball):
-    """Write centre and radius of the ball outside of which nothing lowers `v`; radius 0 if all
-    are 0."""
+    """Write centre and radius of the ball outside of which nothing lowers `v` to ball[4].
+
+    The radius is 0 if no value is positive.
+    """
     ball[3] = 0.0
     if max(max(v[0], v[1]), max(v[2], v[3])) > 0.0:
         ball[0], ball[1], ball[2], ball[3] = enclosing_ball(a, normal, side, v)
@@ -188,10 +199,13 @@ def _set_enclosing_ball(a, normal, side, v, ball):
 
 @kernel()
 def bound_cells(body, surface, blocks, limits, result, start, stop):
-    """Compute corner radii (2, 4) and the unproved share of rows start … stop of a body's cells.
+    """Write corner radii (2, 4) and unproved share of rows start … stop of a body's cells.
 
-    `body` is a `CellTree`, `surface` a `CentredSurface`, `limits` are `BallLimits`, and `result` is
-    `CellBounds`.
+    If the radii that a half inherited from its cell are as large in sum, they are kept. The
+    unproved share is that of the samples with less than half of the possible radius, up to the
+    goal; zero for a half that gains less than `MIN_GAIN` over its cell, which is not to be cut
+    again. `body` is a `CellTree`, `surface` a `CentredSurface`, `limits` are `BallLimits`, and
+    `result` is `CellBounds`.
     """
     cells = body.cells
     elements, trims, centre = surface.elements, surface.trims, surface.centre

@@ -24,8 +24,11 @@ MAX_CHANGE = 0.98
 
 @inner()
 def _difference_range(g, degree, order):
-    """Return the least and largest coefficient of the difference of `order` of the scalar net
-    `g`."""
+    """Return the least and largest coefficient of a difference of the scalar net `g`.
+
+    `order` (a, b) are its orders in s and t: the range of that derivative over −1/2 … 1/2. Zeros
+    above the degree.
+    """
     p, q = degree
     a, b = order
     if a > p or b > q:
@@ -77,8 +80,7 @@ def deviation(cell, da, db):
 
 @inner()
 def normal_curvatures(cell, slack):
-    """Return the least and largest N·S''(d, d) over |R d|², N any unit vector near the cell's
-    normal.
+    """Return the range of N·S''(d, d) over |R d|², N any unit vector near the cell's normal.
 
     `slack` is the largest |N − n|. Positive is towards the normal.
     """
@@ -112,8 +114,10 @@ def normal_curvatures(cell, slack):
 
 @inner()
 def _frame_of_middle(h, hs, ht, cell):
-    """Write derivatives, normal and metric of the middle to the cell; return False if the
-    derivatives span no plane."""
+    """Write derivatives, normal, metric and extent of the middle to the cell.
+
+    Returns False, with only the extent set, if the derivatives span no plane.
+    """
     ax, ay, az = h[0, 1] * hs, h[1, 1] * hs, h[2, 1] * hs
     bx, by, bz = h[0, 2] * ht, h[1, 2] * ht, h[2, 2] * ht
     nx, ny, nz = ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx
@@ -140,7 +144,10 @@ def _frame_of_middle(h, hs, ht, cell):
 
 @inner()
 def _normal_bounds(g, w, degree, cell):
-    """Return bounds of n·S', and write those of n·S'' to the cell, by the nets n·A and w."""
+    """Return bounds of |n·S_x| and |n·S_y|, and write the ranges of n·S'' to cell["form"].
+
+    `g` and `w` are the nets of n·A and of the weight.
+    """
     p, q = degree
     min_weight, max_weight = w[0], w[0]
     height = 0.0
@@ -164,12 +171,12 @@ def _normal_bounds(g, w, degree, cell):
 
 @inner()
 def _subtract_affine(net, degree, h, sizes, remainder):
-    """Write the net of the cell less the affine map of its middle, one degree higher, to
-    `remainder`.
+    """Write the net of the cell less the affine map of its middle to `remainder`.
 
-    (A − wL)/w with L = S + x S_x + y S_y at the middle has the second derivatives of A/w, but the
-    factors of the derivatives of w in the quotient rule are small: without L the twist of a long
-    cylinder would appear as large as its length.
+    It is one degree higher; `remainder` is zero before. (A − wL)/w with L = S + x S_x + y S_y at
+    the middle has the second derivatives of A/w, but the factors of the derivatives of w in the
+    quotient rule are small: without L the twist of a long cylinder would appear as large as its
+    length.
     """
     p, q = degree
     for a in range(2):
@@ -197,7 +204,11 @@ def _subtract_affine(net, degree, h, sizes, remainder):
 
 @inner(linked=False)
 def measure(elements, e, centre, cell):
-    """Write the bounds of a cell whose element and box are set; lengths are about `centre`."""
+    """Write the bounds of a cell whose element and box are set; lengths are about `centre`.
+
+    `turn` is infinite where the middle has no plane, or derivatives change too much for bounds of
+    normals and curvatures, which then are not set.
+    """
     box = cell["box"]
     table = elements.table[e]
     p = table["degree"][0]
@@ -254,8 +265,11 @@ def measure(elements, e, centre, cell):
 
 @inner()
 def _curvature_bounds(slopes, bound, cell):
-    """Bound the changes of derivatives and normals, and the curvatures; `slopes` bounds n·S_x
-    and n·S_y."""
+    """Write the changes of derivatives and normals, and the curvatures, of a cell.
+
+    `slopes` bounds n·S_x and n·S_y, `bound` the derivatives without the affine map. `turn` and the
+    bounds after it stay as they are if the derivatives change by `MAX_CHANGE` or more.
+    """
     second = cell["second"]
     form = cell["form"]
     cell["rise"] = 0.125 * (max(-form[0], 0.0) + max(-form[4], 0.0))

@@ -8,7 +8,11 @@ from contiga.jit import inner, kernel
 
 @inner()
 def radius_at(balls, grid, patch, u, v, side):
-    """Return the proved radius of the ball that touches at (u, v), zero for none."""
+    """Return the proved radius of the ball that touches at (u, v), zero for none.
+
+    `side` is 0 for the inner, 1 for the outer ball. Corner values of the smallest cell are
+    interpolated.
+    """
     e, s, t = locate(grid, patch, u, v)
     row = balls.elements[e]
     x = (s + 0.5) * row["cells"][0]

@@ -24,7 +24,10 @@ ZERO_TOL = 1e-9
 
 @inner()
 def _overhang(cell, m, sign):
-    """Return the distance by which a cell extends beyond its corners in direction sign·m."""
+    """Return a bound of how far a cell extends beyond its corners in direction sign·m.
+
+    m is a unit vector.
+    """
     n = cell["normal"]
     cosine = m[0] * n[0] + m[1] * n[1] + m[2] * n[2]
     lateral = cell["bulge"] * math.sqrt(max(1.0 - cosine * cosine, 0.0))
@@ -34,7 +37,11 @@ def _overhang(cell, m, sign):
 
 @inner()
 def _ball_before(a, m, k, normal, f):
-    """Write the corner values of the ball between cell a and the plane m·x = k to f (4,)."""
+    """Write the corner values of the ball between cell a and the plane m·x = k to f (4,).
+
+    Interpolated, they are lower bounds of its radius for all places and normals of the cell, to the
+    side of `normal`; negative where a corner may be beyond the plane.
+    """
     half = 0.5 * (
         (m[0] + normal[0]) ** 2 + (m[1] + normal[1]) ** 2 + (m[2] + normal[2]) ** 2
     )  # 1 + m·N without cancellation
@@ -61,12 +68,12 @@ def _is_above(f, v):
 
 @inner()
 def _score(f, v, goal):
-    """Rate what a bound leaves of `v`: the sum over nine places of the cell, each capped at
-    `goal`.
+    """Rate what a bound f leaves of `v`: the sum over nine places of the cell, each up to `goal`.
 
-    A bound that is negative at a corner proves nothing there. Scaled down it remains a bound where
-    it is positive, and reduces others less when it is interpolated with them. One that is zero
-    there except for rounding, as at an edge, is not scaled: it grows as steeply as the ball does.
+    Scales f in place where it exceeds the goal and is negative at a corner. A bound that is
+    negative at a corner proves nothing there. Scaled down it remains a bound where it is positive,
+    and reduces others less when it is interpolated with them. One that is zero there except for
+    rounding, as at an edge, is not scaled: it grows as steeply as the ball does.
     """
     largest = max(max(f[0], f[1]), max(f[2], f[3]))
     if largest > goal and min(min(f[0], f[1]), min(f[2], f[3])) < -ZERO_TOL * largest:
@@ -109,8 +116,11 @@ def unit_normal(h, m):
 
 @inner()
 def _separating_axis(a, b, normal, e, work):
-    """Write the direction in the tangent plane of cell a that best separates it from cell b to e;
-    return False if there is none."""
+    """Write the direction in the tangent plane of cell a that best separates it from cell b to e.
+
+    Candidates are perpendicular to the edges of both cells; best is the largest sum of the gaps
+    from the corners of a. Returns False if every edge is along the normal.
+    """
     best = -math.inf
     for k in range(8):
         c = a["corner"] if k < 4 else b["corner"]
@@ -156,7 +166,9 @@ def _separating_axis(a, b, normal, e, work):
 def lower_by_cell(a, b, frame, limits, v, work):
     """Lower the corner values `v` of cell a to their bound by cell b; return whether any is lower.
 
-    `frame` is (normal, side), `limits` are `BallLimits`, `work` is `PlaneWork`.
+    The bound is the one of best `_score` of a uniform radius and up to nine planes that separate
+    the cells. If one of them lowers no value, `v` stays as it is. `frame` is (normal, side),
+    `limits` are `BallLimits`, `work` is `PlaneWork`.
     """
     f, m, e, best, slopes = work.trial, work.plane, work.axis, work.best, work.slopes
     normal = frame[0]
@@ -231,8 +243,10 @@ def lower_by_cell(a, b, frame, limits, v, work):
 
 @inner()
 def enclosing_ball(a, normal, side, v):
-    """Return the centre and radius (four numbers) of a ball that contains all balls that touch
-    the cell."""
+    """Return centre (x, y, z) and radius of a ball that contains all balls that touch the cell.
+
+    Their radii are at most the largest of the corner values `v`, to the side of `normal`.
+    """
     radius = max(max(v[0], v[1]), max(v[2], v[3]))
     sign = 2.0 * side - 1.0
     x = a["middle"][0] + radius * normal[0]
@@ -251,11 +265,11 @@ def enclosing_ball(a, normal, side, v):
 
 @inner()
 def _uniform_radius(a, b, frame, v, margin, m):
-    """Return a radius of balls that touch cell a anywhere and are separated from cell b by one
-    plane.
+    """Return a radius of balls that touch cell a anywhere and that one plane separates from cell b.
 
-    It is at most the largest of `v`. The balls' centres Q + ρN are in the bilinear patch of those
-    at the corners, except for its bulge and the wobble of the normals.
+    It is at most the largest of `v`, found in two trials, zero if a plane separates none. The
+    balls' centres Q + ρN are in the bilinear patch of those at the corners, except for its bulge
+    and the wobble of the normals. `m` is work.
     """
     normal, side = frame
     trial_radius = max(max(v[0], v[1]), max(v[2], v[3]))
@@ -293,8 +307,11 @@ def _uniform_radius(a, b, frame, v, margin, m):
 
 @inner()
 def box_is_far(a, tree, node, normal, v, work):
-    """Return whether the plane that touches a node's box, on the side of the cell, lowers no corner
-    value."""
+    """Return whether the plane that touches a node's box lowers no corner value of cell a.
+
+    The plane is perpendicular to the line from the cell's middle to the nearest place of the box;
+    False if the middle is in the box.
+    """
     f, m, x = work.trial, work.plane, a["middle"]
     low, high = tree[node]["low"], tree[node]["high"]
     px = min(max(x[0], low[0]), high[0])

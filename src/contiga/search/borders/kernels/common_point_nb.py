@@ -32,8 +32,10 @@ N_PLACES, N_STARTS = len(PLACES), len(PLACES) ** 2
 
 @kernel()
 def nearest_starts(plates, starts):
-    """Fill in the starts of each pair of leaves: the nearest pairs of places on their plates, the
-    nearest first."""
+    """Fill in the starts of each pair of leaves: the nearest pairs of places on their plates.
+
+    The nearest comes first; as many as `starts` has columns.
+    """
     place_on = scratch(2, N_PLACES, 3)
     distance = scratch(N_STARTS)
     for pair in range(starts.pairs.shape[0]):
@@ -64,7 +66,7 @@ def find_common_points(elements, leaves, starts, tolerance, common, start, stop)
     """Find the common points, to a `tolerance`, of the pairs start … stop.
 
     If several starts of a pair lead to one point, the first one counts. `starts` is `Starts`,
-    `common` is `CommonPoints`.
+    `common` is `CommonPoints`, whose rows of these pairs are written.
     """
     work = NewtonWork(scratch(4), scratch(4), scratch(4, 3), scratch(4, 6))
     box = scratch(4, 2)
@@ -88,22 +90,47 @@ def find_common_points(elements, leaves, starts, tolerance, common, start, stop)
             limits = (starts.distance[pair, i] / STEP_RATIO, tolerance)
             is_common = _newton(elements, pair_elements, box, work, limits, common, (pair, i))
             same_dist = SAME_POINT_FACTOR * tolerance
-            common.is_common[pair, i] = is_common and not _is_repeated(common, pair, i, same_dist)
+            for j in range(i):
+                square = 0.0
+                for c in range(3):
+                    d = common.point[pair, i, 0, c] - common.point[pair, j, 0, c]
+                    square += d * d
+                if common.is_common[pair, j] and square <= same_dist * same_dist:
+                    is_common = False
+            common.is_common[pair, i] = is_common
 
 
 @inner()
 def _newton(elements, pair, box, work, limits, common, at):
-    """Return whether the places of `work` converge to a common point."""
-    place, jacobian = work.place, work.jacobian
+    """Return whether the places of `work` converge to a common point within their leaves' boxes.
+
+    `limits` are the largest distance before the first step, and the tolerance. It gives up if a
+    step does not reduce the distance to `STEP_RATIO`. The last places are written to row `at` of
+    `common`.
+    """
+    place, width, jacobian, h = work.place, work.width, work.jacobian, work.h
     limit, tolerance = limits
+    row, i = at
     miss = scratch(3)
     step = scratch(4)
     for _ in range(MAX_STEPS + 1):
         for side in range(2):
-            _evaluate(elements, pair[side], side, work, common, at)
+            # The place on each leaf, and the derivatives by its two parameters.
+            e, k = pair[side], 2 * side
+            evaluate(elements, e, place[k], place[k + 1], h)
+            u, v = parameters(elements, e, place[k], place[k + 1])
+            common.uv[row, i, side, 0] = u
+            common.uv[row, i, side, 1] = v
+            sign = 1.0 - 2.0 * side
+            for c in range(3):
+                common.point[row, i, side, c] = h[c, 0] + elements.table[e]["origin"][c]
+                for axis in range(2):
+                    tangent = h[c, 1 + axis] / width[k + axis]
+                    common.tangents[row, i, side, axis, c] = tangent
+                    jacobian[k + axis, c] = sign * tangent
         square = 0.0
         for c in range(3):
-            miss[c] = common.point[at[0], at[1], 1, c] - common.point[at[0], at[1], 0, c]
+            miss[c] = common.point[row, i, 1, c] - common.point[row, i, 0, c]
             square += miss[c] * miss[c]
         distance = math.sqrt(square)
         if distance <= tolerance:
@@ -124,48 +151,16 @@ def _newton(elements, pair, box, work, limits, common, at):
                 break
             _shortest_step(jacobian, miss, step)
         for k in range(4):
-            place[k] = min(max(place[k] + step[k] / work.width[k], box[k, 0]), box[k, 1])
-    return False
-
-
-@inner()
-def _evaluate(elements, e, side, work, common, at):
-    """Evaluate the place on one leaf of a pair, and its derivatives by its two parameters."""
-    h, jacobian, width = work.h, work.jacobian, work.width
-    pair, i = at
-    k = 2 * side
-    s, t = work.place[k], work.place[k + 1]
-    evaluate(elements, e, s, t, h)
-    u, v = parameters(elements, e, s, t)
-    common.uv[pair, i, side, 0] = u
-    common.uv[pair, i, side, 1] = v
-    sign = 1.0 - 2.0 * side
-    for c in range(3):
-        common.point[pair, i, side, c] = h[c, 0] + elements.table[e]["origin"][c]
-        for axis in range(2):
-            tangent = h[c, 1 + axis] / width[k + axis]
-            common.tangents[pair, i, side, axis, c] = tangent
-            jacobian[k + axis, c] = sign * tangent
-
-
-@inner()
-def _is_repeated(common, pair, i, tolerance):
-    """Return whether an earlier start of the pair has led to the same point."""
-    for j in range(i):
-        square = 0.0
-        for c in range(3):
-            d = common.point[pair, i, 0, c] - common.point[pair, j, 0, c]
-            square += d * d
-        if common.is_common[pair, j] and square <= tolerance * tolerance:
-            return True
+            place[k] = min(max(place[k] + step[k] / width[k], box[k, 0]), box[k, 1])
     return False
 
 
 @inner(inline="never")
 def _shortest_step(jacobian, miss, step):
-    """Find the shortest step (4,) with step · jacobian = miss (3,); least squares if singular.
+    """Write the shortest step (4,) with step · jacobian = miss (3,); zero if the jacobian is zero.
 
-    Normal equations by Gaussian elimination, without pivots: the matrix is positive.
+    Least squares if it is singular. Normal equations by Gaussian elimination, without pivots: the
+    matrix is positive.
     """
     a = scratch(3, 4)
     for i in range(3):

@@ -17,7 +17,11 @@ STACK_SIZE = 512
 
 @kernel()
 def list_near_leaves(tree, leaves, plates, within, pairs):
-    """Return the number of pairs of leaves of faces, each counted once; `pairs` gets the first."""
+    """Return the number of pairs of leaves of faces whose plates may be nearer than `within`.
+
+    Each pair counts once. They are listed in `pairs` as far as its rows go; the number may be
+    larger.
+    """
     stack = stack_int64(STACK_SIZE, 2)
     stack[0, 0] = 0
     stack[0, 1] = 0
@@ -28,7 +32,11 @@ def list_near_leaves(tree, leaves, plates, within, pairs):
         top -= 1
         a = stack[top, 0]
         b = stack[top, 1]
-        if not _boxes_meet(tree[a], tree[b], within):
+        is_apart = False
+        for c in range(3):
+            is_apart = is_apart or tree[a]["low"][c] > tree[b]["high"][c] + within
+            is_apart = is_apart or tree[b]["low"][c] > tree[a]["high"][c] + within
+        if is_apart:
             continue
         if tree[a]["count"] > 0 and tree[b]["count"] > 0:
             first, past = tree[b]["first"], tree[b]["first"] + tree[b]["count"]
@@ -59,21 +67,11 @@ def list_near_leaves(tree, leaves, plates, within, pairs):
 
 
 @inner()
-def _boxes_meet(a_record, b_record, within):
-    for c in range(3):
-        if (
-            a_record["low"][c] > b_record["high"][c] + within
-            or b_record["low"][c] > a_record["high"][c] + within
-        ):
-            return False
-    return True
-
-
-@inner()
 def _plates_meet(a_record, b_record, within, axes):
-    """Return whether the balls about two plates meet, and no axis of either separates them.
+    """Return whether the balls about two plates meet within a distance, and no axis separates them.
 
-    `axes` (6, 3) is memory for their sides and normals.
+    The axes are the sides and normals of both: plates apart along another direction may count as
+    meeting. `axes` (6, 3) is work.
     """
     x = b_record["middle"][0] - a_record["middle"][0]
     y = b_record["middle"][1] - a_record["middle"][1]

@@ -61,8 +61,8 @@ def set_unbounded(bend):
 def frame_of(v):
     """Return the length of the tangent v[:, 0], and the parts of v[:, 1] along and across it.
 
-    The frame S_p = α S_x, S_q = β S_x + γ S_y is orthonormal for α = 1/length, γ = 1/across and
-    β = −along α γ.
+    The frame S_p = α S_x, S_q = β S_x + γ S_y is orthonormal for α = 1/length, γ = 1/across and β =
+    −along α γ. Zeros if the first tangent vanishes.
     """
     xx = xy = yy = 0.0
     for c in range(3):
@@ -77,8 +77,11 @@ def frame_of(v):
 
 @inner(linked=False, error_model="numpy")
 def second_form(h, alpha, beta, gamma):
-    """Return the normal parts of the second derivatives in the frame S_p = α S_s, S_q = β S_s +
-    γ S_t, and the largest tangential part. `h` holds the derivatives of S."""
+    """Return the normal parts of the second derivatives in a frame, and their tangential part.
+
+    The frame is S_p = α S_s, S_q = β S_s + γ S_t; the normal parts are pp, pq, qq; the tangential
+    part is a bound over all unit directions. `h` holds the derivatives of S.
+    """
     n = unit_normal(h)
     pp = pq = qq = 0.0
     app = apq = aqq = 0.0
@@ -101,8 +104,11 @@ def second_form(h, alpha, beta, gamma):
 
 @inner(error_model="numpy")
 def principal(h):
-    """Return `Principal`: the largest normal curvatures towards the normal and away from it, and
-    |S_s|, |S_t| and their parts across each other; `h` holds the derivatives."""
+    """Return `Principal`: the largest normal curvatures towards the normal and away from it.
+
+    The metric is |S_s|, |S_t| and their parts across each other; `h` holds the derivatives.
+    Curvatures are infinite and the metric zero if S_s and S_t are parallel.
+    """
     xx = xy = yy = 0.0
     for c in range(3):
         xx += h[c, 1] * h[c, 1]
@@ -144,16 +150,16 @@ def stretch_and_turn(v, n, frame, remainder):
             pq[k] += e1 * q + e2 * p
             np_[k] += n[c] * p
             nq[k] += n[c] * q
-    rest_p = alpha * remainder[0, 0]
-    rest_q = abs(beta) * remainder[0, 0] + gamma * remainder[0, 1]
+    extra_p = alpha * remainder[0, 0]
+    extra_q = abs(beta) * remainder[0, 0] + gamma * remainder[0, 1]
     middle, spread = mean_and_spread(
-        abs(pp[0]) + abs(pp[1]) + rest_p,
-        0.5 * (abs(pq[0]) + abs(pq[1]) + rest_p + rest_q),
-        abs(qq[0]) + abs(qq[1]) + rest_q,
+        abs(pp[0]) + abs(pp[1]) + extra_p,
+        0.5 * (abs(pq[0]) + abs(pq[1]) + extra_p + extra_q),
+        abs(qq[0]) + abs(qq[1]) + extra_q,
     )
-    rest_p = alpha * remainder[1, 0]
-    rest_q = abs(beta) * remainder[1, 0] + gamma * remainder[1, 1]
-    turn = math.hypot(abs(np_[0]) + abs(np_[1]) + rest_p, abs(nq[0]) + abs(nq[1]) + rest_q)
+    extra_p = alpha * remainder[1, 0]
+    extra_q = abs(beta) * remainder[1, 0] + gamma * remainder[1, 1]
+    turn = math.hypot(abs(np_[0]) + abs(np_[1]) + extra_p, abs(nq[0]) + abs(nq[1]) + extra_q)
     return middle + spread, turn
 
 
@@ -178,13 +184,13 @@ def _form_change(frame, remainder):
 
 @kernel(error_model="numpy")
 def bend_bounds(elements, e, cell, bend, work):
-    """Compute the bounds bend[6] over a cell (s0, s1, t0, t1) of element e; return whether it has
-    any.
+    """Write the bounds bend[6] over a cell (s0, s1, t0, t1) of element e; return whether any hold.
 
     They are the largest normal curvature towards the normal and away from it (each at least 0), the
     largest |S_s| and |S_t|, and the smallest part of S_s across S_t and of S_t across S_s: the
-    widths that bound the length of paths from one side of the cell to the other. `work` is the
-    result of `bend_work`.
+    widths that bound the length of paths from one side of the cell to the other. Where derivatives
+    vanish, or change by `MAX_STRETCH` or more, curvatures and speeds are infinite and widths zero.
+    `work` is the result of `bend_work`, and holds the Taylor polynomial afterwards.
     """
     h, remainder = work.derivatives, work.remainder
     if not remainder_of(elements, e, cell, h, remainder):

@@ -56,9 +56,9 @@ def proof_holds(curvature, motion, r):
 def ball_radius(curvature, room, margin, path, motion, tolerance):
     """Radius of a ball about a foot that proves a start at the end of a `path`, or 0.
 
-    `curvature` = (κ_i, κ_o) holds in a neighbourhood that no path shorter than `room` leaves,
-    `margin` is the distance to a border or a kink, the motion is `Motion`. No branches, so that
-    lanes can use it.
+    One radius is tried: `BALL_MARGIN` times the least that may do. `curvature` = (κ_i, κ_o) holds
+    in a neighbourhood that no path shorter than `room` leaves, `margin` is the distance to a border
+    or a kink, the motion is `Motion`. No branches, so that lanes can use it.
     """
     m, slip = motion.heights, motion.slip
     inner, outer = curvature
@@ -83,8 +83,11 @@ def is_untrimmed(tables, patch, foot, half_u, half_v):
 
 @inner(error_model="numpy")
 def path_within(neighbourhood, box, foot, start):
-    """Return an upper bound of the path from a foot (u, v) to a start (u, v) in its patch; infinite
-    if the start is outside the neighbourhood."""
+    """Return an upper bound of the path from a foot (u, v) to a start (u, v) in its patch.
+
+    The shorter of the straight one and, near a pole, the one over it; infinite if the start is
+    outside the neighbourhood's block. `box` is that of the foot's element.
+    """
     u, v = foot
     u0, v0 = start
     block = neighbourhood["block"]
@@ -101,7 +104,7 @@ def path_within(neighbourhood, box, foot, start):
 
 @inner(error_model="numpy")
 def _parts_from_side(side, s, t):
-    """Return the number of parts between (s, t) and a side, and the position along the side."""
+    """Return the number of parts between (s, t) and a side, and the index of the part along it."""
     part = part_of(s, t)
     i, j = part // N_PARTS, part % N_PARTS
     off, along = (i, j) if side < 2 else (j, i)
@@ -142,7 +145,8 @@ def path_across_side(table, neighbourhoods, foot, start):
     """Return an upper bound of the path from a foot to a start across a smooth side.
 
     The path runs along the side to the place of the start, and across it: elements are joined point
-    by point, with the same parameter along the side, or the reversed one.
+    by point, with the same parameter along the side, or the reversed one. If no side does, around a
+    corner. Infinite if neither reaches the start within the neighbourhood, or a pole is near.
     """
     e, s, t = foot
     n, s0, t0 = start
@@ -179,7 +183,10 @@ def path_across_side(table, neighbourhoods, foot, start):
 
 @inner(error_model="numpy")
 def _path_around_corner(table, neighbourhoods, foot, start):
-    """Return an upper bound of the path over a corner where four elements meet."""
+    """Return an upper bound of the path over a corner where four elements meet; infinite for none.
+
+    It crosses two smooth sides, each by its straight path.
+    """
     e, s, t = foot
     n, s0, t0 = start
     element, other = table[e], table[n]
@@ -187,8 +194,12 @@ def _path_around_corner(table, neighbourhoods, foot, start):
     path = math.inf
     for pair in range(4):
         side, adjacent = pair & 1, 2 + (pair >> 1)
-        smooth = element["kind"][side] == SMOOTH and element["kind"][adjacent] == SMOOTH
-        if not smooth or neighbourhood["reach"][side] == 0 or neighbourhood["reach"][adjacent] == 0:
+        is_smooth = element["kind"][side] == SMOOTH and element["kind"][adjacent] == SMOOTH
+        if (
+            not is_smooth
+            or neighbourhood["reach"][side] == 0
+            or neighbourhood["reach"][adjacent] == 0
+        ):
             continue
         between, first = table[element["neighbour"][side]], element["neighbour_side"][side]
         on = (2 if first < 2 else 0) + ((adjacent & 1) ^ element["flip"][side])
@@ -237,7 +248,10 @@ def ball_by_neighbourhood(neighbourhood, box, foot, path, motion, tolerance):
 
 @inlined()
 def motion_from(foot, n, a, b, tolerance):
-    """Return the motion from a to b as a `Motion` relative to a foot with normal n."""
+    """Return the motion from a to b as a `Motion` relative to a foot with normal n.
+
+    `slip` includes its rounding and four tolerances of the foot.
+    """
     x, y, z = a[0] - foot[0], a[1] - foot[1], a[2] - foot[2]
     first = x * x + y * y + z * z
     m0 = x * n[0] + y * n[1] + z * n[2]
@@ -257,7 +271,8 @@ def certified_ball(tables, patches, foot, start, motion):
     """Return the radius of a ball that proves a foot (u, v) by its neighbourhood, or 0.
 
     `patches` are the patches of the start and of the foot, `start` is the (u, v) of the start,
-    `motion` is relative to the foot.
+    `motion` is relative to the foot. A foot on a trimmed patch needs a start on the same patch, and
+    a ball that is clear of the trims.
     """
     table, neighbourhoods, trimmed = (
         tables.elements.table,
@@ -285,7 +300,9 @@ def certified_ball(tables, patches, foot, start, motion):
 def certify_rows(tables, points, pending, m, out):
     """Certify the feet of the first m rows `pending` (`PendingRows`) by their neighbourhoods.
 
-    `points` (n, 3) are the present points.
+    `points` (n, 3) are the present points. Sets `out.certified` of proved rows to 1 and changes
+    nothing else; rows without a start, whose points are not finite, or whose status is not OK are
+    skipped.
     """
     rows, before, patch, uv = pending.rows, pending.before, pending.patch, pending.uv
     for j in range(m):

@@ -43,16 +43,17 @@ from contiga.search.closest.kernels.around_nb import MAX_AROUND, around, stands
 POLE_PARTS = 2
 """Largest distance from a pole, in parts, of parts whose neighbourhood is a cap around the pole."""
 MAX_LOOSENESS = 1.3
-"""Ratio of bounds to the curvatures up to which they are tight,"""
+"""Largest ratio of tight bounds to the curvatures."""
 MAX_TURN = 0.02
-"""and turn of the normal in a cell, rad, up to which any bounds are tight enough."""
+"""Turn of the normal in a cell, rad, up to which any bounds are tight enough."""
 
 
 @kernel(error_model="numpy")
 def bends_of_parts(elements, depth, raw, start, stop):
-    """Compute the bounds raw[element, part, 6] of all parts of elements start … stop.
+    """Write the bounds raw[element, part, 6] of all parts of elements start … stop.
 
-    Parts are quartered until the bounds of their pieces are tight, at most `depth` times.
+    Parts are quartered until the bounds of their pieces are tight, at most `depth` times. A part of
+    which a piece has no bounds has infinite curvatures and zero widths.
     """
     stack, bend, work = scratch(16, 5), scratch(N_BENDS), bend_work()
     h = work.derivatives
@@ -70,24 +71,24 @@ def bends_of_parts(elements, depth, raw, start, stop):
             cell = (s0, s1, t0, t1)
             pole = pole_side(elements, e, cell)
             if pole >= 0:
-                good = pole_bounds(elements, e, cell, pole, bend, work)
+                has_bounds = pole_bounds(elements, e, cell, pole, bend, work)
             else:
-                good = bend_bounds(elements, e, cell, bend, work)
+                has_bounds = bend_bounds(elements, e, cell, bend, work)
             # Next to a pole smaller cells that do not touch it have looser bounds than one that
             # does. Elsewhere bounds are tight if they are about as large as the curvatures in the
             # middle.
-            tight = good
-            if good and pole < 0:
+            is_tight = has_bounds
+            if has_bounds and pole < 0:
                 inner, outer, _ = principal(h)
                 largest = max(bend[INNER], bend[OUTER])
-                tight = largest <= MAX_LOOSENESS * max(inner, outer)
-                tight = tight or largest * (length(h, 1) + length(h, 2)) <= MAX_TURN
-            if level >= depth or tight:
+                is_tight = largest <= MAX_LOOSENESS * max(inner, outer)
+                is_tight = is_tight or largest * (length(h, 1) + length(h, 2)) <= MAX_TURN
+            if level >= depth or is_tight:
                 for c in range(WIDTH_S):
                     total[c] = max(total[c], bend[c])
                 for c in range(WIDTH_S, N_BENDS):
                     total[c] = min(total[c], bend[c])
-                if not good:
+                if not has_bounds:
                     break
                 continue
             s2, t2 = 0.5 * (s0 + s1), 0.5 * (t0 + t1)
@@ -106,7 +107,11 @@ def _limit_room(neighbourhood, length):
 
 @inner(error_model="numpy")
 def _add_parts_across(elements, raw, e, side, along, neighbourhood):
-    """Add the parts across a smooth side of element e: the adjoining one, and its neighbours."""
+    """Add the parts across a smooth side of element e: the adjoining one, and its neighbours.
+
+    `along` is the index of the part along the side. The room becomes zero if the other element may
+    be trimmed.
+    """
     n, side_there = elements.table[e]["neighbour"][side], elements.table[e]["neighbour_side"][side]
     edge = 0 if side_there & 1 == 0 else N_PARTS - 1
     if not is_untrimmed_beyond(elements, e, n):
@@ -131,7 +136,8 @@ def _add_parts_across(elements, raw, e, side, along, neighbourhood):
 def _add_parts_at_corner(elements, raw, e, out, neighbourhood, work):
     """Add the parts of all elements around the corner between the sides `out` of element e.
 
-    Returns False if a path may leave there, over a kink or a border.
+    Returns False if a path may leave there, over a kink, a border or a trim, or too many elements
+    meet. `work` are the lists of `around`.
     """
     table, (side_s, side_t), (list_e, list_st) = elements.table, out, work
     smooth_s, smooth_t = table[e]["kind"][side_s] == SMOOTH, table[e]["kind"][side_t] == SMOOTH
@@ -169,37 +175,27 @@ def _add_parts_at_corner(elements, raw, e, out, neighbourhood, work):
 
 
 @inner(error_model="numpy")
-def _fan_of_pole(elements, e, side, list_e, list_side):
-    """List the elements around the pole at a side of e; return their number, 0 if not smooth."""
-    n = 0
-    link = 4 * e + side
-    while n < MAX_AROUND:
-        list_e[n] = link // 4
-        list_side[n] = link % 4
-        n += 1
-        link = elements.table[list_e[n - 1]]["ring"][list_side[n - 1]]
-        if link == 4 * e + side:
-            break
-    if n == MAX_AROUND:
-        return 0
-    for k in range(n):
-        lateral = 2 if list_side[k] < 2 else 0
-        kind = elements.table[list_e[k]]["kind"]
-        if kind[lateral] != SMOOTH or kind[lateral + 1] != SMOOTH:
-            return 0
-    return n
-
-
-@inner(error_model="numpy")
 def _fill_at_pole(elements, raw, foot, part, neighbourhood, work):
     """Fill the record of a part near a pole with the cap around it, one part deeper than this one.
 
-    `foot` is (element, side that is the pole). A path leaves the cap only over its rim.
+    `foot` is (element, side that is the pole). A path leaves the cap only over its rim. The room is
+    zero if the elements around do not close smoothly, or may be trimmed.
     """
     e, side = foot
     list_e = work[0]
     list_side = stack_int64(MAX_AROUND)
-    n = _fan_of_pole(elements, e, side, list_e, list_side)
+    # The elements around the pole; none if the ring is too long, or not smooth all around.
+    n, link, is_smooth = 0, 4 * e + side, True
+    while n < MAX_AROUND and (n == 0 or link != 4 * e + side):
+        list_e[n] = link // 4
+        list_side[n] = link % 4
+        lateral = 2 if list_side[n] < 2 else 0
+        kind = elements.table[list_e[n]]["kind"]
+        is_smooth = is_smooth and kind[lateral] == SMOOTH and kind[lateral + 1] == SMOOTH
+        link = elements.table[list_e[n]]["ring"][list_side[n]]
+        n += 1
+    if n == MAX_AROUND or not is_smooth:
+        n = 0
     k = part[0] if side < 2 else part[1]
     n_deep = (k if side & 1 == 0 else N_PARTS - 1 - k) + 1
     box = elements.table[e]["box"]
@@ -239,7 +235,11 @@ def _fill_at_pole(elements, raw, foot, part, neighbourhood, work):
 
 @inner(error_model="numpy")
 def _fill_record(elements, raw, e, part, neighbourhood, work):
-    """Fill the record of a part (i, j) of element e."""
+    """Fill the record of a part (i, j) of element e, with speeds and widths by local parameters.
+
+    Near a round pole its neighbourhood is a cap, elsewhere the 3 × 3 parts around it, across smooth
+    sides and corners, too.
+    """
     i, j = part
     bend = raw[e, i * N_PARTS + j]
     kind, is_round = elements.table[e]["kind"], elements.table[e]["round"]
@@ -303,7 +303,10 @@ def _fill_record(elements, raw, e, part, neighbourhood, work):
 
 @kernel(error_model="numpy")
 def join_parts(elements, raw, neighbourhoods, start, stop):
-    """Fill neighbourhoods[element, part] of elements start … stop from the bounds of all parts."""
+    """Fill neighbourhoods[element, part] of elements start … stop from the bounds of all parts.
+
+    Each is widened where that is better (`widen`), and its speeds and widths end up by (u, v).
+    """
     work = (stack_int64(MAX_AROUND), scratch(MAX_AROUND, 2))
     for e in range(start, stop):
         box = elements.table[e]["box"]

@@ -24,7 +24,10 @@ def part_of(s, t):
 
 @inner(error_model="numpy")
 def adjoins(elements, e, n, side):
-    """Return whether n continues e across `side` in the parameters of the same patch."""
+    """Return whether n continues e across `side` in the parameters of the same patch.
+
+    It does not across a seam, nor unless both have exactly the same range along the side.
+    """
     element = elements.table[e]
     other = elements.table[n]
     if element["patch"] != other["patch"] or element["box"][side] != other["box"][side ^ 1]:

@@ -63,7 +63,11 @@ def pole_side(elements, e, cell):
 
 @inner(error_model="numpy")
 def _coefficients_from_pole(elements, e, cell, side, a, b):
-    """Compute the coefficients of (B, w) in powers of x in [-1, 1] along the pole and τ from it."""
+    """Write the coefficients of (C, w) in powers of x in [-1, 1] along the pole and τ from it.
+
+    They go to `a`; C is relative to the pole; `side` is the pole, `b` work. Returns the degrees in
+    x and τ.
+    """
     p, q = centred_coefficients(elements, e, cell, b)
     n, m = (q, p) if side < 2 else (p, q)
     sign = -1.0 if side & 1 == 0 else 1.0  # the pole is at y = sign; y = sign (1 − 2 τ)
@@ -126,7 +130,11 @@ def _length_and_height(h, column, normal):
 
 @kernel(error_model="numpy")
 def pole_bounds(elements, e, cell, side, bend, work):
-    """Compute `bend_bounds` over a cell whose `side` is a pole; the width along it is 0."""
+    """Write `bend_bounds` over a cell whose `side` is a pole; the width along it is 0.
+
+    Returns False, with unbounded `bend`, for elements without monomials, tangents at the pole in no
+    plane, or derivatives that change too much.
+    """
     set_unbounded(bend)
     h, remainder = work.derivatives, work.remainder
     if elements.table[e]["monomial"] < 0:

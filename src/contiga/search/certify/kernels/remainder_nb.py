@@ -26,7 +26,10 @@ D10, D01, D20, D11, D02 = 0, 1, 2, 3, 4
 
 @inner(linked=False, error_model="numpy")
 def centred_coefficients(elements, e, cell, a):
-    """Write the coefficients of (A, w) over a cell in powers of x, y in [-1, 1] to a[8, 8, 4]."""
+    """Write the coefficients of (A, w) over a cell in powers of x, y in [-1, 1] to a[8, 8, 4].
+
+    Others are zero. Returns the degrees in s and t.
+    """
     p = elements.table[e]["degree"][0]
     q = elements.table[e]["degree"][1]
     start = elements.table[e]["monomial"]
@@ -83,7 +86,7 @@ def taylor(a, h):
 
 @inlined()
 def _add_term(total, i, j, size):
-    """Add the largest value and derivatives of a term `size` x^i y^j to a total."""
+    """Return a total with the largest value and derivatives of a term `size` x^i y^j added."""
     return (
         total[0] + size,
         total[1] + i * size,
@@ -116,8 +119,11 @@ def _previous(i):
 
 @inner(linked=False, error_model="numpy")
 def sums_of(a, p, q, h, normal, sums):
-    """Write bounds of B (0), of its part along the normal (1) and of w (2), with derivatives to
-    second order, to sums[3, 6]; return the least weight."""
+    """Write bounds of B (0), of its part along the normal (1) and of w (2) to sums[3, 6].
+
+    Each with the derivatives to second order, over x, y in [-1, 1]. Returns a lower bound of the
+    weight, which may be negative.
+    """
     total = along = weight = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
     for i in range(p + 1):
         for j in range(q + 1):
@@ -141,7 +147,10 @@ def sums_of(a, p, q, h, normal, sums):
 
 @inner(error_model="numpy")
 def quotient_remainder(b, w, min_slope, remainder):
-    """Compute the bounds of D from the bounds of B and w, into remainder[5]."""
+    """Write the bounds of the derivatives of D from those of B and w to remainder[5].
+
+    `min_slope` is the least weight.
+    """
     i = 1.0 / min_slope
     d = b[0] * i
     remainder[D10] = (b[1] + w[1] * d) * i
@@ -165,12 +174,11 @@ def unit_normal(h):
 
 @inner(error_model="numpy")
 def remainder_of(elements, e, cell, h, remainder):
-    """Compute bounds of D_x, D_y, D_xx, D_xy, D_yy over a cell, of their lengths in remainder[0]
-    and of their parts along the normal in remainder[1].
+    """Write bounds of D_x, D_y, D_xx, D_xy, D_yy over a cell to remainder[2, 5].
 
-    x and y run over [-1, 1] in the cell; `h` gets the derivatives by them in its middle. Returns
-    False if the weights allow no bound. Elements without monomials are bounded by their third
-    derivatives.
+    Row 0 bounds their lengths, row 1 their parts along the normal. x and y run over [-1, 1] in the
+    cell; `h` gets the derivatives by them in its middle. Returns False if the weights allow no
+    bound. Elements without monomials are bounded by their third derivatives, the same in both rows.
     """
     if elements.table[e]["monomial"] >= 0:
         a, sums = scratch(N_COEFS, N_COEFS, 4), scratch(3, 6)

@@ -18,17 +18,17 @@ from contiga.search.certify.kernels.bend_nb import INNER, WIDTH_S
 from contiga.search.certify.kernels.part_nb import N_PARTS, add_metric, scales
 
 MAX_PARTS = 12
-"""Largest number of parts in one direction,"""
+"""Largest number of parts that are added in one direction."""
 N_COLUMNS = 2 * MAX_PARTS + 1
-"""and in both."""
+"""Largest number of columns, or of rows, with the part itself."""
 MIN_DEPTH = 0.75
-"""Least depth of a neighbourhood, in widths of parts nearby,"""
+"""Least depth of a neighbourhood, in widths of parts nearby."""
 MAX_DEPTH = 2.0
-"""and depth where it hardly bends."""
+"""Depth of a neighbourhood that hardly bends, in widths of parts nearby."""
 MAX_BEND_RATIO = 2.0
-"""Largest ratio of the turns of a wider neighbourhood and of the first one,"""
+"""Largest ratio of the turns of a wider neighbourhood and of the first one."""
 MAX_TURN = 0.1
-"""unless its turn is below this, rad."""
+"""Turn of a neighbourhood, rad, below which that ratio does not count."""
 LEFT, RIGHT, DOWN, UP = 0, 1, 2, 3
 """Directions of falling and growing s and t in the first element."""
 
@@ -63,7 +63,7 @@ def _next_part(table, cell, direction):
 
 @inner(error_model="numpy")
 def _walk(table, cell, direction, count):
-    """Return the part that many parts away in a direction."""
+    """Return the part `count` parts away in a direction; of element −1 beyond a side not smooth."""
     for _ in range(count):
         if cell[0] >= 0:
             cell = _next_part(table, cell, direction)
@@ -78,8 +78,10 @@ def _width(raw, cell, axis):
 
 @inner(error_model="numpy")
 def _part_at(table, home, a, b):
-    """Return the part a columns to the right of a part and b rows up; of element −1 if it depends
-    on which is followed first."""
+    """Return the part a columns to the right of a part and b rows up.
+
+    Its element is −1 if there is none, or if it depends on which is followed first.
+    """
     across, along = (RIGHT if a >= 0 else LEFT), (UP if b >= 0 else DOWN)
     cell = _walk(table, _walk(table, home, across, abs(a)), along, abs(b))
     other = _walk(table, _walk(table, home, along, abs(b)), across, abs(a))
@@ -90,16 +92,16 @@ def _part_at(table, home, a, b):
 
 @inner(error_model="numpy")
 def _survey(table, raw, home, extents, work):
-    """Compute the least widths of the columns and rows around a part, and their largest curvatures,
-    into `work` = ((2, 2 MAX_PARTS + 1), (2,)).
+    """Write the least widths of the columns and rows around a part, and their largest curvatures.
 
-    Returns whether they form a rectangle that is untrimmed, or of the patch of the part.
+    They go to `work` = ((2, 2 MAX_PARTS + 1), (2,)). Returns whether the parts form a rectangle
+    that is untrimmed, or all of the patch of the part; if not, `work` is incomplete.
     """
     widths, max_curvature = work
     widths[:] = 1e300
     max_curvature[:] = 0.0
     patch = table[home[0]]["patch"]
-    same = whole = True
+    is_same_patch = is_untrimmed = True
     for a in range(-extents[LEFT], extents[RIGHT] + 1):
         for b in range(-extents[DOWN], extents[UP] + 1):
             cell = _part_at(table, home, a, b)
@@ -111,9 +113,9 @@ def _survey(table, raw, home, extents, work):
                 max_curvature[c] = max(
                     max_curvature[c], raw[cell[0], cell[1] * N_PARTS + cell[2], INNER + c]
                 )
-            same = same and table[cell[0]]["patch"] == patch
-            whole = whole and table[cell[0]]["trim"] == IN
-    return same or whole
+            is_same_patch = is_same_patch and table[cell[0]]["patch"] == patch
+            is_untrimmed = is_untrimmed and table[cell[0]]["trim"] == IN
+    return is_same_patch or is_untrimmed
 
 
 @inner(error_model="numpy")
@@ -129,8 +131,11 @@ def _edge(table, cell, direction):
 def widen(elements, raw, e, part, neighbourhood):
     """Replace the neighbourhood of a part (i, j) of element e by a wider one, if that is better.
 
-    `raw` (elements, parts, 6) bounds every part by itself. Speeds and widths are in local
-    parameters of e. Neighbourhoods with an end or a pole stay as they are.
+    It is tried if the room is below `MIN_DEPTH` of the parts nearby, or up to `MAX_DEPTH` where the
+    surface hardly bends. Better means more room, without turning by more than `MAX_BEND_RATIO`
+    times as much, or than `MAX_TURN`. `raw` (elements, parts, 6) bounds every part by itself.
+    Speeds and widths are in local parameters of e. Neighbourhoods with an end or a pole stay as
+    they are.
     """
     table = elements.table
     home = (e, part[0], part[1], 0, 0, 0)
@@ -138,7 +143,7 @@ def widen(elements, raw, e, part, neighbourhood):
     if neighbourhood["pole"] >= 0 or ends[0] + ends[1] + ends[2] + ends[3] > 0:
         return
     # Width of the parts of this element and of adjoining ones, along the narrower axis.
-    nearby = 1e300
+    nearby_width = 1e300
     for axis in range(2):
         widest = _width(raw, home, axis)
         k = home[1 + axis]
@@ -146,9 +151,11 @@ def widen(elements, raw, e, part, neighbourhood):
             cell = _walk(table, home, 2 * axis + end, k + 1 if end == 0 else N_PARTS - k)
             if cell[0] >= 0:
                 widest = max(widest, _width(raw, cell, axis))
-        nearby = min(nearby, widest)
+        nearby_width = min(nearby_width, widest)
     max_curvature = max(neighbourhood["curvature"][0], neighbourhood["curvature"][1])
-    target_depth = max(MIN_DEPTH * nearby, min(MAX_DEPTH * nearby, MAX_TURN / max_curvature))
+    target_depth = max(
+        MIN_DEPTH * nearby_width, min(MAX_DEPTH * nearby_width, MAX_TURN / max_curvature)
+    )
     if not neighbourhood["room"] < target_depth:
         return
     extents, patch_extents = stack_int64(4), stack_int64(4)
@@ -180,8 +187,8 @@ def widen(elements, raw, e, part, neighbourhood):
         cell, count = home, 0
         while count < extents[direction]:
             after = _next_part(table, cell, direction)
-            same = table[after[0]]["patch"] == table[e]["patch"]
-            if after[3] | after[4] | after[5] != 0 or not same:
+            is_same_patch = table[after[0]]["patch"] == table[e]["patch"]
+            if after[3] | after[4] | after[5] != 0 or not is_same_patch:
                 break
             if _edge(table, after, direction ^ 1) != _edge(table, cell, direction):
                 break

@@ -1,5 +1,8 @@
 """Kernels of closest points, in reading order: each uses those before it.
 
+In all of them `h` (4, 6) is work: it holds the point and derivatives of the place that was
+evaluated last. `nearest` (4,) is the result of a search, see the columns in `curve_nb`.
+
 - local_nb: f = |S − P|²/2 about a foot, and the step that lowers it inside one element
 - around_nb: the elements that meet at a foot, and the direction of steepest descent among them
 - global_scope_nb: the part of a body that a search is restricted to: all of it, one patch, or

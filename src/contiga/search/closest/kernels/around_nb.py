@@ -34,7 +34,11 @@ def stands(side, s, t):
 
 @kernel(linked=True)
 def cross(elements, e, side, s, t):
-    """Return the parameters of the same point in the element across `side`."""
+    """Return the parameters of the same point in the element across `side`.
+
+    The result is that element, s, t, and its side that joins this one; `side` must have a
+    neighbour.
+    """
     x = t if side < 2 else s
     if elements.table[e]["flip"][side] == 1:
         x = -x
@@ -54,7 +58,11 @@ def collapsed_side(elements, e, s, t):
 
 @inner()
 def _add(elements, foot, list_e, list_st, n):
-    """Add a place to the list of n unless it is there; return the number of places."""
+    """Add a place to the list of n unless it is there; return the number of places.
+
+    On a collapsed side it is listed as the side's middle. A full list (`MAX_AROUND`) stays as it
+    is.
+    """
     e, s, t = foot
     pole = collapsed_side(elements, e, s, t)
     if pole >= 0:  # one entry for the whole side
@@ -74,8 +82,8 @@ def _add(elements, foot, list_e, list_st, n):
 def around(elements, foot, list_e, list_st):
     """List all (element, s, t) that are the point `foot`, over linked sides and poles.
 
-    Writes list_e[MAX_AROUND] and list_st[MAX_AROUND, 2]; returns their number. A collapsed side is
-    listed once, by its middle.
+    Writes list_e[MAX_AROUND] and list_st[MAX_AROUND, 2], `foot` first; returns their number, of
+    which MAX_AROUND may leave some out. A collapsed side is listed once, by its middle.
     """
     n = _add(elements, foot, list_e, list_st, 0)
     k = 0
@@ -105,7 +113,10 @@ def around(elements, foot, list_e, list_st):
 
 @inner()
 def inward_slope(q, side):
-    """Return the slope of f per length inwards from a side, by the expansion q there."""
+    """Return the slope of f per length inwards from a side, by the expansion q there.
+
+    Zero where the derivative across the side vanishes.
+    """
     g = q.f_s if side < 2 else q.f_t
     metric = q.square_s if side < 2 else q.square_t
     if metric <= 0.0:
@@ -133,10 +144,9 @@ def _fall_at(elements, e, side, x, point, h):
 
 @inner()
 def _deepest_from_pole(elements, e, side, point, h):
-    """Return slope and descent (see `_fall_at`) at the x of a collapsed side where f falls most,
-    and x.
+    """Return slope, descent and x at the place of a collapsed side where f falls most.
 
-    Samples, then golden-section search.
+    See `_fall_at` for the descent. Samples, then golden-section search around the best one.
     """
     best = math.inf
     best_x = 0.0
@@ -167,10 +177,10 @@ def _deepest_from_pole(elements, e, side, point, h):
 
 @inner()
 def vertex_exit(elements, foot, point, miss, h):
-    """Return the place (element, s, t) at a corner or pole from which f falls most, element −1 for
-    none.
+    """Return the place (element, s, t) at a corner or pole from which f falls most.
 
-    Slopes above −`miss` count as level.
+    The steepest slope inwards from a side decides at a corner, the deepest descent (`_fall_at`) at
+    a pole. The element is −1 if f falls nowhere; slopes above −`miss` count as level.
     """
     list_e = stack_int64(MAX_AROUND)
     list_st = scratch(MAX_AROUND, 2)

@@ -33,10 +33,9 @@ MAX_WINDOW = 1.0 / 64.0
 
 @inner(error_model="numpy")
 def _offset(form, x, y, c):
-    """Return component c of the surface's displacement by (x, y) in its parameters, to second
-    order.
+    """Return component c of the surface's displacement by (x, y) in the patch's parameters.
 
-    Component 3 is along the path.
+    The expansion `form` is of second order; component 3 is along the path.
     """
     first = form[0, c] * x + form[1, c] * y
     return first + (form[2, c] * x + form[3, c] * y) * x + form[4, c] * y * y
@@ -44,11 +43,11 @@ def _offset(form, x, y, c):
 
 @inner(error_model="numpy")
 def _square_at(trims, piece, t, place, form, columns, c):
-    """Return the squared distance of a place from a trimming piece at t, and the Gauss-Newton step
-    in t.
+    """Return the squared distance of a place from a trimming piece at t, and the step in t.
 
-    Writes the parameters (u, v) there to c[0]. With all four `columns` of `form` the distance is in
-    space, with the first three it is as seen along the path.
+    The step is that of Gauss-Newton, zero where the distance does not depend on t. Writes the
+    parameters (u, v) there to c[0]. The distance is in space with all four `columns` of `form`, as
+    seen along the path with the first three.
     """
     piece_parameters(trims, piece, t, c)
     x = c[0, 0] - place[0]
@@ -93,10 +92,10 @@ def _nearest_on_piece(trims, piece, place, form, columns, c):
 
 @inner(error_model="numpy")
 def _pass_at(trims, piece, t, place, carrier, c, h):
-    """Return the distance at which the path passes a trimming piece at t, the Gauss-Newton step in
-    t, and the position along the path.
+    """Return the distance at which the path passes a trimming piece at t, the step in t, and x.
 
-    `carrier` is (elements, e, (s, t) of `place`, path). Writes (u, v) to c[0]; `h` is work.
+    The step is that of Gauss-Newton, x the position along the path. `carrier` is (elements, e, (s,
+    t) of `place`, path). Writes (u, v) to c[0]; `h` is work.
     """
     elements, e, start, path = carrier
     p, d = path.p, path.d
@@ -122,10 +121,10 @@ def _pass_at(trims, piece, t, place, carrier, c, h):
 
 @inner(error_model="numpy")
 def _closest_pass(trims, piece, t, place, carrier, c):
-    """Return the distance at which the path passes a trimming piece, (u, v) there, and the position
-    along the path.
+    """Return the smallest distance at which the path passes a trimming piece, (u, v) there, and x.
 
-    On the surface itself, from the t of the nearest place to second order.
+    x is the position along the path. Gauss-Newton runs on the surface itself, from the t of the
+    nearest place to second order.
     """
     h = scratch(4, 6)
     best_distance, step, x = _pass_at(trims, piece, t, place, carrier, c, h)
@@ -146,11 +145,12 @@ def _closest_pass(trims, piece, t, place, carrier, c):
 def _pieces_near_path(trims, piece_width, place, x, form, widths, carrier):
     """Find the trimming pieces that the path passes within their width.
 
-    Returns their largest width, zero for none; whether one of them is an edge with width; the
-    nearest (u, v) of such an edge; and the distance along the path to where its width begins.
-    `place` (u, v) is where the path meets the carrier, at `x`; `form` is the surface about it.
-    `widths` are the largest width and the least width of a piece with an adjoining face; `carrier`
-    is that of `_pass_at`.
+    Returns their largest width, zero for none; whether one of them is an edge with width; the (u,
+    v) of that of these which is nearest along the path; and the distance along the path to where
+    its width begins. Only pieces in a window of the patch around `place` are tested, at most
+    `MAX_WINDOW` wide. `place` (u, v) is where the path meets the carrier, at `x`; `form` is the
+    surface about it. `widths` are the largest width and the least width of a piece with an
+    adjoining face; `carrier` is that of `_pass_at`.
     """
     max_width, min_width = widths
     elements, e = carrier[0], carrier[1]
@@ -224,8 +224,9 @@ def edge_width(elements, trims, piece_width, e, place, path, min_width, h):
 
     `path` is a `LeafPath`, `h` holds the derivatives there. Returns the width of the edge within
     whose width the crossing is, zero inside the face, OUTSIDE if it does not belong to the face;
-    the place, which is on the edge if the crossing is beyond it; and the shift to it along the
-    path. Edges other than smooth joints are at least `min_width` wide.
+    the place, which is on the edge if the crossing is beyond a trimming piece; and the shift to it
+    along the path, else zero. Edges other than smooth joints and borders are at least `min_width`
+    wide.
     """
     max_width = max(path.wide, min_width)
     s = min(max(place[0], -0.5), 0.5)

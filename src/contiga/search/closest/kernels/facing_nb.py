@@ -31,7 +31,12 @@ MAX_TRIES = 8
 
 @inner(linked=False)
 def _write_guarded(tables, k, point, distance, out, nearest, h):
-    """Write row k of `out`: the foot `nearest` of a guarded search, at a distance."""
+    """Write row k of `out`: the foot `nearest` of a guarded search, at a distance.
+
+    If a walk from there ends inside a face at the same distance, that is the foot. Otherwise it is
+    an EDGE, whose normal points from the point to the foot, and whose gap is minus their distance.
+    Certified if the search left out nothing.
+    """
     if nearest[ELEMENT] < 0:
         polish(tables, nearest, point, h)
     foot = surface_foot(tables, nearest, h)
@@ -55,8 +60,11 @@ def _write_guarded(tables, k, point, distance, out, nearest, h):
 
 @inner()
 def _descends_across_edge(tables, k, point, out, nearest, h):
-    """Return whether row k of `out`, a foot on an edge, is no minimum: on the face across the edge
-    the distance falls by more than the gap between the two faces."""
+    """Return whether row k of `out`, a foot on an edge, is no minimum.
+
+    It is none if the distance falls, on the face across the edge, by more than the gap between the
+    two faces.
+    """
     start = locate(tables.grid, out.patch[k], out.uv[k, 0], out.uv[k, 1])
     _, e, s, t, _ = continued_foot(tables, start, point, nearest, h)
     evaluate(tables.elements, e, s, t, h)
@@ -70,11 +78,12 @@ def _descends_across_edge(tables, k, point, out, nearest, h):
 
 @kernel()
 def project_facing(tables, points, guards, limits, starts, out, start, stop):
-    """Write the feet of points[start:stop] that face their `guards` (n, 3) to the same rows of
-    `out`.
+    """Write the feet of points[start:stop] that face their `guards` (n, 3) to rows of `out`.
 
-    `limits` are `FacingLimits`, `starts` are the `SurfacePlaces` to start from. Rows without such a
-    foot are MAX_ITERATIONS.
+    `limits` are `FacingLimits`, `starts` are the `SurfacePlaces` to start from, patch −1 for none:
+    an admissible foot at the end of a walk bounds the search. Rows without a foot within the limits
+    are MAX_ITERATIONS, points that are not finite NOT_FINITE. An edge that is no minimum is
+    skipped, at most `MAX_TRIES` times.
     """
     h = scratch(4, 6)
     nearest, walk_foot = scratch(4), scratch(4)

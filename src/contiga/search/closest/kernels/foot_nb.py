@@ -37,7 +37,7 @@ EDGE_ZONE = 8.0
 
 @inner(linked=False)
 def write_foot(tables, k, foot, status, feature, point, out, h):
-    """Write row k of the projection `out`, with the gap and normal of the face."""
+    """Write row k of the projection `out`, with the gap and normal of the face, not certified."""
     e, s, t = foot
     elements = tables.elements
     x, y, z = normal_at(elements, e, s, t, h)
@@ -61,7 +61,11 @@ def write_foot(tables, k, foot, status, feature, point, out, h):
 
 @inner()
 def turn_normal(tables, k, reference, point, out):
-    """Point the normal at a kink along the line to the point, on the side of `reference` (3,)."""
+    """Point the normal at a kink along the line to the point, on the side of `reference` (3,).
+
+    The gap becomes the distance with that side's sign. For a point within four tolerances of the
+    foot the normal is `reference`, unless that is zero.
+    """
     square = 0.0
     side = 0.0
     for c in range(3):
@@ -84,7 +88,11 @@ def turn_normal(tables, k, reference, point, out):
 
 @inner()
 def closest_within(tables, point, scope, reach, nearest, h):
-    """Return the distance by `closest` for a point that has a foot at a distance `reach`."""
+    """Return the distance by `closest` for a point that has a foot at a distance `reach`.
+
+    Searches within `reach` and its rounding first, then without a limit; infinite if nothing is
+    found.
+    """
     padded = reach * DISTANCE_MARGIN + 2.0 * MIN_GAIN * tables.scale[1]
     for limit in (padded, math.inf):
         distance = closest(tables, point, scope, limit, nearest, h)
@@ -95,7 +103,14 @@ def closest_within(tables, point, scope, reach, nearest, h):
 
 @inner(linked=False)
 def write_nearest(tables, k, point, out, nearest, h):
-    """Write row k of `out`: the closest point of the body, from the `nearest` of a search."""
+    """Write row k of `out`: the closest point of the body, from the `nearest` of a search.
+
+    The foot is where a walk from there ends, if that is inside the face; otherwise the place
+    itself, an EDGE. The status is TRIMMED on an open border, BUDGET after a search over budget,
+    MAX_ITERATIONS after a walk that did not converge; certified if the search left out nothing. On
+    a kink the normal is along the line to the point, on the side of the pseudo-normal, or, near an
+    edge whose faces do not fit, of the face that is seen most frontally.
+    """
     elements = tables.elements
     if nearest[ELEMENT] < 0:
         polish(tables, nearest, point, h)
@@ -162,10 +177,10 @@ def _distance2(tables, foot, point, h):
 
 @inner()
 def _edge_foot(tables, home, reach, point, nearest, h):
-    """Return where a tracked foot leaves the face `home`: the closest point of that face.
+    """Return where a tracked foot leaves the face `home`: (is on an open border, element, s, t).
 
-    A point of the face is at the distance `reach`. Returns (is it on an open border, element, s,
-    t).
+    It is the closest point of that face, one of whose points is at the distance `reach`. `nearest`
+    and `h` are work.
     """
     closest_within(tables, point, on_patch(home), reach, nearest, h)
     if nearest[ELEMENT] < 0:
@@ -179,8 +194,9 @@ def _edge_foot(tables, home, reach, point, nearest, h):
 def _next_face(tables, edge, point, nearest, h):
     """Return the foot on the face across an edge that is closer to the point than the edge.
 
-    Returns (status, element, s, t, feature, distance of the face if the foot is outside of it, else
-    −1); element −1 where no adjoining face is closer.
+    It is the closest foot on all adjoining faces near the edge. Returns (status, element, s, t,
+    feature, distance of the face if the foot is outside of it, else −1); element −1 where no
+    adjoining face is closer.
     """
     elements = tables.elements
     grid = tables.grid
@@ -224,7 +240,8 @@ def continued_foot(tables, start, point, nearest, h):
     """Continue the foot `start` = (element, s, t); return (status, element, s, t, feature).
 
     Over linked sides the walk goes on by itself. At an edge where the sides of the faces do not
-    coincide, or at a trimmed edge, the adjoining faces are tried from the point on the edge.
+    coincide, or at a trimmed edge, the adjoining faces are tried from the point on the edge, at
+    most `MAX_FACES` in turn. TRIMMED if the foot is on an open border, or still outside of a face.
     """
     elements = tables.elements
     reach = math.sqrt(_distance2(tables, start, point, h))
@@ -254,7 +271,11 @@ def continued_foot(tables, start, point, nearest, h):
 
 @inner(linked=False)
 def tracked_foot(tables, k, start, point, out, nearest, h):
-    """Write row k of `out`: the foot continued from `start` = (element, s, t)."""
+    """Write row k of `out`: the foot continued from `start` = (element, s, t), not certified.
+
+    At a kink the normal is along the line to the point, on the side of the pseudo-normal, if the
+    walk converged.
+    """
     status, e, s, t, feature = continued_foot(tables, start, point, nearest, h)
     write_foot(tables, k, (e, s, t), status, feature, point, out, h)
     if feature != FACE and status == OK:

@@ -116,9 +116,9 @@ minimum: beside poles, and for points on axes, no bound excludes one."""
 
 @inner()
 def _improve(elements, trims, place, distance, best, nearest, query):
-    """Return the smaller of `best` and the distance of `place` (element, s, t), which then is
-    `nearest`.
+    """Return the smaller of `best` and the distance of `place` (element, s, t).
 
+    If that place is nearer, on the face and admissible for the guard, it is written to `nearest`.
     `query` is (point, scope, work).
     """
     e, s, t = place
@@ -136,8 +136,8 @@ def _improve(elements, trims, place, distance, best, nearest, query):
 def _cell_minimum(elements, e, cell, point, h):
     """Minimise f on a cell where it is convex; return s, t and the distance.
 
-    Newton's method with the sides of the cell as active constraints; steps that do not lower f are
-    halved.
+    Newton's method with the sides of the cell as active constraints, from its middle; steps that do
+    not lower f are halved. Ends where a step promises less than rounding, or after `MAX_STEPS`.
     """
     s = 0.5 * (cell[0] + cell[1])
     t = 0.5 * (cell[2] + cell[3])
@@ -195,6 +195,7 @@ def search_leaf(elements, trims, leaf, point, limits, nearest, stack, h):
     """Improve the best distance and `nearest` (element, s, t) by one surface leaf.
 
     `limits` are `SearchLimits`. Returns the best distance and the number of cells opened here.
+    Raises nearest[LEFT_OUT] to UNRESOLVED or OVER_BUDGET if a cell is left that may hide a foot.
     `stack` (64, 4) and `h` are work.
     """
     best, slack, before, scope = limits.best, limits.slack, limits.opened, limits.scope
@@ -267,7 +268,11 @@ def search_leaf(elements, trims, leaf, point, limits, nearest, stack, h):
 
 @inner()
 def _faces_away(h, half, b, scope):
-    """Return whether all of a cell faces away from the guard, by bounds of its rotation."""
+    """Return whether all of a cell is proved to face away from the guard.
+
+    The proof uses the normal in its middle, of the derivatives `h`, and scaled bounds b of its
+    rotation.
+    """
     x = (half[0] * h[0, 1], half[0] * h[1, 1], half[0] * h[2, 1])
     y = (half[1] * h[0, 2], half[1] * h[1, 2], half[1] * h[2, 2])
     n = cross(x, y)
@@ -281,8 +286,10 @@ def _faces_away(h, half, b, scope):
 
 @inner()
 def _has_kink(elements, e, first_side, x):
-    """Return whether element e ends or has a kink at the side x = ±1/2 of one of its parameters,
-    whose sides are `first_side` and the next."""
+    """Return whether element e ends or has a kink at the side x = ±1/2 of one of its parameters.
+
+    The parameter is the one whose sides are `first_side` and the next; a round pole is no kink.
+    """
     side = first_side + (1 if x > 0.0 else 0)
     kind = elements.table[e]["kind"][side]
     return kind != SMOOTH and not (kind == POLE and elements.table[e]["round"][side] == 1)
@@ -327,8 +334,11 @@ def _improve_by_form(tables, e, point, limits, nearest, h):
 
 @inner()
 def _improve_by_item(tables, k, point, limits, nearest, stack, h):
-    """Search item k of a body as `search_leaf` does: an element with a form, or a leaf of a
-    surface or of a trimming curve."""
+    """Search item k of a body as `search_leaf` does; return the best distance and opened cells.
+
+    The item is an element with a form, or a leaf of a surface or of a trimming curve; only a
+    surface's leaf opens cells.
+    """
     items = tables.items
     leaf = items.leaves[k]
     e = leaf["element"]
@@ -387,11 +397,11 @@ def _edge_is_admissible(tables, leaf, r, point, scope):
 
 @inner(linked=False)
 def closest(tables, point, scope, reach, nearest, h):
-    """Find the closest point to `point` within `reach`, in a `Scope`.
+    """Find the closest point to `point` within `reach`, in a `Scope`; return its distance.
 
-    Writes element, s, t to `nearest`, or −1 − piece and the piece's parameter if a trimming curve
-    is closest; and 0, UNRESOLVED or OVER_BUDGET to nearest[LEFT_OUT]. Returns the distance,
-    infinite if nothing is that near.
+    Infinite if nothing is that near; points that gain less than `MIN_GAIN` tolerances may be
+    missed. Writes element, s, t to `nearest`, or −1 − piece and the piece's parameter if a trimming
+    curve is closest; and 0, UNRESOLVED or OVER_BUDGET to nearest[LEFT_OUT].
 
     Forms are evaluated at once. Leaves, which cost a hundred times as much, are pending until the
     nearest form is known, and are then opened from the nearest on.

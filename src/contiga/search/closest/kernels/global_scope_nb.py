@@ -59,15 +59,20 @@ def all_patches():
 
 @inlined()
 def on_patch(patch):
-    """Return the scope of one patch, an integer of any width: each width would compile a
-    version."""
+    """Return the scope of one patch, an integer of any width.
+
+    It is converted to one width: each would compile a version of the search.
+    """
     return Scope(np.int64(patch), (0.0, 0.0, 0.0), NO_GUARD, 0.0)
 
 
 @inner()
 def curve_faces_away(leaf, plate, point, scope):
-    """Return whether the face along a curve leaf faces away from the guard, or has the point before
-    it, everywhere: by its normal in the middle and the bound of its rotation."""
+    """Return whether the face along a curve leaf is proved to have no minimum for the guard.
+
+    It has none if it faces away from the guard, or has the point before it, everywhere: the proof
+    uses its normal in the middle and the bound of its rotation.
+    """
     middle, bound, tangent = plate["middle"], leaf["bound"], plate["x"]
     if not bound[8] < 1.0 or plate["metric"][0] == 0.0:
         return False
@@ -83,10 +88,10 @@ def curve_faces_away(leaf, plate, point, scope):
 
 @inlined()
 def is_turned_away(cosine, sine, min_cosine):
-    """Return whether all normals within an angle from one normal have products with the guard below
-    `min_cosine`.
+    """Return whether all normals within an angle from one are turned away from the guard.
 
-    `cosine` is the product of that normal with the guard, `sine` the sine of the angle.
+    Their products with it are below `min_cosine`. `cosine` is the product of that one normal with
+    the guard, `sine` the sine of the angle.
     """
     cos_angle = math.sqrt(1.0 - sine * sine)
     largest = cosine * cos_angle + math.sqrt(max(1.0 - cosine * cosine, 0.0)) * sine
@@ -99,7 +104,7 @@ def faces_guard(elements, place, point, scope, h):
 
     It does if neither the normal nor the direction from the point to the place, which is the normal
     at a kink, turns away from the guard, and the point is behind the face and not too near. The
-    height is that over the tangent plane.
+    height is that over the tangent plane. `h` gets the derivatives there.
     """
     e, s, t = place
     normal = normal_at(elements, e, s, t, h)

@@ -17,7 +17,7 @@ COLLAPSED = 1e-24
 MIN_EIGENVALUE = 1e-12
 """Smallest eigenvalue of a definite Hessian in the metric, as a share of the largest."""
 SHIFT = 1e-3
-"""Smallest eigenvalue of a shifted Hessian, likewise."""
+"""Smallest eigenvalue of a shifted Hessian in the metric, as a share of the largest."""
 ARMIJO = 1e-4
 """Share of the predicted decrease of f that a step must reach."""
 MAX_HALVINGS = 40
@@ -67,8 +67,10 @@ def newton(q):
 
 @inner()
 def newton_along(g, curvature, metric):
-    """Return Newton's step of one variable; the metric replaces a curvature that is not
-    positive."""
+    """Return Newton's step of one variable.
+
+    The metric replaces a curvature that is not positive.
+    """
     return -g / (curvature if curvature > MIN_EIGENVALUE * metric else metric)
 
 
@@ -80,8 +82,10 @@ def leaves(x, d):
 
 @inner()
 def direction(q, s, t, free_s, free_t):
-    """Return a descent step (d_s, d_t) of the free variables that does not leave the square at
-    once."""
+    """Return a descent step (d_s, d_t) of the free variables that stays in the square at first.
+
+    Newton's step if that does; else the step along a side, or of each variable by itself.
+    """
     g_s, g_t = q.f_s, q.f_t
     d_s = newton_along(g_s, q.f_ss, q.square_s) if free_s else 0.0
     d_t = newton_along(g_t, q.f_tt, q.square_t) if free_t else 0.0
@@ -128,8 +132,9 @@ def _moved(x, d, reach, ends):
 def line_search(elements, e, foot, step, q, target, h):
     """Step along `step`, to the first side at most, and halve it until f decreases enough.
 
-    `target` is (point, noise): changes of f below the noise are its rounding. Returns (whether the
-    foot moved, s, t, expansion there).
+    Enough is `ARMIJO` of the predicted decrease; `target` is (point, noise): changes of f below the
+    noise are its rounding. Returns (whether the foot moved, s, t, expansion there), the foot itself
+    after `MAX_HALVINGS`.
     """
     point, noise = target
     s, t = foot

@@ -42,7 +42,10 @@ margin."""
 
 @inner(linked=False)
 def nearest_leaf(tables, point):
-    """Return the leaf of a face whose plate is nearest to a point; −1 where the body has none."""
+    """Return the leaf of a face whose plate is nearest to a point; −1 where the body has none.
+
+    The first found of equally near ones; departures of leaves from plates do not count.
+    """
     tree = tables.tree
     leaves = tables.leaves
     nodes = stack_int64(128)
@@ -67,10 +70,9 @@ def nearest_leaf(tables, point):
 
 @inner()
 def _seed(tables, point):
-    """Return the leaf nearest to the middle of the voxel of a point, or to a point beyond the
-    voxels.
+    """Return the leaf nearest to the middle of a point's voxel, or to a point beyond the voxels.
 
-    The first query of a voxel stores its leaf; every query would find the same one.
+    The first query of a voxel stores its leaf in the seeds; every query would find the same one.
     """
     seeds = tables.seeds
     voxels = seeds.voxels
@@ -96,7 +98,10 @@ def _seed(tables, point):
 
 @inner(linked=False)
 def _guess(tables, point):
-    """Return a foot inside a face near a point, of element −1 if none is found."""
+    """Return a foot inside a face near a point, as a `Guess` of element −1 if none is found.
+
+    Newton's method starts from the plate of the point's seed.
+    """
     k = _seed(tables, point)
     if k < 0:
         return Guess(-1, (0.0, 0.0), FootRecord(point, point, 0.0))
@@ -116,7 +121,9 @@ def _guess(tables, point):
 def _search(tables, k, point, within, guess, out, nearest, h):
     """Write row k of `out`: the closest point, which is the `Guess` if nothing is closer.
 
-    The body has a point within the distance `within`.
+    Closer means by more than `MIN_GAIN` tolerances; the row is certified if the search left out
+    nothing. The body has a point within the distance `within`; if no search finds one, the row is
+    MAX_ITERATIONS.
     """
     e, uv, record = guess.element, guess.uv, guess.record
     if e >= 0:
@@ -146,7 +153,8 @@ def _is_finite(point):
 def _limit_distance(tables, point):
     """Return the point, moved to `MAX_DISTANCE` if it is beyond, and whether it was moved.
 
-    Distances of points beyond round to one number, and their squares may overflow.
+    Distances of points beyond round to one number, and their squares may overflow. It moves towards
+    the origin of the first element.
     """
     limit = MAX_DISTANCE * tables.scale[0]
     origin = tables.elements.table[0]["origin"]
@@ -172,7 +180,8 @@ def _correct_gap(out, k, point):
 def project_global(tables, points, rows, within, out, start, stop):
     """Write the closest points of points[rows[start:stop]] to the same rows of `out`.
 
-    `within` (one for each of `rows`) are upper bounds of their distances.
+    `within` (one for each of `rows`) are upper bounds of their distances. Points that are not
+    finite are NOT_FINITE. Fills seeds.
     """
     h = scratch(4, 6)
     nearest = scratch(4)
@@ -218,7 +227,8 @@ def project_from(tables, surroundings, points, starts, out, start, stop):
     """Write the closest points of points[start:stop] to the same rows of `out`.
 
     Newton's method from the feet `starts` (patch, uv; patch −1 for none) on another shape of the
-    body gives a guess. A point without a guess, or whose guess is not proved, is searched for.
+    body gives a guess, proved by `is_closest`. A point without a guess, or whose guess is not
+    proved, is searched for. Points that are not finite are NOT_FINITE.
     """
     h = scratch(4, 6)
     nearest = scratch(4)

@@ -28,8 +28,10 @@ def _dot(a, b, c, x, y, z):
 
 @inlined()
 def local_place(u, u0, scale):
-    """Return s of the parameter u in an element that starts at u0 and has the length 1/scale,
-    clipped to its sides."""
+    """Return s of the parameter u in an element, clipped to its sides.
+
+    The element starts at u0 and has the length 1/scale.
+    """
     return min(max((u - u0) * scale - 0.5, -0.5), 0.5)
 
 
@@ -64,7 +66,10 @@ def newton_step(place, progress, p, x, y, z, tolerance):
     """Run one round for the point p from place = (s, t), with the derivatives x, y, z there.
 
     `progress` is (square of the distance that may not be exceeded, state), `tolerance` the square
-    of the accepted tangential miss. Returns s, t, the square of the distance, and the state.
+    of the accepted tangential miss. Returns s, t, the square of the distance, and the state:
+    REJECTED, with the place unchanged, near a pole, without a definite Hessian, or if f does not
+    fall; LEFT where the step ends outside of the element. A state other than ACTIVE changes
+    nothing.
     """
     s, t = place
     best, state = progress
@@ -82,7 +87,7 @@ def newton_step(place, progress, p, x, y, z, tolerance):
     h_tt = fma(r_z, z[5], fma(r_y, y[5], fma(r_x, x[5], b)))
     det = fma(h_ss, h_tt, -h_st * h_st)
     is_regular = (a > 1e-12 * b) & (b > 1e-12 * a)  # away from poles
-    sound = is_regular & (det > 1e-6 * a * b) & (h_ss > 0.0) & (f <= best + tolerance)
+    is_sound = is_regular & (det > 1e-6 * a * b) & (h_ss > 0.0) & (f <= best + tolerance)
     i = 1.0 / (det if det != 0.0 else 1.0)  # zero at a pole, which is not sound
     new_s = fma(fma(g_t, h_st, -g_s * h_tt), i, s)
     new_t = fma(fma(g_s, h_st, -g_t * h_ss), i, t)
@@ -90,7 +95,7 @@ def newton_step(place, progress, p, x, y, z, tolerance):
     step_t = new_t - t
     last = fma(step_s * step_s, a, step_t * step_t * b) <= LAST_STEP * tolerance
     inside = (new_s >= -0.5) & (new_s <= 0.5) & (new_t >= -0.5) & (new_t <= 0.5)
-    new_state = REJECTED if not sound else (LEFT if not inside else (DONE if last else ACTIVE))
+    new_state = REJECTED if not is_sound else (LEFT if not inside else (DONE if last else ACTIVE))
     is_active = state == ACTIVE
     takes_step = is_active & (new_state != REJECTED)
     next_s = new_s if takes_step else s
@@ -102,10 +107,10 @@ def newton_step(place, progress, p, x, y, z, tolerance):
 
 @inlined()
 def foot_record(p, state, x, y, z, tolerance):
-    """Return normal (three numbers), gap and state of the point p, by the derivatives x, y, z at
-    its foot.
+    """Return normal (three numbers), gap and state of the point p, by the derivatives at its foot.
 
-    A foot that misses by more than the tolerance is REJECTED.
+    x, y, z are those of the coordinates. The normal is zero at a pole. A foot that misses by more
+    than the tolerance is REJECTED.
     """
     r_x = x[0] - p[0]
     r_y = y[0] - p[1]

@@ -31,8 +31,10 @@ MAX_OVERSHOOT = 1.0
 
 @inner()
 def may_continue(elements, e, s, t):
-    """Return whether (s, t) outside the element is near it, and across smooth sides within its
-    patch."""
+    """Return whether (s, t) outside the element is near it, across smooth sides in its patch.
+
+    Near is within `MAX_OVERSHOOT`; the parameters must continue there: not across a seam.
+    """
     if not (abs(s) <= MAX_OVERSHOOT and abs(t) <= MAX_OVERSHOOT):
         return False
     element = elements.table[e]
@@ -51,7 +53,8 @@ def may_continue(elements, e, s, t):
 def _newton(element, place, best, p, tolerance):
     """Run Newton's method in one element from place = (s, t); `p` is relative to its origin.
 
-    Returns (s, t), the square of the distance, the state, and the foot's `FootRecord`.
+    It ends after `ROUNDS` rounds. Returns (s, t), the square of the distance, the state (DONE, or
+    why not), and the foot's `FootRecord`, relative to the origin, too.
     """
     k, centre = element["cubic"], element["about"]
     rational = element["form"] == RATIONAL_CUBIC
@@ -74,7 +77,10 @@ def _newton(element, place, best, p, tolerance):
 
 @inner()
 def _in_element(tables, e, foot, best, point):
-    """Run `_newton` in element e from the parameters foot = (u, v), for a point of the body."""
+    """Run `_newton` in element e from the parameters foot = (u, v), for a point of the body.
+
+    The state is REJECTED for elements of other forms than cubics, and for those trimmed away.
+    """
     element = tables.elements.table[e]
     box = element["box"]
     origin = element["origin"]
@@ -96,11 +102,10 @@ def parameters_of(box, place):
 
 @inner()
 def newton_foot(tables, e, start, point):
-    """Return the foot in element e, or in the element where Newton's method from start = (u, v)
-    ends.
+    """Return the foot in element e, or in the next element of its patch where Newton's method ends.
 
-    Returns its element, −1 for none, its (s, t), its (u, v), and its `FootRecord`. Trims are not
-    checked.
+    It starts from start = (u, v), and leaves e for one other element at most. Returns the foot's
+    element, −1 for none, its (s, t), its (u, v), and its `FootRecord`. Trims are not checked.
     """
     elements = tables.elements
     place, best, state, record = _in_element(tables, e, start, math.inf, point)

@@ -37,8 +37,11 @@ BORDER_TOL = 1e-9
 
 @inner()
 def _local_interval(box, other, first, low, high):
-    """Convert an interval `low` … `high` along s (`first` 0) or t (`first` 2) of the element with
-    the parameter box `other` to the parameter of the element with `box`."""
+    """Convert an interval of the parameter of one element to that of another of its patch.
+
+    `low` … `high` is along s (`first` 0) or t (`first` 2) of the element with the parameter box
+    `other`; the result along that of the element with `box`.
+    """
     width = box[first + 1] - box[first]
     middle = 0.5 * (other[first] + other[first + 1]) - box[first]
     scale, start = (other[first + 1] - other[first]) / width, middle / width - 0.5
@@ -72,8 +75,11 @@ def _rises_over(tables, surroundings, foot, leaf, local, h):
 
 @inner(linked=False)
 def is_closest(tables, surroundings, foot, point, distance):
-    """Return whether the foot (element, s, t), at a distance, is proved the closest point of a body
-    to a point; False if the proof fails or takes more than MAX_OPENED cells."""
+    """Return whether the foot (element, s, t), at a distance, is proved the closest point.
+
+    Points that gain less than `MIN_GAIN` tolerances do not count; trimming curves lie on their
+    faces. False if the proof fails or takes more than MAX_OPENED cells.
+    """
     nodes, bounds, h = stack_int64(128), scratch(128), scratch(4, 6)
     nearest, stack, h_cell = scratch(4), scratch(64, 4), scratch(4, 6)
     slack = MIN_GAIN * tables.scale[1]

@@ -62,9 +62,10 @@ def _angle(ax, ay, az, bx, by, bz):
 
 @inner()
 def _add_elements(tables, foot, only, total, h):
-    """Add the normals of the elements around a foot, of patch `only`, or of all (−1).
+    """Add the normals of the elements around a foot, weighted by angle, to total[3].
 
-    Elements outside the trims do not count. Returns the number of elements and their list.
+    Elements of other patches than `only` (−1: all count), or outside the trims, are skipped.
+    Returns the number of all elements around, and their list.
     """
     elements = tables.elements
     list_e = np.empty(MAX_AROUND, np.int64)
@@ -127,9 +128,10 @@ def _is_short(trims, piece):
 
 @inner()
 def _joined_piece(trims, piece, end):
-    """Return the piece of the same loop that continues a piece at its end (0 or 1), or −1.
+    """Return the piece of the same patch that continues a piece at its end (0 or 1), or −1.
 
-    Pieces that are points are skipped.
+    Its end is exactly the same (u, v). Pieces that are points are skipped, `MAX_TINY_EDGES` at
+    most.
     """
     patch = trims.piece_patch[piece]
     for _ in range(MAX_TINY_EDGES):
@@ -150,8 +152,12 @@ def _joined_piece(trims, piece, end):
 
 @inner()
 def _corner_angle(tables, nearest, h):
-    """Return the angle of a trimmed face at its border point `nearest`: π except at corners of a
-    loop."""
+    """Return the angle of a trimmed face at its border point `nearest`: π except at corners.
+
+    The angle at a corner of a loop is that of the tangents of both pieces in space, or 2π less it
+    if the face is on the reflex side. It is π, too, where the pieces continue or turn back into
+    each other.
+    """
     piece = int(-1 - nearest[ELEMENT])
     t = nearest[S]
     trims = tables.trims
@@ -206,18 +212,16 @@ def _snapped(x):
 
 @inner()
 def joint_reach(tables, e):
-    """Return the largest distance of the faces that meet at an edge of element `e` from a foot
-    there."""
+    """Return the largest distance from an edge of element `e` of the faces that meet there."""
     return max(tables.elements.table[e]["edge_tolerance"], JOINT_TOL * tables.scale[0])
 
 
 @inner()
 def patches_near(tables, point, reach, patches):
-    """List the patches that may be within `reach` of a point in patches[MAX_PATCHES]; return their
-    number.
+    """List the patches that may be within `reach` of a point in patches[MAX_PATCHES].
 
-    Returns −1 if there are more. A face with many holes has an edge with a hundred others: to
-    search each of them takes longer than one query of the hierarchy.
+    Returns their number, −1 if there are more; their boxes decide. A face with many holes has an
+    edge with a hundred others: to search each of them takes longer than one query of the hierarchy.
     """
     tree = tables.tree
     leaves = tables.leaves
@@ -249,8 +253,10 @@ def patches_near(tables, point, reach, patches):
 
 @inner()
 def is_listed(patches, n_patches, patch):
-    """Return whether a patch is among the first n_patches of a list; True for any patch if that
-    is −1."""
+    """Return whether a patch is among the first n_patches of a list.
+
+    True for any patch if that number is −1.
+    """
     for i in range(n_patches):
         if patches[i] == patch:
             return True
@@ -266,7 +272,10 @@ def _add_face(tables, patch, place, nearest, total, h):
 
 @inner(linked=False)
 def _add_normal_at(tables, patch, nearest, total, h):
-    """Add the normal of the face `patch` at its place `nearest` on a kink."""
+    """Add the normal of the face `patch`, weighted by its angle, at its place `nearest` on a kink.
+
+    `nearest` is overwritten at a corner of the face's loops.
+    """
     e, s, t = surface_foot(tables, nearest, h)
     # At a corner of its loops a face counts with the angle that it subtends there.
     trims, uv = tables.trims, parameters(tables.elements, e, s, t)
@@ -295,8 +304,9 @@ def _add_normal_at(tables, patch, nearest, total, h):
 def pseudo_normal(tables, foot, nearest, total, h):
     """Write the angle-weighted sum of the normals of all faces at a foot on a kink to total[3].
 
-    `nearest` is that foot if a search has found it on a trimming piece, and is overwritten;
-    otherwise its element is 0 or more.
+    It is not normalised. Beside the foot's own face the adjoining faces count that pass within
+    `joint_reach` of it. `nearest` is that foot if a search has found it on a trimming piece, and is
+    overwritten; otherwise its element is 0 or more.
     """
     elements = tables.elements
     total[:] = 0.0

@@ -11,9 +11,13 @@ from contiga.search.hierarchy.kernels.tree_nb import next_leaves
 
 @kernel()
 def box_distance(tree, points, rows, safe_distance, start, stop):
-    """Write the distance of points[rows] to the nearest box of a leaf to safe_distance[rows]."""
+    """Write the distance of points[rows] to the nearest box of a leaf to safe_distance[rows].
+
+    Zero inside a box; infinite for points that are not finite, and for a body without leaves.
+    """
     nodes = stack_int64(128)
     bounds = scratch(128)
+    has_leaves = tree.shape[0] > 1 or tree[0]["count"] > 0
     for i in range(start, stop):
         k = rows[i]
         point = (points[k, 0], points[k, 1], points[k, 2])
@@ -23,7 +27,7 @@ def box_distance(tree, points, rows, safe_distance, start, stop):
         best = math.inf
         nodes[0] = 0
         bounds[0] = 0.0
-        top = 1
+        top = 1 if has_leaves else 0
         while top > 0:
             node, top = next_leaves(tree, point, best, nodes, bounds, top)
             if node >= 0:

@@ -36,7 +36,7 @@ POSITION_TOL = 1e-3
 STALL_FACTOR = 10.0
 """Predicted decrease of f, in its rounding errors, below which a step may have no effect."""
 MAX_STALLED_STEPS = 4
-"""Largest number of such steps that do not halve the tangential miss either."""
+"""Largest number of steps without effect that do not halve the tangential miss either."""
 STALL_LIMIT = 1e3
 """Predicted decrease of f, in its rounding errors, below which a walk that cannot move has
 converged."""
@@ -48,10 +48,9 @@ POLE_RADIUS = 1e-2
 
 @inner()
 def _pressed(q, s, t, miss):
-    """Return the sides (of s and of t, −1 for none) across which f falls by more than `miss` per
-    length.
+    """Return the sides of s and of t across which f falls by more than `miss` per length.
 
-    On a collapsed side every direction that does not lead down counts: others may.
+    −1 for none. On a collapsed side every direction that does not lead down counts: others may.
     """
     g_s, g_t, a, b = q.f_s, q.f_t, q.square_s, q.square_t
     limit_s = miss * math.sqrt(a)
@@ -75,12 +74,39 @@ def _pressed(q, s, t, miss):
     return out_s, out_t
 
 
+@inner()
+def _exit_over(elements, foot, sides, point, miss, h):
+    """Return the place (element, s, t) across the sides that a foot presses against.
+
+    It is the first side inwards from which f falls by more than `miss` per length; if there is
+    none, where f falls most at the corner or pole of the foot. Element −1 if it falls nowhere. `h`
+    is overwritten.
+    """
+    e, s, t = foot
+    at_corner = abs(s) >= 0.5 and abs(t) >= 0.5
+    for k in range(2):
+        if sides[k] < 0:
+            continue
+        kind = elements.table[e]["kind"][sides[k]]
+        if kind == POLE:
+            at_corner = True
+        elif kind <= CREASE:
+            e2, s2, t2, other = cross(elements, e, sides[k], s, t)
+            if inward_slope(expand(elements, e2, s2, t2, point, h), other) < -miss:
+                return e2, s2, t2
+    if at_corner:
+        return vertex_exit(elements, foot, point, miss, h)
+    return -1, s, t
+
+
 @inner(linked=False)
 def walk(elements, start, point, tolerance, h):
     """Return the local foot of `point` from `start` = (element, s, t).
 
-    Returns (status, element, s, t, feature). `tolerance` is the tangential miss, a length. `h` (4,
-    6) is work, and holds the derivatives at the foot afterwards.
+    Returns (status, element, s, t, feature): OK, AT_BORDER where it presses against a border, or
+    MAX_ITERATIONS, where f still falls but no step lowers it or the steps ran out. Trims are not
+    tested. `tolerance` is the tangential miss, a length. `h` (4, 6) is work, and holds the
+    derivatives at the foot afterwards.
     """
     e, s, t = start
     q = expand(elements, e, s, t, point, h)
@@ -102,22 +128,7 @@ def walk(elements, start, point, tolerance, h):
             q = expand(elements, e, s, t, point, h)
         sides = _pressed(q, s, t, miss)
         if sides[0] >= 0 or sides[1] >= 0:
-            # Cross a side that the foot presses against, or its corner or pole, if f falls there.
-            e2, s2, t2 = -1, s, t
-            at_corner = abs(s) >= 0.5 and abs(t) >= 0.5
-            for k in range(2):
-                side = sides[k]
-                if side < 0 or e2 >= 0:
-                    continue
-                kind_of_side = elements.table[e]["kind"][side]
-                if kind_of_side == POLE:
-                    at_corner = True
-                elif kind_of_side <= CREASE:
-                    e3, s3, t3, other = cross(elements, e, side, s, t)
-                    if inward_slope(expand(elements, e3, s3, t3, point, h), other) < -miss:
-                        e2, s2, t2 = e3, s3, t3
-            if at_corner and e2 < 0:
-                e2, s2, t2 = vertex_exit(elements, (e, s, t), point, miss, h)
+            e2, s2, t2 = _exit_over(elements, (e, s, t), sides, point, miss, h)
             if e2 >= 0:
                 e, s, t = e2, s2, t2
             q = expand(elements, e, s, t, point, h)
@@ -180,8 +191,11 @@ def walk(elements, start, point, tolerance, h):
 
 @inner()
 def _settle(elements, e, s, t, sides):
-    """Return status, element, s, t and feature of a converged foot, by the sides it presses
-    against."""
+    """Return status, element, s, t and feature of a converged foot.
+
+    The sides it presses against decide: AT_BORDER where the surface ends, EDGE at a kink, VERTEX at
+    two sides or a pole that is not round, else FACE.
+    """
     status = OK
     feature = FACE
     for k in range(2):

@@ -1,5 +1,8 @@
 """Kernels of boxes and leaves, in reading order: each depends on the ones before it only.
 
+In all of them `h` (4, 6) and `d` (3, 3) are work: they hold the point and derivatives of the
+element, and of the trimming curve, at the place that was evaluated last.
+
 - tree_nb: a binary hierarchy of boxes, cut by the surface area heuristic
 - hierarchy_nb: leaves over the elements: their parts in boxes, with bounds of the derivatives
 - curve_nb: trimming pieces in space: the surface along a p-curve, and its closest point

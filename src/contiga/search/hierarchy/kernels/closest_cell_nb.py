@@ -58,9 +58,9 @@ class Hessian(NamedTuple):
 def slopes_away(elements, e, side, at_ends, g, change):
     """Return whether f has no minimum in a cell because its slope has the same sign all over it.
 
-    `at_ends` are the two ends, along `side` (0: s, 2: t), that the cell reaches; if the surface has
-    a kink or a border there, a minimum may be there in spite of the slope. `g` is the slope in the
-    cell's middle, `change` its largest change.
+    `at_ends` tells whether the cell reaches the two ends along `side` (0: s, 2: t); if the surface
+    has a kink or a border where f falls to, a minimum may be there in spite of the slope. `g` is
+    the slope in the cell's middle, `change` its largest change.
     """
     kind = elements.table[e]["kind"]
     if g > change:
@@ -78,7 +78,11 @@ def _square_at(m, x, y):
 
 @inner()
 def nearest_on_plate(m):
-    """x, y (−1 … 1) where |r + x a + y b| is smallest, and its square there."""
+    """Return x, y (−1 … 1) where |r + x a + y b| is smallest, and its square there.
+
+    The normal equations give a place inside the parallelogram. If they give none, or a and b are
+    nearly parallel, it is the best place on the four sides.
+    """
     det = m.xx * m.yy - m.xy * m.xy
     if det > 1e-12 * m.xx * m.yy:
         x = (-m.rx * m.yy + m.ry * m.xy) / det
@@ -114,9 +118,11 @@ def plate_distance(m):
 
 @inner()
 def middle(h, local, hs, ht):
-    """Products of r, from the point to a cell's middle, and the cell's half sides x and y there.
+    """Return the `Middle` of a cell: products of r, from the point to its middle, and half sides.
 
-    Also the products of r with the second derivatives of the surface, unscaled.
+    `h` holds the derivatives in the middle, `local` is the point relative to the element's origin,
+    `hs` and `ht` are the half sides in s and t. The products of r with second derivatives are
+    unscaled.
     """
     rr = rx = ry = xx = xy = yy = hxx = hxy = hyy = 0.0
     for c in range(3):
@@ -153,7 +159,11 @@ def scaled(k, hs, ht):
 
 @inner()
 def hessian(m, b, hs, ht):
-    """Second derivatives of f in a cell's middle, and the largest change of each in the cell."""
+    """Return the second derivatives of f in a cell's middle, and bounds of their changes there.
+
+    All are by parameters that run over −1 … 1 in the cell; `b` are the scaled bounds of the
+    surface's derivatives over the cell, `hs` and `ht` its half sides.
+    """
     max_residual = math.sqrt(m.rr) + b.x + b.y
     xx = m.hxx * hs * hs + m.xx
     xy = m.hxy * hs * ht + m.xy
@@ -166,7 +176,10 @@ def hessian(m, b, hs, ht):
 
 @inner()
 def without_minimum(elements, e, cell, m, f):
-    """Return whether slopes rule out a minimum in a cell; `f` is the Hessian and its changes."""
+    """Return whether slopes rule out a minimum in a cell; `f` is the `Hessian` and its changes.
+
+    One of the two slopes has to exceed its largest change over the cell (`slopes_away`).
+    """
     change = abs(f.xx) + f.dxx + abs(f.xy) + f.dxy
     if slopes_away(elements, e, 0, (cell[0] <= -0.5, cell[1] >= 0.5), m.rx, change):
         return True
@@ -176,9 +189,10 @@ def without_minimum(elements, e, cell, m, f):
 
 @inner()
 def bends_down(elements, e, cell, f):
-    """Return whether f has no minimum in a cell because it is nowhere convex in it.
+    """Return whether f is proved concave in one direction all over a cell: it has no minimum there.
 
-    A minimum may still be on a side where the surface has a kink or a border.
+    The direction is s, t, or any if the determinant is negative. A minimum may still be on a side
+    where the surface has a kink or a border: directions across such sides do not count.
     """
     kind = elements.table[e]["kind"]
     flat_s = (cell[0] > -0.5 or kind[0] == SMOOTH) and (cell[1] < 0.5 or kind[1] == SMOOTH)
@@ -192,7 +206,7 @@ def bends_down(elements, e, cell, f):
 
 @inner()
 def convex(f):
-    """Return whether f is convex in a cell."""
+    """Return whether f is proved strictly convex all over a cell, by the bounds of its Hessian."""
     min_ss = f.xx - f.dxx
     min_tt = f.yy - f.dyy
     return min_ss > 0.0 and min_tt > 0.0 and min_ss * min_tt > (abs(f.xy) + f.dxy) ** 2

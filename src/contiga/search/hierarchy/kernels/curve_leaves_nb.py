@@ -41,8 +41,10 @@ of successive offsets, and their number."""
 
 @inner()
 def _element_breaks(grid, trims, piece, cuts):
-    """Find the sorted parameters at which a piece passes from element to element, with 0 and 1;
-    return their number."""
+    """Write the sorted parameters at which a piece passes from element to element to `cuts`.
+
+    They begin with 0 and end with 1; returns their number.
+    """
     row = grid.patches[trims.piece_patch[piece]]
     coefs = trims.piece_coefs[piece]
     degree = trims.piece_degree[piece]
@@ -65,7 +67,11 @@ def _element_breaks(grid, trims, piece, cuts):
 
 @inner(linked=False)
 def _inner_side(trims, piece):
-    """Return 1 if the face is to the left of a piece in (u, v), −1 to the right, 0 if undecided."""
+    """Return 1 if the face is to the left of a piece in (u, v), −1 to the right, 0 if undecided.
+
+    Places on both sides of the piece's middle are tested against the trims at `N_OFFSETS` falling
+    distances; all have to agree. Places beyond the patch's rectangle count as outside.
+    """
     c = scratch(3, 3)
     piece_parameters(trims, piece, 0.5, c)
     patch = trims.piece_patch[piece]
@@ -91,12 +97,13 @@ def _inner_side(trims, piece):
 
 @inner()
 def _inward_direction(tables, piece, middle, side, bound, box, bend):
-    """Return the inward direction in the middle of a stretch, its largest deviation in the stretch,
-    and the sine of the largest turn of the normal of the face. If `side` is unknown, it is the
-    direction to the left.
+    """Return the inward direction in the middle of a stretch, and how far it and the normal turn.
 
-    `bound` are the bounds of the element over the rectangle `box` about the stretch (low and high
-    s, low and high t), `bend` is the largest change of C' from the middle to an end.
+    The second number is the largest deviation of the direction in the stretch, the third the sine
+    of the largest turn of the normal of the face. If `side` is unknown (0), the direction is to the
+    left, and its deviation `MAX_DEVIATION`. Where tangent or normal vanish, it is zero and the sine
+    1. `bound` are the bounds of the element over the rectangle `box` about the stretch (low and
+    high s, low and high t), `bend` is the largest change of C' from the middle to an end.
     """
     elements, grid, trims = tables
     h = scratch(4, 6)
@@ -122,11 +129,11 @@ def _inward_direction(tables, piece, middle, side, bound, box, bend):
 
 @inner()
 def _stretch_bounds(tables, piece, side, stretch, net, bound):
-    """Compute the bounds of a stretch inside one element, as `curve_leaves` lists them.
+    """Write the bounds of a stretch inside one element to bound[9], as `curve_leaves` lists them.
 
-    The bounds of |C'|, |C''| and |C'''| follow by the chain rule from bounds of the p-curve in
-    (s, t) and of the element over the rectangle around it; they are zero along a pole. `side` is
-    the result of `_inner_side`.
+    The bounds of |C'|, |C''| and |C'''| follow by the chain rule from bounds of the p-curve in (s,
+    t) and of the element over the rectangle around it; along a pole all are zero, and the inward
+    direction is unknown. `side` is the result of `_inner_side`, `net` is work.
     """
     elements, grid, trims = tables
     t0, t1 = stretch
@@ -183,13 +190,14 @@ def _stretch_bounds(tables, piece, side, stretch, net, bound):
 
 @kernel()
 def curve_leaves(elements, grid, trims, flatness, depth):
-    """Return rows (n, 20) of the leaves of all trimming pieces: element −1 − piece, box (t0, t1, 0,
-    0), bounds (9), low (3) and high corner (3).
+    """Return rows (n, 20) of the leaves of all trimming pieces, piece by piece.
 
-    The bounds are of |C'|, |C''| and |C'''|, the inward direction (3), its largest deviation, the
-    side of the piece on which the face is, and the sine of the largest turn of the normal of the
-    face. Stretches end at the sides of elements and are halved until they are flat, at most `depth`
-    times.
+    A row is: element −1 − piece, box (t0, t1, 0, 0), bounds (9), low (3) and high corner (3). The
+    bounds are of |C'|, |C''| and |C'''|, the inward direction (3), its largest deviation, the side
+    of the piece on which the face is, and the sine of the largest turn of the normal of the face.
+    Stretches end at the sides of elements; they are halved, at most `depth` times, until they
+    depart from their tangent by no more than `flatness` of half their length. Those shorter than
+    `MIN_STRETCH` have no row.
     """
     tables = (elements, grid, trims)
     rows = np.empty((64, 20))

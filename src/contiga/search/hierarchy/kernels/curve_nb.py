@@ -76,7 +76,7 @@ def curve_point(elements, grid, trims, piece, t, h, d):
 
 @inner()
 def _expand(tables, piece, t, point, h, d):
-    """f = |C − P|²/2, f', f'' and |C'|² at t."""
+    """Return f = |C − P|²/2, f', f'' and |C'|² of a piece at t; `h` and `d` get the derivatives."""
     e = curve_point(tables.elements, tables.grid, tables.trims, piece, t, h, d)[0]
     origin = tables.elements.table[e]["origin"]
     f = slope = curvature = speed = 0.0
@@ -91,7 +91,11 @@ def _expand(tables, piece, t, point, h, d):
 
 @inner()
 def _newton_in_bracket(tables, piece, limits, start, point, h, d):
-    """Find the minimum of f with f'' > 0 inside `limits`: Newton in a bracket. Returns t and f."""
+    """Return t and f at the smallest f that Newton's method meets inside `limits`, from `start`.
+
+    A step out of the bracket of the sign change of f' becomes a bisection. After the last step
+    (`STEP_TOL`, or `MAX_ITERATIONS`) f is extrapolated by its Taylor series.
+    """
     low, high = limits
     t = start
     best_t = t
@@ -121,21 +125,13 @@ def _newton_in_bracket(tables, piece, limits, start, point, h, d):
 
 
 @inner()
-def _straight_distance(f, slope, speed, h):
-    """Smallest |r + C' x| over |x| ≤ h, or less by rounding."""
-    x = -slope / speed if speed > 0.0 else 0.0
-    x = min(max(x, -h), h)
-    square = 2.0 * f + 2.0 * slope * x + speed * x * x
-    return math.sqrt(max(0.0, square - ROUNDING * (2.0 * f + speed * h * h)))
-
-
-@inner()
 def closest_on_stretch(tables, leaf, point, best, slack, h):
-    """Find the closest point of a curve leaf nearer than `best`: t and the distance, or `best`.
+    """Find the closest point of a curve leaf: t, its distance, and whether the search was forced.
 
-    The third value tells whether an interval was treated as convex without proof, to end the
-    search. Intervals are dropped and finished as the cells of a face are (see `global_nb`), by the
-    leaf's bounds on |C'|, |C''| and |C'''|.
+    If nothing is nearer than `best` it is t0 and `best`; points that gain less than `slack` may be
+    missed. Forced means that an interval was treated as convex without proof, to end the search
+    (`MAX_INTERVALS`). Intervals are dropped and finished as the cells of a face are (see
+    `global_nb`), by the leaf's bounds on |C'|, |C''| and |C'''|.
     """
     piece = -1 - leaf["element"]
     t0 = leaf["box"][0]
@@ -165,7 +161,12 @@ def closest_on_stretch(tables, leaf, point, best, slack, h):
             best_t = t
         if distance - k1 * w > best - slack:
             continue
-        if _straight_distance(f, slope, speed, w) - 0.5 * k2 * w * w > best - slack:
+        # The distance of the tangent, less the largest departure from it.
+        x = -slope / speed if speed > 0.0 else 0.0
+        x = min(max(x, -w), w)
+        square = 2.0 * f + 2.0 * slope * x + speed * x * x
+        square -= ROUNDING * (2.0 * f + speed * w * w)
+        if math.sqrt(max(0.0, square)) - 0.5 * k2 * w * w > best - slack:
             continue
         change = w * (3.0 * k1 * k2 + (distance + k1 * w) * k3)
         at_end = low <= t0 or high >= t1
@@ -191,8 +192,11 @@ def closest_on_stretch(tables, leaf, point, best, slack, h):
 
 @inner()
 def polish(tables, nearest, point, h):
-    """Refine the minimum that a search found on a piece by Newton's method on f' = 0: near the
-    minimum f is flat, and its rounding hides the last half of the digits of nearest[S].
+    """Refine nearest[S], the minimum that a search found on a piece, by Newton's method on f' = 0.
+
+    Near the minimum f is flat, and its rounding hides the last half of the digits. Newton's method
+    ends after `POLISH_STEPS` steps, where f is not convex, or before a step longer than
+    `POLISH_REACH`.
     """
     piece = int(-1 - nearest[ELEMENT])
     d = scratch(3, 3)
@@ -210,7 +214,10 @@ def polish(tables, nearest, point, h):
 
 @inner()
 def surface_foot(tables, nearest, h):
-    """Return (element, s, t) of the result of a search, on a face or on a trimming piece."""
+    """Return (element, s, t) of the result of a search, on a face or on a trimming piece.
+
+    On a piece `h` is overwritten with the derivatives of the element there.
+    """
     if nearest[ELEMENT] >= 0:
         return int(nearest[ELEMENT]), nearest[S], nearest[T]
     d = scratch(3, 3)

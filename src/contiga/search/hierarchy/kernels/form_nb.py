@@ -48,7 +48,7 @@ def on_arc(arc, x, y, other):
     """Return the place of an arc nearest to a point, or its `other` end if both are minima.
 
     From the center of the arc the point is at x towards its middle and y along its chord. `across`
-    is infinite if the other end is no minimum.
+    is infinite if the other end is no minimum. The nearest place to the center is the middle.
     """
     radius_dist = math.sqrt(x * x + y * y)
     if x >= radius_dist * arc[COSINE]:
@@ -76,23 +76,13 @@ def _parameter(share, ratio):
 
 
 @inner()
-def _closest_on_plane(form, x, y, z):
-    """Return the point of a parallelogram nearest to (x, y, z), relative to its middle."""
-    a, b, m = form["x"], form["y"], form["metric"]
-    rx = -(x * a[0] + y * a[1] + z * a[2])
-    ry = -(x * b[0] + y * b[1] + z * b[2])
-    rr = x * x + y * y + z * z
-    i, j, _ = nearest_on_plate(Middle(rr, rx, ry, m[0], m[1], m[2], 0.0, 0.0, 0.0))
-    x -= i * a[0] + j * b[0]
-    y -= i * a[1] + j * b[1]
-    z -= i * a[2] + j * b[2]
-    return OnForm(0.5 * i, 0.5 * j, math.sqrt(x * x + y * y + z * z))
-
-
-@inner()
 def _closest_on_meridian(form, rho, height, offset, other):
-    """Return parameter and distance on the meridian for the point at `rho` from the axis, `height`
-    along it and `offset` from the meridian's half-plane."""
+    """Return parameter and distance of the place of the meridian nearest to a point.
+
+    The point is at `rho` from the axis, `height` along it and `offset` from the meridian's
+    half-plane. `other` asks for the farther end instead: its distance is infinite if it is no local
+    minimum.
+    """
     about, toward, m = form["about"], form["toward"], form["meridian"]
     x, y = rho - about[0], height - about[1]
     along = x * toward[0] + y * toward[1]
@@ -112,22 +102,36 @@ def _closest_on_meridian(form, rho, height, offset, other):
 
 @inner()
 def closest_on_form(form, point, minimum):
-    """Return a local minimum (NEAREST … LAST) of the distance from `point` to an element with a
-    `FORM`."""
+    """Return a local minimum (NEAREST … LAST) of the distance from a point to an element's `FORM`.
+
+    `point` is in the body frame. The distance is infinite if there is no such minimum: a plane has
+    the nearest one only. Trims are not tested.
+    """
     o, a, b, c = form["origin"], form["x"], form["y"], form["z"]
     x, y, z = point[0] - o[0], point[1] - o[1], point[2] - o[2]
     if form["kind"] == PLANE:
         if minimum != NEAREST:
             return OnForm(0.0, 0.0, math.inf)
-        return _closest_on_plane(form, x, y, z)
+        m = form["metric"]
+        rx = -(x * a[0] + y * a[1] + z * a[2])
+        ry = -(x * b[0] + y * b[1] + z * b[2])
+        rr = x * x + y * y + z * z
+        i, j, _ = nearest_on_plate(Middle(rr, rx, ry, m[0], m[1], m[2], 0.0, 0.0, 0.0))
+        x -= i * a[0] + j * b[0]
+        y -= i * a[1] + j * b[1]
+        z -= i * a[2] + j * b[2]
+        return OnForm(0.5 * i, 0.5 * j, math.sqrt(x * x + y * y + z * z))
+    # The angle about the axis, then the meridian in the half-plane there.
     turn = form["turn"]
     toward = x * a[0] + y * a[1] + z * a[2]
     across = x * b[0] + y * b[1] + z * b[2]
-    place = on_arc(turn, toward, across, minimum & OTHER_TURN != 0)
     height = x * c[0] + y * c[1] + z * c[2]
-    along = _parameter(place.share, turn[RATIO])
-    other_end = minimum & OTHER_END != 0
-    up, distance = _closest_on_meridian(form, place.along, height, place.across, other_end)
+    place = on_arc(turn, toward, across, minimum & OTHER_TURN != 0)
+    angle = _parameter(place.share, turn[RATIO])
+    offset = place.across
+    axial, distance = _closest_on_meridian(
+        form, place.along, height, offset, minimum & OTHER_END != 0
+    )
     if form["turned_along_t"] == 1:
-        return OnForm(up, along, distance)
-    return OnForm(along, up, distance)
+        return OnForm(axial, angle, distance)
+    return OnForm(angle, axial, distance)

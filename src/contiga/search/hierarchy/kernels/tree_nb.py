@@ -60,7 +60,11 @@ def _bin_of(x, low, high):
 
 @inner()
 def _best_cut(boxes, middle, rows, axis, ends, bins):
-    """Return the first bin behind the best cut along an axis, and its cost."""
+    """Return the first bin behind the best cut along an axis, and the cost of both parts.
+
+    0 and infinity if no cut has boxes on both sides. `ends` is the range of the middles, `bins`
+    work.
+    """
     for k in range(N_BIN_ROWS):
         _clear(bins, k)
     for i in rows:
@@ -80,24 +84,12 @@ def _best_cut(boxes, middle, rows, axis, ends, bins):
 
 
 @inner()
-def _partition(middle, rows, axis, ends, cut, spare):
-    """Move the rows of bins before `cut` to the front, in their order; return their number."""
-    n = n_behind = 0
-    for i in rows:
-        if _bin_of(middle[i, axis], ends[0], ends[1]) < cut:
-            rows[n] = i
-            n += 1
-        else:
-            spare[n_behind] = i
-            n_behind += 1
-    for k in range(n_behind):
-        rows[n + k] = spare[k]
-    return n
-
-
-@inner()
 def _split(boxes, middle, rows, level, spare, bins):
-    """Sort the rows of the first child before the rows of the second; return their number."""
+    """Sort the rows of the first child before the rows of the second; return their number.
+
+    The cut is the one of least cost of all axes, and keeps the order of rows on both sides; below
+    `MAX_SAH_DEPTH`, and for boxes with one middle, the median along the axis of largest extent.
+    """
     best, extent, cut, cut_axis, axis = math.inf, 0.0, 0, 0, 0
     ends = (0.0, 0.0)
     for c in range(3):
@@ -113,15 +105,29 @@ def _split(boxes, middle, rows, level, spare, bins):
             bin_cut, cost = _best_cut(boxes, middle, rows, c, (low, high), bins)
             if cost < best:
                 best, cut, cut_axis, ends = cost, bin_cut, c, (low, high)
-    if cut > 0:
-        return _partition(middle, rows, cut_axis, ends, cut, spare)
-    sort_by(middle, axis, rows, spare)
-    return rows.size // 2
+    if cut == 0:
+        sort_by(middle, axis, rows, spare)
+        return rows.size // 2
+    n = n_behind = 0
+    for i in rows:
+        if _bin_of(middle[i, cut_axis], ends[0], ends[1]) < cut:
+            rows[n] = i
+            n += 1
+        else:
+            spare[n_behind] = i
+            n_behind += 1
+    for k in range(n_behind):
+        rows[n + k] = spare[k]
+    return n
 
 
 @kernel()
 def build(low, high):
-    """Return node arrays (low, high, first, count) and the order of boxes `low`, `high` (n, 3)."""
+    """Return node arrays (low, high, first, count) and the order of boxes `low`, `high` (n, 3).
+
+    The root is row 0, the two children of an inner node follow one another. A node of leaves has at
+    most `LEAF_SIZE` boxes, at `first` in the order; without boxes the root is empty.
+    """
     n = low.shape[0]
     order = np.empty(n, np.int32)
     spare = np.empty(n, np.int32)
@@ -186,21 +192,27 @@ def box_distance2(tree, node, x, y, z):
 
 @inner()
 def open_node(tree, first, point, nodes, bounds, top):
-    """Put the two children at `first` on the stack, the nearer one last."""
+    """Put the two children at `first` on the stack, the nearer one last.
+
+    Their squared distances go to the same rows of `bounds`.
+    """
     x, y, z = point
     a = box_distance2(tree, first, x, y, z)
     b = box_distance2(tree, first + 1, x, y, z)
-    near = 0 if a <= b else 1
-    nodes[top] = first + 1 - near
-    bounds[top] = b if near == 0 else a
-    nodes[top + 1] = first + near
-    bounds[top + 1] = a if near == 0 else b
+    nearer = 0 if a <= b else 1
+    nodes[top] = first + 1 - nearer
+    bounds[top] = b if nearer == 0 else a
+    nodes[top + 1] = first + nearer
+    bounds[top + 1] = a if nearer == 0 else b
 
 
 @inner()
 def next_leaves(tree, point, limit, nodes, bounds, top):
-    """Return the next leaf node on the stack within the squared distance `limit`, or −1, and the
-    new size of the stack; bounds[size] is the squared distance of the node."""
+    """Return the next leaf node within the squared distance `limit`, and the new size of the stack.
+
+    It is −1 if there is none. Inner nodes on the way are replaced by their children. bounds[size]
+    is the squared distance of the node that is returned.
+    """
     while top > 0:
         top -= 1
         if bounds[top] > limit:

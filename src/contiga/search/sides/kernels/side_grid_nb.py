@@ -38,10 +38,10 @@ def _cell_range(piece, c, small, count):
 
 @kernel()
 def paint(pieces, small, shape, words, surface_bits, piece_of_word):
-    """Mark in `words` (flat) the cells that pieces meet.
+    """Mark in `words` (flat) the cells that pieces meet, or their small cells in `surface_bits`.
 
     If `surface_bits` has rows, `words` holds the row of each cell: then set the bits of the small
-    cells in `surface_bits`, and a piece of each cell in `piece_of_word`.
+    cells in `surface_bits`, and the last piece of each cell in `piece_of_word`.
     """
     for p in range(pieces.shape[0]):
         # Columns of small cells run along the axis nearest to the piece's normal; the slab bounds
@@ -83,8 +83,10 @@ def paint(pieces, small, shape, words, surface_bits, piece_of_word):
 
 @kernel()
 def label_regions(clear):
-    """Number the connected regions of clear cells from 1, in the order of their first cells; 0 in
-    other cells. Cells are connected by faces."""
+    """Number the connected regions of clear cells from 1, in the order of their first cells.
+
+    Other cells get 0. Cells are connected by faces.
+    """
     shape = clear.shape
     parent = np.arange(shape[0] * shape[1] * shape[2]).astype(np.int32)
     label = np.zeros(shape, np.int32)
@@ -117,33 +119,32 @@ def label_regions(clear):
 
 @kernel()
 def depths(clear):
-    """Return the number of cells from each cell to the next one that is not clear, diagonal steps
-    counted as one; 0 there, and more than any path is long if there is none.
+    """Return the number of cells from each cell to the next one that is not clear.
 
-    Forward and backward pass (Rosenfeld & Pfaltz 1968, doi 10.1016/0031-3203(68)90013-7).
+    Diagonal steps count as one; 0 in cells that are not clear, and more than any path is long if
+    all are. Forward and backward pass (Rosenfeld & Pfaltz 1968, doi 10.1016/0031-3203(68)90013-7).
     """
     n_i, n_j, n_k = clear.shape
+    n = n_i * n_j * n_k
     depth = np.zeros(clear.shape, np.int32)
     for back in range(2):
-        for at_i in range(n_i):
-            i = n_i - 1 - at_i if back else at_i
-            for at_j in range(n_j):
-                j = n_j - 1 - at_j if back else at_j
-                for at_k in range(n_k):
-                    k = n_k - 1 - at_k if back else at_k
-                    if clear[i, j, k]:
-                        # One more than the least depth of the cells around that come before it.
-                        step = 1 if back else -1
-                        min_depth = depth[i, j, k] if back else n_i + n_j + n_k
-                        for di in range(2):
-                            for dj in range(-1, 2):
-                                for dk in range(-1, 2):
-                                    if di == 0 and (dj < 0 or (dj == 0 and dk < 1)):
-                                        continue
-                                    a, b, c = i + step * di, j + step * dj, k + step * dk
-                                    if 0 <= a < n_i and 0 <= b < n_j and 0 <= c < n_k:
-                                        min_depth = min(min_depth, depth[a, b, c] + 1)
-                        depth[i, j, k] = min_depth
+        step = 1 if back else -1
+        for visited in range(n):
+            cell = n - 1 - visited if back else visited
+            i, j, k = cell // (n_j * n_k), cell // n_k % n_j, cell % n_k
+            if not clear[i, j, k]:
+                continue
+            # One more than the least depth of the 13 cells around that come before it.
+            min_depth = depth[i, j, k] if back else n_i + n_j + n_k
+            for m in range(14, 27):  # of the 27 cells around, (0, 0, 1) to (1, 1, 1)
+                a, b, c = (
+                    i + step * (m // 9 - 1),
+                    j + step * (m // 3 % 3 - 1),
+                    k + step * (m % 3 - 1),
+                )
+                if 0 <= a < n_i and 0 <= b < n_j and 0 <= c < n_k:
+                    min_depth = min(min_depth, depth[a, b, c] + 1)
+            depth[i, j, k] = min_depth
     return depth
 
 
@@ -163,8 +164,11 @@ def _flood(seed, clear):
 
 @kernel()
 def parts_of(surface_bits):
-    """Return the connected sets of small cells without surface in each word: first (n + 1,), mask
-    (m,)."""
+    """Return the connected sets of small cells without surface in each word: first and mask.
+
+    `mask` (m,) holds the bits of each set, `first` (n + 1,) the row at which the sets of each word
+    begin. Cells are connected by faces.
+    """
     first = np.zeros(surface_bits.shape[0] + 1, np.int64)
     mask = np.empty(4 * surface_bits.shape[0] + 64, np.uint64)
     count = 0
@@ -186,11 +190,11 @@ def parts_of(surface_bits):
 
 @kernel()
 def join(labels, words, places, first, mask):
-    """Return the root of every connected region: of the labelled cells, label − 1, then of the
-    parts.
+    """Return the root of every connected region: labelled cells (label − 1), then the parts.
 
     `labels` (cells,) are 1 … of cells without surface, 0 in others; `words` (cells,) the words of
-    the latter, −1 elsewhere; `places` (words, 3) their cells.
+    the latter, −1 elsewhere; `places` (words, 3) their cells, none at the border of the grid;
+    `first` and `mask` as `parts_of` returns them.
     """
     shape = labels.shape
     count = 0
@@ -200,28 +204,29 @@ def join(labels, words, places, first, mask):
                 count = max(count, labels[i, j, k])
     parent = np.arange(count + mask.shape[0]).astype(np.int32)
     for w in range(places.shape[0]):
-        for axis in range(3):
-            for step in (-1, 1):
-                i = places[w, 0] + (step if axis == 0 else 0)
-                j = places[w, 1] + (step if axis == 1 else 0)
-                k = places[w, 2] + (step if axis == 2 else 0)
+        for side in range(6):
+            axis, is_forward = side // 2, side % 2 == 1
+            step = 1 if is_forward else -1
+            i = places[w, 0] + (step if axis == 0 else 0)
+            j = places[w, 1] + (step if axis == 1 else 0)
+            k = places[w, 2] + (step if axis == 2 else 0)
+            face = (I_LAST, J_LAST, K_LAST)[axis]
+            if not is_forward:
                 face = (I_FIRST, J_FIRST, K_FIRST)[axis]
-                if step > 0:
-                    face = (I_LAST, J_LAST, K_LAST)[axis]
-                other = words[i, j, k]
+            other = words[i, j, k]
+            if other >= 0 and not is_forward:
+                continue  # two words are compared once, from the first of them
+            for p in range(first[w], first[w + 1]):
+                facing = mask[p] & face
+                if facing == NO_BITS:
+                    continue
                 if other < 0:
-                    for p in range(first[w], first[w + 1]):
-                        if mask[p] & face != NO_BITS:
-                            unite(parent, count + p, labels[i, j, k] - 1)
-                elif step > 0:
-                    shift = np.uint64((48, 12, 3)[axis])
-                    for p in range(first[w], first[w + 1]):
-                        facing = (mask[p] & face) >> shift
-                        if facing == NO_BITS:
-                            continue
-                        for q in range(first[other], first[other + 1]):
-                            if mask[q] & facing != NO_BITS:
-                                unite(parent, count + p, count + q)
+                    unite(parent, count + p, labels[i, j, k] - 1)
+                    continue
+                opposite = facing >> np.uint64((48, 12, 3)[axis])
+                for q in range(first[other], first[other + 1]):
+                    if mask[q] & opposite != NO_BITS:
+                        unite(parent, count + p, count + q)
     for k in range(parent.shape[0]):
         parent[k] = root(parent, k)
     return parent
@@ -231,34 +236,36 @@ def join(labels, words, places, first, mask):
 def sizes_and_samples(parent, labels, depth, places, first, mask):
     """Return the number of small cells connected to every root, and three sample points of each.
 
-    The points (3 a root) are in cells: middles of three cells next to cells that may contain
-    surface, spread over the region; of small cells where it has no whole cell. `depth` (cells,) is
-    the number of cells to the next that may contain surface.
+    The points (roots, 3, 3) are in cells: middles of three cells next to cells that may contain
+    surface, spread over the region; of small cells where it has no such cell. Rows that are no root
+    are undefined. `depth` (cells,) is the number of cells to the next that may contain surface.
     """
     n = parent.shape[0]
     size = np.zeros(n, np.int64)
     n_border = np.zeros(n, np.int64)
     samples = np.empty((n, 3, 3))
-    shape = labels.shape
+    _, n_j, n_k = labels.shape
     count = n - mask.shape[0]
     for is_second in (False, True):
         n_seen = np.zeros(n, np.int64)
-        for i in range(shape[0]):
-            for j in range(shape[1]):
-                for k in range(shape[2]):
-                    if labels[i, j, k] == 0:
-                        continue
-                    r = parent[labels[i, j, k] - 1]
-                    if not is_second:
-                        size[r] += SPLIT**3
-                        n_border[r] += 1 if depth[i, j, k] == 1 else 0
-                    elif depth[i, j, k] == 1:
-                        for q in range(3):
-                            if n_seen[r] == (2 * q + 1) * n_border[r] // 6:
-                                samples[r, q, 0] = i + 0.5
-                                samples[r, q, 1] = j + 0.5
-                                samples[r, q, 2] = k + 0.5
-                        n_seen[r] += 1
+        for cell in range(labels.size):
+            i, j, k = cell // (n_j * n_k), cell // n_k % n_j, cell % n_k
+            if labels[i, j, k] == 0:
+                continue
+            r = parent[labels[i, j, k] - 1]
+            is_at_border = depth[i, j, k] == 1
+            if not is_second:
+                size[r] += SPLIT**3
+                n_border[r] += 1 if is_at_border else 0
+                continue
+            if not is_at_border:
+                continue
+            for q in range(3):
+                if n_seen[r] == (2 * q + 1) * n_border[r] // 6:
+                    samples[r, q, 0] = i + 0.5
+                    samples[r, q, 1] = j + 0.5
+                    samples[r, q, 2] = k + 0.5
+            n_seen[r] += 1
     for w in range(places.shape[0]):
         for p in range(first[w], first[w + 1]):
             r = parent[count + p]
@@ -282,8 +289,8 @@ def sizes_and_samples(parent, labels, depth, places, first, mask):
 
 
 @kernel()
-def known_sides(parent, sign, labels, depth, words, first, mask):
-    """Return the tables for queries of sides.
+def side_tables(parent, sign, labels, depth, words, first, mask):
+    """Return the tables for queries of sides: `cell` and `masks` of a `SideGrid`.
 
     They are (cells,) side times depth, or FIRST_WORD + word, and (words, 2) masks of the small
     cells inside and outside. `sign` (roots,) is 1 outside, −1 inside, 0 unknown.

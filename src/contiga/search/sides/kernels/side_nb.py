@@ -43,8 +43,9 @@ def _distance_to_side(x, parts):
 def side_at(grid, x):
     """Return the side of a place x, in units of cells: 1 outside, −1 inside, 0 unknown.
 
-    Also returns a lower bound of the distance to the surface, in cells, without `skin`; the number
-    of parts along the cell; and its word, −1 if it has none.
+    Also returns a lower bound of the distance to the surface, in cells, without `skin`, zero if the
+    side is unknown; the number of parts along the cell, 0 outside the grid; and its word, −1 if it
+    has none.
     """
     if not (
         0.0 <= x[0] < grid.cell.shape[0]
@@ -75,8 +76,11 @@ def side_at(grid, x):
 
 @kernel()
 def sides(grid, points, rows, side, reach, start, stop):
-    """Write the sides of points[rows[start:stop]], and lower bounds of their distance to the
-    surface."""
+    """Write the sides of points[rows[start:stop]], and lower bounds of their surface distance.
+
+    Row i belongs to rows[i]. Both are zero where the side is unknown, and for points that are not
+    finite.
+    """
     for i in range(start, stop):
         k = rows[i]
         p = (points[k, 0], points[k, 1], points[k, 2])
@@ -91,8 +95,12 @@ def sides(grid, points, rows, side, reach, start, stop):
 
 @kernel()
 def places(grid, points, rows, out_sides, out_places, start, stop):
-    """Write the `sides` of points[rows[start:stop]] to `out_sides` (KnownSides), and a piece of the
-    surface near each to `out_places` (SurfacePlaces), patch −1 if the grid has none there."""
+    """Write the `sides` of points[rows[start:stop]], and a piece of the surface near each.
+
+    The sides go to `out_sides` (Sides), patch and parameters of the pieces to `out_places`
+    (SurfacePlaces): of points of unknown side in cells that may contain surface; patch −1 for all
+    others.
+    """
     side, reach = out_sides.side, out_sides.reach
     patch, uv = out_places.patch, out_places.uv
     sides(grid, points, rows, side, reach, start, stop)
@@ -113,7 +121,11 @@ def places(grid, points, rows, out_sides, out_places, start, stop):
 
 @kernel()
 def clear_paths(grid, before, now, rows, clear, start, stop):
-    """Write whether the paths before[rows] → now[rows] are known to meet no surface to `clear`."""
+    """Write whether the paths before[rows] → now[rows] are known to meet no surface to `clear`.
+
+    Row i belongs to rows[i]. False for paths of more than `MAX_STEPS` cells, or that are not
+    finite.
+    """
     skin = grid.skin / grid.size
     for i in range(start, stop):
         k = rows[i]

@@ -18,7 +18,7 @@ from contiga.geometry.kernels.trim_nb import box_state
 from contiga.jit import inner, kernel
 
 LOW, HIGH, NORMAL, SLAB_LOW, SLAB_HIGH = 0, 3, 6, 9, 10
-"""Columns of a piece: its box, and the slab LEAST ≤ normal · x ≤ MOST."""
+"""Columns of a piece: its box, and the slab SLAB_LOW ≤ normal · x ≤ SLAB_HIGH."""
 COLUMNS = 11
 """Number of columns of a piece."""
 MAX_PENDING = 128
@@ -42,7 +42,7 @@ class PieceLimits(NamedTuple):
 
 @inner()
 def _net_normal(net, degree):
-    """Return the unit normal of the diagonals of a control net, zero where they are parallel."""
+    """Return the unit normal of the diagonals of a control net; zero where they are parallel."""
     p, q = degree
     last = (p + 1) * (q + 1) - 1
     x = (net[last, 0] - net[0, 0], net[last, 1] - net[0, 1], net[last, 2] - net[0, 2])
@@ -58,8 +58,11 @@ def _net_normal(net, degree):
 
 @inner()
 def _longest_row(net, lines, steps):
-    """Return the length of the longest row of a control net; `lines` and `steps` are (count,
-    stride)."""
+    """Return the length of the longest row of a control net.
+
+    `lines` are the number of rows and the stride between them, `steps` the number of legs and their
+    stride.
+    """
     longest = 0.0
     for i in range(lines[0]):
         total = 0.0
@@ -77,8 +80,10 @@ def _longest_row(net, lines, steps):
 
 @inner()
 def hull(net, count, n, piece):
-    """Write the box and the slab along `n` of net[:count] to `piece`; return the slab's
-    thickness."""
+    """Write the box and the slab along `n` of net[:count] to `piece`.
+
+    Returns the thickness of the slab.
+    """
     for c in range(3):
         piece[LOW + c] = math.inf
         piece[HIGH + c] = -math.inf
@@ -110,7 +115,8 @@ def widen(piece, margin):
 def surface_pieces(elements, trims, origin, margins, limits):
     """Return pieces (n, 11) about `origin`, and their middles (n, 3): element, s, t.
 
-    `margins` (elements,) widen the pieces of each element, `limits` are `PieceLimits`.
+    Elements are halved until their parts are within `limits`, `PieceLimits`; parts outside the
+    trims are left out. `margins` (elements,) widen the pieces of each element.
     """
     pieces = np.empty((4096, COLUMNS))
     middles = np.empty((4096, 3))

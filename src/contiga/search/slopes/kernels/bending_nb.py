@@ -29,10 +29,11 @@ def _scaled(v, factor):
 
 @inner()
 def _pole_bending(elements, e, side, normal, h):
-    """Compute `bending` at a side that is one point, from the curvatures of three curves out of it.
+    """Return `bending` at a side that is one point, by the curvatures of three curves out of it.
 
     The curve across the side at x leaves the pole along its derivative d, and its normal curvature
-    is its second derivative along the normal over |d|².
+    is its second derivative along the normal over |d|². Zeros if a derivative vanishes; the first
+    curvature in all directions if the three curves are too similar.
     """
     first = 1 if side < 2 else 2
     q = p = (0.0, 0.0, 0.0)

@@ -38,24 +38,14 @@ MIN_LENGTH = 10.0
 
 
 @inner()
-def _uv_distance2(trims, piece, t, place, c):
-    """Squared distance in (u, v), in shares of the patch, of a piece at t from `place`, with its
-    first and second derivative by t."""
-    domain = trims.domain[trims.piece_patch[piece]]
-    piece_parameters(trims, piece, t, c)
-    square = slope = curvature = 0.0
-    for k in range(2):
-        scale = 1.0 / (domain[2 * k + 1] - domain[2 * k])
-        r, d1, d2 = (c[0, k] - place[k]) * scale, c[1, k] * scale, c[2, k] * scale
-        square += r * r
-        slope += 2.0 * r * d1
-        curvature += 2.0 * (d1 * d1 + r * d2)
-    return square, slope, curvature
+def _closest_parameter(trims, piece, place, c):
+    """Return the parameter t of a piece nearest to `place` (u, v), and the squared distance.
 
-
-@inner()
-def _box_contains(trims, piece, place):
-    """Return whether the box of a piece's control points contains a place, within rounding."""
+    The distance is in shares of the patch; the best of Newton's steps from `N_STARTS` + 1 starts.
+    Infinite if the place is outside the box of the piece's control points, by more than
+    `SAME_UV_TOL`. `c` (3, 3) is work.
+    """
+    best, best_t = math.inf, 0.0
     domain = trims.domain[trims.piece_patch[piece]]
     for k in range(2):
         margin = SAME_UV_TOL * (domain[2 * k + 1] - domain[2 * k])
@@ -64,18 +54,18 @@ def _box_contains(trims, piece, place):
             x = trims.piece_coefs[piece, i, k] / trims.piece_coefs[piece, i, 2]
             low, high = min(low, x), max(high, x)
         if not low - margin <= place[k] <= high + margin:
-            return False
-    return True
-
-
-@inner()
-def _closest_parameter(trims, piece, place, c):
-    """Return the parameter t of a piece nearest to `place` (u, v), and its squared distance."""
-    best, best_t = math.inf, 0.0
+            return best_t, best
     for i in range(N_STARTS + 1):
         t = i / N_STARTS
         for _ in range(N_STEPS):
-            square, slope, curvature = _uv_distance2(trims, piece, t, place, c)
+            piece_parameters(trims, piece, t, c)
+            square = slope = curvature = 0.0
+            for k in range(2):
+                scale = 1.0 / (domain[2 * k + 1] - domain[2 * k])
+                r, d1, d2 = (c[0, k] - place[k]) * scale, c[1, k] * scale, c[2, k] * scale
+                square += r * r
+                slope += 2.0 * r * d1
+                curvature += 2.0 * (d1 * d1 + r * d2)
             if square < best:
                 best, best_t = square, t
             step = slope / curvature if curvature > 0.0 else 0.0
@@ -87,18 +77,21 @@ def _closest_parameter(trims, piece, place, c):
 
 @inner()
 def _cosine_to_curve(d, r):
-    """Return |cos| of the angle between a curve's derivative d and the vector r to a point; 1 if d
-    vanishes."""
+    """Return |cos| of the angle between a curve's derivative d and the vector r to a point.
+
+    1 if d vanishes.
+    """
     square = dot(d, d)
     return abs(dot(d, r)) / math.sqrt(square * dot(r, r)) if square > 0.0 else 1.0
 
 
 @inner()
 def _curve_at(tables, foot, feature, r, h):
-    """Return the first and second derivative of the curve on which a foot lies; zeros at a vertex.
+    """Return the first and second derivative of the curve on which a foot lies; zeros for none.
 
-    Of the sides of elements and the trimming pieces through the foot, it is the one most nearly
-    perpendicular to the vector r to the point.
+    The curve is the side of the element, or the trimming piece through the foot, that is most
+    nearly perpendicular to the vector r to the point, within `PERPENDICULAR_TOL`. A vertex has
+    none.
     """
     e, s, t = foot
     elements, trims = tables.elements, tables.trims
@@ -121,8 +114,6 @@ def _curve_at(tables, foot, feature, r, h):
     place = (box[0] + (s + 0.5) * (box[1] - box[0]), box[2] + (t + 0.5) * (box[3] - box[2]))
     c = scratch(3, 3)
     for piece in range(trims.patch_start[patch], trims.patch_start[patch + 1]):
-        if not _box_contains(trims, piece, place):
-            continue
         t_piece, square = _closest_parameter(trims, piece, place, c)
         if square > SAME_UV_TOL * SAME_UV_TOL:
             continue
@@ -134,42 +125,12 @@ def _curve_at(tables, foot, feature, r, h):
     return first, second
 
 
-@inner()
-def _face_slopes(elements, k, foot, normal, gap, out, h):
-    """Write the slopes of a foot inside a face: H of the second fundamental form."""
-    q, p, b11, b12, b22 = bending(elements, foot, normal, h)
-    determinant = b11 * b22 - b12 * b12
-    focal = 1.0 - gap * (b11 + b22) + gap * gap * determinant
-    scale = -1.0 / focal if focal != 0.0 else 0.0
-    h11, h12 = scale * (b11 - gap * determinant), scale * b12
-    h22 = scale * (b22 - gap * determinant)
-    a = (h11 * q[0] + h12 * p[0], h11 * q[1] + h12 * p[1], h11 * q[2] + h12 * p[2])
-    b = (h12 * q[0] + h22 * p[0], h12 * q[1] + h22 * p[1], h12 * q[2] + h22 * p[2])
-    write_slopes(k, (-normal[0], -normal[1], -normal[2]), a, q, b, p, out)
-
-
-@inner()
-def _border_slopes(elements, k, foot, r, foot_move, normal, out, h):
-    """Write the slopes of a foot on a border with the normal of its face, which turns with it."""
-    d, foot_rate = foot_move
-    q, p, b11, b12, b22 = bending(elements, foot, normal, h)
-    x, y = dot(q, d), dot(p, d)
-    a, b = -(b11 * x + b12 * y), -(b12 * x + b22 * y)
-    normal_rate = (a * q[0] + b * p[0], a * q[1] + b * p[1], a * q[2] + b * p[2])
-    tangential_rate = dot(normal_rate, r)
-    depth = (
-        -normal[0] - tangential_rate * foot_rate[0],
-        -normal[1] - tangential_rate * foot_rate[1],
-        -normal[2] - tangential_rate * foot_rate[2],
-    )
-    write_slopes(k, depth, normal_rate, foot_rate, (0.0, 0.0, 0.0), foot_rate, out)
-
-
 @kernel(error_model="numpy")
 def slopes(tables, points, feet, out, start, stop):
     """Fill rows start … stop of `out`, `FootSlopes`, at `feet`, a `Projection`, of points (k, 3).
 
-    The gaps are the true distances from the surface.
+    The gaps are the true distances from the surface. The normal counts as fixed at a focal point of
+    a face, and at a foot on an edge or vertex that the point almost touches.
     """
     elements, min_length = tables.elements, MIN_LENGTH * tables.scale[1]
     h = scratch(4, 6)
@@ -177,18 +138,43 @@ def slopes(tables, points, feet, out, start, stop):
     for k in range(start, stop):
         foot = locate(tables.grid, feet.patch[k], feet.uv[k, 0], feet.uv[k, 1])
         normal = (feet.normal[k, 0], feet.normal[k, 1], feet.normal[k, 2])
+        toward_surface = (-normal[0], -normal[1], -normal[2])
         if feet.feature[k] == FACE:
-            _face_slopes(elements, k, foot, normal, feet.gap[k], out, h)
+            # H of the second fundamental form.
+            q, p, b11, b12, b22 = bending(elements, foot, normal, h)
+            gap, determinant = feet.gap[k], b11 * b22 - b12 * b12
+            focal = 1.0 - gap * (b11 + b22) + gap * gap * determinant
+            scale = -1.0 / focal if focal != 0.0 else 0.0
+            h11, h12 = scale * (b11 - gap * determinant), scale * b12
+            h22 = scale * (b22 - gap * determinant)
+            a = (h11 * q[0] + h12 * p[0], h11 * q[1] + h12 * p[1], h11 * q[2] + h12 * p[2])
+            b = (h12 * q[0] + h22 * p[0], h12 * q[1] + h22 * p[1], h12 * q[2] + h22 * p[2])
+            write_slopes(k, toward_surface, a, q, b, p, out)
             continue
         foot_point = (feet.point[k, 0], feet.point[k, 1], feet.point[k, 2])
         r = minus((points[k, 0], points[k, 1], points[k, 2]), foot_point)
         d, curvature = _curve_at(tables, foot, feet.feature[k], r, h)
         denominator = dot(d, d) - dot(r, curvature)
         scale = 1.0 / denominator if denominator > 0.0 else 0.0
-        foot_move = (d, (d[0] * scale, d[1] * scale, d[2] * scale))
+        foot_rate = (d[0] * scale, d[1] * scale, d[2] * scale)
         if not is_along(r, normal, min_length):
-            _border_slopes(elements, k, foot, r, foot_move, normal, out, h)
+            # A foot on a border keeps the normal of its face, which turns with the foot.
+            q, p, b11, b12, b22 = bending(elements, foot, normal, h)
+            x, y = dot(q, d), dot(p, d)
+            turn_q, turn_p = -(b11 * x + b12 * y), -(b12 * x + b22 * y)
+            normal_rate = (
+                turn_q * q[0] + turn_p * p[0],
+                turn_q * q[1] + turn_p * p[1],
+                turn_q * q[2] + turn_p * p[2],
+            )
+            along_turn = dot(normal_rate, r)
+            depth = (
+                -normal[0] - along_turn * foot_rate[0],
+                -normal[1] - along_turn * foot_rate[1],
+                -normal[2] - along_turn * foot_rate[2],
+            )
+            write_slopes(k, depth, normal_rate, foot_rate, none, foot_rate, out)
         elif dot(r, r) > min_length * min_length:
-            write_kink_slopes(k, foot_move[0], foot_move[1], normal, feet.gap[k], out)
+            write_kink_slopes(k, d, foot_rate, normal, feet.gap[k], out)
         else:
-            write_slopes(k, (-normal[0], -normal[1], -normal[2]), none, none, none, none, out)
+            write_slopes(k, toward_surface, none, none, none, none, out)

@@ -1,5 +1,8 @@
 """Kernels of path crossings, in reading order: each uses those before it.
 
+In all of them `h` (4, 6) is work: it holds the point and derivatives of the place that was
+evaluated last.
+
 - flat_cell_nb: crossing of a cell that is a point, or flat along the path, by the path's ends
 - crossing_nb: crossings of a straight path with one leaf, cell by cell, with tolerances that are
   lengths

@@ -65,12 +65,12 @@ def _misses_box(corner, p, d, x_min, x_max, pad):
 
 @inner(error_model="numpy")
 def judge_cell(h, k, size, path, span, entries):
-    """Decide whether to DROP a cell of half-size `size` about the place with derivatives `h`, to
-    SOLVE for its crossing, to treat it as a POINT, or to HALVE it.
+    """Decide whether to DROP a cell, to SOLVE its crossing, to treat it as a POINT, or to HALVE it.
 
-    `path` is a `LeafPath`, `span` is (x_min, x_max), the range that is searched; `entries` tells
-    whether only entries count. Also returns the steps in (s, t) from the middle to the start of
-    SOLVE.
+    The cell has the half-size `size` about the place with derivatives `h`, and bounds k[9]. `path`
+    is a `LeafPath`, `span` is (x_min, x_max), the range that is searched; `entries` tells whether
+    only entries count. Also returns the steps in (s, t) from the middle to the start of SOLVE, else
+    zeros.
     """
     hs, ht = size
     p, d, slack, wide = path.p, path.d, path.slack, path.wide
@@ -122,11 +122,11 @@ def judge_cell(h, k, size, path, span, entries):
 
 @inner(error_model="numpy")
 def _solve(elements, e, box, start, path, h):
-    """Find a crossing of the line by Newton's method from `start` (s, t), kept in `box` (s0, s1,
-    t0, t1).
+    """Find a crossing of the line by Newton's method from `start` (s, t), kept in `box`.
 
-    Returns ON if it converged, MISSED if the box holds no root, NOT_CONVERGED if the steps ran out;
-    s, t, x, and (S_s × S_t)·d over |S_s × S_t|.
+    `box` is (s0, s1, t0, t1). Returns ON if it converged, MISSED if the box holds no root,
+    NOT_CONVERGED if the steps ran out or the line is tangential; s, t, x, and (S_s × S_t)·d over
+    |S_s × S_t|.
     """
     p, d, slack = path.p, path.d, path.slack
     s, t = start
@@ -163,11 +163,11 @@ def _solve(elements, e, box, start, path, h):
 
 @inner(error_model="numpy")
 def shrunk_cell(h, k, cell, path, span):
-    """Return the part (s0, s1, t0, t1) of a cell in which the path itself, not the line, can cross
-    it; low ≥ high for none.
+    """Return the part (s0, s1, t0, t1) of a cell that the path, not just its line, may cross.
 
-    To first order the dual vectors of the tangent plane give (s, t) of a point of the path, at any
-    angle: a path shorter than the cell can cross only a small part of it.
+    Low ≥ high for none; the cell itself if it has no tangent plane. To first order the dual vectors
+    of the tangent plane give (s, t) of a point of the path, at any angle: a path shorter than the
+    cell can cross only a small part of it.
     """
     p, d, slack, wide = path.p, path.d, path.slack, path.wide
     hs = 0.5 * (cell[1] - cell[0])
@@ -191,11 +191,11 @@ def shrunk_cell(h, k, cell, path, span):
 
 @inner(error_model="numpy")
 def held_cell(cell, size, path, room, h):
-    """Return the rectangle (s0, s1, t0, t1) in which the crossing of a cell is searched: the cell
-    and its tolerance.
+    """Return the rectangle (s0, s1, t0, t1) in which the crossing of a cell is searched.
 
-    The derivatives `h` in the middle of the cell turn a displacement of the line by `slack`, and
-    beyond the sides of the element by their `room`, into one of (s, t).
+    It is the cell and its tolerance: the derivatives `h` in the middle of the cell turn a
+    displacement of the line by `slack`, and beyond the sides of the element by their `room`, into
+    one of (s, t), by half an element at most.
     """
     d, slack = path.d, path.slack
     a = column(h, 1)
@@ -218,8 +218,10 @@ def held_cell(cell, size, path, room, h):
 def next_crossing(elements, leaf, pole, path, ends, work, top):
     """Find the next crossing of one leaf, trimmed or not, among the `top` cells on the stack.
 
-    `path` is a `LeafPath`, `ends` are `Ends`, `work` is `CellWork`. Returns x (infinite for none),
-    s, t, the slope n·d, and the number of cells still on the stack.
+    The first that is found, not the one with the least x; it has x < max_x, and enters if only
+    entries count. `path` is a `LeafPath`, `ends` are `Ends`, `work` is `CellWork`, in which cells
+    are counted, and counts[1] becomes 1 if one is given up. Returns x (infinite for none), s, t,
+    the slope n·d, and the number of cells still on the stack.
     """
     stack, h, k, corner, count = work.stack, work.h, work.k, work.corner, work.counts
     length, spare, max_x, sense = ends.length, ends.spare, ends.max_x, ends.sense

@@ -11,10 +11,10 @@ from contiga.jit import inner
 
 @inner(error_model="numpy")
 def _passage(box, line, pad):
-    """Return the range of x (low, high) in which a line is over a rectangle `box` (s0, s1, t0, t1)
-    widened by `pad` (2,); low > high for none.
+    """Return the range of x (low, high) in which a line is over a rectangle; low > high for none.
 
-    `line` (4,) is (s, t) at x = 0 and their derivatives by x.
+    The rectangle is `box` (s0, s1, t0, t1) widened by `pad` (2,). `line` (4,) is (s, t) at x = 0
+    and their derivatives by x.
     """
     low, high = -math.inf, math.inf
     for c in range(2):
@@ -36,7 +36,7 @@ def over_plane(h, r, d):
     """Project the line r + x d onto the tangent plane, in (s, t) from the place of `h`.
 
     Returns whether there is a plane; (s, t) at x = 0 and their derivatives by x; the largest
-    changes of s and t per length of a displacement.
+    changes of s and t per length of a displacement. Without a plane they are zeros.
     """
     a = column(h, 1)
     b = column(h, 2)
@@ -57,9 +57,9 @@ def over_plane(h, r, d):
 
 @inner(linked=False, error_model="numpy")
 def touch(elements, e, cell, path, length, h):
-    """Find the crossing of a cell that is a point, or flat along the path, by the sides of its
-    tangent plane on which the ends of the path are.
+    """Find the crossing of a cell that is a point, or flat along the path.
 
+    A path crosses if its ends are on different sides of the cell's tangent plane, to `slack`.
     Returns x; the steps in (s, t) from the middle to the place of the cell nearest to where the
     path meets the plane; and the slope −1, 0 (no crossing) or 1. Places beyond a side of the
     element within its room count as in the cell.
@@ -77,7 +77,8 @@ def meet_plane(cell, path, length, h, r, heights):
     """Intersect a path with the tangent plane of a cell; return the same as `touch`.
 
     `r` (3,) is the vector from the cell's middle, whose derivatives are `h`, to the start of the
-    path; `heights` are the height of the start above the plane and its slope along the path.
+    path; `heights` are the height of the start above the plane and its slope along the path. If `h`
+    spans no plane, the path crosses where it is nearest to the middle.
     """
     s, t = 0.5 * (cell[0] + cell[1]), 0.5 * (cell[2] + cell[3])
     d, slack, room = path.d, path.slack, path.room

@@ -31,10 +31,10 @@ X, ELEMENT, S, T, EDGE, X_TOL = 0, 1, 2, 3, 4, 5
 
 @inner()
 def meets_box(node, p, inverse, span, slack):
-    """Return whether p + x d, x_min ≤ x ≤ x_max, meets the box of a node widened by `slack`, and
-    the least such x.
+    """Return whether the path p + x d meets the box of a node widened by `slack`, and the least x.
 
-    `span` is (x_min, x_max), `inverse` is one over d, component by component.
+    `span` is (x_min, x_max), the range of x; `inverse` is one over d, component by component
+    (`reciprocal`). Rounding counts as meeting.
     """
     x_min, x_max = span
     for c in range(3):
@@ -59,8 +59,11 @@ def reciprocal(x):
 
 @inner()
 def next_leaves(tree, p, inverse, span, slack, queue, top):
-    """Return the next node of leaves that the path meets within `span`, −1 for none, and the number
-    of pending nodes."""
+    """Return the next node of leaves that the path meets within `span`, and the number pending.
+
+    The node is −1 if there is none. Inner nodes on the way are replaced by those children that the
+    path meets, the nearer one on top.
+    """
     nodes, entry = queue.nodes, queue.entry
     leaf_node = -1
     while top > 0 and leaf_node < 0:
@@ -90,6 +93,7 @@ def _room_beside(elements, e, side, slack):
     """Return the largest distance beyond a side of an element at which a crossing belongs to it.
 
     Beyond a smooth joint it belongs to the neighbour, unless all of the neighbour is trimmed away.
+    Rooms up to `slack` are zero.
     """
     row = elements.table[e]
     across = row["neighbour"][side]
@@ -134,10 +138,10 @@ def _place_on_element(elements, e, place, path, x, h):
 
 @inner()
 def keep_first(crossings, e, place, x, slope, x_tol, width):
-    """Store a crossing of element e at `place` (s, t) if it is the first entry, or the first exit.
+    """Store a crossing of element e at `place` (s, t) if it is before the entry, or exit, so far.
 
-    `slope` is negative for an entry, `x_tol` is the uncertainty of x, `width` that of an edge near
-    it.
+    The entry is row 0, the exit row 1; `slope` is negative for an entry. The place is clipped to
+    the element. `x_tol` is the uncertainty of x, `width` that of an edge near it.
     """
     side = 0 if slope < 0.0 else 1
     if x < crossings[side, X]:
@@ -151,11 +155,11 @@ def keep_first(crossings, e, place, x, slope, x_tol, width):
 
 @inner(linked=False)
 def _search(tables, segment, loose, sense, crossings, queue, work):
-    """Find the first crossings of a `Segment`: the entry in crossings[0], the exit in crossings[1]
-    (if `sense` is EITHER).
+    """Find the first crossings of a `Segment`: the entry in crossings[0], the exit in crossings[1].
 
-    `loose` (2,) is the largest distance beyond either end of a crossing at an edge, in widths of
-    that edge; `queue` is a `Queue`, `work` is `CellWork`.
+    x is infinite for none; exits are searched if `sense` is EITHER. `loose` (2,) is the largest
+    distance beyond either end of a crossing at an edge, in widths of that edge; `queue` is a
+    `Queue`, `work` is `CellWork`, whose counts[1] is 1 if cells were given up.
     """
     tree, leaves, elements = tables.tree, tables.leaves, tables.elements
     trims, piece_width = tables.trims, tables.piece_width
@@ -234,7 +238,10 @@ def _search(tables, segment, loose, sense, crossings, queue, work):
 
 @inner()
 def write_crossing(elements, out, i, crossing, length, h):
-    """Write a crossing into row i of the hits, except its status."""
+    """Write a crossing into row i of the hits, except its status.
+
+    `length` is the length of the path in units of x; the fraction is clipped to [0, 1].
+    """
     e = int(crossing[ELEMENT])
     evaluate(elements, e, crossing[S], crossing[T], h)
     out.fraction[i] = min(max(crossing[X] / length, 0.0), 1.0)
@@ -246,10 +253,11 @@ def write_crossing(elements, out, i, crossing, length, h):
 
 @inner()
 def write_last(elements, out, verdict, i, crossings, lengths, h):
-    """Write the first crossing of a backward search to row i of the hits, if there is one, and its
-    `verdict`; see `last_crossings`.
+    """Write the first crossing of a backward search to row i of the hits, and its `verdict`.
 
-    `lengths` are the length of the path in units of x, and the slack.
+    Entry or exit counts, whichever has the smaller x. Without a crossing nothing is written.
+    `lengths` are the length of the path in units of x, and the slack; for `verdict` see
+    `last_crossings`.
     """
     side = 0 if crossings[0, X] <= crossings[1, X] else 1
     last, other = crossings[side], crossings[1 - side]
@@ -277,8 +285,9 @@ def search_memory():
 def first_hits(tables, lists, p0, p1, rows, out, start, stop):
     """Write the first entry of each segment p0[rows[i]] → p1[rows[i]] to row i of `out`.
 
-    `p0` and `p1` are (n, 3). `lists` are `PieceLists`, which make the search faster and do not
-    change the results.
+    The status is OK, AT_START for an entry at x ≤ 0, NO_HIT, NOT_FINITE, or BUDGET if cells were
+    given up, then with the best hit. `p0` and `p1` are (n, 3). `lists` are `PieceLists`, which make
+    the search faster and do not change the results.
     """
     elements = tables.elements
     crossings, queue, work = search_memory()
@@ -306,11 +315,11 @@ def first_hits(tables, lists, p0, p1, rows, out, start, stop):
 def last_crossings(tables, lists, p0, p1, loose, out, verdict, start, stop):
     """Write the crossing nearest the end of each segment p0[i] → p1[i] to row i of `out`.
 
-    `p0` and `p1` are (n, 3); `loose` (2,) is the largest distance beyond p0 and p1 of a crossing at
-    an edge, in widths of that edge; `lists` as for `first_hits`. Writes to `verdict` (n, 2) the
-    sense, 1 for an entry, −1 for an exit, 0 for none; and the width within which the result depends
-    on rounding: that of an edge at the crossing, or of a place with an entry and an exit; otherwise
-    zero.
+    Statuses as for `first_hits`. `p0` and `p1` are (n, 3); `loose` (2,) is the largest distance
+    beyond p0 and p1 of a crossing at an edge, in widths of that edge; `lists` as for `first_hits`.
+    Writes to `verdict` (n, 2) the sense, 1 for an entry, −1 for an exit, 0 for none; and the width
+    within which the result depends on rounding: that of an edge at the crossing, or of a place with
+    an entry and an exit; otherwise zero.
     """
     elements = tables.elements
     crossings, queue, work = search_memory()

@@ -105,8 +105,8 @@ def _newton_crossing(surface, e, box, start, segment, work):
     """Find a crossing by Newton's method from `start` (s, t, τ), kept in `box` (s0, s1, t0, t1).
 
     Returns ON if it converged, MISSED if the box holds no root, or NOT_CONVERGED if the steps ran
-    out; s, t, τ; and the speed of the point along the normal, length per τ, negative where it
-    enters. work.mid holds the derivatives there.
+    out or the point moves along the surface; s, t, τ; and the speed of the point along the normal,
+    length per τ, negative where it enters. work.mid holds the derivatives there.
     """
     p, q, slack, shares = segment.p, segment.q, segment.slack, segment.shares
     begin, end, mid = work.begin, work.end, work.mid
@@ -155,8 +155,10 @@ def _newton_crossing(surface, e, box, start, segment, work):
 
 @inner(error_model="numpy")
 def _unit_normal(surface, e, place, h, work):
-    """Return the unit normal by the derivatives `h` (4, 6); where they vanish, the normal of the
-    last shape."""
+    """Return the unit normal by the derivatives `h` (4, 6).
+
+    Where they span no plane, it is the normal of the last shape, and work.mid is overwritten.
+    """
     n = cross(column(h, 1), column(h, 2))
     length = math.sqrt(dot(n, n))
     if length > 0.0:
@@ -186,8 +188,10 @@ def _touch_plane(surface, e, cell, segment, path, length, work):
 
 @inner()
 def _halve(stack, top, cell, h, halve_time):
-    """Push the halves of a cell onto the stack, cut in time or along the longer side; return its
-    new top."""
+    """Push the halves of a cell onto the stack; return its new top.
+
+    Cut in time if `halve_time`, else along the longer side by the derivatives `h`.
+    """
     hs, ht = 0.5 * (cell[1] - cell[0]), 0.5 * (cell[3] - cell[2])
     along_s = h[0, 1] ** 2 + h[1, 1] ** 2 + h[2, 1] ** 2
     along_t = h[0, 2] ** 2 + h[1, 2] ** 2 + h[2, 2] ** 2
@@ -205,14 +209,20 @@ def _halve(stack, top, cell, h, halve_time):
 @inner()
 def _between(p, q, share):
     """Return p + share (q − p)."""
-    rest = 1.0 - share
-    return rest * p[0] + share * q[0], rest * p[1] + share * q[1], rest * p[2] + share * q[2]
+    start_share = 1.0 - share
+    return (
+        start_share * p[0] + share * q[0],
+        start_share * p[1] + share * q[1],
+        start_share * p[2] + share * q[2],
+    )
 
 
 @inner(error_model="numpy")
 def _face_edge_width(surface, e, place, d, slack, mid):
-    """Return the width of an edge near a crossing in direction `d`, or OUTSIDE if the crossing is
-    outside the face; `mid` holds the derivatives there."""
+    """Return the width of an edge near a crossing in direction `d`; zero inside the face.
+
+    OUTSIDE if the crossing is outside the face; `mid` holds the derivatives there.
+    """
     line = LeafPath(column(mid, 0), d, slack, 0.0, NO_ROOM)
     tables = surface.now
     width, _, _ = edge_width(
@@ -223,10 +233,10 @@ def _face_edge_width(surface, e, place, d, slack, mid):
 
 @inner(linked=False, error_model="numpy")
 def _cross_leaf(surface, leaf, segment, crossings, work):
-    """Find all crossings of a leaf and keep the first entry and exit.
+    """Find all crossings of a leaf and keep the first entry and exit (`keep_first`).
 
     `segment` is relative to the origin of the leaf's element. Cells are boxes (s0, s1, t0, t1, τ0,
-    τ1).
+    τ1). They are counted in work.counts, whose second number becomes 1 if one is given up.
     """
     e, stack, mid, counts = leaf["element"], work.stack, work.mid, work.counts
     slack, spare = segment.slack, segment.spare
@@ -309,8 +319,10 @@ def _cross_leaf(surface, leaf, segment, crossings, work):
 
 @inner(linked=False)
 def _search(surface, segment, crossings, queue, work):
-    """Find the first crossings of a `MovingSegment`: the entry in crossings[0], the exit in
-    crossings[1]."""
+    """Find the first entry (crossings[0]) and exit (crossings[1]) of a `MovingSegment`.
+
+    x, the share of the segment, is infinite for none. work.counts[1] is 1 if cells were given up.
+    """
     tables = surface.now
     tree, leaves, elements = tables.tree, tables.leaves, tables.elements
     p, slack, spare = segment.p, segment.slack, segment.spare
@@ -349,8 +361,8 @@ def last_moving_crossings(surface, p0, p1, between, out, verdict, start, stop):
     """Write the crossing nearest the end of each segment p0[i] → p1[i] into row i of `out`.
 
     `p0` and `p1` are (n, 3); `between` (n, 2) are the shares of the surface's motion at the
-    beginning and end of each segment. Points and normals of `out` (a `Hit`) belong to the last
-    shape. `verdict` (n, 2) is written as by `hit_nb.last_crossings`.
+    beginning and end of each segment. Points of `out` (a `Hit`) belong to the last shape. Statuses
+    and `verdict` (n, 2) are written as by `hit_nb.last_crossings`.
     """
     elements = surface.now.elements
     crossings = np.empty((2, 6))

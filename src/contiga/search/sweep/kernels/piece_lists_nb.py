@@ -27,11 +27,11 @@ def _span(piece, side, voxels, c):
 
 @kernel()
 def list_pieces(pieces, side, voxels, first, listed):
-    """Add the number of pieces that may meet each voxel v to first[v + 1]; or list them in
-    `listed`, if that has rows.
+    """Count the pieces that may meet each voxel v in first[v + 1], or list them in `listed`.
 
-    Then first[v] is the row at which the pieces of voxel v begin, and becomes the row past their
-    end. `side` is the length of a voxel; the grid begins at the origin of the pieces.
+    They are listed if `listed` has rows. Then first[v] is the row at which the pieces of voxel v
+    begin, and becomes the row past their end. `side` is the length of a voxel; the grid begins at
+    the origin of the pieces.
     """
     listing = listed.shape[0] > 0
     half = 0.5 * side
@@ -61,8 +61,10 @@ def list_pieces(pieces, side, voxels, first, listed):
 
 @inner()
 def _misses_piece(piece, a, b, spare):
-    """Return whether a segment from a to b, widened by `spare`, misses the box or slab of a
-    piece."""
+    """Return whether a segment from a to b certainly misses a piece: its box, widened, or its slab.
+
+    Both are widened by `spare`, and compared with the segment's own box and range of heights.
+    """
     for c in range(3):
         if min(a[c], b[c]) - spare > piece[HIGH + c] or max(a[c], b[c]) + spare < piece[LOW + c]:
             return True
@@ -76,7 +78,11 @@ def _misses_piece(piece, a, b, spare):
 
 @inner()
 def is_clear(lists, p, q, spare):
-    """Return whether the path p → q is known to cross nothing, to `spare` beyond its ends."""
+    """Return whether the path p → q is known to cross nothing, to `spare` beyond its ends.
+
+    Unknown is False: longer than `MAX_VOXELS`, out of the grid, near more than `MAX_PIECES` pieces,
+    not finite, or without lists.
+    """
     if not spare <= lists.reach:
         return False
     o = lists.origin

@@ -39,11 +39,11 @@ MAX_CACHED_PATCHES = 100
 
 @inner(linked=False)
 def order_rows(element, counts):
-    """Return the rows in the order of their elements, and blocks (n, 3) of at most N_LANES rows:
-    element, first and end.
+    """Return the rows in the order of their elements, and blocks (n, 3) of at most N_LANES rows.
 
-    Rows of element −1 are left out; `counts` (elements,) are the numbers of rows of each, and
-    become the ends of each element's rows.
+    A block is (element, first, end) of rows of one element. Rows of element −1 are left out;
+    `counts` (elements,) are the numbers of rows of each, and become the ends of each element's
+    rows.
     """
     n_elements, total, n_blocks = counts.shape[0], 0, 0
     for e in range(n_elements):
@@ -78,8 +78,9 @@ def order_rows(element, counts):
 def _previous_point(previous_points, feet, k):
     """Return the previous position of point k, given or from its foot; NaN if unknown.
 
-    `feet` are `FeetBefore`. A tracked foot held at a border keeps the surface normal, which does
-    not lead to the point.
+    `feet` are `FeetBefore`; without rows the point is given. A tracked foot held at a border keeps
+    the surface normal, which does not lead to the point: only feet that are OK or a BRANCH_EVENT
+    count.
     """
     status, foot, gap, normal = feet.status, feet.point, feet.gap, feet.normal
     if gap.shape[0] == 0:
@@ -108,8 +109,9 @@ def _feet_of_chunk(feet, first, last):
 def fill_records(tables, path, starts, chunk, records):
     """Write the input of lanes for the rows of a `Chunk` to `records`.
 
-    Returns the element of each row, −1 if it has no foot to start from, and the number of rows of
-    each element. The other arguments are the same as for `track_lanes`.
+    Returns the element of each row, −1 if it has no foot to start from (then its flag is
+    TO_SEARCH), and the number of rows of each element. The other arguments are the same as for
+    `track_lanes`.
     """
     first, last = chunk.first, chunk.last
     n = last - first
@@ -122,12 +124,12 @@ def fill_records(tables, path, starts, chunk, records):
     counts = np.zeros(tables.elements.table.shape[0], np.int64)
     current_patch, start, u0, u1, v0, v1 = np.int32(-1), 0, 0, 0, 0, 0
     in_u = in_v = 0.0
-    many = patches.shape[0] > MAX_CACHED_PATCHES
+    has_many_patches = patches.shape[0] > MAX_CACHED_PATCHES
     for i in range(n):
         if i + PREFETCH_ROWS < n:
             prefetch(patches, patch[i + PREFETCH_ROWS], 0)
             upcoming = patch[i + PREFETCH_ROWS // 2]
-            if many and upcoming >= 0:
+            if has_many_patches and upcoming >= 0:
                 prefetch(counts, patches[upcoming]["first"], 0)
                 prefetch(breaks, patches[upcoming]["u"][0], 0)
                 prefetch(breaks, patches[upcoming]["v"][0], 0)

@@ -85,8 +85,10 @@ def powers_of(bank, l, element, o, k):
 
 @inlined()
 def start_lane(bank, l, place, element, o, k):
-    """Set the start of lane l at place = (u, v), in the element with every k-th number from
-    element[o]."""
+    """Set the start of lane l at place = (u, v) of its element.
+
+    The data of the element are every k-th number from element[o].
+    """
     n = BANK_WIDTH
     bank[ROW_S * n + l] = local_place(place[0], element[o + BOX * k], element[o + SCALE * k])
     bank[ROW_T * n + l] = local_place(
@@ -98,12 +100,15 @@ def start_lane(bank, l, place, element, o, k):
 
 @inlined()
 def newton_round(bank, l, x, y, z, tolerance):
-    """Do one Newton round of lane l with the derivatives x, y, z of the surface's coordinates."""
+    """Do one Newton round of lane l with the derivatives x, y, z of the surface's coordinates.
+
+    See `newton_step`; lanes that are not ACTIVE keep their state.
+    """
     n = BANK_WIDTH
     place = (bank[ROW_S * n + l], bank[ROW_T * n + l])
-    so_far = (bank[ROW_F * n + l], bank[ROW_STATE * n + l])
+    progress = (bank[ROW_F * n + l], bank[ROW_STATE * n + l])
     point = _three(bank, ROW_X, l)
-    s, t, best, state = newton_step(place, so_far, point, x, y, z, tolerance)
+    s, t, best, state = newton_step(place, progress, point, x, y, z, tolerance)
     bank[ROW_S * n + l] = s
     bank[ROW_T * n + l] = t
     bank[ROW_F * n + l] = best
@@ -140,8 +145,10 @@ def finish_lane(bank, l, x, y, z, element, o, k):
 
 @inner()
 def fill_place(elements, e, tolerance, element, o, k):
-    """Write the data of an element, except its coefficients, to every k-th number from
-    element[o]."""
+    """Write the data of an element, except its coefficients, to `element`.
+
+    They are every k-th number from element[o].
+    """
     row = elements.table[e]
     for c in range(3):
         element[o + (ORIGIN + c) * k] = row["origin"][c]
@@ -167,8 +174,10 @@ def fill_element(elements, e, tolerance, element):
 
 @inner()
 def new_lanes(rows):
-    """Allocate the lanes of a block, (BANKS, rows * BANK_WIDTH), aligned to a cache line: vectors
-    across two lines take 4 % of a tracked point."""
+    """Allocate the lanes of a block, (BANKS, rows * BANK_WIDTH), aligned to a cache line.
+
+    Vectors across two lines take 4 % of a tracked point.
+    """
     n = rows * BANK_WIDTH
     memory = np.empty(BANKS * n + LINE // SIZE)
     start_lane = -memory.ctypes.data % LINE // SIZE
@@ -256,7 +265,7 @@ def start_lanes(lanes, n, element):
 
 @inner(linked=False)
 def newton_rational(lanes, banks, element):
-    """Do one round in the first banks of lanes."""
+    """Do one Newton round in the first banks of lanes, whose rational element is `element`."""
     copy = scratch(ELEMENT_SIZE)
     for b in range(banks):
         bank = lanes[b]
@@ -268,7 +277,7 @@ def newton_rational(lanes, banks, element):
 
 @inner(linked=False)
 def newton_polynomial(lanes, banks, element):
-    """Do one round for elements whose weight is one."""
+    """Do one Newton round in the first banks of lanes, whose element has no weights."""
     copy = scratch(ELEMENT_SIZE)
     for b in range(banks):
         bank = lanes[b]
@@ -280,7 +289,7 @@ def newton_polynomial(lanes, banks, element):
 
 @inner(linked=False)
 def finish_rational(lanes, banks, element):
-    """Write the results of the lanes at their final places."""
+    """Write the results of the lanes at their final places in a rational element."""
     copy = scratch(ELEMENT_SIZE)
     for b in range(banks):
         bank = lanes[b]
@@ -292,7 +301,7 @@ def finish_rational(lanes, banks, element):
 
 @inner(linked=False)
 def finish_polynomial(lanes, banks, element):
-    """Write the results for elements whose weight is one."""
+    """Write the results of the lanes at their final places in an element without weights."""
     copy = scratch(ELEMENT_SIZE)
     for b in range(banks):
         bank = lanes[b]
@@ -332,8 +341,10 @@ def _neighbourhood_offset(e, bank, l):
 
 @inlined()
 def path_to_start(bank, l):
-    """Return an upper bound of the path from the foot of a lane to its start; infinite if the start
-    is outside the neighbourhood in the same patch."""
+    """Return an upper bound of the path from the foot of a lane to its start.
+
+    Infinite if the start is outside the neighbourhood in the same patch.
+    """
     n, place, bounds = (
         BANK_WIDTH,
         (ROW_RESULT + PLACE) * BANK_WIDTH + l,
@@ -354,10 +365,10 @@ def path_to_start(bank, l):
 # Inlined by numba: inlined by LLVM, the loop over the lanes was not vectorised.
 @inner(inline="always")
 def prove_lane(bank, l, path, tolerance, element, o, k):
-    """Compute the radius of the ball that proves the foot of lane l, with its start at the end of a
-    `path`, or 0.
+    """Write the radius of the ball that proves the foot of lane l, and whether it is proved.
 
-    The numbers of its element are every k-th from element[o].
+    The start is at the end of a `path`; the radius is 0 without a proof, or if the lane is not
+    DONE. The numbers of its element are every k-th from element[o].
     """
     n, first, bounds = BANK_WIDTH, ROW_RESULT * BANK_WIDTH + l, ROW_BOUNDS * BANK_WIDTH + l
     u, v = bank[first + PLACE * n], bank[first + (PLACE + 1) * n]

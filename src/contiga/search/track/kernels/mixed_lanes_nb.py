@@ -70,8 +70,8 @@ from contiga.search.track.track_records import Waiting
 # of the path from the foot to the start.
 ROW_ELEMENT = ROWS
 ROW_RATIONAL = ROW_ELEMENT + ELEMENT_SIZE
-ROW_WAY = ROW_RATIONAL + 1
-MIXED_ROWS = ROW_WAY + 1
+ROW_PATH = ROW_RATIONAL + 1
+MIXED_ROWS = ROW_PATH + 1
 SLOT_ROW, START_ELEMENT, CURRENT_ELEMENT = 0, 1, 2
 """Rows of `slots`: row, element of the start, present element, or −1 if the foot has left it."""
 ELEMENT_NUMBERS = 95
@@ -97,7 +97,7 @@ def _prefetch_head(table, e):
 
 @inner(linked=False)
 def enqueue(tables, e, records, row, queue, n):
-    """Add a row of element e to the queue, behind n others."""
+    """Add a row of element e to the queue, behind n others, with its start as its place."""
     lanes, slots = queue.lanes, queue.slots
     bank, l = lanes[n // BANK_WIDTH], n % BANK_WIDTH
     for c in range(N_INPUTS):
@@ -111,7 +111,10 @@ def enqueue(tables, e, records, row, queue, n):
 
 @inner()
 def enqueue_left(tables, e, bank, l, row, queue, n):
-    """Add a row that has left element e to the queue, behind n others, from lane l of a bank."""
+    """Add a row that has left element e to the queue, behind n others, from lane l of a bank.
+
+    Its place stays that of element e; `_start_queue` finds the element in which it continues.
+    """
     lanes, slots = queue.lanes, queue.slots
     waiting, k = lanes[n // BANK_WIDTH], n % BANK_WIDTH
     for c in range(N_INPUTS):
@@ -135,9 +138,10 @@ def enqueue_left(tables, e, bank, l, row, queue, n):
 
 @inner(linked=False)
 def _start_queue(tables, queue, n):
-    """Set the starts of the first n lanes; return the number of their banks.
+    """Set the starts of the first n lanes in their present elements; return the number of banks.
 
-    Lanes beyond are done, and lanes without a place to start from are given back.
+    A lane that has left its element goes on in the next one (`next_element`); it is REJECTED if
+    there is none, or it is trimmed away or no cubic. Lanes beyond n are DONE.
     """
     lanes, slots, elements = queue.lanes, queue.slots, tables.elements
     table = elements.table
@@ -212,7 +216,7 @@ def _derivatives(bank, l):
 
 @inner(linked=False)
 def newton_mixed(lanes, banks, tolerance):
-    """Do one round in the first banks of lanes."""
+    """Do one Newton round in the first banks of lanes, each in the element of its own data."""
     for b in range(banks):
         bank = lanes[b]
         for l in range(BANK_WIDTH):
@@ -236,13 +240,16 @@ def prove_mixed(lanes, banks, tolerance):
     for b in range(banks):
         bank = lanes[b]
         for l in range(BANK_WIDTH):
-            path = bank[ROW_WAY * BANK_WIDTH + l]
+            path = bank[ROW_PATH * BANK_WIDTH + l]
             prove_lane(bank, l, path, tolerance, bank, ROW_ELEMENT * BANK_WIDTH + l, BANK_WIDTH)
 
 
 @inner(linked=False)
 def _prove_queue(tables, queue, n, banks):
-    """Compute the quick certificates of the first n feet, in the first banks."""
+    """Write which of the first n feet are proved, in the first banks: their quick certificates.
+
+    A foot on a trimmed patch needs a ball that is clear of the trims.
+    """
     lanes, slots = queue.lanes, queue.slots
     table, neighbourhoods, trimmed = (
         tables.elements.table,
@@ -278,7 +285,7 @@ def _prove_queue(tables, queue, n, banks):
             )
             start_place = (last, place_in(u, box[0], box[1]), place_in(v, box[2], box[3]))
             path = path_across_side(table, neighbourhoods, foot, start_place)
-        bank[ROW_WAY * BANK_WIDTH + l] = path
+        bank[ROW_PATH * BANK_WIDTH + l] = path
     prove_mixed(lanes, banks, tables.scale[1])
     for i in range(n):
         bank, l, patch = (
@@ -287,8 +294,8 @@ def _prove_queue(tables, queue, n, banks):
             table[slots[CURRENT_ELEMENT, i]]["patch"],
         )
         if trimmed[patch] != 0 and bank[(ROW_RESULT + PROVED) * BANK_WIDTH + l] != 0.0:
-            whole = is_untrimmed_ball(tables, patch, bank, l)
-            bank[(ROW_RESULT + PROVED) * BANK_WIDTH + l] = 1.0 if whole else 0.0
+            is_clear = is_untrimmed_ball(tables, patch, bank, l)
+            bank[(ROW_RESULT + PROVED) * BANK_WIDTH + l] = 1.0 if is_clear else 0.0
 
 
 @inner(linked=False)
@@ -307,10 +314,11 @@ def is_untrimmed_ball(tables, patch, bank, l):
 
 @inner(linked=False)
 def process_queue(tables, proves, queue, n, records):
-    """Compute the feet of the n rows in the queue, with their quick certificates, into their
-    records; return the number of rows in the queue afterwards, which have left their element.
+    """Write the feet of the n rows in the queue, with their quick certificates, to their records.
 
-    A row that leaves a second element, or is given back, is flagged for the careful walk.
+    Returns the number of rows in the queue afterwards: those that have left their first element. A
+    row that leaves a second element, is REJECTED, or has its foot trimmed away is flagged for the
+    careful walk. Feet are proved if `proves`.
     """
     lanes, slots, elements = queue.lanes, queue.slots, tables.elements
     is_first = stack_int64(N_LANES)

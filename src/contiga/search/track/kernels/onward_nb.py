@@ -31,7 +31,10 @@ def _speed(elements, e, place, axis, h):
 
 @inner(error_model="numpy")
 def side_beyond(s, t):
-    """Return the side that (s, t) is farthest beyond, the distance, and the place along it."""
+    """Return the side that (s, t) is farthest beyond, the distance, and the place along it.
+
+    The distance is negative inside the element.
+    """
     if abs(s) > abs(t):
         return (1 if s > 0.0 else 0), abs(s) - 0.5, t
     return (3 if t > 0.0 else 2), abs(t) - 0.5, s
@@ -46,7 +49,11 @@ def across_side(element, side, along):
 
 @inner(linked=False, error_model="numpy")
 def next_element(tables, e, s, t):
-    """Return (element, (u, v)) of a place (s, t) beyond element e; −1 if there is none."""
+    """Return (element, (u, v)) of a place (s, t) beyond element e; element −1 if there is none.
+
+    At most `MAX_SIDES` smooth sides are crossed, each by at most `MAX_OVERSHOOT` of one of the two
+    elements; within the patch the parameters decide.
+    """
     elements, table = tables.elements, tables.elements.table
     row = table[e]
     side, _, _ = side_beyond(s, t)

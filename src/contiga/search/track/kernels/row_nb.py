@@ -49,7 +49,10 @@ def track_row(tables, motion, results, k):
 
 @kernel()
 def pack_flags(back, packed, i):
-    """Byte i of `packed`: which of eight rows are flagged in `back`, the first one's bit lowest."""
+    """Write which of eight rows are flagged in `back` to byte i of `packed`.
+
+    The flag of the first row is its lowest bit.
+    """
     byte = 0
     for bit in range(min(8, len(back) - 8 * i)):
         if back[8 * i + bit] != 0:

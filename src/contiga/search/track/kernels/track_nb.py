@@ -211,9 +211,11 @@ def track_chunks(tables, path, starts, size, records, pending, out, chunks):
 
 @kernel()
 def continue_pending(tables, points, pending, m, out):
-    """Find the feet of the first m pending rows without one, by walks and searches.
+    """Find the feet of the first m pending rows without one, by walks and searches, into `out`.
 
-    Rows whose walk reaches no minimum become a BRANCH_EVENT, with the closest point for a foot.
+    Rows whose walk reaches no minimum become a BRANCH_EVENT, with the closest point for a foot:
+    walks that do not converge, or end on a maximum of the distance. Their flags become HAS_ENDED.
+    Points that are not finite are NOT_FINITE.
     """
     nearest, h = scratch(4), scratch(4, 6)
     rows, flags = pending.rows, pending.flags
