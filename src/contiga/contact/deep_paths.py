@@ -126,9 +126,11 @@ def follow_paths(
     nearest: Projection,
     options: Options,
 ) -> DeepPaths:
-    """Follow the paths of points between `ends` = (start, end).
+    """Follow the paths of points between `ends` = (start, end), (n, 3) each, body frame.
 
-    `nearest` are the closest points at the end. In a closed body all paths stay inside.
+    `nearest` are the closest points at the end. In a closed body all paths stay inside. The result
+    has the `outcome` of each path and the `feet` of the walls that push; a path that was given up,
+    or left its wall, ends at its `progress`.
     """
     guard, depth, is_opposed, patch, uv = walls
     n, length = len(patch), row_lengths(ends[1] - ends[0])
@@ -179,7 +181,10 @@ def follow_paths(
 
 
 def _follow_by_surface(surface: Surface, paths: DeepPaths, limits: Limits) -> None:
-    """Follow all paths together: in each round the surface answers one question per path."""
+    """Follow all paths together to their ends, in place.
+
+    In each round the surface answers one question per path that is not done.
+    """
     next_questions = straight(deep_path_nb.next_questions)
     rows = paths.rows
     while len(rows):

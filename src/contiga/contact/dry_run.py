@@ -57,11 +57,11 @@ def dry_run(
     taking_part: tuple[BoolArray, int | None],
     options: Options,
 ) -> Iterator[DryRun]:
-    """Search along placements, points (m, 3) and pose each; the first one is the start.
+    """Search along placements, points (m, 3) in world axes and pose each; the first is the start.
 
-    `taking_part` are the active points, and the largest number of them to follow, evenly spread. At
-    the start all are examined. Points inside an open body are those behind a face, no deeper than
-    contact reaches.
+    `taking_part` are the active points, and the largest number of them to follow, evenly spread;
+    None for all. At the start all are examined, in a search by intersection. Points inside an open
+    body are those behind a face, no deeper than contact reaches.
     """
     active, max_points = taking_part
     options = replace(options, balls=False, bulge=BULGE)
@@ -102,9 +102,11 @@ def _rows_from_behind(
     held: tuple[IntArray, IntArray],
     options: Options,
 ) -> IntArray:
-    """Return points that came from behind on `path`, from (m, 3) to (m, 3), without contact before.
+    """Return points, ascending, that came to an open body from behind on `path` = (before, now).
 
-    `held` are the points in contact before and after.
+    They were not in contact before, and either their first crossing leads out of the back, or they
+    are in contact now without having crossed to the inside, and were behind a face before. `held`
+    are the points in contact before and now.
     """
     before, now = path
     touching_before, touching_now = held
@@ -136,7 +138,11 @@ def spread(values: NDArray[_T], most: int | None) -> NDArray[_T]:
 def _rows_inside(
     surface: Surface, p_B: FloatArray, active: BoolArray, options: Options
 ) -> tuple[IntArray, float]:
-    """Return the points on the contact side, and their largest depth."""
+    """Return the points on the contact side, ascending, and their largest depth, 0 without any.
+
+    They lie deeper than `SURFACE_TOL`. In a closed body the depth is that of `MAX_DEPTHS` points,
+    evenly spread, and if none of these is deep enough, no point of known side counts.
+    """
     rows = np.flatnonzero(active & np.isfinite(p_B).all(axis=1)).astype(np.int32)
     if options.half is not None:
         reached = measure_reach(closest(surface, p_B, rows), p_B, rows, options)
@@ -159,7 +165,10 @@ def _rows_inside(
 def _rows_behind(
     surface: Surface, p_B: FloatArray, rows: IntArray, options: Options
 ) -> tuple[IntArray, FloatArray]:
-    """Return the points among `rows` that are behind their feet, and their gaps."""
+    """Return the points among `rows` that are behind their feet, and their negative gaps.
+
+    Points no deeper than `SURFACE_TOL`, and feet on borders, do not count.
+    """
     feet = closest(surface, p_B, rows)
     behind = (feet.gap < -SURFACE_TOL * options.size) & (feet.status == Status.OK)
     return rows[behind], feet.gap[behind]

@@ -130,10 +130,12 @@ class CarryingPoints(NamedTuple):
 def friction_terms(friction: Friction, inputs: FrictionInputs, points: CarryingPoints) -> Terms:
     """Return the derivatives of friction forces over the variables of points.
 
+    Law forces that depend on other points couple the friction of these as well.
+
     Raises
     ------
     InputError
-        The friction has no derivatives.
+        The friction has no derivatives, or some of another shape.
     """
     if not hasattr(friction, "changes"):
         raise InputError(
@@ -144,13 +146,28 @@ def friction_terms(friction: Friction, inputs: FrictionInputs, points: CarryingP
             remedy="Give it changes(FrictionInput, FrictionChange), (n, 3, m) of its forces",
         )
     change = points.friction_change(inputs.points, getattr(friction, "has_rate", False))
-    if inputs.common is None:
-        return _terms_of_points(friction, inputs.points, points, change)
-    return _terms_of_common_friction(friction, inputs, inputs.common, points, change)
+    if inputs.common is not None:
+        return _terms_of_common_friction(friction, inputs, inputs.common, points, change)
+    blocks, k = _checked_changes(friction, inputs.points, change), len(inputs.points.force)
+    terms = Terms.of(blocks)
+    couplings = points.tangent.force, points.tangent.stiffness
+    if all(slopes is None or slopes.left is None for slopes in couplings):
+        return terms
+    # Derivatives of each force over normal force and stiffness, which depend on other points.
+    constant, ones, zeros = np.zeros((k, 3, 2)), np.ones(k), np.zeros(k)
+    by_force, by_stiffness = np.stack([ones, zeros], axis=1), np.stack([zeros, ones], axis=1)
+    change = FrictionChange(by_force, by_stiffness, constant, constant, constant)
+    partial = _checked_changes(friction, inputs.points, change)
+    no_blocks = np.zeros(blocks.shape)
+    for j, slopes in enumerate(couplings):
+        if slopes is not None and slopes.left is not None:
+            left = partial[:, :, j, None] * slopes.left[:, None, :]
+            terms = terms.plus(Terms(no_blocks, left, points.right_sides(slopes)))
+    return terms
 
 
 def _checked_changes(friction: Any, inputs: FrictionInput, change: FrictionChange) -> FloatArray:
-    """Return the changes (n, 3, m) of friction forces, checked."""
+    """Return the changes (n, 3, m) of friction forces; raise `InputError` for another shape."""
     where = "friction: changes"
     answer = as_numbers(friction.changes(inputs, change), where, "friction must answer numbers")
     n, m = change.force.shape
@@ -164,32 +181,10 @@ def _checked_changes(friction: Any, inputs: FrictionInput, change: FrictionChang
     return answer
 
 
-def _terms_of_points(
-    friction: Any, inputs: FrictionInput, carried: CarryingPoints, own: FrictionChange
-) -> Terms:
-    """Return the derivatives of friction that acts on single points."""
-    blocks, k = _checked_changes(friction, inputs, own), len(inputs.force)
-    couplings = carried.tangent.force, carried.tangent.stiffness
-    terms = Terms.of(blocks)
-    if all(one is None or one.left is None for one in couplings):
-        return terms
-    # Derivatives of each force over normal force and stiffness, which depend on other points.
-    stays, one, none = np.zeros((k, 3, 2)), np.ones(k), np.zeros(k)
-    by_force, by_stiffness = np.stack([one, none], axis=1), np.stack([none, one], axis=1)
-    change = FrictionChange(by_force, by_stiffness, stays, stays, stays)
-    partial = _checked_changes(friction, inputs, change)
-    nothing = np.zeros(blocks.shape)
-    for j, slopes in enumerate(couplings):
-        if slopes is not None and slopes.left is not None:
-            left = partial[:, :, j, None] * slopes.left[:, None, :]
-            terms = terms.plus(Terms(nothing, left, carried.right_sides(slopes)))
-    return terms
-
-
 def _terms_of_common_friction(
     friction: Any,
     inputs: FrictionInputs,
-    whole: FrictionInput,
+    common: FrictionInput,
     carried: CarryingPoints,
     own: FrictionChange,
 ) -> Terms:
@@ -218,9 +213,9 @@ def _terms_of_common_friction(
         """Return Σ_i weights_i dv_i (d, k, m) of vectors that change with their own points."""
         return np.moveaxis(weights[:, None, None] * changes, 0, 1)
 
-    one = np.ones((k, 1))
-    total_grown = summed(one, own.force, force)
-    springs = summed(one, own.stiffness, carried.tangent.stiffness)
+    ones = np.ones((k, 1))
+    total_grown = summed(ones, own.force, force)
+    springs = summed(ones, own.stiffness, carried.tangent.stiffness)
     mean = product(shares, points.normal)
     size = length(mean)
     normal = shifted(points.normal) + weighted(shares, own.normal)
@@ -235,8 +230,8 @@ def _terms_of_common_friction(
         springs.reshape(1, -1),
         *(np.ascontiguousarray(v.reshape(1, 3, -1)) for v in (normal, path, velocity)),
     )
-    turned = _checked_changes(friction, whole, change)[0].reshape(3, k, m)
-    traction = np.asarray(friction.respond(whole).force)[0]
+    turned = _checked_changes(friction, common, change)[0].reshape(3, k, m)
+    traction = np.asarray(friction.respond(common).force)[0]
     none = np.zeros((k, 3, m))
     terms = Terms(none, shares[:, None, None] * np.eye(3), np.moveaxis(turned, 0, 2))
     if not total > 0.0:

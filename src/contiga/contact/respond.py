@@ -96,7 +96,12 @@ def relative_velocity(
 ) -> RelativeVelocity | None:
     """Return the velocities of points p_W (m, 3) relative to the body; None if not given.
 
-    `poses` are those of the body before and now.
+    `poses` are those of the body before and now. A body whose pose stays the same needs no `twist`.
+
+    Raises
+    ------
+    InputError
+        One of `velocity` and `twist` without the other, wrong shapes, a place without a velocity.
     """
     if velocity is None:
         if twist is not None:
@@ -234,7 +239,10 @@ class LastDepths(NamedTuple):
 
 
 def contact_rows(detected: Detection, p_B: FloatArray, past: PreviousStep | None) -> ContactRows:
-    """Return the points in contact with depths, normals, feet, paths and rates."""
+    """Return the points in contact with depths, normals, feet, paths and rates; see the record.
+
+    `p_B` (n, 3) are all points; `past` is None at the start, where paths and rates are zero.
+    """
     rows, gather = detected.touching, straight(carrying_nb.gather)
     if past is None:
         points = ContactRows.of(rows)
@@ -286,7 +294,11 @@ def respond(
     inp: LawInput,
     past: PreviousStep | None,
 ) -> Responses:
-    """Evaluate law and friction; the output is in arrays of its own."""
+    """Return the output of law and friction for `points`; friction is None without one.
+
+    Velocities that are not given are paths over the step. If the law acts as one force, friction
+    acts on all points as one. Raises `InputError` for a law's output of another shape.
+    """
     output = checked_output(law, inp)
     if friction is None:
         return Responses(output, None, None)
@@ -333,10 +345,13 @@ def respond(
 def checked_output(law: Law, inp: LawInput) -> LawOutput:
     """Return the output of a law, checked: one row per point in contact.
 
-    Without points the law is not evaluated.
+    Without points the law is not evaluated. The arrays are copied, as the law may reuse them, and a
+    tangent is dropped; output of `TRUSTED_LAWS` is returned unchecked.
 
-    Output of a wrong shape would be broadcast silently. The arrays are copied, as the law may reuse
-    them; those of `TRUSTED_LAWS` are new.
+    Raises
+    ------
+    InputError
+        The output is no `LawOutput`, or has another shape, which would be broadcast silently.
     """
     n = len(inp.penetration)
     if n == 0:
@@ -372,7 +387,11 @@ def checked_output(law: Law, inp: LawInput) -> LawOutput:
 def _common_friction(
     friction: Friction, points: ContactRows, inp: FrictionInput, past: PreviousStep | None
 ) -> tuple[FrictionOutput, FrictionInputs]:
-    """Return friction of all points as one, shared among them; `inp` is the input of points."""
+    """Return friction of all points as one, shared among them as the normal forces are.
+
+    `inp` is the input of single points. All points get the one memory, and old points must have
+    it; see the module's head for the mean path.
+    """
     shares = _shares(inp.force)
     before, memory = np.zeros((1, 3)), np.zeros((1, friction.n_memory))
     path_weights, present = shares, 1.0
@@ -479,7 +498,8 @@ def forces(
 ) -> tuple[PointForces, bool]:
     """Return forces and energies of the points, and whether any force is damped.
 
-    `p_B` (m, 3) are all points.
+    `p_B` (m, 3) are all points. At the start, without a `past`, the work is the stored energy, and
+    nothing is lost.
     """
     (force, _, stored, _, hysteresis, damping, *_), friction_output, _ = response
     k = len(points.rows)
@@ -525,7 +545,10 @@ def forces(
 def kept_columns(
     touching: ContactRows, rows: IntArray, response: Responses, out: PointForces, is_damped: bool
 ) -> KeptColumns:
-    """Return the columns of a state for the points in contact; forces are those on `rows`."""
+    """Return the columns of a state for the points in contact; forces are those on `rows`.
+
+    Guards are empty; columns are None without friction, damping or a bound of the stiffness.
+    """
     normal, friction, _ = response
     bound, damping = normal.stiffness_bound, normal.damping if is_damped else None
     # Friction's memory and stiffness are copied, as it may reuse its arrays.

@@ -113,7 +113,10 @@ def options_of(
 
 
 def reach_of(depth: float | None, closed: bool, size: float) -> float:
-    """Return the largest depth of contact in a body of this size, length; `depth` if given."""
+    """Return the largest depth of contact, length: `depth` if given.
+
+    Else it is infinite in a closed body, and the share `OPEN_DEPTH` of the size of an open one.
+    """
     if depth is not None:
         return depth
     return np.inf if closed else OPEN_DEPTH * size
@@ -190,7 +193,7 @@ class WorkspacePool:
         return WorkspacePool, ()  # copies and pickles start empty
 
     def take(self, n: int) -> Workspace:
-        """Return a workspace for n points."""
+        """Return a free workspace, all of which are for n points; allocate one if there is none."""
         try:
             return self._free.pop()
         except IndexError:

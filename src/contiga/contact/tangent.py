@@ -162,13 +162,13 @@ class _Tangents(NamedTuple):
 
 
 def tangent_of(contact: ContactSetup, state: State, inputs: StepInputs) -> csr_array:
-    """Return ∂F/∂x of the nodes of a slave (3 n, 3 n)."""
+    """Return ∂F/∂x of the nodes of a slave (3 n, 3 n), world axes; raises as `_tangents` does."""
     places = _in_world(_tangents(contact, state, inputs, 3).terms, state.pose)
     return _matrix_of(inputs.points.rows, places, contact.sampling)
 
 
 def linearisation_of(contact: ContactSetup, state: State, inputs: StepInputs) -> Linearisation:
-    """Return all derivatives of the forces of a step."""
+    """Return all derivatives of the forces of a step; raises as `_tangents` does."""
     rows, sampling, pose = inputs.points.rows, contact.sampling, state.pose
     terms, velocities, deformed = _tangents(contact, state, inputs, VARIABLES)
     force = inputs.points.normal * state.normal_force[rows, None]
@@ -217,9 +217,10 @@ def linearisation_of(contact: ContactSetup, state: State, inputs: StepInputs) ->
 
 
 def kinks_of(contact: ContactSetup, state: State, inputs: StepInputs) -> IntArray:
-    """Return points in contact before and now whose derivative may not be valid.
+    """Return points, ascending, in contact before and now whose derivative may not be valid.
 
-    Another piece of the master pushes them, or the foot moved farther than its derivative allows.
+    Another patch or feature of the master pushes them, or the foot has moved farther than
+    `JUMP_FACTOR` times the path and the norm of its derivative.
     """
     points = inputs.points
     normal, moved = points.normal, points.foot - inputs.foot_before.at(points.rows)
@@ -339,7 +340,10 @@ def _matrix_of(rows: IntArray, terms: Terms, sampling: Sampling) -> csr_array:
 
 
 def _gaps(state: State, points: ContactRows) -> FloatArray:
-    """Return the signed distances (k,) from the surface of contact."""
+    """Return the signed distances (k,) from the surface of contact, negative inside.
+
+    A point of depth zero has its height above the tangent plane at its foot.
+    """
     if points.depth.all():
         return -points.depth
     beside = row_products(state.points_B[points.rows] - points.foot, points.normal)
@@ -347,7 +351,10 @@ def _gaps(state: State, points: ContactRows) -> FloatArray:
 
 
 def _foot_slopes(contact: ContactSetup, state: State, points: ContactRows) -> FootSlopes:
-    """Return the derivatives of depths and normals; for shells at feet on the body itself."""
+    """Return the derivatives of depths and normals; for shells at feet on the body itself.
+
+    The depth of a point in front of the surface does not change.
+    """
     rows = points.rows
     k = len(rows)
     p_B, foot, normal, gap = state.points_B[rows], points.foot, points.normal, _gaps(state, points)
@@ -405,7 +412,10 @@ def _checked_law_tangent(law: Law, inp: LawInput) -> tuple[LawOutput, LawTangent
 
 
 def _checked_slopes(values: Any, n: int, name: str) -> DepthSlopes:
-    """Return checked slopes of n points; a plain array has slopes over each point's penetration."""
+    """Return checked slopes of n points; a plain array has slopes over each point's penetration.
+
+    Raises `InputError` for other shapes, and for one side of a coupling without the other.
+    """
     slopes = values if isinstance(values, DepthSlopes) else DepthSlopes(values)
     own = _checked(slopes.own, (n,), f"{name}.own")
     left_given: Any = slopes.left
@@ -420,6 +430,7 @@ def _checked_slopes(values: Any, n: int, name: str) -> DepthSlopes:
 
 
 def _checked(values: object, shape: tuple[int, ...], name: str) -> FloatArray:
+    """Return values of the tangent of a law as an array; raise `InputError` for another shape."""
     where = f"law: tangent.{name}"
     numbers = as_numbers(values, where, "the law must answer numbers")
     if numbers.shape != shape:

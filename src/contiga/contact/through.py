@@ -45,7 +45,7 @@ class Held(NamedTuple):
 
 
 def detect(search: StepSearch, rows: Rows) -> Rows:
-    """Decide on the points that a wall holds; return the others."""
+    """Write the results of the points that a wall holds; return the others, ascending."""
     surface, step, last, _, options, _ = search
     touching, free_before = rows
     foot = last.patch[touching], last.uv[touching]
@@ -104,7 +104,8 @@ def _find_held_entries(
 ) -> Held:
     """Return the points among `rows`, free at `starts`, that a wall of entry holds at the end.
 
-    `starts` is changed to where the last wall of entry released each point.
+    Up to `MAX_WALLS` walls are tried, one after the other. `starts` is changed to where the last
+    wall of entry released each point.
     """
     result = Held(rows[:0], blank(0), np.zeros(0, np.int8))
     for _ in range(MAX_WALLS):
@@ -137,7 +138,8 @@ def _release_points(
 ) -> FloatArray:
     """Return where (len(rows), 3) the wall releases points on `path` = (from, to), by bisection.
 
-    Their feet are at `place` = (patch, uv) at the start, and are not kept at the end.
+    Their feet are at `place` = (patch, uv) at the start, and are not kept at the end: of the last
+    bracket, the end that is not held.
     """
     a, b = path[0][rows], path[1][rows]
     start = place[0][rows], place[1][rows]

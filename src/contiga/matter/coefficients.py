@@ -71,7 +71,7 @@ class Material(Protocol):
 
 
 def poisson_ratio(value: object, name: str) -> float:
-    """Return `value` as a Poisson's ratio, above −1 and below ½."""
+    """Return `value` as a Poisson's ratio; raise `InputError` unless above −1 and below ½."""
     allowed = "a number above -1 and below 0.5"
     try:
         number = float(real(value))

@@ -8,9 +8,9 @@ from contiga.jit.scratch import scratch
 
 @kernel(error_model="numpy")
 def normal_blocks(points, change, tangent, blocks, start, stop):
-    """Fill `blocks` (k, 3, m) from start to stop with the derivatives of F n, body axes:
-    n (∂F/∂λ dλ + ∂F/∂λ̇ dλ̇) + F dn.
+    """Fill `blocks` (k, 3, m) from start to stop with the derivatives of F n, body axes.
 
+    They are n (∂F/∂λ dλ + ∂F/∂λ̇ dλ̇) + F dn; the bracket is written into `tangent.grown`.
     `points` are `ContactRows`, `change` is an `InputChange`, `tangent` is a `_NormalTangent`.
     """
     path, velocity = points.path, points.velocity
@@ -41,7 +41,7 @@ def normal_blocks(points, change, tangent, blocks, start, stop):
 
 @kernel()
 def to_world(blocks, pose, start, stop):
-    """Turn the blocks start … stop (k, 3, 3) to R K Rᵀ, for a (4, 4) pose."""
+    """Overwrite the blocks K start … stop of (k, 3, 3) with R K Rᵀ, for a (4, 4) pose."""
     half = scratch(3, 3)
     for i in range(start, stop):
         for a in range(3):

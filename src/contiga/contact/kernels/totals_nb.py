@@ -22,7 +22,7 @@ def _rotated(pose, x, y, z, c):
 
 @inner()
 def _add_wrench(points, k, force, frame, totals):
-    """Add a force (world axes) at point k, and its moment."""
+    """Add a force at point k to `totals`, and its moment about the reference point; world axes."""
     pose, about = frame.pose, frame.reference_point
     x, y, z = points[k, 0] - about[0], points[k, 1] - about[1], points[k, 2] - about[2]
     arm = (_rotated(pose, x, y, z, 0), _rotated(pose, x, y, z, 1), _rotated(pose, x, y, z, 2))
@@ -63,9 +63,10 @@ def _work_of_last_forces(sizes, normals, tractions, now, before):
 
 @inner(error_model="numpy")
 def _add_energies(work, damping_work, answer, last, now, totals):
-    """Add the energies of the step; `work` and `damping_work` are products of forces and paths.
+    """Add the energies of the step to `totals`; the stored energy replaces the one before.
 
-    By the trapezoidal rule half of the work is that of the forces at each end of the step.
+    `work` and `damping_work` are products of forces and paths. By the trapezoidal rule half of the
+    work is that of the forces at each end of the step.
     """
     n, before = work.shape[0], last.points
     normals = last.normal
@@ -90,8 +91,8 @@ def forces(points, answer, last, now, frame, out):
     """Compute the forces on the points that carry, world axes, their wrench, and the energies.
 
     `points` are `ContactRows`, `answer` are `LawForces`, `last` are `LastForces`, `now` (n, 3) all
-    points, `frame` is a `Frame`. `out` are `PointForces` to be filled. Returns whether any damping
-    is not zero.
+    points, `frame` is a `Frame`. `out` are `PointForces` to be filled; viscosities only with
+    damping, and zero where the rate is. Returns whether any damping is not zero.
     """
     rows, normal, path, rate = points.rows, points.normal, points.path, points.rate
     damping, friction, totals, pose = answer.damping, answer.friction, out.totals, frame.pose

@@ -70,7 +70,7 @@ def add_moduli(bank, height, share):
 
 @inner()
 def shell_moduli(bank, tables):
-    """Write the moduli of a Gauss point whose strains are in the bank."""
+    """Write the moduli of a Gauss point whose strains are in the bank, which layers overwrite."""
     clear(bank[D:], 18)
     layers = len(tables.layers)
     if layers == 0:
@@ -88,7 +88,7 @@ def shell_moduli(bank, tables):
 
 @inner(linked=False)
 def weigh(bank, weights, first):
-    """Multiply n and moduli by the weights."""
+    """Multiply n and moduli in the bank by the weights from `first` on."""
     for row in range(18):
         for lane in range(LANES):
             bank[D + row * LANES + lane] *= weights[first + lane]
@@ -99,7 +99,7 @@ def weigh(bank, weights, first):
 
 @inner(linked=False)
 def point_rows(bank, basis, first, out):
-    """Write the rows of a control point whose basis begins at `first`."""
+    """Write the `PER_POINT` rows of a control point whose basis begins at `first`."""
     for lane in range(LANES):
         g = first + lane
         g_1, g_2 = basis[g], basis[g + LANES]
@@ -186,7 +186,7 @@ def add_material(one, other, out):
 
 @inner(linked=False)
 def add_geometric(bank, one, other, out):
-    """Add the geometric part of K_IJ, by the stresses, from the rows of I and J."""
+    """Add the geometric part of K_IJ, all but R_Iᵀ D R_J, from the stresses and rows of I and J."""
     for lane in range(LANES):
         inverse = bank[R + lane]
         w, s, d = VECTOR_W * LANES + lane, VECTOR_S * LANES + lane, VECTOR_D * LANES + lane
@@ -223,7 +223,10 @@ def add_geometric(bank, one, other, out):
 
 @inner()
 def _block_stiffness(bank, net, rows, tables, memory, b, out):
-    """Write K of all pairs of block b, nine rows each: (0, 0), (0, 1) … (1, 1), (1, 2) …"""
+    """Write K of all pairs of block b, nine rows each: (0, 0), (0, 1) … (1, 1), (1, 2) …
+
+    The new memory is overwritten; `rows` is memory for rows of control points and one D R.
+    """
     count = tables.nodes.shape[1]
     width, weighted = PER_POINT * LANES, rows[count * PER_POINT * LANES :]
     clear(out, 9 * (count * (count + 1) // 2))
@@ -273,7 +276,7 @@ def shell_stiffness(motion, tables, memory, out, start, stop):
 
 @kernel()
 def shell_row_sums(motion, tables, memory, out, start, stop):
-    """Write row sums of the stiffness of elements of blocks start … stop, at nodes of blocks."""
+    """Write row sums of |K| of blocks start … stop, at nodes of blocks, into `out.partial`."""
     count = tables.nodes.shape[1]
     bank, net, sums = scratch(BANK), scratch(NET), scratch(NET)
     rows = np.empty((count * PER_POINT + 18) * LANES)
