@@ -31,15 +31,20 @@ class Topology(NamedTuple):
     """The facets of a slave; those at point i are incident[first[i]:first[i+1]]."""
 
     facets: IntArray
+    """(m, 3) corners."""
     first: NDArray[np.int64]
+    """(n + 1,)."""
     incident: IntArray
+    """(3 m,) facets, ascending at each point."""
 
 
 class Graph(NamedTuple):
     """Neighbours of each point: neighbour[first[i]:first[i+1]]."""
 
     first: NDArray[np.int64]
+    """(n + 1,)."""
     neighbour: IntArray
+    """(k,) points; one may be listed twice."""
 
 
 def topology_of(facets: IntArray, n: int) -> Topology:

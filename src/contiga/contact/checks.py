@@ -166,6 +166,8 @@ MasterLaw = StressLaw | ForceLaw | FaceLaws
 def law_of(law: Law, master_law: MasterLaw | None, contact_type: str) -> Law:
     """Return the law of a contact: `law`, or both laws in series for type "combined".
 
+    A `CombinedLaw` without `master_law` is returned itself.
+
     Raises
     ------
     InputError
@@ -262,7 +264,11 @@ OPTIONS: dict[str, tuple[str | int, ...]] = {
 
 
 def check_choices(options: dict[str, str | int], has_thickness: bool) -> None:
-    """Raise `InputError` for unknown values of options, and options that exclude each other."""
+    """Raise `InputError` for unknown values of options, and options that exclude each other.
+
+    `through="hold"` needs paths, so no search by penetration; a shell with a thickness excludes it,
+    and tracked feet.
+    """
     for name, value in options.items():
         allowed = OPTIONS[name]
         if isinstance(value, bool) or value not in allowed:

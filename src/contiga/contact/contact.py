@@ -436,7 +436,7 @@ class Contact(Displayed):
     def dry_run(
         self, placements: Iterable[tuple[ArrayLike, PoseLike | None]], *, most: int | None = None
     ) -> Iterator[DryRun]:
-        """Yield the results of the search alone, one per placement. Raises as `start` does.
+        """Yield the results of the search alone, one per placement; raises as `start` does.
 
         `placements` are slave points (n, 3), world axes, and poses of the master, as in `start`. At
         most `most` points are followed after the start, evenly spread; all if omitted.
@@ -667,7 +667,7 @@ class Contact(Displayed):
             # The forces act at the slave's points, so that those on slave and master balance with
             # their moments, whatever friction adds along the surface.
             frame = Frame(X_WB, self._reference_point)
-            felt, is_damped = forces(points, response, p_B, past, frame)
+            point_forces, is_damped = forces(points, response, p_B, past, frame)
         fields: dict[str, Any] = {
             "status": detected.status,
             "feature": feet.feature,
@@ -678,8 +678,8 @@ class Contact(Displayed):
             "pose": X_WB,
             "certified": feet.certified,
             "safe_distance": detected.safe_distance,
-            "wrench": felt.totals[:WORK],
-            "energies": felt.totals[WORK:],
+            "wrench": point_forces.totals[:WORK],
+            "energies": point_forces.totals[WORK:],
             "control_points": NO_POINTS,
             "control_force": NO_POINTS,
         }
@@ -692,9 +692,9 @@ class Contact(Displayed):
             fields |= {"control_points": shape.now, "control_force": turn_to_world(X_WB, on_net)}
         if areas is not None:  # not to be measured again
             fields |= {"_area_input": area_input, "areas": areas}
-        force = Column(rows, felt.force)
+        force = Column(rows, point_forces.force)
         if sampling.first:
-            fields["force"] = nodal = sampling.nodal(rows, felt.force)
+            fields["force"] = nodal = sampling.nodal(rows, point_forces.force)
             fields["wrench"][:3] = 0.0 - nodal.sum(axis=0)
             force = Column(np.arange(len(nodal), dtype=np.int32), nodal)
         fields["inputs"] = StepInputs(
@@ -706,7 +706,7 @@ class Contact(Displayed):
             None if shape is None else shape.before,
             None if shape is None else shape.velocity,
         )
-        kept = kept_columns(touching, rows, response, felt, is_damped)
+        kept = kept_columns(touching, rows, response, point_forces, is_damped)
         kept = kept._replace(force=force, guard_B=detected.guards)
         return state_of(fields, kept, self, out)
 

@@ -89,7 +89,7 @@ def detect_on_curves(
         of_group = _follow_pieces(surface, path, _rows_of_last(last, group), options, int(count))
         for name in ("status", "safe_distance", "last_patch", "uv"):
             getattr(result, name)[group] = getattr(of_group, name)
-        copy_feet(result.feet, group, of_group.feet, np.ones(len(group), dtype=bool))
+        copy_feet(result.feet, group, of_group.feet)
         opposed = Guards(group[of_group.guards.rows], of_group.guards.normal)
         result = result._replace(guards=merged(result.guards, opposed))
     return result._replace(touching=np.flatnonzero(result.feet.patch >= 0).astype(np.int32))
@@ -194,8 +194,7 @@ def _follow_pieces(
         now = path.at(k / pieces)
         detected = detect(surface, now, last, active, options, (Workspace.of(n), Columns.of(n)))
         history = history.after(detected)
-        place = detected.feet.patch, detected.uv, detected.last_patch
-        last = Last(now, *place, detected.safe_distance, detected.guard_states)
+        last = detected.last(now)
     feet = detected.feet._replace(certified=history.certified)
     return detected._replace(feet=feet, status=history.status(detected.status))
 

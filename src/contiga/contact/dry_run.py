@@ -70,7 +70,8 @@ def dry_run(
     if half is not None:
         options = replace(options, half=half[followed])
     every = np.ones(len(followed), dtype=bool)
-    last, pose, last_touching = None, np.eye(4), np.zeros(0, np.int32)
+    last: Last | None = None
+    pose, last_touching = np.eye(4), np.zeros(0, np.int32)
     for p_W, X_WB in placements:
         points_W = np.ascontiguousarray(p_W[followed])
         p_B = to_body(X_WB, points_W)
@@ -91,25 +92,23 @@ def dry_run(
         feet = rows_of(detected.feet, rows)
         depth = np.maximum(-feet.gap, 0.0)
         yield DryRun(X_WB, followed[rows], depth, feet.normal, inside, deepest, followed[behind])
-        place = detected.feet.patch, detected.uv, detected.last_patch
-        last = Last(p_B, *place, detected.safe_distance, detected.guard_states)
-        pose = X_WB
+        last, pose = detected.last(p_B), X_WB
 
 
 def _rows_from_behind(
     surface: Surface,
     path: tuple[FloatArray, FloatArray],
-    held: tuple[IntArray, IntArray],
+    contacts: tuple[IntArray, IntArray],
     options: Options,
 ) -> IntArray:
     """Return points, ascending, that came to an open body from behind on `path` = (before, now).
 
     They were not in contact before, and either their first crossing leads out of the back, or they
-    are in contact now without having crossed to the inside, and were behind a face before. `held`
-    are the points in contact before and now.
+    are in contact now without having crossed to the inside, and were behind a face before.
+    `contacts` are the points in contact before and now.
     """
     before, now = path
-    touching_before, touching_now = held
+    touching_before, touching_now = contacts
     free = np.setdiff1d(np.flatnonzero(np.isfinite(before + now).all(axis=1)), touching_before)
     free = free.astype(np.int32)
     distance = np.zeros(len(before))
@@ -119,13 +118,13 @@ def _rows_from_behind(
     # The last crossing of the reversed path is the first one of the path, in the other sense.
     _, sense = surface.last_crossings(now, before, free)
     entered = free[sense < 0]
-    others, _ = _rows_behind(
+    late, _ = _rows_behind(
         surface,
         before,
         np.setdiff1d(touching_now, np.concatenate((touching_before, entered))),
         options,
     )
-    return np.union1d(free[sense > 0], others).astype(np.int32)
+    return np.union1d(free[sense > 0], late).astype(np.int32)
 
 
 def spread(values: NDArray[_T], most: int | None) -> NDArray[_T]:
@@ -140,8 +139,8 @@ def _rows_inside(
 ) -> tuple[IntArray, float]:
     """Return the points on the contact side, ascending, and their largest depth, 0 without any.
 
-    They lie deeper than `SURFACE_TOL`. In a closed body the depth is that of `MAX_DEPTHS` points,
-    evenly spread, and if none of these is deep enough, no point of known side counts.
+    Points no deeper than `SURFACE_TOL` do not count. Of the points in a closed body whose side is
+    known, `MAX_DEPTHS` are measured, evenly spread: all count if one of these is deep enough.
     """
     rows = np.flatnonzero(active & np.isfinite(p_B).all(axis=1)).astype(np.int32)
     if options.half is not None:

@@ -129,33 +129,30 @@ def _find_entries(
     surface, step, options = search.surface, search.step, search.options
     rows, was_touching = candidates.rows, candidates.was_touching
     entered = ~was_touching & within_depth(candidates.closest, options) & options.penetration
-    new = entered.copy()
+    has_new_foot = entered.copy()
     unsure = inside & ~_is_closest(candidates, options) & np.isfinite(step.path_length[rows])
-    which = np.flatnonzero(unsure & (was_touching | (not options.penetration)))
-    if len(which) == 0:
-        return entered, new
-    hits, sense = surface.last_crossings(step.before, step.now, rows[which])
-    back = np.flatnonzero(sense > 0)
+    chosen = np.flatnonzero(unsure & (was_touching | (not options.penetration)))
+    if len(chosen) == 0:
+        return entered, has_new_foot
+    hits, sense = surface.last_crossings(step.before, step.now, rows[chosen])
+    entering = np.flatnonzero(sense > 0)
     find_closest(
-        search, candidates, which[back][candidates.is_kept[which[back]] | options.penetration]
+        search,
+        candidates,
+        chosen[entering][candidates.is_kept[chosen[entering]] | options.penetration],
     )
-    back = back[~_is_closest(candidates, options)[which[back]]]
-    which = which[back]
-    entered[which] = True
+    entering = entering[~_is_closest(candidates, options)[chosen[entering]]]
+    chosen = chosen[entering]
+    entered[chosen] = True
     if options.penetration:
-        copy_feet(
-            candidates.feet,
-            which,
-            rows_of(candidates.closest, which),
-            np.ones(len(which), dtype=bool),
-        )
-        new[which] = True
-        return entered, new
-    path = hits.point[back], step.now[rows[which]]
-    tracked = track(surface, path, (hits.patch[back], hits.uv[back]), options)
-    new[which] = tracked.keep
-    copy_feet(candidates.feet, which, tracked.feet, tracked.keep)
-    return entered, new
+        copy_feet(candidates.feet, chosen, rows_of(candidates.closest, chosen))
+        has_new_foot[chosen] = True
+        return entered, has_new_foot
+    path = hits.point[entering], step.now[rows[chosen]]
+    tracked = track(surface, path, (hits.patch[entering], hits.uv[entering]), options)
+    has_new_foot[chosen] = tracked.keep
+    copy_feet(candidates.feet, chosen, tracked.feet, tracked.keep)
+    return entered, has_new_foot
 
 
 def _is_closest(candidates: Candidates, options: Options) -> BoolArray:

@@ -110,12 +110,14 @@ def _carried(feet: Feet, motion: FootMotion, jet: Jet, *, follows: bool) -> Floa
     `jet` is that of the change of the control points in the step, which `follows` them, or of their
     velocities, which do not depend on them.
     """
-    E, own, nu = jet.gradient, float(follows), feet.net.normal[:, :, None]
-    turned = own * motion.gradient - np.einsum("kab,bcm->kacm", E, motion.gradient, optimize=False)
+    E, factor, nu = jet.gradient, float(follows), feet.net.normal[:, :, None]
+    turned = factor * motion.gradient - np.einsum(
+        "kab,bcm->kacm", E, motion.gradient, optimize=False
+    )
     turned += np.einsum("kabc,kcm->kabm", jet.hessian, motion.shift, optimize=False)
     turning = spin(E[..., None], nu, nu)
     change = spin(turned, nu, nu) + 2.0 * spin(E[..., None], nu, motion.frame)
-    carried = own * motion.displacement + multiplied(E, motion.shift)
+    carried = factor * motion.displacement + multiplied(E, motion.shift)
     return np.asarray(carried + cross(change, feet.arm) + cross(turning, motion.arm))
 
 

@@ -27,10 +27,13 @@ def blank(n: int) -> Projection:
     return feet
 
 
-def copy_feet(feet: Projection, rows: IndexArray, source: Projection, mask: BoolArray) -> None:
-    """Copy the masked rows of `source` (k,) to the corresponding `rows` (k,) of `feet`."""
+def copy_feet(
+    feet: Projection, rows: IndexArray, source: Projection, mask: BoolArray | None = None
+) -> None:
+    """Copy rows of `source` (k,) to `rows` (k,) of `feet`: the masked ones, or all of them."""
+    chosen = slice(None) if mask is None else mask
     for name in Projection._fields:
-        getattr(feet, name)[rows[mask]] = getattr(source, name)[mask]
+        getattr(feet, name)[rows[chosen]] = getattr(source, name)[chosen]
 
 
 def closest(

@@ -24,7 +24,7 @@ class Column(NamedTuple):
     """(k, …)."""
 
     def at(self, rows: IndexArray) -> FloatArray:
-        """Return the values (len(rows), …) of any points, zero for rows that are not listed."""
+        """Return the values (len(rows), …) of any points, copied; zero for rows not listed."""
         if len(rows) == len(self.rows) and (rows is self.rows or (rows == self.rows).all()):
             return np.array(self.values)
         out = np.zeros((len(rows), *self.values.shape[1:]))
@@ -42,7 +42,7 @@ class Column(NamedTuple):
             total[self.rows] += self.values
 
     def nonzero(self) -> Column:
-        """Return the points whose value (k,) is not zero."""
+        """Return the points whose value (k,) is not zero: the column itself if none is."""
         if np.count_nonzero(self.values) == len(self.values):  # nearly always
             return self
         rows = np.flatnonzero(self.values)

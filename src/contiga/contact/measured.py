@@ -22,7 +22,7 @@ class Measure(NamedTuple):
     method: AreaMethod
     side: str
     """Side whose area is measured, "slave" or "master"."""
-    own: FloatArray | None
+    slave_area: FloatArray | None
     """(n,) tributary areas of the slave, if it has any."""
     prepared: Any
     """Data of the slave that the method prepared."""
@@ -36,7 +36,7 @@ class Measure(NamedTuple):
         """
         rows = np.flatnonzero(patch >= 0).astype(np.int32)
         return AreaInput(
-            self.master, rows, nodes, feet, self.own, self.side, self.prepared, {}, self.half
+            self.master, rows, nodes, feet, self.slave_area, self.side, self.prepared, {}, self.half
         )
 
     def input_of(self, state: State) -> AreaInput:

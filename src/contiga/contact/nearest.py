@@ -91,8 +91,7 @@ def candidates_of(search: StepSearch, feet: Projection | None, rows: Rows) -> Ca
     closest_points.status[:] = settle_nb.NOT_SEARCHED
     if feet is not None:
         rows_before = np.flatnonzero(was_touching)
-        every = np.ones(len(rows_before), np.bool_)
-        copy_feet(kept_feet, rows_before, rows_of(feet, open_rows[rows_before]), every)
+        copy_feet(kept_feet, rows_before, rows_of(feet, open_rows[rows_before]))
     guard, depth, is_opposed = step.guard_states.at(points)
     return Candidates(
         rows=points,
@@ -114,8 +113,8 @@ def find_closest(search: StepSearch, candidates: Candidates, chosen: IndexArray)
     """Fill in the closest points of the chosen candidates, unless they are known."""
     chosen = chosen[candidates.closest.status[chosen] == settle_nb.NOT_SEARCHED]
     if len(chosen):
-        found = closest(search.surface, search.step.now, candidates.rows[chosen])
-        copy_feet(candidates.closest, chosen, found, np.ones(len(chosen), dtype=bool))
+        feet = closest(search.surface, search.step.now, candidates.rows[chosen])
+        copy_feet(candidates.closest, chosen, feet)
 
 
 def detect(search: StepSearch, rows: Rows) -> Guards:
@@ -180,7 +179,7 @@ def decide(search: StepSearch, candidates: Candidates) -> Guards:
     touching = inside & ((was_touching & (candidates.is_kept | deep)) | entered | missed)
     followed = np.flatnonzero(touching & ~candidates.is_kept)
     paths = _follow_paths(search, candidates, starts, followed)
-    copy_feet(candidates.feet, followed, paths.feet, np.ones(len(followed), dtype=bool))
+    copy_feet(candidates.feet, followed, paths.feet)
     status = np.where(was_touching, ContactStatus.RELEASED, ContactStatus.FREE).astype(np.int8)
     status[candidates.is_kept & touching] = candidates.status[candidates.is_kept & touching]
     status[followed] = STATUS_OF_OUTCOME[paths.outcome]
@@ -246,13 +245,14 @@ def _find_entries(
     chosen = np.flatnonzero(unsure & (was_touching | (not options.penetration)))
     if len(chosen):
         hits, sense = search.last_crossings(rows[chosen])
-        back = np.flatnonzero(sense > 0)
-        new, places = chosen[back], np.ascontiguousarray(hits.point[back])
-        entered[new], starts.point[new] = True, places
-        starts.patch[new], starts.uv[new] = hits.patch[back], hits.uv[back]
-        candidates.depth[new], candidates.is_opposed[new] = -np.inf, False
-        candidates.guard[new] = closest(
-            surface, places, np.arange(len(back), dtype=np.int32)
+        entering = np.flatnonzero(sense > 0)
+        entered_rows, places = chosen[entering], np.ascontiguousarray(hits.point[entering])
+        entered[entered_rows], starts.point[entered_rows] = True, places
+        starts.patch[entered_rows] = hits.patch[entering]
+        starts.uv[entered_rows] = hits.uv[entering]
+        candidates.depth[entered_rows], candidates.is_opposed[entered_rows] = -np.inf, False
+        candidates.guard[entered_rows] = closest(
+            surface, places, np.arange(len(entering), dtype=np.int32)
         ).normal
     return entered
 

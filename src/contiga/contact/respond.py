@@ -82,8 +82,8 @@ class RelativeVelocity(NamedTuple):
         p_W, v_W = self.points.take(rows, axis=0), self.nodes
         v_W = self.sampling.points_at(rows, v_W) if self.sampling.first else v_W.take(rows, axis=0)
         v_B = np.empty(v_W.shape)
-        given = v_W, p_W, self.pose, self.twist, v_B
-        run_ranges(straight(relative_nb.relative), len(rows), POINTS, *given)
+        args = v_W, p_W, self.pose, self.twist, v_B
+        run_ranges(straight(relative_nb.relative), len(rows), POINTS, *args)
         return v_B
 
 
@@ -190,9 +190,11 @@ class ContactRows(NamedTuple):
 
     rows: IntArray
     depth: FloatArray
-    """(k,) λ."""
+    """(k,) penetration λ ≥ 0, length."""
     normal: FloatArray
+    """(k, 3) unit normals at the feet, towards the free side."""
     foot: FloatArray
+    """(k, 3)."""
     path: FloatArray
     """(k, 3) path relative to the surface in the step; zero at the start or without a past."""
     inside: FloatArray
@@ -443,12 +445,14 @@ class LawForces(NamedTuple):
     force: FloatArray
     """(k,) along the normals."""
     stored: FloatArray
+    """(k,) energies that the law stores."""
     hysteresis: FloatArray
+    """(k,) losses of the step."""
     damping: FloatArray
     """(k,) the part of `force` that is due to the rate."""
     friction: FloatArray
     """(k, 3) forces across the normals."""
-    held: FloatArray
+    spring_energy: FloatArray
     """(k,) energies stored in friction's springs."""
     lost: FloatArray
     """(k,) energies lost by friction."""
@@ -458,9 +462,13 @@ class LastForces(NamedTuple):
     """The forces and feet of the last step."""
 
     force: Column
+    """Normal forces."""
     normal: Column
+    """Unit normals (…, 3), body axes, of all points that were in contact."""
     traction: Column
+    """Friction forces (…, 3), body axes."""
     damping: Column
+    """Parts of the normal forces due to the rate."""
     energies: FloatArray
     """(5,) energies, as in `ContactEnergy`."""
     points: FloatArray

@@ -132,13 +132,13 @@ class _NormalTangent(NamedTuple):
 
     force: FloatArray
     """(k,)."""
-    own: FloatArray
+    slope: FloatArray
     """(k,) ∂F/∂λ."""
     rate: FloatArray
     """(k,) ∂F/∂λ̇."""
     dt: float
     """Length of the step; infinite in statics, without rates."""
-    grown: FloatArray
+    force_change: FloatArray
     """(k, m) derivatives of each force over the variables of its own point, filled in."""
 
 
@@ -242,7 +242,7 @@ def _tangents(contact: ContactSetup, state: State, inputs: StepInputs, m: int) -
     InputError
         Law or friction has no derivatives, or not one row a point.
     """
-    points, friction, seen = inputs.points, contact.friction, inputs.friction
+    points, friction, friction_inputs = inputs.points, contact.friction, inputs.friction
     k, dt = len(points.rows), inputs.law.dt or np.inf
     output, tangent = _checked_law_tangent(contact.law, inputs.law)
     rate = np.zeros(k) if tangent.rate is None else tangent.rate
@@ -254,17 +254,17 @@ def _tangents(contact: ContactSetup, state: State, inputs: StepInputs, m: int) -
         blocks = np.empty(change.normal.shape)
         run_ranges(tangent_nb.normal_blocks, k, POINTS_PER_THREAD, points, change, normal, blocks)
         terms = Terms.of(blocks)
-        carried = CarryingPoints(points, output, tangent, change, normal.grown, dt)
+        carrying = CarryingPoints(points, output, tangent, change, normal.force_change, dt)
         if tangent.force.left is not None:
             left = points.normal[:, :, None] * tangent.force.left[:, None, :]
-            terms = Terms(blocks, left, carried.right_sides(tangent.force))
-        if friction is not None and seen is not None and k:
-            terms = terms.plus(friction_terms(friction, seen, carried))
+            terms = Terms(blocks, left, carrying.right_sides(tangent.force))
+        if friction is not None and friction_inputs is not None and k:
+            terms = terms.plus(friction_terms(friction, friction_inputs, carrying))
         return terms
 
-    slopes, one = _foot_slopes(contact, state, points), np.eye(3)[None]
+    slopes, identity = _foot_slopes(contact, state, points), np.eye(3)[None]
     deformed, velocities = None, Terms.of(np.zeros((k, 3, 3)))
-    change = InputChange(slopes.depth, slopes.normal, one, np.zeros((0, 3, 3)))
+    change = InputChange(slopes.depth, slopes.normal, identity, np.zeros((0, 3, 3)))
     # The motion of the surface matters only for friction and for rates.
     if contact.shape is not None and (m == VARIABLES or friction is not None or rate.any()):
         rows, shape = points.rows, contact.shape
@@ -284,7 +284,9 @@ def _tangents(contact: ContactSetup, state: State, inputs: StepInputs, m: int) -
         if deformed is not None:
             turning = turning + change.velocity
         change = change._replace(velocity=turning)
-        velocities = terms_over(InputChange(np.zeros((k, 3)), np.zeros((k, 3, 3)), 0.0 * one, one))
+        velocities = terms_over(
+            InputChange(np.zeros((k, 3)), np.zeros((k, 3, 3)), 0.0 * identity, identity)
+        )
     return _Tangents(terms_over(change), velocities, deformed)
 
 
@@ -319,12 +321,12 @@ def _matrix_of(rows: IntArray, terms: Terms, sampling: Sampling) -> csr_array:
     matrix = sampling.matrix(rows, terms.blocks[: len(rows)])
     if terms.left.shape[2] == 0 or len(rows) == 0:
         return matrix
-    acting, felt = (int(side.any(axis=(1, 2)).sum()) for side in (terms.left, terms.right))
-    if 9 * acting * felt > MAX_NUMBERS:
+    n_acting, n_affected = (int(side.any(axis=(1, 2)).sum()) for side in (terms.left, terms.right))
+    if 9 * n_acting * n_affected > MAX_NUMBERS:
         raise InputError(
             "the derivatives are full between points that share a force",
             where="law",
-            found=f"{felt} points, {9 * acting * felt:.2g} numbers",
+            found=f"{n_affected} points, {9 * n_acting * n_affected:.2g} numbers",
             allowed=f"up to {MAX_NUMBERS:.2g}",
             remedy='Take ForceLaw with share = "deepest", which few points share, or a StressLaw',
         )
@@ -380,7 +382,9 @@ def _foot_slopes(contact: ContactSetup, state: State, points: ContactRows) -> Fo
 
 
 def _checked_law_tangent(law: Law, inp: LawInput) -> tuple[LawOutput, LawTangent]:
-    """Return the output of a law with its derivatives, checked.
+    """Return the output of a law, and its derivatives, checked.
+
+    Without points the law is not evaluated.
 
     Raises
     ------

@@ -18,7 +18,7 @@ from typing import NamedTuple
 import numpy as np
 
 from contiga.area.offset import off_surface
-from contiga.contact.foot_rows import closest, copy_feet
+from contiga.contact.foot_rows import at_border, closest, copy_feet
 from contiga.contact.search_records import BoolArray, Detection, Options, Rows, StepSearch
 from contiga.masters.protocol import Surface
 from contiga.records import (
@@ -145,11 +145,12 @@ def _closest_points(search: StepSearch, rows: IntArray, *, before: bool = False)
 def measure_reach(feet: Projection, p_B: FloatArray, rows: IntArray, options: Options) -> Reach:
     """Return the distances from contact of p_B[rows] by their closest points.
 
-    Beyond a border the distance counts as in front. Points without a closest point have no `room`.
+    Beyond a border the distance counts as in front. The `room` of points without a closest point is
+    zero.
     """
     assert options.half is not None
     half = options.half[rows]
-    on_border = (feet.status == Status.BORDER) | (feet.status == Status.TRIMMED)
+    on_border = at_border(feet)
     solved = (feet.status == Status.OK) | on_border
     # Beyond a border there is no inside.
     distance = np.where(on_border, np.abs(feet.gap), feet.gap)

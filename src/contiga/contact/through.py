@@ -45,7 +45,10 @@ class Held(NamedTuple):
 
 
 def detect(search: StepSearch, rows: Rows) -> Rows:
-    """Write the results of the points that a wall holds; return the others, ascending."""
+    """Write the results of the points that a wall holds; return the others, ascending.
+
+    Free points, and points released on their path, are held by the wall by which they enter next.
+    """
     surface, step, last, _, options, _ = search
     touching, free_before = rows
     foot = last.patch[touching], last.uv[touching]
@@ -75,7 +78,8 @@ def detect(search: StepSearch, rows: Rows) -> Rows:
 def _keep_held(search: StepSearch, held: Held) -> IntArray:
     """Keep held points in contact; return the rows for which this decides.
 
-    It does not for points on the surface of a closed body, within rounding, that are not inside.
+    Points outside a closed body become THROUGH if they are behind their feet by more than rounding;
+    it does not decide on the other points outside.
     """
     detected, band, (rows, feet, status) = search.detected, search.options.band, held
     settled, safe_distance = np.ones(len(rows), dtype=bool), np.zeros(len(rows))

@@ -37,6 +37,7 @@ class Coefficients(NamedTuple):
     material: int
     """Number of the material in the kernels `elements_stress_nb`."""
     numbers: FloatArray
+    """(c,) coefficients, in the order of the material's kernel."""
     modulus: float
     """Young's modulus at rest, for hourglass stiffness."""
     wave_modulus: float

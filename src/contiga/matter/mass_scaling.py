@@ -27,6 +27,7 @@ class AddedMass(NamedTuple):
     mass: float
     """Mass of its elements."""
     added: float
+    """Mass beyond that, by scaling."""
 
     @property
     def share(self) -> float:

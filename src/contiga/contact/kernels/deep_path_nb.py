@@ -266,9 +266,9 @@ def _take_facing(paths, i, limits, min_depth, length):
 
 @inner()
 def _next_in_part(paths, limits, i, question):
-    """Return what follows from the answer to a question of the present part: see `next_question`.
+    """Return the next question after the answer to one of the present part, and update `paths`.
 
-    BEGIN_PART if the part is done or has to be halved.
+    It is BEGIN_PART if the part is done or has to be halved.
     """
     band, closed = limits.band, limits.closed
     nearest, other, target = paths.nearest, paths.other, paths.target[i]

@@ -80,7 +80,7 @@ def distance_to_foot(feet, i, points):
 @inner()
 def _add_ball_query(feet, i, queries, m):
     """List foot i and its side as the m-th of the `BallQueries`; return their number."""
-    queries.which[m] = i
+    queries.feet[m] = i
     queries.side[m] = OUTER if feet.gap[i] > 0.0 else INNER
     return m + 1
 
@@ -253,7 +253,7 @@ def settle_marked(rows, feet, known_sides, mark, balls, limits, detected, unsett
     """
     band, closed = limits.band, limits.closed
     side, reach = known_sides.side, known_sides.reach
-    ball_rows, radius = balls.which, balls.radius
+    ball_rows, radius = balls.feet, balls.radius
     status, safe_distance = detected.status, detected.safe_distance
     j = n = 0
     for i in range(rows.shape[0]):
@@ -317,7 +317,7 @@ def list_starts(rows, side, cell_place, step, last_patch_out, short_path, start_
             start_rows.uv[n, 0], start_rows.uv[n, 1] = uv[i, 0], uv[i, 1]
         else:
             continue
-        start_rows.which[n] = i
+        start_rows.rows[n] = i
         for c in range(3):
             start_rows.now[n, c] = step.now[k, c]
         n += 1
@@ -342,7 +342,7 @@ def apply_balls(rows_of_feet, feet, points, balls, band, known_sides, max_distan
     `max_distance`, the upper bound of the distance to the surface. `balls` are `FootBalls`.
     """
     side, reach = known_sides.side, known_sides.reach
-    ball_feet, radius = balls.which, balls.radius
+    ball_feet, radius = balls.feet, balls.radius
     j = 0
     for m in range(rows_of_feet.shape[0]):
         i = rows_of_feet[m]

@@ -74,7 +74,7 @@ def _add_energies(work, damping_work, answer, last, now, totals):
         last.force, normals, last.traction, now, before
     ) + -0.5 * sum_of(work, n)
     stored = sum_of(answer.stored, answer.stored.shape[0])
-    totals[STORED] = stored + sum_of(answer.held, answer.held.shape[0])
+    totals[STORED] = stored + sum_of(answer.spring_energy, answer.spring_energy.shape[0])
     totals[HYSTERESIS] += sum_of(answer.hysteresis, answer.hysteresis.shape[0])
     total_damping = 0.0
     if answer.damping.shape[0] > 0:
