@@ -146,7 +146,7 @@ def shape_of(
     ------
     InputError
         A master without control points, a contact that follows feet, arrays of another shape than
-        the master's net, numbers that are not finite.
+        the master's net, `before` included, numbers that are not finite.
     GeometryError
         Patches that would not stay together.
     """

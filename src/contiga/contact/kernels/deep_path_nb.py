@@ -200,7 +200,7 @@ def _restart(paths, limits, i):
 
 @inner()
 def _halve(paths, i):
-    """Begin the present part of path i again with half its length."""
+    """Halve the present part of path i, to begin it again; return BEGIN_PART."""
     paths.part[i] *= 0.5
     return BEGIN_PART
 

@@ -36,10 +36,11 @@ def _add_wrench(points, k, force, frame, totals):
 
 @inner(linked=False, error_model="numpy")
 def _work_of_last_forces(sizes, normals, tractions, now, before):
-    """Return half the work of the last step's forces along the paths of this step.
+    """Return minus half the work of the last step's forces along the paths of this step.
 
-    The rows of each `Column` are ascending: `sizes` (k,) of forces along the `normals` (h, 3), and
-    `tractions` (t, 3) across them. Points of size zero do not count.
+    It is work done on the contact, by the trapezoidal rule. Rows of each `Column` are ascending:
+    `sizes` (k,) of forces along the `normals` (h, 3), and `tractions` (t, 3) across them. Points of
+    size zero do not count.
     """
     rows = sizes.rows
     work = np.empty(3 * rows.shape[0])
