@@ -64,8 +64,8 @@ class CloudArea:
     points between them, so that each lacks some; a region that bends by more than 60° from its
     mean normal and lies on several patches lacks the strips between them. No area reaches beyond
     the outermost points, where Voronoi cells are unbounded. Points on a line belong to a plane
-    problem: on a body made by `Body.from_profile` the area of each is half the distance to its
-    neighbours in contact, times the depth.
+    problem: on a body made by `Body.from_profile` the area of each is half the distance to the
+    nearest point on each side, times the depth.
 
     Examples
     --------
@@ -98,7 +98,14 @@ class CloudArea:
             )
 
     def prepare(self, rest: Rest) -> Prepared:
-        """The triangles of the cloud at rest."""
+        """The triangles of the cloud at rest, or its neighbours alone on a line and by "feet".
+
+        Raises
+        ------
+        InputError
+            Fewer than two points, a line without a profile as master, a master without patches by
+            "feet", and what `triangles_of` refuses.
+        """
         if len(rest.points) < 2:
             raise InputError(
                 "one point has no area of its own",
@@ -118,10 +125,10 @@ class CloudArea:
         return Prepared(topology_of(facets, len(rest.points)), graph, on_line)
 
     def weights(self, rest: Rest, prepared: Prepared) -> FloatArray | None:
-        """Return areas at rest (n,), or None if the slave has none.
+        """Return areas at rest (n,); None by "feet", and if the slave has areas of its own.
 
         A corner gets a third of each of its triangles, a point of a line half the distance to each
-        neighbour. Areas by feet do not exist at rest.
+        neighbour times the depth of the profile.
         """
         topology, graph, on_line = prepared
         if rest.area is not None:
@@ -134,7 +141,7 @@ class CloudArea:
         return _line_areas(rest.points, rows, graph, _profile_depth(rest.body))
 
     def measure(self, inp: AreaInput) -> Areas:
-        """Areas of the points in contact."""
+        """Areas of the points in contact; those of a line count as measured on the slave."""
         topology, graph, on_line = inp.prepared
         on = self.on or inp.on
         if len(inp.rows) == 0:
@@ -159,6 +166,7 @@ class CloudArea:
         return facet_outlines(web.inp, web.topology, self.on or inp.on)
 
     def _web(self, inp: AreaInput, graph: Graph) -> Web:
+        """Return the triangles between feet, from the cache of `inp` if it has one."""
         cache = {} if inp.kept is None else inp.kept
         if "web" not in cache:
             cache["web"] = web_of(inp, graph, self.bridge)
@@ -167,7 +175,7 @@ class CloudArea:
 
 
 def is_line(points: FloatArray) -> bool:
-    """Return whether points (n, 3) lie on a line, or are fewer than three."""
+    """Return whether points (n, 3) lie on a line, by `LINE_TOL`, or are fewer than three."""
     spread = principal_axes(points - points.mean(axis=0))[0]
     return len(points) < 3 or bool(spread[1] <= LINE_TOL * spread[0])
 
@@ -175,10 +183,13 @@ def is_line(points: FloatArray) -> bool:
 def triangles_of(points: FloatArray, bridge: float) -> IntArray:
     """Return (m, 3) Delaunay triangles of a cloud (n, 3), not a line, in its best-fit plane.
 
+    Triangles that bridge gaps are left out; the others are sorted by their least point.
+
     Raises
     ------
     InputError
-        Points hide one another, seen along the plane's normal.
+        Points hide one another, seen along the plane's normal: more than half of the triangles
+        bridge gaps, or more than half of the points are left without one.
     """
     from scipy.spatial import Delaunay
 
@@ -202,7 +213,7 @@ def triangles_of(points: FloatArray, bridge: float) -> IntArray:
 
 
 def _profile_depth(body: Master) -> float:
-    """Return the depth of a profile, the width of the points on a line; refuse other masters."""
+    """Return the depth of a profile; raise `InputError` for another master."""
     depth = profile_depth(body.faces)
     if depth is None:
         raise InputError(
@@ -215,7 +226,10 @@ def _profile_depth(body: Master) -> float:
 
 
 def _line_areas(points: FloatArray, rows: IndexArray, graph: Graph, depth: float) -> FloatArray:
-    """Return half the distance of each of `rows` to its neighbours on the line, times the depth."""
+    """Return half the distance of each of `rows` to its neighbours on the line, times the depth.
+
+    The nearest neighbour on each side counts, in contact or not; a side without any adds nothing.
+    """
     area = np.zeros(len(rows))
     for i, row in enumerate(rows):
         neighbours = graph.neighbour[graph.first[row] : graph.first[row + 1]]

@@ -69,7 +69,15 @@ def clusters_of(
 
 
 def check_options(method: object, k: object, eps: object, min_points: object) -> None:
-    """Refuse options that no method can use. `method` may be a number of clusters."""
+    """Refuse options that no method can use. `method` may be a number of clusters.
+
+    Raises
+    ------
+    InputError
+        An unknown method, k < 1, eps ≤ 0, min_points < 1.
+    MissingPackageError
+        Any method but "auto" without scikit-learn.
+    """
     if isinstance(method, int | np.integer):
         _check_count(method, "clusters", "clusters")
     elif not isinstance(method, str) or method not in METHODS:
@@ -93,6 +101,7 @@ def is_positive(value: object) -> bool:
 
 
 def _check_count(count: object, where: str, noun: str) -> None:
+    """Raise `InputError` for a value that is no whole number ≥ 1."""
     if isinstance(count, bool) or not isinstance(count, int | np.integer) or count < 1:
         raise InputError(
             f"{noun} are counted from 1", where=where, found=count, allowed="a whole number ≥ 1"
@@ -102,7 +111,11 @@ def _check_count(count: object, where: str, noun: str) -> None:
 def _sklearn_labels(
     points: FloatArray, method: str, k: int, eps: float, min_points: int
 ) -> IntArray:
-    """Return (n,) labels by a method of scikit-learn; one cluster where it cannot tell any."""
+    """Return (n,) labels by a method of scikit-learn, −1 for noise.
+
+    All points are one cluster for "meanshift" without a bandwidth, and for "hdbscan" with no more
+    points than the smallest cluster.
+    """
     from sklearn import cluster
 
     if method == "kmeans":

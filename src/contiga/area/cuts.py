@@ -57,13 +57,20 @@ class Cut(NamedTuple):
 
 
 def parts_of(inp: AreaInput, topology: Topology, part: IntArray, place: IntArray) -> Parts:
-    """Return the facets `part`, with a numbering of their corners."""
+    """Return the facets `part` whose corners are finite, with a numbering of their corners.
+
+    `place` (n,) is the index of each point among the points in contact, or −1.
+    """
     triangles, *numbering = touch_nb.around(topology.facets, part, inp.points, place)
     return Parts(topology.facets[triangles], *numbering)
 
 
 def cut_parts(inp: AreaInput, parts: Parts) -> Cut:
-    """Find where contact ends on the edges of facets that touch in part."""
+    """Return where contact ends on the edges of facets that touch in part.
+
+    Feet of corners out of contact are continued from the nearest corner in contact. An edge is cut
+    where the gap, linear along it, is zero; where the foot leaves the surface, by a search.
+    """
     # The feet of the inner corners, and after them those of the free ones.
     inner_feet = rows_of(inp.feet, parts.inner)
     free_feet = empty_projection(len(parts.free))
@@ -86,10 +93,11 @@ def cut_parts(inp: AreaInput, parts: Parts) -> Cut:
 def _leaving_points(
     inp: AreaInput, parts: Parts, feet: Projection, edges: np.ndarray
 ) -> tuple[FloatArray, Projection]:
-    """Find on edges the last point whose foot is on the surface and inside.
+    """Return on edges the last point whose foot is on the surface and inside.
 
     Beyond that point the foot stays on the border, and the distance of the point from the normal at
-    its foot grows linearly from zero, so that a secant step finds where it starts.
+    its foot grows linearly from zero, so that a secant step finds where it starts. The point is the
+    inner end of a bracket of `EDGE_TOL`, or what `MAX_STEPS` steps leave.
 
     Parameters
     ----------
@@ -158,7 +166,8 @@ class _SecantHistory(NamedTuple):
         """Return the next places to try on `edges`.
 
         They lie next to the zero of the secant, on the other side of it than the last trial, or in
-        the middle of the bracket if two steps have not halved it.
+        the middle of the bracket if two steps have not halved it, or the zero is outside. The
+        widths of the brackets are recorded.
         """
         (t, t_before), (offset, offset_before) = self.t[edges].T, self.offset[edges].T
         with np.errstate(divide="ignore", invalid="ignore"):

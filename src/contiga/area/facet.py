@@ -13,7 +13,7 @@ from contiga.area.outline import facet_outlines
 from contiga.area.regions import Topology, topology_of
 from contiga.arrays.threads import run_ranges, started
 from contiga.errors import InputError
-from contiga.records import FloatArray, IntArray, stacked
+from contiga.records import FloatArray, stacked
 
 # Numbers of facets, and of cut facets on the master, below which a second thread does not pay.
 MIN_FACETS = 4096
@@ -72,7 +72,7 @@ class FacetArea:
         check_side(self.on)
 
     def prepare(self, rest: Rest) -> Topology:
-        """The facets that meet at each point."""
+        """The facets that meet at each point; raises `InputError` for a slave without facets."""
         if rest.facets is None or len(rest.facets) == 0:
             raise InputError(
                 "the slave has no facets to measure",
@@ -92,7 +92,11 @@ class FacetArea:
 
 
 def measure_facets(inp: AreaInput, topology: Topology, on: str) -> Areas:
-    """Nodal areas on the slave or the master from the facets of `topology`."""
+    """Nodal areas on the slave or the master from the facets of `topology`.
+
+    Cuts are left in the cache of `inp`, for outlines. The image on a master of triangles is
+    measured by the plane triangles between the feet.
+    """
     n_c = len(inp.rows)
     if n_c == 0:
         return Areas(np.zeros(0), np.zeros(0, np.int32), on)
@@ -103,7 +107,15 @@ def measure_facets(inp: AreaInput, topology: Topology, on: str) -> Areas:
     part_corners = place[topology.facets[part]]
     get_clusters = started(components_nb.facet_components, m, MIN_FACETS, whole, part_corners, n_c)
     get_parts = started(parts_of, m, MIN_FACETS, inp, topology, part, place)
-    share = _whole_facet_areas(inp, whole, on)
+    share, feet = np.empty((m, 3)), inp.feet
+    if on == "slave":
+        args = (inp.rows, inp.points, whole, share)
+        run_ranges(facet_area_nb.slave_whole, m, MIN_FACETS, *args)
+    elif inp.body.faces is not None:
+        run_ranges(image_nb.image_whole, m, MIN_FACETS, whole, feet.point, feet.normal, share)
+    else:
+        args = (np.arange(n_c, dtype=np.int32), feet.point, whole, share)
+        run_ranges(facet_area_nb.slave_whole, m, MIN_FACETS, *args)
     area = np.zeros(n_c)
     wait_for_area = started(facet_area_nb.gather, m, MIN_FACETS, whole, share, area)
     parts = get_parts()
@@ -113,24 +125,11 @@ def measure_facets(inp: AreaInput, topology: Topology, on: str) -> Areas:
     return Areas(area, get_clusters(), on)
 
 
-def _whole_facet_areas(inp: AreaInput, corner: IntArray, on: str) -> FloatArray:
-    """Return (m, 3) areas of facets whose corners (m, 3) are all in contact, split among these."""
-    m, feet = len(corner), inp.feet
-    share = np.empty((m, 3))
-    if on == "slave":
-        args = (inp.rows, inp.points, corner, share)
-        run_ranges(facet_area_nb.slave_whole, m, MIN_FACETS, *args)
-    elif inp.body.faces is not None:
-        run_ranges(image_nb.image_whole, m, MIN_FACETS, corner, feet.point, feet.normal, share)
-    else:
-        # The image on triangles is measured by the plane triangles between the feet.
-        args = (np.arange(len(inp.rows), dtype=np.int32), feet.point, corner, share)
-        run_ranges(facet_area_nb.slave_whole, m, MIN_FACETS, *args)
-    return share
-
-
 def _cut_facet_areas(inp: AreaInput, parts: Parts, on: str) -> FloatArray:
-    """Return areas (i,) in contact of the facets that touch in part, at their inner corners."""
+    """Return areas (i,) in contact of the facets that touch in part, at their inner corners.
+
+    The cuts are left in the cache of `inp`.
+    """
     nodes, corner = parts.nodes, parts.corner
     n_i, m = len(parts.inner), len(nodes)
     areas = np.zeros(n_i)

@@ -42,8 +42,12 @@ def web_of(inp: AreaInput, graph: Graph, bridge: float) -> Web:
     it, whatever seams, borders and poles lie inside. A region that bends farther is laid out in
     (u, v), scaled to lengths and unrolled over a seam, patch by patch.
 
-    Triangles with a side longer than `bridge` times the local spacing are left out.
+    Triangles with a side longer than `bridge` times the local spacing are left out, and so are
+    charts of fewer than three points, or of points on a line. Neighbours out of contact belong to
+    the region of the nearest point in contact, from whose foot theirs is continued.
     """
+    from scipy.spatial import Delaunay, QhullError
+
     label = regions(graph, inp.rows, inp.points)
     ring, start = _ring_around(inp, graph)
     ring_feet = empty_projection(len(ring))
@@ -55,7 +59,13 @@ def web_of(inp: AreaInput, graph: Graph, bridge: float) -> Web:
     region = np.concatenate([label, label[start[has_foot]]])
     facets = [np.zeros((0, 3), np.int32)]
     for rows, chart in _charts(inp.exact, feet, region):
-        facets.append(rows[_delaunay(chart, feet.point[rows], bridge)])
+        if len(rows) < 3:
+            continue
+        try:
+            triangles = Delaunay(chart).simplices.astype(np.int32)
+        except QhullError:  # all points on a line
+            continue
+        facets.append(rows[without_bridges(feet.point[rows], triangles, bridge)])
     points = np.concatenate([inp.points[inp.rows], inp.points[ring[has_foot]]])
     topology = topology_of(np.concatenate(facets).astype(np.int32), len(points))
     touching = np.arange(len(inp.rows), dtype=np.int32)
@@ -63,7 +73,10 @@ def web_of(inp: AreaInput, graph: Graph, bridge: float) -> Web:
 
 
 def _ring_around(inp: AreaInput, graph: Graph) -> tuple[IntArray, IntArray]:
-    """Return points out of contact next to points in contact, and the nearest of the latter."""
+    """Return points out of contact next to points in contact, ascending, and the nearest of these.
+
+    The nearest are indices among the points in contact. Points that are not finite do not count.
+    """
     place = np.full(len(inp.points), -1, np.int32)
     place[inp.rows] = np.arange(len(inp.rows))
     count = np.diff(graph.first)[inp.rows]
@@ -81,7 +94,11 @@ def _ring_around(inp: AreaInput, graph: Graph) -> tuple[IntArray, IntArray]:
 def _charts(
     body: Faces, feet: Projection, region: IntArray
 ) -> Iterator[tuple[IntArray, FloatArray]]:
-    """Yield for each region, or part of one, its rows and their coordinates (k, 2) in a chart."""
+    """Yield for each region, or part of one, its rows and their coordinates (k, 2) in a chart.
+
+    The chart is a plane if the cosines of normals with their mean are above `MIN_COSINE`; else
+    there is one for each patch, by (u, v) times the mean |S_u| and |S_v|.
+    """
     for k in range(int(region.max(initial=-1)) + 1):
         rows = np.flatnonzero(region == k).astype(np.int32)
         normal = feet.normal[rows]
@@ -94,23 +111,9 @@ def _charts(
         for index in np.unique(feet.patch[rows]):
             on_patch = rows[feet.patch[rows] == index]
             patch = patch_of(body, int(index))
-            # The (u, v) in lengths: times the mean |S_u| and |S_v|.
             d = patch.surface.derivatives(feet.uv[on_patch], 1)
             scale = np.linalg.norm([d[:, 1, 0], d[:, 0, 1]], axis=2).mean(axis=1)
             yield on_patch, unrolled(feet.uv[on_patch], patch.periods) * scale
-
-
-def _delaunay(chart: FloatArray, points: FloatArray, bridge: float) -> IntArray:
-    """Return (m, 3) Delaunay triangles in the chart whose sides in space bridge no gap."""
-    from scipy.spatial import Delaunay, QhullError
-
-    try:
-        simplices = Delaunay(chart).simplices if len(chart) >= 3 else None
-    except QhullError:  # all points on a line
-        simplices = None
-    if simplices is None:
-        return np.zeros((0, 3), np.int32)
-    return without_bridges(points, simplices.astype(np.int32), bridge)
 
 
 def without_bridges(points: FloatArray, triangles: IntArray, bridge: float) -> IntArray:

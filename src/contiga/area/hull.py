@@ -107,24 +107,27 @@ class HullArea:
         return structure_of(rest) if self.clusters == "auto" else None
 
     def measure(self, inp: AreaInput) -> Areas:
-        """Areas of the points in contact, by the hulls of their clusters."""
+        """Areas of the points in contact, by the hulls of their clusters, shared equally."""
         if len(inp.rows) == 0:
             return Areas(np.zeros(0), np.zeros(0, np.int32), "master")
         label = self._clusters(inp)
-        area = np.zeros(len(label))
-        for cluster in range(int(label.max()) + 1):
-            rows = np.flatnonzero(label == cluster)
-            total = 0.0
-            for k, patch, polygon in _hulls(inp, rows):
-                if self.mapping == "exact":
-                    total += area_over(patch.surface, polygon, patch.periods)
-                else:
-                    base = _base_area(inp.exact, k, self.tolerance)
-                    total += plane_area(polygon) / patch.domain_area * base
-            area[rows] = total / len(rows)
+        totals = np.zeros(int(label.max()) + 1)
+        for cluster, k, patch, polygon in _hulls(inp, label):
+            if self.mapping == "exact":
+                totals[cluster] += area_over(patch.surface, polygon, patch.periods)
+            else:
+                base = _base_area(inp.exact, k, self.tolerance)
+                totals[cluster] += plane_area(polygon) / patch.domain_area * base
+        rows, area = np.flatnonzero(label >= 0), np.zeros(len(label))
+        area[rows] = (totals / np.bincount(label[rows], minlength=len(totals)))[label[rows]]
         return Areas(area, label, "master")
 
     def _clusters(self, inp: AreaInput) -> IntArray:
+        """Return the cluster (n_c,) of each point in contact, −1 for noise.
+
+        Feet on one patch are clustered in its (u, v), scaled to the unit square; on several, in
+        space.
+        """
         if self.clusters == "auto":
             return regions(inp.prepared, inp.rows, inp.points)
         points = inp.feet.point
@@ -138,41 +141,39 @@ class HullArea:
         return clusters_of(points, method, k=k, eps=self.eps, min_points=self.min_points)
 
     def outlines(self, inp: AreaInput) -> Outlines:
-        """The hulls, as they lie on the master."""
+        """The hulls, as they lie on the master; none for hulls without area."""
         lines, clusters = [], []
         label = self._clusters(inp) if len(inp.rows) else np.zeros(0, np.int32)
-        for cluster in range(int(label.max(initial=-1)) + 1):
-            for _, patch, polygon in _hulls(inp, np.flatnonzero(label == cluster)):
-                if len(polygon) > 2:
-                    lines.append(_line_on_surface(patch, polygon))
-                    clusters.append(cluster)
+        t = np.arange(POINTS_PER_SIDE)[:, None] / POINTS_PER_SIDE
+        for cluster, _, patch, polygon in _hulls(inp, label):
+            if len(polygon) < 3:
+                continue
+            sides = zip(polygon, np.roll(polygon, -1, axis=0), strict=True)
+            uv = np.concatenate([a + t * (b - a) for a, b in sides])
+            for axis, (low, high) in enumerate(patch.surface.domain):
+                if patch.periods[axis] > 0.0:
+                    uv[:, axis] = low + np.mod(uv[:, axis] - low, patch.periods[axis])
+                uv[:, axis] = np.clip(uv[:, axis], low, high)
+            lines.append(patch.surface.evaluate(uv))
+            clusters.append(cluster)
         return joined(lines, clusters)
 
 
-def _hulls(inp: AreaInput, rows: np.ndarray) -> Iterator[tuple[int, _Patch, FloatArray]]:
-    """Yield the index of each patch with feet of `rows`, the patch, and their hull in (u, v)."""
-    for k in np.unique(inp.feet.patch[rows]):
-        patch = patch_of(inp.exact, int(k))
-        uv = unrolled(inp.feet.uv[rows[inp.feet.patch[rows] == k]], patch.periods)
-        depth = profile_depth(inp.exact)
-        if depth is not None and np.abs(uv[:, 1]).max() <= 1e-9 * depth:
-            # Points in the plane of a profile stand for its whole depth.
-            half = np.array([0.0, 0.5 * depth])
-            uv = np.concatenate([uv - half, uv + half])
-        yield int(k), patch, hull_of(uv)
+def _hulls(inp: AreaInput, label: IntArray) -> Iterator[tuple[int, int, _Patch, FloatArray]]:
+    """Yield hulls in (u, v), one for each cluster and patch: both numbers, the patch, the corners.
 
-
-def _line_on_surface(patch: _Patch, polygon: FloatArray) -> FloatArray:
-    """Return a polygon in (u, v) as a line (k, 3) in space, `POINTS_PER_SIDE` points per side."""
-    t = np.arange(POINTS_PER_SIDE)[:, None] / POINTS_PER_SIDE
-    uv = np.concatenate(
-        [a + t * (b - a) for a, b in zip(polygon, np.roll(polygon, -1, axis=0), strict=True)]
-    )
-    for axis, (low, high) in enumerate(patch.surface.domain):
-        if patch.periods[axis] > 0.0:
-            uv[:, axis] = low + np.mod(uv[:, axis] - low, patch.periods[axis])
-        uv[:, axis] = np.clip(uv[:, axis], low, high)
-    return patch.surface.evaluate(uv)
+    Noise, `label` −1, has none. Feet in the plane of a profile are spread over its depth first.
+    """
+    for cluster in range(int(label.max(initial=-1)) + 1):
+        rows = np.flatnonzero(label == cluster)
+        for k in np.unique(inp.feet.patch[rows]):
+            patch = patch_of(inp.exact, int(k))
+            uv = unrolled(inp.feet.uv[rows[inp.feet.patch[rows] == k]], patch.periods)
+            depth = profile_depth(inp.exact)
+            if depth is not None and np.abs(uv[:, 1]).max() <= 1e-9 * depth:
+                half = np.array([0.0, 0.5 * depth])
+                uv = np.concatenate([uv - half, uv + half])
+            yield cluster, int(k), patch, hull_of(uv)
 
 
 def hull_of(points: FloatArray) -> FloatArray:
@@ -181,7 +182,10 @@ def hull_of(points: FloatArray) -> FloatArray:
 
 
 def unrolled(uv: FloatArray, periods: tuple[float, float]) -> FloatArray:
-    """Return (n, 2) parameters without a jump at a seam: cut at the widest gap."""
+    """Return (n, 2) parameters without a jump at a seam, as a copy.
+
+    In a direction with a period the widest gap is the cut: values below it move up by the period.
+    """
     out = uv.copy()
     for axis, period in enumerate(periods):
         if period == 0.0 or len(uv) < 2:

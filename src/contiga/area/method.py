@@ -51,7 +51,7 @@ class AreaInput(NamedTuple):
 
     @property
     def exact(self) -> Faces:
-        """The master where its patches are asked for; a mesh has none."""
+        """The patches of the master; raises `InputError` for a mesh, which has none."""
         faces = self.body.faces
         if faces is None:
             raise no_patch()
@@ -68,7 +68,7 @@ def no_patch() -> InputError:
 
 
 def check_side(on: str | None) -> None:
-    """Refuse an unknown side to measure an area on."""
+    """Raise `InputError` for a side that is not "slave", "master" or None."""
     if on not in (None, "slave", "master"):
         raise InputError(
             "unknown side to measure the area on",

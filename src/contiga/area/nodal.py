@@ -63,7 +63,13 @@ class NodalArea:
         object.__setattr__(self, "value", array)
 
     def nodal(self, n: int, slave_area: FloatArray | None) -> FloatArray:
-        """Return (n,) the area of every point of a slave."""
+        """Return (n,) the area of every point of a slave: the given ones, or else `slave_area`.
+
+        Raises
+        ------
+        InputError
+            No areas at all, or another number of them.
+        """
         if self.value is None:
             if slave_area is None:
                 raise InputError(
@@ -92,7 +98,7 @@ class NodalArea:
         return prepared
 
     def measure(self, inp: AreaInput) -> Areas:
-        """The fixed areas of the points in contact."""
+        """The fixed areas of the points in contact, all in cluster 0."""
         areas = inp.prepared
         if areas is None:
             areas = self.nodal(len(inp.points), inp.slave_area)

@@ -28,7 +28,12 @@ class _Cuts(NamedTuple):
 
 
 def facet_outlines(inp: AreaInput, topology: Topology, on: str) -> Outlines:
-    """Return where the parts of facets in contact end, on the slave or on the master."""
+    """Return where the parts of facets in contact end, on the slave or on the master.
+
+    A side of an odd number of parts is on an outline. Cuts are taken from the cache of `inp` if an
+    area was measured before. On the master cuts lie at their own feet, or without one at the foot
+    of their end in contact.
+    """
     n_c = len(inp.rows)
     if n_c == 0:
         return no_outlines()
@@ -75,7 +80,7 @@ def no_outlines() -> Outlines:
 
 
 def joined(lines: list[FloatArray], clusters: list[int]) -> Outlines:
-    """Outlines from closed lines (k, 3), one a cluster."""
+    """Outlines from closed lines (k, 3), with the cluster of each."""
     if not lines:
         return no_outlines()
     first = np.concatenate(([0], np.cumsum([len(line) for line in lines])))
@@ -98,7 +103,11 @@ def chained(ends: Pairs) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
 
 
 def _cut_segments(parts: Parts, cut: Cut, n_c: int) -> tuple[Pairs, _Cuts]:
-    """Return the sides of the parts in contact of cut facets, and the cuts, numbered from n_c."""
+    """Return the sides of the parts in contact of cut facets, and the cuts, numbered from n_c.
+
+    Ends of sides are cuts, or indices among the points in contact; an edge of two facets is one
+    cut, that of the first.
+    """
     touches = parts.corner < len(parts.inner)
     next_touches = np.roll(touches, -1, axis=1)
     facet, k = np.nonzero(touches != next_touches)

@@ -28,7 +28,8 @@ def area_over(surface: NurbsSurface, polygon: FloatArray, periods: tuple[float, 
     """∫ |S_u × S_v| over a convex polygon (n, 2), counter-clockwise, to 1e-12 of itself.
 
     The polygon is cut along the knots, where the integrand has kinks, and the pieces into
-    triangles; each gets a Gauss rule, and is quartered until the four parts agree with the whole.
+    triangles; each gets a Gauss rule, and is quartered until the four parts agree with the whole,
+    `MAX_LEVELS` times at most. Without three corners the area is zero.
 
     Parameters
     ----------
@@ -36,6 +37,11 @@ def area_over(surface: NurbsSurface, polygon: FloatArray, periods: tuple[float, 
     polygon : (n, 2) corners in (u, v), anticlockwise
     periods : length of the domain in u and v if the surface is closed in that direction, so that
         the polygon may reach beyond the domain; else 0
+
+    Raises
+    ------
+    GeometryError
+        The polygon leaves the domain in a direction without a period.
     """
     if len(polygon) < 3:
         return 0.0
@@ -65,7 +71,10 @@ def area_over(surface: NurbsSurface, polygon: FloatArray, periods: tuple[float, 
 
 
 def closing(surface: NurbsSurface) -> tuple[float, float]:
-    """Length of the domain in u and in v if the surface is closed in that direction, else 0."""
+    """Length of the domain in u and in v if the surface is closed in that direction, else 0.
+
+    It is closed if nine points of opposite sides coincide within 1e-9 of its largest extent.
+    """
     (u0, u1), (v0, v1) = surface.domain
     s = np.linspace(0.0, 1.0, 9)
     u, v = u0 + (u1 - u0) * s, v0 + (v1 - v0) * s
@@ -82,7 +91,7 @@ def closing(surface: NurbsSurface) -> tuple[float, float]:
 def _triangulated(
     surface: NurbsSurface, polygon: FloatArray, periods: tuple[float, float]
 ) -> FloatArray:
-    """Return (m, 3, 2) triangles of the polygon that cross no knot line."""
+    """Return (m, 3, 2) triangles of the polygon that cross no knot line, nor a seam."""
     pieces = [polygon]
     for axis, period in enumerate(periods):
         low, high = polygon[:, axis].min(), polygon[:, axis].max()
@@ -120,7 +129,10 @@ def _clipped(polygon: FloatArray, axis: int, knot: float, sign: float) -> FloatA
 def _integrals(
     surface: NurbsSurface, triangles: FloatArray, periods: tuple[float, float], count: int
 ) -> FloatArray:
-    """Return (m,) integrals by the Gauss rule of the square collapsed to a triangle."""
+    """Return (m,) integrals by the Gauss rule of the square collapsed to a triangle.
+
+    Raises `GeometryError` for triangles that leave the domain by more than rounding.
+    """
     x, w = gauss(count)
     s, t = np.meshgrid(x, x, indexing="ij")
     bary = np.stack([(1 - s), s * (1 - t), s * t], -1).reshape(-1, 3)

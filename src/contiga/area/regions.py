@@ -31,15 +31,20 @@ class Topology(NamedTuple):
     """The facets of a slave; those at point i are incident[first[i]:first[i+1]]."""
 
     facets: IntArray
+    """(m, 3) corners."""
     first: NDArray[np.int64]
+    """(n + 1,)."""
     incident: IntArray
+    """(3 m,) facets, ascending at each point."""
 
 
 class Graph(NamedTuple):
     """Neighbours of each point: neighbour[first[i]:first[i+1]]."""
 
     first: NDArray[np.int64]
+    """(n + 1,)."""
     neighbour: IntArray
+    """(k,) points; one may be listed twice."""
 
 
 def topology_of(facets: IntArray, n: int) -> Topology:
@@ -65,7 +70,8 @@ def topology_of(facets: IntArray, n: int) -> Topology:
 def neighbours_of(points: FloatArray, reach: float = REACH) -> Graph:
     """Return pairs of a cloud (n, 3) closer than `reach` times the larger of their spacings.
 
-    The local spacing of a point is the distance to its third neighbour (the last of fewer).
+    The local spacing of a point is the distance to its third neighbour (the last of fewer). A
+    neighbour may be listed twice; their order is not ascending.
     """
     from scipy.spatial import cKDTree
 

@@ -17,7 +17,10 @@ from contiga.slaves.slave import Slave
 
 
 def check_methods(law: object, area: object) -> None:
-    """Raise `InputError` for an object that is no law or no area method."""
+    """Raise `InputError` for an object, or a class, that is no law or no area method.
+
+    An `area` of None is allowed.
+    """
     attributes = ("respond", "n_memory", "needs_mass", "needs_thickness")
     if hasattr(law, "forces") and not hasattr(law, "respond"):
         raise InputError(
@@ -45,7 +48,10 @@ def check_methods(law: object, area: object) -> None:
 
 
 def check_master(master: Master, area: AreaMethod | None) -> None:
-    """Raise `InputError` for an object that is no master, or areas that need patches it lacks."""
+    """Raise `InputError` for an object that is no master, or areas that need patches it lacks.
+
+    `Master.check` may raise errors of its own for a master that cannot serve.
+    """
     if not is_master(master):
         raise InputError(
             "the master must be a Body or a TriMesh",
@@ -64,7 +70,10 @@ def check_master(master: Master, area: AreaMethod | None) -> None:
 
 
 def check_friction(friction: object) -> None:
-    """Raise `InputError` for an object that is no friction."""
+    """Raise `InputError` for an object, or a class, that is no friction; None is allowed.
+
+    The coefficient of a viscous friction must not be negative.
+    """
     if friction is None:
         return
     if isinstance(friction, type) or not all(
@@ -81,14 +90,17 @@ def check_friction(friction: object) -> None:
 
 
 def check_sampling(quadrature: str | int, weights: str, law: Law, area: AreaMethod) -> None:
-    """Raise `InputError` for options that exclude quadrature points."""
+    """Raise `InputError` for quadrature points with options that exclude them."""
     error = None if quadrature == "nodes" else unfit_for_facets(weights, law, area)
     if error is not None:
         raise error
 
 
 def unfit_for_facets(weights: str, law: Law, area: AreaMethod) -> InputError | None:
-    """Return the error if a contact cannot have quadrature points; None if it can."""
+    """Return the error if a contact cannot have quadrature points; None if it can.
+
+    They need weights "rest", a law per area, and areas that are not given for each node.
+    """
     if weights != "rest":
         return InputError(
             "quadrature points weigh the force by their share of the facets at rest",
@@ -114,7 +126,10 @@ def unfit_for_facets(weights: str, law: Law, area: AreaMethod) -> InputError | N
 
 
 def check_shell(thickness: object, contact_type: str, area: AreaMethod) -> None:
-    """Raise `InputError` for a thickness together with areas measured on the master."""
+    """Raise `InputError` for a thickness with a type or areas of contact that exclude it.
+
+    The slave must be the side that deforms, and areas must be measured on it, not by feet.
+    """
     if thickness is None:
         return
     if contact_type != "slave":
@@ -134,8 +149,8 @@ def check_shell(thickness: object, contact_type: str, area: AreaMethod) -> None:
         )
 
 
-def kind(name: str, value: object, *types: type) -> None:
-    """Raise `InputError` for a value of another type."""
+def check_type(name: str, value: object, *types: type) -> None:
+    """Raise `InputError` for a value that is not of one of these types."""
     if not isinstance(value, types):
         raise InputError(
             f"the {name} must be a {' or a '.join(type_.__name__ for type_ in types)}",
@@ -149,7 +164,15 @@ MasterLaw = StressLaw | ForceLaw | FaceLaws
 
 
 def law_of(law: Law, master_law: MasterLaw | None, contact_type: str) -> Law:
-    """Return the law of a contact: that of both sides for type "combined"."""
+    """Return the law of a contact: `law`, or both laws in series for type "combined".
+
+    A `CombinedLaw` without `master_law` is returned itself.
+
+    Raises
+    ------
+    InputError
+        A combined contact without a law of the master, or another one with it.
+    """
     if contact_type == "combined":
         if isinstance(law, CombinedLaw) and master_law is None:
             return law
@@ -183,7 +206,11 @@ REMEDIES = {
 
 
 def check_needs(law: Law, slave: Slave, master: Master) -> None:
-    """Raise `InputError` for a slave or master that lacks what the law needs."""
+    """Raise `InputError` for a slave or master that lacks what the law needs.
+
+    `FaceLaws` need a patch of each number that they name; a nodal thickness or mass must be
+    positive at each active point.
+    """
     if isinstance(law, FaceLaws) and (master.faces is None or law.largest() >= master.n_pieces):
         allowed = "CAD" if master.faces is None else f"up to {master.n_pieces - 1}"
         raise InputError("no such face", where="law: faces", found=law.largest(), allowed=allowed)
@@ -203,7 +230,7 @@ def check_needs(law: Law, slave: Slave, master: Master) -> None:
 
 def check_state(state: State, n_points: int, memories: tuple[int, int]) -> None:
     """Raise `InputError` for a state of another contact: its points or memories differ."""
-    kind("state", state, State)
+    check_type("state", state, State)
     if len(state.status) != n_points:
         raise InputError(
             "the state belongs to another slave or quadrature",
@@ -237,9 +264,17 @@ OPTIONS: dict[str, tuple[str | int, ...]] = {
 
 
 def check_choices(options: dict[str, str | int], has_thickness: bool) -> None:
-    """Raise `InputError` for unknown values of options, and options that exclude each other."""
+    """Raise `InputError` for unknown values of options, and options that exclude each other.
+
+    `through="hold"` needs paths, so no search by penetration; a shell with a thickness excludes it,
+    and tracked feet.
+    """
     for name, value in options.items():
-        choice(name, value, OPTIONS[name])
+        allowed = OPTIONS[name]
+        if isinstance(value, bool) or value not in allowed:
+            raise InputError(
+                f"unknown {name}", where=name, found=value, allowed=", ".join(map(repr, allowed))
+            )
     if options["through"] == "hold" and options["search"] == "penetration":
         raise InputError(
             "a search by penetration does not know where points enter, and cannot hold them there",
@@ -253,12 +288,4 @@ def check_choices(options: dict[str, str | int], has_thickness: bool) -> None:
             where="shell_thickness",
             found='foot="tracked"' if options["foot"] == "tracked" else 'through="hold"',
             allowed='no shell_thickness, or foot="nearest" and through="release"',
-        )
-
-
-def choice(name: str, value: str | int, allowed: tuple[str | int, ...]) -> None:
-    """Raise `InputError` for a value that is not one of `allowed`."""
-    if isinstance(value, bool) or value not in allowed:
-        raise InputError(
-            f"unknown {name}", where=name, found=value, allowed=", ".join(map(repr, allowed))
         )

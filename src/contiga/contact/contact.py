@@ -26,7 +26,7 @@ from contiga.contact.checks import (
     check_sampling,
     check_shell,
     check_state,
-    kind,
+    check_type,
     law_of,
 )
 from contiga.contact.curved import detect_on_curves, is_turned
@@ -185,7 +185,7 @@ class Contact(Displayed):
             },
             shell_thickness is not None,
         )
-        kind("slave", slave, Slave)
+        check_type("slave", slave, Slave)
         check_methods(law, area)
         check_friction(friction)
         check_master(master, area)
@@ -372,7 +372,14 @@ class Contact(Displayed):
             self._workspaces.give(workspace)
 
     def _checked_step(self, dt: float | None, velocity: ArrayLike | None) -> float:
-        """Return the length of a step; 0 in statics, and 1 if no force depends on it."""
+        """Return the length of a step, checked: 1 if omitted, 0 in statics.
+
+        Raises
+        ------
+        InputError
+            A length that is not a positive number, zero with a law that needs a step, or none where
+            forces depend on it.
+        """
         laws = self.law, self.friction
         follows_step = any(getattr(law, "stiffness_follows_step", False) for law in laws)
         if dt is not None:
@@ -395,7 +402,15 @@ class Contact(Displayed):
         velocity: ArrayLike | None,
         has_velocities: bool,
     ) -> Shape | None:
-        """Return the shape of the master after a step from `state`; None for a constant shape."""
+        """Return the shape of the master after a step from `state`; None for a constant shape.
+
+        Without `control_points` a master that has changed before keeps its shape, at rest.
+
+        Raises
+        ------
+        InputError
+            Velocities without control points, or of one side only; see also `shape_of`.
+        """
         if control_points is None and velocity is not None:
             raise InputError(
                 "the velocity of control points is given and these are not",
@@ -421,7 +436,7 @@ class Contact(Displayed):
     def dry_run(
         self, placements: Iterable[tuple[ArrayLike, PoseLike | None]], *, most: int | None = None
     ) -> Iterator[DryRun]:
-        """Return the results of the search alone over a series of poses. Raises as `start` does.
+        """Yield the results of the search alone, one per placement; raises as `start` does.
 
         `placements` are slave points (n, 3), world axes, and poses of the master, as in `start`. At
         most `most` points are followed after the start, evenly spread; all if omitted.
@@ -462,11 +477,17 @@ class Contact(Displayed):
         return linearisation_of(*self._derivative_input(state))
 
     def kinks(self, state: State) -> IntArray:
-        """Return the rows (k,) of `State.kinks`. Raises as `tangent` does for the state."""
+        """Return the points (k,) of `State.kinks`. Raises as `tangent` does for the state."""
         return kinks_of(*self._derivative_input(state))
 
     def _derivative_input(self, state: State) -> tuple[ContactSetup, State, StepInputs]:
-        """Return this contact for derivatives, the state, and the inputs of its step."""
+        """Return this contact for derivatives, the state, and the inputs of its step.
+
+        Raises
+        ------
+        InputError
+            Another contact made the state, or no step did.
+        """
         state = self._checked_state(state)
         if state._maker not in (None, self):
             raise InputError(
@@ -511,11 +532,18 @@ class Contact(Displayed):
         return area_input
 
     def pressure(self, state: State) -> FloatArray:
-        """Return the pressure (n,) at each node: normal force over its contact area."""
+        """Return the pressure (n,) at each node: normal force over the area that carries it.
+
+        This is the area that weighs the force, or the measured one if no area does; zero without
+        contact.
+        """
         return pressure_of(self._sampling, state)
 
     def slid(self, state: State) -> FloatArray:
-        """Return the slip (m, 3) of each point in contact since it entered, body axes."""
+        """Return the slip (m, 3) of each point since it entered, body axes.
+
+        It is zero without contact and without friction.
+        """
         if self.friction is None:
             return np.zeros((len(state.status), 3))
         return self.friction.slid(state.friction_memory)
@@ -539,7 +567,11 @@ class Contact(Displayed):
         return self._measure.outlines(self._cached_area_input(state), X_WB)
 
     def nodal_sum(self, rows: IndexArray, values: FloatArray) -> Column:
-        """Return the nodal sums of `values` (k,) at the points of contact `rows` (k,)."""
+        """Return the nodal sums of `values` (k,) at the points of contact `rows` (k,).
+
+        Quadrature points share their values among the corners of their facet, in a row for each
+        node; without these points the result has the `rows`.
+        """
         if self._sampling.first == 0:  # the points are nodes
             return Column(rows, values)
         sums = self._sampling.nodal_sum(rows, values)
@@ -560,7 +592,13 @@ class Contact(Displayed):
     def _checked_places(
         self, points: ArrayLike, pose: PoseLike | None
     ) -> tuple[FloatArray, FloatArray]:
-        """Return points of contact and pose, checked."""
+        """Return all points of contact (m, 3), world axes, and the pose, identity if omitted.
+
+        Raises
+        ------
+        InputError
+            Not one row of numbers per slave point, or a pose that is not one.
+        """
         p_W = as_points(points)
         if len(p_W) != self._sampling.n_nodes:
             raise InputError(
@@ -574,7 +612,13 @@ class Contact(Displayed):
         return p_W, identity() if pose is None else checked_pose(pose)
 
     def _checked_state(self, state: State) -> State:
-        """Return the state with arrays for kernels; refuse a state of another contact."""
+        """Return the state with arrays for kernels: itself if a contact made it.
+
+        Raises
+        ------
+        InputError
+            Points, memories or patches of the state do not fit this contact.
+        """
         if getattr(state, "_maker", None) is not self:
             grip = 0 if self.friction is None else self.friction.n_memory
             check_state(state, self._sampling.n_points, (self.law.n_memory, grip))
@@ -601,8 +645,9 @@ class Contact(Displayed):
     ) -> State:
         """Return the state with the forces on the points in contact.
 
-        `places` are all points, body axes, and the pose; `out` is a state to be overwritten;
-        `shape` is that of a master whose control points were given.
+        Areas are measured here only if they weigh the forces. `places` are all points, body axes,
+        and the pose; `out` is a state to be overwritten; `shape` is that of a master whose control
+        points were given.
         """
         sampling, law, (p_B, X_WB), feet = self._sampling, self.law, places, detected.feet
         points = touching.from_point(sampling.first) if sampling.first else touching
@@ -622,7 +667,7 @@ class Contact(Displayed):
             # The forces act at the slave's points, so that those on slave and master balance with
             # their moments, whatever friction adds along the surface.
             frame = Frame(X_WB, self._reference_point)
-            felt, is_damped = forces(points, response, p_B, past, frame)
+            point_forces, is_damped = forces(points, response, p_B, past, frame)
         fields: dict[str, Any] = {
             "status": detected.status,
             "feature": feet.feature,
@@ -633,8 +678,8 @@ class Contact(Displayed):
             "pose": X_WB,
             "certified": feet.certified,
             "safe_distance": detected.safe_distance,
-            "wrench": felt.totals[:WORK],
-            "energies": felt.totals[WORK:],
+            "wrench": point_forces.totals[:WORK],
+            "energies": point_forces.totals[WORK:],
             "control_points": NO_POINTS,
             "control_force": NO_POINTS,
         }
@@ -647,9 +692,9 @@ class Contact(Displayed):
             fields |= {"control_points": shape.now, "control_force": turn_to_world(X_WB, on_net)}
         if areas is not None:  # not to be measured again
             fields |= {"_area_input": area_input, "areas": areas}
-        force = Column(rows, felt.force)
+        force = Column(rows, point_forces.force)
         if sampling.first:
-            fields["force"] = nodal = sampling.nodal(rows, felt.force)
+            fields["force"] = nodal = sampling.nodal(rows, point_forces.force)
             fields["wrench"][:3] = 0.0 - nodal.sum(axis=0)
             force = Column(np.arange(len(nodal), dtype=np.int32), nodal)
         fields["inputs"] = StepInputs(
@@ -661,7 +706,7 @@ class Contact(Displayed):
             None if shape is None else shape.before,
             None if shape is None else shape.velocity,
         )
-        kept = kept_columns(touching, rows, response, felt, is_damped)
+        kept = kept_columns(touching, rows, response, point_forces, is_damped)
         kept = kept._replace(force=force, guard_B=detected.guards)
         return state_of(fields, kept, self, out)
 
@@ -672,7 +717,10 @@ class Contact(Displayed):
         feet: Projection,
         past: PreviousStep | None,
     ) -> LawInput:
-        """Return the input of the law for the points that carry forces."""
+        """Return the input of the law for the points that carry forces.
+
+        Arrays are read-only for laws that are not of this package; memories of new points are zero.
+        """
         sampling, law, rows, depth = self._sampling, self.law, points.rows, points.depth
         if type(law) not in TRUSTED_LAWS:  # other laws must not write to these arrays
             depth, area = locked(depth), locked(area)

@@ -48,7 +48,7 @@ def control_slopes(
     axes: FloatArray,
     m: int,
 ) -> ControlSlopes:
-    """Return the derivatives over m control points.
+    """Return the derivatives of forces over m control points, and of forces on these.
 
     Parameters
     ----------
@@ -127,7 +127,10 @@ def _blocks(
 
 
 def _matrix(terms: Terms, chain: bsr_array) -> bsr_array:
-    """Return the derivatives of terms (k, p, q) over what the variables depend on by `chain`."""
+    """Return the derivatives of `terms` over the columns of `chain`, couplings included.
+
+    `chain` (m k, c) are the derivatives of the m variables of each of k points.
+    """
     from scipy.sparse import csr_array
 
     matrix = _diagonal(terms.blocks) @ chain

@@ -46,7 +46,7 @@ MAX_PIECES = 1024
 # A point counts as carried by the body if its path there is shorter than this share of that in the
 # world.
 CARRIED_SHARE = 0.25
-# What rounding may copy_feet from a bound, relative.
+# Relative allowance for rounding in bounds.
 ROUNDING = 1e-9
 REACQUIRED_STATUSES = (ContactStatus.FOUND, ContactStatus.REACQUIRED)
 RELEASED_STATUSES = (ContactStatus.RELEASED, ContactStatus.SLID_OFF)
@@ -61,9 +61,12 @@ def detect_on_curves(
     poses: tuple[FloatArray, FloatArray],
     memory: tuple[Workspace, Columns] | None = None,
 ) -> Detection:
-    """Search one step of a body between two `poses` (4, 4); see `detect`.
+    """Search one step of a body between two `poses` (4, 4), in pieces where paths bulge too much.
 
-    For shells with a thickness positions decide, not paths.
+    `now` (n, 3) are the points at the end, body axes; for other arguments see `detect`. All paths
+    are straight, in one call of `detect`, without rotation, and for shells with a thickness, whose
+    positions decide, not paths. Otherwise a path with a large bulge is followed in 2, 4, 8… pieces,
+    `MAX_PIECES` at most.
     """
     if not is_turned(poses) or options.half is not None:
         return detect(surface, now, last, active, options, memory)
@@ -86,14 +89,14 @@ def detect_on_curves(
         of_group = _follow_pieces(surface, path, _rows_of_last(last, group), options, int(count))
         for name in ("status", "safe_distance", "last_patch", "uv"):
             getattr(result, name)[group] = getattr(of_group, name)
-        copy_feet(result.feet, group, of_group.feet, np.ones(len(group), dtype=bool))
+        copy_feet(result.feet, group, of_group.feet)
         opposed = Guards(group[of_group.guards.rows], of_group.guards.normal)
         result = result._replace(guards=merged(result.guards, opposed))
     return result._replace(touching=np.flatnonzero(result.feet.patch >= 0).astype(np.int32))
 
 
 def is_turned(poses: tuple[FloatArray, FloatArray]) -> bool:
-    """Return whether a body rotates between two poses."""
+    """Return whether the rotations of two poses differ, in any bit."""
     # As lists: four times as fast for so few numbers.
     return bool(poses[0][:3, :3].tolist() != poses[1][:3, :3].tolist())
 
@@ -127,13 +130,21 @@ def _bulging_rows(
     """Return points that may reach the surface on paths that bulge more than allowed, and bulges.
 
     `motion` is the screw of the body, and its pose at the end of the step relative to the start.
+    Points (k,) are ascending, and bulges (k,) are upper bounds, length. Points that the body
+    carries are not listed: their paths in the body are short.
     """
     (screw, X_01), (last, now) = motion, ends
     n, max_bulge, path = len(now), options.bulge * options.size, Motion(last.points_B, now)
     chunks = ceil(n / CHUNK)
     extremes = np.zeros((chunks, 2))
     run_ranges(bulging_nb.largest_paths, chunks, 1, path, extremes, CHUNK)
-    bulge = _bulge_bound(screw, X_01, *extremes.max(axis=0, initial=0.0))
+    # A bound of `bulge_of` for all points, from the longest path and the largest coordinate.
+    max_length, max_coordinate = extremes.max(axis=0, initial=0.0)
+    reach = np.sqrt(3.0) * max_coordinate
+    angle, shift = length(screw.turn), length(X_01[:3, 3])
+    field = angle * (reach + shift) + length(screw.velocity)
+    bulge = (0.125 + ROUNDING) * angle * (field + 2.0 * (max_length + angle * reach + shift))
+    bulge = float(bulge)
     if bulge <= max_bulge:
         return np.zeros(0, np.int64), np.zeros(0)
     last_places = LastPlaces(last.patch, last.safe_distance, locked(active))
@@ -153,9 +164,9 @@ def _bulging_rows(
     # rotates. So measure again: the surface must come as near to the middle of the chord as path
     # and chord can reach.
     start, end = last.points_B[rows], now[rows]
-    middle, reach = 0.5 * (start + end), np.zeros(len(rows))
-    surface.safe_distance(middle, np.flatnonzero(last.patch[rows] < 0).astype(np.int32), reach)
-    may_reach = reach <= (0.5 + ROUNDING) * row_lengths(end - start) + bulge
+    middle, distance = 0.5 * (start + end), np.zeros(len(rows))
+    surface.safe_distance(middle, np.flatnonzero(last.patch[rows] < 0).astype(np.int32), distance)
+    may_reach = distance <= (0.5 + ROUNDING) * row_lengths(end - start) + bulge
     return rows[may_reach], bulges[may_reach]
 
 
@@ -169,18 +180,13 @@ def bulge_of(screw: Screw, start: FloatArray, end: FloatArray) -> FloatArray:
     return bulge
 
 
-def _bulge_bound(screw: Screw, X_01: FloatArray, path_length: float, coordinate: float) -> float:
-    """Return a bound of `bulge_of` for points with at most these path lengths and coordinates."""
-    reach = np.sqrt(3.0) * coordinate
-    angle, shift = length(screw.turn), length(X_01[:3, 3])
-    field = angle * (reach + shift) + length(screw.velocity)
-    return float((0.125 + ROUNDING) * angle * (field + 2.0 * (path_length + angle * reach + shift)))
-
-
 def _follow_pieces(
     surface: Surface, path: Path, last: Last, options: Options, pieces: int
 ) -> Detection:
-    """Search along `path` in this number of pieces."""
+    """Return the search along `path` in this number of equal pieces.
+
+    Feet are those at the end; statuses and proofs are those of all pieces, see `StepHistory`.
+    """
     n = len(path.now)
     active = np.ones(n, dtype=bool)
     history = StepHistory.begin(last.patch >= 0)
@@ -188,8 +194,7 @@ def _follow_pieces(
         now = path.at(k / pieces)
         detected = detect(surface, now, last, active, options, (Workspace.of(n), Columns.of(n)))
         history = history.after(detected)
-        place = detected.feet.patch, detected.uv, detected.last_patch
-        last = Last(now, *place, detected.safe_distance, detected.guard_states)
+        last = detected.last(now)
     feet = detected.feet._replace(certified=history.certified)
     return detected._replace(feet=feet, status=history.status(detected.status))
 
@@ -219,7 +224,11 @@ class StepHistory(NamedTuple):
         return cls(touching, touching, touching, none, none, none > 0, none + np.int8(1))
 
     def after(self, detected: Detection) -> StepHistory:
-        """Return the history after another piece."""
+        """Return the history after another piece, which `detected` describes.
+
+        A contact is new if there was none before the piece, or if its status is NEW. The history of
+        its foot then starts anew, as it does when the foot is FOUND or REACQUIRED.
+        """
         status, touching = detected.status, detected.feet.patch >= 0
         is_new = touching & (~self.touching | (status == ContactStatus.NEW))
         is_reacquired = touching & np.isin(status, REACQUIRED_STATUSES)
@@ -252,7 +261,7 @@ class StepHistory(NamedTuple):
 
 
 def _rows_of_last(last: Last, rows: IndexArray) -> Last:
-    """Return the rows of some points, `rows` ascending."""
+    """Return the last step of some points alone, `rows` ascending; they are numbered from zero."""
     touching, guard, depth, opposed = last.guard_states
     new_row = np.full(len(last.patch), -1, np.int32)
     new_row[rows] = np.arange(len(rows), dtype=np.int32)

@@ -52,7 +52,7 @@ class DeepPaths(NamedTuple):
     end: FloatArray
     """(n, 3) body frame."""
     length: FloatArray
-    """(n,)"""
+    """(n,) length of the path."""
     end_feet: Projection
     """The closest points at the ends."""
     max_part: FloatArray
@@ -73,7 +73,9 @@ class DeepPaths(NamedTuple):
     target: FloatArray
     """(n,) end of the present part, as a share of the path."""
     n_parts: IntArray
+    """(n,) number of parts and halvings so far."""
     n_tries: IntArray
+    """(n,) number of minima that were tried in the present part."""
     is_restarted: BoolArray
     """(n,) whether the point jumped to a wall that it did not reach step by step."""
     outcome: ByteArray
@@ -105,7 +107,7 @@ class DeepPaths(NamedTuple):
         """The feet on the walls that push at the ends."""
         feet = Projection._make(column.copy() for column in self.end_feet)
         opposed = np.flatnonzero(self.is_opposed)
-        copy_feet(feet, opposed, rows_of(self.other, opposed), np.ones(len(opposed), np.bool_))
+        copy_feet(feet, opposed, rows_of(self.other, opposed))
         return feet
 
 
@@ -126,9 +128,11 @@ def follow_paths(
     nearest: Projection,
     options: Options,
 ) -> DeepPaths:
-    """Follow the paths of points between `ends` = (start, end).
+    """Follow the paths of points between `ends` = (start, end), (n, 3) each, body frame.
 
-    `nearest` are the closest points at the end. In a closed body all paths stay inside.
+    `nearest` are the closest points at the end. In a closed body all paths stay inside. The result
+    has the `outcome` of each path and the `feet` of the walls that push; a path that was given up,
+    or left its wall, ends at its `progress`.
     """
     guard, depth, is_opposed, patch, uv = walls
     n, length = len(patch), row_lengths(ends[1] - ends[0])
@@ -179,7 +183,10 @@ def follow_paths(
 
 
 def _follow_by_surface(surface: Surface, paths: DeepPaths, limits: Limits) -> None:
-    """Follow all paths together: in each round the surface answers one question per path."""
+    """Follow all paths together to their ends, in place.
+
+    In each round the surface answers one question per path that is not done.
+    """
     next_questions = straight(deep_path_nb.next_questions)
     rows = paths.rows
     while len(rows):
@@ -196,11 +203,11 @@ def _follow_by_surface(surface: Surface, paths: DeepPaths, limits: Limits) -> No
             bounds = paths.min_distance[facing], paths.max_distance[facing]
             limit = FacingLimits(OPPOSITE_COSINE, *bounds)
             surface.closest_facing(paths.point[facing], paths.guard[facing], limit, places, out)
-            copy_feet(paths.other, facing, out, np.ones(len(facing), np.bool_))
+            copy_feet(paths.other, facing, out)
         tracked = rows[~is_closest & ~is_facing & ~is_done]
         if len(tracked):
             out = empty_projection(len(tracked))
             start = paths.from_patch[tracked], paths.from_uv[tracked]
             surface.track(paths.point[tracked], *start, out)
-            copy_feet(paths.followed, tracked, out, np.ones(len(tracked), np.bool_))
+            copy_feet(paths.followed, tracked, out)
         rows = rows[~is_done]

@@ -41,7 +41,11 @@ from contiga.rigid.frames import to_world
 def detect_at_start(
     surface: Surface, p_B: FloatArray, active: np.ndarray, options: Options
 ) -> Detection:
-    """Search at the start: by penetration points inside are in contact, else no point is."""
+    """Search at the start: by penetration points inside are in contact, else no point is.
+
+    Points (n, 3) are in body axes. Points inside a closed body that are not in contact have a
+    negative safe distance, points that do not take part an infinite one.
+    """
     n, finite = len(p_B), np.isfinite(p_B).all(axis=1)
     detected = Detection.into(Workspace.of(n), Columns.of(n))
     detected.status[~finite] = ContactStatus.NOT_FINITE
@@ -79,9 +83,9 @@ def detect(
 ) -> Detection:
     """Search one step from the points of the last step to the points `now`, both in body axes.
 
-    The results lie in `memory`; the next step with it overwrites the workspace. With `moved`,
-    points in world axes and the pose of the body, `now` is filled in. `shape` is the change of the
-    surface, None for a constant shape.
+    The results are views of `memory`; the next step with it overwrites the workspace. With
+    `moved`, points in world axes and the pose of the body, `now` is filled in. `shape` is the
+    change of the surface, None for a constant shape.
     """
     workspace, columns = memory or (Workspace.of(len(now)), Columns.of(len(now)))
     detected = Detection.into(workspace, columns)
@@ -123,8 +127,9 @@ def _place(
 ) -> Rows:
     """List the points that were in contact, and the free ones that may have reached the surface.
 
-    It fills in path lengths and safe distances, and uses `lists` (2, n) as memory. If the surface
-    has changed its shape, path lengths are relative to its rigid motion.
+    It fills in path lengths, statuses and safe distances, resets the other `columns`, and uses
+    `lists` (2, n) as memory. With `moved` it fills in `step.now`. If the surface has changed its
+    shape, path lengths are relative to its rigid motion, plus the remaining travel of the surface.
     """
     before, surface_travel = step.before, 0.0
     if shape is not None:
@@ -152,7 +157,10 @@ def _place(
 
 
 def with_feet(detected: Detection, rows: Rows) -> Detection:
-    """Return `detected` with the list of points in contact among `rows`, and their parameters."""
+    """Return `detected` with the list of points in contact among `rows`.
+
+    `detected.uv` is written into: parameters of feet in contact, zeros of points without any foot.
+    """
     touching = np.empty(len(rows.touching) + len(rows.free), np.int32)
     n = straight(place_nb.list_touching)(*rows, detected, touching)
     return detected._replace(touching=touching[:n])

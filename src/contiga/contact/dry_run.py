@@ -57,11 +57,11 @@ def dry_run(
     taking_part: tuple[BoolArray, int | None],
     options: Options,
 ) -> Iterator[DryRun]:
-    """Search along placements, points (m, 3) and pose each; the first one is the start.
+    """Search along placements, points (m, 3) in world axes and pose each; the first is the start.
 
-    `taking_part` are the active points, and the largest number of them to follow, evenly spread. At
-    the start all are examined. Points inside an open body are those behind a face, no deeper than
-    contact reaches.
+    `taking_part` are the active points, and the largest number of them to follow, evenly spread;
+    None for all. At the start all are examined, in a search by intersection. Points inside an open
+    body are those behind a face, no deeper than contact reaches.
     """
     active, max_points = taking_part
     options = replace(options, balls=False, bulge=BULGE)
@@ -70,7 +70,8 @@ def dry_run(
     if half is not None:
         options = replace(options, half=half[followed])
     every = np.ones(len(followed), dtype=bool)
-    last, pose, last_touching = None, np.eye(4), np.zeros(0, np.int32)
+    last: Last | None = None
+    pose, last_touching = np.eye(4), np.zeros(0, np.int32)
     for p_W, X_WB in placements:
         points_W = np.ascontiguousarray(p_W[followed])
         p_B = to_body(X_WB, points_W)
@@ -91,23 +92,23 @@ def dry_run(
         feet = rows_of(detected.feet, rows)
         depth = np.maximum(-feet.gap, 0.0)
         yield DryRun(X_WB, followed[rows], depth, feet.normal, inside, deepest, followed[behind])
-        place = detected.feet.patch, detected.uv, detected.last_patch
-        last = Last(p_B, *place, detected.safe_distance, detected.guard_states)
-        pose = X_WB
+        last, pose = detected.last(p_B), X_WB
 
 
 def _rows_from_behind(
     surface: Surface,
     path: tuple[FloatArray, FloatArray],
-    held: tuple[IntArray, IntArray],
+    contacts: tuple[IntArray, IntArray],
     options: Options,
 ) -> IntArray:
-    """Return points that came from behind on `path`, from (m, 3) to (m, 3), without contact before.
+    """Return points, ascending, that came to an open body from behind on `path` = (before, now).
 
-    `held` are the points in contact before and after.
+    They were not in contact before, and either their first crossing leads out of the back, or they
+    are in contact now without having crossed to the inside, and were behind a face before.
+    `contacts` are the points in contact before and now.
     """
     before, now = path
-    touching_before, touching_now = held
+    touching_before, touching_now = contacts
     free = np.setdiff1d(np.flatnonzero(np.isfinite(before + now).all(axis=1)), touching_before)
     free = free.astype(np.int32)
     distance = np.zeros(len(before))
@@ -117,13 +118,13 @@ def _rows_from_behind(
     # The last crossing of the reversed path is the first one of the path, in the other sense.
     _, sense = surface.last_crossings(now, before, free)
     entered = free[sense < 0]
-    others, _ = _rows_behind(
+    late, _ = _rows_behind(
         surface,
         before,
         np.setdiff1d(touching_now, np.concatenate((touching_before, entered))),
         options,
     )
-    return np.union1d(free[sense > 0], others).astype(np.int32)
+    return np.union1d(free[sense > 0], late).astype(np.int32)
 
 
 def spread(values: NDArray[_T], most: int | None) -> NDArray[_T]:
@@ -136,7 +137,11 @@ def spread(values: NDArray[_T], most: int | None) -> NDArray[_T]:
 def _rows_inside(
     surface: Surface, p_B: FloatArray, active: BoolArray, options: Options
 ) -> tuple[IntArray, float]:
-    """Return the points on the contact side, and their largest depth."""
+    """Return the points on the contact side, ascending, and their largest depth, 0 without any.
+
+    Points no deeper than `SURFACE_TOL` do not count. Of the points in a closed body whose side is
+    known, `MAX_DEPTHS` are measured, evenly spread: all count if one of these is deep enough.
+    """
     rows = np.flatnonzero(active & np.isfinite(p_B).all(axis=1)).astype(np.int32)
     if options.half is not None:
         reached = measure_reach(closest(surface, p_B, rows), p_B, rows, options)
@@ -159,7 +164,10 @@ def _rows_inside(
 def _rows_behind(
     surface: Surface, p_B: FloatArray, rows: IntArray, options: Options
 ) -> tuple[IntArray, FloatArray]:
-    """Return the points among `rows` that are behind their feet, and their gaps."""
+    """Return the points among `rows` that are behind their feet, and their negative gaps.
+
+    Points no deeper than `SURFACE_TOL`, and feet on borders, do not count.
+    """
     feet = closest(surface, p_B, rows)
     behind = (feet.gap < -SURFACE_TOL * options.size) & (feet.status == Status.OK)
     return rows[behind], feet.gap[behind]

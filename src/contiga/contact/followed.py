@@ -32,10 +32,11 @@ from contiga.statuses import Status
 
 
 class TrackedFeet(NamedTuple):
-    """Feet kept_statuses from where they were, and what is to become of them."""
+    """Feet continued from where they were, and whether their points stay in contact."""
 
     feet: Projection
     solved: BoolArray
+    """Whether the foot has converged, to the surface or to a border."""
     at_border: BoolArray
     keep: BoolArray
     """Whether the point is inside, and its foot on the surface, or on a border that may hold it."""
@@ -60,7 +61,7 @@ def track(
 
 
 def detect(search: StepSearch, rows: Rows) -> Guards:
-    """Decide on `rows`; no guards are needed."""
+    """Write the decision on `rows` into `search.detected`; return no guards: none are needed."""
     step, last, touching = search.step, search.last, rows.touching
     path, start = (
         (step.before[touching], step.now[touching]),
@@ -83,7 +84,11 @@ def detect(search: StepSearch, rows: Rows) -> Guards:
 
 
 def decide(search: StepSearch, candidates: Candidates) -> None:
-    """Decide on points of a closed body."""
+    """Write the decision on points of a closed body into `search.detected`.
+
+    Closest points are searched where sides or depths are unknown, and where a foot has to restart;
+    those that are not found make a point LOST.
+    """
     options = search.options
     needs_closest = (candidates.side == 0) | (~candidates.was_touching & options.penetration)
     find_closest(search, candidates, np.flatnonzero(needs_closest))
@@ -117,42 +122,41 @@ def _find_entries(
     """Return which points inside have entered in the step, and which of these have a new foot.
 
     The last crossing counts: a point may leave by one wall and enter by another. Points whose feet
-    are the closest points are not examined. New feet are written into `candidates.feet`.
+    are the closest points, and points without a past, are not examined. In a search by penetration
+    free points within depth have entered, at their closest points. New feet are written into
+    `candidates.feet`.
     """
     surface, step, options = search.surface, search.step, search.options
     rows, was_touching = candidates.rows, candidates.was_touching
     entered = ~was_touching & within_depth(candidates.closest, options) & options.penetration
-    new = entered.copy()
+    has_new_foot = entered.copy()
     unsure = inside & ~_is_closest(candidates, options) & np.isfinite(step.path_length[rows])
-    which = np.flatnonzero(unsure & (was_touching | (not options.penetration)))
-    if len(which) == 0:
-        return entered, new
-    hits, sense = surface.last_crossings(step.before, step.now, rows[which])
-    back = np.flatnonzero(sense > 0)
+    chosen = np.flatnonzero(unsure & (was_touching | (not options.penetration)))
+    if len(chosen) == 0:
+        return entered, has_new_foot
+    hits, sense = surface.last_crossings(step.before, step.now, rows[chosen])
+    entering = np.flatnonzero(sense > 0)
     find_closest(
-        search, candidates, which[back][candidates.is_kept[which[back]] | options.penetration]
+        search,
+        candidates,
+        chosen[entering][candidates.is_kept[chosen[entering]] | options.penetration],
     )
-    back = back[~_is_closest(candidates, options)[which[back]]]
-    which = which[back]
-    entered[which] = True
+    entering = entering[~_is_closest(candidates, options)[chosen[entering]]]
+    chosen = chosen[entering]
+    entered[chosen] = True
     if options.penetration:
-        copy_feet(
-            candidates.feet,
-            which,
-            rows_of(candidates.closest, which),
-            np.ones(len(which), dtype=bool),
-        )
-        new[which] = True
-        return entered, new
-    path = hits.point[back], step.now[rows[which]]
-    tracked = track(surface, path, (hits.patch[back], hits.uv[back]), options)
-    new[which] = tracked.keep
-    copy_feet(candidates.feet, which, tracked.feet, tracked.keep)
-    return entered, new
+        copy_feet(candidates.feet, chosen, rows_of(candidates.closest, chosen))
+        has_new_foot[chosen] = True
+        return entered, has_new_foot
+    path = hits.point[entering], step.now[rows[chosen]]
+    tracked = track(surface, path, (hits.patch[entering], hits.uv[entering]), options)
+    has_new_foot[chosen] = tracked.keep
+    copy_feet(candidates.feet, chosen, tracked.feet, tracked.keep)
+    return entered, has_new_foot
 
 
 def _is_closest(candidates: Candidates, options: Options) -> BoolArray:
-    """Return which of the kept feet are known to be the closest points."""
+    """Return which kept feet are known to be the closest points, within `Limits.same_foot`."""
     has_both = candidates.is_kept & (candidates.closest.status != settle_nb.NOT_SEARCHED)
     return has_both & (
         distance_between(candidates.feet, candidates.closest) <= options.limits.same_foot
@@ -160,7 +164,12 @@ def _is_closest(candidates: Candidates, options: Options) -> BoolArray:
 
 
 def _detect_open(search: StepSearch, tracked: TrackedFeet, rows: Rows) -> None:
-    """Decide on points of an open body."""
+    """Write the decision on points of an open body into `search.detected`.
+
+    The followed foot decides on points in contact; free points, and points just released, enter
+    where their paths cross the surface last, from the front. The body has no inside, so that a
+    search by penetration takes free points at their closest points.
+    """
     surface, step, _, detected, options, _ = search
     touching, free = rows
     slid_off = tracked.at_border & (not options.hold)

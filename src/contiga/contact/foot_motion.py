@@ -91,7 +91,10 @@ def foot_motion(feet: Feet, m: int) -> FootMotion:
 
 
 def input_change(feet: Feet, motion: FootMotion, shape: Shape) -> InputChange:
-    """Return the changes of the input of laws and friction."""
+    """Return the changes of the input of laws and friction with the variables of `motion`.
+
+    Velocities have no rows if the velocities of the control points are not given.
+    """
     m = motion.depth.shape[1]
     path = np.eye(3, m) - _carried(feet, motion, feet.net.jet(shape.change), follows=True)
     velocity = np.zeros((0, 3, m))
@@ -107,19 +110,21 @@ def _carried(feet: Feet, motion: FootMotion, jet: Jet, *, follows: bool) -> Floa
     `jet` is that of the change of the control points in the step, which `follows` them, or of their
     velocities, which do not depend on them.
     """
-    E, own, nu = jet.gradient, float(follows), feet.net.normal[:, :, None]
-    turned = own * motion.gradient - np.einsum("kab,bcm->kacm", E, motion.gradient, optimize=False)
+    E, factor, nu = jet.gradient, float(follows), feet.net.normal[:, :, None]
+    turned = factor * motion.gradient - np.einsum(
+        "kab,bcm->kacm", E, motion.gradient, optimize=False
+    )
     turned += np.einsum("kabc,kcm->kabm", jet.hessian, motion.shift, optimize=False)
     turning = spin(E[..., None], nu, nu)
     change = spin(turned, nu, nu) + 2.0 * spin(E[..., None], nu, motion.frame)
-    carried = own * motion.displacement + multiplied(E, motion.shift)
+    carried = factor * motion.displacement + multiplied(E, motion.shift)
     return np.asarray(carried + cross(change, feet.arm) + cross(turning, motion.arm))
 
 
 def spin(E: FloatArray, a: FloatArray, b: FloatArray) -> FloatArray:
     """Return the bilinear map (k, 3, m) of a and b (k, 3, m), symmetric in both.
 
-    For the unit normal it is, twice, the spin (Eᵀν) × ν + ½ ν (ν·curl E) of a surface whose
+    With the unit normal ν for both it is the spin (Eᵀν) × ν + ½ ν (ν·curl E) of a surface whose
     displacement has the gradients E (k, 3, 3, m).
     """
     curl = np.stack([E[:, c - 1, c - 2] - E[:, c - 2, c - 1] for c in range(3)], axis=1)

@@ -21,16 +21,19 @@ from contiga.statuses import Status
 
 
 def blank(n: int) -> Projection:
-    """Return records for n points without feet."""
+    """Return records for n points without feet: patch and feature −1, all else zero."""
     feet = Projection._make(map(np.zeros_like, empty_projection(n)))
     feet.patch[:] = feet.feature[:] = -1
     return feet
 
 
-def copy_feet(feet: Projection, rows: IndexArray, source: Projection, mask: BoolArray) -> None:
-    """Copy the masked rows of `source` (k,) to the corresponding `rows` (k,) of `feet`."""
+def copy_feet(
+    feet: Projection, rows: IndexArray, source: Projection, mask: BoolArray | None = None
+) -> None:
+    """Copy rows of `source` (k,) to `rows` (k,) of `feet`: the masked ones, or all of them."""
+    chosen = slice(None) if mask is None else mask
     for name in Projection._fields:
-        getattr(feet, name)[rows[mask]] = getattr(source, name)[mask]
+        getattr(feet, name)[rows[chosen]] = getattr(source, name)[chosen]
 
 
 def closest(
@@ -48,7 +51,8 @@ def follow(
 ) -> Projection:
     """Continue feet of points along `path` = (before, now) from `start` = (patch, uv).
 
-    Feet are certified only with positions before. Where this fails the closest points are searched.
+    Feet are certified only with positions before. Those that do not converge become the closest
+    points. `path` and `start` have one row per foot.
     """
     before, p_B = path
     patch, uv = start
@@ -67,7 +71,10 @@ def at_border(feet: Projection) -> BoolArray:
 
 
 def kept_statuses(feet: Projection) -> ByteArray:
-    """Return the `ContactStatus` of points in contact whose feet are kept."""
+    """Return the `ContactStatus` of points whose feet are kept.
+
+    It is HELD at a border, REACQUIRED after a jump of the foot, else OLD.
+    """
     status = np.where(at_border(feet), ContactStatus.HELD, ContactStatus.OLD)
     status[feet.status == Status.BRANCH_EVENT] = ContactStatus.REACQUIRED
     return status.astype(np.int8)
@@ -79,7 +86,10 @@ def distance_between(first: Projection, second: Projection) -> FloatArray:
 
 
 def within_depth(feet: Projection, options: Options) -> BoolArray:
-    """Return which points a search by penetration takes into contact."""
+    """Return which points a search by penetration takes into contact.
+
+    They lie behind a closest point on a face, no deeper than `options.depth`.
+    """
     is_inside: BoolArray = (
         (feet.status == Status.OK) & (feet.gap <= 0.0) & (feet.gap >= -options.depth)
     )
@@ -87,9 +97,10 @@ def within_depth(feet: Projection, options: Options) -> BoolArray:
 
 
 def free_distance(feet: Projection, options: Options) -> FloatArray:
-    """Return the `safe_distance` of free points from their closest points; zero if unknown.
+    """Return the `safe_distance` of free points from their closest points; negative inside.
 
-    In a search by penetration a point that is too deep is as far from contact as from that depth.
+    It is zero for points within rounding of the surface, or without a closest point on a face. In a
+    search by penetration a point that is too deep is as far from contact as from that depth.
     """
     skip = max(options.band, options.depth if options.penetration else 0.0)
     safe_distance = np.where(
@@ -103,7 +114,10 @@ def free_distance(feet: Projection, options: Options) -> FloatArray:
 def take_into_contact(
     surface: Surface, p_B: FloatArray, rows: IntArray, detected: Detection, options: Options
 ) -> None:
-    """Take points inside into contact, in a search by penetration, at their closest points."""
+    """Take points inside into contact, in a search by penetration, at their closest points.
+
+    The safe distances of all `rows` are written, and in a closed body the feet of free ones.
+    """
     feet = closest(surface, p_B, rows)
     is_inside = within_depth(feet, options)
     if options.closed:

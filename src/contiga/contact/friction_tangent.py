@@ -57,11 +57,11 @@ class Terms(NamedTuple):
 
     def summed(self, factors: FloatArray | None = None) -> FloatArray:
         """Return derivatives (k, 3, m) of Σ_i F_i by each point; (k, 3, 3) of Σ_i factors_i F_i."""
-        own, left = self.blocks, self.left.sum(axis=0)
+        direct, left = self.blocks, self.left.sum(axis=0)
         if factors is not None:
-            own = np.einsum("kab,kbc->kac", factors, self.blocks, optimize=False)
+            direct = np.einsum("kab,kbc->kac", factors, self.blocks, optimize=False)
             left = np.einsum("kab,kbr->ar", factors, self.left, optimize=False)
-        return np.asarray(own + np.einsum("ar,kbr->kab", left, self.right, optimize=False))
+        return np.asarray(direct + np.einsum("ar,kbr->kab", left, self.right, optimize=False))
 
 
 class InputChange(NamedTuple):
@@ -85,7 +85,7 @@ class CarryingPoints(NamedTuple):
     output: LawOutput
     tangent: LawTangent
     change: InputChange
-    grown: FloatArray
+    force_change: FloatArray
     """(k, m) derivatives of each normal force over the variables of its own point."""
     dt: float
     """Length of the step; infinite in statics."""
@@ -98,7 +98,8 @@ class CarryingPoints(NamedTuple):
     def friction_change(self, inputs: FrictionInput, has_rate: bool) -> FrictionChange:
         """Return the change of friction's input with the variables of each point.
 
-        Velocities change where friction depends on them, `has_rate`.
+        Paths of new points count from their entry. Velocities change where friction depends on
+        them, `has_rate`. Points on a plateau of the law have its secant as stiffness, as in a step.
         """
         points, change, output = self.points, self.change, self.output
         k, m = change.depth.shape
@@ -118,22 +119,23 @@ class CarryingPoints(NamedTuple):
             velocity = change.path / self.dt
         if len(velocity):
             velocity = np.broadcast_to(velocity, (k, 3, m))
-        # Points without a slope have the secant as stiffness.
         slopes = self.tangent.stiffness
-        grown = np.zeros(k) if slopes is None else np.where(output.stiffness > 0, slopes.own, 0.0)
+        slope = np.zeros(k) if slopes is None else np.where(output.stiffness > 0, slopes.own, 0.0)
         secant = (output.stiffness <= 0.0) & (points.depth > 0.0) & (inputs.stiffness > 0.0)
-        grown[secant] = (output.stiffness - inputs.stiffness)[secant] / points.depth[secant]
-        springs = grown[:, None] * change.depth
-        return FrictionChange(self.grown, springs, change.normal, path, velocity)
+        slope[secant] = (output.stiffness - inputs.stiffness)[secant] / points.depth[secant]
+        springs = slope[:, None] * change.depth
+        return FrictionChange(self.force_change, springs, change.normal, path, velocity)
 
 
 def friction_terms(friction: Friction, inputs: FrictionInputs, points: CarryingPoints) -> Terms:
     """Return the derivatives of friction forces over the variables of points.
 
+    Law forces that depend on other points couple the friction of these as well.
+
     Raises
     ------
     InputError
-        The friction has no derivatives.
+        The friction has no derivatives, or some of another shape.
     """
     if not hasattr(friction, "changes"):
         raise InputError(
@@ -144,13 +146,28 @@ def friction_terms(friction: Friction, inputs: FrictionInputs, points: CarryingP
             remedy="Give it changes(FrictionInput, FrictionChange), (n, 3, m) of its forces",
         )
     change = points.friction_change(inputs.points, getattr(friction, "has_rate", False))
-    if inputs.common is None:
-        return _terms_of_points(friction, inputs.points, points, change)
-    return _terms_of_common_friction(friction, inputs, inputs.common, points, change)
+    if inputs.common is not None:
+        return _terms_of_common_friction(friction, inputs, inputs.common, points, change)
+    blocks, k = _checked_changes(friction, inputs.points, change), len(inputs.points.force)
+    terms = Terms.of(blocks)
+    couplings = points.tangent.force, points.tangent.stiffness
+    if all(slopes is None or slopes.left is None for slopes in couplings):
+        return terms
+    # Derivatives of each force over normal force and stiffness, which depend on other points.
+    constant, ones, zeros = np.zeros((k, 3, 2)), np.ones(k), np.zeros(k)
+    by_force, by_stiffness = np.stack([ones, zeros], axis=1), np.stack([zeros, ones], axis=1)
+    change = FrictionChange(by_force, by_stiffness, constant, constant, constant)
+    partial = _checked_changes(friction, inputs.points, change)
+    no_blocks = np.zeros(blocks.shape)
+    for j, slopes in enumerate(couplings):
+        if slopes is not None and slopes.left is not None:
+            left = partial[:, :, j, None] * slopes.left[:, None, :]
+            terms = terms.plus(Terms(no_blocks, left, points.right_sides(slopes)))
+    return terms
 
 
 def _checked_changes(friction: Any, inputs: FrictionInput, change: FrictionChange) -> FloatArray:
-    """Return the changes (n, 3, m) of friction forces, checked."""
+    """Return the changes (n, 3, m) of friction forces; raise `InputError` for another shape."""
     where = "friction: changes"
     answer = as_numbers(friction.changes(inputs, change), where, "friction must answer numbers")
     n, m = change.force.shape
@@ -164,87 +181,67 @@ def _checked_changes(friction: Any, inputs: FrictionInput, change: FrictionChang
     return answer
 
 
-def _terms_of_points(
-    friction: Any, inputs: FrictionInput, carried: CarryingPoints, own: FrictionChange
-) -> Terms:
-    """Return the derivatives of friction that acts on single points."""
-    blocks, k = _checked_changes(friction, inputs, own), len(inputs.force)
-    couplings = carried.tangent.force, carried.tangent.stiffness
-    terms = Terms.of(blocks)
-    if all(one is None or one.left is None for one in couplings):
-        return terms
-    # Derivatives of each force over normal force and stiffness, which depend on other points.
-    stays, one, none = np.zeros((k, 3, 2)), np.ones(k), np.zeros(k)
-    by_force, by_stiffness = np.stack([one, none], axis=1), np.stack([none, one], axis=1)
-    change = FrictionChange(by_force, by_stiffness, stays, stays, stays)
-    partial = _checked_changes(friction, inputs, change)
-    nothing = np.zeros(blocks.shape)
-    for j, slopes in enumerate(couplings):
-        if slopes is not None and slopes.left is not None:
-            left = partial[:, :, j, None] * slopes.left[:, None, :]
-            terms = terms.plus(Terms(nothing, left, carried.right_sides(slopes)))
-    return terms
-
-
 def _terms_of_common_friction(
     friction: Any,
     inputs: FrictionInputs,
-    whole: FrictionInput,
-    carried: CarryingPoints,
-    own: FrictionChange,
+    common: FrictionInput,
+    carrying: CarryingPoints,
+    point_change: FrictionChange,
 ) -> Terms:
     """Return the derivatives of friction that acts on all points as one.
 
     Its force T is shared as the normal force: d(s_i T) = T ds_i + s_i dT with shares s_i = F_i/ΣF.
     """
-    points, force = inputs.points, carried.tangent.force
-    (k, m), total = own.force.shape, float(points.force.sum())
+    points, force = inputs.points, carrying.tangent.force
+    (k, m), total = point_change.force.shape, float(points.force.sum())
     shares = points.force / total if total > 0.0 else np.full(k, 1.0 / k)
 
-    def summed(weights: FloatArray, grown: FloatArray, of: DepthSlopes | None) -> FloatArray:
-        """Return Σ_i weights_i dv_i (d, k, m) over all points; over its own, v is `grown`."""
-        change: FloatArray = weights.T[:, :, None] * grown
+    def summed(weights: FloatArray, changes: FloatArray, of: DepthSlopes | None) -> FloatArray:
+        """Return Σ_i weights_i dv_i (d, k, m) over all points; over its own, v is `changes`."""
+        change: FloatArray = weights.T[:, :, None] * changes
         if of is not None and of.left is not None:
-            change += np.einsum("dr,jcr->djc", product(weights.T, of.left), carried.right_sides(of))
+            change += np.einsum(
+                "dr,jcr->djc", product(weights.T, of.left), carrying.right_sides(of)
+            )
         return change
 
     def shifted(values: FloatArray) -> FloatArray:
         """Return (d, k, m) Σ_i values_i ds_i over all points."""
         if not total > 0.0:
             return np.zeros((values.shape[1], k, m))
-        return summed(values - product(shares, values), own.force, force) / total
+        return summed(values - product(shares, values), point_change.force, force) / total
 
     def weighted(weights: FloatArray, changes: FloatArray) -> FloatArray:
         """Return Σ_i weights_i dv_i (d, k, m) of vectors that change with their own points."""
         return np.moveaxis(weights[:, None, None] * changes, 0, 1)
 
-    one = np.ones((k, 1))
-    total_grown = summed(one, own.force, force)
-    springs = summed(one, own.stiffness, carried.tangent.stiffness)
+    ones = np.ones((k, 1))
+    total_change = summed(ones, point_change.force, force)
+    springs = summed(ones, point_change.stiffness, carrying.tangent.stiffness)
     mean = product(shares, points.normal)
     size = length(mean)
-    normal = shifted(points.normal) + weighted(shares, own.normal)
+    normal = shifted(points.normal) + weighted(shares, point_change.normal)
     if size > 0.0:
         normal = (normal - np.einsum("a,b,bkc->akc", mean, mean, normal) / size**2) / size
-    path = inputs.present * shifted(points.path) + weighted(inputs.path_weights, own.path)
+    path = inputs.present * shifted(points.path) + weighted(inputs.path_weights, point_change.path)
     velocity = shifted(points.velocity)
-    if len(own.velocity):
-        velocity += weighted(shares, own.velocity)
+    if len(point_change.velocity):
+        velocity += weighted(shares, point_change.velocity)
     change = FrictionChange(
-        total_grown.reshape(1, -1),
+        total_change.reshape(1, -1),
         springs.reshape(1, -1),
         *(np.ascontiguousarray(v.reshape(1, 3, -1)) for v in (normal, path, velocity)),
     )
-    turned = _checked_changes(friction, whole, change)[0].reshape(3, k, m)
-    traction = np.asarray(friction.respond(whole).force)[0]
+    turned = _checked_changes(friction, common, change)[0].reshape(3, k, m)
+    traction = np.asarray(friction.respond(common).force)[0]
     none = np.zeros((k, 3, m))
     terms = Terms(none, shares[:, None, None] * np.eye(3), np.moveaxis(turned, 0, 2))
     if not total > 0.0:
         return terms
-    sharing = (traction / total)[:, None] * own.force[:, None, :]
+    sharing = (traction / total)[:, None] * point_change.force[:, None, :]
     of_all = -(shares / total)[:, None, None] * traction[:, None]
-    terms = terms.plus(Terms(sharing, of_all, total_grown[0][:, :, None]))
+    terms = terms.plus(Terms(sharing, of_all, total_change[0][:, :, None]))
     if force.left is not None:
         left = (traction / total)[:, None] * force.left[:, None, :]
-        terms = terms.plus(Terms(none, left, carried.right_sides(force)))
+        terms = terms.plus(Terms(none, left, carrying.right_sides(force)))
     return terms

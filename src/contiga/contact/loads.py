@@ -24,7 +24,7 @@ class Column(NamedTuple):
     """(k, …)."""
 
     def at(self, rows: IndexArray) -> FloatArray:
-        """Return the values (len(rows), …) of any points, zero for rows that are not listed."""
+        """Return the values (len(rows), …) of any points, copied; zero for rows not listed."""
         if len(rows) == len(self.rows) and (rows is self.rows or (rows == self.rows).all()):
             return np.array(self.values)
         out = np.zeros((len(rows), *self.values.shape[1:]))
@@ -42,7 +42,7 @@ class Column(NamedTuple):
             total[self.rows] += self.values
 
     def nonzero(self) -> Column:
-        """Return the points whose value (k,) is not zero."""
+        """Return the points whose value (k,) is not zero: the column itself if none is."""
         if np.count_nonzero(self.values) == len(self.values):  # nearly always
             return self
         rows = np.flatnonzero(self.values)
@@ -101,7 +101,7 @@ def guard_states_of(depths: Column, normal: FloatArray, opposed: Guards) -> Guar
 
 
 def merged(first: Guards, second: Guards) -> Guards:
-    """Return the guards of two sets of different points."""
+    """Return the guards of two sets of different points, ascending; a set itself if alone."""
     if len(first.rows) == 0 or len(second.rows) == 0:
         return first if len(second.rows) == 0 else second
     rows = np.concatenate((first.rows, second.rows))
@@ -140,7 +140,11 @@ class KeptColumns(NamedTuple):
         return (self.stiffness if bound is None else bound).nonzero()
 
     def whole(self, name: str, p_B: FloatArray) -> FloatArray:
-        """Return the whole array `name` of a state of points p_B (n, 3)."""
+        """Return the array `name` of a state for all points p_B (n, 3): zero for those not listed.
+
+        The foot of a point that is not listed is the point; columns that are None have no rows, or
+        no columns.
+        """
         column: Column | Guards | None = getattr(self, name)
         if column is None:
             shape = {"friction_memory": (len(p_B), 0), "traction_B": (0, 3)}

@@ -22,7 +22,7 @@ class Measure(NamedTuple):
     method: AreaMethod
     side: str
     """Side whose area is measured, "slave" or "master"."""
-    own: FloatArray | None
+    slave_area: FloatArray | None
     """(n,) tributary areas of the slave, if it has any."""
     prepared: Any
     """Data of the slave that the method prepared."""
@@ -30,14 +30,20 @@ class Measure(NamedTuple):
     """(m,) half the thickness of a shell, the nodes first."""
 
     def input(self, nodes: FloatArray, patch: np.ndarray, feet: Projection) -> AreaInput:
-        """Return the input of the method for nodes (n, 3), body axes, in contact with patch ≥ 0."""
+        """Return the input of the method for nodes (n, 3), body axes, in contact if patch ≥ 0.
+
+        `feet` has a row for each node in contact.
+        """
         rows = np.flatnonzero(patch >= 0).astype(np.int32)
         return AreaInput(
-            self.master, rows, nodes, feet, self.own, self.side, self.prepared, {}, self.half
+            self.master, rows, nodes, feet, self.slave_area, self.side, self.prepared, {}, self.half
         )
 
     def input_of(self, state: State) -> AreaInput:
-        """Return the input of the method for a state."""
+        """Return the input of the method for the nodes in contact in a state.
+
+        All feet count as found, and none as certified.
+        """
         n = len(state.force)
         rows = np.flatnonzero(state.patch[:n] >= 0)
         feet = Projection(
@@ -53,7 +59,10 @@ class Measure(NamedTuple):
         return self.input(state.points_B[:n], state.patch[:n], feet)
 
     def areas(self, inp: AreaInput) -> Areas:
-        """Return nodal areas on the side of this contact."""
+        """Return nodal areas on the side of this contact.
+
+        Areas of the slave are carried to the master along the normals, by `offset_ratio`.
+        """
         areas = self.method.measure(inp)
         if self.side == "slave" or areas.on == "master":
             return areas

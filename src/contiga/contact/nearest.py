@@ -62,8 +62,9 @@ def candidates_of(search: StepSearch, feet: Projection | None, rows: Rows) -> Ca
     """Collect the points whose status is still open; decide on the others.
 
     On a closed body points known to be outside are released or stay free, and points inside since
-    the start whose paths cross nothing stay free. `feet` are the continued feet of points that were
-    in contact; None if they are not needed.
+    the start whose paths cross nothing stay free: both are written into `search.detected`, and last
+    feet are forgotten where the side is known. `feet` are the continued feet of `rows.touching`;
+    None if they are not needed. No closest point is searched yet.
     """
     surface, step, _, detected, options, _ = search
     points = np.concatenate(rows)
@@ -71,7 +72,17 @@ def candidates_of(search: StepSearch, feet: Projection | None, rows: Rows) -> Ca
     side, reach = surface.sides(step.now, points)
     outside = side > 0
     detected.status[points[outside & was_touching]] = ContactStatus.RELEASED
-    is_free = outside | _stay_inside(search, points, ~was_touching & (side < 0))
+    # Free points inside since the start stay free if their paths cross nothing; in a search by
+    # penetration their depths decide.
+    stays = np.zeros(len(points), dtype=bool)
+    has_past = np.isfinite(step.path_length[points])
+    unsure = np.flatnonzero(~was_touching & (side < 0) & step.inside_since_start[points] & has_past)
+    if len(unsure) and not options.penetration:
+        stays[unsure] = surface.clear_paths(step.before, step.now, points[unsure])
+        unsure = unsure[~stays[unsure]]
+        _, sense = search.last_crossings(points[unsure])
+        stays[unsure] = sense == 0
+    is_free = outside | stays
     detected.safe_distance[points[is_free]] = side[is_free] * (reach[is_free] - options.band)
     detected.last_patch[points[side != 0]] = -1
     open_rows = np.flatnonzero(~is_free)
@@ -80,8 +91,7 @@ def candidates_of(search: StepSearch, feet: Projection | None, rows: Rows) -> Ca
     closest_points.status[:] = settle_nb.NOT_SEARCHED
     if feet is not None:
         rows_before = np.flatnonzero(was_touching)
-        every = np.ones(len(rows_before), np.bool_)
-        copy_feet(kept_feet, rows_before, rows_of(feet, open_rows[rows_before]), every)
+        copy_feet(kept_feet, rows_before, rows_of(feet, open_rows[rows_before]))
     guard, depth, is_opposed = step.guard_states.at(points)
     return Candidates(
         rows=points,
@@ -99,33 +109,19 @@ def candidates_of(search: StepSearch, feet: Projection | None, rows: Rows) -> Ca
     )
 
 
-def _stay_inside(search: StepSearch, rows: IntArray, inside: BoolArray) -> BoolArray:
-    """Return which free points inside since the start have not entered the body in the step.
-
-    In a search by penetration none stays: their depths decide.
-    """
-    surface, step = search.surface, search.step
-    stays = np.zeros(len(rows), dtype=bool)
-    has_past = np.isfinite(step.path_length[rows])
-    unsure = np.flatnonzero(inside & step.inside_since_start[rows] & has_past)
-    if len(unsure) and not search.options.penetration:
-        stays[unsure] = surface.clear_paths(step.before, step.now, rows[unsure])
-        unsure = unsure[~stays[unsure]]
-        _, sense = search.last_crossings(rows[unsure])
-        stays[unsure] = sense == 0
-    return stays
-
-
 def find_closest(search: StepSearch, candidates: Candidates, chosen: IndexArray) -> None:
-    """Search the closest points of the chosen candidates, unless they are known."""
+    """Fill in the closest points of the chosen candidates, unless they are known."""
     chosen = chosen[candidates.closest.status[chosen] == settle_nb.NOT_SEARCHED]
     if len(chosen):
-        found = closest(search.surface, search.step.now, candidates.rows[chosen])
-        copy_feet(candidates.closest, chosen, found, np.ones(len(chosen), dtype=bool))
+        feet = closest(search.surface, search.step.now, candidates.rows[chosen])
+        copy_feet(candidates.closest, chosen, feet)
 
 
 def detect(search: StepSearch, rows: Rows) -> Guards:
-    """Decide on `rows`; return the guards of points that another wall than the nearest pushes."""
+    """Write the decision on `rows` into `search.detected`.
+
+    Returns the guards of points that another wall than the nearest pushes.
+    """
     feet, touching = None, rows.touching
     if len(touching):
         start = search.last.patch[touching], search.last.uv[touching]
@@ -153,7 +149,7 @@ class PointClasses(NamedTuple):
 def classify(
     step: Step, candidates: Candidates, needs_closest: BoolArray, options: Options
 ) -> PointClasses:
-    """Classify candidates by sides and closest points."""
+    """Classify candidates by their sides, or by their closest points if the side is unknown."""
     feet, has_side = candidates.closest, candidates.side != 0
     solved = ~needs_closest | (feet.status == Status.OK)
     inside = solved & np.where(has_side, candidates.side < 0, feet.gap <= 0.0)
@@ -164,7 +160,10 @@ def classify(
 
 
 def decide(search: StepSearch, candidates: Candidates) -> Guards:
-    """Decide on points of a closed body; return the guards of points as `detect` does."""
+    """Write the decision on points of a closed body; return guards as `detect` does.
+
+    `candidates` is filled in: closest points, feet, and guards of points that entered.
+    """
     step, detected, options = search.step, search.detected, search.options
     rows, was_touching = candidates.rows, candidates.was_touching
     needs_closest = (candidates.side <= 0) | (~was_touching & options.penetration)
@@ -180,7 +179,7 @@ def decide(search: StepSearch, candidates: Candidates) -> Guards:
     touching = inside & ((was_touching & (candidates.is_kept | deep)) | entered | missed)
     followed = np.flatnonzero(touching & ~candidates.is_kept)
     paths = _follow_paths(search, candidates, starts, followed)
-    copy_feet(candidates.feet, followed, paths.feet, np.ones(len(followed), dtype=bool))
+    copy_feet(candidates.feet, followed, paths.feet)
     status = np.where(was_touching, ContactStatus.RELEASED, ContactStatus.FREE).astype(np.int8)
     status[candidates.is_kept & touching] = candidates.status[candidates.is_kept & touching]
     status[followed] = STATUS_OF_OUTCOME[paths.outcome]
@@ -216,7 +215,10 @@ def _follow_paths(
 
 
 def _guards(rows: IntArray, paths: DeepPaths, pushed: BoolArray) -> Guards:
-    """Return the guards of points that end in contact with another wall than the nearest."""
+    """Return guards, rows ascending, of points that another wall than the nearest pushes.
+
+    Only paths that are `pushed` count, whose points end in contact.
+    """
     opposed = np.flatnonzero(paths.is_opposed & pushed)
     order = np.argsort(rows[opposed])
     return Guards(rows[opposed][order], paths.guard[opposed][order])
@@ -228,8 +230,9 @@ def _find_entries(
     """Return which of the points inside have entered the body in the step.
 
     The place of their last entry and its wall replace their rows in `starts` and their guards.
-    Paths are examined for free points, and for points whose nearest wall is opposite, as they may
-    have left by one wall and entered by another.
+    Paths are examined for free points, and for points whose foot is not kept, as they may have left
+    by one wall and entered by another. In a search by penetration free points within depth have
+    entered, and have no guard.
     """
     surface, step, options = search.surface, search.step, search.options
     rows, was_touching = candidates.rows, candidates.was_touching
@@ -242,13 +245,14 @@ def _find_entries(
     chosen = np.flatnonzero(unsure & (was_touching | (not options.penetration)))
     if len(chosen):
         hits, sense = search.last_crossings(rows[chosen])
-        back = np.flatnonzero(sense > 0)
-        new, places = chosen[back], np.ascontiguousarray(hits.point[back])
-        entered[new], starts.point[new] = True, places
-        starts.patch[new], starts.uv[new] = hits.patch[back], hits.uv[back]
-        candidates.depth[new], candidates.is_opposed[new] = -np.inf, False
-        candidates.guard[new] = closest(
-            surface, places, np.arange(len(back), dtype=np.int32)
+        entering = np.flatnonzero(sense > 0)
+        entered_rows, places = chosen[entering], np.ascontiguousarray(hits.point[entering])
+        entered[entered_rows], starts.point[entered_rows] = True, places
+        starts.patch[entered_rows] = hits.patch[entering]
+        starts.uv[entered_rows] = hits.uv[entering]
+        candidates.depth[entered_rows], candidates.is_opposed[entered_rows] = -np.inf, False
+        candidates.guard[entered_rows] = closest(
+            surface, places, np.arange(len(entering), dtype=np.int32)
         ).normal
     return entered
 
@@ -264,7 +268,11 @@ class Decision(NamedTuple):
 def write_decision(
     search: StepSearch, candidates: Candidates, classes: PointClasses, decision: Decision
 ) -> None:
-    """Write the decision on points of a closed body into `search.detected`."""
+    """Write the decision on points of a closed body into `search.detected`.
+
+    Points in contact get the feet of `candidates`, others their closest points as last feet, and
+    all their safe distances: zero for lost points, and for points in contact that are not inside.
+    """
     detected, rows, touching = search.detected, candidates.rows, decision.touching
     detected.status[rows] = decision.status
     copy_feet(detected.feet, rows, candidates.feet, touching)
@@ -281,7 +289,12 @@ def write_decision(
 
 
 def _detect_open(search: StepSearch, feet: Projection | None, rows: Rows) -> Guards:
-    """Decide on points of an open body."""
+    """Write the decision on points of an open body; return guards as `detect` does.
+
+    The closest point may take over; else a point that came out in front is released, and the path
+    of any other is followed. With `hold` a point beyond a border keeps the foot that was followed.
+    Free points, and the remaining paths of released ones, enter by their last crossings.
+    """
     surface, step, _, detected, options, _ = search
     touching, free = rows
     candidates = candidates_of(search, feet, Rows(touching, free[:0]))
@@ -320,9 +333,10 @@ def _detect_open(search: StepSearch, feet: Projection | None, rows: Rows) -> Gua
 
 
 def _are_in_front(search: StepSearch, candidates: Candidates) -> BoolArray:
-    """Return which points are in front of their wall and have crossed no other sheet since.
+    """Return which points came out in front of their wall and have entered no other sheet since.
 
-    Their followed feet are the closest points.
+    Their followed feet are the closest points, and the nearest wall held them. Points deeper before
+    than their path is long do not count, as they cannot have come out.
     """
     step, options = search.step, search.options
     feet, in_front = candidates.closest, np.zeros(len(candidates.rows), np.bool_)
@@ -339,9 +353,10 @@ def _are_in_front(search: StepSearch, candidates: Candidates) -> BoolArray:
 def _enter_open(
     search: StepSearch, released: IntArray, share: FloatArray, free: IntArray
 ) -> Guards:
-    """Take points of an open body into contact whose last crossings enter it.
+    """Take points of an open body into contact whose last crossings enter it; return guards.
 
-    They are points released after a `share` (k,) of their paths, and free points.
+    They are points released after a `share` (k,) of their paths, and free points. Points are LOST
+    if crossings or walls are not found within the budget of the search.
     """
     surface, step, _, detected, options, _ = search
     rows = np.concatenate((released, free))

@@ -22,7 +22,7 @@ _COVER_TOL = 1e-9
 
 
 def default_area(slave: Slave) -> AreaMethod:
-    """Return the default area method of a slave."""
+    """Return the default area method of a slave: `FacetArea` with facets, else `NodalArea`."""
     has_facets = slave.facets is not None and len(slave.facets) > 0
     return FacetArea() if has_facets else NodalArea()
 
@@ -30,7 +30,13 @@ def default_area(slave: Slave) -> AreaMethod:
 def sampling_of(
     slave: Slave, quadrature: str | int, weights: str, fixed: FloatArray | None, law: Law
 ) -> Sampling:
-    """Return the points of contact and their fixed areas, which most laws need."""
+    """Return the points of contact of a slave, with `fixed` areas (n,) for weights "rest".
+
+    Raises
+    ------
+    InputError
+        The law needs areas at rest, and they are unknown.
+    """
     if quadrature != "nodes":
         return Sampling(slave, None, int(quadrature))
     if weights == "rest" and fixed is None and getattr(law, "needs_area", True):
@@ -72,7 +78,10 @@ def half_of(thickness: ArrayLike | None, slave: Slave, sampling: Sampling) -> Fl
 
 
 def pressure_of(sampling: Sampling, state: State) -> FloatArray:
-    """Return (n,) normal force at each node over the area that carries it, zero without contact."""
+    """Return (n,) normal force at each node over the area that carries it, zero without contact.
+
+    It is the share of fixed areas that is in contact, or the measured area if there are none.
+    """
     rows = np.flatnonzero(state.normal_force)
     force = sampling.nodal_sum(rows, state.normal_force[rows])
     if sampling.weight is None:

@@ -82,8 +82,8 @@ class RelativeVelocity(NamedTuple):
         p_W, v_W = self.points.take(rows, axis=0), self.nodes
         v_W = self.sampling.points_at(rows, v_W) if self.sampling.first else v_W.take(rows, axis=0)
         v_B = np.empty(v_W.shape)
-        given = v_W, p_W, self.pose, self.twist, v_B
-        run_ranges(straight(relative_nb.relative), len(rows), POINTS, *given)
+        args = v_W, p_W, self.pose, self.twist, v_B
+        run_ranges(straight(relative_nb.relative), len(rows), POINTS, *args)
         return v_B
 
 
@@ -96,7 +96,12 @@ def relative_velocity(
 ) -> RelativeVelocity | None:
     """Return the velocities of points p_W (m, 3) relative to the body; None if not given.
 
-    `poses` are those of the body before and now.
+    `poses` are those of the body before and now. A body whose pose stays the same needs no `twist`.
+
+    Raises
+    ------
+    InputError
+        One of `velocity` and `twist` without the other, wrong shapes, a place without a velocity.
     """
     if velocity is None:
         if twist is not None:
@@ -185,9 +190,11 @@ class ContactRows(NamedTuple):
 
     rows: IntArray
     depth: FloatArray
-    """(k,) λ."""
+    """(k,) penetration λ ≥ 0, length."""
     normal: FloatArray
+    """(k, 3) unit normals at the feet, towards the free side."""
     foot: FloatArray
+    """(k, 3)."""
     path: FloatArray
     """(k, 3) path relative to the surface in the step; zero at the start or without a past."""
     inside: FloatArray
@@ -234,7 +241,10 @@ class LastDepths(NamedTuple):
 
 
 def contact_rows(detected: Detection, p_B: FloatArray, past: PreviousStep | None) -> ContactRows:
-    """Return the points in contact with depths, normals, feet, paths and rates."""
+    """Return the points in contact with depths, normals, feet, paths and rates; see the record.
+
+    `p_B` (n, 3) are all points; `past` is None at the start, where paths and rates are zero.
+    """
     rows, gather = detected.touching, straight(carrying_nb.gather)
     if past is None:
         points = ContactRows.of(rows)
@@ -286,7 +296,11 @@ def respond(
     inp: LawInput,
     past: PreviousStep | None,
 ) -> Responses:
-    """Evaluate law and friction; the output is in arrays of its own."""
+    """Return the output of law and friction for `points`; friction is None without one.
+
+    Velocities that are not given are paths over the step. If the law acts as one force, friction
+    acts on all points as one. Raises `InputError` for a law's output of another shape.
+    """
     output = checked_output(law, inp)
     if friction is None:
         return Responses(output, None, None)
@@ -333,10 +347,13 @@ def respond(
 def checked_output(law: Law, inp: LawInput) -> LawOutput:
     """Return the output of a law, checked: one row per point in contact.
 
-    Without points the law is not evaluated.
+    Without points the law is not evaluated. The arrays are copied, as the law may reuse them, and a
+    tangent is dropped; output of `TRUSTED_LAWS` is returned unchecked.
 
-    Output of a wrong shape would be broadcast silently. The arrays are copied, as the law may reuse
-    them; those of `TRUSTED_LAWS` are new.
+    Raises
+    ------
+    InputError
+        The output is no `LawOutput`, or has another shape, which would be broadcast silently.
     """
     n = len(inp.penetration)
     if n == 0:
@@ -372,7 +389,11 @@ def checked_output(law: Law, inp: LawInput) -> LawOutput:
 def _common_friction(
     friction: Friction, points: ContactRows, inp: FrictionInput, past: PreviousStep | None
 ) -> tuple[FrictionOutput, FrictionInputs]:
-    """Return friction of all points as one, shared among them; `inp` is the input of points."""
+    """Return friction of all points as one, shared among them as the normal forces are.
+
+    `inp` is the input of single points. All points get the one memory, and old points must have
+    it; see the module's head for the mean path.
+    """
     shares = _shares(inp.force)
     before, memory = np.zeros((1, 3)), np.zeros((1, friction.n_memory))
     path_weights, present = shares, 1.0
@@ -424,12 +445,14 @@ class LawForces(NamedTuple):
     force: FloatArray
     """(k,) along the normals."""
     stored: FloatArray
+    """(k,) energies that the law stores."""
     hysteresis: FloatArray
+    """(k,) losses of the step."""
     damping: FloatArray
     """(k,) the part of `force` that is due to the rate."""
     friction: FloatArray
     """(k, 3) forces across the normals."""
-    held: FloatArray
+    spring_energy: FloatArray
     """(k,) energies stored in friction's springs."""
     lost: FloatArray
     """(k,) energies lost by friction."""
@@ -439,9 +462,13 @@ class LastForces(NamedTuple):
     """The forces and feet of the last step."""
 
     force: Column
+    """Normal forces."""
     normal: Column
+    """Unit normals (…, 3), body axes, of all points that were in contact."""
     traction: Column
+    """Friction forces (…, 3), body axes."""
     damping: Column
+    """Parts of the normal forces due to the rate."""
     energies: FloatArray
     """(5,) energies, as in `ContactEnergy`."""
     points: FloatArray
@@ -479,7 +506,8 @@ def forces(
 ) -> tuple[PointForces, bool]:
     """Return forces and energies of the points, and whether any force is damped.
 
-    `p_B` (m, 3) are all points.
+    `p_B` (m, 3) are all points. At the start, without a `past`, the work is the stored energy, and
+    nothing is lost.
     """
     (force, _, stored, _, hysteresis, damping, *_), friction_output, _ = response
     k = len(points.rows)
@@ -525,7 +553,10 @@ def forces(
 def kept_columns(
     touching: ContactRows, rows: IntArray, response: Responses, out: PointForces, is_damped: bool
 ) -> KeptColumns:
-    """Return the columns of a state for the points in contact; forces are those on `rows`."""
+    """Return the columns of a state for the points in contact; forces are those on `rows`.
+
+    Guards are empty; columns are None without friction, damping or a bound of the stiffness.
+    """
     normal, friction, _ = response
     bound, damping = normal.stiffness_bound, normal.damping if is_damped else None
     # Friction's memory and stiffness are copied, as it may reuse its arrays.

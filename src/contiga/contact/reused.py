@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from contiga.arrays.query_checks import check_apart, check_fillable
-from contiga.contact.checks import kind
+from contiga.contact.checks import check_type
 from contiga.contact.search_records import Columns
 from contiga.contact.state import Owner, State
 from contiga.errors import InputError
@@ -21,15 +21,16 @@ _arrays: Any = attrgetter(*Columns._fields, "points_B")
 def reusable_arrays(
     out: State, state: State, p_W: FloatArray, owner: Owner
 ) -> tuple[Columns, FloatArray]:
-    """Return the arrays of `out` for all points, and its array of points; `out` loses them.
+    """Return the arrays of `out` for all points, and its array of points; `out` is emptied.
 
     Raises
     ------
     InputError
-        `out` is not a state of `owner`, or is `state` itself, or shares arrays with `state`, the
-        points p_W (n, 3) or other objects.
+        `out` is not a state of `owner`, or is `state` itself, or shares memory with `state` or the
+        points p_W (n, 3), or has an array of another shape or type, or one that is read-only.
+        `out` is unchanged then.
     """
-    kind("out", out, State)
+    check_type("out", out, State)
     if out is state:
         raise InputError(
             "out must not be the state that the step goes on from, which is read all through",

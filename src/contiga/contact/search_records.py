@@ -72,6 +72,7 @@ class Options:
     """Whether points that tunnelled are held at the wall of entry."""
     nearest: bool
     depth: float
+    """Largest depth of contact, length; infinite without a limit."""
     closed: bool
     size: float
     """Size of the body, length."""
@@ -99,21 +100,24 @@ class Options:
 
 
 def options_of(
-    how: tuple[bool, bool, bool, bool],
+    flags: tuple[bool, bool, bool, bool],
     depth: float | None,
     closed: bool,
     master: Master,
     half: FloatArray | None,
 ) -> Options:
-    """Make the options of a contact with `master`; `how` are the first four options."""
+    """Make the options of a contact with `master`; `flags` are the first four options."""
     size, bounds = master.size, as_numbers(master.bounds(), "bounds")
     depth = reach_of(depth, closed, size)
     band = SAME_PLACE * size + ROUNDING * float(np.abs(bounds).max())
-    return Options(*how, depth, closed, size, band, half=half)
+    return Options(*flags, depth, closed, size, band, half=half)
 
 
 def reach_of(depth: float | None, closed: bool, size: float) -> float:
-    """Return the largest depth of contact in a body of this size, length; `depth` if given."""
+    """Return the largest depth of contact, length: `depth` if given.
+
+    Else it is infinite in a closed body, and the share `OPEN_DEPTH` of the size of an open one.
+    """
     if depth is not None:
         return depth
     return np.inf if closed else OPEN_DEPTH * size
@@ -123,7 +127,9 @@ class Last(NamedTuple):
     """The state after the last step, as far as the search needs it."""
 
     points_B: FloatArray
+    """(n, 3) positions, body axes."""
     patch: IntArray
+    """(n,) as in `State`, like the next three fields."""
     uv: FloatArray
     last_patch: IntArray
     safe_distance: FloatArray
@@ -135,7 +141,9 @@ class Step(NamedTuple):
     """Paths of n points in a step, body axes, with their state before it."""
 
     before: FloatArray
+    """(n, 3) positions before the step."""
     now: FloatArray
+    """(n, 3) positions at its end."""
     path_length: FloatArray
     """(n,) length; infinite if the point was not finite before. On a surface that changes its
     shape, relative to its rigid motion, plus the largest travel of the surface beside that."""
@@ -190,7 +198,7 @@ class WorkspacePool:
         return WorkspacePool, ()  # copies and pickles start empty
 
     def take(self, n: int) -> Workspace:
-        """Return a workspace for n points."""
+        """Return a free workspace, all of which are for n points; allocate one if there is none."""
         try:
             return self._free.pop()
         except IndexError:
@@ -281,6 +289,11 @@ class Detection(NamedTuple):
         own_uv, point, normal, gap, own_status, *_ = workspace
         feet = Projection(patch, own_uv, point, normal, gap, feature, own_status, certified)
         return cls(status, feet, safe_distance, last_patch, uv, workspace.rows[0, :0])
+
+    def last(self, points_B: FloatArray) -> Last:
+        """Return the input of the next step's search; the points are now at points_B (n, 3)."""
+        feet = self.feet.patch, self.uv, self.last_patch
+        return Last(points_B, *feet, self.safe_distance, self.guard_states)
 
     @property
     def guard_states(self) -> GuardStates:
@@ -374,7 +387,10 @@ class StepSearch(NamedTuple):
 
 
 def listed(rows: IntArray, counts: IndexArray) -> IntArray:
-    """Join the lists of rows of chunks, with these lengths, each from its own first row."""
+    """Return the lists of rows of chunks as one; `counts` are their lengths.
+
+    Each list begins at its chunk's first row of `rows`; a single list is a view.
+    """
     if len(counts) == 1:
         return rows[: counts[0]]
     parts = [rows[c * CHUNK : c * CHUNK + count] for c, count in enumerate(counts)]

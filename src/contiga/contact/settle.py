@@ -48,7 +48,11 @@ _memory = ThreadMemory()
 
 
 def settle_points(search: StepSearch, rows: Rows) -> Rows:
-    """Settle the points that kernels can decide; return the others."""
+    """Write the results of points that kernels can decide; return the others, ascending.
+
+    All `rows` are returned if the surface has no tables, or balls are not used, or feet are tracked
+    on an open body. On an open body free points are not settled.
+    """
     surface, step, feet, detected, options, _ = search
     tracked = not options.nearest
     has_kernels = options.balls and (options.closed or not tracked)
@@ -87,7 +91,7 @@ def settle_points(search: StepSearch, rows: Rows) -> Rows:
 
 
 def _settle_chunks(settle: Settle, rows: IntArray, size: int, certify: bool) -> IntArray:
-    """Settle `rows` in chunks of `size`; return the unsettled ones, ascending."""
+    """Settle `rows` in chunks of `size`, over threads; return the unsettled ones, ascending."""
     n = len(rows)
     unsettled = np.empty(n, np.int32)
     if n <= size:

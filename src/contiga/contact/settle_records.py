@@ -28,7 +28,9 @@ class TouchingRows(NamedTuple):
 
     rows: IntArray
     side: ByteArray
+    """−1 inside, 0 unknown."""
     reach: FloatArray
+    """Radius about the point without any surface, length, if the side is known."""
     patch: IntArray
     """Patch of the last foot; `uv` are its parameters."""
     uv: FloatArray
@@ -40,7 +42,7 @@ class TouchingRows(NamedTuple):
 class FreeRows(NamedTuple):
     """Free points whose feet are searched, one row each."""
 
-    which: IntArray
+    rows: IntArray
     """Numbers of the points among those of the call."""
     patch: IntArray
     """Patch where the search of a foot starts; `uv` are its parameters."""
@@ -52,7 +54,8 @@ class FreeRows(NamedTuple):
 class BallQueries(NamedTuple):
     """Feet at which touching balls are looked up."""
 
-    which: IntArray
+    feet: IntArray
+    """Numbers of the feet, ascending."""
     side: ByteArray
     """INNER or OUTER."""
 
@@ -60,7 +63,7 @@ class BallQueries(NamedTuple):
 class FootBalls(NamedTuple):
     """Radii of the balls that touch at feet."""
 
-    which: IntArray
+    feet: IntArray
     """Numbers of the feet, ascending."""
     radius: FloatArray
 
@@ -71,6 +74,7 @@ class Motion(NamedTuple):
     before: FloatArray
     """(n, 3) length, body frame."""
     now: FloatArray
+    """(n, 3)."""
 
 
 class LastPlaces(NamedTuple):

@@ -137,7 +137,7 @@ def shape_of(
     before: FloatArray | None = None,
     velocity: ArrayLike | None = None,
 ) -> Shape:
-    """Return the shape of a master with these control points, checked.
+    """Return the shape of a master with these control points, checked and copied.
 
     `before` are the control points before the step: an empty array for a state without, None at the
     start.
@@ -146,7 +146,7 @@ def shape_of(
     ------
     InputError
         A master without control points, a contact that follows feet, arrays of another shape than
-        the master's net, numbers that are not finite.
+        the master's net, `before` included, numbers that are not finite.
     GeometryError
         Patches that would not stay together.
     """

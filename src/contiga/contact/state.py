@@ -73,7 +73,7 @@ class Owner(Protocol):
         """Return the pressure (n,) of the law at each node, zero without contact."""
 
     def slid(self, state: State) -> FloatArray:
-        """Return the slip (m, 3) of each point, body axes."""
+        """Return the slip (m, 3) of each point since it entered, body axes."""
 
     def kinks(self, state: State) -> IntArray:
         """Return the points (k,) that another piece of the master pushes than before."""
@@ -377,9 +377,9 @@ class State(Displayed):
 def state_of(
     fields_by_name: dict[str, Any], kept: KeptColumns, owner: Owner, spent: State | None = None
 ) -> State:
-    """Return a state with these fields; other arrays are made on first use.
+    """Return a state with these fields; other arrays are made of `kept` on first use.
 
-    The state owns the arrays. A `spent` state is overwritten.
+    The state owns the arrays. A `spent` state is filled in instead of a new one.
     """
     state: State = object.__new__(State) if spent is None else spent
     vars(state).update(fields_by_name, _contact=owner, kept=kept, _maker=owner)
@@ -390,7 +390,7 @@ _TYPES = {"ByteArray": np.int8, "IntArray": np.int32, "FloatArray": np.float64}
 
 
 def own_arrays(state: State) -> State:
-    """Return the state with arrays for kernels: itself if a contact made it."""
+    """Return the state with contiguous arrays of the types of kernels: itself if a step made it."""
     if state._maker is not None:
         return state
     arrays = {

@@ -132,13 +132,13 @@ class _NormalTangent(NamedTuple):
 
     force: FloatArray
     """(k,)."""
-    own: FloatArray
+    slope: FloatArray
     """(k,) ∂F/∂λ."""
     rate: FloatArray
     """(k,) ∂F/∂λ̇."""
     dt: float
     """Length of the step; infinite in statics, without rates."""
-    grown: FloatArray
+    force_change: FloatArray
     """(k, m) derivatives of each force over the variables of its own point, filled in."""
 
 
@@ -162,13 +162,13 @@ class _Tangents(NamedTuple):
 
 
 def tangent_of(contact: ContactSetup, state: State, inputs: StepInputs) -> csr_array:
-    """Return ∂F/∂x of the nodes of a slave (3 n, 3 n)."""
+    """Return ∂F/∂x of the nodes of a slave (3 n, 3 n), world axes; raises as `_tangents` does."""
     places = _in_world(_tangents(contact, state, inputs, 3).terms, state.pose)
     return _matrix_of(inputs.points.rows, places, contact.sampling)
 
 
 def linearisation_of(contact: ContactSetup, state: State, inputs: StepInputs) -> Linearisation:
-    """Return all derivatives of the forces of a step."""
+    """Return all derivatives of the forces of a step; raises as `_tangents` does."""
     rows, sampling, pose = inputs.points.rows, contact.sampling, state.pose
     terms, velocities, deformed = _tangents(contact, state, inputs, VARIABLES)
     force = inputs.points.normal * state.normal_force[rows, None]
@@ -217,9 +217,10 @@ def linearisation_of(contact: ContactSetup, state: State, inputs: StepInputs) ->
 
 
 def kinks_of(contact: ContactSetup, state: State, inputs: StepInputs) -> IntArray:
-    """Return points in contact before and now whose derivative may not be valid.
+    """Return points, ascending, in contact before and now whose derivative may not be valid.
 
-    Another piece of the master pushes them, or the foot moved farther than its derivative allows.
+    Another patch or feature of the master pushes them, or the foot has moved farther than
+    `JUMP_FACTOR` times the path and the norm of its derivative.
     """
     points = inputs.points
     normal, moved = points.normal, points.foot - inputs.foot_before.at(points.rows)
@@ -241,7 +242,7 @@ def _tangents(contact: ContactSetup, state: State, inputs: StepInputs, m: int) -
     InputError
         Law or friction has no derivatives, or not one row a point.
     """
-    points, friction, seen = inputs.points, contact.friction, inputs.friction
+    points, friction, friction_inputs = inputs.points, contact.friction, inputs.friction
     k, dt = len(points.rows), inputs.law.dt or np.inf
     output, tangent = _checked_law_tangent(contact.law, inputs.law)
     rate = np.zeros(k) if tangent.rate is None else tangent.rate
@@ -253,17 +254,17 @@ def _tangents(contact: ContactSetup, state: State, inputs: StepInputs, m: int) -
         blocks = np.empty(change.normal.shape)
         run_ranges(tangent_nb.normal_blocks, k, POINTS_PER_THREAD, points, change, normal, blocks)
         terms = Terms.of(blocks)
-        carried = CarryingPoints(points, output, tangent, change, normal.grown, dt)
+        carrying = CarryingPoints(points, output, tangent, change, normal.force_change, dt)
         if tangent.force.left is not None:
             left = points.normal[:, :, None] * tangent.force.left[:, None, :]
-            terms = Terms(blocks, left, carried.right_sides(tangent.force))
-        if friction is not None and seen is not None and k:
-            terms = terms.plus(friction_terms(friction, seen, carried))
+            terms = Terms(blocks, left, carrying.right_sides(tangent.force))
+        if friction is not None and friction_inputs is not None and k:
+            terms = terms.plus(friction_terms(friction, friction_inputs, carrying))
         return terms
 
-    slopes, one = _foot_slopes(contact, state, points), np.eye(3)[None]
+    slopes, identity = _foot_slopes(contact, state, points), np.eye(3)[None]
     deformed, velocities = None, Terms.of(np.zeros((k, 3, 3)))
-    change = InputChange(slopes.depth, slopes.normal, one, np.zeros((0, 3, 3)))
+    change = InputChange(slopes.depth, slopes.normal, identity, np.zeros((0, 3, 3)))
     # The motion of the surface matters only for friction and for rates.
     if contact.shape is not None and (m == VARIABLES or friction is not None or rate.any()):
         rows, shape = points.rows, contact.shape
@@ -283,7 +284,9 @@ def _tangents(contact: ContactSetup, state: State, inputs: StepInputs, m: int) -
         if deformed is not None:
             turning = turning + change.velocity
         change = change._replace(velocity=turning)
-        velocities = terms_over(InputChange(np.zeros((k, 3)), np.zeros((k, 3, 3)), 0.0 * one, one))
+        velocities = terms_over(
+            InputChange(np.zeros((k, 3)), np.zeros((k, 3, 3)), 0.0 * identity, identity)
+        )
     return _Tangents(terms_over(change), velocities, deformed)
 
 
@@ -318,12 +321,12 @@ def _matrix_of(rows: IntArray, terms: Terms, sampling: Sampling) -> csr_array:
     matrix = sampling.matrix(rows, terms.blocks[: len(rows)])
     if terms.left.shape[2] == 0 or len(rows) == 0:
         return matrix
-    acting, felt = (int(side.any(axis=(1, 2)).sum()) for side in (terms.left, terms.right))
-    if 9 * acting * felt > MAX_NUMBERS:
+    n_acting, n_affected = (int(side.any(axis=(1, 2)).sum()) for side in (terms.left, terms.right))
+    if 9 * n_acting * n_affected > MAX_NUMBERS:
         raise InputError(
             "the derivatives are full between points that share a force",
             where="law",
-            found=f"{felt} points, {9 * acting * felt:.2g} numbers",
+            found=f"{n_affected} points, {9 * n_acting * n_affected:.2g} numbers",
             allowed=f"up to {MAX_NUMBERS:.2g}",
             remedy='Take ForceLaw with share = "deepest", which few points share, or a StressLaw',
         )
@@ -339,7 +342,10 @@ def _matrix_of(rows: IntArray, terms: Terms, sampling: Sampling) -> csr_array:
 
 
 def _gaps(state: State, points: ContactRows) -> FloatArray:
-    """Return the signed distances (k,) from the surface of contact."""
+    """Return the signed distances (k,) from the surface of contact, negative inside.
+
+    A point of depth zero has its height above the tangent plane at its foot.
+    """
     if points.depth.all():
         return -points.depth
     beside = row_products(state.points_B[points.rows] - points.foot, points.normal)
@@ -347,7 +353,10 @@ def _gaps(state: State, points: ContactRows) -> FloatArray:
 
 
 def _foot_slopes(contact: ContactSetup, state: State, points: ContactRows) -> FootSlopes:
-    """Return the derivatives of depths and normals; for shells at feet on the body itself."""
+    """Return the derivatives of depths and normals; for shells at feet on the body itself.
+
+    The depth of a point in front of the surface does not change.
+    """
     rows = points.rows
     k = len(rows)
     p_B, foot, normal, gap = state.points_B[rows], points.foot, points.normal, _gaps(state, points)
@@ -373,7 +382,9 @@ def _foot_slopes(contact: ContactSetup, state: State, points: ContactRows) -> Fo
 
 
 def _checked_law_tangent(law: Law, inp: LawInput) -> tuple[LawOutput, LawTangent]:
-    """Return the output of a law with its derivatives, checked.
+    """Return the output of a law, and its derivatives, checked.
+
+    Without points the law is not evaluated.
 
     Raises
     ------
@@ -405,7 +416,10 @@ def _checked_law_tangent(law: Law, inp: LawInput) -> tuple[LawOutput, LawTangent
 
 
 def _checked_slopes(values: Any, n: int, name: str) -> DepthSlopes:
-    """Return checked slopes of n points; a plain array has slopes over each point's penetration."""
+    """Return checked slopes of n points; a plain array has slopes over each point's penetration.
+
+    Raises `InputError` for other shapes, and for one side of a coupling without the other.
+    """
     slopes = values if isinstance(values, DepthSlopes) else DepthSlopes(values)
     own = _checked(slopes.own, (n,), f"{name}.own")
     left_given: Any = slopes.left
@@ -420,6 +434,7 @@ def _checked_slopes(values: Any, n: int, name: str) -> DepthSlopes:
 
 
 def _checked(values: object, shape: tuple[int, ...], name: str) -> FloatArray:
+    """Return values of the tangent of a law as an array; raise `InputError` for another shape."""
     where = f"law: tangent.{name}"
     numbers = as_numbers(values, where, "the law must answer numbers")
     if numbers.shape != shape:

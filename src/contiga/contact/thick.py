@@ -18,7 +18,7 @@ from typing import NamedTuple
 import numpy as np
 
 from contiga.area.offset import off_surface
-from contiga.contact.foot_rows import closest, copy_feet
+from contiga.contact.foot_rows import at_border, closest, copy_feet
 from contiga.contact.search_records import BoolArray, Detection, Options, Rows, StepSearch
 from contiga.masters.protocol import Surface
 from contiga.records import (
@@ -52,10 +52,11 @@ class Reach(NamedTuple):
 def detect_at_start(
     surface: Surface, p_B: FloatArray, rows: IntArray, detected: Detection, options: Options
 ) -> None:
-    """Search at the start.
+    """Write the results at the start into `detected`, of points `rows` of p_B (n, 3), body axes.
 
     In a search by intersection points within reach are not in contact until they have been out of
-    reach; in a search by penetration they are.
+    reach; in a search by penetration they are, unless the border is their closest point and does
+    not hold them.
     """
     rows_near = _rows_within_reach(surface, p_B, rows, detected, options)
     reached = measure_reach(closest(surface, p_B, rows_near), p_B, rows_near, options)
@@ -68,7 +69,12 @@ def detect_at_start(
 
 
 def detect(search: StepSearch, rows: Rows) -> None:
-    """Decide on the points that were in contact and on the free points that are near."""
+    """Write the decision on the points of `rows` into `search.detected`.
+
+    A point in contact stays as long as it is within reach; a free one enters by coming within
+    reach, of an open body from the front, if it has been out of reach since the start. In a search
+    by penetration it enters wherever it comes from.
+    """
     surface, step, _, detected, options, _ = search
     touching_before, free = rows
     rows_near = np.concatenate(
@@ -123,7 +129,7 @@ def _exclude_from_behind(
 
 
 def _closest_points(search: StepSearch, rows: IntArray, *, before: bool = False) -> Projection:
-    """Return the closest points of points `rows`, now or before the step.
+    """Return the closest points of points `rows`, one row each, now or before the step.
 
     On a surface that changes its shape the search starts from the feet of the last step.
     """
@@ -137,10 +143,14 @@ def _closest_points(search: StepSearch, rows: IntArray, *, before: bool = False)
 
 
 def measure_reach(feet: Projection, p_B: FloatArray, rows: IntArray, options: Options) -> Reach:
-    """Return the distances from contact of p_B[rows] by their closest points."""
+    """Return the distances from contact of p_B[rows] by their closest points.
+
+    Beyond a border the distance counts as in front. The `room` of points without a closest point is
+    zero.
+    """
     assert options.half is not None
     half = options.half[rows]
-    on_border = (feet.status == Status.BORDER) | (feet.status == Status.TRIMMED)
+    on_border = at_border(feet)
     solved = (feet.status == Status.OK) | on_border
     # Beyond a border there is no inside.
     distance = np.where(on_border, np.abs(feet.gap), feet.gap)
@@ -157,7 +167,10 @@ def measure_reach(feet: Projection, p_B: FloatArray, rows: IntArray, options: Op
 def _rows_within_reach(
     surface: Surface, p_B: FloatArray, rows: IntArray, detected: Detection, options: Options
 ) -> IntArray:
-    """Return the rows whose closest points are needed; store safe distances of the others."""
+    """Return the rows that may be within reach; store the safe distances of the others.
+
+    A bound of the distance above half the thickness, outside a closed body, proves the others.
+    """
     assert options.half is not None
     if options.closed:
         sides = surface.sides(p_B, rows)

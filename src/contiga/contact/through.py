@@ -45,7 +45,10 @@ class Held(NamedTuple):
 
 
 def detect(search: StepSearch, rows: Rows) -> Rows:
-    """Decide on the points that a wall holds; return the others."""
+    """Write the results of the points that a wall holds; return the others, ascending.
+
+    Free points, and points released on their path, are held by the wall by which they enter next.
+    """
     surface, step, last, _, options, _ = search
     touching, free_before = rows
     foot = last.patch[touching], last.uv[touching]
@@ -75,7 +78,8 @@ def detect(search: StepSearch, rows: Rows) -> Rows:
 def _keep_held(search: StepSearch, held: Held) -> IntArray:
     """Keep held points in contact; return the rows for which this decides.
 
-    It does not for points on the surface of a closed body, within rounding, that are not inside.
+    Points outside a closed body become THROUGH if they are behind their feet by more than rounding;
+    it does not decide on the other points outside.
     """
     detected, band, (rows, feet, status) = search.detected, search.options.band, held
     settled, safe_distance = np.ones(len(rows), dtype=bool), np.zeros(len(rows))
@@ -104,7 +108,8 @@ def _find_held_entries(
 ) -> Held:
     """Return the points among `rows`, free at `starts`, that a wall of entry holds at the end.
 
-    `starts` is changed to where the last wall of entry released each point.
+    Up to `MAX_WALLS` walls are tried, one after the other. `starts` is changed to where the last
+    wall of entry released each point.
     """
     result = Held(rows[:0], blank(0), np.zeros(0, np.int8))
     for _ in range(MAX_WALLS):
@@ -137,7 +142,8 @@ def _release_points(
 ) -> FloatArray:
     """Return where (len(rows), 3) the wall releases points on `path` = (from, to), by bisection.
 
-    Their feet are at `place` = (patch, uv) at the start, and are not kept at the end.
+    Their feet are at `place` = (patch, uv) at the start, and are not kept at the end: of the last
+    bracket, the end that is not held.
     """
     a, b = path[0][rows], path[1][rows]
     start = place[0][rows], place[1][rows]

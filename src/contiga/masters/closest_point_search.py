@@ -111,7 +111,10 @@ class ClosestPointSearch(NamedTuple):
         out: Projection,
         within: FloatArray | None = None,
     ) -> None:
-        """Closest points; bounds `within` of their distances would save nothing."""
+        """Closest points; bounds `within` of their distances would save nothing.
+
+        A point without a closest one gets patch −1 and the status MAX_ITERATIONS.
+        """
         if len(rows) == 0:
             return
         points = p_B[rows]
@@ -127,7 +130,7 @@ class ClosestPointSearch(NamedTuple):
         out.certified[rows] = has_foot
 
     def _closest_points(self, points: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Return the user's closest points and normals; refuse results of another shape."""
+        """Return the user's closest points and normals; raise `GeometryError` for other shapes."""
         result = self.closest_points(points)
         try:
             foot, normal = (np.asarray(part, dtype=np.float64) for part in result)
@@ -150,7 +153,10 @@ class ClosestPointSearch(NamedTuple):
         starts: SurfacePlaces,
         out: Projection,
     ) -> None:
-        """Closest points, of walls that do not face away; there are no farther ones."""
+        """Closest points, of walls that do not face away; there are no farther ones.
+
+        Points outside, or beyond the limits of distance, get MAX_ITERATIONS as well.
+        """
         self.closest(p_B, np.arange(len(p_B), dtype=np.int32), out)
         is_facing = row_products(out.normal, guards) >= limits.cosine
         is_facing &= (
@@ -198,8 +204,9 @@ class ClosestPointSearch(NamedTuple):
     ) -> tuple[FloatArray, ByteArray]:
         """Return the fraction (n,) at which paths first change sides, and in which sense.
 
-        The fraction is NaN if a path does not change sides. The sense is 1 if it enters there, −1
-        if it leaves.
+        The fraction is NaN if a path does not change sides, or if its length is zero or not finite.
+        The sense is 1 if it enters there, −1 if it leaves, 0 without a change. With `entries_only`
+        a path that leaves goes on to its first entry.
         """
         n, length = len(start), row_lengths(end - start)
         fraction, sense = np.full(n, np.nan), np.zeros(n, np.int8)
@@ -239,6 +246,7 @@ class ClosestPointSearch(NamedTuple):
         return high
 
     def _gaps(self, p_B: FloatArray) -> FloatArray:
+        """Return the signed distances (n,) of points, NaN without a closest one."""
         feet = empty_projection(len(p_B))
         self.closest(p_B, np.arange(len(p_B), dtype=np.int32), feet)
         return feet.gap

@@ -38,7 +38,7 @@ def nearest(
     depth: float | None = None,
     share: float = 0.0,
 ) -> Nearest:
-    """Find the one of p_B[rows] with the smallest gap.
+    """Return the one of p_B[rows] with the smallest gap, and lower bounds of all gaps.
 
     Parameters
     ----------
@@ -60,7 +60,8 @@ def least(
     """Return the smallest of many gaps and its row; lower bounds (n,) save most evaluations.
 
     `gaps` returns the gaps of some rows, infinite for points without a foot. Other gaps may be
-    smaller than the result by a `share` of it.
+    smaller than the result by a `share` of it. Of equal gaps the one with the least bound counts;
+    without any foot the gap is infinite.
     """
     order = np.argsort(bounds, kind="stable")
     best, row, begin = np.inf, int(order[0]), 0
@@ -81,7 +82,10 @@ def least(
 def gaps_of(
     surface: Surface, p_B: FloatArray, depth: float | None
 ) -> tuple[FloatArray, Projection]:
-    """Return gaps (n,) of points (n, 3), infinite without a foot, and feet; `depth` as above."""
+    """Return gaps (n,) of points (n, 3), infinite without a foot, and feet; `depth` as above.
+
+    A gap is negative inside, and never if `depth` is None.
+    """
     feet = empty_projection(len(p_B))
     rows = np.arange(len(p_B), dtype=np.int32)
     surface.closest(np.ascontiguousarray(p_B), rows, feet)
@@ -97,7 +101,10 @@ def gaps_of(
 def lower_bounds(
     surface: Surface, p_B: FloatArray, rows: IntArray, depth: float | None
 ) -> FloatArray:
-    """Return lower bounds (n,) of the gaps of p_B[rows]; `depth` as for `nearest`."""
+    """Return lower bounds (n,) of the gaps of p_B[rows], zero for other points.
+
+    They are −∞ for points that may be inside; `depth` is as for `nearest`.
+    """
     bounds = np.zeros(len(p_B))
     surface.safe_distance(p_B, rows, bounds)
     if depth is None:

@@ -192,7 +192,8 @@ class Master(Protocol):
     ) -> Projection:
         """Feet of `points` (n, 3): the closest points, or those continued from `start`.
 
-        `mode` is "global" or "track".
+        `mode` is "global" or "track", which needs `start`: without it the closest points are
+        searched. Raises `InputError` for another mode.
         """
         p_B = as_points(points)
         feet = empty_projection(len(p_B))
@@ -233,7 +234,7 @@ class Master(Protocol):
         raise _missing(self, "mass_properties", "Give its mass, centre and inertia as numbers")
 
     def digest(self, digest: Digest) -> None:
-        """Add what decides results to a digest."""
+        """Add everything that decides results to a digest."""
         digest.thing(self)
 
     def facts(self) -> dict[str, Any]:

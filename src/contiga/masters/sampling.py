@@ -24,6 +24,9 @@ _MIN_AREA_RATIO = 0.125
 def refined(body: Master, mesh: TriMesh, size: float) -> TriMesh:
     """Divide triangles of a body until no side is longer than `size`; new points lie on the body.
 
+    A mesh without long sides is returned itself. New points without a foot, and those of a master
+    without patches, stay on the old sides.
+
     >>> from contiga.geometry import shapes
     >>> from contiga.masters.body import Body
     >>> plate = Body(shapes.plane(width=60.0, length=60.0))

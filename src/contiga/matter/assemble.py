@@ -7,14 +7,14 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import ArrayLike
 
-from contiga.arrays.layout import as_points, not_negative, positive, real
+from contiga.arrays.layout import as_points, not_negative, positive
 from contiga.errors import InputError, MeshError
 from contiga.matter.assembled import Assembled, Average, Group
 from contiga.matter.blocks import block_sums, in_lanes, node_sums, nodes_in_lanes
 from contiga.matter.kernels.solid_viscosity_nb import MEMORY
-from contiga.matter.mass_scaling import added_to, scaled
+from contiga.matter.mass_scaling import added_to, lumped_masses, scaled
 from contiga.matter.parts import Part, shapes_of
-from contiga.matter.shapes import Shapes, hourglass_modes
+from contiga.matter.shapes import Shapes, hourglass_springs
 from contiga.matter.skin import skin
 from contiga.matter.tables import ElementTables
 from contiga.records import FloatArray, IntArray
@@ -47,7 +47,7 @@ def assemble(
     InputError
         No part, a damping or mass below zero, a time that is not above zero.
     MeshError
-        An element that is inside out or has no volume, a node that is in no element.
+        An element that is inside out or has no volume, a node that is in no element or not finite.
 
     Examples
     --------
@@ -89,15 +89,7 @@ def assemble(
             remedy="Leave it out, or give it to a part",
         )
     if lumped is not None:
-        lumped = np.asarray(real(lumped, "lumped"), dtype=np.float64)
-        if lumped.shape != (n,) or not (np.isfinite(lumped) & (lumped >= 0.0)).all():
-            raise InputError(
-                "must be masses of the nodes, 0 or more",
-                where="lumped",
-                found=f"shape {lumped.shape}, from {lumped.min(initial=np.inf):g}",
-                allowed=f"({n},)",
-            )
-        mass = mass + lumped
+        mass = mass + lumped_masses(lumped, n)
     if facets is None:
         facets = skin([(part.kind, part.elements) for part in parts])
     facets = np.ascontiguousarray(facets, dtype=np.int32)
@@ -123,7 +115,8 @@ def _group(
 ) -> tuple[Group, IntArray]:
     """Return the tables of a part for kernels, and the node of each of its rows.
 
-    Its rows and its memory begin at `first_row` and `first_memory`.
+    Its rows and its memory begin at `first_row` and `first_memory`. With a change of volume that is
+    averaged at nodes, the tables have no λ of their own; `bound` keeps it.
     """
     sums, nodes_of_rows = block_sums(part.elements, len(nodes))
     coefficients = part.material.coefficients(part.kind, part.across)
@@ -132,6 +125,11 @@ def _group(
         linear, quadratic = part.bulk_viscosity
         wave_speed = np.sqrt(coefficients.wave_modulus / part.density)
         viscosity = np.array([linear * wave_speed, quadratic, part.density])
+    springs = np.zeros((0, 0))
+    if part.kind == "hex8":
+        modulus = part.hourglass * coefficients.modulus
+        rows_of_springs = hourglass_springs(nodes[part.elements], shapes, modulus)
+        springs = in_lanes(rows_of_springs, np.zeros(24))
     tables = ElementTables(
         nodes_in_lanes(part.elements),
         in_lanes(shapes.gradients),
@@ -140,7 +138,7 @@ def _group(
         coefficients.numbers,
         coefficients.curves,
         coefficients.tangent,
-        _hourglass_table(part, shapes, nodes, coefficients.modulus),
+        springs,
         viscosity,
         in_lanes(np.cbrt(shapes.measures)[:, None]),
         0,
@@ -168,21 +166,3 @@ def _group(
         coefficients.reaches,
     )
     return group, nodes_of_rows
-
-
-def _hourglass_table(part: Part, shapes: Shapes, nodes: FloatArray, modulus: float) -> FloatArray:
-    """Return the table of hourglass springs, rows by `solid_hex_nb`; empty for other elements.
-
-    A brick of side a that is bent along it by its mode ξη stores E V (2 q)²/(6 a²), its springs
-    c V (8 q)²/2: they are as stiff as the material with c = E/(48 a²). For objectivity c is the
-    same in all directions, with the longer of both sides, so that none is too stiff.
-    """
-    if part.kind != "hex8":
-        return np.zeros((0, 0))
-    modes = hourglass_modes(nodes[part.elements], shapes.gradients)
-    stiffness = part.hourglass * modulus / (48.0 * modes.lengths**2)
-    weighted = stiffness[:, :, None] * modes.vectors
-    row_sums = np.abs(np.einsum("ema,emb->eab", weighted, modes.vectors)).sum(axis=2)
-    row_sums *= shapes.measures[:, None]
-    at_rest = modes.at_rest.reshape(len(stiffness), 12)
-    return in_lanes(np.concatenate([at_rest, stiffness, row_sums], axis=1), np.zeros(24))

@@ -12,7 +12,7 @@ from contiga.arrays.threads import run_ranges
 from contiga.arrays.workspace import Workspace
 from contiga.errors import ElementError
 from contiga.jit import straight
-from contiga.matter.blocks import NodeSums, sum_at_nodes
+from contiga.matter.blocks import NodeSums, memory_of, sum_at_nodes
 from contiga.matter.coefficients import Reach
 from contiga.matter.element_fields import ElementFields, KindFields, LargestStrain, at_nodes
 from contiga.matter.kernels import elements_nb, row_sums_nb
@@ -22,7 +22,7 @@ from contiga.matter.parts import DIMENSION
 from contiga.matter.protocol import MatterEnergy, MatterForces, MatterState
 from contiga.matter.strain import bar_gradients, green, membrane_gradients, metric
 from contiga.matter.stress import Apart, apart, cauchy
-from contiga.matter.tables import ElementOutput, ElementTables, Memory, Motion
+from contiga.matter.tables import ElementOutput, ElementTables, Motion
 from contiga.records import FloatArray, IntArray
 
 MIN_BLOCKS = 8
@@ -105,7 +105,7 @@ class Assembled:
         return MatterState(self.nodes.copy(), np.zeros(self._memory_size))
 
     def forces(self, state: MatterState, q: FloatArray, v: FloatArray, dt: float) -> MatterForces:
-        """See `Matter`."""
+        """See `Matter`. The error names the first inverted element of the first such part."""
         q, v = np.ascontiguousarray(q, np.float64), np.ascontiguousarray(v, np.float64)
         motion = Motion(locked(q), locked(v), float(dt), np.zeros(0))
         partial = _workspace.rows(len(self._sums.rows), 3)
@@ -125,11 +125,20 @@ class Assembled:
                 MIN_BLOCKS,
                 group_motion,
                 group.tables,
-                _memory(group, state, memory),
+                memory_of(blocks, group.memory, state, memory),
                 out,
             )
             if out.inverted.any():
-                raise _inversion_error(group, q, out.inverted)
+                corners, gradients = q[group.elements], full_gradients(group)
+                with np.errstate(invalid="ignore"):
+                    determinants = np.linalg.det(np.einsum("eai,eaj->eij", corners, gradients))
+                first = int(np.flatnonzero(~(determinants > 0.0))[0])
+                raise ElementError(
+                    f"{group.kind} of {group.name}",
+                    first,
+                    corners[first].mean(axis=0),
+                    int(out.inverted.sum()),
+                )
             of_group = out.energy.sum(axis=0)
             of_group[0] += averaged_energy
             energy += of_group
@@ -184,7 +193,7 @@ class Assembled:
         return entries
 
     def reached(self, state: MatterState) -> list[LargestStrain]:
-        """Return the largest strains since the start of the tables of all parts."""
+        """Return the largest strain since the start for each table of each part."""
         strains = []
         for group in self.groups:
             blocks, n = len(group.tables.nodes), len(group.elements)
@@ -199,7 +208,7 @@ class Assembled:
     ) -> tuple[FloatArray, FloatArray]:
         """Return the forces (e · k, 3) on the corners of the separate elements of a group.
 
-        Beside them the stored energy (≥ e,) of each element.
+        Beside them the stored energy (≥ e,) of each element; rows from e on are padding.
         """
         blocks, q = len(group.tables.nodes), locked(state.points)
         rows = max(len(pieces.rows), group.rows.stop - group.rows.start)
@@ -216,7 +225,7 @@ class Assembled:
             averaged_energies = density * group.tables.measures.ravel()[: len(density)]
         points = locked(state.points[pieces.corners])
         motion = Motion(points, locked(np.zeros_like(points)), 0.0, corner_pressures)
-        memory = _memory(group, state, np.empty(self._memory_size))
+        memory = memory_of(blocks, group.memory, state, np.empty(self._memory_size))
         run_ranges(KERNELS[group.kind][0], blocks, MIN_BLOCKS, motion, pieces.tables, memory, out)
         forces = np.empty((len(pieces.corners), 3))
         forces[pieces.rows] = partial[: len(pieces.rows)]
@@ -233,7 +242,7 @@ class Assembled:
             out = ElementOutput(
                 partial[group.rows], np.empty((0, N_ENERGIES)), np.empty(0, np.int32)
             )
-            memory = _memory(group, state, np.empty(self._memory_size))
+            memory = memory_of(blocks, group.memory, state, np.empty(self._memory_size))
             run_ranges(KERNELS[group.kind][1], blocks, MIN_BLOCKS, motion, group.bound, memory, out)
         return np.asarray(sum_at_nodes(partial, self._sums).max(axis=1))
 
@@ -244,6 +253,7 @@ def _pressures(
     """Return λ (J̄ − 1) (m,), J̄ the mean of a node's elements by volume, and Σ V λ (J̄ − 1)²/2.
 
     Its gradient is Σ p̄ ∂v/∂x over elements of volume v, p̄ the mean of their corners' λ (J̄ − 1).
+    Nodes without tetrahedra have zero; `out.partial` is overwritten.
     """
     blocks = len(group.tables.nodes)
     run_ranges(elements_nb.tet_volumes, blocks, MIN_BLOCKS, motion, group.tables, out)
@@ -254,24 +264,6 @@ def _pressures(
     change = np.where(has_volume, ratios - 1.0, 0.0)
     pressures = average.modulus * change
     return pressures, 0.5 * float(np.sum(average.volumes * pressures * change))
-
-
-def _memory(group: Group, state: MatterState, new: FloatArray) -> Memory:
-    """Return a group's part of the memory of a state, and of the memory to write."""
-    blocks = len(group.tables.nodes)
-    old = state.memory[group.memory].reshape(blocks, -1)
-    return Memory(locked(old), new[group.memory].reshape(blocks, -1))
-
-
-def _inversion_error(group: Group, points: FloatArray, counts: IntArray) -> ElementError:
-    """Return the error of the first element of a group that is inside out."""
-    corners = points[group.elements]
-    gradients = full_gradients(group)
-    with np.errstate(invalid="ignore"):
-        determinants = np.linalg.det(np.einsum("eai,eaj->eij", corners, gradients))
-    element = int(np.flatnonzero(~(determinants > 0.0))[0])
-    place = corners[element].mean(axis=0)
-    return ElementError(f"{group.kind} of {group.name}", element, place, int(counts.sum()))
 
 
 def full_gradients(group: Group) -> FloatArray:

@@ -7,11 +7,13 @@ from typing import NamedTuple
 
 import numpy as np
 
+from contiga.arrays.layout import locked
 from contiga.arrays.threads import run_ranges
 from contiga.jit import straight
 from contiga.matter.kernels import lanes_nb
 from contiga.matter.kernels.lanes_nb import LANES
-from contiga.matter.tables import BlockSums
+from contiga.matter.protocol import MatterState
+from contiga.matter.tables import BlockSums, Memory
 from contiga.records import FloatArray, IntArray
 
 MIN_NODES = 2000
@@ -55,7 +57,10 @@ def nodes_in_lanes(elements: IntArray) -> IntArray:
 
 
 def block_sums(elements: IntArray, n_nodes: int) -> tuple[BlockSums, IntArray]:
-    """Return the sums in blocks of elements (n, k), and the node (r,) of each row."""
+    """Return the sums in blocks of elements (n, k), and the node (r,) of each row.
+
+    The rows of a block are its nodes, ascending; lanes are summed in the order of elements.
+    """
     n, corners = elements.shape
     lane, block = np.arange(n) % LANES, np.arange(n) // LANES
     keys = (block[:, None] * np.int64(n_nodes) + elements).ravel()
@@ -72,7 +77,7 @@ def block_sums(elements: IntArray, n_nodes: int) -> tuple[BlockSums, IntArray]:
 
 
 def node_sums(nodes_of_rows: IntArray, n_nodes: int) -> NodeSums:
-    """Return the sums of rows at nodes, in the order of the rows."""
+    """Return the sums of rows at nodes, each in the order of the rows."""
     starts = np.zeros(n_nodes + 1, np.int32)
     np.cumsum(np.bincount(nodes_of_rows, minlength=n_nodes), out=starts[1:])
     return NodeSums(starts, np.argsort(nodes_of_rows, kind="stable").astype(np.int32))
@@ -83,3 +88,12 @@ def sum_at_nodes(partial: FloatArray, sums: NodeSums) -> FloatArray:
     out = np.empty((len(sums.starts) - 1, 3))
     run_ranges(straight(lanes_nb.sum_at_nodes), len(out), MIN_NODES, partial, *sums, out)
     return out
+
+
+def memory_of(blocks: int, places: slice, state: MatterState, new: FloatArray) -> Memory:
+    """Return the `places` of a group of elements in the memory of a state, and in `new` memory.
+
+    Both are views, the old one read-only.
+    """
+    old = state.memory[places].reshape(blocks, -1)
+    return Memory(locked(old), new[places].reshape(blocks, -1))

@@ -37,6 +37,7 @@ class Coefficients(NamedTuple):
     material: int
     """Number of the material in the kernels `elements_stress_nb`."""
     numbers: FloatArray
+    """(c,) coefficients, in the order of the material's kernel."""
     modulus: float
     """Young's modulus at rest, for hourglass stiffness."""
     wave_modulus: float
@@ -71,7 +72,7 @@ class Material(Protocol):
 
 
 def poisson_ratio(value: object, name: str) -> float:
-    """Return `value` as a Poisson's ratio, above −1 and below ½."""
+    """Return `value` as a Poisson's ratio; raise `InputError` unless above −1 and below ½."""
     allowed = "a number above -1 and below 0.5"
     try:
         number = float(real(value))

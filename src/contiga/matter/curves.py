@@ -17,12 +17,13 @@ ROWS = "a modulus > 0, or rows [strain, stress] from [0, 0], strain rising, stre
 
 
 def as_table(curve: CurveLike, name: str) -> FloatArray:
-    """Return rows (n, 2) of strain and stress of a table, or of a modulus.
+    """Return rows (n, 2) of strain and stress of a table; of a modulus [0, 0] and [1, modulus].
 
     Raises
     ------
     InputError
-        Not a table of numbers, not from zero, strains that do not rise, stresses that fall.
+        Not a table of numbers, not from zero, strains that do not rise, stresses that fall or are
+        zero throughout.
     """
     rows = [[0.0, 0.0], [1.0, curve]] if is_number(curve) else curve
     table = table_of(rows, COLUMNS, where=name, at_least=2, allowed=ROWS)

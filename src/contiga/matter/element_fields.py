@@ -77,7 +77,10 @@ def at_nodes(groups: Sequence[KindFields], count: int) -> ElementFields:
 
 
 def at_facets(groups: Sequence[KindFields], facets: IntArray) -> ElementFields:
-    """Return the fields of the first element at each facet (f, 3); NaN without an element."""
+    """Return the fields of the first element that has all corners of a facet (f, 3); else NaN.
+
+    Groups come in their order, elements of a group by number.
+    """
     values = np.full((len(facets), 13), np.nan)
     count = 1 + int(facets.max(initial=-1))
     is_missing = np.ones(len(facets), np.bool_)

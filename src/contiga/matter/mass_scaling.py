@@ -1,4 +1,4 @@
-"""Mass scaling: mass added to nodes so that steps may be longer."""
+"""Mass added to nodes: lumped masses, and mass scaling, so that steps may be longer."""
 
 from __future__ import annotations
 
@@ -6,7 +6,9 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike
 
+from contiga.arrays.layout import real
 from contiga.errors import InputError
 from contiga.matter.parts import Part
 from contiga.matter.protocol import Matter, MatterState
@@ -25,11 +27,31 @@ class AddedMass(NamedTuple):
     mass: float
     """Mass of its elements."""
     added: float
+    """Mass beyond that, by scaling."""
 
     @property
     def share(self) -> float:
         """Added mass as a fraction of its own."""
         return self.added / self.mass
+
+
+def lumped_masses(masses: ArrayLike, n: int) -> FloatArray:
+    """Return masses (n,) of nodes, checked.
+
+    Raises
+    ------
+    InputError
+        Another number of masses, or one that is negative or not finite.
+    """
+    lumped = np.asarray(real(masses, "lumped"), dtype=np.float64)
+    if lumped.shape != (n,) or not (np.isfinite(lumped) & (lumped >= 0.0)).all():
+        raise InputError(
+            "must be masses of the nodes, 0 or more",
+            where="lumped",
+            found=f"shape {lumped.shape}, from {lumped.min(initial=np.inf):g}",
+            allowed=f"({n},)",
+        )
+    return lumped
 
 
 def added_to(parts: Sequence[Part], masses: FloatArray, added: FloatArray) -> tuple[AddedMass, ...]:
@@ -56,7 +78,8 @@ def scaled(matter: Matter, step: float) -> FloatArray:
     """Return masses (m,) with which the critical step at rest is `step` or longer.
 
     By Gershgorin's theorem no vibration is faster than ω² = max Σ_j |K_ij| / m_i, and 2/ω is the
-    critical step: the mass of a node is at least Σ_j |K_ij| step²/4.
+    critical step: the mass of a node is at least Σ_j |K_ij| step²/4, times `MARGIN`. No mass
+    becomes smaller.
 
     Raises
     ------

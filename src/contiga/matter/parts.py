@@ -111,7 +111,8 @@ def shapes_of(part: Part, nodes: FloatArray) -> Shapes:
     Raises
     ------
     MeshError
-        A corner that is not a node, or an element that is inside out or has no volume or area.
+        A corner that is not a node, or an element that is inside out or has no volume, area or
+        length, by `FLAT`.
     InputError
         A direction of the material across the plane of an element.
     """
@@ -158,7 +159,10 @@ def shapes_of(part: Part, nodes: FloatArray) -> Shapes:
 
 
 def _checked_elements(elements: ArrayLike, kind: str, name: str) -> IntArray:
-    """Return the rows (n, k) of nodes of elements of a kind."""
+    """Return the rows (n, k) of nodes of elements of a kind, as int32.
+
+    Raises `MeshError` for anything but whole numbers, at least one row, of k corners.
+    """
     rows = np.asarray(elements)
     n_corners = N_CORNERS[kind]
     if rows.ndim != 2 or len(rows) == 0 or not np.issubdtype(rows.dtype, np.integer):

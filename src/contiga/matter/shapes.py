@@ -41,7 +41,7 @@ class Shapes(NamedTuple):
 
 
 def tetrahedra(corners: FloatArray) -> Shapes:
-    """Return the shapes of linear tetrahedra with corners (n, 4, 3)."""
+    """Return the shapes of linear tetrahedra (n, 4, 3); without volume gradients are not finite."""
     edges = corners[:, 1:] - corners[:, :1]
     cofactors = np.stack(
         [np.cross(edges[:, (k + 1) % 3], edges[:, (k + 2) % 3]) for k in range(3)], 1
@@ -57,7 +57,7 @@ def hexahedra(corners: FloatArray) -> Shapes:
     """Return the shapes of trilinear hexahedra (n, 8, 3), with mean gradients ∫ ∇N dV / V.
 
     Gauss's rule of 2 × 2 × 2 points is exact for them. A hexahedron whose determinant is not
-    positive at one of these points counts as inside out.
+    positive at one of these points counts as inside out: its measure is the least determinant.
     """
     n = len(corners)
     gradients, shares = np.zeros((n, 8, 3)), np.zeros((n, 8))
@@ -81,6 +81,8 @@ def hexahedra(corners: FloatArray) -> Shapes:
 
 def measures(kind: str, corners: FloatArray) -> FloatArray:
     """Return volumes, areas or lengths (n,) of elements (n, k, 3), exact and never negative.
+
+    Those of elements that are inside out count as positive.
 
     Raises
     ------
@@ -135,7 +137,7 @@ class HourglassModes(NamedTuple):
 
 
 def hourglass_modes(corners: FloatArray, gradients: FloatArray) -> HourglassModes:
-    """Return the hourglass modes of hexahedra (n, 8, 3) with mean gradients (n, 24)."""
+    """Return the hourglass modes of hexahedra (n, 8, 3) with mean gradients (n, 24) at rest."""
     n = len(corners)
     x, y, z = CUBE.T
     modes = np.stack([x * y, y * z, z * x, x * y * z])
@@ -147,10 +149,27 @@ def hourglass_modes(corners: FloatArray, gradients: FloatArray) -> HourglassMode
     return HourglassModes(at_rest, vectors, np.stack([*pairs, np.maximum(pairs[0], c)], axis=1))
 
 
+def hourglass_springs(corners: FloatArray, shapes: Shapes, modulus: float) -> FloatArray:
+    """Return hourglass springs (n, 24) of hexahedra with `corners` (n, 8, 3), rows of a table.
+
+    They are h_α·X (12), the stiffnesses c (4) and row sums of these springs at the corners (8); see
+    `solid_hex_nb`. A brick of side a that is bent along it by its mode ξη stores E V (2 q)²/(6 a²),
+    its springs c V (8 q)²/2: they are as stiff as the material with c = E/(48 a²). For objectivity
+    c is the same in all directions, with the longer of both sides, so that none is too stiff.
+    """
+    modes = hourglass_modes(corners, shapes.gradients)
+    stiffness = modulus / (48.0 * modes.lengths**2)
+    weighted = stiffness[:, :, None] * modes.vectors
+    row_sums = np.abs(np.einsum("ema,emb->eab", weighted, modes.vectors)).sum(axis=2)
+    row_sums *= shapes.measures[:, None]
+    return np.concatenate([modes.at_rest.reshape(-1, 12), stiffness, row_sums], axis=1)
+
+
 def triangles(corners: FloatArray, direction: FloatArray | None = None) -> Shapes:
     """Return the shapes of linear triangles with corners (n, 3, 3), in their planes.
 
-    The first axis in a plane is the first edge, or the projection of `direction` (n, 3).
+    The first axis in a plane is the first edge, or the projection of `direction` (n, 3). Gradients
+    are not finite without an area, or if the direction is across the plane.
     """
     edges = corners[:, 1:] - corners[:, :1]
     normal = np.cross(edges[:, 0], edges[:, 1])

@@ -18,7 +18,10 @@ _N_NEWTON = 30
 
 
 def membrane_gradients(corners: FloatArray) -> FloatArray:
-    """Return gradients (e, 3, 3) of the corners of triangles (e, 3, 3) at rest, in their planes."""
+    """Return gradients (e, 3, 3) of the corners of triangles (e, 3, 3) at rest, in their planes.
+
+    They are in the axes of space; elements must have an area.
+    """
     edge_1, edge_2 = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
     normal = np.cross(edge_1, edge_2)
     normal /= np.sum(normal * normal, axis=1, keepdims=True)

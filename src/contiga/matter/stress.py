@@ -47,6 +47,7 @@ def apart(
 def cauchy(kind: str, corners: FloatArray, forces: FloatArray, across: float) -> FloatArray:
     """Return the stresses (e, 6) of elements with corners (e, k, 3) and forces (e, k, 3) on them.
 
+    The antisymmetric part, which is rounding, is left out.
     Stresses of membranes and bars are by the thickness or section `across` at rest; elements
     without area or length have zero stress.
     """

@@ -88,7 +88,7 @@ class Fabric:
             self._thread(name)
 
     def _thread(self, name: str) -> Hysteresis:
-        """Return the hysteresis of "warp" or "weft"."""
+        """Return the hysteresis of "warp" or "weft"; raises as `_hysteresis` does."""
         loading: FloatArray = getattr(self, name)
         unloading: FloatArray | None = getattr(self, f"{name}_unloading")
         return _hysteresis(loading, unloading, self.hysteresis_slope, name)
@@ -185,7 +185,10 @@ def _hysteresis(
 ) -> Hysteresis:
     """Return the hysteresis between two tables; without `unloading` it loses no energy.
 
-    The tables must not cross below twice their last strain.
+    Raises
+    ------
+    InputError
+        Tables that cross below twice their last strain, a slope below theirs or missing.
     """
     curve = Characteristic(loading, name=name)
     if unloading is None:

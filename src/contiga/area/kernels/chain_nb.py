@@ -11,6 +11,8 @@ from contiga.jit import kernel
 def chain(ends, first, incident, order, starts):
     """Chain the segments between nodes `ends` (m, 2) to lines; return the number of lines.
 
+    At each node the first unused segment follows. A line that finds none is closed straight.
+
     Parameters
     ----------
     first, incident : the segments at node a are incident[first[a]:first[a + 1]], ascending

@@ -32,7 +32,10 @@ def facet_components(whole, corner, n_c):
 
 @kernel()
 def graph_components(first, neighbour, rows, place):
-    """Return (n_c,) regions of the points `rows` in a graph of n points; `place` is (n,), −1."""
+    """Return (n_c,) regions of the points `rows` in a graph of n points, in order of appearance.
+
+    `place` is (n,), −1; filled with the index in `rows` of each of them.
+    """
     for i in range(rows.shape[0]):
         place[rows[i]] = i
     parent = np.arange(rows.shape[0]).astype(np.int32)

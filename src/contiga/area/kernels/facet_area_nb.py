@@ -71,7 +71,10 @@ def polygon_of(inside, fraction, f, polygon, edge):
 
 @inner()
 def hand_over(share, inside):
-    """Distribute the shares of corners that are not in contact over the ones that are."""
+    """Distribute the shares of corners out of contact over the others, in proportion to theirs.
+
+    `share` (3,) is changed; the proportions are equal if the other shares are zero.
+    """
     inner_sum = 0.0
     outer_sum = 0.0
     count = 0
@@ -91,7 +94,8 @@ def hand_over(share, inside):
 def slave_pieces(nodes, points, corner, n_c, fraction, share, start, stop):
     """Compute the area in contact of facets start … stop (corners `nodes`), split to the corners.
 
-    Each corner gets in `share` the integral of its linear shape function.
+    Each corner gets in `share` the integral of its linear shape function; corners out of contact
+    hand theirs over. For `corner`, n_c and `fraction` see `cuts`.
     """
     polygon = scratch(4, 3)
     edge = stack_int64(4)
@@ -103,7 +107,13 @@ def slave_pieces(nodes, points, corner, n_c, fraction, share, start, stop):
             share[f, k] = 0.0
         n = polygon_of(inside, fraction, f, polygon, edge)
         for j in range(1, n - 1):
-            part = area * abs(_determinant(polygon[0], polygon[j], polygon[j + 1]))
+            a, b, c = polygon[0], polygon[j], polygon[j + 1]
+            determinant = (
+                a[0] * (b[1] * c[2] - b[2] * c[1])
+                - a[1] * (b[0] * c[2] - b[2] * c[0])
+                + a[2] * (b[0] * c[1] - b[1] * c[0])
+            )
+            part = area * abs(determinant)
             for k in range(3):
                 share[f, k] += part * (polygon[0, k] + polygon[j, k] + polygon[j + 1, k]) / 3.0
         hand_over(share[f], inside)
@@ -120,15 +130,6 @@ def _triangle_area(a, b, c):
     return 0.5 * math.sqrt(x * x + y * y + z * z)
 
 
-@inner()
-def _determinant(a, b, c):
-    return (
-        a[0] * (b[1] * c[2] - b[2] * c[1])
-        - a[1] * (b[0] * c[2] - b[2] * c[0])
-        + a[2] * (b[0] * c[1] - b[1] * c[0])
-    )
-
-
 @kernel()
 def slave_whole(rows, points, corner, share, start, stop):
     """Compute the areas of facets start … stop that touch with all corners, split to these."""
@@ -143,7 +144,10 @@ def slave_whole(rows, points, corner, share, start, stop):
 
 @kernel()
 def gather(corner, share, area):
-    """Add the shares of facets' corners to the nodal areas (n_c,), in order."""
+    """Add the shares of facets' corners to the nodal areas (n_c,), in order.
+
+    Corners from n_c on, out of contact, are left out.
+    """
     for f in range(corner.shape[0]):
         for k in range(3):
             if corner[f, k] < area.shape[0]:

@@ -8,12 +8,6 @@ from contiga.jit import inner, kernel
 
 
 @inner()
-def _orientation(p, a, b, c):
-    """Twice the signed area of the triangle a b c: positive counter-clockwise."""
-    return (p[b, 0] - p[a, 0]) * (p[c, 1] - p[a, 1]) - (p[b, 1] - p[a, 1]) * (p[c, 0] - p[a, 0])
-
-
-@inner()
 def _distance2(p, a, b):
     return (p[b, 0] - p[a, 0]) ** 2 + (p[b, 1] - p[a, 1]) ** 2
 
@@ -45,7 +39,10 @@ def jarvis(p):
             if end < 0:
                 end = i
                 continue
-            turn = _orientation(p, last, end, i)
+            # Twice the signed area of the triangle last, end, i: positive counter-clockwise.
+            turn = (p[end, 0] - p[last, 0]) * (p[i, 1] - p[last, 1]) - (p[end, 1] - p[last, 1]) * (
+                p[i, 0] - p[last, 0]
+            )
             if turn < 0.0 or (turn == 0.0 and _distance2(p, last, i) > _distance2(p, last, end)):
                 end = i
         if end < 0 or _distance2(p, end, start) == 0.0:

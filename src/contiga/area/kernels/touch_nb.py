@@ -11,7 +11,7 @@ from contiga.jit import inner, kernel
 
 @kernel()
 def incidence(facets, n):
-    """Return the facets at each of n points: (first (n+1,), incident)."""
+    """Return the facets at each of n points, ascending: (first (n+1,), incident)."""
     first = np.zeros(n + 1, np.int64)
     for f in range(facets.shape[0]):
         for k in range(3):
@@ -34,7 +34,8 @@ def touched(topology, rows, place):
 
     `place` is (n,), −1; filled with the index in `rows` of every point in contact. Returns the
     corners (m, 3) in `rows` of the facets that touch with all corners, and the rows (k,) of the
-    facets that touch in part.
+    facets that touch in part. Facets are ascending if most touch, else in the order of their first
+    corner in contact among `rows`.
     """
     bound = 0
     for i in range(rows.shape[0]):
@@ -54,14 +55,17 @@ def touched(topology, rows, place):
     for r in rows:
         for j in range(topology.first[r], topology.first[r + 1]):
             f = topology.incident[j]
-            if _first_corner(facets, f, place) == r:
+            k = 0  # the first corner in contact
+            while place[facets[f, k]] < 0:
+                k += 1
+            if facets[f, k] == r:
                 n, m = _classify(facets, f, place, whole, part, (n, m))
     return whole[:n], part[:m]
 
 
 @inner()
 def _classify(facets, f, place, whole, part, counts):
-    """Append facet f to `whole` or `part` if it touches; return their new lengths."""
+    """Append facet f to `whole` (all corners in contact) or `part` (some); return their lengths."""
     n, m = counts
     a = place[facets[f, 0]]
     b = place[facets[f, 1]]
@@ -75,14 +79,6 @@ def _classify(facets, f, place, whole, part, counts):
         part[m] = f
         return n, m + 1
     return n, m
-
-
-@inner()
-def _first_corner(facets, f, place):
-    for k in range(3):
-        if place[facets[f, k]] >= 0:
-            return facets[f, k]
-    return -1
 
 
 @kernel()
@@ -101,7 +97,11 @@ def around(facets, part, points, place):
     n_i = 0
     n_f = 0
     for f in part:
-        if not _finite(facets, f, points):
+        total = 0.0
+        for k in range(3):
+            for c in range(3):
+                total += points[facets[f, k], c]
+        if not math.isfinite(total):
             continue
         finite_facets[m] = f
         m += 1
@@ -129,25 +129,12 @@ def around(facets, part, points, place):
             corner[j, k] += n_i
             for l in range(3):
                 d = facets[finite_facets[j], l]
-                distance2 = _distance2(points, c, d)
+                distance2 = (
+                    (points[c, 0] - points[d, 0]) ** 2
+                    + (points[c, 1] - points[d, 1]) ** 2
+                    + (points[c, 2] - points[d, 2]) ** 2
+                )
                 if place[d] >= 0 and distance2 < min_distance2[number[c]]:
                     min_distance2[number[c]] = distance2
                     start[number[c]] = number[d]
     return finite_facets[:m].copy(), corner, inner[:n_i].copy(), free[:n_f].copy(), start
-
-
-@inner()
-def _finite(facets, f, points):
-    total = 0.0
-    for k in range(3):
-        for c in range(3):
-            total += points[facets[f, k], c]
-    return math.isfinite(total)
-
-
-@inner()
-def _distance2(points, a, b):
-    total = 0.0
-    for c in range(3):
-        total += (points[a, c] - points[b, c]) ** 2
-    return total

@@ -42,7 +42,8 @@ def list_within_reach(path, last, bulge, lists, size, start, stop):
     """List the points that may reach the surface if their paths bulge by `bulge`.
 
     `path` is a `Motion`, `last` are `LastPlaces`, `lists` the `ChunkLists` of chunks of `size`
-    points.
+    points, filled for chunks start … stop. Free points that do not take part, and points that are
+    not finite, are not listed.
     """
     patch, distance, active = last.patch, last.safe_distance, last.active
     rows, counts = lists.rows, lists.counts

@@ -30,8 +30,8 @@ def gather(feet, now, last, dt, out):
     """Fill the columns of `ContactRows` for the points that they list.
 
     `feet` are the feet and `now` (n, 3) the positions of all points; `last` are `LastDepths`.
-    Without given velocities the rate is the change over the step `dt` for old contacts, and the
-    speed of approach for new ones.
+    Depths are zero in front of the surface. Without given velocities the rate is the change over
+    the step `dt` for old contacts, and the speed of approach for new ones.
     """
     place, last_rows, velocity = 0, last.rows, out.velocity
     for i in range(out.rows.shape[0]):

@@ -86,7 +86,10 @@ def _has_behind(feet, i, limits):
 
 @inner()
 def _is_beyond_border(feet, i, points):
-    """Return whether a point is beside its foot i, which is at a border."""
+    """Return whether a point is beside its foot i, which is at a border.
+
+    The arm from the foot is then off the normal by more than the sine `BORDER_SLANT`.
+    """
     square, height = 0.0, 0.0
     for c in range(3):
         offset = points[i, c] - feet.point[i, c]
@@ -100,7 +103,7 @@ def _is_beyond_border(feet, i, points):
 
 @inner()
 def _is_in_front(feet, i):
-    """Return whether a point is in front of its foot i."""
+    """Return whether a point is in front of its foot i, on a face or on a border."""
     has_foot = feet.status[i] in (OK, BRANCH_EVENT) or is_at_border(feet.status[i])
     return has_foot and feet.gap[i] > 0.0
 
@@ -109,8 +112,8 @@ def _is_in_front(feet, i):
 def _may_have_passed_under(paths, i, length, limits):
     """Return whether the border of a wall may have been nearer than the wall that held the point.
 
-    It is not nearer at the begin of the part; each distance changes by at most the `length` of the
-    part.
+    The followed foot is at that border, beside the point at the begin of the part. It is not nearer
+    there; each distance changes by at most the `length` of the part.
     """
     if not _is_beyond_border(paths.followed, i, paths.point):
         return False
@@ -150,6 +153,7 @@ def _put_on_wall(paths, i, feet, opposed):
 
 @inner()
 def _end(paths, i, outcome):
+    """End path i with this outcome; return DONE."""
     paths.outcome[i] = outcome
     paths.question[i] = DONE
     return DONE
@@ -159,8 +163,9 @@ def _end(paths, i, outcome):
 def _may_have_turned(paths, i, min_depth, length):
     """Return whether the nearest wall may have become opposite by a gradual rotation.
 
-    Both distances change by at most the length: if they differ by more than twice that, the wall
-    has been opposite all along.
+    Both distances change by at most the `length` of the part: if they differ by more than twice
+    that, the wall has been opposite all along. No wall turns while an opposite one is nearest, nor
+    where the nearest is less deep than `min_depth`.
     """
     nearest, other = paths.nearest, paths.other
     is_farther = other.status[i] == OK and nearest.gap[i] - other.gap[i] > 2.0 * length
@@ -178,7 +183,11 @@ def _max_depth(min_depth, length, band):
 
 @inner()
 def _restart(paths, limits, i):
-    """Put a point that no wall holds step by step on another wall; return whether there is one."""
+    """Put a point that no wall holds step by step on another wall; return whether there is one.
+
+    On an open body it is the facing wall, if there is one, or else the nearest wall if the point is
+    behind it; on a closed body it is the nearest.
+    """
     if not limits.closed and paths.other.status[i] == OK:
         _put_on_wall(paths, i, paths.other, True)
     elif limits.closed or _has_behind(paths.nearest, i, limits):
@@ -191,14 +200,17 @@ def _restart(paths, limits, i):
 
 @inner()
 def _halve(paths, i):
-    """Begin the present part of path i again with half its length."""
+    """Halve the present part of path i, to begin it again; return BEGIN_PART."""
     paths.part[i] *= 0.5
     return BEGIN_PART
 
 
 @inner()
 def _begin_next_part(paths, i, share):
-    """Begin the next part of path i at a `share`, or end the path there."""
+    """Begin the next part, of twice the length, at a `share` of path i; end the path at its end.
+
+    Returns BEGIN_PART or DONE.
+    """
     paths.progress[i] = share
     paths.part[i] = min(2.0 * paths.part[i], paths.max_part[i])
     if share < 1.0:
@@ -208,118 +220,140 @@ def _begin_next_part(paths, i, share):
     return _end(paths, i, ANOTHER_PUSHES if paths.is_opposed[i] else NEAREST_PUSHES)
 
 
+@inner()
+def _begin_part(paths, i, limits):
+    """Begin a part of path i; return whether its closest point is known, as at the path's end.
+
+    Otherwise the next question is written into `paths`. After `MAX_PARTS` parts that is DONE: the
+    nearest wall at the end pushes if it has the point behind.
+    """
+    paths.n_parts[i] += 1
+    if paths.n_parts[i] > MAX_PARTS:
+        paths.is_opposed[i] = False
+        has_wall = limits.closed or _has_behind(paths.end_feet, i, limits)
+        _end(paths, i, RESTARTED if has_wall else GIVEN_UP)
+        return False
+    target = paths.progress[i] + paths.part[i]
+    paths.target[i] = target = 1.0 if target > END_SHARE else target
+    if target < 1.0:
+        _ask(paths, i, CLOSEST, target)
+        return False
+    take_foot(paths.nearest, i, paths.end_feet, i)
+    return True
+
+
+@inner()
+def _take_facing(paths, i, limits, min_depth, length):
+    """Put path i on the facing wall that was found, or decide why there is none; ask on.
+
+    A part that is not the shortest is halved first if the nearest wall may have turned, or if no
+    wall holds the point on an open body.
+    """
+    other, closed = paths.other, limits.closed
+    max_depth = _max_depth(min_depth, length, limits.band)
+    is_held = other.status[i] == OK and -other.gap[i] <= max_depth
+    is_unclear = not is_held and not closed
+    if paths.part[i] > MIN_PART and (is_unclear or _may_have_turned(paths, i, min_depth, length)):
+        return _halve(paths, i)
+    if is_held:
+        _put_on_wall(paths, i, other, True)
+    elif closed:
+        _restart(paths, limits, i)
+    else:
+        return _ask_at_end(paths, i, ON_WALL)
+    return _begin_next_part(paths, i, paths.target[i])
+
+
+@inner()
+def _next_in_part(paths, limits, i, question):
+    """Return the next question after the answer to one of the present part, and update `paths`.
+
+    It is BEGIN_PART if the part is done or has to be halved.
+    """
+    band, closed = limits.band, limits.closed
+    nearest, other, target = paths.nearest, paths.other, paths.target[i]
+    length = (target - paths.progress[i]) * paths.length[i]
+    min_depth = paths.depth[i] - length - 2.0 * band
+    is_short, pushes = paths.part[i] <= MIN_PART, False
+    if question == CLOSEST and not closed and paths.depth[i] - length <= 2.0 * band:
+        return _ask_at_end(paths, i, STILL_ON_WALL)
+    if question == STILL_ON_WALL and _is_in_front(paths.followed, i):
+        # The point came out before any other wall was as near.
+        return _end(paths, i, CAME_OUT) if is_short else _halve(paths, i)
+    if question in (CLOSEST, STILL_ON_WALL, GUARD_TURNS):
+        pushes = _has_behind(nearest, i, limits) and -nearest.gap[i] >= min_depth
+        pushes = pushes and not is_opposite(nearest, i, paths.guard, i)
+        # The guard may have rotated with its wall before this wall became as near.
+        if pushes and not paths.is_opposed[i] and paths.patch[i] >= 0 and not is_short:
+            if question == GUARD_TURNS and is_opposite(nearest, i, paths.followed.normal, i):
+                return _halve(paths, i)
+            if question != GUARD_TURNS and is_other_wall(nearest, i, paths.guard, i):
+                return _ask_at_end(paths, i, GUARD_TURNS)
+        if pushes and (paths.is_opposed[i] or not closed):
+            return _ask_at_begin(paths, i, CLOSEST_BEFORE, nearest)
+    elif (
+        question in (CLOSEST_BEFORE, FACING_BEFORE)
+        and not is_short
+        and _may_have_passed_under(paths, i, length, limits)
+    ):
+        return _halve(paths, i)
+    elif question == CLOSEST_BEFORE:
+        pushes = _was_farther(paths, i, limits)
+    elif question == FACING:
+        if other.status[i] == OK and (paths.is_opposed[i] or not closed):
+            return _ask_at_begin(paths, i, FACING_BEFORE, other)
+    elif question in (ENDS, ENDS_FARTHER):
+        # The search for a missing wall costs a hundred times as much as a foot.
+        if not is_short and _is_beyond_border(paths.followed, i, paths.point):
+            paths.part[i] *= 0.5
+            paths.target[i] = paths.progress[i] + paths.part[i]
+            return _ask_at_end(paths, i, ENDS_FARTHER)
+        return _ask(paths, i, FACING, target) if question == ENDS else BEGIN_PART
+    elif question == FACING_BEFORE and not _was_farther(paths, i, limits):
+        paths.n_tries[i] += 1
+        if paths.n_tries[i] < MAX_TRIES:
+            paths.min_distance[i] = 2.0 * band - other.gap[i]
+            return _ask(paths, i, FACING, target)
+        other.status[i] = MAX_ITERATIONS
+    if question in (CLOSEST, STILL_ON_WALL, GUARD_TURNS, CLOSEST_BEFORE):
+        if pushes:
+            _put_on_wall(paths, i, nearest, False)
+            return _begin_next_part(paths, i, target)
+        paths.n_tries[i], paths.min_distance[i] = 0, min_depth
+        # On an open body farther walls are of no use, and mostly there is none.
+        paths.max_distance[i] = math.inf if closed else _max_depth(min_depth, length, band)
+        return _ask(paths, i, FACING, target) if closed else _ask_at_end(paths, i, ENDS)
+    if question == ON_WALL:
+        # The foot shows why no wall holds the point.
+        if _is_in_front(paths.followed, i):
+            return _end(paths, i, CAME_OUT)
+        if is_at_border(paths.followed.status[i]):
+            return _end(paths, i, SLID_OFF)
+        paths.max_distance[i] = math.inf
+        return _ask(paths, i, FACING_ANYWHERE, target)
+    if question == FACING_ANYWHERE:
+        if not _restart(paths, limits, i):
+            return _end(paths, i, CAME_OUT)
+        return _begin_next_part(paths, i, target)
+    return _take_facing(paths, i, limits, min_depth, length)
+
+
 @inner(linked=False)
 def next_question(paths, limits, i):
     """Return the next question about path i, given the answer at `paths.point` to the present one.
 
-    `limits` are `Limits`.
+    The question is written into `paths`, with all that follows from the answer. `limits` are
+    `Limits`.
     """
-    band, closed = limits.band, limits.closed
-    question, nearest, other = paths.question[i], paths.nearest, paths.other
-    pushes = False
+    question = paths.question[i]
     while True:
         if question == BEGIN_PART:
-            paths.n_parts[i] += 1
-            if paths.n_parts[i] > MAX_PARTS:
-                paths.is_opposed[i] = False
-                has_wall = closed or _has_behind(paths.end_feet, i, limits)
-                return _end(paths, i, RESTARTED if has_wall else GIVEN_UP)
-            target = paths.progress[i] + paths.part[i]
-            paths.target[i] = target = 1.0 if target > END_SHARE else target
-            if target < 1.0:
-                return _ask(paths, i, CLOSEST, target)
-            take_foot(nearest, i, paths.end_feet, i)
+            if not _begin_part(paths, i, limits):
+                return paths.question[i]
             question = CLOSEST
-        target, length = paths.target[i], (paths.target[i] - paths.progress[i]) * paths.length[i]
-        min_depth = paths.depth[i] - length - 2.0 * band
-        if question == CLOSEST and not closed and paths.depth[i] - length <= 2.0 * band:
-            return _ask_at_end(paths, i, STILL_ON_WALL)
-        if question == STILL_ON_WALL and _is_in_front(paths.followed, i):
-            # The point came out before any other wall was as near.
-            if paths.part[i] <= MIN_PART:
-                return _end(paths, i, CAME_OUT)
-            question = _halve(paths, i)
-            continue
-        if question in (CLOSEST, STILL_ON_WALL, GUARD_TURNS):
-            pushes = _has_behind(nearest, i, limits) and -nearest.gap[i] >= min_depth
-            pushes = pushes and not is_opposite(nearest, i, paths.guard, i)
-            # The guard may have rotated with its wall before this wall became as near.
-            may_turn = not paths.is_opposed[i] and paths.patch[i] >= 0 and paths.part[i] > MIN_PART
-            if pushes and may_turn:
-                if question == GUARD_TURNS and is_opposite(nearest, i, paths.followed.normal, i):
-                    question = _halve(paths, i)
-                    continue
-                if question != GUARD_TURNS and is_other_wall(nearest, i, paths.guard, i):
-                    return _ask_at_end(paths, i, GUARD_TURNS)
-            if pushes and (paths.is_opposed[i] or not closed):
-                return _ask_at_begin(paths, i, CLOSEST_BEFORE, nearest)
-        elif (
-            question in (CLOSEST_BEFORE, FACING_BEFORE)
-            and paths.part[i] > MIN_PART
-            and _may_have_passed_under(paths, i, length, limits)
-        ):
-            question = _halve(paths, i)
-            continue
-        elif question == CLOSEST_BEFORE:
-            pushes = _was_farther(paths, i, limits)
-        elif question == FACING:
-            if other.status[i] == OK and (paths.is_opposed[i] or not closed):
-                return _ask_at_begin(paths, i, FACING_BEFORE, other)
-        elif question in (ENDS, ENDS_FARTHER):
-            # The search for a missing wall costs a hundred times as much as a foot.
-            if paths.part[i] > MIN_PART and _is_beyond_border(paths.followed, i, paths.point):
-                paths.part[i] *= 0.5
-                paths.target[i] = paths.progress[i] + paths.part[i]
-                return _ask_at_end(paths, i, ENDS_FARTHER)
-            if question == ENDS:
-                return _ask(paths, i, FACING, target)
-            question = BEGIN_PART
-            continue
-        elif question == FACING_BEFORE and not _was_farther(paths, i, limits):
-            paths.n_tries[i] += 1
-            if paths.n_tries[i] < MAX_TRIES:
-                paths.min_distance[i] = 2.0 * band - other.gap[i]
-                return _ask(paths, i, FACING, target)
-            other.status[i] = MAX_ITERATIONS
-        if question in (CLOSEST, STILL_ON_WALL, GUARD_TURNS, CLOSEST_BEFORE):
-            if not pushes:
-                paths.n_tries[i], paths.min_distance[i] = 0, min_depth
-                # On an open body farther walls are of no use, and mostly there is none.
-                paths.max_distance[i] = math.inf if closed else _max_depth(min_depth, length, band)
-                return _ask(paths, i, FACING, target) if closed else _ask_at_end(paths, i, ENDS)
-            _put_on_wall(paths, i, nearest, False)
-            question = _begin_next_part(paths, i, target)
-        elif question == ON_WALL:
-            # The foot shows why no wall holds the point.
-            if _is_in_front(paths.followed, i):
-                return _end(paths, i, CAME_OUT)
-            if is_at_border(paths.followed.status[i]):
-                return _end(paths, i, SLID_OFF)
-            paths.max_distance[i] = math.inf
-            return _ask(paths, i, FACING_ANYWHERE, target)
-        elif question == FACING_ANYWHERE:
-            if not _restart(paths, limits, i):
-                return _end(paths, i, CAME_OUT)
-            question = _begin_next_part(paths, i, target)
-        else:
-            is_held = other.status[i] == OK and -other.gap[i] <= _max_depth(min_depth, length, band)
-            is_short = paths.part[i] <= MIN_PART
-            if not is_short and not is_held and not closed:
-                must_halve = True
-            else:
-                must_halve = not is_short and _may_have_turned(paths, i, min_depth, length)
-            if must_halve:
-                question = _halve(paths, i)
-                continue
-            if is_held:
-                _put_on_wall(paths, i, other, True)
-            elif closed:
-                _restart(paths, limits, i)
-            else:
-                return _ask_at_end(paths, i, ON_WALL)
-            question = _begin_next_part(paths, i, target)
-        if question == DONE:
-            return DONE
+        question = _next_in_part(paths, limits, i, question)
+        if question != BEGIN_PART:
+            return question
 
 
 @kernel()
@@ -331,7 +365,10 @@ def next_questions(paths, limits, rows):
 
 @kernel()
 def follow_paths(tables, paths, limits, start, stop):
-    """Follow the paths start … stop of a body with these `ContactTables` to their ends."""
+    """Follow the paths start … stop of a body with these `ContactTables` to their ends.
+
+    Questions are asked and answered in turn, into `paths`; `limits` are `Limits`.
+    """
     body, h, nearest = tables.body, scratch(4, 6), scratch(4)
     facing, places = (
         FacingLimits(OPPOSITE_COSINE, paths.min_distance, paths.max_distance),

@@ -22,18 +22,6 @@ def _remaining(distance, length):
     return 0.0 if remaining <= 0.0 else remaining
 
 
-@inner()
-def _clear_row(columns, k):
-    """Reset row k to that of a point without a foot; most rows are so already, and not written."""
-    if columns.patch[k] >= 0:
-        columns.patch[k] = columns.feature[k] = -1
-        columns.certified[k] = 0
-    elif columns.last_patch[k] < 0:
-        return
-    columns.last_patch[k] = -1
-    columns.uv[k, 0] = columns.uv[k, 1] = 0.0
-
-
 @kernel(error_model="numpy")
 def place(placing, size, start, stop):
     """Place the points of chunks start … stop of `size`: see `PlacementArrays`."""
@@ -61,7 +49,11 @@ def move_and_place(placing, p_W, pose, size, start, stop):
 
 @inner(error_model="numpy")
 def _place_chunk(placing, before, now, start, stop):
-    """Place one chunk of points (3 n,); return the ends of its two lists."""
+    """Place points start … stop of one chunk; return the ends of its two lists.
+
+    `before` and `now` are all points (3 n,). Blocks of points out of reach are not listed: only
+    their statuses and safe distances are written.
+    """
     last, columns, active = placing.last, placing.columns, placing.active
     touching = free = start
     lengths = scratch(BLOCK)
@@ -77,11 +69,10 @@ def _place_chunk(placing, before, now, start, stop):
             lengths, last.safe_distance[first:last_row], active[first:last_row]
         ):
             columns.status[first:last_row] = FREE
-            distance, new_distance = (
-                last.safe_distance[first:last_row],
-                columns.safe_distance[first:last_row],
-            )
-            _reduce_distances(lengths, distance, new_distance)
+            distance = last.safe_distance[first:last_row]
+            new_distance = columns.safe_distance[first:last_row]
+            for k in range(distance.shape[0]):
+                new_distance[k] = math.copysign(abs(distance[k]) - lengths[k], distance[k])
         else:
             for k in range(first, last_row):
                 touching, free = _place_point(placing, k, lengths[k - first], now, touching, free)
@@ -118,21 +109,22 @@ def _are_out_of_reach(lengths, distance, active):
 
 
 @inner(error_model="numpy")
-def _reduce_distances(lengths, distance, new_distance):
-    """Reduce the safe distances of points by their path lengths."""
-    for k in range(distance.shape[0]):
-        new_distance[k] = math.copysign(abs(distance[k]) - lengths[k], distance[k])
-
-
-@inner(error_model="numpy")
 def _place_point(placing, k, length, now, touching, free):
     """Place one point, and list it if the search must examine it; return the ends of the lists.
 
-    `now` is (3 n,).
+    `now` is (3 n,). Points that are not finite, and free ones that do not take part, are not
+    listed; the last are infinitely far from contact.
     """
     last, columns, rows = placing.last, placing.columns, placing.rows
     active, distance = placing.active[k], last.safe_distance[k]
-    _clear_row(columns, k)
+    # Reset the row to that of a point without a foot; most rows are so already, and not written.
+    had_foot = columns.patch[k] >= 0
+    if had_foot:
+        columns.patch[k] = columns.feature[k] = -1
+        columns.certified[k] = 0
+    if had_foot or columns.last_patch[k] >= 0:
+        columns.last_patch[k] = -1
+        columns.uv[k, 0] = columns.uv[k, 1] = 0.0
     x, y, z = now[3 * k], now[3 * k + 1], now[3 * k + 2]
     if not (math.isfinite(x) and math.isfinite(y) and math.isfinite(z)):
         columns.status[k] = NOT_FINITE

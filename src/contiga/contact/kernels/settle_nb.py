@@ -80,7 +80,7 @@ def distance_to_foot(feet, i, points):
 @inner()
 def _add_ball_query(feet, i, queries, m):
     """List foot i and its side as the m-th of the `BallQueries`; return their number."""
-    queries.which[m] = i
+    queries.feet[m] = i
     queries.side[m] = OUTER if feet.gap[i] > 0.0 else INNER
     return m + 1
 
@@ -90,7 +90,8 @@ def _apply_ball(feet, i, radius, band, side, reach):
     """Return side and bound of the distance, improved by the touching ball, and its proof.
 
     The ball at the foot contains no surface: a point up to 2ρ from the foot is on its side, and no
-    wall is nearer than the nearer end of the ball. It may prove the foot to be the closest point.
+    wall is nearer than the nearer end of the ball. A known side that is not the ball's is kept. The
+    proof is whether the foot is the closest point: the radius exceeds the height, by `band`.
     """
     sign = 1 if feet.gap[i] > 0.0 else -1
     height = abs(feet.gap[i])
@@ -112,14 +113,18 @@ def is_opposite(feet, i, guard, j):
 def may_push(feet, i, guard, j, min_depth, band):
     """Return whether foot i may push: not opposite to the guard of row j, and deep enough.
 
-    With a depth of `min_depth` it can have become the nearest within the step.
+    With a depth of `min_depth`, less twice the `band`, it can have become the nearest within the
+    step.
     """
     return -feet.gap[i] >= min_depth - 2.0 * band and not is_opposite(feet, i, guard, j)
 
 
 @inner()
 def is_other_wall(feet, i, guard, j):
-    """Return whether the wall at foot i differs from the one that held row j."""
+    """Return whether the wall at foot i differs from the one that held row j.
+
+    Their normals then have a cosine below `OTHER_WALL_COSINE`; without a guard they do not differ.
+    """
     n = feet.normal
     g = guard[j, 0], guard[j, 1], guard[j, 2]
     cosine = n[i, 0] * g[0] + n[i, 1] * g[1] + n[i, 2] * g[2]
@@ -154,8 +159,8 @@ def release_outside(rows, known_sides, step, last, detected, band, touching_rows
     """Release points in contact that are outside; list the others, and return their number.
 
     `known_sides` are `Sides`, `step` a `Step`, `last` the `SurfacePlaces` of the feet of all
-    points, `detected` a `Detection`. `touching_rows` are `TouchingRows`, which may share arrays
-    with `known_sides`; their positions `before` are filled in if they have rows.
+    points, `detected` a `Detection`. `touching_rows` are `TouchingRows` to be filled, which may
+    share arrays with `known_sides`; their positions `before` are filled in if they have rows.
     """
     side, reach, before = known_sides.side, known_sides.reach, touching_rows.before
     n = 0
@@ -181,8 +186,10 @@ def release_outside(rows, known_sides, step, last, detected, band, touching_rows
 def mark_followed(rows, feet, side, safe_distance, limits, mark, paths, queries):
     """Mark points in contact by their feet; return the numbers of `paths` and of `queries`.
 
-    `paths` lists points whose paths must be examined, `queries` (`BallQueries`) feet whose balls
-    may prove sides. `limits` are `Limits`, `safe_distance` is that of all points.
+    A foot with the point behind may be kept; it is kept for certain if the path is shorter than the
+    safe distance, or the point no deeper than rounding. `paths` lists points inside whose paths
+    must be examined, `queries` (`BallQueries`) feet whose balls may prove sides. `limits` are
+    `Limits`, `safe_distance` is that of all points.
     """
     hold, band = limits.hold, limits.band
     n = m = 0
@@ -208,8 +215,9 @@ def mark_followed(rows, feet, side, safe_distance, limits, mark, paths, queries)
 def mark_nearest(rows, feet, guard_states, path_length, band, mark, queries):
     """Mark points as `mark_followed` does, if the nearest wall pushes: no paths are examined.
 
-    `guard_states` are those of the last step, `path_length` is that of all points. Returns the
-    number of `queries`.
+    A foot may be kept that is not opposite to its guard, and deep enough for the path. Feet of
+    points no deeper than rounding get certified. `guard_states` are those of the last step,
+    `path_length` is that of all points. Returns the number of `queries`.
     """
     m = j = 0
     for i in range(rows.shape[0]):
@@ -245,7 +253,7 @@ def settle_marked(rows, feet, known_sides, mark, balls, limits, detected, unsett
     """
     band, closed = limits.band, limits.closed
     side, reach = known_sides.side, known_sides.reach
-    ball_rows, radius = balls.which, balls.radius
+    ball_rows, radius = balls.feet, balls.radius
     status, safe_distance = detected.status, detected.safe_distance
     j = n = 0
     for i in range(rows.shape[0]):
@@ -289,8 +297,9 @@ def list_starts(rows, side, cell_place, step, last_patch_out, short_path, start_
     """List free points of unknown side with starts for their feet, and return their number.
 
     The start is the last foot, or the place in the cell for points that moved more than
-    `short_path`. `cell_place` are `SurfacePlaces`, `step` is a `Step`, `last_patch_out` belongs to
-    the detection, and `start_rows` are `FreeRows` to be filled.
+    `short_path`; points with neither are not listed. The last feet of points of known side are
+    forgotten, in `last_patch_out` of the detection. `cell_place` are `SurfacePlaces`, `step` is a
+    `Step`, and `start_rows` are `FreeRows` to be filled.
     """
     patch, uv = cell_place.patch, cell_place.uv
     path_length, last_patch, last_uv = step.path_length, step.last_patch, step.uv
@@ -308,7 +317,7 @@ def list_starts(rows, side, cell_place, step, last_patch_out, short_path, start_
             start_rows.uv[n, 0], start_rows.uv[n, 1] = uv[i, 0], uv[i, 1]
         else:
             continue
-        start_rows.which[n] = i
+        start_rows.rows[n] = i
         for c in range(3):
             start_rows.now[n, c] = step.now[k, c]
         n += 1
@@ -333,7 +342,7 @@ def apply_balls(rows_of_feet, feet, points, balls, band, known_sides, max_distan
     `max_distance`, the upper bound of the distance to the surface. `balls` are `FootBalls`.
     """
     side, reach = known_sides.side, known_sides.reach
-    ball_feet, radius = balls.which, balls.radius
+    ball_feet, radius = balls.feet, balls.radius
     j = 0
     for m in range(rows_of_feet.shape[0]):
         i = rows_of_feet[m]
@@ -345,7 +354,10 @@ def apply_balls(rows_of_feet, feet, points, balls, band, known_sides, max_distan
 
 @inner()
 def keep_free(rows, known_sides, stays_inside, band, safe_distance, unsettled):
-    """Keep points free that are outside or `stays_inside`; list the others, return their number."""
+    """Keep points free that are outside or `stays_inside`; list the others, return their number.
+
+    The safe distances of the free points are written, negative inside.
+    """
     side, reach = known_sides.side, known_sides.reach
     n = 0
     for i in range(rows.shape[0]):
@@ -382,9 +394,10 @@ def take_closest(candidates, path_length, limits):
     """Make closest points the feet of points that were in contact, if they may push.
 
     The points must not have left in between: either the followed feet lead to the closest points,
-    or the paths are shorter than the distance to any surface. `candidates` are `Candidates`, whose
-    feet, `is_kept` and `status` are filled in; `path_length` is that of all points, `limits` are
-    `Limits`.
+    or the paths are shorter than the distance to any surface, and much shorter (`LOOK_SHARE`, on a
+    closed body) if the closest point is on another wall. Feet that are certified already stay.
+    `candidates` are `Candidates`, whose feet, `is_kept` and `status` are filled in; `path_length`
+    is that of all points, `limits` are `Limits`.
     """
     is_kept, feet, closest, band = (
         candidates.is_kept,
@@ -420,7 +433,10 @@ def take_closest(candidates, path_length, limits):
 
 @inner()
 def _classify(candidates, limits, i):
-    """Return for row i: closest point needed, side known, inside, inside by more than rounding."""
+    """Return for row i: closest point needed, side known, inside, inside by more than rounding.
+
+    An unknown side is that of the closest point, if this was found.
+    """
     closest, side = candidates.closest, candidates.side[i]
     needed = needs_closest(candidates.was_touching[i], side, limits.penetration, limits.nearest)
     solved = not needed or closest.status[i] == OK
@@ -431,7 +447,11 @@ def _classify(candidates, limits, i):
 
 @inner(error_model="numpy")
 def is_decided(candidates, step, limits, i):
-    """Return whether row i can be decided without examining its path or searching another foot."""
+    """Return whether row i can be decided without examining its path or searching another foot.
+
+    On an open body that is a kept foot. On a closed one it is not a point inside whose kept foot is
+    not its closest point and whose path is known, nor one that enters or has to restart.
+    """
     k, was_touching, is_kept, closest = (
         candidates.rows[i],
         candidates.was_touching[i],
@@ -462,7 +482,10 @@ def is_decided(candidates, step, limits, i):
 
 @inner(error_model="numpy")
 def write_decided(candidates, limits, detected, i):
-    """Write the decision on row i, which `is_decided`, into `detected`."""
+    """Write the decision on row i, which `is_decided`, into `detected`.
+
+    The point keeps its foot, or is free or LOST with its closest point as last foot.
+    """
     closest, status, safe_distance = candidates.closest, detected.status, detected.safe_distance
     k, was_touching, is_kept, side = (
         candidates.rows[i],
@@ -493,7 +516,8 @@ def write_decided(candidates, limits, detected, i):
 def decide_all(candidates, step, limits, detected):
     """Write the decisions on all candidates, if all can be decided; return whether they can.
 
-    `candidates` are `Candidates`, `step` is a `Step`, `limits` are `Limits`.
+    If one cannot, nothing is written. `candidates` are `Candidates`, `step` is a `Step`, `limits`
+    are `Limits`.
     """
     for i in range(candidates.rows.shape[0]):
         if not is_decided(candidates, step, limits, i):
@@ -505,7 +529,10 @@ def decide_all(candidates, step, limits, detected):
 
 @inner(linked=False)
 def _follow_feet(tables, work, n):
-    """Continue the feet of the first n rows of `work` in lanes; rows that lanes leave get none."""
+    """Continue the feet of the first n rows of `work` in lanes, into `work.feet`.
+
+    Rows that lanes leave get no foot, and the status MAX_ITERATIONS.
+    """
     starts = work.starts
     m = track_chunks(
         tables.body,
@@ -568,6 +595,7 @@ def settle_by_feet(tables, step, last, rows, limits, work, detected, path_rows):
 def settle_touching(tables, step, last, rows, limits, work, detected, unsettled):
     """Settle points that were in contact, `rows`; list the others and return their number.
 
+    Results of settled points are written into `detected`; of the others only work arrays change.
     `tables` are `ContactTables`, `step` a `Step`, `last` the `SurfacePlaces` of all points,
     `limits` are `Limits`, `work` is `Work` for at least as many rows, `detected` a `Detection`.
     """
@@ -579,7 +607,11 @@ def settle_touching(tables, step, last, rows, limits, work, detected, unsettled)
 
 @kernel()
 def settle_free(tables, step, rows, limits, work, detected, unsettled):
-    """Settle free points near the surface that stay free; for arguments see `settle_touching`."""
+    """Settle free points near the surface that are outside; list the others, return their number.
+
+    Their feet become last feet, with the balls that touch there as proofs of the side. For
+    arguments see `settle_touching`.
+    """
     n, band = rows.shape[0], limits.band
     known_sides = Sides(work.side, work.reach)
     places(tables.grid, step.now, rows, known_sides, work.cell_places, 0, n)

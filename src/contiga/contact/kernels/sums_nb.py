@@ -18,7 +18,7 @@ MAX_HALVINGS = 64
 
 @inner(linked=False)
 def _sum_block(values, first, n):
-    """Sum n numbers from `first` on, no more than a block."""
+    """Sum n numbers from `first` on, no more than a block: in strands from eight on."""
     if n < STRANDS:
         total = 0.0
         for k in range(first, first + n):
@@ -44,7 +44,7 @@ def _sum_block(values, first, n):
 
 @inner(linked=False)
 def _sum_halves(values, n):
-    """Sum n numbers, more than a block."""
+    """Sum n numbers, more than a block, by halves of whole strands, down to blocks."""
     first, count = np.zeros(MAX_HALVINGS, np.int64), np.zeros(MAX_HALVINGS, np.int64)
     left, is_summed = np.zeros(MAX_HALVINGS), np.zeros(MAX_HALVINGS, np.bool_)
     count[0], top, total = n, 0, 0.0

@@ -22,7 +22,7 @@ def _rotated(pose, x, y, z, c):
 
 @inner()
 def _add_wrench(points, k, force, frame, totals):
-    """Add a force (world axes) at point k, and its moment."""
+    """Add a force at point k to `totals`, and its moment about the reference point; world axes."""
     pose, about = frame.pose, frame.reference_point
     x, y, z = points[k, 0] - about[0], points[k, 1] - about[1], points[k, 2] - about[2]
     arm = (_rotated(pose, x, y, z, 0), _rotated(pose, x, y, z, 1), _rotated(pose, x, y, z, 2))
@@ -36,10 +36,11 @@ def _add_wrench(points, k, force, frame, totals):
 
 @inner(linked=False, error_model="numpy")
 def _work_of_last_forces(sizes, normals, tractions, now, before):
-    """Return half the work of the last step's forces along the paths of this step.
+    """Return minus half the work of the last step's forces along the paths of this step.
 
-    The rows of each `Column` are ascending: `sizes` (k,) of forces along the `normals` (h, 3), and
-    `tractions` (t, 3) across them. Points of size zero do not count.
+    It is work done on the contact, by the trapezoidal rule. Rows of each `Column` are ascending:
+    `sizes` (k,) of forces along the `normals` (h, 3), and `tractions` (t, 3) across them. Points of
+    size zero do not count.
     """
     rows = sizes.rows
     work = np.empty(3 * rows.shape[0])
@@ -63,9 +64,10 @@ def _work_of_last_forces(sizes, normals, tractions, now, before):
 
 @inner(error_model="numpy")
 def _add_energies(work, damping_work, answer, last, now, totals):
-    """Add the energies of the step; `work` and `damping_work` are products of forces and paths.
+    """Add the energies of the step to `totals`; the stored energy replaces the one before.
 
-    By the trapezoidal rule half of the work is that of the forces at each end of the step.
+    `work` and `damping_work` are products of forces and paths. By the trapezoidal rule half of the
+    work is that of the forces at each end of the step.
     """
     n, before = work.shape[0], last.points
     normals = last.normal
@@ -73,7 +75,7 @@ def _add_energies(work, damping_work, answer, last, now, totals):
         last.force, normals, last.traction, now, before
     ) + -0.5 * sum_of(work, n)
     stored = sum_of(answer.stored, answer.stored.shape[0])
-    totals[STORED] = stored + sum_of(answer.held, answer.held.shape[0])
+    totals[STORED] = stored + sum_of(answer.spring_energy, answer.spring_energy.shape[0])
     totals[HYSTERESIS] += sum_of(answer.hysteresis, answer.hysteresis.shape[0])
     total_damping = 0.0
     if answer.damping.shape[0] > 0:
@@ -90,8 +92,8 @@ def forces(points, answer, last, now, frame, out):
     """Compute the forces on the points that carry, world axes, their wrench, and the energies.
 
     `points` are `ContactRows`, `answer` are `LawForces`, `last` are `LastForces`, `now` (n, 3) all
-    points, `frame` is a `Frame`. `out` are `PointForces` to be filled. Returns whether any damping
-    is not zero.
+    points, `frame` is a `Frame`. `out` are `PointForces` to be filled; viscosities only with
+    damping, and zero where the rate is. Returns whether any damping is not zero.
     """
     rows, normal, path, rate = points.rows, points.normal, points.path, points.rate
     damping, friction, totals, pose = answer.damping, answer.friction, out.totals, frame.pose

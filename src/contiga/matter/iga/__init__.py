@@ -1,8 +1,8 @@
 """Shells and membranes on splines as matter: control points are the degrees of freedom.
 
-They use `contiga.patches`, which joins patches. In reading order: `elements` (Gauss points, and the
-shell's axes at rest), `slopes` (springs across joints, at clamps and planes of symmetry), `inside`
-(stress and strain), `shell`, `assemble`.
+They use `contiga.patches`, which joins patches. In reading order: `elements` (points of
+elements, and the shell's axes at rest), `slopes` (springs across joints, at clamps and planes of
+symmetry), `inside` (stress and strain), `shell`, `assemble`.
 """
 
 from __future__ import annotations

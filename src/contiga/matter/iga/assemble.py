@@ -7,11 +7,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from contiga.arrays.layout import checked_choice, not_negative, positive
+from contiga.arrays.layout import not_negative, positive
 from contiga.errors import InputError
 from contiga.matter.blocks import block_sums, in_lanes, node_sums, nodes_in_lanes
 from contiga.matter.coefficients import Coefficients, Material
-from contiga.matter.iga.elements import at_rest, gauss, grid_of, midpoints, points_of
+from contiga.matter.iga.elements import at_rest, contact_points, gauss, grid_of
 from contiga.matter.iga.shell import Shell, ShellGroup
 from contiga.matter.iga.slopes import Bending, Symmetry, slope_tables
 from contiga.matter.kernels.lanes_nb import LANES
@@ -19,14 +19,10 @@ from contiga.matter.tables import ShellTables
 from contiga.patches.basis import VALUE, Patch
 from contiga.patches.checks import whole_number
 from contiga.patches.net import Net, join
-from contiga.patches.nodes import SurfaceNodes, surface_nodes
-from contiga.patches.points import SplinePoints
 from contiga.records import FloatArray, IntArray
 
 N_LAYERS = 3
 """Gauss points through the thickness, for materials that are integrated layer by layer."""
-RULES = {"gauss": gauss, "grid": midpoints}
-"""Rules for contact points inside elements."""
 
 
 def assemble_shell(
@@ -137,19 +133,11 @@ def assemble_shell(
     slopes = None
     if share > 0.0:
         slopes = slope_tables(unstrained, symmetry, Bending(rigidity, thickness, slope_stiffness))
-    checked_choice("contact", contact, ("nodes", *RULES))
-    count = None
-    if points is not None:
-        count = whole_number(points, "points", 2 if contact == "nodes" else 1)
-    contact_points: SplinePoints | SurfaceNodes
-    if contact == "nodes":
-        contact_points = surface_nodes(net, count)
-    else:
-        contact_points = points_of(net, RULES[contact], count)
     if slopes is not None:
         nodes_of_rows.append(slopes.nodes.ravel())
     sums = node_sums(np.concatenate(nodes_of_rows), len(net.points))
-    return Shell(net, thickness, groups, sums, density * thickness * areas, slopes, contact_points)
+    mass, places = density * thickness * areas, contact_points(net, contact, points)
+    return Shell(net, thickness, groups, sums, mass, slopes, places)
 
 
 class _Section(NamedTuple):
@@ -178,7 +166,11 @@ class _Elements(NamedTuple):
 
 
 def _section(coefficients: Coefficients, thickness: float, share: float, layers: int) -> _Section:
-    """Return the section of a shell with a `share` of the bending stiffness of a solid sheet."""
+    """Return the section of a shell with a `share` of the bending stiffness of a solid sheet.
+
+    Layers are Gauss points of the thickness times √share; a membrane has none. Raises `InputError`
+    for no layers with a material that needs them.
+    """
     if share == 0.0:
         return _Section(coefficients, np.zeros(4), np.zeros((0, 2)))
     if layers == 0:
@@ -200,7 +192,11 @@ def _section(coefficients: Coefficients, thickness: float, share: float, layers:
 def _elements(
     net: Net, n_gauss: int | None, direction: FloatArray | None
 ) -> tuple[list[_Elements], FloatArray]:
-    """Return all elements by pairs of degrees, and the areas (m,) of the control points."""
+    """Return all elements by pairs of degrees, and the areas (m,) of the control points.
+
+    `n_gauss` points each way, None for the degree plus one. The area of a control point is the
+    integral of its basis function.
+    """
     areas = np.zeros(len(net.points))
     by_degrees: dict[tuple[int, int], list[_Elements]] = {}
     for piece in net.pieces:

@@ -8,11 +8,12 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from contiga.arrays.layout import checked_choice
 from contiga.errors import GeometryError
 from contiga.patches.basis import UU, UV, VALUE, VV, BasisAt, U, V, elements_of
-from contiga.patches.checks import PARALLEL_TOL
+from contiga.patches.checks import PARALLEL_TOL, whole_number
 from contiga.patches.net import Net, on_net
-from contiga.patches.nodes import Rule
+from contiga.patches.nodes import Rule, SurfaceNodes, surface_nodes
 from contiga.patches.pieces import Piece
 from contiga.patches.points import SplinePoints, grid_facets, sparse_rows
 from contiga.records import FloatArray
@@ -27,6 +28,10 @@ def gauss(count: int) -> Rule:
 def midpoints(count: int) -> Rule:
     """Return the midpoint rule on 0 … 1."""
     return Rule((np.arange(count) + 0.5) / count, np.full(count, 1.0 / count))
+
+
+RULES = {"gauss": gauss, "grid": midpoints}
+"""Rules for points of contact inside elements."""
 
 
 class Grid(NamedTuple):
@@ -92,8 +97,8 @@ def at_rest(net: Net, at: BasisAt, direction: FloatArray | None) -> AtRest:
     """
     a, b = at.of(U, net.points), at.of(V, net.points)
     normal = np.cross(a, b)
-    area = _lengths(normal)
-    is_flat = ~(area > PARALLEL_TOL * _lengths(a) * _lengths(b))
+    area = lengths(normal)
+    is_flat = ~(area > PARALLEL_TOL * lengths(a) * lengths(b))
     if is_flat.any():
         place = at.of(VALUE, net.points)[np.argmax(is_flat)]
         raise GeometryError(
@@ -104,7 +109,7 @@ def at_rest(net: Net, at: BasisAt, direction: FloatArray | None) -> AtRest:
         )
     normal /= area[:, None]
     first = a if direction is None else direction - _dot(normal, direction)[:, None] * normal
-    length = _lengths(first)
+    length = lengths(first)
     if (length <= PARALLEL_TOL).any() and direction is not None:
         raise GeometryError(
             "the warp is across the surface",
@@ -135,6 +140,22 @@ def at_rest(net: Net, at: BasisAt, direction: FloatArray | None) -> AtRest:
     return AtRest(axes, area, basis, curvature)
 
 
+def contact_points(net: Net, kind: str, count: int | None) -> SplinePoints | SurfaceNodes:
+    """Return the points of contact of a shell: "nodes" of its surface, or of a rule in `RULES`.
+
+    `count` is their number in an element each way, at least 2 for nodes; None for the default.
+
+    Raises
+    ------
+    InputError
+        An unknown kind, or a count that is too small.
+    """
+    checked_choice("contact", kind, ("nodes", *RULES))
+    if count is not None:
+        count = whole_number(count, "points", 2 if kind == "nodes" else 1)
+    return surface_nodes(net, count) if kind == "nodes" else points_of(net, RULES[kind], count)
+
+
 def points_of(net: Net, rule: Callable[[int], Rule], count: int | None) -> SplinePoints:
     """Return the points of a rule in all elements, `count` each way; p + 1 and q + 1 if None."""
     bases: list[BasisAt] = []
@@ -150,7 +171,10 @@ def points_of(net: Net, rule: Callable[[int], Rule], count: int | None) -> Splin
 
 
 def drawn_points(net: Net, parts: int) -> SplinePoints:
-    """Return a mesh of all patches with their edges, each element in `parts` in u and in v."""
+    """Return a mesh of all patches with their edges, each element in `parts` in u and in v.
+
+    Its points have no area: they are for pictures.
+    """
     bases: list[BasisAt] = []
     shapes: list[tuple[int, int]] = []
     for piece in net.pieces:
@@ -179,7 +203,7 @@ def _spline_points(
         facets.append(grid_facets(n, m, first))
         first += n * m
     normals = np.cross(along_u.times(net.points), along_v.times(net.points))
-    weight = measure * _lengths(normals)
+    weight = measure * lengths(normals)
     columns_of = rows.turned(len(net.points))
     return SplinePoints(rows, columns_of, along_u, along_v, measure, weight, np.concatenate(facets))
 
@@ -188,5 +212,6 @@ def _dot(a: FloatArray, b: FloatArray) -> FloatArray:
     return np.asarray(np.sum(a * b, axis=-1))
 
 
-def _lengths(vectors: FloatArray) -> FloatArray:
+def lengths(vectors: FloatArray) -> FloatArray:
+    """Return the lengths (…) of vectors (…, 3)."""
     return np.asarray(np.sqrt(_dot(vectors, vectors)))

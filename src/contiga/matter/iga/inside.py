@@ -42,7 +42,8 @@ def gauss_points(blocks: FloatArray, elements: int) -> GaussPoints:
 def fields_at(now: GaussPoints, rest: GaussPoints, thickness: float, height: float) -> FloatArray:
     """Return columns (e, g, 13) of `ElementFields` at a height, −1 … 1 of half the thickness.
 
-    Stresses are by the thickness at rest, linear across it by the moment.
+    Stresses are by the thickness at rest, linear across it by the moment; zero without area.
+    Strains are those of the surface at rest, in the axes of space.
     """
     force = now.force + (6.0 * height / thickness) * now.moment
     area = np.cross(now.axes[..., 0], now.axes[..., 1])

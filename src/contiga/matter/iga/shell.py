@@ -13,7 +13,7 @@ from contiga.arrays.threads import run_ranges
 from contiga.arrays.workspace import Workspace
 from contiga.errors import ElementError
 from contiga.jit import straight
-from contiga.matter.blocks import NodeSums, sum_at_nodes
+from contiga.matter.blocks import NodeSums, memory_of, sum_at_nodes
 from contiga.matter.element_fields import ElementFields, KindFields
 from contiga.matter.iga.elements import drawn_points, gauss, points_of
 from contiga.matter.iga.inside import GaussPoints, as_fields, fields_at, gauss_points
@@ -23,7 +23,6 @@ from contiga.matter.kernels.shell_nb import INSIDE
 from contiga.matter.protocol import MatterEnergy, MatterForces, MatterState
 from contiga.matter.tables import (
     ElementOutput,
-    Memory,
     Motion,
     ShellTables,
     SlopeOutput,
@@ -130,7 +129,7 @@ class Shell:
                 MIN_BLOCKS,
                 motion,
                 group.tables,
-                _memory(group, state, memory),
+                memory_of(blocks, group.memory, state, memory),
                 out,
             )
             if out.inverted.any():
@@ -166,7 +165,7 @@ class Shell:
             out = ElementOutput(
                 partial[group.rows], np.empty((0, N_ENERGIES)), np.empty(0, np.int32)
             )
-            memory = _memory(group, state, np.empty(self._memory_size))
+            memory = memory_of(blocks, group.memory, state, np.empty(self._memory_size))
             kernel = shell_tangent_nb.shell_row_sums
             run_ranges(kernel, blocks, MIN_BLOCKS, motion, group.tables, memory, out)
         if self._slopes is not None:
@@ -227,7 +226,7 @@ class Shell:
         return [self._gauss_points(group, state) for group in self.groups]
 
     def pressure(self, q: FloatArray) -> FloatArray:
-        """Return the forces (m, 3) of a unit pressure, which follows the surface."""
+        """Return the forces (m, 3) on control points `q` of a unit pressure along the normals."""
         points = self._gauss
         return points.spread(points.measure[:, None] * points.normals(q))
 
@@ -241,7 +240,7 @@ class Shell:
         blocks = len(group.tables.nodes)
         motion = Motion(locked(state.points), locked(state.points), 0.0, np.zeros(0))
         out = np.empty((blocks, group.tables.points * INSIDE * LANES))
-        memory = _memory(group, state, np.empty(self._memory_size))
+        memory = memory_of(blocks, group.memory, state, np.empty(self._memory_size))
         kernel = shell_elements_nb.shell_inside
         run_ranges(kernel, blocks, MIN_BLOCKS, motion, group.tables, memory, out)
         return gauss_points(out, len(group.elements))
@@ -249,7 +248,7 @@ class Shell:
     def _columns(
         self, group: ShellGroup, state: MatterState, height: float
     ) -> tuple[FloatArray, FloatArray]:
-        """Return fields (e, g, 13) at Gauss points, and their areas (e, g) at rest."""
+        """Return fields (e, g, 13) at Gauss points at a height, and their areas (e, g) at rest."""
         now, rest = self._gauss_points(group, state), self._gauss_points(group, self.start())
         lanes = group.tables.weights.reshape(-1, group.tables.points, LANES)
         weights = lanes.transpose(0, 2, 1).reshape(-1, group.tables.points)
@@ -257,11 +256,11 @@ class Shell:
         return columns, weights[: len(group.elements)]
 
     def _element_stiffness(self, group: ShellGroup, state: MatterState) -> FloatArray:
-        """Return the stiffness (e, 3 k, 3 k) of the elements of a group."""
+        """Return the stiffness (e, 3 k, 3 k) of the elements of a group, symmetric."""
         blocks, (n, k) = len(group.tables.nodes), group.elements.shape
         motion = Motion(locked(state.points), locked(state.points), 0.0, np.zeros(0))
         out = np.empty((blocks, k * (k + 1) // 2 * 9 * LANES))
-        memory = _memory(group, state, np.empty(self._memory_size))
+        memory = memory_of(blocks, group.memory, state, np.empty(self._memory_size))
         kernel = shell_tangent_nb.shell_stiffness
         run_ranges(kernel, blocks, MIN_BLOCKS, motion, group.tables, memory, out)
         # From pairs of control points I ≤ J in blocks of lanes to full matrices.
@@ -274,17 +273,10 @@ class Shell:
         return stiffness.reshape(n, 3 * k, 3 * k)
 
     def _slope_stiffness(self, state: MatterState) -> FloatArray:
-        """Return the stiffness (n, 3 k, 3 k) of the springs between slopes."""
+        """Return the stiffness (n, 3 k, 3 k) of the springs between slopes, by differences."""
         assert self._slopes is not None
         count, size = self._slopes.nodes.shape
         out = np.empty((count, 3 * size, 3 * size))
         kernel = shell_slope_nb.slope_stiffness
         run_ranges(kernel, count, MIN_EDGE_POINTS, locked(state.points), self._slopes, out)
         return out
-
-
-def _memory(group: ShellGroup, state: MatterState, new: FloatArray) -> Memory:
-    """Return a group's part of the memory of a state, and of the memory to write."""
-    blocks = len(group.tables.nodes)
-    old = state.memory[group.memory].reshape(blocks, -1)
-    return Memory(locked(old), new[group.memory].reshape(blocks, -1))

@@ -10,7 +10,7 @@ import numpy as np
 
 from contiga.arrays.layout import read_only
 from contiga.errors import InputError
-from contiga.matter.iga.elements import gauss
+from contiga.matter.iga.elements import gauss, lengths
 from contiga.matter.tables import SlopeTables
 from contiga.patches.basis import BasisAt, U, V, elements_of
 from contiga.patches.net import Net, on_net
@@ -90,7 +90,11 @@ class Bending(NamedTuple):
 
 
 def slope_tables(net: Net, symmetries: Sequence[Symmetry], bending: Bending) -> SlopeTables | None:
-    """Return the springs at all joints and planes of symmetry; None without any."""
+    """Return the springs at all joints and planes of symmetry; None without any.
+
+    Rows are points: of joints first, then of planes. Raises as `Net.edge` does for an edge that
+    does not exist.
+    """
     parts = []
     for joint in net.joints:
         first, second = (net.pieces[piece] for piece in joint.pieces)
@@ -100,23 +104,31 @@ def slope_tables(net: Net, symmetries: Sequence[Symmetry], bending: Bending) -> 
     for plane in symmetries:
         net.edge(plane.edge, plane.patch)  # raises if there is no such edge
         for piece in net.pieces:
-            if piece.patch == plane.patch and plane.edge in piece.ends:
-                side = _side(net, piece, plane.edge, False)
-                normal = side.outward if plane.normal is None else plane.normal
-                parts.append(_springs_to_plane(side, normal, bending))
+            if piece.patch != plane.patch or plane.edge not in piece.ends:
+                continue
+            side = _side(net, piece, plane.edge, False)
+            normal = side.outward if plane.normal is None else plane.normal
+            k, c = side.tangent_basis.shape
+            basis = np.zeros((k, 5, c))
+            basis[:, :2] = side.at.values[:, [U, V]]
+            rest = np.stack([np.sum(side.normal * normal, axis=1), np.zeros(k)], axis=1)
+            # The mirror image rotates the other way: four times the energy, half on this side.
+            stiffness = 2.0 * side.length * bending.over(side.width)
+            planes = np.ascontiguousarray(np.broadcast_to(normal, (k, 3)))
+            parts.append(_Springs((side,), basis, planes, rest, stiffness))
     if not parts:
         return None
     # Rows with fewer control points are padded, with a basis of zero.
     width = max(part.basis.shape[2] for part in parts)
-    nodes, basis = [], []
+    nodes, bases = [], []
     for part in parts:
         control = np.concatenate([side.at.control for side in part.sides], axis=1)
         padding = width - control.shape[1]
         nodes.append(np.pad(control, ((0, 0), (0, padding)), mode="edge"))
-        basis.append(np.pad(part.basis, ((0, 0), (0, 0), (0, padding))))
+        bases.append(np.pad(part.basis, ((0, 0), (0, 0), (0, padding))))
     return SlopeTables(
         np.ascontiguousarray(np.concatenate(nodes), np.int32),
-        np.ascontiguousarray(np.concatenate(basis)),
+        np.ascontiguousarray(np.concatenate(bases)),
         np.concatenate([part.plane for part in parts]),
         np.concatenate([part.rest for part in parts]),
         np.concatenate([part.stiffness for part in parts]),
@@ -125,7 +137,10 @@ def slope_tables(net: Net, symmetries: Sequence[Symmetry], bending: Bending) -> 
 
 
 def _side(net: Net, piece: Piece, edge: str, turned: bool) -> _Side:
-    """Return the Gauss points along an edge of a piece, in reverse order if `turned`."""
+    """Return the Gauss points along an edge of a piece; reversed, with their tangent, if `turned`.
+
+    Each element has as many as its degree along the edge, plus one.
+    """
     along, across = (1, 0) if edge[0] == "u" else (0, 1)
     rule = gauss(piece.degrees[along] + 1)
     spans = elements_of(piece.knots[along])
@@ -148,10 +163,10 @@ def _side(net: Net, piece: Piece, edge: str, turned: bool) -> _Side:
     return _Side(
         at,
         at.values[:, (U, V)[along]] * (-1.0 if turned else 1.0),
-        normal / _lengths(normal)[:, None],
-        outward / _lengths(outward)[:, None],
-        (span[1] - span[0]) * _lengths(transverse),
-        weights * _lengths(tangent),
+        normal / lengths(normal)[:, None],
+        outward / lengths(outward)[:, None],
+        (span[1] - span[0]) * lengths(transverse),
+        weights * lengths(tangent),
     )
 
 
@@ -168,11 +183,11 @@ class _Springs(NamedTuple):
 def _springs_at_joint(net: Net, side_1: _Side, side_2: _Side, bending: Bending) -> _Springs:
     """Return springs between the normals of the two sides of a joint."""
     tangent = (side_1.tangent_basis[:, :, None] * net.points[side_1.at.control]).sum(axis=1)
-    tangent /= _lengths(tangent)[:, None]
+    tangent /= lengths(tangent)[:, None]
     cosine = np.sum(side_1.normal * side_2.normal, axis=1)
     sine = np.sum(tangent * np.cross(side_1.normal, side_2.normal), axis=1)
     rest = np.stack([cosine, sine], axis=1)
-    rest /= _lengths(rest)[:, None]
+    rest /= lengths(rest)[:, None]
     k, c = side_1.tangent_basis.shape
     basis = np.zeros((k, 5, c + side_2.tangent_basis.shape[1]))
     basis[:, :2, :c] = side_1.at.values[:, [U, V]]
@@ -180,19 +195,3 @@ def _springs_at_joint(net: Net, side_1: _Side, side_2: _Side, bending: Bending) 
     basis[:, 4, :c] = side_1.tangent_basis
     stiffness = side_1.length * bending.over(0.5 * (side_1.width + side_2.width))
     return _Springs((side_1, side_2), basis, np.zeros((k, 3)), rest, stiffness)
-
-
-def _springs_to_plane(side: _Side, normal: FloatArray, bending: Bending) -> _Springs:
-    """Return springs between the normal of a side and a plane of symmetry."""
-    k, c = side.tangent_basis.shape
-    basis = np.zeros((k, 5, c))
-    basis[:, :2] = side.at.values[:, [U, V]]
-    rest = np.stack([np.sum(side.normal * normal, axis=1), np.zeros(k)], axis=1)
-    # The mirror image rotates the other way: four times the energy, half of it on this side.
-    stiffness = 2.0 * side.length * bending.over(side.width)
-    plane = np.ascontiguousarray(np.broadcast_to(normal, (k, 3)))
-    return _Springs((side,), basis, plane, rest, stiffness)
-
-
-def _lengths(vectors: FloatArray) -> FloatArray:
-    return np.asarray(np.sqrt(np.sum(vectors * vectors, axis=-1)))

@@ -34,7 +34,7 @@ def _axis(bank, lane):
 
 @inner(linked=False)
 def bar_forces(bank, numbers, curves, inverse_lengths, old, new):
-    """Write forces over the nodes, energies by length at rest, and the new memory."""
+    """Write forces over the nodes, energies by length at rest, and for curves the new memory."""
     slope = numbers[SLOPE]
     for lane in range(LANES):
         x, y, z, length = _axis(bank, lane)
@@ -64,7 +64,8 @@ def bar_forces(bank, numbers, curves, inverse_lengths, old, new):
 def bar_rows(bank, numbers, inverse_lengths, measures):
     """Write row sums of K = k n⊗n + N/ℓ (I − n⊗n) at both ends over the nodes.
 
-    k and N are those of the steepest line in tension, upper bounds of those of the bar.
+    k and |N| are those of the steepest line, upper bounds of those of the bar. A bar without length
+    has n in all directions; lanes that fill a block get zero.
     """
     stiffness = max(numbers[TENSION], numbers[COMPRESSION], numbers[SLOPE])
     for lane in range(LANES):

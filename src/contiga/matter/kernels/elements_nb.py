@@ -38,7 +38,11 @@ from contiga.matter.kernels.solid_viscosity_nb import bulk_viscosity
 
 @inner()
 def _write_energies(bank, measures, energy):
-    """Write the energies (4,) of a block, and behind them those of each lane if there is room."""
+    """Write the energies (4,) of a block, and behind them those of each lane if there is room.
+
+    Energies by volume in the bank are multiplied by `measures`, and summed; those of a lane are its
+    stored ones, hourglass springs included.
+    """
     for kind in range(N_ENERGIES):
         row = (ENERGY + kind) * LANES
         for lane in range(LANES):
@@ -52,7 +56,7 @@ def _write_energies(bank, measures, energy):
 
 @inner()
 def _solid_response(bank, tables, memory, b, step):
-    """Write J, stress and energies of a solid's gradient."""
+    """Write J, stress and energies of a solid's gradient, and the new memory of block b."""
     determinant(bank)
     old, new = memory.old[b], memory.new[b]
     solid_stress(bank, tables, step, old, new)
@@ -74,7 +78,10 @@ def tet_volumes(motion, tables, out, start, stop):
 
 @kernel()
 def tetrahedra(motion, tables, memory, out, start, stop):
-    """Write forces, energies and numbers of inverted elements of blocks start … stop."""
+    """Write forces, energies and numbers of inverted elements of blocks start … stop into `out`.
+
+    The new memory is written, too; without bulk viscosity velocities are not read.
+    """
     bank = scratch(SIZE)
     for b in range(start, stop):
         gradients, volumes = tables.gradients[b], tables.measures[b]
@@ -96,7 +103,7 @@ def tetrahedra(motion, tables, memory, out, start, stop):
 
 @kernel()
 def hexahedra(motion, tables, memory, out, start, stop):
-    """Write forces, energies and numbers of inverted elements of blocks start … stop."""
+    """Write forces, energies and numbers of inverted elements as `tetrahedra` does."""
     bank = scratch(SIZE)
     for b in range(start, stop):
         gradients, volumes = tables.gradients[b], tables.measures[b]
@@ -117,7 +124,7 @@ def hexahedra(motion, tables, memory, out, start, stop):
 
 @kernel()
 def triangles(motion, tables, memory, out, start, stop):
-    """Write forces and energies of blocks start … stop."""
+    """Write forces, energies and new memory of blocks start … stop; none counts as inverted."""
     bank = scratch(SIZE)
     for b in range(start, stop):
         gradients, areas = tables.gradients[b], tables.measures[b]
@@ -136,7 +143,7 @@ def triangles(motion, tables, memory, out, start, stop):
 
 @kernel()
 def bars(motion, tables, memory, out, start, stop):
-    """Write forces and energies of blocks start … stop."""
+    """Write forces, energies and new memory of blocks start … stop; none counts as inverted."""
     bank = scratch(SIZE)
     for b in range(start, stop):
         blank(bank)

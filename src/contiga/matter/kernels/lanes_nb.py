@@ -90,7 +90,7 @@ def inverted(bank):
 
 @inner(linked=False)
 def sum_in_block(bank, sums, b, partial):
-    """Write the forces of a block's lanes, summed at its nodes, into its rows of `partial`."""
+    """Write the forces in rows of corners, summed at nodes of block b, into rows of `partial`."""
     m = sums.starts[sums.blocks[b]]
     for k in range(sums.blocks[b], sums.blocks[b + 1]):
         x, y, z = 0.0, 0.0, 0.0

@@ -30,7 +30,7 @@ def membrane_elastic(bank, numbers):
 
 @inner(linked=False)
 def membrane_slack(bank, numbers):
-    """Write S and W without compression, from E; numbers are E t and ν."""
+    """Write S and W of a tension field, from E; numbers are E t and ν."""
     e_t, nu = numbers[0], numbers[1]
     c = e_t / (1.0 - nu * nu)
     for lane in range(LANES):

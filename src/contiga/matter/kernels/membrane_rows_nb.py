@@ -6,7 +6,7 @@ D_ab = G_a·C·G_b with C = ∂S/∂E is the material part, s_ab = G_a·S·G_b t
 
 from __future__ import annotations
 
-from contiga.jit import inlined, inner
+from contiga.jit import inner
 from contiga.matter.kernels.lanes_nb import CORNER_ROWS, GRADIENT, LANES, SECOND, TANGENT
 
 F, S, C = GRADIENT * LANES, SECOND * LANES, TANGENT * LANES
@@ -15,30 +15,24 @@ PAIRS = 3 * NINE
 """K of the pairs (1, 1), (1, 2) and (2, 2)."""
 
 
-@inlined()
-def _pair_coefficients(bank, lane, first, second):
-    """Return the four numbers of D, and s, of two gradients (2,)."""
-    (a, b), (c, d) = first, second
-    ac, ad, bc, bd = a * c, a * d, b * c, b * d
-    at = C + lane
-    c_1, c_2, c_both = bank[at], bank[at + LANES], bank[at + 2 * LANES]
-    shear, with_1, with_2 = bank[at + 3 * LANES], bank[at + 4 * LANES], bank[at + 5 * LANES]
-    s = ac * bank[S + lane] + bd * bank[S + LANES + lane] + (ad + bc) * bank[S + 2 * LANES + lane]
-    d_11 = ac * c_1 + (ad + bc) * with_1 + bd * shear
-    d_12 = ac * with_1 + ad * c_both + bc * shear + bd * with_2
-    d_21 = ac * with_1 + ad * shear + bc * c_both + bd * with_2
-    d_22 = ac * shear + (ad + bc) * with_2 + bd * c_2
-    return d_11, d_12, d_21, d_22, s
-
-
 @inner(linked=False)
 def pair_stiffness(bank, gradients, pair, out):
-    """Write K/A (9, LANES) of a pair of corners."""
+    """Write K/A (9, LANES) of pair 0, 1 or 2: corners (1, 1), (1, 2) or (2, 2)."""
     row_1, row_2 = 2 * LANES * (pair // 2), 2 * LANES * ((pair + 1) // 2)
     for lane in range(LANES):
-        first = gradients[row_1 + lane], gradients[row_1 + LANES + lane]
-        second = gradients[row_2 + lane], gradients[row_2 + LANES + lane]
-        d_11, d_12, d_21, d_22, s = _pair_coefficients(bank, lane, first, second)
+        # The four numbers of D, and s.
+        a, b = gradients[row_1 + lane], gradients[row_1 + LANES + lane]
+        c, d = gradients[row_2 + lane], gradients[row_2 + LANES + lane]
+        ac, ad, bc, bd = a * c, a * d, b * c, b * d
+        at = C + lane
+        c_1, c_2, c_both = bank[at], bank[at + LANES], bank[at + 2 * LANES]
+        shear, with_1, with_2 = bank[at + 3 * LANES], bank[at + 4 * LANES], bank[at + 5 * LANES]
+        s = ac * bank[S + lane] + bd * bank[S + LANES + lane]
+        s += (ad + bc) * bank[S + 2 * LANES + lane]
+        d_11 = ac * c_1 + (ad + bc) * with_1 + bd * shear
+        d_12 = ac * with_1 + ad * c_both + bc * shear + bd * with_2
+        d_21 = ac * with_1 + ad * shear + bc * c_both + bd * with_2
+        d_22 = ac * shear + (ad + bc) * with_2 + bd * c_2
         for i in range(3):
             at = F + i * ROW + lane
             x = bank[at] * d_11 + bank[at + LANES] * d_21

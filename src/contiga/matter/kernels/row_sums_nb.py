@@ -40,8 +40,10 @@ GRADIENTS_SIZE = MAX_CORNERS * ROW
 
 @inner(linked=False)
 def all_gradients(others, corners, width, full):
-    """Fill `full` (corners, 3, LANES) from the gradients of all corners but the first; the sum of
-    all is zero."""
+    """Fill `full` (corners, 3, LANES) from the gradients of all corners but the first.
+
+    The sum of all corners is zero.
+    """
     for lane in range(3 * LANES):
         full[lane] = 0.0
     for a in range(1, corners):
@@ -54,7 +56,7 @@ def all_gradients(others, corners, width, full):
 
 @inner(linked=False)
 def _nudge(bank, at, stress, change):
-    """Change a row of F in the direction of unloading, and write the change."""
+    """Change a row of F by `NUDGE` towards unloading, against its stress, and write the change."""
     for lane in range(LANES):
         change[lane] = -NUDGE if stress[at + lane] > 0.0 else NUDGE
         bank[F + at + lane] += change[lane]
@@ -109,8 +111,10 @@ def _add_row_of_8(tangent, full, corner, row, measures):
 
 @inner()
 def add_rows(bank, tangent, full, corners, measures):
-    """Add |K| of one direction of all columns to the rows of all corners, of which there are four
-    or eight; any other number gives nan."""
+    """Add |K| of one direction of all columns to the rows of all corners.
+
+    There are four or eight corners; any other number gives NaN.
+    """
     for a in range(corners):
         for i in range(3):
             at = X + a * ROW + i * LANES
@@ -191,7 +195,7 @@ def hex_rows(motion, tables, memory, out, start, stop):
 
 @kernel()
 def triangle_rows(motion, tables, memory, out, start, stop):
-    """Write row sums of blocks start … stop, at nodes of blocks."""
+    """Write row sums of |K| of blocks start … stop, at nodes of blocks, and the new memory."""
     bank, pairs = scratch(SIZE), scratch(PAIRS)
     for b in range(start, stop):
         gradients = tables.gradients[b]
@@ -209,7 +213,7 @@ def triangle_rows(motion, tables, memory, out, start, stop):
 
 @kernel()
 def bar_rows(motion, tables, memory, out, start, stop):
-    """Write row sums of blocks start … stop, at nodes of blocks."""
+    """Write upper bounds of row sums of |K| of blocks start … stop, at nodes of blocks."""
     bank = scratch(SIZE)
     for b in range(start, stop):
         gather(motion.points, tables.nodes[b], 2, bank)

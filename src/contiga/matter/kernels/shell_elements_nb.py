@@ -52,7 +52,10 @@ def shell_strain(bank, net, tables, b, g):
 
 @inner(linked=False)
 def shell_response(bank, tables, memory, b, g):
-    """Write n, m and energies of Gauss point g, and the memory of its layers."""
+    """Write n, m and energies of Gauss point g of block b, and the memory of its layers.
+
+    With layers E in the bank becomes that of the last one.
+    """
     layers = len(tables.layers)
     size = memory.old.shape[1] // (tables.points * max(layers, 1))
     first = g * max(layers, 1) * size
@@ -75,7 +78,11 @@ def shell_response(bank, tables, memory, b, g):
 
 @kernel()
 def shells(motion, tables, memory, out, start, stop):
-    """Write forces and energies of blocks start … stop, and numbers of lanes without a normal."""
+    """Write forces, energies and new memory of blocks start … stop.
+
+    `out.inverted` is the largest number of lanes without a normal at a Gauss point, zero for
+    membranes, which need none.
+    """
     bank, net, force = scratch(SHELL_SIZE), scratch(NET), scratch(NET)
     count = tables.nodes.shape[1]
     bends = len(tables.layers) > 0 or max(tables.bending[0], tables.bending[1]) > 0.0

@@ -94,7 +94,7 @@ def shell_derivatives(net, basis, first, count, bank):
 
 @inner(linked=False)
 def curvature(bank, rest, first):
-    """Write a₃, 1/J, b and κ; B begins at `first` of `rest`."""
+    """Write a₃, 1/J, b and κ; B begins at `first` of `rest`. Without area a₃ and 1/J are zero."""
     for lane in range(LANES):
         f = F + lane
         ax, bx = bank[f], bank[f + LANES]
@@ -184,7 +184,10 @@ def end_thickness(bank):
 
 @inner(linked=False)
 def shell_stress(bank, weights, first):
-    """Write the actions along f₁, f₂ and a₃ and the energies, times the weights from `first` on."""
+    """Write the actions along f₁, f₂ and a₃, and add the energies, times weights from `first` on.
+
+    m is overwritten with its weighted components; the twisting one is doubled.
+    """
     for lane in range(LANES):
         w, inverse = weights[first + lane], bank[R + lane]
         m_1, m_2 = w * bank[M + lane], w * bank[M + LANES + lane]
@@ -218,7 +221,7 @@ def shell_stress(bank, weights, first):
 
 @inner(linked=False)
 def shell_forces(bank, basis, first, count, force):
-    """Add the forces of a Gauss point on `count` control points."""
+    """Add the forces of a Gauss point on `count` control points to `force`."""
     for k in range(count):
         at, row = k * ROW, first + k * WIDTH * LANES
         for lane in range(LANES):

@@ -69,7 +69,10 @@ def _pull(rows, first, count, g, sides, force):
 
 @inner(linked=False)
 def slope_point(net, tables, n, force):
-    """Return the energy of a point, and write the forces on its control points `net` (3 k)."""
+    """Return the energy of point n, and write the forces on its control points `net` (3 k).
+
+    It is a spring to a plane if that has a normal, else one between two sides.
+    """
     count = tables.nodes.shape[1]
     rows, stiffness = tables.basis[n], tables.stiffness[n]
     c, s = tables.rest[n, 0], tables.rest[n, 1]
@@ -123,7 +126,7 @@ def slopes(points, tables, out, start, stop):
 
 @kernel()
 def slope_stiffness(points, tables, stiffness, start, stop):
-    """Write K (3 k, 3 k) of points start … stop, by differences of their forces."""
+    """Write K (3 k, 3 k) of points start … stop, by central differences of their forces."""
     net, before, after = scratch(NET), scratch(NET), scratch(NET)
     count = 3 * tables.nodes.shape[1]
     for n in range(start, stop):

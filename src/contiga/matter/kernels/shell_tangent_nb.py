@@ -70,7 +70,7 @@ def add_moduli(bank, height, share):
 
 @inner()
 def shell_moduli(bank, tables):
-    """Write the moduli of a Gauss point whose strains are in the bank."""
+    """Write the moduli of a Gauss point whose strains are in the bank, which layers overwrite."""
     clear(bank[D:], 18)
     layers = len(tables.layers)
     if layers == 0:
@@ -88,7 +88,7 @@ def shell_moduli(bank, tables):
 
 @inner(linked=False)
 def weigh(bank, weights, first):
-    """Multiply n and moduli by the weights."""
+    """Multiply n and moduli in the bank by the weights from `first` on."""
     for row in range(18):
         for lane in range(LANES):
             bank[D + row * LANES + lane] *= weights[first + lane]
@@ -99,7 +99,7 @@ def weigh(bank, weights, first):
 
 @inner(linked=False)
 def point_rows(bank, basis, first, out):
-    """Write the rows of a control point whose basis begins at `first`."""
+    """Write the `PER_POINT` rows of a control point whose basis begins at `first`."""
     for lane in range(LANES):
         g = first + lane
         g_1, g_2 = basis[g], basis[g + LANES]
@@ -172,21 +172,21 @@ def moduli_times(bank, rows, out):
 
 
 @inner(linked=False)
-def add_material(one, other, out):
+def add_material(rows_i, weighted_j, out):
     """Add R_Iᵀ D R_J to K_IJ, from the rows of I and D R_J."""
     for lane in range(LANES):
         for i in range(3):
             for j in range(3):
                 a, b = i * LANES + lane, j * LANES + lane
-                total = one[a] * other[b]
+                total = rows_i[a] * weighted_j[b]
                 for row in range(1, 6):
-                    total += one[a + row * ROW] * other[b + row * ROW]
+                    total += rows_i[a + row * ROW] * weighted_j[b + row * ROW]
                 out[(3 * i + j) * LANES + lane] += total
 
 
 @inner(linked=False)
-def add_geometric(bank, one, other, out):
-    """Add the geometric part of K_IJ, by the stresses, from the rows of I and J."""
+def add_geometric(bank, rows_i, rows_j, out):
+    """Add the geometric part of K_IJ, all but R_Iᵀ D R_J, from the stresses and rows of I and J."""
     for lane in range(LANES):
         inverse = bank[R + lane]
         w, s, d = VECTOR_W * LANES + lane, VECTOR_S * LANES + lane, VECTOR_D * LANES + lane
@@ -194,25 +194,31 @@ def add_geometric(bank, one, other, out):
         mu = bank[M + lane] * bank[B + lane] + bank[M + LANES + lane] * bank[B + LANES + lane]
         mu += bank[M + 2 * LANES + lane] * bank[B + 2 * LANES + lane]
         mu *= inverse * inverse
-        h_i, h_j = inverse * one[LEVER * LANES + lane], inverse * other[LEVER * LANES + lane]
-        g = one[u] * other[v] - one[v] * other[u]
-        even = bank[S + lane] * one[u] * other[u] + bank[S + LANES + lane] * one[v] * other[v]
-        even += bank[S + 2 * LANES + lane] * (one[u] * other[v] + one[v] * other[u])
+        h_i, h_j = inverse * rows_i[LEVER * LANES + lane], inverse * rows_j[LEVER * LANES + lane]
+        g = rows_i[u] * rows_j[v] - rows_i[v] * rows_j[u]
+        even = (
+            bank[S + lane] * rows_i[u] * rows_j[u] + bank[S + LANES + lane] * rows_i[v] * rows_j[v]
+        )
+        even += bank[S + 2 * LANES + lane] * (rows_i[u] * rows_j[v] + rows_i[v] * rows_j[u])
         for i in range(3):
-            even += mu * one[w + i * LANES] * other[w + i * LANES]
+            even += mu * rows_i[w + i * LANES] * rows_j[w + i * LANES]
         for i in range(3):
             a = i * LANES
             normal = bank[N + a + lane]
             for j in range(3):
                 b = j * LANES
-                k = h_i * normal * other[s + b] + h_j * one[s + a] * bank[N + b + lane]
-                k += inverse * (one[d + a] * other[s + b] + one[s + a] * other[d + b])
-                k -= mu * (other[w + a] * one[w + b] + one[s + a] * other[s + b])
+                k = h_i * normal * rows_j[s + b] + h_j * rows_i[s + a] * bank[N + b + lane]
+                k += inverse * (rows_i[d + a] * rows_j[s + b] + rows_i[s + a] * rows_j[d + b])
+                k -= mu * (rows_j[w + a] * rows_i[w + b] + rows_i[s + a] * rows_j[s + b])
                 out[(3 * i + j) * LANES + lane] += k
             out[4 * a + lane] += even
-        x = h_i * other[w] - h_j * one[w] + g * bank[C + lane]
-        y = h_i * other[w + LANES] - h_j * one[w + LANES] + g * bank[C + LANES + lane]
-        z = h_i * other[w + 2 * LANES] - h_j * one[w + 2 * LANES] + g * bank[C + 2 * LANES + lane]
+        x = h_i * rows_j[w] - h_j * rows_i[w] + g * bank[C + lane]
+        y = h_i * rows_j[w + LANES] - h_j * rows_i[w + LANES] + g * bank[C + LANES + lane]
+        z = (
+            h_i * rows_j[w + 2 * LANES]
+            - h_j * rows_i[w + 2 * LANES]
+            + g * bank[C + 2 * LANES + lane]
+        )
         out[LANES + lane] -= z
         out[2 * LANES + lane] += y
         out[3 * LANES + lane] += z
@@ -223,7 +229,10 @@ def add_geometric(bank, one, other, out):
 
 @inner()
 def _block_stiffness(bank, net, rows, tables, memory, b, out):
-    """Write K of all pairs of block b, nine rows each: (0, 0), (0, 1) … (1, 1), (1, 2) …"""
+    """Write K of all pairs of block b, nine rows each: (0, 0), (0, 1) … (1, 1), (1, 2) …
+
+    The new memory is overwritten; `rows` is memory for rows of control points and one D R.
+    """
     count = tables.nodes.shape[1]
     width, weighted = PER_POINT * LANES, rows[count * PER_POINT * LANES :]
     clear(out, 9 * (count * (count + 1) // 2))
@@ -237,14 +246,14 @@ def _block_stiffness(bank, net, rows, tables, memory, b, out):
             first = (g * count + k) * WIDTH * LANES
             point_rows(bank, tables.basis[b], first, rows[k * width : (k + 1) * width])
         for j in range(count):
-            other = rows[j * width : (j + 1) * width]
-            moduli_times(bank, other, weighted)
+            rows_j = rows[j * width : (j + 1) * width]
+            moduli_times(bank, rows_j, weighted)
             for i in range(j + 1):
                 pair = i * count - i * (i - 1) // 2 + j - i
                 to = out[pair * PAIR : (pair + 1) * PAIR]
-                one = rows[i * width : (i + 1) * width]
-                add_material(one, weighted, to)
-                add_geometric(bank, one, other, to)
+                rows_i = rows[i * width : (i + 1) * width]
+                add_material(rows_i, weighted, to)
+                add_geometric(bank, rows_i, rows_j, to)
 
 
 @inner(linked=False)
@@ -273,7 +282,7 @@ def shell_stiffness(motion, tables, memory, out, start, stop):
 
 @kernel()
 def shell_row_sums(motion, tables, memory, out, start, stop):
-    """Write row sums of the stiffness of elements of blocks start … stop, at nodes of blocks."""
+    """Write row sums of |K| of blocks start … stop, at nodes of blocks, into `out.partial`."""
     count = tables.nodes.shape[1]
     bank, net, sums = scratch(BANK), scratch(NET), scratch(NET)
     rows = np.empty((count * PER_POINT + 18) * LANES)

@@ -54,7 +54,10 @@ MEMORY, MEMORY_OF_RATES = 2, 17
 
 @inner()
 def _excess(numbers, curves, strain, speed):
-    """Return the stress above that at rest, at a rate."""
+    """Return the stress above the quasi-static one at a rate of strain.
+
+    It is linear between rates and constant above the last; zero in tension and for rates ≤ 0.
+    """
     rates = numbers[RATES:]
     if strain <= 0.0 or speed <= rates[0]:
         return 0.0
@@ -105,7 +108,10 @@ def _unloading(numbers, energy, max_energy):
 
 @inner()
 def _static_stresses(bank, lane, numbers, curves, old, new):
-    """Write principal stresses and energies of a lane, without rates."""
+    """Write principal stresses, energies and memory of a lane, without rates.
+
+    Unloading reduces the stresses in compression alone.
+    """
     energy, elastic = 0.0, 0.0
     reached = old[REACHED * LANES + lane]
     for i in range(3):
@@ -135,8 +141,10 @@ def _static_stresses(bank, lane, numbers, curves, old, new):
 
 @inner()
 def _overstress(bank, lane, tables, step, old, new):
-    """Add the overstress of the rates to the principal stresses of a lane, and its work to the
-    energies."""
+    """Add the overstress of the rates to the principal stresses of a lane, and its work to losses.
+
+    Strains, filtered rates and axes are written into the new memory.
+    """
     numbers, curves = tables.numbers, tables.curves
     decay = math.exp(-step / numbers[FILTER])
     # Filter of a step with a constant strain rate; zero for a step of zero length.
@@ -160,7 +168,10 @@ def _overstress(bank, lane, tables, step, old, new):
 
 @inner(linked=False)
 def solid_foam(bank, tables, step, old, new):
-    """Write P, energies and the new memory from F, the step and the old memory."""
+    """Write P, energies and the new memory from F, the step and the old memory.
+
+    Losses by rates are added to those in the bank.
+    """
     has_rates = tables.numbers.shape[0] > RATES + 1
     # The memory of bulk viscosity follows in `old`.
     first, axes = DIRECTION * LANES, 9 * LANES if has_rates else 0

@@ -47,7 +47,7 @@ def modes(x):
 
 @inner(linked=False)
 def hourglass(bank, table):
-    """Write the spring forces by reference volume, their part in P, and their energy."""
+    """Write the spring forces by reference volume, and add their part to P, and their energy."""
     for i in range(3):
         for lane in range(LANES):
             at = X + i * LANES + lane

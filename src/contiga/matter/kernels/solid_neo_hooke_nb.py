@@ -39,7 +39,10 @@ def log_series(s):
 
 @inner(linked=False)
 def solid_neo_hooke(bank, numbers):
-    """Write P and W from F and J; numbers are μ and the λ that is not averaged at nodes."""
+    """Write P and W from F and J; numbers are μ and the λ that is not averaged at nodes.
+
+    P includes the pressure averaged at nodes, W does not.
+    """
     mu, lam = numbers[0], numbers[1]
     for lane in range(LANES):
         f, p = F + lane, P + lane

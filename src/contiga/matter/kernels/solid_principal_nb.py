@@ -19,7 +19,7 @@ N_SWEEPS = 4
 
 @inner(linked=False)
 def _rotate_to(bank, axes):
-    """Write the axes from `axes` (9, LANES), less the identity, and C in these axes."""
+    """Write the axes from `axes` (9 · LANES), less the identity, and C in these axes."""
     for lane in range(LANES):
         for i in range(3):
             n, at = N + i * LANES + lane, i * LANES + lane
@@ -97,9 +97,9 @@ def _rotate_12(bank):
 
 @inner()
 def principal(bank, axes):
-    """Write the squared principal stretches in three rows from SQUARE, and their directions at rest
-    as the columns of AXES.
+    """Write the squared principal stretches, three rows from SQUARE, and their directions at rest.
 
+    The directions are the columns of AXES; stretches are in no order of size.
     Rotations begin at the last `axes` (9 · LANES), less the identity, so that each axis is
     followed; at the coordinate axes if `axes` is empty (0).
     """

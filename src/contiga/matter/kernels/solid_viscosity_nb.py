@@ -20,7 +20,10 @@ MEMORY = 2
 
 @inner(linked=False)
 def bulk_viscosity(bank, numbers, sizes, step, old, new):
-    """Write P, the loss of a step and the new memory; numbers are b c, a and ρ₀."""
+    """Subtract the pressure from P, add the loss of a step, and write the new memory.
+
+    Numbers are b c, a and ρ₀; the memory is its last two columns.
+    """
     first = len(old) - MEMORY * LANES
     linear, quadratic, density = numbers[0], numbers[1], numbers[2]
     for lane in range(LANES):
