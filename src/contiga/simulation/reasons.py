@@ -30,7 +30,7 @@ class Reason(IntEnum):
 
     @property
     def remedy(self) -> str:
-        """Advice for longer steps."""
+        """Advice for longer steps; empty if there is none."""
         return _REMEDIES.get(self, "")
 
 

@@ -50,7 +50,8 @@ def summarise(
     """Return the summary of a finished run with the `findings` about its model.
 
     `ends` are earlier ends whose steps differ from those of a single run; `rest` is the outcome of
-    settling before the run.
+    settling before the run. What may be intended is a note; findings, doubtful statuses, flaws,
+    forces that are not finite, energy balance errors and filters that fail are warnings.
     """
     statuses = _statuses(model, history)
     # Feet of points in contact over all steps, and how many of them converged without a proof.
@@ -71,7 +72,7 @@ def summarise(
     scaled: dict[str, list[dict[str, Any]]] = {}
     for name, nodes in model.mechanism.nodes.items():
         if added := added_masses(nodes):
-            scaled[name] = [one._asdict() | {"share": one.share} for one in added]
+            scaled[name] = [mass._asdict() | {"share": mass.share} for mass in added]
     notes_on_ends = [
         f"the run went on from one to t = {end:g}, and took its steps until then for that end: "
         f"its numbers are not bit for bit those of one run to t = {model.stepping.end:g}"
@@ -97,18 +98,15 @@ def summarise(
             )
     not_finite = []
     for name, column in history.items():
-        contact, _, what = name.rpartition(".")
+        contact, _, quantity = name.rpartition(".")
         bad = np.flatnonzero(~np.isfinite(column))
-        if what == "force" and len(bad):
+        if quantity == "force" and len(bad):
             not_finite.append(
                 f"{contact or model.contacts[0].name}: the force is not finite in {len(bad)} "
                 f"steps, first at t = {history['time'][bad[0]]:g}; look at the law's numbers"
             )
     return {
-        "title": model.title,
-        "version": __version__,
-        "units": dict(zip(("length", "mass", "time"), model.units, strict=True)),
-        "columns": column_units(history, model.units),
+        **_heading(model, history),
         "timings": {**clock.seconds, "compile": clock.compiled},
         "steps": len(history["time"]) - 1,
         "step_reasons": steps_summary(model, history),
@@ -122,13 +120,7 @@ def summarise(
         "settled": {} if rest is None else rest._asdict(),
         "mass_scaling": scaled,
         "sensors": sensor_summary(model, history),
-        "springs": spring_summary(model, history),
-        "slip_rings": slip_ring_summary(model),
-        "joints": joint_summary(model),
-        "gas": {name: {"slave": chamber.slave} for name, chamber in model.gas.items()},
-        "layers": _layers(model),
-        "depths": _depths(model, history),
-        "inputs": _inputs(model),
+        **_parts_summary(model, history),
         "notes": joint_notes(model)
         + _status_texts(statuses, NOTED)
         + notes_on_feet
@@ -156,10 +148,7 @@ def summary_so_far(
     statuses = _statuses(model, history)
     time, end = float(history["time"][-1]), model.stepping.end
     return {
-        "title": model.title,
-        "version": __version__,
-        "units": dict(zip(("length", "mass", "time"), model.units, strict=True)),
-        "columns": column_units(history, model.units),
+        **_heading(model, history),
         "timings": dict(clock.seconds),
         "steps": len(history["time"]) - 1,
         "step_reasons": steps_summary(model, history),
@@ -170,16 +159,54 @@ def summary_so_far(
         "sensors": sensor_summary(model, history)
         if stopped
         else sensors_without_criteria(model, history),
+        **_parts_summary(model, history),
+        "notes": [],
+        "findings": [],
+        "warnings": [f"the run has not ended: it stands at t = {time:g} of {end:g}"],
+    }
+
+
+def _heading(model: Model, history: dict[str, FloatArray]) -> dict[str, Any]:
+    """Return title, version, units, and the units of the columns."""
+    return {
+        "title": model.title,
+        "version": __version__,
+        "units": dict(zip(("length", "mass", "time"), model.units, strict=True)),
+        "columns": column_units(history, model.units),
+    }
+
+
+def _parts_summary(model: Model, history: dict[str, FloatArray]) -> dict[str, Any]:
+    """Return the parts of the model by kind, and the facts about bodies and slaves as `inputs`.
+
+    `layers` are the thicknesses of contacts with a stress law. `depths` are the channels of the
+    depth of a body in a deforming slave, by contact: the penetration of such a contact is only the
+    compression of its own law.
+    """
+    thicknesses = {part.name: thickness_of(part.contact) for part in model.contacts}
+    inputs: dict[str, dict[str, Any]] = {}
+    for name, body_part in model.bodies.items():
+        inputs[name] = body_part.body.facts()
+    for name, slave_part in model.slaves.items():
+        slave = slave_part.slave
+        inputs[name] = {
+            "kind": "slave",
+            "points": len(slave.points),
+            "active": int(slave.active.sum()),
+            "facets": 0 if slave.facets is None else len(slave.facets),
+        }
+    return {
         "springs": spring_summary(model, history),
         "slip_rings": slip_ring_summary(model),
         "joints": joint_summary(model),
         "gas": {name: {"slave": chamber.slave} for name, chamber in model.gas.items()},
-        "layers": _layers(model),
-        "depths": _depths(model, history),
-        "inputs": _inputs(model),
-        "notes": [],
-        "findings": [],
-        "warnings": [f"the run has not ended: it stands at t = {time:g} of {end:g}"],
+        "layers": {name: value for name, value in thicknesses.items() if value is not None},
+        "depths": {
+            part.name: f"{part.master}.travel"
+            for part in model.contacts
+            if part.slave in model.mechanism.element_movers and f"{part.master}.x" in history
+        },
+        "inputs": inputs,
     }
 
 
@@ -194,47 +221,14 @@ def _statuses(model: Model, history: dict[str, FloatArray]) -> dict[str, dict[st
     }
 
 
-def _layers(model: Model) -> dict[str, float]:
-    """Return the thickness of the layer of each contact with a stress law, by name."""
-    thicknesses = {part.name: thickness_of(part.contact) for part in model.contacts}
-    return {name: thickness for name, thickness in thicknesses.items() if thickness is not None}
-
-
-def _depths(model: Model, history: dict[str, FloatArray]) -> dict[str, str]:
-    """Return the channel of the depth of a body in a deforming slave, by contact.
-
-    The penetration of such a contact is only the compression of its own law.
-    """
-    return {
-        part.name: f"{part.master}.travel"
-        for part in model.contacts
-        if part.slave in model.mechanism.element_movers and f"{part.master}.x" in history
-    }
-
-
-def _inputs(model: Model) -> dict[str, dict[str, Any]]:
-    inputs: dict[str, dict[str, Any]] = {}
-    for name, body_part in model.bodies.items():
-        inputs[name] = body_part.body.facts()
-    for name, slave_part in model.slaves.items():
-        slave = slave_part.slave
-        inputs[name] = {
-            "kind": "slave",
-            "points": len(slave.points),
-            "active": int(slave.active.sum()),
-            "facets": 0 if slave.facets is None else len(slave.facets),
-        }
-    return inputs
-
-
 def _status_texts(
-    statuses: dict[str, dict[str, int]], which: tuple[ContactStatus, ...]
+    statuses: dict[str, dict[str, int]], reported: tuple[ContactStatus, ...]
 ) -> list[str]:
-    """Return the counts of some statuses with advice."""
+    """Return a text with count and advice for each of some statuses that was counted."""
     return [
         f"{name}: {counts[status.name]} times {status.name}. {status.advice}"
         for name, counts in statuses.items()
-        for status in which
+        for status in reported
         if counts[status.name]
     ]
 

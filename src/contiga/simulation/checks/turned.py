@@ -51,7 +51,10 @@ def comes_out_from_behind(pair: Pair, fmt: Quantities) -> Iterator[Finding]:
 
 
 def comes_from_behind(pair: Pair, fmt: Quantities) -> Iterator[Finding]:
-    """Report slaves with most points coming to an open face from behind."""
+    """Report slaves that come to an open face from behind.
+
+    Of the points that touch or come from behind, more than half must come from behind.
+    """
     if pair.body.closed or (len(pair.dry_runs[0].inside) and starts_behind(pair)):
         return
     touched = np.concatenate([run.rows for run in pair.dry_runs])
