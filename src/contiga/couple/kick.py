@@ -22,9 +22,13 @@ class Push(NamedTuple):
     """Force and moment at a point of a body, world axes."""
 
     body: int
+    """Number of the body."""
     point: FloatArray
+    """(3,)."""
     force: FloatArray
+    """(3,)."""
     moment: FloatArray
+    """(3,) about the point."""
 
 
 class Kick(NamedTuple):
@@ -35,6 +39,7 @@ class Kick(NamedTuple):
     acceleration: FloatArray
     """(nv,) rate of change of the joint velocities in the step."""
     kinetic: float
+    """Kinetic energy by the joint velocities `speed`."""
     strain: float
     """Energy stored in MuJoCo's springs."""
     mass_moment: FloatArray

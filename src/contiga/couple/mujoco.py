@@ -293,7 +293,7 @@ class MujocoCoupling(Displayed):
         return result
 
     def result(self) -> MujocoResult:
-        """Return the result so far, up to the time of MuJoCo's data, and without files.
+        """Return the result so far, up to the time of MuJoCo's data; nothing is written.
 
         A copy of the data is kicked by the forces at that time: the coupling stays as it is.
 

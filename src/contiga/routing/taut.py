@@ -70,8 +70,11 @@ class _Constraints(NamedTuple):
     """Constraints of interior points, one row per pair of a body and a point, body by body."""
 
     point: NDArray[np.intp]
+    """(n,) indices of the interior points."""
     gap: FloatArray
+    """(n,) signed distances from the bodies."""
     normal: FloatArray
+    """(n, 3) gradients of the gaps."""
     bending: FloatArray
     """(n, 3, 3) second derivatives of the gap."""
 
@@ -222,9 +225,10 @@ def _newton_step(
 ) -> tuple[FloatArray, FloatArray]:
     """Return moves (n, 3) of interior points and the new multipliers of their constraints.
 
-    The active set is taken from the multipliers and solved anew until one repeats. If its matrix is
-    not positive definite, the next of `CURVATURE_SHARES` is tried; the last solution counts, or no
-    move at all. `k` (n + 1,) is the stiffness of the chords, `force` (n, 3) that of the string.
+    The active set is taken from the multipliers and solved anew until one repeats, or `MAX_SETS`
+    were tried. If its matrix is not positive definite, the next of `CURVATURE_SHARES` is tried; the
+    last solution counts, or no move at all. Multipliers are not negative. `k` (n + 1,) is the
+    stiffness of the chords, `force` (n, 3) the pull of the two chords at each point.
     """
     point, gap, normal, bending = constraints
     chord_stiffness = k[:-1] + k[1:]

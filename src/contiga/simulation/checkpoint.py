@@ -37,6 +37,7 @@ class Peak(NamedTuple):
     """The greatest force so far, of all contacts together."""
 
     force: float = 0.0
+    """Sum of the magnitudes of all contacts' forces."""
     row: int = -1
     """Row of the history; −1 before there is any force."""
     state: SystemState | None = None

@@ -114,6 +114,7 @@ class _EndRates(NamedTuple):
     of: object
     """Row of the body, or name of the slave."""
     rates: Rates
+    """Rates of its points, the fastest."""
     whole: Rates
     """Rates of that end as one whole body."""
 

@@ -89,7 +89,11 @@ def _channel_panels(
 def _standard_panels(
     history: Mapping[str, FloatArray], units: Mapping[str, str]
 ) -> Iterator[Panel]:
-    """Yield the default panels of a history, without curves that are zero throughout."""
+    """Yield the default panels of a history, without curves that are zero throughout.
+
+    They are forces and deepest penetrations of contacts, energies (of the contacts, if forces move
+    nothing), and the magnitudes of velocities and accelerations.
+    """
     over = _Time(history["time"], with_unit("time", units.get("time", "")))
     # Springs and sensors also have a force: contacts are the owners of a penetration. A single
     # contact has no name in its columns.

@@ -54,6 +54,7 @@ class SpringEnd(NamedTuple):
     body: int | None = None
     """Number of the body that the end is fixed to."""
     slave: str | None = None
+    """Name of the slave; None on a body or the ground."""
     nodes: IntArray = NO_NODES
     """(k,) nodes of the slave that share the end."""
     shares: FloatArray = NO_SHARES

@@ -68,8 +68,11 @@ class ContactPart(NamedTuple):
     """A contact between a body and a slave of the simulation, by their names."""
 
     name: str
+    """Prefix of its columns in the history, if there are several contacts."""
     master: str
+    """Name of the body."""
     slave: str
+    """Name of the slave."""
     contact: Contact
 
 

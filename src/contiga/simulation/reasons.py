@@ -67,6 +67,7 @@ class Cut(NamedTuple):
     """The longest step that is allowed, and the reason why it is not longer."""
 
     step: float
+    """Length of the step, time."""
     reason: Reason
     of: str = ""
     """The contact, spring or body that limits the step; empty without one."""

@@ -165,9 +165,11 @@ class Signal(NamedTuple):
     values: FloatArray
     """(m, k) the columns of the criterion, in units of the case."""
     metre: float
-    """The length unit of the case, m; `kilogram` and `second` are its mass and time units."""
+    """The length unit of the case, m."""
     kilogram: float
+    """The mass unit of the case, kg."""
     second: float
+    """The time unit of the case, s."""
 
     @property
     def newton(self) -> float:
@@ -182,13 +184,14 @@ class Signal(NamedTuple):
 
 
 def _bric(signal: Signal) -> Value:
+    """Return BrIC, with the time at which a component of the spin is largest over its limit."""
     w = signal.values / signal.second
     time = signal.times[int(np.argmax((np.abs(w) / CRITICAL_VELOCITIES).max(axis=1)))]
     return {"value": bric(w).value, "start": time, "end": time}
 
 
 def _vc(signal: Signal) -> Value | None:
-    """Return the viscous criterion; None for a run with too few samples."""
+    """Return the viscous criterion of the distance, and its time; None with too few samples."""
     if len(signal.times) < MIN_SAMPLES:
         return None
     dummy, distance, t = DUMMIES[signal.pair.dummy], signal.values[:, 0], signal.times
@@ -200,6 +203,7 @@ def _vc(signal: Signal) -> Value | None:
 
 
 def _nij(signal: Signal) -> Value:
+    """Return the largest Nij, its time, and its mode of loading."""
     limits, (force, moment) = DUMMIES[signal.pair.dummy].neck, signal.values.T
     assert limits is not None
     value, k, mode = nij(force * signal.newton, moment * signal.newton * signal.metre, limits)

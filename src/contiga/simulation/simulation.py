@@ -189,7 +189,10 @@ class Simulation(Model):
         return check_model(self)
 
     def start(self) -> SystemState:
-        """Return the state at the start."""
+        """Return the state at the start, with joints closed and contacts started.
+
+        It is not settled: see `settle`.
+        """
         return advance(self, None, self.stepping.start, Clock()).state
 
     def settle(self) -> SystemState:

@@ -65,8 +65,11 @@ class Placement(NamedTuple):
 
     bodies: BodyStates
     slaves: dict[str, SlaveState]
+    """By name; `advance` replaces them by those after the kick."""
     free: Placed
+    """The free bodies; kicks change its arrays in place."""
     now: Instant
+    """Time, length of the step, gravity, poses and twists of all bodies."""
 
 
 class NodalForces(NamedTuple):

@@ -68,6 +68,7 @@ class Trigger:
 
     channel: str | None
     level: float
+    """The threshold, in the unit of the channel."""
     sign: float
     """1 for a threshold that is passed upward, −1 downward."""
     lasting: float

@@ -41,6 +41,7 @@ class Approach(NamedTuple):
     point: int
     """Row of the slave."""
     time: float
+    """Time of the approach."""
     bound: float = 0.0
     """Lower bound over the whole run, within a thousandth; 0 for a sample, which proves none."""
 
@@ -116,7 +117,9 @@ class _Span(NamedTuple):
     path_lengths: FloatArray
     """(k,) path lengths since the start of the run."""
     first: float
+    """Lower bound of the distances at the first time, length."""
     last: float
+    """Lower bound of the distances at the last time, length."""
 
     @property
     def least(self) -> float:

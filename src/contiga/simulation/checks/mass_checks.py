@@ -107,8 +107,9 @@ def check_masses(scene: Scene) -> Iterator[Finding]:
 
 
 def _check_speed(where: str, motion: Free | Deforming, scene: Scene) -> Iterator[Finding]:
-    """Report a start velocity that is too large by itself, or for the size of the model.
+    """Report a start velocity above `_MAX_SPEED`, or too large for the size of the model.
 
+    A part may not go farther in the run than `_MAX_TRAVEL` times the largest side of any contact.
     The largest is meant if nodes have different ones. Raises `InputError` for an impossible one.
     """
     fmt, stepping = scene.fmt, scene.model.stepping
