@@ -184,7 +184,7 @@ class MujocoCoupling(Displayed):
         return Scene((self.model, self.data), carriers, self._parts, self._sensors, self._units)
 
     def step(self) -> None:
-        """Make one step of `model.opt.timestep`, and a row of the history before it.
+        """Make one step of `model.opt.timestep`, and append the row of its start to the history.
 
         The coupling is started if it was not.
 

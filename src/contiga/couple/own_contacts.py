@@ -68,7 +68,10 @@ def _touching(model: Any, pair: Pair) -> bool:
 
 
 def _are_kin(model: Any, pair: Pair) -> bool:
-    """Return whether two bodies are welded, or parent and child, which never touch in MuJoCo."""
+    """Return whether two bodies are welded, or parent and child, which never touch in MuJoCo.
+
+    Children of the world may touch it, and all may with the flag `filterparent` disabled.
+    """
     import mujoco
 
     welded = model.body_weldid

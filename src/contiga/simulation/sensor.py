@@ -273,8 +273,8 @@ class RelativeSensor:
 
 def _check_criteria(sensor: Sensor | RelativeSensor) -> None:
     """Raise `InputError` for bands of other criteria, criteria without their measures or axes."""
-    for which in sensor.bands:
-        checked_choice("bands", which, sensor.criteria)
+    for name in sensor.bands:
+        checked_choice("bands", name, sensor.criteria)
     for criterion in sensor.criteria:
         _check_measured(sensor, "criteria", ALL_CRITERIA[criterion].measures)
         if ALL_CRITERIA[criterion].in_body_axes and not sensor.turns:

@@ -82,7 +82,7 @@ def from_body(
 ) -> FloatArray:
     """Return the components (3,) along a sensor's axes of a vector in the frame of its body.
 
-    The frame was at `origin` (4, 4) at the start.
+    The frame was at `origin` (4, 4) at the start. For axes "body" or "world" the vector stays.
     """
     if isinstance(sensor.axes, str):
         return vector
@@ -158,9 +158,9 @@ def acceleration(
 ) -> tuple[FloatArray, FloatArray]:
     """Return the linear acceleration (3,) of the origin of a body's frame, and the angular one.
 
-    It follows from the forces on a free body, and is zero along its locked axes. A prescribed
-    motion that has an acceleration gives it, and does not turn; otherwise it is the mean of the
-    step from `last`, zero at the start.
+    Of a free body it follows from the forces; its centre has none in held directions, and it has
+    none about held axes. A prescribed motion that has an acceleration gives it, and does not turn;
+    otherwise it is the mean of the step from `last`, zero at the start.
     """
     if i in model.mechanism.row:
         k = model.mechanism.row[i]

@@ -116,7 +116,7 @@ def spring_states(
 def _ring_slips(
     model: Model, before: Mapping[str, SpringState], ends: Mapping[str, Ends], moment: Moment
 ) -> dict[str, float]:
-    """Return the length that slips through each ring in a step.
+    """Return the length that slips through each ring in a step, from its first segment on.
 
     Webbing slips until no tension is more than e^{μ θ} times the tension on the other side. Rings
     that share a segment are solved one after the other, in sweeps, until none slips any more.

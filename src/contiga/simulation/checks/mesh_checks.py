@@ -18,7 +18,10 @@ _PLACE_TOL = 1e-4
 
 
 def check_meshes(scene: Scene) -> Iterator[Finding]:
-    """Report elements that are not joined where they meet, and elements given twice."""
+    """Report elements that are not joined where they meet, and elements given twice.
+
+    Elements with the same nodes are given twice; triangles only if they are turned the same way.
+    """
     for name, nodes in scene.model.mechanism.nodes.items():
         if isinstance(nodes, DeformingNodes) and nodes.parts:
             points = scene.model.slaves[name].slave.points

@@ -51,7 +51,10 @@ _RESULTANT_TOL = 0.02
 
 
 def check_run(model: Model, history: Columns, last: SystemState) -> tuple[Finding, ...]:
-    """Return findings about a model from the history and the last state of its run."""
+    """Return findings about contacts, springs and materials from the history and state of a run.
+
+    `last` is the state at its end.
+    """
     scene = Scene(model)
     findings: list[Finding] = []
     for pair in scene.pairs:
@@ -164,9 +167,10 @@ def _check_contact(
 def _check_depth(
     scene: Scene, pair: Pair, columns: Columns, last: SystemState
 ) -> Iterator[Finding]:
-    """Report penetrations beyond a law's table, and steps with a large increase of penetration.
+    """Report penetrations beyond a law's table or of a soft penalty, and steps that go far deeper.
 
-    Large is more than `STEP_PER_LAYER` of the thinnest layer; only the largest is reported.
+    See `deeper_than_elements` for the penalty. In one step the penetration may increase by
+    `STEP_PER_LAYER` of the thinnest layer; only the largest increase is reported.
     """
     at = int(np.nanargmax(columns["max_penetration"]))
     peak = float(columns["max_penetration"][at]), float(columns["time"][at])

@@ -177,7 +177,10 @@ class Pair:
         return points, self._body_pose(self._master_number, time)
 
     def _slave_pose(self, time: float) -> FloatArray | None:
-        """Return the rigid motion (4, 4) of the slave from the start; None if it deforms."""
+        """Return the rigid motion (4, 4) of the slave from the start.
+
+        None if it deforms, or if its motion has points of its own: those of the slave do not ride.
+        """
         mover, motion = self._mover, self.model.slaves[self.part.slave].motion
         if mover.host is not None:
             return self._body_pose(mover.host, time)
@@ -197,7 +200,10 @@ class Pair:
         return list(self.model.bodies.values())[i].motion
 
     def _body_pose(self, i: int, time: float) -> FloatArray:
-        """Return the pose (4, 4) of body `i`: prescribed, or in free flight at a constant spin."""
+        """Return the pose (4, 4) of body `i`: prescribed, or in free flight at a constant spin.
+
+        Held directions of a free body stay.
+        """
         system, motion = self.model.mechanism, self._body_motion(i)
         if not isinstance(motion, Dependent):
             return pose_at(motion, time)
