@@ -295,7 +295,8 @@ def propose_step(model: Model, stepping: AutoSteps, start: Start) -> Cut:
     """Return the longest step that is expected to be accepted, and why it is not longer.
 
     It is the least of the largest step, the samples of filters, the travel that driven points may
-    have, the cuts of the state (`_cuts_in_state`), and the growth from the step before.
+    have, the cuts of the state (`_cuts_in_state`), and the growth from the step before. The first
+    step assumes that all the energy swings.
     """
     last, longest = start.state, start.most
     cuts = [Cut(longest, Reason.LARGEST)]

@@ -153,8 +153,9 @@ def odd_strength(
 def _check_weights(pair: Pair, fmt: Quantities) -> Iterator[Finding]:
     """Report areas of points of a cloud that do not fit their spacing.
 
-    The median area may differ from the square of the median spacing by a factor of
-    `_MAX_AREA_RATIO`. Clouds of fewer than ten points, and laws that need no area, are left out.
+    The median area may differ from the square of the median spacing, of up to `_MAX_POINTS` points,
+    by a factor of `_MAX_AREA_RATIO`. Clouds of fewer than ten points, and laws that need no area,
+    are left out.
     """
     contact, slave = pair.contact, pair.slave
     law, method = contact.law, contact.area
