@@ -95,7 +95,7 @@ def check_integrator(model: Any) -> None:
 def carriers(model: Any, where: str, things: Mapping[str, Any]) -> dict[str, Carrier]:
     """Return masters or slaves with their bodies, from ``name: thing`` or ``name: (thing, body)``.
 
-    In the first form the body has the same name.
+    In the first form the body has the same name. `where` begins messages.
 
     Raises
     ------
@@ -110,7 +110,7 @@ def carriers(model: Any, where: str, things: Mapping[str, Any]) -> dict[str, Car
 
 
 def _body_number(model: Any, where: str, name: Any) -> int:
-    """Return the number of a body."""
+    """Return the number of a body; raise `InputError` without one, or on a mocap body."""
     import mujoco
 
     kind = mujoco.mjtObj.mjOBJ_BODY
@@ -121,7 +121,7 @@ def _body_number(model: Any, where: str, name: Any) -> int:
             "the MuJoCo model has no body of this name",
             where=where,
             found=name,
-            allowed=", ".join(repr(one) for one in names if one),
+            allowed=", ".join(repr(body_name) for body_name in names if body_name),
         )
     if model.body_mocapid[model.body_rootid[body]] >= 0:
         raise InputError(
@@ -134,13 +134,13 @@ def _body_number(model: Any, where: str, name: Any) -> int:
 
 
 def moving_bodies(model: Any, bodies: Iterable[int]) -> dict[str, int]:
-    """Return those of `bodies` that can move, by name."""
+    """Return the numbers of the `bodies` that are not welded to the world, by name, each once."""
     numbers = dict.fromkeys(body for body in bodies if model.body_weldid[body] != 0)
     return {model.body(body).name: body for body in numbers}
 
 
 def frame_of(model: Any, data: Any, body: int, speed: FloatArray) -> Frame:
-    """Return the pose of a body, and its motion at the joint velocities `speed` (nv,)."""
+    """Return the pose of a body's frame, and its twist at the joint velocities `speed` (nv,)."""
     import mujoco
 
     pose = np.eye(4)
@@ -156,7 +156,8 @@ def motion_of(
 ) -> tuple[float, ...]:
     """Return centre of mass, its velocity and acceleration, orientation and spin: 16 numbers.
 
-    `speed` and `acceleration` (nv,) are those of the joints.
+    All are in world axes, the orientation of the frame as (w, x, y, z). `speed` and `acceleration`
+    (nv,) are those of the joints.
     """
     centre = data.xipos[body]
     velocity, rate = point_rates(model, data, body, centre, speed, acceleration)

@@ -21,6 +21,8 @@ from contiga.simulation.system_state import SystemState
 class CoupledFolder:
     """The output folder of a coupled run; it must be closed in any case.
 
+    It is made and locked, and checkpoints and unfinished files of an earlier run are removed.
+
     Raises
     ------
     OutputError
@@ -46,13 +48,13 @@ class CoupledFolder:
             raise
 
     def append(self, state: SystemState) -> None:
-        """Write the fields of one step, once."""
+        """Write the fields of a step, unless the last fields are of the same time."""
         if state.time != self._time:
             self._fields.append(state)
             self._time = state.time
 
     def finish(self, history: dict[str, FloatArray], summary: dict[str, Any]) -> None:
-        """Write all files under their final names, and the report."""
+        """Write all files under their final names, and the report, in place of an earlier one."""
         self._fields.close()
         names.clear_stale(self._folder, ("csv", "vtkhdf"))
         write_history(self._folder / names.HISTORY, history, summary["columns"])
@@ -61,7 +63,7 @@ class CoupledFolder:
         write_report(self._folder)
 
     def close(self) -> None:
-        """Release the folder; remove unfinished files of a run that failed."""
+        """Release the folder; remove unfinished files, which only a run that failed leaves."""
         try:
             if (self._folder / names.UNFINISHED).exists():
                 self._fields.close()

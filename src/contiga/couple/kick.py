@@ -22,9 +22,13 @@ class Push(NamedTuple):
     """Force and moment at a point of a body, world axes."""
 
     body: int
+    """Number of the body."""
     point: FloatArray
+    """(3,)."""
     force: FloatArray
+    """(3,)."""
     moment: FloatArray
+    """(3,) about the point."""
 
 
 class Kick(NamedTuple):
@@ -35,6 +39,7 @@ class Kick(NamedTuple):
     acceleration: FloatArray
     """(nv,) rate of change of the joint velocities in the step."""
     kinetic: float
+    """Kinetic energy by the joint velocities `speed`."""
     strain: float
     """Energy stored in MuJoCo's springs."""
     mass_moment: FloatArray
@@ -50,7 +55,9 @@ class Kick(NamedTuple):
 def kick(model: Any, data: Any, pushes: Iterable[Push], gravity: FloatArray) -> Kick:
     """Call `mj_step2` with the forces of contacts, which moves `data` to the next time.
 
-    Forces applied by a user are kept. `gravity` (3,) is that of `mj_step1`, which acts in the step.
+    Returned are values at the time before the move: speeds and powers at the mean of the velocities
+    before and after the kick. ``data.qfrc_applied`` is as before afterwards. `gravity` (3,) is that
+    of `mj_step1`, which acts in the step.
     """
     import mujoco
 
@@ -84,7 +91,7 @@ def kick(model: Any, data: Any, pushes: Iterable[Push], gravity: FloatArray) -> 
 
 
 def gravity_of(model: Any) -> FloatArray:
-    """Return the acceleration of gravity (3,), which a user may change."""
+    """Return the acceleration of gravity (3,), which a user may change; zero if it is disabled."""
     import mujoco
 
     off = model.opt.disableflags & mujoco.mjtDisableBit.mjDSBL_GRAVITY
@@ -92,16 +99,19 @@ def gravity_of(model: Any) -> FloatArray:
 
 
 def bad_states(data: Any) -> int:
-    """Return the number of warnings of MuJoCo about positions, velocities and accelerations."""
+    """Return the number of warnings so far about bad positions, velocities and accelerations."""
     import mujoco
 
     kinds = mujoco.mjtWarning
-    which = kinds.mjWARN_BADQPOS, kinds.mjWARN_BADQVEL, kinds.mjWARN_BADQACC
-    return sum(int(data.warning[int(kind)].number) for kind in which)
+    bad_kinds = kinds.mjWARN_BADQPOS, kinds.mjWARN_BADQVEL, kinds.mjWARN_BADQACC
+    return sum(int(data.warning[int(kind)].number) for kind in bad_kinds)
 
 
 def _spring_energy(model: Any, data: Any, mass_moment: FloatArray) -> float:
-    """Return the energy stored in springs: MuJoCo's potential energy without gravity."""
+    """Return the energy stored in springs: MuJoCo's potential energy without gravity.
+
+    ``data.energy`` is as before afterwards.
+    """
     import mujoco
 
     saved_energy = data.energy.copy()
@@ -138,7 +148,7 @@ class Account(NamedTuple):
         )
 
     def energy(self, contacts: Mapping[str, State]) -> Energy:
-        """Return the energies of the coupled system."""
+        """Return the energies of the coupled system: contacts, bodies, springs and work."""
         stored = contact_energy(contacts)
         return stored._replace(
             damping=stored.damping + self.damped,
@@ -150,6 +160,6 @@ class Account(NamedTuple):
 
 
 def first_account(time: float, kick: Kick, contacts: Mapping[str, State]) -> Account:
-    """Return the account at the start."""
+    """Return the account at the start, whose total energy is the initial one."""
     account = Account(time, kick)
     return account._replace(initial=account.energy(contacts).total)

@@ -152,7 +152,14 @@ class MujocoCoupling(Displayed):
 
     @property
     def critical_step(self) -> float:
-        """Lower bound of the longest stable step of the present contacts; infinite without any."""
+        """Lower bound of the longest stable step of the present contacts; infinite without any.
+
+        Raises
+        ------
+        InputError
+            Nothing was started.
+        """
+        self._check_started()
         rates = Rates()
         for part in self._parts:
             state = self._contacts[part.name]
@@ -161,7 +168,10 @@ class MujocoCoupling(Displayed):
         return rates.critical
 
     def start(self) -> None:
-        """Start the contacts at the time of MuJoCo's data, and reset the history."""
+        """Start the contacts at the time of MuJoCo's data, and reset the history and the energies.
+
+        `mj_step1` is called on the data.
+        """
         import mujoco
 
         self._reset()
@@ -174,7 +184,9 @@ class MujocoCoupling(Displayed):
         return Scene((self.model, self.data), carriers, self._parts, self._sensors, self._units)
 
     def step(self) -> None:
-        """Make one step of `model.opt.timestep`.
+        """Make one step of `model.opt.timestep`, and append the row of its start to the history.
+
+        The coupling is started if it was not.
 
         Raises
         ------
@@ -281,9 +293,9 @@ class MujocoCoupling(Displayed):
         return result
 
     def result(self) -> MujocoResult:
-        """Return the result so far, up to the time of MuJoCo's data.
+        """Return the result so far, up to the time of MuJoCo's data; nothing is written.
 
-        A copy of the data is kicked by the forces at that time.
+        A copy of the data is kicked by the forces at that time: the coupling stays as it is.
 
         Raises
         ------
@@ -293,10 +305,10 @@ class MujocoCoupling(Displayed):
         return self._result()
 
     def _result(self, *, write: bool = False) -> MujocoResult:
+        """Return the result so far; with `write`, the fields of its last row are written."""
         import mujoco
 
-        if not self._contacts:
-            raise InputError("nothing was started", where="coupling", remedy="Call start() first")
+        self._check_started()
         copy = mujoco.MjData(self.model)
         mujoco.mj_copyData(copy, self.model, self.data)
         now = kick(self.model, copy, self._pushes(), self._gravity)
@@ -308,6 +320,10 @@ class MujocoCoupling(Displayed):
         sensors = sensor_summary(self._scene.model, history)
         return MujocoResult(history, self.contacts, account.energy(self._contacts), sensors)
 
+    def _check_started(self) -> None:
+        if not self._contacts:
+            raise InputError("nothing was started", where="coupling", remedy="Call start() first")
+
     def _pair(self, part: ContactPart) -> tuple[int, int]:
         """Return the bodies of the master and of the slave."""
         return self._masters[part.master].body, self._slaves[part.slave].body
@@ -317,7 +333,10 @@ class MujocoCoupling(Displayed):
         return product(state.pose[:3, :3], part.contact.master.reference_point) + state.pose[:3, 3]
 
     def _step_contacts(self, last_kick: Kick | None) -> None:
-        """Step all contacts to the data, with velocities predicted from the last kick."""
+        """Step all contacts to the data, with velocities half a step after the last kick.
+
+        They are started anew if that is None. The states before are kept for the history.
+        """
         self._gravity = gravity_of(self.model)
         speed = self.data.qvel.copy()
         if last_kick is not None:
@@ -346,7 +365,10 @@ class MujocoCoupling(Displayed):
         self._time = float(self.data.time)
 
     def _pushes(self) -> list[Push]:
-        """Return the forces of the contacts on both sides, which balance to the bit."""
+        """Return the forces of the contacts on both sides, which balance to the bit.
+
+        Contacts without a force are left out.
+        """
         pushes = []
         for part in self._parts:
             state = self._contacts[part.name]
@@ -372,7 +394,7 @@ class MujocoCoupling(Displayed):
             self._folder.append(self._scene.state(physics, now.speed, self._contacts, self._time))
 
     def _row(self, data: Any, now: Kick, account: Account) -> dict[str, float]:
-        """Return a row of the history from `data` after the kick."""
+        """Return a row of the history from `data` after the kick; areas are NaN if not due."""
         row = {"time": self._time}
         is_measured = self._is_output_step()
         for part in self._parts:

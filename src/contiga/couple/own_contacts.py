@@ -15,8 +15,9 @@ Pair = tuple[int, int]
 def switch_off(model: Any, pairs: Iterable[Pair]) -> None:
     """Change `model` so that the geoms of each pair of bodies do not touch.
 
-    Pairs that the model excludes, or that cannot touch, stay. Otherwise the geoms of one of the two
-    bodies are switched off (contype and conaffinity 0), if they touch no other bodies.
+    Pairs that the model excludes, or that cannot touch, stay. Otherwise the geoms of one body of
+    the pair are switched off (contype and conaffinity 0): the first, by number, that touches only
+    bodies that it is coupled to.
 
     Raises
     ------
@@ -67,7 +68,10 @@ def _touching(model: Any, pair: Pair) -> bool:
 
 
 def _are_kin(model: Any, pair: Pair) -> bool:
-    """Return whether two bodies are welded, or parent and child, which never touch in MuJoCo."""
+    """Return whether two bodies are welded, or parent and child, which never touch in MuJoCo.
+
+    Children of the world may touch it, and all may with the flag `filterparent` disabled.
+    """
     import mujoco
 
     welded = model.body_weldid
@@ -76,8 +80,8 @@ def _are_kin(model: Any, pair: Pair) -> bool:
         return True
     if model.opt.disableflags & mujoco.mjtDisableBit.mjDSBL_FILTERPARENT or 0 in (a, b):
         return False
-    above = [int(welded[model.body_parentid[one]]) for one in (a, b)]
-    return above[0] == b or above[1] == a
+    above_a, above_b = (int(welded[model.body_parentid[body]]) for body in (a, b))
+    return above_a == b or above_b == a
 
 
 def _check_explicit_pairs(model: Any, pair: Pair) -> None:

@@ -17,7 +17,7 @@ from contiga.slaves.slave import Slave
 def parts_of(
     model: Any, masters: Mapping[str, Carrier], slaves: Mapping[str, Carrier], contacts: Any
 ) -> tuple[ContactPart, ...]:
-    """Return contacts with the names of their sides.
+    """Return contacts with the names of their sides, in the order given.
 
     Raises
     ------

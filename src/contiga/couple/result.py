@@ -53,6 +53,8 @@ class MujocoResult(Displayed):
     def of(self, name: str) -> dict[str, FloatArray]:
         """Return the columns of a contact, a body, a sensor or "energy", by their own names.
 
+        The arrays are those of the history, not copies.
+
         Raises
         ------
         InputError
@@ -103,7 +105,10 @@ class MujocoResult(Displayed):
 
 
 def summary_of(result: MujocoResult, model: Model, title: str, seconds: float) -> dict[str, Any]:
-    """Return the summary of a coupled run for its folder; `seconds` are wall-clock time."""
+    """Return the summary of a coupled run for its folder, with the warnings of `result`.
+
+    `seconds` are the wall-clock time of the run.
+    """
     clock = Clock()
     clock.seconds["total"] = seconds
     summary = summarise(model, result.history, clock)

@@ -107,7 +107,11 @@ class Scene:
     def _with_points(
         self, item: Sensor | RelativeSensor, physics: tuple[Any, Any]
     ) -> Sensor | RelativeSensor:
-        """Return a sensor; one between two bodies gets their centres of mass as default points."""
+        """Return a sensor; one between two bodies gets their centres of mass as default points.
+
+        It stays as it is with points of its own, or on unknown masters, which `Model` refuses.
+        Raises `InputError` for objects that are no sensors of masters.
+        """
         if not isinstance(item, Sensor | RelativeSensor):
             raise InputError(
                 "is no sensor of masters",
@@ -130,7 +134,7 @@ class Scene:
         contacts: Mapping[str, State],
         time: float,
     ) -> SystemState:
-        """Return the state of all parts at the joint velocities `speed`."""
+        """Return the state of all parts at the joint velocities `speed`; its energies are zero."""
         bodies = [frame_of(*physics, item.body, speed) for item in self._masters.values()]
         slaves = {}
         for name, item in self._slaves.items():
@@ -150,7 +154,7 @@ class Scene:
         )
 
     def columns(self, physics: tuple[Any, Any], now: Kick, state: SystemState) -> dict[str, float]:
-        """Return the columns of all sensors."""
+        """Return the columns of all sensors by name; displacements are since the start."""
         columns: dict[str, float] = {}
         for sensor in self.model.point_sensors:
             at, first = self._points[sensor.name]
@@ -178,6 +182,7 @@ def _default_point(physics: tuple[Any, Any], body: int) -> FloatArray:
 
 
 def _check_sensor(sensor: Sensor, moving: Mapping[str, int]) -> None:
+    """Raise `InputError` for measures that are unknown here, or the name of a moving body."""
     unknown = [measure for measure in sensor.measures if measure not in _LETTERS]
     if unknown:
         raise InputError(

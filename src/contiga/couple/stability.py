@@ -20,7 +20,8 @@ def rates_of(
     The springs of the contact form a stiffness K (6, 6) for relative motions at `point` (3,), world
     axes. The mobility J M⁻¹ Jᵀ, with the relative Jacobian J and the inertia M of the joints, is
     the relative acceleration by unit forces. The largest eigenvalue of their product is ω² of the
-    whole system.
+    whole system; with the viscosities in place of the springs it is the decay. Both are zero
+    without points in contact, or without joints.
     """
     kept = state.kept
     rows, axial = kept.springs
@@ -42,7 +43,11 @@ def rates_of(
 def _stiffness_matrix(
     arms: FloatArray, normals: FloatArray, axial: FloatArray, lateral: FloatArray
 ) -> FloatArray:
-    """Return the stiffness (6, 6) for small displacements and rotations, of springs at points."""
+    """Return the stiffness (6, 6) for small displacements and rotations, of springs at points.
+
+    `axial` (n,) acts along the `normals` (n, 3), `lateral` (n,) across them; `arms` are the points
+    from the reference point.
+    """
     total = _stiffness_along(arms, normals, axial - lateral)
     if lateral.any():
         for axis in np.eye(3):
@@ -70,5 +75,5 @@ def _mobility(model: Any, data: Any, point: FloatArray, bodies: tuple[int, int])
 
 
 def _largest_eigenvalue(mobility: FloatArray, stiffness: FloatArray) -> float:
-    """Return the largest eigenvalue of the product, which has no negative ones."""
+    """Return the largest eigenvalue of the product, at least 0: below is rounding."""
     return max(0.0, float(np.linalg.eigvals(product(mobility, stiffness)).real.max()))

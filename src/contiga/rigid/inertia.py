@@ -13,11 +13,11 @@ from contiga.errors import InputError
 from contiga.records import FloatArray, MassProperties
 
 ROUNDING = 1e-6
-"""Tolerance over the largest principal moment, for the digits that a user types."""
+"""Relative tolerance of symmetry and of the triangle rule, for the digits that a user types."""
 
 
 def principal_moments(inertia: ArrayLike) -> FloatArray:
-    """Return (3,) principal moments, rising, of a symmetric tensor (3, 3).
+    """Return (3,) principal moments, rising, of a symmetric tensor (3, 3); symmetry is not checked.
 
     >>> principal_moments([[2.0, 1.0, 0.0], [1.0, 2.0, 0.0], [0.0, 0.0, 2.5]]).round(12).tolist()
     [1.0, 2.5, 3.0]
@@ -29,15 +29,17 @@ def principal_moments(inertia: ArrayLike) -> FloatArray:
 
 
 def check_inertia(inertia: ArrayLike, where: str) -> FloatArray:
-    """Return `inertia` as a symmetric (3, 3) array, if a solid can have it.
+    """Return `inertia` as a symmetric (3, 3) array, a copy, if a solid can have it.
 
-    The off-diagonal entries are those of the tensor: I_xy = −∫ x y dm.
+    Off-diagonal entries are those of the tensor, I_xy = −∫ x y dm; the mean of I_xy and I_yx is
+    returned.
 
     Raises
     ------
     InputError
-        Not (3, 3), not finite or not symmetric; a principal moment that is not positive, or that
-        exceeds the sum of the other two (the triangle rule) by more than 1e-6 of it.
+        Not (3, 3), not finite, or asymmetric by more than 1e-6 of the largest entry; a principal
+        moment below 1e-12 of the largest, or one that exceeds the sum of the other two (the
+        triangle rule) by more than 1e-6 of it.
 
     >>> check_inertia([[2, 0, 0], [0, 2, 0], [0, 0, 3]], "inertia").tolist()
     [[2.0, 0.0, 0.0], [0.0, 2.0, 0.0], [0.0, 0.0, 3.0]]
@@ -79,6 +81,8 @@ def check_inertia(inertia: ArrayLike, where: str) -> FloatArray:
 def combined(parts: Sequence[MassProperties]) -> MassProperties:
     """Return the mass properties of several rigid parts together, all in the same axes.
 
+    Each inertia, and that of the sum, is about the centre of mass it stands with.
+
     >>> part = MassProperties(1.0, np.array([1.0, 0.0, 0.0]), np.eye(3))
     >>> total = combined([part, part._replace(centre=-part.centre)])
     >>> total.mass, total.centre.tolist(), total.inertia.diagonal().tolist()
@@ -97,6 +101,8 @@ def combined(parts: Sequence[MassProperties]) -> MassProperties:
 def of_points(points: FloatArray, mass: FloatArray) -> MassProperties:
     """Return the mass properties of masses (n,) at points (n, 3) as one rigid body.
 
+    The inertia is about the common centre; it is singular for points on a line.
+
     >>> pair = of_points(np.array([[1.0, 0, 0], [3.0, 0, 0]]), np.array([1.0, 1.0]))
     >>> pair.mass, pair.centre.tolist(), pair.inertia.diagonal().tolist()
     (2.0, [2.0, 0.0, 0.0], [0.0, 2.0, 2.0])
@@ -113,7 +119,8 @@ def of_volume(
 ) -> MassProperties:
     """Return mass, centre and inertia of a solid from its moments (10,) about `origin`.
 
-    The order of moments is that of `geometry.trim_area.body_moments`: the volume, then ∫ x dV, …
+    The order is that of `geometry.trim_area.body_moments`: volume, ∫ x, y, z dV, then ∫ of xx, yy,
+    zz, xy, yz, xz. The inertia is about the centre of mass, which is in the axes of `origin`.
 
     Raises
     ------

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from functools import reduce
 from itertools import chain
-from math import inf, isfinite
+from math import isfinite
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -41,7 +41,10 @@ def rotation(axis: Axis, angle: float, centre: ArrayLike = (0.0, 0.0, 0.0)) -> F
 
 
 def from_quaternion(q: ArrayLike, position: ArrayLike = (0.0, 0.0, 0.0)) -> FloatArray:
-    """Return the pose of the rotation `q` (w, x, y, z), of any length but zero, at `position`."""
+    """Return the pose of the rotation `q` (w, x, y, z), of any length but zero, at `position`.
+
+    Raises `InputError` for a `q` that is not four finite numbers, or all zero.
+    """
     X = transform.translation(position)
     X[:3, :3] = quaternion.to_matrix(quaternion.as_unit(q))
     return X
@@ -93,7 +96,8 @@ def as_pose(X: PoseLike, where: str = "pose") -> FloatArray:
     Raises
     ------
     InputError
-        None of these, or its (3, 3) part is not a rotation: not orthonormal, or a reflection.
+        None of these, not finite, or not rigid: R Rᵀ − 1 above 1e-9 in an entry, a reflection, a
+        last row other than 0, 0, 0, 1.
 
     >>> from scipy.spatial.transform import Rotation
     >>> as_pose((Rotation.from_euler("z", 180, degrees=True), [0.0, 0.0, 5.0]))[:3, 3].tolist()
@@ -112,27 +116,9 @@ def as_pose(X: PoseLike, where: str = "pose") -> FloatArray:
             found=pose.shape if pose.shape != (4, 4) else rows,
             allowed="a (4, 4) matrix, a scipy Rotation, or a pair (R, t)",
         )
-    if not _rigidity_error(rows) <= RIGID:
-        raise InputError(
-            "a pose must be a rotation and a translation",
-            where=where,
-            found=rows,
-            allowed=f"R Rᵀ = 1 to {RIGID:g}, det R = 1, last row 0, 0, 0, 1",
-        )
-    return pose
-
-
-def _rigidity_error(rows: list[list[float]]) -> float:
-    """Return the largest entry of R Rᵀ − 1 of a finite (4, 4) matrix.
-
-    It is infinite for a reflection, or a last row other than 0, 0, 0, 1. Plain numbers are faster
-    than arrays for one matrix.
-    """
     (a, b, c, _), (d, e, f, _), (g, h, i, _), last = rows
     determinant = a * (e * i - f * h) + b * (f * g - d * i) + c * (d * h - e * g)
-    if last != [0.0, 0.0, 0.0, 1.0] or determinant < 0.0:
-        return inf
-    return max(
+    rigidity_error = max(  # of R Rᵀ − 1: plain numbers are faster than arrays for one matrix
         abs(a * a + b * b + c * c - 1.0),
         abs(d * d + e * e + f * f - 1.0),
         abs(g * g + h * h + i * i - 1.0),
@@ -140,6 +126,14 @@ def _rigidity_error(rows: list[list[float]]) -> float:
         abs(d * g + e * h + f * i),
         abs(g * a + h * b + i * c),
     )
+    if last != [0.0, 0.0, 0.0, 1.0] or determinant < 0.0 or not rigidity_error <= RIGID:
+        raise InputError(
+            "a pose must be a rotation and a translation",
+            where=where,
+            found=rows,
+            allowed=f"R Rᵀ = 1 to {RIGID:g}, det R = 1, last row 0, 0, 0, 1",
+        )
+    return pose
 
 
 def compose(*poses: FloatArray) -> FloatArray:
@@ -180,10 +174,10 @@ def to_quaternion(X: FloatArray) -> FloatArray:
 
 
 def interpolate(X0: FloatArray, X1: FloatArray, s: float) -> FloatArray:
-    """Return the pose at the fraction `s` between `X0` and `X1`.
+    """Return the pose at the fraction `s` in [0, 1] between `X0` and `X1`, a new array.
 
-    The position is linear, the frame rotates about one axis by the smaller angle (slerp). The ends
-    are returned unchanged.
+    The position is linear, the frame rotates about one axis by the smaller angle (slerp). At s = 0
+    and s = 1 the ends are copied bit by bit.
     """
     if s in (0.0, 1.0):
         return (X1 if s else X0).copy()

@@ -20,7 +20,7 @@ _SMALL_ANGLE = 1e-8
 
 
 def as_unit(quaternion: ArrayLike, *, tolerance: float | None = None) -> FloatArray:
-    """Return quaternions (..., 4) divided by their length.
+    """Return quaternions (..., 4) divided by their length, a new array.
 
     Parameters
     ----------
@@ -94,9 +94,10 @@ def from_matrix(R: FloatArray) -> FloatArray:
 
 
 def rotation_vector(p: FloatArray, q: FloatArray) -> FloatArray:
-    """Return the rotation from `p` to `q` (4,) as axis times angle (3,), like `slerp`.
+    """Return the rotation from `p` to `q` (4,) as axis times angle (3,), by the smaller angle.
 
-    It is in the axes that `p` and `q` rotate to. Divided by a time it is the spin of that rotation.
+    It is in the axes that `p` and `q` rotate to, and zero for the same rotation. Divided by a time
+    it is the spin of that rotation.
     """
     # Plain numbers are faster than arrays for one rotation.
     (a, b, c, d), (w, x, y, z) = p.tolist(), q.tolist()
@@ -118,8 +119,9 @@ def rotation_vector(p: FloatArray, q: FloatArray) -> FloatArray:
 def slerp(p: FloatArray, q: FloatArray, s: float) -> FloatArray:
     """Return the rotation at the fraction `s` in [0, 1] from `p` to `q` (4,), by the smaller angle.
 
-    Shoemake, Animating Rotation with Quaternion Curves, SIGGRAPH 1985. If `p` and `q` are half a
-    turn apart, both directions are equivalent, and q is used with its sign.
+    Shoemake, Animating Rotation with Quaternion Curves, SIGGRAPH 1985; below `_SMALL_ANGLE` linear.
+    If `p` and `q` are half a turn apart, both directions are equivalent, and q is used with its
+    sign. The result is a unit quaternion (4,).
     """
     end = -q if float(product(p, q)) < 0.0 else q
     # From the chord, since the arc cosine loses half of its digits near 1.

@@ -49,7 +49,10 @@ class Screw(NamedTuple):
 
 
 def screw_between(X_WA: FloatArray, X_WB: FloatArray) -> Screw:
-    """Return the uniform motion from pose A to pose B by the smaller angle, in the axes of A."""
+    """Return the uniform screw motion from pose A (s = 0) to pose B (s = 1), in the axes of A.
+
+    It turns by the smaller angle: the logarithm of the relative pose, in closed form.
+    """
     X_AB = relative(X_WA, X_WB)
     turn = quaternion.rotation_vector(_IDENTITY, quaternion.from_matrix(X_AB[:3, :3]))
     half, shift = 0.5 * length(turn), X_AB[:3, 3]

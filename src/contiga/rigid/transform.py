@@ -31,7 +31,7 @@ _SINGULAR = 1e-14
 
 
 def vector(values: ArrayLike, where: str) -> FloatArray:
-    """Return `values` as three finite numbers."""
+    """Return `values` as three finite numbers (3,), a copy; raise `GeometryError` for others."""
     real(values, where)
     try:
         array = np.array(values, dtype=np.float64)
@@ -84,7 +84,10 @@ def cross_matrix(k: FloatArray) -> FloatArray:
 
 
 def unit_axis(axis: Axis, where: str = "axis") -> FloatArray:
-    """Return a unit vector from ``"x"``, ``"y"``, ``"z"`` or a vector that is not zero."""
+    """Return a unit vector (3,) from ``"x"``, ``"y"``, ``"z"`` or a vector.
+
+    Raises `GeometryError` for another letter, the zero vector, or numbers that are not finite.
+    """
     if isinstance(axis, str):
         if axis not in _AXES:
             raise GeometryError(
@@ -109,8 +112,8 @@ def translation(d: ArrayLike) -> FloatArray:
 def rotation(axis: Axis, angle: float, origin: ArrayLike = (0.0, 0.0, 0.0)) -> FloatArray:
     """Return the matrix of a rotation by `angle` (radians, right-handed) about `axis`.
 
-    The axis passes through `origin`. Quarter turns are exact: their sine and cosine are rounded to
-    0 and ±1 (Rodrigues' formula).
+    The axis passes through `origin` (Rodrigues' formula). Quarter turns are exact: sine and cosine
+    are 0 or ±1. Raises `GeometryError` for an angle that is not finite, and no axis.
     """
     if not math.isfinite(angle):
         raise GeometryError("the angle must be finite", where="angle", found=angle)
@@ -124,7 +127,7 @@ def rotation(axis: Axis, angle: float, origin: ArrayLike = (0.0, 0.0, 0.0)) -> F
 
 
 def cos_sin(angle: float) -> tuple[float, float]:
-    """Return cosine and sine, exact at multiples of a quarter turn."""
+    """Return cosine and sine, exact within 4e-16, relative, of multiples of a quarter turn."""
     quarters = angle / (0.5 * math.pi)
     nearest = round(quarters)
     if abs(quarters - nearest) <= 4e-16 * max(1.0, abs(quarters)):
@@ -133,7 +136,10 @@ def cos_sin(angle: float) -> tuple[float, float]:
 
 
 def scaling(s: float | ArrayLike, origin: ArrayLike = (0.0, 0.0, 0.0)) -> FloatArray:
-    """Return the matrix of a scaling about `origin` by `s` > 0, one number or one by axis."""
+    """Return the matrix of a scaling about `origin` by `s`, one number or one for each axis.
+
+    Raises `GeometryError` for factors that are not positive and finite.
+    """
     factors = np.asarray(real(s), dtype=np.float64)
     if factors.shape not in ((), (3,)) or not (np.isfinite(factors).all() and (factors > 0).all()):
         raise GeometryError(

@@ -18,9 +18,9 @@ class Clearances(NamedTuple):
     gap: FloatArray
     """(n,) signed distance, negative inside."""
     normal: FloatArray
-    """(n, 3) gradient of the gap."""
+    """(n, 3) gradient of the gap to the nearest master."""
     body: IndexArray
-    """(n,) index of the nearest master."""
+    """(n,) index of the nearest master, the first of equals."""
 
 
 class Obstacles:
@@ -34,7 +34,7 @@ class Obstacles:
         """Diagonal of the box that holds all of them, length."""
 
     def feet(self, points: FloatArray) -> list[Projection]:
-        """Feet of `points` (n, 3) on each master."""
+        """Closest points of each master to `points` (n, 3): one `Projection` for each master."""
         rows = np.arange(len(points), dtype=np.int32)
         feet = [empty_projection(len(points)) for _ in self.bodies]
         for body, out in zip(self.bodies, feet, strict=True):
@@ -42,13 +42,16 @@ class Obstacles:
         return feet
 
     def bending(self, points: FloatArray, feet: Projection, body: int) -> FloatArray:
-        """Return (n, 3, 3) second derivatives of the gap to one master at `feet` of `points`."""
+        """Return (n, 3, 3) second derivatives of the gap to one master, made symmetric.
+
+        `feet` are those of `points` (n, 3) on the master with the index `body`.
+        """
         out = FootSlopes(np.empty((len(points), 3)), np.empty((len(points), 3, 3)))
         self.bodies[body].surface.slopes(points, feet, out)
         return 0.5 * (out.normal + out.normal.transpose(0, 2, 1))
 
     def clearances(self, points: FloatArray) -> Clearances:
-        """Distances of `points` (n, 3) from the nearest master of each."""
+        """Return the distance of each of `points` (n, 3) from the master with the least gap."""
         feet = self.feet(points)
         gap = np.array([foot.gap for foot in feet])
         normal = np.array([foot.normal for foot in feet])
@@ -57,7 +60,10 @@ class Obstacles:
         return Clearances(gap[nearest, rows], normal[nearest, rows], nearest)
 
     def reach(self, points: FloatArray) -> FloatArray:
-        """Return a radius (n,) around `points` (n, 3) without any surface; 0 inside."""
+        """Return a lower bound (n,) of the distance from all surfaces; 0 inside a master.
+
+        The bound is that of the grid of known sides, and the distance where that is undecided.
+        """
         reach = np.full(len(points), np.inf)
         rows = np.arange(len(points), dtype=np.int32)
         for body in self.bodies:
@@ -72,9 +78,9 @@ class Obstacles:
         return reach
 
     def blocks(self, starts: FloatArray, ends: FloatArray, skin: float) -> NDArray[np.bool_]:
-        """Return which segments (n,) enter a master farther than `skin` from both ends.
+        """Return which segments (n,) first hit a master farther than `skin` from both ends.
 
-        The starts are outside or on the surface.
+        The starts are outside or on the surface. Hits of a master after its first do not count.
         """
         blocked = np.zeros(len(starts), dtype=bool)
         lengths = np.linalg.norm(ends - starts, axis=1)

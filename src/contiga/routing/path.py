@@ -90,7 +90,7 @@ class Path(Displayed):
 
     @cached_property
     def wraps(self) -> tuple[Wrap, ...]:
-        """Stretches that lie on a body, in order."""
+        """Maximal runs of points on one body, in order, with the sum of their turns."""
         wraps = []
         for rows in np.split(np.arange(len(self.body)), np.flatnonzero(np.diff(self.body)) + 1):
             first, last = rows[0], rows[-1]
@@ -114,18 +114,19 @@ class Path(Displayed):
         return float(self.turns.sum())
 
     def at(self, arc: ArrayLike) -> FloatArray:
-        """Return (k, 3) points at arc lengths (k,)."""
+        """Return (k, 3) points at arc lengths (k,); beyond an end of the path that end."""
         return self._at_arc(self.points, arc)
 
     def normal_at(self, arc: ArrayLike) -> FloatArray:
-        """Return (k, 3) unit normals of the nearest body at arc lengths (k,)."""
+        """Return (k, 3) unit normals at arc lengths (k,), interpolated between those of points."""
         normal = self._at_arc(self.normal, arc)
         return np.asarray(normal / np.linalg.norm(normal, axis=1)[:, None])
 
     def outside(self, points: ArrayLike, gap: float = 0.0) -> FloatArray:
-        """Return `points` (k, 3), moved away from the bodies to a distance of `gap` (length).
+        """Return a copy of `points` (k, 3), moved away from the bodies to the distance `gap`.
 
-        Only nearer points move. Points on chords of the path, or next to it, may be inside.
+        Only nearer points move, along the normal of the nearest body, at most `MAX_MOVES` times: in
+        a crease narrower than `gap` they stay nearer. Points on chords of a path may be inside.
         """
         moved = as_points(points).copy()
         for _ in range(MAX_MOVES):  # in a crease a move off one body may lead into another
@@ -150,7 +151,11 @@ class Path(Displayed):
 
 
 def path_of(obstacles: Obstacles, tight: Tight) -> Path:
-    """The path of a string at rest."""
+    """Return the path of a string at rest, with the body that each point lies on.
+
+    A point lies on a body if its gap is at most twice the rounding of edges plus `CONTACT_GAP` of
+    the length; on several, it stays on the body of the point before, else the nearest counts.
+    """
     feet = obstacles.feet(tight.points)
     gap = np.array([foot.gap for foot in feet])
     normal = np.array([foot.normal for foot in feet])

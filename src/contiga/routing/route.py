@@ -51,8 +51,9 @@ def route(
     Raises
     ------
     InputError
-        A point is inside a body, or nothing leads to it; start and end are the same point; the
-        string does not come to rest outside.
+        A point is not three finite numbers, is inside a body, or nothing leads to it; start and
+        end are the same point; `points` is no whole number of 10 or more; the string does not come
+        to rest outside.
 
     Examples
     --------
@@ -102,7 +103,13 @@ def route(
 def _checked_stops(
     obstacles: Obstacles, start: ArrayLike, end: ArrayLike, via: ArrayLike
 ) -> FloatArray:
-    """Return (k, 3) start, via, end; all of them outside."""
+    """Return (k, 3) start, via, end; none is deeper in a body than `SKIN` of the bodies' size.
+
+    Raises
+    ------
+    InputError
+        No point of three finite numbers, a point inside a body, an end that is also the start.
+    """
     named: list[tuple[str, ArrayLike]] = [("start", start)]
     named += [(f"via[{i}]", value) for i, value in enumerate(np.asarray(via, dtype=object))]
     named.append(("end", end))

@@ -32,6 +32,9 @@ SKIN = 1e-6
 def first_polyline(obstacles: Obstacles, start: FloatArray, end: FloatArray) -> FloatArray:
     """Return (k, 3) corners of a polyline from `start` to `end` (3,) that goes round the obstacles.
 
+    It is the segment between the two if that enters nothing and its quarter points are outside,
+    otherwise the shortest path over the nodes of a grid of `N_CELLS` cells.
+
     Raises
     ------
     InputError
@@ -73,8 +76,25 @@ class _Grid:
         self._edges: IndexArray = edges[(self._reach[edges] > 0.0).all(axis=1)]
 
     def shortest_path(self) -> FloatArray:
-        """Return (k, 3) nodes of the shortest path between the ends."""
-        seen = [self._nodes_seen_from(end) for end in self._ends]
+        """Return (k, 3) nodes of the shortest path between the ends, without these.
+
+        An end is joined to the free nodes within `JOIN_DIST` cells that a straight line reaches.
+
+        Raises
+        ------
+        InputError
+            An end is shut in: it sees no node, or no path joins those of both ends.
+        """
+        skin = SKIN * self._obstacles.size
+        seen: list[IndexArray] = []
+        for end in self._ends:
+            distance = np.linalg.norm(self._nodes - end, axis=1)
+            nodes = np.flatnonzero((distance < JOIN_DIST * self._cell) & (self._reach > 0.0))
+            # From the node: where the end is on a surface, the line meets it there.
+            targets = np.repeat(end[None], len(nodes), axis=0)
+            seen.append(nodes[~self._obstacles.blocks(self._nodes[nodes], targets, skin)])
+            if len(seen[-1]) == 0:
+                raise _shut_in(end)
         edges = self._edges
         path = self._nodes[self._dijkstra(edges, seen)]
         if self._obstacles.blocks(path[:-1], path[1:], 0.0).any():
@@ -88,26 +108,11 @@ class _Grid:
             path = self._nodes[self._dijkstra(edges, seen)]
         return path
 
-    def _nodes_seen_from(self, end: FloatArray) -> IndexArray:
-        """Return the free nodes within `JOIN_DIST` cells that a straight line joins to an end.
-
-        Raises
-        ------
-        InputError
-            There are none: the end is shut in.
-        """
-        distance = np.linalg.norm(self._nodes - end, axis=1)
-        nodes = np.flatnonzero((distance < JOIN_DIST * self._cell) & (self._reach > 0.0))
-        ends = np.repeat(end[None], len(nodes), axis=0)
-        # From the node: where the end is on a surface, the line meets it there.
-        skin = SKIN * self._obstacles.size
-        seen = nodes[~self._obstacles.blocks(self._nodes[nodes], ends, skin)]
-        if len(seen) == 0:
-            raise _shut_in(end)
-        return seen
-
     def _dijkstra(self, edges: IndexArray, seen: list[IndexArray]) -> IndexArray:
-        """Return the nodes of the shortest path between the nodes seen from the two ends."""
+        """Return the nodes (k,) of the shortest path from the first end to the second, by length.
+
+        `seen` are the nodes joined to each end. Raises `InputError` if no path joins the ends.
+        """
         n = len(self._nodes)
         joints = [np.stack([np.full(len(s), n + i), s], 1) for i, s in enumerate(seen)]
         pairs = np.concatenate([edges, *joints])
@@ -133,7 +138,7 @@ def _shut_in(end: FloatArray) -> InputError:
 
 
 def resampled(corners: FloatArray, n: int) -> FloatArray:
-    """Return (n + 1, 3) points evenly along a polyline with the given corners."""
+    """Return (n + 1, 3) points at equal arc lengths of a polyline, both its ends among them."""
     arc = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(corners, axis=0), axis=1))])
     distinct = np.concatenate([[True], np.diff(arc) > 0.0])
     s = np.linspace(0.0, arc[-1], n + 1)

@@ -70,8 +70,11 @@ class _Constraints(NamedTuple):
     """Constraints of interior points, one row per pair of a body and a point, body by body."""
 
     point: NDArray[np.intp]
+    """(n,) indices of the interior points."""
     gap: FloatArray
+    """(n,) signed distances from the bodies."""
     normal: FloatArray
+    """(n, 3) gradients of the gaps."""
     bending: FloatArray
     """(n, 3, 3) second derivatives of the gap."""
 
@@ -86,10 +89,16 @@ class _EdgeCuts(NamedTuple):
 
 
 def pull_tight(obstacles: Obstacles, points: FloatArray) -> Tight:
-    """Relax a polyline (n + 1, 3) of even spacing to a taut string."""
+    """Relax a polyline (n + 1, 3) of even spacing to a taut string with the same ends.
+
+    It is first relaxed onto the surfaces. If a chord then cuts off an edge, edges are rounded by
+    radii that shrink from level to level; there points on straight parts are removed and chords
+    that cut are divided, into at most `MAX_PIECES` parts that turn by about `MAX_TURN` each. At the
+    last radius a string also counts as at rest if its length changes by less than `LENGTH_TOL`.
+    """
     length = _length(points)
     spacing = length / (len(points) - 1)
-    even_intervals = np.full(len(points) - 1, length / (len(points) - 1))
+    even_intervals = np.full(len(points) - 1, spacing)
     points, at_rest = _relaxed(obstacles, points, 0.0, even_intervals)
     if len(_edge_cuts(obstacles, points, 0.0).chords) == 0:
         return Tight(points, 0.0, at_rest)
@@ -113,18 +122,13 @@ def pull_tight(obstacles: Obstacles, points: FloatArray) -> Tight:
             is_accurate = cuts.shortened <= LENGTH_TOL * length
             if len(cuts.chords) == 0 or (is_last and at_rest and is_accurate):
                 break
-            points = _divided(points, cuts.chords, radius)
+            pieces = np.ones(len(points) - 1, dtype=int)
+            lengths = np.linalg.norm(points[cuts.chords + 1] - points[cuts.chords], axis=1)
+            pieces[cuts.chords] = np.clip(np.ceil(lengths / (MAX_TURN * radius)), 2, MAX_PIECES)
+            arc = np.concatenate([[0], np.cumsum(pieces)])
+            t = np.arange(arc[-1] + 1)
+            points = np.stack([np.interp(t, arc, x) for x in points.T], axis=1)
     return Tight(points, final, at_rest and is_accurate)
-
-
-def _divided(points: FloatArray, chords: NDArray[np.intp], radius: float) -> FloatArray:
-    """Divide chords into at most `MAX_PIECES` parts that turn by `MAX_TURN` at an edge."""
-    pieces = np.ones(len(points) - 1, dtype=int)
-    lengths = np.linalg.norm(points[chords + 1] - points[chords], axis=1)
-    pieces[chords] = np.clip(np.ceil(lengths / (MAX_TURN * radius)), 2, MAX_PIECES)
-    arc = np.concatenate([[0], np.cumsum(pieces)])
-    t = np.arange(arc[-1] + 1)
-    return np.stack([np.interp(t, arc, x) for x in points.T], axis=1)
 
 
 def _length(points: FloatArray) -> float:
@@ -137,7 +141,10 @@ def _chords(points: FloatArray) -> FloatArray:
 
 
 def _edge_cuts(obstacles: Obstacles, points: FloatArray, radius: float) -> _EdgeCuts:
-    """Find chords whose middles are deeper than that of an arc that turns by `MAX_TURN`."""
+    """Find chords whose middles are nearer than `radius` by more than `MAX_TURN` / 8 of the chord.
+
+    That is the sagitta of an arc on the chord that turns by `MAX_TURN`.
+    """
     chords = _chords(points)
     middles = 0.5 * (points[1:] + points[:-1])
     depth = radius - obstacles.clearances(middles).gap
@@ -149,7 +156,10 @@ def _edge_cuts(obstacles: Obstacles, points: FloatArray, radius: float) -> _Edge
 
 
 def _without_straight_points(points: FloatArray, spacing: float) -> FloatArray:
-    """Remove points between two chords that are straight and together no longer than `spacing`."""
+    """Remove points between two chords that turn by less than 0.1 `MAX_TURN`.
+
+    The two are together no longer than `spacing`. The ends stay.
+    """
     is_needed = np.ones(len(points), dtype=bool)
     last = 0
     for i in range(1, len(points) - 1):
@@ -172,7 +182,10 @@ def _relaxed(
 ) -> tuple[FloatArray, bool]:
     """Relax the string to a distance `radius` from the bodies; also return whether it is at rest.
 
-    Its points slide along it until the lengths of their chords are the `intervals` (n,).
+    It takes at most `steps` Newton steps, and is at rest if no point would move by more than
+    `EDGE_REST_TOL` of the radius (`REST_TOL` of the length without one). Interior points slide
+    along the string until their chords have the lengths `intervals` (n,), of which they are springs
+    with the stiffness 1 / interval. `points` are not changed.
     """
     x = points.copy()
     bodies, inner = len(obstacles.bodies), len(x) - 2
@@ -210,7 +223,13 @@ def _newton_step(
     radius: float,
     multiplier: FloatArray,
 ) -> tuple[FloatArray, FloatArray]:
-    """Return moves (n, 3) of interior points and the new multipliers of their constraints."""
+    """Return moves (n, 3) of interior points and the new multipliers of their constraints.
+
+    The active set is taken from the multipliers and solved anew until one repeats, or `MAX_SETS`
+    were tried. If its matrix is not positive definite, the next of `CURVATURE_SHARES` is tried; the
+    last solution counts, or no move at all. Multipliers are not negative. `k` (n + 1,) is the
+    stiffness of the chords, `force` (n, 3) the pull of the two chords at each point.
+    """
     point, gap, normal, bending = constraints
     chord_stiffness = k[:-1] + k[1:]
     penalty = PENALTY * chord_stiffness[point]
@@ -246,7 +265,7 @@ def _newton_step(
 def _solve_block_tridiagonal(
     blocks: FloatArray, k: FloatArray, right: FloatArray
 ) -> FloatArray | None:
-    """Solve the system with 3 × 3 blocks on the diagonal and −k I next to it.
+    """Solve the system with blocks (n, 3, 3) on the diagonal and −k I next to it, by Cholesky.
 
     Returns None if the matrix is not positive definite.
     """

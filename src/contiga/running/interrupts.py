@@ -14,8 +14,10 @@ from types import FrameType
 def stoppable() -> Iterator[Callable[[], bool]]:
     """Provide a function that returns whether Ctrl-C was pressed; no Ctrl-C is lost.
 
-    Python drops an exception in the callback of a weak reference, where it spends most of its own
-    time while kernels are loaded. There Ctrl-C is only noted, for the next step.
+    Ctrl-C raises `KeyboardInterrupt` as usual. Only in the callback of a weak reference, where
+    Python drops exceptions and spends most of its time while kernels are loaded, it is noted for
+    the next step. In other threads than the main one, or beside another handler of SIGINT, nothing
+    is changed and the function returns False.
     """
     is_stopped = False
 

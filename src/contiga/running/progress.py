@@ -19,9 +19,11 @@ _PAUSE = 0.2
 
 @contextmanager
 def progress_bar(title: str, *, quiet: bool) -> Iterator[Show]:
-    """Show progress in the notebook or on the error stream: parts done, a text, remaining time.
+    """Provide a function that shows progress in the notebook or on the error stream.
 
-    It begins with the first part, so that a message about wrong input stands alone.
+    It shows parts done, a text and the remaining time, and nothing before its first call, so that
+    a message about wrong input stands alone. `quiet` provides one that shows nothing. Raises
+    `MissingPackageError` without rich, which draws the bar of a terminal.
     """
     if quiet:
         yield lambda done, total, text: None
@@ -45,7 +47,7 @@ class _Line:
         self._output: Any = None
 
     def show(self, done: int, total: int, text: str) -> None:
-        """Write the line again, unless it was written just now."""
+        """Set the text of the line, and write it if the last time was `_PAUSE` ago."""
         now = perf_counter()
         self._start_time = self._start_time or now
         remaining = (now - self._start_time) * (total - done) / done if done else 0.0

@@ -13,7 +13,6 @@ from contiga.running.progress import Show, progress_bar
 
 if TYPE_CHECKING:
     from contiga.case.schema import Case
-    from contiga.simulation.checks.finding import Finding
     from contiga.simulation.result import Result
 
 
@@ -89,7 +88,7 @@ def run(
             keep=keep,
             on_finish=write_report,
             progress=progress.step,
-            on_check=None if quiet else _warn_of_findings,
+            on_check=None if quiet else lambda findings: _warn(*findings),
             on_pace=progress.keep_reason,
             on_slow=None if quiet else _warn,
             on_settle=progress.settle,
@@ -97,13 +96,9 @@ def run(
         return build.run(loaded, out, options)
 
 
-def _warn_of_findings(findings: tuple[Finding, ...]) -> None:
-    for finding in findings:
-        _warn(str(finding))
-
-
-def _warn(text: str) -> None:
-    print(f"warning: {text}", file=sys.stderr, flush=True)
+def _warn(*messages: object) -> None:
+    for message in messages:
+        print(f"warning: {message}", file=sys.stderr, flush=True)
 
 
 class Progress:
@@ -118,7 +113,7 @@ class Progress:
         self._reason = f", {reason}"
 
     def settle(self, step: int, residual: float) -> None:
-        """Show the residual while the model comes to rest before the first step.
+        """Show the residual in every `SETTLE_INTERVAL`-th step while the model comes to rest.
 
         Raises
         ------
@@ -131,7 +126,9 @@ class Progress:
             self._show(0, 1, f"settling: step {step}, residual {residual:.2g}")
 
     def step(self, done: int, steps: int, contacts: int) -> None:
-        """Show that `done` of `steps` states are computed, and the points in contact.
+        """Show that `done` of `steps` states are computed, the start among them.
+
+        `contacts` is the number of points in contact.
 
         Raises
         ------

@@ -37,13 +37,17 @@ class Peak(NamedTuple):
     """The greatest force so far, of all contacts together."""
 
     force: float = 0.0
+    """Sum of the magnitudes of all contacts' forces."""
     row: int = -1
     """Row of the history; −1 before there is any force."""
     state: SystemState | None = None
     """State that is still to be written; None once written."""
 
     def after(self, state: SystemState, force: float, row: int, *, written: bool) -> Peak:
-        """Return the peak after one more step; `written` if its fields are written anyway."""
+        """Return the peak after one more step: unchanged unless `force` is greater than before.
+
+        The state is not kept if `written`: its fields are written anyway.
+        """
         if not force > self.force:  # nor where it is NaN
             return self
         return Peak(force, row, None if written else state)
@@ -121,7 +125,10 @@ def _write_peak(group: Any, peak: Peak) -> None:
 
 
 def _write_state(file: Any, state: SystemState) -> None:
-    """Write a group for each body, slave, contact, spring, gas, slip ring and trigger, in order."""
+    """Write a group for each body, slave, contact, spring and gas, data sets for the rest.
+
+    Names keep their order, which a resumed run needs.
+    """
     file.attrs["time"] = state.time
     for kind in ("bodies", "slaves", "contacts", "springs", "gas", "slip_rings", "triggers"):
         file.create_group(kind, track_order=True)
@@ -162,6 +169,8 @@ def _write_state(file: Any, state: SystemState) -> None:
 
 
 def _read_state(file: Any, contacts: Iterable[ContactPart]) -> SystemState:
+    """Read what `_write_state` wrote; states of contacts refer to those of the present model."""
+
     def arrays(group: Any, *names: str) -> list[FloatArray]:
         return [np.asarray(group[name]) for name in names]
 
@@ -227,6 +236,8 @@ def _read_state(file: Any, contacts: Iterable[ContactPart]) -> SystemState:
 
 def read_checkpoint(path: Path, model: Model) -> Checkpoint:
     """Read a checkpoint and check that `model` can go on from it.
+
+    The model may end later than the run of the checkpoint.
 
     Raises
     ------

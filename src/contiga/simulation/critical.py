@@ -85,25 +85,26 @@ Of = Literal["all", "lasting", "following"]
 whose stiffness follows the step, which are stable at any step or at none."""
 
 
-_KNOWN: dict[int, dict[Of, tuple[tuple[object, ...], Limit]]] = {}
+_LIMITS: dict[int, dict[Of, tuple[tuple[object, ...], Limit]]] = {}
 """Limits of recent states by the id of the state's array of free bodies; both end together."""
 
 
 def limit_of(model: Model, state: SystemState, of: Of = "all") -> Limit:
     """Return `find_limit`, computed once for each state.
 
-    States that differ only in fields that one step hands to the next share their limit.
+    A state shares the limit of another one with the same `rigid` array if contacts, springs,
+    joints, slaves and bodies are the same objects.
     """
     key, rigid = id(state.rigid), state.rigid
-    if key not in _KNOWN:
-        _KNOWN[key] = {}
-        weakref.finalize(rigid, _KNOWN.pop, key, None)
+    if key not in _LIMITS:
+        _LIMITS[key] = {}
+        weakref.finalize(rigid, _LIMITS.pop, key, None)
     inputs = model, state.contacts, state.springs, state.joints, state.slaves, state.bodies
-    stored = _KNOWN[key].get(of)
+    stored = _LIMITS[key].get(of)
     if stored is not None and all(map(is_, stored[0], inputs)):
         return stored[1]
     limit = find_limit(model, state, of)
-    _KNOWN[key][of] = inputs, limit
+    _LIMITS[key][of] = inputs, limit
     return limit
 
 
@@ -113,12 +114,18 @@ class _EndRates(NamedTuple):
     of: object
     """Row of the body, or name of the slave."""
     rates: Rates
+    """Rates of its points, the fastest."""
     whole: Rates
     """Rates of that end as one whole body."""
 
 
 def find_limit(model: Model, state: SystemState, of: Of = "all") -> Limit:
-    """Find the critical step of all contacts, springs, joints, gas and elements in `state`."""
+    """Find the critical step of all contacts, springs, joints, gas and elements in `state`.
+
+    The rates of a coupling are the sum over its ends, each with the other end held. At each free
+    body and slave the rates of its couplings are added; the least critical step of these is the
+    limit, named by the fastest coupling there. Bodies, points and nodes have their highest rates.
+    """
     rates_at: dict[object, list[tuple[str, Rates, Rates]]] = {}
     for text, sides in _coupling_rates(model, state, of):
         pair_rates, whole = sides[0].rates, sides[0].whole
@@ -146,7 +153,10 @@ def find_limit(model: Model, state: SystemState, of: Of = "all") -> Limit:
 
 
 def _coupling_rates(model: Model, state: SystemState, of: Of) -> list[tuple[str, list[_EndRates]]]:
-    """Return each contact and spring with its rates on the free bodies and slaves at its ends."""
+    """Return each coupling that counts by `of`, in words, with the rates at its moving ends.
+
+    Ends on the ground, on driven bodies and on driven nodes are left out.
+    """
     system = model.mechanism
     couplings: list[tuple[str, list[_EndRates]]] = []
     for part in model.contacts:
@@ -199,7 +209,7 @@ def _coupling_rates(model: Model, state: SystemState, of: Of) -> list[tuple[str,
 def _add_joint_laws(
     couplings: list[tuple[str, list[_EndRates]]], model: Model, state: SystemState
 ) -> None:
-    """Add the laws of joints.
+    """Add the laws of joints, with their rates on the free bodies that they join.
 
     Constraints do not raise the highest frequency: that of a constrained system is at most that of
     the free one (Rayleigh).
@@ -245,7 +255,10 @@ def _mobility(
 def _add_gas(
     couplings: list[tuple[str, list[_EndRates]]], model: Model, state: SystemState
 ) -> None:
-    """Add the chambers: gas is a spring on their volumes, and pressure turns with the facets."""
+    """Add the chambers in slaves whose nodes forces move.
+
+    Gas is a spring on the volume, adiabatic; excess pressure turns with the facets.
+    """
     system, chambers = model.mechanism, model.chambers
     for name, (gas, _) in state.gas.items():
         chamber, skin = chambers.chambers[name], chambers.skins[name]
@@ -269,7 +282,10 @@ def _add_contact(
     state: SystemState,
     of: Of,
 ) -> None:
-    """Add a contact with its rates on the free bodies and slaves at its two sides."""
+    """Add a contact with its rates on the free bodies and slaves at its two sides.
+
+    It is left out if no point presses, or nothing at its sides is free.
+    """
     system, contact, ends = model.mechanism, state.contacts[part.name], []
     columns, bodies = contact.kept, model.mechanism.sides[part.name].free
     rows, normal_stiffness = columns.springs
@@ -350,12 +366,14 @@ def _sums_at_control_points(
 
 
 def check_stable(model: Model, state: SystemState) -> None:
-    """Refuse to go on if elements have more energy than was supplied.
+    """Refuse to go on if elements have far more energy than was supplied.
 
     Raises
     ------
     RunError
-        The message names the slave, the time, the fastest node with its position, and a remedy.
+        The energy balance has gained more than `MAX_GAIN` of the energy supplied, and the fastest
+        node of a slave of elements goes farther in a step than `MIN_TRAVEL` of its size. The
+        message names the slave, the time, that node with its position, and a remedy.
     """
     energy = state.energy
     gain, supplied = -energy.error, max(energy.initial + energy.external, 0.0)
@@ -382,7 +400,10 @@ def check_stable(model: Model, state: SystemState) -> None:
 
 
 def remedy(model: Model, state: SystemState, slave: str) -> str:
-    """Return advice on a slave that is unstable."""
+    """Return advice on an unstable slave, by the first likely cause.
+
+    These are a step above the critical one, then points in contact deeper than its facets are wide.
+    """
     critical = limit_of(model, state).critical
     if state.step > critical:
         return f'Take steps below {0.9 * critical:.3g}, or step = "auto"'

@@ -43,7 +43,10 @@ def balance_of(history: dict[str, FloatArray]) -> dict[str, float]:
 
 
 def energy_warnings(model: Model, history: dict[str, FloatArray]) -> list[str]:
-    """Return messages about the likely cause of an energy balance error, if it is large."""
+    """Return a message with the likely cause of an energy balance error above `ERROR_TOL`.
+
+    The list is empty below, or if forces move nothing.
+    """
     balance = energy_summary(model, history)
     if not balance or balance["relative"] <= ERROR_TOL:
         return []
@@ -66,7 +69,7 @@ def _advice_on_steps(model: Model) -> str:
 
 
 def worst_step(history: dict[str, FloatArray]) -> int:
-    """Return the row in which the energy balance error changes most."""
+    """Return the row in which the energy balance error changes most, the first of equals."""
     error = history["energy.error"]
     return int(np.argmax(np.abs(np.diff(error, prepend=error[0]))))
 
@@ -80,7 +83,11 @@ def energy_text(balance: dict[str, float], time: float, cause: str) -> str:
 
 
 def _likely_cause(model: Model, history: dict[str, FloatArray], at: int) -> str:
-    """Return the contact that is the likely cause, with the reason; empty without one."""
+    """Return the contact that is the likely cause, with the reason; empty without one.
+
+    It is the first that weighs forces by measured areas, else the first with points that tunnelled,
+    were lost or were found again within a step of the row `at`, else the one that works most there.
+    """
     prefixes = column_prefixes(model)
     for part in model.contacts:
         if part.contact.weights == "area":
@@ -111,7 +118,10 @@ def _likely_cause(model: Model, history: dict[str, FloatArray], at: int) -> str:
 
 
 def _reason_without_energy(model: Model, name: str) -> str:
-    """Return why the forces of a contact conserve no energy at any step; empty if they do."""
+    """Return the first reason why the forces of a contact conserve no energy at any step.
+
+    The text is empty if there is none.
+    """
     part = next(part for part in model.contacts if part.name == name)
     facts, law = part.contact.master.facts(), part.contact.law
     if facts.get("normals") == "vertex":

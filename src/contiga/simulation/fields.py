@@ -36,6 +36,8 @@ _BYTES_PER_POINT = 200
 class Fields:
     """Writes the fields and outlines of a run, step by step.
 
+    Raises `InputError` if the output's `size` needs more than `MAX_TRIANGLES` for a body.
+
     Parameters
     ----------
     model : what is run
@@ -92,7 +94,12 @@ class Fields:
         return (_BYTES_PER_POINT + 8 * columns) * len(self._part) + 8 * columns * of_cells
 
     def append(self, state: SystemState) -> None:
-        """Write one step."""
+        """Write one step.
+
+        At a node of several contacts forces add up; the other fields are those of the last contact
+        in the model that it touches. Points of bodies, and inactive nodes off contact, have the
+        status −1.
+        """
         bodies = []
         for name, mesh in self._meshes.items():
             shape = self._model.shapes.points(name, state.time, state.slaves)
@@ -210,6 +217,7 @@ def _slave_part(name: str, slave: Slave, node_rows: IndexArray) -> Part:
 
 
 def _body_mesh(name: str, body: Master, size: float | None) -> TriMesh:
+    """Return the triangles that draw a body, of exact geometry with sides of at most `size`."""
     mesh = body.tessellate(DRAWING_TOL * body.size)
     if size is None or body.faces is None:
         return mesh

@@ -36,7 +36,9 @@ def plot_history(
     x: str | None = None,
     y: str | Sequence[str] | None = None,
 ) -> ShownFigure:
-    """Draw a history; `purpose` begins the message about a missing package.
+    """Draw `y` over `x`, or `columns` over time, or the default panels of a history.
+
+    `purpose` begins the message about a missing package; the figure is also written to `path`.
 
     Raises
     ------
@@ -67,14 +69,17 @@ def plot_history(
 def _channel_panels(
     history: Mapping[str, FloatArray], summary: Mapping[str, Any], x: str, names: Sequence[str]
 ) -> list[Panel]:
-    """Draw channels over another channel, with a panel for each unit."""
+    """Return panels of channels over another channel, one for each unit.
+
+    Raises `InputError` for a channel that the run does not have.
+    """
     across = channel_of(history, summary, x, "x")
     channels = [channel_of(history, summary, name, "y") for name in names]
     panels = []
     for unit in dict.fromkeys(channel.unit for channel in channels):
         of_unit = [channel for channel in channels if channel.unit == unit]
         label = with_unit(of_unit[0].name if len(of_unit) == 1 else "", unit)
-        lines = tuple(Line(one.name, across.values, one.values) for one in of_unit)
+        lines = tuple(Line(channel.name, across.values, channel.values) for channel in of_unit)
         panels.append(
             Panel(with_unit(across.name, across.unit), label, lines, (), len(of_unit) > 1)
         )
@@ -84,7 +89,11 @@ def _channel_panels(
 def _standard_panels(
     history: Mapping[str, FloatArray], units: Mapping[str, str]
 ) -> Iterator[Panel]:
-    """Yield the default panels of a history, without curves that are zero throughout."""
+    """Yield the default panels of a history, without curves that are zero throughout.
+
+    They are forces and deepest penetrations of contacts, energies (of the contacts, if forces move
+    nothing), and the magnitudes of velocities and accelerations.
+    """
     over = _Time(history["time"], with_unit("time", units.get("time", "")))
     # Springs and sensors also have a force: contacts are the owners of a penetration. A single
     # contact has no name in its columns.
@@ -122,7 +131,7 @@ class _Time(NamedTuple):
 
 
 def _panel(time: _Time, label: str, unit: str, lines: Mapping[str, FloatArray]) -> Iterator[Panel]:
-    """Yield a panel of the lines that are not zero throughout, if any."""
+    """Yield a panel of the `MAX_LINES` largest lines that are not zero throughout, if any."""
     sizes = {
         name: float(np.abs(values[np.isfinite(values)]).max(initial=0.0))
         for name, values in lines.items()
@@ -141,7 +150,10 @@ def _over_time(time: _Time, label: str, unit: str, lines: Mapping[str, FloatArra
 def _column_panels(
     history: Mapping[str, FloatArray], units: Mapping[str, str], columns: Sequence[str]
 ) -> Iterator[Panel]:
-    """Yield a panel for each unit among the columns."""
+    """Yield a panel over time for each unit among the columns, or for one column.
+
+    Raises `InputError` for a column that the history does not have.
+    """
     names = [columns] if isinstance(columns, str) else list(columns)
     for name in names:
         if name not in history:

@@ -78,11 +78,11 @@ class Skin:
     @cached_property
     def _tables(self) -> SkinTables:
         count = len(self.corners)
-        every = np.zeros((count_blocks(count) * LANES, 3), np.int32)
-        every[:count] = self.rows[self.corners]
+        padded = np.zeros((count_blocks(count) * LANES, 3), np.int32)
+        padded[:count] = self.rows[self.corners]
         starts, places = node_sums(self.corners.ravel(), len(self.rows))
         facets = (places // 3).astype(np.int32)
-        return SkinTables(nodes_in_lanes(every), NodeSums(starts, facets))
+        return SkinTables(nodes_in_lanes(padded), NodeSums(starts, facets))
 
     def closed(self, points: FloatArray) -> Closed:
         """Measure the volume that the facets enclose, with the slave's nodes at points (n, 3)."""
@@ -99,7 +99,10 @@ class Skin:
         return Closed(volume, gradient, stiffness, areas.reshape(-1)[: len(self.corners)])
 
     def exposed(self, areas: FloatArray, covered: FloatArray) -> Exposed:
-        """Return the open part of facets with areas (f,), of which shares (f,) are covered."""
+        """Return the open area of facets with areas (f,), of which shares (f,) are covered.
+
+        Each vent has the open share of its facets, 1 if it has none.
+        """
         open_areas = areas * (1.0 - covered)
         shares = [
             1.0 if in_vent is None else float(open_areas[in_vent].sum() / areas[in_vent].sum())
@@ -168,9 +171,15 @@ class GasSystem:
         dt: float,
         fired: Mapping[str, float],
     ) -> dict[str, ChamberState]:
-        """Return all chambers after a step from their `last` states; None at the start.
+        """Return all chambers after a step from their `last` states, which are None at the start.
 
-        `fired` are the times at which triggers fire, by sensor.
+        `covered` is asked only for slaves of chambers that leak or have vents on facets. `fired`
+        are the times at which triggers fire, by sensor.
+
+        Raises
+        ------
+        RunError
+            The facets of a chamber hold no volume.
         """
         volumes, gradients, exposed = [], [], []
         for name, skin in self.skins.items():
@@ -201,7 +210,10 @@ class GasSystem:
         return states
 
     def first_states(self, at_rest: Mapping[str, ChamberState]) -> dict[str, ChamberState]:
-        """Return the chambers at the start of a run that begins from a state at rest."""
+        """Return the chambers at the start of a run that begins from a state at rest.
+
+        Vents are as at the start again, energies count from there.
+        """
         states = {}
         for name, (gas, force) in at_rest.items():
             chamber = self.chambers[name]
@@ -211,7 +223,7 @@ class GasSystem:
         return states
 
     def came(self, last: Mapping[str, ChamberState], now: Mapping[str, ChamberState]) -> float:
-        """Return the enthalpy that has flowed in within a step, less that flowed out."""
+        """Return the enthalpy that flowed into all chambers within a step, less that flowed out."""
         return sum(
             (now[name].gas.came - last[name].gas.came) - (now[name].gas.left - last[name].gas.left)
             for name in self.names
@@ -234,6 +246,14 @@ class GasSystem:
 
 
 def _make_skin(name: str, chamber: Chamber, slaves: Mapping[str, Slave]) -> Skin:
+    """Return the facets around a chamber, all facets of its slave.
+
+    Raises
+    ------
+    InputError
+        No such slave, no facets, facets that do not close a space or point into it, a vent that no
+        facet lies on with all its corners.
+    """
     where = f"gas {name!r}: slave"
     if chamber.slave not in slaves:
         raise InputError(
@@ -281,7 +301,8 @@ def _check_closed(where: str, slave: str, corners: IntArray, points: FloatArray)
     Raises
     ------
     InputError
-        The message gives their number and places.
+        The message is about the first of these defects: the number of edges and up to `MAX_PLACES`
+        places.
     """
     from scipy.sparse import coo_array
     from scipy.sparse.csgraph import connected_components
@@ -301,8 +322,8 @@ def _check_closed(where: str, slave: str, corners: IntArray, points: FloatArray)
             coo_array((np.ones(is_wrong.sum()), ends[is_wrong].T), shape=(len(points),) * 2)
         )
         label = holes[ends[is_wrong, 0]]
-        places = [ends[is_wrong][label == one] for one in np.unique(label)]
-        texts = [f"{len(some)} {box_text(points[some.ravel()])}" for some in places[:MAX_PLACES]]
+        places = [ends[is_wrong][label == hole] for hole in np.unique(label)]
+        texts = [f"{len(edges)} {box_text(points[edges.ravel()])}" for edges in places[:MAX_PLACES]]
         more_text = (
             f", and at {len(places) - MAX_PLACES} more places" if len(places) > MAX_PLACES else ""
         )
@@ -316,7 +337,10 @@ def _check_closed(where: str, slave: str, corners: IntArray, points: FloatArray)
 
 
 def covered_by(contacts: Iterable[tuple[Contact, State]], slave: Slave) -> FloatArray:
-    """Return the share (f,) of each facet of a slave that its contacts cover."""
+    """Return the share (f,) of each facet of a slave that its contacts cover together, at most 1.
+
+    `contacts` are those of the slave.
+    """
     assert slave.facets is not None
     shares = np.zeros(len(slave.facets))
     for contact, state in contacts:

@@ -59,7 +59,8 @@ def history_row(
 ) -> dict[str, float]:
     """Return one row of the history; columns have the contact's name if there are several.
 
-    `last` is the state before the step, None at the start. Contact areas are NaN unless `measured`.
+    `last` is the state before the step, None at the start. Contact areas are NaN unless `measured`,
+    or needed for the forces.
     """
     row: dict[str, float] = {"time": stepped.state.time}
     for contact, prefix in column_prefixes(model).items():
@@ -109,7 +110,10 @@ def measured_columns(model: Model, state: SystemState) -> dict[str, float]:
 
 
 def unmeasured_names(model: Model) -> list[str]:
-    """Return the names of the columns that are NaN in a row that was not measured."""
+    """Return the names of the columns that are NaN in a row that was not measured.
+
+    Contacts that weigh forces by areas measure them in every step, and have none.
+    """
     prefixes = column_prefixes(model)
     return [
         prefixes[part.name] + name
@@ -140,7 +144,8 @@ def contact_columns(
     """Return the columns of one contact.
 
     `last` is its state before the step, None at the start; `wall` is the wall-clock time of the
-    step, seconds; contact areas are NaN unless `measured`.
+    step, seconds; contact areas are NaN unless `measured`, or needed for the forces. Points that
+    are not proved count only while any point is in contact.
     """
     # The same bits as the sum of whole arrays: rows are added one by one, and others are zero.
     force = state.kept.force.values.sum(axis=0) + 0.0

@@ -127,7 +127,8 @@ def _channel_columns(
 def _location_codes(owners: Mapping[str, Mapping[str, Any]]) -> dict[str, str]:
     """Return the first twelve characters of the codes: as given, else made from the name.
 
-    Names with the same first letters are numbered in the fine locations, in order.
+    That is "10", the first four letters and digits, and a number: names with the same ones are
+    numbered in order, without codes that are given.
     """
     codes: dict[str, str] = {
         name: owner["code"] for name, owner in owners.items() if owner.get("code")

@@ -87,9 +87,9 @@ def react_joints(
     time: float,
     total: FloatArray,
 ) -> JointReactions:
-    """End the kick of a step: project velocities of `free` bodies onto the constraints.
+    """End the kick of a step: project the velocities of `free` onto the constraints, in place.
 
-    Reactions are added to the wrenches `total` (n, 6).
+    `states` are the joints before; reactions are added to the wrenches `total` (n, 6), in place.
     """
     linkage, system = model.linkage, model.mechanism
     accelerations = np.zeros((len(system.index), 6))
@@ -109,10 +109,10 @@ def driven_acceleration(
 ) -> FloatArray:
     """Return the acceleration (6,) of the frame of driven body i, linear and angular, world axes.
 
-    A motion without a known acceleration is differenced over its twists half a step before and
-    after, so that the accelerations add up to the change of velocity even across a jump; at the
-    start and at the end of the run the difference is one-sided. A motion that is known only up to
-    now has the mean acceleration of the last step.
+    A motion that knows its acceleration does not turn. Any other is differenced over its twists
+    half a step before and after, so that the accelerations add up to the change of velocity even
+    across a jump; at the start and at the end of the run the difference is one-sided. A motion that
+    is known only up to now has the mean acceleration of the last step, zero at the start.
     """
     motion, now = model.mechanism.driven[i], bodies.twists[i]
     if hasattr(motion, "acceleration"):

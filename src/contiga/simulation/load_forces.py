@@ -36,7 +36,10 @@ def rotated(R: FloatArray, v: FloatArray) -> FloatArray:
 def load_on_body(
     load: Load, pose: FloatArray, origin: FloatArray, time: float
 ) -> tuple[FloatArray, FloatArray]:
-    """Return force and moment of a load on a body that started at `origin`; world axes."""
+    """Return force and moment (3,) of a load on a body that started at `origin`; world axes.
+
+    A load that follows its body turns with it.
+    """
     force, moment = load.force_at(time), load.moment_at(time)
     if load.follow:
         R = product(pose[:3, :3], origin[:3, :3].T)
@@ -45,9 +48,10 @@ def load_on_body(
 
 
 def load_point(model: Model, load: Load, i: int, pose: FloatArray, rows: FloatArray) -> FloatArray:
-    """Return the point where a load acts on body `i` at `pose`.
+    """Return the point (3,) where a load acts on body `i` at `pose`, world axes.
 
-    Without a point given it is the centre of mass of a free body, from their `rows` (b, 19).
+    Without a point given it is the centre of mass of a free body, from their `rows` (b, 19), and
+    the origin of the frame of any other.
     """
     system = model.mechanism
     if load.at is not None:
@@ -60,9 +64,10 @@ def load_point(model: Model, load: Load, i: int, pose: FloatArray, rows: FloatAr
 def add_loads(
     model: Model, poses: FloatArray, rows: FloatArray, time: float, total: FloatArray
 ) -> None:
-    """Add all loads to the wrenches (n, 6) on bodies at `poses` (n, 4, 4).
+    """Add all loads to the wrenches `total` (n, 6) on bodies at `poses` (n, 4, 4), in place.
 
-    `rows` (b, 19) are those of free bodies.
+    Wrenches are about the origins of frames; loads on attached bodies act on their root. `rows`
+    (b, 19) are those of free bodies.
     """
     for load in model.mechanism.loads:
         i = model.mechanism.root_of(load.body)
@@ -74,9 +79,10 @@ def add_loads(
 
 
 def foresee_loads(model: Model, last: SystemState, free: Placed, time: float) -> None:
-    """Change the twists of drifted bodies to those that the loads at `time` will cause.
+    """Change the twists of drifted bodies, in place, to those that the loads at `time` will cause.
 
-    All other forces stay as in `last`.
+    All other forces stay as in `last`, and so do the rows of `free`. Nothing changes if the loads
+    are those of `last`.
     """
     change = np.zeros((len(free.rows), 6))
     for load in model.mechanism.loads:
@@ -107,9 +113,10 @@ def _load_about_centre(
 def work_of_loads(
     model: Model, last: SystemState, poses: FloatArray, rows: FloatArray, now: Instant
 ) -> float:
-    """Return the work of loads on free bodies in a step.
+    """Return the work of loads on free bodies in a step, by the trapezoidal rule along the path.
 
-    On other bodies the prescribed motion takes the work back.
+    `unrealised_load_work` is added, which balances it with the kinetic energy. On other bodies the
+    prescribed motion takes the work back.
     """
     system, work = model.mechanism, 0.0
     for load in system.loads:

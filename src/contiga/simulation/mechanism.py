@@ -54,6 +54,7 @@ class SpringEnd(NamedTuple):
     body: int | None = None
     """Number of the body that the end is fixed to."""
     slave: str | None = None
+    """Name of the slave; None on a body or the ground."""
     nodes: IntArray = NO_NODES
     """(k,) nodes of the slave that share the end."""
     shares: FloatArray = NO_SHARES
@@ -223,7 +224,7 @@ class Mechanism:
 
 
 def has_energy(law: object) -> bool:
-    """Return whether a law's forces are the gradient of an energy."""
+    """Return whether a law's forces are the gradient of an energy; true if it does not say."""
     return bool(getattr(law, "has_energy", True))
 
 
@@ -266,10 +267,10 @@ def mechanism_of(
         host = index[name]
         carried = [part.motion for i, part in enumerate(bodies.values()) if root[i] == host != i]
         attached = [motion.mass for motion in carried if motion.mass is not None]
-        glued = [of_points(one.points_B, one.mass) for one in joints if one.host == host]
+        glued = [of_points(joint.points_B, joint.mass) for joint in joints if joint.host == host]
         motions.append(with_attached(name, bodies[name].motion, attached, glued))
     fixed = [fixed_of(name, motion) for name, motion in zip(names, motions, strict=True)]
-    rows = [row_of(motion, one) for motion, one in zip(motions, fixed, strict=True)]
+    rows = [row_of(motion, lanes) for motion, lanes in zip(motions, fixed, strict=True)]
     free = np.array([index[name] for name in names], dtype=np.intp)
     placed, ends = {}, {}
     for name, spring in springs.items():
@@ -305,6 +306,9 @@ def _ends_of(
     nodes: Mapping[str, NodeMover],
 ) -> tuple[tuple[SpringEnd, SpringEnd], FloatArray]:
     """Return the bodies or nodes at the ends of a spring, and their positions (2, 3) at the start.
+
+    An end on a slave that no body carries moves to the nearest node, or to the mean of the nodes
+    that share it.
 
     Raises
     ------
@@ -365,6 +369,8 @@ def _ring_sides(
     rings: Mapping[str, SlipRing], springs: Mapping[str, Spring]
 ) -> dict[str, tuple[RingSide, RingSide]]:
     """Return the two segments at each slip ring, with the end that is at the ring.
+
+    Ends meet if they are on one body or slave, and nearer than `RING_TOL` of the longer segment.
 
     Raises
     ------
@@ -436,7 +442,7 @@ def _segments(
     for name, count in ends.items():
         devices = springs[name].devices
         on_a_belt = springs[name].spread != (None, None)
-        if (count == 2 or on_a_belt) and any(one is not None for one in devices[:3]):
+        if (count == 2 or on_a_belt) and any(device is not None for device in devices[:3]):
             rings_found = "slip rings at both ends" if count == 2 else "a slip ring at its anchor"
             raise InputError(
                 f"has {rings_found}, and no end left for its devices",
@@ -457,7 +463,7 @@ def _segments(
 
 
 def _body_number(where: str, name: str, numbers: Mapping[str, int]) -> int:
-    """Return the number of a named body."""
+    """Return the number of a named body; raise `InputError` for an unknown one."""
     if name not in numbers:
         raise InputError(
             "no body of this name is there",
@@ -469,7 +475,10 @@ def _body_number(where: str, name: str, numbers: Mapping[str, int]) -> int:
 
 
 def _root_of_body(name: str, bodies: Mapping[str, Any]) -> str:
-    """Return the name of the body that a chain of attachments ends at."""
+    """Return the name of the body that a chain of attachments ends at; itself without one.
+
+    Raises `InputError` for an unknown body, or a circle of attachments.
+    """
     chain = [name]
     while isinstance(motion := bodies[chain[-1]].motion, Attached):
         _body_number(f"bodies[{chain[-1]!r}]: motion", motion.body, dict.fromkeys(bodies, 0))

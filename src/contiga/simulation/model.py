@@ -68,8 +68,11 @@ class ContactPart(NamedTuple):
     """A contact between a body and a slave of the simulation, by their names."""
 
     name: str
+    """Prefix of its columns in the history, if there are several contacts."""
     master: str
+    """Name of the body."""
     slave: str
+    """Name of the slave."""
     contact: Contact
 
 
@@ -343,13 +346,13 @@ def _check_column_name(
 
 
 def check_settle(model: Model) -> None:
-    """Raise `InputError` for bodies to come to rest that are unknown, not free, or moving."""
+    """Raise `InputError` for bodies to come to rest that are unknown, not free or in motion."""
     for name in model.settling.bodies if model.settling is not None else ():
         _check_name("body", name, model.bodies, "settle: bodies")
         motion = model.bodies[name].motion
         if not isinstance(motion, Free):
             raise InputError(
-                "is not free: what moves it is told", where="settle: bodies", found=name
+                "is not free: its motion is prescribed", where="settle: bodies", found=name
             )
         if motion.velocity.any() or motion.spin.any():
             raise InputError(
@@ -361,7 +364,10 @@ def check_settle(model: Model) -> None:
 
 
 def check_shapes(model: Model) -> None:
-    """Raise `InputError` for bodies that cannot change their shape as their motion prescribes."""
+    """Raise `InputError` for bodies that cannot change their shape as their motion prescribes.
+
+    Contacts of such a body are tried with its first control points.
+    """
     for name, motion in model.shapes.of.items():
         where = f"bodies[{name!r}]: motion"
         parts = [part for part in model.contacts if part.master == name]
@@ -372,14 +378,17 @@ def check_shapes(model: Model) -> None:
         )
         try:
             for part in parts:
-                contact = part.contact
-                assert shape_of(contact.master, contact.follows_feet, rest)
+                shape_of(part.contact.master, part.contact.follows_feet, rest)
         except ContigaError as error:
             raise InputError(str(error), where=where) from error
 
 
 def _control_points_at_rest(model: Model, name: str) -> FloatArray:
-    """Return the control points at rest of a body that a slave's degrees of freedom move."""
+    """Return the control points (m, 3) at rest of a body that a slave's degrees of freedom move.
+
+    Raises `InputError` unless the slave is a shell of splines whose patches the body has, with
+    control points equal to 1e-9 of its size.
+    """
     slave = model.shapes.slave_of(name)
     where = f"bodies[{name!r}]: motion"
     if slave is None or slave not in model.slaves:
@@ -415,7 +424,10 @@ def _control_points_at_rest(model: Model, name: str) -> FloatArray:
 
 
 def check_springs(model: Model) -> None:
-    """Raise `InputError` for springs and slip rings that share a name with other columns."""
+    """Raise `InputError` for springs and slip rings that share a name with other columns.
+
+    Filters of springs without units are refused as well.
+    """
     used_names = {*model.bodies, *(part.name for part in model.contacts), "energy"}
     used_names |= {sensor.name for sensor in model.sensors}
     for name in model.slip_rings:
@@ -509,7 +521,11 @@ def check_triggers(model: Model) -> None:
 
 
 def check_sensors(model: Model) -> None:
-    """Raise `InputError` for sensors of unknown parts or the same name, criteria without units."""
+    """Raise `InputError` for sensors of unknown parts, or that share a name with other columns.
+
+    Also refused are criteria and filters without units, forces between two bodies that no spring
+    joins, sections of slaves without elements, and sensors of no node.
+    """
     used_names = [*model.bodies, *(part.name for part in model.contacts), "energy"]
     for i, sensor in enumerate(model.sensors):
         where = f"sensors[{i}]"
@@ -552,7 +568,7 @@ def check_sensors(model: Model) -> None:
 
 
 def check_movers(model: Model) -> None:
-    """Raise `InputError` for contacts within one body, and for tables that end before the run."""
+    """Raise `InputError` for contacts within one body, and for tables that do not cover the run."""
     system = model.mechanism
     for part in model.contacts:
         host = system.carrier_of_slave.get(part.slave)

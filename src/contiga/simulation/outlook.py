@@ -31,7 +31,11 @@ class Outlook:
         self._cuts: Counter[tuple[Reason, str]] = Counter()
 
     def after(self, stepped: StepResult) -> str | None:
-        """Return a warning after a step, or None."""
+        """Return a warning after a step if more than `LONG_RUN` remains at the present pace.
+
+        The pace is that of the last `PATIENCE` seconds or more; the measurement begins anew if less
+        remains. It is None until then, and after the first warning.
+        """
         if self._has_warned:
             return None
         now, time = self._now(), stepped.state.time

@@ -60,7 +60,10 @@ def clear_killed(folder: Path) -> None:
 
 
 def finish_fields(folder: Path, *, outlines: bool) -> None:
-    """Rename unfinished fields and outlines to their final names."""
+    """Rename unfinished fields and outlines to their final names; missing ones are passed over.
+
+    Outlines of an earlier run are removed if this one has fields without outlines.
+    """
     if (folder / UNFINISHED).exists() and not outlines:
         (folder / OUTLINES).unlink(missing_ok=True)
     for unfinished, finished in _field_names(outlines):
@@ -82,7 +85,7 @@ def reopen_fields(folder: Path, *, outlines: bool) -> None:
     Raises
     ------
     CheckpointError
-        The fields are missing.
+        There are neither unfinished nor finished fields.
     """
     for unfinished, finished in _field_names(outlines):
         if (folder / finished).is_file() and not (folder / unfinished).is_file():

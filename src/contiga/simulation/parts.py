@@ -23,14 +23,17 @@ Part = TypeVar("Part")
 
 
 def by_name(where: str, parts: Any) -> Mapping[str, Any]:
-    """Return bodies or slaves, which must be given by name."""
+    """Return `parts` unchanged; raise `InputError` if they are no mapping."""
     if not isinstance(parts, Mapping):
         raise InputError("must be given by name", where=where, found=parts, allowed="a dict")
     return parts
 
 
 def body_part(name: str, body_or_pair: Any) -> BodyPart:
-    """Return a body with its motion; a body without one stays in place."""
+    """Return a body with its motion, from a body or a pair; without a motion it stays in place.
+
+    Raises `InputError` for an object that is no master, and for a motion without pose and twist.
+    """
     body, motion = _with_motion(body_or_pair)
     if not is_master(body):
         raise InputError(
@@ -53,9 +56,10 @@ def body_part(name: str, body_or_pair: Any) -> BodyPart:
 
 
 def slave_part(name: str, slave_or_pair: Any) -> SlavePart:
-    """Return a slave with its motion; without one it stays in place.
+    """Return a slave with its motion, from a slave or a pair; without a motion it stays in place.
 
-    The motion of a body carries all points of the slave.
+    The motion of a body carries all points of the slave. Raises `InputError` for an object that is
+    no slave, and for a motion that cannot move one.
     """
     slave, motion = _with_motion(slave_or_pair)
     if not isinstance(slave, Slave):
@@ -89,6 +93,7 @@ def _with_motion(part_or_pair: Any) -> tuple[Any, Any]:
 
 
 def _check_motion(where: str, motion: object, *methods: str) -> None:
+    """Raise `InputError` for a motion without one of the methods."""
     for method in methods:
         if not callable(getattr(motion, method, None)):
             raise InputError(
@@ -103,7 +108,11 @@ def _check_motion(where: str, motion: object, *methods: str) -> None:
 def contact_parts(
     contacts: Any, bodies: Mapping[str, BodyPart], slaves: Mapping[str, SlavePart]
 ) -> tuple[ContactPart, ...]:
-    """Return contacts with the names of their sides, by the identity of master and slave."""
+    """Return contacts with the names of their sides, by the identity of master and slave.
+
+    A contact without a name is called "<master>-<slave>"; parts with names stay as they are. Raises
+    `InputError` for a contact with sides that are not among `bodies` and `slaves`.
+    """
     if not isinstance(contacts, Mapping | Sequence):
         raise InputError(
             "must be several", where="contacts", found=contacts, allowed="a list, or a dict by name"
@@ -123,6 +132,10 @@ def contact_parts(
 
 
 def _name_of(role: str, contact: Any, parts: Iterable[tuple[str, object]]) -> str:
+    """Return the name of the part that is the same object as a side of a contact.
+
+    `role` is "master" or "slave"; raises `InputError` if there is none.
+    """
     part = getattr(contact, role, None)
     for name, candidate in parts:
         if part is not None and candidate is part:
@@ -136,7 +149,7 @@ def _name_of(role: str, contact: Any, parts: Iterable[tuple[str, object]]) -> st
 
 
 def spring_parts(parts: Any) -> dict[str, Spring]:
-    """Return springs by name, from a dict, or from a list by their names or numbers."""
+    """Return springs by name, from a dict or a list."""
     return _named_parts("springs", parts, Spring)
 
 
@@ -157,7 +170,9 @@ def gas_parts(parts: Any) -> dict[str, Chamber]:
 
 
 def _named_parts(kind: str, parts: Any, of: type[Part]) -> dict[str, Part]:
-    """Return parts of one type by name.
+    """Return parts of one type by name, from a dict or a list.
+
+    In a list a part has its own name, or one made of kind and number, as "spring_0".
 
     Raises
     ------
@@ -188,7 +203,7 @@ def _named_parts(kind: str, parts: Any, of: type[Part]) -> dict[str, Part]:
 
 
 def parts_of_kind(where: str, items: Any, *kinds: type[Part]) -> tuple[Part, ...]:
-    """Return loads or sensors as a tuple, with checked types."""
+    """Return loads or sensors as a tuple, also a single one; raise `InputError` for other types."""
     parts = tuple(items) if isinstance(items, Sequence) else (items,)
     allowed = f"a list of contiga.{' or contiga.'.join(kind.__name__ for kind in kinds)}"
     check_types(kinds, parts, where, f"must be {where}", allowed)

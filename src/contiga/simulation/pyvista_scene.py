@@ -22,6 +22,8 @@ if TYPE_CHECKING:
 def scene_of_state(purpose: str, model: Model, state: SystemState) -> pyvista.MultiBlock:
     """Return bodies in their poses, and slaves with "penetration" (n,) and "force" (n, 3).
 
+    At a node of several contacts they are the deepest penetration and the sum of the forces.
+
     Raises
     ------
     MissingPackageError
@@ -38,7 +40,6 @@ def scene_of_state(purpose: str, model: Model, state: SystemState) -> pyvista.Mu
         points = to_world(state.bodies[name].pose, placed)
         blocks[name] = pyvista_mesh(purpose, points, mesh.triangles)
     for name, slave in model.slaves.items():
-        # The deepest penetration and the sum of forces over all contacts of the slave.
         points = state.slaves[name].points
         penetration, force = np.zeros(len(points)), np.zeros((len(points), 3))
         for contact in model.contacts:

@@ -30,7 +30,7 @@ class Reason(IntEnum):
 
     @property
     def remedy(self) -> str:
-        """Advice for longer steps."""
+        """Advice for longer steps; empty if there is none."""
         return _REMEDIES.get(self, "")
 
 
@@ -67,6 +67,7 @@ class Cut(NamedTuple):
     """The longest step that is allowed, and the reason why it is not longer."""
 
     step: float
+    """Length of the step, time."""
     reason: Reason
     of: str = ""
     """The contact, spring or body that limits the step; empty without one."""

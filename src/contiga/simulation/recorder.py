@@ -54,7 +54,7 @@ _BYTES_PER_POINT = 2000
 Progress = Callable[[int, int, int], Any]
 
 
-class _Progress(NamedTuple):
+class _Record(NamedTuple):
     """The recorded part of a run.
 
     The record is replaced as a whole, so that a stop at any line leaves complete steps.
@@ -88,7 +88,7 @@ class Recorder:
         self.model = model
         self._planned = len(model.stepping.planned())
         self.folder: Path | None = None
-        self._record = _Progress(0, 0, None)
+        self._record = _Record(0, 0, None)
         self._rows: dict[str, list[float]] = {}
         self._old_findings: tuple[Finding, ...] = ()
         self._ends: tuple[float, ...] = ()
@@ -116,7 +116,24 @@ class Recorder:
         return self._ends
 
     def open(self, folder: Path, *, resume: bool) -> None:
-        """Write to `folder` from now on; with `resume`, go on from its checkpoint."""
+        """Write to `folder` from now on; with `resume`, go on from its newest checkpoint.
+
+        The folder is made and locked; without `resume` files of an earlier run are removed.
+
+        Raises
+        ------
+        CheckpointError
+            Nothing in the folder can be resumed by this model.
+        OutputError
+            The folder has other files, another run writes to it, or it cannot be written.
+        MissingPackageError
+            h5py is not installed.
+
+        Warns
+        -----
+        ContigaWarning
+            Compiled code affects the results, and cannot be compared with that of the checkpoint.
+        """
         require("an output folder", "h5py")
         self._fingerprint, unknown = identity_of(self.model)
         checkpoint = None
@@ -147,7 +164,7 @@ class Recorder:
                         for row in onward.unmeasured:
                             self._rows[name][row] = np.nan
                     onward = None
-            self._record = _Progress(done, steps, checkpoint.state, peak, None, onward)
+            self._record = _Record(done, steps, checkpoint.state, peak, None, onward)
         finished = self.state is not None and self._is_last(self.state)
         if "vtkhdf" in self.model.output.formats and not finished:
             with self._clock("output"):
@@ -164,7 +181,12 @@ class Recorder:
         return state.time >= self.model.stepping.end
 
     def take(self, stepped: StepResult) -> None:
-        """Record one step; before writing its fields, write those at the greatest force."""
+        """Record one step: a row of the history, and its fields if they are due or it is the last.
+
+        Before its fields, those of the greatest force so far are written, if they were not yet. Of
+        a last step that is not due, the record keeps what a run beyond that end would have. A
+        checkpoint follows if the last is `CHECKPOINT_SECONDS` old; then `progress` is called.
+        """
         state = stepped.state
         done, n_written = self._record.done, self._record.written
         peak, crest = self._record.peak, self._record.crest
@@ -204,7 +226,7 @@ class Recorder:
             elif len(column) > done:
                 del column[done:]
             column.append(value)
-        self._record = _Progress(done + 1, n_written, state, peak, crest, onward)
+        self._record = _Record(done + 1, n_written, state, peak, crest, onward)
         if perf_counter() - self._last_checkpoint > CHECKPOINT_SECONDS:
             self._checkpoint()
         if self._progress is not None:
@@ -221,6 +243,7 @@ class Recorder:
         return self._old_findings if crest is None else check_crest(self.model, crest)
 
     def _write(self, state: SystemState) -> None:
+        """Write fields, if the run has them; raise `OutputError` if the disk has no room."""
         if self._fields is not None and self.folder is not None:
             with self._clock("output"):
                 # A checkpoint has the history, the state, and the state at the peak.
@@ -230,7 +253,7 @@ class Recorder:
                 self._fields.append(state)
 
     def columns(self) -> dict[str, FloatArray]:
-        """The history so far; counts are whole numbers."""
+        """Return the history so far as new arrays; counts are whole numbers (`as_column`)."""
         return {name: as_column(name, values[: self.done]) for name, values in self._rows.items()}
 
     def save(self) -> None:
@@ -265,7 +288,10 @@ class Recorder:
             self._lock.release()
 
     def finish(self, summary: dict[str, Any], history: dict[str, FloatArray]) -> None:
-        """Write the files of a complete run under their final names."""
+        """Write the files of a complete run under their final names, if it has a folder.
+
+        Stale files of an earlier run and the checkpoint before the last are removed.
+        """
         if self.folder is None:
             return
         names.clear_stale(self.folder, self.model.output.formats)
@@ -279,6 +305,10 @@ class Recorder:
         (self.folder / names.CHECKPOINT_BEFORE).unlink(missing_ok=True)
 
     def _checkpoint(self, *, stopped: bool = False) -> None:
+        """Write a checkpoint of the last step recorded, if there are a folder and a step.
+
+        Fields are flushed first. The older checkpoint is kept beside it.
+        """
         if self.folder is None or self.state is None:
             return
         history = self.columns()
@@ -306,7 +336,7 @@ class Recorder:
 
 
 def as_column(name: str, values: list[float]) -> FloatArray:
-    """Return a column of the history; counts that are not measured at every step hold NaN."""
+    """Return a column of the history: of whole numbers, if it counts and all values are finite."""
     column = np.array(values, np.float64)
     return column.astype(np.int64) if is_count(name) and np.isfinite(column).all() else column
 

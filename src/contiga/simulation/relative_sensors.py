@@ -26,7 +26,7 @@ from contiga.simulation.system_state import SystemState
 def relative_columns(
     model: Model, state: SystemState, last: SystemState | None
 ) -> dict[str, float]:
-    """Return the columns of sensors between two bodies; `last` is the state before `state`."""
+    """Return the columns of all sensors between two bodies; `last` is the state before `state`."""
     columns: dict[str, float] = {}
     for sensor in model.relative:
         columns |= between_columns(model, sensor, state, last)
@@ -36,7 +36,7 @@ def relative_columns(
 def between_columns(
     model: Model, sensor: RelativeSensor, state: SystemState, last: SystemState | None
 ) -> dict[str, float]:
-    """Return the columns of one sensor."""
+    """Return the columns of the measures of one sensor; `last` is None at the start."""
     roots = [model.mechanism.root_of(body) for body in sensor.between]
     starts = [model.origins[i] for i in roots]
     poses = [state.bodies.poses[i] for i in roots]
@@ -88,7 +88,10 @@ _StatePair = tuple[SystemState | None, SystemState]
 def _relative_rates(
     model: Model, sensor: RelativeSensor, ends: tuple[list[int], list[FloatArray]], step: _StatePair
 ) -> dict[str, float]:
-    """Return the velocity and acceleration of the second point relative to the first.
+    """Return the columns of velocity and acceleration of the second point relative to the first.
+
+    `ends` are the numbers of both bodies and the points on them, `step` the states before and after
+    a step. Only what the sensor measures is returned.
 
     In axes of the first body they are those that an observer rotating with it sees; in world axes
     they are the differences between the two points.
@@ -121,7 +124,10 @@ def _relative_rates(
 
 
 def _rotation_vector(R: FloatArray) -> FloatArray:
-    """Return the rotation vector (3,): the axis times the angle, from 0 to π."""
+    """Return the rotation vector (3,) of a matrix (3, 3): the axis times the angle, from 0 to π.
+
+    At half a turn either sense of the axis may be returned.
+    """
     axis = 0.5 * np.array([R[2, 1] - R[1, 2], R[0, 2] - R[2, 0], R[1, 0] - R[0, 1]])
     sine, cosine = length(axis), 0.5 * (float(np.trace(R)) - 1.0)
     if sine > 1e-8 or cosine > 0.0:

@@ -16,9 +16,10 @@ _EQUAL_TOL = 1e-6
 
 
 def even_times(times: FloatArray, longest: float) -> FloatArray:
-    """Return even times (m,): `times` themselves, if they are even.
+    """Return even times (m,): `times` themselves, if their intervals are equal to 1e-6.
 
-    Otherwise the interval is their median one, at most `longest`.
+    Otherwise the first and last time stay, and the interval is at most the median one and at most
+    `longest`, unless that takes more than `MAX_SAMPLES`.
     """
     steps = np.diff(times)
     if len(steps) == 0 or np.ptp(steps) <= _EQUAL_TOL * steps.max():

@@ -23,7 +23,7 @@ from contiga.simulation.recorder import Progress, Recorder
 from contiga.simulation.result import Result
 from contiga.simulation.settling import OnSettle, come_to_rest
 from contiga.simulation.signals import filtered_columns
-from contiga.simulation.step import advance
+from contiga.simulation.step import StepResult, advance
 from contiga.simulation.step_size import next_step
 from contiga.simulation.summary import summarise
 from contiga.simulation.system_state import SystemState
@@ -65,6 +65,15 @@ def carry_out(model: Model, out: str | Path | None, options: RunOptions) -> Resu
 
     When the run is stopped (an exception, Ctrl-C) a checkpoint of the last complete step remains;
     before the first one nothing remains. No other run writes to `out` until this one has ended.
+
+    Raises
+    ------
+    InputError
+        `keep` is no whole number of 1 or more; with `strict`, the checks found something.
+    RunError
+        The run could not be carried through; with `strict`, a point is not certified.
+    OutputError, CheckpointError
+        The folder cannot be written, or not be resumed.
     """
     keep = options.keep
     if keep is not None and (isinstance(keep, bool) or not isinstance(keep, int) or keep < 1):
@@ -88,13 +97,7 @@ def carry_out(model: Model, out: str | Path | None, options: RunOptions) -> Resu
                 while state is None or (
                     state.time < model.stepping.end and not options.settle_only
                 ):
-                    if state is not None:
-                        stepped = next_step(model, state, clock)
-                    elif model.settling is None and not options.settle_only:
-                        stepped = advance(model, None, model.stepping.start, clock)
-                    else:
-                        with clock("settle"):
-                            stepped = come_to_rest(model, clock, options.on_settle)
+                    stepped = _step_from(model, state, clock, options)
                     state = stepped.state
                     if options.strict:
                         check_proved(state)
@@ -137,8 +140,23 @@ def carry_out(model: Model, out: str | Path | None, options: RunOptions) -> Resu
         recorder.release()
 
 
+def _step_from(
+    model: Model, state: SystemState | None, clock: Clock, options: RunOptions
+) -> StepResult:
+    """Return the step after `state`; at the start the first state, settled if that is asked for."""
+    if state is not None:
+        return next_step(model, state, clock)
+    if model.settling is None and not options.settle_only:
+        return advance(model, None, model.stepping.start, clock)
+    with clock("settle"):
+        return come_to_rest(model, clock, options.on_settle)
+
+
 def check_proved(state: SystemState) -> None:
-    """Raise `RunError` with contact, time, point and status if a point is not certified."""
+    """Raise `RunError` with contact, time, point and status if a point is not certified.
+
+    The message is about the first contact and status, and gives the first of its points.
+    """
     for name, contact in state.contacts.items():
         doubts = []
         for status, text in DOUBTFUL.items():

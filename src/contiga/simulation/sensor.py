@@ -272,9 +272,9 @@ class RelativeSensor:
 
 
 def _check_criteria(sensor: Sensor | RelativeSensor) -> None:
-    """Refuse bands of other criteria, and criteria without their measures."""
-    for which in sensor.bands:
-        checked_choice("bands", which, sensor.criteria)
+    """Raise `InputError` for bands of other criteria, criteria without their measures or axes."""
+    for name in sensor.bands:
+        checked_choice("bands", name, sensor.criteria)
     for criterion in sensor.criteria:
         _check_measured(sensor, "criteria", ALL_CRITERIA[criterion].measures)
         if ALL_CRITERIA[criterion].in_body_axes and not sensor.turns:
@@ -287,12 +287,13 @@ def _check_criteria(sensor: Sensor | RelativeSensor) -> None:
 
 
 def channel_of(sensor: Sensor | RelativeSensor) -> str:
-    """Return the column of a sensor that its trigger reads."""
+    """Return the column of a sensor that its trigger reads, by default "a" or "distance"."""
     channel = None if sensor.trigger is None else sensor.trigger.channel
     return channel or ("a" if isinstance(sensor, Sensor) else "distance")
 
 
 def _check_trigger(sensor: Sensor | RelativeSensor) -> None:
+    """Raise `InputError` for an object that is no trigger, or a channel that is not measured."""
     if sensor.trigger is None:
         return
     where = f"sensor {sensor.name!r}: trigger"
@@ -331,6 +332,7 @@ def _checked_code(code: str | None) -> str | None:
 
 
 def _checked_axes(axes: str | ArrayLike) -> str | FloatArray:
+    """Return "world", "body", or three right-handed unit vectors (3, 3), a read-only copy."""
     if isinstance(axes, str):
         return checked_choice("axes", axes, ("world", "body"))
     rows = as_numbers(axes, "axes", "must be three unit vectors", "(3, 3), one a row")
@@ -355,6 +357,7 @@ def _two_points(at: ArrayLike, where: str = "at") -> FloatArray:
 
 
 def _checked_names(where: str, values: Iterable[str], allowed: tuple[str, ...]) -> tuple[str, ...]:
-    given = (values,) if isinstance(values, str) else tuple(values)
-    chosen = [checked_choice(where, value, allowed) for value in given]
+    """Return the names in the order of `allowed`, each once; one name may stand alone."""
+    names = (values,) if isinstance(values, str) else tuple(values)
+    chosen = [checked_choice(where, name, allowed) for name in names]
     return tuple(name for name in allowed if name in chosen)

@@ -37,7 +37,9 @@ _CLIP_TIME = 0.003
 def sensor_summary(model: Model, history: History) -> dict[str, dict[str, Any]]:
     """Return the criteria of all sensors over the whole run, by name.
 
-    They have values, bands, and their time windows in the time unit of the case.
+    They have values, bands, and their time windows in the time unit of the case. A criterion is
+    left out if steps are too long for its filter, its signal is not finite, or the run is too
+    short for it.
     """
     summary = sensors_without_criteria(model, history)
     sensors: list[Sensor | RelativeSensor] = [*model.point_sensors, *model.relative]
@@ -80,16 +82,17 @@ def sensors_without_criteria(model: Model, history: History) -> dict[str, dict[s
     A trigger has the time of the first row in which it has fired, or None.
     """
     summary: dict[str, dict[str, Any]] = {
-        one.name: {"body": one.body, "filter": one.filter} for one in model.point_sensors
+        sensor.name: {"body": sensor.body, "filter": sensor.filter}
+        for sensor in model.point_sensors
     }
     for pair in model.relative:
         summary[pair.name] = {"body": " – ".join(pair.between), "filter": None}
     for on_slave in model.slave_sensors:
         summary[on_slave.name] = {"body": slave_of(on_slave), "filter": None}
-    for sensor in model.sensors:
-        summary[sensor.name]["criteria"] = {}
-        if sensor.code is not None:
-            summary[sensor.name]["code"] = sensor.code
+    for any_sensor in model.sensors:
+        summary[any_sensor.name]["criteria"] = {}
+        if any_sensor.code is not None:
+            summary[any_sensor.name]["code"] = any_sensor.code
     for trigger in model.triggered:
         summary[trigger.name]["fired"] = first_time(history, f"{trigger.name}.fired")
     return summary
@@ -98,7 +101,10 @@ def sensors_without_criteria(model: Model, history: History) -> dict[str, dict[s
 def _acceleration_criteria(
     model: Model, sensor: Sensor, history: History
 ) -> Iterator[tuple[str, Value]]:
-    """Yield the criteria of the resultant acceleration with the sensor's own filter."""
+    """Yield the criteria of the resultant acceleration with the sensor's own filter.
+
+    None is yielded if the steps are too long for it, or the acceleration is not finite.
+    """
     names = [name for name in sensor.criteria if name in OF_ACCELERATION]
     if not names or f"{sensor.name}.a" not in history:
         return
@@ -159,9 +165,11 @@ class Signal(NamedTuple):
     values: FloatArray
     """(m, k) the columns of the criterion, in units of the case."""
     metre: float
-    """The length unit of the case, m; `kilogram` and `second` are its mass and time units."""
+    """The length unit of the case, m."""
     kilogram: float
+    """The mass unit of the case, kg."""
     second: float
+    """The time unit of the case, s."""
 
     @property
     def newton(self) -> float:
@@ -176,13 +184,14 @@ class Signal(NamedTuple):
 
 
 def _bric(signal: Signal) -> Value:
+    """Return BrIC, with the time at which a component of the spin is largest over its limit."""
     w = signal.values / signal.second
     time = signal.times[int(np.argmax((np.abs(w) / CRITICAL_VELOCITIES).max(axis=1)))]
     return {"value": bric(w).value, "start": time, "end": time}
 
 
 def _vc(signal: Signal) -> Value | None:
-    """Return the viscous criterion; None for a run with too few samples."""
+    """Return the viscous criterion of the distance, and its time; None with too few samples."""
     if len(signal.times) < MIN_SAMPLES:
         return None
     dummy, distance, t = DUMMIES[signal.pair.dummy], signal.values[:, 0], signal.times
@@ -194,6 +203,7 @@ def _vc(signal: Signal) -> Value | None:
 
 
 def _nij(signal: Signal) -> Value:
+    """Return the largest Nij, its time, and its mode of loading."""
     limits, (force, moment) = DUMMIES[signal.pair.dummy].neck, signal.values.T
     assert limits is not None
     value, k, mode = nij(force * signal.newton, moment * signal.newton * signal.metre, limits)
@@ -201,6 +211,7 @@ def _nij(signal: Signal) -> Value:
 
 
 def _femur(signal: Signal) -> Value:
+    """Return the femur criterion of the force along the line of the two points, at its minimum."""
     sensor = signal.pair
     assert sensor.at is not None
     origin = signal.model.origins[signal.model.mechanism.root_of(sensor.between[0])]

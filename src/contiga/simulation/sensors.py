@@ -38,7 +38,10 @@ def sensor_columns(model: Model, state: SystemState, last: SystemState | None) -
 def point_columns(
     model: Model, sensor: Sensor, state: SystemState, last: SystemState | None
 ) -> dict[str, float]:
-    """Return the columns of one sensor."""
+    """Return the columns of the measures of one sensor, along its axes.
+
+    Force and moment are of all that acts on the body, the moment about the point.
+    """
     columns: dict[str, float] = {}
     i = model.mechanism.root_of(sensor.body)
     pose, twist = state.bodies.poses[i], state.bodies.twists[i]
@@ -79,7 +82,7 @@ def from_body(
 ) -> FloatArray:
     """Return the components (3,) along a sensor's axes of a vector in the frame of its body.
 
-    The frame was at `origin` (4, 4) at the start.
+    The frame was at `origin` (4, 4) at the start. For axes "body" or "world" the vector stays.
     """
     if isinstance(sensor.axes, str):
         return vector
@@ -87,7 +90,11 @@ def from_body(
 
 
 def slave_columns(model: Model, state: SystemState) -> dict[str, float]:
-    """Return the columns of all sensors of slaves."""
+    """Return the columns of all sensors of slaves, world axes.
+
+    A node has its velocity, and its displacement from the slave's points as given; a section has
+    the sum of the forces in elements on its nodes, and their moment about its first point.
+    """
     columns: dict[str, float] = {}
     for sensor in model.slave_sensors:
         name, nodes = slave_of(sensor), model.sensor_nodes[sensor.name]
@@ -151,8 +158,9 @@ def acceleration(
 ) -> tuple[FloatArray, FloatArray]:
     """Return the linear acceleration (3,) of the origin of a body's frame, and the angular one.
 
-    It follows from the forces on a free body. For a prescribed one its motion gives it, else the
-    change of velocity over the step; zero at the start.
+    Of a free body it follows from the forces; its centre has none in held directions, and it has
+    none about held axes. A prescribed motion that has an acceleration gives it, and does not turn;
+    otherwise it is the mean of the step from `last`, zero at the start.
     """
     if i in model.mechanism.row:
         k = model.mechanism.row[i]

@@ -78,6 +78,8 @@ OnSettle = Callable[[int, float], Any]
 def come_to_rest(model: Model, clock: Clock, on_settle: OnSettle | None = None) -> StepResult:
     """Return the state at the start of `model` after it has come to rest by `model.settling`.
 
+    `on_settle` is called after each step. The time of steps is not that of the run.
+
     Raises
     ------
     InputError
@@ -147,7 +149,11 @@ def come_to_rest(model: Model, clock: Clock, on_settle: OnSettle | None = None) 
 
 
 def _resting_model(model: Model, settle: Settle) -> Model:
-    """Return the model in which only the parts that are to come to rest move."""
+    """Return the model in which only deforming slaves, and the bodies named by `settle`, move.
+
+    All other motions are stopped as they are at the start, and loads and devices held there. It has
+    the joints of bodies that come to rest, and neither sensors nor output.
+    """
     start = model.stepping.start
     bodies, slaves = {}, {}
     resting: Any
@@ -207,7 +213,10 @@ def _stopped(model: Model, state: SystemState) -> SystemState:
 
 
 def _imbalance(model: Model, state: SystemState) -> Imbalance:
-    """Return the unbalanced forces of the model."""
+    """Return the unbalanced forces of the model, summed over nodes and free bodies by magnitude.
+
+    The moment on a body counts as a force at the distance of its size.
+    """
     system = model.mechanism
     force = load = reaction = rounding = 0.0
     for name, nodes in system.nodes.items():
@@ -227,7 +236,7 @@ def _imbalance(model: Model, state: SystemState) -> Imbalance:
 
 
 def _residual(now: Imbalance, first: Imbalance) -> float:
-    """Return the unbalanced forces over the loads.
+    """Return the unbalanced forces over the loads; 0 if they are below rounding.
 
     Without loads they are divided by the reactions; without these too, by their own initial value.
     """
@@ -238,7 +247,11 @@ def _residual(now: Imbalance, first: Imbalance) -> float:
 def _first_state(
     model: Model, resting: Model, state: SystemState, rest: Rest, clock: Clock
 ) -> StepResult:
-    """Return the first state of a run that starts at rest: its energies begin from there."""
+    """Return the first state of a run of `model` that starts from `state` of the resting model.
+
+    Nodes, and bodies that came to rest, keep their places; other motions have the velocities of the
+    run's start. Stored energies stay; losses and works begin from zero, rates at standstill.
+    """
     system, start = model.mechanism, model.stepping.start
     at_rest = _stopped(resting, state)
     placement = place(model, None, start)
@@ -273,10 +286,10 @@ def _first_state(
         energies = np.array(ContactEnergy(stored, stored, 0.0, 0.0, 0.0))
         contacts[part.name] = State(**(touched.arrays | {"energies": energies}), of=part.contact)
     springs = {
-        name: Spring.begun(one._replace(force=one.force - one.damper, damper=0.0))
-        for name, one in at_rest.springs.items()
+        name: Spring.begun(spring._replace(force=spring.force - spring.damper, damper=0.0))
+        for name, spring in at_rest.springs.items()
     }
-    rings = {name: one._replace(friction=0.0) for name, one in at_rest.slip_rings.items()}
+    rings = {name: ring._replace(friction=0.0) for name, ring in at_rest.slip_rings.items()}
     gas = model.chambers.first_states(at_rest.gas)
     joints = None
     if model.joints:

@@ -20,7 +20,10 @@ _EQUAL_TOL = 1e-6
 
 
 def filtered_columns(model: Model, history: dict[str, FloatArray]) -> dict[str, FloatArray]:
-    """Return filtered accelerations of sensors, their resultants, and filtered spring forces."""
+    """Return filtered accelerations of sensors, their resultants, and filtered spring forces.
+
+    They are at the times of the history. Filters that need shorter steps are left out.
+    """
     columns: dict[str, FloatArray] = {}
     times = history["time"]
     for name, (cls, raw) in _filter_requests(model).items():
@@ -57,7 +60,7 @@ def _filter_classes(model: Model) -> dict[str, list[str]]:
 
 
 def too_coarse(model: Model, cls: str, history: Mapping[str, FloatArray]) -> bool:
-    """Return whether steps are too long for a filter class."""
+    """Return whether the longest step is too long for a filter class, or there is no step."""
     times = history["time"]
     return len(times) < 2 or float(np.diff(times).max()) > (1.0 + _EQUAL_TOL) * _longest_sample_of(
         model, cls
@@ -78,12 +81,16 @@ def _longest_sample_of(model: Model, cls: str) -> float:
 def smooth(
     model: Model, columns: Sequence[str], cls: str, history: Mapping[str, FloatArray]
 ) -> tuple[FloatArray, FloatArray]:
-    """Return even times (m,) and columns of a history filtered at these times (m, k)."""
+    """Return even times (m,) and columns of a history filtered at these times (m, k).
+
+    The times are those of the history if its steps are equal, otherwise it is resampled so that
+    integrals over steps are conserved.
+    """
     times, unit = history["time"], base_factor(model.units[2], "time")
     signal = np.stack([history[column] for column in columns], axis=1)
     grid = even_times(times, 1.0 / (FINE * int(cls.removeprefix("CFC"))) / unit)
     if grid is times:
-        return times, _filtered_evenly(times, signal, (unit, cls))
+        return times, _filtered_evenly(times, signal, unit, cls)
     # Integrals over each step (n − 1, k): for an acceleration the exact change of velocity, if that
     # is measured; otherwise by the trapezoidal rule, which is the same for the centre of a body.
     in_world_axes = {f"{sensor.name}.a" for sensor in model.point_sensors if not sensor.turns}
@@ -95,12 +102,11 @@ def smooth(
     else:
         impulses = trapezoids(times, signal)
     resampled = means(grid, times, signal, impulses)
-    return grid, _filtered_evenly(grid, resampled, (unit, cls))
+    return grid, _filtered_evenly(grid, resampled, unit, cls)
 
 
-def _filtered_evenly(times: FloatArray, signal: FloatArray, how: tuple[float, str]) -> FloatArray:
-    """Return a signal (n, k) at even times, filtered; `how` is (time unit in seconds, class)."""
-    unit, cls = how
+def _filtered_evenly(times: FloatArray, signal: FloatArray, unit: float, cls: str) -> FloatArray:
+    """Return a signal (n, k) at even times, filtered; the time unit is `unit` seconds."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", ContigaWarning)  # `signal_warnings` reports it
         return cfc(signal, float(times[1] - times[0]) * unit, cls)

@@ -189,7 +189,10 @@ class Simulation(Model):
         return check_model(self)
 
     def start(self) -> SystemState:
-        """Return the state at the start."""
+        """Return the state at the start, with joints closed and contacts started.
+
+        It is not settled: see `settle`.
+        """
         return advance(self, None, self.stepping.start, Clock()).state
 
     def settle(self) -> SystemState:
@@ -263,7 +266,8 @@ class Simulation(Model):
     def to_pyvista(self, state: SystemState) -> pyvista.MultiBlock:
         """Return bodies and slaves of `state`, a block each, in a `pyvista.MultiBlock`.
 
-        Points of slaves have "penetration" (n,) and "force" (n, 3), world axes, of all contacts.
+        Points of slaves have "penetration" (n,), the deepest of all contacts, and "force" (n, 3),
+        their sum, world axes.
 
         Raises
         ------
@@ -340,7 +344,11 @@ def _stepping(
     interval: tuple[float, float | None, float | str | None],
     safety: float,
 ) -> Stepping:
-    """Return the stepping from exactly one of `stepping`, `times`, or end and step."""
+    """Return the stepping from exactly one of `stepping`, `times`, or end and step.
+
+    `interval` is (start, end, step). Raises `InputError` for any other choice, a step in words
+    other than "auto", and an object without the methods of a stepping.
+    """
     start, end, step = interval
     named = {"stepping": stepping, "times": times, "end": end, "step": step}
     names_given = [name for name, value in named.items() if value is not None]

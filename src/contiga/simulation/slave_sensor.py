@@ -158,7 +158,8 @@ def nodes_of(sensor: SlaveSensor, points: FloatArray) -> IndexArray:
     Raises
     ------
     InputError
-        All nodes of a slave are on one side of a section, or none is near a place.
+        All nodes of a slave are on one side of a section, or the nearest is farther from a place
+        than `MAX_DISTANCE` of the slave's diagonal (a slave of one node always has it).
     """
     if isinstance(sensor, NodeSensor):
         away = points - sensor.at

@@ -68,7 +68,10 @@ def spring_states(
     slaves: Mapping[str, SlaveState],
     moment: Moment,
 ) -> SpringStates:
-    """Return all springs and slip rings at the end of a step from `last`; None at the start."""
+    """Return all springs and slip rings at the end of a step from `last`; None at the start.
+
+    Webbing slips through the rings first. Raises `RunError` if their slips do not converge.
+    """
     system = model.mechanism
     before: dict[str, SpringState] = {}
     ends: dict[str, Ends] = {}
@@ -113,7 +116,7 @@ def spring_states(
 def _ring_slips(
     model: Model, before: Mapping[str, SpringState], ends: Mapping[str, Ends], moment: Moment
 ) -> dict[str, float]:
-    """Return the length that slips through each ring in a step.
+    """Return the length that slips through each ring in a step, from its first segment on.
 
     Webbing slips until no tension is more than e^{μ θ} times the tension on the other side. Rings
     that share a segment are solved one after the other, in sweeps, until none slips any more.
@@ -174,7 +177,10 @@ def _wrap_angle(sides: tuple[RingSide, RingSide], ends: Mapping[str, Ends]) -> f
 def add_pulls(
     system: Mechanism, springs: Mapping[str, SpringState], poses: FloatArray, total: FloatArray
 ) -> None:
-    """Add the forces of springs to the wrenches (n, 6) on bodies at `poses` (n, 4, 4)."""
+    """Add the forces of springs to the wrenches `total` (n, 6) on bodies, in place.
+
+    Wrenches are about the origins of the frames `poses` (n, 4, 4). Ends on slaves are left out.
+    """
     for name, spring in springs.items():
         for k, end in enumerate(system.ends[name]):
             i = end.body
@@ -185,7 +191,10 @@ def add_pulls(
 
 
 def spring_columns(model: Model, state: SystemState) -> dict[str, float]:
-    """Return the history columns of all springs by name: ``<spring>.force`` and so on."""
+    """Return the history columns of all springs and slip rings: ``<spring>.force`` and so on.
+
+    Columns of devices are left out for springs without any.
+    """
     columns: dict[str, float] = {}
     for name, spring in model.mechanism.springs.items():
         now, rate = state.springs[name], 0.0
@@ -195,8 +204,8 @@ def spring_columns(model: Model, state: SystemState) -> dict[str, float]:
                 if slave is not None:
                     speeds.append(shares @ state.slaves[slave].velocities[nodes])
                 else:
-                    devices = now.ends[k]
-                    speeds.append(np.zeros(3) if i is None else point_velocity(state, i, devices))
+                    point = now.ends[k]
+                    speeds.append(np.zeros(3) if i is None else point_velocity(state, i, point))
             axis = (now.ends[1] - now.ends[0]) / now.length
             rate = float(np.sum(axis * (speeds[1] - speeds[0])))
         values = (
@@ -249,7 +258,7 @@ def spring_summary(model: Model, history: Mapping[str, FloatArray]) -> dict[str,
 
 
 def first_time(history: Mapping[str, FloatArray], column: str) -> float | None:
-    """Return the time of the first row in which a column is not zero."""
+    """Return the time of the first row in which a column is not zero, or None."""
     rows = np.flatnonzero(history[column])
     return float(history["time"][rows[0]]) if len(rows) else None
 

@@ -65,8 +65,11 @@ class Placement(NamedTuple):
 
     bodies: BodyStates
     slaves: dict[str, SlaveState]
+    """By name; `advance` replaces them by those after the kick."""
     free: Placed
+    """The free bodies; kicks change its arrays in place."""
     now: Instant
+    """Time, length of the step, gravity, poses and twists of all bodies."""
 
 
 class NodalForces(NamedTuple):
@@ -81,7 +84,10 @@ class NodalForces(NamedTuple):
         return nodal_force(*self)
 
     def on_dofs(self) -> FloatArray | None:
-        """Return the forces (m, 3) on the degrees of freedom of a slave that is also a master."""
+        """Return the forces (m, 3) on the control points of a master that the slave moves.
+
+        They are summed over the contacts of that master; None if there are none.
+        """
         forces = [
             self.acting.contacts[part.name].control_force
             for part in self.model.contacts
@@ -90,7 +96,7 @@ class NodalForces(NamedTuple):
         return np.array(sum(forces[1:], forces[0])) if forces else None
 
     def listed(self) -> ListedForces:
-        """Return the forces on the nodes on which any force acts."""
+        """Return the forces on the nodes on which any force acts, rows rising, each once."""
         columns = []
         for part in self.model.contacts:
             if part.slave == self.name:
@@ -142,7 +148,8 @@ def advance(
 
     `fired` are the times at which triggers fire, by sensor; those of `last` if omitted. If another
     trigger fires within the step, the step is repeated with it, so that its devices act in the same
-    step.
+    step. A model that forces do not move, without sensors, has contacts alone: no wrenches, and no
+    energies but theirs. The step is not judged, and `last` stays as it is.
     """
     if fired is None:
         fired = firing_times(last.triggers) if last is not None and model.triggered else {}
@@ -275,7 +282,17 @@ def acting_forces(
 
 
 def place(model: Model, last: SystemState | None, time: float) -> Placement:
-    """Place bodies and slaves at `time`, after the state `last`; None at the start."""
+    """Place bodies and slaves at `time`, after the state `last`; None at the start.
+
+    Velocities of free parts are predicted with the forces of `last` and the loads at `time`.
+
+    Raises
+    ------
+    InputError
+        A motion gives no rigid pose, or no finite twist.
+    RunError
+        A joint does not close.
+    """
     system = model.mechanism
     dt = 0.0 if last is None else time - last.time
     if last is None:
@@ -362,7 +379,7 @@ def wrenches(model: Model, acting: Acting, placement: Placement) -> FloatArray:
 def add_forces(
     wrench: FloatArray, points: FloatArray, forces: FloatArray, about: FloatArray
 ) -> None:
-    """Add forces (k, 3) at points (k, 3) to a wrench, with their moments about a point."""
+    """Add forces (k, 3) at points (k, 3) to a wrench (6,), in place, with moments about a point."""
     wrench[:3] += forces.sum(axis=0)
     wrench[3:] += cross(points - about, forces).sum(axis=0)
 
@@ -390,7 +407,7 @@ def energy_of(
     """Return the energies of a system.
 
     `kinetic` is the energy of its bodies, `external` the work done on the system since the start,
-    and `initial` the energy at the start, None at the start itself.
+    and `initial` the energy at the start; None at the start itself, when the total is.
     """
     of_contacts = contact_energy(acting.contacts)
     strain, hysteresis, damping = 0.0, of_contacts.hysteresis, of_contacts.damping
@@ -430,10 +447,10 @@ def external_work(
     acting: Acting,
     wrenches: FloatArray,
 ) -> float:
-    """Return the work done on the system in a step.
+    """Return the work done on the system in a step, of forces by the trapezoidal rule.
 
     Gravity, loads, pretensioners and prescribed motions do work; the enthalpy of inflowing gas,
-    less that of outflowing gas, is added.
+    less that of outflowing gas, is added. `wrenches` (n, 6) act at the end of the step.
     """
     system, slaves, work = model.mechanism, placement.slaves, 0.0
     if model.gravity.any():

@@ -30,7 +30,10 @@ PHASE_TOL = 0.01
 
 
 def names_of(model: Model) -> list[str]:
-    """Return the parts that may limit steps, in words, by their numbers in histories."""
+    """Return the parts that may limit steps, in words; their indices are the numbers in histories.
+
+    Elements, gas and joints have no number.
+    """
     return [
         *(f"contact {part.name!r}" for part in model.contacts),
         *(f"viscous friction of contact {part.name!r}" for part in model.contacts),
@@ -40,7 +43,7 @@ def names_of(model: Model) -> list[str]:
 
 
 def step_columns(model: Model, choice: Choice | None) -> dict[str, float]:
-    """Return the columns of one step; default values at the start."""
+    """Return the columns of one step; default values at the start, whose `choice` is None."""
     if choice is None:
         return dict(zip(COLUMNS, (float(Reason.LARGEST), -1.0, *5 * (0.0,)), strict=True))
     names = names_of(model)
@@ -51,10 +54,10 @@ def step_columns(model: Model, choice: Choice | None) -> dict[str, float]:
 
 
 def single_warnings(history: dict[str, FloatArray]) -> list[str]:
-    """Return warnings about single points that steps do not follow.
+    """Return warnings about single points that steps do not follow; none without automatic steps.
 
-    The points swing too fast for the steps, or so long that their phase is wrong, or forces on them
-    come early or late.
+    The points swing too fast for the steps, or so long that their phase is wrong by `LAG_TOL` in
+    all, or forces on them come early or late by more than a step and than `LATE_TOL` of the run.
     """
     if SINGLE not in history:
         return []
@@ -93,10 +96,11 @@ def single_warnings(history: dict[str, FloatArray]) -> list[str]:
 def steps_summary(model: Model, history: dict[str, FloatArray]) -> dict[str, Any]:
     """Return how often each reason, with its part, determined an automatic step.
 
-    Keys: `shortest` step and `when`, `tries` worked out, `let_pass` steps with an energy
-    balance error that shorter ones would not reduce, its sum `energy_error`, and `reasons`, a list
-    with the most frequent first: `number` (as in the columns), `reason`, `of`, `told`, `steps`,
-    `time`. The result is empty for steps that are not automatic.
+    Keys: `least`, the length of the shortest step, and `when` it ended, `tries` computed,
+    `let_pass`, the number of steps with an energy balance error that shorter ones would not reduce,
+    its sum `energy_error`, and `reasons`, a list with the most frequent first: `number` (as in the
+    columns), `reason`, `of`, `told` (both in words), `steps`, `time`. The result is empty for steps
+    that are not automatic.
     """
     if REASON not in history or len(history["time"]) < 2:
         return {}
@@ -123,5 +127,5 @@ def steps_summary(model: Model, history: dict[str, FloatArray]) -> dict[str, Any
         "tries": int(tries.sum()),
         "let_pass": int(np.count_nonzero(error)),
         "energy_error": float(error.sum()),
-        "reasons": sorted(entries, key=lambda one: -one["steps"]),
+        "reasons": sorted(entries, key=lambda entry: -entry["steps"]),
     }

@@ -292,7 +292,12 @@ def _automatic_step(
 
 
 def propose_step(model: Model, stepping: AutoSteps, start: Start) -> Cut:
-    """Return the longest step that is expected to be accepted, and why it is not longer."""
+    """Return the longest step that is expected to be accepted, and why it is not longer.
+
+    It is the least of the largest step, the samples of filters, the travel that driven points may
+    have, the cuts of the state (`_cuts_in_state`), and the growth from the step before. The first
+    step assumes that all the energy swings.
+    """
     last, longest = start.state, start.most
     cuts = [Cut(longest, Reason.LARGEST)]
     if model.sensors or model.springs:
@@ -332,14 +337,17 @@ def _cuts_in_state(
     limit: Limit,
     shaking: float,
 ) -> list[Cut]:
-    """Return the longest steps by rotations, stability and swings in one state."""
+    """Return the longest steps by rotations, stability and swings in one state.
+
+    Following a swing asks for no step below the shortest one.
+    """
     cuts: list[Cut] = []
     system = model.mechanism
     for i in (*system.free.tolist(), *system.driven):
         spin = length(state.bodies.twists[i, 3:])
         if spin > 0.0:
-            part = MAX_TURN if i in system.row else MAX_DRIVEN_TURN
-            cuts.append(Cut(part / spin, Reason.TURN, f"body {list(model.bodies)[i]!r}"))
+            max_turn = MAX_TURN if i in system.row else MAX_DRIVEN_TURN
+            cuts.append(Cut(max_turn / spin, Reason.TURN, f"body {list(model.bodies)[i]!r}"))
     if system.has_dynamics:
         cuts.append(Cut(stepping.safety * limit.critical, Reason.CRITICAL, limit.of))
         if shaking > 0.0:
@@ -351,8 +359,8 @@ def _cuts_in_state(
 
 def _shortest_step(model: Model, stepping: AutoSteps, most: float, critical: float) -> float:
     """Return the length below which only stability, travel and kinks shorten a step."""
-    part = ELEMENT_SHORTEST_SHARE if model.mechanism.deforms else SHORTEST_SHARE
-    return stepping.shortest or part * min(critical, most)
+    share = ELEMENT_SHORTEST_SHARE if model.mechanism.deforms else SHORTEST_SHARE
+    return stepping.shortest or share * min(critical, most)
 
 
 def _highest_frequency(rates: Rates) -> float:
@@ -361,7 +369,11 @@ def _highest_frequency(rates: Rates) -> float:
 
 
 def judge_step(model: Model, stepping: AutoSteps, start: Start, stepped: StepResult) -> Trial:
-    """Return a computed step with the quantities by which it is judged."""
+    """Return a computed step with the quantities by which it is judged.
+
+    Errors of single points are zero as far as they do not matter, by the velocities that they cause
+    against √(2 E_peak).
+    """
     last, state = start.state, stepped.state
     limit = limit_of(model, state, "lasting")
     energetic = math.sqrt(2.0 * state.peak_energy)
@@ -393,7 +405,9 @@ def rejection(
 ) -> Cut | None:
     """Return the step to take instead of the trial, and why; None if it is accepted.
 
-    It `loses_energy` if its energy balance error is larger than allowed.
+    It is rejected if points may have passed a wall unnoticed, if it is longer than `MAX_STEP_RATIO`
+    times what its end state allows, or if it `loses_energy`: its energy balance error is larger
+    than allowed. Only stability and travel ask for less than the shortest step.
     """
     last, state, step = start.state, trial.stepped.state, trial.stepped.state.step
     if step > MIN_STEP_SHARE * start.most:
@@ -416,8 +430,8 @@ def rejection(
         }
         name = max(error_of_contact, key=lambda key: error_of_contact[key], default="")
         loser = f"contact {name!r}" if name and error_of_contact[name] > 0.0 else ""
-        part = min(0.5, max(0.05, 0.7 * math.sqrt(trial.allowed / trial.missing)))
-        shorter = Cut(part * step, Reason.ENERGY, loser)
+        share = min(0.5, max(0.05, 0.7 * math.sqrt(trial.allowed / trial.missing)))
+        shorter = Cut(share * step, Reason.ENERGY, loser)
     else:
         return None
     if step <= SHORTEST_MARGIN * trial.least:  # already about as short as allowed
@@ -434,8 +448,9 @@ def leak_of(last: SystemState, now: Trial, rejected: Trial | None) -> float:
     """Return the energy balance error per time that steps have at any length.
 
     If points come into contact, half the step has half the error per time, or less; forces that
-    are no gradient of an energy have the same. Between the two lies 1/√2. `rejected` is a longer
-    step from the same start that was rejected for its energy.
+    are no gradient of an energy have the same. Between the two lies 1/√2: above it the leak goes
+    towards the rate of this step by `LEAK_GAIN`, else it falls to that rate, by half at most.
+    `rejected` is a longer step from the same start that was rejected for its energy.
     """
     step = now.stepped.state.step
     rate = now.missing / step
@@ -447,10 +462,11 @@ def leak_of(last: SystemState, now: Trial, rejected: Trial | None) -> float:
 
 
 def missing_energy(model: Model, start: Start, state: SystemState) -> float:
-    """Return the energy balance error of a step, less the term that a leapfrog recovers later.
+    """Return the size of the energy balance error of a step that a leapfrog does not recover later.
 
     The kinetic energy of bodies is h² F²/(8 m) above the work of their forces, except for that of
-    loads, which is exact; for elements the same holds for the change of h.
+    loads, which is exact; for elements the same holds for the change of h. An allowance for the
+    damping at new points in contact is added.
     """
     last, recovered = start.state, 0.0
     if model.mechanism.loads:
@@ -490,8 +506,10 @@ class _PointForces(NamedTuple):
 def shaking_of(model: Model, last: SystemState, state: SystemState, limit: Limit) -> float:
     """Return how fast the forces on bodies and nodes change in the step from `last`, over √mass.
 
-    At the turning point of a swing at ω, where forces do not change, the rate is ω F, but no more
-    than before: so a constant force, as in steady sliding, is forgotten.
+    The largest of three counts: that of bodies, of nodes by `NODE_WEIGHT`, and of viscous friction
+    by `DRAG_WEIGHT`. At the turning point of a swing at ω, where forces do not change, the rate of
+    bodies is ω F, but no more than before: so a constant force, as in steady sliding, is forgotten.
+    Contacts whose stiffness follows the step do not count.
     """
     system, turning = model.mechanism, 0.0
     # Moments count by their effect on the kinetic energy, as forces do.
@@ -575,7 +593,10 @@ def _over_root_mass(system: Mechanism, k: int, rate: FloatArray, state: SystemSt
 def _force_rates(
     part: ContactPart, last: SystemState, state: SystemState, decay: float
 ) -> tuple[_PointForces, ...]:
-    """Return the rates of a contact's forces on its slave: elastic normal forces, and friction."""
+    """Return the rates of a contact's forces on its slave: elastic normal forces, and friction.
+
+    Damping counts as elastic with the rate `decay`. Nothing is returned without points in contact.
+    """
     before, now = last.contacts[part.name], state.contacts[part.name]
     rows, stiffness = now.kept.stiffness.nonzero()
     if len(rows) == 0 and now.kept.traction_B is None:
@@ -597,8 +618,8 @@ def _friction_rates(before: State, now: State, step: float) -> _PointForces:
     if kept.traction_B is None or last.traction_B is None:
         return _PointForces(kept.normal_force.rows[:0], np.zeros((0, 3)))
     rows, traction = kept.traction_B
-    carried = (kept.normal_force.at(rows) > 0.0) & (last.normal_force.at(rows) > 0.0)
-    rows, traction = rows[carried], traction[carried]
+    is_pressed = (kept.normal_force.at(rows) > 0.0) & (last.normal_force.at(rows) > 0.0)
+    rows, traction = rows[is_pressed], traction[is_pressed]
     rate = (traction - last.traction_B.at(rows)) / step
     return _PointForces(rows, turn_to_world(now.pose, rate))
 
@@ -611,7 +632,10 @@ def _add_forces(
     forces: FloatArray,
     state: SystemState,
 ) -> None:
-    """Add forces on the slave at places (k, 3), and the opposite ones on the master, if free."""
+    """Add forces on the slave at places (k, 3), and the opposite ones on the master, if free.
+
+    `rates` (b, 6) of free bodies, about their centres, are changed in place.
+    """
     sides = model.mechanism.sides[part.name]
     for k, sign in zip(sides.free, sides.signs, strict=True):
         add_forces(rates[k], places, sign * forces, state.rigid[k, CENTRE : CENTRE + 3])
@@ -636,7 +660,8 @@ def changes_of_points(model: Model, last: SystemState, state: SystemState) -> fl
             shared = turn_to_world(now.pose, forces[1] - forces[0])
             places = to_world(now.pose, now.points_B[rows])
             _add_forces(changes, model, part, places, shared, state)
-    return max([most, *(_over_root_mass(system, k, own, state) for k, own in enumerate(changes))])
+    of_bodies = (_over_root_mass(system, k, change, state) for k, change in enumerate(changes))
+    return max([most, *of_bodies])
 
 
 def _change_of_nodes(model: Model, name: str, last: SystemState, state: SystemState) -> FloatArray:
@@ -651,7 +676,10 @@ def _sharing(before: State, now: State) -> IndexArray:
 
 
 def hand_over(model: Model, last: SystemState, state: SystemState) -> HandOver:
-    """Return the errors of shared forces after a step; `last` holds those before it."""
+    """Return the errors of shared forces after a step; `last` holds those before it.
+
+    Only contacts whose law acts as one count; the bounds are those at the head of the module.
+    """
     system, step = model.mechanism, state.step
     place = last.place_error + step * last.speed_error
     speed, late, parts = last.speed_error, 0.0, []
@@ -664,8 +692,8 @@ def hand_over(model: Model, last: SystemState, state: SystemState) -> HandOver:
         parting, rows = math.inf, _sharing(before, now)
         rows = rows[now.in_contact[rows]]
         if len(rows) > 1:
-            way = _relative_paths(part, before, now, rows)
-            parting = float(np.ptp(row_products(way, now.kept.normal_B.at(rows)) / step))
+            paths = _relative_paths(part, before, now, rows)
+            parting = float(np.ptp(row_products(paths, now.kept.normal_B.at(rows)) / step))
         if math.isfinite(parting):
             # The smaller mass that the contact moves; 0 if it moves none.
             masses = [float(system.fixed[row, MASS]) for row in bodies]
@@ -700,8 +728,9 @@ def hand_over(model: Model, last: SystemState, state: SystemState) -> HandOver:
 def unnoticed_passage(model: Model, last: SystemState, state: SystemState) -> Cut | None:
     """Return the step to take instead of one in which points may pass a wall unnoticed.
 
-    Points may travel a small part of the master's size, or as far as they cannot touch it, and must
-    not go in and out within the step. None if both hold.
+    Points may travel `MAX_TRAVEL` of the master's size, or as far as they cannot touch it, and must
+    not go in and out within the step, unless they only graze. None if both hold. The retry is at
+    least `MIN_RETRY` of the step; travel is looked at first.
     """
     worst_ratio, contact_text = 1.0, ""
     travels: dict[str, FloatArray] = {}
@@ -741,7 +770,11 @@ def unnoticed_passage(model: Model, last: SystemState, state: SystemState) -> Cu
 def _allowed_travel(
     model: Model, part: ContactPart, before: State, travel: FloatArray
 ) -> FloatArray:
-    """Return how far (m,) each point may travel; distances of those beyond it are measured."""
+    """Return how far (m,) each point may travel, infinitely far if it is inside from the start.
+
+    Distances from the master are measured only for points that `travel` farther than known to be
+    safe.
+    """
     safe_distance = np.where(before.patch >= 0, 0.0, before.safe_distance)
     # Points that are inside from the start touch nothing: their safe distance is negative.
     half = part.contact.half_thickness
@@ -766,7 +799,7 @@ def _allowed_travel(
 
 
 def _max_speed(model: Model, part: ContactPart, at: SystemState) -> float:
-    """Return an upper bound of the speed of all nodes relative to the master."""
+    """Return an upper bound of the speed of all nodes relative to the master's surface."""
     slave, body = at.slaves[part.slave], at.bodies[part.master]
     against = slave.velocities - body.twist.at(body.pose[:3, 3], slave.points)
     shape = model.shapes.velocity(part.master, at.time, at.slaves)
@@ -795,9 +828,10 @@ def _lengths(vectors: FloatArray) -> FloatArray:
 def _first_inside_share(
     surface: Surface, a: FloatArray, b: FloatArray, travel: FloatArray, rows: IntArray
 ) -> float:
-    """Return the first share of the paths from a to b (n, 3) at which a point is inside.
+    """Return the first share of the paths of `rows` from a to b (n, 3) at which a point is inside.
 
-    All points are outside at both ends.
+    All points are outside at both ends. The share is that of the middle of the path inside; 1 if no
+    path leads in and out, or all only graze the surface. `travel` (n,) are lengths of the paths.
     """
     entry = surface.entries(a, b, rows)
     rows, start = rows[entry.patch >= 0], entry.point[entry.patch >= 0]

@@ -84,13 +84,18 @@ class StoredResult(HistoryOverTime):
             The run has no units, no sensors and no springs; codes of two sensors are the same.
         OutputError
             The test exists already, or cannot be written.
+
+        Warns
+        -----
+        ContigaWarning
+            Columns that are not finite are left out.
         """
         channels = channels_of(self.history, self.summary)
         title, of = str(self.summary.get("title", "")), f"contiga {self.summary.get('version', '')}"
         return write_mme(Path(folder), test, channels, title=title, comment=of), len(channels)
 
     def at(self, time: float) -> int:
-        """Return the recorded step of the fields that is nearest to a time."""
+        """Return the index of the recorded step nearest to a time; 0 without fields."""
         times = np.zeros(1) if self.fields is None else self.fields.times
         return int(np.abs(times - time).argmin())
 

@@ -50,7 +50,8 @@ def summarise(
     """Return the summary of a finished run with the `findings` about its model.
 
     `ends` are earlier ends whose steps differ from those of a single run; `rest` is the outcome of
-    settling before the run.
+    settling before the run. What may be intended is a note; findings, doubtful statuses, flaws,
+    forces that are not finite, energy balance errors and filters that fail are warnings.
     """
     statuses = _statuses(model, history)
     # Feet of points in contact over all steps, and how many of them converged without a proof.
@@ -71,7 +72,7 @@ def summarise(
     scaled: dict[str, list[dict[str, Any]]] = {}
     for name, nodes in model.mechanism.nodes.items():
         if added := added_masses(nodes):
-            scaled[name] = [one._asdict() | {"share": one.share} for one in added]
+            scaled[name] = [mass._asdict() | {"share": mass.share} for mass in added]
     notes_on_ends = [
         f"the run went on from one to t = {end:g}, and took its steps until then for that end: "
         f"its numbers are not bit for bit those of one run to t = {model.stepping.end:g}"
@@ -97,9 +98,9 @@ def summarise(
             )
     not_finite = []
     for name, column in history.items():
-        contact, _, what = name.rpartition(".")
+        contact, _, quantity = name.rpartition(".")
         bad = np.flatnonzero(~np.isfinite(column))
-        if what == "force" and len(bad):
+        if quantity == "force" and len(bad):
             not_finite.append(
                 f"{contact or model.contacts[0].name}: the force is not finite in {len(bad)} "
                 f"steps, first at t = {history['time'][bad[0]]:g}; look at the law's numbers"
@@ -177,7 +178,7 @@ def _head(
 def _parts(model: Model, history: dict[str, FloatArray]) -> dict[str, Any]:
     """Return the facts about the parts of a model, from springs to bodies and slaves (inputs).
 
-    ``layers`` has the thickness of the layer of each contact with a stress law. ``depths`` has the
+    `layers` has the thickness of the layer of each contact with a stress law. `depths` has the
     channel of the depth of a body in a deforming slave: the penetration of such a contact is only
     the compression of its own law.
     """
@@ -220,13 +221,13 @@ def _statuses(model: Model, history: dict[str, FloatArray]) -> dict[str, dict[st
 
 
 def _status_texts(
-    statuses: dict[str, dict[str, int]], which: tuple[ContactStatus, ...]
+    statuses: dict[str, dict[str, int]], reported: tuple[ContactStatus, ...]
 ) -> list[str]:
-    """Return the counts of some statuses with advice."""
+    """Return a text with count and advice for each of some statuses that was counted."""
     return [
         f"{name}: {counts[status.name]} times {status.name}. {status.advice}"
         for name, counts in statuses.items()
-        for status in which
+        for status in reported
         if counts[status.name]
     ]
 

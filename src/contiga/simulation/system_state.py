@@ -102,9 +102,7 @@ class Energy(NamedTuple):
 
         It falls with the square of the step, unless forces are no gradient of an energy.
         """
-        total = self.kinetic + self.strain + self.contact + self.hourglass + self.gas
-        lost = self.hysteresis + self.damping + self.friction + self.viscosity
-        return self.initial + self.external - total - lost
+        return self.initial + self.external - self.total - self.lost
 
 
 class Acting(NamedTuple):

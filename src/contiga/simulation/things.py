@@ -78,7 +78,10 @@ class Things(Digest):
         self._scope = _Scope.FULL
 
     def thing(self, value: Any) -> None:
-        """Add a law or a method with its contents: numbers, arrays, functions, objects."""
+        """Add a law or a method with its contents: numbers, arrays, functions, objects.
+
+        Functions and classes that it refers to follow in order of appearance, each once.
+        """
         self._add(value, 0)
         while self._n_added < len(self._pending):
             pending, self._n_added = self._pending[self._n_added], self._n_added + 1
@@ -98,34 +101,41 @@ class Things(Digest):
                     self._add_code(pending.value)
 
     def _add(self, value: Any, depth: int) -> None:
+        """Add a value by its kind, with what it contains down to `_MAX_DEPTH`.
+
+        Code is added when its turn comes in `thing`. In the scope `FULL` it is also called once.
+        """
         function = value if callable(value) else None
         for name in ("__func__", "py_func", "__wrapped__"):
             function = getattr(function, name, function)
-        function = function if isinstance(function, FunctionType) else None
-        if value is None or isinstance(value, bool | int | float | complex | str | bytes):
-            self.text(f"{type(value).__name__} {value!r}")
-        elif isinstance(value, np.ndarray | np.generic):
-            self.arrays("array", np.asarray(value))
-        elif isinstance(value, ModuleType):
-            self._add_package(value.__name__)
-        elif isinstance(value, type):
-            self._add_class(value)
-        elif function is not None:  # a Python function, method, or wrapped or compiled function
-            self.text(_qualified_name(value))
-            self._postpone(function)
-            if isinstance(value, MethodType):
-                self._add(value.__self__, depth + 1)
-            if self._scope == _Scope.FULL:
-                self.text(_trial_result(value))
-        elif depth >= _MAX_DEPTH or (self._scope == _Scope.NAMED and _is_foreign_object(value)):
-            self.text(_qualified_name(value))
-        elif isinstance(value, Mapping):
-            self._add_all(chain.from_iterable(value.items()), depth)
-        elif isinstance(value, Sequence | set | frozenset):
-            ordered = value if isinstance(value, Sequence) else sorted(value, key=repr)
-            self._add_all(ordered, depth)
-        else:
-            self._add_object(value, depth)
+        match value:
+            case None | bool() | int() | float() | complex() | str() | bytes():
+                self.text(f"{type(value).__name__} {value!r}")
+            case np.ndarray() | np.generic():
+                self.arrays("array", np.asarray(value))
+            case ModuleType():
+                self._add_package(value.__name__)
+            case type():
+                self._add_class(value)
+            case _ if isinstance(function, FunctionType):  # also of a method, wrapped or compiled
+                self.text(_qualified_name(value))
+                self._postpone(function)
+                if isinstance(value, MethodType):
+                    self._add(value.__self__, depth + 1)
+                if self._scope == _Scope.FULL:
+                    self.text(_trial_result(value))
+            case _ if depth >= _MAX_DEPTH:
+                self.text(_qualified_name(value))
+            case _ if self._scope == _Scope.NAMED and _is_foreign_object(value):
+                self.text(_qualified_name(value))
+            case Mapping():
+                self._add_all(chain.from_iterable(value.items()), depth)
+            case Sequence():
+                self._add_all(value, depth)
+            case set() | frozenset():
+                self._add_all(sorted(value, key=repr), depth)
+            case _:
+                self._add_object(value, depth)
 
     def _add_all(self, values: Iterable[Any], depth: int) -> None:
         items = list(values)
@@ -134,6 +144,10 @@ class Things(Digest):
             self._add(value, depth + 1)
 
     def _add_object(self, value: Any, depth: int) -> None:
+        """Add an object by its class, its result as a function if it is one, and its state.
+
+        An object whose state cannot be read is added to `unknown`.
+        """
         self.text(_qualified_name(value))
         if callable(value) and self._scope == _Scope.FULL:
             self.text(_trial_result(value))
@@ -272,7 +286,7 @@ def _is_user_module(module: str | None) -> bool:
 
 
 def _trial_result(function: Callable[..., Any]) -> str:
-    """Return the result of a trial call, or the name of its error."""
+    """Return the result of calling a function with `_TRIAL_VALUES`, or the name of its error."""
     try:
         with np.errstate(all="ignore"):
             return repr(np.asarray(function(_TRIAL_VALUES.copy()), dtype=np.float64).tobytes())

@@ -68,6 +68,7 @@ class Trigger:
 
     channel: str | None
     level: float
+    """The threshold, in the unit of the channel."""
     sign: float
     """1 for a threshold that is passed upward, −1 downward."""
     lasting: float
@@ -98,7 +99,7 @@ class Trigger:
             raise InputError("must be finite", where="trigger", found=level)
 
     def start(self, raw: float, time: float) -> TriggerState:
-        """Return the state at the start."""
+        """Return the state at the start, where a value beyond the threshold counts from `time`."""
         beyond = self.sign * (raw - self.level) > 0.0
         state = TriggerState(raw, raw, 0.0, time if beyond else math.inf, math.inf)
         return self._fired(state, time)
@@ -135,6 +136,7 @@ class Trigger:
         return self._fired(TriggerState(raw, value, slope, since, last.fires), time)
 
     def _fired(self, state: TriggerState, time: float) -> TriggerState:
+        """Return the state with its firing time, once it is known; that never changes again."""
         held_until = state.since + self.lasting
         if math.isfinite(state.fires) or not held_until <= time:
             return state

@@ -18,7 +18,11 @@ from contiga.simulation.trigger import CORNER, TRIGGER_COLUMNS, TriggerState
 def trigger_states(
     model: Model, last: SystemState | None, state: SystemState
 ) -> dict[str, TriggerState]:
-    """Return all triggers at `state`, after the state `last`, by the names of their sensors."""
+    """Return all triggers at `state`, after the state `last`, by the names of their sensors.
+
+    Accelerations of a sensor with a filter are filtered; a trigger that `last` does not have is
+    started.
+    """
     states = {}
     for sensor in model.triggered:
         if isinstance(sensor, Sensor):
@@ -49,7 +53,10 @@ def firing_times(states: Mapping[str, TriggerState]) -> dict[str, float]:
 
 
 def kinks_of_triggers(model: Model, state: SystemState) -> list[float]:
-    """Return times after `state` at which fired devices have kinks: steps end there."""
+    """Return times after `state` at which fired devices have kinks: steps end there.
+
+    Kinks within `TIME_TOL` of the run's duration after the state are left out.
+    """
     nearest = TIME_TOL * (model.stepping.end - model.stepping.start)
     return [
         float(time)
@@ -62,7 +69,7 @@ def kinks_of_triggers(model: Model, state: SystemState) -> list[float]:
 def trigger_columns(state: SystemState) -> dict[str, float]:
     """Return the history columns of triggers."""
     columns: dict[str, float] = {}
-    for name, one in state.triggers.items():
-        values = one.value, float(one.fires <= state.time)
+    for name, trigger in state.triggers.items():
+        values = trigger.value, float(trigger.fires <= state.time)
         columns |= {f"{name}.{c}": v for c, v in zip(TRIGGER_COLUMNS, values, strict=True)}
     return columns

@@ -357,3 +357,5 @@ def test_nothing_is_there_before_the_start() -> None:
     assert coupling.contacts == {}
     with pytest.raises(InputError, match="nothing was started"):
         coupling.result()
+    with pytest.raises(InputError, match="nothing was started"):
+        assert coupling.critical_step

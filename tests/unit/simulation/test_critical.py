@@ -50,11 +50,11 @@ def test_a_state_keeps_its_limit_and_another_has_its_own(monkeypatch: pytest.Mon
 
 def test_limits_go_with_their_states() -> None:
     gc.collect()
-    before = len(critical._KNOWN)
+    before = len(critical._LIMITS)
     state = touching(falling())
     limit_of(falling(), state)
     gc.collect()
-    assert before < len(critical._KNOWN) <= before + 2
+    assert before < len(critical._LIMITS) <= before + 2
     del state
     gc.collect()
-    assert len(critical._KNOWN) == before
+    assert len(critical._LIMITS) == before

@@ -13,7 +13,7 @@ from contiga.jit import kernel
 
 @kernel()
 def to_body(points, pose, out, start, stop):
-    """Write Rᵀ (p − t) of points start … stop for a (4, 4) pose."""
+    """Write Rᵀ (p − t) of rows start … stop − 1 of points (n, 3) into `out`; pose (4, 4)."""
     p, moved = points[start:stop].reshape(-1), out[start:stop].reshape(-1)
     x0, x1, x2, tx = pose[0]
     y0, y1, y2, ty = pose[1]
@@ -27,7 +27,7 @@ def to_body(points, pose, out, start, stop):
 
 @kernel()
 def to_world(points, pose, shift, out, start, stop):
-    """Write R p + t of points start … stop for a (4, 4) pose; R p if `shift` is 0."""
+    """Write R p + shift t of rows start … stop − 1 of points (n, 3) into `out`; pose (4, 4)."""
     p, moved = points[start:stop].reshape(-1), out[start:stop].reshape(-1)
     x0, x1, x2, tx = pose[0]
     y0, y1, y2, ty = pose[1]
@@ -41,7 +41,10 @@ def to_world(points, pose, shift, out, start, stop):
 
 @kernel()
 def is_rigid(pose, tolerance):
-    """Return whether R Rᵀ = 1 to `tolerance`, det R ≥ 0, t is finite, the last row 0, 0, 0, 1."""
+    """Return whether R Rᵀ = 1 to `tolerance`, det R ≥ 0, t is finite, the last row 0, 0, 0, 1.
+
+    The tolerance holds for each entry; NaN fails.
+    """
     determinant = 0.0
     for i in range(3):
         j, k = (i + 1) % 3, (i + 2) % 3
@@ -59,9 +62,10 @@ def is_rigid(pose, tolerance):
 
 @kernel()
 def add_wrench(wrench, point_B, pose, total):
-    """Add a wrench (6,) about a point of a body to one about the origin of its frame, world axes.
+    """Add a wrench (6,) about a point of a body to `total` (6,), in place.
 
-    `point_B` (3,) is in the axes of the body, whose pose is (4, 4).
+    `total` is about the origin of the body's frame; both are in world axes. `point_B` (3,) is in
+    the axes of the body, whose pose is (4, 4).
     """
     x, y, z = point_B[0], point_B[1], point_B[2]
     a = pose[0, 0] * x + pose[0, 1] * y + pose[0, 2] * z

@@ -41,6 +41,7 @@ class Approach(NamedTuple):
     point: int
     """Row of the slave."""
     time: float
+    """Time of the approach."""
     bound: float = 0.0
     """Lower bound over the whole run, within a thousandth; 0 for a sample, which proves none."""
 
@@ -86,8 +87,10 @@ class _PathBounds:
     ) -> Approach:
         """Return the nearest point at `time`, with a lower bound of all distances at that time.
 
-        `path_length` is that of points since the first call, `guess` a point that is near. If all
-        points are clearly farther than `least_so_far`, the bound replaces the distance.
+        `path_length` is that of points since the first call, whose bounds of all points are kept,
+        so that later calls search only points that may be nearest. `guess` is a point that is near.
+        If all points are farther than `_FAR_FACTOR` times `least_so_far`, the bound replaces the
+        distance.
         """
         points, X_WB = self._pair.placement(time)
         p_B, surface = to_body(X_WB, points), self._pair.body.surface
@@ -114,7 +117,9 @@ class _Span(NamedTuple):
     path_lengths: FloatArray
     """(k,) path lengths since the start of the run."""
     first: float
+    """Lower bound of the distances at the first time, length."""
     last: float
+    """Lower bound of the distances at the last time, length."""
 
     @property
     def least(self) -> float:
@@ -134,7 +139,8 @@ class _Span(NamedTuple):
 def closest_approach(pair: Pair) -> Approach | None:
     """Return the nearest approach of the slave's active points to the body in the whole run.
 
-    None if they may touch, as no bound excludes it. For a slave that deforms it is a sample.
+    None if they may touch, as no bound above `_BOUND_SHARE` of the distance excludes it, or if the
+    run has too many times to follow. For a slave that deforms it is the least of `shown_times`.
     """
     path_bounds, times = _PathBounds(pair), pair.times
     if pair.relative_at(float(times[0])) is None:
@@ -153,7 +159,7 @@ def closest_approach(pair: Pair) -> Approach | None:
     for _ in range(_MAX_ITERATIONS):
         if best.distance <= 0.0:
             return None
-        least_span = int(np.argmin([one.least for one in spans]))
+        least_span = int(np.argmin([span.least for span in spans]))
         if spans[least_span].least > (1.0 - _DISTANCE_TOL) * best.distance:
             break
         span = spans.pop(least_span)
@@ -164,7 +170,7 @@ def closest_approach(pair: Pair) -> Approach | None:
         best = min(best, now)
         spans.append(_Span(times[: m + 1], path_lengths[: m + 1], span.first, now.bound))
         spans.append(_Span(times[m:], path_lengths[m:], now.bound, span.last))
-    bound = min(one.least for one in spans)
+    bound = min(span.least for span in spans)
     if bound > (1.0 - _DISTANCE_TOL) * best.distance:
         return best._replace(bound=best.distance)
     return best._replace(bound=bound) if bound > _BOUND_SHARE * best.distance else None

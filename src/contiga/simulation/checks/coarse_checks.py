@@ -48,7 +48,11 @@ class _MissedFacet(NamedTuple):
 
 
 def check_coarse(scene: Scene) -> Iterator[Finding]:
-    """Report bodies that are thinner than the facets of a slave and pass between its points."""
+    """Report bodies that pass between the points of facets, for each contact the worst facet.
+
+    A body must reach through a facet by `_REACH_TOL` of its longest side before a point of contact
+    around it is touched.
+    """
     for pair in scene.pairs:
         facets, first_row = _first_near_facets(pair, pair.approach)
         times = pair.approach[first_row:]
@@ -86,13 +90,13 @@ def check_coarse(scene: Scene) -> Iterator[Finding]:
             # The nearer end of the body at the first reach is the one that came through.
             first = int(np.argmax(largest_paths.min(axis=1) > 0.0))
             reach = float(largest_paths[:, np.argmin(largest_paths[first])].max())
-            facet = pair.slave.points[corners[k]]
-            longest = float(row_lengths(facet - np.roll(facet, 1, axis=0)).max())
+            points = pair.slave.points[corners[k]]
+            longest = float(row_lengths(points - np.roll(points, 1, axis=0)).max())
             deepest = float(depth[span, k].max())
             missed_facets.append(
                 _MissedFacet(reach, float(times[first_inside[k]]), longest, deepest)
             )
-        missed = max(missed_facets, key=lambda one: one.reach / one.side, default=None)
+        missed = max(missed_facets, key=lambda facet: facet.reach / facet.side, default=None)
         if missed is None or missed.reach <= _REACH_TOL * missed.side:
             continue
         quantity, cover_radius = scene.fmt, _COVER_RADIUS[pair.contact.quadrature]
@@ -109,9 +113,13 @@ def check_coarse(scene: Scene) -> Iterator[Finding]:
 
 
 def _first_near_facets(pair: Pair, times: FloatArray) -> tuple[IndexArray, int]:
-    """Return the first facets that the body may touch, and the row of the time before."""
+    """Return the first facets that the body may touch, and the row of the time before.
+
+    At most `_FACETS` facets, with active nodes only, are returned, in order of time; none for a
+    cloud of points.
+    """
     slave, surface = pair.slave, pair.body.surface
-    near: dict[int, None] = {}
+    near_facets: dict[int, None] = {}
     if slave.facets is None:
         return np.zeros(0, np.intp), 0
     active_facets = np.flatnonzero(slave.active[slave.facets].all(axis=1))
@@ -130,11 +138,11 @@ def _first_near_facets(pair: Pair, times: FloatArray) -> tuple[IndexArray, int]:
         corners = p_B[facets[boxed_facets]]
         middle, radius = np.ascontiguousarray(corners.mean(axis=1)), _facet_radii(corners)
         bounds = lower_bounds(surface, middle, np.arange(len(boxed_facets), dtype=np.int32), None)
-        first_row = first_row if near else max(k - 1, 0)
-        near |= dict.fromkeys(active_facets[boxed_facets[bounds <= radius]].tolist())
-        if len(near) >= _FACETS:
+        first_row = first_row if near_facets else max(k - 1, 0)
+        near_facets |= dict.fromkeys(active_facets[boxed_facets[bounds <= radius]].tolist())
+        if len(near_facets) >= _FACETS:
             break
-    return np.array(list(near)[:_FACETS], np.intp), first_row
+    return np.array(list(near_facets)[:_FACETS], np.intp), first_row
 
 
 def _facet_radii(corners: FloatArray) -> FloatArray:
@@ -180,7 +188,10 @@ def _contact_history(
 
 
 def _reach_through(pair: Pair, time: float, shape: FloatArray, corners: IndexArray) -> FloatArray:
-    """Return the reach (2, k) of the body beyond k points of a facet, along ± its normal."""
+    """Return the reach (2, k) of the body beyond k points of a facet, along ± its normal.
+
+    Where the body has no wall on that side it is two sizes of the body.
+    """
     points, X_WB = pair.placement(time)
     facet = to_body(X_WB, points[corners])
     normal = np.cross(facet[1] - facet[0], facet[2] - facet[0])

@@ -29,7 +29,11 @@ _SKIN_FACTOR = 0.25
 
 
 def check_depth(scene: Scene) -> Iterator[Finding]:
-    """Report prescribed motions that go too deep or too fast."""
+    """Report prescribed motions that go too deep or too fast.
+
+    Too deep is beyond a layer or table (`deeper_than`). In one step, at most `STEP_PER_LAYER` of a
+    layer and `STEP_PER_BODY` of the body's longest side are allowed, at the times of the search.
+    """
     for pair in scene.pairs:
         if not pair.free:
             # Penetrations beyond the range of a law.
@@ -115,7 +119,7 @@ def deeper_than_elements(
     A penalty should prevent penetration: the elements are compressed less by its penetration, and
     resist less. The mean penetration, weighted by forces, is 2 E/F with the stored energy ½ Σ k λ²
     and the force Σ k λ. (A few points of flat facets on a sharp edge are deeper at any stiffness.)
-    `columns` are those of the contact.
+    `columns` are those of the contact. Nothing is reported for clouds of points.
     """
     motion, law = pair.model.slaves[pair.part.slave].motion, pair.contact.law
     if not isinstance(motion, Deforming) or not isinstance(law, PenaltyLaw):

@@ -21,7 +21,10 @@ _MAX_SHARE = 0.9
 
 
 def check_facing(scene: Scene) -> Iterator[Finding]:
-    """Report skins of solids that are first touched from inside."""
+    """Report skins of solids that are first touched from inside.
+
+    More than `_MAX_SHARE` of the nodes in the first contact must lie on facets that face away.
+    """
     for pair in scene.pairs:
         if not any(kind in SOLIDS for kind in pair.slave.cells):
             continue
@@ -46,7 +49,11 @@ def check_facing(scene: Scene) -> Iterator[Finding]:
 
 
 def two_layers(pair: Pair, state: State) -> Iterator[Finding]:
-    """Report slaves with both sides in contact."""
+    """Report slaves with both sides in contact, each with more than `_MIN_SHARE` of the force.
+
+    The two sides must face in opposite directions; points of contact other than nodes are not
+    examined.
+    """
     slave, rows = pair.slave, np.flatnonzero(state.in_contact[: len(pair.slave)])
     if slave.facets is None or len(rows) == 0 or pair.contact.quadrature != "nodes":
         return

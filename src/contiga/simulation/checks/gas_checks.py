@@ -18,7 +18,11 @@ ROOM_TEMPERATURE = 293.15
 
 
 def check_gas(scene: Scene) -> Iterator[Finding]:
-    """Report temperatures and gases of chambers that are probably in another unit."""
+    """Report temperatures and gases of chambers that are probably in another unit.
+
+    Temperatures below `MIN_TEMPERATURE` are reported, and, if the case has units, gases with a
+    speed of sound outside `SOUND_SPEED_RANGE`.
+    """
     for name, chamber in scene.model.gas.items():
         gases: dict[str, Gas | Mixture] = {"the gas around it": chamber.surroundings.gas}
         temperatures = {"the temperature around it": chamber.surroundings.temperature}

@@ -18,7 +18,7 @@ from contiga.simulation.step import advance
 
 
 def check_joints(scene: Scene) -> Iterator[Finding]:
-    """Report bodies that joints move or set in motion at the start."""
+    """Report bodies that joints move or set in motion at the start, of each kind the worst."""
     model, fmt = scene.model, scene.fmt
     if not model.joints:
         return

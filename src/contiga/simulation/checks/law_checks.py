@@ -38,7 +38,11 @@ _MAX_DAMPING_RATIO = 2.0
 
 
 def check_laws(scene: Scene) -> Iterator[Finding]:
-    """Report laws whose numbers are most likely in another unit or of another quantity."""
+    """Report laws whose numbers are most likely in another unit or of another quantity.
+
+    These are curves that fall at their end, strains in percent, stresses and thicknesses that no
+    layer has, areas of points, and coefficients of friction and damping.
+    """
     for pair in scene.pairs:
         for layer in layers_of(pair.contact):
             x, y = layer.curve.x, layer.curve.y
@@ -126,7 +130,8 @@ def odd_strength(
 ) -> Iterator[Finding]:
     """Report a curve of a layer or foam that is too strong or too weak.
 
-    `stress` is its value at half the thickness, or at `end`, the last strain of the curve.
+    `stress` is its value at half the thickness, or at `end`, the last strain of the curve. Curves
+    that end before `_SOFT_STRAIN` are not judged.
     """
     pascal = fmt.si(-1, 1, -2)
     if (
@@ -146,7 +151,12 @@ def odd_strength(
 
 
 def _check_weights(pair: Pair, fmt: Quantities) -> Iterator[Finding]:
-    """Report areas of points of a cloud that do not fit their spacing."""
+    """Report areas of points of a cloud that do not fit their spacing.
+
+    The median area may differ from the square of the median spacing, of up to `_MAX_POINTS` points,
+    by a factor of `_MAX_AREA_RATIO`. Clouds of fewer than ten points, and laws that need no area,
+    are left out.
+    """
     contact, slave = pair.contact, pair.slave
     law, method = contact.law, contact.area
     by_area = isinstance(law, StressLaw | FaceLaws) or (

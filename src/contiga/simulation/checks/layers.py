@@ -41,6 +41,7 @@ def layers_of(contact: Contact) -> list[Layer]:
 
 
 def _layers(law: object, contact: Contact) -> list[Layer]:
+    """Return the layer of a law, at most one; that of a combined law if both sides have one."""
     if isinstance(law, CombinedLaw):
         # The law divides the penetration between the sides, so their thicknesses add up.
         slave, master = _layer(law.slave, contact), _layer(law.master, contact)
@@ -53,6 +54,10 @@ def _layers(law: object, contact: Contact) -> list[Layer]:
 
 
 def _layer(law: object, contact: Contact) -> Layer | None:
+    """Return the layer of a force or stress law; None for others, or a stress law without one.
+
+    A stress law without a thickness has the largest of the slave's active points.
+    """
     if isinstance(law, ForceLaw):
         return Layer(None, end_of(law.curve), BEYOND[law.curve.extrapolation], law.curve)
     if not isinstance(law, StressLaw):
@@ -85,7 +90,7 @@ def thickness_of(contact: Contact) -> float | None:
 
 
 def end_of(curve: Characteristic) -> float | None:
-    """Return the end of a table; None for a straight line, which continues."""
+    """Return the last x of a table; None for a formula, or a straight line that continues."""
     if not curve.is_table or (len(curve.x) == 2 and curve.extrapolation == "linear"):
         return None
     return float(curve.x[-1])

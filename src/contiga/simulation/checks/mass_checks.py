@@ -32,12 +32,14 @@ _MIN_GRAVITY = 0.01
 
 
 def check_masses(scene: Scene) -> Iterator[Finding]:
-    """Report masses, inertias and velocities that are most likely in another unit.
+    """Report masses, inertias, velocities and a gravity that are most likely in another unit.
+
+    Slaves of free nodes with facets or elements are reported as well: nothing holds them together.
 
     Raises
     ------
     InputError
-        An impossible velocity.
+        A velocity above `_IMPOSSIBLE_SPEED`.
     """
     model, fmt = scene.model, scene.fmt
     g = length(model.gravity)
@@ -105,6 +107,11 @@ def check_masses(scene: Scene) -> Iterator[Finding]:
 
 
 def _check_speed(where: str, motion: Free | Deforming, scene: Scene) -> Iterator[Finding]:
+    """Report a start velocity above `_MAX_SPEED`, or too large for the size of the model.
+
+    A part may not go farther in the run than `_MAX_TRAVEL` times the largest side of any contact.
+    The largest is meant if nodes have different ones. Raises `InputError` for an impossible one.
+    """
     fmt, stepping = scene.fmt, scene.model.stepping
     speed = float(np.sqrt(np.square(np.atleast_2d(motion.velocity)).sum(axis=1)).max())
     starts = f"it starts at {fmt(speed, 'velocity')}"

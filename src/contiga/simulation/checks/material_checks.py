@@ -35,7 +35,10 @@ _LOCKING_POISSON = 0.47
 
 
 def check_materials(scene: Scene) -> Iterator[Finding]:
-    """Report numbers of materials that are most likely in another unit."""
+    """Report numbers of materials that are most likely in another unit, and meshes that lock.
+
+    Densities, moduli and strengths are judged only if the case has units.
+    """
     for name, nodes in scene.model.mechanism.nodes.items():
         if not isinstance(nodes, DeformingNodes):
             continue
@@ -48,8 +51,8 @@ def check_materials(scene: Scene) -> Iterator[Finding]:
                 if not odd and isinstance(part.material, Foam):  # which carries what no foam does
                     strain, stress = part.material.loading.T
                     half = float(np.interp(0.5, strain, stress))
-                    of_it = f"the curve of {elements}"
-                    yield from odd_strength(float(strain[-1]), half, where, of_it, scene.fmt)
+                    subject = f"the curve of {elements}"
+                    yield from odd_strength(float(strain[-1]), half, where, subject, scene.fmt)
             yield from _check_rates(where, elements, part, scene)
             material, tables = part.material, dict[str, FloatArray]()
             if isinstance(material, Foam | Belt):
@@ -88,7 +91,7 @@ def elements_of(name: str, parts: Sequence[Part]) -> str:
 
 
 def _check_units(where: str, elements: str, part: Part, fmt: Quantities) -> Iterator[Finding]:
-    """Report densities, moduli and wave speeds that are impossible."""
+    """Report a density that is impossible, or else a modulus or wave speed that is."""
     wave_modulus = part.material.coefficients(part.kind, part.across).wave_modulus
     density, modulus = part.density * fmt.si(-3, 1, 0), wave_modulus * fmt.si(-1, 1, -2)
     # With a thickness or section of one the density is a mass per area or per length.
@@ -120,7 +123,7 @@ def _check_units(where: str, elements: str, part: Part, fmt: Quantities) -> Iter
 
 
 def _check_rates(where: str, elements: str, part: Part, scene: Scene) -> Iterator[Finding]:
-    """Report rates that are never reached or always exceeded, or that are smoothed away."""
+    """Report rates of foams outside `_RATE_RANGE`, and rates smoothed over more than the run."""
     if not (isinstance(part.material, Foam) and part.material.rates):
         return
     fmt, stepping = scene.fmt, scene.model.stepping

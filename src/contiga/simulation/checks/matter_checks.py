@@ -27,7 +27,11 @@ def added_masses(nodes: NodeMover) -> tuple[AddedMass, ...]:
 
 
 def check_matter(scene: Scene) -> Iterator[Finding]:
-    """Report errors that would end a run at its first step, and nodes that nothing moves."""
+    """Report defects of slaves of elements that need no run to be seen.
+
+    These are tables that hold no direction, a step above the critical one of the elements, mass
+    scaling above `ADDED_MASS_TOL`, and active nodes in no element.
+    """
     model, stepping = scene.model, scene.model.stepping
     if not model.mechanism.deforms:
         return

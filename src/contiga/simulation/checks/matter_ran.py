@@ -25,14 +25,18 @@ _NEGLIGIBLE = 1e-4
 def check_matter_ran(
     scene: Scene, history: Mapping[str, FloatArray], last: SystemState
 ) -> Iterator[Finding]:
-    """Report strains beyond the tables of materials, and much energy in hourglass modes."""
+    """Report strains beyond the tables of materials, and much energy in hourglass modes.
+
+    Much is more than `_MAX_HOURGLASS_SHARE` of the energy of elements, unless that is negligible.
+    `last` is the state at the end, which remembers the largest strains.
+    """
     for name, nodes in scene.model.mechanism.nodes.items():
         if isinstance(nodes, DeformingNodes):
             # The largest strain of each part, relative to the end of its table.
             largest_strains = nodes.reached(last.slaves[name])
             for part in dict.fromkeys(part.name for part in nodes.parts):
-                of_part = [one for one in largest_strains if one.part == part]
-                worst = max(of_part, key=lambda one: one.strain / one.end, default=None)
+                of_part = [reached for reached in largest_strains if reached.part == part]
+                worst = max(of_part, key=lambda reached: reached.strain / reached.end, default=None)
                 if worst is not None and worst.strain > (1.0 + _TABLE_TOL) * worst.end:
                     yield Finding(
                         "table",

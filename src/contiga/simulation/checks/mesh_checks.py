@@ -18,7 +18,10 @@ _PLACE_TOL = 1e-4
 
 
 def check_meshes(scene: Scene) -> Iterator[Finding]:
-    """Report elements that are not joined where they meet, and elements given twice."""
+    """Report elements that are not joined where they meet, and elements given twice.
+
+    Elements with the same nodes are given twice; triangles only if they are turned the same way.
+    """
     for name, nodes in scene.model.mechanism.nodes.items():
         if isinstance(nodes, DeformingNodes) and nodes.parts:
             points = scene.model.slaves[name].slave.points
@@ -49,7 +52,8 @@ def check_meshes(scene: Scene) -> Iterator[Finding]:
 def _unjoined_pieces(where: str, points: FloatArray, nodes: DeformingNodes) -> Iterator[Finding]:
     """Report pieces of a mesh that lie face to face, edge to edge or end to end, but not joined.
 
-    They have as many nodes at the same places as a face, an edge or an end.
+    They have as many nodes at the same places as a face, an edge or an end. Pairs of nodes whose
+    motions are prescribed do not count. Only the first two pieces are reported.
     """
     # The connected piece of each node, and the smallest dimension of the elements of each piece.
     node_pairs = [

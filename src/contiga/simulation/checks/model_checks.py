@@ -11,7 +11,7 @@ from contiga.simulation.checks.finding import Finding
 from contiga.simulation.checks.gas_checks import check_gas
 from contiga.simulation.checks.joint_checks import check_joints
 from contiga.simulation.checks.law_checks import check_laws
-from contiga.simulation.checks.layout_checks import check_layout
+from contiga.simulation.checks.layout_checks import check_pairs, check_parts, check_times
 from contiga.simulation.checks.mass_checks import check_masses
 from contiga.simulation.checks.material_checks import check_materials
 from contiga.simulation.checks.matter_checks import check_matter
@@ -24,7 +24,9 @@ from contiga.simulation.model import Model
 from contiga.simulation.step import place
 
 _CHECKS: tuple[Callable[[Scene], Iterator[Finding]], ...] = (
-    check_layout,
+    check_parts,
+    check_times,
+    check_pairs,
     check_surfaces,
     check_sizes,
     check_places,
@@ -46,7 +48,13 @@ def check_model(model: Model) -> tuple[Finding, ...]:
     """Return findings about `model`: properties that its author most likely did not intend.
 
     The search alone follows the motion in a few steps, as far as it is known: to the end if it is
-    prescribed, to the first touch if bodies are free.
+    prescribed, to the first touch if bodies are free. Those of the model's files come first; each
+    finding is returned once.
+
+    Raises
+    ------
+    InputError
+        A motion with a wrong result at the start, an impossible velocity or place of a point.
     """
     # Motions with wrong output raise here as in the first step.
     place(model, None, model.stepping.start)

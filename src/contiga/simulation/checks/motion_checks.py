@@ -21,7 +21,10 @@ _TOUCH_TOL = 1e-6
 
 
 def check_motion(scene: Scene) -> Iterator[Finding]:
-    """Report slaves that start inside, and slaves that never come near."""
+    """Report slaves that start inside, come from behind an open face, or never come near.
+
+    The last needs a known motion, and no other contact that may turn free parts aside first.
+    """
     for pair in scene.pairs:
         yield from _starts_inside(pair, scene.fmt)
         yield from comes_from_behind(pair, scene.fmt)
@@ -35,7 +38,10 @@ def check_motion(scene: Scene) -> Iterator[Finding]:
 
 
 def _normals_point_inward(pair: Pair) -> bool:
-    """Return whether the normals of a closed body point inward: its outside then is inside."""
+    """Return whether the normals of a closed body point inward.
+
+    A point clearly outside its box then counts as inside.
+    """
     if not pair.body.closed:
         return False
     low, high = pair.body.bounds()
@@ -44,7 +50,11 @@ def _normals_point_inward(pair: Pair) -> bool:
 
 
 def _starts_inside(pair: Pair, fmt: Quantities) -> Iterator[Finding]:
-    """Report points that are on the contact side at the start."""
+    """Report points that are on the contact side at the start, by the likeliest cause.
+
+    It is normals that point inward, then a free side on the wrong side, else the placement. Points
+    in contact at the start are reported only for the first two.
+    """
     start = pair.dry_runs[0]
     rows = start.inside
     if len(rows) == 0:
@@ -88,7 +98,10 @@ def _inward_finding(pair: Pair, count: int) -> Finding:
 
 
 def _never_meets(pair: Pair, fmt: Quantities) -> Iterator[Finding]:
-    """Report sides that never meet, with their smallest distance."""
+    """Report sides that never meet, with their smallest distance or its lower bound.
+
+    Nothing is reported below `_TOUCH_TOL` of the body's size, or if no bound excludes a touch.
+    """
     if len(pair.dry_runs[0].inside) or not pair.slave.active.any():
         return
     closest = closest_approach(pair)

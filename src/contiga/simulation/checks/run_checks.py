@@ -51,7 +51,10 @@ _RESULTANT_TOL = 0.02
 
 
 def check_run(model: Model, history: Columns, last: SystemState) -> tuple[Finding, ...]:
-    """Return findings about a model from the history and the last state of its run."""
+    """Return findings about contacts, springs and materials from the history and state of a run.
+
+    `last` is the state at its end.
+    """
     scene = Scene(model)
     findings: list[Finding] = []
     for pair in scene.pairs:
@@ -64,7 +67,10 @@ def check_run(model: Model, history: Columns, last: SystemState) -> tuple[Findin
 
 
 def check_crest(model: Model, state: SystemState) -> tuple[Finding, ...]:
-    """Return findings about contacts in the state at the greatest force."""
+    """Return findings about contacts in the state at the greatest force.
+
+    A contact of fewer than `_MIN_FACETS_ACROSS` facets across is too coarse; see also `two_layers`.
+    """
     scene = Scene(model)
     findings: list[Finding] = []
     for pair in scene.pairs:
@@ -92,7 +98,11 @@ def check_crest(model: Model, state: SystemState) -> tuple[Finding, ...]:
 
 
 def notes_on(model: Model, history: Columns) -> list[str]:
-    """Return notes on forces: a law sets the sum of magnitudes, the history has the resultant."""
+    """Return notes on forces: a law sets the sum of magnitudes, the history has the resultant.
+
+    A note is made if they differ by more than `_RESULTANT_TOL` at the greatest force, for force
+    laws without hysteresis and friction.
+    """
     scene, notes = Scene(model), []
     for pair in scene.pairs:
         columns = _columns(model, pair, history)
@@ -157,7 +167,11 @@ def _check_contact(
 def _check_depth(
     scene: Scene, pair: Pair, columns: Columns, last: SystemState
 ) -> Iterator[Finding]:
-    """Report penetrations beyond a law's table, and steps with a large increase of penetration."""
+    """Report penetrations beyond a law's table or of a soft penalty, and steps that go far deeper.
+
+    See `deeper_than_elements` for the penalty. In one step the penetration may increase by
+    `STEP_PER_LAYER` of the thinnest layer; only the largest increase is reported.
+    """
     at = int(np.nanargmax(columns["max_penetration"]))
     peak = float(columns["max_penetration"][at]), float(columns["time"][at])
     for layer in layers_of(pair.contact):
@@ -180,7 +194,10 @@ def _check_depth(
 def _check_first_depth(
     scene: Scene, pair: Pair, columns: Columns, last: SystemState
 ) -> Iterator[Finding]:
-    """Report contacts that begin deeper than the width of a facet: the mesh let the body in."""
+    """Report contacts that begin deeper than the width of a facet: the mesh let the body in.
+
+    They must also begin deeper than `_MAX_STEPS_DEEP` times any later increase in a step.
+    """
     touched = np.flatnonzero(columns["n_contact"] > 0)
     if pair.slave.facets is None or len(touched) == 0 or touched[0] == 0:
         return
@@ -203,7 +220,7 @@ def _check_first_depth(
 def _check_damping(
     scene: Scene, pair: Pair, columns: Columns, last: SystemState
 ) -> Iterator[Finding]:
-    """Report damping that takes most of the energy of a contact."""
+    """Report damping that takes more than `_MAX_DAMPED_SHARE` of the energy of a contact."""
     parts = [columns[f"energy_{name}"] for name in ("stored", "damping", "hysteresis", "friction")]
     most = float(np.max(sum(parts)))
     lost = float(columns["energy_damping"][-1])
@@ -218,9 +235,10 @@ def _check_damping(
 
 
 def _check_end(scene: Scene, pair: Pair, columns: Columns, last: SystemState) -> Iterator[Finding]:
-    """Report impacts that are cut off before the rebound.
+    """Report impacts of free parts that are cut off before the rebound.
 
-    Parts at rest do not move, and oscillating parts have rebounded before.
+    The force is still above `_END_FORCE` of its peak, and the penetration changes. Parts at rest do
+    not move, and oscillating parts have rebounded before.
     """
     deep, force, time = columns["max_penetration"], columns["force"], columns["time"]
     if not pair.free or force[-1] <= _END_FORCE * force.max():
@@ -244,7 +262,10 @@ def _check_end(scene: Scene, pair: Pair, columns: Columns, last: SystemState) ->
 def _check_tunnelling(
     scene: Scene, pair: Pair, columns: Columns, last: SystemState
 ) -> Iterator[Finding]:
-    """Report steps in which most points in contact leave through another wall."""
+    """Report the first step in which at least half of the points leave through another wall.
+
+    Releases of few or shallow points, at the end of a contact, do not count.
+    """
     count, depth, tunnelled = (
         columns["n_contact"],
         columns["max_penetration"],

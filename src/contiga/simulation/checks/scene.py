@@ -145,7 +145,7 @@ class Pair:
     def _rotation_between(self, first: float, last: float) -> float:
         """Return the relative rotation of the sides between two times, radians, by the middle rate.
 
-        No table has a row between the two times.
+        No table has a row between the two times. It is 0 for a slave that deforms.
         """
         middle, instant = 0.5 * (first + last), INSTANT * (last - first)
         X, Y = self.relative_at(middle), self.relative_at(middle + instant)
@@ -162,7 +162,10 @@ class Pair:
         return np.unique(rows[(rows > start) & (rows < end)])
 
     def placement(self, time: float) -> tuple[FloatArray, FloatArray]:
-        """Return slave points (n, 3), world axes, and the pose (4, 4) of the master."""
+        """Return slave points (n, 3), world axes, and the pose (4, 4) of the master.
+
+        Points whose motion depends on forces other than gravity stay where they start.
+        """
         slave_pose, points = self._slave_pose(time), self.slave.points
         motion = self.model.slaves[self.part.slave].motion
         if slave_pose is not None:
@@ -171,11 +174,13 @@ class Pair:
             points = points + self._flight_displacement(self._mover.flight, time)
         elif not isinstance(motion, Dependent):
             points = motion.points(time)
-        # Points that neither fly nor follow a motion are assumed to stay.
         return points, self._body_pose(self._master_number, time)
 
     def _slave_pose(self, time: float) -> FloatArray | None:
-        """Return the rigid motion (4, 4) of the slave from the start; None if it deforms."""
+        """Return the rigid motion (4, 4) of the slave from the start.
+
+        None if it deforms, or if its motion has points of its own: those of the slave do not ride.
+        """
         mover, motion = self._mover, self.model.slaves[self.part.slave].motion
         if mover.host is not None:
             return self._body_pose(mover.host, time)
@@ -195,6 +200,10 @@ class Pair:
         return list(self.model.bodies.values())[i].motion
 
     def _body_pose(self, i: int, time: float) -> FloatArray:
+        """Return the pose (4, 4) of body `i`: prescribed, or in free flight at a constant spin.
+
+        Held directions of a free body stay.
+        """
         system, motion = self.model.mechanism, self._body_motion(i)
         if not isinstance(motion, Dependent):
             return pose_at(motion, time)

@@ -26,7 +26,11 @@ _IMPOSSIBLE_DISTANCE = 1e6
 
 
 def check_sizes(scene: Scene) -> Iterator[Finding]:
-    """Report sides of a contact so different in size that a unit is most likely wrong."""
+    """Report sides of a contact so large, so small or so different that a unit is likely wrong.
+
+    They may differ by a factor of `_MAX_SIZE_RATIO`; the text names the likelier mix-up of units.
+    The larger side must be `_MIN_SIZE` to `_MAX_SIZE`, if the case has units.
+    """
     metre = scene.fmt.si(1, 0, 0)
     for pair in scene.pairs if scene.fmt.known else []:
         name, size = max(
@@ -59,12 +63,14 @@ def check_sizes(scene: Scene) -> Iterator[Finding]:
 
 
 def check_places(scene: Scene) -> Iterator[Finding]:
-    """Report loads, springs and sensors at points far from their body.
+    """Report loads, springs and sensors at points far from the box of their body.
+
+    Far is more than `_MAX_DISTANCE` times the size of the body.
 
     Raises
     ------
     InputError
-        A point at an impossible distance.
+        A point farther than `_IMPOSSIBLE_DISTANCE` times the size.
     """
     model = scene.model
     for i, load in enumerate(model.loads):
@@ -77,12 +83,13 @@ def check_places(scene: Scene) -> Iterator[Finding]:
     for sensor in model.point_sensors:
         if sensor.at is not None:
             yield from _check_place(scene, sensor.body, sensor.at, f"sensor {sensor.name}")
-    for one in model.relative:
-        for body, at in zip(one.between, [] if one.at is None else one.at, strict=False):
-            yield from _check_place(scene, body, at, f"sensor {one.name}")
+    for pair in model.relative:
+        for body, at in zip(pair.between, [] if pair.at is None else pair.at, strict=False):
+            yield from _check_place(scene, body, at, f"sensor {pair.name}")
 
 
 def _check_place(scene: Scene, body: str, at: FloatArray, where: str) -> Iterator[Finding]:
+    """Report one point `at` (3,), world axes at the start, as `check_places` describes."""
     model, fmt = scene.model, scene.fmt
     master = model.bodies[body].body
     X = model.origins[model.mechanism.index[body]]

@@ -16,7 +16,10 @@ _TABLE_TOL = 1e-9
 
 
 def check_springs_ran(scene: Scene, history: Mapping[str, FloatArray]) -> Iterator[Finding]:
-    """Report springs that went past an end of their tables."""
+    """Report springs that went past an end of their tables, each once.
+
+    A spring that is slack below its first row is not reported there.
+    """
     for name, spring in scene.model.mechanism.springs.items():
         elongation = history[f"{name}.elongation"]
         unloading = None if spring.hysteresis is None else spring.hysteresis.unloading

@@ -15,7 +15,10 @@ _MAX_FLAWS = 3
 
 
 def check_surfaces(scene: Scene) -> Iterator[Finding]:
-    """Report bodies in contact that are open because of a flaw; intended sheets are none."""
+    """Report bodies in contact that are open because of a flaw; intended sheets are none.
+
+    Only exact geometry is examined; up to `_MAX_FLAWS` flaws of a body are named.
+    """
     for name in dict.fromkeys(pair.part.master for pair in scene.pairs):
         body = scene.model.bodies[name].body
         if body.faces is None or body.closed:

@@ -28,7 +28,7 @@ def behind_finding(pair: Pair, text: str) -> Finding:
 
 
 def starts_behind(pair: Pair) -> bool:
-    """Return whether most points with a foot within an open face start behind it."""
+    """Return whether more points with a foot within an open face start behind it than before it."""
     gaps = _gaps(pair, *pair.placement(float(pair.model.stepping.start)))
     return bool((gaps < 0.0).sum() > (gaps > 0.0).sum())
 
@@ -51,7 +51,11 @@ def comes_out_from_behind(pair: Pair, fmt: Quantities) -> Iterator[Finding]:
 
 
 def comes_from_behind(pair: Pair, fmt: Quantities) -> Iterator[Finding]:
-    """Report slaves with most points coming to an open face from behind."""
+    """Report slaves that come to an open face from behind.
+
+    Of the points that touch or come from behind, more than half must come from behind. A slave that
+    is partly inside at the start, and mostly behind, is left to `starts_behind`.
+    """
     if pair.body.closed or (len(pair.dry_runs[0].inside) and starts_behind(pair)):
         return
     touched = np.concatenate([run.rows for run in pair.dry_runs])

@@ -33,8 +33,9 @@ def force_jumps(
 ) -> Iterator[Finding]:
     """Report the largest jump of the normal force while the same points touch, in automatic steps.
 
-    A point at equal distance from two walls changes between them at once. The time of the change
-    affects all that follows, and depends on the last digits of its position.
+    A jump is more than `_JUMP` of the largest force, at more than `_SUDDEN` times the rate of the
+    steps before and after. A point at equal distance from two walls changes between them at once.
+    The time of the change affects all that follows, and depends on the last digits of its position.
     """
     if REASON not in columns or len(columns["time"]) < 3:  # longer steps jump for other reasons
         return
