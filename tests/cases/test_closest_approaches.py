@@ -57,13 +57,13 @@ def test_of_points_that_are_far_by_then_few_distances_are_worked_out(
     """A ball that is a thousand sizes away when it ends; all of the pad are about as near then."""
     from contiga.masters import nearness
 
-    counts, own = [], nearness.gaps_of
+    counts, own = [], nearness.gaps_and_feet
 
     def counted(surface, p_B, depth):
         counts.append((float(p_B[0, 2]), len(p_B)))
         return own(surface, p_B, depth)
 
-    monkeypatch.setattr(nearness, "gaps_of", counted)
+    monkeypatch.setattr(nearness, "gaps_and_feet", counted)
     simulation = case_of(DROPPED, {"velocity": "velocity = [0, 0, 5000.0]"})
     (finding,) = (one for one in simulation.check() if one.rule == "apart")
     assert "never comes closer" in finding.text

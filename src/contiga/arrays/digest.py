@@ -33,6 +33,6 @@ class Digest:
                 self.text(f"{contiguous.shape} {contiguous.dtype.str}")
                 self._hash.update(contiguous.tobytes())
 
-    def thing(self, value: Any) -> None:
+    def add_value(self, value: Any) -> None:
         """Add an object of any kind by its pickle."""
         self.text(pickle.dumps(value, protocol=5).hex())

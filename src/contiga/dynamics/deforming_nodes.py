@@ -568,7 +568,7 @@ class DeformingNodes(NodeMover):
 
     def digest(self, digest: Any, times: FloatArray) -> None:
         """See `NodeMover`: the motion; the slave adds its elements itself."""
-        digest.thing(self.motion)
+        digest.add_value(self.motion)
 
 
 def joints_of(hosts: NDArray[np.int32], points: FloatArray, mass: FloatArray) -> tuple[Joint, ...]:

@@ -403,7 +403,7 @@ class CarriedNodes(NodeMover):
 
     def digest(self, digest: Any, times: FloatArray) -> None:
         """See `NodeMover`: by the body."""
-        digest.thing(self.motion)
+        digest.add_value(self.motion)
 
 
 @dataclass(frozen=True, eq=False)
@@ -456,4 +456,4 @@ class FreeNodes(NodeMover):
 
     def digest(self, digest: Any, times: FloatArray) -> None:
         """See `NodeMover`: the motion; the slave adds its masses itself."""
-        digest.thing(self.motion)
+        digest.add_value(self.motion)

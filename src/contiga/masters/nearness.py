@@ -50,11 +50,13 @@ def nearest(
     share : tolerance, as a share of the gap: far from a surface many gaps are nearly the smallest
     """
     bounds = lower_bounds(surface, p_B, rows, depth)
-    gap, k = least(bounds[rows], lambda k: gaps_of(surface, p_B[rows[k]], depth)[0], share)
+    gap, k = smallest_gap(
+        bounds[rows], lambda k: gaps_and_feet(surface, p_B[rows[k]], depth)[0], share
+    )
     return Nearest(gap, int(rows[k]), bounds)
 
 
-def least(
+def smallest_gap(
     bounds: FloatArray, gaps: Callable[[IndexArray], FloatArray], share: float = 0.0
 ) -> tuple[float, int]:
     """Return the smallest of many gaps and its row; lower bounds (n,) save most evaluations.
@@ -79,7 +81,7 @@ def least(
     return best, row
 
 
-def gaps_of(
+def gaps_and_feet(
     surface: Surface, p_B: FloatArray, depth: float | None
 ) -> tuple[FloatArray, Projection]:
     """Return gaps (n,) of points (n, 3), infinite without a foot, and feet; `depth` as above.

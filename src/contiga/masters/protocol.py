@@ -235,7 +235,7 @@ class Master(Protocol):
 
     def digest(self, digest: Digest) -> None:
         """Add everything that decides results to a digest."""
-        digest.thing(self)
+        digest.add_value(self)
 
     def facts(self) -> dict[str, Any]:
         """Facts on it for a run's summary."""

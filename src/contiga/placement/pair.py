@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from contiga.errors import InputError
-from contiga.masters.nearness import gaps_of, least, lower_bounds
+from contiga.masters.nearness import gaps_and_feet, lower_bounds, smallest_gap
 from contiga.masters.protocol import Master
 from contiga.placement.sample import SPACING, points_of, sharpened
 from contiga.records import FloatArray, IndexArray
@@ -42,7 +42,7 @@ class _Direction(NamedTuple):
         Gaps are negative inside. Points behind a face of an open body are inside at any depth,
         unless it is a sheet; past its border the gap is the distance.
         """
-        gaps, feet = gaps_of(self.master.surface, points, self.depth)
+        gaps, feet = gaps_and_feet(self.master.surface, points, self.depth)
         return gaps, (feet.status != Status.OK) & (not self.master.closed)
 
 
@@ -127,7 +127,7 @@ class Pair:
 
     def smallest_gap(self, shift: float) -> float:
         """Return the smallest gap of all points; evaluate only those with a bound below it."""
-        return least(self.bounds(shift), lambda rows: self.gaps(rows, shift))[0]
+        return smallest_gap(self.bounds(shift), lambda rows: self.gaps(rows, shift))[0]
 
     def sharpen(self, shift: float) -> bool:
         """Make the smallest gap at `shift` more exact; return whether it became smaller.

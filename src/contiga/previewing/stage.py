@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from contiga.contact.search_records import reach_of
 from contiga.dynamics.deforming import Deforming
 from contiga.dynamics.free import Dependent, Free
-from contiga.masters.nearness import gaps_of, nearest
+from contiga.masters.nearness import gaps_and_feet, nearest
 from contiga.records import FloatArray, IntArray
 from contiga.rendering.camera import unit
 from contiga.report.run_folder import Units, units_of
@@ -277,7 +277,7 @@ def _gaps(model: Model, start: Placement) -> Iterator[Gap]:
         p_B, reach = to_body(pose, points), reach_of(part.contact.depth, body.closed, body.size)
         gaps = nearest(body.surface, p_B, rows, depth=reach)
         row = slice(gaps.row, gaps.row + 1)
-        _, feet = gaps_of(body.surface, p_B[row], reach)
+        _, feet = gaps_and_feet(body.surface, p_B[row], reach)
         ends = np.stack([points[gaps.row], to_world(pose, feet.point)[0]])
         pair, approach = Pair(model, part), None
         if pair.foretold and not pair.touches:

@@ -66,17 +66,17 @@ def identity_of(model: Model, end: float | None = None) -> Identity:
         digest.text(repr(model.settling))
     if isinstance(model.stepping, AutoSteps):
         digest.text(repr((model.stepping.safety, model.stepping.shortest)))
-    digest.thing([dict(model.springs), model.loads, model.sensors])
+    digest.add_value([dict(model.springs), model.loads, model.sensors])
     if model.gas:
-        digest.thing(dict(model.gas))
+        digest.add_value(dict(model.gas))
     if model.slip_rings:
-        digest.thing(dict(model.slip_rings))
+        digest.add_value(dict(model.slip_rings))
     if model.joints:
-        digest.thing(dict(model.joints))
+        digest.add_value(dict(model.joints))
     for name, part in model.bodies.items():
         digest.text(f"motion of {name}")
         if isinstance(part.motion, Dependent):
-            digest.thing(part.motion)
+            digest.add_value(part.motion)
         else:
             digest.arrays("poses", *(pose_at(part.motion, float(t)) for t in times))
         if isinstance(part.motion, ControlPoints):
@@ -112,6 +112,6 @@ class _Digest(Things):
         )
         if contact.half_thickness is not None:
             self.arrays("shell", contact.half_thickness)
-        self.thing(contact.law)
-        self.thing(contact.friction)
-        self.thing(contact.area)
+        self.add_value(contact.law)
+        self.add_value(contact.friction)
+        self.add_value(contact.area)

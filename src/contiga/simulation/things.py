@@ -77,7 +77,7 @@ class Things(Digest):
         self._n_added = 0
         self._scope = _Scope.FULL
 
-    def thing(self, value: Any) -> None:
+    def add_value(self, value: Any) -> None:
         """Add a law or a method with its contents: numbers, arrays, functions, objects.
 
         Functions and classes that it refers to follow in order of appearance, each once.

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import contiga as cg
-from contiga.masters.nearness import gaps_of, least, nearest
+from contiga.masters.nearness import gaps_and_feet, nearest, smallest_gap
 
 PLATE = cg.Body(cg.shapes.plane(width=10.0, length=10.0))
 BALL = cg.Body(cg.shapes.sphere(radius=2.0))
@@ -29,7 +29,7 @@ def rows(points: np.ndarray) -> np.ndarray:
     ],
 )
 def test_gaps_of_a_plate(point: list[float], gap: float) -> None:
-    found, _ = gaps_of(PLATE.surface, np.array([point]), 1.0)
+    found, _ = gaps_and_feet(PLATE.surface, np.array([point]), 1.0)
     assert found[0] == pytest.approx(gap, abs=1e-12)
 
 
@@ -78,10 +78,10 @@ def test_of_many_that_are_about_as_near_few_are_worked_out() -> None:
         asked.extend(rows.tolist())
         return 1.0005 + 1e-4 * np.sin(rows)
 
-    gap, _ = least(np.ones(1000), gaps, 1e-3)
+    gap, _ = smallest_gap(np.ones(1000), gaps, 1e-3)
     assert len(asked) < 100
     assert gap <= 1.001 * (1.0005 - 1e-4)
     asked.clear()
-    gap, row = least(np.ones(1000), gaps)
+    gap, row = smallest_gap(np.ones(1000), gaps)
     assert len(asked) == 1000
     assert row == np.sin(np.arange(1000)).argmin()

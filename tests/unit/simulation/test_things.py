@@ -57,7 +57,7 @@ def law(text: str = LAW, **slots: Any) -> Any:
 
 def digest(value: object) -> str:
     things = Things()
-    things.thing(value)
+    things.add_value(value)
     return things.hexdigest()
 
 
@@ -193,9 +193,11 @@ def test_what_is_compiled_or_bound_tells_by_what_it_was_made_of(make: Callable[.
 
 def test_what_says_nothing_of_itself_is_unknown() -> None:
     things = Things()
-    things.thing([np.sin, np.array([1.0]).sum, cg.PenaltyLaw(2.0), law(), len, functools.reduce])
+    things.add_value(
+        [np.sin, np.array([1.0]).sum, cg.PenaltyLaw(2.0), law(), len, functools.reduce]
+    )
     assert things.unknown == set()
-    things.thing(threading.Lock())
+    things.add_value(threading.Lock())
     assert things.unknown == {"_thread.lock"}
 
 
