@@ -63,12 +63,14 @@ class NodalArea:
         object.__setattr__(self, "value", array)
 
     def nodal(self, n: int, slave_area: FloatArray | None) -> FloatArray:
-        """Return (n,) the area of every point of a slave: the given ones, or else `slave_area`.
+        """Return the areas (n,) of a slave's points: the given values, or else `slave_area`.
+
+        A single value holds for all points. Arrays are returned themselves, not as copies.
 
         Raises
         ------
         InputError
-            No areas at all, or another number of them.
+            No areas at all, or given areas whose number is neither 1 nor n.
         """
         if self.value is None:
             if slave_area is None:

@@ -68,7 +68,9 @@ def topology_of(facets: IntArray, n: int) -> Topology:
 
 
 def neighbours_of(points: FloatArray, reach: float = REACH) -> Graph:
-    """Return pairs of a cloud (n, 3) closer than `reach` times the larger of their spacings.
+    """Return the neighbours of each point of a cloud (n, 3), as a graph.
+
+    Neighbours are within `reach` times the larger of their two local spacings.
 
     The local spacing of a point is the distance to its third neighbour (the last of fewer). A
     neighbour may be listed twice; their order is not ascending.

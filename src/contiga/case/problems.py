@@ -126,9 +126,10 @@ class ErrorCollector:
         Raises
         ------
         InputError, MissingPackageError
-            The only one.
+            There is one only: a copy of it with file and key; a plain InputError as a CaseError.
         CaseError
-            All of them as one list.
+            There are several, missing packages included: the first 12 as one list, and the number
+            of the others.
         """
         if not self._faults:
             return

@@ -39,7 +39,7 @@ class WebbingSpec(InstanceSpec[InstanceT], Generic[InstanceT]):
         return with_characteristics(super().arguments()) | {"release": release}
 
     def facts(self) -> list[str]:
-        """Return the given keys in words."""
+        """Return a text for each given curve, filter and device."""
         facts = [
             f"{name} {curve.describe()}"
             for name, curve in (("curve", self.curve), ("unloading", self.unloading))

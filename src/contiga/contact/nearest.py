@@ -118,9 +118,9 @@ def find_closest(search: StepSearch, candidates: Candidates, chosen: IndexArray)
 
 
 def detect(search: StepSearch, rows: Rows) -> Guards:
-    """Write the decision on `rows` into `search.detected`.
+    """Decide which points of `rows` touch; write statuses and feet into `search.detected`.
 
-    Returns the guards of points that another wall than the nearest pushes.
+    Return the guards of points that another wall than the nearest pushes.
     """
     feet, touching = None, rows.touching
     if len(touching):

@@ -148,9 +148,12 @@ def accelerated(masses: Masses, forces: Acting) -> FloatArray:
 def drift_nodes(
     masses: Masses, forces: Acting, points: FloatArray, velocities: FloatArray, dt: float
 ) -> Drifted:
-    """Return new arrays of the nodes after the first half kick and the drift of a step.
+    """Return the nodes after the first half kick and the drift of a step, as new arrays.
 
-    `points` and `velocities` (n, 3) are those before it; `forces` act at its start.
+    `points` and `velocities` (n, 3) are those before it; `forces` act at its start. `half` are the
+    velocities at mid-step, `velocities` of the result those predicted for the end of the step,
+    v + dt a. Held degrees of freedom, and so driven ones, keep their velocity; the caller places
+    driven nodes afterwards.
     """
     shape = points.shape
     out = Drifted(np.empty(shape), np.empty(shape), np.empty(shape))

@@ -284,7 +284,7 @@ class MappedNodes(NodeMover):
         return self.dofs.kick_energy(self._of(state), self._spread(forces), gravity)
 
     def inside(self, state: SlaveState) -> Sequence[KindFields]:
-        """See `NodeMover`: the matter's `nodal_fields`, () if it has none.
+        """Return the matter's `nodal_fields` at the nodes, () if it has none; see `NodeMover`.
 
         Each node is an element of its own, of weight 1, with the fields interpolated by N.
         """

@@ -216,8 +216,10 @@ class NurbsSurface(Spline[nb.SurfaceArrays]):
 
         Where ``S_u × S_v`` vanishes (a pole, a collapsed corner) it is the limit from inside the
         domain. At the apex of a cone, where that limit depends on the direction, it is the limit
-        along the iso-line that runs into it: the normal of that generator. Rows are NaN only
-        where the surface has no area around the point.
+        along the iso-line that runs into it: the normal of that generator. Rows are NaN
+        where the surface has no area around the point, and where all derivatives of ``S_u × S_v``
+        along the inward direction vanish up to order 5, as at a pole to which the surface contracts
+        like u⁴.
         """
         pairs = self.checked(uv)
         out = np.zeros((len(pairs), 3))
@@ -243,7 +245,15 @@ class NurbsSurface(Spline[nb.SurfaceArrays]):
         return self._refined(refine.with_inserted(U, p, u, "u"), refine.with_inserted(V, q, v, "v"))
 
     def elevate(self, u: int = 0, v: int = 0) -> Self:
-        """Return the same surface with its degrees `u` and `v` higher and its smoothness kept."""
+        """Return the same surface with its degrees raised by `u` and `v`, as smooth as before.
+
+        Raises
+        ------
+        InputError
+            `u` or `v` is not a whole number from 0 on.
+        GeometryError
+            A degree would exceed 15.
+        """
         points, degrees, knots = self.homogeneous, list(self.degrees), list(self.knots)
         for axis, steps in enumerate((u, v)):
             kv.check_degree(degrees[axis] + kv.check_order(steps), "degree after elevation")

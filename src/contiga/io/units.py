@@ -394,7 +394,9 @@ def quantity_factor(unit: str, quantity: Quantity, units: Units, where: str | No
     Raises
     ------
     UnitError
-        It is no unit of the quantity, or one of `units` is none of length, mass or time.
+        `unit` is not a unit of the quantity, or one of `units` not one of length, mass or time.
+    MissingPackageError
+        The unit is in no table here, and pint is not installed.
 
     >>> quantity_factor("MPa", "stress", ("mm", "kg", "ms"))
     0.001

@@ -477,9 +477,10 @@ def _read_in_fork(request: Request, caller: int) -> bytes:
 
 
 def _pickled_outcome(request: Request) -> bytes:
-    """Return the pickled outcome of a file; an error that cannot be pickled is reduced to its text.
+    """Read the requested file and return the pickled outcome.
 
-    If the content cannot be, this raises; memory that runs out is an outcome.
+    An error that cannot be pickled is reduced to its text; content that cannot be pickled raises.
+    Running out of memory becomes an outcome.
     """
     try:
         outcome = _outcome(request)

@@ -12,7 +12,10 @@ from contiga.masters.body import Body
 
 
 def warm_up() -> None:
-    """Load the kernels that measure bodies, while the file of one is being read."""
+    """Load the kernels that measure bodies, by measuring a small body.
+
+    `io.worker` calls it while another process loads a reader and reads the file.
+    """
     lines = [NurbsCurve(1, [0, 0, 1, 1], ends) for ends in ([[0, 0], [1, 0]], [[1, 0], [0, 1]])]
     lines.append(NurbsCurve(1, [0, 0, 1, 1], [[0, 1], [0, 0]]))
     corners = [[[-1, -1, 0], [-1, 1, 0]], [[1, -1, 0], [1, 1, 0]]]

@@ -153,9 +153,11 @@ class ClosestPointSearch(NamedTuple):
         starts: SurfacePlaces,
         out: Projection,
     ) -> None:
-        """Closest points, of walls that do not face away; there are no farther ones.
+        """Write the closest points to `out`, and reject those whose wall faces away from its guard.
 
-        Points outside, or beyond the limits of distance, get MAX_ITERATIONS as well.
+        Only the closest point is tried; `starts` are not used. A row gets the status
+        MAX_ITERATIONS, and keeps its other values, if the cosine between normal and guard is below
+        `limits.cosine`, or if the point is outside or beyond the limits of distance.
         """
         self.closest(p_B, np.arange(len(p_B), dtype=np.int32), out)
         is_facing = row_products(out.normal, guards) >= limits.cosine

@@ -82,7 +82,9 @@ def hexahedra(corners: FloatArray) -> Shapes:
 def measures(kind: str, corners: FloatArray) -> FloatArray:
     """Return volumes, areas or lengths (n,) of elements (n, k, 3), exact and never negative.
 
-    Those of elements that are inside out count as positive.
+    `kind` is bar2, tri3, tet4 or hex8, with corners in VTK's order; the faces of a hexahedron are
+    bilinear. Elements that are inside out count as positive; of a hexahedron that is inside out in
+    part, that part is subtracted.
 
     Raises
     ------

@@ -64,9 +64,10 @@ class View(NamedTuple):
 def view_of(peak: Peak, frames: Frames, units: Units, ties: Ties = ()) -> View:
     """Return the 3D view of the peak: body, slave, contact, outlines, springs and joints.
 
-    Its data has the other steps of `frames`, and the styles of all fields. The colours that it
-    shows first are the pressure, if there is some; else the penetration, or without a contact the
-    von Mises stress of facets that have one.
+    Its data has the other steps of `frames`, and the styles of all fields and, with several regions
+    of contact, of the clusters; fields of the inside are left out for a slave without facets. The
+    first colours are the pressure if it is positive anywhere; else the penetration; without a point
+    in contact the von Mises stress, if the slave has facets and this field.
     """
     figure = Figure()
     figure.data.append(mesh_trace(peak.body_points, peak.body_triangles, "body", BODY, GLASS))

@@ -23,6 +23,8 @@ def spring_figures(run: Run, peak_time: float | None) -> list[Figure]:
     """Return figures of force, elongation and length paid out over time, a line for each spring.
 
     A spring whose quantity is zero throughout has no line, and a quantity without lines no figure.
+    The force is the filtered one if the spring has a filter. A dotted line marks `peak_time`, if it
+    is not None.
     """
     units = run.units
     figures = []

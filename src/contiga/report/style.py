@@ -90,7 +90,7 @@ def number(value: float, digits: int = 4) -> str:
 
 
 def page(title: str, body: str, *, css: str = "", script: str = "") -> str:
-    """Return a whole HTML page in the style of the report, which reads offline.
+    """Return a whole HTML page in the style of the report, which needs no network.
 
     It is dark on the screen where the system is dark, and light on paper. Rules in `css` name
     colours by the variables that `style.css` uses.
@@ -98,9 +98,9 @@ def page(title: str, body: str, *, css: str = "", script: str = "") -> str:
     Parameters
     ----------
     title : of the browser's tab, plain text
-    body : what stands on the page, HTML
+    body : HTML of the page; like `css` and `script` it is inserted as it is, without escapes
     css : rules beside those of the report
-    script : JavaScript that the body needs
+    script : JavaScript in the head of the page, which runs before the body exists
     """
     light, dark = (
         "".join(f" --{name}: {turn(colour)};" for name, colour in _PAGE_COLOURS.items())

@@ -100,9 +100,11 @@ def reopen_fields(folder: Path, *, outlines: bool) -> None:
 
 
 def clear_stale(folder: Path, formats: Iterable[str]) -> None:
-    """Remove files of an earlier run that this one does not write, so that results do not mix.
+    """Remove results of an earlier run that the next run will not replace, so that they do not mix.
 
-    The report is always removed: it is made again from the other files.
+    Without "csv" in `formats` these are the history, without "vtkhdf" fields and outlines, and
+    always the report and its picture, which are made from the other files. Other files stay;
+    `finish_fields` removes outlines that new fields do not have.
     """
     stale: list[str] = list(REPORT)
     if "csv" not in formats:

@@ -371,8 +371,10 @@ def _highest_frequency(rates: Rates) -> float:
 def judge_step(model: Model, stepping: AutoSteps, start: Start, stepped: StepResult) -> Trial:
     """Return a computed step with the quantities by which it is judged.
 
-    Errors of single points are zero as far as they do not matter, by the velocities that they cause
-    against √(2 E_peak).
+    Errors of single points are zero unless they matter, with w the largest change of their velocity
+    in the step over √(2 E_peak): `single` counts if ω h and w both exceed a pair of
+    `UNFOLLOWED_SWINGS`; `lag` if ω h > `PHASE_LIMIT`, w > `SWING_SHARE` (ω h)² and depths part
+    faster than `PARTING_SHARE` √(2 E_peak); `late` if w > `HAND_OVER_SHARE`.
     """
     last, state = start.state, stepped.state
     limit = limit_of(model, state, "lasting")

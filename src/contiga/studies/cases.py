@@ -48,14 +48,15 @@ def cases_of(
     Rows of the table, or of `targets` by column, change slowest, samples fastest. Combinations that
     a rule's `require` refuses are left out, and the others are numbered from 1. Columns of the
     table with a unit in their head are converted to the units of the `base` case, given by its
-    tables.
+    tables; without such columns `base` may be None.
 
     Raises
     ------
     FileError
         The table cannot be read, lacks a column or a value, or has no rows.
     UnitError
-        The head of a column says a unit that cannot be converted.
+        The head of a column has a unit that cannot be converted, or has one although the numbers
+        of its key have a unit of their own in the case, or another one than the variable's `unit`.
     CaseError
         A rule cannot be worked out or leaves no case over; more than `MAX_CASES` combinations.
     """

@@ -46,10 +46,12 @@ def cuts(corner, feet, n_c, fraction):
 
 @inner()
 def polygon_of(inside, fraction, f, polygon, edge):
-    """Find the corners of the part in contact; return their number.
+    """Write the corners of the part of facet `f` that is in contact; return their number, 0 to 4.
 
-    `polygon` (4, 3) gets their barycentric coordinates, `edge` (4,) the edge that each cuts, or
-    −1 − k for corner k.
+    `inside` (3,) tells which corners of the facet are in contact; `fraction` (m, 3) is the fraction
+    of each edge from its end in contact to the cut. `polygon` (4, 3) gets the barycentric
+    coordinates of the corners found, in order around the facet, `edge` (4,) the edge on which each
+    lies, or −1 − k for corner k of the facet.
     """
     n = 0
     for k in range(3):

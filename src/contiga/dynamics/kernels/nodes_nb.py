@@ -165,8 +165,9 @@ def accelerate(masses, acting, out, start, stop):
 def drift(masses, acting, last, dt, out, start, stop):
     """Write points, mid-step velocities and predicted velocities of nodes start … stop.
 
-    `last` has points and velocities before the step. Predicted is v + dt a, with a at the start;
-    driven nodes move like free ones, or stay if they are held.
+    `last` has points and velocities before the step. Predicted is v + dt a, with a at the start.
+    Held degrees of freedom, driven ones included, are not accelerated: they drift at the velocity
+    before the step.
     """
     rows, block = (scratch(BLOCK), zero_scratch(BLOCK), scratch(BLOCK)), scratch(BLOCK)
     _repeat_vector(acting.gravity, rows[0])

@@ -22,7 +22,7 @@ from contiga.jit.scratch import scratch
 def _restrict_line(net, n, stride, start, a, b):
     """Restrict Bernstein coefficients net[start + i*stride, :], i = 0..n, to [a, b] in place.
 
-    0 ≤ a < b ≤ 1, by de Casteljau's algorithm at both ends.
+    De Casteljau's algorithm is applied at both ends; 0 ≤ a < b ≤ 1.
     """
     for c in range(4):
         for k in range(1, n + 1):  # de Casteljau at b: keep the left part

@@ -71,7 +71,8 @@ def basis_derivatives(knots, degree, span, t, order, out):
 def discrete_splines(knots, degree, span, refined, start, skip, out):
     """Write the weights of old control points in one control point on refined knots (Oslo).
 
-    The new point belongs to the knots ``refined[start + 1], ...`` without ``refined[skip]``;
+    The new point belongs to the `degree` knots from ``refined[start + 1]`` on, without
+    ``refined[skip]`` (none is left out if `skip` is −1);
     `span` is the old span that holds ``refined[start]``. Every weight is non-negative and they
     sum to one (Cohen, Lyche and Riesenfeld 1980). `out` (degree + 1,) belongs to the old points
     ``span - degree .. span``.

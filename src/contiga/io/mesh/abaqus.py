@@ -45,22 +45,27 @@ _READERS: dict[str, Callable[[Keyword, Scope], None]] = {
 
 
 def read_abaqus(path: Path) -> RawMesh:
-    """Return the mesh of an input file with its included files; groups by the names of its sets.
+    """Return the mesh of an input file and of the files that it includes, with a group a set.
 
-    Each of several instances is a group too, and its name then begins those of its sets.
+    If there are several instances, each is a group too, and the names of its sets begin with its
+    name. Parts of a file without instances count as instances. Elements without a surface (beams,
+    springs, masses) are left out; of a step only sets are read.
 
     Raises
     ------
     FileError
-        Not an input file, or an included file is missing.
+        Not an input file, or an included file is missing or includes itself.
     MeshError
-        A keyword that makes or moves nodes in a way that is not carried out, an unknown type of
-        element, a number that is not one, an element of a node that does not exist.
+        An unknown keyword, one that makes or moves nodes in a way that is not read, an unknown type
+        of element, a number that is not one, an element of a node that does not exist, a part,
+        instance or set that is not defined before its use, a number given twice with different
+        contents.
 
     Warns
     -----
     ContigaWarning
-        A set names members that do not exist; a solver would move nodes onto a surface.
+        A set names members that do not exist, which are left out; a solver would move nodes onto a
+        surface, and here they stay.
     """
     deck = _Deck(path)
     for keyword in read_keywords(path):

@@ -107,12 +107,13 @@ class Shell:
         return MatterState(self.net.points.copy(), np.zeros(self._memory_size))
 
     def forces(self, state: MatterState, q: FloatArray, v: FloatArray, dt: float) -> MatterForces:
-        """See `Matter`: without rate effects.
+        """Return forces and energies as `Matter` does; there are no rate effects, `v` is not used.
 
         Raises
         ------
         ElementError
-            An element that bends and is pressed to a line, or whose points are not finite.
+            An element that bends has an area that is zero or not finite at a Gauss point. Membranes
+            are not checked.
         """
         q = np.ascontiguousarray(q, np.float64)
         motion = Motion(locked(q), locked(q), float(dt), np.zeros(0))

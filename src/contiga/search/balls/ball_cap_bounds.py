@@ -213,7 +213,12 @@ def _bands(chart: FloatArray, w: FloatArray, steps: FloatArray, count: int) -> t
 
 
 def _worst_of_boxes(c: list[list[Span]], g: list[Span], ends: list[Span], tau: Span) -> _Bands:
-    """Return the worst bounds of each band, by the ranges of c, G and their derivatives."""
+    """Return bounds for each band that hold in all its boxes.
+
+    c[k] and g are ranges of component k and of G and of their derivatives, in the order of
+    `ORDERS`, each (boxes, bands), in the axes of each box. `ends` are the ranges of c and G at the
+    far end of each band, `tau` the ranges of its parameter. Bounds hold only where `is_sound`.
+    """
     u = [c[k][1] for k in range(2)]
     v = [c[k][0] + tau * c[k][2] for k in range(2)]
     area = v[0] * u[1] - v[1] * u[0]

@@ -139,8 +139,10 @@ class _Span(NamedTuple):
 def closest_approach(pair: Pair) -> Approach | None:
     """Return the nearest approach of the slave's active points to the body in the whole run.
 
-    None if they may touch, as no bound above `_BOUND_SHARE` of the distance excludes it, or if the
-    run has too many times to follow. For a slave that deforms it is the least of `shown_times`.
+    It is None if no lower bound above `_BOUND_SHARE` of the distance proves that they never touch,
+    or if the run has too many times to follow. A slave that deforms, or whose motion has points of
+    its own, is only sampled: the result is the smallest distance at `shown_times`, with `bound` 0,
+    and never None. The slave needs an active point.
     """
     path_bounds, times = _PathBounds(pair), pair.times
     if pair.relative_at(float(times[0])) is None:

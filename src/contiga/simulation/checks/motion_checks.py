@@ -100,7 +100,9 @@ def _inward_finding(pair: Pair, count: int) -> Finding:
 def _never_meets(pair: Pair, fmt: Quantities) -> Iterator[Finding]:
     """Report sides that never meet, with their smallest distance or its lower bound.
 
-    Nothing is reported below `_TOUCH_TOL` of the body's size, or if no bound excludes a touch.
+    Nothing is reported if points start inside or none is active, if the distance is at most
+    `_TOUCH_TOL` of the body's size, or if `closest_approach` is None. A slave that deforms has no
+    bound: its smallest distance at `shown_times` is reported, with their number.
     """
     if len(pair.dry_runs[0].inside) or not pair.slave.active.any():
         return

@@ -235,10 +235,12 @@ def _check_damping(
 
 
 def _check_end(scene: Scene, pair: Pair, columns: Columns, last: SystemState) -> Iterator[Finding]:
-    """Report impacts of free parts that are cut off before the rebound.
+    """Report impacts on free parts that are not over when the run ends.
 
-    The force is still above `_END_FORCE` of its peak, and the penetration changes. Parts at rest do
-    not move, and oscillating parts have rebounded before.
+    The force is still above `_END_FORCE` of its peak, also during the rebound. Parts at rest do not
+    count: in the last `_LATE_SHARE` of the time since first contact the penetration changes by at
+    most `_CHANGE_TOL` of its largest value. Oscillating parts do not count either: the last
+    penetration is above the smallest one since the peak by more than `_CHANGE_TOL` of that.
     """
     deep, force, time = columns["max_penetration"], columns["force"], columns["time"]
     if not pair.free or force[-1] <= _END_FORCE * force.max():

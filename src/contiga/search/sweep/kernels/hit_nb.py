@@ -285,8 +285,10 @@ def search_memory():
 def first_hits(tables, lists, p0, p1, rows, out, start, stop):
     """Write the first entry of each segment p0[rows[i]] → p1[rows[i]] to row i of `out`.
 
-    The status is OK, AT_START for an entry at x ≤ 0, NO_HIT, NOT_FINITE, or BUDGET if cells were
-    given up, then with the best hit. `p0` and `p1` are (n, 3). `lists` are `PieceLists`, which make
+    The status is OK, AT_START for an entry at x ≤ 0 (by rounding before p0), NO_HIT, also for a
+    path without length, NOT_FINITE, or BUDGET if cells were given up: such a row has the first
+    entry found, if any, which is not proved. x is the distance from p0 along the path. `p0` and
+    `p1` are (n, 3), in body axes. `lists` are `PieceLists`, which make
     the search faster and do not change the results.
     """
     elements = tables.elements
