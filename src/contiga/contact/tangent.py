@@ -249,7 +249,7 @@ def _tangents(contact: ContactSetup, state: State, inputs: StepInputs, m: int) -
     force = state.kept.normal_force.at(points.rows)
 
     def terms_over(change: InputChange) -> Terms:
-        """Return the derivatives of the forces by the chain rule."""
+        """Return the derivatives of all forces, friction included, by the chain rule."""
         normal = _NormalTangent(force, tangent.force.own, rate, dt, np.empty(change.depth.shape))
         blocks = np.empty(change.normal.shape)
         run_ranges(tangent_nb.normal_blocks, k, POINTS_PER_THREAD, points, change, normal, blocks)

@@ -72,8 +72,10 @@ class PenaltyLaw:
     def respond(self, inp: LawInput) -> LawOutput:
         """Return forces k λ + c λ̇, zero where they would pull, and energies k λ²/2.
 
-        With a damping ratio c has the critical damping of each point in it, and an `InputError` is
-        raised without masses.
+        With `per_area` k and c are multiplied by the area of each point. With a damping ratio its
+        share of the critical damping of each point is added to c, and an `InputError` is raised
+        without masses. The output also has the stiffness k, the part of the force due to the rate
+        and, if the input wants it, the derivatives of the force.
         """
         force = elastic = self.stiffness * inp.penetration
         stiffness = np.empty(elastic.shape)

@@ -229,9 +229,10 @@ def _node_cards(block: Block) -> tuple[Int64Array, FloatArray]:
 
 
 def _shell_cards(block: Block) -> _Table:
-    """Return the shells of *ELEMENT_SHELL, with the thickness of their own cards if there is one.
+    """Return part, nodes and corner thickness of the shells of *ELEMENT_SHELL, not their numbers.
 
-    Options add one or two cards to that with number, part and nodes.
+    Thickness is zero without a card for it. The first card of a shell has number, part and nodes;
+    THICKNESS, BETA and MCID add one card together, with the thickness, and OFFSET adds another.
 
     Raises
     ------

@@ -220,8 +220,8 @@ def _unreadable(path: Path, reason: str) -> FileError:
 def _split_block(block: Any, points: FloatArray, path: Path) -> Blocks:
     """Return the blocks for a block of meshio: one, up to two for polygons, none for some kinds.
 
-    Vertices and curved lines have none. Polygons of more than four corners are split, with a
-    warning.
+    Straight lines are kept as bars; vertices and curved lines have no block. Polygons of more than
+    four corners are split, with a warning.
 
     Raises
     ------

@@ -159,8 +159,8 @@ def write_kink(facets, k, foot, point, tracked, out):
     The gap is the distance and the normal its direction, both signed by the pseudo-normal. Within
     rounding of the foot the normal is the pseudo-normal, and the gap the height along it. On a
     border the gap is the height over the triangle, and the normal that of the triangle, if the
-    point is straight above or below it or the foot is tracked; the status of other points is
-    AT_BORDER.
+    point is straight above or below it or the foot is tracked. The status is AT_BORDER on a border
+    unless the point is straight above or below it, tracked or not; else it is OK.
     """
     shape = facets.shape
     link = facets.link
