@@ -122,10 +122,12 @@ class _Constraints(NamedTuple):
 
 
 def _constraints(joints: Mapping[str, Joint], rows: NDArray[np.int32]) -> _Constraints:
-    """Return the constraint rows in an order of small envelope, and which of them bodies couple.
+    """Return the constraint rows in an order of small envelope, their envelope, and their couples.
 
-    Joints that share a free body are neighbours (reverse order of E. Cuthill and J. McKee, 1969).
-    `rows` (g, 2) are the free bodies of the joints, −1 for others.
+    The envelope `first` is the first column of each row of the matrix that may not be zero; `full`
+    is the envelope of a full matrix, zeros. Couples are ranges of rows of two joints (or one twice)
+    that share a free body; such joints are neighbours (reverse order of E. Cuthill and J. McKee,
+    1969). `rows` (g, 2) are the free bodies of the joints, −1 for others.
     """
     from scipy.sparse import csr_array
     from scipy.sparse.csgraph import reverse_cuthill_mckee

@@ -60,9 +60,10 @@ def _sag(side, m, change):
 
 @inlined()
 def _density(ab, ac, sags, x, y):
-    """Area element, in units of the triangle's own, at the barycentric (1 − x − y, x, y).
+    """Return ½ |∂X/∂x × ∂X/∂y| of the quadratic triangle X at barycentric (1 − x − y, x, y).
 
-    `ab` and `ac` are two sides, `sags` the sags of the sides ab, bc and ca.
+    Its mean over the triangle is the area of the image; without sags it is the area of the flat
+    triangle everywhere. `ab` and `ac` are two sides, `sags` the sags of the sides ab, bc and ca.
     """
     z = 1.0 - x - y
     d, e, f = sags

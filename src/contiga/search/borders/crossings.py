@@ -199,9 +199,10 @@ def _crosses(body: Faces, a: _Places, b: _Places, margin: float) -> NDArray[np.b
 def _contains(
     body: Faces, patch: IndexArray, uv: FloatArray, target: FloatArray, margin: float
 ) -> NDArray[np.bool_]:
-    """Return whether faces contain `target` (n, 3) at about (u, v), within half of `margin`.
+    """Return a mask (n,): the point of each patch at (u, v) is within half of `margin` of `target`.
 
-    (u, v) has to be in the patch and inside its trims.
+    `patch` (n,), `uv` (n, 2) and `target` (n, 3) have one row a test; nothing is projected. False
+    where (u, v) is outside the domain of the patch or its trims.
     """
     contains = np.zeros(len(uv), bool)
     for k in np.unique(patch).tolist():

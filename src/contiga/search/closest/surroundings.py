@@ -58,7 +58,8 @@ def blocks_of(table: Records) -> Blocks:
 def surroundings_of(blocks: Blocks, leaves: Records) -> Surroundings:
     """Return bounds of the derivatives over the block around each element, in its (s, t).
 
-    They are the largest of the leaves there, and infinite if an element is trimmed away.
+    They are the largest of the leaves there, and infinite if an element of the block is trimmed
+    away.
     """
     on_face = leaves["element"] >= 0
     elements, bound = leaves["element"][on_face], np.zeros(blocks.scale.shape)

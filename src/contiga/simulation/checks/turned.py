@@ -54,7 +54,8 @@ def comes_from_behind(pair: Pair, fmt: Quantities) -> Iterator[Finding]:
     """Report slaves that come to an open face from behind.
 
     Of the points that touch or come from behind, more than half must come from behind. A slave that
-    is partly inside at the start, and mostly behind, is left to `starts_behind`.
+    is partly inside at the start, and mostly behind (`starts_behind`), is left to the check of the
+    start.
     """
     if pair.body.closed or (len(pair.dry_runs[0].inside) and starts_behind(pair)):
         return

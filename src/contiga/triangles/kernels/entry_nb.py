@@ -207,7 +207,7 @@ def last_crossings(facets, p0, p1, out, verdict, start, stop):
 
     Writes to `verdict` (n, 2) the sense (1 entry, −1 exit, 0 none), and the width within which
     rounding decides: zero unless the crossing is at an edge, or an entry and an exit are in one
-    place. The status is AT_START for a crossing at p0.
+    place. The status goes to `out`, AT_START for a crossing at p0.
     """
     crossings, queue = np.empty((2, 6)), _queue()
     size = facets.scale[0]

@@ -300,7 +300,10 @@ def _prove_queue(tables, queue, n, banks):
 
 @inner(linked=False)
 def is_untrimmed_ball(tables, patch, bank, l):
-    """Return whether nothing is trimmed away from the ball about the foot of a lane."""
+    """Return whether it is certain that nothing is trimmed away in the ball about a lane's foot.
+
+    The (u, v) box that holds the ball is tested, so False does not mean that the ball is trimmed.
+    """
     r = bank[ROW_RADIUS * BANK_WIDTH + l]
     uv = (
         bank[(ROW_RESULT + PLACE) * BANK_WIDTH + l],
