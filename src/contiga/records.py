@@ -126,7 +126,7 @@ class SurfacePlaces(NamedTuple):
 
 
 class Sides(NamedTuple):
-    """Sides of points by a closed surface, if known."""
+    """Sides of points relative to a closed surface, where known."""
 
     side: ByteArray
     """(n,) 1 outside, −1 inside, 0 unknown."""

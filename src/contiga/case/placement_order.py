@@ -34,7 +34,7 @@ def references(part: PlacedPart) -> Iterator[tuple[str, str]]:
 
 
 def order_of(parts: Mapping[str, PlacedPart]) -> list[str]:
-    """Return the names, each after those it is placed by, otherwise in the order of the file.
+    """Return the names so that each follows the parts it is placed by; else in file order.
 
     Raises
     ------

@@ -87,7 +87,7 @@ def unresolved_in(data: object, details: Sequence[ErrorDetails]) -> list[Unresol
 
 
 def combined_error(faults: Sequence[Fault], file: str) -> InputError:
-    """Return one error with the messages of several, at most 12 of them; `file` is the case's."""
+    """Return one error for the case `file` that lists the first 12 faults and counts the rest."""
     lines = [str(fault) for fault in faults[:_MAX_LISTED]]
     if len(faults) > _MAX_LISTED:
         lines.append(f"and {len(faults) - _MAX_LISTED} more")
@@ -284,7 +284,7 @@ def _file_and_key(file: str, key: str) -> str | None:
 
 
 def _short(value: object) -> object:
-    """Return `value`, or its kind if it is too long for a message."""
+    """Return `value`, shortened if it is too long for a message; a table as its keys."""
     if isinstance(value, Mapping):
         return f"a table with {', '.join(map(str, value))}"[:_MAX_CHARACTERS]
     if isinstance(value, list) and len(repr(value)) > _MAX_CHARACTERS:

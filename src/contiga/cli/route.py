@@ -1,4 +1,4 @@
-"""``contiga route FILE``: the shortest way over CAD from one point to another, or of belts."""
+"""``contiga route FILE``: shortest path over CAD between two points, or a case's belt paths."""
 
 from __future__ import annotations
 

@@ -20,7 +20,7 @@ from contiga.records import DepthSlopes, FloatArray, LawOutput, LawTangent
 
 
 class Terms(NamedTuple):
-    """Derivatives of forces on k points over m variables of each: blocks, and couplings.
+    """Derivatives of forces on k points by m variables per point: diagonal blocks plus couplings.
 
     dF_i = blocks_i dy_i + left_i Σ_j right_jᵀ dy_j.
     """

@@ -251,7 +251,7 @@ class State(Displayed):
 
     @property
     def n_unproved(self) -> int:
-        """Number of points in contact whose foot has converged but is not certified."""
+        """Number of points in contact whose foot is not certified."""
         return int((self.in_contact & (self.certified == 0)).sum())
 
     @property

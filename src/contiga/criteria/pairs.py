@@ -44,7 +44,7 @@ class Pairs(NamedTuple):
 
 
 def likely_pairs(line: Line, limit: float, best: float) -> Pairs:
-    """Return pairs i < j of pieces with possible windows above `best`, at most `limit` long.
+    """Return pairs i < j of pieces that may hold the ends of a window above `best`, ≤ `limit` long.
 
     Windows between first samples of blocks are evaluated on the way and raise `best`; the best of
     them is returned with the pairs. Pairs stand in no particular order.

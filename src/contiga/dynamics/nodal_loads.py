@@ -1,4 +1,4 @@
-"""Loads on the nodes of what deforms: pressures on facets, forces shared by nodes."""
+"""Loads on deforming nodes: pressures on facets, and forces shared by nodes."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The borders of a body's faces as loops of sides, and which of them are one edge.
+"""Borders of a body's faces as loops of sides, grouped by the edge they run along.
 
 A side is a p-curve of a loop, one side of a patch's natural rectangle, or the part of either that
 one edge runs along. Sides of one edge get the same vertices; a side that is a single point in

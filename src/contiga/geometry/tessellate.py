@@ -231,7 +231,7 @@ def _bend(points: FloatArray) -> FloatArray:
 
 
 def _triangulated(points: FloatArray) -> FloatArray:
-    """Return (..., n − 1, m − 1) areas of the two triangles of each cell of nets (..., n, m, 3)."""
+    """Return areas (..., n − 1, m − 1) of the cells of nets (..., n, m, 3), two triangles each."""
     a, b = points[..., :-1, :-1, :], points[..., 1:, :-1, :]
     c, d = points[..., 1:, 1:, :], points[..., :-1, 1:, :]
     first = np.linalg.norm(np.cross(b - a, c - a), axis=-1)

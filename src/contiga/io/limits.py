@@ -35,7 +35,7 @@ class Limits(NamedTuple):
 
 
 def limits_for(path: Path) -> Limits:
-    """Return the limits for a file: 60 s and 30 s a MB; 4 GB and 100 bytes a byte, or all memory.
+    """Return the limits for a file: 60 s + 30 s per MB; 4 GB + 100 × its size, at most all memory.
 
     Environment variables replace them. A missing file has a size of 0.
 

@@ -53,7 +53,7 @@ def stamp_of(file: str | Path, package: Path = PACKAGE) -> str:
 
 
 def sources_of(files: Iterable[str | Path]) -> list[str]:
-    """Return `files` of contiga and all that they import of it, sorted, relative to its folder."""
+    """Return `files` and the contiga modules they import: sorted paths relative to the package."""
     paths = {path for file in files for path in _with_imports(file, PACKAGE)}
     return sorted(Path(path).relative_to(PACKAGE).as_posix() for path in paths)
 

@@ -109,7 +109,7 @@ class Body(Faces, Queries):
 
     @property
     def net(self) -> ControlNet:
-        """The control points of all patches in one array, as `Contact.step` is told new ones.
+        """The control points of all patches in one array, in the order that `Contact.step` expects.
 
         Points that patches share, along edges, seams and at poles, occur once.
 

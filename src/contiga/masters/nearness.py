@@ -84,7 +84,7 @@ def smallest_gap(
 def gaps_and_feet(
     surface: Surface, p_B: FloatArray, depth: float | None
 ) -> tuple[FloatArray, Projection]:
-    """Return gaps (n,) of points (n, 3), infinite without a foot, and feet; `depth` as above.
+    """Return gaps (n,) of points (n, 3), infinite without a foot, and feet; `depth`: see `nearest`.
 
     A gap is negative inside, and never if `depth` is None.
     """

@@ -30,7 +30,7 @@ def membrane_gradients(corners: FloatArray) -> FloatArray:
 
 
 def bar_gradients(corners: FloatArray) -> FloatArray:
-    """Return gradients (e, 2, 3) of the ends of bars (e, 2, 3) at rest, along them."""
+    """Return gradients (e, 2, 3) of the two end shape functions along bars (e, 2, 3) at rest."""
     axis = corners[:, 1] - corners[:, 0]
     second = axis / np.sum(axis * axis, axis=1, keepdims=True)
     return np.stack([-second, second], axis=1)

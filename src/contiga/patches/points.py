@@ -45,7 +45,7 @@ class SparseRows(NamedTuple):
         return SparseRows(starts, self.columns[entries], self.values[entries])
 
     def matrix(self, columns: int) -> csr_array:
-        """Return the matrix for SciPy, of as many `columns`; arrays are shared, not copied."""
+        """Return the rows as a SciPy `csr_array` with `columns` columns; the arrays are shared."""
         shape = len(self.starts) - 1, columns
         return csr_array((self.values, self.columns, self.starts), shape=shape)
 

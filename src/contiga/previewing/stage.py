@@ -89,7 +89,7 @@ class Gap(NamedTuple):
 
 
 class Tie(NamedTuple):
-    """A spring or a line of a joint at the start."""
+    """A line of the preview at the start of the run: a spring, or part of a joint."""
 
     name: str
     ends: FloatArray

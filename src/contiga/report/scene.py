@@ -46,7 +46,7 @@ def outside_direction(peak: Peak) -> FloatArray:
 
 
 def outside_view(peak: Peak, size: tuple[int, int]) -> Camera:
-    """Return the view of the touching parts, or of all without a contact, from the side and above.
+    """Return the view from the side and above of the parts that touch, or of all if none does.
 
     `size` is rows and columns, pixels.
     """

@@ -16,7 +16,7 @@ ERROR_TOL = 0.01
 
 
 def energy_summary(model: Model, history: dict[str, FloatArray]) -> dict[str, float]:
-    """Return the largest energy of a system that forces move, and the error of its balance.
+    """Return the largest energy of a dynamic system and the errors of its energy balance.
 
     The result is empty if forces move nothing.
 

@@ -72,7 +72,7 @@ class Shades(NamedTuple):
         return ScalarMappable(norm, ListedColormap(self.steps))
 
     def marker(self, values: FloatArray, label: str) -> dict[str, Any]:
-        """Return the style of dots of plotly, with their colour bar."""
+        """Return plotly's marker options for `values`, with a colour bar titled `label`."""
         bar: dict[str, Any] = {
             "title": {"text": label, "side": "right"},
             "thickness": 12,

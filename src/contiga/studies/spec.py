@@ -254,7 +254,7 @@ class StudySpec(Spec):
 
     @model_validator(mode="after")
     def _column_names_are_unique(self) -> Self:
-        """Check that labels, quantities and the columns that every table has differ."""
+        """Check that labels, quantities and the `RESERVED` columns all have different names."""
         names = [*RESERVED, *self.labels, *self.quantities]
         for name, count in Counter(names).items():
             if count > 1:

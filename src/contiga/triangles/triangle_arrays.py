@@ -144,7 +144,7 @@ class TriangleArrays:
         return np.divide(crosses, size, out=np.full_like(crosses, np.nan), where=size > 0.0)
 
     def open_edges(self) -> IntArray:
-        """Return the vertices (k, 2) of edges of one triangle only, in its sense.
+        """Return the vertices (k, 2) of boundary edges, in the orientation of their triangle.
 
         Vertices at one place are different ones here.
         """

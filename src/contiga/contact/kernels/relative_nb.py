@@ -15,7 +15,7 @@ def is_finite_row(rows, k):
 
 @kernel()
 def first_without_velocity(velocity, points):
-    """Return the first of `points` (m, 3) without a velocity (n, 3), n ≤ m; −1 if none.
+    """Return the first of the n points whose velocity (n, 3) is not finite; −1 if none.
 
     Points that are not finite need no velocity.
     """

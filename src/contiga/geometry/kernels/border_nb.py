@@ -181,7 +181,7 @@ def find_side(t, start, b, c):
 
 @inner()
 def recover_segment(t, at, v, target, ends):
-    """Turn sides until one runs from v to `target`; (triangle, side), or (−1, blocking segment).
+    """Flip edges until one joins v to `target`; return (triangle, side) or (−1, blocking segment).
 
     The blocking segment is −1 if a vertex blocks, or too many turns are needed. `ends` is work
     memory.

@@ -50,7 +50,7 @@ def transfer_file(path: Path) -> Transfer:
 
 
 def _transfer_step(path: Path) -> Transfer:
-    """Transfer a STEP file; its unit is the first it names, its accuracy the largest it states.
+    """Transfer a STEP file, with its first length unit and the largest uncertainty it states.
 
     Several units give a warning. Another or a damaged file is a `FileError`.
     """

@@ -69,7 +69,7 @@ class _Item(NamedTuple):
 
 
 def warm_up() -> None:
-    """Load what the reader needs, before the time of a file counts."""
+    """Import rhino3dm before the time limit of a file starts to count."""
     import rhino3dm  # noqa: F401
 
 
@@ -244,7 +244,7 @@ def _label(
 
 
 def surface_from(surface: Any) -> NurbsSurface:
-    """Return a rhino3dm.NurbsSurface, which lacks the end knots and has points (wx, wy, wz, w).
+    """Convert a rhino3dm.NurbsSurface, which lacks the end knots and stores (wx, wy, wz, w).
 
     An error in it is a `GeometryError`; weights are kept if it says that it is rational.
     """

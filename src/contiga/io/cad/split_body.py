@@ -81,7 +81,7 @@ def split(body: Body, plane: tuple[ArrayLike, ArrayLike]) -> tuple[Body, Body]:
 
 
 def _split_shapes(body: Body, point: FloatArray, normal: FloatArray, scale: float) -> list[Any]:
-    """Return solids, and faces of open pieces, each on one side of the plane; lengths · `scale`.
+    """Return solids and open faces, split by the plane, with lengths multiplied by `scale`.
 
     The plane is a square with a half side of the body's size about the middle of its box. Failure
     of OpenCASCADE is a `GeometryError`.

@@ -307,7 +307,7 @@ def contact_distance(boxes: Mapping[int, FloatArray], accuracy: float) -> float:
 
 
 def meeting_boxes(boxes: Mapping[int, FloatArray], max_gap: float) -> list[list[int]]:
-    """Return groups of the keys of two or more boxes that meet over others of the group.
+    """Return the keys of each connected group of two or more boxes that meet.
 
     Boxes meet if they are apart by at most `max_gap` along each axis. A group begins with its
     first key; each later box meets one before it.

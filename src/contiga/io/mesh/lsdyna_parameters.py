@@ -155,7 +155,7 @@ class Parameters:
         self.unresolved: list[UnresolvedParameter] = [] if outer is None else outer.unresolved
 
     def filled(self, field: str) -> str:
-        """Return the value of the parameter that a field is (&name, −&name with the sign changed).
+        """Return the value of the parameter that a field refers to; −&name reverses its sign.
 
         Other fields, and those of an unknown parameter, are returned unchanged.
         """

@@ -256,7 +256,7 @@ class Growing:
         self._complete_length = self.length
 
     def drop(self) -> None:
-        """Cut off the rows after those last accepted by `keep`.
+        """Remove the rows written since the last `keep`.
 
         VTK expects arrays to be as long as the counted steps, and else writes beyond its memory.
         """

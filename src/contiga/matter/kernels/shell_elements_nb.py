@@ -116,7 +116,7 @@ def _copy_rows(bank, row, rows, to, out):
 
 @kernel()
 def shell_inside(motion, tables, memory, out, start, stop):
-    """Write F, E, κ, n, m and W of the Gauss points of blocks start … stop, `INSIDE` rows each."""
+    """Write F, E, κ, n, m, W at Gauss points of blocks start … stop − 1, `INSIDE` rows each."""
     bank, net = scratch(SHELL_SIZE), scratch(NET)
     for b in range(start, stop):
         gather(motion.points, tables.nodes[b], tables.nodes.shape[1], net)

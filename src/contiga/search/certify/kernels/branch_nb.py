@@ -268,7 +268,7 @@ def motion_from(foot, n, a, b, tolerance):
 
 @inner(error_model="numpy")
 def certified_ball(tables, patches, foot, start, motion):
-    """Return the radius of a ball that proves a foot (u, v) by its neighbourhood, or 0.
+    """Return the radius of the ball in which the neighbourhood certifies the foot (u, v), or 0.
 
     `patches` are the patches of the start and of the foot, `start` is the (u, v) of the start,
     `motion` is relative to the foot. A foot on a trimmed patch needs a start on the same patch, and

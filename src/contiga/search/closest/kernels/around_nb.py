@@ -58,7 +58,7 @@ def collapsed_side(elements, e, s, t):
 
 @inner()
 def _add(elements, foot, list_e, list_st, n):
-    """Add a place to the list of n unless it is there; return the number of places.
+    """Append a place to the list unless it is listed already; return the new number of places.
 
     On a collapsed side it is listed as the side's middle. A full list (`MAX_AROUND`) stays as it
     is.
