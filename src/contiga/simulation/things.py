@@ -103,7 +103,8 @@ class Things(Digest):
     def _add(self, value: Any, depth: int) -> None:
         """Add a value by its kind, with what it contains down to `_MAX_DEPTH`.
 
-        Code is added when its turn comes in `thing`. In the scope `FULL` it is also called once.
+        Code is added when its turn comes in `add_value`. In the scope `FULL` it is also called
+        once.
         """
         function = value if callable(value) else None
         for name in ("__func__", "py_func", "__wrapped__"):

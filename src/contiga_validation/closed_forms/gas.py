@@ -50,8 +50,8 @@ class Piston:
     after, until : times at which it starts to move, and at which it reaches `end`
     """
 
-    def __init__(self, start: float, end: float, after: float, subsonic_start: float) -> None:
-        self.start, self.after, self.speed = start, after, (end - start) / (subsonic_start - after)
+    def __init__(self, start: float, end: float, after: float, until: float) -> None:
+        self.start, self.after, self.speed = start, after, (end - start) / (until - after)
 
     def points(self, t: float) -> FloatArray:
         """Return the corners (8, 3) at a time."""

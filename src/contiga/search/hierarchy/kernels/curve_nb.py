@@ -129,9 +129,9 @@ def closest_on_stretch(tables, leaf, point, best, slack, h):
     """Find the closest point of a curve leaf: t, its distance, and whether the search was forced.
 
     If nothing is nearer than `best` it is t0, the lower end of the leaf, and `best`; points that
-    gain less than `slack` may be missed. Forced means that an interval was treated as convex without proof, to end the search
-    (`MAX_INTERVALS`). Intervals are dropped and finished as the cells of a face are (see
-    `global_nb`), by the leaf's bounds on |C'|, |C''| and |C'''|.
+    gain less than `slack` may be missed. Forced means that an interval was treated as convex
+    without proof, to end the search (`MAX_INTERVALS`). Intervals are dropped and finished as the
+    cells of a face are (see `global_nb`), by the leaf's bounds on |C'|, |C''| and |C'''|.
     """
     piece = -1 - leaf["element"]
     t0 = leaf["box"][0]

@@ -125,27 +125,32 @@ def depths(clear):
     all are. Forward and backward pass (Rosenfeld & Pfaltz 1968, doi 10.1016/0031-3203(68)90013-7).
     """
     n_i, n_j, n_k = clear.shape
-    n = n_i * n_j * n_k
     depth = np.zeros(clear.shape, np.int32)
     for back in range(2):
         step = 1 if back else -1
-        for visited in range(n):
-            cell = n - 1 - visited if back else visited
-            i, j, k = cell // (n_j * n_k), cell // n_k % n_j, cell % n_k
-            if not clear[i, j, k]:
-                continue
-            # One more than the least depth of the 13 cells around that come before it.
-            min_depth = depth[i, j, k] if back else n_i + n_j + n_k
-            for m in range(14, 27):  # of the 27 cells around, (0, 0, 1) to (1, 1, 1)
-                a, b, c = (
-                    i + step * (m // 9 - 1),
-                    j + step * (m // 3 % 3 - 1),
-                    k + step * (m % 3 - 1),
-                )
-                if 0 <= a < n_i and 0 <= b < n_j and 0 <= c < n_k:
-                    min_depth = min(min_depth, depth[a, b, c] + 1)
-            depth[i, j, k] = min_depth
+        # Nested loops: divisions that find (i, j, k) from one index would take most of the time.
+        for i in range(n_i - 1, -1, -1) if back else range(n_i):
+            for j in range(n_j - 1, -1, -1) if back else range(n_j):
+                for k in range(n_k - 1, -1, -1) if back else range(n_k):
+                    if clear[i, j, k]:
+                        max_depth = depth[i, j, k] if back else n_i + n_j + n_k
+                        depth[i, j, k] = _depth_beside(depth, i, j, k, step, max_depth)
     return depth
+
+
+@inner()
+def _depth_beside(depth, i, j, k, step, max_depth):
+    """Return 1 + the least depth of the 13 cells around that were visited before, ≤ `max_depth`."""
+    n_i, n_j, n_k = depth.shape
+    for di in range(2):
+        for dj in range(-1, 2):
+            for dk in range(-1, 2):
+                if di == 0 and (dj < 0 or (dj == 0 and dk < 1)):
+                    continue
+                a, b, c = i + step * di, j + step * dj, k + step * dk
+                if 0 <= a < n_i and 0 <= b < n_j and 0 <= c < n_k:
+                    max_depth = min(max_depth, depth[a, b, c] + 1)
+    return max_depth
 
 
 @inner()
@@ -216,6 +221,7 @@ def join(labels, words, places, first, mask):
             other = words[i, j, k]
             if other >= 0 and not is_forward:
                 continue  # two words are compared once, from the first of them
+            shift = np.uint64((48, 12, 3)[axis])
             for p in range(first[w], first[w + 1]):
                 facing = mask[p] & face
                 if facing == NO_BITS:
@@ -223,7 +229,7 @@ def join(labels, words, places, first, mask):
                 if other < 0:
                     unite(parent, count + p, labels[i, j, k] - 1)
                     continue
-                opposite = facing >> np.uint64((48, 12, 3)[axis])
+                opposite = facing >> shift
                 for q in range(first[other], first[other + 1]):
                     if mask[q] & opposite != NO_BITS:
                         unite(parent, count + p, count + q)
@@ -244,28 +250,29 @@ def sizes_and_samples(parent, labels, depth, places, first, mask):
     size = np.zeros(n, np.int64)
     n_border = np.zeros(n, np.int64)
     samples = np.empty((n, 3, 3))
-    _, n_j, n_k = labels.shape
+    n_i, n_j, n_k = labels.shape
     count = n - mask.shape[0]
     for is_second in (False, True):
         n_seen = np.zeros(n, np.int64)
-        for cell in range(labels.size):
-            i, j, k = cell // (n_j * n_k), cell // n_k % n_j, cell % n_k
-            if labels[i, j, k] == 0:
-                continue
-            r = parent[labels[i, j, k] - 1]
-            is_at_border = depth[i, j, k] == 1
-            if not is_second:
-                size[r] += SPLIT**3
-                n_border[r] += 1 if is_at_border else 0
-                continue
-            if not is_at_border:
-                continue
-            for q in range(3):
-                if n_seen[r] == (2 * q + 1) * n_border[r] // 6:
-                    samples[r, q, 0] = i + 0.5
-                    samples[r, q, 1] = j + 0.5
-                    samples[r, q, 2] = k + 0.5
-            n_seen[r] += 1
+        for i in range(n_i):
+            for j in range(n_j):
+                for k in range(n_k):
+                    if labels[i, j, k] == 0:
+                        continue
+                    r = parent[labels[i, j, k] - 1]
+                    is_at_border = depth[i, j, k] == 1
+                    if not is_second:
+                        size[r] += SPLIT**3
+                        n_border[r] += 1 if is_at_border else 0
+                        continue
+                    if not is_at_border:
+                        continue
+                    for q in range(3):
+                        if n_seen[r] == (2 * q + 1) * n_border[r] // 6:
+                            samples[r, q, 0] = i + 0.5
+                            samples[r, q, 1] = j + 0.5
+                            samples[r, q, 2] = k + 0.5
+                    n_seen[r] += 1
     for w in range(places.shape[0]):
         for p in range(first[w], first[w + 1]):
             r = parent[count + p]
