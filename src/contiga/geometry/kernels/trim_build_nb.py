@@ -274,15 +274,6 @@ def _parity_right(tables, pieces, first, column, v):
     return parity
 
 
-@inner()
-def _doubled(values):
-    """Return a copy of `values` (n,) with room for twice as many."""
-    longer = np.empty(2 * values.size, values.dtype)
-    for k in range(values.size):
-        longer[k] = values[k]
-    return longer
-
-
 @kernel()
 def fill_cells(tables):
     """Compute cell states, parities, piece lists and toggles of all grids of `tables`.
@@ -311,7 +302,10 @@ def fill_cells(tables):
                 for k in range(pieces.size):
                     if first[k] <= i <= last[k]:
                         if n_listed == listed.size:
-                            listed = _doubled(listed)
+                            longer = np.empty(2 * n_listed, np.int32)
+                            for m in range(n_listed):
+                                longer[m] = listed[m]
+                            listed = longer
                         listed[n_listed] = pieces[k]
                         n_listed += 1
                 if n_listed == before:
@@ -322,7 +316,10 @@ def fill_cells(tables):
                     tables.cell_parity[cell] = _parity_right(tables, pieces, first, i, v_low)
                     for v in _cell_toggles(tables, pieces, first, i, (v_low, v_high)):
                         if n_flips == flips.size:
-                            flips = _doubled(flips)
+                            more_flips = np.empty(2 * n_flips)
+                            for m in range(n_flips):
+                                more_flips[m] = flips[m]
+                            flips = more_flips
                         flips[n_flips] = v
                         n_flips += 1
                 cell_start[cell + 1] = n_listed
