@@ -130,10 +130,12 @@ def _length_and_height(h, column, normal):
 
 @kernel(error_model="numpy")
 def pole_bounds(elements, e, cell, side, bend, work):
-    """Write `bend_bounds` over a cell whose `side` is a pole; the width along it is 0.
+    """Write the bounds bend[6] of `bend_bounds` over a cell whose `side` is a pole.
 
-    Returns False, with unbounded `bend`, for elements without monomials, tangents at the pole in no
-    plane, or derivatives that change too much.
+    Both curvatures get one bound, the width along the pole is 0. Returns whether any bound
+    holds: False, with unbounded `bend`, for elements without monomials, tangents at the pole in no
+    plane, or derivatives that change too much. `work` holds the Taylor polynomial of C, not S,
+    afterwards.
     """
     set_unbounded(bend)
     h, remainder = work.derivatives, work.remainder

@@ -99,7 +99,10 @@ def _add_term(total, i, j, size):
 
 @inlined()
 def _remainder_coef(a, h, c, i, j):
-    """Coordinate c of the coefficient of x^i y^j of B; i and j come with the two indices before."""
+    """Return coordinate c of the coefficient of x^i y^j of B.
+
+    `i` and `j` are three indices each: its own and the two before (`_previous`).
+    """
     return (
         a[i[0], j[0], c]
         - h[c, 0] * a[i[0], j[0], 3]
@@ -162,7 +165,7 @@ def quotient_remainder(b, w, min_slope, remainder):
 
 @inner(error_model="numpy")
 def unit_normal(h):
-    """Unit normal of the derivatives `h`; zero if there is none."""
+    """Return the unit normal (x, y, z) of the derivatives `h`; zeros if there is none."""
     x = h[1, 1] * h[2, 2] - h[2, 1] * h[1, 2]
     y = h[2, 1] * h[0, 2] - h[0, 1] * h[2, 2]
     z = h[0, 1] * h[1, 2] - h[1, 1] * h[0, 2]
