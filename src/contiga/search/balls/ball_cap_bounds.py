@@ -252,7 +252,7 @@ def _worst_of_boxes(c: list[list[Span]], g: list[Span], ends: list[Span], tau: S
 
 
 def _joint_bound(charts: list[FloatArray], weights: list[FloatArray], tolerance: float) -> float:
-    """Return a bound of |det(U, V, U')| over all joints of the elements: it measures their kink.
+    """Return a bound of |det(U, V, U')| over all joints of the elements: it measures their kinks.
 
     The bound is the largest value at Chebyshev nodes times the Lebesgue constant. It is infinite
     where elements do not share their curves within `tolerance`.

@@ -81,7 +81,7 @@ def crossing_of(body: Faces, group: IntArray, slit: float) -> Crossing | None:
     Parameters
     ----------
     body : the faces
-    group : (patches,) number of the group of each
+    group : (patches,) number of the group of each patch
     slit : largest distance of faces from an edge they share, length
     """
     tables = tables_of(body)

@@ -83,7 +83,7 @@ def meetings_of(body: Faces, piece: IntArray, tolerance: float) -> tuple[Meeting
     Parameters
     ----------
     body : the faces
-    piece : (patches,) number of the piece of each
+    piece : (patches,) number of the piece of each patch
     tolerance : largest distance of pieces that touch, length
     """
     meetings: list[Meeting] = []

@@ -202,11 +202,11 @@ def _set_enclosing_ball(a, normal, side, v, ball):
 def bound_cells(body, surface, blocks, limits, result, start, stop):
     """Write corner radii (2, 4) and unproved share of the cells `rows` start … stop to `result`.
 
-    If the radii that a half inherited from its cell are as large in sum, they are kept. The
-    unproved share is that of the samples with less than half of the possible radius, up to the
-    goal; zero for a half that gains less than `MIN_GAIN` over its cell, which is not to be cut
-    again. `body` is a `CellTree`, `surface` a `CentredSurface`, `limits` are `BallLimits`, and
-    `result` is `CellBounds`.
+    If the radii on a side that a half inherited from its cell are as large in sum, they are kept.
+    The unproved share is that of the samples of both sides with less than half of the possible
+    radius, up to the goal; zero for a half that gains less than `MIN_GAIN` over its cell on both
+    sides, which is not to be cut again. `body` is a `CellTree`, `surface` a `CentredSurface`,
+    `limits` are `BallLimits`, and `result` is `CellBounds`.
     """
     cells = body.cells
     elements, trims, centre = surface.elements, surface.trims, surface.centre

@@ -143,7 +143,10 @@ def middle(h, local, hs, ht):
 
 @inner()
 def scaled(k, hs, ht):
-    """Return the bounds k[9] of a cell's derivatives by parameters of −1 … 1 in it, as `Bounds`."""
+    """Return `Bounds`: those of a cell's derivatives, k[9], for parameters of −1 … 1 in the cell.
+
+    `hs` and `ht` are half the cell's sides in s and t.
+    """
     return Bounds(
         k[0] * hs,
         k[1] * ht,
@@ -159,7 +162,7 @@ def scaled(k, hs, ht):
 
 @inner()
 def hessian(m, b, hs, ht):
-    """Return the `Hessian`: derivatives of f in a cell's middle, bounds of their changes in it.
+    """Return the `Hessian`: second derivatives of f in a cell's middle, bounds of their changes.
 
     All are by parameters that run over −1 … 1 in the cell; `b` are the scaled bounds of the
     surface's derivatives over the cell, `hs` and `ht` its half sides.

@@ -133,10 +133,10 @@ def closest_on_stretch(tables, leaf, point, best, slack, h):
     """Return the closest point of a curve leaf: t, its distance, whether the search was forced.
 
     If nothing is nearer than `best`, t is t0, the lower end of the leaf, and the distance `best`.
-    Points that
-    gain less than `slack` may be missed. Forced means that an interval was treated as convex
-    without proof, to end the search (`MAX_INTERVALS`). Intervals are dropped and finished as the
-    cells of a face are (see `global_nb`), by the leaf's bounds on |C'|, |C''| and |C'''|.
+    Points that gain less than `slack` may be missed. Forced means that an interval was treated as
+    convex without proof, to end the search (`MAX_INTERVALS`, or a full stack). Intervals are
+    dropped and finished as the cells of a face are (see `global_nb`), by the leaf's bounds on |C'|,
+    |C''| and |C'''|.
     """
     piece = -1 - leaf["element"]
     t0 = leaf["box"][0]
