@@ -173,7 +173,7 @@ def _net(tables: Tables, e: int, side: int, is_backwards: bool) -> FloatArray:
 
 
 def _bands(chart: FloatArray, w: FloatArray, steps: FloatArray, count: int) -> tuple[_Bands, float]:
-    """Return bounds of an element between `steps` from the pole, and its angle around the pole.
+    """Return bounds of an element between `steps` from the pole, and its angle at the pole, rad.
 
     `chart` (p + 1, 3, q) and `w` (p + 1, q + 1) are the coefficients of B and of the weight; each
     band is divided into `count` boxes along x.
@@ -252,7 +252,7 @@ def _worst_of_boxes(c: list[list[Span]], g: list[Span], ends: list[Span], tau: S
 
 
 def _joint_bound(charts: list[FloatArray], weights: list[FloatArray], tolerance: float) -> float:
-    """Return a bound of |det(U, V, U')| over all joints of the elements: their angle there.
+    """Return a bound of |det(U, V, U')| over all joints of the elements: it measures their kinks.
 
     The bound is the largest value at Chebyshev nodes times the Lebesgue constant. It is infinite
     where elements do not share their curves within `tolerance`.
@@ -278,7 +278,11 @@ def _joint_bound(charts: list[FloatArray], weights: list[FloatArray], tolerance:
 def _edge_values(
     element: tuple[FloatArray, FloatArray], end: int, places: FloatArray
 ) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-    """Return numerators of C, C_x and S_τ, and weights, along the first (0) or last (−1) edge."""
+    """Return numerators of C, C_x and S_τ (n, 3), and weights w (n,), at places (n,) of an edge.
+
+    `element` is (chart, weights), `end` the first (0) or last (−1) edge; the denominators are w, w²
+    and w².
+    """
     chart, w = element
     q = w.shape[1] - 1
     p = len(w) - 1

@@ -64,10 +64,11 @@ class Caps(NamedTuple):
         cells[rows] = capped
 
     def take(self, cells: Records, blocks: Records, target: float) -> None:
-        """Make caps the smooth blocks, rows of `blocks`, of the cells near a pole that gain by it.
+        """Make caps the smooth blocks of the cells near a pole that gain by it.
 
-        Only cells in the inner `BLOCK_SHARE` of a cap whose normals are bounded can have it. They
-        do if the smaller radius of the cap is at least that of their block, or at least `target`.
+        Sets `cap` and `radii` of their rows of `blocks`, one row for each cell. Only cells in the
+        inner `BLOCK_SHARE` of a cap whose normals are bounded can have it. They do if the smaller
+        radius of the cap is at least that of their block, or at least `target`.
         """
         cap, share = self._nearest(cells)
         rows = np.flatnonzero((share <= BLOCK_SHARE) & (cells["tilt"] < MAX_CHANGE))

@@ -108,7 +108,7 @@ class _Frame(NamedTuple):
 
 
 def build_balls(tables: Tables) -> Balls:
-    """Compute the touching balls of a body.
+    """Return the touching balls of a body.
 
     Cells with rough derivatives are halved first. Then, in at most `ROUNDS` rounds, the radii of
     new cells are bounded, and cells of which too little is proved are halved, those with the
@@ -250,7 +250,7 @@ def _measure(frame: _Frame, cells: Records) -> None:
 
 
 def _measure_cells(tables: Tables, centre: FloatArray, cells: Records) -> None:
-    """Set the bounds of cells."""
+    """Set the bounds of cells, in place (`ball_cell_nb.measure`)."""
     run_ranges(ball_cell_nb.measure_cells, len(cells), MIN_CELLS, tables.elements, centre, cells)
 
 
@@ -260,12 +260,12 @@ def _target_radius(frame: _Frame) -> float:
 
 
 def _is_leaf(all_cells: _Cells) -> NDArray[np.bool_]:
-    """Return which cells are not cut and not trimmed away."""
+    """Return a mask (cells,) of those that are not cut and not trimmed away."""
     return (all_cells.child < 0) & (all_cells.cells["state"] != OUT)
 
 
 def _length(cells: Records) -> FloatArray:
-    """Return the longer diagonals of cells."""
+    """Return the length (n,) of the longer diagonal of each cell."""
     corner = cells["corner"]
     return np.maximum(
         np.linalg.norm(corner[:, 3] - corner[:, 0], axis=1),
@@ -274,7 +274,7 @@ def _length(cells: Records) -> FloatArray:
 
 
 def _has_cap(all_cells: _Cells) -> NDArray[np.bool_]:
-    """Return which cells have a cap as their smooth block."""
+    """Return a mask (cells,) of those whose smooth block is a cap."""
     caps: NDArray[np.bool_] = all_cells.blocks["cap"][all_cells.cells["block"]] >= 0
     return caps
 
@@ -363,7 +363,7 @@ def _own_blocks(frame: _Frame, parts: Records, blocks: Records) -> Records:
 def _bound(frame: _Frame, all_cells: _Cells, rows: Rows) -> None:
     """Write radii and unproved share of those cells of `rows` that are not cut or trimmed away.
 
-    All leaves of the body bound them.
+    They go to `value` and `unproved` of `all_cells`. All leaves of the body bound them.
     """
     cells = all_cells.cells
     leaves = np.flatnonzero(_is_leaf(all_cells)).astype(np.int32)

@@ -98,7 +98,7 @@ def basis(degree: int, x: FloatArray) -> FloatArray:
 
 
 def spans_of(net: FloatArray, widths: tuple[FloatArray, FloatArray]) -> list[Span]:
-    """Return ranges of polynomials and their derivatives (`ORDERS`).
+    """Return ranges of polynomials and their derivatives, one span for each of `ORDERS`.
 
     The polynomials are nets (p + 1, q + 1, …) over boxes with the widths `widths` in their two
     variables. The boxes come last: the least of few coefficients of many is computed ten times as
@@ -119,7 +119,7 @@ def spans_of(net: FloatArray, widths: tuple[FloatArray, FloatArray]) -> list[Spa
 
 
 def quotient(n: list[Span], w: list[Span]) -> list[Span]:
-    """Return ranges of a quotient and its derivatives by those of numerator and denominator.
+    """Return ranges of a quotient and its derivatives from those of numerator and denominator.
 
     All are in the order of `ORDERS`; the denominator is positive.
     """

@@ -24,10 +24,11 @@ OFFSET = 1e-7
 
 
 def coincident_at(body: Faces) -> tuple[int, int, FloatArray] | None:
-    """Find two faces of a closed body with a common part; return them and a point there, else None.
+    """Find two faces of a closed body with a common part; None if no test point shows one.
 
-    At most `N_SAMPLES` random points of each face are tested, from a fixed seed: a small common
-    part may be missed. The first that shows one is returned.
+    Returns the patch of the first test point that does, the other patch, and the point (3,). At
+    most `N_SAMPLES` random points of each face are tested, from a fixed seed: a small common part
+    may be missed.
     """
     rng = np.random.default_rng(0)
     samples: list[tuple[IndexArray, FloatArray, FloatArray]] = []

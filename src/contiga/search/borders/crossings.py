@@ -69,19 +69,19 @@ class _Places(NamedTuple):
     """(n, 2, 3) derivatives along u and v."""
 
     def of(self, rows: IndexArray) -> _Places:
-        """Return some of the places."""
+        """Return the places `rows`."""
         return _Places(self.patch[rows], self.uv[rows], self.point[rows], self.tangents[rows])
 
 
 def crossing_of(body: Faces, group: IntArray, slit: float) -> Crossing | None:
-    """Find a place where a face crosses itself or another of its group; None if there is none.
+    """Find a place where a face crosses itself or another of its group; None if none is found.
 
-    The first of the places that were found is returned.
+    The first of the places found is returned.
 
     Parameters
     ----------
     body : the faces
-    group : (patches,) number of the group of each
+    group : (patches,) number of the group of each patch
     slit : largest distance of faces from an edge they share, length
     """
     tables = tables_of(body)
@@ -113,10 +113,11 @@ def crossing_of(body: Faces, group: IntArray, slit: float) -> Crossing | None:
 
 
 def _in_flat_part(tables: Tables, pairs: IndexArray) -> NDArray[np.bool_]:
-    """Return whether two leaves of one face adjoin, or lie in a part whose normals are similar.
+    """Return a mask (n,) of pairs of leaves of a face that adjoin, or lie in a nearly flat part.
 
-    Leaves are nearly flat, and so are such parts: the face cannot turn back inside. A part is an
-    element, or two leaves with a distance of no more than one leaf.
+    In such a part the normals are similar: the face cannot turn back inside. A part is an element,
+    or two leaves whose distance in (u, v) is at most the smaller leaf. Pairs (n, 2) of leaves of
+    different faces get meaningless values.
     """
     boxes = leaf_boxes(tables)
     (a, a_high), (b, b_high) = (np.moveaxis(boxes[leaf], 1, 0) for leaf in pairs.T)
@@ -140,7 +141,10 @@ def _in_flat_part(tables: Tables, pairs: IndexArray) -> NDArray[np.bool_]:
 
 
 def leaf_boxes(tables: Tables) -> FloatArray:
-    """Return low and high (u, v) of each leaf of a face, (leaves, 2, 2); undefined for curves."""
+    """Return the box of each leaf of a face in (u, v): low, high (leaves, 2, 2).
+
+    The rows of curve leaves are meaningless.
+    """
     leaves, table = tables.leaves, tables.elements.table
     box = table["box"][np.maximum(leaves["element"], 0)].reshape(-1, 2, 2)
     share = leaves["box"].reshape(-1, 2, 2) + 0.5
@@ -148,9 +152,9 @@ def leaf_boxes(tables: Tables) -> FloatArray:
 
 
 def near_leaves(tables: Tables, within: float = 0.0) -> IndexArray:
-    """Return (n, 2) pairs of leaves of faces that may come nearer than `within`, a length.
+    """Return pairs (n, 2) of leaves of faces that may come nearer than `within`, a length.
 
-    Each pair counts once; see `list_near_leaves`.
+    A leaf is given by its row in `tables.leaves`. Each pair is listed once; see `list_near_leaves`.
     """
     count = PAIRS_PER_LEAF * len(tables.leaves)
     while True:
@@ -163,11 +167,12 @@ def near_leaves(tables: Tables, within: float = 0.0) -> IndexArray:
 
 
 def _crosses(body: Faces, a: _Places, b: _Places, margin: float) -> NDArray[np.bool_]:
-    """Return whether faces cross, or begin to cross, at the places a and b, which are one point.
+    """Return a mask (n,) of places at which faces cross, or begin to cross.
 
-    They do if their tangent planes meet at an angle, and both faces continue in these planes by
-    `margin`, length, along the line of intersection, and from there as far to both sides of the
-    other face.
+    Places a and b of a row are one point. Faces cross if their tangent planes meet at an angle, and
+    both continue in these planes by `margin`, length, one way along the line of intersection, and
+    from there as far to both sides of the other face. Places of one face within 4 `margin` of each
+    other do not count.
     """
     with np.errstate(invalid="ignore", divide="ignore"):
         normals = [np.cross(face.tangents[:, 0], face.tangents[:, 1]) for face in (a, b)]

@@ -74,16 +74,16 @@ class _Piece(NamedTuple):
 
 
 def meetings_of(body: Faces, piece: IntArray, tolerance: float) -> tuple[Meeting, ...]:
-    """Return the first `MAX_MEETINGS` places where closed pieces of `body` meet.
+    """Return places where closed pieces of `body` meet: `MAX_MEETINGS` at most, one for each pair.
 
-    Pairs of pieces are tested whose leaves come near each other, or of which one's box contains the
-    other's. An overlap is reported at a crossing of faces if there is one. If no pieces meet, a
-    place is returned where faces coincide, if there is one.
+    Pairs of pieces are tested whose leaves come near each other, or of which one box contains the
+    other. An overlap is reported at a crossing of faces if one is found. If no pieces meet, a place
+    where faces coincide is returned, if one is found, else no place.
 
     Parameters
     ----------
     body : the faces
-    piece : (patches,) number of the piece of each
+    piece : (patches,) number of the piece of each patch
     tolerance : largest distance of pieces that touch, length
     """
     meetings: list[Meeting] = []
@@ -170,9 +170,10 @@ def _meeting_of_pieces(
 def _meeting_by_division(
     pieces: _Pieces, piece: _Piece, other: _Piece, box: FloatArray, tolerance: float
 ) -> tuple[Meeting | None, FloatArray]:
-    """Find a place of a piece within a box where it meets another; also the nearest places.
+    """Find a place within a box where `piece` meets `other`; also return the nearest places.
 
-    These are at most `N_NEAREST` test places of the last level that may still touch, nearest first.
+    Returns the meeting, None if no test place shows one, and (k, 3) at most `N_NEAREST` test places
+    of the last level that may still touch, nearest first; with a meeting they are of no use.
     """
     triangles, bulge = piece.triangles, piece.bulge
     nearest = np.zeros((0, 3))
@@ -198,11 +199,11 @@ def _meeting_by_division(
 def _meeting_among(
     pieces: _Pieces, piece: _Piece, other: _Piece, places: FloatArray, tolerance: float
 ) -> tuple[Meeting | None, FloatArray]:
-    """Find one of some places near a piece that shows that it meets another.
+    """Find a meeting of `piece` with `other` at the feet on `piece` of some places (n, 3).
 
-    Coincidence goes before overlap; of several places the one farthest from the other piece is
-    taken, None if there is none. Also returns the distance (n,) of each place's foot from the other
-    piece.
+    Returns the meeting, None if no foot shows one, and the distance (n,) of each foot from `other`.
+    Coincidence goes before overlap; of several feet the one farthest from `other` is taken. Feet on
+    edges do not count.
     """
     feet = project(piece.faces, places)
     other_feet = project(other.faces, feet.point)
@@ -228,7 +229,7 @@ def _meeting_among(
 def _coincides_around(
     piece: _Piece, other: _Piece, points: FloatArray, normals: FloatArray, tolerance: float
 ) -> NDArray[np.bool_]:
-    """Return whether the faces of two pieces coincide all around common points (n, 3).
+    """Return a mask (n,) of common points (n, 3) around which the faces of two pieces coincide.
 
     They do if `N_AROUND` places on a circle have feet inside faces of both, within the tolerance.
     Pieces that touch in a point or along an edge do not. At the radius of the test, surfaces that
@@ -252,7 +253,7 @@ def _winding_numbers(
 ) -> tuple[IntArray, NDArray[np.bool_]]:
     """Return the sum (n,) of the winding numbers of all pieces just before points of one piece.
 
-    The second array tells which points are within `tolerance` of another piece.
+    Also returns a mask (n,) of the points within `tolerance` of another piece.
     """
     winding = np.full(len(points), min(piece.winding, 0))
     is_touching = np.zeros(len(points), bool)

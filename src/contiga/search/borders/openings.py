@@ -74,14 +74,17 @@ class Openings(NamedTuple):
 
     @property
     def closed(self) -> bool:
-        """Whether the surface has no border, faces agree on the free side, pieces are apart."""
+        """Whether no border, no disagreement on the free side, no crossing or meeting was found."""
         n_open = self.free_edges + self.gaping_edges + self.crowded_edges + self.one_sided
         is_sound = not self.turned_faces and not self.meetings and self.crossing is None
         return n_open == 0 and is_sound
 
     @property
     def flaws(self) -> list[str]:
-        """Flaws of a body that should be closed, or of its joints; one text each."""
+        """Flaws of joints, sides, crossings and meetings, one text for each kind; empty for none.
+
+        Free edges are not among them; a bridged slit is, although the body may be closed.
+        """
         texts = []
         if self.gaping_edges:
             texts.append(
@@ -107,7 +110,10 @@ class Openings(NamedTuple):
 
     @property
     def rows(self) -> list[tuple[str, str]]:
-        """Rows of a table for users, (label, text): surface, flaws, tolerance and largest gap."""
+        """Rows of a table for users, (label, text): surface, flaws, tolerance and largest gap.
+
+        Flaws have an empty label. Tolerance and gap are left out if no faces share an edge.
+        """
         if self.closed:
             surface = "closed"
         elif self.free_edges:
@@ -158,7 +164,12 @@ def openings_of(body: Faces) -> Openings:
 
 
 def _compute(body: Faces) -> Openings:
-    """Find where a body is open or unsound; crossings and meetings only if its edges are closed."""
+    """Find where a body is open or unsound.
+
+    A face that crosses itself is always looked for; faces that cross each other only if edges and
+    sides show the body closed, and meetings only if no crossing was found, either. Meetings of a
+    body with one patch, or with `pieces_apart`, are not looked for.
+    """
     joints = joints_of(body)
     length = 0.0
     for k in np.flatnonzero(joints.open):

@@ -109,9 +109,10 @@ def items_of(
 
 
 def tree_over(low: FloatArray, high: FloatArray) -> tuple[Records, IntArray]:
-    """Return the `NODE` rows of a hierarchy over boxes (n, 3), and the order of the boxes in it.
+    """Return the `NODE` rows of a hierarchy over boxes, and the order (n,) of the boxes in it.
 
-    The root is the first row. Without boxes it has `low` +inf, `high` −inf and no leaves.
+    `low` and `high` (n, 3) are their corners. `first` of a node with leaves is an index into the
+    order. The root is the first row. Without boxes it has `low` +inf, `high` −inf and no leaves.
     """
     *columns, order = tree_nb.build(low, high)
     tree = np.zeros(len(columns[0]), NODE)

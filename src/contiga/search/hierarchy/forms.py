@@ -93,7 +93,8 @@ def _plane_forms(points: FloatArray, weights: FloatArray, tolerance: float) -> R
     """Return the forms of bilinear nets (n, 2, 2, 3) with weights (n, 2, 2): PLANE or NO_FORM.
 
     A plane needs sides that are not parallel, a fourth corner within `tolerance` of the
-    parallelogram, and weights whose relative spread times the half diagonal is within it, too.
+    parallelogram, and weights whose relative spread times the half diagonal is within it, too. The
+    other fields are meaningless without a form.
     """
     forms = np.zeros(len(points), FORM)
     corners, w = points.reshape(-1, 4, 3), weights.reshape(-1, 4)
@@ -118,7 +119,8 @@ def _revolution_forms(points: FloatArray, weights: FloatArray, tolerance: float)
 
     The kind is TURNED_LINE (m = 2), TURNED_ARC (m = 3) or NO_FORM. The row with the longest chord
     gives axis and angle; all control points have to agree with them within `tolerance`, and the
-    meridian must not cross the axis by more than that.
+    meridian must not cross the axis by more than that. The other fields are meaningless without a
+    form.
     """
     n, _, m, _ = points.shape
     forms = np.zeros(n, FORM)

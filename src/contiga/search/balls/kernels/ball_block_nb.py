@@ -40,9 +40,10 @@ BINOMIAL_TWICE = np.array([[float(math.comb(2 * n, k)) for k in range(32)] for n
 
 @inner()
 def _end_rows(elements, e, side, shift, first, row):
-    """Write the homogeneous coefficients along a side, and their derivative across it.
+    """Write the homogeneous coefficients along a side to `row`, their derivative across to `first`.
 
-    They go to `row` and `first`, about `shift`. Returns the degree along the side.
+    The derivative is by the patch's parameter; `shift` is added to the points. Returns the degree
+    along the side.
     """
     table = elements.table[e]
     p = table["degree"][0]
@@ -223,7 +224,8 @@ def _cell_at(smooth, base, i, j):
 def base_blocks(cells, smooth, bases, blocks):
     """Write the smooth block of every cell of the patches' grids whose derivatives are bounded.
 
-    Blocks extend about equally to all sides; see `_grow_block`.
+    Sets `uv` and `radii` of its row of `blocks`. Blocks extend about equally to all sides; see
+    `_grow_block`.
     """
     rows = stack_int64(MAX_BLOCK_CELLS)
     for patch in range(bases.shape[0]):
@@ -324,7 +326,7 @@ def smooth_joints(elements, grid, bases, cells, tolerance, smooth):
 
     All have to be True before; only cells at sides of elements change. Smooth means that
     derivatives jump by `KINK_TOL` of their size at most, in bounded cells. Returns (patches, 2): 1
-    if a patch is closed in that direction.
+    if at least one cell at the end of a patch joins its start smoothly in that direction, else 0.
     """
     closes = np.zeros((bases.shape[0], 2))
     for patch in range(bases.shape[0]):

@@ -63,10 +63,10 @@ def _is_in_block(block, b):
 
 @inner()
 def _sample_cell(elements, trims, centre, a, cap, samples):
-    """Sample a cell at five places: points, normals, and upper bounds of the radii on both sides.
+    """Write points, normals, and upper bounds of the radii of a cell at five places to `samples`.
 
-    These are the radii of curvature there, at most `cap`. Returns the number of samples that are
-    not trimmed away and have a normal.
+    The bounds are the radii of curvature there, at most `cap`. Returns the number of samples that
+    are not trimmed away and have a normal.
     """
     point, normal, above = samples.point, samples.normal, samples.above
     h = scratch(4, 6)
@@ -115,9 +115,10 @@ def _sample_cell(elements, trims, centre, a, cap, samples):
 
 @inner()
 def _lower_samples(samples, n, b, side):
-    """Lower the radii of samples to those of touching balls through the corners and middle of b.
+    """Lower the radii `above` of n samples on `side` by touching balls through places of cell b.
 
-    Points that are not in front of the sample, on `side`, do not count.
+    The places are its corners and middle. Points that are not in front of the sample, on `side`, do
+    not count.
     """
     sign = -1.0 if side == 0 else 1.0
     for k in range(n):
@@ -135,7 +136,7 @@ def _lower_samples(samples, n, b, side):
 
 @inner()
 def _bound_cell(body, a, block, limits, value, samples, count):
-    """Lower the corner values (2, 4) of cell a, and its `count` samples, by all cells of the tree.
+    """Lower the corner `value` (2, 4) of cell a, and its `count` samples, by all cells of the tree.
 
     Cells of its smooth block, and boxes that no touching ball of the cell reaches, are skipped.
     """
@@ -199,13 +200,13 @@ def _set_enclosing_ball(a, normal, side, v, ball):
 
 @kernel()
 def bound_cells(body, surface, blocks, limits, result, start, stop):
-    """Write corner radii (2, 4) and unproved share of rows start … stop of a body's cells.
+    """Write corner radii (2, 4) and unproved share of the cells `rows` start … stop to `result`.
 
-    If the radii that a half inherited from its cell are as large in sum, they are kept. The
-    unproved share is that of the samples with less than half of the possible radius, up to the
-    goal; zero for a half that gains less than `MIN_GAIN` over its cell, which is not to be cut
-    again. `body` is a `CellTree`, `surface` a `CentredSurface`, `limits` are `BallLimits`, and
-    `result` is `CellBounds`.
+    If the radii on a side that a half inherited from its cell are as large in sum, they are kept.
+    The unproved share is that of the samples of both sides with less than half of the possible
+    radius, up to the goal; zero for a half that gains less than `MIN_GAIN` over its cell on both
+    sides, which is not to be cut again. `body` is a `CellTree`, `surface` a `CentredSurface`,
+    `limits` are `BallLimits`, and `result` is `CellBounds`.
     """
     cells = body.cells
     elements, trims, centre = surface.elements, surface.trims, surface.centre

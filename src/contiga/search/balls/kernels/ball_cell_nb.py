@@ -268,7 +268,7 @@ def _curvature_bounds(slopes, bound, cell):
     """Write the changes of derivatives and normals, and the curvatures, of a cell.
 
     `slopes` bounds n·S_x and n·S_y, `bound` the derivatives without the affine map. `turn` and the
-    bounds after it stay as they are if the derivatives change by `MAX_CHANGE` or more.
+    bounds after it stay as they are if derivatives or normals change by `MAX_CHANGE` or more.
     """
     second = cell["second"]
     form = cell["form"]

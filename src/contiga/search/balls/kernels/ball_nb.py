@@ -8,7 +8,7 @@ from contiga.jit import inner, kernel
 
 @inner()
 def radius_at(balls, grid, patch, u, v, side):
-    """Return the proved radius of the ball that touches at (u, v), zero for none.
+    """Return the proved radius, length, of the ball that touches at (u, v); zero for none.
 
     `side` is 0 for the inner, 1 for the outer ball. Corner values of the smallest cell are
     interpolated.
@@ -43,9 +43,10 @@ def radius_at(balls, grid, patch, u, v, side):
 
 @kernel()
 def radii(balls, grid, feet, rows, sides, out, start, stop):
-    """Write `radius_at` the `feet` (SurfacePlaces) of rows[start:stop], on sides[start:stop].
+    """Write the radii (`radius_at`) at the feet rows[start:stop] to out[start:stop].
 
-    Rows without a patch have zero.
+    `feet` are `SurfacePlaces`; `sides` has one side for each of `rows`. Feet without a patch get
+    zero.
     """
     patch, uv = feet.patch, feet.uv
     for i in range(start, stop):

@@ -32,9 +32,10 @@ N_PLACES, N_STARTS = len(PLACES), len(PLACES) ** 2
 
 @kernel()
 def nearest_starts(plates, starts):
-    """Fill in the starts of each pair of leaves: the nearest pairs of places on their plates.
+    """Write the starts of each pair of leaves: the nearest pairs of places on their plates.
 
-    The nearest comes first; as many as `starts` has columns.
+    They go to `fractions` and `distance` of `starts`, the nearest first, as many as these have
+    columns.
     """
     place_on = scratch(2, N_PLACES, 3)
     distance = scratch(N_STARTS)
@@ -66,7 +67,8 @@ def find_common_points(elements, leaves, starts, tolerance, common, start, stop)
     """Find the common points, to a `tolerance`, of the pairs start … stop.
 
     If several starts of a pair lead to one point, the first one counts. `starts` is `Starts`,
-    `common` is `CommonPoints`, whose rows of these pairs are written.
+    `common` is `CommonPoints`, whose rows of these pairs are written: for a start without a common
+    point `is_common` is False, and the rest is the place where Newton's method gave up.
     """
     work = NewtonWork(scratch(4), scratch(4), scratch(4, 3), scratch(4, 6))
     box = scratch(4, 2)
@@ -104,9 +106,9 @@ def find_common_points(elements, leaves, starts, tolerance, common, start, stop)
 def _newton(elements, pair, box, work, limits, common, at):
     """Return whether the places of `work` converge to a common point within their leaves' boxes.
 
-    `limits` are the largest distance before the first step, and the tolerance. It gives up if a
-    step does not reduce the distance to `STEP_RATIO`. The last places are written to row `at` of
-    `common`.
+    `limits` are the largest distance before the first step, and the tolerance. The method gives up
+    if a step does not reduce the distance to `STEP_RATIO` of what was allowed before it, or after
+    `MAX_STEPS`. The last places are written to row `at` of `common`; `work` is changed.
     """
     place, width, jacobian, h = work.place, work.width, work.jacobian, work.h
     limit, tolerance = limits
@@ -159,8 +161,8 @@ def _newton(elements, pair, box, work, limits, common, at):
 def _shortest_step(jacobian, miss, step):
     """Write the shortest step (4,) with step · jacobian = miss (3,); zero if the jacobian is zero.
 
-    Least squares if it is singular. Normal equations by Gaussian elimination, without pivots: the
-    matrix is positive.
+    A singular one gives the least-squares solution. The normal equations are solved by Gaussian
+    elimination without pivots: their matrix is positive.
     """
     a = scratch(3, 4)
     for i in range(3):

@@ -40,13 +40,13 @@ MAX_STRETCH = 0.45
 
 @kernel(linked=True, error_model="numpy")
 def bend_work():
-    """Allocate the record that `bend_bounds` fills."""
+    """Return a new `Bending` record, which `bend_bounds` fills."""
     return Bending(np.empty((4, 6)), np.empty((2, 5)))
 
 
 @inner(error_model="numpy")
 def mean_and_spread(a, b, c):
-    """Middle and half the difference of the eigenvalues of the matrix ((a, b), (b, c))."""
+    """Return mean and half the difference of the eigenvalues of the matrix ((a, b), (b, c))."""
     return 0.5 * (a + c), math.sqrt(0.25 * (a - c) ** 2 + b * b)
 
 
@@ -77,10 +77,10 @@ def frame_of(v):
 
 @inner(linked=False, error_model="numpy")
 def second_form(h, alpha, beta, gamma):
-    """Return the normal parts of the second derivatives in a frame, and their tangential part.
+    """Return the normal parts pp, pq, qq of the second derivatives in a frame, and a fourth number.
 
-    The frame is S_p = α S_s, S_q = β S_s + γ S_t; the normal parts are pp, pq, qq; the tangential
-    part is a bound over all unit directions. `h` holds the derivatives of S.
+    It bounds the tangential part over all unit directions. The frame is S_p = α S_s, S_q = β S_s +
+    γ S_t; `h` holds the derivatives of S.
     """
     n = unit_normal(h)
     pp = pq = qq = 0.0
@@ -170,7 +170,10 @@ def length(h, column):
 
 @inner(error_model="numpy")
 def _form_change(frame, remainder):
-    """Largest change of the second derivative in a direction of the frame."""
+    """Return a bound of the change of the second derivative in any unit direction of the frame.
+
+    `frame` is (α, β, γ), `remainder` (5,) bounds the derivatives of the remainder.
+    """
     alpha, beta, gamma = frame
     b = abs(beta)
     xx, xy, yy = remainder[D20], remainder[D11], remainder[D02]
@@ -190,7 +193,8 @@ def bend_bounds(elements, e, cell, bend, work):
     largest |S_s| and |S_t|, and the smallest part of S_s across S_t and of S_t across S_s: the
     widths that bound the length of paths from one side of the cell to the other. Where derivatives
     vanish, or change by `MAX_STRETCH` or more, curvatures and speeds are infinite and widths zero.
-    `work` is the result of `bend_work`, and holds the Taylor polynomial afterwards.
+    `work` is the result of `bend_work`, and holds the Taylor polynomial and the bounds of its
+    remainder afterwards.
     """
     h, remainder = work.derivatives, work.remainder
     if not remainder_of(elements, e, cell, h, remainder):

@@ -54,11 +54,12 @@ def proof_holds(curvature, motion, r):
 
 @inlined()
 def ball_radius(curvature, room, margin, path, motion, tolerance):
-    """Radius of a ball about a foot that proves a start at the end of a `path`, or 0.
+    """Return the radius of a ball about a foot that certifies a start in the ball; 0 if unproved.
 
-    One radius is tried: `BALL_MARGIN` times the least that may do. `curvature` = (κ_i, κ_o) holds
-    in a neighbourhood that no path shorter than `room` leaves, `margin` is the distance to a border
-    or a kink, the motion is `Motion`. No branches, so that lanes can use it.
+    `path` bounds the distance of the start from the foot within the surface. One radius is tried:
+    `BALL_MARGIN` times the least that may do. `curvature` = (κ_i, κ_o) holds in a neighbourhood
+    that no path shorter than `room` leaves, `margin` is the distance to a border or a kink, the
+    motion is `Motion`, `tolerance` is a length. No branches, so that lanes can use it.
     """
     m, slip = motion.heights, motion.slip
     inner, outer = curvature
@@ -70,7 +71,11 @@ def ball_radius(curvature, room, margin, path, motion, tolerance):
 
 @inner(error_model="numpy")
 def is_untrimmed(tables, patch, foot, half_u, half_v):
-    """Return whether nothing is trimmed away from the box around the foot (u, v) of a patch."""
+    """Return whether a box around the foot (u, v) of a patch is proved to be untrimmed.
+
+    False proves nothing: of a trimmed patch, boxes are refused that a trimming curve may touch, or
+    with a half side longer than the domain.
+    """
     if tables.trims.trimmed[patch] == 0:
         return True
     u, v = foot
@@ -145,8 +150,9 @@ def path_across_side(table, neighbourhoods, foot, start):
     """Return an upper bound of the path from a foot to a start across a smooth side.
 
     The path runs along the side to the place of the start, and across it: elements are joined point
-    by point, with the same parameter along the side, or the reversed one. If no side does, around a
-    corner. Infinite if neither reaches the start within the neighbourhood, or a pole is near.
+    by point, with the same parameter along the side, or the reversed one. If no such path reaches
+    the start within the neighbourhood, one around a corner is tried. Infinite if that does not,
+    either, or a pole is near. `foot` and `start` are (element, s, t).
     """
     e, s, t = foot
     n, s0, t0 = start
@@ -183,9 +189,9 @@ def path_across_side(table, neighbourhoods, foot, start):
 
 @inner(error_model="numpy")
 def _path_around_corner(table, neighbourhoods, foot, start):
-    """Return an upper bound of the path over a corner where four elements meet; infinite for none.
+    """Return an upper bound of the path over a corner where four elements meet.
 
-    It crosses two smooth sides, each by its straight path.
+    The path crosses two smooth sides, each by its straight path; infinite if there is none.
     """
     e, s, t = foot
     n, s0, t0 = start
@@ -224,9 +230,10 @@ def _path_around_corner(table, neighbourhoods, foot, start):
 
 @inner(error_model="numpy")
 def ball_by_neighbourhood(neighbourhood, box, foot, path, motion, tolerance):
-    """Return `ball_radius` about a foot (u, v) by its neighbourhood, of an element in `box`.
+    """Return the `ball_radius` about a foot (u, v) by its neighbourhood; 0 if unproved.
 
-    Trims are not tested.
+    `box` is that of the foot's element, `path` as there, or infinite for none. Trims are not
+    tested.
     """
     if path == math.inf:
         return 0.0
@@ -271,8 +278,8 @@ def certified_ball(tables, patches, foot, start, motion):
     """Return the radius of the ball in which the neighbourhood certifies the foot (u, v), or 0.
 
     `patches` are the patches of the start and of the foot, `start` is the (u, v) of the start,
-    `motion` is relative to the foot. A foot on a trimmed patch needs a start on the same patch, and
-    a ball that is clear of the trims.
+    `motion` is relative to the foot. If the patch of either is trimmed, both have to be on one
+    patch, and the ball has to be clear of its trims.
     """
     table, neighbourhoods, trimmed = (
         tables.elements.table,

@@ -52,8 +52,9 @@ MAX_TURN = 0.02
 def bends_of_parts(elements, depth, raw, start, stop):
     """Write the bounds raw[element, part, 6] of all parts of elements start … stop.
 
-    Parts are quartered until the bounds of their pieces are tight, at most `depth` times. A part of
-    which a piece has no bounds has infinite curvatures and zero widths.
+    The six bounds are those of `bend_bounds`. Parts are quartered until the bounds of their pieces
+    are tight, at most `depth` times. A part of which a piece has no bounds has infinite curvatures
+    and zero widths.
     """
     stack, bend, work = scratch(16, 5), scratch(N_BENDS), bend_work()
     h = work.derivatives
@@ -107,10 +108,12 @@ def _limit_room(neighbourhood, length):
 
 @inner(error_model="numpy")
 def _add_parts_across(elements, raw, e, side, along, neighbourhood):
-    """Add the parts across a smooth side of element e: the adjoining one, and its neighbours.
+    """Extend a neighbourhood by the parts across a smooth side of element e.
 
-    `along` is the index of the part along the side. The room becomes zero if the other element may
-    be trimmed.
+    These are the part that adjoins the one with index `along` the side, and its neighbours along
+    the side. They extend curvature, room, and the width by the parameter along the side; the other
+    width and the speeds only if the parameters of e continue there (`adjoins`). The room becomes
+    zero if the other element may be trimmed.
     """
     n, side_there = elements.table[e]["neighbour"][side], elements.table[e]["neighbour_side"][side]
     edge = 0 if side_there & 1 == 0 else N_PARTS - 1
@@ -134,10 +137,10 @@ def _add_parts_across(elements, raw, e, side, along, neighbourhood):
 
 @inner(error_model="numpy")
 def _add_parts_at_corner(elements, raw, e, out, neighbourhood, work):
-    """Add the parts of all elements around the corner between the sides `out` of element e.
+    """Extend a neighbourhood by the parts around the corner between the sides `out` of element e.
 
     Returns False if a path may leave there, over a kink, a border or a trim, or too many elements
-    meet. `work` are the lists of `around`.
+    meet. Nothing is added if one of the two sides is not smooth. `work` are the lists of `around`.
     """
     table, (side_s, side_t), (list_e, list_st) = elements.table, out, work
     smooth_s, smooth_t = table[e]["kind"][side_s] == SMOOTH, table[e]["kind"][side_t] == SMOOTH

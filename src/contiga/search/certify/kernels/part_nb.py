@@ -12,7 +12,10 @@ N_PARTS = 4
 
 @inner(error_model="numpy")
 def part_of(s, t):
-    """Return the part of its element that contains (s, t); the first if that is not a number."""
+    """Return the index `N_PARTS` i + j of the part of its element that contains (s, t).
+
+    Places outside the element count as on its sides; for NaN the index in that direction is 0.
+    """
     x, y = (s + 0.5) * N_PARTS, (t + 0.5) * N_PARTS
     # Clamped as floats: with integers it takes a branch, which is as random as the points.
     x = x if x > 0.0 else 0.0
@@ -63,7 +66,11 @@ def add_curvature(neighbourhood, bend):
 
 @inner(error_model="numpy")
 def add_metric(neighbourhood, bend, scale_s, scale_t):
-    """Extend speeds and widths by the bounds of a part, scaled to the parameters of e."""
+    """Extend speeds and widths of a neighbourhood by the bounds of a part.
+
+    `scale_s` and `scale_t` convert these to the parameters of the neighbourhood's element
+    (`scales`).
+    """
     neighbourhood["speed"][0] = max(neighbourhood["speed"][0], bend[SPEED_S] * scale_s)
     neighbourhood["speed"][1] = max(neighbourhood["speed"][1], bend[SPEED_T] * scale_t)
     neighbourhood["width"][0] = min(neighbourhood["width"][0], bend[WIDTH_S] * scale_s)

@@ -96,7 +96,10 @@ def _coefficients_from_pole(elements, e, cell, side, a, b):
 
 @inner(error_model="numpy")
 def _bend_along_pole(a, n, m, normal, min_slope):
-    """Return a bound of (F/w)_xx; infinite if the tangents at the pole lie in no plane."""
+    """Return a bound of (F/w)_xx; infinite if the tangents at the pole lie in no plane.
+
+    `a` are the coefficients of (C, w), `min_slope` is a lower bound of w, not of a slope.
+    """
     f = zero_scratch(3)
     w = zero_scratch(3)
     off = size = 0.0
@@ -130,10 +133,11 @@ def _length_and_height(h, column, normal):
 
 @kernel(error_model="numpy")
 def pole_bounds(elements, e, cell, side, bend, work):
-    """Write `bend_bounds` over a cell whose `side` is a pole; the width along it is 0.
+    """Write the bounds bend[6] of `bend_bounds` over a cell whose `side` is a pole.
 
-    Returns False, with unbounded `bend`, for elements without monomials, tangents at the pole in no
-    plane, or derivatives that change too much.
+    Both curvatures get one bound, the width along the pole is 0. Returns whether any bound holds:
+    False, with unbounded `bend`, for elements without monomials, tangents at the pole in no plane,
+    or derivatives that change too much. `work` holds the Taylor polynomial of C, not S, afterwards.
     """
     set_unbounded(bend)
     h, remainder = work.derivatives, work.remainder

@@ -28,7 +28,7 @@ D10, D01, D20, D11, D02 = 0, 1, 2, 3, 4
 def centred_coefficients(elements, e, cell, a):
     """Write the coefficients of (A, w) over a cell in powers of x, y in [-1, 1] to a[8, 8, 4].
 
-    Others are zero. Returns the degrees in s and t.
+    The rest of `a` becomes zero. Returns the degrees in s and t.
     """
     p = elements.table[e]["degree"][0]
     q = elements.table[e]["degree"][1]
@@ -99,7 +99,10 @@ def _add_term(total, i, j, size):
 
 @inlined()
 def _remainder_coef(a, h, c, i, j):
-    """Coordinate c of the coefficient of x^i y^j of B; i and j come with the two indices before."""
+    """Return coordinate c of the coefficient of x^i y^j of B.
+
+    `i` and `j` are three indices each: its own and the two before (`_previous`).
+    """
     return (
         a[i[0], j[0], c]
         - h[c, 0] * a[i[0], j[0], 3]
@@ -113,7 +116,7 @@ def _remainder_coef(a, h, c, i, j):
 
 @inlined()
 def _previous(i):
-    """Return the index of the coefficient before the i-th; before the first it is one that is 0."""
+    """Return the index before i; before 0 comes the last index, of a coefficient that is 0."""
     return (i - 1) & (N_COEFS - 1)
 
 
@@ -121,8 +124,9 @@ def _previous(i):
 def sums_of(a, p, q, h, normal, sums):
     """Write bounds of B (0), of its part along the normal (1) and of w (2) to sums[3, 6].
 
-    Each with the derivatives to second order, over x, y in [-1, 1]. Returns a lower bound of the
-    weight, which may be negative.
+    A row bounds the polynomial and its derivatives to second order over x, y in [-1, 1]; for w its
+    value in the middle is subtracted before. Returns a lower bound of the weight, which may be
+    negative.
     """
     total = along = weight = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
     for i in range(p + 1):
@@ -149,7 +153,7 @@ def sums_of(a, p, q, h, normal, sums):
 def quotient_remainder(b, w, min_slope, remainder):
     """Write the bounds of the derivatives of D from those of B and w to remainder[5].
 
-    `min_slope` is the least weight.
+    `b` and `w` are rows of `sums_of`, `min_slope` is a lower bound of the weight, not of a slope.
     """
     i = 1.0 / min_slope
     d = b[0] * i
@@ -162,7 +166,7 @@ def quotient_remainder(b, w, min_slope, remainder):
 
 @inner(error_model="numpy")
 def unit_normal(h):
-    """Unit normal of the derivatives `h`; zero if there is none."""
+    """Return the unit normal (x, y, z) of the derivatives `h`; zeros if there is none."""
     x = h[1, 1] * h[2, 2] - h[2, 1] * h[1, 2]
     y = h[2, 1] * h[0, 2] - h[0, 1] * h[2, 2]
     z = h[0, 1] * h[1, 2] - h[1, 1] * h[0, 2]

@@ -80,7 +80,8 @@ def _width(raw, cell, axis):
 def _part_at(table, home, a, b):
     """Return the part a columns to the right of a part and b rows up.
 
-    Its element is −1 if there is none, or if it depends on which is followed first.
+    Its element is −1 if there is none, or if it depends on whether the row or the column is
+    followed first.
     """
     across, along = (RIGHT if a >= 0 else LEFT), (UP if b >= 0 else DOWN)
     cell = _walk(table, _walk(table, home, across, abs(a)), along, abs(b))
@@ -94,8 +95,9 @@ def _part_at(table, home, a, b):
 def _survey(table, raw, home, extents, work):
     """Write the least widths of the columns and rows around a part, and their largest curvatures.
 
-    They go to `work` = ((2, 2 MAX_PARTS + 1), (2,)). Returns whether the parts form a rectangle
-    that is untrimmed, or all of the patch of the part; if not, `work` is incomplete.
+    They go to `work` = ((2, 2 MAX_PARTS + 1), (2,)). Returns whether the parts form a rectangle,
+    and are all untrimmed or all on the patch of the part `home`; without a rectangle `work` is
+    incomplete.
     """
     widths, max_curvature = work
     widths[:] = 1e300

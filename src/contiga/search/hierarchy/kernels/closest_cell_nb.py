@@ -56,7 +56,7 @@ class Hessian(NamedTuple):
 
 @inner()
 def slopes_away(elements, e, side, at_ends, g, change):
-    """Return whether f has no minimum in a cell because its slope has the same sign all over it.
+    """Return whether f is proved to have no minimum in a cell: its slope has one sign all over it.
 
     `at_ends` tells whether the cell reaches the two ends along `side` (0: s, 2: t); if the surface
     has a kink or a border where f falls to, a minimum may be there in spite of the slope. `g` is
@@ -72,16 +72,16 @@ def slopes_away(elements, e, side, at_ends, g, change):
 
 @inner()
 def _square_at(m, x, y):
-    """|r + x a + y b|² from the products of r, a and b."""
+    """Return |r + x a + y b|² from the products of r, a and b."""
     return m.rr + x * x * m.xx + y * y * m.yy + 2.0 * (x * m.rx + y * m.ry + x * y * m.xy)
 
 
 @inner()
 def nearest_on_plate(m):
-    """Return x, y (−1 … 1) where |r + x a + y b| is smallest, and its square there.
+    """Return x, y (−1 … 1) where |r + x a + y b| is smallest, and the least |r + x a + y b|².
 
     The normal equations give a place inside the parallelogram. If they give none, or a and b are
-    nearly parallel, it is the best place on the four sides.
+    nearly parallel, the best place on the four sides is returned. `m` is a `Middle`.
     """
     det = m.xx * m.yy - m.xy * m.xy
     if det > 1e-12 * m.xx * m.yy:
@@ -108,7 +108,7 @@ def nearest_on_plate(m):
 
 @inner()
 def plate_distance(m):
-    """Lower bound, within rounding, of |r + x a + y b| over |x|, |y| ≤ 1: distance of a plate.
+    """Return a lower bound of |r + x a + y b| over |x|, |y| ≤ 1, the distance of a plate.
 
     Far from its middle, cancellation in the products leaves only noise of a small distance.
     """
@@ -143,7 +143,10 @@ def middle(h, local, hs, ht):
 
 @inner()
 def scaled(k, hs, ht):
-    """Scale the bounds of a cell's derivatives to parameters that run over −1 … 1 in the cell."""
+    """Return `Bounds`: those of a cell's derivatives, k[9], for parameters of −1 … 1 in the cell.
+
+    `hs` and `ht` are half the cell's sides in s and t.
+    """
     return Bounds(
         k[0] * hs,
         k[1] * ht,
@@ -159,7 +162,7 @@ def scaled(k, hs, ht):
 
 @inner()
 def hessian(m, b, hs, ht):
-    """Return the second derivatives of f in a cell's middle, and bounds of their changes there.
+    """Return the `Hessian`: second derivatives of f in a cell's middle, bounds of their changes.
 
     All are by parameters that run over −1 … 1 in the cell; `b` are the scaled bounds of the
     surface's derivatives over the cell, `hs` and `ht` its half sides.
@@ -176,9 +179,10 @@ def hessian(m, b, hs, ht):
 
 @inner()
 def without_minimum(elements, e, cell, m, f):
-    """Return whether slopes rule out a minimum in a cell; `f` is the `Hessian` and its changes.
+    """Return whether slopes rule out a minimum of f in a cell (s0, s1, t0, t1); False if unproved.
 
-    One of the two slopes has to exceed its largest change over the cell (`slopes_away`).
+    One of the two slopes has to exceed its largest change over the cell (`slopes_away`). `m` is the
+    `Middle` of the cell, `f` its `Hessian`.
     """
     change = abs(f.xx) + f.dxx + abs(f.xy) + f.dxy
     if slopes_away(elements, e, 0, (cell[0] <= -0.5, cell[1] >= 0.5), m.rx, change):

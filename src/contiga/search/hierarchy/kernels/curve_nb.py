@@ -25,7 +25,7 @@ piece's parameter on a trimming piece. The last is 0, or what the search left ou
 
 @inner()
 def piece_parameters(trims, piece, t, c):
-    """Write (u, v) and two derivatives of a piece at t in [0, 1] into c[:3, :2]."""
+    """Write (u, v) and two derivatives of a piece at t in [0, 1] to c[:3, :2]; c[:3, 2] is work."""
     n = trims.piece_degree[piece]
     basis = zero_scratch(3, 16)
     bernstein_basis(n, t, basis)
@@ -76,7 +76,10 @@ def curve_point(elements, grid, trims, piece, t, h, d):
 
 @inner()
 def _expand(tables, piece, t, point, h, d):
-    """Return f = |C − P|²/2, f', f'' and |C'|² of a piece at t; `h` and `d` get the derivatives."""
+    """Return f = |C − P|²/2, f', f'' and |C'|² of a piece at t.
+
+    `h` gets the derivatives of the element, `d` those of the curve (`curve_point`).
+    """
     e = curve_point(tables.elements, tables.grid, tables.trims, piece, t, h, d)[0]
     origin = tables.elements.table[e]["origin"]
     f = slope = curvature = speed = 0.0
@@ -91,10 +94,11 @@ def _expand(tables, piece, t, point, h, d):
 
 @inner()
 def _newton_in_bracket(tables, piece, limits, start, point, h, d):
-    """Return t and f at the smallest f that Newton's method meets inside `limits`, from `start`.
+    """Return t and f at the least f = |C − P|²/2 that Newton's method meets within `limits`.
 
-    A step out of the bracket of the sign change of f' becomes a bisection. After the last step
-    (`STEP_TOL`, or `MAX_ITERATIONS`) f is extrapolated by its Taylor series.
+    It begins at `start`; a step out of the bracket of the sign change of f' becomes a bisection.
+    It ends with a step of `STEP_TOL` or less, after which f is extrapolated by its Taylor series,
+    or after `MAX_ITERATIONS`.
     """
     low, high = limits
     t = start
@@ -126,12 +130,13 @@ def _newton_in_bracket(tables, piece, limits, start, point, h, d):
 
 @inner()
 def closest_on_stretch(tables, leaf, point, best, slack, h):
-    """Find the closest point of a curve leaf: t, its distance, and whether the search was forced.
+    """Return the closest point of a curve leaf: t, its distance, whether the search was forced.
 
-    If nothing is nearer than `best` it is t0, the lower end of the leaf, and `best`; points that
-    gain less than `slack` may be missed. Forced means that an interval was treated as convex
-    without proof, to end the search (`MAX_INTERVALS`). Intervals are dropped and finished as the
-    cells of a face are (see `global_nb`), by the leaf's bounds on |C'|, |C''| and |C'''|.
+    If nothing is nearer than `best`, t is t0, the lower end of the leaf, and the distance `best`.
+    Points that gain less than `slack` may be missed. Forced means that an interval was treated as
+    convex without proof, to end the search (`MAX_INTERVALS`, or a full stack). Intervals are
+    dropped and finished as the cells of a face are (see `global_nb`), by the leaf's bounds on |C'|,
+    |C''| and |C'''|.
     """
     piece = -1 - leaf["element"]
     t0 = leaf["box"][0]

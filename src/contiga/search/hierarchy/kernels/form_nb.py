@@ -45,10 +45,11 @@ class OnArc(NamedTuple):
 
 @inner()
 def on_arc(arc, x, y, other):
-    """Return the place of an arc nearest to a point, or its `other` end if both are minima.
+    """Return the place of an arc nearest to a point, as `OnArc`, or with `other` its farther end.
 
     From the center of the arc the point is at x towards its middle and y along its chord. `across`
-    is infinite if the other end is no minimum. The nearest place to the center is the middle.
+    is infinite if the farther end is no local minimum. The nearest place to the center is the
+    middle.
     """
     radius_dist = math.sqrt(x * x + y * y)
     if x >= radius_dist * arc[COSINE]:
@@ -70,14 +71,17 @@ def on_arc(arc, x, y, other):
 
 @inner()
 def _parameter(share, ratio):
-    """Local parameter (−1/2 … 1/2) at a share (0 … 1) of the standard one, by the weight ratio."""
+    """Return the local parameter (−1/2 … 1/2) at a share of the standard parameter.
+
+    `share` is clipped to 0 … 1, `ratio` is that of the weights.
+    """
     share = min(max(share, 0.0), 1.0)
     return share / (share + ratio * (1.0 - share)) - 0.5
 
 
 @inner()
 def _closest_on_meridian(form, rho, height, offset, other):
-    """Return parameter and distance of the place of the meridian nearest to a point.
+    """Return the local parameter and the distance of the place of the meridian nearest to a point.
 
     The point is at `rho` from the axis, `height` along it and `offset` from the meridian's
     half-plane. `other` asks for the farther end instead: its distance is infinite if it is no local
@@ -102,10 +106,10 @@ def _closest_on_meridian(form, rho, height, offset, other):
 
 @inner()
 def closest_on_form(form, point, minimum):
-    """Return a local minimum (NEAREST … LAST) of the distance from a point to an element's `FORM`.
+    """Return a local minimum of the distance from a point to an element's `FORM`, as `OnForm`.
 
-    `point` is in the body frame. The distance is infinite if there is no such minimum: a plane has
-    the nearest one only. Trims are not tested.
+    `minimum` (NEAREST … LAST) selects it; `point` is in the body frame. The distance is infinite if
+    there is no such minimum: a plane has the nearest one only. Trims are not tested.
     """
     o, a, b, c = form["origin"], form["x"], form["y"], form["z"]
     x, y, z = point[0] - o[0], point[1] - o[1], point[2] - o[2]

@@ -14,8 +14,8 @@ from contiga.jit import kernel
 def surface_leaves(elements, flatness, depth):
     """Return rows (n, 20) of all surface leaves: element, box (4), bound (9), low and high (3).
 
-    Elements are halved until their parts are flat, at most `depth` times; elements that are trimmed
-    away have no rows.
+    Elements are halved until their parts are flat (`subdivide`), at most `depth` times; elements
+    that are trimmed away have no rows.
     """
     max_leaves = 1 << depth
     rows = np.empty((max_leaves + elements.table.shape[0], 20))

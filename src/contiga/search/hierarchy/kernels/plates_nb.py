@@ -27,10 +27,10 @@ ANGLE_TOL = 1e-9
 
 @kernel()
 def fill_plates(elements, grid, trims, leaves, rounding, plates):
-    """Fill in the plates of all leaves, body axes; `rounding` of their coordinates is a length.
+    """Write the plates of all leaves, body axes; `rounding` of their coordinates is a length.
 
-    `departure` includes `rounding` and the noise of the element. `spare` is infinite if the middle
-    of a face's leaf is trimmed away.
+    `departure` includes `rounding` and the noise of the element. `spare` is `rounding`, but
+    infinite if the middle of a face's leaf is trimmed away.
     """
     h = scratch(4, 6)
     d = scratch(3, 3)
@@ -80,7 +80,10 @@ def fill_plates(elements, grid, trims, leaves, rounding, plates):
 
 @inner()
 def _products(plate, point):
-    """Products of the residual from a point to a plate's middle, and of the plate's half sides."""
+    """Return the `Middle` of a plate: products of r, from a point to its middle, and half sides.
+
+    Products with second derivatives are 0.
+    """
     rr = rx = ry = 0.0
     for c in range(3):
         r = plate["middle"][c] - point[c]
@@ -130,7 +133,7 @@ def is_beyond(plate, point, limit):
 
 @inner()
 def is_before_face(leaf, plate, point):
-    """Return whether a point is on the inner side of a complete curve leaf.
+    """Return whether a point is proved to be on the inner side of all of a curve leaf.
 
     Then the face has points nearer than the leaf, or a point of the next stretch is as near. At a
     corner the face may end before it is nearer; then the point is on the outer side of the other
@@ -144,7 +147,7 @@ def is_before_face(leaf, plate, point):
 
 @inner()
 def no_farther_than(plate, point):
-    """Return an upper bound of a leaf's distance from `point`; infinite if trims cut its middle."""
+    """Return an upper bound of a leaf's distance from `point`; infinite if `spare` is."""
     square = 0.0
     for c in range(3):
         square += (plate["middle"][c] - point[c]) ** 2

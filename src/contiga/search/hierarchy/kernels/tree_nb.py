@@ -47,7 +47,7 @@ def _add(bins, k, other, j):
 
 @inner()
 def _cost(bins, k):
-    """Half the surface of the box of bin k, times the number of its boxes."""
+    """Return half the surface of the box of bin k, times the number of its boxes."""
     x, y, z = bins[k, 3] - bins[k, 0], bins[k, 4] - bins[k, 1], bins[k, 5] - bins[k, 2]
     return (x * y + y * z + z * x) * bins[k, COUNT]
 
@@ -60,10 +60,10 @@ def _bin_of(x, low, high):
 
 @inner()
 def _best_cut(boxes, middle, rows, axis, ends, bins):
-    """Return the first bin behind the best cut along an axis, and the cost of both parts.
+    """Return the first bin behind the best cut along an axis, and the sum of the parts' `_cost`.
 
-    0 and infinity if no cut has boxes on both sides. `ends` is the range of the middles, `bins`
-    work.
+    They are 0 and infinity if no cut has boxes on both sides. `ends` is the range of the middles,
+    `bins` is work.
     """
     for k in range(N_BIN_ROWS):
         _clear(bins, k)
@@ -85,10 +85,11 @@ def _best_cut(boxes, middle, rows, axis, ends, bins):
 
 @inner()
 def _split(boxes, middle, rows, level, spare, bins):
-    """Sort the rows of the first child before the rows of the second; return their number.
+    """Sort `rows` in place, those of the first child first; return the number of its rows.
 
-    The cut is the one of least cost of all axes, and keeps the order of rows on both sides; below
-    `MAX_SAH_DEPTH`, and for boxes with one middle, the median along the axis of largest extent.
+    The cut is the one of least cost of all axes, and keeps the order of rows on both sides. From
+    level `MAX_SAH_DEPTH` on, and for boxes with one middle, rows are sorted along the axis of the
+    largest extent of the middles, and cut at the median. `spare` and `bins` are work.
     """
     best, extent, cut, cut_axis, axis = math.inf, 0.0, 0, 0, 0
     ends = (0.0, 0.0)
@@ -181,7 +182,7 @@ def build(low, high):
 
 @inner()
 def box_distance2(tree, node, x, y, z):
-    """Squared distance of (x, y, z) to a node's box, zero inside."""
+    """Return the squared distance from (x, y, z) to a node's box, zero inside."""
     low = tree[node]["low"]
     high = tree[node]["high"]
     a = max(low[0] - x, x - high[0], 0.0)
@@ -192,9 +193,9 @@ def box_distance2(tree, node, x, y, z):
 
 @inner()
 def open_node(tree, first, point, nodes, bounds, top):
-    """Put the two children at `first` on the stack, the nearer one last.
+    """Put the two children at `first` on the stack `nodes` from row `top` on, the nearer one last.
 
-    Their squared distances go to the same rows of `bounds`.
+    The squared distances of their boxes from `point` go to the same rows of `bounds`.
     """
     x, y, z = point
     a = box_distance2(tree, first, x, y, z)
@@ -210,8 +211,8 @@ def open_node(tree, first, point, nodes, bounds, top):
 def next_leaves(tree, point, limit, nodes, bounds, top):
     """Return the next leaf node within the squared distance `limit`, and the new size of the stack.
 
-    It is −1 if there is none. Inner nodes on the way are replaced by their children. bounds[size]
-    is the squared distance of the node that is returned.
+    −1 and 0 are returned if there is none. Inner nodes on the way are replaced by their children.
+    bounds[size] is the squared distance of the node that is returned.
     """
     while top > 0:
         top -= 1
