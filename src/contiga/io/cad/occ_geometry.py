@@ -105,7 +105,7 @@ def pcurve_from(curve: Any, first: float, last: float) -> NurbsCurve:
 
 
 def curve3d_from(curve: Any, first: float, last: float, scale: float) -> NurbsCurve:
-    """Convert a `Geom_Curve` over [first, last], by growing parameter."""
+    """Convert a `Geom_Curve` over [first, last], by growing parameter; coordinates · `scale`."""
     from OCP.Geom import Geom_BSplineCurve, Geom_TrimmedCurve
     from OCP.GeomConvert import GeomConvert
 
@@ -121,7 +121,8 @@ def curve3d_from(curve: Any, first: float, last: float, scale: float) -> NurbsCu
 def _spline_part(spline: Any, first: float, last: float, scale: float) -> NurbsCurve:
     """Convert a B-spline over [first, last]; bounds within 1e-9 of the domain become the domain's.
 
-    A periodic one is shifted by whole periods, and doubled if the interval goes over its end.
+    Coordinates are multiplied by `scale`. A periodic spline is shifted by whole periods, and
+    doubled if the interval goes over its end.
     """
     period = spline.Period() if spline.IsPeriodic() else 0.0
     curve = curve_from(spline, scale)

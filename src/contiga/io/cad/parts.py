@@ -138,7 +138,7 @@ def _nonempty(keys: list[Any], where: str) -> list[Any]:
 
 
 def _number(key: Any, where: str) -> int:
-    """Return a whole number from 1 as an int; anything else, True included, is refused."""
+    """Return a whole number from 1 as an int; `GeometryError` for anything else, also True."""
     try:
         number = index(key)
     except TypeError:

@@ -137,7 +137,8 @@ def add_projected(
 def _pcurve(chart: Chart, edge: NurbsCurve, max_distance: float) -> NurbsCurve | None:
     """Return the p-curve of an edge, on any turn of the surface: exact on a parallelogram.
 
-    None if a point of it is farther off the surface than `max_distance`, length.
+    None if a point of the edge is farther off the surface than `max_distance`, length; on a
+    parallelogram that is not examined.
     """
     flat = flat_image(chart.surface, edge)
     if flat is not None:

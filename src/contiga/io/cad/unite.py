@@ -233,9 +233,10 @@ class _Union:
         return [number for part in parts if (number := int(self._numbers.FindIndex(part)))]
 
     def faces(self, rows: Sequence[Numbered]) -> list[Numbered]:
-        """Return the faces of the union that are parts of `rows`, with the numbers of these.
+        """Take out and return the faces of the union that are parts of `rows`, with their numbers.
 
-        A face is given out once: a common one belongs to the solid that is asked for first.
+        Numbers are those of `rows`. A face is given out once: a common one belongs to the solid
+        that is asked for first.
         """
         return [
             (number, self._faces.pop(image))

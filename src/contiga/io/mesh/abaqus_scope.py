@@ -378,7 +378,7 @@ def _copy_elements(
     """Add a copy of each of `masters` for each shift of its number, on shifted nodes.
 
     `shifts` has the shift of the node numbers by that of the element numbers; (0, 0) stands for
-    the original, which only joins the set `name`.
+    the original, which only joins the set `name`. A missing master is a `MeshError`.
     """
     for number in masters:
         element = scope.elements.get(number)

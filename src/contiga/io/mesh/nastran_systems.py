@@ -120,7 +120,7 @@ class Grids:
         return {number: self._position(number, "") for number in self._grids}
 
     def _position(self, number: int, where: str) -> Position:
-        """Return a grid point in the basic system; a missing one is a `MeshError` at `where`."""
+        """Return a grid point's x, y, z in the basic system; without it, `MeshError` at `where`."""
         if number not in self._grids:
             raise MeshError("no grid point of that number", where=where, found=number)
         grid = self._grids[number]
