@@ -373,7 +373,7 @@ class Steps:
 
     @contextmanager
     def _hdf5_errors(self) -> Iterator[None]:
-        """Turn errors of HDF5 into messages about the file."""
+        """Turn errors of HDF5, or of a full disk, into an `OutputError` about the file."""
         try:
             yield
         except (OSError, RuntimeError) as error:
