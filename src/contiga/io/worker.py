@@ -119,7 +119,8 @@ def read_in_worker(target: str, path: Path, *args: object, needs: str = "numpy")
 def outcome_in_worker(target: str, path: Path, *args: object, needs: str = "numpy") -> Outcome:
     """Call a reader as `read_in_worker` does, and return its `Outcome`: its error is not raised.
 
-    Warnings are not issued. Where no worker can be started, the file is read in this process, without limits.
+    Warnings are not issued. Where no worker can be started, the file is read in this process,
+    without limits.
 
     Raises
     ------

@@ -83,9 +83,9 @@ def chain_pcurves(loop: Loop, periods: FloatArray) -> Loop:
 
 
 def join_pcurves(loop: Loop, periods: FloatArray) -> Loop:
-    """Return `loop` in its order, each p-curve shifted by whole periods to the end of the last.
+    """Return `loop` in its order, each p-curve shifted by whole periods to the one before.
 
-    The first one stays; gaps of less than half a period remain.
+    The first one stays. Gaps of up to half a period remain, and any in directions without one.
     """
     result = [loop[0]]
     for pcurve in loop[1:]:

@@ -70,7 +70,8 @@ def add_projected(
 
     `edges` are in space, by number; `tolerance` is their largest distance from the face according
     to the file, length. An edge lies on the surface up to `MAX_TOLERANCES` of that and `MAX_SHARE`
-    of its size. Each loop is shifted to begin within the domain; the patch is unrolled if needed.
+    of its size; on a parallelogram that is not examined. Each loop is shifted to begin within the
+    domain; the patch is unrolled if needed.
 
     Warns
     -----

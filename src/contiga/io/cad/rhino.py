@@ -262,7 +262,7 @@ def surface_from(surface: Any) -> NurbsSurface:
 
 
 def curve_from(curve: Any) -> NurbsCurve:
-    """Return a rhino3dm.NurbsCurve, as `surface_from` a surface."""
+    """Convert a rhino3dm.NurbsCurve, as `surface_from` converts a surface."""
     net = np.array(
         [(p.X, p.Y, p.Z, p.W) for p in (curve.Points[i] for i in range(len(curve.Points)))]
     )

@@ -197,7 +197,7 @@ class _GuardedText(io.TextIOWrapper):
 
 
 def _count_empty_reads(count: int, data: bytes | str) -> int:
-    """Return the count of reads without data in a row, with this one; 0 if it has data.
+    """Return the count of reads without data in a row, with this one; 0 if this one has data.
 
     More than `_MAX_READS_AFTER_END` are an EOFError.
     """

@@ -151,7 +151,7 @@ class MeshSeries:
         return np.asarray(displacement / (self.times[k + 1] - self.times[k]))
 
     def _frame(self, index: int) -> FloatArray:
-        """Return the points of a file; if it is read for them, only one other frame is kept."""
+        """Return the points (n, 3) of a file; if it is read, only those of one other file stay."""
         if index not in self._frames:
             while len(self._frames) > 1:
                 del self._frames[next(iter(self._frames))]

@@ -200,7 +200,7 @@ def offsets_of(name: str) -> str:
 
 
 def arrays_of(root: Any) -> list[tuple[str, Any, Any]]:
-    """Return names, values and step offsets of points, point data and cell data."""
+    """Return (name, values, step offsets) of each array: points, point data and cell data."""
     names = ["Points"] if "Points" in root else []
     names += [f"{kind}/{name}" for kind in _DATA for name in root.get(kind, ())]
     return [(name, root[name], root["Steps"][offsets_of(name)]) for name in names]
