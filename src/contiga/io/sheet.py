@@ -176,7 +176,7 @@ class Sheet:
         return matches[0]
 
     def unit(self, k: int, given: str | None = None) -> str | None:
-        """Return the unit of a column: from its head, or else `given`.
+        """Return the unit of a column: from its head, or else `given`, which may be None.
 
         Raises
         ------

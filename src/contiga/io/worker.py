@@ -235,7 +235,7 @@ class _Worker:
     def _receive(self, seconds: float) -> Any:
         """Return the next reply; a worker that takes longer than `seconds` is killed.
 
-        Raises `_WorkerEndedError` with its exit code then, or if it ends by itself.
+        It is then `expired`. Raises `_WorkerEndedError` with its exit code if it ends.
         """
         assert self.process.stdout is not None
 

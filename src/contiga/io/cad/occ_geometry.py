@@ -274,7 +274,7 @@ def _analytic_patch(surface: Any, box: FloatArray, scale: float) -> Patch:
 def _exact_form(
     surface: Any, trimmed: Any, box: FloatArray
 ) -> tuple[Any, FloatArray, tuple[Map, Map]] | None:
-    """Return rational form, shift of knots and parameter maps of a trimmed surface, or None.
+    """Return B-spline, shift (2,) of its knots and maps of u and v of a trimmed surface, or None.
 
     The maps are angles in both directions, in u, in v or in none: the first that `_is_same_surface`
     accepts. None if it accepts none, or OpenCASCADE has no form.
@@ -352,7 +352,7 @@ def _is_same_surface(
 
 
 def _approximate(trimmed: Any) -> tuple[Any, float]:
-    """Return a B-spline near `trimmed` with the same parameters, and its largest error on a grid.
+    """Return a B-spline near `trimmed` with its parameters, and their largest distance on a grid.
 
     It is the first that OpenCASCADE finds for `APPROXIMATION_TOLS` times the size.
 

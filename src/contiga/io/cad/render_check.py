@@ -29,7 +29,7 @@ DISTANCE_TOL = 0.01
 
 
 class RenderMesh(NamedTuple):
-    """The stored render mesh of a face."""
+    """The stored render mesh of a face: vertices (n, 3), triangles (m, 3) as rows of these."""
 
     vertices: FloatArray
     triangles: IntArray

@@ -115,6 +115,7 @@ def _sets(
 ) -> dict[str, list[Label]]:
     """Return the members of all sets, with their instances, by their names in the mesh.
 
+    They are sets of nodes if `of_nodes`, else of elements.
     The name of a set of an instance begins with that instance if there are several, or if an
     earlier set has the same name in any case. Sets of one name add up.
     """

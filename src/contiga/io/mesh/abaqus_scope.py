@@ -172,7 +172,7 @@ def _cartesian(scope: Scope, kind: str, coordinates: Position) -> Position:
 
 
 def read_system(keyword: Keyword, scope: Scope) -> None:
-    """Set the system of the next nodes by *SYSTEM: origin, a point on x, one in the x-y plane.
+    """Set `scope.system` for the next nodes by *SYSTEM: origin, point on x, one in the x-y plane.
 
     A keyword without numbers ends the system in force. An origin alone translates. Without the
     third point y is horizontal, ez × x.

@@ -141,7 +141,7 @@ def read_parts(root: Any, group: Any) -> tuple[Part, ...]:
 
 
 def times_of(root: Any) -> FloatArray:
-    """Return the times of the counted steps."""
+    """Return the times (k,) of the counted steps."""
     count = int(root["Steps"].attrs["NSteps"])
     return np.array(root["Steps/Values"][:count], dtype=np.float64)
 
