@@ -44,7 +44,7 @@ def _values(array: Any) -> FloatArray:
 
 
 def _weights_or_none(weights: FloatArray) -> FloatArray | None:
-    """Return weights, or None if they are equal."""
+    """Return weights, or None if they are equal to a relative 1e-15."""
     return None if np.ptp(weights) <= 1e-15 * abs(weights).max() else weights
 
 

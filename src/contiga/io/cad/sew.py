@@ -87,7 +87,7 @@ class SewnEdges:
         return self._number(face) in self._reversed_faces
 
     def _number(self, shape: Any) -> int:
-        """Return a number that is equal for a shape and its reverse in the same place."""
+        """Return the number of a shape, new if need be; its reverse in the same place shares it."""
         return int(self._numbers.Add(shape))
 
     def _join_edges(self, shape: Any, sewing: Any) -> None:

@@ -109,7 +109,7 @@ class Grids:
             raise MeshError("a system is given twice", where=system.where, found=number)
 
     def positions(self) -> dict[int, Position]:
-        """Return the positions of all grid points in the basic system, in the file's order.
+        """Return the positions of all grid points in the basic system, by number in file order.
 
         Raises
         ------
