@@ -80,6 +80,9 @@ def channel_of(
 ) -> Channel:
     """Return a channel of a run in the unit in which it is shown (`shown`).
 
+    A travel is the distance from the first place of its owner, a strain the largest penetration
+    over the thickness of the layer.
+
     Parameters
     ----------
     history : columns (n,) by name

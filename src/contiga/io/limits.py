@@ -37,7 +37,8 @@ class Limits(NamedTuple):
 def limits_for(path: Path) -> Limits:
     """Return the limits for a file: 60 s + 30 s per MB; 4 GB + 100 × its size, at most all memory.
 
-    Environment variables replace them. A missing file has a size of 0.
+    The environment variables named by `SECONDS` and `MEMORY` (in MB) replace them. A missing file
+    has a size of 0.
 
     Raises
     ------

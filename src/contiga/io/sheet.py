@@ -176,7 +176,7 @@ class Sheet:
         return matches[0]
 
     def unit(self, k: int, given: str | None = None) -> str | None:
-        """Return the unit of a column: from its head, or else `given`.
+        """Return the unit of a column: from its head, or else `given`, which may be None.
 
         Raises
         ------
@@ -208,7 +208,7 @@ class Sheet:
         units: Units | None,
         given: Sequence[str | None] | None = None,
     ) -> Numbers:
-        """Return the columns `order`, all finite, in the units of a case; this uses up the rows.
+        """Return the columns `order`, in the units of a case, with lines; this uses up the rows.
 
         Parameters
         ----------

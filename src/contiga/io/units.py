@@ -263,9 +263,10 @@ def si_size(unit: str, quantity: Quantity, where: str | None = None) -> float:
 
 
 def _is_unit_of(powers: Powers, kind: Kind) -> bool:
-    """Return whether a unit of these powers measures a quantity; without an angle it may, too.
+    """Return whether a unit of these powers measures a quantity; the angle may be missing.
 
-    So 1/s may stand for rad/s. Quantities that have only their named units have none.
+    So 1/s may stand for rad/s; a pure number is no angle. False for a quantity that has only its
+    named units.
     """
     if kind.powers is None:
         return False

@@ -117,9 +117,10 @@ def read_in_worker(target: str, path: Path, *args: object, needs: str = "numpy")
 
 
 def outcome_in_worker(target: str, path: Path, *args: object, needs: str = "numpy") -> Outcome:
-    """Return what `read_in_worker` returns, with the reader's error and warnings.
+    """Call a reader as `read_in_worker` does, and return its `Outcome`: its error is not raised.
 
-    Where no worker can be started, the file is read in this process, without limits.
+    Warnings are not issued. Where no worker can be started, the file is read in this process,
+    without limits.
 
     Raises
     ------
@@ -234,7 +235,7 @@ class _Worker:
     def _receive(self, seconds: float) -> Any:
         """Return the next reply; a worker that takes longer than `seconds` is killed.
 
-        Raises `_WorkerEndedError` with its exit code then, or if it ends by itself.
+        It is then `expired`. Raises `_WorkerEndedError` with its exit code if it ends.
         """
         assert self.process.stdout is not None
 
@@ -383,8 +384,9 @@ def serve() -> None:
     """Read requested files in the worker until the caller closes the pipe.
 
     A worker without a request for a minute is ended by a signal, where the system has alarms.
-    A request is answered by None once its reader is loaded, then by its outcome; a reader that
-    cannot be loaded by an outcome alone. The name of a reader to load gets no answer.
+    It sends None when it has started. A request is answered by None once its reader is loaded, then
+    by its outcome; if the reader cannot be loaded, by an outcome alone. The name of a reader to
+    load gets no answer.
     """
     requests, replies = os.fdopen(os.dup(0), "rb"), os.fdopen(os.dup(1), "wb")
     null = os.open(os.devnull, os.O_RDWR)
@@ -500,7 +502,8 @@ def _outcome(request: Request) -> Outcome:
     """Call the reader and return its outcome.
 
     Its own refusals (`ContigaError`, ImportError) stay, memory that runs out is too large, any
-    other exception becomes a `FileError`; only interruptions escape.
+    other exception becomes a `FileError`; only interruptions escape. Of warnings only those of
+    contiga are kept.
     """
     content: Any = None
     error: Exception | None = None

@@ -54,8 +54,8 @@ class Assembly:
         """Add a face cut out by `loops`; `flip` reverses its free side and mirrors the loops.
 
         Gaps in a loop of more than `MIN_GAP` of the domain are closed by straight pieces. A face
-        whose loops then do not fit is kept whole, with a warning: one bad face is no reason to
-        refuse a file. `where` is the face's name in messages.
+        whose loops then do not fit is kept whole and shares no edge, with a warning: one bad face
+        is no reason to refuse a file. `where` names the face in messages.
         """
         patch = len(self._patches)
         domain = surface.domain[0]
@@ -95,7 +95,8 @@ class Assembly:
     ) -> None:
         """Add a face that is its whole natural rectangle; `flip` reverses its free side.
 
-        `loop` and `sides` have its edges and their places; without both it shares no edge.
+        `loop` and `sides` have its edges and their places; unless both are given, it shares no
+        edge.
         """
         patch = len(self._patches)
         if loop is not None and sides is not None:
@@ -118,7 +119,7 @@ class Assembly:
             self._uses.setdefault(edge, []).append((use, span))
 
     def connected_owners(self, owner: Sequence[int]) -> list[int]:
-        """Return the owners (given by patch) that share an edge with another owner, ascending."""
+        """Return, ascending, the owners that share an edge with others; `owner` is by patch."""
         connected: set[int] = set()
         for uses in self._uses.values():
             owners = {owner[use.patch] for use, _ in uses}
@@ -127,9 +128,9 @@ class Assembly:
         return sorted(connected)
 
     def body(self, name: str, edge_of: Callable[[int], Edge | None], unit: str | None) -> Body:
-        """Return the body of all faces; `edge_of` gives the curve of an edge by its number.
+        """Return the body of all faces; `edge_of` gives the `Edge` of a number, or None.
 
-        Edges without a curve (None) are left out.
+        Edges for which it gives None are left out.
 
         Raises
         ------

@@ -93,7 +93,7 @@ class Chart:
         """Return the parameters (n, 2) of the feet of `points` (n, 3), by Gauss-Newton from `uv`.
 
         In closed directions they are not wrapped, in others clamped to the domain. A step is at
-        most a tenth of the domain; a row that has not converged after `MAX_STEPS` stays as it is.
+        most a tenth of the domain. After `MAX_STEPS` a row is left where it is, converged or not.
         """
         span = self.high - self.low
         is_open = self.periods == 0.0
@@ -203,9 +203,9 @@ class Chart:
 def _gauss_newton_step(
     tangent_u: FloatArray, tangent_v: FloatArray, residual: FloatArray
 ) -> FloatArray:
-    """Return the least-squares components (n, 2) of residuals (n, 3) along two tangents (n, 3).
+    """Return the least-squares coefficients (n, 2) of two tangents (n, 3) for residuals (n, 3).
 
-    The component along a tangent without length, as at a pole, is 0. If sin² of the angle between
+    The coefficient of a tangent without length, as at a pole, is 0. If sin² of the angle between
     the tangents is at most 1e-14, each takes half of the residual along it.
     """
     tangents = np.stack([tangent_u, tangent_v], axis=1)
@@ -222,7 +222,11 @@ def _gauss_newton_step(
 
 
 def flat_image(surface: NurbsSurface, edge: NurbsCurve) -> NurbsCurve | None:
-    """Return the exact p-curve of `edge` on a parallelogram; None for other patches."""
+    """Return the exact p-curve of `edge` on a parallelogram; None for other patches.
+
+    Points off the plane are projected along its normal, at any distance. A parallelogram without
+    area gives None, too.
+    """
     points = surface.control_points
     if surface.degrees != (1, 1) or points.shape[:2] != (2, 2) or surface.is_rational:
         return None
@@ -257,10 +261,10 @@ Spline = tuple[FloatArray, FloatArray, FloatArray | None]
 
 
 def join_splines(degree: int, first: Spline, second: Spline) -> Spline:
-    """Return one spline of two of a degree that meet: the second begins at the end of the first.
+    """Return (knots, points, weights) of two splines as one: the second follows on the first.
 
-    Its knots must begin there, too. Weights are scaled to agree at the joint, and None unless both
-    have some.
+    Both have degree `degree`; the second begins with the last knot and point of the first. Weights
+    of the second are scaled to agree at the joint; the result has None unless both have some.
     """
     knots = np.concatenate([first[0][:-1], second[0][degree + 1 :]])
     points = np.concatenate([first[1], second[1][1:]])

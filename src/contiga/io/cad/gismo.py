@@ -79,7 +79,8 @@ def _read_surfaces(
 ) -> tuple[Body, PartLabel]:
     """Return the chosen surfaces as a body with shared edges, and the label of all of them.
 
-    Lengths are scaled if both units are given; the body has a unit only with `file_unit`.
+    Lengths are scaled if both units are given; the body has a unit only with `file_unit`. Geometry
+    of other kinds is left out, with a warning.
     """
     try:
         root = ElementTree.parse(path).getroot()

@@ -55,7 +55,7 @@ def translate(pcurve: PCurve, shift: FloatArray) -> PCurve:
 
 
 def chain_pcurves(loop: Loop, periods: FloatArray) -> Loop:
-    """Return `loop` ordered head to tail, each p-curve shifted by whole periods to the last.
+    """Return `loop` ordered head to tail, each p-curve shifted by whole periods to the one before.
 
     The order of the file is kept unless it leaves a gap of more than `CLOSED_TOL` of the loop, and
     taking the nearest start next more than halves the worst one. Gaps may remain: see `gaps`. The
@@ -83,9 +83,9 @@ def chain_pcurves(loop: Loop, periods: FloatArray) -> Loop:
 
 
 def join_pcurves(loop: Loop, periods: FloatArray) -> Loop:
-    """Return `loop` in its order, each p-curve shifted by whole periods to the end of the last.
+    """Return `loop` in its order, each p-curve shifted by whole periods to the one before.
 
-    The first one stays; gaps of less than half a period remain.
+    The first one stays. Gaps of up to half a period remain, and any in directions without one.
     """
     result = [loop[0]]
     for pcurve in loop[1:]:
@@ -112,7 +112,7 @@ def gaps(loop: Loop) -> FloatArray:
 
 
 def exact_box(pcurves: Loop) -> FloatArray:
-    """Return the exact box of p-curves, low and high (u, v), from their turning points."""
+    """Return the exact box (2, 2) of p-curves, low and high (u, v), from their turning points."""
     from contiga.geometry.kernels.trim_build_nb import monotone_pieces
 
     points = []
@@ -181,8 +181,8 @@ def rectangle_sides(loop: Loop, box: FloatArray, speed: FloatArray) -> Sides | N
 
     A p-curve lies on a side if its control points miss it by no more than the p-curve's own
     tolerance and `RECTANGLE_TOL` of the face; rounding is always allowed. If it fits several, the
-    best one relative to what is allowed counts. The p-curves must go round the whole border once,
-    to within 1 % of its length, and not run back and forth.
+    best one relative to the allowed miss counts. None also unless the p-curves go round the whole
+    border once, to within 1 % of its length, and none runs back and forth.
     """
     span = box[1] - box[0]
     result = Sides([], [], [])

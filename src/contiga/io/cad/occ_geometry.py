@@ -44,7 +44,7 @@ def _values(array: Any) -> FloatArray:
 
 
 def _weights_or_none(weights: FloatArray) -> FloatArray | None:
-    """Return weights, or None if they are equal."""
+    """Return weights, or None if they are equal to a relative 1e-15."""
     return None if np.ptp(weights) <= 1e-15 * abs(weights).max() else weights
 
 
@@ -105,7 +105,7 @@ def pcurve_from(curve: Any, first: float, last: float) -> NurbsCurve:
 
 
 def curve3d_from(curve: Any, first: float, last: float, scale: float) -> NurbsCurve:
-    """Convert a `Geom_Curve` over [first, last], by growing parameter."""
+    """Convert a `Geom_Curve` over [first, last], by growing parameter; coordinates · `scale`."""
     from OCP.Geom import Geom_BSplineCurve, Geom_TrimmedCurve
     from OCP.GeomConvert import GeomConvert
 
@@ -121,7 +121,8 @@ def curve3d_from(curve: Any, first: float, last: float, scale: float) -> NurbsCu
 def _spline_part(spline: Any, first: float, last: float, scale: float) -> NurbsCurve:
     """Convert a B-spline over [first, last]; bounds within 1e-9 of the domain become the domain's.
 
-    A periodic one is shifted by whole periods, and doubled if the interval goes over its end.
+    Coordinates are multiplied by `scale`. A periodic spline is shifted by whole periods, and
+    doubled if the interval goes over its end.
     """
     period = spline.Period() if spline.IsPeriodic() else 0.0
     curve = curve_from(spline, scale)
@@ -273,7 +274,7 @@ def _analytic_patch(surface: Any, box: FloatArray, scale: float) -> Patch:
 def _exact_form(
     surface: Any, trimmed: Any, box: FloatArray
 ) -> tuple[Any, FloatArray, tuple[Map, Map]] | None:
-    """Return rational form, shift of knots and parameter maps of a trimmed surface, or None.
+    """Return B-spline, shift (2,) of its knots and maps of u and v of a trimmed surface, or None.
 
     The maps are angles in both directions, in u, in v or in none: the first that `_is_same_surface`
     accepts. None if it accepts none, or OpenCASCADE has no form.
@@ -351,7 +352,7 @@ def _is_same_surface(
 
 
 def _approximate(trimmed: Any) -> tuple[Any, float]:
-    """Return a B-spline near `trimmed` with the same parameters, and its largest error on a grid.
+    """Return a B-spline near `trimmed` with its parameters, and their largest distance on a grid.
 
     It is the first that OpenCASCADE finds for `APPROXIMATION_TOLS` times the size.
 

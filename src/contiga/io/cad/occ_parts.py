@@ -72,7 +72,10 @@ class _Path(NamedTuple):
 
 
 def new_document() -> Any:
-    """Return an empty document for `STEPCAFControl_Reader` or `IGESCAFControl_Reader` to fill."""
+    """Return an empty document for `STEPCAFControl_Reader` or `IGESCAFControl_Reader` to fill.
+
+    OpenCASCADE's automatic names are switched off, for the whole process.
+    """
     from OCP.TCollection import TCollection_ExtendedString
     from OCP.TDocStd import TDocStd_Document
     from OCP.XCAFApp import XCAFApp_Application
@@ -230,7 +233,8 @@ def part_labels(pieces: Sequence[Piece], edges: SewnEdges) -> list[PartLabel]:
 def _groups(pieces: Sequence[Piece], edges: SewnEdges) -> Iterable[int]:
     """Return a group number for each piece, unique but for loose faces.
 
-    Those of one place have the same number if edges connect them, also over others.
+    Loose faces of one place have the same number if edges connect them, also by way of other loose
+    faces.
     """
     loose = [k for k, piece in enumerate(pieces) if piece.kind == "face"]
     groups = np.arange(len(pieces))

@@ -181,7 +181,7 @@ def _halves(patch: NurbsSurface) -> list[NurbsSurface]:
 def _edge(curve: Any, *surface: Any) -> Any:
     """Return an edge along a curve in space, or along a p-curve of `surface`.
 
-    Its ends coincide with others within `VERTEX_TOL`, as loops of p-curves need it.
+    Its vertices get the tolerance `VERTEX_TOL`, which joins them in loops of p-curves.
     """
     from OCP.BRep import BRep_Builder
     from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeEdge

@@ -52,7 +52,8 @@ def transfer_file(path: Path) -> Transfer:
 def _transfer_step(path: Path) -> Transfer:
     """Transfer a STEP file, with its first length unit and the largest uncertainty it states.
 
-    Several units give a warning. Another or a damaged file is a `FileError`.
+    Without any, unit None and accuracy 0. Several units give a warning. Another or a damaged file
+    is a `FileError`.
     """
     from OCP.collections import Sequence_TCollection_AsciiString
     from OCP.IFSelect import IFSelect_ReturnStatus
@@ -87,7 +88,7 @@ def _transfer_step(path: Path) -> Transfer:
 
 
 def _transfer_iges(path: Path) -> Transfer:
-    """Transfer an IGES file; unit and accuracy are those of its global section.
+    """Transfer an IGES file; unit (None if unknown) and accuracy come from its global section.
 
     Another or a damaged file is a `FileError`.
     """

@@ -138,7 +138,10 @@ def _nonempty(keys: list[Any], where: str) -> list[Any]:
 
 
 def _number(key: Any, where: str) -> int:
-    """Return a whole number from 1 as an int; anything else, True included, is refused."""
+    """Return a whole number from 1 as an int; `GeometryError` for anything else, also True.
+
+    `where`, "parts" or "faces", determines the message.
+    """
     try:
         number = index(key)
     except TypeError:
@@ -163,7 +166,7 @@ class Inventory(NamedTuple):
     parts: list[PartLabel]
     """All parts of the file."""
     apart: dict[int, Body]
-    """Parts that share faces or edges with others, alone, by number."""
+    """Parts that share faces or edges with others, or meet others, alone, by number."""
     message: str = ""
     """Message about solids that touch or overlap, "" if none do."""
 

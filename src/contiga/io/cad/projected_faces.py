@@ -70,7 +70,8 @@ def add_projected(
 
     `edges` are in space, by number; `tolerance` is their largest distance from the face according
     to the file, length. An edge lies on the surface up to `MAX_TOLERANCES` of that and `MAX_SHARE`
-    of its size. Each loop is shifted to begin within the domain; the patch is unrolled if needed.
+    of its size; on a parallelogram that is not examined. Each loop is shifted to begin within the
+    domain; the patch is unrolled if needed.
 
     Warns
     -----
@@ -137,7 +138,8 @@ def add_projected(
 def _pcurve(chart: Chart, edge: NurbsCurve, max_distance: float) -> NurbsCurve | None:
     """Return the p-curve of an edge, on any turn of the surface: exact on a parallelogram.
 
-    None if a point of it is farther off the surface than `max_distance`, length.
+    None if a point of the edge is farther off the surface than `max_distance`, length; on a
+    parallelogram that is not examined.
     """
     flat = flat_image(chart.surface, edge)
     if flat is not None:

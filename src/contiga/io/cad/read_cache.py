@@ -83,8 +83,8 @@ def _warn(messages: list[str]) -> None:
 def cached_answer(file: Path, request: str, source: str, make: Callable[[], T]) -> T:
     """Return the answer of `make`, or the one cached on disk for the same bytes of a file.
 
-    An answer with warnings is not cached, nor is None, or that about a file which is rewritten in
-    the meantime. Warnings of contiga are issued when `make` has ended, also by an error.
+    An answer with warnings of contiga is not cached, nor is None, or an answer about a file which
+    is rewritten in the meantime. All warnings are issued when `make` has ended, also by an error.
 
     Parameters
     ----------

@@ -179,8 +179,8 @@ def check_joints(body: Body, file: Path, solids: Solids | None = None) -> None:
     Warns
     -----
     ContigaWarning
-        An edge of several faces has a gap above rounding; pieces are apart by less than
-        `contiga.io.cad.near_solids.SLIT_TOL` of their size.
+        An edge of several faces has a gap above rounding; random points show pieces that are apart
+        by less than `contiga.io.cad.near_solids.SLIT_TOL` of their size.
     """
     from contiga.geometry.slits import ROUNDING
     from contiga.io.cad.near_solids import slits_between

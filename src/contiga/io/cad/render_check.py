@@ -29,7 +29,7 @@ DISTANCE_TOL = 0.01
 
 
 class RenderMesh(NamedTuple):
-    """The stored render mesh of a face."""
+    """The stored render mesh of a face: vertices (n, 3), triangles (m, 3) as rows of these."""
 
     vertices: FloatArray
     triangles: IntArray
@@ -59,9 +59,9 @@ def render_mesh(face: Any) -> RenderMesh | None:
 
 
 def find_mismatches(body: Body, meshes: list[RenderMesh | None]) -> Iterator[tuple[int, str]]:
-    """Yield the patches of `body` that differ from their render mesh, and the difference in words.
+    """Yield index and difference, in words, of each patch that differs from its render mesh.
 
-    They differ by more than `AREA_TOL` in area or `DISTANCE_TOL` in place. `meshes` are by patch;
+    It differs by more than `AREA_TOL` in area or `DISTANCE_TOL` in place. `meshes` are by patch;
     patches without a mesh, or with one without area, are not compared.
     """
     if not any(meshes):
@@ -84,7 +84,8 @@ def find_mismatches(body: Body, meshes: list[RenderMesh | None]) -> Iterator[tup
 def _largest_distance(body: Body, k: int, mesh: RenderMesh) -> float:
     """Return the largest distance of up to `MAX_VERTICES` vertices from patch `k` with its trims.
 
-    Of a vertex whose foot is outside the trims it is that to the nearest border, if farther.
+    For a vertex whose foot is outside the trims the distance to the nearest border counts, if that
+    is larger.
     """
     used = np.unique(mesh.triangles)
     used = used[np.linspace(0, len(used) - 1, min(MAX_VERTICES, len(used))).astype(int)]

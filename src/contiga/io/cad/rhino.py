@@ -262,7 +262,7 @@ def surface_from(surface: Any) -> NurbsSurface:
 
 
 def curve_from(curve: Any) -> NurbsCurve:
-    """Return a rhino3dm.NurbsCurve, as `surface_from` a surface."""
+    """Convert a rhino3dm.NurbsCurve, as `surface_from` converts a surface."""
     net = np.array(
         [(p.X, p.Y, p.Z, p.W) for p in (curve.Points[i] for i in range(len(curve.Points)))]
     )
@@ -326,10 +326,10 @@ def _convert(label: str, converter: Callable[[Any], _Converted], geometry: Any) 
 def _natural_sides(
     surface: NurbsSurface, loops: list[list[Trim]], curves: list[NurbsCurve], tolerance: float
 ) -> tuple[Loop, Sides] | None:
-    """Return the four sides of a surface as a loop if one loop of four trims runs along them.
+    """Return the sides of a surface as a loop, with their `Sides`, if four trims run along them.
 
     Its first trim may be any of the sides; a trim may be `tolerance`, or 1e-9 of the size, off
-    its side. None for other loops.
+    its side. None for other loops, or more than one.
     """
     if len(loops) != 1 or len(loops[0]) != 4:
         return None
@@ -359,7 +359,8 @@ def _runs_along(
     """Return whether a trim runs along a natural side, against its parameter if `against`.
 
     At a pole the side must be one point. Else the ends must meet within `near`, in each coordinate,
-    and `N_SAMPLES` points of the edge lie within it of the sampled side, plus its sagitta.
+    and `N_SAMPLES` points of the edge be within `near`, plus twice the sagitta of its chords, of
+    the sampled side.
     """
     fine = side.evaluate(np.linspace(*side.domain, 8 * N_SAMPLES + 1))
     if trim.edge < 0:

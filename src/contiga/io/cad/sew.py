@@ -87,11 +87,11 @@ class SewnEdges:
         return self._number(face) in self._reversed_faces
 
     def _number(self, shape: Any) -> int:
-        """Return a number that is equal for a shape and its reverse in the same place."""
+        """Return the number of a shape, new if need be; its reverse in the same place shares it."""
         return int(self._numbers.Add(shape))
 
     def _join_edges(self, shape: Any, sewing: Any) -> None:
-        """Fill `_leaders`: for each edge the edge that represents it, and its sense.
+        """Fill `_leaders`: the edge that represents each edge, and whether it runs against that.
 
         An edge that meets several edges one after the other is cut by the sewing; here it stays
         whole and shares its number with all of them, and edges joined to it. Pieces shorter than
@@ -164,7 +164,7 @@ class SewnEdges:
         return edge, against
 
     def _orient_faces(self, shape: Any, sewing: Any) -> None:
-        """Add to `_reversed_faces` those that must swap their sides to agree with their neighbours.
+        """Add to `_reversed_faces` the faces that must swap their sides to agree with neighbours.
 
         Faces are joined over edges that two of them share. A connected piece that is closed faces
         outward. A piece that is open, or lies within a closed one, keeps the orientation of its

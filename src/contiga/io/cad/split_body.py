@@ -81,7 +81,7 @@ def split(body: Body, plane: tuple[ArrayLike, ArrayLike]) -> tuple[Body, Body]:
 
 
 def _split_shapes(body: Body, point: FloatArray, normal: FloatArray, scale: float) -> list[Any]:
-    """Return solids and open faces, split by the plane, with lengths multiplied by `scale`.
+    """Return solids, then faces of no solid, split by the plane, with lengths · `scale`.
 
     The plane is a square with a half side of the body's size about the middle of its box. Failure
     of OpenCASCADE is a `GeometryError`.

@@ -137,7 +137,10 @@ class _Model:
         self._parts = part_labels(transfer.pieces, self._edges)
 
     def body(self, choice: Choice) -> Body:
-        """Return the selection, as if the file had nothing else."""
+        """Return the selection as a body, as if the file had nothing else.
+
+        Solids that meet give a warning, or a `FileError` if they are to be refused.
+        """
         placed, message = self._select_faces(choice)
         if message:
             warn(f"{self._path}: solids {message}")

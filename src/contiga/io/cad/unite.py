@@ -233,9 +233,10 @@ class _Union:
         return [number for part in parts if (number := int(self._numbers.FindIndex(part)))]
 
     def faces(self, rows: Sequence[Numbered]) -> list[Numbered]:
-        """Return the faces of the union that are parts of `rows`, with the numbers of these.
+        """Take out and return the faces of the union that are parts of `rows`, with their numbers.
 
-        A face is given out once: a common one belongs to the solid that is asked for first.
+        Numbers are those of `rows`. A face is given out once: a common one belongs to the solid
+        that is asked for first.
         """
         return [
             (number, self._faces.pop(image))
@@ -299,8 +300,9 @@ def _diagonal(boxes: Mapping[int, FloatArray]) -> float:
 def contact_distance(boxes: Mapping[int, FloatArray], accuracy: float) -> float:
     """Return the distance up to which solids in these boxes touch, mm.
 
-    It is the accuracy of the file, at most 1e-6 of the whole size, or 1e-6 of the size of the
-    smallest solid: placements have so many decimals, and no clearance is so narrow.
+    It is the largest of `FINEST`, the accuracy of the file, at most 1e-6 of the whole size, and
+    1e-6 of the size of the smallest solid: placements have so many decimals, and no clearance is so
+    narrow.
     """
     smallest = min((_diagonal({0: box}) for box in boxes.values()), default=0.0)
     return max(FINEST, min(accuracy, COINCIDENT * _diagonal(boxes)), COINCIDENT * smallest)

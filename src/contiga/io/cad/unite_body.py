@@ -193,8 +193,8 @@ def scale_of(body: Body) -> float:
 def as_solids(body: Body, pieces: Sequence[Sequence[int]], scale: float) -> list[Solid]:
     """Return the closed pieces as solids of OpenCASCADE, lengths · `scale`, by their first patch.
 
-    A piece that faces inward is cut out of the smallest solid around it; without one, or if the
-    cut fails, it is left out. So are pieces of which no solid can be made.
+    A piece that faces inward is cut out of the smallest solid around a point of it; without one, or
+    if the cut fails, it is left out. So are pieces of which no solid can be made.
     """
     outward: list[Solid] = []
     cavities: list[Solid] = []

@@ -173,7 +173,7 @@ def project_edge(
 def _knot_crossings(
     image: Callable[[FloatArray], FloatArray], t: FloatArray, chart: Chart
 ) -> FloatArray:
-    """Return the parameters at which an image crosses knots of the surface, its kinks.
+    """Return the parameters (k,) at which an image crosses knots of the surface, its kinks.
 
     Crossings are sought between the samples `t`, ascending, for u and then for v, with the knots of
     all turns of a closed direction; a double one between two samples is missed. Each is found by
@@ -219,7 +219,7 @@ def _distinct(borders: FloatArray) -> FloatArray:
 
 
 def _break_parameters(curve: NurbsCurve, maps: tuple[Map, Map]) -> FloatArray:
-    """Return the parameters of `curve` at its knots and where it crosses a break of a map.
+    """Return the parameters (k,) of `curve` at its knots and where it crosses a break of a map.
 
     They are distinct and ascending; touching a break is no crossing.
     """

@@ -211,7 +211,8 @@ class _Deck:
     def _labels_of_set(self, name: str, instance: str, of_nodes: bool, where: str) -> list[Label]:
         """Return the members of a set of an instance, or of the current scope if that is "".
 
-        Members without an instance of their own get `instance`.
+        It is a set of nodes if `of_nodes`, else of elements. Members without an instance of their
+        own get `instance`.
 
         Raises
         ------

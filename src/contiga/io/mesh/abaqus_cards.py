@@ -78,7 +78,8 @@ class Keyword(NamedTuple):
 def read_keywords(path: Path, open_files: tuple[Path, ...] = ()) -> Iterator[Keyword]:
     """Yield the keywords of an input file and of the files it includes, in order.
 
-    `open_files` are the files that include this one. Data before the first keyword are ignored.
+    `open_files` are the files that include this one. Data before the first keyword are ignored;
+    data from an INPUT file come before those of the keyword itself.
     Bytes that are not UTF-8 are replaced.
 
     Raises

@@ -75,10 +75,10 @@ def assemble_mesh(instances: Mapping[str, Scope], names: Mapping[str, str], wher
 def _blocks(
     instances: Mapping[str, Scope], row_of: Mapping[tuple[str, int], int]
 ) -> tuple[tuple[CellBlock, ...], Cells]:
-    """Return blocks of consecutive cells of one kind, and the place of each cell in them.
+    """Return blocks of consecutive cells of one kind, and the place (block, row) of each cell.
 
-    Elements without a surface are skipped, also between cells of one kind. `row_of` has the row
-    of each node by instance and number; a missing one raises a `MeshError`.
+    Elements without a surface are skipped, also between cells of one kind. Places and `row_of`,
+    the rows of the nodes, are by instance and number; a missing node raises a `MeshError`.
     """
     runs: list[tuple[str, list[list[int]]]] = []
     cells: Cells = {}
@@ -115,6 +115,7 @@ def _sets(
 ) -> dict[str, list[Label]]:
     """Return the members of all sets, with their instances, by their names in the mesh.
 
+    They are sets of nodes if `of_nodes`, else of elements.
     The name of a set of an instance begins with that instance if there are several, or if an
     earlier set has the same name in any case. Sets of one name add up.
     """

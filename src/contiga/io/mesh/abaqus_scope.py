@@ -172,7 +172,7 @@ def _cartesian(scope: Scope, kind: str, coordinates: Position) -> Position:
 
 
 def read_system(keyword: Keyword, scope: Scope) -> None:
-    """Set the system of the next nodes by *SYSTEM: origin, a point on x, one in the x-y plane.
+    """Set `scope.system` for the next nodes by *SYSTEM: origin, point on x, one in the x-y plane.
 
     A keyword without numbers ends the system in force. An origin alone translates. Without the
     third point y is horizontal, ez × x.
@@ -378,7 +378,7 @@ def _copy_elements(
     """Add a copy of each of `masters` for each shift of its number, on shifted nodes.
 
     `shifts` has the shift of the node numbers by that of the element numbers; (0, 0) stands for
-    the original, which only joins the set `name`.
+    the original, which only joins the set `name`. A missing master is a `MeshError`.
     """
     for number in masters:
         element = scope.elements.get(number)

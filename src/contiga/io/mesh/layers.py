@@ -63,7 +63,7 @@ def peeled(points: FloatArray, blocks: list[CellBlock], layer: int, where: str) 
 
 
 def with_middles(blocks: list[CellBlock], nodes: np.ndarray) -> np.ndarray:
-    """Return a mask of nodes with the mid-side nodes between two of them, and centres of faces.
+    """Return a mask (n,) of nodes with the mid-side nodes between two of them, and face centres.
 
     A centre node is added if all corners of its face are in the mask. Sets in files often contain
     corners alone; the facets of a second-order mesh are split through its mid-side nodes, so that

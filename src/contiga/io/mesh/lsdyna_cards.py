@@ -67,7 +67,8 @@ def _blocks_of(
     """Yield the blocks of one file, those of its *INCLUDE in its place; see `read_blocks`.
 
     A block of parameters is read before it is yielded; a folder of an *INCLUDE_PATH is added to
-    `folders`, where included files are sought. `open_files` are those that include this one.
+    `folders`, where included files are sought. `open_files` are those that include this one. *END
+    ends the file.
     """
     try:
         # An unreadable byte can only be in a title or comment, which has no effect.
@@ -107,7 +108,11 @@ def _blocks_of(
 def _split_into_blocks(
     lines: list[str], path: Path, long: bool, parameters: Parameters
 ) -> Iterator[Block]:
-    """Yield the keywords of a file with their cards, without comments; `long` may be set by one."""
+    """Yield the keywords of a file with their cards, without comments.
+
+    `long` is the format at first; a *KEYWORD with LONG=Y sets it, + or − after a keyword overrides
+    it there. Fields of ten characters for whole numbers are a `MeshError`.
+    """
     block: Block | None = None
     for number, line in enumerate(lines, start=1):
         if line.startswith("$"):
@@ -262,7 +267,7 @@ class Row(NamedTuple):
         return self._as_whole(text or "0") or int(self._default(name))
 
     def _as_whole(self, text: str) -> int:
-        """Return a text as a whole number without decimals; refuse one beyond `MAX_WHOLE`."""
+        """Return a text as a whole number, decimals cut off; `MeshError` beyond `MAX_WHOLE`."""
         try:
             value = int(text)
         except ValueError:
@@ -298,7 +303,7 @@ class Row(NamedTuple):
         return float(self.layout.fields[self.layout.places[name]].default or 0.0)
 
     def _number(self, text: str, allowed: str) -> float:
-        """Return a text as a finite number; refuse others, with a remedy for a parameter (&)."""
+        """Return a text as a finite number; others are a `MeshError`, for a & with a remedy."""
         try:
             value = fortran_number(text)
             if not math.isfinite(value):
@@ -318,8 +323,8 @@ class Row(NamedTuple):
 def row_of(card: Card, block: Block, layout: Layout) -> Row:
     """Return a card of a block, cut into fields; nonblank ones are noted in `block.unread`.
 
-    Idle fields are not noted; columns beyond the layout are, as "field 9" and so on. A card that
-    was cut before keeps its notes.
+    Parameters (&) with a value are replaced by it. Idle fields are not noted; columns beyond the
+    layout are, as "field 9" and so on. A card that was cut before keeps its notes.
     """
     count = len(layout.fields)
     if "," in card.text:

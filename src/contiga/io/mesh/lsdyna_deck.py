@@ -153,7 +153,7 @@ class DeckModel:
         self.drop(block, reason)
 
     def leave_unread(self) -> None:
-        """Note every field that is neither blank nor default and that no reader has read.
+        """Note in `unknown` each field that is neither blank nor default and that no one has read.
 
         Blocks with the same keyword, file and unread names share an entry, which has up to
         `_MAX_VALUES` values of each name. All their cards then count as read.

@@ -81,7 +81,7 @@ _READERS: dict[str, Reader] = {}
 
 
 def _reads(*keywords: str) -> Callable[[Reader], Reader]:
-    """Make a function the reader of some keywords; one with a star stands for all that begin so."""
+    """Return a decorator that makes a function the reader of `keywords`; "NAME*" is a prefix."""
 
     def register(reader: Reader) -> Reader:
         _READERS.update(dict.fromkeys(keywords, reader))
@@ -285,7 +285,7 @@ def _read_contact(block: Block, model: DeckModel) -> None:
 def _read_prescribed_motion(block: Block, model: DeckModel) -> None:
     """Add the translations of rigid parts; drop rotations and other kinds, with their cards.
 
-    Times of birth and death within the run are noted: motions last all the time.
+    Times of birth above 0 and of death within the run are noted: motions last all the time.
     """
     has_id = block.keyword.endswith("_ID")
     cards = iter(block.cards)

@@ -235,8 +235,9 @@ def is_parameters(block: Block) -> bool:
 def _definitions(block: Block, has_expressions: bool) -> Iterator[tuple[int, str, str]]:
     """Yield line, type letter with name, and text of each value or expression.
 
-    A card has four values, with commas also more; those without a name are skipped. It has one
-    expression, whose name a comma may end; without a name it continues the expression before.
+    A card has four values, with commas also more; those without a name are skipped. If
+    `has_expressions`, it has one expression instead, whose name a comma may end; without a name it
+    continues the expression before.
     """
     width = LONG_WIDTH if block.long else WIDTH
     if has_expressions:

@@ -134,7 +134,7 @@ def is_section(block: Block) -> bool:
 
 
 def _read_part(block: Block, parts: Parts) -> None:
-    """Read the parts of a *PART: heading, numbers, and cards of known options.
+    """Read the parts of a *PART into `parts`: heading, numbers, and cards of known options.
 
     If there are unknown options only the first part is read, without cards of options.
     """
@@ -195,7 +195,7 @@ def axes_of(x_vector: Sequence[float], plane_vector: Sequence[float]) -> FloatAr
 
 
 def _read_shell_section(block: Block, parts: Parts) -> None:
-    """Read the sections of a *SECTION_SHELL: thicknesses and added mass, by number.
+    """Read the sections of a *SECTION_SHELL into `parts`: thicknesses and added mass, by number.
 
     Cards of angles (ICOMP = 1) are cut, but not read. T2 to T4 are T1 unless above 0. With options
     besides TITLE only the first section is read.

@@ -51,7 +51,7 @@ def _add_cards(names: tuple[str, ...], cards: tuple[str, ...]) -> None:
 
 
 def _material(*names: str, cards: tuple[str, ...]) -> Callable[[Law], Law]:
-    """Make a function the law of the materials *MAT_… of these names, and note their cards."""
+    """Return a decorator that makes a function the law of *MAT_… of these names; note the cards."""
     _add_cards(names, cards)
 
     def register(law: Law) -> Law:
@@ -168,8 +168,9 @@ def _foam_with_rates(rows: list[Row]) -> SoftLaw | str:
 def _fabric(rows: list[Row]) -> SoftLaw | str:
     """Return an elastic membrane, or a woven one with moduli or curves along warp and weft.
 
-    It is elastic if it has one modulus, no GAB and no curves. There is no law for curves of a FORM
-    other than 4 and 14 (second Piola-Kirchhoff stress), nor for woven axes other than of AOPT 2.
+    It is elastic if it has one modulus, no GAB and no curves. There is no law, but the reason in
+    words, without EA, for curves of a FORM other than 4 and 14 (second Piola-Kirchhoff stress), and
+    for woven axes other than of AOPT 2.
     """
     warp, weft, poisson = rows[0].reals("EA EB PRBA")
     shear, no_compression = rows[1].reals("GAB CSE")

@@ -197,7 +197,7 @@ class _GuardedText(io.TextIOWrapper):
 
 
 def _count_empty_reads(count: int, data: bytes | str) -> int:
-    """Return the count of reads without data in a row, with this one; 0 if it has data.
+    """Return the count of reads without data in a row, with this one; 0 if this one has data.
 
     More than `_MAX_READS_AFTER_END` are an EOFError.
     """
@@ -318,9 +318,9 @@ def _groups(mesh: Any, pieces: list[Blocks]) -> Iterator[Group]:
 def _cells_of(
     pieces: list[Blocks], chosen: Sequence[NDArray[Any] | None]
 ) -> tuple[NDArray[Any], ...]:
-    """Return the rows in each of our blocks of `chosen`, the rows in each of meshio's blocks.
+    """Return the rows (k,) in each block of `pieces` that come from `chosen`.
 
-    None stands for no rows.
+    `chosen` has the rows in each block of meshio, None for no rows.
     """
     empty: NDArray[Any] = np.empty(0, dtype=np.int64)
     return tuple(

@@ -109,7 +109,7 @@ class Grids:
             raise MeshError("a system is given twice", where=system.where, found=number)
 
     def positions(self) -> dict[int, Position]:
-        """Return the positions of all grid points in the basic system, in the file's order.
+        """Return the positions of all grid points in the basic system, by number in file order.
 
         Raises
         ------
@@ -120,7 +120,7 @@ class Grids:
         return {number: self._position(number, "") for number in self._grids}
 
     def _position(self, number: int, where: str) -> Position:
-        """Return a grid point in the basic system; a missing one is a `MeshError` at `where`."""
+        """Return a grid point's x, y, z in the basic system; without it, `MeshError` at `where`."""
         if number not in self._grids:
             raise MeshError("no grid point of that number", where=where, found=number)
         grid = self._grids[number]

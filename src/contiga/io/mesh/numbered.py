@@ -31,7 +31,7 @@ class NodeRows:
         self.allowed = allowed
 
     def contains(self, ids: Int64Array) -> NDArray[np.bool_]:
-        """Return a mask of the numbers that exist."""
+        """Return a mask (n,) of the numbers `ids` that exist."""
         if len(self.sorted_ids) == 0:
             return np.zeros(len(ids), dtype=bool)
         places = np.minimum(np.searchsorted(self.sorted_ids, ids), len(self.sorted_ids) - 1)

@@ -150,7 +150,7 @@ def _next_line(path: Path, lines: Iterator[_Line], item: str) -> _Line:
 
 
 def _coordinates(line: _Line) -> list[float]:
-    """Return the first three words of a line as numbers; anything else is a `FileError`."""
+    """Return the first three words of a line as numbers; fewer, or other text, is a `FileError`."""
     try:
         x, y, z = (float(word) for word in line.words[:3])
     except ValueError as error:

@@ -58,7 +58,8 @@ def read_master(
 def master_of(slave: Slave, *, where: str, normals: str = "facet") -> TriMesh:
     """Return the facets of `slave` as a mesh over all its points, with its name and unit.
 
-    Inactive points stay; `source` is "" if the facets are the file's triangles, one for one.
+    Inactive points stay; `TriMesh.source` is "" if the facets are the file's triangles, one for
+    one, else counts the cells. `normals` is as for `TriMesh`, `where` is for messages.
 
     Raises
     ------

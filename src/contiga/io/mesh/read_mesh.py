@@ -171,7 +171,7 @@ def slave_of(
 
 
 def unit_of_file(mesh: RawMesh, unit: str | None, path: Path) -> str | None:
-    """Return the unit of the lengths of a file, or `unit` if the file states none.
+    """Return the unit of the lengths of a file, or if it states none `unit`, which may be None.
 
     Raises
     ------

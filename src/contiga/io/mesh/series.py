@@ -151,7 +151,7 @@ class MeshSeries:
         return np.asarray(displacement / (self.times[k + 1] - self.times[k]))
 
     def _frame(self, index: int) -> FloatArray:
-        """Return the points of a file; if it is read for them, only one other frame is kept."""
+        """Return the points (n, 3) of a file; if it is read, only those of one other file stay."""
         if index not in self._frames:
             while len(self._frames) > 1:
                 del self._frames[next(iter(self._frames))]
@@ -159,7 +159,10 @@ class MeshSeries:
         return self._frames[index]
 
     def _read(self, index: int) -> FloatArray:
-        """Return the finite points of a file times the factor, read-only; a unit is refused."""
+        """Return the points (n, 3) of a file times the factor, read-only.
+
+        A unit in the file, and points that are not finite, are a `MeshError`.
+        """
         mesh = read_raw(self.files[index])
         check_points(mesh.points, where=str(self.files[index]), ids=mesh.node_ids)
         if mesh.unit is not None:

@@ -45,7 +45,7 @@ def check_room(path: str | Path, needed: int) -> None:
     Raises
     ------
     OutputError
-        The disk has less free space than that and `SLACK`.
+        The disk has less free space than `needed` and `SLACK` together.
     """
     free = shutil.disk_usage(Path(path).parent).free
     if free < needed + SLACK:

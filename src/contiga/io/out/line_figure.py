@@ -62,7 +62,8 @@ def draw_panels(panels: Sequence[Panel], title: str, path: str | Path | None = N
     """Return a figure of panels, two in a row.
 
     Measured lines are dashed in the colour of text, computed ones in the colours of the palette in
-    turn, dashed once these are used up. Rows with NaN or infinity are left out of a line.
+    turn, dashed once these are used up. Rows with NaN or infinity are left out of a line. Bands are
+    shaded; a legend of more than `_MAX_INSIDE` lines stands beside its panel.
 
     Parameters
     ----------

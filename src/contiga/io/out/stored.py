@@ -101,8 +101,8 @@ def newest_checkpoint(folder: Path) -> Path:
 def unsealed_message(path: Path) -> dict[str, str]:
     """Return `what` and `remedy` of the error about a checkpoint that is not sealed.
 
-    It cannot be read, is of an older version, or is damaged; then the remedy depends on whether
-    the one before is sound.
+    It cannot be read, is of an older version, or is damaged; the remedy for a damaged one depends
+    on whether the checkpoint before it is sound.
     """
     try:
         older = begins_as_hdf5(path)

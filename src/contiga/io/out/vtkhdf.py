@@ -337,7 +337,7 @@ class FieldSeries(Displayed):
         return InputError(f"no {what} of that name", where=where, found=found, allowed=allowed)
 
     def _read(self, i: int, name: str) -> NDArray[Any]:
-        """Return an array of the file at step `i`; the first rows of its steps are kept."""
+        """Return an array of the file at step `i`; the first rows of all steps go to `_starts`."""
         if not -len(self.times) <= i < len(self.times):
             raise InputError(
                 "no such step",

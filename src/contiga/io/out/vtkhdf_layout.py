@@ -141,7 +141,7 @@ def read_parts(root: Any, group: Any) -> tuple[Part, ...]:
 
 
 def times_of(root: Any) -> FloatArray:
-    """Return the times of the counted steps."""
+    """Return the times (k,) of the counted steps."""
     count = int(root["Steps"].attrs["NSteps"])
     return np.array(root["Steps/Values"][:count], dtype=np.float64)
 
@@ -200,7 +200,7 @@ def offsets_of(name: str) -> str:
 
 
 def arrays_of(root: Any) -> list[tuple[str, Any, Any]]:
-    """Return names, values and step offsets of points, point data and cell data."""
+    """Return (name, values, step offsets) of each array: points, point data and cell data."""
     names = ["Points"] if "Points" in root else []
     names += [f"{kind}/{name}" for kind in _DATA for name in root.get(kind, ())]
     return [(name, root[name], root["Steps"][offsets_of(name)]) for name in names]
@@ -373,7 +373,7 @@ class Steps:
 
     @contextmanager
     def _hdf5_errors(self) -> Iterator[None]:
-        """Turn errors of HDF5 into messages about the file."""
+        """Turn errors of HDF5, or of a full disk, into an `OutputError` about the file."""
         try:
             yield
         except (OSError, RuntimeError) as error:
