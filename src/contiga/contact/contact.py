@@ -569,8 +569,8 @@ class Contact(Displayed):
     def nodal_sum(self, rows: IndexArray, values: FloatArray) -> Column:
         """Return the nodal sums of `values` (k,) at the points of contact `rows` (k,).
 
-        Quadrature points share their values among the corners of their facet, in a row for each
-        node; without these points the result has the `rows`.
+        Quadrature points share their values among the corners of their facet, and the column has a
+        row for every node of the slave; without these points its rows are `rows`.
         """
         if self._sampling.first == 0:  # the points are nodes
             return Column(rows, values)
@@ -612,7 +612,7 @@ class Contact(Displayed):
         return p_W, identity() if pose is None else checked_pose(pose)
 
     def _checked_state(self, state: State) -> State:
-        """Return the state with arrays for kernels: itself if a contact made it.
+        """Return the state with arrays for kernels: itself if a contact made it, else a copy.
 
         Raises
         ------
@@ -646,8 +646,8 @@ class Contact(Displayed):
         """Return the state with the forces on the points in contact.
 
         Areas are measured here only if they weigh the forces. `places` are all points, body axes,
-        and the pose; `out` is a state to be overwritten; `shape` is that of a master whose control
-        points were given.
+        and the pose; `past` is None at the start; `out` is a state to be overwritten and returned;
+        `shape` is that of a master whose control points were given.
         """
         sampling, law, (p_B, X_WB), feet = self._sampling, self.law, places, detected.feet
         points = touching.from_point(sampling.first) if sampling.first else touching

@@ -90,9 +90,9 @@ def control_slopes(
     nodes, turn = kron(shares, axes), kron(eye_array(m), axes)
 
     def on_control(variables: slice, chain: bsr_array) -> csr_array:
-        """Return the derivatives of the forces on control points, by `chain`.
+        """Return the derivatives (3 m, c) of the forces on control points by the chain rule.
 
-        Some of the variables depend on what `chain` differentiates.
+        `chain` are the derivatives of the `variables` of all points over c unknowns.
         """
         shift = _diagonal(motion.shift[:, :, variables])
         change = jets_back @ _matrix(surface.over(variables), chain) + bent_back @ (shift @ chain)

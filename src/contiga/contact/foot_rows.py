@@ -116,7 +116,8 @@ def take_into_contact(
 ) -> None:
     """Take points inside into contact, in a search by penetration, at their closest points.
 
-    The safe distances of all `rows` are written, and in a closed body the feet of free ones.
+    Their status NEW and their feet are written into `detected`, with the safe distances of all
+    `rows`, and in a closed body the last feet of the points that stay free.
     """
     feet = closest(surface, p_B, rows)
     is_inside = within_depth(feet, options)

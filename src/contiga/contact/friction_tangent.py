@@ -39,7 +39,7 @@ class Terms(NamedTuple):
         return cls(blocks, np.zeros((k, 3, 0)), np.zeros((k, m, 0)))
 
     def plus(self, other: Terms) -> Terms:
-        """Add other terms."""
+        """Return the sum with other terms."""
         left = np.concatenate([self.left, other.left], axis=2)
         right = np.concatenate([self.right, other.right], axis=2)
         return Terms(self.blocks + other.blocks, left, right)
@@ -56,7 +56,10 @@ class Terms(NamedTuple):
         return np.asarray(direct + product(self.left, coupled))
 
     def summed(self, factors: FloatArray | None = None) -> FloatArray:
-        """Return derivatives (k, 3, m) of Σ_i F_i by each point; (k, 3, 3) of Σ_i factors_i F_i."""
+        """Return derivatives (k, 3, m) of Σ_i F_i over the variables of each point.
+
+        With `factors` (k, 3, 3) they are those of Σ_i factors_i F_i.
+        """
         direct, left = self.blocks, self.left.sum(axis=0)
         if factors is not None:
             direct = np.einsum("kab,kbc->kac", factors, self.blocks, optimize=False)
@@ -197,7 +200,11 @@ def _terms_of_common_friction(
     shares = points.force / total if total > 0.0 else np.full(k, 1.0 / k)
 
     def summed(weights: FloatArray, changes: FloatArray, of: DepthSlopes | None) -> FloatArray:
-        """Return Σ_i weights_i dv_i (d, k, m) over all points; over its own, v is `changes`."""
+        """Return Σ_i weights_i dv_i (d, k, m) over the variables of all points.
+
+        `weights` are (k, d), `changes` (k, m) the derivatives of each v_i over the variables of its
+        own point, and `of` its couplings with other points.
+        """
         change: FloatArray = weights.T[:, :, None] * changes
         if of is not None and of.left is not None:
             change += np.einsum(
@@ -206,7 +213,7 @@ def _terms_of_common_friction(
         return change
 
     def shifted(values: FloatArray) -> FloatArray:
-        """Return (d, k, m) Σ_i values_i ds_i over all points."""
+        """Return Σ_i values_i ds_i (d, k, m) for `values` (k, d); zero without a normal force."""
         if not total > 0.0:
             return np.zeros((values.shape[1], k, m))
         return summed(values - product(shares, values), point_change.force, force) / total

@@ -42,7 +42,7 @@ class Column(NamedTuple):
             total[self.rows] += self.values
 
     def nonzero(self) -> Column:
-        """Return the points whose value (k,) is not zero: the column itself if none is."""
+        """Return the points whose value (k,) is not zero; the column itself if no value is zero."""
         if np.count_nonzero(self.values) == len(self.values):  # nearly always
             return self
         rows = np.flatnonzero(self.values)

@@ -110,7 +110,7 @@ def candidates_of(search: StepSearch, feet: Projection | None, rows: Rows) -> Ca
 
 
 def find_closest(search: StepSearch, candidates: Candidates, chosen: IndexArray) -> None:
-    """Fill in the closest points of the chosen candidates, unless they are known."""
+    """Write unknown closest points of the chosen candidates into `candidates.closest`."""
     chosen = chosen[candidates.closest.status[chosen] == settle_nb.NOT_SEARCHED]
     if len(chosen):
         feet = closest(search.surface, search.step.now, candidates.rows[chosen])
@@ -355,8 +355,9 @@ def _enter_open(
 ) -> Guards:
     """Take points of an open body into contact whose last crossings enter it; return guards.
 
-    They are points released after a `share` (k,) of their paths, and free points. Points are LOST
-    if crossings or walls are not found within the budget of the search.
+    They are points `released` after a `share` (k,) of their paths, and `free` points. Statuses and
+    feet are written into `search.detected`: NEW; HELD beyond a border, with `options.hold`; LOST if
+    crossings or walls are not found within the budget of the search.
     """
     surface, step, _, detected, options, _ = search
     rows = np.concatenate((released, free))

@@ -296,9 +296,10 @@ def respond(
     inp: LawInput,
     past: PreviousStep | None,
 ) -> Responses:
-    """Return the output of law and friction for `points`; friction is None without one.
+    """Return the output of law and friction for `points`, and the input of friction.
 
-    Velocities that are not given are paths over the step. If the law acts as one force, friction
+    Both are None without `friction`. Velocities that are not given are paths over the step, zero at
+    the start, where `past` is None. If the law acts as one force, friction
     acts on all points as one. Raises `InputError` for a law's output of another shape.
     """
     output = checked_output(law, inp)
@@ -389,10 +390,11 @@ def checked_output(law: Law, inp: LawInput) -> LawOutput:
 def _common_friction(
     friction: Friction, points: ContactRows, inp: FrictionInput, past: PreviousStep | None
 ) -> tuple[FrictionOutput, FrictionInputs]:
-    """Return friction of all points as one, shared among them as the normal forces are.
+    """Return friction of all points as one, shared as the normal forces are, and its inputs.
 
-    `inp` is the input of single points. All points get the one memory, and old points must have
-    it; see the module's head for the mean path.
+    `inp` is the input of single points. In the output, energies and stiffness are shared as well,
+    and each point has the common memory, which old points must have in `inp` already. See the
+    module's head for the mean path.
     """
     shares = _shares(inp.force)
     before, memory = np.zeros((1, 3)), np.zeros((1, friction.n_memory))
@@ -504,7 +506,7 @@ def forces(
     past: PreviousStep | None,
     frame: Frame,
 ) -> tuple[PointForces, bool]:
-    """Return forces and energies of the points, and whether any force is damped.
+    """Return world forces and totals of the points, and whether any damping force is not zero.
 
     `p_B` (m, 3) are all points. At the start, without a `past`, the work is the stored energy, and
     nothing is lost.

@@ -29,7 +29,7 @@ POLE_OFFSET = 1e-3
 
 
 def join(elements: Elements, grid: Grid, body: Faces) -> Grid:
-    """Write the sides of `elements`; return a copy of `grid` with the list of adjacent patches.
+    """Write the sides in `elements.table`; return a copy of `grid` with lists of adjacent patches.
 
     A joint is SMOOTH if the normals differ by less than `SMOOTH_ANGLE` at all samples, else a
     CREASE; a side without neighbour is a BORDER, or SHARED if the topology has a second face there
@@ -188,7 +188,7 @@ def _surrounds_pole(table: Records, body: Faces, elements: set[int], e: int, pol
 def _with_adjacency(grid: Grid, patch_of: IntArray, body: Faces, neighbour: IntArray) -> Grid:
     """Return a copy of `grid` with, for each patch, the list of itself and the patches it touches.
 
-    Those come ascending: patches with a joined element, and all at an edge of the topology. A pair
+    These are ascending: patches with a joined element, and all at an edge of the topology. A pair
     at an edge is loose unless elements are joined and neither patch is trimmed.
     """
     n = len(body.patches)
