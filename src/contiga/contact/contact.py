@@ -405,6 +405,8 @@ class Contact(Displayed):
         """Return the shape of the master after a step from `state`; None for a constant shape.
 
         Without `control_points` a master that has changed before keeps its shape, at rest.
+        `velocity` (m, 3) are velocities of the control points; `has_velocities` is whether those of
+        the slave are given, which must go with them.
 
         Raises
         ------
@@ -612,7 +614,7 @@ class Contact(Displayed):
         return p_W, identity() if pose is None else checked_pose(pose)
 
     def _checked_state(self, state: State) -> State:
-        """Return the state with arrays for kernels: itself if a contact made it, else a copy.
+        """Return the state with arrays for kernels: itself if a contact made it, else a new one.
 
         Raises
         ------
@@ -720,6 +722,7 @@ class Contact(Displayed):
         """Return the input of the law for the points that carry forces.
 
         Arrays are read-only for laws that are not of this package; memories of new points are zero.
+        At the start, where `past` is None, the length of the step is zero.
         """
         sampling, law, rows, depth = self._sampling, self.law, points.rows, points.depth
         if type(law) not in TRUSTED_LAWS:  # other laws must not write to these arrays

@@ -183,7 +183,7 @@ def bulge_of(screw: Screw, start: FloatArray, end: FloatArray) -> FloatArray:
 def _follow_pieces(
     surface: Surface, path: Path, last: Last, options: Options, pieces: int
 ) -> Detection:
-    """Return the search along `path` in this number of equal pieces.
+    """Return the results of the search along `path` in this number of equal pieces.
 
     Feet are those at the end; statuses and proofs are those of all pieces, see `StepHistory`.
     """
@@ -247,7 +247,7 @@ class StepHistory(NamedTuple):
         )
 
     def status(self, last: ByteArray) -> ByteArray:
-        """Return the statuses of the whole step, whose last piece ended with `last`.
+        """Return the statuses (n,) of the whole step, whose last piece ended with `last`.
 
         A contact within the step is FREE at the end, as on a straight path.
         """

@@ -157,7 +157,7 @@ def _find_entries(
 
 
 def _is_closest(candidates: Candidates, options: Options) -> BoolArray:
-    """Return which kept feet are known to be the closest points, within `Limits.same_foot`."""
+    """Return a mask (k,) of kept feet known to be the closest points, within `same_foot`."""
     has_both = candidates.is_kept & (candidates.closest.status != settle_nb.NOT_SEARCHED)
     return has_both & (
         distance_between(candidates.feet, candidates.closest) <= options.limits.same_foot

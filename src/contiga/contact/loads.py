@@ -101,7 +101,10 @@ def guard_states_of(depths: Column, normal: FloatArray, opposed: Guards) -> Guar
 
 
 def merged(first: Guards, second: Guards) -> Guards:
-    """Return the guards of two sets of different points, ascending; a set itself if alone."""
+    """Return the guards of two sets without common points, ascending.
+
+    If one is empty the other is returned itself.
+    """
     if len(first.rows) == 0 or len(second.rows) == 0:
         return first if len(second.rows) == 0 else second
     rows = np.concatenate((first.rows, second.rows))

@@ -298,9 +298,9 @@ def respond(
 ) -> Responses:
     """Return the output of law and friction for `points`, and the input of friction.
 
-    Both are None without `friction`. Velocities that are not given are paths over the step, zero at
-    the start, where `past` is None. If the law acts as one force, friction
-    acts on all points as one. Raises `InputError` for a law's output of another shape.
+    Those of friction are None without one. Velocities that are not given are paths over the step,
+    zero at the start, where `past` is None. If the law acts as one force, friction acts on all
+    points as one. Raises `InputError` for a law's output of another shape.
     """
     output = checked_output(law, inp)
     if friction is None:

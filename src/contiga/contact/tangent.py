@@ -217,7 +217,7 @@ def linearisation_of(contact: ContactSetup, state: State, inputs: StepInputs) ->
 
 
 def kinks_of(contact: ContactSetup, state: State, inputs: StepInputs) -> IntArray:
-    """Return points, ascending, in contact before and now whose derivative may not be valid.
+    """Return points (k,), ascending, in contact before and now whose derivative may be invalid.
 
     Another patch or feature of the master pushes them, or the foot has moved farther than
     `JUMP_FACTOR` times the path and the norm of its derivative.

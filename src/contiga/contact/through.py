@@ -144,8 +144,8 @@ def _release_points(
 ) -> FloatArray:
     """Return where (len(rows), 3) the wall releases points on `path` = (from, to), by bisection.
 
-    Their feet are at `place` = (patch, uv) at the start, and are not kept at the end: of the last
-    bracket, the end that is not held.
+    Their feet are at `place` = (patch, uv) at the start, and are not kept at the end. The result is
+    that end of the last bracket at which a point is not held.
     """
     a, b = path[0][rows], path[1][rows]
     start = place[0][rows], place[1][rows]

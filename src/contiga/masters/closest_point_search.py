@@ -243,7 +243,7 @@ class ClosestPointSearch(NamedTuple):
         low: FloatArray,
         high: FloatArray,
     ) -> FloatArray:
-        """Return the fractions between `low` and `high` at which paths `rows` change sides."""
+        """Return fractions (k,) from `low` to `high` (k,) at which paths `rows` change sides."""
         if len(rows) == 0:
             return low
         was_outside = self._gaps(_points_on(start, end, rows, low)) > 0.0

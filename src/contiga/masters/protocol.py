@@ -209,7 +209,7 @@ class Master(Protocol):
         return self.surface.entries(a_B, b_B, np.arange(len(a_B), dtype=np.int32))
 
     def contains(self, points: ArrayLike) -> NDArray[np.bool_]:
-        """Return a mask (n,) of the points (n, 3) on the contact side; the surface does not count."""
+        """Return a mask (n,) of the points (n, 3) on the contact side, none on the surface."""
         return np.asarray(self.project(points).gap < 0.0)
 
     def tessellate(self, tol: float) -> TriMesh:

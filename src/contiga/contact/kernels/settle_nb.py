@@ -184,7 +184,7 @@ def release_outside(rows, known_sides, step, last, detected, band, touching_rows
 
 @inner()
 def mark_followed(rows, feet, side, safe_distance, limits, mark, paths, queries):
-    """Mark points in contact by their feet; return the numbers of `paths` and of `queries`.
+    """Write marks of points in contact, by their feet; return the counts of `paths` and `queries`.
 
     A foot with the point behind may be kept; it is kept for certain if the path is shorter than the
     safe distance, or the point no deeper than rounding. `paths` lists points inside whose paths
@@ -356,7 +356,8 @@ def apply_balls(rows_of_feet, feet, points, balls, band, known_sides, max_distan
 def keep_free(rows, known_sides, stays_inside, band, safe_distance, unsettled):
     """Keep points free that are outside or `stays_inside`; list the others, return their number.
 
-    The safe distances of the free points are written, negative inside.
+    The safe distances of the free points are written, negative inside; the others are listed by
+    their positions in `rows`, in `unsettled`.
     """
     side, reach = known_sides.side, known_sides.reach
     n = 0
@@ -611,8 +612,9 @@ def settle_touching(tables, step, last, rows, limits, work, detected, unsettled)
 def settle_free(tables, step, rows, limits, work, detected, unsettled):
     """Settle free points near the surface that are outside; list the others, return their number.
 
-    Their feet become last feet, with the balls that touch there as proofs of the side. For
-    arguments see `settle_touching`.
+    Safe distances of settled points are written into `detected`, and as last feet the feet that
+    were searched, of other points too; the balls that touch there prove sides. For arguments see
+    `settle_touching`.
     """
     n, band = rows.shape[0], limits.band
     known_sides = Sides(work.side, work.reach)
