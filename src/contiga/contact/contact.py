@@ -473,8 +473,8 @@ class Contact(Displayed):
         """Return all first derivatives of the step that made `state`. Raises as `tangent` does.
 
         They are derivatives of the forces on the slave's points and of the wrench on the master,
-        over points, pose of the master, and given velocities; with given control points also of the
-        forces on these, and over these.
+        with respect to points, pose of the master, and given velocities; with given control points
+        also derivatives of the forces on these, and with respect to these.
         """
         return linearisation_of(*self._derivative_input(state))
 

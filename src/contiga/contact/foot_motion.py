@@ -39,7 +39,7 @@ class Feet(NamedTuple):
     gap: FloatArray
     """(k,) signed distances to the surface itself, not to a shell's face; length."""
     slopes: FootSlopes
-    """Derivatives of depths and normals over the points."""
+    """Derivatives of depths and normals with respect to the points."""
     net: Dependence
     """Dependence of the feet on the control points."""
     curvature: FloatArray
