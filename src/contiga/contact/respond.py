@@ -94,9 +94,10 @@ def relative_velocity(
     velocity: ArrayLike | None,
     twist: Velocities | FloatArray | None,
 ) -> RelativeVelocity | None:
-    """Return the velocities of points p_W (m, 3) relative to the body; None if not given.
+    """Return velocities of points p_W (m, 3) relative to the body; None if `velocity` is None.
 
-    `poses` are those of the body before and now. A body whose pose stays the same needs no `twist`.
+    The record computes them for the rows that are asked for. `poses` are those of the body before
+    and now. A body whose pose stays the same needs no `twist`.
 
     Raises
     ------
@@ -178,7 +179,7 @@ class PreviousStep:
 
 
 def carried_feet(past: PreviousStep) -> Column:
-    """Return the feet of the last step, carried along with the surface, (n, 3) in body axes."""
+    """Return the feet (k, 3) of the last step, carried along with the surface; body axes."""
     rows, feet = past.state.kept.foot_B
     if past.shape is not None:
         feet = feet + (past.points[rows] - past.state.points_B[rows])
