@@ -405,6 +405,8 @@ class Contact(Displayed):
         """Return the shape of the master after a step from `state`; None for a constant shape.
 
         Without `control_points` a master that has changed before keeps its shape, at rest.
+        `velocity` (m, 3) are velocities of the control points; `has_velocities` is whether those of
+        the slave are given, which must go with them.
 
         Raises
         ------
@@ -471,8 +473,8 @@ class Contact(Displayed):
         """Return all first derivatives of the step that made `state`. Raises as `tangent` does.
 
         They are derivatives of the forces on the slave's points and of the wrench on the master,
-        over points, pose of the master, and given velocities; with given control points also of the
-        forces on these, and over these.
+        with respect to points, pose of the master, and given velocities; with given control points
+        also derivatives of the forces on these, and with respect to these.
         """
         return linearisation_of(*self._derivative_input(state))
 
@@ -569,8 +571,8 @@ class Contact(Displayed):
     def nodal_sum(self, rows: IndexArray, values: FloatArray) -> Column:
         """Return the nodal sums of `values` (k,) at the points of contact `rows` (k,).
 
-        Quadrature points share their values among the corners of their facet, in a row for each
-        node; without these points the result has the `rows`.
+        Quadrature points share their values among the corners of their facet, and the column has a
+        row for every node of the slave; without these points its rows are `rows`.
         """
         if self._sampling.first == 0:  # the points are nodes
             return Column(rows, values)
@@ -612,7 +614,7 @@ class Contact(Displayed):
         return p_W, identity() if pose is None else checked_pose(pose)
 
     def _checked_state(self, state: State) -> State:
-        """Return the state with arrays for kernels: itself if a contact made it.
+        """Return the state with arrays for kernels: itself if a contact made it, else a new one.
 
         Raises
         ------
@@ -646,8 +648,8 @@ class Contact(Displayed):
         """Return the state with the forces on the points in contact.
 
         Areas are measured here only if they weigh the forces. `places` are all points, body axes,
-        and the pose; `out` is a state to be overwritten; `shape` is that of a master whose control
-        points were given.
+        and the pose; `past` is None at the start; `out` is a state to be overwritten and returned;
+        `shape` is that of a master whose control points were given.
         """
         sampling, law, (p_B, X_WB), feet = self._sampling, self.law, places, detected.feet
         points = touching.from_point(sampling.first) if sampling.first else touching
@@ -720,6 +722,7 @@ class Contact(Displayed):
         """Return the input of the law for the points that carry forces.
 
         Arrays are read-only for laws that are not of this package; memories of new points are zero.
+        At the start, where `past` is None, the length of the step is zero.
         """
         sampling, law, rows, depth = self._sampling, self.law, points.rows, points.depth
         if type(law) not in TRUSTED_LAWS:  # other laws must not write to these arrays

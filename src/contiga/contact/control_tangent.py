@@ -1,4 +1,4 @@
-"""Derivatives of contact forces over the control points of a master that deforms.
+"""Derivatives of contact forces with respect to the control points of a master that deforms.
 
 A force f on a point is carried by the surface at its foot: it is −f on the displacement there and
 −M on its gradient, where M is the lever of the couple r × f about the foot (`foot_motion`). So the
@@ -48,14 +48,14 @@ def control_slopes(
     axes: FloatArray,
     m: int,
 ) -> ControlSlopes:
-    """Return the derivatives of forces over m control points, and of forces on these.
+    """Return derivatives of forces with respect to control points, and of the forces on these.
 
     Parameters
     ----------
     feet : k points in contact and their feet
     motion : changes with all variables of each point
     force : (k, 3) contact forces on the points, body axes
-    terms : derivatives of these over all variables
+    terms : derivatives of these with respect to all variables
     shares : (n, k) weights of the n nodes at the points
     axes : (3, 3) rotation from body to world axes
     m : number of control points
@@ -90,9 +90,9 @@ def control_slopes(
     nodes, turn = kron(shares, axes), kron(eye_array(m), axes)
 
     def on_control(variables: slice, chain: bsr_array) -> csr_array:
-        """Return the derivatives of the forces on control points, by `chain`.
+        """Return the derivatives (3 m, c) of the forces on control points by the chain rule.
 
-        Some of the variables depend on what `chain` differentiates.
+        `chain` are the derivatives of the `variables` of all points with respect to c unknowns.
         """
         shift = _diagonal(motion.shift[:, :, variables])
         change = jets_back @ _matrix(surface.over(variables), chain) + bent_back @ (shift @ chain)
@@ -127,9 +127,10 @@ def _blocks(
 
 
 def _matrix(terms: Terms, chain: bsr_array) -> bsr_array:
-    """Return the derivatives of `terms` over the columns of `chain`, couplings included.
+    """Return the derivatives (p k, c) of p forces a point by the chain rule, couplings included.
 
-    `chain` (m k, c) are the derivatives of the m variables of each of k points.
+    `terms` are those with respect to m variables of each of k points, `chain` (m k, c) the
+    derivatives of these with respect to c unknowns.
     """
     from scipy.sparse import csr_array
 

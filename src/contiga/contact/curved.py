@@ -63,10 +63,10 @@ def detect_on_curves(
 ) -> Detection:
     """Search one step of a body between two `poses` (4, 4), in pieces where paths bulge too much.
 
-    `now` (n, 3) are the points at the end, body axes; for other arguments see `detect`. All paths
-    are straight, in one call of `detect`, without rotation, and for shells with a thickness, whose
-    positions decide, not paths. Otherwise a path with a large bulge is followed in 2, 4, 8… pieces,
-    `MAX_PIECES` at most.
+    `now` (n, 3) are the points at the end, body axes; for other arguments see `detect`. Without
+    rotation all paths count as straight, in one call of `detect`, as they do for shells with a
+    thickness, where positions decide, not paths. Otherwise a path with a large bulge is followed in
+    2, 4, 8… pieces, `MAX_PIECES` at most.
     """
     if not is_turned(poses) or options.half is not None:
         return detect(surface, now, last, active, options, memory)
@@ -183,7 +183,7 @@ def bulge_of(screw: Screw, start: FloatArray, end: FloatArray) -> FloatArray:
 def _follow_pieces(
     surface: Surface, path: Path, last: Last, options: Options, pieces: int
 ) -> Detection:
-    """Return the search along `path` in this number of equal pieces.
+    """Return the results of the search along `path` in this number of equal pieces.
 
     Feet are those at the end; statuses and proofs are those of all pieces, see `StepHistory`.
     """
@@ -247,7 +247,7 @@ class StepHistory(NamedTuple):
         )
 
     def status(self, last: ByteArray) -> ByteArray:
-        """Return the statuses of the whole step, whose last piece ended with `last`.
+        """Return the statuses (n,) of the whole step, whose last piece ended with `last`.
 
         A contact within the step is FREE at the end, as on a straight path.
         """

@@ -44,7 +44,8 @@ def detect_at_start(
     """Search at the start: by penetration points inside are in contact, else no point is.
 
     Points (n, 3) are in body axes. Points inside a closed body that are not in contact have a
-    negative safe distance, points that do not take part an infinite one.
+    negative safe distance, points that are not `active` (n,) an infinite one. The status of points
+    that are not finite is NOT_FINITE.
     """
     n, finite = len(p_B), np.isfinite(p_B).all(axis=1)
     detected = Detection.into(Workspace.of(n), Columns.of(n))

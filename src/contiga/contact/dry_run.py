@@ -57,11 +57,11 @@ def dry_run(
     taking_part: tuple[BoolArray, int | None],
     options: Options,
 ) -> Iterator[DryRun]:
-    """Search along placements, points (m, 3) in world axes and pose each; the first is the start.
+    """Yield the search's results for each placement, points (m, 3) in world axes and a pose.
 
-    `taking_part` are the active points, and the largest number of them to follow, evenly spread;
-    None for all. At the start all are examined, in a search by intersection. Points inside an open
-    body are those behind a face, no deeper than contact reaches.
+    The first placement is the start. `taking_part` are the active points, and the largest number of
+    them to follow, evenly spread; None for all. A search by intersection examines all active points
+    at the start. Inside an open body is a point behind a face, no deeper than contact reaches.
     """
     active, max_points = taking_part
     options = replace(options, balls=False, bulge=BULGE)

@@ -50,8 +50,8 @@ def track(
 ) -> TrackedFeet:
     """Continue the feet of points along `path` = (before, now) from `start` = (patch, uv).
 
-    Feet are certified only with positions before. Those that do not converge become the closest
-    points; those at borders stay there, and their points stay in contact only with `hold`.
+    Feet are certified only with positions before. Feet that do not converge become the closest
+    points; feet at borders stay there, and their points stay in contact only with `options.hold`.
     """
     out = follow(surface, path, start)
     border = at_border(out)
@@ -87,7 +87,8 @@ def decide(search: StepSearch, candidates: Candidates) -> None:
     """Write the decision on points of a closed body into `search.detected`.
 
     Closest points are searched where sides or depths are unknown, and where a foot has to restart;
-    those that are not found make a point LOST.
+    a point whose closest point is not found is LOST. Closest points and new feet are written into
+    `candidates`.
     """
     options = search.options
     needs_closest = (candidates.side == 0) | (~candidates.was_touching & options.penetration)
@@ -121,10 +122,10 @@ def _find_entries(
 ) -> tuple[BoolArray, BoolArray]:
     """Return which points inside have entered in the step, and which of these have a new foot.
 
-    The last crossing counts: a point may leave by one wall and enter by another. Points whose feet
-    are the closest points, and points without a past, are not examined. In a search by penetration
-    free points within depth have entered, at their closest points. New feet are written into
-    `candidates.feet`.
+    Both are masks (k,) of the candidates. The last crossing counts: a point may leave by one wall
+    and enter by another. Points whose feet are the closest points, and points without a past, are
+    not examined. In a search by penetration free points within depth have entered, at their closest
+    points. New feet are written into `candidates.feet`.
     """
     surface, step, options = search.surface, search.step, search.options
     rows, was_touching = candidates.rows, candidates.was_touching
@@ -156,7 +157,7 @@ def _find_entries(
 
 
 def _is_closest(candidates: Candidates, options: Options) -> BoolArray:
-    """Return which kept feet are known to be the closest points, within `Limits.same_foot`."""
+    """Return a mask (k,) of kept feet known to be the closest points, within `same_foot`."""
     has_both = candidates.is_kept & (candidates.closest.status != settle_nb.NOT_SEARCHED)
     return has_both & (
         distance_between(candidates.feet, candidates.closest) <= options.limits.same_foot

@@ -39,7 +39,7 @@ class Feet(NamedTuple):
     gap: FloatArray
     """(k,) signed distances to the surface itself, not to a shell's face; length."""
     slopes: FootSlopes
-    """Derivatives of depths and normals over the points."""
+    """Derivatives of depths and normals with respect to the points."""
     net: Dependence
     """Dependence of the feet on the control points."""
     curvature: FloatArray
@@ -59,7 +59,7 @@ class FootMotion(NamedTuple):
     gradient: FloatArray
     """(3, 3, m) of that displacement."""
     depth: FloatArray
-    """(k, m)."""
+    """(k, m) of the penetration."""
     normal: FloatArray
     """(k, 3, m) of the unit normal of contact."""
     shift: FloatArray
@@ -107,8 +107,8 @@ def input_change(feet: Feet, motion: FootMotion, shape: Shape) -> InputChange:
 def _carried(feet: Feet, motion: FootMotion, jet: Jet, *, follows: bool) -> FloatArray:
     """Return the changes (k, 3, m) of the displacements or velocities of points carried along.
 
-    `jet` is that of the change of the control points in the step, which `follows` them, or of their
-    velocities, which do not depend on them.
+    `jet` is that of the displacements of the control points in the step, or of their velocities.
+    The displacements change with the control points, hence `follows`; given velocities do not.
     """
     E, factor, nu = jet.gradient, float(follows), feet.net.normal[:, :, None]
     turned = factor * motion.gradient - np.einsum(
@@ -136,7 +136,7 @@ def spin(E: FloatArray, a: FloatArray, b: FloatArray) -> FloatArray:
 def lever(c: FloatArray, a: FloatArray, b: FloatArray) -> FloatArray:
     """Return the transpose (k, 3, 3, m) of `spin`.
 
-    A couple c (k, 3, m) does the same work on the spin as these do on the gradient.
+    The result does the same work on the gradients E as a couple c (k, 3, m) on their spin.
     """
     parts = []
     for first, second in ((a, b), (b, a)):

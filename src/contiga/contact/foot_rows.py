@@ -65,13 +65,13 @@ def follow(
 
 
 def at_border(feet: Projection) -> BoolArray:
-    """Return which feet are at a border, or at the edge of a hole."""
+    """Return a mask (n,) of the feet at a border, or at the edge of a hole."""
     is_at_border: BoolArray = (feet.status == Status.BORDER) | (feet.status == Status.TRIMMED)
     return is_at_border
 
 
 def kept_statuses(feet: Projection) -> ByteArray:
-    """Return the `ContactStatus` of points whose feet are kept.
+    """Return the `ContactStatus` (n,) of points whose feet are kept.
 
     It is HELD at a border, REACQUIRED after a jump of the foot, else OLD.
     """
@@ -86,7 +86,7 @@ def distance_between(first: Projection, second: Projection) -> FloatArray:
 
 
 def within_depth(feet: Projection, options: Options) -> BoolArray:
-    """Return which points a search by penetration takes into contact.
+    """Return a mask (n,) of the points that a search by penetration takes into contact.
 
     They lie behind a closest point on a face, no deeper than `options.depth`.
     """
@@ -97,7 +97,7 @@ def within_depth(feet: Projection, options: Options) -> BoolArray:
 
 
 def free_distance(feet: Projection, options: Options) -> FloatArray:
-    """Return the `safe_distance` of free points from their closest points; negative inside.
+    """Return `safe_distance` (n,) of free points from their closest points; negative inside.
 
     It is zero for points within rounding of the surface, or without a closest point on a face. In a
     search by penetration a point that is too deep is as far from contact as from that depth.
@@ -116,7 +116,8 @@ def take_into_contact(
 ) -> None:
     """Take points inside into contact, in a search by penetration, at their closest points.
 
-    The safe distances of all `rows` are written, and in a closed body the feet of free ones.
+    Their status NEW and their feet are written into `detected`, with the safe distances of all
+    `rows`, and in a closed body the last feet of the points that stay free.
     """
     feet = closest(surface, p_B, rows)
     is_inside = within_depth(feet, options)
@@ -132,6 +133,9 @@ def take_into_contact(
 
 
 def store_feet(detected: Detection, rows: IndexArray, feet: Projection, mask: BoolArray) -> None:
-    """Store the masked feet of free points `rows`, by which the next step proves their sides."""
+    """Write the masked feet to the last feet of free points `rows`, one row per masked foot.
+
+    By these the next step proves the sides of the points.
+    """
     detected.last_patch[rows] = feet.patch[mask]
     detected.uv[rows] = feet.uv[mask]

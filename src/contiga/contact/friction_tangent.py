@@ -20,7 +20,7 @@ from contiga.records import DepthSlopes, FloatArray, LawOutput, LawTangent
 
 
 class Terms(NamedTuple):
-    """Derivatives of forces on k points by m variables per point: diagonal blocks plus couplings.
+    """Derivatives of forces on k points with respect to m variables of each: blocks and couplings.
 
     dF_i = blocks_i dy_i + left_i Σ_j right_jᵀ dy_j.
     """
@@ -39,13 +39,13 @@ class Terms(NamedTuple):
         return cls(blocks, np.zeros((k, 3, 0)), np.zeros((k, m, 0)))
 
     def plus(self, other: Terms) -> Terms:
-        """Add other terms."""
+        """Return the sum with other terms."""
         left = np.concatenate([self.left, other.left], axis=2)
         right = np.concatenate([self.right, other.right], axis=2)
         return Terms(self.blocks + other.blocks, left, right)
 
     def over(self, variables: slice) -> Terms:
-        """Return the derivatives over some of the variables."""
+        """Return the derivatives with respect to some of the variables."""
         blocks, right = self.blocks[:, :, variables], self.right[:, variables]
         return Terms(np.ascontiguousarray(blocks), self.left, right)
 
@@ -56,7 +56,10 @@ class Terms(NamedTuple):
         return np.asarray(direct + product(self.left, coupled))
 
     def summed(self, factors: FloatArray | None = None) -> FloatArray:
-        """Return derivatives (k, 3, m) of Σ_i F_i by each point; (k, 3, 3) of Σ_i factors_i F_i."""
+        """Return derivatives (k, 3, m) of Σ_i F_i with respect to the variables of each point.
+
+        With `factors` (k, 3, 3) they are those of Σ_i factors_i F_i.
+        """
         direct, left = self.blocks, self.left.sum(axis=0)
         if factors is not None:
             direct = np.einsum("kab,kbc->kac", factors, self.blocks, optimize=False)
@@ -65,7 +68,10 @@ class Terms(NamedTuple):
 
 
 class InputChange(NamedTuple):
-    """Derivatives of the input of laws by m variables of each of k points; body axes."""
+    """Derivatives of the input of laws with respect to m variables of each of k points, body axes.
+
+    A change is with respect to the variables of its own point.
+    """
 
     depth: FloatArray
     """(k, m)."""
@@ -86,7 +92,7 @@ class CarryingPoints(NamedTuple):
     tangent: LawTangent
     change: InputChange
     force_change: FloatArray
-    """(k, m) derivatives of each normal force over the variables of its own point."""
+    """(k, m) derivatives of each normal force with respect to its own point's variables."""
     dt: float
     """Length of the step; infinite in statics."""
 
@@ -128,7 +134,7 @@ class CarryingPoints(NamedTuple):
 
 
 def friction_terms(friction: Friction, inputs: FrictionInputs, points: CarryingPoints) -> Terms:
-    """Return the derivatives of friction forces over the variables of points.
+    """Return the derivatives of friction forces with respect to the variables of points.
 
     Law forces that depend on other points couple the friction of these as well.
 
@@ -153,7 +159,7 @@ def friction_terms(friction: Friction, inputs: FrictionInputs, points: CarryingP
     couplings = points.tangent.force, points.tangent.stiffness
     if all(slopes is None or slopes.left is None for slopes in couplings):
         return terms
-    # Derivatives of each force over normal force and stiffness, which depend on other points.
+    # Derivatives of each force with respect to normal force and stiffness, which depend on others.
     constant, ones, zeros = np.zeros((k, 3, 2)), np.ones(k), np.zeros(k)
     by_force, by_stiffness = np.stack([ones, zeros], axis=1), np.stack([zeros, ones], axis=1)
     change = FrictionChange(by_force, by_stiffness, constant, constant, constant)
@@ -197,7 +203,11 @@ def _terms_of_common_friction(
     shares = points.force / total if total > 0.0 else np.full(k, 1.0 / k)
 
     def summed(weights: FloatArray, changes: FloatArray, of: DepthSlopes | None) -> FloatArray:
-        """Return Σ_i weights_i dv_i (d, k, m) over all points; over its own, v is `changes`."""
+        """Return Σ_i weights_i dv_i (d, k, m), with respect to the variables of all points.
+
+        `weights` are (k, d), `changes` (k, m) the derivatives of each v_i with respect to its own
+        point's variables, and `of` its couplings with other points.
+        """
         change: FloatArray = weights.T[:, :, None] * changes
         if of is not None and of.left is not None:
             change += np.einsum(
@@ -206,7 +216,7 @@ def _terms_of_common_friction(
         return change
 
     def shifted(values: FloatArray) -> FloatArray:
-        """Return (d, k, m) Σ_i values_i ds_i over all points."""
+        """Return Σ_i values_i ds_i (d, k, m) for `values` (k, d); zero without a normal force."""
         if not total > 0.0:
             return np.zeros((values.shape[1], k, m))
         return summed(values - product(shares, values), point_change.force, force) / total

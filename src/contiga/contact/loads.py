@@ -42,7 +42,7 @@ class Column(NamedTuple):
             total[self.rows] += self.values
 
     def nonzero(self) -> Column:
-        """Return the points whose value (k,) is not zero: the column itself if none is."""
+        """Return the points whose value (k,) is not zero; the column itself if no value is zero."""
         if np.count_nonzero(self.values) == len(self.values):  # nearly always
             return self
         rows = np.flatnonzero(self.values)
@@ -101,7 +101,10 @@ def guard_states_of(depths: Column, normal: FloatArray, opposed: Guards) -> Guar
 
 
 def merged(first: Guards, second: Guards) -> Guards:
-    """Return the guards of two sets of different points, ascending; a set itself if alone."""
+    """Return the guards of two sets without common points, ascending.
+
+    If one is empty the other is returned itself.
+    """
     if len(first.rows) == 0 or len(second.rows) == 0:
         return first if len(second.rows) == 0 else second
     rows = np.concatenate((first.rows, second.rows))

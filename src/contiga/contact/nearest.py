@@ -110,7 +110,7 @@ def candidates_of(search: StepSearch, feet: Projection | None, rows: Rows) -> Ca
 
 
 def find_closest(search: StepSearch, candidates: Candidates, chosen: IndexArray) -> None:
-    """Fill in the closest points of the chosen candidates, unless they are known."""
+    """Write unknown closest points of the chosen candidates into `candidates.closest`."""
     chosen = chosen[candidates.closest.status[chosen] == settle_nb.NOT_SEARCHED]
     if len(chosen):
         feet = closest(search.surface, search.step.now, candidates.rows[chosen])
@@ -199,7 +199,7 @@ class PathStarts(NamedTuple):
 
 
 def _path_starts(search: StepSearch, rows: IntArray) -> PathStarts:
-    """Return the positions at the last step, relative to the surface in its present shape."""
+    """Return positions before the step, relative to the surface in its present shape, and feet."""
     return PathStarts(search.path_starts(rows), search.last.patch[rows], search.last.uv[rows])
 
 
@@ -227,9 +227,10 @@ def _guards(rows: IntArray, paths: DeepPaths, pushed: BoolArray) -> Guards:
 def _find_entries(
     search: StepSearch, candidates: Candidates, classes: PointClasses, starts: PathStarts
 ) -> BoolArray:
-    """Return which of the points inside have entered the body in the step.
+    """Return a mask (k,) of the candidates that are inside and have entered the body in the step.
 
-    The place of their last entry and its wall replace their rows in `starts` and their guards.
+    The place of their last entry and its wall replace their rows in `starts`, and their guards in
+    `candidates`, where their depths become −∞ and no wall is opposed.
     Paths are examined for free points, and for points whose foot is not kept, as they may have left
     by one wall and entered by another. In a search by penetration free points within depth have
     entered, and have no guard.
@@ -333,7 +334,7 @@ def _detect_open(search: StepSearch, feet: Projection | None, rows: Rows) -> Gua
 
 
 def _are_in_front(search: StepSearch, candidates: Candidates) -> BoolArray:
-    """Return which points came out in front of their wall and have entered no other sheet since.
+    """Return a mask (k,) of points that came out in front and have entered no other sheet since.
 
     Their followed feet are the closest points, and the nearest wall held them. Points deeper before
     than their path is long do not count, as they cannot have come out.
@@ -355,8 +356,9 @@ def _enter_open(
 ) -> Guards:
     """Take points of an open body into contact whose last crossings enter it; return guards.
 
-    They are points released after a `share` (k,) of their paths, and free points. Points are LOST
-    if crossings or walls are not found within the budget of the search.
+    They are points `released` after a `share` (k,) of their paths, and `free` points. Statuses and
+    feet are written into `search.detected`: NEW; HELD beyond a border, with `options.hold`; LOST if
+    crossings or walls are not found within the budget of the search.
     """
     surface, step, _, detected, options, _ = search
     rows = np.concatenate((released, free))

@@ -55,7 +55,7 @@ def half_of(thickness: ArrayLike | None, slave: Slave, sampling: Sampling) -> Fl
     """Return half the thickness (m,) of a shell at the points of contact; None without thickness.
 
     Quadrature points interpolate between the corners of their facet, if all of these have a
-    thickness: facets of solids beside a shell have none.
+    thickness; else theirs is zero, as on facets of solids beside a shell.
 
     Raises
     ------

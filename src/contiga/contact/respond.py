@@ -94,9 +94,10 @@ def relative_velocity(
     velocity: ArrayLike | None,
     twist: Velocities | FloatArray | None,
 ) -> RelativeVelocity | None:
-    """Return the velocities of points p_W (m, 3) relative to the body; None if not given.
+    """Return velocities of points p_W (m, 3) relative to the body; None if `velocity` is None.
 
-    `poses` are those of the body before and now. A body whose pose stays the same needs no `twist`.
+    The record computes them for the rows that are asked for. `poses` are those of the body before
+    and now. A body whose pose stays the same needs no `twist`.
 
     Raises
     ------
@@ -178,7 +179,7 @@ class PreviousStep:
 
 
 def carried_feet(past: PreviousStep) -> Column:
-    """Return the feet of the last step, carried along with the surface, (n, 3) in body axes."""
+    """Return the feet (k, 3) of the last step, carried along with the surface; body axes."""
     rows, feet = past.state.kept.foot_B
     if past.shape is not None:
         feet = feet + (past.points[rows] - past.state.points_B[rows])
@@ -296,10 +297,11 @@ def respond(
     inp: LawInput,
     past: PreviousStep | None,
 ) -> Responses:
-    """Return the output of law and friction for `points`; friction is None without one.
+    """Return the output of law and friction for `points`, and the input of friction.
 
-    Velocities that are not given are paths over the step. If the law acts as one force, friction
-    acts on all points as one. Raises `InputError` for a law's output of another shape.
+    Those of friction are None without one. Velocities that are not given are paths over the step,
+    zero at the start, where `past` is None. If the law acts as one force, friction acts on all
+    points as one. Raises `InputError` for a law's output of another shape.
     """
     output = checked_output(law, inp)
     if friction is None:
@@ -389,10 +391,11 @@ def checked_output(law: Law, inp: LawInput) -> LawOutput:
 def _common_friction(
     friction: Friction, points: ContactRows, inp: FrictionInput, past: PreviousStep | None
 ) -> tuple[FrictionOutput, FrictionInputs]:
-    """Return friction of all points as one, shared among them as the normal forces are.
+    """Return friction of all points as one, shared as the normal forces are, and its inputs.
 
-    `inp` is the input of single points. All points get the one memory, and old points must have
-    it; see the module's head for the mean path.
+    `inp` is the input of single points. In the output, energies and stiffness are shared as well,
+    and each point has the common memory, which old points must have in `inp` already. See the
+    module's head for the mean path.
     """
     shares = _shares(inp.force)
     before, memory = np.zeros((1, 3)), np.zeros((1, friction.n_memory))
@@ -504,7 +507,7 @@ def forces(
     past: PreviousStep | None,
     frame: Frame,
 ) -> tuple[PointForces, bool]:
-    """Return forces and energies of the points, and whether any force is damped.
+    """Return world forces and totals of the points, and whether any damping force is not zero.
 
     `p_B` (m, 3) are all points. At the start, without a `past`, the work is the stored energy, and
     nothing is lost.

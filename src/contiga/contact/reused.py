@@ -21,7 +21,7 @@ _arrays: Any = attrgetter(*Columns._fields, "points_B")
 def reusable_arrays(
     out: State, state: State, p_W: FloatArray, owner: Owner
 ) -> tuple[Columns, FloatArray]:
-    """Return the arrays of `out` for all points, and its array of points; `out` is emptied.
+    """Return the columns of `out` and its `points_B`, to be overwritten; `out` is emptied.
 
     Raises
     ------
@@ -55,9 +55,9 @@ def reusable_arrays(
 
 
 def _are_obviously_separate(out: State, state: State, columns: Any, p_W: FloatArray) -> bool:
-    """Return whether the arrays of `out` obviously share no memory with others.
+    """Return whether the arrays of `out` certainly share no memory; if False, compare them.
 
-    That holds for states made by steps: their arrays are separate from each other and from arrays
+    True is for states made by steps: their arrays are separate from each other and from arrays
     of users, unless a user locked one, and only copies of a state share whole arrays. Comparing all
     pairs of arrays of two states would take longer than a small step.
     """

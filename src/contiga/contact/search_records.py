@@ -106,7 +106,10 @@ def options_of(
     master: Master,
     half: FloatArray | None,
 ) -> Options:
-    """Make the options of a contact with `master`; `flags` are the first four options."""
+    """Return the options of a contact with `master`.
+
+    `flags` are `penetration`, `hold`, `through` and `nearest`; see `reach_of` for `depth`.
+    """
     size, bounds = master.size, as_numbers(master.bounds(), "bounds")
     depth = reach_of(depth, closed, size)
     band = SAME_PLACE * size + ROUNDING * float(np.abs(bounds).max())

@@ -48,10 +48,10 @@ _memory = ThreadMemory()
 
 
 def settle_points(search: StepSearch, rows: Rows) -> Rows:
-    """Write the results of points that kernels can decide; return the others, ascending.
+    """Write results of points that kernels can decide into `search.detected`; return the others.
 
-    All `rows` are returned if the surface has no tables, or balls are not used, or feet are tracked
-    on an open body. On an open body free points are not settled.
+    These are ascending; they are all of `rows` if the surface has no tables, or balls are not used,
+    or feet are tracked on an open body. On an open body free points are not settled.
     """
     surface, step, feet, detected, options, _ = search
     tracked = not options.nearest

@@ -155,7 +155,7 @@ class Work(NamedTuple):
 
     @classmethod
     def of(cls, n: int, certify: bool) -> Work:
-        """Allocate work arrays for n rows, whose feet are certified or not."""
+        """Allocate work arrays for n rows; to `certify` feet, with positions before the step."""
         before, now = np.empty((2, n, 3))
         rows, ball_feet, unsettled = np.empty((3, n), np.int32)
         side, mark, ball_sides = np.empty((3, n), np.int8)

@@ -139,8 +139,9 @@ def shape_of(
 ) -> Shape:
     """Return the shape of a master with these control points, checked and copied.
 
-    `before` are the control points before the step: an empty array for a state without, None at the
-    start.
+    `before` are the control points before the step: an empty array stands for the master's own net,
+    None, at the start, for `control_points`. `velocity` (m, 3) are the velocities of the control
+    points, None if not given.
 
     Raises
     ------

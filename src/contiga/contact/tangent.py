@@ -116,15 +116,15 @@ class Linearisation(NamedTuple):
     wrench_by_pose: FloatArray
     """(6, 6)."""
     force_by_velocity: csr_array
-    """(3 n, 3 n) over velocities given to the step; empty without, as rates then follow from the
-    points."""
+    """(3 n, 3 n) with respect to velocities given to the step; without entries if none are given,
+    as rates then follow from the points."""
     force_by_control: csr_array
-    """(3 n, 3 m) over the master's m control points, body axes; m = 0 without. Given velocities of
-    control points are constant."""
+    """(3 n, 3 m) with respect to the master's m control points, body axes; m = 0 if none are given.
+    Velocities of control points, if given, are constant."""
     control_by_points: csr_array
-    """(3 m, 3 n) derivatives of `State.control_force` over the slave's points."""
+    """(3 m, 3 n) derivatives of `State.control_force` with respect to the slave's points."""
     control_by_control: csr_array
-    """(3 m, 3 m) derivatives of `State.control_force` over the control points, body axes."""
+    """(3 m, 3 m) derivatives of `State.control_force` with respect to control points, body axes."""
 
 
 class _NormalTangent(NamedTuple):
@@ -139,7 +139,7 @@ class _NormalTangent(NamedTuple):
     dt: float
     """Length of the step; infinite in statics, without rates."""
     force_change: FloatArray
-    """(k, m) derivatives of each force over the variables of its own point, filled in."""
+    """(k, m) derivatives of each force with respect to its own point's variables, filled in."""
 
 
 class _DeformedFeet(NamedTuple):
@@ -153,10 +153,10 @@ class _Tangents(NamedTuple):
     """Derivatives of the forces on the points that carry, body axes."""
 
     terms: Terms
-    """Derivatives over the variables of points: their positions and, on a master that deforms, the
-    variables of the surface below. Given velocities are constant in world axes."""
+    """Derivatives with respect to the variables of points: their positions and, on a master that
+    deforms, the variables of the surface below. Given velocities are constant in world axes."""
     velocities: Terms
-    """Derivatives over given velocities; zero without."""
+    """Derivatives with respect to given velocities; zero if none are given."""
     deformed: _DeformedFeet | None
     """None for a master of constant shape."""
 
@@ -217,7 +217,7 @@ def linearisation_of(contact: ContactSetup, state: State, inputs: StepInputs) ->
 
 
 def kinks_of(contact: ContactSetup, state: State, inputs: StepInputs) -> IntArray:
-    """Return points, ascending, in contact before and now whose derivative may not be valid.
+    """Return points (k,), ascending, in contact before and now whose derivative may be invalid.
 
     Another patch or feature of the master pushes them, or the foot has moved farther than
     `JUMP_FACTOR` times the path and the norm of its derivative.
@@ -233,9 +233,9 @@ def kinks_of(contact: ContactSetup, state: State, inputs: StepInputs) -> IntArra
 
 
 def _tangents(contact: ContactSetup, state: State, inputs: StepInputs, m: int) -> _Tangents:
-    """Return the derivatives of the forces over the positions of points.
+    """Return the derivatives of the forces with respect to the positions of points.
 
-    On a master that deforms they are over the first m variables of each point.
+    On a master that deforms they are with respect to the first m variables of each point.
 
     Raises
     ------

@@ -167,7 +167,7 @@ def measure_reach(feet: Projection, p_B: FloatArray, rows: IntArray, options: Op
 def _rows_within_reach(
     surface: Surface, p_B: FloatArray, rows: IntArray, detected: Detection, options: Options
 ) -> IntArray:
-    """Return the rows that may be within reach; store the safe distances of the others.
+    """Return the rows that may be within reach; write safe distances of the others to `detected`.
 
     A bound of the distance above half the thickness, outside a closed body, proves the others.
     """

@@ -45,9 +45,10 @@ class Held(NamedTuple):
 
 
 def detect(search: StepSearch, rows: Rows) -> Rows:
-    """Write the results of the points that a wall holds; return the others, ascending.
+    """Write results of the points that a wall holds into `search.detected`; return the others.
 
-    Free points, and points released on their path, are held by the wall by which they enter next.
+    The others are ascending. Free points, and points released on their path, are held by the wall
+    by which they enter next.
     """
     surface, step, last, _, options, _ = search
     touching, free_before = rows
@@ -78,8 +79,9 @@ def detect(search: StepSearch, rows: Rows) -> Rows:
 def _keep_held(search: StepSearch, held: Held) -> IntArray:
     """Keep held points in contact; return the rows for which this decides.
 
-    Points outside a closed body become THROUGH if they are behind their feet by more than rounding;
-    it does not decide on the other points outside.
+    Their statuses, safe distances and feet are written into `search.detected`. Points outside a
+    closed body become THROUGH if they are behind their feet by more than rounding; other points
+    outside are left undecided.
     """
     detected, band, (rows, feet, status) = search.detected, search.options.band, held
     settled, safe_distance = np.ones(len(rows), dtype=bool), np.zeros(len(rows))
@@ -142,8 +144,8 @@ def _release_points(
 ) -> FloatArray:
     """Return where (len(rows), 3) the wall releases points on `path` = (from, to), by bisection.
 
-    Their feet are at `place` = (patch, uv) at the start, and are not kept at the end: of the last
-    bracket, the end that is not held.
+    Their feet are at `place` = (patch, uv) at the start, and are not kept at the end. The result is
+    that end of the last bracket at which a point is not held.
     """
     a, b = path[0][rows], path[1][rows]
     start = place[0][rows], place[1][rows]

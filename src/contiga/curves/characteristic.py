@@ -201,7 +201,7 @@ class Characteristic:
         return _points(self.carried_pieces, at).integral
 
     def response(self, x: float) -> Response:
-        """Return force, slope and ∫₀ˣ y dx of an elastic spring at `x` of either sign.
+        """Return force, slope and ∫₀ˣ y dx of an elastic spring at `x` of either sign; no loss.
 
         The integral is exact for a table, by Gauss's rule for a callable. Forces may be negative.
 

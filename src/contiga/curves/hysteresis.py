@@ -62,7 +62,7 @@ class Responses(NamedTuple):
 
 
 def elastic_move(curve: Characteristic, x: FloatArray) -> Responses:
-    """Return the elastic forces max(y, 0) at `x` (n,) ≥ 0, without losses.
+    """Return elastic forces max(y, 0) at `x` (n,) ≥ 0, slopes and stored energies; losses are zero.
 
     Raises
     ------

@@ -29,7 +29,7 @@ POLE_OFFSET = 1e-3
 
 
 def join(elements: Elements, grid: Grid, body: Faces) -> Grid:
-    """Write the sides of `elements`; return a copy of `grid` with the list of adjacent patches.
+    """Write the sides in `elements.table`; return a copy of `grid` with lists of adjacent patches.
 
     A joint is SMOOTH if the normals differ by less than `SMOOTH_ANGLE` at all samples, else a
     CREASE; a side without neighbour is a BORDER, or SHARED if the topology has a second face there
@@ -121,7 +121,7 @@ def _match_sides(
 
 
 def _rings(corner: FloatArray, collapsed: np.ndarray, tolerance: float) -> IntArray:
-    """Return (n, 4) next of the sides (element*4 + side) that collapse to the same pole.
+    """Return for each side (n, 4) the next that collapses to the same pole, as element*4 + side.
 
     The last one is followed by the first; −1 at sides that are no pole. Poles closer than
     `tolerance` are the same; `corner` (n, 4, 3) is the first point of each side.
@@ -140,7 +140,7 @@ def _rings(corner: FloatArray, collapsed: np.ndarray, tolerance: float) -> IntAr
 
 
 def _smooth_poles(table: Records, normals: FloatArray, body: Faces) -> IntArray:
-    """Return (n, 4) 1 for sides at whose pole the surface has a tangent plane, as a sphere has.
+    """Return 1 for sides (n, 4) at whose pole the surface has a tangent plane, as a sphere; else 0.
 
     There it has a normal as elsewhere, and a foot at the pole is not at a vertex. All normals at
     the pole agree within `SMOOTH_ANGLE`, and its elements surround it without gap or trim.
@@ -188,7 +188,7 @@ def _surrounds_pole(table: Records, body: Faces, elements: set[int], e: int, pol
 def _with_adjacency(grid: Grid, patch_of: IntArray, body: Faces, neighbour: IntArray) -> Grid:
     """Return a copy of `grid` with, for each patch, the list of itself and the patches it touches.
 
-    Those come ascending: patches with a joined element, and all at an edge of the topology. A pair
+    These are ascending: patches with a joined element, and all at an edge of the topology. A pair
     at an edge is loose unless elements are joined and neither patch is trimmed.
     """
     n = len(body.patches)

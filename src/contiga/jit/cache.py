@@ -79,7 +79,7 @@ class Sourced:
         self._folder = folder
 
     def get_cache_path(self) -> str:
-        """Return the folder."""
+        """Return the folder of the cached files."""
         return str(self._folder)
 
     def get_source_stamp(self) -> str:

@@ -60,7 +60,7 @@ class KernelDispatcher(CPUDispatcher):  # type: ignore[misc]
         return super().get_call_template(args, {name: kernel_type(kws[name]) for name in kws})
 
     def add_overload(self, compiled: Any) -> None:
-        """Register a version that numba has compiled or read, in `entries` and in `CALLED`."""
+        """Register a version in `entries`, and in `CALLED` if callers call it by name."""
         super().add_overload(compiled)
         self.entries = *self.entries, compiled.entry_point
         if issubclass(self._compiler.pipeline_class, CalledCompiler):

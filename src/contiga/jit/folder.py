@@ -37,7 +37,7 @@ def kernel_folder() -> Path | None:
 
 @cache
 def _kernel_folder(named: str) -> Path | None:
-    """Return the first writable folder, made if missing; `named` is the user's choice or empty."""
+    """Return the first writable folder, made if missing, or None; `named`: the user's or empty."""
     candidates: list[tuple[Path, int]] = []
     if named:
         candidates.append((Path(named).absolute() / "contiga", SHARED))

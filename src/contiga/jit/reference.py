@@ -222,7 +222,7 @@ def _without_owner(context: Any, builder: Any, kind: Any, value: Any) -> Any:
 
 
 def _load(builder: Any, pointer: Any, kind: Any) -> Any:
-    """Emit code that reads a value number by number, by loads that are marked as invariant."""
+    """Emit code that reads a value number by number, by invariant loads; return the value."""
     if isinstance(kind, (ir.LiteralStructType, ir.ArrayType)):
         value = ir.Constant(kind, ir.Undefined)
         is_struct = isinstance(kind, ir.LiteralStructType)

@@ -13,8 +13,8 @@ WHOLE_VECTORS = "-prefer-256-bit"
 def numbers_in_vector(target: Target) -> int:
     """Return the numbers per vector: eight with vectors of 512 bits, else four.
 
-    LLVM uses them on processors of AMD that have them; on Intel's it takes 256 bits, because their
-    clock may slow down otherwise.
+    LLVM uses 512 bits on processors of AMD that have them; on Intel's it takes 256 bits, because
+    their clock may slow down otherwise.
     """
     _, name, features = target
     of_amd = name.startswith("znver") and "+avx512f" in features

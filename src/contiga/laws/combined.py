@@ -26,12 +26,12 @@ _STRESS_TOL = 1e-9
 
 
 class Split(NamedTuple):
-    """Shares of the two sides in the penetration of n_c points."""
+    """Parts of the penetration of n_c points that the two sides take, and their stress."""
 
     slave: FloatArray
-    """(n_c,) λ_s."""
+    """(n_c,) λ_s, length."""
     master: FloatArray
-    """(n_c,) λ_m."""
+    """(n_c,) λ_m, length."""
     stress: FloatArray
     """(n_c,) elastic stress of both sides."""
 
@@ -116,7 +116,7 @@ class CombinedLaw:
         return self.slave.needs_thickness
 
     def split(self, inp: LawInput) -> Split:
-        """Return the shares of both sides in the penetration, and their elastic stress (n_c,)."""
+        """Return the parts λ_s and λ_m of the penetration, and the elastic stress of both sides."""
         t_s, t_m = self.slave.thickness_of(inp), self.master.thickness_of(inp)
         if self.path is not None:
             return Split(*self.path.solve(inp.penetration, t_s, t_m))
@@ -159,8 +159,8 @@ class CombinedLaw:
     ) -> LawTangent:
         """Return the derivatives of the forces, zero for a damped point that does not push.
 
-        `share_s` is λ_s/λ, `stiffness` is by unit area. That of callables has a derivative too, by
-        differences; the stiffness of tables is piecewise constant.
+        `share_s` is λ_s/λ, `stiffness` is by unit area. The stiffness of callables has derivatives
+        too, by differences; that of tables is piecewise constant and has None.
         """
         t_s, t_m = self.slave.thickness_of(inp), self.master.thickness_of(inp)
         # Of an additional penetration the slave takes the share of its compliance.
@@ -253,8 +253,9 @@ def _balance(
 ) -> Split:
     """Return the split for callables, by bracketing λ_s in [0, λ].
 
-    Without a sign change one side takes all: the master if the slave's stress at zero is not below
-    its own, else the slave. An `InputError` is raised for a curve that falls between samples.
+    Without a sign change one side takes all: the master if its stress is then not above the
+    slave's at zero, else the slave. An `InputError` is raised for a curve that falls between
+    samples.
     """
     from scipy.optimize.elementwise import find_root
 

@@ -158,8 +158,8 @@ class ForceLaw:
     def _slopes(self, inp: LawInput, weighted: Deepest, value: float, slope: float) -> DepthSlopes:
         """Return the derivatives of the points' shares of `value` with respect to their depths.
 
-        `slope` is the derivative of `value` over the greatest depth. The result is a diagonal and,
-        unless one point carries all, products of two (share "deepest") or one (share
+        `slope` is the derivative of `value` with respect to the greatest depth. The result is a
+        diagonal and, unless one point carries all, products of two (share "deepest") or one (share
         "penetration") column pairs.
         """
         shares, depth = weighted.weight, inp.penetration

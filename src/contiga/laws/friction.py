@@ -127,7 +127,7 @@ class Friction(Protocol):
         """Return tangential forces, energies and memory of the points in contact."""
 
     def slid(self, memory: FloatArray) -> FloatArray:
-        """Return the sliding distance (n, 3) since each point came in, from its memory (n, m)."""
+        """Return the slip (n, 3) of each point since it came in, from its memory (n, m)."""
 
 
 @dataclass(frozen=True)
@@ -228,7 +228,7 @@ class Coulomb:
         return np.asarray(dynamic + (self.static - dynamic) * np.exp(-self.decay * speed))
 
     def slid(self, memory: FloatArray) -> FloatArray:
-        """Return the sliding distance (n, 3) since each point came in."""
+        """Return the slip (n, 3) of each point since it came in, a view of its memory (n, 7)."""
         return memory[:, 3:6]
 
     @property

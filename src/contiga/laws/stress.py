@@ -169,7 +169,7 @@ class StressLaw:
     def damping_slopes(
         self, strain_rate: FloatArray, elastic_stress: FloatArray
     ) -> tuple[FloatArray, FloatArray]:
-        """Return the derivatives (n,) of `damping_stress` by the elastic stress and by the rate.
+        """Return derivatives (n,) of `damping_stress`, by elastic stress and by relative rate.
 
         A callable damping curve is not checked here.
         """

@@ -73,7 +73,7 @@ class Body(Faces, Queries):
 
     @classmethod
     def from_profile(cls, curve: NurbsCurve, depth: float = 1.0, *, name: str = "profile") -> Self:
-        """A plane problem: `curve` in the plane z = 0, given `depth` about that plane.
+        """Return the body of a plane problem: `curve` at z = 0, with half the `depth` on each side.
 
         The free side is to the right of the curve's direction: a closed curve that runs
         counter-clockwise is a solid with normals outward. Forces are per `depth`.
@@ -146,7 +146,7 @@ class Body(Faces, Queries):
         return self.openings.closed
 
     def mass_properties(self, density: float) -> MassProperties:
-        """Mass, centre and inertia of the solid that a closed body encloses.
+        """Return mass, centre and inertia of the solid that a closed body encloses.
 
         By the divergence theorem over the exact trimmed faces, to about 1e-9 (after Mirtich, Fast
         and accurate computation of polyhedral mass properties, 1996); if faces gape within the
@@ -182,11 +182,11 @@ class Body(Faces, Queries):
     def tessellate(
         self, tol: float, *, method: str = "chord", size: float | None = None
     ) -> TriMesh:
-        """Triangles of the faces, trims obeyed, without cracks at shared edges.
+        """Return triangles of the faces inside their trims, without cracks at shared edges.
 
-        `tol` is a length for "chord" and an area by patch for "net", as for patches. No side is
-        longer than `size`, a length; if omitted, triangles are as large as the tolerance allows,
-        so that a flat face has the points of its border only.
+        `tol` is a length for "chord" and an area by patch for "net", as for patches. Sides longer
+        than `size`, a length, are divided; if omitted, triangles are as large as the tolerance
+        allows, so that a flat face has the points of its border only.
 
         Raises
         ------
@@ -243,13 +243,13 @@ class Body(Faces, Queries):
         mode: str = "global",
         out: Projection | None = None,
     ) -> Projection:
-        """Feet of `points` (n, 3) on the body; see `contiga.search.track.project.project`."""
+        """Return feet of `points` (n, 3); see `contiga.search.track.project.project`."""
         from contiga.search.track.project import project
 
         return project(self, points, start, mode, out)
 
     def first_hit(self, p0: ArrayLike, p1: ArrayLike) -> Hit:
-        """First entry of points moving from `p0` to `p1`; see `search.first_hit.first_hit`."""
+        """Return first entries on paths from `p0` to `p1` (n, 3); see `search.first_hit`."""
         from contiga.search.first_hit import first_hit
 
         return first_hit(self, as_points(p0, "p0"), as_points(p1, "p1"))
@@ -263,7 +263,10 @@ class Body(Faces, Queries):
         return out
 
     def contains(self, points: ArrayLike) -> NDArray[np.bool_]:
-        """Return whether points (n,) are on the contact side of the closest face."""
+        """Return which points (n, 3) are inside, or behind the nearest face of an open body.
+
+        It is a mask (n,); points on the surface count.
+        """
         from contiga.search.inside import contains
 
         return contains(self, as_points(points))
@@ -303,7 +306,7 @@ class Body(Faces, Queries):
         check_size(self)
 
     def facts(self) -> dict[str, Any]:
-        """Facts on the body for a run's summary."""
+        """Return facts on the body for a run's summary."""
         return {
             "kind": "body",
             "patches": len(self.patches),

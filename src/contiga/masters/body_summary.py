@@ -28,7 +28,7 @@ def warm_up() -> None:
 
 
 def body_summary(body: Body) -> dict[str, Any]:
-    """Counts and sizes of `body`, for `contiga info` and reports.
+    """Return counts and sizes of `body`, for `contiga info` and reports.
 
     Returns
     -------

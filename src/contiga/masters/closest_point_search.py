@@ -111,7 +111,7 @@ class ClosestPointSearch(NamedTuple):
         out: Projection,
         within: FloatArray | None = None,
     ) -> None:
-        """Closest points; bounds `within` of their distances would save nothing.
+        """Write the closest points of p_B[rows] to the same rows of `out`; `within` is not used.
 
         A point without a closest one gets patch −1 and the status MAX_ITERATIONS.
         """
@@ -174,11 +174,14 @@ class ClosestPointSearch(NamedTuple):
         out: Projection,
         before: FloatArray | None = None,
     ) -> None:
-        """Closest points, regardless of the previous feet."""
+        """Write the closest points to `out`, whatever the previous feet."""
         self.closest(p_B, np.arange(len(p_B), dtype=np.int32), out)
 
     def slopes(self, p_B: FloatArray, feet: Projection, out: FootSlopes) -> None:
-        """Derivatives by central differences of normals, with a relative error of 1e-10."""
+        """Write derivatives of depth and normal to `out`; the normals' by central differences.
+
+        Their relative error is about 1e-10.
+        """
         out.depth[...] = -feet.normal
         step = DIFFERENCE_STEP * float(np.abs(p_B).max(initial=0.0))
         for j in range(3):
@@ -188,7 +191,7 @@ class ClosestPointSearch(NamedTuple):
             out.normal[:, :, j] = (ahead - behind) / (2.0 * step)
 
     def entries(self, a_B: FloatArray, b_B: FloatArray, rows: IntArray) -> Hit:
-        """First crossings from outside to inside."""
+        """Return the first crossings from outside to inside; status NO_HIT without one."""
         a, b = a_B[rows], b_B[rows]
         fraction, _ = self._first_change(a, b, entries_only=True)
         return _hits(a, b, fraction)
@@ -196,7 +199,10 @@ class ClosestPointSearch(NamedTuple):
     def last_crossings(
         self, a_B: FloatArray, b_B: FloatArray, rows: IntArray
     ) -> tuple[Hit, ByteArray]:
-        """Crossings of either sense nearest to the ends: the first ones of the reversed paths."""
+        """Return the last crossings, the first ones of the reversed paths, and their senses.
+
+        A sense is 1 if the path enters there, −1 if it leaves, 0 if it crosses nothing.
+        """
         a, b = a_B[rows], b_B[rows]
         from_end, sense = self._first_change(b, a, entries_only=False)
         return _hits(a, b, 1.0 - from_end), (-sense).astype(np.int8)
@@ -237,7 +243,7 @@ class ClosestPointSearch(NamedTuple):
         low: FloatArray,
         high: FloatArray,
     ) -> FloatArray:
-        """Return the fractions between `low` and `high` at which paths `rows` change sides."""
+        """Return fractions (k,) from `low` to `high` (k,) at which paths `rows` change sides."""
         if len(rows) == 0:
             return low
         was_outside = self._gaps(_points_on(start, end, rows, low)) > 0.0
@@ -254,15 +260,15 @@ class ClosestPointSearch(NamedTuple):
         return feet.gap
 
     def safe_distance(self, p_B: FloatArray, rows: IntArray, lengths: FloatArray) -> None:
-        """The distances themselves; zero for points without a closest one."""
+        """Write the distances to `lengths[rows]`; zero for points without a closest one."""
         lengths[rows] = np.nan_to_num(np.abs(self._gaps(p_B[rows])), nan=0.0)
 
     def sides(self, p_B: FloatArray, rows: IntArray) -> Sides:
-        """No side is known without a search."""
+        """Return no known sides: these need a search."""
         return Sides(np.zeros(len(rows), np.int8), np.zeros(len(rows)))
 
     def clear_paths(self, a_B: FloatArray, b_B: FloatArray, rows: IntArray) -> NDArray[np.bool_]:
-        """No path is known to be clear without a search."""
+        """Return False for all paths: whether one is clear needs a search."""
         return np.zeros(len(rows), dtype=bool)
 
     @property
@@ -276,7 +282,7 @@ def _points_on(start: FloatArray, end: FloatArray, rows: IndexArray, t: FloatArr
 
 
 def _hits(a: FloatArray, b: FloatArray, fraction: FloatArray) -> Hit:
-    """Return hits at fractions of the paths a → b, NaN for none."""
+    """Return hits at fractions of the paths a → b; NaN is a path without one, status NO_HIT."""
     hit = np.isfinite(fraction)
     status = np.where(hit, Status.OK, Status.NO_HIT).astype(np.int8)
     uv = np.where(hit[:, None], 0.0, np.nan) * np.ones(2)

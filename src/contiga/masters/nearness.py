@@ -38,7 +38,7 @@ def nearest(
     depth: float | None = None,
     share: float = 0.0,
 ) -> Nearest:
-    """Return the one of p_B[rows] with the smallest gap, and lower bounds of all gaps.
+    """Return the point of p_B[rows] with the smallest gap, and lower bounds of all gaps.
 
     Parameters
     ----------

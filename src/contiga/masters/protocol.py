@@ -95,12 +95,12 @@ class Surface(Protocol):
         """
 
     def entries(self, a_B: FloatArray, b_B: FloatArray, rows: IntArray) -> Hit:
-        """Find the first entries of the segments a_B[rows] → b_B[rows], one per entry of `rows`."""
+        """Return the first entries of the segments a_B[rows] → b_B[rows], one row per segment."""
 
     def last_crossings(
         self, a_B: FloatArray, b_B: FloatArray, rows: IntArray
     ) -> tuple[Hit, ByteArray]:
-        """Find the crossings of either sense nearest to the ends of a_B[rows] → b_B[rows].
+        """Return the crossings of either sense nearest to the ends of a_B[rows] → b_B[rows].
 
         Also returns whether the path enters there (1), leaves (−1), or crosses nothing (0).
         """
@@ -190,10 +190,10 @@ class Master(Protocol):
     def project(
         self, points: ArrayLike, *, start: Projection | None = None, mode: str = "global"
     ) -> Projection:
-        """Feet of `points` (n, 3): the closest points, or those continued from `start`.
+        """Return feet of `points` (n, 3): the closest points, or feet continued from `start`.
 
-        `mode` is "global" or "track", which needs `start`: without it the closest points are
-        searched. Raises `InputError` for another mode.
+        `mode` is "global" (the closest points) or "track", which needs `start`: without it the
+        closest points are searched. Raises `InputError` for another mode.
         """
         p_B = as_points(points)
         feet = empty_projection(len(p_B))
@@ -209,11 +209,11 @@ class Master(Protocol):
         return self.surface.entries(a_B, b_B, np.arange(len(a_B), dtype=np.int32))
 
     def contains(self, points: ArrayLike) -> NDArray[np.bool_]:
-        """Return which points (n, 3) lie on the contact side, as (n,) truths."""
+        """Return a mask (n,) of the points (n, 3) on the contact side, none on the surface."""
         return np.asarray(self.project(points).gap < 0.0)
 
     def tessellate(self, tol: float) -> TriMesh:
-        """Triangles at most `tol` off it, length.
+        """Return triangles at most `tol` off the surface, length.
 
         Without a method of the class there are no triangles, only the corners of the box, so that
         views have room for it.
@@ -230,7 +230,7 @@ class Master(Protocol):
         raise _missing(self, "with_reference_point", "Give its class a reference_point")
 
     def mass_properties(self, density: float) -> MassProperties:
-        """Mass, centre and inertia of what a closed master encloses."""
+        """Return mass, centre and inertia of the solid that a closed master encloses."""
         raise _missing(self, "mass_properties", "Give its mass, centre and inertia as numbers")
 
     def digest(self, digest: Digest) -> None:
@@ -238,11 +238,11 @@ class Master(Protocol):
         digest.add_value(self)
 
     def facts(self) -> dict[str, Any]:
-        """Facts on it for a run's summary."""
+        """Return facts on it for a run's summary."""
         return {"kind": self.name, "closed": self.closed, "size": self.size}
 
     def condition_rows(self) -> list[tuple[str, str]]:
-        """A summary of its quality as a master: (label, text)."""
+        """Return a summary of its quality as a master: rows (label, text)."""
         return []
 
 

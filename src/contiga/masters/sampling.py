@@ -22,10 +22,10 @@ _MIN_AREA_RATIO = 0.125
 
 
 def refined(body: Master, mesh: TriMesh, size: float) -> TriMesh:
-    """Divide triangles of a body until no side is longer than `size`; new points lie on the body.
+    """Return triangles divided until no side is longer than `size`, new points moved to the body.
 
-    A mesh without long sides is returned itself. New points without a foot, and those of a master
-    without patches, stay on the old sides.
+    The move may make sides a little longer. A mesh without long sides is returned itself. New
+    points without a foot, and new points on a master without patches, stay on the old sides.
 
     >>> from contiga.geometry import shapes
     >>> from contiga.masters.body import Body
@@ -45,7 +45,7 @@ def refined(body: Master, mesh: TriMesh, size: float) -> TriMesh:
 
 
 def least_size(mesh: TriMesh, max_triangles: int) -> float:
-    """Smallest `size`, length, for which `refined` makes no more than `max_triangles` of a mesh."""
+    """Return a `size`, length, for which `refined` makes `max_triangles` of a mesh at most."""
     return math.sqrt(mesh.area() / (_MIN_AREA_RATIO * max_triangles))
 
 

@@ -244,10 +244,11 @@ def _begin_part(paths, i, limits):
 
 @inner()
 def _take_facing(paths, i, limits, min_depth, length):
-    """Put path i on the facing wall that was found, or decide why there is none; ask on.
+    """Put path i on the facing wall that was found, or decide why there is none.
 
-    A part that is not the shortest is halved first if the nearest wall may have turned, or if no
-    wall holds the point on an open body.
+    Returns the next question, BEGIN_PART or DONE. `length` is that of the part, and `min_depth` the
+    least depth that the wall that held the point can have now. A part that is not the shortest is
+    halved first if the nearest wall may have turned, or if no wall holds the point on an open body.
     """
     other, closed = paths.other, limits.closed
     max_depth = _max_depth(min_depth, length, limits.band)

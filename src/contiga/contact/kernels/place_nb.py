@@ -113,7 +113,8 @@ def _place_point(placing, k, length, now, touching, free):
     """Place one point, and list it if the search must examine it; return the ends of the lists.
 
     `now` is (3 n,). Points that are not finite, and free ones that do not take part, are not
-    listed; the last are infinitely far from contact.
+    listed; free ones that do not take part have an infinite safe distance. Path lengths are written
+    for listed points only.
     """
     last, columns, rows = placing.last, placing.columns, placing.rows
     active, distance = placing.active[k], last.safe_distance[k]

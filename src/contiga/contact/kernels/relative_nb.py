@@ -27,7 +27,7 @@ def first_without_velocity(velocity, points):
 
 @kernel()
 def relative(velocity, points, pose, twist, out, start, stop):
-    """Compute Rᵀ (v − v_B − ω × (p − t)) of points start … stop, body axes.
+    """Write Rᵀ (v − v_B − ω × (p − t)) of points start … stop, body axes, to rows of `out`.
 
     `velocity` v and `points` p (m, 3) are in world axes; `pose` (4, 4) and `twist` (2, 3), its
     (v_B, ω), are those of the body.

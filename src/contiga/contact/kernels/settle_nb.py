@@ -87,11 +87,11 @@ def _add_ball_query(feet, i, queries, m):
 
 @inner()
 def _apply_ball(feet, i, radius, band, side, reach):
-    """Return side and bound of the distance, improved by the touching ball, and its proof.
+    """Return side and lower bound of the distance, and whether the foot is proved the closest.
 
     The ball at the foot contains no surface: a point up to 2ρ from the foot is on its side, and no
     wall is nearer than the nearer end of the ball. A known side that is not the ball's is kept. The
-    proof is whether the foot is the closest point: the radius exceeds the height, by `band`.
+    foot is the closest point if the radius exceeds the height by `band` or more.
     """
     sign = 1 if feet.gap[i] > 0.0 else -1
     height = abs(feet.gap[i])
@@ -184,7 +184,7 @@ def release_outside(rows, known_sides, step, last, detected, band, touching_rows
 
 @inner()
 def mark_followed(rows, feet, side, safe_distance, limits, mark, paths, queries):
-    """Mark points in contact by their feet; return the numbers of `paths` and of `queries`.
+    """Write marks of points in contact, by their feet; return the counts of `paths` and `queries`.
 
     A foot with the point behind may be kept; it is kept for certain if the path is shorter than the
     safe distance, or the point no deeper than rounding. `paths` lists points inside whose paths
@@ -247,9 +247,9 @@ def mark_nearest(rows, feet, guard_states, path_length, band, mark, queries):
 def settle_marked(rows, feet, known_sides, mark, balls, limits, detected, unsettled):
     """Settle marked points in contact; list the others in `unsettled`, and return their number.
 
-    `known_sides` are `Sides`, `balls` the `FootBalls` of the queries, `detected` a
-    `Detection`. In front of an open body a point may be behind another sheet of it, and is not
-    settled.
+    `known_sides` are `Sides`, `balls` the `FootBalls` of the queries, `detected` a `Detection`. By
+    the balls `known_sides`, `mark` and `feet.certified` are updated. In front of an open body a
+    point may be behind another sheet of it, and is not settled.
     """
     band, closed = limits.band, limits.closed
     side, reach = known_sides.side, known_sides.reach
@@ -356,7 +356,8 @@ def apply_balls(rows_of_feet, feet, points, balls, band, known_sides, max_distan
 def keep_free(rows, known_sides, stays_inside, band, safe_distance, unsettled):
     """Keep points free that are outside or `stays_inside`; list the others, return their number.
 
-    The safe distances of the free points are written, negative inside.
+    The safe distances of the free points are written, negative inside; the others are listed by
+    their positions in `rows`, in `unsettled`.
     """
     side, reach = known_sides.side, known_sides.reach
     n = 0
@@ -433,9 +434,10 @@ def take_closest(candidates, path_length, limits):
 
 @inner()
 def _classify(candidates, limits, i):
-    """Return for row i: closest point needed, side known, inside, inside by more than rounding.
+    """Return whether row i needs its closest point, has a known side, is inside, is deep inside.
 
-    An unknown side is that of the closest point, if this was found.
+    An unknown side is that of the closest point, if this was found; deep is then a point that is
+    inside by more than rounding, else any point inside.
     """
     closest, side = candidates.closest, candidates.side[i]
     needed = needs_closest(candidates.was_touching[i], side, limits.penetration, limits.nearest)
@@ -550,16 +552,17 @@ def _follow_feet(tables, work, n):
 
 @inner(linked=False)
 def _find_radii(tables, work, m):
-    """Look up the radii of the touching balls at the first m feet of the queries."""
+    """Write radii of the touching balls at the first m feet of the queries to `work.radius`."""
     feet = SurfacePlaces(work.feet.patch, work.feet.uv)
     radii(tables.balls, tables.body.grid, feet, work.ball_feet, work.ball_sides, work.radius, 0, m)
 
 
 @inner(linked=False)
 def settle_by_feet(tables, step, last, rows, limits, work, detected, path_rows):
-    """Settle points that were in contact, `rows`; return the number of `work.unsettled` rows.
+    """Settle points that were in contact, `rows`; return the number that remain unsettled.
 
-    `path_rows` is memory for rows; for the other arguments see `settle_touching`.
+    Their positions in `work.rows` are listed in `work.unsettled`. `path_rows` is memory for rows;
+    for the other arguments see `settle_touching`.
     """
     n, band = rows.shape[0], limits.band
     side, reach = work.side, work.reach
@@ -609,8 +612,9 @@ def settle_touching(tables, step, last, rows, limits, work, detected, unsettled)
 def settle_free(tables, step, rows, limits, work, detected, unsettled):
     """Settle free points near the surface that are outside; list the others, return their number.
 
-    Their feet become last feet, with the balls that touch there as proofs of the side. For
-    arguments see `settle_touching`.
+    Safe distances of settled points are written into `detected`, and as last feet the feet that
+    were searched, of other points too; the balls that touch there prove sides. For arguments see
+    `settle_touching`.
     """
     n, band = rows.shape[0], limits.band
     known_sides = Sides(work.side, work.reach)

@@ -50,7 +50,7 @@ def _stored(curves, unloading, slope, x, force):
 
 @inner(linked=False)
 def hysteretic(curves, pair, slope, x_old, f_old, x):
-    """Return the `Response` to a step from (x_old, f_old) to x; nothing below x = 0.
+    """Return the `Response` to a step from (x_old, f_old) to x; all zero below x = 0.
 
     A force without memory, x_old ≤ 0, starts at x = 0, from f_old clipped to the curves.
     """

@@ -53,7 +53,7 @@ def bicubic(k, o, n, s, t):
 
 @inlined()
 def quotient(n, w):
-    """Return the derivatives of a quotient, from those of numerator n and denominator w."""
+    """Return value and derivatives of the quotient n/w, from those of n and w; see `bicubic`."""
     i = 1.0 / w[0]
     v = n[0] * i
     v_s = fma(-w[1], v, n[1]) * i
