@@ -192,7 +192,7 @@ class JointLaw:
         )
 
     def stiffness_bound(self, value: float) -> float:
-        """Return an upper bound of the slope dF/dx in a step from `value`, ≥ 0."""
+        """Return an upper bound of the slope dF/dx in a step from `value`, ≥ 0, without damping."""
         bound = self.friction_slope
         if self._law is not None:
             bound += self._law.max_slope(value if self.hysteresis is None else abs(value))

@@ -362,9 +362,9 @@ class DrivenNodes(NodeMover):
 
 
 def _digest_motion(digest: Any, motion: SlaveMotion, times: FloatArray) -> None:
-    """Add the poses of a moved motion at all times and its base, else up to `_MAX_SAMPLES` points.
+    """Add the poses of a moved motion at all times, and its base; else samples of the points.
 
-    Samples are at evenly spaced rows of `times`, with both ends.
+    There are up to `_MAX_SAMPLES` samples, at evenly spaced rows of `times`, with both ends.
     """
     if isinstance(motion, Moved):
         digest.arrays("carried", *(pose_at(motion.motion, float(t)) for t in times))
