@@ -42,10 +42,11 @@ def offset_ratio(master: Master, feet: Projection) -> FloatArray:
 def off_surface(
     feet: Projection, p_B: FloatArray, half: FloatArray, band: float = 0.0
 ) -> Projection:
-    """Closest points of p_B (k, 3) on the surface that is `half` (k,) off the body.
+    """Return the feet of p_B (k, 3) on the surface that is `half` (k,) off the body.
 
-    The normal at an edge or a border is the direction from there to the point if that is farther
-    than `band`.
+    They are `feet` on the body moved by `half`. Points, normals and gaps are new. The normal at an
+    edge or a border is the direction from there to the point if that is farther than `band`,
+    reversed inside the body. The gap of a foot on a border is its distance less `half`.
     """
     arm = p_B - feet.point
     length = np.sqrt(np.square(arm).sum(axis=1))
