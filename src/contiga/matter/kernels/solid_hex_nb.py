@@ -47,7 +47,10 @@ def modes(x):
 
 @inner(linked=False)
 def hourglass(bank, table):
-    """Write the spring forces by reference volume, and add their part to P, and their energy."""
+    """Write the modal spring forces by reference volume, and subtract their part from P.
+
+    Their energy by volume is added to the hourglass energy.
+    """
     for i in range(3):
         for lane in range(LANES):
             at = X + i * LANES + lane
