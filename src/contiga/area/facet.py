@@ -83,7 +83,7 @@ class FacetArea:
         return topology_of(rest.facets, len(rest.points))
 
     def measure(self, inp: AreaInput) -> Areas:
-        """Areas of the points in contact, by the parts of their facets."""
+        """Return the areas of the points in contact, by the parts of their facets in contact."""
         return measure_facets(inp, inp.prepared, self.on or inp.on)
 
     def outlines(self, inp: AreaInput) -> Outlines:

@@ -103,7 +103,7 @@ class HullArea:
             )
 
     def prepare(self, rest: Rest) -> Topology | Graph | None:
-        """The connectivity of the slave's points, which finds the regions of "auto"."""
+        """Return the connectivity of the slave's points for `clusters` "auto"; None for others."""
         return structure_of(rest) if self.clusters == "auto" else None
 
     def measure(self, inp: AreaInput) -> Areas:
@@ -181,7 +181,10 @@ def _hulls(inp: AreaInput, label: IntArray) -> Iterator[tuple[int, int, _Patch, 
 
 
 def hull_of(points: FloatArray) -> FloatArray:
-    """Corners (h, 2) of the convex hull, counter-clockwise; one or two where it has no area."""
+    """Return the corners (h, 2) of the convex hull of points (n, 2), anticlockwise.
+
+    There are one or two where it has no area, none without points.
+    """
     return points[hull_nb.jarvis(np.ascontiguousarray(points, dtype=np.float64))]
 
 

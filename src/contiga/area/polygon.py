@@ -17,7 +17,7 @@ MAX_LEVELS = 12
 
 
 def plane_area(polygon: FloatArray) -> float:
-    """Area of a polygon (n, 2) in its own plane, positive counter-clockwise."""
+    """Return the area of a polygon (n, 2) in its own plane, positive if it is anticlockwise."""
     if len(polygon) < 3:
         return 0.0
     x, y = (polygon - polygon[0]).T

@@ -44,13 +44,13 @@ def _difference(a, b):
 
 @inlined()
 def _plus(a, t, b):
-    """a + t b."""
+    """Return a + t b of two vectors."""
     return fma(t, b[0], a[0]), fma(t, b[1], a[1]), fma(t, b[2], a[2])
 
 
 @inlined()
 def _sag(side, m, change):
-    """Factor of m that leads from the middle of a chord to the middle of its image.
+    """Return the factor of m that leads from the middle of a chord to that of its image.
 
     With m = n_a + n_b and q = (n_b − n_a)·(p_b − p_a) it is q/(2|m| (2 + |m|)): exact for an arc.
     """

@@ -21,7 +21,7 @@ FLAT = 1e-14
 
 @inlined()
 def thickness_stretch(square, area, mu, lam):
-    """Return s for a ratio of areas and its square."""
+    """Return the stretch s of the thickness for `area`, a ratio of areas, and its `square`."""
     c = mu + lam * square
     return 0.5 * (lam * area + math.sqrt(lam * lam * square + 4.0 * mu * c)) / c
 

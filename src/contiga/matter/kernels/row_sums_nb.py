@@ -129,7 +129,7 @@ def add_rows(bank, tangent, full, corners, measures):
 
 @inner()
 def _start(bank, stress, corners):
-    """Copy the stress, and set the row sums to zero."""
+    """Copy P to `stress`, and set the row sums to zero, in place of the corners in the bank."""
     for at in range(NINE):
         stress[at] = bank[P + at]
     for at in range(X, X + corners * ROW):
@@ -216,7 +216,7 @@ def triangle_rows(motion, tables, memory, out, start, stop):
 
 @kernel()
 def bar_rows(motion, tables, memory, out, start, stop):
-    """Write upper bounds of row sums of |K| of blocks start … stop, at nodes of blocks."""
+    """Write upper bounds of row sums of |K| of blocks start … stop into `out.partial`."""
     bank = scratch(SIZE)
     for b in range(start, stop):
         gather(motion.points, tables.nodes[b], 2, bank)

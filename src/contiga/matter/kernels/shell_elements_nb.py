@@ -43,7 +43,7 @@ from contiga.matter.kernels.shell_nb import (
 
 @inner(linked=False)
 def shell_strain(bank, net, tables, b, g):
-    """Write the strains of Gauss point g of block b."""
+    """Write F, f_ij, a₃, 1/J, b, κ and E of Gauss point g of block b into the bank."""
     count = tables.nodes.shape[1]
     shell_derivatives(net, tables.basis[b], g * count * WIDTH * LANES, count, bank)
     curvature(bank, tables.rest[b], g * ROW)

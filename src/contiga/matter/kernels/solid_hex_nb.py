@@ -76,7 +76,7 @@ def hourglass(bank, table):
 
 @inner(linked=False)
 def hex_forces(bank, gradients, volumes):
-    """Write the forces of P and of the springs on the corners, over the corners in the bank."""
+    """Write the forces of P and of the springs in place of the corners in the bank."""
     for i in range(3):
         for lane in range(LANES):
             v, p, q = -volumes[lane], P + i * ROW + lane, Q + i * LANES + lane
