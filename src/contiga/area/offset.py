@@ -14,8 +14,8 @@ def offset_ratio(master: Master, feet: Projection) -> FloatArray:
 
     The surface S + g n at the gap g has the area element (1 − 2 H g + K g²) dA, with the mean
     and Gaussian curvature H, K of S towards n (do Carmo, Differential Geometry of Curves and
-    Surfaces, 3-5, exercise 11). The ratio is 1 where the foot lies on a kink or on a flat facet,
-    or beyond a focal point.
+    Surfaces, 3-5, exercise 11). The ratio is 1 where the foot lies on a kink, a pole or a
+    master of triangles, and for points beyond a focal point.
     """
     ratio = np.ones(len(feet.patch))
     faces = master.faces

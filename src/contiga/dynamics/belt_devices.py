@@ -321,8 +321,8 @@ class Webbing:
         ----------
         old : elongation and tension before the step
         last : state of the devices before the step
-        reach : ℓ − ℓ₀ at its end
-        fed : r at its end
+        reach : ℓ − ℓ₀ at the end of the step
+        fed : r, the length that slip rings have fed in, at the end of the step
         moment : time and length of the step, and fired triggers
         """
         last = last._replace(fed=fed)

@@ -105,7 +105,10 @@ class Assembled:
         return MatterState(self.nodes.copy(), np.zeros(self._memory_size))
 
     def forces(self, state: MatterState, q: FloatArray, v: FloatArray, dt: float) -> MatterForces:
-        """See `Matter`. The error names the first inverted element of the first such part."""
+        """See `Matter`, here with the drag of `damping`; its work is a loss by viscosity.
+
+        The error names the first inverted element of the first part with any.
+        """
         q, v = np.ascontiguousarray(q, np.float64), np.ascontiguousarray(v, np.float64)
         motion = Motion(locked(q), locked(v), float(dt), np.zeros(0))
         partial = _workspace.rows(len(self._sums.rows), 3)

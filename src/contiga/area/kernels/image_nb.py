@@ -124,7 +124,7 @@ def _lane(lanes, k, l):
 
 @inner(error_model="numpy")
 def _block_shares(lanes):
-    """Compute the shares of the facets of all lanes, into the first three rows of `lanes`.
+    """Write the shares of the facets of all lanes into the first three rows of `lanes`.
 
     Rows 0 to 8 hold the feet of the three corners, rows 9 to 17 the normals.
     """
