@@ -171,7 +171,8 @@ class JointLaw:
     def step(self, last: JointLawState, value: float, rate: float) -> JointLawState:
         """Return the state after a step from `last` to a coordinate `value`, at `rate`.
 
-        Losses are summed up since the start.
+        Its force is the sum of curve, stops, friction and damper. Losses are summed up since the
+        start.
         """
         change = value - last.value
         curve, stop = self._curve_response(last, value), self._stop_response(value)

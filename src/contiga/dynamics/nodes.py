@@ -255,7 +255,7 @@ class NodeMover:
         return ()
 
     def rates(self, state: SlaveState) -> tuple[float, float]:
-        """Return ω² and the decay rate γ of the fastest vibration without contacts."""
+        """Return an upper bound of ω² without contacts, and the decay rate γ; zeros here."""
         return 0.0, 0.0
 
     def gravity_work(self, last: SlaveState, now: SlaveState, gravity: FloatArray) -> float:
