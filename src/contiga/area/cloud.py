@@ -98,7 +98,9 @@ class CloudArea:
             )
 
     def prepare(self, rest: Rest) -> Prepared:
-        """The triangles of the cloud at rest, or its neighbours alone on a line and by "feet".
+        """Return the cloud's triangles at rest, None on a line and by "feet", and its neighbours.
+
+        The master is checked only if `rest` has one.
 
         Raises
         ------
@@ -125,10 +127,11 @@ class CloudArea:
         return Prepared(topology_of(facets, len(rest.points)), graph, on_line)
 
     def weights(self, rest: Rest, prepared: Prepared) -> FloatArray | None:
-        """Return areas at rest (n,); None by "feet", and if the slave has areas of its own.
+        """Return areas at rest (n,), or None if there are none or the slave has areas of its own.
 
-        A corner gets a third of each of its triangles, a point of a line half the distance to each
-        neighbour times the depth of the profile.
+        A corner gets a third of each of its triangles, a point of a line half the distance to its
+        nearest neighbour on each side, times the depth of the profile. There are none by "feet" for
+        points that are not on a line, and on a line without a master.
         """
         topology, graph, on_line = prepared
         if rest.area is not None:
@@ -141,7 +144,10 @@ class CloudArea:
         return _line_areas(rest.points, rows, graph, _profile_depth(rest.body))
 
     def measure(self, inp: AreaInput) -> Areas:
-        """Areas of the points in contact; those of a line count as measured on the slave."""
+        """Return the areas of the points in contact; on a line they are measured on the slave.
+
+        Regions are joined over facets, or over neighbours by "feet" and on a line.
+        """
         topology, graph, on_line = inp.prepared
         on = self.on or inp.on
         if len(inp.rows) == 0:
@@ -226,7 +232,7 @@ def _profile_depth(body: Master) -> float:
 
 
 def _line_areas(points: FloatArray, rows: IndexArray, graph: Graph, depth: float) -> FloatArray:
-    """Return half the distance of each of `rows` to its neighbours on the line, times the depth.
+    """Return areas (k,) of `rows` (k,): half the distances to neighbours on a line times `depth`.
 
     The nearest neighbour on each side counts, in contact or not; a side without any adds nothing.
     """

@@ -26,8 +26,8 @@ def clusters_of(
     ----------
     points : (n, 2) or (n, 3); all of them in contact
     method : "auto" (points joined to neighbours within 1.6 times the larger of their local
-        spacings, `contiga.area.regions`), "kmeans" (k clusters; as many as points where those are
-        fewer), "dbscan" (radius `eps`, `min_points` within it, the point itself counted),
+        spacings, `contiga.area.regions`), "kmeans" (k clusters; as many as different points where
+        those are fewer), "dbscan" (radius `eps`, `min_points` within it, the point itself counted),
         "meanshift" (bandwidth estimated from the points), "hdbscan" (clusters of at least
         `min_points`)
     k : number of clusters of "kmeans"
@@ -69,12 +69,14 @@ def clusters_of(
 
 
 def check_options(method: object, k: object, eps: object, min_points: object) -> None:
-    """Refuse options that no method can use. `method` may be a number of clusters.
+    """Refuse invalid options, whether or not the method uses them.
+
+    `method` may be a number of clusters.
 
     Raises
     ------
     InputError
-        An unknown method, k < 1, eps ≤ 0, min_points < 1.
+        An unknown method, a number of clusters < 1, k < 1, eps ≤ 0, min_points < 1.
     MissingPackageError
         Any method but "auto" without scikit-learn.
     """

@@ -93,7 +93,7 @@ def cut_parts(inp: AreaInput, parts: Parts) -> Cut:
 def _leaving_points(
     inp: AreaInput, parts: Parts, feet: Projection, edges: np.ndarray
 ) -> tuple[FloatArray, Projection]:
-    """Return on edges the last point whose foot is on the surface and inside.
+    """Return the last point of each edge whose foot is on the surface and whose gap is ≤ 0.
 
     Beyond that point the foot stays on the border, and the distance of the point from the normal at
     its foot grows linearly from zero, so that a secant step finds where it starts. The point is the
@@ -163,11 +163,11 @@ class _SecantHistory(NamedTuple):
         )
 
     def next_t(self, edges: IndexArray, low: FloatArray, high: FloatArray) -> FloatArray:
-        """Return the next places to try on `edges`.
+        """Return the next places (k,) to try on `edges` (k,), as fractions of them.
 
         They lie next to the zero of the secant, on the other side of it than the last trial, or in
         the middle of the bracket if two steps have not halved it, or the zero is outside. The
-        widths of the brackets are recorded.
+        widths of the brackets are recorded in `width`.
         """
         (t, t_before), (offset, offset_before) = self.t[edges].T, self.offset[edges].T
         with np.errstate(divide="ignore", invalid="ignore"):

@@ -72,7 +72,7 @@ class FacetArea:
         check_side(self.on)
 
     def prepare(self, rest: Rest) -> Topology:
-        """The facets that meet at each point; raises `InputError` for a slave without facets."""
+        """Return the facets at each point; raise `InputError` for a slave without facets."""
         if rest.facets is None or len(rest.facets) == 0:
             raise InputError(
                 "the slave has no facets to measure",
@@ -83,7 +83,7 @@ class FacetArea:
         return topology_of(rest.facets, len(rest.points))
 
     def measure(self, inp: AreaInput) -> Areas:
-        """Areas of the points in contact, by the parts of their facets."""
+        """Return the areas of the points in contact, by the parts of their facets in contact."""
         return measure_facets(inp, inp.prepared, self.on or inp.on)
 
     def outlines(self, inp: AreaInput) -> Outlines:
@@ -92,10 +92,10 @@ class FacetArea:
 
 
 def measure_facets(inp: AreaInput, topology: Topology, on: str) -> Areas:
-    """Nodal areas on the slave or the master from the facets of `topology`.
+    """Return nodal areas on the slave or the master, `on`, from the facets of `topology`.
 
-    Cuts are left in the cache of `inp`, for outlines. The image on a master of triangles is
-    measured by the plane triangles between the feet.
+    Their regions are joined over facets. Cuts are left in the cache `inp.kept`, for outlines. The
+    image on a master of triangles is measured by the plane triangles between the feet.
     """
     n_c = len(inp.rows)
     if n_c == 0:
@@ -128,7 +128,7 @@ def measure_facets(inp: AreaInput, topology: Topology, on: str) -> Areas:
 def _cut_facet_areas(inp: AreaInput, parts: Parts, on: str) -> FloatArray:
     """Return areas (i,) in contact of the facets that touch in part, at their inner corners.
 
-    The cuts are left in the cache of `inp`.
+    The cuts are left in the cache: `inp.kept["parts"]`.
     """
     nodes, corner = parts.nodes, parts.corner
     n_i, m = len(parts.inner), len(nodes)

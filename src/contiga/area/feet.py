@@ -38,13 +38,16 @@ class Web(NamedTuple):
 def web_of(inp: AreaInput, graph: Graph, bridge: float) -> Web:
     """Return Delaunay triangles between feet, each region in a chart of its own.
 
+    Points of the result are those in contact, then their neighbours out of contact with a foot;
+    `clusters` are the regions (n_c,) of the former.
+
     The chart is the plane normal to the mean normal if every normal of the region is within 60° of
     it, whatever seams, borders and poles lie inside. A region that bends farther is laid out in
     (u, v), scaled to lengths and unrolled over a seam, patch by patch.
 
-    Triangles with a side longer than `bridge` times the local spacing are left out, and so are
-    charts of fewer than three points, or of points on a line. Neighbours out of contact belong to
-    the region of the nearest point in contact, from whose foot theirs is continued.
+    Triangles with a side that is long by `without_bridges` are left out, and so are charts of fewer
+    than three points, or of points on a line. Neighbours out of contact belong to the region of the
+    nearest point in contact, from whose foot theirs is continued.
     """
     from scipy.spatial import Delaunay, QhullError
 
@@ -73,9 +76,10 @@ def web_of(inp: AreaInput, graph: Graph, bridge: float) -> Web:
 
 
 def _ring_around(inp: AreaInput, graph: Graph) -> tuple[IntArray, IntArray]:
-    """Return points out of contact next to points in contact, ascending, and the nearest of these.
+    """Return the points (f,) out of contact next to ones in contact, and the nearest (f,) to each.
 
-    The nearest are indices among the points in contact. Points that are not finite do not count.
+    The former are rows of all points, ascending; the nearest are indices among the points in
+    contact. Points that are not finite do not count.
     """
     place = np.full(len(inp.points), -1, np.int32)
     place[inp.rows] = np.arange(len(inp.rows))
@@ -117,9 +121,10 @@ def _charts(
 
 
 def without_bridges(points: FloatArray, triangles: IntArray, bridge: float) -> IntArray:
-    """Return the triangles (m, 3) of points (n, 3) that have no long side.
+    """Return those `triangles` (k, 3) of points (n, 3) that have no long side.
 
-    A side is long above `bridge` times the local spacing, the distance to the third neighbour.
+    A side is long above `bridge` times the least local spacing of the triangle's corners, the
+    distance to the third neighbour (the last of fewer).
     """
     from scipy.spatial import cKDTree
 

@@ -103,11 +103,14 @@ class HullArea:
             )
 
     def prepare(self, rest: Rest) -> Topology | Graph | None:
-        """The connectivity of the slave's points, which finds the regions of "auto"."""
+        """Return the connectivity of the slave's points for `clusters` "auto"; None for others."""
         return structure_of(rest) if self.clusters == "auto" else None
 
     def measure(self, inp: AreaInput) -> Areas:
-        """Areas of the points in contact, by the hulls of their clusters, shared equally."""
+        """Return the areas of the points in contact, on the master; 0 and cluster −1 for noise.
+
+        The area of a cluster, by its hull on each patch, is shared equally among its points.
+        """
         if len(inp.rows) == 0:
             return Areas(np.zeros(0), np.zeros(0, np.int32), "master")
         label = self._clusters(inp)
@@ -141,7 +144,7 @@ class HullArea:
         return clusters_of(points, method, k=k, eps=self.eps, min_points=self.min_points)
 
     def outlines(self, inp: AreaInput) -> Outlines:
-        """The hulls, as they lie on the master; none for hulls without area."""
+        """Return the hulls, as they lie on the master; none with fewer than three corners."""
         lines, clusters = [], []
         label = self._clusters(inp) if len(inp.rows) else np.zeros(0, np.int32)
         t = np.arange(POINTS_PER_SIDE)[:, None] / POINTS_PER_SIDE
@@ -162,7 +165,8 @@ class HullArea:
 def _hulls(inp: AreaInput, label: IntArray) -> Iterator[tuple[int, int, _Patch, FloatArray]]:
     """Yield hulls in (u, v), one for each cluster and patch: both numbers, the patch, the corners.
 
-    Noise, `label` −1, has none. Feet in the plane of a profile are spread over its depth first.
+    Corners (k, 2) are anticlockwise; k is 1 or 2 for feet at one point or on a line. Noise, `label`
+    −1, has no hull. Feet in the plane of a profile are spread over its depth first.
     """
     for cluster in range(int(label.max(initial=-1)) + 1):
         rows = np.flatnonzero(label == cluster)
@@ -177,7 +181,10 @@ def _hulls(inp: AreaInput, label: IntArray) -> Iterator[tuple[int, int, _Patch, 
 
 
 def hull_of(points: FloatArray) -> FloatArray:
-    """Corners (h, 2) of the convex hull, counter-clockwise; one or two where it has no area."""
+    """Return the corners (h, 2) of the convex hull of points (n, 2), anticlockwise.
+
+    There are one or two where it has no area, none without points.
+    """
     return points[hull_nb.jarvis(np.ascontiguousarray(points, dtype=np.float64))]
 
 

@@ -111,7 +111,7 @@ class AreaMethod(Protocol):
     """
 
     def measure(self, inp: AreaInput) -> Areas:
-        """Areas of the points in contact; empty arrays where there are none."""
+        """Return the areas of the points in contact; empty arrays if there are none."""
 
 
 def prepared(method: AreaMethod, rest: Rest) -> Any:

@@ -92,7 +92,7 @@ class NodalArea:
         return self.value
 
     def prepare(self, rest: Rest) -> FloatArray:
-        """The area of every point."""
+        """Return the areas (n,) of all points."""
         return self.nodal(len(rest.points), rest.area)
 
     def weights(self, _: Rest, prepared: FloatArray) -> FloatArray:
@@ -100,7 +100,7 @@ class NodalArea:
         return prepared
 
     def measure(self, inp: AreaInput) -> Areas:
-        """The fixed areas of the points in contact, all in cluster 0."""
+        """Return the fixed areas of the points in contact, all in cluster 0."""
         areas = inp.prepared
         if areas is None:
             areas = self.nodal(len(inp.points), inp.slave_area)

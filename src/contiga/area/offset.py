@@ -14,8 +14,8 @@ def offset_ratio(master: Master, feet: Projection) -> FloatArray:
 
     The surface S + g n at the gap g has the area element (1 − 2 H g + K g²) dA, with the mean
     and Gaussian curvature H, K of S towards n (do Carmo, Differential Geometry of Curves and
-    Surfaces, 3-5, exercise 11). The ratio is 1 where the foot lies on a kink or on a flat facet,
-    or beyond a focal point.
+    Surfaces, 3-5, exercise 11). The ratio is 1 where the foot lies on a kink, a pole or a
+    master of triangles, and for points beyond a focal point.
     """
     ratio = np.ones(len(feet.patch))
     faces = master.faces
@@ -42,10 +42,11 @@ def offset_ratio(master: Master, feet: Projection) -> FloatArray:
 def off_surface(
     feet: Projection, p_B: FloatArray, half: FloatArray, band: float = 0.0
 ) -> Projection:
-    """Closest points of p_B (k, 3) on the surface that is `half` (k,) off the body.
+    """Return the feet of p_B (k, 3) on the surface that is `half` (k,) off the body.
 
-    The normal at an edge or a border is the direction from there to the point if that is farther
-    than `band`.
+    They are `feet` on the body moved by `half`. Points, normals and gaps are new. The normal at an
+    edge or a border is the direction from there to the point if that is farther than `band`,
+    reversed inside the body. The gap of a foot on a border is its distance less `half`.
     """
     arm = p_B - feet.point
     length = np.sqrt(np.square(arm).sum(axis=1))

@@ -80,7 +80,7 @@ def no_outlines() -> Outlines:
 
 
 def joined(lines: list[FloatArray], clusters: list[int]) -> Outlines:
-    """Outlines from closed lines (k, 3), with the cluster of each."""
+    """Return outlines from closed lines (k, 3), with the cluster of each."""
     if not lines:
         return no_outlines()
     first = np.concatenate(([0], np.cumsum([len(line) for line in lines])))
@@ -103,10 +103,10 @@ def chained(ends: Pairs) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
 
 
 def _cut_segments(parts: Parts, cut: Cut, n_c: int) -> tuple[Pairs, _Cuts]:
-    """Return the sides of the parts in contact of cut facets, and the cuts, numbered from n_c.
+    """Return the sides (s, 2) of the parts in contact of cut facets, and the cuts, each once.
 
-    Ends of sides are cuts, or indices among the points in contact; an edge of two facets is one
-    cut, that of the first.
+    Ends of sides are indices among the points in contact, or n_c plus the number of a cut. An edge
+    of two facets is one cut, with the fraction of the first.
     """
     touches = parts.corner < len(parts.inner)
     next_touches = np.roll(touches, -1, axis=1)

@@ -8,9 +8,9 @@ from contiga.geometry.faces import Faces
 
 
 def profile_depth(faces: Faces | None) -> float | None:
-    """Depth of faces made by `Body.from_profile`, length; None for any others.
+    """Return the depth of faces as `Body.from_profile` makes them, length; None for any others.
 
-    They are one untrimmed patch, linear in v along z, whose v is z, centred at z = 0.
+    Such faces are one untrimmed patch, linear in v along z, whose v is z, centred at z = 0.
     """
     if faces is None or len(faces.patches) != 1 or faces.trims[0] is not None:
         return None

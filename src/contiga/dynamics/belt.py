@@ -313,8 +313,10 @@ class Belt:
     def _webbing(self, name: str, end: BeltEnd) -> dict[str, Any]:
         """Return the curves of the webbing at an end, as arguments of `Spring`.
 
-        They are the end's own, or the material's with strain turned into elongation. An
-        `InputError` is raised if neither has one: membranes and ribbons of other materials.
+        Keys are "curve", "unloading" and "hysteresis_slope", or "curve" alone, the stiffness, for
+        bars of `Elastic`. They are the end's own, or the material's with strain turned into
+        elongation. An `InputError` is raised if neither has one: membranes and ribbons of other
+        materials.
         """
         if end.curve is not None:
             keys = "curve", "unloading", "hysteresis_slope"
@@ -388,7 +390,7 @@ class Belt:
         """Rows (n, k, 3) of points along the path that the patch of a membrane interpolates.
 
         All are raised by the same gap, until the patch's nodes are all outside the bodies by `LIFT`
-        of the path, or after `MAX_MOVES` passes.
+        times the length of the path, or after `MAX_MOVES` passes.
         """
         start, end = self._span
         arc = start + (end - start) * self._strip.greville_u
@@ -405,9 +407,10 @@ class Belt:
     def _laid(self, arc: FloatArray, gap: float) -> FloatArray:
         """Return straight rows (n, k, 3) across the path at arc lengths (n,), above the bodies.
 
-        They are at least `gap` above them, and bridge a body that is concave across the path, as in
-        a crease. An `InputError` is raised if the path runs along the normal of the nearest body,
-        where a ribbon or membrane has no direction across.
+        The rows of bars are single points, k = 1. Others bridge a body that is concave across the
+        path, as in a crease. Points are at least `gap` above the bodies, within the passes of
+        `_lift`. An `InputError` is raised if the path of a ribbon or membrane runs along the normal
+        of the nearest body, where it has no direction across.
         """
         normal, step = self._normals(arc), 0.5 * self.laid_length / self.segments
         middle = self.path.at(arc)

@@ -321,8 +321,8 @@ class Webbing:
         ----------
         old : elongation and tension before the step
         last : state of the devices before the step
-        reach : ℓ − ℓ₀ at its end
-        fed : r at its end
+        reach : ℓ − ℓ₀ at the end of the step
+        fed : r, the length that slip rings have fed in, at the end of the step
         moment : time and length of the step, and fired triggers
         """
         last = last._replace(fed=fed)
@@ -355,7 +355,8 @@ class Webbing:
     ) -> SegmentStep:
         """Return the step in which webbing and spool carry the same force.
 
-        The retractor locks, from the next step on, if the spool paid out faster than its rate.
+        `reach` is ℓ − ℓ₀ less the length fed in. The retractor locks, from the next step on, if the
+        spool paid out faster than its rate.
         """
         spool, retractor = self._spool, self._devices.retractor
         assert spool is not None
@@ -378,10 +379,12 @@ class Webbing:
     def _step_locked(
         self, old: tuple[float, float], last: DeviceState, reach: float, moment: Moment
     ) -> SegmentStep:
-        """Let the pretensioner pull in, or film and limiter pay out, until the tension fits.
+        """Return the step in which the pretensioner pulls in, or film and limiter pay out.
 
-        It pulls in its length, or up to the smaller of its force and the yield force. The travel of
-        film and limiter is added to what the webbing loses; both stop at the end of their strokes.
+        The pretensioner pulls in its length, or until the tension is the smaller of its force and
+        the yield force; film and limiter pay out until it is the yield force. Both stop at the end
+        of their strokes. The work of film and limiter is added to the losses of the webbing.
+        `reach` is ℓ − ℓ₀ less the length fed in.
         """
         pretensioner, slider = self._devices.pretensioner, self._slider
         pulled_in, pull_force = last.pulled_in, 0.0

@@ -212,7 +212,7 @@ class Deforming(Dependent):
         return at_rest
 
     def nodes(self, where: str, slave: Slave, number: Number) -> NodeMover:
-        """Return the nodes of the elements; nodes in no element are held.
+        """Return the mover of the slave's nodes; nodes in no element are held.
 
         A shell of splines, or matter with `points(q)`, gets `MappedNodes`, all other matter
         `DeformingNodes`. `where` starts the names in messages, `number` gives a body's number.
@@ -266,8 +266,9 @@ class Deforming(Dependent):
     def _surface_matter(self, slave: Slave, where: str) -> Matter | None:
         """Return the matter whose surface points x = N q are the points of the slave.
 
-        None if the points are its degrees of freedom q. An `InputError` is raised if its points at
-        the start are farther than `POINT_TOL` of the slave's size from those of the slave.
+        For a slave of splines it is the shell. None if the points are the degrees of freedom q. An
+        `InputError` is raised if the points of matter of one's own are at the start farther than
+        `POINT_TOL` times the slave's size from those of the slave.
         """
         matter: Any = self.material
         if slave.surfaces is not None and not hasattr(matter, "forces"):
@@ -350,8 +351,8 @@ class Deforming(Dependent):
     def nodal_thickness(self, slave: Slave) -> FloatArray:
         """Return the thickness (n,) of membranes at the nodes for `Contact(shell_thickness=…)`.
 
-        It is the mean of the membranes at a node, and zero without one. A slave of splines has its
-        one thickness everywhere, 0 if it has none.
+        It is the mean of the membranes at a node, and 0 at a node without one. On a slave of
+        splines it is the one thickness everywhere, 0 if none is given.
 
         Raises
         ------
@@ -410,11 +411,11 @@ class Deforming(Dependent):
         parts: Sequence[Part],
         free: NDArray[np.bool_] | None = None,
     ) -> tuple[Matter, NDArray[np.intp]]:
-        """Return the matter, and the node of the slave for each of its degrees of freedom.
+        """Return the matter, and the node of the slave (k,) for each of its degrees of freedom.
 
-        Degrees of freedom are the nodes of elements, ascending; facets with a node in no element
-        are dropped. `free` (n,) are the nodes that forces move, all if omitted: `mass_scaling`
-        adds mass for their elements only.
+        Degrees of freedom are the nodes of elements, ascending, or all nodes for matter of one's
+        own. Facets with a node in no element are dropped. `free` (n,) is a mask of the nodes that
+        forces move, all if omitted: `mass_scaling` adds mass to these only.
 
         Raises
         ------

@@ -325,7 +325,8 @@ class DeformingNodes(NodeMover):
     def drift(self, last: SlaveState, forces: Forces, now: Instant) -> SlaveState:
         """See `NodeMover`: half a kick and a drift; a second half kick predicts the velocities.
 
-        If nodes are driven, these are placed, and every mid-step velocity is the mean of both ends.
+        Mid-step velocities are "half" in the arrays of the result. If nodes are driven, these are
+        placed, and every mid-step velocity is the mean of both ends.
         """
         acting = _acting(last.matter, forces, now.gravity)
         points, velocities, half = drift_nodes(self._masses, acting, *last, now.dt)
@@ -429,7 +430,7 @@ class DeformingNodes(NodeMover):
         return MARGIN * float((sums[is_free] / self.mass[self.rows][is_free]).max(initial=0.0))
 
     def _next_bounds(self, before: Arrays, state: MatterState) -> dict[str, FloatArray]:
-        """Return the bounds of the last step, or new ones if their interval has passed.
+        """Return "limit" and "stiffness": the last ones, or new ones if their interval has passed.
 
         The next interval is half as long if ω² changed by more than `SQUARE_TOL` of itself, else
         twice as long, within `MIN_INTERVAL` and `MAX_INTERVAL`.
@@ -451,7 +452,7 @@ class DeformingNodes(NodeMover):
         return float(state.matter["limit"][0]), self.damping
 
     def forces_on_bodies(self, state: SlaveState, forces: Forces) -> Sequence[BodyForces]:
-        """See `NodeMover`: forces of contacts, elements and loads."""
+        """See `NodeMover`: forces of contacts, elements and loads; () if no node is attached."""
         if not self.joints:
             return ()
         arrays = state.matter

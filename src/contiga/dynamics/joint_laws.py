@@ -171,7 +171,8 @@ class JointLaw:
     def step(self, last: JointLawState, value: float, rate: float) -> JointLawState:
         """Return the state after a step from `last` to a coordinate `value`, at `rate`.
 
-        Losses are summed up since the start.
+        Its force is the sum of curve, stops, friction and damper. Losses are summed up since the
+        start.
         """
         change = value - last.value
         curve, stop = self._curve_response(last, value), self._stop_response(value)
@@ -192,7 +193,7 @@ class JointLaw:
         )
 
     def stiffness_bound(self, value: float) -> float:
-        """Return an upper bound of the slope dF/dx in a step from `value`, ≥ 0."""
+        """Return an upper bound of the slope dF/dx in a step from `value`, ≥ 0, without damping."""
         bound = self.friction_slope
         if self._law is not None:
             bound += self._law.max_slope(value if self.hysteresis is None else abs(value))

@@ -245,7 +245,7 @@ def _pair_of(where: str, vectors: ArrayLike) -> FloatArray:
 
 
 def _axes_of(kind: str, axis: ArrayLike | None) -> FloatArray:
-    """Return the unit axes (2, 3) of a joint on both bodies; z if it needs none.
+    """Return the unit axes (2, 3) of a joint on both bodies; z if it needs none and has none.
 
     An `InputError` is raised for a missing axis, one without length, axes of a universal joint
     with a sine below `_MIN_SINE`, and axes at 90° or more where the kind aligns them.

@@ -23,7 +23,7 @@ TIME_TOL = 1e-9
 def bends_of(times: FloatArray, values: FloatArray) -> FloatArray:
     """Return the `times` (k,) that end steps, for a function linear between rows `values` (n, d).
 
-    The first and the last are among them.
+    The first and the last are among them; rows that a line replaces within `SKIP_TOL` are not.
 
     >>> t = np.arange(6.0)
     >>> bends_of(t, np.array([[0.0], [0.0], [1.0], [2.0], [3.0], [0.0]])).tolist()
@@ -43,7 +43,7 @@ def bends_of(times: FloatArray, values: FloatArray) -> FloatArray:
 def jumps_of(times: FloatArray, rates: FloatArray) -> FloatArray:
     """Return the times (k,) that end steps, for rates (n − 1, d) constant between `times` (n,).
 
-    The first and the last are among them.
+    The first and the last are among them; rows that a mean rate replaces within `SKIP_TOL` are not.
 
     >>> jumps_of(np.arange(4.0), np.array([[2.0], [2.0], [-1.0]])).tolist()
     [0.0, 2.0, 3.0]
@@ -79,8 +79,9 @@ def _thinned(
 ) -> FloatArray:
     """Return the times (k,) of the rows that remain if each skips as many as a line may replace.
 
-    How many is searched by doubling and halving, so that a longer straight stretch may be missed.
-    `integrals` (n − 1,) are ∫|f| dt of the pieces, `deviation` is ∫|f − line| dt between two rows.
+    The number skipped is searched by doubling and halving, so that a longer straight stretch may be
+    missed. `integrals` (n − 1,) are ∫|f| dt of the pieces; `deviation` returns ∫|f − line| dt
+    between two rows, by their numbers. Fewer than three times are returned themselves.
     """
     if len(times) < 3:
         return times

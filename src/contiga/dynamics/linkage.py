@@ -124,10 +124,11 @@ class _Constraints(NamedTuple):
 def _constraints(joints: Mapping[str, Joint], rows: NDArray[np.int32]) -> _Constraints:
     """Return the constraint rows in an order of small envelope, their envelope, and their couples.
 
-    The envelope `first` is the first column of each row of the matrix that may not be zero; `full`
-    is the envelope of a full matrix, zeros. Couples are ranges of rows of two joints (or one twice)
-    that share a free body; such joints are neighbours (reverse order of E. Cuthill and J. McKee,
-    1969). `rows` (g, 2) are the free bodies of the joints, −1 for others.
+    `constraints` (m, 4) are joint, kind and the two axes of each row. The envelope `first` (m,) is
+    the first column of each row of the matrix that may not be zero; `full` (m,) is the envelope of
+    a full matrix, zeros. `couples` (p, 6) are ranges of rows, with a side each, of two joints (or
+    one twice) that share a free body; such joints are neighbours (reverse order of E. Cuthill and
+    J. McKee, 1969). `rows` (g, 2) are the free bodies of the joints, −1 for others.
     """
     from scipy.sparse import csr_array
     from scipy.sparse.csgraph import reverse_cuthill_mckee
@@ -303,10 +304,11 @@ class Linkage:
         return Fit(rows, moved, turned, misfit, gaps, *self._redundancy(work.jacobian))
 
     def _redundancy(self, jacobian: FloatArray) -> _Redundancy:
-        """Count the dependent constraints by the rank of their derivatives (m, 2, 6).
+        """Return the number of redundant constraints, and the names of the joints in dependencies.
 
-        Each derivative is divided by the root of the body's mass or middle moment of inertia, each
-        row by its norm. Singular values up to `_RANK_TOL` of the largest count as zero.
+        The number is m less the rank of the derivatives (m, 2, 6), each divided by the root of the
+        body's mass or middle moment of inertia, and each row by its norm. Singular values up to
+        `_RANK_TOL` of the largest count as zero.
         """
         table, fixed = self.table, self.fixed
         weighted = np.zeros((len(table.constraints), len(fixed), 6))
@@ -374,11 +376,11 @@ class Linkage:
         """Project the velocities of the free bodies onto the constraints, in place.
 
         Reactions make their accelerations fulfil the constraints, and are added to the forces in
-        `free.rows`.
+        `free.rows`. The result has the kinetic energy of the free bodies and the reactions (g, 6).
 
         Parameters
         ----------
-        free : free bodies after their kick; changed
+        free : free bodies after their kick; rows and twists are changed
         poses, twists, accelerations : (n, 4, 4), (n, 6), (n, 6); those of driven bodies are used
         """
         work = work_for(self.table, len(free.rows))

@@ -207,9 +207,9 @@ class _OnFacets(NamedTuple):
     skin: SkinCorners
 
     def at(self, points: FloatArray, time: float) -> FloatArray:
-        """Return −p ∫ N n dA at the corners of faces, −p times the gradient of their volume.
+        """Return the forces (n, 3) −p ∫ N n dA at all nodes, −p times the gradient of the volume.
 
-        The pressure is zero outside its rows.
+        They are zero at nodes that are no corner of a face; p is zero outside its rows.
         """
         pressure = float(value_at(self.load.value, time)[0])
         if pressure == 0.0:

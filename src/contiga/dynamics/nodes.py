@@ -255,7 +255,7 @@ class NodeMover:
         return ()
 
     def rates(self, state: SlaveState) -> tuple[float, float]:
-        """Return ω² and the decay rate γ of the fastest vibration without contacts."""
+        """Return an upper bound of ω² without contacts, and the decay rate γ; zeros here."""
         return 0.0, 0.0
 
     def gravity_work(self, last: SlaveState, now: SlaveState, gravity: FloatArray) -> float:
@@ -362,9 +362,9 @@ class DrivenNodes(NodeMover):
 
 
 def _digest_motion(digest: Any, motion: SlaveMotion, times: FloatArray) -> None:
-    """Add the poses of a moved motion at all times and its base, else up to `_MAX_SAMPLES` points.
+    """Add the poses of a moved motion at all times, and its base; else samples of the points.
 
-    Samples are at evenly spaced rows of `times`, with both ends.
+    There are up to `_MAX_SAMPLES` samples, at evenly spaced rows of `times`, with both ends.
     """
     if isinstance(motion, Moved):
         digest.arrays("carried", *(pose_at(motion.motion, float(t)) for t in times))

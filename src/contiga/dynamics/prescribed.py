@@ -47,20 +47,20 @@ class BodyMotion(Protocol):
     """
 
     def pose(self, t: float) -> PoseLike:
-        """X_WB at time `t`: (4, 4), a scipy `Rotation`, or a pair (R, t)."""
+        """Return X_WB at time `t`: (4, 4), a scipy `Rotation`, or a pair (R, t)."""
 
     def twist(self, t: float) -> Twist:
-        """Velocity of the frame's origin and spin at time `t`, world axes."""
+        """Return the velocity of the frame's origin and the spin at time `t`, world axes."""
 
 
 class SlaveMotion(Protocol):
     """Points of a slave over time; `kinks` as for a `BodyMotion`."""
 
     def points(self, t: float) -> FloatArray:
-        """World coordinates at time `t`, (n, 3)."""
+        """Return the points (n, 3) at time `t`, world coordinates."""
 
     def velocities(self, t: float) -> FloatArray:
-        """Velocities at time `t`, (n, 3), world axes."""
+        """Return the velocities (n, 3) at time `t`, world axes."""
 
 
 def pose_at(motion: BodyMotion, t: float) -> FloatArray:

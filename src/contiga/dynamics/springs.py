@@ -290,9 +290,10 @@ class Spring:
         Parameters
         ----------
         last : state before the step
-        ends_W, velocities_W : (2, 3) of the two points at the end of the step, world axes
+        ends_W, velocities_W : (2, 3) of the two points at the end of the step, world axes; webbing
+            has no damper and does not use velocities
         moment : time and length of the step, and fired triggers, for its devices
-        fed : length of webbing that slip rings feed in during the step
+        fed : length that slip rings feed in during the step, for webbing only
 
         Raises
         ------

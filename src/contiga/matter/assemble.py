@@ -30,7 +30,7 @@ def assemble(
     mass_scaling: float | None = None,
     free: ArrayLike | None = None,
 ) -> Assembled:
-    """Assemble finite elements to matter.
+    """Return finite elements assembled as matter, at rest at `nodes`.
 
     Parameters
     ----------
@@ -113,10 +113,10 @@ def assemble(
 def _group(
     part: Part, shapes: Shapes, nodes: FloatArray, first_row: int, first_memory: int
 ) -> tuple[Group, IntArray]:
-    """Return the tables of a part for kernels, and the node of each of its rows.
+    """Return the group of a part, with its tables for kernels, and the node (r,) of each row.
 
-    Its rows and its memory begin at `first_row` and `first_memory`. With a change of volume that is
-    averaged at nodes, the tables have no λ of their own; `bound` keeps it.
+    Rows and memory of the part begin at `first_row` and `first_memory`. With a change of volume
+    that is averaged at nodes, `tables` have no λ of their own; `bound` keeps it.
     """
     sums, nodes_of_rows = block_sums(part.elements, len(nodes))
     coefficients = part.material.coefficients(part.kind, part.across)

@@ -105,7 +105,10 @@ class Assembled:
         return MatterState(self.nodes.copy(), np.zeros(self._memory_size))
 
     def forces(self, state: MatterState, q: FloatArray, v: FloatArray, dt: float) -> MatterForces:
-        """See `Matter`. The error names the first inverted element of the first such part."""
+        """See `Matter`, here with the drag of `damping`; its work is a loss by viscosity.
+
+        The error names the first inverted element of the first part with any.
+        """
         q, v = np.ascontiguousarray(q, np.float64), np.ascontiguousarray(v, np.float64)
         motion = Motion(locked(q), locked(v), float(dt), np.zeros(0))
         partial = _workspace.rows(len(self._sums.rows), 3)
@@ -206,9 +209,10 @@ class Assembled:
     def _corner_forces(
         self, group: Group, pieces: Apart, state: MatterState
     ) -> tuple[FloatArray, FloatArray]:
-        """Return the forces (e · k, 3) on the corners of the separate elements of a group.
+        """Return the forces on the corners of a group's separate elements, and the stored energies.
 
-        Beside them the stored energy (≥ e,) of each element; rows from e on are padding.
+        Forces are (e · k, 3), the k corners of each element in succession; energies are one an
+        element, in (≥ e,) rows of which those from e on are padding. Drag is not included.
         """
         blocks, q = len(group.tables.nodes), locked(state.points)
         rows = max(len(pieces.rows), group.rows.stop - group.rows.start)
@@ -252,8 +256,8 @@ def _pressures(
 ) -> tuple[FloatArray, float]:
     """Return λ (J̄ − 1) (m,), J̄ the mean of a node's elements by volume, and Σ V λ (J̄ − 1)²/2.
 
-    Its gradient is Σ p̄ ∂v/∂x over elements of volume v, p̄ the mean of their corners' λ (J̄ − 1).
-    Nodes without tetrahedra have zero; `out.partial` is overwritten.
+    The latter is an energy, whose gradient is Σ p̄ ∂v/∂x over elements of volume v, p̄ the mean of
+    their corners' λ (J̄ − 1). Nodes without tetrahedra have zero; `out.partial` is overwritten.
     """
     blocks = len(group.tables.nodes)
     run_ranges(elements_nb.tet_volumes, blocks, MIN_BLOCKS, motion, group.tables, out)
@@ -267,7 +271,7 @@ def _pressures(
 
 
 def full_gradients(group: Group) -> FloatArray:
-    """Return the gradients (n, k, 3) of all corners of solids at rest."""
+    """Return the gradients (n, k, 3) of the shape functions of all corners of solids at rest."""
     n, corners = group.elements.shape
     blocks = len(group.tables.nodes)
     lanes = group.tables.gradients.reshape(blocks, -1, 3, LANES).transpose(0, 3, 1, 2)

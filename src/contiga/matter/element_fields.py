@@ -60,7 +60,10 @@ class LargestStrain(NamedTuple):
 
 
 def at_nodes(groups: Sequence[KindFields], count: int) -> ElementFields:
-    """Return the means (count,) of the elements at each node by volume at rest; NaN without any."""
+    """Return the mean fields of the elements at each of `count` nodes, weighted by rest volume.
+
+    They are NaN at nodes without elements.
+    """
     weight = np.zeros(count)
     sums = np.zeros((count, 13))
     for group in groups:
@@ -77,9 +80,9 @@ def at_nodes(groups: Sequence[KindFields], count: int) -> ElementFields:
 
 
 def at_facets(groups: Sequence[KindFields], facets: IntArray) -> ElementFields:
-    """Return the fields of the first element that has all corners of a facet (f, 3); else NaN.
+    """Return for each of the facets (f, 3) the fields of the first element with all its corners.
 
-    Groups come in their order, elements of a group by number.
+    They are NaN without such an element. Groups come in their order, elements of a group by number.
     """
     values = np.full((len(facets), 13), np.nan)
     count = 1 + int(facets.max(initial=-1))

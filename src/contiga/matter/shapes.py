@@ -41,7 +41,10 @@ class Shapes(NamedTuple):
 
 
 def tetrahedra(corners: FloatArray) -> Shapes:
-    """Return the shapes of linear tetrahedra (n, 4, 3); without volume gradients are not finite."""
+    """Return the shapes of linear tetrahedra (n, 4, 3); without volume gradients are not finite.
+
+    Measures and shares of tetrahedra that are inside out are negative.
+    """
     edges = corners[:, 1:] - corners[:, :1]
     cofactors = np.stack(
         [np.cross(edges[:, (k + 1) % 3], edges[:, (k + 2) % 3]) for k in range(3)], 1
@@ -80,7 +83,7 @@ def hexahedra(corners: FloatArray) -> Shapes:
 
 
 def measures(kind: str, corners: FloatArray) -> FloatArray:
-    """Return volumes, areas or lengths (n,) of elements (n, k, 3), exact and never negative.
+    """Return volumes, areas or lengths (n,) of elements (n, k, 3), in closed form and ≥ 0.
 
     `kind` is bar2, tri3, tet4 or hex8, with corners in VTK's order; the faces of a hexahedron are
     bilinear. Elements that are inside out count as positive; of a hexahedron that is inside out in

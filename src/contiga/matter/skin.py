@@ -21,10 +21,10 @@ FACES = {
 
 
 def skin(parts: list[tuple[str, IntArray]]) -> IntArray:
-    """Return the outer triangles (f, 3) of elements, given by kind and corners.
+    """Return the outer triangles (f, 3) of elements, given by kind and corners (n, k).
 
     Faces of solids that occur once are outside; those of four corners are divided from their first
-    corner. Membranes are part of the skin, bars are not.
+    corner. All membranes are part of the skin, first; bars are not.
     """
     solid_faces: list[IntArray] = []
     triangles: list[IntArray] = [np.zeros((0, 3), np.int32)]

@@ -10,12 +10,14 @@ from contiga.jit import kernel
 
 @kernel()
 def facet_components(whole, corner, n_c):
-    """Return (n_c,) regions of the points in contact that facets join, in order of appearance.
+    """Return the region numbers (n_c,) of the points in contact, which facets join to regions.
+
+    Regions are numbered in order of appearance.
 
     Parameters
     ----------
     whole : (m, 3) corners of facets, all of them below n_c
-    corner : (k, 3) corners of facets that touch in part: those below n_c are joined
+    corner : (k, 3) corners of facets that touch in part: two from 0 to n_c − 1 are joined
     """
     parent = np.arange(n_c).astype(np.int32)  # half the memory traffic
     for f in range(whole.shape[0]):
@@ -32,9 +34,10 @@ def facet_components(whole, corner, n_c):
 
 @kernel()
 def graph_components(first, neighbour, rows, place):
-    """Return (n_c,) regions of the points `rows` in a graph of n points, in order of appearance.
+    """Return the region numbers (n_c,) of the points `rows` (n_c,) in a graph of n points.
 
-    `place` is (n,), −1; filled with the index in `rows` of each of them.
+    Regions are numbered in order of appearance. `place` is (n,), −1; filled with the index in
+    `rows` of each of them.
     """
     for i in range(rows.shape[0]):
         place[rows[i]] = i

@@ -19,8 +19,9 @@ def cuts(corner, feet, n_c, fraction):
     """Find where contact ends on the edges of the facets, by the signed gap at their ends.
 
     `corner` is (m, 3) indices of the corners, those below n_c in contact. `fraction` (m, 3) is
-    filled for edge k (corner k to k + 1) with the fraction from its end in contact. Returns the
-    edges (facet*3 + k) on which the foot leaves the surface, whose cut needs a search.
+    filled for edge k (corner k to k + 1) with the fraction from its end in contact; `MIDDLE` if the
+    other end has a gap ≤ 0, 1 if the edge is not cut or needs a search. Returns the edges (e,) that
+    need one, facet * 3 + k: the foot of their end out of contact is not on the surface.
     """
     border = np.empty(3 * corner.shape[0], np.int64)
     n = 0
@@ -94,10 +95,10 @@ def hand_over(share, inside):
 
 @kernel()
 def slave_pieces(nodes, points, corner, n_c, fraction, share, start, stop):
-    """Compute the area in contact of facets start … stop (corners `nodes`), split to the corners.
+    """Write the area in contact of facets start … stop (corners `nodes`), split to the corners.
 
-    Each corner gets in `share` the integral of its linear shape function; corners out of contact
-    hand theirs over. For `corner`, n_c and `fraction` see `cuts`.
+    Each corner gets in `share` (m, 3) the integral of its linear shape function over the part in
+    contact; corners out of contact hand theirs over. For `corner`, n_c and `fraction` see `cuts`.
     """
     polygon = scratch(4, 3)
     edge = stack_int64(4)
@@ -123,7 +124,7 @@ def slave_pieces(nodes, points, corner, n_c, fraction, share, start, stop):
 
 @inner()
 def _triangle_area(a, b, c):
-    """Area of a triangle in space."""
+    """Return the area of a triangle in space."""
     x1, y1, z1 = b[0] - a[0], b[1] - a[1], b[2] - a[2]
     x2, y2, z2 = c[0] - a[0], c[1] - a[1], c[2] - a[2]
     x = y1 * z2 - z1 * y2
@@ -134,7 +135,10 @@ def _triangle_area(a, b, c):
 
 @kernel()
 def slave_whole(rows, points, corner, share, start, stop):
-    """Compute the areas of facets start … stop that touch with all corners, split to these."""
+    """Write a third of the area of each of facets start … stop for each corner into `share`.
+
+    Corner c of a facet is at points[rows[c]].
+    """
     for f in range(start, stop):
         share[f, :] = (
             _triangle_area(

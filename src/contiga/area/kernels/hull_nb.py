@@ -14,10 +14,10 @@ def _distance2(p, a, b):
 
 @kernel()
 def jarvis(p):
-    """Return the corners of the hull of p (n, 2), counter-clockwise from the leftmost point.
+    """Return the rows (k,) of p (n, 2) at the corners of its hull, anticlockwise.
 
-    Of several leftmost points it is the lowest. One point gives one corner, points on a line the
-    two ends; duplicates and points on a side are left out.
+    The first is the leftmost. Of several leftmost points it is the lowest. One point gives one
+    corner, points on a line the two ends; duplicates and points on a side are left out.
     """
     n = p.shape[0]
     corners = np.empty(n, np.int64)

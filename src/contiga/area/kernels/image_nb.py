@@ -44,13 +44,13 @@ def _difference(a, b):
 
 @inlined()
 def _plus(a, t, b):
-    """a + t b."""
+    """Return a + t b of two vectors."""
     return fma(t, b[0], a[0]), fma(t, b[1], a[1]), fma(t, b[2], a[2])
 
 
 @inlined()
 def _sag(side, m, change):
-    """Factor of m that leads from the middle of a chord to the middle of its image.
+    """Return the factor of m that leads from the middle of a chord to that of its image.
 
     With m = n_a + n_b and q = (n_b − n_a)·(p_b − p_a) it is q/(2|m| (2 + |m|)): exact for an arc.
     """
@@ -77,7 +77,7 @@ def _density(ab, ac, sags, x, y):
 
 @inlined()
 def _shares(points, normals):
-    """Integrals of the linear shape functions of three feet over the image of their triangle.
+    """Return the integrals of three feet's linear shape functions over their triangle's image.
 
     If normals are more than a right angle apart, as over a thin edge, the image is torn, and the
     plane triangle replaces it. There are no branches, so that a loop of these is vectorised.
@@ -124,7 +124,7 @@ def _lane(lanes, k, l):
 
 @inner(error_model="numpy")
 def _block_shares(lanes):
-    """Compute the shares of the facets of all lanes, into the first three rows of `lanes`.
+    """Write the shares of the facets of all lanes into the first three rows of `lanes`.
 
     Rows 0 to 8 hold the feet of the three corners, rows 9 to 17 the normals.
     """
@@ -139,10 +139,10 @@ def _block_shares(lanes):
 
 @kernel()
 def image_whole(corner, point, normal, share, start, stop):
-    """Compute the areas of the images of facets start … stop, split to the corners.
+    """Write the areas of the images of facets start … stop into `share` (m, 3), split to corners.
 
-    `corner` (m, 3) is among the feet. Blocks of sixteen, with the lanes' data next to each other,
-    take 0.5 of the time of single facets.
+    `corner` (m, 3) are rows of the feet, `point` and `normal`. Blocks of sixteen, with the lanes'
+    data next to each other, take 0.5 of the time of single facets.
     """
     lanes = np.zeros((18, N_LANES))
     for first in range(start, stop, N_LANES):
@@ -161,11 +161,12 @@ def image_whole(corner, point, normal, share, start, stop):
 
 @kernel()
 def image_pieces(corner, feet, n_c, border, fraction, share, start, stop):
-    """Compute the areas of the images of facets that are cut at the edge of contact, as above.
+    """Write the areas in contact of the images of facets start … stop that are cut into `share`.
 
-    `feet` is a `Projection`: first the feet of the corners, of which the ones below n_c are in
-    contact, then the feet on edges where they leave the surface; `border` (m, 3) is the row of
-    each such edge among them, or −1.
+    They are split to the corners (m, 3); those out of contact hand theirs over. `fraction` is as in
+    `facet_area_nb.cuts`. `feet` is a `Projection`: first the feet of the corners, of which the ones
+    below n_c are in contact, then the feet on edges where they leave the surface; `border` (m, 3)
+    is the row of each such edge among them, or −1.
     """
     point, normal = feet.point, feet.normal
     polygon = np.empty((4, 3))
@@ -203,8 +204,9 @@ def image_pieces(corner, feet, n_c, border, fraction, share, start, stop):
 
 @inner()
 def _cut_foot(feet, ends, t, p, n):
-    """Compute foot `p` and normal `n` of a cut, at the fraction `t` of an edge between two feet.
+    """Write foot `p` (3,) and normal `n` (3,) of a cut, at the fraction `t` of an edge.
 
+    `ends` are the rows of the feet of its ends.
     The foot lies above the chord as high as the image does, but along the normal there. Where the
     image is torn the normal is zero, so that the adjacent triangles are torn, too.
     """

@@ -11,7 +11,10 @@ from contiga.jit import inner, kernel
 
 @kernel()
 def incidence(facets, n):
-    """Return the facets at each of n points, ascending: (first (n+1,), incident)."""
+    """Return the facets at each of n points: `first` (n + 1,) and `incident` (3 m,).
+
+    Facets at point i are incident[first[i]:first[i + 1]], ascending.
+    """
     first = np.zeros(n + 1, np.int64)
     for f in range(facets.shape[0]):
         for k in range(3):
@@ -65,7 +68,10 @@ def touched(topology, rows, place):
 
 @inner()
 def _classify(facets, f, place, whole, part, counts):
-    """Append facet f to `whole` (all corners in contact) or `part` (some); return their lengths."""
+    """Append facet f to `whole` (all corners in contact) or `part` (some); return their lengths.
+
+    `counts` are the lengths before. A facet without a corner in contact is not appended.
+    """
     n, m = counts
     a = place[facets[f, 0]]
     b = place[facets[f, 1]]
@@ -85,9 +91,11 @@ def _classify(facets, f, place, whole, part, counts):
 def around(facets, part, points, place):
     """Number the corners of the facets `part`, the ones in contact first.
 
-    `place` (n,) is the index of every point among the points in contact, or −1. Returns (facets
-    (m,) with finite corners, corner (m, 3), inner (i,) indices among the points in contact,
-    free (f,) rows of the corners out of contact, start (f,) the nearest inner corner of each).
+    `place` (n,) is the index of every point among the points in contact, or −1. Returns facets
+    (m,), those of `part` with finite corners; corner (m, 3), numbers of their corners, below i for
+    the inner ones and from i on for the free ones; inner (i,), indices among the points in contact;
+    free (f,), rows of the points out of contact; and start (f,), the number of the nearest inner
+    corner that shares a facet with each.
     """
     finite_facets = np.empty(part.shape[0], np.int32)
     inner = np.empty(2 * part.shape[0], np.int32)

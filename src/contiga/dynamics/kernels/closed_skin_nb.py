@@ -27,7 +27,8 @@ AT_NODES = 4
 def _measure(bank, x, y, z):
     """Write the measures of a block's facets into its bank, with tetrahedra to (x, y, z).
 
-    The first nine rows of the bank are the coordinates of the three corners.
+    They are the rows NORMAL, SIDES, AREA and VOLUME; volumes are negative where the facet faces
+    (x, y, z). The first nine rows of the bank are the coordinates of the three corners.
     """
     for lane in range(LANES):
         ax, ay, az = bank[lane], bank[LANES + lane], bank[2 * LANES + lane]

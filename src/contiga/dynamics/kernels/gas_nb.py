@@ -107,9 +107,10 @@ def flux(upstream, downstream, temperature, gamma, constant):
 
 @inner(error_model="numpy")
 def _flow(tables, now, o, chamber, neighbour, time):
-    """Return the `Flow` through opening o between two rows, and mark it in `now` if it opens.
+    """Return the `Flow` through opening o between two rows; `now.is_open[o]` is 1 once it opens.
 
-    Nothing flows before its trigger, its pressure or its time, and at pressures that are `EQUAL`.
+    The rate is positive from `chamber` to `neighbour`. It is 0 before the opening's trigger, its
+    pressure or its time, and where the pressures differ by no more than `EQUAL` of the higher one.
     """
     gases, openings = tables.gases, tables.openings
     inside, outside = _pressure(gases, now, chamber), _pressure(gases, now, neighbour)
@@ -234,7 +235,8 @@ def _vent(tables, now, o, time, dt):
 def _blow_in(tables, now, i, time, dt):
     """Add the gas of inflator i in a step `dt`, by its rate and temperature in the middle, `time`.
 
-    Nothing flows before its trigger, and outside the rows of its rate.
+    Its enthalpy is added to `now.came`, too; `now.moved` is overwritten. Nothing flows before its
+    trigger, and outside the rows of its rate.
     """
     gases, inflators = tables.gases, tables.inflators
     at, rates = time - now.fired[i], inflators.rates
@@ -258,8 +260,8 @@ def _blow_in(tables, now, i, time, dt):
 def flow(tables, now, volumes, time, dt):
     """Advance the contents of the chambers by a step `dt` that ends at `time`.
 
-    `volumes` (c,) are those at its end. The parts of the step are symmetric about the inflow from
-    inflators (Strang splitting). Writes the pressures at the end.
+    `now` is changed in place, and gets the pressures at the end; `volumes` (c,) are those at the
+    end. The parts of the step are symmetric about the inflow from inflators (Strang splitting).
     """
     gases, chambers, openings = tables.gases, volumes.shape[0], now.is_open.shape[0]
     for c in range(chambers):

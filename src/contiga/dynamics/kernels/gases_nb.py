@@ -57,7 +57,10 @@ def enthalpy(gases, g, temperature):
 
 @inner(error_model="numpy")
 def entropy(gases, g, start, end):
-    """Return ∫ c_p/T dT of gas g from one temperature to another, energy by mass and kelvin."""
+    """Return ∫ c_p/T dT of gas g from `start` to `end`, energy by mass and kelvin.
+
+    It is negative if `end` is below `start`.
+    """
     low, high = min(start, end), max(start, end)
     p, total = gases.first[g], 0.0
     while low >= gases.highest[p]:

@@ -86,7 +86,7 @@ def _cross(a, b, out):
 
 @inner(linked=False, error_model="numpy")
 def _place_markers(table, work, rows, fixed, poses):
-    """Write points, arms and axes of the markers into `work`.
+    """Write points, arms and axes of the markers into `work`; arms of bodies not free are zero.
 
     Free bodies are placed by their `rows`, driven ones by `poses` (n, 4, 4); the ground does not
     move.
@@ -159,7 +159,11 @@ def _misfits(table, work):
 
 @inner(linked=False, error_model="numpy")
 def _derive(table, work, rows, fixed):
-    """Write G, M⁻¹ Gᵀ and the inverse inertia tensors of the free bodies into `work`."""
+    """Write G, M⁻¹ Gᵀ and the inverse inertia tensors of the free bodies into `work`.
+
+    They are `jacobian`, of all bodies, `weighted`, zero for bodies not free and along held
+    directions, and `inverse`. The points, arms and axes of the markers are read from `work`.
+    """
     tensor, unit = scratch(3, 3), scratch(3)
     for b in range(rows.shape[0]):
         q, constants, inverse = rows[b, TURN : TURN + 4], fixed[b], work.inverse[b]
@@ -337,7 +341,10 @@ def _solve(table, work, rank):
 
 @inner(error_model="numpy")
 def _shift(table, work, columns):
-    """Write Σ λ columns over the constraints into `work.shift`; `columns` (m, 2, 6) G or M⁻¹ Gᵀ."""
+    """Write Σ λ columns over the constraints into `work.shift`; `columns` (m, 2, 6) G or M⁻¹ Gᵀ.
+
+    The sum (b, 6) has one row for each free body; λ is `work.multipliers`.
+    """
     for b in range(work.shift.shape[0]):
         for k in range(6):
             work.shift[b, k] = 0.0
@@ -367,9 +374,10 @@ def _kick(table, work, rows, fixed, part):
 def fit(rows, poses, fixed, table, work):
     """Move free bodies so that all joints close: places and orientations in `rows` (b, 19).
 
-    Each iteration is the least motion weighted by mass (Gauss). They end at a misfit of `CLOSED`,
-    below `ROUNDING` where it falls no more, or after `MAX_FIT_ITERATIONS`. Returns the misfit that
-    remains, over the size of the mechanism.
+    Each iteration is the least motion weighted by mass (Gauss); momenta are not turned with the
+    bodies. Iterations end at a misfit of `CLOSED`, below `ROUNDING` where it falls no more, or
+    after `MAX_FIT_ITERATIONS`. Returns the largest misfit, as `_misfits`, before the last motion if
+    that limit is reached.
     """
     before, misfit = math.inf, math.inf
     for _ in range(MAX_FIT_ITERATIONS):
@@ -399,7 +407,7 @@ def close(last, last_poses, free, poses, fixed, h, table, work):
     `free` are the bodies (`Placed`) after `rigid_body_nb.drift` from the rows `last` (b, 19); rows,
     poses and predicted twists are changed. `last_poses` and `poses` (n, 4, 4) are those of driven
     bodies before and after the step. Iterations end as in `fit`, after `MAX_ITERATIONS`, or at a
-    misfit that is not finite. Returns the misfit that remains, over the size of the mechanism.
+    misfit that is not finite. Returns the largest misfit as `fit` does.
     """
     rows, tensor = free.rows, scratch(3, 3)
     momentum, velocity = scratch(3), scratch(3)
@@ -625,7 +633,7 @@ def _angle(kind, a, b, moment):
     """Return an angle between axes `a` and `b` (3, 3), radians, and write its `moment` (3,).
 
     That is the moment on the second body per unit of the coordinate's; zero for a CONE of parallel
-    axes, which have no direction. Angles are within ±π, without full turns.
+    axes, which have no direction. Angles are within ±π, without full turns; a CONE's is 0 to π.
     """
     if kind == ANGLE:
         for k in range(3):
@@ -651,9 +659,9 @@ def measure(poses, twists, table, points, values, rates, ways):
     """Measure the coordinates of joints from poses (n, 4, 4) and twists (n, 6) of all bodies.
 
     Writes `points` (g, 3), markers of the second bodies, world coordinates; `values` (c,), which
-    hold the last values on entry, so that full turns are counted; their `rates` (c,); and `ways`
-    (c, 6), force on the second body at its marker and moment per unit of each coordinate's force,
-    with the opposite on the first body there.
+    hold the last values on entry, so that full turns are counted (not of a CONE); their `rates`
+    (c,); and `ways` (c, 6), force on the second body at its marker and moment per unit of each
+    coordinate's force, with the opposite on the first body there.
     """
     at, axes = scratch(2, 3), scratch(2, 3, 3)
     rate, turn, arm = scratch(2, 6), scratch(3), scratch(3)

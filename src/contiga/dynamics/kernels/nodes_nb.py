@@ -27,7 +27,8 @@ def _add(forces, first, out):
 def _add_listed(listed, j, first, out):
     """Add listed forces to a block that begins at number `first`, and return the next place.
 
-    `listed` are nodes (k,), ascending, and forces (k, 3); place j is the first one to be added.
+    `listed` are nodes (k,), ascending, and forces (k, 3); place j is the first of them to be added,
+    and the place returned is that of the first node beyond the block.
     """
     rows, forces = listed
     node, end = first // 3, (first + out.shape[0]) // 3
@@ -152,7 +153,7 @@ def _energy(driven, first, velocities, rows, terms):
 
 @kernel()
 def accelerate(masses, acting, out, start, stop):
-    """Write the accelerations (n, 3) of nodes start … stop."""
+    """Write the accelerations of nodes start … stop into `out` (n, 3); 0 where held."""
     rows, flat = (scratch(BLOCK), zero_scratch(BLOCK), scratch(BLOCK)), out.reshape(-1)
     _repeat_vector(acting.gravity, rows[0])
     j = count_below(acting.rows, start)
@@ -186,8 +187,9 @@ def drift(masses, acting, last, dt, out, start, stop):
 
 @kernel()
 def kick(masses, acting, mid, out, start, stop):
-    """Write the velocities of nodes start … stop at the end of a step, and energies of blocks.
+    """Write the velocities of nodes start … stop at the end of a step, and kinetic energies.
 
+    `out.energy` has one sum ½ Σ m v₋·v₊ for each BLOCK of numbers, three a node; see `_energy`.
     `mid` is a `Kick`. Damping is implicit, by the velocity at the end, so that it is of second
     order and stable. Driven degrees of freedom keep their predicted velocity, and have no energy.
     """
@@ -208,7 +210,10 @@ def kick(masses, acting, mid, out, start, stop):
 
 @kernel()
 def kinetic(masses, velocities, out, start, stop):
-    """Write ½ Σ m v² of blocks of nodes start … stop without driven degrees of freedom."""
+    """Write ½ Σ m v² of nodes start … stop without driven degrees of freedom.
+
+    `out` has one sum for each BLOCK of numbers, three a node.
+    """
     terms, mass, flat = scratch(BLOCK), scratch(BLOCK), velocities.reshape(-1)
     rows = mass, zero_scratch(BLOCK), mass
     for first in range(3 * start, 3 * stop, BLOCK):

@@ -207,7 +207,7 @@ def twist_of(row, constants, pose, momentum, velocity, twist, tensor):
 
 @kernel(error_model="numpy")
 def start(rows, fixed, poses, twists):
-    """Write the poses and twists of bodies from their `rows` (b, 19)."""
+    """Write the `poses` (b, 4, 4) and `twists` (b, 6) of bodies from their `rows` (b, 19)."""
     tensor = scratch(3, 3)
     for i in range(rows.shape[0]):
         row, constants = rows[i], fixed[i]
@@ -227,8 +227,8 @@ def start(rows, fixed, poses, twists):
 def drift(last, fixed, h, rows, poses, twists):
     """Write `rows` (b, 19) after half a kick by the forces of `last` (b, 19) and a drift over `h`.
 
-    The twists are predictions for the end of the step with the same forces, of second order, for
-    damping and friction.
+    `poses` (b, 4, 4) and `twists` (b, 6) are written, too. The twists are predictions for the end
+    of the step with the same forces, of second order, for damping and friction.
     """
     tensor, momentum, velocity = scratch(3, 3), scratch(3), scratch(3)
     for i in range(last.shape[0]):

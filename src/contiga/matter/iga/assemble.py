@@ -168,8 +168,9 @@ class _Elements(NamedTuple):
 def _section(coefficients: Coefficients, thickness: float, share: float, layers: int) -> _Section:
     """Return the section of a shell with a `share` of the bending stiffness of a solid sheet.
 
-    Layers are Gauss points of the thickness times √share; a membrane has none. Raises `InputError`
-    for no layers with a material that needs them.
+    Layers are Gauss points of the thickness times √share; a membrane, `share` 0, has none. With 0
+    `layers` moments follow from the middle surface; `InputError` is raised if the material does
+    not allow that.
     """
     if share == 0.0:
         return _Section(coefficients, np.zeros(4), np.zeros((0, 2)))
@@ -194,8 +195,8 @@ def _elements(
 ) -> tuple[list[_Elements], FloatArray]:
     """Return all elements by pairs of degrees, and the areas (m,) of the control points.
 
-    `n_gauss` points each way, None for the degree plus one. The area of a control point is the
-    integral of its basis function.
+    Elements have `n_gauss` points each way, or degree plus one if it is None. The area of a control
+    point is the integral of its basis function.
     """
     areas = np.zeros(len(net.points))
     by_degrees: dict[tuple[int, int], list[_Elements]] = {}
@@ -228,9 +229,9 @@ def _group(
     first_row: int,
     first_memory: int,
 ) -> tuple[ShellGroup, IntArray]:
-    """Return the tables of elements for kernels, and the control point of each of their rows.
+    """Return a group with the tables of elements for kernels, and the control points of its rows.
 
-    Their rows and their memory begin at `first_row` and `first_memory`.
+    Rows (r,) and memory begin at `first_row` and `first_memory`.
     """
     count, points = elements.weights.shape
     sums, nodes_of_rows = block_sums(elements.control, n_nodes)

@@ -192,7 +192,11 @@ def drawn_points(net: Net, parts: int) -> SplinePoints:
 def _spline_points(
     net: Net, bases: list[BasisAt], measure: FloatArray, shapes: list[tuple[int, int]]
 ) -> SplinePoints:
-    """Return the points of grids of these shapes, one for each patch."""
+    """Return the points of grids, one for each piece, with the facets between them.
+
+    `bases` are the basis functions at the points of each grid, `shapes` the numbers of its points
+    in u and v, and `measure` (n,) the weights of all points in the parameters.
+    """
     columns = [at.control for at in bases]
     rows, along_u, along_v = (
         sparse_rows(columns, [at.values[:, order] for at in bases]) for order in (VALUE, U, V)

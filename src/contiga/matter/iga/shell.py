@@ -207,9 +207,10 @@ class Shell:
         return entries
 
     def nodal_fields(self, state: MatterState, height: float = 0.0) -> ElementFields:
-        """Return fields at control points, as means weighted by their basis functions.
+        """Return fields at the control points (m,), as means weighted by their basis functions.
 
-        `points` and `drawn` interpolate them to the surface.
+        They are at a height of −1 … 1 of half the thickness along a₃. `points` and `drawn`
+        interpolate them to the surface.
         """
         weight, sums = np.zeros(len(self.mass)), np.zeros((len(self.mass), 13))
         for group in self.groups:
@@ -237,7 +238,7 @@ class Shell:
         return points_of(self.net, gauss, None)
 
     def _gauss_points(self, group: ShellGroup, state: MatterState) -> GaussPoints:
-        """Return strains, forces and moments at the Gauss points of a group."""
+        """Return axes, strains, forces, moments and energies at the Gauss points of a group."""
         blocks = len(group.tables.nodes)
         motion = Motion(locked(state.points), locked(state.points), 0.0, np.zeros(0))
         out = np.empty((blocks, group.tables.points * INSIDE * LANES))

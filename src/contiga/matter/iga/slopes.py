@@ -181,7 +181,10 @@ class _Springs(NamedTuple):
 
 
 def _springs_at_joint(net: Net, side_1: _Side, side_2: _Side, bending: Bending) -> _Springs:
-    """Return springs between the normals of the two sides of a joint."""
+    """Return springs that hold the angle between the normals of the two sides of a joint.
+
+    Their points are the Gauss points of the sides, paired in order.
+    """
     tangent = (side_1.tangent_basis[:, :, None] * net.points[side_1.at.control]).sum(axis=1)
     tangent /= lengths(tangent)[:, None]
     cosine = np.sum(side_1.normal * side_2.normal, axis=1)

@@ -34,7 +34,10 @@ def _axis(bank, lane):
 
 @inner(linked=False)
 def bar_forces(bank, numbers, curves, inverse_lengths, old, new):
-    """Write forces over the nodes, energies by length at rest, and for curves the new memory."""
+    """Write forces in place of the nodes, and energies by length at rest, into the bank.
+
+    With curves, SLOPE > 0, losses and the `new` memory are written, too.
+    """
     slope = numbers[SLOPE]
     for lane in range(LANES):
         x, y, z, length = _axis(bank, lane)
@@ -62,7 +65,7 @@ def bar_forces(bank, numbers, curves, inverse_lengths, old, new):
 
 @inner(linked=False)
 def bar_rows(bank, numbers, inverse_lengths, measures):
-    """Write row sums of K = k n⊗n + N/ℓ (I − n⊗n) at both ends over the nodes.
+    """Write row sums of |K| in place of the nodes, K = k n⊗n + N/ℓ (I − n⊗n) between both ends.
 
     k and |N| are those of the steepest line, upper bounds of those of the bar. A bar without length
     has n in all directions; lanes that fill a block get zero.

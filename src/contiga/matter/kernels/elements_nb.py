@@ -38,10 +38,10 @@ from contiga.matter.kernels.solid_viscosity_nb import bulk_viscosity
 
 @inner()
 def _write_energies(bank, measures, energy):
-    """Write the energies (4,) of a block, and behind them those of each lane if there is room.
+    """Write the energies (4,) of a block into `energy`, and those of its lanes if there is room.
 
-    Energies by volume in the bank are multiplied by `measures`, and summed; those of a lane are its
-    stored ones, hourglass springs included.
+    Energies by volume in the bank are multiplied by `measures`, and summed. In (4 + LANES,) the
+    stored energy of each lane follows, hourglass springs included.
     """
     for kind in range(N_ENERGIES):
         row = (ENERGY + kind) * LANES
@@ -66,7 +66,10 @@ def _solid_response(bank, tables, memory, b, step):
 
 @kernel()
 def tet_volumes(motion, tables, out, start, stop):
-    """Write the volume of each corner of blocks start … stop, as x of the rows of `partial`."""
+    """Write the present volumes at nodes of blocks start … stop, as x of the rows of `out.partial`.
+
+    Each corner of a tetrahedron has a quarter of its volume.
+    """
     bank = scratch(SIZE)
     for b in range(start, stop):
         gather(motion.points, tables.nodes[b], 4, bank)
@@ -80,7 +83,8 @@ def tet_volumes(motion, tables, out, start, stop):
 def tetrahedra(motion, tables, memory, out, start, stop):
     """Write forces, energies and numbers of inverted elements of blocks start … stop into `out`.
 
-    The new memory is written, too; without bulk viscosity velocities are not read.
+    They are `out.partial`, `out.energy` and `out.inverted`. The new memory is written, too; without
+    bulk viscosity velocities are not read.
     """
     bank = scratch(SIZE)
     for b in range(start, stop):
@@ -124,7 +128,7 @@ def hexahedra(motion, tables, memory, out, start, stop):
 
 @kernel()
 def triangles(motion, tables, memory, out, start, stop):
-    """Write forces, energies and new memory of blocks start … stop; none counts as inverted."""
+    """Write forces, energies and new memory of blocks start … stop; 0 in `out.inverted`."""
     bank = scratch(SIZE)
     for b in range(start, stop):
         gradients, areas = tables.gradients[b], tables.measures[b]
@@ -143,7 +147,7 @@ def triangles(motion, tables, memory, out, start, stop):
 
 @kernel()
 def bars(motion, tables, memory, out, start, stop):
-    """Write forces, energies and new memory of blocks start … stop; none counts as inverted."""
+    """Write forces, energies and new memory of blocks start … stop; 0 in `out.inverted`."""
     bank = scratch(SIZE)
     for b in range(start, stop):
         blank(bank)

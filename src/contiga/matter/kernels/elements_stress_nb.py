@@ -15,7 +15,7 @@ ELASTIC, NEO_HOOKE, SLACK, FOAM, FABRIC, BAR = 0, 1, 2, 3, 4, 5
 
 @inner(linked=False)
 def solid_stress(bank, tables, step, old, new):
-    """Write P and W of solids; foam has a memory, which is written, too."""
+    """Write P and W of solids into the bank; foam also writes its losses and the `new` memory."""
     if tables.material == ELASTIC:
         solid_elastic(bank, tables.numbers)
     elif tables.material == FOAM:
@@ -26,7 +26,7 @@ def solid_stress(bank, tables, step, old, new):
 
 @inner(linked=False)
 def membrane_stress(bank, material, numbers, curves, old, new):
-    """Write S and W of membranes from E; fabric has a memory, which is written, too."""
+    """Write S and W of membranes from E; fabric also writes its losses and the `new` memory."""
     if material == ELASTIC:
         membrane_elastic(bank, numbers)
     elif material == SLACK:

@@ -107,7 +107,10 @@ def sum_in_block(bank, sums, b, partial):
 
 @kernel()
 def sum_at_nodes(partial, starts, rows, out, start, stop):
-    """Write the sums of rows of `partial` at nodes start … stop, in a fixed order."""
+    """Write the sums of rows of `partial` at nodes start … stop into `out` (n, 3).
+
+    The rows of node n are `rows` starts[n] … starts[n + 1], summed in this order.
+    """
     for n in range(start, stop):
         x, y, z = 0.0, 0.0, 0.0
         for m in range(starts[n], starts[n + 1]):

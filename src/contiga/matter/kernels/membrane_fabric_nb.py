@@ -27,7 +27,7 @@ weft, and the largest angle of the shear."""
 
 @inner(linked=False)
 def membrane_fabric(bank, numbers, curves, old, new):
-    """Write stress S, energies and new memory of woven fabric, from strain E and memory."""
+    """Write stress S, stored energy, loss and `new` memory of fabric, from strain E and `old`."""
     t = numbers[THICKNESS]
     for lane in range(LANES):
         a, b, ab = strain(bank, lane)

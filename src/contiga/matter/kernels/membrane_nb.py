@@ -68,7 +68,7 @@ def first_stress(bank):
 
 @inner(linked=False)
 def triangle_forces(bank, gradients, areas):
-    """Write the forces of the stress P on the corners, over the corners in the bank."""
+    """Write the forces of the stress P on the corners in place of the corners in the bank."""
     for lane in range(LANES):
         v, g = -areas[lane], lane
         for i in range(3):

@@ -21,7 +21,7 @@ FLAT = 1e-14
 
 @inlined()
 def thickness_stretch(square, area, mu, lam):
-    """Return s for a ratio of areas and its square."""
+    """Return the stretch s of the thickness for `area`, a ratio of areas, and its `square`."""
     c = mu + lam * square
     return 0.5 * (lam * area + math.sqrt(lam * lam * square + 4.0 * mu * c)) / c
 
@@ -36,7 +36,7 @@ def square_of_area(a, b, ab):
 
 @inner(linked=False)
 def membrane_neo_hooke(bank, numbers):
-    """Write S and W from E; numbers are μ t and λ t."""
+    """Write S and W from E, zero without area; numbers are μ t and λ t."""
     mu, lam = numbers[0], numbers[1]
     for lane in range(LANES):
         e_a, e_b, e_ab = strain(bank, lane)

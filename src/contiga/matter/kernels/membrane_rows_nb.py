@@ -17,7 +17,7 @@ PAIRS = 3 * NINE
 
 @inner(linked=False)
 def pair_stiffness(bank, gradients, pair, out):
-    """Write K/A (9, LANES) of pair 0, 1 or 2: corners (1, 1), (1, 2) or (2, 2)."""
+    """Write K/A (9, LANES) of pair 0, 1 or 2 into `out`: corners (1, 1), (1, 2) or (2, 2)."""
     row_1, row_2 = 2 * LANES * (pair // 2), 2 * LANES * ((pair + 1) // 2)
     for lane in range(LANES):
         # The four numbers of D, and s.
@@ -45,7 +45,10 @@ def pair_stiffness(bank, gradients, pair, out):
 
 @inner(linked=False)
 def triangle_sums(bank, pairs, areas):
-    """Write Σ|K| of each row of all corners, over the corners in the bank."""
+    """Write Σ|K| of each row of all corners in place of the corners in the bank.
+
+    `pairs` are the three of `pair_stiffness`, one after the other.
+    """
     for lane in range(LANES):
         area = areas[lane]
         for i in range(3):

@@ -40,9 +40,9 @@ GRADIENTS_SIZE = MAX_CORNERS * ROW
 
 @inner(linked=False)
 def all_gradients(others, corners, width, full):
-    """Fill `full` (corners, 3, LANES) from the gradients of all corners but the first.
+    """Fill `full` (corners, 3, LANES) from the gradients of all corners but the first, `others`.
 
-    The sum of all corners is zero.
+    The sum over the corners is zero. `width` components are filled, the others are not.
     """
     for lane in range(3 * LANES):
         full[lane] = 0.0
@@ -64,7 +64,7 @@ def _nudge(bank, at, stress, change):
 
 @inner(linked=False)
 def _differences(bank, at, stress, change, tangent):
-    """Write ∂P/∂F for the changed row of F, and restore the row."""
+    """Write ∂P/∂F (9, LANES) for the changed row of F into `tangent`, and restore the row."""
     for lane in range(LANES):
         bank[F + at + lane] -= change[lane]
     for row in range(9):
@@ -129,7 +129,7 @@ def add_rows(bank, tangent, full, corners, measures):
 
 @inner()
 def _start(bank, stress, corners):
-    """Copy the stress, and set the row sums to zero."""
+    """Copy P to `stress`, and set the row sums to zero, in place of the corners in the bank."""
     for at in range(NINE):
         stress[at] = bank[P + at]
     for at in range(X, X + corners * ROW):
@@ -138,7 +138,7 @@ def _start(bank, stress, corners):
 
 @kernel()
 def tet_rows(motion, tables, memory, out, start, stop):
-    """Write row sums of |K| of blocks start … stop − 1, at their nodes.
+    """Write row sums of |K| of blocks start … stop, at their nodes, into `out.partial`.
 
     The new memory is overwritten with that of nudged states.
     """
@@ -164,9 +164,9 @@ def tet_rows(motion, tables, memory, out, start, stop):
 
 @kernel()
 def hex_rows(motion, tables, memory, out, start, stop):
-    """Write row sums of |K|, with hourglass springs, of blocks start … stop − 1, at their nodes.
+    """Write row sums of |K|, with hourglass springs, of blocks start … stop into `out.partial`.
 
-    The new memory is overwritten with that of nudged states.
+    They are sums at nodes of blocks. The new memory is overwritten with that of nudged states.
     """
     bank = zero_scratch(SIZE)
     stress, change, tangent = scratch(NINE), scratch(LANES), scratch(TANGENT)
@@ -195,7 +195,10 @@ def hex_rows(motion, tables, memory, out, start, stop):
 
 @kernel()
 def triangle_rows(motion, tables, memory, out, start, stop):
-    """Write row sums of |K| of blocks start … stop, at nodes of blocks, and the new memory."""
+    """Write row sums of |K| of blocks start … stop, at their nodes, into `out.partial`.
+
+    The new memory is written, too.
+    """
     bank, pairs = scratch(SIZE), scratch(PAIRS)
     for b in range(start, stop):
         gradients = tables.gradients[b]
@@ -213,7 +216,7 @@ def triangle_rows(motion, tables, memory, out, start, stop):
 
 @kernel()
 def bar_rows(motion, tables, memory, out, start, stop):
-    """Write upper bounds of row sums of |K| of blocks start … stop, at nodes of blocks."""
+    """Write upper bounds of row sums of |K| of blocks start … stop into `out.partial`."""
     bank = scratch(SIZE)
     for b in range(start, stop):
         gather(motion.points, tables.nodes[b], 2, bank)

@@ -43,7 +43,7 @@ from contiga.matter.kernels.shell_nb import (
 
 @inner(linked=False)
 def shell_strain(bank, net, tables, b, g):
-    """Write the strains of Gauss point g of block b."""
+    """Write F, f_ij, a₃, 1/J, b, κ and E of Gauss point g of block b into the bank."""
     count = tables.nodes.shape[1]
     shell_derivatives(net, tables.basis[b], g * count * WIDTH * LANES, count, bank)
     curvature(bank, tables.rest[b], g * ROW)
@@ -78,7 +78,7 @@ def shell_response(bank, tables, memory, b, g):
 
 @kernel()
 def shells(motion, tables, memory, out, start, stop):
-    """Write forces, energies and new memory of blocks start … stop.
+    """Write forces, energies and new memory of blocks start … stop into `out` and `memory.new`.
 
     `out.inverted` is the largest number of lanes without a normal at a Gauss point, zero for
     membranes, which need none.
@@ -116,7 +116,10 @@ def _copy_rows(bank, row, rows, to, out):
 
 @kernel()
 def shell_inside(motion, tables, memory, out, start, stop):
-    """Write F, E, κ, n, m, W at Gauss points of blocks start … stop − 1, `INSIDE` rows each."""
+    """Write F, E, κ, n, m, W at Gauss points of blocks start … stop into `out`.
+
+    Each point has `INSIDE` rows of lanes. The new memory is written, too.
+    """
     bank, net = scratch(SHELL_SIZE), scratch(NET)
     for b in range(start, stop):
         gather(motion.points, tables.nodes[b], tables.nodes.shape[1], net)

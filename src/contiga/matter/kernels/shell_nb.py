@@ -94,7 +94,10 @@ def shell_derivatives(net, basis, first, count, bank):
 
 @inner(linked=False)
 def curvature(bank, rest, first):
-    """Write a₃, 1/J, b and κ; B begins at `first` of `rest`. Without area a₃ and 1/J are zero."""
+    """Write a₃, 1/J, b and κ = B − b into the bank; B begins at `first` of `rest`.
+
+    Without area a₃, 1/J and b are zero.
+    """
     for lane in range(LANES):
         f = F + lane
         ax, bx = bank[f], bank[f + LANES]
@@ -128,7 +131,10 @@ def flat_lanes(bank):
 
 @inner(linked=False)
 def moments(bank, bending):
-    """Write m = D κ, and add its energy to the membrane's; D₁₁₁₁, D₂₂₂₂, D₁₁₂₂ and D₁₂₁₂."""
+    """Write m = D κ, and add its energy to the membrane's.
+
+    `bending` (4,) are D₁₁₁₁, D₂₂₂₂, D₁₁₂₂ and D₁₂₁₂.
+    """
     d_1, d_2, d_both, shear = bending[0], bending[1], bending[2], bending[3]
     for lane in range(LANES):
         k = K + lane

@@ -113,7 +113,7 @@ def _gather(points, nodes, net):
 
 @kernel()
 def slopes(points, tables, out, start, stop):
-    """Write forces and energies of points start … stop."""
+    """Write forces and energies of points start … stop into `out.partial` and `out.energy`."""
     net, force = scratch(NET), scratch(NET)
     count = tables.nodes.shape[1]
     for n in range(start, stop):

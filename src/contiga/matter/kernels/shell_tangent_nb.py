@@ -270,7 +270,10 @@ def add_sums(pair, i, j, sums):
 
 @kernel()
 def shell_stiffness(motion, tables, memory, out, start, stop):
-    """Write K of all pairs of blocks start … stop into `out` (b, pairs · 9 · LANES)."""
+    """Write K of all pairs of blocks start … stop into `out` (b, pairs · 9 · LANES).
+
+    Pairs are in the order of `_block_stiffness`. The new memory is overwritten.
+    """
     count = tables.nodes.shape[1]
     bank, net = scratch(BANK), scratch(NET)
     rows = np.empty((count * PER_POINT + 18) * LANES)
@@ -282,7 +285,10 @@ def shell_stiffness(motion, tables, memory, out, start, stop):
 
 @kernel()
 def shell_row_sums(motion, tables, memory, out, start, stop):
-    """Write row sums of |K| of blocks start … stop, at nodes of blocks, into `out.partial`."""
+    """Write row sums of |K| of blocks start … stop, at nodes of blocks, into `out.partial`.
+
+    The new memory is overwritten.
+    """
     count = tables.nodes.shape[1]
     bank, net, sums = scratch(BANK), scratch(NET), scratch(NET)
     rows = np.empty((count * PER_POINT + 18) * LANES)

@@ -108,7 +108,7 @@ def _unloading(numbers, energy, max_energy):
 
 @inner()
 def _static_stresses(bank, lane, numbers, curves, old, new):
-    """Write principal stresses, energies and memory of a lane, without rates.
+    """Write principal stresses, stored energy, hysteresis and memory of a lane, without rates.
 
     Unloading reduces the stresses in compression alone.
     """

@@ -47,7 +47,10 @@ def modes(x):
 
 @inner(linked=False)
 def hourglass(bank, table):
-    """Write the spring forces by reference volume, and add their part to P, and their energy."""
+    """Write the modal spring forces by reference volume, and subtract their part from P.
+
+    Their energy by volume is added to the hourglass energy.
+    """
     for i in range(3):
         for lane in range(LANES):
             at = X + i * LANES + lane
@@ -73,7 +76,7 @@ def hourglass(bank, table):
 
 @inner(linked=False)
 def hex_forces(bank, gradients, volumes):
-    """Write the forces of P and of the springs on the corners, over the corners in the bank."""
+    """Write the forces of P and of the springs in place of the corners in the bank."""
     for i in range(3):
         for lane in range(LANES):
             v, p, q = -volumes[lane], P + i * ROW + lane, Q + i * LANES + lane

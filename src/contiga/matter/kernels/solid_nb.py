@@ -51,7 +51,7 @@ def determinant(bank):
 
 @inner(linked=False)
 def tet_forces(bank, gradients, volumes):
-    """Write the forces of the stress P on the corners, over the corners in the bank."""
+    """Write the forces of the stress P on the corners in place of the corners in the bank."""
     for lane in range(LANES):
         v = -volumes[lane]
         for i in range(3):
@@ -72,7 +72,7 @@ def tet_forces(bank, gradients, volumes):
 
 @inner(linked=False)
 def quarter_volumes(bank, volumes):
-    """Write a quarter of the volume over the x of each corner."""
+    """Write a quarter of the present volume in place of the x of each corner."""
     for lane in range(LANES):
         quarter = 0.25 * volumes[lane] * bank[J + lane]
         for a in range(4):

@@ -20,7 +20,7 @@ MEMORY = 2
 
 @inner(linked=False)
 def bulk_viscosity(bank, numbers, sizes, step, old, new):
-    """Subtract the pressure from P, add the loss of a step, and write the new memory.
+    """Subtract the viscous pressure from P, add the loss of a step, and write the `new` memory.
 
     Numbers are b c, a and ρ₀; the memory is its last two columns.
     """
