@@ -345,8 +345,8 @@ def _bodies(
 ) -> dict[str, BodyPart]:
     """Return the bodies with their motions, and with their masses if forces move them.
 
-    A body whose motion or mass has an error is fixed, so that its contacts are checked all the
-    same.
+    A body whose motion or mass has an error is fixed, or attached without a mass, so that its
+    contacts are checked all the same.
     """
     bodies = {}
     for i, spec in enumerate(case.body):

@@ -158,7 +158,7 @@ def _with_placement(text: str, spec: object) -> str:
 
 
 def _contact(contact: ContactSpec, kind: str, deforms: bool) -> list[tuple[str, str]]:
-    """Return the rows of a contact whose deformable side is `kind`; `deforms` is of its slave."""
+    """Return the rows of a contact with the deformable side `kind`; `deforms` is for its slave."""
     laws = [] if contact.law is None else [("  law", contact.law.describe())]
     if contact.master_law is not None:
         laws.append(("  master law", contact.master_law.describe()))

@@ -357,7 +357,8 @@ PointsSpec = Annotated[
 def _subdivided(corners: FloatArray, segments: int) -> FloatArray:
     """Return the points of a polyline, subdivided into `segments` pieces, one a leg at least.
 
-    Legs get pieces in proportion to their lengths, each rounded so that the sum stays right.
+    Legs get pieces in proportion to their lengths, each rounded so that the sum stays right; a leg
+    that would have none gets one in addition.
     """
     legs = np.diff(corners, axis=0)
     lengths = np.sqrt((legs * legs).sum(axis=1))

@@ -428,7 +428,10 @@ class Case(Spec):
                 yield f"gas[{i}].{key}", name
 
     def _check_body(self, i: int) -> None:
-        """Refuse a body without the mass that it needs, or one that is called as the ground."""
+        """Refuse a body without the mass that it needs, or with the name of the ground.
+
+        That name is refused only if a spring or a joint is attached to the ground.
+        """
         body = self.body[i]
         grounded = [f"spring[{k}]" for k, s in enumerate(self.spring) if GROUND in s.between]
         grounded += [f"joint[{k}]" for k, j in enumerate(self.joint) if GROUND in j.between]
