@@ -28,7 +28,7 @@ class Focus(NamedTuple):
 
 
 def focus_of(parts: list[FloatArray], patch: FloatArray, depth: float) -> Focus | None:
-    """Return the frame for points (k, 3) of `patch` in contact; None without a contact.
+    """Return the parts and corners that a picture of the contact frames; None without a contact.
 
     Parts whose bounding boxes reach the box of the contact touch it. They are shown whole, unless
     they are more than four times as large as the smallest: then only the piece of their box around
