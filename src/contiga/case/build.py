@@ -119,7 +119,7 @@ class _Parts(NamedTuple):
 
 
 def _build_parts(case: Case, cache: PartCache, errors: ErrorCollector) -> _Parts:
-    """Build the parts of a case and collect their errors; errors of cheap checks come first.
+    """Return the parts of a case; their errors are added to `errors`, those of cheap checks first.
 
     Parts with an error are left out, with the contacts that they have.
     """

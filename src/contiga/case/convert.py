@@ -72,7 +72,7 @@ def convert(deck: str | Path, units: tuple[str, str, str], folder: str | Path) -
         The deck cannot be read, has no contact with a rigid part that is understood, or has a
         free rigid part without a mass.
     UnitError
-        A name of `units` is not that of a unit of its dimension.
+        A name in `units` is no unit of its dimension.
     CaseError
         The case that was made is refused when it is parsed, as a check.
     """

@@ -122,7 +122,7 @@ def _read(spec: IncludeSpec, path: Path, units: Any, tables: type[Spec]) -> Any:
 
 
 def _posed(spec: IncludeSpec, included: Any) -> Included:
-    """Return the tables of a file with the poses of its bodies, from the `joints` of the table.
+    """Return the tables of a file with the poses of its bodies, from the joints of `spec`.
 
     Raises
     ------

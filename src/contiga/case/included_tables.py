@@ -251,7 +251,7 @@ def _pose_motion(included: Included, spec: Any, motion: Table, pose: FloatArray)
 
 
 def _velocity(included: Included, spec: Any) -> list[float]:
-    """Return the velocity at the start: its own, else the velocity of the `include`."""
+    """Return the velocity at the start: the part's own, turned, else that of the `include`."""
     velocity = included.spec.velocity
     if velocity is not None and "velocity" not in spec.model_fields_set:
         return velocity
@@ -362,7 +362,7 @@ def _pose_belt(included: Included, spec: BeltSpec, table: Table) -> None:
 
 
 def _pose_joint(included: Included, spec: Any, table: Table) -> None:
-    """Pose the `table` of a joint: points and axes move with their bodies, laws start as given.
+    """Pose the `table` of a joint, whose points and axes move with its bodies.
 
     Laws start at the coordinates of the posture. The first point is shifted along the axis, so that
     both points meet at the given travel.
@@ -434,7 +434,7 @@ def _pose_sensor(included: Included, spec: Any, table: Table) -> None:
 
 
 def _name_triggers(included: Included, table: Table) -> None:
-    """Name the sensors that trigger the devices of a spring."""
+    """Replace names of sensors that trigger the devices in `table` by their names in the case."""
     devices = [table.get(key, {}) for key in ("pretensioner", "release")]
     devices.append(table.get("retractor", {}).get("lock", {}))
     for device in devices:
@@ -461,7 +461,7 @@ def _vector(rotation: FloatArray, vector: Any) -> list[float]:
 
 
 def _over_time(rotation: FloatArray, value: Any) -> Any:
-    """Turn a vector, or rows [t, x, y, z]."""
+    """Return a vector, or rows [t, x, y, z], turned by `rotation`."""
     if value and isinstance(value[0], list):
         return [[row[0], *_vector(rotation, row[1:])] for row in value]
     return _vector(rotation, value)

@@ -280,9 +280,10 @@ class Sampling(Spec):
     """Longest side of the triangles; `contiga.masters.sampling.default_size` if omitted."""
 
     def mesh_of(self, body: Master, master_sizes: Iterable[float] = ()) -> TriMesh:
-        """Return the triangles of a body; `master_sizes` are of the bodies that it will touch.
+        """Return triangles of a body; `master_sizes` are the sizes of bodies that it will touch.
 
-        They are within the tolerance, and are then divided until no side is longer than the size.
+        Triangles within the tolerance, by default 1e-3 of the size of the body, are divided until
+        no side is longer than `size`, by default that of `default_size`.
 
         Raises
         ------

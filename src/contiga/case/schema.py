@@ -505,7 +505,7 @@ class Case(Spec):
             )
 
     def sides(self, contact: ContactSpec) -> Sides:
-        """Return the deformable side of a contact, and its law.
+        """Return the type of a contact, which tells the side that deforms, and the laws.
 
         Raises
         ------
@@ -530,7 +530,7 @@ def load_case(path: str | Path, *, set: Mapping[str, Any] | None = None) -> Case
 
     Parameters
     ----------
-    path : of the file
+    path : the case file
     set : values that stand in place of the file's, by key: places or names lead into lists, such
         as ``"contact[0].law.damping"`` and ``"body.head.motion.velocity"``
 
@@ -542,7 +542,7 @@ def load_case(path: str | Path, *, set: Mapping[str, Any] | None = None) -> Case
         It is not TOML, or something in it is wrong; the message says the key, what was found and
         what is allowed, and lists all errors at once. Or a key of `set` leads nowhere.
     UnitError
-        A unit is none.
+        The name of a unit is unknown.
 
     Examples
     --------

@@ -133,7 +133,7 @@ def _windows_of_length(line: Line, limit: float) -> tuple[FloatArray, FloatArray
 
 
 def _windows_from_start(line: Line, limit: float) -> tuple[FloatArray, FloatArray]:
-    """Return windows from the first sample whose last value is 0.6 of the mean.
+    """Return starts (0) and ends (k,) of windows from the first sample, 0.6 of the mean at the end.
 
     The first sample is at time 0, and they are at most `limit` long. With an end at t + tau on a
     piece this is a quadratic in tau.
@@ -175,7 +175,7 @@ def _inner_windows(
 
 
 def _is_on_piece(offset: FloatArray, steps: FloatArray) -> IndexArray:
-    """Return whether offsets lie on their pieces, up to rounding; False for NaN."""
+    """Return a mask of the offsets on pieces of lengths `steps`, up to rounding; False for NaN."""
     with np.errstate(invalid="ignore"):
         return np.asarray((offset >= -1e-6 * steps) & (offset <= (1.0 + 1e-6) * steps))
 

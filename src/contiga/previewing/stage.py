@@ -136,7 +136,7 @@ class Stage(NamedTuple):
 
     @property
     def plane(self) -> bool:
-        """Whether it is a plane problem: all points of slaves have one z, no normal a z component.
+        """Whether the problem is plane: slave points have one z, and no normal has a z component.
 
         Tolerances are 1e-9 of the size of the scene, and 1e-6. False without slaves.
         """

@@ -111,7 +111,7 @@ class SharpMesh(NamedTuple):
 
 
 def sharp_mesh(points: FloatArray, triangles: IntArray) -> SharpMesh:
-    """Split the points (n, 3) of `triangles` (m, 3) along creases; unused points are left out."""
+    """Return the mesh of `triangles` (m, 3) split along creases; unused points are left out."""
     triangles = np.ascontiguousarray(triangles, dtype=np.int32)
     count, group = _smooth_corners(triangles, _facet_normals(points, triangles))
     rows = np.zeros(count, dtype=np.int32)

@@ -132,7 +132,7 @@ def draw_lines(screen, segments, depth, bias, ink):
 def values_at_pixels(buffer, triangles, values, pixel_values):
     """Write `values` (n,) of a mesh's points, interpolated, into `pixel_values` (k,).
 
-    These are the covered pixels row by row; interpolation is linear in the picture.
+    The k entries are the covered pixels, row by row; interpolation is linear in the picture.
     """
     height, width = buffer.depth.shape
     k = 0

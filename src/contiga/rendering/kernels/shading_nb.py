@@ -12,7 +12,8 @@ from contiga.jit import inner, kernel
 def add_bends(depth, step, size, total):
     """Add to `total` (h, w) the depths of every other pixel of `depth` behind its neighbours.
 
-    Neighbours are those at `step`, in four opposite pairs, each difference clipped to ±`size`. A
+    Neighbours are `step` of these pixels away, in four opposite pairs, each difference clipped to
+    ±`size`. A
     pair adds 0 if a depth of it is infinite, or it is beyond the border.
     """
     height, width = total.shape
