@@ -123,7 +123,7 @@ class DeckParts:
         return self._unique_name(f"parts {' '.join(map(str, parts))}"[:60], "")
 
     def nodes_name(self, number: int) -> str:
-        """Return the name of a set of nodes in the case."""
+        """Return the name in the case of the slave of a set of nodes."""
         return self._unique_name(set_name(number), "")
 
     def owner(self, number: int) -> int | None:
@@ -537,7 +537,7 @@ class DeckParts:
         return float(np.sqrt(2.0 * areas.mean())) if len(areas) else 0.0
 
     def has_facets(self, parts: list[str | int]) -> bool:
-        """Return whether a contact has areas to weight forces with."""
+        """Return whether the skin of `parts` has facets, whose areas weight contact forces."""
         return len(self._facets(parts).corners) > 0
 
 

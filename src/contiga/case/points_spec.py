@@ -89,7 +89,7 @@ class _Points(Placed):
 
 
 class FilePoints(_Points):
-    """`{ file, unit, parts, sets, layer }`; `unit` is the file's own, the case's if omitted."""
+    """`{ file, unit, parts, sets, layer }`; `unit` is its own, by default that of the case."""
 
     file: ExistingFile
     unit: LengthUnit | None = None

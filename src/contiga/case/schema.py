@@ -219,7 +219,7 @@ class SlaveSpec(Spec):
     @model_validator(mode="before")
     @classmethod
     def _points_of_a_body_go_with_it(cls, data: Any) -> Any:
-        """Attach points of a body to it, unless the table has a motion."""
+        """Return the table with points of a body attached to it, unless it has a motion."""
         points = data.get("points") if isinstance(data, dict) else None
         if isinstance(points, dict) and isinstance(points.get("body"), str):
             return {"motion": {"kind": "attached", "body": points["body"]}} | data

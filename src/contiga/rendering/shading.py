@@ -229,7 +229,7 @@ def paint(
 
 
 def veil(picture: Picture, layer: Layer, colour: FloatArray) -> None:
-    """Blend `colour` (3,) into `picture` (h, w, 3) at `layer`: 5 % inside, 43 % at its rim."""
+    """Blend `colour` (3,) into `picture` (h, w, 3) at `layer`: 5 % face-on, 43 % edge-on."""
     shading_nb.veil(layer.buffer, layer.corners, layer.axes, colour, picture)
 
 

@@ -23,7 +23,7 @@ class Focus(NamedTuple):
     """(k, 3) corners of the pieces of larger parts."""
 
     def points(self, parts: list[FloatArray]) -> FloatArray:
-        """Return its points (n, 3) from the points (n_k, 3) of all parts: whole parts, corners."""
+        """Return the framed points (n, 3): those (n_k, 3) of whole `parts`, then the corners."""
         return np.concatenate([*(parts[k] for k in self.parts), self.corners])
 
 

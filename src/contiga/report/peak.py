@@ -117,7 +117,7 @@ def _rows_of_kind(series: RecordedFields, kind: str) -> IndexArray:
 
 
 def rows_of(series: RecordedFields, kind: str) -> list[slice]:
-    """Return the rows, among the stacked points, of each part of one `kind`."""
+    """Return a slice of the stacked points for each part of one `kind`."""
     return [series.rows(part.name) for part in series.parts if part.kind == kind]
 
 

@@ -291,7 +291,7 @@ class OnDask:
 
 
 def _host_of(future: Future) -> str:
-    """Return the host of a task that is the first case of it; else an empty text."""
+    """Return the host whose first case a task is; empty for other tasks."""
     return str(future.key).partition("|")[0]
 
 

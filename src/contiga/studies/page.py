@@ -43,7 +43,7 @@ _CASES_TABLE = (
 
 
 def write_page(study: StudySpec, base: Base, table: Table, rows: tuple[Row, ...]) -> None:
-    """Write the page, and the picture of the map if the study has one; an old picture goes."""
+    """Write the page, and the picture of the map if there is one; an old picture is removed."""
     folder = Path(base.folder)
     data = page_data(study, base, table, rows)
     colour_map = map_of(study, base, rows)

@@ -84,7 +84,7 @@ class Study(Displayed):
         return self.table.to_pandas()
 
     def plot(self, *, columns: Sequence[str] | None = None) -> Figure:
-        """Draw the quantities over the variable or, if there are several, over the cases.
+        """Return a figure of the quantities over the only variable, else over the cases.
 
         A variable of texts is not drawn over. At most nine quantities have a panel. The figure is
         drawn with matplotlib, without a window; a notebook shows it.
