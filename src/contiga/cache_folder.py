@@ -71,7 +71,8 @@ def trim(folder: Path, endings: tuple[str, ...], limit: int, count: float = inf)
 
     An entry is all files with the same name up to the first point after the last hyphen; its time
     is the newest modification time of its files. Unfinished files (.new, or with .tmp. in the name)
-    older than a day are removed, too. Files that cannot be removed stay, without an error.
+    older than a day are removed, too. Files that cannot be removed stay, without an error, and
+    their entry still counts as removed.
 
     Parameters
     ----------

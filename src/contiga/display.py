@@ -20,7 +20,7 @@ def line_of(kind: str, facts: Facts, name: str = "") -> str:
 
 
 def table_of(kind: str, facts: Facts, name: str = "", picture: bytes | None = None) -> str:
-    """Return the facts as a table of HTML; a picture (PNG) is its first row."""
+    """Return an HTML table of facts under kind and name; a picture (PNG) is its first row."""
     head = escape(f"{kind} {name}".strip())
     rows = "".join(
         f"<tr><th style='text-align:left'>{escape(label)}</th><td>{escape(_text(value))}</td></tr>"

@@ -72,7 +72,7 @@ def require(purpose: str, *modules: str) -> None:
 
 
 def imported(purpose: str, module: str) -> Any:
-    """Import a module of a package that no extra of contiga installs.
+    """Import and return a module of a package that no extra of contiga installs.
 
     Raises
     ------

@@ -134,7 +134,7 @@ class Sides(NamedTuple):
     """(n,) distance, length, within which there is no surface; for points with a known side."""
 
     def at(self, rows: IndexArray) -> Sides:
-        """Return some of the rows."""
+        """Return the sides at `rows` (k,)."""
         return Sides(self.side[rows], self.reach[rows])
 
 

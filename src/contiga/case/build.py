@@ -119,7 +119,7 @@ class _Parts(NamedTuple):
 
 
 def _build_parts(case: Case, cache: PartCache, errors: ErrorCollector) -> _Parts:
-    """Build the parts of a case and collect their errors; errors of cheap checks come first.
+    """Return the parts of a case; their errors are added to `errors`, those of cheap checks first.
 
     Parts with an error are left out, with the contacts that they have.
     """
@@ -345,8 +345,8 @@ def _bodies(
 ) -> dict[str, BodyPart]:
     """Return the bodies with their motions, and with their masses if forces move them.
 
-    A body whose motion or mass has an error is fixed, so that its contacts are checked all the
-    same.
+    A body whose motion or mass has an error is fixed, or attached without a mass, so that its
+    contacts are checked all the same.
     """
     bodies = {}
     for i, spec in enumerate(case.body):

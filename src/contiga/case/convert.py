@@ -58,7 +58,7 @@ class _Pair(NamedTuple):
 
 
 def convert(deck: str | Path, units: tuple[str, str, str], folder: str | Path) -> Converted:
-    """Return a case made from a keyword deck.
+    """Return a case made from a keyword deck, its counts, and keywords that are not understood.
 
     Parameters
     ----------
@@ -69,10 +69,10 @@ def convert(deck: str | Path, units: tuple[str, str, str], folder: str | Path) -
     Raises
     ------
     FileError, MeshError
-        The deck cannot be read, or no contact in it is one with a rigid part; a free rigid part
-        has no mass.
+        The deck cannot be read, has no contact with a rigid part that is understood, or has a
+        free rigid part without a mass.
     UnitError
-        A unit is none.
+        A name in `units` is no unit of its dimension.
     CaseError
         The case that was made is refused when it is parsed, as a check.
     """
@@ -139,7 +139,7 @@ def _pairs(model: DeckModel, parts: DeckParts) -> list[_Pair]:
 
 
 def _parts_of_side(kind: int, number: int, parts: DeckParts) -> list[int] | str | None:
-    """Return the parts on a side, None for a set of nodes, or why it is not understood.
+    """Return the parts on a side, None for a set of nodes, or a text: why it is not understood.
 
     `kind` is the side's SSTYP: 2 a set of parts, 3 a part, 4 a set of nodes, 5 all parts, 6 all but
     a set of parts; number 0 means all parts, too. Only parts that have elements are returned.

@@ -51,7 +51,7 @@ def _curve_of(x: Quantity, y: Quantity) -> Any:
     def as_table(value: Any, info: ValidationInfo) -> Any:
         """Return a number as a line through the origin, a list as points, and a file as its points.
 
-        CaseError for another value.
+        Other tables are returned as they are. CaseError for another value.
         """
         if is_number(value):
             return {"points": [[0.0, 0.0], [1.0, value]]}
@@ -81,7 +81,7 @@ def _curve_of(x: Quantity, y: Quantity) -> Any:
 
 
 def units_of_case(context: dict[str, Any] | None) -> Units:
-    """Return the units of the case that is being read.
+    """Return length, mass and time unit of the case that is being read.
 
     If they are wrong, m, kg and s are returned: that error is reported separately.
     """
@@ -114,7 +114,7 @@ else:
 
 
 def with_characteristics(arguments: dict[str, Any]) -> dict[str, Any]:
-    """Return arguments by name, their curves as characteristics that errors call by that name."""
+    """Return `arguments` with each curve as a characteristic, which errors call by its argument."""
     return {
         name: Characteristic(value.points, extrapolation=value.extrapolation, name=name)
         if isinstance(value, CurveTable)

@@ -238,7 +238,7 @@ def _nodes_of(parts: DeckParts, numbers: list[int]) -> NDArray[np.bool_]:
 
 
 def _material_table(parts: DeckParts, number: int, material: Material) -> dict[str, Any] | None:
-    """Return `material`, `density` and, for shells, `thickness`; None if it makes no material.
+    """Return `material`, `density` and, for shells, `thickness`; None if one of them is wrong.
 
     The reason is then noted in the model. The material is made once, as a check.
     """
@@ -257,7 +257,7 @@ def _material_table(parts: DeckParts, number: int, material: Material) -> dict[s
             return None
 
     def with_curves(table_of: Callable[[int], Any]) -> dict[str, Any]:
-        """Return the material's table with its curves; of rates above the lowest with a filter."""
+        """Return the material's table with its curves; with a filter if it has several rates."""
         table = soft.table | {key: table_of(curve) for key, curve in curves.items()}
         if len(by_rate) > 1:
             table["rates"] = [

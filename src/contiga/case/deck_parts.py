@@ -81,7 +81,7 @@ class DeckParts:
         return {group.id: group for group in self.mesh.groups if group.id is not None}
 
     def _facets(self, parts: list[str | int]) -> _Facets:
-        """Return the skin of parts of the mesh, kept for later calls: the deck may be large."""
+        """Return corners and thicknesses of the facets of the skin of parts; they are cached."""
         key = tuple(parts)
         if key not in self._skins:
             slave = slave_of(self.mesh, self.model.path, chosen=(parts, None, "skin"))
@@ -123,7 +123,7 @@ class DeckParts:
         return self._unique_name(f"parts {' '.join(map(str, parts))}"[:60], "")
 
     def nodes_name(self, number: int) -> str:
-        """Return the name of a set of nodes in the case."""
+        """Return the name in the case of the slave of a set of nodes."""
         return self._unique_name(set_name(number), "")
 
     def owner(self, number: int) -> int | None:
@@ -137,7 +137,7 @@ class DeckParts:
         return None
 
     def part_of(self, number: int) -> int | None:
-        """Return the part that most nodes of a set belong to, of equals the first; None without."""
+        """Return the part with the most nodes of a set, of equals the first; None without any."""
         nodes = next((g.nodes for g in self.mesh.groups if g.name == set_name(number)), None)
         if nodes is None:
             return None
@@ -457,7 +457,7 @@ class DeckParts:
                 self.model.leave(tie.block, fault, tie.line)
 
     def leave_nodes(self) -> None:
-        """Note the nodes whose initial velocity is of no part: their number, and the first."""
+        """Note the nodes whose initial velocity no part uses: their number, and the first."""
         nodes = [
             node for node in self.model.node_velocities if node not in self._nodes_with_velocity
         ]
@@ -537,7 +537,7 @@ class DeckParts:
         return float(np.sqrt(2.0 * areas.mean())) if len(areas) else 0.0
 
     def has_facets(self, parts: list[str | int]) -> bool:
-        """Return whether a contact has areas to weight forces with."""
+        """Return whether the skin of `parts` has facets, whose areas weight contact forces."""
         return len(self._facets(parts).corners) > 0
 
 

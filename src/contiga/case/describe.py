@@ -128,7 +128,7 @@ def _box(quantities: Quantities, bounds: FloatArray) -> str:
 def _free_side(body: Master, pose: FloatArray) -> str:
     """Return the mean direction that an open body faces at `pose`, world axes, in words.
 
-    It has none if the mean of its unit normals, weighted by area, is shorter than 0.05.
+    If the mean of its unit normals, weighted by area, is shorter than 0.05, none is named.
     """
     mesh = body.tessellate(_TRIANGLE_TOL * body.size)
     p = mesh.vertices[mesh.triangles]
@@ -158,7 +158,11 @@ def _with_placement(text: str, spec: object) -> str:
 
 
 def _contact(contact: ContactSpec, kind: str, deforms: bool) -> list[tuple[str, str]]:
-    """Return the rows of a contact whose deformable side is `kind`; `deforms` is of its slave."""
+    """Return the rows (subject, description) of a contact.
+
+    `kind` is its type, which tells the side that deforms; `deforms` tells whether its slave is a
+    mesh that deforms.
+    """
     laws = [] if contact.law is None else [("  law", contact.law.describe())]
     if contact.master_law is not None:
         laws.append(("  master law", contact.master_law.describe()))

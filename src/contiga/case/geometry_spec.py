@@ -231,7 +231,7 @@ class MeshGeometry(_Geometry):
     """Whether triangles that face other ways than their neighbours are turned."""
 
     def raw(self, name: str, unit: str) -> TriMesh:
-        """Return the triangles of the file; CaseError if its suffix is one of CAD."""
+        """Return the triangles of the file, oriented if `orient`; CaseError if it is CAD."""
         from contiga.io.cad.formats import SUFFIXES
         from contiga.io.mesh.read_master import read_master
 

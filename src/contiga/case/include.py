@@ -40,7 +40,8 @@ class CaseTables(NamedTuple):
 def with_includes(data: Mapping[str, Any], path: Path, tables: type[Spec]) -> CaseTables:
     """Return the tables of the case at `path`, with the tables of the files that it includes.
 
-    Tables of a file follow the case's own tables of the same key, in the order of `include`.
+    Tables of a file follow the case's own tables of the same key, in the order of `include`; their
+    origins, the file and the row there, are returned with them.
 
     Parameters
     ----------
@@ -121,7 +122,7 @@ def _read(spec: IncludeSpec, path: Path, units: Any, tables: type[Spec]) -> Any:
 
 
 def _posed(spec: IncludeSpec, included: Any) -> Included:
-    """Return the tables of a file with the poses of its bodies, from the `joints` of the table.
+    """Return the tables of a file with the poses of its bodies, from the joints of `spec`.
 
     Raises
     ------

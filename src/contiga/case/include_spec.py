@@ -82,7 +82,7 @@ class IncludeSpec(Spec):
         return matrix_of(self.placement) if self.placement else np.eye(4)
 
     def coordinates(self, joints: Mapping[str, Joint]) -> dict[str, Coordinates]:
-        """Return the coordinates by the names of joints; a number is the only coordinate.
+        """Return tables of coordinates by joint; a number is that of the only coordinate.
 
         A number for a name that is not in `joints` gives an empty table.
 

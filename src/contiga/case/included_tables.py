@@ -144,7 +144,7 @@ def _pose_table(included: Included, key: str, spec: Any, table: Table) -> None:
 
 
 def _pose_body(included: Included, spec: Any, table: Table) -> None:
-    """Pose a body; CaseError if joints would move one whose motion is prescribed."""
+    """Pose the `table` of a body; CaseError if joints would move one whose motion is prescribed."""
     pose = included.pose(spec.name)
     table["name"] = included.name(spec.name)
     _pose_source(included, table["geometry"], pose)
@@ -172,7 +172,7 @@ def _pose_body(included: Included, spec: Any, table: Table) -> None:
 
 
 def _pose_slave(included: Included, spec: Any, table: Table) -> None:
-    """Pose a slave with the bodies that carry it."""
+    """Pose the `table` of a slave with the bodies that carry it."""
     pose = _pose_of_slave(included, spec)
     table["name"] = included.name(spec.name)
     source = table[spec.source_key]
@@ -209,7 +209,7 @@ def _pose_of_slave(included: Included, spec: Any) -> FloatArray:
 
 
 def _pose_source(included: Included, table: Table, pose: FloatArray) -> None:
-    """Pose a geometry, or points: add the pose to `then`, as a rotation and a translation.
+    """Pose the `table` of a geometry, or of points: append rotation and translation to its `then`.
 
     A step that changes nothing is left out. Names in `align` and `place` get the prefix.
     """
@@ -228,7 +228,7 @@ def _pose_source(included: Included, table: Table, pose: FloatArray) -> None:
 
 
 def _pose_motion(included: Included, spec: Any, motion: Table, pose: FloatArray) -> None:
-    """Pose the motion of a body or a slave, whose own pose is `pose`.
+    """Pose `motion`, the table of the motion of a body or a slave whose own pose is `pose`.
 
     Raises
     ------
@@ -251,7 +251,7 @@ def _pose_motion(included: Included, spec: Any, motion: Table, pose: FloatArray)
 
 
 def _velocity(included: Included, spec: Any) -> list[float]:
-    """Return the velocity at the start: its own, else the velocity of the `include`."""
+    """Return the velocity at the start: the part's own, turned, else that of the `include`."""
     velocity = included.spec.velocity
     if velocity is not None and "velocity" not in spec.model_fields_set:
         return velocity
@@ -259,7 +259,7 @@ def _velocity(included: Included, spec: Any) -> list[float]:
 
 
 def _pose_prescribed(included: Included, spec: Any, motion: Table) -> None:
-    """Turn a prescribed motion with the placement, which also moves centres of rotation.
+    """Turn `motion`, a prescribed one, with the placement, which also moves centres of rotation.
 
     Raises
     ------
@@ -290,7 +290,7 @@ def _pose_prescribed(included: Included, spec: Any, motion: Table) -> None:
 
 
 def _pose_deforming(included: Included, spec: Any, motion: Table, pose: FloatArray) -> None:
-    """Pose the selections of nodes and the warp directions of a slave that deforms.
+    """Pose the selections of nodes and the warp directions in `motion` of a slave that deforms.
 
     Selections and directions turn with the slave's `pose`; held directions, driving motions and
     forces with the placement. Warp directions stay if a file has the shape of reference.
@@ -325,7 +325,7 @@ def _pose_deforming(included: Included, spec: Any, motion: Table, pose: FloatArr
 
 
 def _pose_nodes(table: Table, pose: FloatArray) -> None:
-    """Pose the place that selects nodes.
+    """Pose the place in `table` that selects nodes.
 
     Raises
     ------
@@ -348,7 +348,7 @@ def _pose_nodes(table: Table, pose: FloatArray) -> None:
 
 
 def _pose_belt(included: Included, spec: BeltSpec, table: Table) -> None:
-    """Pose a belt: its ends move with their anchors, points of `via` with the placement."""
+    """Pose the `table` of a belt: ends move with their anchors, `via` points with the placement."""
     path = table["path"]
     path["over"] = [included.name(name) for name in spec.path.over]
     path["via"] = [_point(included.placement, point) for point in spec.path.via]
@@ -362,9 +362,10 @@ def _pose_belt(included: Included, spec: BeltSpec, table: Table) -> None:
 
 
 def _pose_joint(included: Included, spec: Any, table: Table) -> None:
-    """Pose a joint: points and axes move with their bodies, and laws start at its coordinates.
+    """Pose the `table` of a joint, whose points and axes move with its bodies.
 
-    The first point is shifted along the axis, so that both points meet at the given travel.
+    Laws start at the coordinates of the posture. The first point is shifted along the axis, so that
+    both points meet at the given travel.
     """
     joint = spec.instance
     rotations = [included.pose(name)[:3, :3] for name in joint.between]
@@ -385,7 +386,7 @@ def _pose_joint(included: Included, spec: Any, table: Table) -> None:
 
 
 def _pose_gas(included: Included, spec: Any, table: Table) -> None:
-    """Pose the facets of openings with the slave; names of triggers and chambers get the prefix."""
+    """Pose openings in `table` with the slave; names of triggers and chambers get the prefix."""
     table["name"] = included.name(spec.name)
     table["slave"] = included.name(spec.slave)
     slaves = {slave.name: slave for slave in included.tables.slave}
@@ -402,7 +403,7 @@ def _pose_gas(included: Included, spec: Any, table: Table) -> None:
 
 
 def _pose_sensor(included: Included, spec: Any, table: Table) -> None:
-    """Pose a sensor with its slave or its bodies; its own axes turn with the first body.
+    """Pose the `table` of a sensor with its slave or bodies; its own axes turn with the first body.
 
     Axes "world" stay as they are.
     """
@@ -433,7 +434,7 @@ def _pose_sensor(included: Included, spec: Any, table: Table) -> None:
 
 
 def _name_triggers(included: Included, table: Table) -> None:
-    """Name the sensors that trigger the devices of a spring."""
+    """Replace names of sensors that trigger the devices in `table` by their names in the case."""
     devices = [table.get(key, {}) for key in ("pretensioner", "release")]
     devices.append(table.get("retractor", {}).get("lock", {}))
     for device in devices:
@@ -460,14 +461,14 @@ def _vector(rotation: FloatArray, vector: Any) -> list[float]:
 
 
 def _over_time(rotation: FloatArray, value: Any) -> Any:
-    """Turn a vector, or rows [t, x, y, z]."""
+    """Return a vector, or rows [t, x, y, z], turned by `rotation`."""
     if value and isinstance(value[0], list):
         return [[row[0], *_vector(rotation, row[1:])] for row in value]
     return _vector(rotation, value)
 
 
 def _directions(rotation: FloatArray, directions: list[str], key: str) -> list[str]:
-    """Turn directions that are held: of x, y, z, rx, ry, rz.
+    """Return held `directions`, of x, y, z, rx, ry and rz, turned by `rotation`.
 
     All three, or none, of translations and rotations stay as they are.
 

@@ -89,7 +89,8 @@ class PenaltySpec(_LawSpec):
     def arguments(self, slave_stiffness: float = 1.0) -> dict[str, Any]:
         """Return the arguments that `PenaltyLaw` takes.
 
-        `scale` is a multiple of `slave_stiffness`, a force over a volume.
+        With `scale`, the stiffness is that multiple of `slave_stiffness`, a force over a volume,
+        and `per_area` is True.
         """
         arguments = super().arguments()
         scale = arguments.pop("scale")

@@ -66,7 +66,7 @@ class PartCache:
 
 
 def _file_stamps(value: Any) -> Iterator[tuple[str, int, int]]:
-    """Yield the times and sizes of the files that a table names by absolute paths."""
+    """Yield path, modification time (ns) and size (bytes) of the absolute file paths in a table."""
     if isinstance(value, dict | list):
         for entry in value.values() if isinstance(value, dict) else value:
             yield from _file_stamps(entry)

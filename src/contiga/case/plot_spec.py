@@ -106,10 +106,10 @@ class ReferenceSpec(Spec):
     @model_validator(mode="before")
     @classmethod
     def _read_files(cls, data: Any, info: ValidationInfo) -> Any:
-        """Replace the keys of a file by its points, and a corridor's file by its rows.
+        """Return a copy of the table with the points of its file and the rows of its corridor.
 
-        Values are converted to the units of the case. InputError if a file, its channel, or the
-        choice of file or points is wrong.
+        Values are converted to the units of the case; a missing name is that of the file, or
+        "test". InputError if a file, its channel, or the choice of file or points is wrong.
         """
         if not isinstance(data, dict):
             return data

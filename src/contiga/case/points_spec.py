@@ -89,7 +89,7 @@ class _Points(Placed):
 
 
 class FilePoints(_Points):
-    """`{ file, unit, parts, sets, layer }`; `unit` is the file's own, the case's if omitted."""
+    """`{ file, unit, parts, sets, layer }`; `unit` is its own, by default that of the case."""
 
     file: ExistingFile
     unit: LengthUnit | None = None
@@ -280,9 +280,10 @@ class Sampling(Spec):
     """Longest side of the triangles; `contiga.masters.sampling.default_size` if omitted."""
 
     def mesh_of(self, body: Master, master_sizes: Iterable[float] = ()) -> TriMesh:
-        """Return the triangles of a body; `master_sizes` are of the bodies that it will touch.
+        """Return triangles of a body; `master_sizes` are the sizes of bodies that it will touch.
 
-        They are within the tolerance, and are then divided until no side is longer than the size.
+        Triangles within the tolerance, by default 1e-3 of the size of the body, are divided until
+        no side is longer than `size`, by default that of `default_size`.
 
         Raises
         ------
@@ -357,7 +358,8 @@ PointsSpec = Annotated[
 def _subdivided(corners: FloatArray, segments: int) -> FloatArray:
     """Return the points of a polyline, subdivided into `segments` pieces, one a leg at least.
 
-    Legs get pieces in proportion to their lengths, each rounded so that the sum stays right.
+    Legs get pieces in proportion to their lengths, each rounded so that the sum stays right; a leg
+    that would have none gets one in addition.
     """
     legs = np.diff(corners, axis=0)
     lengths = np.sqrt((legs * legs).sum(axis=1))

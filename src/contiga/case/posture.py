@@ -106,7 +106,7 @@ def postures(
 
 
 def _tree(ties: Sequence[Tie], root: str) -> list[_Link]:
-    """Return the bodies that ties connect to the root, without it, each after its parent.
+    """Return links (body, tie, parent) to the bodies that ties connect to the root, parents first.
 
     Breadth first; of several ties to a body the first is taken.
     """

@@ -219,7 +219,7 @@ class SlaveSpec(Spec):
     @model_validator(mode="before")
     @classmethod
     def _points_of_a_body_go_with_it(cls, data: Any) -> Any:
-        """Attach points of a body to it, unless the table has a motion."""
+        """Return the table with points of a body attached to it, unless it has a motion."""
         points = data.get("points") if isinstance(data, dict) else None
         if isinstance(points, dict) and isinstance(points.get("body"), str):
             return {"motion": {"kind": "attached", "body": points["body"]}} | data
@@ -428,7 +428,10 @@ class Case(Spec):
                 yield f"gas[{i}].{key}", name
 
     def _check_body(self, i: int) -> None:
-        """Refuse a body without the mass that it needs, or one that is called as the ground."""
+        """Refuse a body without the mass that it needs, or with the name of the ground.
+
+        That name is refused only if a spring or a joint is attached to the ground.
+        """
         body = self.body[i]
         grounded = [f"spring[{k}]" for k, s in enumerate(self.spring) if GROUND in s.between]
         grounded += [f"joint[{k}]" for k, j in enumerate(self.joint) if GROUND in j.between]
@@ -502,7 +505,7 @@ class Case(Spec):
             )
 
     def sides(self, contact: ContactSpec) -> Sides:
-        """Return the deformable side of a contact, and its law.
+        """Return the type of a contact, which tells the side that deforms, and the laws.
 
         Raises
         ------
@@ -527,7 +530,7 @@ def load_case(path: str | Path, *, set: Mapping[str, Any] | None = None) -> Case
 
     Parameters
     ----------
-    path : of the file
+    path : the case file
     set : values that stand in place of the file's, by key: places or names lead into lists, such
         as ``"contact[0].law.damping"`` and ``"body.head.motion.velocity"``
 
@@ -539,7 +542,7 @@ def load_case(path: str | Path, *, set: Mapping[str, Any] | None = None) -> Case
         It is not TOML, or something in it is wrong; the message says the key, what was found and
         what is allowed, and lists all errors at once. Or a key of `set` leads nowhere.
     UnitError
-        A unit is none.
+        The name of a unit is unknown.
 
     Examples
     --------

@@ -86,7 +86,10 @@ def with_settings(data: Mapping[str, Any], settings: Mapping[str, Any]) -> dict[
 
 
 def table_of_key(data: Mapping[str, Any], key: str) -> Mapping[str, Any]:
-    """Return the innermost table around the value of a key; empty if the key leads nowhere."""
+    """Return the innermost table around the value of a key, below the case itself; empty without.
+
+    It is empty, too, if a step before the last leads nowhere; the last step is not checked.
+    """
     *path, _ = [place or name for place, name in _STEP.findall(key)]
     value: Any = data
     table: Mapping[str, Any] = {}

@@ -70,7 +70,7 @@ def check_surface(geometry: GeometrySpec, refine: RefineSpec | None, mesh: Sampl
 
 
 def surface_of(geometry: GeometrySpec, refine: RefineSpec, names: tuple[str, str]) -> Slave:
-    """Return the slave on the patches of a geometry; `names` are its own and the unit."""
+    """Return the slave on the patches of a geometry; `names` are its name and unit of length."""
     body = cast(Body, geometry.body(*names))  # a mesh has been refused before
     return Slave(surfaces=refined(patches_of(body), refine.instance), name=names[0], unit=names[1])
 
@@ -78,7 +78,7 @@ def surface_of(geometry: GeometrySpec, refine: RefineSpec, names: tuple[str, str
 def meshed_of(
     geometry: GeometrySpec, mesh: Sampling, names: tuple[str, str], master_sizes: Iterable[float]
 ) -> Slave:
-    """Return the slave of triangles on a geometry; `names` are its own and the unit.
+    """Return the slave of triangles on a geometry; `names` are its name and unit of length.
 
     Raises
     ------

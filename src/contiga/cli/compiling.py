@@ -115,10 +115,10 @@ class Messages:
         self._print(f"compiling kernels{on}, once for all projects of this user")
 
     def before(self, module: str, name: str, arguments: tuple[Any, ...]) -> None:
-        """A kernel will be compiled."""
+        """Do nothing: counted are the kernels that have been compiled."""
 
     def after(self, module: str, name: str, arguments: tuple[Any, ...]) -> None:
-        """A kernel has been compiled, or cannot be."""
+        """Count a kernel that this process has compiled, or cannot compile."""
         self._remove(self._listing.find(module, name, arguments))
 
     def hear(self, process: int, progress: Progress) -> None:

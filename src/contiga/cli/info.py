@@ -18,7 +18,7 @@ _POWERS = {"size": "", "area": "²"}
 
 
 def rows_of(file: Path, *, faces: bool = False) -> Iterator[Row]:
-    """Yield the contents of a CAD file or a mesh; `faces` adds the faces of CAD, one by one.
+    """Yield rows (label, text) about a CAD file or a mesh; `faces` adds each face of CAD.
 
     The rows of a CAD file come from the cache if it was described before, else they are cached.
 

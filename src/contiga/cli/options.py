@@ -42,8 +42,8 @@ def load(
     """Return the case of a file, with the settings of the command line over it.
 
     If its tables are wrong, `whole` also checks the parts that other tables describe. From here on
-    other processes compile beside the command of `context`, if it has to compile much, and the
-    reader of CAD loads if the case names CAD files.
+    the reader of CAD loads if the case names CAD files and, with a `context`, other processes
+    compile beside its command if it has to compile much.
 
     Raises
     ------

@@ -50,7 +50,7 @@ def write_plain_signs() -> None:
 
 
 def _encoded(error: UnicodeError) -> tuple[str, int]:
-    """Handle an encoding error, as `codecs` requires."""
+    """Return plain text for the characters that cannot be encoded, and the position after them."""
     if not isinstance(error, UnicodeEncodeError):
         raise error
     return "".join(map(plain, error.object[error.start : error.end])), error.end

@@ -26,7 +26,7 @@ class BrIC(NamedTuple):
 
 
 def bric(w: ArrayLike, critical: ArrayLike = CRITICAL_VELOCITIES) -> BrIC:
-    """Return √ Σ (max abs ω / ω_C)² over the axes of the head, with maxima at any times.
+    """Return √ Σ (max abs ω / ω_C)² over the axes of the head, and the maxima, at any times.
 
     Takhounts, Craig, Moorhouse, McFadden and Hasija, Development of Brain Injury Criteria (BrIC),
     Stapp Car Crash Journal 57 (2013), 243-266; critical values for the mean of CSDM and MPS.

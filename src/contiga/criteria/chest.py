@@ -25,12 +25,12 @@ class Viscous(NamedTuple):
 
 
 def vc(deflection: ArrayLike, dt: float, *, scale: float = 1.3, depth: float = 0.229) -> Viscous:
-    """Return the maximum of scale · dD/dt · D / depth (VC, V*C).
+    """Return the maximum of scale · dD/dt · D / depth (VC, V*C), and its time.
 
     Lau and Viano, The Viscous Criterion, SAE 861882 (1986); by UN R94, annex 4, 6, and SAE J1727
     dD/dt = (8 (D_k+1 − D_k−1) − (D_k+2 − D_k−2)) / (12 dt), which is exact for polynomials to the
     fourth degree. The two samples at either end, which have no such velocity, do not count. Of
-    equal maxima the first gives the time.
+    equal maxima the first gives the time, counted from the first sample.
 
     Parameters
     ----------

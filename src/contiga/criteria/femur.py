@@ -28,7 +28,7 @@ class FemurForce(NamedTuple):
 
 
 def femur_force(force: ArrayLike, t_s: ArrayLike, *, cumulative: bool = True) -> FemurForce:
-    """Return peak, 10 ms level, and the ratio to the limit of UN R94.
+    """Return the peak, the level held for 10 ms, and the largest ratio to the limit of UN R94.
 
     The limit is 9.07 kN at once, falls linearly to 7.58 kN for 10 ms, and is constant for longer
     durations. The level held for a duration is that of `clip`; the ratio is the largest at

@@ -113,7 +113,7 @@ def settling_time(cls: int) -> float:
 
 
 def is_short(samples: int, dt: float, cls: int) -> bool:
-    """Return whether a signal of so many samples is shorter than a filter's settling time."""
+    """Return whether a signal of `samples` values is shorter than the settling time of a filter."""
     return (samples - 1) * dt < settling_time(cls)
 
 

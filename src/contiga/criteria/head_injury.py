@@ -113,10 +113,10 @@ def _best_window(line: Line, start: FloatArray, end: FloatArray) -> HIC:
 
 
 def _windows_of_length(line: Line, limit: float) -> tuple[FloatArray, FloatArray]:
-    """Return windows of length `limit` with an end at a sample, or with equal values at both ends.
+    """Return starts and ends (k,) of windows of length `limit` that may hold the maximum.
 
-    Between samples the integral over the window is a parabola of its start. Starts rise; a signal
-    that is not longer than `limit` has none.
+    An end is at a sample, or both ends have one value: between samples the integral over the window
+    is a parabola of its start. Starts rise; a signal that is not longer than `limit` has none.
     """
     last = float(line.t[-1]) - limit
     if last <= 0.0:
@@ -133,7 +133,7 @@ def _windows_of_length(line: Line, limit: float) -> tuple[FloatArray, FloatArray
 
 
 def _windows_from_start(line: Line, limit: float) -> tuple[FloatArray, FloatArray]:
-    """Return windows from the first sample whose last value is 0.6 of the mean.
+    """Return starts (0) and ends (k,) of windows from the first sample, 0.6 of the mean at the end.
 
     The first sample is at time 0, and they are at most `limit` long. With an end at t + tau on a
     piece this is a quadratic in tau.
@@ -148,7 +148,7 @@ def _windows_from_start(line: Line, limit: float) -> tuple[FloatArray, FloatArra
 def _inner_windows(
     line: Line, i: IndexArray, j: IndexArray, limit: float
 ) -> tuple[FloatArray, FloatArray]:
-    """Return windows from piece `i` to piece `j` > i with 0.6 of the mean at both ends.
+    """Return starts and ends (k,) of windows from piece `i` to `j` > i, 0.6 of the mean at both.
 
     They are at most `limit` long. At a maximum the first piece rises and the last falls (other
     pairs are left out): the second derivative of log HIC by t1 is 0.6 / T² − 2.5 a'(t1) / ∫. With
@@ -175,7 +175,7 @@ def _inner_windows(
 
 
 def _is_on_piece(offset: FloatArray, steps: FloatArray) -> IndexArray:
-    """Return whether offsets lie on their pieces, up to rounding; False for NaN."""
+    """Return a mask of the offsets on pieces of lengths `steps`, up to rounding; False for NaN."""
     with np.errstate(invalid="ignore"):
         return np.asarray((offset >= -1e-6 * steps) & (offset <= (1.0 + 1e-6) * steps))
 

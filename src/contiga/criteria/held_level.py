@@ -115,10 +115,10 @@ def clip(
 
 
 def _runs(line: Line, is_above: NDArray[np.bool_], level: float) -> _Runs:
-    """Return the stretches around the samples that are above, to the crossings of `level`.
+    """Return starts and ends (k,) of the stretches around samples `is_above` (n,), at `level`.
 
-    A crossing is on the line from the outermost sample above to the next one, which is not above; a
-    stretch ends at the end of the signal.
+    A stretch starts and ends where the line from its outermost sample to the next one, which is not
+    above, crosses `level`, or at an end of the signal.
     """
     change = np.diff(np.concatenate([[False], is_above, [False]]).astype(np.int8))
     first, last = np.flatnonzero(change == 1), np.flatnonzero(change == -1) - 1

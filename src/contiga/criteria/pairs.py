@@ -47,7 +47,7 @@ def likely_pairs(line: Line, limit: float, best: float) -> Pairs:
     """Return pairs i < j of pieces that may hold the ends of a window above `best`, ≤ `limit` long.
 
     Windows between first samples of blocks are evaluated on the way and raise `best`; the best of
-    them is returned with the pairs. Pairs stand in no particular order.
+    them, if it exceeds the given `best`, is returned with the pairs. Pairs stand in any order.
     """
     # Blocks of 1, 2, 4, … pieces, up to one block of all pieces.
     n = len(line.slope)
@@ -98,7 +98,7 @@ def likely_pairs(line: Line, limit: float, best: float) -> Pairs:
 def _may_exceed(
     line: Line, blocks: _Blocks, i: IndexArray, j: IndexArray, limit: float, best: float
 ) -> IndexArray:
-    """Return whether windows from blocks `i` to blocks `j`, i ≤ j, may exceed the best value.
+    """Return a mask (k,) of the pairs i ≤ j of blocks between which a window may exceed `best`.
 
     True if the blocks are nearer than `limit`, an upper bound of the value exceeds `best`, and some
     value that both blocks take lies between the bounds of 0.6 of the mean.

@@ -47,7 +47,7 @@ class Rating(NamedTuple):
 def iso18571(
     reference: ArrayLike, signal: ArrayLike, t_s: ArrayLike, t_reference_s: ArrayLike | None = None
 ) -> Rating:
-    """Rate a signal against a test signal, by ISO/TS 18571.
+    """Return the scores of a signal against a test signal, by ISO/TS 18571.
 
     Both are interpolated linearly to 10 kHz over their common time. Pass only the times to rate,
     and signals of the same filter.
@@ -62,7 +62,7 @@ def iso18571(
     Returns
     -------
     Rating
-        Scores from 0 to 1.
+        corridor, phase, magnitude, slope and overall score, from 0 to 1
 
     Raises
     ------

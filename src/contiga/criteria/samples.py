@@ -37,7 +37,7 @@ class Line(NamedTuple):
 
 
 def line_through(a: FloatArray, t: FloatArray) -> Line:
-    """Return the line through two samples or more, with its exact integrals."""
+    """Return the line through samples (n,), two or more, with its exact integrals and slopes."""
     steps = np.diff(t)
     pieces = 0.5 * (a[1:] + a[:-1]) * steps
     return Line(t, a, np.concatenate([[0.0], np.cumsum(pieces)]), np.diff(a) / steps)

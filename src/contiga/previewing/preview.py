@@ -94,7 +94,7 @@ def check_suffix(path: str | Path) -> Path:
 
 
 def preview(what: object) -> Preview:
-    """Draw the start of a simulation or a case; nothing is run.
+    """Return a preview of the start of a simulation or a case; nothing is run.
 
     Its contents are computed here, the picture when a notebook shows it or `Preview.save` is
     called.

@@ -136,7 +136,7 @@ class Stage(NamedTuple):
 
     @property
     def plane(self) -> bool:
-        """Whether it is a plane problem: all points of slaves have one z, no normal a z component.
+        """Whether the problem is plane: slave points have one z, and no normal has a z component.
 
         Tolerances are 1e-9 of the size of the scene, and 1e-6. False without slaves.
         """
@@ -264,8 +264,9 @@ def _motion_paths(model: Model, parts: tuple[Drawn, ...]) -> Iterator[MotionPath
 def _gaps(model: Model, start: Placement) -> Iterator[Gap]:
     """Yield the smallest gap of each contact at the start, over the active points of its slave.
 
-    If both motions are prescribed and the sides are proved to never meet, it has a lower bound of
-    their distance, too. A contact without active points is skipped.
+    If both motions are prescribed and the sides are proved to never meet, `approach` is a
+    lower bound of their distance, and its time; else None. A contact without active points is
+    skipped.
     """
     for part in model.contacts:
         points = np.asarray(start.slaves[part.slave].points)

@@ -25,7 +25,7 @@ def gap_with_approach_text(gap: Gap, units: Units) -> str:
 
 
 def speed_text(arrow: Arrow, units: Units) -> str:
-    """Return the length of a velocity with its unit: ``6.7 mm/ms``."""
+    """Return the magnitude of a velocity with its unit: ``6.7 mm/ms``."""
     return f"{number(float(np.linalg.norm(arrow.vector)))} {units.velocity}".strip()
 
 

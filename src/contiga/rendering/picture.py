@@ -45,7 +45,7 @@ def picture_of(points: FloatArray, triangles: IntArray) -> bytes:
 
 
 def png(pixels: NDArray[np.uint8]) -> bytes:
-    """Encode `pixels` (h, w, 3) as PNG, without a package for pictures.
+    """Return `pixels` (h, w, 3) encoded as PNG, without a package for pictures.
 
     Each row is stored as its difference to the row above (filter 2), which compresses well where
     colours change slowly.

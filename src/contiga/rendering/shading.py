@@ -111,7 +111,7 @@ class SharpMesh(NamedTuple):
 
 
 def sharp_mesh(points: FloatArray, triangles: IntArray) -> SharpMesh:
-    """Split the points (n, 3) of `triangles` (m, 3) along creases; unused points are left out."""
+    """Return the mesh of `triangles` (m, 3) split along creases; unused points are left out."""
     triangles = np.ascontiguousarray(triangles, dtype=np.int32)
     count, group = _smooth_corners(triangles, _facet_normals(points, triangles))
     rows = np.zeros(count, dtype=np.int32)
@@ -229,7 +229,7 @@ def paint(
 
 
 def veil(picture: Picture, layer: Layer, colour: FloatArray) -> None:
-    """Blend `colour` (3,) into `picture` (h, w, 3) at `layer`: 5 % inside, 43 % at its rim."""
+    """Blend `colour` (3,) into `picture` (h, w, 3) at `layer`: 5 % face-on, 43 % edge-on."""
     shading_nb.veil(layer.buffer, layer.corners, layer.axes, colour, picture)
 
 

@@ -73,9 +73,9 @@ def first_field(peak: Peak, units: Units) -> ColouredField:
 def _field(
     label: str, unit: str, values: FloatArray, has_value: NDArray[np.bool_]
 ) -> ColouredField:
-    """Return a field and the value at which its colours end; GPa becomes MPa.
+    """Return a field with the value at which its colours end; GPa becomes MPa.
 
-    That is the largest value. If `MIN_NODES` points or more have a value, it is their 98 %
+    Colours end at the largest value. If `MIN_NODES` points or more have a value, it is their 98 %
     quantile, where the largest is more than twice that.
     """
     if unit == "GPa":

@@ -264,7 +264,7 @@ def _difference(signals: Sequence[tuple[FloatArray, FloatArray]], times: FloatAr
     """Return the differences of signals, pairs of times and values, from the first at `times`.
 
     Signals are interpolated linearly between their finite values, constant beyond these; one
-    without any is zero.
+    without any is zero. Peaks and their times are of whole signals, not only within `times`.
     """
     peaks, peak_times, resampled = [], [], []
     for signal_times, values in signals:

@@ -169,7 +169,7 @@ def _differences(comparison: Comparison) -> str:
 
 
 def _curves(comparison: Comparison) -> str:
-    """Return figures of the columns in `_PANELS` over time and of `curves_of` all runs; ratings.
+    """Return figures of `_PANELS` over time and of `curves_of` all runs, and a table of ratings.
 
     A figure has a line for each run; columns that are rounding have none. Tests of all runs are
     drawn, each once, if the first run has their channels; an earlier run's goes before one of the

@@ -83,7 +83,11 @@ def as_json(value: Any) -> str:
 
 
 def _plain(value: Any) -> Any:
-    """Return a value as `dumps` takes it, with arrays as base64 of little-endian numbers."""
+    """Return a value as `dumps` takes it, with arrays as base64 of little-endian numbers.
+
+    Arrays of integers are stored in the smallest type that holds them; arrays of other types, and
+    empty ones, become lists. Numbers that are not finite become None outside base64.
+    """
     if isinstance(value, dict):
         return {key: _plain(item) for key, item in value.items()}
     if isinstance(value, list | tuple):

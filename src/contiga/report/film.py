@@ -196,7 +196,7 @@ def _frames(
 
 
 def _write_mp4(temporary: Path, frames: Iterator[Image], rate: int, path: Path) -> None:
-    """Encode frames; an error of the encoder becomes an OutputError that names `path`."""
+    """Encode frames into `temporary`; an error of the encoder is an OutputError with `path`."""
     import imageio_ffmpeg
 
     try:

@@ -23,12 +23,12 @@ class Focus(NamedTuple):
     """(k, 3) corners of the pieces of larger parts."""
 
     def points(self, parts: list[FloatArray]) -> FloatArray:
-        """Return its points (n, 3) from the points (n_k, 3) of all parts: whole parts, corners."""
+        """Return the framed points (n, 3): those (n_k, 3) of whole `parts`, then the corners."""
         return np.concatenate([*(parts[k] for k in self.parts), self.corners])
 
 
 def focus_of(parts: list[FloatArray], patch: FloatArray, depth: float) -> Focus | None:
-    """Return the frame for points (k, 3) of `patch` in contact; None without a contact.
+    """Return the parts and corners that a picture of the contact frames; None without a contact.
 
     Parts whose bounding boxes reach the box of the contact touch it. They are shown whole, unless
     they are more than four times as large as the smallest: then only the piece of their box around

@@ -15,7 +15,10 @@ from contiga.report.style import LINES, number
 
 
 def gas_figures(run: Run, peak_time: float | None) -> list[Figure]:
-    """Return figures of pressure, temperature and volume over time, a line for each chamber."""
+    """Return figures of pressure, temperature and volume over time; none without chambers.
+
+    Each has a line for each chamber.
+    """
     if not run.gas:
         return []
     units, figures = run.units, []
@@ -36,7 +39,7 @@ def gas_figures(run: Run, peak_time: float | None) -> list[Figure]:
 
 
 def gas_table(run: Run) -> str:
-    """Return the table of chambers: largest pressure, temperature, volume; enthalpy in and out."""
+    """Return the table of chambers, with their maxima and enthalpies; empty without chambers."""
     units, rows = run.units, []
     volume = f"{units.length}³" if units.length else ""
     for name, columns in run.gas.items():

@@ -146,7 +146,7 @@ def _summary_of(run: Run, sensor: str) -> dict[str, Any]:
 
 
 def _mark_criteria(figure: Figure, criteria: dict[str, dict[str, float]]) -> None:
-    """Add the window of the head injury criterion and the level held for 3 ms to the layout.
+    """Add the window of the head injury criterion and the level held for 3 ms to the figure layout.
 
     The first of HIC15, HIC36 and HICd that `criteria` has is marked.
     """

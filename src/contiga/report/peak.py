@@ -117,12 +117,12 @@ def _rows_of_kind(series: RecordedFields, kind: str) -> IndexArray:
 
 
 def rows_of(series: RecordedFields, kind: str) -> list[slice]:
-    """Return the rows, among the stacked points, of each part of one `kind`."""
+    """Return a slice of the stacked points for each part of one `kind`."""
     return [series.rows(part.name) for part in series.parts if part.kind == kind]
 
 
 def peak_frame(series: RecordedFields, times: FloatArray, force: FloatArray) -> int:
-    """Return the recorded frame of largest force; without any force, that of the deepest point.
+    """Return the index of the frame of largest force; without any force, of the deepest point.
 
     The first of equal frames is returned. `times` and `force` (n_steps,) come from the history,
     which has every step; a frame has the force of the row whose time is nearest to its own.
@@ -136,7 +136,11 @@ def peak_frame(series: RecordedFields, times: FloatArray, force: FloatArray) -> 
 
 
 def contact_at(series: RecordedFields, frame: int) -> RecordedContact:
-    """Return the contact at one recorded frame, with zeros at points that are not in contact."""
+    """Return the contact of the slaves at one recorded frame.
+
+    Points that are not in contact have zeros, and −1 as cluster. Fields of the inside (`INSIDE`)
+    have values at all points, zero in place of NaN. Pressure or cluster is None if not recorded.
+    """
     rows = _rows_of_kind(series, "slave")
     status = np.asarray(series.data(frame, "contact_status"))[rows]
     in_contact = np.isin(status, [int(member) for member in IN_CONTACT])

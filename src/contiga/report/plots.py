@@ -70,7 +70,7 @@ def has_contact(run: Run, contact: str) -> bool:
 
 
 def energy_figure(run: Run, peak_time: float | None) -> Figure | None:
-    """Return the energies of the system, stacked, under their sum with the balance error.
+    """Return a figure of the energies of the system, stacked under their sum with the error.
 
     That sum is the initial energy and what came in from outside; the error is a line of its own.
     The energy of gas is left out if it is ever negative. None if all energies are zero.

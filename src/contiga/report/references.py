@@ -162,8 +162,9 @@ class Rated(NamedTuple):
 def rated(run: Run, reference: Reference, name: str = "") -> Rated:
     """Rate the agreement of a run with a test by ISO/TS 18571.
 
-    A rating that is not possible is None, with the reason: the abscissa is not time, the run has no
-    unit of time, `iso18571` refuses the signals, or a package is missing.
+    The test is returned as it is drawn beside the run, with `name`, that of the run. A rating that
+    is not possible is None, with the reason: the abscissa is not time, the run has no unit of time,
+    `iso18571` refuses the signals, or a package is missing.
 
     Raises
     ------

@@ -202,7 +202,7 @@ def sort_columns(
     slip_rings: Sequence[str] = (),
     joints: Sequence[str] = (),
 ) -> Owners:
-    """Sort columns ``"<owner>.<name>"`` by their owners, of which the lists name all but bodies.
+    """Return columns ``"<owner>.<name>"`` by owner; the lists name all owners but bodies.
 
     Bare names belong to the only contact, or to one called ``contact`` if there are none or
     several. An unlisted owner is a body if the name is a coordinate or a velocity of one, and else

@@ -169,7 +169,7 @@ def _look(peak: Peak, field: ColouredField) -> Look:
 
 
 def _cluster_look(peak: Peak, count: int) -> Look:
-    """Return the style by region, one colour each; facets have the smallest number of a corner."""
+    """Return the styles of mesh and markers by region; facets have the least number of a corner."""
     assert peak.cluster is not None
     colours = [REGIONS[k % len(REGIONS)] for k in range(count)]
     stops: list[tuple[float, str]] = [

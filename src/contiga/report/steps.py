@@ -49,7 +49,7 @@ def steps_section(run: Run, peak_time: float | None) -> str:
 
 
 def steps_figure(run: Run, step_reasons: dict[str, Any], peak_time: float | None) -> Figure:
-    """Return a lane for each reason in the order of `step_reasons`, from the top, with its number.
+    """Return a figure with a numbered lane for each reason of `step_reasons`, the first at the top.
 
     Stretches of steps for one reason are bars; gaps below `PIXEL` of the duration are not shown.
     """

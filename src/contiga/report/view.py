@@ -139,7 +139,7 @@ class View:
         return self.dots(net.reshape(-1, 3), color=style_["color"], ms=3.6)
 
     def iso_lines(self, surface: NurbsSurface, count: int = 11, **style: Any) -> View:
-        """Draw iso-parametric lines, `count` in each direction."""
+        """Draw iso-parametric lines of `surface`, `count` in each direction."""
         (u0, u1), (v0, v1) = surface.domain
         along_u, along_v = np.linspace(u0, u1, 121), np.linspace(v0, v1, 121)
         style_ = {"color": "white", "lw": 0.5, "alpha": 0.75, **style}
@@ -168,7 +168,7 @@ class View:
         return self
 
     def text(self, at: ArrayLike, text: str, **style: Any) -> View:
-        """Write a text beside a point."""
+        """Write `text` beside the point `at` (3,)."""
         (place,) = self._projected(np.array([at], dtype=np.float64))[0]
         style_ = {"textcoords": "offset points", "xytext": (5, 3), "fontsize": 8.5, **style}
         self._axes.annotate(text, place, **style_)

@@ -172,7 +172,7 @@ def check_keys(study: StudySpec, base: Mapping[str, Any], settings: Mapping[str,
 
 
 def _samples(sample: SampleSpec, ranged: list[VariableSpec]) -> list[dict[str, Any]]:
-    """Return points in the box of the variables, by label; a seed always gives the same points."""
+    """Return values of the variables for each sample, by label; one seed gives the same samples."""
     from scipy.stats import qmc
 
     if sample.kind == "sobol":

@@ -25,7 +25,7 @@ _MAX_PANELS = 9
 
 
 def plot_table(purpose: str, table: Table, columns: Sequence[str] | None = None) -> ShownFigure:
-    """Draw a panel for each column; `purpose` begins the message about a missing package.
+    """Return a figure with a panel for each column; `purpose` begins the error without matplotlib.
 
     Without `columns` these are the first nine quantities. They are drawn over the variable if it is
     the only one and of numbers, with a line, and else over the numbers of the cases, as points.

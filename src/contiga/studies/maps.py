@@ -213,7 +213,7 @@ def refined(points: FloatArray, triangles: IntArray, longest: float) -> tuple[Fl
 
 
 def _split(triangles: IntArray, middle: IntArray) -> IntArray:
-    """Split triangles (m, 3) at the middles (m, 3) of their edges; −1 is an edge without one."""
+    """Return triangles (m, 3) split at the middles (m, 3) of their edges; −1 is no middle."""
     children = []
     cut = middle >= 0
     for k in range(4):

@@ -43,7 +43,9 @@ QUIET_SECONDS = 10.0
 
 @contextmanager
 def local_client(workers: int) -> Iterator[Client]:
-    """Provide a cluster on this machine for the duration of the block.
+    """Provide a client of a cluster on this machine, of `workers` processes with one thread each.
+
+    The cluster ends with the block.
 
     Raises
     ------
@@ -217,7 +219,7 @@ class OnDask:
         return f"|{self._token}|{case.name}|{next(self._tries)}"
 
     def _hosts(self, by_host: dict[str, list[str]]) -> dict[str, Event]:
-        """Return a signal for each host, that its kernels are compiled; wait for a first worker.
+        """Return an event for each host, set once its kernels are compiled; wait for one worker.
 
         Workers that come meanwhile are added to `by_host`.
         """
@@ -289,7 +291,7 @@ class OnDask:
 
 
 def _host_of(future: Future) -> str:
-    """Return the host of a task that is the first case of it; else an empty text."""
+    """Return the host whose first case a task is; empty for other tasks."""
     return str(future.key).partition("|")[0]
 
 
@@ -323,7 +325,7 @@ def _sees(folder: str) -> tuple[bool, str]:
 
 
 def _first_on_host(base: Base, case: StudyCase, event: str) -> Row:
-    """Run a case, and set the event when no kernel was compiled for `QUIET_SECONDS`.
+    """Run a case, set the event when no kernel was compiled for `QUIET_SECONDS`; return the row.
 
     The event is set at most once, after a step; a case that ends earlier does not set it.
     """

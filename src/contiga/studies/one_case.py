@@ -80,7 +80,7 @@ def row_of(base: Base, case: StudyCase) -> Row | None:
 
 
 def run_one(base: Base, case: StudyCase, progress: Progress | None = None) -> Row:
-    """Run a case into its folder as `contiga.run` does, and write its row there.
+    """Run a case into its folder as `contiga.run` does; write its row there, and return it.
 
     If there is a row already (`row_of`), it is returned instead; else the folder is emptied first.
     Any error of the case becomes a row with its message, and quantities that it does not have are

@@ -43,7 +43,7 @@ _CASES_TABLE = (
 
 
 def write_page(study: StudySpec, base: Base, table: Table, rows: tuple[Row, ...]) -> None:
-    """Write the page, and the picture of the map if the study has one; an old picture goes."""
+    """Write the page, and the picture of the map if there is one; an old picture is removed."""
     folder = Path(base.folder)
     data = page_data(study, base, table, rows)
     colour_map = map_of(study, base, rows)
@@ -103,7 +103,7 @@ def page_data(study: StudySpec, base: Base, table: Table, rows: Sequence[Row]) -
 
 
 def _column(study: StudySpec, base: Base, table: Table, name: str) -> dict[str, Any]:
-    """Return a column of the table: its role, unit, and numbers, or `texts` and their numbers."""
+    """Return a column as name, role, unit and values; for text, values are indices into `texts`."""
     role = "other"
     if name in table.variables:
         role = "variable"
@@ -126,7 +126,7 @@ def _short(value: float) -> float | int | None:
 
 
 def _convergence(study: StudySpec, base: Base, rows: list[Row]) -> dict[str, Any]:
-    """Return the lines over the meshes of each collected quantity, with orders in words."""
+    """Return name, levels and sizes of the refined variable, and the lines of each quantity."""
     refined = convergence.refined_variable(study)
     levels = [float(value) for value in refined.values]
     place = {row.number: k for k, row in enumerate(rows)}

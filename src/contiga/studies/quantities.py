@@ -86,7 +86,7 @@ class Quantity(NamedTuple):
             )
 
     def unit(self, units: tuple[str, str, str]) -> str:
-        """Return its unit, from `units` of length, mass and time; empty if it has none."""
+        """Return the unit of the quantity for `units` of length, mass and time; empty without."""
         if self.kind == "criterion":
             return ALL_CRITERIA[self.criterion].unit
         if self.kind in _PLAIN:

@@ -34,7 +34,7 @@ class Row(NamedTuple):
         write_json(folder / ROW, {**self._asdict(), "collected": collected})
 
     def of_case(self, values: dict[str, Any], quantities: list[str]) -> bool:
-        """Return whether it has these values of variables, and these quantities in this order."""
+        """Return whether the row has these values of variables and quantities in this order."""
         return self.values == values and list(self.collected) == quantities
 
 

@@ -84,7 +84,7 @@ class Study(Displayed):
         return self.table.to_pandas()
 
     def plot(self, *, columns: Sequence[str] | None = None) -> Figure:
-        """Draw the quantities over the variable or, if there are several, over the cases.
+        """Return a figure of the quantities over the only variable, else over the cases.
 
         A variable of texts is not drawn over. At most nine quantities have a panel. The figure is
         drawn with matplotlib, without a window; a notebook shows it.
@@ -132,8 +132,9 @@ def study(
 ) -> Study:
     """Run many variants of a case, in parallel.
 
-    Their results are gathered in one table and on a page. A case that fails is a row with its
-    message. In a script the call stands under ``if __name__ == "__main__":``.
+    Returned are their table, their rows and, with a goal, the best row; a page is written, too. A
+    case that fails is a row with its message. In a script the call stands under
+    ``if __name__ == "__main__":``.
 
     Parameters
     ----------
@@ -189,7 +190,7 @@ def run_study(
     resume: bool = False,
     progress: Progress | None = None,
 ) -> Study:
-    """Run a study into its folder: its cases, the table, the page and the map.
+    """Run a study into its folder, cases, table, page and map, and return its results.
 
     With `resume`, cases that have a row in the folder are not run again. The table is written even
     if the study is interrupted, the page only at its end.

@@ -31,7 +31,7 @@ class Table(NamedTuple):
     """Units of the columns that have one."""
 
     def to_pandas(self) -> DataFrame:
-        """Return it as a DataFrame of pandas by case numbers; `attrs["units"]` has the units.
+        """Return a DataFrame of pandas, indexed by case numbers; `attrs["units"]` has the units.
 
         Without pandas a MissingPackageError is raised.
         """

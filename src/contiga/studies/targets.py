@@ -50,7 +50,7 @@ class TargetsSpec(Spec):
         return PLACE if self.lines is None else (LINE, *PLACE)
 
     def check_columns(self, columns: Mapping[str, str]) -> None:
-        """Raise a CaseError if there are no columns, by labels of variables, or an unknown one."""
+        """Raise a CaseError if `columns`, by label of variable, is empty or has an unknown one."""
         allowed = ", ".join(self.columns)
         if not columns:
             raise CaseError("no variable is a column of them", where="targets", allowed=allowed)

@@ -90,7 +90,7 @@ class CompilePool:
         self.wait()
 
     def before(self, module: str, name: str, arguments: tuple[Any, ...]) -> None:
-        """Compile, in this process, the parts of a kernel that it is about to compile.
+        """Compile the parts of a kernel that this process is about to compile.
 
         Other processes may compile some of the parts, or the kernel itself; while they do, this
         process compiles other ready kernels, or waits. A kernel that is not listed, or that this

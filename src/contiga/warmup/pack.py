@@ -97,7 +97,7 @@ class Sources(NamedTuple):
 
 
 def sources() -> Sources:
-    """Return the current files of all kernels and of their imports, and the list."""
+    """Return the files of all kernels, of their imports and of the list, and their hash."""
     modules = {kernel.module.partition(".")[2] for kernel in listing().kernels}
     files = sources_of(PACKAGE / f"{module.replace('.', '/')}.py" for module in sorted(modules))
     files.append(FILE.relative_to(PACKAGE).as_posix())

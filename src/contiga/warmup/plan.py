@@ -36,7 +36,7 @@ class Plan:
         self._changed = Condition()
 
     def take(self) -> Row | None:
-        """Wait for a ready kernel and hand it out; None when all are finished, or after `end`."""
+        """Wait for a ready kernel and return its row; None if all are finished, or after `end`."""
         with self._changed:
             while self._unfinished and not self._ended:
                 row = self._take_ready()
@@ -46,7 +46,7 @@ class Plan:
             return None
 
     def take_towards(self, row: Row) -> Row | None:
-        """Hand out the next kernel to a worker that needs `row`.
+        """Return the row of the next kernel for a worker that needs `row`.
 
         It is one of its parts or, if all of these are being compiled, any other that is ready; if
         none is, the worker waits. It is `row` itself when all its parts are compiled, and None if

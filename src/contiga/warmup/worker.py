@@ -55,8 +55,8 @@ def _listen(rows: SimpleQueue[int]) -> None:
 def compile_row(row: int) -> dict[str, Any]:
     """Compile a kernel of the list; return fields of `Progress`.
 
-    They are `is_compiled` (False if it was read from the cache) and `file`, or `error`: no error of
-    compiling is raised.
+    They are `is_compiled` (False if it was read from the cache) and `file` (its cache index file,
+    or ""); or `error`, as no error of compiling is raised.
     """
     try:
         kernel = listing().compile(row)

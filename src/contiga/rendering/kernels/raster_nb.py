@@ -22,7 +22,7 @@ class Buffer(NamedTuple):
     """The visible points in each pixel of one layer; h rows, w columns."""
 
     depth: FloatArray
-    """(h, w) distance from the eye, infinity in an empty pixel."""
+    """(h, w) distance from the eye along the view direction, infinity in an empty pixel."""
     owner: IntArray
     """(h, w) index of the triangle or ball, −1 in an empty pixel."""
     a: FloatArray
@@ -32,7 +32,7 @@ class Buffer(NamedTuple):
 
 
 def empty_buffer(height: int, width: int) -> Buffer:
-    """Return an empty buffer."""
+    """Return a buffer (height, width) without owners (−1) and with infinite depths."""
     return Buffer(
         np.full((height, width), np.inf),
         np.full((height, width), -1, dtype=np.int32),
@@ -132,7 +132,7 @@ def draw_lines(screen, segments, depth, bias, ink):
 def values_at_pixels(buffer, triangles, values, pixel_values):
     """Write `values` (n,) of a mesh's points, interpolated, into `pixel_values` (k,).
 
-    These are the covered pixels row by row; interpolation is linear in the picture.
+    The k entries are the covered pixels, row by row; interpolation is linear in the picture.
     """
     height, width = buffer.depth.shape
     k = 0

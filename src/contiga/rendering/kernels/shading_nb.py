@@ -12,7 +12,8 @@ from contiga.jit import inner, kernel
 def add_bends(depth, step, size, total):
     """Add to `total` (h, w) the depths of every other pixel of `depth` behind its neighbours.
 
-    Neighbours are those at `step`, in four opposite pairs, each difference clipped to ±`size`. A
+    Neighbours are `step` of these pixels away, in four opposite pairs, each difference clipped to
+    ±`size`. A
     pair adds 0 if a depth of it is infinite, or it is beyond the border.
     """
     height, width = total.shape
@@ -34,8 +35,9 @@ def add_bends(depth, step, size, total):
 def normal_at(buffer, corners, axes, row, column):
     """Return the unit normal at a covered pixel in camera `axes` (3, 3), turned to the eye.
 
-    It is interpolated from normals at the corners of facets (m, 3, 3), zero if these cancel;
-    without facets it is that of a ball.
+    It is returned as three numbers: right, down, and away from the eye. It is interpolated from
+    the normals at `corners` of facets (m, 3, 3), zero if these cancel; without facets (m = 0) it is
+    that of a ball.
     """
     a, b = buffer.a[row, column], buffer.b[row, column]
     if corners.shape[0] == 0:
@@ -58,6 +60,7 @@ def normal_at(buffer, corners, axes, row, column):
 def paint(buffer, corners, eye, hollow, nearest, colours, opacity, picture):
     """Blend a layer over `picture` (h, w, 3) where it is not behind `nearest` (h, w).
 
+    `corners` are those of `normal_at`; positive entries of `hollow` (⌈h/2⌉, ⌈w/2⌉) darken.
     `colours` (k, 3) belong to the pixels that it covers in turn, or (1, 3) to all. `eye` (5, 3) has
     the axes of the camera, and in these the directions to the main light and half-way between it
     and the eye.
@@ -88,7 +91,7 @@ def paint(buffer, corners, eye, hollow, nearest, colours, opacity, picture):
 
 @kernel()
 def veil(buffer, corners, axes, colour, picture):
-    """Blend `colour` (3,) into `picture` (h, w, 3) at a layer: 5 % inside, 43 % at its rim."""
+    """Blend `colour` (3,) into `picture` (h, w, 3) at a layer: 5 % face-on, 43 % edge-on."""
     height, width, _ = picture.shape
     for row in range(height):
         for column in range(width):
