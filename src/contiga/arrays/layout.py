@@ -31,7 +31,7 @@ def real(values: Any, where: str | None = None) -> Any:
 
 
 def _why_not_real(values: Any) -> str | None:
-    """Name why `values` are not real numbers; None if they are, or are no numbers at all."""
+    """Return why `values` are not real numbers; None if they are, or are no numbers at all."""
     if isinstance(values, list | tuple):
         if _PLAIN_TYPES.issuperset(map(type, values)):  # twice as fast as a check of each
             return None

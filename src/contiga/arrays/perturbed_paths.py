@@ -94,8 +94,8 @@ def _last_crossings_around(
 ) -> tuple[Hit, FloatArray]:
     """Return the last crossings of the bent paths a_B → m_B → b_B, and their verdicts (n, 2).
 
-    The second half counts if it has a crossing, else the first half. m_B counts as the point at
-    `fraction` of the path.
+    A verdict is the sense and the width that `Crossings` writes. The second half counts if it has a
+    crossing, else the first half. m_B counts as the point at `fraction` of the path.
     """
     n = len(fraction)
     out, verdict = empty_hit(n), np.zeros((n, 2))

@@ -78,7 +78,7 @@ def checked_start(start: Projection | None, n: int, count: int, what: str) -> Pr
 
 
 def _highest_patch(feet: Projection, n: int) -> int | None:
-    """Return the highest patch of n feet laid out for kernels, −1 without any; else None.
+    """Return the highest patch of n feet, −1 if none has one; None unless laid out for kernels.
 
     A kernel checks that: eight arrays from Python, and the patches with NumPy, take three times as
     long, for 10⁴ feet a hundredth of the time to track them.
@@ -108,7 +108,10 @@ def _feet_kernel() -> Callable[..., int] | None:
 
 
 def _is_laid_out(feet: Projection, n: int) -> bool:
-    """Return whether all arrays have n rows, the right types and C order, and are writeable."""
+    """Return whether all arrays have n rows, the right types and C order, and are writeable.
+
+    False also for subclasses of an array, and for types that are equal but not the same object.
+    """
     arrays: tuple[Any, ...] = feet
     for array, dtype, row in zip(arrays, DTYPES, ROW_SHAPES, strict=True):
         # Equal types need not be identical; such arrays are then checked one by one.

@@ -186,10 +186,11 @@ def _samples(body: FacesLike, side: Side) -> FloatArray:
 
 
 def _pair_natural_sides(body: FacesLike, borders: Borders) -> None:
-    """Make one edge, in `borders`, of natural sides that run along each other.
+    """Make one edge of natural sides that run along each other; write it to `borders`.
 
     Their `N_SAMPLES` samples agree to `POINT_TOL` of the body's size, in one order or the other; a
-    side joins the first edge that fits. Poles are left out.
+    side joins the first edge that fits. The `loops` and `sides` change; the edge that a side leaves
+    stays, without sides. Poles are left out.
     """
     tol = POINT_TOL * body.size
     natural = [

@@ -91,10 +91,11 @@ class EdgeShape:
         return path_points(self.sides[i].path, self.patches[i], shares)
 
     def misses(self, share: FloatArray, sag: float) -> NDArray[np.bool_]:
-        """Return (n − 1,) whether a chord is more than `sag` off the edge, or one between images.
+        """Return (n − 1,) which chords are more than `sag` off the edge, or off a patch beside it.
 
-        A chord between the images of two vertices is compared with their patch along the straight
-        line in (u, v), at `CHORD_SHARES`. Flat patches are left out.
+        Chords join the points at ascending shares (n,). One between the images of two vertices is
+        compared with their patch along the straight line in (u, v). Both tests are at
+        `CHORD_SHARES` of the chord. Flat patches are left out.
         """
         between = share[:-1, None] + np.diff(share)[:, None] * CHORD_SHARES
         bad = _chord_distance(self.evaluate(share), self.evaluate(between.ravel())) > sag
@@ -107,10 +108,11 @@ class EdgeShape:
         return bad
 
     def inner_curvature(self, share: FloatArray) -> FloatArray:
-        """Return (n,) largest curvature, 1/length, along an open border just inside its face.
+        """Return (n,) largest normal curvature, 1/length, of the face just inside an open border.
 
         If the border is straight and the face next to it is curved, one long side would get many
-        triangles as thin as needles. Zero for edges of several faces: there the edge decides.
+        triangles as thin as needles. It is zero for an edge of several faces, where the edge
+        decides, and beside a flat patch.
         """
         curvature = np.zeros(len(share))
         if self.curve is not None or len(share) < 2 or _is_flat(self.patches[0]):
@@ -189,7 +191,10 @@ def chain_shares(edge: EdgeShape, sag: float, closed: bool) -> FloatArray:
 
 
 def _spread(edge: EdgeShape, a: float, b: float, sag: float) -> FloatArray:
-    """Return shares from a to b so that all chords miss by about `sag`; a and b for a line."""
+    """Return ascending shares, a to b, so that chords miss by about `sag`; a and b for a line.
+
+    A chord also turns by about a quarter of a turn at most.
+    """
     curve = edge.curve
     if curve is not None and curve.degree == 1 and len(curve.knots) == 4:
         return np.array([a, b])

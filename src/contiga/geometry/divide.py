@@ -82,7 +82,10 @@ def divided(
 
 
 def _bisected(cells: Ints, middle: Ints, first: Ints) -> Ints:
-    """Return triangles cut at the `middle` points of sides (−1: none), at side `first` first."""
+    """Return triangles cut at the `middle` points of sides (−1: none), at side `first` first.
+
+    `cells` and `middle` are (m, 3), `first` is (m,). Triangles without a cut come first.
+    """
     turn = (first[:, None] + np.arange(3)) % 3
     a, b, c = np.take_along_axis(cells, turn, axis=1).T
     ab, bc, ca = np.take_along_axis(middle, turn, axis=1).T

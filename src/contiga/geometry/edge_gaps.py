@@ -37,7 +37,7 @@ class Image(NamedTuple):
 
 
 def image_of(edge: BodyEdge, k: int, patches: Sequence[NurbsSurface], trims: Trims) -> Image:
-    """Return the largest distance of an edge's image by its use `k` from its curve, and where.
+    """Return the `Image` of an edge by its use `k`: largest distance from its curve, and where.
 
     It is the distance of the farthest sample, refined around that one: see `image_gap`.
     """

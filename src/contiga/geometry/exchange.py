@@ -117,7 +117,7 @@ def _from_splinepy(spline: Any, n_parameters: int) -> SplineParts | None:
 
 
 def _from_scipy(spline: Any, n_parameters: int) -> SplineParts | None:
-    """Return the parts of a spline of scipy; None if it has no t, c, k or other parameters."""
+    """Return the parts of a spline of scipy; None without t, c, k or for other `n_parameters`."""
     if not all(hasattr(spline, name) for name in "tck"):
         return None
     knots = spline.t if isinstance(spline.t, tuple) else (spline.t,)

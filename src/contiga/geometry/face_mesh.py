@@ -83,7 +83,7 @@ class FaceMesh:
         self.is_crossing, self.is_valid = self._triangulate()
 
     def _triangulate(self) -> tuple[Flags, bool]:
-        """Triangulate between the polygons; return which segments (n,) cross, and success.
+        """Triangulate `t` between the polygons; return which segments (n,) cross, and success.
 
         Sides between two copies of one vertex (at a pole, over a gap) may vanish; others may not.
         It is no success if a segment crosses, if vertices with different numbers coincide, or if
@@ -136,7 +136,8 @@ class FaceMesh:
     def prepare(self, sag: float) -> None:
         """Compute points and curvature at the vertices so far; turn sides to fit the curvature.
 
-        `sag` is the largest distance of triangles from the surface. Needed before `insert`.
+        `sag` is the largest distance of triangles from the surface. Sets `face` and `front`, which
+        `insert` and `refine` need.
         """
         p, q = self.surface.degrees
         frame = np.concatenate([self.low, self.extent])
@@ -153,7 +154,8 @@ class FaceMesh:
     def refine(self, max_triangles: int) -> bool:
         """Insert vertices until no triangle misses the surface by more than the sag of `prepare`.
 
-        False if that takes more than `max_triangles`. Triangles too small to be split are left.
+        Returns True; False once there are more than `max_triangles`. Triangles too small to be
+        split are left.
         """
         middle = self.surface.bounds().mean(axis=0)
         coefs, u, v = extract(self.surface.translated(-middle))

@@ -55,9 +55,9 @@ def joints_of(body: Faces) -> Joints:
     """Return the joints along the named edges, from how often and in which sense each is used.
 
     Two uses are a joint; one use is an open edge, unless it is a point within the tolerances. Of
-    more uses the longest is joined with each other one if their lengths agree with it to
-    `LENGTH_TOL`; else the edge is crowded, unless the faces run along it as far in one sense as in
-    the other. Edges that a reader has mixed up (`_mispaired`) are none of these.
+    more uses the longest is joined with each other one if the lengths of these add up to its own,
+    to `LENGTH_TOL`; else the edge is crowded, unless the faces run along it as far in one sense as
+    in the other. Edges that a reader has mixed up (`_mispaired`) are none of these.
     """
     edges = body.edges
     is_left: dict[int, list[bool]] = {}
@@ -111,11 +111,12 @@ def joints_of(body: Faces) -> Joints:
 
 
 def _mispaired(body: Faces, senses: list[list[bool]]) -> set[int]:
-    """Return coincident edges, each used by two faces in one sense, the two in opposite senses.
+    """Return the numbers of coincident edges, each of which two faces use in one sense.
 
-    Edges coincide if boxes and samples agree within the body's tolerances. Four faces meet there in
-    pairs that a reader has mixed up, such as where a hole touches a wall in a line. The right pairs
-    are not known, but the surface does not end there.
+    The senses of the two edges of such a pair are opposite in space. Edges coincide if boxes and
+    samples agree within the body's tolerances. Four faces meet there in pairs that a reader has
+    mixed up, such as where a hole touches a wall in a line. The right pairs are not known, but the
+    surface does not end there.
     """
     one_sense = [k for k, sense in enumerate(senses) if len(sense) == 2 and sense[0] == sense[1]]
     reach = reach_of_points(body) if len(one_sense) > 1 else 0.0
@@ -143,10 +144,10 @@ def _mispaired(body: Faces, senses: list[list[bool]]) -> set[int]:
 
 
 def _close_points(body: Faces, is_open: NDArray[np.bool_]) -> None:
-    """Mark the open edges of a loop closed if together they are a point within the tolerance.
+    """Clear `is_open` at the open edges of a loop if together they are a point.
 
-    A reader has joined the faces there, such as at the tip of a cone that is cut off within the
-    tolerance.
+    A point is at most `reach_of_points` wide. A reader has joined the faces there, such as at the
+    tip of a cone that is cut off within the tolerance.
     """
     reach = reach_of_points(body)
     edges_of_loop: defaultdict[tuple[int, int], list[int]] = defaultdict(list)

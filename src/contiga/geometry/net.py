@@ -200,7 +200,10 @@ class Dependence(NamedTuple):
     """(k, 3) unit normals of the surface at the places; zero where it has none."""
 
     def jet(self, vectors: FloatArray) -> Jet:
-        """Return the field Σ N_i `vectors`_i, (m, 3) of the control points, at the places."""
+        """Return the field Σ N_i `vectors`_i and its derivatives at the places, as a `Jet`.
+
+        `vectors` (m, 3) belong to the control points; rows without a foot are zero.
+        """
         k = len(self.normal)
         jet = Jet(np.zeros((k, 3)), np.zeros((k, 3, 3)), np.zeros((k, 3, 3, 3)))
         for rows, influence in self.patches:

@@ -110,7 +110,7 @@ def ruled(first: NurbsCurve, second: NurbsCurve) -> NurbsSurface:
 
 
 def extruded(curve: NurbsCurve, direction: ArrayLike) -> NurbsSurface:
-    """`curve` moved along `direction`: u along the curve, v along the direction."""
+    """Surface of `curve` moved by the vector `direction`: u along the curve, v along the vector."""
     d = transform.vector(direction, "direction")
     _curve(curve, "curve")
     if not d.any():
@@ -127,10 +127,10 @@ def revolved(
     axis: Axis = "z",
     origin: ArrayLike = ORIGIN,
 ) -> NurbsSurface:
-    """`curve` turned by `angle` (0 < angle <= 2π) about `axis`: u is the angle, v the curve.
+    """Surface of `curve` turned by `angle` in (0, 2π] about `axis`: u is the angle, v the curve.
 
-    The normal is outward for a curve that runs along +axis. Points on the axis become poles
-    (The NURBS Book, Algorithm A8.1).
+    The axis goes through `origin`. The normal is outward for a curve that runs along +axis. Points
+    on the axis become poles (The NURBS Book, Algorithm A8.1).
 
     Raises
     ------
@@ -205,7 +205,8 @@ def cone(
 ) -> NurbsSurface:
     """Side of a cone (or, with `top_radius` > 0, of its stump) without its base.
 
-    `centre` is the centre of the base and the apex lies along +`axis`; normals outward.
+    `centre` is the centre of the base and the apex lies along +`axis`; normals outward. It goes
+    round the axis by `angle`, 2π at most.
     """
     r, h = _size(radius, "radius"), _size(height, "height")
     top = float(_number(top_radius, "top_radius"))

@@ -90,10 +90,10 @@ def reach_of_points(body: Faces) -> float:
 
 
 def reach_of_loops(body: Faces) -> defaultdict[tuple[int, int], float]:
-    """Return the same by patch and loop (`UNTRIMMED` round a rectangle), from its own edges.
+    """Return by patch and loop the size, length, up to which a curve of the loop is a point.
 
-    Tolerances are those of the loop's edges, measured gaps included. A loop without edges has
-    `POINT_TOL` of the size.
+    The loop round a rectangle is `UNTRIMMED`. As in `reach_of_points`, but by the tolerances of the
+    loop's edges alone, measured gaps included. A loop without edges has `POINT_TOL` of the size.
     """
     size = body.size
     reach: defaultdict[tuple[int, int], float] = defaultdict(lambda: POINT_TOL * size)

@@ -211,7 +211,7 @@ def base_area(surface: SurfaceLike) -> float:
 def _piece_measures(
     grid: BezierGrid,
 ) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-    """Return (nu, nv) net area, base area, and mean excess of the net's lines in u and in v."""
+    """Return (nu, nv) each: net area, base area, mean excess of the net's lines in u, and in v."""
     points = grid.coefs[..., :3] / grid.coefs[..., 3:]
     net = _triangulated(points).sum(axis=(-2, -1))
     base = _triangulated(points[:, :, :: points.shape[2] - 1, :: points.shape[3] - 1])

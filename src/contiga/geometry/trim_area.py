@@ -81,7 +81,10 @@ def patch_volumes(body: FacesLike, origin: FloatArray, rtol: float = 1e-9) -> Fl
 
 
 def _fluxes(body: FacesLike, origin: FloatArray, count: int, rtol: float) -> list[FloatArray]:
-    """Return the first `count` integrals ∮ f (S · n) dA over every patch, S from `origin`."""
+    """Return by patch the first `count` integrals ∮ f (S · n) dA, with S from `origin`.
+
+    They are of the f of `body_moments`, in its order.
+    """
     reach = np.abs(body.bounds() - origin).max()
 
     def flux(k: int) -> FloatArray:
@@ -101,7 +104,7 @@ def _of_patches(body: FacesLike, value: Callable[[int], T]) -> list[T]:
 def _integral(
     body: FacesLike, k: int, origin: FloatArray, kind: int, stop: tuple[FloatArray, float]
 ) -> FloatArray:
-    """Return the area or flux integrals over patch `k`; halve parts until two rules agree.
+    """Return integrals of a kind, AREA or FLUX, over patch `k`; halve parts until two rules agree.
 
     `stop` holds their largest absolute difference, by integral, and the relative one, of which ten
     times counts; the larger decides. With `MAX_PARTS` parts the finer rule's result is returned in

@@ -56,7 +56,7 @@ class _Spans(NamedTuple):
 
 
 def basis_at(patch: Patch, uv: FloatArray) -> BasisAt:
-    """Return the basis functions and their derivatives at parameters (k, 2) in the domain.
+    """Return the basis functions, first and second derivatives at parameters (k, 2) in the domain.
 
     They are right-continuous at inner knots and left-continuous at the last ones.
     """
@@ -83,10 +83,11 @@ def basis_at(patch: Patch, uv: FloatArray) -> BasisAt:
 
 
 def spans_at(knots: FloatArray, degree: int, t: FloatArray) -> _Spans:
-    """Return the B-spline basis functions along one direction at parameters (k,) in the domain.
+    """Return the B-spline basis functions of one direction, with two derivatives, at `t` (k,).
 
-    Each derivative starts from the basis of a lower degree (The NURBS Book, Eq. 2.5 and 2.7); those
-    above the degree are zero. Knots are right-continuous, the last one left-continuous.
+    Parameters are in the domain. Each derivative starts from the basis of a lower degree (The NURBS
+    Book, Eq. 2.5 and 2.7); those above the degree are zero. Knots are right-continuous, the last
+    one left-continuous.
     """
     last = len(knots) - degree - 2
     span = np.clip(np.searchsorted(knots, t, side="right") - 1, degree, last)

@@ -72,7 +72,7 @@ class Net(NamedTuple):
         return np.unique(control_rows[:rows]).astype(np.int32)
 
     def box(self, low: Sequence[float], high: Sequence[float]) -> IntArray:
-        """Return the control points whose `sites` are in a box, ascending.
+        """Return the numbers of the control points whose `sites` are in a box, ascending.
 
         Points up to `JOIN_TOL` of the size of all sites outside count as inside.
 

@@ -105,7 +105,8 @@ def surface_nodes(net: Net, count: int | None = None) -> SurfaceNodes:
 def _composite_rule(knots: FloatArray, rule: Rule) -> Rule:
     """Return the rule repeated over all knot spans, in parameters of the knots.
 
-    A point between two spans occurs once, with the sum of both weights.
+    A point between two spans occurs once, with the sum of both weights. All weights sum to the
+    length of the domain.
     """
     breaks = np.unique(knots)
     steps, inner = np.diff(breaks), len(rule.points) - 1

@@ -32,7 +32,7 @@ def align(
     highs: Iterable[str] = (),
     axes: str | None = None,
 ) -> Part:
-    """Turn `thing` to its principal axes if `axes` asks for it, then move its box to another box.
+    """Return `thing` turned to its principal axes if `axes` is given, then moved box to box.
 
     The box of a slave is that of its active points; that of a body is the exact one. Coordinates
     that `centres`, `lows` and `highs` do not name do not change in the second step.
@@ -42,7 +42,7 @@ def align(
     thing : a body or slave, which stays as it is
     to : the body or slave whose box counts; the origin if omitted
     centres : of "x", "y", "z": along these axes the middles of both boxes meet
-    lows, highs : the same for their low and their high ends
+    lows, highs : axes along which the low, or the high, ends of both boxes meet
     axes : "principal": turns the longest of the principal axes to x and the shortest to z, by the
         smallest rotation about the centre, which stays. The axes are those of the inertia of a
         closed body, of the area of an open one, of the active points of a slave. Axes whose
@@ -87,10 +87,10 @@ def align(
 def check_alignment(
     centres: Iterable[str], lows: Iterable[str], highs: Iterable[str], axes: str | None
 ) -> dict[int, tuple[float, float]]:
-    """Return weights of the low and high ends of boxes, by the axes (0 to 2) that are aligned.
+    """Return the weights of the low and high ends of boxes, by the axes (0 to 2) that are aligned.
 
     The weighted means of both ends are what meets: (0.5, 0.5) for centres, (1, 0) for lows, (0, 1)
-    for highs.
+    for highs. Empty if only `axes` is given.
 
     Raises
     ------

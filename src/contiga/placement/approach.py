@@ -28,7 +28,7 @@ def shift_to_gap(pair: Pair, gap: float, limits: tuple[float, float]) -> float |
     Raises
     ------
     InputError
-        The gap jumps over the given one: points come round the border of an open body. Or each
+        The gap jumps over `gap`: points come round the border of an open body. Or each
         of 20 rounds adds places that are nearer than `gap` by more than the tolerance.
     """
     shift: float | None = 0.0

@@ -22,7 +22,7 @@ _MIRRORED = {"tetra": (0, 2, 1, 3), "hexahedron": (4, 5, 6, 7, 0, 1, 2, 3)}
 def as_elements(
     cells_by_kind: Mapping[str, Any] | None, count: int, name: str
 ) -> Mapping[str, IntArray]:
-    """Return elements by kind as read-only copies (e, k) int32; empty without any.
+    """Return elements by kind as read-only copies (e, k) int32; an empty mapping if there are none.
 
     Raises
     ------

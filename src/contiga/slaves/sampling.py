@@ -267,10 +267,11 @@ class Sampling:
         return self.nodal(rows, values[:, None])[:, 0]
 
     def covered(self, rows: IndexArray, slave: Slave) -> FloatArray:
-        """Return the share (f,) of each facet of `slave` that some of its points represent.
+        """Return the share (f,) of each facet of `slave` that the points `rows` represent, 0 to 1.
 
         `rows` are numbers of points, ascending. Shares are by area at rest; both halves of a
-        quadrilateral have that of the quadrilateral. Nodes alone have a third of each facet.
+        quadrilateral have that of the quadrilateral. Without quadrature points a node represents a
+        third of each of its facets.
         """
         assert slave.facets is not None
         if not self._faces:

@@ -57,7 +57,7 @@ class Criteria(NamedTuple):
 
 
 def select(surface: Surface, active: BoolArray, criteria: Criteria, where: str) -> Selected:
-    """Return the facets and points that meet all criteria.
+    """Return the facets that meet all criteria, and the mask of active points.
 
     A facet is selected if all its corners are, and its normal is within the angle of `side`; of a
     quadrilateral both halves or none. Points on facets are active at selected facets only; points
@@ -73,7 +73,7 @@ def select(surface: Surface, active: BoolArray, criteria: Criteria, where: str) 
     Raises
     ------
     MeshError
-        An invalid criterion, or one that selects nothing.
+        An invalid criterion, a side of a cloud, or criteria that select nothing.
     """
     points, facets, quads = surface
     is_selected = active.copy()

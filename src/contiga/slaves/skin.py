@@ -124,8 +124,8 @@ def mend_degenerate(block: CellBlock) -> list[CellBlock]:
     """Return the block, or its hexahedra and the tetrahedra written as hexahedra in two blocks.
 
     LS-DYNA writes a tetrahedron as ``n1 n2 n3 n4 n4 n4 n4 n4``; read as a hexahedron, its four
-    different nodes would make up a folded base. Other collapsed cells need no change. Empty blocks
-    of hexahedra are dropped.
+    different nodes would make up a folded base. Other collapsed cells need no change. Of
+    hexahedra an empty part is left out, so that the list may have one block or none.
     """
     if block.kind != "hexahedron":
         return [block]
@@ -136,7 +136,7 @@ def mend_degenerate(block: CellBlock) -> list[CellBlock]:
 
 
 def _surface_masks(faces: list[_Faces]) -> list[NDArray[np.bool_]]:
-    """Return, for each set of faces, which rows are on the surface.
+    """Return for each set of faces a mask of its rows: whether they are on the surface.
 
     Faces are the same if they have the same corners. On the surface is a face of just one solid, or
     the first of shells that no solid has; not faces of fewer than three different corners.

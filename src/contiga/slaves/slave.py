@@ -262,9 +262,9 @@ class Slave(Displayed):
     ) -> Slave:
         """Return a copy with fewer active points; all points stay, so that results fit the mesh.
 
-        All criteria must hold. A facet stays if all its corners are selected; its corners, and
-        selected points on no facet, are active. Areas that are shares of the facets become shares
-        of the remaining facets; others do not change.
+        All criteria must hold. A facet stays if all its corners are selected and it faces `side`;
+        its corners, and without `side` selected points on no facet, are active. Areas that are
+        shares of the facets become shares of the remaining facets; others do not change.
 
         Parameters
         ----------

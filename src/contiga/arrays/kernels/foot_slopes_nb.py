@@ -32,10 +32,10 @@ def write_slopes(k, depth, a, x, b, y, out):
 
 @inner()
 def write_kink_slopes(k, d, rate, normal, gap, out):
-    """Write row k of `out` for a foot on an edge or a vertex: the normal is (p − foot)/gap.
+    """Write row k of `out` (`FootSlopes`) for a foot on an edge or a vertex.
 
-    The foot moves by d (rate · dp), along a curve of derivative d; it stays if both are zero. The
-    signed `gap` must not be zero.
+    The normal is (p − foot)/gap, so that ∂depth/∂p = −normal. The foot moves by d (rate · dp),
+    along a curve of derivative d; it stays if both are zero. The signed `gap` must not be zero.
     """
     inverse_gap, normal_part = 1.0 / gap, dot(normal, d)
     for i in range(3):

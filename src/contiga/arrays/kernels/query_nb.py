@@ -64,7 +64,8 @@ def blank_hit(out, i, status):
 def direction(p, q):
     """Return the length of p → q and its unit vector, without underflow or overflow of squares.
 
-    The vector is zero if p = q or the difference is not finite.
+    The vector is zero if p = q. If the difference is not finite, the length is infinite or NaN, and
+    the vector zero or NaN.
     """
     d0 = q[0] - p[0]
     d1 = q[1] - p[1]
@@ -90,10 +91,10 @@ def slack_of(p, q, size):
 
 @inner()
 def begin_path(out, i, p, q, size):
-    """Blank row i of `out` for the path p → q; return its length, direction and `slack_of`.
+    """Blank row i of `out` for the path p → q; return its length, unit vector and `slack_of`.
 
-    The status is NO_HIT, or NOT_FINITE for a path that is not finite. The length is zero for that
-    path, and for one without length: there is nothing to search.
+    out.status becomes NO_HIT, or NOT_FINITE for a path that is not finite. The length is zero for
+    such a path, and if p = q: there is nothing to search.
     """
     length, d = direction(p, q)
     if not (math.isfinite(p[0] + p[1] + p[2] + length) and math.isfinite(q[0] + q[1] + q[2])):

@@ -113,10 +113,11 @@ def refinement_rows(knots, degree, count, refined):
 
 @kernel()
 def elevation_rows(knots, degree, count, elevated):
-    """Return the map to degree + 1 on `elevated` (each distinct knot once more), as first, weights.
+    """Return the map (first, weights) to degree + 1 on `elevated`: each distinct knot once more.
 
-    A point of the elevated spline is the mean, over its degree + 1 knots, of the points for the
-    knots without that one (Prautzsch 1984), so the map consists of convex combinations, too.
+    Both are as in `refinement_rows`. A point of the elevated spline is the mean, over its degree +
+    1 knots, of the points for the knots without that one (Prautzsch 1984), so the map consists of
+    convex combinations, too.
     """
     n = elevated.size - degree - 2
     first = np.empty(n, np.int64)

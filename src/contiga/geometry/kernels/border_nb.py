@@ -66,8 +66,9 @@ def legalize(t, stack, top, metric):
 def insert_vertices(t, order, hint, metric, alias):
     """Insert the vertices `order`; `hint` is a vertex near each that is already there, or −1.
 
-    A vertex at the place of an earlier one is not inserted: `alias` gets the earlier one. Returns
-    (n,) for each vertex a triangle near it, from which later searches may start.
+    A vertex at the place of an earlier one is not inserted: alias[v] becomes the earlier one.
+    Returns, by number of vertex, a triangle near it from which later searches may start; 0 for
+    vertices that are not in `order`.
     """
     stack = np.empty(t.corners.shape[0] + 8, np.int64)
     at = np.zeros(t.xy.shape[0], np.int64)
@@ -97,7 +98,7 @@ def find_crossed_side(t, start, v, target):
     """Return the triangle with corner v whose opposite side the line from v to `target` crosses.
 
     It comes with a code: the corner number of v, or −1 − k where side k already runs from v to
-    `target`, or −9 if the line runs over another vertex.
+    `target`, or −9 if the line runs over another vertex or no such side is found.
     """
     triangle, _ = walk(t, start, v)
     first = triangle
@@ -233,7 +234,7 @@ def recover_segments(t, at, segments, alias, is_double, is_bad):
     """Make every segment a side of triangles and mark it; set `is_bad` where that fails.
 
     A segment is bad if both ends are one, if a vertex or another segment blocks it, or if it blocks
-    another. `is_double` is turned for a segment each time that another runs along it.
+    another. `is_double` is negated at a segment each time that another runs along it.
     """
     ends = np.empty((4 * t.corners.shape[0] + 8, 2), np.int64)
     for s in range(segments.shape[0]):

@@ -54,7 +54,7 @@ def miss_at(t, face, front, triangle, x, y):
 
 @inner()
 def largest_miss(t, face, front, triangle):
-    """Return the largest `miss_at` the samples of a triangle, and its (x, y).
+    """Return the largest `miss_at` the samples of a triangle, and x and y of that sample.
 
     Samples on a side that a neighbour has checked, or on the border, are skipped.
     """
@@ -114,7 +114,7 @@ def check_sag(t, face, front, heights, triangle):
 def refine(t, face, front, heights):
     """Split triangles until all are within the sag or too small to be split.
 
-    False if the memory is full: the caller enlarges it and calls again.
+    Returns True then, False if the memory is full: the caller enlarges it and calls again.
     """
     queue_new(t, front)
     while True:

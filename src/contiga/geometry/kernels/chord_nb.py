@@ -196,7 +196,8 @@ def corners_within(points, corners, quad, tol):
 def cell_within(net, tol, stack, depth, points):
     """Return whether a piece (p + 1, q + 1, 4) is within `tol` of the two triangles on its corners.
 
-    False is also the answer where the proof does not close in MAX_DEPTH quarterings.
+    False is also the answer where the proof does not close in MAX_DEPTH quarterings. `stack`,
+    `depth` and `points` are work memory.
     """
     corners = corner_rows(net.shape[0] - 1, net.shape[1] - 1)
     to_points(net, points)
@@ -231,7 +232,10 @@ def cell_within(net, tol, stack, depth, points):
 
 @inner()
 def element_within(coefs, rows, columns, tol):
-    """Return whether all cells of one element, cut in `rows` × `columns`, are within `tol`."""
+    """Return whether all cells of one element, cut in `rows` × `columns`, are proved within `tol`.
+
+    Each is compared with the two triangles on its corners: see `cell_within`.
+    """
     p = coefs.shape[0] - 1
     q = coefs.shape[1] - 1
     stack = np.empty((3 * MAX_DEPTH + 4, p + 1, q + 1, 4))

@@ -13,7 +13,7 @@ from contiga.jit import inner, kernel
 
 @kernel()
 def one_ring(xy, starts):
-    """Return one ring of vertices of all polygons, joined by sides that it runs along twice.
+    """Return one ring, rows of `xy`, of all polygons, joined by sides that it runs along twice.
 
     Each polygon is joined to the ring so far by the shortest connection of vertices.
     """
@@ -69,7 +69,7 @@ def is_empty(xy, ring, after, start, corners):
 
 @kernel()
 def ears(xy, ring):
-    """Return (n − 2, 3) triangles of a ring of n vertices that runs anticlockwise.
+    """Return (n − 2, 3) triangles, rows of `xy`, of a ring of n vertices that runs anticlockwise.
 
     The next ear is cut off each time; without one, the vertex with the largest signed area.
     """

@@ -75,7 +75,7 @@ def _scan(table, start, stop, step, point):
 
 @inner()
 def _nearest(table, point, last):
-    """Return the nearest sample found by a coarse scan and by one around `last`, and its square.
+    """Return the nearest sample that a coarse scan and one around `last` find, and its distance².
 
     From both results the search goes on to nearer neighbours.
     """

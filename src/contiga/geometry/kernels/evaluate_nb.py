@@ -91,8 +91,8 @@ def nearest_point(knots, degree, span, t):
 def surface_sums(s, u, v, order, work):
     """Write derivatives of the numerator and the weight at one point to ``work.sums``.
 
-    The numerator is relative to a near control point, whose indices are returned: a surface far
-    from the origin then loses no digits.
+    The numerator is relative to a near control point, whose indices (i, j) are returned: a surface
+    far from the origin then loses no digits.
     """
     su = find_span(s.U, s.p, s.net.shape[0], u)
     sv = find_span(s.V, s.q, s.net.shape[1], v)
@@ -285,7 +285,7 @@ def limit_normal(s, u, v, normal):
 
 @kernel()
 def normal_range(s, uv, out, start, stop):
-    """Write rows start … stop − 1 of the unit normals at `uv`; NaN where there is none.
+    """Write rows start … stop − 1 of the unit normals at `uv` to `out`; NaN where there is none.
 
     Where S_u × S_v is small as its rounding it is the `limit_normal`.
     """

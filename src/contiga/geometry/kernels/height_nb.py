@@ -41,7 +41,7 @@ class Heights(NamedTuple):
 
 @inner()
 def plane_of(a, b, c, plane):
-    """Write unit normal and offset n · a of the plane through abc; False if abc has no area."""
+    """Write unit normal and offset n · a of plane abc to `plane` (4,); False if abc has no area."""
     x, y, z = b[0] - a[0], b[1] - a[1], b[2] - a[2]
     p, q, r = c[0] - a[0], c[1] - a[1], c[2] - a[2]
     plane[0], plane[1], plane[2] = y * r - z * q, z * p - x * r, x * q - y * p
@@ -56,7 +56,11 @@ def plane_of(a, b, c, plane):
 
 @inner()
 def is_separated(box, uv):
-    """Return whether a side of the triangle uv, anticlockwise, separates it from a rectangle."""
+    """Return whether a side of the triangle uv, anticlockwise, separates it from a rectangle.
+
+    `box` starts with u from and to, v from and to. False is no proof that the two meet: the sides
+    of the rectangle are not tried.
+    """
     for k in range(3):
         m = (k + 1) % 3
         du, dv = uv[m, 0] - uv[k, 0], uv[m, 1] - uv[k, 1]
@@ -106,7 +110,10 @@ def is_below(net):
 
 @inner()
 def high_corner(net, box, uv):
-    """Return the corner of a rectangle over the triangle with the most negative margin, or −1."""
+    """Return the corner of a rectangle over the triangle with the most negative margin, or −1.
+
+    Corner k is at the end k % 2 of u and k // 2 of v; −1 if no margin there is negative.
+    """
     best, lowest = -1, 0.0
     for k in range(4):
         i, j = k % 2, k // 2
@@ -137,9 +144,9 @@ def quarter(h, top):
 
 @inner()
 def element_below(h, uv):
-    """Return whether entry 0 of the stack is proved within the limit over a triangle, else (u, v).
+    """Return whether entry 0 of the stack is proved within the limit over a triangle, and u, v.
 
-    The place is a corner that misses, or the centre of a part after `MAX_DEPTH` quarterings.
+    If not, (u, v) is a corner that misses, or the centre of a part after `MAX_DEPTH` quarterings.
     """
     top = 1
     while top > 0:
@@ -158,9 +165,10 @@ def element_below(h, uv):
 
 @inner()
 def all_below(h, uv, plane, limit):
-    """Return whether the surface over the triangle uv, anticlockwise, is proved within `limit`.
+    """Return whether the surface over a triangle is proved within `limit` of a plane, and u, v.
 
-    By `element_below` for every element it reaches over; the first that fails gives (u, v).
+    The triangle uv runs anticlockwise. By `element_below` for every element it reaches over, but
+    for parts thinner than `MIN_WIDTH`; the first element that fails gives (u, v).
     """
     u0, u1 = min(uv[0, 0], uv[1, 0], uv[2, 0]), max(uv[0, 0], uv[1, 0], uv[2, 0])
     v0, v1 = min(uv[0, 1], uv[1, 1], uv[2, 1]), max(uv[0, 1], uv[1, 1], uv[2, 1])

@@ -227,10 +227,11 @@ def _frame(a_u, a_v):
 
 @kernel()
 def carry(patch, shape, change, uv, points, out, start, stop):
-    """Write the motions of points start … stop − 1 that are carried along with their feet.
+    """Write rows start … stop − 1 of the motions of `points` (k, 3), carried with their feet.
 
-    The feet are at parameters `uv` (k, 2) of control points `shape` (m, 3), which change by
-    `change` (m, 3). Motions are of first order in that; without a normal points do not rotate.
+    They go to `out` (k, 3). The feet are at parameters `uv` (k, 2) of control points `shape`
+    (m, 3), which change by `change` (m, 3). Motions are of first order in that; without a normal
+    points do not rotate.
     """
     N_u, N_v = scratch(2, MAX_ORDER), scratch(2, MAX_ORDER)
     rows, values = stack_int64(MAX_POINTS), scratch(MAX_POINTS, 3)

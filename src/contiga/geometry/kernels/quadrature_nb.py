@@ -20,7 +20,7 @@ NOISE = 1e-15
 
 @inner()
 def bernstein(degree, t, values, slopes):
-    """Write the degree + 1 Bernstein polynomials on [0, 1] at `t`, and their derivatives."""
+    """Write the degree + 1 Bernstein polynomials on [0, 1] at `t` to `values`, and `slopes`."""
     values[0] = 1.0
     slopes[0] = 0.0
     for j in range(1, degree + 1):
@@ -189,7 +189,7 @@ def piece_length(coefs, low, high, nodes, weights):
 def element_length(coefs, nodes, weights, rtol, floor):
     """Return the arc length of one element (p + 1, 4), halved where two parts disagree with one.
 
-    The rule is that of `element_area`.
+    The rule is that of `element_area`, without a limit on the number of parts.
     """
     limit = 2 * MAX_DEPTH
     # Rows: the ends of a part, its value and its depth.

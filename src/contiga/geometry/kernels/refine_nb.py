@@ -119,9 +119,10 @@ def mean_metric(front, vertices, n):
 
 @inner()
 def legalize_in_metric(t, front, top):
-    """Turn sides around the newest vertex until Delaunay in the metric; queue all changed.
+    """Turn sides opposite the newest vertex until Delaunay in the metric; queue changed triangles.
 
-    Every turn adds a side at that vertex, which is not turned again: this ends in any metric.
+    The vertex is corner 0 of the first `top` triangles on `front.stack`. Every turn adds a side at
+    that vertex, which is not turned again: this ends in any metric.
     """
     stack = front.stack
     while top > 0:
@@ -147,7 +148,7 @@ def hash_of_cube(front, i, j, k):
 
 @inner()
 def add_to_hash(front, side, v):
-    """Add a vertex to the hash table of `has_vertex_within`."""
+    """Add a vertex to the hash table of `has_vertex_within`, of cubes of a given side."""
     p = front.points[v]
     x = np.int64(math.floor(p[0] / side))
     y = np.int64(math.floor(p[1] / side))
@@ -167,7 +168,7 @@ def hash_vertices(t, front, side):
 
 @inner()
 def has_vertex_within(front, side, p):
-    """Return whether the distance of any vertex from p is less than `side`."""
+    """Return whether any vertex in the hash table is nearer to p than `side`, that of its cubes."""
     x = np.int64(math.floor(p[0] / side))
     y = np.int64(math.floor(p[1] / side))
     z = np.int64(math.floor(p[2] / side))
@@ -294,7 +295,7 @@ def front_vertex(t, front, triangle, k):
 
 @inner()
 def longest_inner(t, front, triangle):
-    """Return the longest side in the metric that is not on the border, −1 if all are."""
+    """Return the number of the longest side in the metric that is not on the border, −1 if none."""
     c = t.corners[triangle]
     e, f, g = mean_metric(front, (c[0], c[1], c[2], -1), 3)
     best = -1

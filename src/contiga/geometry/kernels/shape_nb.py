@@ -154,8 +154,8 @@ def expected_miss(xy, corners, neighbours, forms):
     """Return the ratio of the expected distance of a triangle from the surface to the allowed sag.
 
     The surface is taken as the quadratic with the mean second form. Its distance is largest at the
-    middle of a side, or, for a bowl, at the circumcentre if that is inside. Sides on the border do
-    not count: they cannot be changed.
+    middle of a side, or, for a bowl, at the circumcentre if that is inside. Middles of sides on the
+    border do not count: they cannot be changed.
     """
     second = np.zeros(3)
     sag = 0.0

@@ -102,7 +102,7 @@ def put(t, triangle, corners, neighbours, marks):
 
 @inner()
 def relink(t, triangle, a, b, new):
-    """Make `new` the neighbour of `triangle` across its side from a to b; none for `BORDER`."""
+    """Make `new` the neighbour of `triangle` across its side from a to b, unless it is `BORDER`."""
     if triangle == BORDER:
         return
     for k in range(3):
@@ -113,7 +113,7 @@ def relink(t, triangle, a, b, new):
 
 @inner()
 def opposite(t, triangle, k):
-    """Return the corner of the neighbour across side k that is opposite to that side."""
+    """Return the corner number, 0 to 2, of the neighbour across side k that is opposite to it."""
     neighbour = t.neighbours[triangle, k]
     b = t.corners[triangle, (k + 1) % 3]
     for j in range(3):

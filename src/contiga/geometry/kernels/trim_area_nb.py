@@ -62,10 +62,10 @@ def _linear_combination(shares, points):
 
 @inner()
 def _add_element(coefs, basis_s, basis_t, rule, factor, out):
-    """Add `factor` ∫ … ds over one element along a line of constant ``t``.
+    """Add `factor` ∫ … ds over one element along a line of constant ``t`` to `out`.
 
-    `basis_s` and `basis_t` are Bernstein polynomials and slopes: in ``s`` at the nodes, in ``t`` on
-    the line.
+    The integrand is that of `add_moments` for the kind FLUX of rule, else |S_s × S_t|. `basis_s`
+    and `basis_t` are Bernstein polynomials and slopes: in ``s`` at the nodes, in ``t`` on the line.
     """
     B, dB = basis_s
     C, dC = basis_t
@@ -90,9 +90,9 @@ def _add_element(coefs, basis_s, basis_t, rule, factor, out):
 
 @inner(linked=False)
 def add_strip(grid, start, place, rule, factor, out):
-    """Add `factor` ∫ … du from u = `start` to the u of `place` (u, v), element by element.
+    """Add `factor` ∫ … du from u = `start` to the u of `place` (u, v) to `out`, by element.
 
-    `grid` is a `BezierGrid`, `rule` a `GaussRule`.
+    `grid` is a `BezierGrid`, `rule` a `GaussRule`, whose kind decides on the integrand.
     """
     coefs, u_breaks, v_breaks = grid.coefs, grid.u_breaks, grid.v_breaks
     nodes, parts = rule.nodes, rule.parts
@@ -144,7 +144,7 @@ def _knot_crossings(tables, piece, u_breaks, v_breaks):
 
 @inner()
 def add_piece(tables, piece, start, grid, rule, sign, out):
-    """Add `sign` ∮ F dv along one piece; ``F(u, v)`` is the strip integral from u = `start`.
+    """Add `sign` ∫ F dv along a piece to `out`; ``F(u, v)`` is the strip integral from u = `start`.
 
     Points outside the rectangle are moved to its sides in u, and left out in v.
     """
@@ -193,7 +193,8 @@ def _is_inside(tables, patch, u, v):
 def side_of_piece(tables, piece):
     """Return 1 if the face lies left of a piece, −1 if right, 0 if on both sides or on neither.
 
-    Points a millionth, then 1e-4 and 1e-8 of the domain beside its middle decide.
+    Points a millionth, then 1e-4 and 1e-8 of the domain beside its middle decide. A piece without
+    length there has 0.
     """
     patch = tables.piece_patch[piece]
     d = tables.domain[patch]
@@ -246,7 +247,7 @@ def side_of_loop(tables, pieces):
 
 @kernel()
 def add_loop(tables, pieces, grid, rule, out):
-    """Add the signed contribution of one loop (its pieces in order) to integrals over its patch.
+    """Add the signed contribution of a loop (its pieces in order) to integrals `out` of its patch.
 
     A loop whose side is undecided adds nothing.
     """
@@ -268,7 +269,7 @@ def add_loop(tables, pieces, grid, rule, out):
 
 @kernel()
 def add_rectangle(grid, rule, out):
-    """Add integrals over the whole patch: strips from side to side, element by element in v."""
+    """Add integrals over the whole patch to `out`: strips from side to side, by element in v."""
     u_breaks, v_breaks = grid.u_breaks, grid.v_breaks
     nodes, weights, parts = rule.nodes, rule.weights, rule.parts
     for j in range(v_breaks.size - 1):

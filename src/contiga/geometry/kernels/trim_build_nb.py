@@ -79,11 +79,12 @@ def _append_root(roots, count, root):
 
 @kernel()
 def roots_inside(c):
-    """Return ascending parameters in (0, 1) at which a Bernstein polynomial changes sign.
+    """Return ascending roots in (0, 1) of a Bernstein polynomial with coefficients c (n,).
 
     The interval is halved by de Casteljau until each part has no sign change among its coefficients
-    (then no root: variation diminishing) or is `ROOT_WIDTH` wide. A middle that is a root itself
-    is appended on the way, since neither half shows it. Multiple roots are found once.
+    (then no root: variation diminishing) or is `ROOT_WIDTH` wide. A middle that is a root itself is
+    appended on the way, since neither half shows it. Multiple roots, with a change of
+    sign or without, are found once.
     """
     n = c.shape[0]
     roots = np.empty(4 * n)
@@ -236,7 +237,7 @@ def _row_pieces(tables, patch, v_low, v_high):
 
 @inner()
 def _cell_toggles(tables, pieces, first, column, rows):
-    """Return ascending v in a row at which the crossings right of `column` change their parity."""
+    """Return ascending v in a row at which `_parity_right` of `column` changes."""
     heights = np.empty(2 * pieces.size)
     n = 0
     for k in range(pieces.size):
@@ -264,7 +265,10 @@ def _cell_toggles(tables, pieces, first, column, rows):
 
 @inner()
 def _parity_right(tables, pieces, first, column, v):
-    """Return the parity of the crossings right of a column on the line of constant v."""
+    """Return the parity, 0 or 1, of the number of pieces right of a column that the line v meets.
+
+    Pieces that touch the column do not count, others by the half-open rule in v.
+    """
     parity = 0
     for k in range(pieces.size):
         if first[k] > column:

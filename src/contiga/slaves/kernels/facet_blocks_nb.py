@@ -20,10 +20,11 @@ def mark(block_rows, faces, used):
 
 @kernel()
 def add(blocks, faces, points, shape, block_rows, out):
-    """Add N_a N_b K of each block K (r, 3, 3) to the blocks (m, 3, 3) between corners a and b.
+    """Add N_a N_b K of each of the `blocks` K (r, 3, 3) to `out` (m, 3, 3), for all corners a, b.
 
     Block i belongs to point `points[i]` of the rule on face `faces[i]`, with shape functions N
-    (n, c); `block_rows` (f, c, c) has the row of each pair of corners. The order of sums is fixed.
+    (n, c); `block_rows` (f, c, c) has the row in `out` of each pair of corners. The order of sums
+    is fixed.
     """
     count = shape.shape[1]
     for i in range(faces.shape[0]):

@@ -7,9 +7,10 @@ from contiga.jit import inner, kernel
 
 @inner()
 def _triangle(nodal, corners, shape, out):
-    """Write the points (n, 3) of a triangle to `out`, with its corners read once.
+    """Write shape (n, 3) times the `nodal` rows of a triangle's corners to `out` (n, 3).
 
-    That takes a third of the time of a loop over corners; the sums are the same.
+    Its corners are read once. That takes a third of the time of a loop over corners; the sums are
+    the same.
     """
     a, b, c = nodal[corners[0]], nodal[corners[1]], nodal[corners[2]]
     ax, ay, az = a[0], a[1], a[2]
@@ -24,7 +25,7 @@ def _triangle(nodal, corners, shape, out):
 
 @inner()
 def _facet(nodal, corners, shape, out):
-    """Write the points (n, 3) of a facet of any number of corners to `out`."""
+    """Write shape (n, c) times the `nodal` rows of a facet's c corners to `out` (n, 3)."""
     for k in range(shape.shape[0]):
         for axis in range(3):
             value = shape[k, 0] * nodal[corners[0], axis]
@@ -37,7 +38,7 @@ def _facet(nodal, corners, shape, out):
 def points_of_facets(nodal, facets, shape, out, start, stop):
     """Write Σ_j shape[k, j] nodal[facets[f, j]] to row f n + k of `out`, for n points k of facet f.
 
-    The facets are start … stop − 1, with three or four corners j.
+    The facets f are start … stop − 1, with three or four corners j.
     """
     count, corners = shape.shape
     for f in range(start, stop):

@@ -7,9 +7,10 @@ from contiga.jit import kernel
 
 @kernel()
 def to_corners(rows, first, values, facets, shape, out):
-    """Add Σ_q shape[q, j] values[q] (r, c) of points `rows` (r,) to corners j in `out` (n, c).
+    """Add shape[k, j] times the `values` (r, c) of points `rows` (r,) to row facets[f, j] of `out`.
 
-    Row `first` + f n + k is point k of n on facet f. Sums are in the order of `rows`.
+    Row `first` + f n + k is point k of n on facet f, with corners j; `out` is (nodes, c). Sums are
+    in the order of `rows`.
     """
     count, corners = shape.shape
     for i in range(rows.shape[0]):
@@ -22,7 +23,10 @@ def to_corners(rows, first, values, facets, shape, out):
 
 @kernel()
 def from_corners(rows, first, nodal, facets, shape, out):
-    """Write Σ_j shape[k, j] nodal[facets[f, j]] (n, 3) of points `rows` (r,) into `out` (r, 3)."""
+    """Write Σ_j shape[k, j] nodal[facets[f, j]] of the points `rows` (r,) to `out` (r, 3).
+
+    Row `first` + f n + k is point k of n on facet f; `nodal` is (nodes, 3).
+    """
     count, corners = shape.shape
     for i in range(rows.shape[0]):
         f, k = divmod(rows[i] - first, count)
